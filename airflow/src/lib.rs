@@ -1,0 +1,1 @@
+//! The mean airflow below hovering multirotors.

@@ -1,0 +1,1 @@
+//! Downwash as parry volumes and as exposure prices.

@@ -1,0 +1,158 @@
+//! What a scenario means: bounds, obstacles, zones, air and the fleet, in SI units, z up.
+//!
+//! Everything here has been checked: every number is finite and in range, every airframe is known.
+
+use airflow::{Air, Airframe, Jet, Superposition};
+use nalgebra::Point3;
+
+/// A place, a fleet and its tasks: the question that a plan answers.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// The scenario's name.
+    pub name: String,
+    /// Lowest and highest corner of the box that limits every rotor-plane centre (m).
+    pub bounds_m: Bounds,
+    /// Temperature and pressure: one density for the whole world.
+    pub air: Air,
+    /// The constants of the merged jet.
+    pub jet: Jet,
+    /// How several wakes add up at a point.
+    pub superposition: Superposition,
+    /// What no body may touch.
+    pub obstacles: Vec<Obstacle>,
+    /// Places where the air itself is limited.
+    pub zones: Vec<Zone>,
+    /// The fleet, in the scenario's order.
+    pub drones: Vec<Drone>,
+    /// How to plan.
+    pub planning: Planning,
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Lowest corner (m).
+    pub min: Point3<f64>,
+    /// Highest corner (m).
+    pub max: Point3<f64>,
+}
+
+/// A named solid.
+#[derive(Clone, Debug)]
+pub struct Obstacle {
+    /// What messages and the plan call it.
+    pub name: String,
+    /// Its shape, in the world.
+    pub shape: Solid,
+}
+
+/// The shape of an obstacle, in world coordinates (m).
+#[derive(Clone, Debug)]
+pub enum Solid {
+    /// Axis-aligned box.
+    Box(Bounds),
+    /// Upright cylinder standing on `base_m`.
+    Cylinder {
+        /// Centre of the lower face.
+        base_m: Point3<f64>,
+        /// Radius (m).
+        radius_m: f64,
+        /// Height (m).
+        height_m: f64,
+    },
+    /// Triangle mesh; does not stop a wake.
+    Mesh {
+        /// Where it came from, as the scenario names it.
+        source: String,
+        /// Vertices, already moved to their place.
+        vertices_m: Vec<Point3<f64>>,
+        /// Corner indices.
+        triangles: Vec<[u32; 3]>,
+    },
+}
+
+/// A box in which the summed axial wake speed stays at or below a limit, for people or goods.
+#[derive(Clone, Debug)]
+pub struct Zone {
+    /// What messages and the plan call it.
+    pub name: String,
+    /// The box.
+    pub bounds_m: Bounds,
+    /// Limit of the summed wake speed (m/s).
+    pub air_limit_mps: f64,
+}
+
+/// An airframe as a planner flies it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vehicle {
+    /// Mass, propellers, motor distance: what makes its air.
+    pub airframe: Airframe,
+    /// Radius of the ball that must stay clear of bodies and obstacles (m); default: to the rotor tips.
+    pub body_radius_m: f64,
+    /// Highest speed along a leg (m/s).
+    pub max_speed_mps: f64,
+}
+
+/// One drone and what it has to do.
+#[derive(Clone, Debug)]
+pub struct Drone {
+    /// Unique name.
+    pub name: String,
+    /// What flies.
+    pub vehicle: Vehicle,
+    /// Centre of the rotor plane at time 0 (m).
+    pub start_m: Point3<f64>,
+    /// How it starts.
+    pub at_start: AtStart,
+    /// Where it goes, in order.
+    pub tasks: Vec<Task>,
+    /// What it does after its last dwell.
+    pub at_end: AtEnd,
+    /// Highest mean air over its own rotor discs, over its induced velocity at its current mass.
+    pub air_limit: f64,
+}
+
+/// A place to reach and to stay at for a while.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// Centre of the rotor plane (m).
+    pub to_m: Point3<f64>,
+    /// How long it hovers there (s).
+    pub dwell_s: f64,
+    /// Payload carried from arrival here (kg); `None`: unchanged.
+    pub load_kg: Option<f64>,
+}
+
+/// How a drone begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AtStart {
+    /// In the air: its wake blows from time 0.
+    Hover,
+    /// On the ground, without a wake, until it first moves.
+    Landed,
+}
+
+/// What a drone does after its last dwell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AtEnd {
+    /// Stays in the air for ever.
+    Hover,
+    /// Descends straight to the floor or obstacle top below and rests there without a wake.
+    Land,
+    /// Body and wake vanish.
+    Leave,
+}
+
+/// How to plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Planning {
+    /// Spacing of the roadmap's lattice (m).
+    pub cell_m: f64,
+    /// Added between bodies and to obstacles (m).
+    pub clearance_m: f64,
+    /// Breaks ties and orders restarts.
+    pub seed: u64,
+    /// Price of extra energy: seconds of delay that one second's worth of hover energy is worth
+    /// (dimensionless). 0 ignores energy; limits hold whatever the price.
+    pub energy_weight: f64,
+}
