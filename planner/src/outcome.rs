@@ -1,0 +1,133 @@
+//! What planning answers, and how a caller watches and stops it.
+
+use nalgebra::Point3;
+use crate::plan::Plan;
+
+/// The answer to "plan this world".
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    /// A verified plan; those who could not be planned stay at their starts and are named in it.
+    Planned {
+        /// The plan, with the verifier's findings in it.
+        plan: Plan,
+        /// Goals that exclude one another; the drones dropped for it are in [`Plan::unplanned`].
+        conflicts: Vec<EndpointConflict>,
+        /// What the search did.
+        effort: Effort,
+    },
+    /// The starts themselves exclude one another: no plan can be safe.
+    Blocked {
+        /// Every offending pair, starts and goals.
+        conflicts: Vec<EndpointConflict>,
+    },
+    /// Stopped before there was any plan.
+    Stopped,
+}
+
+/// What the search did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Searches for one drone.
+    pub searches: u64,
+    /// States expanded over all searches.
+    pub expansions: u64,
+    /// Drones whose plan was taken back for another's.
+    pub evictions: u64,
+}
+
+/// Two places, or a place and a zone, that exclude one another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EndpointConflict {
+    /// Index in [`crate::world::World::drones`] of the one who suffers.
+    pub drone: usize,
+    /// Who or what is in the way.
+    pub blocker: Blocker,
+    /// Both at their starts, or both at their goals.
+    pub when: EndpointKind,
+    /// How they exclude one another.
+    pub why: Exclusion,
+    /// A place for `drone` near its endpoint where this pair is in order, if there is one near.
+    pub nearest_fix_m: Option<Point3<f64>>,
+}
+
+/// Who or what is in the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blocker {
+    /// Index in [`crate::world::World::drones`].
+    Drone(usize),
+    /// Index in [`crate::world::World::zones`].
+    Zone(usize),
+}
+
+/// Which endpoints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EndpointKind {
+    /// At time 0.
+    Starts,
+    /// After the last arrival.
+    Goals,
+}
+
+/// How two endpoints exclude one another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exclusion {
+    /// The gap between the bodies is too small (m).
+    Bodies {
+        /// Gap between the balls (m); negative: they overlap.
+        gap_m: f64,
+        /// What it must be (m).
+        needs_m: f64,
+    },
+    /// The centre is in the near-field column.
+    Column,
+    /// The mean air over the rotor discs, all wakes summed, exceeds the limit.
+    Air {
+        /// Mean air over the discs (m/s).
+        air_mps: f64,
+        /// The same over the induced velocity.
+        alpha: f64,
+        /// The drone's limit.
+        limit: f64,
+    },
+    /// The drone blows into a zone.
+    Zone {
+        /// Highest summed speed in the zone (m/s).
+        air_mps: f64,
+        /// The zone's limit (m/s).
+        limit_mps: f64,
+    },
+}
+
+/// How a caller watches and stops a planner that reads no clock itself.
+#[derive(Clone, Copy)]
+pub struct Control<'a> {
+    /// Asked often; once it says `true` the best safe plan so far is returned.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Told now and then.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+/// How far planning has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// Roadmap, heuristics, volumes.
+    Preparing,
+    /// Drones that have a path, of all.
+    Searching {
+        /// With a path now.
+        planned: usize,
+        /// In the fleet.
+        drones: usize,
+        /// Taken back so far.
+        evictions: u64,
+    },
+    /// The continuous-time check.
+    Verifying,
+    /// The second plan, without wakes.
+    IgnoringDownwash,
+}
+
+impl Control<'_> {
+    /// Never stops, tells nobody.
+    pub const QUIET: Control<'static> = Control { stop: &|| false, progress: &|_| {} };
+}
