@@ -37,18 +37,35 @@ impl Motion {
         let duration_s = span_s.1 - span_s.0;
         let moved_m = to_m - from_m;
         let moves = duration_s > SAME_TIME_S && moved_m != Vector3::zeros();
-        let velocity_mps = if moves { moved_m / duration_s } else { Vector3::zeros() };
-        Motion { from_s: span_s.0, until_s: span_s.1, start_m: from_m.coords, velocity_mps }
+        let velocity_mps = if moves {
+            moved_m / duration_s
+        } else {
+            Vector3::zeros()
+        };
+        Motion {
+            from_s: span_s.0,
+            until_s: span_s.1,
+            start_m: from_m.coords,
+            velocity_mps,
+        }
     }
 
     /// Stands still.
     pub fn still(span_s: (f64, f64), at_m: Point3<f64>) -> Motion {
-        Motion { from_s: span_s.0, until_s: span_s.1, start_m: at_m.coords, velocity_mps: Vector3::zeros() }
+        Motion {
+            from_s: span_s.0,
+            until_s: span_s.1,
+            start_m: at_m.coords,
+            velocity_mps: Vector3::zeros(),
+        }
     }
 
     /// This motion as seen from `other`, over the time both last; `None` where they share none.
     pub fn seen_from(&self, other: &Motion) -> Option<Motion> {
-        let (from_s, until_s) = (self.from_s.max(other.from_s), self.until_s.min(other.until_s));
+        let (from_s, until_s) = (
+            self.from_s.max(other.from_s),
+            self.until_s.min(other.until_s),
+        );
         (from_s <= until_s).then(|| Motion {
             from_s,
             until_s,
@@ -59,7 +76,12 @@ impl Motion {
 
     /// The same motion over a part of its span.
     pub fn during(&self, from_s: f64, until_s: f64) -> Motion {
-        Motion { from_s, until_s, start_m: self.at_m(from_s), velocity_mps: self.velocity_mps }
+        Motion {
+            from_s,
+            until_s,
+            start_m: self.at_m(from_s),
+            velocity_mps: self.velocity_mps,
+        }
     }
 
     /// Place at a time (m); the formula is not cut off at the ends of the span.
@@ -91,7 +113,11 @@ impl Motion {
         let (a, b) = (a.xy(), b.xy());
         let along = b - a;
         let length2 = along.norm_squared();
-        let nearest = if length2 > 0.0 { a + along * (-a.dot(&along) / length2).clamp(0.0, 1.0) } else { a };
+        let nearest = if length2 > 0.0 {
+            a + along * (-a.dot(&along) / length2).clamp(0.0, 1.0)
+        } else {
+            a
+        };
         (nearest.norm(), a.norm().max(b.norm()))
     }
 
@@ -99,7 +125,8 @@ impl Motion {
     pub fn nearest_to_origin(&self) -> (f64, f64) {
         let speed2 = self.velocity_mps.norm_squared();
         let t_s = if speed2 > 0.0 {
-            (self.from_s - self.start_m.dot(&self.velocity_mps) / speed2).clamp(self.from_s, self.until_s)
+            (self.from_s - self.start_m.dot(&self.velocity_mps) / speed2)
+                .clamp(self.from_s, self.until_s)
         } else {
             self.from_s
         };
@@ -119,22 +146,32 @@ impl Motion {
     /// Spans inside the open upright cylinder around the origin's axis, between two heights (s), in order.
     pub fn inside_cylinder_s(&self, radius_m: f64, z_m: (f64, f64)) -> Vec<(f64, f64)> {
         let (p, v) = (self.start_m, self.velocity_mps);
-        let within_radius =
-            below_zero(v.xy().norm_squared(), p.xy().dot(&v.xy()), p.xy().norm_squared() - radius_m * radius_m);
+        let within_radius = below_zero(
+            v.xy().norm_squared(),
+            p.xy().dot(&v.xy()),
+            p.xy().norm_squared() - radius_m * radius_m,
+        );
         let within_heights = if v.z != 0.0 {
             let (a, b) = ((z_m.0 - p.z) / v.z, (z_m.1 - p.z) / v.z);
             Some((a.min(b), a.max(b)))
         } else {
             (z_m.0 < p.z && p.z < z_m.1).then_some((f64::NEG_INFINITY, f64::INFINITY))
         };
-        let both = within_radius.zip(within_heights).map(|(a, b)| (a.0.max(b.0), a.1.min(b.1)));
+        let both = within_radius
+            .zip(within_heights)
+            .map(|(a, b)| (a.0.max(b.0), a.1.min(b.1)));
         self.spans(both.filter(|(a, b)| a <= b))
     }
 
     /// A span counted from `from_s`, cut to this motion's own.
     fn spans(&self, after_start_s: Option<(f64, f64)>) -> Vec<(f64, f64)> {
         after_start_s
-            .map(|(a, b)| ((self.from_s + a).max(self.from_s), (self.from_s + b).min(self.until_s)))
+            .map(|(a, b)| {
+                (
+                    (self.from_s + a).max(self.from_s),
+                    (self.from_s + b).min(self.until_s),
+                )
+            })
             .filter(|(a, b)| a <= b)
             .into_iter()
             .collect()
@@ -224,9 +261,14 @@ impl Trajectory {
     ///
     /// Lists of different length or without points, numbers that are not finite, times that run backwards.
     pub fn new(entry: &TrajectoryEntry, tail: Tail) -> Result<Trajectory, TrajectoryError> {
-        let (times, positions, masses) = (entry.t_s.len(), entry.position_m.len(), entry.mass_kg.len());
+        let (times, positions, masses) =
+            (entry.t_s.len(), entry.position_m.len(), entry.mass_kg.len());
         if times != positions || times != masses {
-            return Err(TrajectoryError::Lengths { times, positions, masses });
+            return Err(TrajectoryError::Lengths {
+                times,
+                positions,
+                masses,
+            });
         }
         let finite = |k: usize| {
             entry.t_s[k].is_finite()
@@ -240,26 +282,41 @@ impl Trajectory {
         if let Some(point) = (0..times).find(|&k| entry.t_s[k] < before(k)) {
             return Err(TrajectoryError::Backwards { point });
         }
-        let Some(last) = times.checked_sub(1) else { return Err(TrajectoryError::Empty) };
+        let Some(last) = times.checked_sub(1) else {
+            return Err(TrajectoryError::Empty);
+        };
 
         let mut pieces = Vec::with_capacity(times + 1);
         if entry.t_s[0] > SAME_TIME_S {
             let motion = Motion::still((0.0, entry.t_s[0]), entry.position_m[0]);
-            pieces.push(Piece { motion, mass_kg: entry.mass_kg[0] });
+            pieces.push(Piece {
+                motion,
+                mass_kg: entry.mass_kg[0],
+            });
         }
         for k in 0..last {
             let span_s = (entry.t_s[k], entry.t_s[k + 1]);
             if span_s.1 - span_s.0 > SAME_TIME_S {
                 let motion = Motion::straight(span_s, entry.position_m[k], entry.position_m[k + 1]);
-                pieces.push(Piece { motion, mass_kg: entry.mass_kg[k] });
+                pieces.push(Piece {
+                    motion,
+                    mass_kg: entry.mass_kg[k],
+                });
             }
         }
         let (last_s, last_m) = (entry.t_s[last], entry.position_m[last]);
         if let Tail::Stays { until_s } = tail {
             let motion = Motion::still((last_s, until_s.max(last_s)), last_m);
-            pieces.push(Piece { motion, mass_kg: entry.mass_kg[last] });
+            pieces.push(Piece {
+                motion,
+                mass_kg: entry.mass_kg[last],
+            });
         }
-        Ok(Trajectory { pieces, last_s, last_m })
+        Ok(Trajectory {
+            pieces,
+            last_s,
+            last_m,
+        })
     }
 
     /// The pieces, in order of time.
@@ -279,21 +336,28 @@ impl Trajectory {
 
     /// Index of the piece under way at a time; at a break point the later one. `None`: not there.
     pub fn piece_index(&self, t_s: f64) -> Option<usize> {
-        let after = self.pieces.partition_point(|piece| piece.motion.from_s <= t_s);
+        let after = self
+            .pieces
+            .partition_point(|piece| piece.motion.from_s <= t_s);
         let index = after.checked_sub(1)?;
         (t_s <= self.pieces[index].motion.until_s).then_some(index)
     }
 
     /// Indices of the pieces that share more than a moment with a time window.
     pub fn pieces_during(&self, from_s: f64, until_s: f64) -> std::ops::Range<usize> {
-        let first = self.pieces.partition_point(|piece| piece.motion.until_s <= from_s);
-        let end = self.pieces.partition_point(|piece| piece.motion.from_s < until_s);
+        let first = self
+            .pieces
+            .partition_point(|piece| piece.motion.until_s <= from_s);
+        let end = self
+            .pieces
+            .partition_point(|piece| piece.motion.from_s < until_s);
         first..end.max(first)
     }
 
     /// Place at a time (m); `None`: not there.
     pub fn position_m(&self, t_s: f64) -> Option<Point3<f64>> {
-        self.piece_index(t_s).map(|k| self.pieces[k].motion.at_m(t_s).into())
+        self.piece_index(t_s)
+            .map(|k| self.pieces[k].motion.at_m(t_s).into())
     }
 
     /// Mass at a time (kg); `None`: not there.
@@ -306,7 +370,10 @@ impl Trajectory {
         self.pieces[self.pieces_during(from_s, until_s)]
             .iter()
             .map(|piece| {
-                let (a_s, b_s) = (from_s.max(piece.motion.from_s), until_s.min(piece.motion.until_s));
+                let (a_s, b_s) = (
+                    from_s.max(piece.motion.from_s),
+                    until_s.min(piece.motion.until_s),
+                );
                 piece.motion.box_m(a_s, b_s)
             })
             .reduce(|a, b| (a.0.inf(&b.0), a.1.sup(&b.1)))
@@ -314,8 +381,17 @@ impl Trajectory {
 
     /// Moments at which it is in two places: time (s) and both places (m).
     pub fn jumps(&self) -> impl Iterator<Item = (f64, Point3<f64>, Point3<f64>)> + '_ {
-        let ends = self.pieces.iter().map(|piece| (piece.motion.until_s, piece.motion.at_m(piece.motion.until_s)));
-        let begins = self.pieces.iter().skip(1).map(|piece| piece.motion.at_m(piece.motion.from_s));
+        let ends = self.pieces.iter().map(|piece| {
+            (
+                piece.motion.until_s,
+                piece.motion.at_m(piece.motion.until_s),
+            )
+        });
+        let begins = self
+            .pieces
+            .iter()
+            .skip(1)
+            .map(|piece| piece.motion.at_m(piece.motion.from_s));
         ends.zip(begins)
             .filter(|((_, a), b)| (a - b).norm() > SAME_PLACE_M)
             .map(|((t_s, a), b)| (t_s, a.into(), b.into()))

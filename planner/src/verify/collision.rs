@@ -12,7 +12,10 @@ pub(super) fn check(scene: &Scene<'_>, near: &[Vec<Near>], k: usize) -> (Vec<Fou
     let one = &scene.flights[k];
     let mut found = Vec::new();
     let mut smallest_m: Option<f64> = None;
-    let mut after: Vec<&Near> = near[k].iter().filter(|encounter| encounter.other > k).collect();
+    let mut after: Vec<&Near> = near[k]
+        .iter()
+        .filter(|encounter| encounter.other > k)
+        .collect();
     after.sort_by(|a, b| a.other.cmp(&b.other).then(a.from_s.total_cmp(&b.from_s)));
     for same in after.chunk_by(|a, b| a.other == b.other) {
         let other = &scene.flights[same[0].other];
@@ -20,14 +23,26 @@ pub(super) fn check(scene: &Scene<'_>, near: &[Vec<Near>], k: usize) -> (Vec<Fou
         let mut parts = Vec::new();
         let mut worst = (0.0, f64::INFINITY);
         for encounter in same {
-            for piece in &one.trajectory.pieces()[one.trajectory.pieces_during(encounter.from_s, encounter.until_s)] {
-                let (from_s, until_s) =
-                    (piece.motion.from_s.max(encounter.from_s), piece.motion.until_s.min(encounter.until_s));
+            for piece in &one.trajectory.pieces()[one
+                .trajectory
+                .pieces_during(encounter.from_s, encounter.until_s)]
+            {
+                let (from_s, until_s) = (
+                    piece.motion.from_s.max(encounter.from_s),
+                    piece.motion.until_s.min(encounter.until_s),
+                );
                 let mine = piece.motion.during(from_s, until_s);
-                for theirs in &other.trajectory.pieces()[other.trajectory.pieces_during(from_s, until_s)] {
-                    let Some(relative) = theirs.motion.seen_from(&mine) else { continue };
+                for theirs in
+                    &other.trajectory.pieces()[other.trajectory.pieces_during(from_s, until_s)]
+                {
+                    let Some(relative) = theirs.motion.seen_from(&mine) else {
+                        continue;
+                    };
                     let (t_s, distance_m) = relative.nearest_to_origin();
-                    smallest_m = Some(smallest_m.map_or(distance_m - sum_m, |known| known.min(distance_m - sum_m)));
+                    smallest_m = Some(
+                        smallest_m
+                            .map_or(distance_m - sum_m, |known| known.min(distance_m - sum_m)),
+                    );
                     if distance_m < worst.1 {
                         worst = (t_s, distance_m);
                     }
@@ -46,7 +61,10 @@ pub(super) fn check(scene: &Scene<'_>, near: &[Vec<Near>], k: usize) -> (Vec<Fou
                     with: Some(other.name.clone()),
                     from_s,
                     until_s: scene.until(until_s),
-                    position_m: one.trajectory.position_m(worst.0).unwrap_or_else(|| one.trajectory.last_m()),
+                    position_m: one
+                        .trajectory
+                        .position_m(worst.0)
+                        .unwrap_or_else(|| one.trajectory.last_m()),
                     value: worst.1 - sum_m,
                     limit: 0.0,
                     unit: "m".to_owned(),

@@ -84,7 +84,10 @@ impl Scene<'_> {
 }
 
 /// Several speeds at one point as one.
-pub(crate) fn superpose(superposition: Superposition, speeds_mps: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn superpose(
+    superposition: Superposition,
+    speeds_mps: impl Iterator<Item = f64>,
+) -> f64 {
     match superposition {
         Superposition::Momentum => speeds_mps.map(|u| u * u).sum::<f64>().sqrt(),
         Superposition::Linear => speeds_mps.sum(),
@@ -93,7 +96,10 @@ pub(crate) fn superpose(superposition: Superposition, speeds_mps: impl Iterator<
 }
 
 /// Smallest horizontal distance between two boxes (m).
-pub(crate) fn level_gap_m(a: &(Vector3<f64>, Vector3<f64>), b: &(Vector3<f64>, Vector3<f64>)) -> f64 {
+pub(crate) fn level_gap_m(
+    a: &(Vector3<f64>, Vector3<f64>),
+    b: &(Vector3<f64>, Vector3<f64>),
+) -> f64 {
     let gap = |k: usize| (a.0[k] - b.1[k]).max(b.0[k] - a.1[k]).max(0.0);
     gap(0).hypot(gap(1))
 }

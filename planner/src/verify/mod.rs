@@ -85,7 +85,11 @@ type Found = (usize, Violation);
 pub fn verify(plan: &Plan) -> Report {
     let (scene, mut found) = contents::read(plan);
     let Some(scene) = scene else {
-        return Report { violations: sorted(found), air_met: vec![AirMet::default(); plan.drones.len()], smallest_gap_m: None };
+        return Report {
+            violations: sorted(found),
+            air_met: vec![AirMet::default(); plan.drones.len()],
+            smallest_gap_m: None,
+        };
     };
     let near = nearby::encounters(&scene);
 
@@ -102,7 +106,12 @@ pub fn verify(plan: &Plan) -> Report {
 
     let met: Vec<_> = (0..scene.flights.len())
         .into_par_iter()
-        .map(|k| (collision::check(&scene, &near, k), air::judge(&scene, &near, k)))
+        .map(|k| {
+            (
+                collision::check(&scene, &near, k),
+                air::judge(&scene, &near, k),
+            )
+        })
         .collect();
     let mut air_met = vec![AirMet::default(); plan.drones.len()];
     let mut smallest_gap_m: Option<f64> = None;
@@ -113,14 +122,26 @@ pub fn verify(plan: &Plan) -> Report {
         smallest_gap_m = smallest_gap_m.into_iter().chain(gap_m).reduce(f64::min);
     }
 
-    let zones: Vec<Vec<Found>> = scene.zones.par_iter().map(|zone| zone::check(&scene, zone)).collect();
+    let zones: Vec<Vec<Found>> = scene
+        .zones
+        .par_iter()
+        .map(|zone| zone::check(&scene, zone))
+        .collect();
     found.extend(zones.into_iter().flatten());
-    Report { violations: sorted(found), air_met, smallest_gap_m }
+    Report {
+        violations: sorted(found),
+        air_met,
+        smallest_gap_m,
+    }
 }
 
 fn sorted(mut found: Vec<Found>) -> Vec<Violation> {
     found.sort_by(|(i, a), (j, b)| {
-        a.from_s.total_cmp(&b.from_s).then(a.kind.cmp(&b.kind)).then(i.cmp(j)).then_with(|| a.with.cmp(&b.with))
+        a.from_s
+            .total_cmp(&b.from_s)
+            .then(a.kind.cmp(&b.kind))
+            .then(i.cmp(j))
+            .then_with(|| a.with.cmp(&b.with))
     });
     found.into_iter().map(|(_, violation)| violation).collect()
 }

@@ -4,10 +4,10 @@
 //! distance at its middle exceeds the body's radius by more than half the way. This holds for any solid
 //! and any motion.
 
+use super::Found;
 use super::clock::join;
 use super::flight::{Flight, Scene};
 use super::solid::Solid;
-use super::Found;
 use crate::plan::{Violation, ViolationKind};
 use crate::trajectory::Motion;
 
@@ -27,11 +27,21 @@ pub(super) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
         for piece in flight.trajectory.pieces() {
             let span_s = (piece.motion.from_s, piece.motion.until_s);
             if solid.box_distance_m(&piece.motion.box_m(span_s.0, span_s.1)) < allowed_m {
-                inside(solid, &piece.motion, span_s, allowed_m, &mut parts, &mut worst);
+                inside(
+                    solid,
+                    &piece.motion,
+                    span_s,
+                    allowed_m,
+                    &mut parts,
+                    &mut worst,
+                );
             }
         }
         for (from_s, until_s) in parts {
-            let position_m = flight.trajectory.position_m(worst.0).unwrap_or_else(|| flight.trajectory.last_m());
+            let position_m = flight
+                .trajectory
+                .position_m(worst.0)
+                .unwrap_or_else(|| flight.trajectory.last_m());
             found.push((
                 flight.index,
                 Violation {
@@ -53,7 +63,14 @@ pub(super) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
 
 /// Appends the parts of a span during which the solid is nearer than allowed, and keeps the nearest
 /// moment (time, distance).
-fn inside(solid: &Solid, motion: &Motion, span_s: (f64, f64), allowed_m: f64, parts: &mut Vec<(f64, f64)>, worst: &mut (f64, f64)) {
+fn inside(
+    solid: &Solid,
+    motion: &Motion,
+    span_s: (f64, f64),
+    allowed_m: f64,
+    parts: &mut Vec<(f64, f64)>,
+    worst: &mut (f64, f64),
+) {
     let (from_s, until_s) = span_s;
     let middle_s = 0.5 * (from_s + until_s);
     let half_way_m = motion.half_path_m(from_s, until_s);

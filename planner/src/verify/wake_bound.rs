@@ -66,14 +66,22 @@ impl BoundedWake {
     pub(crate) fn new(wake: Wake) -> BoundedWake {
         let near = Arc::new(NearTable::new(&wake));
         let reach_m = reaches(&wake);
-        BoundedWake { wake, near, reach_m }
+        BoundedWake {
+            wake,
+            near,
+            reach_m,
+        }
     }
 
     /// The same airframe at another mass.
     pub(crate) fn with_mass(&self, mass_kg: f64) -> BoundedWake {
         let wake = self.wake.with_mass(mass_kg);
         let reach_m = reaches(&wake);
-        BoundedWake { wake, near: Arc::clone(&self.near), reach_m }
+        BoundedWake {
+            wake,
+            near: Arc::clone(&self.near),
+            reach_m,
+        }
     }
 
     /// Radius beyond which it is fainter than [`FAINTEST_WAKE_MPS`] anywhere down to a depth (m).
@@ -84,7 +92,13 @@ impl BoundedWake {
 
     /// Lowest and highest axial speed (m/s) over ranges of depth below the rotor plane and of distance
     /// from the axis (m), along a way of which the middle and half the length are known.
-    pub(crate) fn range_mps(&self, depth_m: (f64, f64), off_axis_m: (f64, f64), middle_m: &Vector3<f64>, half_path_m: f64) -> (f64, f64) {
+    pub(crate) fn range_mps(
+        &self,
+        depth_m: (f64, f64),
+        off_axis_m: (f64, f64),
+        middle_m: &Vector3<f64>,
+        half_path_m: f64,
+    ) -> (f64, f64) {
         if depth_m.1 <= 0.0 {
             return (0.0, 0.0);
         }
@@ -93,7 +107,10 @@ impl BoundedWake {
         if depth_m.1 > near_depth_m {
             let top_m = depth_m.0.max(near_depth_m * JUST_BELOW);
             let bottom_m = depth_m.1.max(top_m);
-            let ratio = match (self.wake.centreline_mps(top_m), self.wake.centreline_mps(bottom_m)) {
+            let ratio = match (
+                self.wake.centreline_mps(top_m),
+                self.wake.centreline_mps(bottom_m),
+            ) {
                 (Some(top), Some(bottom)) if bottom > 0.0 => top / bottom,
                 _ => 1.0,
             };
@@ -103,7 +120,11 @@ impl BoundedWake {
         }
         if depth_m.0 < near_depth_m {
             let u_h = self.wake.induced_velocity_mps();
-            let (speed, slope_per_m) = self.near.highest(depth_m.0.max(0.0), depth_m.1.min(near_depth_m), off_axis_m.0);
+            let (speed, slope_per_m) = self.near.highest(
+                depth_m.0.max(0.0),
+                depth_m.1.min(near_depth_m),
+                off_axis_m.0,
+            );
             high = high.max(speed * u_h);
             low = 0.0;
             if depth_m.0 > 0.0 {
@@ -122,7 +143,8 @@ impl BoundedWake {
             return 0.0;
         }
         let nowhere = Vector3::new(0.0, 0.0, -depth_m.1);
-        self.range_mps(depth_m, (off_axis_m, off_axis_m), &nowhere, f64::INFINITY).1
+        self.range_mps(depth_m, (off_axis_m, off_axis_m), &nowhere, f64::INFINITY)
+            .1
     }
 }
 
@@ -130,17 +152,22 @@ impl BoundedWake {
 fn reaches(wake: &Wake) -> Arc<[f64]> {
     let near_depth_m = wake.near_field_depth_m();
     let end_m = wake.spindle_end_m(FAINTEST_WAKE_MPS).max(near_depth_m);
-    let at = |depth_m: f64| wake.radius_at_speed_m(depth_m, FAINTEST_WAKE_MPS).unwrap_or(0.0);
+    let at = |depth_m: f64| {
+        wake.radius_at_speed_m(depth_m, FAINTEST_WAKE_MPS)
+            .unwrap_or(0.0)
+    };
     // The near field reaches as far as the far field at its end: 5 motor distances against 2 for a Gaussian.
     let mut greatest = at(near_depth_m * JUST_BELOW);
     let mut table = Vec::with_capacity(REACH_STEPS + 1);
     for step in 0..REACH_STEPS {
-        let depth_m = ((step + 1) as f64 * REACH_STEP * near_depth_m).max(near_depth_m * JUST_BELOW);
+        let depth_m =
+            ((step + 1) as f64 * REACH_STEP * near_depth_m).max(near_depth_m * JUST_BELOW);
         greatest = greatest.max(at(depth_m));
         table.push(greatest);
     }
     // The spindle is one arch: 64 samples miss its greatest radius by far less than the 2 % added.
-    let over_all = (1..64).map(|k| at(near_depth_m * JUST_BELOW + f64::from(k) / 64.0 * (end_m - near_depth_m)));
+    let over_all = (1..64)
+        .map(|k| at(near_depth_m * JUST_BELOW + f64::from(k) / 64.0 * (end_m - near_depth_m)));
     table.push(over_all.fold(greatest, f64::max));
     table.iter().map(|reach| 1.02 * reach).collect()
 }
@@ -171,8 +198,16 @@ impl NearTable {
         let value = |s: usize, r: usize, b: usize| sampled[(s * radii + r) * BEARINGS + b];
         let slope = |s: usize, r: usize, b: usize| {
             let here = value(s, r, b);
-            let along_s = if s + 1 < depths { (value(s + 1, r, b) - here) / step_s_m } else { 0.0 };
-            let along_r = if r + 1 < radii { (value(s, r + 1, b) - here) / step_r_m } else { 0.0 };
+            let along_s = if s + 1 < depths {
+                (value(s + 1, r, b) - here) / step_s_m
+            } else {
+                0.0
+            };
+            let along_r = if r + 1 < radii {
+                (value(s, r + 1, b) - here) / step_r_m
+            } else {
+                0.0
+            };
             let around = if b + 1 < BEARINGS && r > 0 {
                 (value(s, r, b + 1) - here) / (r as f64 * step_r_m * step_bearing)
             } else {
@@ -180,8 +215,12 @@ impl NearTable {
             };
             Vector3::new(along_s, along_r, around).norm()
         };
-        let mut table =
-            NearTable { layer_m, ring_m, speed: vec![0.0; LAYERS * RINGS], slope_per_m: vec![0.0; LAYERS * RINGS] };
+        let mut table = NearTable {
+            layer_m,
+            ring_m,
+            speed: vec![0.0; LAYERS * RINGS],
+            slope_per_m: vec![0.0; LAYERS * RINGS],
+        };
         for layer in 0..LAYERS {
             let (mut speed, mut slope_per_m) = (0.0_f64, 0.0_f64);
             for ring in (0..RINGS).rev() {
