@@ -295,3 +295,172 @@ impl Level {
         self.numerator / (denominator * denominator)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Offboard 2 with propellers canted outwards, so that no formula can forget the width factor.
+    fn jet() -> FarField {
+        FarField::new(9.66, 0.266, 1.15, &Jet::default())
+    }
+
+    const DEPTHS_M: [f64; 3] = [0.7, 2.0, 9.0];
+    const XIS: [f64; 6] = [0.0, 0.4, 0.695, 1.0, 1.6, 4.0];
+
+    fn points() -> impl Iterator<Item = (f64, f64)> {
+        let radius_m = |s: f64, xi: f64| xi * jet().half_width_m(s).expect("deep");
+        DEPTHS_M
+            .into_iter()
+            .flat_map(move |s| XIS.into_iter().map(move |xi| (s, radius_m(s, xi))))
+    }
+
+    #[test]
+    fn the_rational_form_is_the_papers_profile() {
+        for (s, r) in points() {
+            let centreline_mps = jet().centreline_mps(s).expect("deep");
+            let xi = r / jet().half_width_m(s).expect("deep");
+            let paper_mps = centreline_mps / (1.0 + PROFILE_A * xi * xi).powi(2);
+            // Rounding.
+            assert!((jet().axial_speed_mps(s, r).expect("deep") / paper_mps - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_the_speed() {
+        let h = 1e-5; // m
+        for (s, r) in points() {
+            let speed = |s: f64, r: f64| jet().axial_speed_mps(s, r).expect("deep");
+            let across = (speed(s, r + h) - speed(s, r - h)) / (2.0 * h);
+            let along = (speed(s + h, r) - speed(s - h, r)) / (2.0 * h);
+            // Speeds near 10 m/s: rounding leaves 1e-10, the third derivative (1e4 at most) times h² 1e-6.
+            assert!((jet().radial_gradient_per_s(s, r).expect("deep") - across).abs() < 2e-6);
+            assert!((jet().axial_gradient_per_s(s, r).expect("deep") - along).abs() < 2e-6);
+        }
+    }
+
+    #[test]
+    fn no_gradient_exceeds_its_bound_and_the_bound_is_met() {
+        for s in DEPTHS_M {
+            let half_width_m = jet().half_width_m(s).expect("deep");
+            let bound_per_s = jet().steepest_radial_gradient_per_s(s).expect("deep");
+            let steepest_per_s = (0..5000)
+                .filter_map(|i| jet().radial_gradient_per_s(s, 1e-3 * f64::from(i) * half_width_m))
+                .fold(0.0_f64, |steepest, gradient| steepest.max(gradient.abs()));
+            // A scan in steps of 0.001 half-widths misses the flat maximum by less than 1e-6 of it.
+            assert!(
+                steepest_per_s <= bound_per_s * (1.0 + 1e-12)
+                    && steepest_per_s > bound_per_s * (1.0 - 1e-6)
+            );
+            let in_words = 0.666 * jet().centreline_mps(s).expect("deep") / half_width_m;
+            assert!((bound_per_s / in_words - 1.0).abs() < 1e-3); // three digits
+        }
+    }
+
+    #[test]
+    fn mass_and_momentum_through_a_plane_are_the_integrals_of_the_profile() {
+        let s = 2.0;
+        let half_width_m = jet().half_width_m(s).expect("deep");
+        // Midpoints in t = ξ²/(1 + ξ²) bring the whole plane into 0..1: error of order 1/n².
+        let n = 20_000;
+        let integral = |power: i32| -> f64 {
+            let over = |t: f64| {
+                let xi2 = t / (1.0 - t);
+                let speed_mps = jet()
+                    .axial_speed_mps(s, half_width_m * xi2.sqrt())
+                    .expect("deep");
+                speed_mps.powi(power) / ((1.0 - t) * (1.0 - t))
+            };
+            let sum: f64 = (0..n)
+                .map(|i| over((f64::from(i) + 0.5) / f64::from(n)))
+                .sum();
+            PI * half_width_m * half_width_m * sum / f64::from(n)
+        };
+        assert!((integral(1) / jet().volume_flux_m3_per_s(s).expect("deep") - 1.0).abs() < 1e-7);
+        assert!((integral(2) / jet().momentum_flux_m4_per_s2() - 1.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn the_mean_over_a_centred_disc_is_that_of_a_quadrature() {
+        for s in DEPTHS_M {
+            for disc_m in [0.01, 0.13, 1.0] {
+                let n = 4000; // equal areas, midpoints: error of order 1/n²
+                let mean: f64 = (0..n)
+                    .map(|i| disc_m * ((f64::from(i) + 0.5) / f64::from(n)).sqrt())
+                    .map(|r| jet().axial_speed_mps(s, r).expect("deep"))
+                    .sum::<f64>()
+                    / f64::from(n);
+                assert!((jet().disc_mean_mps(s, disc_m).expect("deep") / mean - 1.0).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn the_spindle_is_where_the_speed_is_met_and_ends_where_the_axis_meets_it() {
+        for s in DEPTHS_M {
+            for share in [0.999, 0.5, 0.03] {
+                let speed_mps = share * jet().centreline_mps(s).expect("deep");
+                let radius_m = jet()
+                    .radius_at_speed_m(s, speed_mps)
+                    .expect("slower than the axis");
+                // The root of √(U_C/U) - 1 loses three digits at 0.999.
+                assert!(
+                    (jet().axial_speed_mps(s, radius_m).expect("deep") / speed_mps - 1.0).abs()
+                        < 1e-12
+                );
+            }
+            let axis_mps = jet().centreline_mps(s).expect("deep");
+            assert_eq!(jet().radius_at_speed_m(s, 1.001 * axis_mps), None);
+            assert!(
+                (jet().spindle_end_m(axis_mps).expect("reached") - s).abs() < 1e-13 * s.max(1.5)
+            );
+        }
+        assert_eq!(jet().spindle_end_m(20.0), None);
+        assert_eq!(jet().spindle_end_m(0.0), Some(f64::INFINITY));
+    }
+
+    /// Simpson over the model itself.
+    fn dose_by_quadrature_m(from_m: Vector3<f64>, to_m: Vector3<f64>, duration_s: f64) -> f64 {
+        let n = 4000;
+        let speed = |i: i32| {
+            let p = from_m + (to_m - from_m) * (f64::from(i) / f64::from(n));
+            jet().axial_speed_mps(-p.z, p.x.hypot(p.y)).expect("deep")
+        };
+        let weight = |i: i32| {
+            if i == 0 || i == n {
+                1.0
+            } else if i % 2 == 1 {
+                4.0
+            } else {
+                2.0
+            }
+        };
+        duration_s * (0..=n).map(|i| weight(i) * speed(i)).sum::<f64>() / (3.0 * f64::from(n))
+    }
+
+    #[test]
+    fn the_dose_along_any_straight_path_is_that_of_a_quadrature() {
+        let corners = [
+            Vector3::new(-3.0, 0.0, -1.0),
+            Vector3::new(3.0, 0.0, -1.0),
+            Vector3::new(0.0, 0.0, -0.7),
+            Vector3::new(0.0, 0.0, -9.0),
+            Vector3::new(0.3, -0.2, -0.7),
+            Vector3::new(0.3, -0.2, -9.0),
+            Vector3::new(-1.0, 2.0, -4.0),
+            Vector3::new(0.31, -0.2, -9.0),
+            Vector3::new(0.300_000_1, -0.2, -9.0),
+        ];
+        for from_m in corners {
+            for to_m in corners {
+                let closed_m = jet().dose_m(from_m, to_m, 7.0).expect("far field");
+                let summed_m = dose_by_quadrature_m(from_m, to_m, 7.0);
+                // Simpson with 4000 intervals on these paths, and the cancellation of a step of 1e-7 m in 9 m.
+                assert!(
+                    (closed_m / summed_m - 1.0).abs() < 1e-7,
+                    "{from_m} to {to_m}: {closed_m} and {summed_m} m"
+                );
+            }
+        }
+    }
+}

@@ -317,3 +317,100 @@ impl NearField {
         v
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DIAMETERS: [f64; 3] = [0.4868, 0.6246, 0.9];
+
+    fn near(diameter: f64) -> NearField {
+        NearField::new(diameter, 1.0, &Jet::default())
+    }
+
+    /// `∫ f dA` by the trapezoid rule, which converges faster than any power for what decays like a Gaussian.
+    fn over_the_plane(f: impl Fn(f64, f64) -> f64) -> f64 {
+        const N: i32 = 200;
+        const H: f64 = 4.0 / N as f64;
+        let mut sum = 0.0;
+        for i in -N..=N {
+            for j in -N..=N {
+                sum += f(H * f64::from(i), H * f64::from(j));
+            }
+        }
+        sum * H * H
+    }
+
+    #[test]
+    fn the_overlap_of_the_rotor_jets_with_themselves_is_that_of_a_quadrature() {
+        for diameter in DIAMETERS {
+            for s in [0.0, 0.5, 1.7, 2.4] {
+                let slice = Slice::new(s, diameter);
+                let [closed, _] = slice.self_overlap();
+                let summed = over_the_plane(|x, y| slice.shape(x, y).powi(2));
+                assert!((closed / summed - 1.0).abs() < 1e-12); // rounding of 160 000 terms
+            }
+        }
+    }
+
+    #[test]
+    fn the_overlap_with_the_far_field_is_that_of_a_quadrature_between_its_nodes_too() {
+        for diameter in DIAMETERS {
+            let near = near(diameter);
+            for s in [1.8, 1.8125, 2.111, 2.4875, 2.5] {
+                let slice = Slice::new(s, diameter);
+                let level = near.far.level(s);
+                let summed =
+                    over_the_plane(|x, y| slice.shape(x, y) * level.axial_speed_mps(x * x + y * y));
+                let [table, _] = near.tabulated_overlap(s);
+                // The Hermite cubic over 0.025 l: fourth power of the step times a fourth derivative of order 1, over 384.
+                assert!(
+                    (table / summed - 1.0).abs() < 1e-8,
+                    "at {s} l: {table} and {summed}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn derivatives_with_depth_are_those_of_the_values() {
+        let h = 1e-5;
+        for diameter in DIAMETERS {
+            let near = near(diameter);
+            for s in [0.1, 0.9, 1.79, 1.95, 2.2, 2.45] {
+                let at = |s: f64| {
+                    let slice = Slice::new(s, diameter);
+                    let [a, a_prime] = near.amplitude(s, &slice);
+                    let [nn, nn_prime] = slice.self_overlap();
+                    (
+                        [a, nn, slice.merged, slice.shadow],
+                        [a_prime, nn_prime, slice.merged_prime, slice.shadow_prime],
+                    )
+                };
+                let ((before, _), (_, slopes), (after, _)) = (at(s - h), at(s), at(s + h));
+                for ((before, after), slope) in before.into_iter().zip(after).zip(slopes) {
+                    // Central differences: 1e-10 of a third derivative of order 100, and 1e-11 of rounding; the table adds 1e-7.
+                    assert!(
+                        ((after - before) / (2.0 * h) - slope).abs() < 1e-6,
+                        "at {s} l, d/l = {diameter}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn far_to_the_side_nothing_overflows() {
+        let near = near(0.2);
+        for s in [0.0, 1.0, 2.3] {
+            let (speed, [x, y]) = (
+                near.axial_speed(500.0, -300.0, s),
+                near.horizontal_velocity(500.0, -300.0, s),
+            );
+            assert!(
+                (0.0..1e-6).contains(&speed) && x < 0.0 && y > 0.0,
+                "at {s} l: {speed}, {x}, {y}"
+            );
+        }
+    }
+}
