@@ -3,7 +3,7 @@
 use airflow::power;
 
 use crate::cover::Covers;
-use crate::fleet::{BUDGET, Fleet, Meeting, ZoneBox};
+use crate::fleet::{BUDGET, Fleet, Meeting, WHOLE, ZoneBox};
 use crate::leg::{DroneId, Leg, Tick};
 use crate::timeline::{Footprint, Item, Slot, Timeline};
 
@@ -21,6 +21,8 @@ pub struct Costmap {
     zone_loads: Vec<Vec<Vec<ZoneLoad>>>,
     /// Per drone, what was inserted.
     legs: Vec<Vec<Leg>>,
+    /// What the loads on one drone or zone may add up to, in millionths of its limit.
+    budget: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,6 +110,17 @@ impl Costmap {
             zones,
             timeline: Timeline::default(),
             legs: vec![Vec::new(); drones],
+            budget: BUDGET,
+        }
+    }
+
+    /// The same sky, were every air limit this many times higher. Bodies and columns stay forbidden.
+    #[must_use]
+    pub fn with_limits_raised(&self, times: f64) -> Costmap {
+        let raised = f64::from(self.fleet.load(times)) * f64::from(BUDGET) / WHOLE;
+        Costmap {
+            budget: raised.min(f64::from(u32::MAX / 2)) as u32,
+            ..self.clone()
         }
     }
 
@@ -291,10 +304,10 @@ impl Costmap {
                 Some(Why::Bodies)
             } else if meeting.column {
                 Some(Why::Column)
-            } else if meeting.load_on_first > BUDGET {
+            } else if meeting.load_on_first > self.budget {
                 Some(Why::OwnLimit)
             } else if meeting.load_on_second > 0
-                && item.load.saturating_add(meeting.load_on_second) > BUDGET
+                && item.load.saturating_add(meeting.load_on_second) > self.budget
             {
                 Some(Why::TheirLimit)
             } else {
@@ -322,7 +335,7 @@ impl Costmap {
                 }
             }
         }
-        block_largest(&mut loads, 0, verdict);
+        block_largest(&mut loads, 0, self.budget, verdict);
     }
 
     fn shared_s(&self, leg: &Leg, item: &Item) -> f64 {
@@ -339,7 +352,7 @@ impl Costmap {
             if own == 0 {
                 continue;
             }
-            if own > BUDGET {
+            if own > self.budget {
                 verdict.breaks_zone = true;
                 return;
             }
@@ -359,23 +372,23 @@ impl Costmap {
                         (load.load, blocker)
                     })
                     .collect();
-                block_largest(&mut loads, own, verdict);
+                block_largest(&mut loads, own, self.budget, verdict);
             }
         }
     }
 }
 
 /// Blocks the heaviest loads until the rest fits into the budget beside `own`.
-fn block_largest(loads: &mut [(u32, Blocker)], own: u32, verdict: &mut Verdict) {
+fn block_largest(loads: &mut [(u32, Blocker)], own: u32, budget: u32, verdict: &mut Verdict) {
     let mut total = loads
         .iter()
         .fold(own, |sum, (load, _)| sum.saturating_add(*load));
-    if total <= BUDGET {
+    if total <= budget {
         return;
     }
     loads.sort_by_key(|(load, blocker)| (std::cmp::Reverse(*load), blocker.drone));
     for (load, blocker) in loads.iter() {
-        if total <= BUDGET {
+        if total <= budget {
             return;
         }
         verdict.blockers.push(*blocker);

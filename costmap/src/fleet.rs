@@ -41,7 +41,7 @@ pub struct Conditions {
 /// the wakes too weak to be counted one by one (see [`NEGLIGIBLE_SHARE`]).
 pub const BUDGET: u32 = 980_000;
 /// A load of the whole limit, in millionths.
-const WHOLE: f64 = 1_000_000.0;
+pub(crate) const WHOLE: f64 = 1_000_000.0;
 /// Wakes below this share of a budget count as still air. Chosen here: a hundred of them fit into the reserve.
 const NEGLIGIBLE_SHARE: f64 = 2e-4;
 
@@ -238,7 +238,7 @@ impl Fleet {
     }
 
     /// Millionths of a budget that a speed of this share of a limit fills, so that loads add up.
-    fn load(&self, share: f64) -> u32 {
+    pub(crate) fn load(&self, share: f64) -> u32 {
         let additive = match self.conditions.superposition {
             Superposition::Linear => share,
             // The strongest of several is at most the root of their sum of squares.
