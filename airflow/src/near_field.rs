@@ -117,9 +117,10 @@ impl Slice {
 
     /// `I_nn` and its derivative.
     fn self_overlap(&self) -> [f64; 2] {
-        let [plain, plain_p] = self.pair_overlap(0.0);
-        let [once, once_p] = self.pair_overlap(SHADOW_EXPONENT);
-        let [twice, twice_p] = self.pair_overlap(2.0 * SHADOW_EXPONENT);
+        let apart = (-self.exponent * HUB_RADIUS * HUB_RADIUS).exp();
+        let [plain, plain_p] = self.pair_overlap(0.0, apart);
+        let [once, once_p] = self.pair_overlap(SHADOW_EXPONENT, apart);
+        let [twice, twice_p] = self.pair_overlap(2.0 * SHADOW_EXPONENT, apart);
         let d = self.shadow;
         let by_exponent = plain_p - 2.0 * d * once_p + d * d * twice_p;
         let by_shadow = 2.0 * (d * twice - once);
@@ -135,11 +136,17 @@ impl Slice {
     /// ```text
     /// 4π/(c + 2p) · [ exp(-p R²) + exp(-p R² c/(c + 2p)) ]²,   R = 1/2
     /// ```
-    fn pair_overlap(&self, c: f64) -> [f64; 2] {
+    ///
+    /// `apart` is `exp(-p R²)`, the same for every `c`.
+    fn pair_overlap(&self, c: f64, apart: f64) -> [f64; 2] {
         const R2: f64 = HUB_RADIUS * HUB_RADIUS;
         let p = self.exponent;
         let sum = c + 2.0 * p;
-        let (apart, together) = ((-p * R2).exp(), (-p * R2 * c / sum).exp());
+        let together = if c > 0.0 {
+            (-p * R2 * c / sum).exp()
+        } else {
+            1.0
+        };
         let root = apart + together;
         let root_prime = -R2 * (apart + together * (c / sum) * (c / sum));
         let value = 4.0 * PI / sum * root * root;
@@ -231,13 +238,13 @@ impl NearField {
     /// `I_nf` by quadrature. The algebraic profile is a mixture of Gaussians, `1/(1 + x)² = ∫₀^∞ t exp(-t (1 + x)) dt`, and
     /// for a Gaussian the integral over the plane is closed; the one over `t` is left to the double-exponential rule.
     fn far_overlap(&self, s: f64) -> f64 {
-        const STEP: f64 = 0.125;
+        const STEP: f64 = 0.25;
         let slice = Slice::new(s, self.diameter);
         let level = self.far.level(s);
         let centreline = level.axial_speed_mps(0.0);
         let narrowness = level.gaussian_exponent_per_m2();
         let mut sum = 0.0;
-        for i in -24..=32 {
+        for i in -12..=16 {
             let u = STEP * f64::from(i);
             let t = (u - (-u).exp()).exp();
             let dt = t * (1.0 + (-u).exp()) * STEP;

@@ -275,6 +275,26 @@ fn near_field_peaks_move_inwards_and_merge_between_1_75_and_2_motor_distances() 
 }
 
 #[test]
+fn around_a_circle_the_air_is_fastest_on_the_diagonals() {
+    for name in Airframe::PRESETS {
+        let scaled = Scaled::new(name);
+        for s in [0.01, 0.5, 1.2, 2.0, 2.4] {
+            for r in [0.1, 0.4, 0.7, 1.5] {
+                let at = |azimuth: f64| scaled.speed(r * azimuth.cos(), r * azimuth.sin(), s);
+                let diagonal = at(FRAC_PI_4);
+                for i in 0..90 {
+                    // Rounding.
+                    assert!(
+                        at(TAU * f64::from(i) / 90.0) <= diagonal * (1.0 + 1e-12),
+                        "{name} at {s} l, r = {r} l"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn near_and_far_field_join_without_a_kink() {
     for name in Airframe::PRESETS {
         let scaled = Scaled::new(name);
