@@ -249,6 +249,12 @@ impl<'t> Record<'t> {
         self.pairs.iter().any(|pair| pair.key == key)
     }
 
+    /// The name in it, if that is a text.
+    pub(super) fn plain_name(&self) -> Option<String> {
+        let name = self.pairs.iter().find(|pair| pair.key == "name")?.value.plain::<String>()?;
+        (!name.is_empty() && !name.contains('\n')).then_some(name)
+    }
+
     /// Its first line.
     pub(super) fn head(&self) -> &Range<usize> {
         &self.head

@@ -1,20 +1,22 @@
 //! From text to what was written, with everything that is wrong on the way.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use airflow::Superposition;
 use nalgebra::Point3;
 
-use super::fields::{Field, Reader, Record, listed};
+use super::fields::{Field, Reader, Record};
 use super::limits::{
     AIR_LIMIT, BODY_RADIUS_M, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, Limits, MASS_KG,
     MAX_SPEED_MPS, MOST_LATTICE_PLACES, MOTOR_DISTANCE_M, PLACE_M, PRESSURE_PA, PROPELLER_DIAMETER_M,
-    PROPELLERS, SIZE_M, TEMPERATURE_C, WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS,
+    PROPELLERS, TEMPERATURE_C, WIDTH_FACTOR,
 };
+use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
 use super::source::{Value, line, root};
 use super::written::{
-    self, Air, Airframe, At, Bounds, Drone, Obstacle, Place, Planning, Task, Written, Zone,
+    self, Air, Airframe, At, Bounds, Drone, Planning, Task, Written,
 };
 use crate::world::{AtEnd, AtStart};
 
@@ -53,8 +55,11 @@ fn scenario<'t>(reader: &mut Reader<'t>, value: Value<'t>, spoilt: &mut Vec<Stri
     let zones = record.optional("zones").map(|field| list(reader, field, zone));
     let airframes = record.optional("airframes").map(|field| airframes(reader, field, spoilt));
     let drones = record.required("drones").map(|field| drones(reader, field));
-    let planning = record.optional("planning").map(|field| planning(reader, field, bounds_m.as_ref()));
+    let (planning, cell_at) = record.optional("planning").map(|field| planning(reader, field)).unwrap_or_default();
     record.close(reader);
+    if let Some(bounds) = &bounds_m {
+        lattice_fits(reader, planning.cell_m, cell_at, bounds);
+    }
     let anywhere = |coordinate: f64| At {
         value: Point3::new(coordinate, coordinate, coordinate),
         at: value.head(),
@@ -67,7 +72,7 @@ fn scenario<'t>(reader: &mut Reader<'t>, value: Value<'t>, spoilt: &mut Vec<Stri
         zones: zones.unwrap_or_default(),
         airframes: airframes.unwrap_or_default(),
         drones: drones.unwrap_or_default(),
-        planning: planning.unwrap_or_default(),
+        planning,
     })
 }
 
@@ -78,34 +83,6 @@ fn list<'t, T>(
 ) -> Vec<T> {
     let items = reader.items(field).unwrap_or_default();
     items.into_iter().enumerate().filter_map(|(index, item)| read(reader, item, index)).collect()
-}
-
-fn bounds<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Bounds> {
-    let mut record = reader.record(field.value, "Bounds", "`bounds_m`".to_owned())?;
-    let min = record.required("min").and_then(|field| reader.place(field));
-    let max = record.required("max").and_then(|field| reader.place(field));
-    let sound = record.close(reader);
-    let bounds = Bounds { min: min?, max: max? };
-    (box_has_volume(reader, "`bounds_m`", &bounds.min, &bounds.max) && sound).then_some(bounds)
-}
-
-/// Whether `min` lies below `max` on every axis, by a size worth the name.
-fn box_has_volume(reader: &mut Reader<'_>, who: &str, min: &Place, max: &Place) -> bool {
-    let flat: Vec<String> = ["x", "y", "z"]
-        .into_iter()
-        .enumerate()
-        .filter(|(axis, _)| max.value[*axis] - min.value[*axis] < SIZE_M.low)
-        .map(|(axis, name)| format!("{name} from {} to {} m", min.value[axis], max.value[axis]))
-        .collect();
-    if flat.is_empty() {
-        return true;
-    }
-    let swapped = (0..3).all(|axis| max.value[axis] <= min.value[axis]);
-    let problem = Problem::at(&max.at, format!("{who} encloses nothing"))
-        .label(listed(&flat, "and"))
-        .help(if swapped { "swap its two corners" } else { "its highest corner must exceed its lowest on every axis" });
-    reader.report(problem);
-    false
 }
 
 fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
@@ -158,89 +135,6 @@ fn helped<'t, T>(
         problem.help = help.or(problem.help.take());
     }
     value
-}
-
-fn obstacle<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize) -> Option<Obstacle> {
-    let mut record = named(reader, value, "Obstacle", index)?;
-    let before = reader.problems.len();
-    let name = match record.optional("name") {
-        Some(field) => reader.name(field).map(|name| name.value),
-        None => Some(format!("obstacle-{}", index + 1)),
-    };
-    let min_m = record.optional("min_m").and_then(|field| reader.place(field));
-    let max_m = record.optional("max_m").and_then(|field| reader.place(field));
-    let base_m = record.optional("base_m").and_then(|field| reader.place(field));
-    let radius_m = number(reader, &mut record, "radius_m", &SIZE_M);
-    let height_m = number(reader, &mut record, "height_m", &SIZE_M);
-    let mesh = record.optional("mesh").and_then(|field| reader.name(field));
-    let at_m = record.optional("at_m").and_then(|field| reader.place(field));
-    let one_shape = is_one_shape(reader, &record);
-    let who = record.who.clone();
-    record.close(reader);
-    if let (true, Some(min), Some(max)) = (one_shape, &min_m, &max_m) {
-        box_has_volume(reader, &who, min, max);
-    }
-    let obstacle = Obstacle { name: name?, min_m, max_m, base_m, radius_m, height_m, mesh, at_m };
-    (reader.problems.len() == before).then_some(obstacle)
-}
-
-/// Whether the keys of an obstacle make exactly one of the three shapes, and all of it.
-fn is_one_shape(reader: &mut Reader<'_>, record: &Record<'_>) -> bool {
-    const SHAPES: [(&str, &[&str], &[&str]); 3] = [
-        ("box", &["min_m", "max_m"], &[]),
-        ("cylinder", &["base_m", "radius_m", "height_m"], &[]),
-        ("mesh", &["mesh"], &["at_m"]),
-    ];
-    let begun: Vec<_> = SHAPES
-        .iter()
-        .filter(|(_, needed, more)| needed.iter().chain(*more).any(|key| record.has(key)))
-        .collect();
-    let who = &record.who;
-    let problem = match begun.as_slice() {
-        [] => Problem::at(record.head(), format!("{who} has no shape"))
-            .label("neither box, cylinder nor mesh")
-            .help("give min_m and max_m, or base_m, radius_m and height_m, or mesh"),
-        [(shape, needed, _)] => {
-            let missing: Vec<String> = needed
-                .iter()
-                .filter(|key| !record.has(key))
-                .map(|key| format!("`{key}`"))
-                .collect();
-            if missing.is_empty() {
-                return true;
-            }
-            Problem::at(record.head(), format!("{who} has no {}", listed(&missing, "and")))
-                .label(format!("a {shape} needs it"))
-        }
-        several => {
-            let shapes: Vec<String> = several.iter().map(|(shape, ..)| format!("a {shape}")).collect();
-            Problem::at(record.head(), format!("{who} is {} at once", listed(&shapes, "and")))
-                .label("one shape each")
-                .help("make two obstacles of it")
-        }
-    };
-    reader.report(problem);
-    false
-}
-
-fn zone<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize) -> Option<Zone> {
-    let mut record = named(reader, value, "Zone", index)?;
-    let name = match record.optional("name") {
-        Some(field) => reader.name(field).map(|name| name.value),
-        None => Some(format!("zone-{}", index + 1)),
-    };
-    let min_m = record.required("min_m").and_then(|field| reader.place(field));
-    let max_m = record.required("max_m").and_then(|field| reader.place(field));
-    let air_limit_mps = match record.optional("air_limit_mps") {
-        Some(field) => reader.number(field, &ZONE_AIR_LIMIT_MPS).map(|limit| limit.value),
-        None => Some(written::zone_air_limit_mps()),
-    };
-    let who = record.who.clone();
-    let sound = record.close(reader);
-    let (min_m, max_m) = (min_m?, max_m?);
-    let sound = box_has_volume(reader, &who, &min_m, &max_m) && sound;
-    let zone = Zone { name: name?, min_m, max_m, air_limit_mps: air_limit_mps? };
-    sound.then_some(zone)
 }
 
 fn airframes<'t>(
@@ -307,7 +201,7 @@ fn airframe<'t>(reader: &mut Reader<'t>, value: Value<'t>, name: &str) -> Option
 }
 
 /// A number with a default: `None` where it is left out, and where it is wrong (then noted).
-fn number<'t>(
+pub(super) fn number<'t>(
     reader: &mut Reader<'t>,
     record: &mut Record<'t>,
     key: &'static str,
@@ -396,49 +290,48 @@ fn task<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize, drone: &str
     Some(Task { to_m: to_m?, dwell_s: dwell_s.unwrap_or_else(written::dwell_s), load_kg })
 }
 
-fn planning<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>, bounds: Option<&Bounds>) -> Planning {
-    let Some(mut record) = reader.record(field.value, "Planning", "`planning`".to_owned()) else {
-        return Planning::default();
-    };
+/// Also where `cell_m` stands, if it does.
+fn planning<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> (Planning, Option<Range<usize>>) {
     let default = Planning::default();
-    let cell_m = record.optional("cell_m").and_then(|field| {
-        let cell_m = reader.number(field, &CELL_M)?;
-        lattice_fits(reader, &cell_m, bounds).then_some(cell_m.value)
-    });
+    let Some(mut record) = reader.record(field.value, "Planning", "`planning`".to_owned()) else {
+        return (default, None);
+    };
+    let cell_m = record.optional("cell_m").and_then(|field| reader.number(field, &CELL_M));
     let air_limit = number(reader, &mut record, "air_limit", &AIR_LIMIT);
     let clearance_m = number(reader, &mut record, "clearance_m", &CLEARANCE_M);
     let seed = record.optional("seed").and_then(|field| reader.seed(field));
     let energy_weight = number(reader, &mut record, "energy_weight", &ENERGY_WEIGHT);
     record.close(reader);
-    Planning {
-        cell_m: cell_m.unwrap_or(default.cell_m),
+    let planning = Planning {
+        cell_m: cell_m.as_ref().map_or(default.cell_m, |cell_m| cell_m.value),
         air_limit: air_limit.unwrap_or(default.air_limit),
         clearance_m: clearance_m.unwrap_or(default.clearance_m),
         seed: seed.map_or(default.seed, |seed| seed.value),
         energy_weight: energy_weight.unwrap_or(default.energy_weight),
-    }
+    };
+    (planning, cell_m.map(|cell_m| cell_m.at))
 }
 
-fn lattice_fits(reader: &mut Reader<'_>, cell_m: &At<f64>, bounds: Option<&Bounds>) -> bool {
-    let Some(Bounds { min, max }) = bounds else { return true };
-    let size_m = max.value - min.value;
+/// Notes a lattice with more places than a roadmap can hold, at the cell or else at the bounds.
+fn lattice_fits(reader: &mut Reader<'_>, cell_m: f64, cell_at: Option<Range<usize>>, bounds: &Bounds) {
+    let size_m = bounds.max.value - bounds.min.value;
     let places = |cell_m: f64| size_m.iter().map(|size_m| (size_m / cell_m).floor() + 1.0).product::<f64>();
-    if places(cell_m.value) <= MOST_LATTICE_PLACES {
-        return true;
+    if places(cell_m) <= MOST_LATTICE_PLACES {
+        return;
     }
-    let mut smallest_m = cell_m.value;
-    while places(smallest_m) > MOST_LATTICE_PLACES {
-        smallest_m *= 1.02;
+    // Whole centimetres, so that it can be typed; the loop ends because larger cells make fewer places.
+    let mut fits_cm = (cell_m * 100.0).ceil();
+    while places(fits_cm / 100.0) > MOST_LATTICE_PLACES {
+        fits_cm = (fits_cm * 1.02).ceil();
     }
-    let problem = Problem::at(&cell_m.at, "`cell_m` of `planning` is too small for these bounds").label(
-        format!("{:.1e} places, at most {MOST_LATTICE_PLACES:.0e}", places(cell_m.value)),
-    );
-    reader.report(problem.help(format!("{:.2} m fits", (smallest_m * 100.0).ceil() / 100.0)));
-    false
+    let at = cell_at.unwrap_or_else(|| bounds.max.at.clone());
+    let problem = Problem::at(&at, format!("cells of {cell_m} m are too small for these bounds"))
+        .label(format!("{:.1e} places, at most {MOST_LATTICE_PLACES:.0e}", places(cell_m)));
+    reader.report(problem.help(format!("planning: (cell_m: {:.2}) fits", fits_cm / 100.0)));
 }
 
 /// A record that messages call by its name, or by its number where it has none.
-fn named<'t>(
+pub(super) fn named<'t>(
     reader: &mut Reader<'t>,
     value: Value<'t>,
     kind: &'static str,
