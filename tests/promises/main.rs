@@ -1,0 +1,3 @@
+//! What the project promises, one module per promise, through its public face.
+
+mod verifier;
