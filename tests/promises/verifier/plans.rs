@@ -3,8 +3,8 @@
 use airflow::{Air, Airframe, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::Point3;
 use planner::plan::{
-    AirModel, AirframeEntry, AtEnd, AtStart, Corners, DronePlan, FORMAT, Fleet, JetEntry, ObstacleEntry, Plan, ShapeEntry,
-    Status, TrajectoryEntry, ViolationKind, ZoneEntry,
+    AirModel, AirframeEntry, AtEnd, AtStart, Corners, DronePlan, FORMAT, Fleet, JetEntry,
+    ObstacleEntry, Plan, ShapeEntry, Status, TrajectoryEntry, ViolationKind, ZoneEntry,
 };
 use planner::trajectory::{Tail, Trajectory};
 
@@ -79,10 +79,17 @@ pub(crate) fn plan(drones: Vec<DronePlan>) -> Plan {
         quasi_static: true,
         air: AirModel {
             density_kg_per_m3: Air::default().density_kg_per_m3(),
-            jet: JetEntry { centreline: 10.11, spreading: 0.07668, origin: -5.817 },
+            jet: JetEntry {
+                centreline: 10.11,
+                spreading: 0.07668,
+                origin: -5.817,
+            },
             superposition: "momentum".to_owned(),
         },
-        bounds_m: Corners { min: Point3::origin(), max: Point3::new(40.0, 40.0, 12.0) },
+        bounds_m: Corners {
+            min: Point3::origin(),
+            max: Point3::new(40.0, 40.0, 12.0),
+        },
         obstacles: Vec::new(),
         zones: Vec::new(),
         clearance_m: 0.1,
@@ -95,28 +102,73 @@ pub(crate) fn plan(drones: Vec<DronePlan>) -> Plan {
 }
 
 pub(crate) fn with_box(mut plan: Plan, name: &str, min_m: [f64; 3], max_m: [f64; 3]) -> Plan {
-    let shape = ShapeEntry::Box { min_m: min_m.into(), max_m: max_m.into() };
-    plan.obstacles.push(ObstacleEntry { name: name.to_owned(), shape });
+    let shape = ShapeEntry::Box {
+        min_m: min_m.into(),
+        max_m: max_m.into(),
+    };
+    plan.obstacles.push(ObstacleEntry {
+        name: name.to_owned(),
+        shape,
+    });
     plan
 }
 
 /// A closed box of twelve triangles.
 pub(crate) fn with_mesh_box(mut plan: Plan, name: &str, min_m: [f64; 3], max_m: [f64; 3]) -> Plan {
-    let corner = |k: usize| Point3::from(std::array::from_fn::<f64, 3, _>(|axis| if k >> axis & 1 == 1 { max_m[axis] } else { min_m[axis] }));
-    let faces: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    let shape = ShapeEntry::Mesh { mesh: "box.obj".to_owned(), vertices_m: (0..8).map(corner).collect(), triangles };
-    plan.obstacles.push(ObstacleEntry { name: name.to_owned(), shape });
+    let corner = |k: usize| {
+        Point3::from(std::array::from_fn::<f64, 3, _>(|axis| {
+            if k >> axis & 1 == 1 {
+                max_m[axis]
+            } else {
+                min_m[axis]
+            }
+        }))
+    };
+    let faces: [[u32; 4]; 6] = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let triangles = faces
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+        .collect();
+    let shape = ShapeEntry::Mesh {
+        mesh: "box.obj".to_owned(),
+        vertices_m: (0..8).map(corner).collect(),
+        triangles,
+    };
+    plan.obstacles.push(ObstacleEntry {
+        name: name.to_owned(),
+        shape,
+    });
     plan
 }
 
-pub(crate) fn with_zone(mut plan: Plan, min_m: [f64; 3], max_m: [f64; 3], air_limit_mps: f64) -> Plan {
-    plan.zones.push(ZoneEntry { name: "desk".to_owned(), min_m: min_m.into(), max_m: max_m.into(), air_limit_mps });
+pub(crate) fn with_zone(
+    mut plan: Plan,
+    min_m: [f64; 3],
+    max_m: [f64; 3],
+    air_limit_mps: f64,
+) -> Plan {
+    plan.zones.push(ZoneEntry {
+        name: "desk".to_owned(),
+        min_m: min_m.into(),
+        max_m: max_m.into(),
+        air_limit_mps,
+    });
     plan
 }
 
 pub(crate) fn kinds(plan: &Plan) -> Vec<ViolationKind> {
-    let mut kinds: Vec<_> = planner::verify::verify(plan).violations.iter().map(|violation| violation.kind).collect();
+    let mut kinds: Vec<_> = planner::verify::verify(plan)
+        .violations
+        .iter()
+        .map(|violation| violation.kind)
+        .collect();
     kinds.sort();
     kinds.dedup();
     kinds
@@ -135,15 +187,29 @@ pub(crate) struct Sampled {
 
 /// Every drone by samples one step apart, hovering for ever at the end; no obstacles, no landings.
 pub(crate) fn sample(plan: &Plan, step_s: f64) -> Vec<Sampled> {
-    let last_s = plan.drones.iter().filter_map(|drone| drone.trajectory.t_s.last().copied()).fold(0.0, f64::max);
+    let last_s = plan
+        .drones
+        .iter()
+        .filter_map(|drone| drone.trajectory.t_s.last().copied())
+        .fold(0.0, f64::max);
     let frames: Vec<(Airframe, Wake, Trajectory)> = plan
         .drones
         .iter()
         .map(|drone| {
             let airframe = Airframe::preset(&drone.airframe.name).expect("a preset");
-            let wake =
-                Wake::new(&airframe, airframe.mass_kg(), plan.air.density_kg_per_m3, &airflow::Jet::default());
-            let trajectory = Trajectory::new(&drone.trajectory, Tail::Stays { until_s: last_s + 1.0 }).expect("good");
+            let wake = Wake::new(
+                &airframe,
+                airframe.mass_kg(),
+                plan.air.density_kg_per_m3,
+                &airflow::Jet::default(),
+            );
+            let trajectory = Trajectory::new(
+                &drone.trajectory,
+                Tail::Stays {
+                    until_s: last_s + 1.0,
+                },
+            )
+            .expect("good");
             (airframe, wake, trajectory)
         })
         .collect();
@@ -157,14 +223,21 @@ pub(crate) fn sample(plan: &Plan, step_s: f64) -> Vec<Sampled> {
         .collect();
     for k in 0..=(last_s / step_s) as usize {
         let t_s = k as f64 * step_s;
-        let places: Vec<Point3<f64>> =
-            frames.iter().map(|(_, _, trajectory)| trajectory.position_m(t_s).expect("there")).collect();
+        let places: Vec<Point3<f64>> = frames
+            .iter()
+            .map(|(_, _, trajectory)| trajectory.position_m(t_s).expect("there"))
+            .collect();
         for (i, (airframe, _, _)) in frames.iter().enumerate() {
             let mut sources = Vec::new();
             for (j, (_, wake, _)) in frames.iter().enumerate().filter(|(j, _)| *j != i) {
-                sources.push(Source { wake, position_m: places[j], ends_at_z_m: 0.0 });
+                sources.push(Source {
+                    wake,
+                    position_m: places[j],
+                    ends_at_z_m: 0.0,
+                });
                 let offset = places[i] - places[j];
-                let bodies = plan.drones[i].airframe.body_radius_m + plan.drones[j].airframe.body_radius_m;
+                let bodies =
+                    plan.drones[i].airframe.body_radius_m + plan.drones[j].airframe.body_radius_m;
                 sampled[i].gap_m = sampled[i].gap_m.min(offset.norm() - bodies);
                 if offset.z < 0.0 && -offset.z < wake.near_field_depth_m() {
                     let depth = (wake.tip_radius_m() - offset.xy().norm())
