@@ -6,3 +6,4 @@
 
 mod paper;
 mod scenario;
+mod verifier;

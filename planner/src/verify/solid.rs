@@ -24,7 +24,8 @@ pub(crate) enum Shape {
         radius_m: f64,
         height_m: f64,
     },
-    Mesh(Box<TriMesh>),
+    /// `closed`: its triangles enclose a volume, and point out of it.
+    Mesh { mesh: Box<TriMesh>, closed: bool },
 }
 
 impl Solid {
@@ -63,7 +64,7 @@ impl Solid {
                 vertices_m,
                 triangles,
             } => {
-                let mesh = mesh(vertices_m, triangles)
+                let (mesh, closed) = mesh(vertices_m, triangles)
                     .ok_or_else(|| format!("obstacle `{name}` is no mesh"))?;
                 let extent = vertices_m.iter().fold(
                     (
@@ -72,7 +73,13 @@ impl Solid {
                     ),
                     |(low, high), v| (low.inf(&v.coords), high.sup(&v.coords)),
                 );
-                (Shape::Mesh(Box::new(mesh)), extent)
+                (
+                    Shape::Mesh {
+                        mesh: Box::new(mesh),
+                        closed,
+                    },
+                    extent,
+                )
             }
         };
         Ok(Solid {
@@ -97,8 +104,13 @@ impl Solid {
                     .max(0.0);
                 outside.hypot(above)
             }
-            Shape::Mesh(mesh) => {
-                mesh.distance_to_local_point([point_m.x, point_m.y, point_m.z].into(), true)
+            Shape::Mesh { mesh, closed } => {
+                let point = [point_m.x, point_m.y, point_m.z].into();
+                if *closed && mesh.contains_local_point(point) {
+                    0.0
+                } else {
+                    mesh.distance_to_local_point(point, true)
+                }
             }
         }
     }
@@ -127,7 +139,7 @@ impl Solid {
                 height_m,
             } => ((place_m - base_m).xy().norm() <= *radius_m)
                 .then_some((base_m.z + height_m).min(place_m.z)),
-            Shape::Mesh(mesh) => {
+            Shape::Mesh { mesh, .. } => {
                 use parry3d::query::{Ray, RayCast};
                 let ray = Ray::new(
                     [place_m.x, place_m.y, place_m.z].into(),
@@ -158,7 +170,7 @@ pub(crate) enum RawShape<'a> {
 }
 
 /// A mesh; where its triangles close a volume, also its inside counts.
-fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<TriMesh> {
+fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<(TriMesh, bool)> {
     let known = triangles
         .iter()
         .flatten()
@@ -167,16 +179,14 @@ fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<TriMesh> {
         return None;
     }
     let vertices = vertices_m.iter().map(|v| [v.x, v.y, v.z].into()).collect();
+    let oriented = TriMeshFlags::ORIENTED | TriMeshFlags::MERGE_DUPLICATE_VERTICES;
     let outward = closed_outward(vertices_m, triangles);
-    match outward {
-        Some(triangles) => TriMesh::with_flags(
-            vertices,
-            triangles,
-            TriMeshFlags::ORIENTED | TriMeshFlags::MERGE_DUPLICATE_VERTICES,
-        )
-        .ok(),
-        None => TriMesh::new(vertices, triangles.to_vec()).ok(),
-    }
+    let closed = outward.is_some();
+    let mesh = match outward {
+        Some(triangles) => TriMesh::with_flags(vertices, triangles, oriented),
+        None => TriMesh::new(vertices, triangles.to_vec()),
+    };
+    mesh.ok().map(|mesh| (mesh, closed))
 }
 
 /// The triangles turned outward, if every edge is used once in each direction; `None` for a surface with

@@ -48,7 +48,7 @@ impl Stops {
                     radius_m,
                 },
             }),
-            Shape::Mesh(_) => None,
+            Shape::Mesh { .. } => None,
         });
         Stops {
             floor_z_m,
