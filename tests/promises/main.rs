@@ -1,0 +1,3 @@
+//! What Leeward promises, seen from outside: one module per promise.
+
+mod commands;
