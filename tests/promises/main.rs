@@ -1,3 +1,4 @@
-//! What Leeward promises, seen from outside: one module per promise.
+//! What the project promises, one module per promise, through its public face.
 
 mod commands;
+mod paper;
