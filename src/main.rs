@@ -1,2 +1,89 @@
-//! The `plan` command.
-fn main() {}
+//! The `plan` command: files, terminal, exit codes. What a plan is and how it is found lives in the
+//! `planner` crate; here is what a person types and reads.
+
+mod check;
+mod conflicts;
+mod failure;
+mod files;
+mod generate;
+mod picture;
+mod plan_scenario;
+mod report;
+#[cfg(test)]
+mod sample;
+mod schema;
+mod watch;
+mod wording;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::failure::Failure;
+
+/// Plan a fleet of drones out of each other's downwash.
+///
+/// Reads a scenario (RON), plans every drone, checks the plan against the flow model and writes
+/// plan.json, timing.json and plan.svg. Exit codes: 0 planned and verified, nobody left out; 1 the
+/// answer is no (somebody has no safe way, or a check found problems); 2 the question was broken.
+#[derive(Parser)]
+#[command(name = "plan", version, arg_required_else_help = true)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    plan: Option<plan_scenario::Arguments>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Check a plan.json for downwash, collisions and limits, by the verifier alone
+    Check(check::Arguments),
+    /// Print the scenario's fields, units and defaults as JSON Schema
+    Schema,
+    /// Print a scenario made by rule and seed
+    Generate(generate::Arguments),
+}
+
+/// How to print an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people
+    Text,
+    /// One JSON object on standard output, and nothing else there
+    Json,
+}
+
+/// What a command that could be carried out answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Answer {
+    Yes,
+    No,
+}
+
+impl From<bool> for Answer {
+    fn from(yes: bool) -> Answer {
+        if yes { Answer::Yes } else { Answer::No }
+    }
+}
+
+fn main() -> ExitCode {
+    let line = CommandLine::parse();
+    let answer = match (line.command, line.plan) {
+        (Some(Command::Check(arguments)), _) => check::run(&arguments),
+        (Some(Command::Schema), _) => schema::run(),
+        (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
+        (None, Some(arguments)) => plan_scenario::run(&arguments),
+        // `arg_required_else_help` has answered already.
+        (None, None) => Err(Failure::NothingToDo),
+    };
+    match answer {
+        Ok(Answer::Yes) => ExitCode::SUCCESS,
+        Ok(Answer::No) => ExitCode::from(1),
+        Err(failure) => {
+            failure.print();
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,10 +1,11 @@
-//! From scenario to verified plan: what was typed (`scenario`), what it means ([`world`]), the
+//! From scenario to verified plan: what was typed ([`scenario`]), what it means ([`world`]), the
 //! search, and the plan as plain data ([`plan`](mod@plan)) that [`verify`](mod@verify) judges.
 
 pub mod assemble;
 pub mod distances;
 pub mod endpoints;
 pub mod errand;
+pub mod instances;
 pub mod lattice;
 pub mod outcome;
 pub mod placement;

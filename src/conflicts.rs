@@ -1,0 +1,221 @@
+//! Endpoints that exclude one another, in words: what is wrong, by how much, and the smallest way out.
+
+use nalgebra::Point3;
+use planner::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion};
+use planner::world::{Drone, World};
+use serde::Serialize;
+
+use crate::failure::tell_error;
+use crate::wording::{metres, place};
+
+/// One conflict, ready to print or to hand on as JSON.
+#[derive(Debug, PartialEq, Serialize)]
+pub(crate) struct ConflictEntry {
+    /// Who suffers.
+    drone: String,
+    /// Who or what is in the way.
+    with: String,
+    /// `starts` or `goals`.
+    when: &'static str,
+    /// What is wrong.
+    message: String,
+    /// Where both are, and by how much it is wrong.
+    detail: String,
+    /// The smallest change that mends this pair.
+    help: String,
+    /// A place for `drone` where this pair is in order (m).
+    nearest_fix_m: Option<Point3<f64>>,
+}
+
+/// Puts every conflict into words, in the planner's order.
+pub(crate) fn describe_all(conflicts: &[EndpointConflict], world: &World) -> Vec<ConflictEntry> {
+    conflicts
+        .iter()
+        .map(|conflict| describe(conflict, world))
+        .collect()
+}
+
+/// Prints one error per conflict on standard error.
+pub(crate) fn print(entries: &[ConflictEntry]) {
+    for entry in entries {
+        tell_error(
+            &entry.message,
+            &[
+                format!("    {}", entry.detail),
+                format!("help: {}", entry.help),
+            ],
+        );
+    }
+}
+
+fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
+    let drone = &world.drones[conflict.drone];
+    let name = &drone.name;
+    let here = endpoint_m(drone, conflict.when);
+    let (with, there) = match conflict.blocker {
+        Blocker::Drone(index) => {
+            let other = &world.drones[index];
+            (other.name.clone(), Some(endpoint_m(other, conflict.when)))
+        }
+        Blocker::Zone(index) => (world.zones[index].name.clone(), None),
+    };
+    let verb = match conflict.when {
+        EndpointKind::Starts => "starts",
+        EndpointKind::Goals => "ends",
+    };
+    let at = format!("{name} {}", place(&here));
+    let below = there
+        .map(|there| offset(&here, &there, &with))
+        .unwrap_or_default();
+    let (message, detail) = match conflict.why {
+        Exclusion::Bodies { gap_m, needs_m } => (
+            format!("`{name}` {verb} too close to `{with}`"),
+            if gap_m < 0.0 {
+                format!(
+                    "{at}: the bodies overlap by {:.2} m, between them must be {needs_m:.2} m",
+                    -gap_m
+                )
+            } else {
+                format!("{at}: {gap_m:.2} m between the bodies, it must be {needs_m:.2} m")
+            },
+        ),
+        Exclusion::Column => (
+            format!("`{name}` {verb} in the near-field column of `{with}`"),
+            format!("{at} is {below}: no limit allows that"),
+        ),
+        Exclusion::Air {
+            air_mps,
+            alpha,
+            limit,
+        } => (
+            format!("`{name}` {verb} in the downwash of `{with}`"),
+            format!(
+                "{at} is {below}: {air_mps:.1} m/s of air, alpha {alpha:.2}, its limit is {limit:.2}"
+            ),
+        ),
+        Exclusion::Zone { air_mps, limit_mps } => (
+            format!("`{name}` {verb} above zone `{with}`"),
+            format!("{at} blows up to {air_mps:.1} m/s into it, its limit is {limit_mps:.1} m/s"),
+        ),
+    };
+    let fix = conflict.nearest_fix_m.map(|to| step(name, &here, &to));
+    let help = match (fix, conflict.why) {
+        (Some(fix), Exclusion::Air { alpha, .. }) => {
+            format!("{fix}, or raise its air_limit to {:.2}", ceiling(alpha))
+        }
+        (Some(fix), _) => fix,
+        (None, Exclusion::Air { alpha, .. }) => {
+            format!(
+                "move {name} or {with}, or raise the air_limit of {name} to {:.2}",
+                ceiling(alpha)
+            )
+        }
+        (None, _) => format!("no free place for {name} is near: move {with}"),
+    };
+    ConflictEntry {
+        drone: name.clone(),
+        with,
+        when: match conflict.when {
+            EndpointKind::Starts => "starts",
+            EndpointKind::Goals => "goals",
+        },
+        message,
+        detail,
+        help,
+        nearest_fix_m: conflict.nearest_fix_m,
+    }
+}
+
+fn endpoint_m(drone: &Drone, when: EndpointKind) -> Point3<f64> {
+    match (when, drone.tasks.last()) {
+        (EndpointKind::Goals, Some(task)) => task.to_m,
+        _ => drone.start_m,
+    }
+}
+
+/// "4.0 m below m1 and 0.3 m off its axis"
+fn offset(here: &Point3<f64>, there: &Point3<f64>, name: &str) -> String {
+    let off_m = (here.xy() - there.xy()).norm();
+    let below_m = there.z - here.z;
+    let side = if below_m < 0.0 { "above" } else { "below" };
+    format!(
+        "{:.1} m {side} {name} and {off_m:.1} m off its axis",
+        below_m.abs()
+    )
+}
+
+/// "move k4 1.4 m sideways (to (5, 7.4, 1))"
+fn step(name: &str, from: &Point3<f64>, to: &Point3<f64>) -> String {
+    let way = to - from;
+    let direction = match (way.xy().norm() > 0.005, way.z) {
+        (true, z) if z.abs() <= 0.005 => " sideways",
+        (false, z) if z > 0.0 => " up",
+        (false, _) => " down",
+        _ => "",
+    };
+    format!(
+        "move {name} {} m{direction} (to {})",
+        metres(way.norm()),
+        place(to)
+    )
+}
+
+/// To two decimals, upwards: the limit that just allows it.
+fn ceiling(alpha: f64) -> f64 {
+    (alpha * 100.0).ceil() / 100.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+
+    #[test]
+    fn a_start_in_a_downwash_names_the_place_the_air_and_the_smallest_fix() {
+        let world = sample::two_above_each_other();
+        let conflict = EndpointConflict {
+            drone: 1,
+            blocker: Blocker::Drone(0),
+            when: EndpointKind::Starts,
+            why: Exclusion::Air {
+                air_mps: 4.6,
+                alpha: 0.618,
+                limit: 0.3,
+            },
+            nearest_fix_m: Some(Point3::new(5.0, 7.4, 1.0)),
+        };
+        let entry = describe(&conflict, &world);
+        assert_eq!(entry.message, "`k4` starts in the downwash of `m1`");
+        assert_eq!(
+            entry.detail,
+            "k4 (5, 6, 1) is 4.0 m below m1 and 0.3 m off its axis: 4.6 m/s of air, alpha 0.62, its limit is 0.30"
+        );
+        assert_eq!(
+            entry.help,
+            "move k4 1.4 m sideways (to (5, 7.4, 1)), or raise its air_limit to 0.62"
+        );
+    }
+
+    #[test]
+    fn bodies_that_overlap_say_by_how_much() {
+        let world = sample::two_above_each_other();
+        let conflict = EndpointConflict {
+            drone: 0,
+            blocker: Blocker::Drone(1),
+            when: EndpointKind::Goals,
+            why: Exclusion::Bodies {
+                gap_m: -0.05,
+                needs_m: 0.1,
+            },
+            nearest_fix_m: None,
+        };
+        let entry = describe(&conflict, &world);
+        assert_eq!(entry.message, "`m1` ends too close to `k4`");
+        assert!(
+            entry.detail.contains("overlap by 0.05 m"),
+            "{}",
+            entry.detail
+        );
+        assert_eq!(entry.help, "no free place for m1 is near: move k4");
+    }
+}

@@ -1,0 +1,86 @@
+//! Why a question could not be answered: the reader of exit code 2. "No safe plan" is not among these.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use planner::instances::InstanceError;
+use thiserror::Error;
+
+/// What keeps a command from answering.
+#[derive(Debug, Error)]
+pub(crate) enum Failure {
+    #[error("nothing to do: name a scenario, or see `plan --help`")]
+    NothingToDo,
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("cannot write to standard output: {0}")]
+    Print(std::io::Error),
+    /// The scenario's problems, each at its place, ready to print.
+    #[error("{0}")]
+    Scenario(String),
+    #[error("{}: not a plan: {reason}", path.display())]
+    NotAPlan { path: PathBuf, reason: String },
+    #[error(transparent)]
+    Instance(#[from] InstanceError),
+    #[error("cannot start {jobs} threads: {source}")]
+    Threads {
+        jobs: usize,
+        source: rayon::ThreadPoolBuildError,
+    },
+}
+
+impl Failure {
+    pub(crate) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Failure {
+        let path = path.to_owned();
+        move |source| Failure::Write { path, source }
+    }
+
+    pub(crate) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Failure {
+        let path = path.to_owned();
+        move |source| Failure::Read { path, source }
+    }
+
+    pub(crate) fn print(&self) {
+        match self {
+            // Carries its own "error:" labels.
+            Failure::Scenario(rendered) => tell(rendered.trim_end()),
+            other => tell_error(&other.to_string(), &[]),
+        }
+    }
+}
+
+/// One error on standard error: what is wrong, then indented lines, the last of them the way out.
+pub(crate) fn tell_error(what: &str, more: &[String]) {
+    let bold_red = anstyle::Style::new()
+        .bold()
+        .fg_color(Some(anstyle::AnsiColor::Red.into()));
+    let mut text = format!("{bold_red}error{bold_red:#}: {what}");
+    for line in more {
+        text.push_str("\n  ");
+        text.push_str(line);
+    }
+    tell(&text);
+}
+
+/// One line on standard error; colours survive only where a terminal shows them.
+pub(crate) fn tell(text: &str) {
+    // With standard error gone there is nobody left to tell.
+    let _ = writeln!(anstream::stderr(), "{text}");
+}
+
+/// Text on standard output. A reader who has heard enough (`plan ... | head`) is no failure.
+pub(crate) fn answer(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::Print(error)),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,281 @@
+//! Where drones hover and what they blow: near-field column, half-width cone, and the worst moment.
+
+use airflow::{Airframe, Jet, Wake};
+use nalgebra::Point3;
+use planner::plan::{DronePlan, Plan, ShapeEntry};
+
+use super::canvas::Canvas;
+use super::labels::{Labels, Style};
+use super::view::{Eye, View};
+
+/// Who stays this long in one place hovers there (s), chosen here: shorter stops would fill the
+/// picture with the wakes of drones that give way.
+const HOVERS_FROM_S: f64 = 3.0;
+
+/// The air below one place, as drawn.
+pub(super) struct DrawnWake {
+    /// Rotor-plane centre (m).
+    at_m: Point3<f64>,
+    /// To the rotor tips (m).
+    column_radius_m: f64,
+    /// Half-width where the far field begins, and where the wake ends (m).
+    half_width_m: [f64; 2],
+    /// Heights at which the far field begins and the wake ends (m).
+    z_m: [f64; 2],
+}
+
+/// The highest air over anybody's rotor discs.
+pub(super) struct WorstMoment {
+    pub(super) name: String,
+    pub(super) air_mps: f64,
+    /// Over its induced velocity.
+    pub(super) alpha: f64,
+    pub(super) limit: f64,
+    pub(super) at_s: f64,
+    at_m: Point3<f64>,
+    from: Option<(String, DrawnWake)>,
+}
+
+/// Wakes of everybody who hovers at the goal for ever or anywhere for a while.
+pub(super) fn hovering_wakes(plan: &Plan) -> Vec<DrawnWake> {
+    plan.drones
+        .iter()
+        .flat_map(|drone| {
+            hover_spots(drone)
+                .into_iter()
+                .map(|(at_m, mass_kg)| wake(plan, drone, at_m, mass_kg))
+        })
+        .collect()
+}
+
+/// Places where a drone hovers, each with the mass it has there.
+fn hover_spots(drone: &DronePlan) -> Vec<(Point3<f64>, f64)> {
+    let (Some(from_s), until_s) = drone.airborne_s else {
+        return Vec::new();
+    };
+    let until_s = until_s.unwrap_or(f64::INFINITY);
+    let path = &drone.trajectory;
+    let points = path.t_s.len().min(path.position_m.len());
+    let mass_kg = |index: usize| {
+        path.mass_kg
+            .get(index)
+            .copied()
+            .unwrap_or(drone.airframe.mass_kg)
+    };
+    let mut spots = Vec::new();
+    let mut first = 0;
+    while first < points {
+        // The last break point of the same stay: a dwell may hold several, one per change of load.
+        let stays = (first..points)
+            .take_while(|&next| same_place(&path.position_m[next], &path.position_m[first]));
+        let last = stays.last().unwrap_or(first);
+        let leaves_s = if last + 1 == points {
+            f64::INFINITY
+        } else {
+            path.t_s[last]
+        };
+        let hovers_s = leaves_s.min(until_s) - path.t_s[first].max(from_s);
+        if hovers_s >= HOVERS_FROM_S {
+            spots.push((path.position_m[last], mass_kg(last)));
+        }
+        first = last + 1;
+    }
+    spots
+}
+
+fn same_place(a: &Point3<f64>, b: &Point3<f64>) -> bool {
+    (a - b).norm() < 1e-6
+}
+
+fn wake(plan: &Plan, drone: &DronePlan, at_m: Point3<f64>, mass_kg: f64) -> DrawnWake {
+    let entry = &drone.airframe;
+    let jet = &plan.air.jet;
+    let jet = Jet {
+        centreline: jet.centreline,
+        spreading: jet.spreading,
+        origin: jet.origin,
+    };
+    let floor_m = plan.bounds_m.min.z;
+    let tip_radius_m = (entry.motor_distance_m + entry.propeller_diameter_m) / 2.0;
+    let airframe = Airframe::new(
+        entry.name.clone(),
+        entry.mass_kg,
+        entry.propellers,
+        entry.propeller_diameter_m,
+        entry.motor_distance_m,
+        entry.width_factor,
+    );
+    let Ok(airframe) = airframe else {
+        // A made-up frame in a plan from elsewhere: its column is all that can be drawn.
+        return DrawnWake {
+            at_m,
+            column_radius_m: tip_radius_m,
+            half_width_m: [tip_radius_m; 2],
+            z_m: [floor_m; 2],
+        };
+    };
+    let wake = Wake::new(&airframe, mass_kg, plan.air.density_kg_per_m3, &jet);
+    let ends_m = end_m(plan, &wake, &at_m);
+    let joins_m = (at_m.z - wake.near_field_depth_m()).max(ends_m);
+    DrawnWake {
+        at_m,
+        column_radius_m: wake.tip_radius_m(),
+        half_width_m: [
+            wake.half_width_m(at_m.z - joins_m),
+            wake.half_width_m(at_m.z - ends_m),
+        ],
+        z_m: [joins_m, ends_m],
+    }
+}
+
+/// The floor, or the first top face below that covers the whole half-width disc.
+fn end_m(plan: &Plan, wake: &Wake, at_m: &Point3<f64>) -> f64 {
+    let mut ends_m = plan.bounds_m.min.z;
+    for obstacle in &plan.obstacles {
+        let (top_m, room_m) = match &obstacle.shape {
+            ShapeEntry::Box { min_m, max_m } => {
+                let x_m = (at_m.x - min_m.x).min(max_m.x - at_m.x);
+                let y_m = (at_m.y - min_m.y).min(max_m.y - at_m.y);
+                (max_m.z, x_m.min(y_m))
+            }
+            ShapeEntry::Cylinder {
+                base_m,
+                radius_m,
+                height_m,
+            } => (
+                base_m.z + height_m,
+                radius_m - (at_m.xy() - base_m.xy()).norm(),
+            ),
+            ShapeEntry::Mesh { .. } => continue,
+        };
+        if top_m <= at_m.z && top_m > ends_m && wake.half_width_m(at_m.z - top_m) <= room_m {
+            ends_m = top_m;
+        }
+    }
+    ends_m
+}
+
+/// The drone and moment with the most air for what the drone can take.
+pub(super) fn worst_moment(plan: &Plan) -> Option<WorstMoment> {
+    let alpha = |drone: &DronePlan| drone.worst_air_mps / drone.airframe.hover_induced_velocity_mps;
+    let worst = plan
+        .drones
+        .iter()
+        .filter(|drone| drone.worst_air_mps > 0.0 && drone.worst_air_at_s.is_some());
+    // The first of equals, in the scenario's order.
+    let drone = worst.reduce(|best, next| {
+        if alpha(next) > alpha(best) {
+            next
+        } else {
+            best
+        }
+    })?;
+    let at_s = drone.worst_air_at_s?;
+    let emitter = drone
+        .worst_air_from
+        .as_ref()
+        .and_then(|name| plan.drones.iter().find(|other| &other.name == name));
+    Some(WorstMoment {
+        name: drone.name.clone(),
+        air_mps: drone.worst_air_mps,
+        alpha: alpha(drone),
+        limit: drone.air_limit,
+        at_s,
+        at_m: position_m(drone, at_s)?.0,
+        from: emitter.and_then(|other| {
+            let (at_m, mass_kg) = position_m(other, at_s)?;
+            Some((other.name.clone(), wake(plan, other, at_m, mass_kg)))
+        }),
+    })
+}
+
+/// Place and mass at a time; straight between break points.
+fn position_m(drone: &DronePlan, at_s: f64) -> Option<(Point3<f64>, f64)> {
+    let path = &drone.trajectory;
+    let after = path.t_s.partition_point(|&t_s| t_s <= at_s);
+    let before = after.saturating_sub(1);
+    let from = path.position_m.get(before)?;
+    let mass_kg = path
+        .mass_kg
+        .get(before)
+        .copied()
+        .unwrap_or(drone.airframe.mass_kg);
+    let Some(to) = path.position_m.get(after) else {
+        return Some((*from, mass_kg));
+    };
+    let share = ((at_s - path.t_s[before]) / (path.t_s[after] - path.t_s[before])).clamp(0.0, 1.0);
+    Some((from + (to - from) * share, mass_kg))
+}
+
+/// A translucent wake; where there are many, each is fainter.
+pub(super) fn draw(canvas: &mut Canvas, view: &View, wake: &DrawnWake, of: usize) {
+    let opacity = (1.6 / (of.max(1) as f64).sqrt()).clamp(0.14, 0.36);
+    draw_shape(
+        canvas,
+        view,
+        wake,
+        &format!(r#"fill="url(#air)" fill-opacity="{opacity:.2}""#),
+        "#2b7bba",
+    );
+}
+
+fn draw_shape(canvas: &mut Canvas, view: &View, wake: &DrawnWake, fill: &str, edge: &str) {
+    let (x, y) = view.at(&wake.at_m);
+    let px = |length_m: f64| length_m * view.px_per_m;
+    let column = px(wake.column_radius_m);
+    let [upper, lower] = wake.half_width_m.map(px);
+    match view.eye {
+        Eye::Above => canvas.put(format_args!(
+            r#"<circle cx="{x:.1}" cy="{y:.1}" r="{lower:.1}" {fill} stroke="{edge}" stroke-opacity="0.45" stroke-width="0.7"/><circle cx="{x:.1}" cy="{y:.1}" r="{column:.1}" {fill}/>"#
+        )),
+        Eye::Side => {
+            let joins = view.at(&Point3::new(wake.at_m.x, wake.at_m.y, wake.z_m[0])).1;
+            let ends = view.at(&Point3::new(wake.at_m.x, wake.at_m.y, wake.z_m[1])).1;
+            canvas.put(format_args!(
+                r#"<path d="M{:.1} {y:.1}H{:.1}V{joins:.1}H{:.1}L{:.1} {ends:.1}H{:.1}L{:.1} {joins:.1}H{:.1}Z" {fill} stroke="{edge}" stroke-opacity="0.45" stroke-width="0.7"/>"#,
+                x - column,
+                x + column,
+                x + upper,
+                x + lower,
+                x - lower,
+                x - upper,
+                x - column
+            ));
+        }
+    }
+}
+
+/// Marks who meets the worst air, from whom, and where both are then.
+pub(super) fn draw_worst(
+    canvas: &mut Canvas,
+    view: &View,
+    worst: &WorstMoment,
+    labels: &mut Labels,
+) {
+    const RED: &str = "#b3243b";
+    let style = Style {
+        size_px: 12.0,
+        colour: RED,
+        weight: "bold",
+    };
+    let (x, y) = view.at(&worst.at_m);
+    labels.keep_clear((x, y), 8.0);
+    canvas.group("worst", |canvas| {
+        if let Some((name, wake)) = &worst.from {
+            draw_shape(canvas, view, wake, r#"fill="url(#worst-air)""#, RED);
+            let (from_x, from_y) = view.at(&wake.at_m);
+            canvas.put(format_args!(
+                r#"<path d="M{from_x:.1} {from_y:.1}L{x:.1} {y:.1}" stroke="{RED}" stroke-width="1.2" stroke-dasharray="4 3" fill="none"/><path d="M{:.1} {:.1}l5 -8h-10z" fill="{RED}"/>"#,
+                from_x,
+                from_y + 4.0
+            ));
+            labels.keep_clear((from_x, from_y), 6.0);
+            labels.beside(canvas, (from_x, from_y), 8.0, &style, name);
+        }
+        canvas.put(format_args!(
+            r##"<circle cx="{x:.1}" cy="{y:.1}" r="7" fill="none" stroke="#fcfcfa" stroke-width="4.5"/><circle cx="{x:.1}" cy="{y:.1}" r="7" fill="none" stroke="{RED}" stroke-width="2.2"/>"##
+        ));
+        let text = format!("{}: {:.1} m/s at t = {:.1} s", worst.name, worst.air_mps, worst.at_s);
+        labels.beside(canvas, (x, y), 10.0, &style, &text);
+    });
+}

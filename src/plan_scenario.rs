@@ -1,0 +1,273 @@
+//! `plan SCENARIO`: from a scenario file to a verified plan, its files and its report.
+
+use std::io::Read as _;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::Args;
+use planner::outcome::{Control, Effort, Outcome};
+use planner::plan::{Plan, Status};
+use planner::world::World;
+use serde::Serialize;
+
+use crate::conflicts::{self, ConflictEntry};
+use crate::failure::{Failure, answer, tell_error};
+use crate::files::OutFolder;
+use crate::watch::{Durations, Watch, peak_memory_bytes};
+use crate::{Answer, Format, files, picture, report, wording};
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Scenario to plan (RON); `-` reads standard input
+    scenario: PathBuf,
+    /// How to print the answer
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Folder for plan.json, timing.json and plan.svg [default: out/<scenario's file name>]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Breaks ties and orders restarts, in place of the scenario's seed
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Threads [default: one per core]; the plan does not depend on it
+    #[arg(long)]
+    jobs: Option<NonZeroUsize>,
+    /// Stop after this long with the best plan so far
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    time_limit: Option<Duration>,
+}
+
+/// Contents of timing.json: all that differs between two runs of the same scenario.
+#[derive(Debug, Serialize)]
+struct Timing {
+    planning_time_s: f64,
+    verification_time_s: f64,
+    ignoring_downwash_time_s: f64,
+    /// `null` where the system does not tell.
+    peak_memory_bytes: Option<u64>,
+    threads: usize,
+    /// Searches for one drone.
+    searches: u64,
+    /// States expanded over all searches.
+    expansions: u64,
+    /// Drones whose path was taken back for another's.
+    evictions: u64,
+}
+
+/// What `--format json` prints.
+#[derive(Serialize)]
+struct Printed<'a> {
+    /// `safe`, `partial`, `unsafe`, `blocked` or `stopped`.
+    status: &'static str,
+    plan: Option<&'a Plan>,
+    conflicts: &'a [ConflictEntry],
+    timing: Option<&'a Timing>,
+    files: Vec<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let mut world = read_world(&arguments.scenario)?;
+    if let Some(seed) = arguments.seed {
+        world.planning.seed = seed;
+    }
+    if let Some(jobs) = arguments.jobs {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.get());
+        pool.build_global().map_err(|source| Failure::Threads {
+            jobs: jobs.get(),
+            source,
+        })?;
+    }
+    let out = OutFolder::prepare(
+        arguments
+            .out
+            .clone()
+            .unwrap_or_else(|| default_out(&arguments.scenario)),
+    )?;
+    let watch = Watch::start(arguments.time_limit);
+    let control = Control {
+        stop: &|| watch.stop(),
+        progress: &|progress| watch.progress(progress),
+    };
+    match planner::plan_world(&world, &control) {
+        Outcome::Planned {
+            plan,
+            conflicts,
+            effort,
+        } => {
+            let durations = watch.finish();
+            let conflicts = conflicts::describe_all(&conflicts, &world);
+            deliver(
+                arguments.format,
+                &out,
+                &plan,
+                &conflicts,
+                &durations,
+                effort,
+            )
+        }
+        Outcome::Blocked { conflicts } => {
+            out.abandon();
+            let conflicts = conflicts::describe_all(&conflicts, &world);
+            let contrast = planner::plan_ignoring_downwash(&world, &control);
+            watch.finish();
+            blocked(arguments.format, &world, &conflicts, contrast.as_ref())
+        }
+        Outcome::Stopped => {
+            out.abandon();
+            watch.finish();
+            stopped(arguments.format)
+        }
+    }
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text
+        .parse()
+        .map_err(|_| "not a number of seconds".to_owned())?;
+    if seconds.is_nan() || seconds <= 0.0 {
+        return Err("must be more than 0 s".into());
+    }
+    // Beyond what a clock can count is as good as no limit.
+    Ok(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX))
+}
+
+fn default_out(scenario: &Path) -> PathBuf {
+    let name = match scenario.file_stem() {
+        Some(stem) if !is_standard_input(scenario) => stem.to_owned(),
+        _ => "scenario".into(),
+    };
+    Path::new("out").join(name)
+}
+
+fn is_standard_input(scenario: &Path) -> bool {
+    scenario.as_os_str() == "-"
+}
+
+fn read_world(path: &Path) -> Result<World, Failure> {
+    let text = if is_standard_input(path) {
+        let mut text = String::new();
+        std::io::stdin().read_to_string(&mut text).map(|_| text)
+    } else {
+        std::fs::read_to_string(path)
+    }
+    .map_err(Failure::read(path))?;
+    // Meshes are named relative to the scenario.
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let load_mesh = |source: &str| {
+        std::fs::read_to_string(folder.join(source)).map_err(|error| error.to_string())
+    };
+    planner::scenario::read_world(&text, &load_mesh)
+        .map_err(|problems| Failure::Scenario(format!("{} problems", problems.len())))
+}
+
+/// Writes the files, prints the report and every reason for a no.
+fn deliver(
+    format: Format,
+    out: &OutFolder,
+    plan: &Plan,
+    conflicts: &[ConflictEntry],
+    durations: &Durations,
+    effort: Effort,
+) -> Result<Answer, Failure> {
+    let timing = Timing {
+        planning_time_s: durations.planning.as_secs_f64(),
+        verification_time_s: durations.verification.as_secs_f64(),
+        ignoring_downwash_time_s: durations.ignoring_downwash.as_secs_f64(),
+        peak_memory_bytes: peak_memory_bytes(),
+        threads: rayon::current_num_threads(),
+        searches: effort.searches,
+        expansions: effort.expansions,
+        evictions: effort.evictions,
+    };
+    let written = [
+        ("plan.json", files::json(plan)),
+        ("timing.json", files::json(&timing)),
+        ("plan.svg", picture::draw(plan)),
+    ]
+    .map(|(name, text)| (out.path.join(name), text));
+    files::write(&written)?;
+    match format {
+        Format::Json => answer(&files::json_with_plan_inside(&Printed {
+            status: wording::status(plan.status),
+            plan: Some(plan),
+            conflicts,
+            timing: Some(&timing),
+            files: written.iter().map(|(path, _)| path.clone()).collect(),
+        }))?,
+        Format::Text => {
+            let wrote = format!(
+                "\nwrote {}  timing.json  plan.svg\n",
+                written[0].0.display()
+            );
+            answer(&(report::text(plan, durations) + &wrote))?;
+        }
+    }
+    conflicts::print(conflicts);
+    for left_out in &plan.unplanned {
+        let mut reason = left_out.reason.lines();
+        let what = format!(
+            "no safe path for `{}`: {}",
+            left_out.name,
+            reason.next().unwrap_or("no reason known")
+        );
+        tell_error(&what, &reason.map(str::to_owned).collect::<Vec<_>>());
+    }
+    for found in &plan.violations {
+        tell_error(
+            &format!("the plan fails its check: {}", wording::violation(found)),
+            &[],
+        );
+    }
+    Ok(Answer::from(
+        plan.status == Status::Safe && plan.unplanned.is_empty() && plan.violations.is_empty(),
+    ))
+}
+
+/// No plan can be safe; what can be said is said, and nothing is written.
+fn blocked(
+    format: Format,
+    world: &World,
+    conflicts: &[ConflictEntry],
+    ignoring: Option<&Plan>,
+) -> Result<Answer, Failure> {
+    match format {
+        Format::Json => answer(&files::json_with_plan_inside(&Printed {
+            status: "blocked",
+            plan: None,
+            conflicts,
+            timing: None,
+            files: Vec::new(),
+        }))?,
+        Format::Text => {
+            let contrast = match ignoring {
+                Some(plan) => report::contrast(plan.ignoring_downwash.as_ref()),
+                None => "Ignoring downwash: no plan either.".into(),
+            };
+            answer(&format!(
+                "{}: no plan can be safe, {} at the start exclude one another\n  {contrast}\n",
+                world.name,
+                wording::count(conflicts.len(), "pair", "pairs")
+            ))?;
+        }
+    }
+    conflicts::print(conflicts);
+    Ok(Answer::No)
+}
+
+fn stopped(format: Format) -> Result<Answer, Failure> {
+    if format == Format::Json {
+        answer(&files::json(&Printed {
+            status: "stopped",
+            plan: None,
+            conflicts: &[],
+            timing: None,
+            files: Vec::new(),
+        }))?;
+    }
+    tell_error(
+        "stopped before there was any plan; nothing is written",
+        &["help: allow more time".into()],
+    );
+    Ok(Answer::No)
+}

@@ -1,0 +1,155 @@
+//! Watching a planner that reads no clock itself: when to stop it, how far it is, how long it took.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, Once};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use planner::outcome::Progress;
+
+use crate::failure::tell;
+
+/// A bar before this would only flicker.
+const SHOW_PROGRESS_AFTER: Duration = Duration::from_secs(1);
+/// Exit code of a process ended by a second interrupt: 128 + SIGINT, as shells have it.
+const INTERRUPTED: i32 = 130;
+
+/// Stops, shows and times one run.
+pub(crate) struct Watch {
+    started: Instant,
+    deadline: Option<Instant>,
+    interrupted: Arc<AtomicBool>,
+    bar: ProgressBar,
+    bar_shown: Once,
+    phases: Mutex<Phases>,
+}
+
+/// Time spent so far in each part of a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Durations {
+    pub(crate) planning: Duration,
+    pub(crate) verification: Duration,
+    pub(crate) ignoring_downwash: Duration,
+}
+
+struct Phases {
+    now: Phase,
+    since: Instant,
+    spent: Durations,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    Planning,
+    Verification,
+    IgnoringDownwash,
+}
+
+impl Watch {
+    /// Starts the clock. The first interrupt asks the planner to stop, the second ends the process.
+    pub(crate) fn start(time_limit: Option<Duration>) -> Watch {
+        let interrupted = Arc::new(AtomicBool::new(false));
+        let seen = Arc::clone(&interrupted);
+        // Without a handler an interrupt just ends the process, and files are still whole or absent.
+        let _ = ctrlc::set_handler(move || {
+            if seen.swap(true, Ordering::SeqCst) {
+                std::process::exit(INTERRUPTED);
+            }
+            tell("interrupted: finishing with the best plan so far; once more ends at once");
+        });
+        let started = Instant::now();
+        Watch {
+            started,
+            // A limit beyond the clock's range is no limit.
+            deadline: time_limit.and_then(|limit| started.checked_add(limit)),
+            interrupted,
+            bar: ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden()),
+            bar_shown: Once::new(),
+            phases: Mutex::new(Phases {
+                now: Phase::Planning,
+                since: started,
+                spent: Durations::default(),
+            }),
+        }
+    }
+
+    /// Whether the planner should come to an end.
+    pub(crate) fn stop(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
+            || self.deadline.is_some_and(|end| Instant::now() >= end)
+    }
+
+    /// Takes what the planner tells.
+    pub(crate) fn progress(&self, progress: Progress) {
+        self.enter(match progress {
+            Progress::Preparing | Progress::Searching { .. } => Phase::Planning,
+            Progress::Verifying => Phase::Verification,
+            Progress::IgnoringDownwash => Phase::IgnoringDownwash,
+        });
+        if self.started.elapsed() >= SHOW_PROGRESS_AFTER {
+            self.show(progress);
+        }
+    }
+
+    /// Ends the last phase and takes the bar away.
+    pub(crate) fn finish(&self) -> Durations {
+        self.bar.finish_and_clear();
+        self.enter(Phase::Planning);
+        self.phases().spent
+    }
+
+    fn enter(&self, next: Phase) {
+        let mut phases = self.phases();
+        let now = Instant::now();
+        let spent = now - phases.since;
+        match phases.now {
+            Phase::Planning => phases.spent.planning += spent,
+            Phase::Verification => phases.spent.verification += spent,
+            Phase::IgnoringDownwash => phases.spent.ignoring_downwash += spent,
+        }
+        (phases.now, phases.since) = (next, now);
+    }
+
+    fn phases(&self) -> std::sync::MutexGuard<'_, Phases> {
+        // Plain sums: a panic elsewhere cannot have left them half-written.
+        self.phases
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    fn show(&self, progress: Progress) {
+        self.bar_shown.call_once(|| {
+            // Stays hidden where standard error is no terminal.
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+            let style = ProgressStyle::with_template("{spinner} {msg} {wide_bar} {elapsed}");
+            self.bar
+                .set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            self.bar.enable_steady_tick(Duration::from_millis(100));
+        });
+        let message = match progress {
+            Progress::Preparing => "preparing the roadmap".into(),
+            Progress::Searching {
+                planned,
+                drones,
+                evictions,
+            } => {
+                self.bar.set_length(drones as u64);
+                self.bar.set_position(planned as u64);
+                format!("{planned} of {drones} drones have a path, {evictions} taken back")
+            }
+            Progress::Verifying => "verifying".into(),
+            Progress::IgnoringDownwash => "planning once more, ignoring downwash".into(),
+        };
+        self.bar.set_message(message);
+    }
+}
+
+/// Highest resident memory of this process so far (bytes); only Linux tells.
+pub(crate) fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}

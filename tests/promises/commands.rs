@@ -1,0 +1,1 @@
+//! The `plan` command as a person or a script meets it.
