@@ -1,0 +1,297 @@
+//! The merged jet from 2.5 motor distances down: profile, decay, spread, entrained radial flow, gradients, fluxes, dose.
+//!
+//! Frame: depth `s` below the rotor plane, radius `r` from the axis, both in metres; axial speed positive downwards, radial speed
+//! positive outwards. Everything that needs a depth is `None` above 2.5 l, where the fit does not hold.
+//!
+//! In metres the paper's three formulas collapse into one rational function, which is what makes a point cheap (one division, no
+//! power, no exponential):
+//!
+//! ```text
+//! σ = s - s₀ l           depth below the virtual origin (m)
+//! U = k σ³ / (σ² + G r²)²,     k = U_H B l / q,     G = a / (q S)²
+//! ```
+
+use std::f64::consts::PI;
+
+use nalgebra::Vector3;
+
+use crate::jet::{FAR_FIELD_FROM_S_OVER_L, Jet, PROFILE_A};
+
+/// Mean flow of one hovering drone below 2.5 motor distances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FarField {
+    /// Shallowest depth at which the fit holds (m).
+    from_m: f64,
+    /// `-s₀ l`: the virtual origin's height above the rotor plane (m).
+    origin_above_m: f64,
+    /// `k = U_H B l / q` (m²/s): centreline speed times depth below the virtual origin.
+    decay_m2_per_s: f64,
+    /// `q S`: half-width over depth below the virtual origin.
+    spreading: f64,
+    /// `G = a/(q S)²`.
+    steepness: f64,
+}
+
+impl FarField {
+    /// The jet of a drone with induced velocity `U_H` and motor distance `l`; `width_factor` widens it at constant momentum.
+    #[must_use]
+    pub fn new(
+        induced_velocity_mps: f64,
+        motor_distance_m: f64,
+        width_factor: f64,
+        jet: &Jet,
+    ) -> FarField {
+        let spreading = width_factor * jet.spreading;
+        FarField {
+            from_m: FAR_FIELD_FROM_S_OVER_L * motor_distance_m,
+            origin_above_m: -jet.origin * motor_distance_m,
+            decay_m2_per_s: induced_velocity_mps * jet.centreline * motor_distance_m / width_factor,
+            spreading,
+            steepness: PROFILE_A / (spreading * spreading),
+        }
+    }
+
+    /// Shallowest depth (m) at which it holds: 2.5 l.
+    #[must_use]
+    pub fn from_m(&self) -> f64 {
+        self.from_m
+    }
+
+    /// `σ` at a depth where the fit holds.
+    fn sigma_m(&self, depth_m: f64) -> Option<f64> {
+        (depth_m >= self.from_m).then_some(depth_m + self.origin_above_m)
+    }
+
+    /// Speed on the axis (m/s).
+    ///
+    /// ```text
+    /// U_C = U_H B / (q (s/l - s₀))
+    /// ```
+    #[must_use]
+    pub fn centreline_mps(&self, depth_m: f64) -> Option<f64> {
+        Some(self.decay_m2_per_s / self.sigma_m(depth_m)?)
+    }
+
+    /// Radius (m) at which the speed is half of that on the axis.
+    ///
+    /// ```text
+    /// r_half = q S l (s/l - s₀)
+    /// ```
+    #[must_use]
+    pub fn half_width_m(&self, depth_m: f64) -> Option<f64> {
+        Some(self.spreading * self.sigma_m(depth_m)?)
+    }
+
+    /// Mean axial speed (m/s), downwards.
+    ///
+    /// ```text
+    /// U = U_C / (1 + (√2 - 1) ξ²)²,   ξ = r / r_half
+    /// ```
+    #[must_use]
+    pub fn axial_speed_mps(&self, depth_m: f64, radius_m: f64) -> Option<f64> {
+        self.sigma_m(depth_m)?;
+        Some(self.level(depth_m).axial_speed_mps(radius_m * radius_m))
+    }
+
+    /// Mean radial speed (m/s), outwards, from continuity: outwards near the axis, inwards (entrainment) beyond ξ = 1/√a = 1.5538,
+    /// where it tends to `-U_C q S/(2 a ξ)`.
+    ///
+    /// ```text
+    /// V/U_C = q S ξ (1 - a ξ²) / (2 (1 + a ξ²)²)         (Pope, Turbulent Flows, 2000, ch. 5, in this form; recalled)
+    /// ```
+    #[must_use]
+    pub fn radial_speed_mps(&self, depth_m: f64, radius_m: f64) -> Option<f64> {
+        self.sigma_m(depth_m)?;
+        Some(radius_m * self.radial_speed_over_radius_per_s(depth_m, radius_m * radius_m))
+    }
+
+    /// `V/r` (1/s), which is finite on the axis. Also upstream of 2.5 l, for the merging near field.
+    pub(crate) fn radial_speed_over_radius_per_s(&self, depth_m: f64, radius2_m2: f64) -> f64 {
+        let sigma_m = depth_m + self.origin_above_m;
+        let x = self.steepness * radius2_m2 / (sigma_m * sigma_m); // a ξ²
+        self.decay_m2_per_s * (1.0 - x) / (2.0 * sigma_m * sigma_m * (1.0 + x) * (1.0 + x))
+    }
+
+    /// `∫₀^r U r' dr' / r²` (m/s): the stream function over `r²`, finite on the axis.
+    pub(crate) fn stream_over_radius2_mps(&self, depth_m: f64, radius2_m2: f64) -> f64 {
+        let sigma_m = depth_m + self.origin_above_m;
+        let x = self.steepness * radius2_m2 / (sigma_m * sigma_m);
+        self.decay_m2_per_s / (2.0 * sigma_m * (1.0 + x))
+    }
+
+    /// Change of the axial speed with radius, `∂U/∂r` (1/s).
+    ///
+    /// ```text
+    /// ∂U/∂r = -4 a ξ U_C / ( r_half (1 + a ξ²)³ )
+    /// ```
+    #[must_use]
+    pub fn radial_gradient_per_s(&self, depth_m: f64, radius_m: f64) -> Option<f64> {
+        let sigma_m = self.sigma_m(depth_m)?;
+        let x = self.steepness * radius_m * radius_m / (sigma_m * sigma_m);
+        let cube = (1.0 + x) * (1.0 + x) * (1.0 + x);
+        Some(
+            -4.0 * self.decay_m2_per_s * self.steepness * radius_m
+                / (sigma_m * sigma_m * sigma_m * cube),
+        )
+    }
+
+    /// Change of the axial speed with depth, `∂U/∂s` (1/s): negative near the axis, positive where `a ξ² > 1/3`, because the
+    /// jet widens. Nowhere larger in size than on the axis, `U_C/σ`.
+    ///
+    /// ```text
+    /// ∂U/∂s = U_C (3 a ξ² - 1) / ( σ (1 + a ξ²)³ )
+    /// ```
+    #[must_use]
+    pub fn axial_gradient_per_s(&self, depth_m: f64, radius_m: f64) -> Option<f64> {
+        let sigma_m = self.sigma_m(depth_m)?;
+        let x = self.steepness * radius_m * radius_m / (sigma_m * sigma_m);
+        let cube = (1.0 + x) * (1.0 + x) * (1.0 + x);
+        Some(self.decay_m2_per_s * (3.0 * x - 1.0) / (sigma_m * sigma_m * cube))
+    }
+
+    /// Largest `|∂U/∂r|` (1/s) at a depth, found at ξ = 1/√(5 a) = 0.695: a Lipschitz bound across the jet.
+    ///
+    /// ```text
+    /// max |∂U/∂r| = (25 √(5a) / 54) · U_C / r_half = 0.666 U_C / r_half
+    /// ```
+    #[must_use]
+    pub fn steepest_radial_gradient_per_s(&self, depth_m: f64) -> Option<f64> {
+        let sigma_m = self.sigma_m(depth_m)?;
+        let factor = 25.0 * (5.0 * PROFILE_A).sqrt() / 54.0; // 4 a ξ/(1 + a ξ²)³ at a ξ² = 1/5: (4/5)·√(5a)·(5/6)³
+        Some(factor * self.decay_m2_per_s / (self.spreading * sigma_m * sigma_m))
+    }
+
+    /// Volume flux (m³/s) through the whole plane at a depth; it grows by entrainment.
+    ///
+    /// ```text
+    /// Q = π U_C r_half² / a
+    /// ```
+    #[must_use]
+    pub fn volume_flux_m3_per_s(&self, depth_m: f64) -> Option<f64> {
+        Some(PI * self.decay_m2_per_s * self.sigma_m(depth_m)? / self.steepness)
+    }
+
+    /// Momentum flux over density (m⁴/s²), the same at every depth.
+    ///
+    /// ```text
+    /// J = π U_C² r_half² / (3 a) = K U_H² l²
+    /// ```
+    #[must_use]
+    pub fn momentum_flux_m4_per_s2(&self) -> f64 {
+        PI * self.decay_m2_per_s * self.decay_m2_per_s / (3.0 * self.steepness)
+    }
+
+    /// Mean axial speed (m/s) over a level disc centred on the axis, exact.
+    ///
+    /// ```text
+    /// ⟨U⟩ = U_C / (1 + a (R/r_half)²)
+    /// ```
+    #[must_use]
+    pub fn disc_mean_mps(&self, depth_m: f64, disc_radius_m: f64) -> Option<f64> {
+        self.sigma_m(depth_m)?;
+        Some(2.0 * self.stream_over_radius2_mps(depth_m, disc_radius_m * disc_radius_m))
+    }
+
+    /// Radius (m) within which the speed exceeds `speed_mps`: the iso-speed spindle. `None` where the axis itself is slower.
+    ///
+    /// ```text
+    /// ξ² = ( √(U_C/U) - 1 ) / a
+    /// ```
+    #[must_use]
+    pub fn radius_at_speed_m(&self, depth_m: f64, speed_mps: f64) -> Option<f64> {
+        let sigma_m = self.sigma_m(depth_m)?;
+        let x = (self.decay_m2_per_s / (sigma_m * speed_mps.max(0.0))).sqrt() - 1.0;
+        (x >= 0.0).then(|| sigma_m * (x / self.steepness).sqrt())
+    }
+
+    /// Depth (m) at which the axis has slowed to `speed_mps`, the spindle's lower tip; `None` if all of the far field is slower.
+    /// Infinite for a speed of 0.
+    ///
+    /// ```text
+    /// s = l (B U_H/(q U) + s₀)
+    /// ```
+    #[must_use]
+    pub fn spindle_end_m(&self, speed_mps: f64) -> Option<f64> {
+        let end_m = self.decay_m2_per_s / speed_mps.max(0.0) - self.origin_above_m;
+        (end_m >= self.from_m).then_some(end_m)
+    }
+
+    /// Integral over time of the axial speed (m) met by a point that goes straight and steadily from one offset to another
+    /// in `duration_s`. Offsets are from the rotor centre, world frame, z up. `None` if either end is above 2.5 l.
+    ///
+    /// Closed form for every direction: along the path both σ and the denominator's `σ² + G r²` are polynomials. In the
+    /// stretched space `P = (√G x, √G y, σ)` the jet is `k σ³/|P|⁴`; with τ the stretched arc length from the path's nearest
+    /// approach `ρ` to the virtual origin, `σ = σ_n + u τ`, `c = σ_n/ρ`, `L = τ² + ρ²`:
+    ///
+    /// ```text
+    /// ∫ σ³/L² dτ = u³ (ln L)/2 + [ρ² u (u² - 3 c²) + ρ τ c (c² - 3 u²)] / (2 L) + c (c² + 3 u²) atan(τ/ρ) / 2
+    /// ```
+    ///
+    /// A level crossing through the axis at speed `v`, from far away to far away, gives `π k √G⁻¹/(2 v)`, at every depth the same.
+    #[must_use]
+    pub fn dose_m(&self, from_m: Vector3<f64>, to_m: Vector3<f64>, duration_s: f64) -> Option<f64> {
+        let stretch = self.steepness.sqrt();
+        let start = Vector3::new(
+            stretch * from_m.x,
+            stretch * from_m.y,
+            self.sigma_m(-from_m.z)?,
+        );
+        let end = Vector3::new(stretch * to_m.x, stretch * to_m.y, self.sigma_m(-to_m.z)?);
+        let length = (end - start).norm();
+        // A standing point, or one whose step is lost in the rounding of the closed form: the speed is linear along it.
+        if length < 1e-6 * start.norm() {
+            let middle = 0.5 * (start + end);
+            let speed_mps = self.decay_m2_per_s * middle.z * middle.z * middle.z
+                / middle.norm_squared().powi(2);
+            return Some(duration_s * speed_mps);
+        }
+        let along = (end - start) / length;
+        let nearest = along.cross(&start.cross(&along)); // start minus its part along the path, without cancellation
+        let rho = nearest.norm();
+        let c = if rho > 0.0 { nearest.z / rho } else { 0.0 };
+        let u = along.z;
+        let rational_and_atan = |tau: f64| {
+            let l = tau * tau + rho * rho;
+            let fraction =
+                rho * rho * u * (u * u - 3.0 * c * c) + rho * tau * c * (c * c - 3.0 * u * u);
+            0.5 * fraction / l + 0.5 * c * (c * c + 3.0 * u * u) * tau.atan2(rho)
+        };
+        let logarithm = u * u * u * (end.norm() / start.norm()).ln();
+        let integral =
+            logarithm + rational_and_atan(end.dot(&along)) - rational_and_atan(start.dot(&along));
+        Some(duration_s * self.decay_m2_per_s * integral / length)
+    }
+
+    /// The jet at one depth, prepared for many radii. Also upstream of 2.5 l, for the merging near field.
+    pub(crate) fn level(&self, depth_m: f64) -> Level {
+        let sigma_m = depth_m + self.origin_above_m;
+        let sigma2 = sigma_m * sigma_m;
+        Level {
+            numerator: self.decay_m2_per_s * sigma_m * sigma2,
+            sigma2_m2: sigma2,
+            steepness: self.steepness,
+        }
+    }
+}
+
+/// A horizontal cut of the jet: what is left to do per point is one division.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Level {
+    numerator: f64,
+    sigma2_m2: f64,
+    steepness: f64,
+}
+
+impl Level {
+    /// `a/r_half²` (1/m²): the profile is `1/(1 + that · r²)²`.
+    pub(crate) fn gaussian_exponent_per_m2(&self) -> f64 {
+        self.steepness / self.sigma2_m2
+    }
+
+    /// `U` at a squared radius (m²).
+    #[inline]
+    pub(crate) fn axial_speed_mps(&self, radius2_m2: f64) -> f64 {
+        let denominator = self.sigma2_m2 + self.steepness * radius2_m2;
+        self.numerator / (denominator * denominator)
+    }
+}

@@ -1,0 +1,241 @@
+//! The air below one hovering drone, near field and far field joined.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use crate::airframe::Airframe;
+use crate::far_field::FarField;
+use crate::jet::Jet;
+use crate::near_field::NearField;
+
+/// The mean air below one airframe at one mass, hovering in still air of one density. Cheap to clone.
+///
+/// Offsets are from the centre of the rotor plane, world frame, metres, z up; the airframe is level with yaw 0. Above the
+/// rotor plane, and in it, there is no air. From 2.5 l down it is the paper's jet. In between:
+///
+/// - four propellers: four rotor jets that merge, joined at 1.8 and 2.5 l with continuous first derivatives, carrying the same
+///   momentum at every depth;
+/// - any other number: no model. The far-field profile of 2.5 l is held up to the rotor plane, without radial flow. Outside the
+///   column of the rotor tips that is never less than the far field extrapolated upwards (its speed at a fixed radius falls
+///   upwards where r > 0.9 r_half), so it is the careful choice for whoever stays out of the column.
+#[derive(Clone, Debug)]
+pub struct Wake {
+    far: FarField,
+    induced_velocity_mps: f64,
+    length_m: f64,
+    shared: Arc<Shared>,
+}
+
+/// What a change of mass leaves as it is.
+#[derive(Debug)]
+struct Shared {
+    airframe: Airframe,
+    density_kg_per_m3: f64,
+    jet: Jet,
+    /// `None`: the far field of 2.5 l is held.
+    near: Option<NearField>,
+}
+
+impl Wake {
+    /// The wake of `airframe` at `mass_kg`, payload included. Tabulates the near field: make one per airframe and use
+    /// [`Wake::with_mass`] for others of the kind.
+    #[must_use]
+    pub fn new(airframe: &Airframe, mass_kg: f64, density_kg_per_m3: f64, jet: &Jet) -> Wake {
+        let diameter_over_l = airframe.propeller_diameter_m() / airframe.motor_distance_m();
+        let near = airframe
+            .has_near_field_model()
+            .then(|| NearField::new(diameter_over_l, airframe.width_factor(), jet));
+        Wake::of(
+            Arc::new(Shared {
+                airframe: airframe.clone(),
+                density_kg_per_m3,
+                jet: *jet,
+                near,
+            }),
+            mass_kg,
+        )
+    }
+
+    /// The same airframe in the same air at another mass (kg): no new table.
+    #[must_use]
+    pub fn with_mass(&self, mass_kg: f64) -> Wake {
+        Wake::of(Arc::clone(&self.shared), mass_kg)
+    }
+
+    fn of(shared: Arc<Shared>, mass_kg: f64) -> Wake {
+        let airframe = &shared.airframe;
+        let induced_velocity_mps =
+            airframe.hover_induced_velocity_mps(mass_kg, shared.density_kg_per_m3);
+        let length_m = airframe.motor_distance_m();
+        let far = FarField::new(
+            induced_velocity_mps,
+            length_m,
+            airframe.width_factor(),
+            &shared.jet,
+        );
+        Wake {
+            far,
+            induced_velocity_mps,
+            length_m,
+            shared,
+        }
+    }
+
+    /// `U_H` (m/s).
+    #[must_use]
+    pub fn induced_velocity_mps(&self) -> f64 {
+        self.induced_velocity_mps
+    }
+
+    /// `l` (m).
+    #[must_use]
+    pub fn motor_distance_m(&self) -> f64 {
+        self.length_m
+    }
+
+    /// Radius to the rotor tips (m): that of the near-field column.
+    #[must_use]
+    pub fn tip_radius_m(&self) -> f64 {
+        self.shared.airframe.tip_radius_m()
+    }
+
+    /// Depth at which the near field ends and the far field begins (m): 2.5 l.
+    #[must_use]
+    pub fn near_field_depth_m(&self) -> f64 {
+        self.far.from_m()
+    }
+
+    /// The airframe that makes it.
+    #[must_use]
+    pub fn airframe(&self) -> &Airframe {
+        &self.shared.airframe
+    }
+
+    /// The jet below 2.5 l, with its gradients, fluxes and doses.
+    #[must_use]
+    pub fn far_field(&self) -> &FarField {
+        &self.far
+    }
+
+    /// Mean axial speed (m/s) at an offset: 0 or more, downwards; 0 at and above the rotor plane.
+    #[must_use]
+    #[inline]
+    pub fn axial_speed_mps(&self, offset_m: Vector3<f64>) -> f64 {
+        let depth_m = -offset_m.z;
+        if depth_m >= self.far.from_m() {
+            return self
+                .far
+                .level(depth_m)
+                .axial_speed_mps(offset_m.x * offset_m.x + offset_m.y * offset_m.y);
+        }
+        self.near_axial_speed_mps(offset_m)
+    }
+
+    /// The same above 2.5 l, kept out of the short path.
+    fn near_axial_speed_mps(&self, offset_m: Vector3<f64>) -> f64 {
+        // Written so that a NaN height gives no air here and a NaN in x or y stays visible.
+        if !(offset_m.z < 0.0) {
+            return 0.0;
+        }
+        match &self.shared.near {
+            Some(near) => {
+                let [x, y, s] =
+                    [offset_m.x, offset_m.y, -offset_m.z].map(|metres| metres / self.length_m);
+                self.induced_velocity_mps * near.axial_speed(x, y, s)
+            }
+            None => {
+                let radius2_m2 = offset_m.x * offset_m.x + offset_m.y * offset_m.y;
+                self.far
+                    .level(self.far.from_m())
+                    .axial_speed_mps(radius2_m2)
+            }
+        }
+    }
+
+    /// [`Wake::axial_speed_mps`] at many offsets, in order; as many as the shorter of the two slices holds.
+    pub fn axial_speeds_mps(&self, offsets_m: &[Vector3<f64>], out_mps: &mut [f64]) {
+        for (speed_mps, &offset_m) in out_mps.iter_mut().zip(offsets_m) {
+            *speed_mps = self.axial_speed_mps(offset_m);
+        }
+    }
+
+    /// Axial speeds at points of one height, given as steps (x, y) from an offset: the depth is worked out once.
+    #[inline]
+    pub(crate) fn for_each_level_speed(
+        &self,
+        offset_m: Vector3<f64>,
+        steps_m: &[[f64; 2]],
+        mut found: impl FnMut(usize, f64),
+    ) {
+        if -offset_m.z >= self.far.from_m() {
+            let level = self.far.level(-offset_m.z);
+            for (i, step) in steps_m.iter().enumerate() {
+                let (x, y) = (offset_m.x + step[0], offset_m.y + step[1]);
+                found(i, level.axial_speed_mps(x * x + y * y));
+            }
+            return;
+        }
+        for (i, step) in steps_m.iter().enumerate() {
+            found(
+                i,
+                self.near_axial_speed_mps(offset_m + Vector3::new(step[0], step[1], 0.0)),
+            );
+        }
+    }
+
+    /// Mean velocity (m/s) at an offset, world frame: z negative is down, x and y the radial flow that continuity asks for
+    /// (out of the jet's core, into it from outside). Zero at and above the rotor plane.
+    #[must_use]
+    pub fn velocity_mps(&self, offset_m: Vector3<f64>) -> Vector3<f64> {
+        if !(offset_m.z < 0.0) {
+            return Vector3::zeros();
+        }
+        let down_mps = self.axial_speed_mps(offset_m);
+        let depth_m = -offset_m.z;
+        if depth_m >= self.far.from_m() {
+            let radius2_m2 = offset_m.x * offset_m.x + offset_m.y * offset_m.y;
+            let per_radius = self.far.radial_speed_over_radius_per_s(depth_m, radius2_m2);
+            return Vector3::new(per_radius * offset_m.x, per_radius * offset_m.y, -down_mps);
+        }
+        let [x, y] = match &self.shared.near {
+            Some(near) => {
+                let [x, y, s] =
+                    [offset_m.x, offset_m.y, depth_m].map(|metres| metres / self.length_m);
+                near.horizontal_velocity(x, y, s)
+                    .map(|v| v * self.induced_velocity_mps)
+            }
+            None => [0.0; 2],
+        };
+        Vector3::new(x, y, -down_mps)
+    }
+
+    /// Half-width of the jet (m) at a depth below the rotor plane; above 2.5 l that of 2.5 l. What must be covered to stop it.
+    #[must_use]
+    pub fn half_width_m(&self, depth_m: f64) -> f64 {
+        let from_m = self.far.from_m();
+        let depth_m = if depth_m > from_m { depth_m } else { from_m };
+        self.far.half_width_m(depth_m).unwrap_or(f64::NAN)
+    }
+
+    /// Speed on the axis (m/s) of the far field; `None` above 2.5 l.
+    #[must_use]
+    pub fn centreline_mps(&self, depth_m: f64) -> Option<f64> {
+        self.far.centreline_mps(depth_m)
+    }
+
+    /// Radius (m) within which the far field exceeds a speed: the iso-speed spindle. `None` above 2.5 l and below its tip.
+    #[must_use]
+    pub fn radius_at_speed_m(&self, depth_m: f64, speed_mps: f64) -> Option<f64> {
+        self.far.radius_at_speed_m(depth_m, speed_mps)
+    }
+
+    /// Depth (m) below which no far-field point exceeds `speed_mps`: where the axis has slowed to it, and 2.5 l where all of the
+    /// far field is slower. Infinite for a speed of 0.
+    #[must_use]
+    pub fn spindle_end_m(&self, speed_mps: f64) -> f64 {
+        self.far
+            .spindle_end_m(speed_mps)
+            .unwrap_or(self.far.from_m())
+    }
+}
