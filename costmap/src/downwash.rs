@@ -74,7 +74,8 @@ impl Section {
 
     /// Whether it holds a point, given as its offset from the rotor centre (m, z up).
     pub fn holds(&self, offset_m: Vector3<f64>) -> bool {
-        self.radius_m(-offset_m.z).is_some_and(|radius_m| offset_m.x.hypot(offset_m.y) <= radius_m)
+        self.radius_m(-offset_m.z)
+            .is_some_and(|radius_m| offset_m.x.hypot(offset_m.y) <= radius_m)
     }
 
     /// The part above a depth; `None` if nothing is left.
@@ -83,7 +84,11 @@ impl Section {
             return Some(*self);
         }
         let to_radius_m = self.radius_m(depth_m)?;
-        (depth_m > self.from_depth_m).then_some(Self { to_depth_m: depth_m, to_radius_m, ..*self })
+        (depth_m > self.from_depth_m).then_some(Self {
+            to_depth_m: depth_m,
+            to_radius_m,
+            ..*self
+        })
     }
 
     /// Placed below a rotor centre (m, world) and cut where the wake ends; `None` if it ends above this section.
@@ -95,7 +100,11 @@ impl Section {
         rotor_centre_m: Point3<f64>,
         wake_ends_at_z_m: f64,
     ) -> Result<Option<Placed>, NotFinite> {
-        frame::point(Point3::new(rotor_centre_m.x, rotor_centre_m.y, wake_ends_at_z_m))?;
+        frame::point(Point3::new(
+            rotor_centre_m.x,
+            rotor_centre_m.y,
+            wake_ends_at_z_m,
+        ))?;
         let centre = frame::point(rotor_centre_m).map(frame::world_point)?;
         let Some(part) = self.cut_at(centre.z - wake_ends_at_z_m) else {
             return Ok(None);

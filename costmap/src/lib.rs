@@ -11,12 +11,15 @@
 //! - [`leg`]: a straight piece of flight
 //! - [`frustum`]: the exact truncated cone as a parry shape
 //! - [`swept`]: a convex body on the move, and whether two of them meet
-//! - [`downwash`]: column, half-width cone and iso-speed spindle of one airborne drone
+//! - [`downwash`]: near-field column and half-width cone of one airborne drone
+//! - [`spindle`]: all points where its wake is faster than a limit
 //! - [`exposure`]: the air met along a leg: dose, worst speed, extra energy
 
-//pub mod downwash;
-//pub mod exposure;
+pub mod downwash;
+pub mod exposure;
 pub mod frame;
 pub mod frustum;
 pub mod leg;
+mod quadrature;
+pub mod spindle;
 pub mod swept;

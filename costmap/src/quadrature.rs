@@ -24,8 +24,12 @@ const KRONROD_WEIGHTS: [f64; 8] = [
     0.204_432_940_075_298_9,
     0.209_482_141_084_727_82,
 ];
-const GAUSS_WEIGHTS: [f64; 4] =
-    [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_93, 0.417_959_183_673_469_4];
+const GAUSS_WEIGHTS: [f64; 4] = [
+    0.129_484_966_168_869_7,
+    0.279_705_391_489_276_64,
+    0.381_830_050_505_118_9,
+    0.417_959_183_673_469_4,
+];
 
 /// Halvings after which a piece is taken as it is: 2⁻²⁴ of a leg is shorter than any flow structure,
 /// and only a jump that is not among the knots comes so far.
@@ -38,9 +42,16 @@ pub(crate) fn integrate(
     knots: &[f64],
     relative_error: f64,
 ) -> [f64; 2] {
-    let pieces: Vec<Piece> =
-        knots.windows(2).filter(|k| k[1] > k[0]).map(|k| Piece::new(&mut f, k[0], k[1], 0)).collect();
-    let Some(length) = knots.last().zip(knots.first()).map(|(end, start)| end - start) else {
+    let pieces: Vec<Piece> = knots
+        .windows(2)
+        .filter(|k| k[1] > k[0])
+        .map(|k| Piece::new(&mut f, k[0], k[1], 0))
+        .collect();
+    let Some(length) = knots
+        .last()
+        .zip(knots.first())
+        .map(|(end, start)| end - start)
+    else {
         return [0.0; 2];
     };
     let coarse = [0, 1].map(|i| pieces.iter().map(|p| p.kronrod[i].abs()).sum::<f64>());
@@ -78,7 +89,13 @@ struct Piece {
 impl Piece {
     fn new(f: &mut impl FnMut(f64) -> [f64; 2], from: f64, to: f64, halvings: u32) -> Self {
         let (centre, half) = (f64::midpoint(from, to), (to - from) / 2.0);
-        let mut piece = Self { from, to, halvings, kronrod: [0.0; 2], gauss: [0.0; 2] };
+        let mut piece = Self {
+            from,
+            to,
+            halvings,
+            kronrod: [0.0; 2],
+            gauss: [0.0; 2],
+        };
         for (index, (node, weight)) in NODES.into_iter().zip(KRONROD_WEIGHTS).enumerate() {
             let mut values = f(centre - half * node);
             if node > 0.0 {
@@ -106,9 +123,15 @@ mod tests {
             let exact = 2.0 / f64::from(degree + 1);
             let piece = Piece::new(&mut |x: f64| [x.powi(degree); 2], -1.0, 1.0, 0);
             // Rounding of sixteen-digit weights: a few 1e-16 a node.
-            assert!((piece.kronrod[0] - exact).abs() < 1e-14, "Kronrod, degree {degree}");
+            assert!(
+                (piece.kronrod[0] - exact).abs() < 1e-14,
+                "Kronrod, degree {degree}"
+            );
             if degree <= 13 {
-                assert!((piece.gauss[0] - exact).abs() < 1e-14, "Gauss, degree {degree}");
+                assert!(
+                    (piece.gauss[0] - exact).abs() < 1e-14,
+                    "Gauss, degree {degree}"
+                );
             }
         }
     }

@@ -70,7 +70,12 @@ impl Spindle {
         let (far_field, exact_far_field_m3) = FarField::new(wake, limit_mps)
             .map(|far| (far.cover(frusta.max(1)), far.volume_m3()))
             .unwrap_or_default();
-        Some(Self { limit_mps, near_field: near_field(wake, limit_mps), far_field, exact_far_field_m3 })
+        Some(Self {
+            limit_mps,
+            near_field: near_field(wake, limit_mps),
+            far_field,
+            exact_far_field_m3,
+        })
     }
 
     /// The speed it was made for (m/s).
@@ -116,7 +121,9 @@ impl Spindle {
         rotor_centre_m: Point3<f64>,
         wake_ends_at_z_m: f64,
     ) -> Result<Vec<Placed>, NotFinite> {
-        self.sections().filter_map(|s| s.hung(rotor_centre_m, wake_ends_at_z_m).transpose()).collect()
+        self.sections()
+            .filter_map(|s| s.hung(rotor_centre_m, wake_ends_at_z_m).transpose())
+            .collect()
     }
 }
 
@@ -160,7 +167,10 @@ impl FarField {
     /// Radius (m) and its derivative by u at 0 < u < 1.
     fn radius_and_slope_m(&self, u: f64) -> (f64, f64) {
         let g = (u.powf(1.5) - u * u).sqrt();
-        (self.scale_m * g, self.scale_m * (1.5 * u.sqrt() - 2.0 * u) / (2.0 * g))
+        (
+            self.scale_m * g,
+            self.scale_m * (1.5 * u.sqrt() - 2.0 * u) / (2.0 * g),
+        )
     }
 
     /// Exact volume (m³): π ∫ r² ds.
@@ -176,7 +186,11 @@ impl FarField {
             .tangent_points(frusta)
             .map(|u| {
                 let (radius_m, slope_m) = self.radius_and_slope_m(u);
-                Tangent { u, radius_m, slope_m }
+                Tangent {
+                    u,
+                    radius_m,
+                    slope_m,
+                }
             })
             .collect();
         let mut bounds = vec![self.from_u];
@@ -189,7 +203,11 @@ impl FarField {
             from_radius_m: tangent.radius_at_m(ends[0]) * (1.0 + GROWTH),
             to_radius_m: tangent.radius_at_m(ends[1]) * (1.0 + GROWTH),
         };
-        tangents.iter().zip(bounds.windows(2)).map(section).collect()
+        tangents
+            .iter()
+            .zip(bounds.windows(2))
+            .map(section)
+            .collect()
     }
 
     /// Where the tangents touch: equally spaced in (1 - u)^{2/3}.
@@ -234,7 +252,12 @@ fn near_field(wake: &Wake, limit_mps: f64) -> Option<Section> {
             outermost_radius_m(wake, part * depth_m, searched_mps)
         })
         .max_by(f64::total_cmp)?;
-    Some(Section { from_depth_m: 0.0, to_depth_m: depth_m, from_radius_m: radius_m, to_radius_m: radius_m })
+    Some(Section {
+        from_depth_m: 0.0,
+        to_depth_m: depth_m,
+        from_radius_m: radius_m,
+        to_radius_m: radius_m,
+    })
 }
 
 /// The largest radius at a depth where the wake is as fast as `speed_mps`, from outside.
