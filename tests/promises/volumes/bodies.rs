@@ -29,6 +29,18 @@ fn random_pose(random: &mut Random, reach: f64) -> Pose {
     )
 }
 
+fn meets(a: &dyn Shape, at_b: &Pose, b: &dyn Shape) -> bool {
+    query::intersection_test(&Pose::IDENTITY, a, at_b, b)
+        .expect("supported")
+        .intersecting
+}
+
+fn distance_m(a: &dyn Shape, at_b: &Pose, b: &dyn Shape) -> f64 {
+    query::distance(&Pose::IDENTITY, a, at_b, b)
+        .expect("supported")
+        .distance
+}
+
 fn signed_distance_m(frustum: &Frustum, in_frustum: Vector) -> f64 {
     frustum.signed_distance_m(in_frustum.x.hypot(in_frustum.z), in_frustum.y)
 }
@@ -59,8 +71,7 @@ fn the_support_map_and_the_closed_form_agree_on_balls() {
         let gap_m = signed_distance_m(&frustum, centre) - ball.radius;
         let pose = Pose::from_translation(centre);
         let by_support_map = intersection_test_support_map_support_map(&pose, &frustum, &ball);
-        let by_dispatch =
-            query::intersection_test(&Pose::IDENTITY, &frustum, &pose, &ball).expect("supported");
+        let by_dispatch = meets(&frustum, &pose, &ball);
         met += usize::from(by_support_map);
         if gap_m.abs() > GJK_M {
             assert_eq!(
@@ -75,10 +86,9 @@ fn the_support_map_and_the_closed_form_agree_on_balls() {
                 gap_m < 0.0
             );
         }
-        let distance_m =
-            query::distance(&Pose::IDENTITY, &frustum, &pose, &ball).expect("supported");
+        let measured_m = distance_m(&frustum, &pose, &ball);
         // Rounding of coordinates of a few metres.
-        assert!((distance_m - gap_m.max(0.0)).abs() < 1e-12);
+        assert!((measured_m - gap_m.max(0.0)).abs() < 1e-12);
         let contact = query::contact(&Pose::IDENTITY, &frustum, &pose, &ball, 10.0)
             .expect("supported")
             .expect("within 10 m");
@@ -122,16 +132,14 @@ fn distance_to_a_capsule_is_the_least_distance_to_its_axis() {
         let pose = random_pose(&mut random, 3.0);
         let axis = |part: f64| pose * Vector::new(0.0, (2.0 * part - 1.0) * half, 0.0);
         let gap_m = least(|part| signed_distance_m(&frustum, axis(part))) - radius;
-        let meets = query::intersection_test(&Pose::IDENTITY, &frustum, &pose, &capsule)
-            .expect("supported");
+        let met = meets(&frustum, &pose, &capsule);
         if gap_m.abs() > GJK_M {
-            assert_eq!(meets, gap_m < 0.0, "{frustum:?} {gap_m}");
+            assert_eq!(met, gap_m < 0.0, "{frustum:?} {gap_m}");
         }
-        let distance_m =
-            query::distance(&Pose::IDENTITY, &frustum, &pose, &capsule).expect("supported");
+        let measured_m = distance_m(&frustum, &pose, &capsule);
         assert!(
-            (distance_m - gap_m.max(0.0)).abs() < GJK_M,
-            "{frustum:?}: {distance_m}, closed form {gap_m}"
+            (measured_m - gap_m.max(0.0)).abs() < GJK_M,
+            "{frustum:?}: {measured_m}, closed form {gap_m}"
         );
     }
 }
@@ -219,7 +227,7 @@ fn least_distance_m(a: (&dyn Shape, Pose, Vector), b: (&dyn Shape, Pose, Vector)
         let (mut at_a, mut at_b) = (a.1, b.1);
         at_a.translation += a.2 * t;
         at_b.translation += b.2 * t;
-        query::distance(&at_a, a.0, &at_b, b.0).expect("supported")
+        distance_m(a.0, &at_a.inv_mul(&at_b), b.0)
     })
 }
 
@@ -324,7 +332,7 @@ fn overlap_without_relative_motion_is_caught_although_parrys_cast_misses_it() {
         let ball = Ball::new(0.3);
         let at_frustum = upright(Point3::origin()).expect("finite");
         let at_ball = centred(random.point(1.0)).expect("finite");
-        if !query::intersection_test(&at_frustum, &frustum, &at_ball, &ball).expect("supported") {
+        if !meets(&frustum, &at_frustum.inv_mul(&at_ball), &ball) {
             continue;
         }
         overlaps += 1;
