@@ -219,8 +219,8 @@ fn describe(plan: &Plan, worst: &Violation) -> String {
         .with
         .as_ref()
         .and_then(|with| plan.drones.iter().find(|other| other.name == *with))
-        .map_or_else(String::new, |other| {
-            let at_m = crate::trajectory::position_m(&other.trajectory, worst.from_s);
+        .and_then(|other| other.trajectory.position_m(worst.from_s))
+        .map_or_else(String::new, |at_m| {
             let below_m = at_m.z - worst.position_m.z;
             let aside_m = (at_m.xy() - worst.position_m.xy()).norm();
             format!(", {below_m:.1} m below and {aside_m:.1} m beside `{from}`")

@@ -8,3 +8,4 @@ mod commands;
 mod paper;
 mod scenario;
 mod verifier;
+mod volumes;
