@@ -45,6 +45,20 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
     }
 }
 
+/// What the fleet would do if drones did not blow, judged with their wakes: the contrast alone, for
+/// worlds that [`plan_world`] finds blocked. `None` where even the bodies exclude one another at the start.
+pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash> {
+    let conflicts = endpoints::check(world);
+    let stuck = |c: &EndpointConflict| {
+        c.when == EndpointKind::Starts && matches!(c.why, Exclusion::Bodies { .. })
+    };
+    if conflicts.iter().any(stuck) {
+        return None;
+    }
+    (control.progress)(Progress::IgnoringDownwash);
+    Some(ignoring_downwash(world, &prepare(world), &conflicts, control))
+}
+
 /// The same fleet on the same roadmap as if drones did not blow, judged with their wakes.
 fn ignoring_downwash(
     world: &World,

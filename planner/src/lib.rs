@@ -23,5 +23,5 @@ pub mod world;
 
 mod fleet;
 
-pub use fleet::plan_world;
+pub use fleet::{contrast, plan_world};
 pub use outcome::{Control, Outcome};
