@@ -1,7 +1,7 @@
 //! What planning answers, and how a caller watches and stops it.
 
-use nalgebra::Point3;
 use crate::plan::Plan;
+use nalgebra::Point3;
 
 /// The answer to "plan this world".
 #[derive(Clone, Debug, PartialEq)]
@@ -129,5 +129,8 @@ pub enum Progress {
 
 impl Control<'_> {
     /// Never stops, tells nobody.
-    pub const QUIET: Control<'static> = Control { stop: &|| false, progress: &|_| {} };
+    pub const QUIET: Control<'static> = Control {
+        stop: &|| false,
+        progress: &|_| {},
+    };
 }
