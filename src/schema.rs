@@ -1,9 +1,11 @@
-//! `plan schema`: the scenario's fields, units and defaults.
+//! `plan schema`: the scenario format as a JSON schema, with every default and every preset.
 
-use crate::Answer;
 use crate::failure::{Failure, answer};
+use crate::{Answer, files};
 
+/// Prints one JSON object. `defaults` and `presets` come first, for readers; the rest is the schema
+/// itself, for editors.
 pub(crate) fn run() -> Result<Answer, Failure> {
-    answer("")?;
+    answer(&files::json_pretty(&planner::scenario::schema()))?;
     Ok(Answer::Yes)
 }

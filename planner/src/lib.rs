@@ -1,9 +1,14 @@
-//! From scenario to verified plan: what was typed (`scenario`), what it means ([`world`]), the
+//! From scenario to verified plan: what was typed ([`scenario`]), what it means ([`world`]), the
 //! search, and the plan as plain data ([`plan`](mod@plan)) that `verify` judges.
+
+pub mod scenario;
+pub mod world;
+
+pub mod placement;
+pub mod solid;
 
 pub mod instances;
 pub mod outcome;
 pub mod plan;
-pub mod world;
 
 pub use outcome::{Control, Outcome};

@@ -4,6 +4,8 @@
 
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// A place, a fleet and its tasks: the question that a plan answers.
 #[derive(Clone, Debug)]
@@ -26,6 +28,9 @@ pub struct World {
     pub drones: Vec<Drone>,
     /// How to plan.
     pub planning: Planning,
+    /// What whoever reads the plan should know about this question: frames outside the jet's fit, frames
+    /// without a near-field model.
+    pub notes: Vec<String>,
 }
 
 /// An axis-aligned box.
@@ -124,7 +129,7 @@ pub struct Task {
 }
 
 /// How a drone begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub enum AtStart {
     /// In the air: its wake blows from time 0.
     Hover,
@@ -133,7 +138,7 @@ pub enum AtStart {
 }
 
 /// What a drone does after its last dwell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub enum AtEnd {
     /// Stays in the air for ever.
     Hover,

@@ -1,0 +1,65 @@
+//! What each number may be. The bounds keep out slips of the hand and wrong units, not ambition:
+//! all are chosen here, for the reason beside each.
+
+/// The range of one quantity.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// Lowest allowed value.
+    pub(super) low: f64,
+    /// Highest allowed value.
+    pub(super) high: f64,
+    /// What follows the number in messages.
+    pub(super) unit: &'static str,
+}
+
+const fn from(low: f64, high: f64, unit: &'static str) -> Limits {
+    Limits { low, high, unit }
+}
+
+/// Insect-sized to cargo.
+pub(super) const MASS_KG: Limits = from(0.001, 1000.0, "kg");
+/// From insect-sized to a light helicopter's rotor.
+pub(super) const PROPELLER_DIAMETER_M: Limits = from(0.005, 10.0, "m");
+/// As for the propellers, of which it holds several.
+pub(super) const MOTOR_DISTANCE_M: Limits = from(0.01, 20.0, "m");
+/// One propeller has no motor distance; beyond 16 nobody has built.
+pub(super) const PROPELLERS: Limits = from(2.0, 16.0, "");
+/// The paper's canted drones are within 15 % of 1; twice or half is another jet.
+pub(super) const WIDTH_FACTOR: Limits = from(0.5, 2.0, "");
+/// A ball that small has no drone in it; one that large fills a hall.
+pub(super) const BODY_RADIUS_M: Limits = from(0.005, 20.0, "m");
+/// Multirotors at walking pace to racing; slower is a unit mistaken.
+pub(super) const MAX_SPEED_MPS: Limits = from(0.01, 50.0, "m/s");
+/// Coordinates: a site, in its own frame, not a map in UTM metres.
+pub(super) const PLACE_M: Limits = from(-10_000.0, 10_000.0, "m");
+/// Size of a solid.
+pub(super) const SIZE_M: Limits = from(0.001, 20_000.0, "m");
+/// A dwell of at most a day.
+pub(super) const DWELL_S: Limits = from(0.0, 86_400.0, "s");
+/// What a load may weigh by itself; the airframe sets a narrower limit, see [`MOST_MASS_RATIO`].
+pub(super) const LOAD_KG: Limits = from(0.0, 1000.0, "kg");
+/// From a thousandth (nobody may be below anybody) to twice the own induced velocity, where hovering costs
+/// 2.4 times the power (β(2) = 1 + √2).
+pub(super) const AIR_LIMIT: Limits = from(0.001, 2.0, "times its induced velocity");
+/// Still air to a strong breeze's mean.
+pub(super) const ZONE_AIR_LIMIT_MPS: Limits = from(0.01, 50.0, "m/s");
+/// Weather stations have read -89 and +57 °C.
+pub(super) const TEMPERATURE_C: Limits = from(-90.0, 60.0, "deg C");
+/// From the top of Everest (33 700 Pa, rounded down) to the highest reading at sea level (108 400 Pa, rounded up).
+pub(super) const PRESSURE_PA: Limits = from(30_000.0, 110_000.0, "Pa");
+/// Below 1 cm no lattice is meant; above 100 m no building is.
+pub(super) const CELL_M: Limits = from(0.01, 100.0, "m");
+/// A gap; more than 10 m is a mistake.
+pub(super) const CLEARANCE_M: Limits = from(0.0, 10.0, "m");
+/// 0 ignores energy; 1000 s of delay for one second's energy is already absurd.
+pub(super) const ENERGY_WEIGHT: Limits = from(0.0, 1000.0, "");
+
+/// Greatest mass, load included, over the airframe's own: the best racing drones lift some ten times
+/// their mass at full thrust, nobody hovers at half of that.
+pub(super) const MOST_MASS_RATIO: f64 = 5.0;
+/// Greatest induced velocity at hover (m/s): the paper's airframes have 5 to 10, helicopters up to 20.
+pub(super) const MOST_INDUCED_VELOCITY_MPS: f64 = 60.0;
+/// Most places in the roadmap's lattice: its 26 edges each, at 16 bytes, are then 0.8 GB.
+pub(super) const MOST_LATTICE_PLACES: f64 = 2e6;
+/// Most characters of a name: it has to fit a table.
+pub(super) const LONGEST_NAME: usize = 100;

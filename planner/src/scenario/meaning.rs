@@ -1,0 +1,286 @@
+//! From what was written to what it means: airframes by name, meshes by file, places against solids.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use airflow::{Air, Jet};
+use nalgebra::Point3;
+
+use super::fields::listed;
+use super::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
+use super::mesh::mesh;
+use super::problem::{Problem, did_you_mean};
+use super::written::{self, Written};
+use crate::placement::{Misfit, Misplaced, Spot, misplaced};
+use crate::solid::Solids;
+use crate::world::{Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone};
+
+/// How a scenario's files are had: text by the path that the scenario gives, or why not.
+pub type Meshes<'a> = dyn Fn(&str) -> Result<String, String> + 'a;
+
+/// The world of all that is sound in `written`, and what is not.
+pub(super) fn world(
+    written: &Written,
+    spoilt_airframes: &[String],
+    meshes: &Meshes<'_>,
+) -> (World, Vec<Problem>) {
+    let mut problems = Vec::new();
+    let air = Air { temperature_c: written.air.temperature_c, pressure_pa: written.air.pressure_pa };
+    let obstacles = written
+        .obstacles
+        .iter()
+        .filter_map(|obstacle| match shape(obstacle, meshes) {
+            Ok(shape) => Some(Obstacle { name: obstacle.name.clone(), shape: shape? }),
+            Err(problem) => {
+                problems.push(*problem);
+                None
+            }
+        })
+        .collect();
+    let zone = |zone: &written::Zone| Zone {
+        name: zone.name.clone(),
+        bounds_m: Bounds { min: zone.min_m.value, max: zone.max_m.value },
+        air_limit_mps: zone.air_limit_mps,
+    };
+    let mut fleet = Fleet { written, spoilt_airframes, air, problems, notes: Vec::new(), blown: BTreeSet::new() };
+    let (sources, drones) = fleet.drones();
+    let Fleet { mut problems, notes, .. } = fleet;
+    let written::Planning { cell_m, clearance_m, seed, energy_weight, .. } = written.planning;
+    let world = World {
+        name: written.name.clone(),
+        bounds_m: Bounds { min: written.bounds_m.min.value, max: written.bounds_m.max.value },
+        air,
+        jet: Jet::default(),
+        superposition: written.air.superposition,
+        obstacles,
+        zones: written.zones.iter().map(zone).collect(),
+        drones,
+        planning: Planning { cell_m, clearance_m, seed, energy_weight },
+        notes,
+    };
+    let solids = Solids::new(&world.obstacles);
+    for found in misplaced(&world, &solids) {
+        problems.push(misplacement(&world, sources[found.drone], &found));
+    }
+    (world, problems)
+}
+
+/// `None` where the keys make no shape: that has been noted while reading.
+fn shape(obstacle: &written::Obstacle, meshes: &Meshes<'_>) -> Result<Option<Solid>, Box<Problem>> {
+    if let (Some(min), Some(max)) = (&obstacle.min_m, &obstacle.max_m) {
+        return Ok(Some(Solid::Box(Bounds { min: min.value, max: max.value })));
+    }
+    if let (Some(base), Some(radius_m), Some(height_m)) = (&obstacle.base_m, obstacle.radius_m, obstacle.height_m) {
+        return Ok(Some(Solid::Cylinder { base_m: base.value, radius_m, height_m }));
+    }
+    let Some(file) = &obstacle.mesh else { return Ok(None) };
+    let source = file.value.clone();
+    let name = &obstacle.name;
+    let unreadable = |why: String| {
+        let message = format!("the mesh of obstacle `{name}` cannot be used");
+        Box::new(Problem::at(&file.at, message).label(why))
+    };
+    let text = meshes(&source).map_err(unreadable)?;
+    let at_m = obstacle.at_m.as_ref().map_or(Point3::origin(), |place| place.value);
+    let (vertices_m, triangles) = mesh(&text, at_m).map_err(unreadable)?;
+    Ok(Some(Solid::Mesh { source, vertices_m, triangles }))
+}
+
+struct Fleet<'w> {
+    written: &'w Written,
+    spoilt_airframes: &'w [String],
+    air: Air,
+    problems: Vec<Problem>,
+    notes: Vec<String>,
+    /// Airframes whose induced velocity has been refused.
+    blown: BTreeSet<String>,
+}
+
+impl<'w> Fleet<'w> {
+    /// The sound drones, each beside what was written for it.
+    fn drones(&mut self) -> (Vec<&'w written::Drone>, Vec<Drone>) {
+        let mut vehicles: BTreeMap<&str, Option<Vehicle>> = BTreeMap::new();
+        let mut pairs = Vec::new();
+        for source in &self.written.drones {
+            let name = source.airframe.value.as_str();
+            if !vehicles.contains_key(name) {
+                let vehicle = self.vehicle(source);
+                if let Some(vehicle) = &vehicle {
+                    self.note(vehicle);
+                }
+                vehicles.insert(name, vehicle);
+            }
+            match vehicles.get(name) {
+                Some(Some(vehicle)) => pairs.extend(self.drone(source, vehicle).map(|drone| (source, drone))),
+                // Spoilt where it is defined: noted there, once.
+                _ if self.spoilt_airframes.iter().any(|spoilt| spoilt == name) => {}
+                _ => self.unknown_airframe(source),
+            }
+        }
+        pairs.into_iter().unzip()
+    }
+
+    fn vehicle(&mut self, source: &written::Drone) -> Option<Vehicle> {
+        let name = source.airframe.value.as_str();
+        let Some(own) = self.written.airframes.get(name) else {
+            let airframe = airflow::Airframe::preset(name)
+                .filter(|_| !self.spoilt_airframes.iter().any(|spoilt| spoilt == name))?;
+            let body_radius_m = airframe.tip_radius_m();
+            return Some(Vehicle { airframe, body_radius_m, max_speed_mps: written::MAX_SPEED_DEFAULT_MPS });
+        };
+        let airframe = airflow::Airframe::new(
+            name,
+            own.mass_kg,
+            own.propellers,
+            own.propeller_diameter_m,
+            own.motor_distance_m,
+            own.width_factor,
+        );
+        match airframe {
+            Ok(airframe) => {
+                let body_radius_m = own.body_radius_m.unwrap_or_else(|| airframe.tip_radius_m());
+                Some(Vehicle { airframe, body_radius_m, max_speed_mps: own.max_speed_mps })
+            }
+            Err(error) => {
+                let message = format!("airframe `{name}` cannot fly");
+                self.problems.push(Problem::at(&source.airframe.at, message).label(error.to_string()));
+                None
+            }
+        }
+    }
+
+    fn unknown_airframe(&mut self, source: &written::Drone) {
+        let name = source.airframe.value.as_str();
+        if self.written.airframes.contains_key(name) {
+            return;
+        }
+        let own = self.written.airframes.keys().map(String::as_str);
+        let known: Vec<&str> = own.chain(airflow::Airframe::PRESETS).collect();
+        let help = did_you_mean(name, known.iter().copied()).unwrap_or_else(|| {
+            let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+            format!("known are {}", listed(&known, "and"))
+        });
+        let message = format!("drone `{}` has an unknown airframe", source.name);
+        self.problems.push(
+            Problem::at(&source.airframe.at, message)
+                .label("neither in `airframes` nor a preset")
+                .help(help),
+        );
+    }
+
+    fn drone(&mut self, source: &written::Drone, vehicle: &Vehicle) -> Option<Drone> {
+        let before = self.problems.len();
+        self.bears(source, vehicle, vehicle.airframe.mass_kg(), &source.airframe.at, "when it hovers");
+        for (index, task) in source.tasks.iter().enumerate() {
+            let Some(load) = &task.load_kg else { continue };
+            let own_kg = vehicle.airframe.mass_kg();
+            let most_kg = own_kg * (MOST_MASS_RATIO - 1.0);
+            if load.value <= most_kg {
+                self.bears(source, vehicle, own_kg + load.value, &load.at, "with this load");
+                continue;
+            }
+            let message = format!("task {} of drone `{}` loads more than it could lift", index + 1, source.name);
+            let label = format!("`{}` weighs {own_kg} kg itself", vehicle.airframe.name());
+            let help = format!("at most {most_kg:.2} kg: {} times its own mass", MOST_MASS_RATIO - 1.0);
+            self.problems.push(Problem::at(&load.at, message).label(label).help(help));
+        }
+        let task = |task: &written::Task| Task {
+            to_m: task.to_m.value,
+            dwell_s: task.dwell_s,
+            load_kg: task.load_kg.as_ref().map(|load| load.value),
+        };
+        let drone = Drone {
+            name: source.name.clone(),
+            vehicle: vehicle.clone(),
+            start_m: source.start_m.value,
+            at_start: source.at_start,
+            tasks: source.tasks.iter().map(task).collect(),
+            at_end: source.at_end,
+            air_limit: source.air_limit.unwrap_or(self.written.planning.air_limit),
+        };
+        (self.problems.len() == before).then_some(drone)
+    }
+
+    /// Refuses a mass that would need air faster than any rotor's: a unit mistaken, once per airframe.
+    fn bears(&mut self, source: &written::Drone, vehicle: &Vehicle, mass_kg: f64, at: &Range<usize>, when: &str) {
+        let airframe = &vehicle.airframe;
+        let speed_mps = airframe.hover_induced_velocity_mps(mass_kg, self.air.density_kg_per_m3());
+        if speed_mps <= MOST_INDUCED_VELOCITY_MPS || !self.blown.insert(airframe.name().to_owned()) {
+            return;
+        }
+        let name = airframe.name();
+        let message = format!("airframe `{name}` would blow {speed_mps:.0} m/s {when}");
+        let label = format!("{mass_kg} kg on {:.4} m2 of rotor discs", airframe.disc_area_m2());
+        let problem = Problem::at(at, message).label(label);
+        self.problems.push(problem.note(format!("first used by drone `{}`", source.name)).help(format!(
+            "at most {MOST_INDUCED_VELOCITY_MPS} m/s: check mass_kg (kg) and propeller_diameter_m (m)"
+        )));
+    }
+
+    fn note(&mut self, Vehicle { airframe, body_radius_m, .. }: &Vehicle) {
+        let name = airframe.name();
+        let own = self.written.airframes.contains_key(name);
+        if own && airflow::Airframe::PRESETS.contains(&name) {
+            self.notes.push(format!("airframe `{name}` of this scenario replaces the preset of that name"));
+        }
+        if !own && airframe.fit_excludes() {
+            self.notes.push(format!(
+                "the jet's fit excludes {name}; its width factor {} is chosen, not measured",
+                airframe.width_factor()
+            ));
+        }
+        if !airframe.has_near_field_model() {
+            self.notes.push(format!(
+                "airframe `{name}` has {} propellers and the near-field model knows four: within 2.5 motor \
+                 distances below it the column is closed, but no air is computed beside it; the far field is used",
+                airframe.propellers()
+            ));
+        }
+        if *body_radius_m < airframe.tip_radius_m() {
+            self.notes.push(format!(
+                "the body radius of `{name}`, {body_radius_m} m, does not reach its rotor tips at {:.3} m",
+                airframe.tip_radius_m()
+            ));
+        }
+    }
+}
+
+fn misplacement(world: &World, source: &written::Drone, found: &Misplaced) -> Problem {
+    let name = &source.name;
+    let place = match found.spot {
+        Spot::Start => &source.start_m,
+        Spot::Task(index) => &source.tasks[index].to_m,
+        Spot::Landing => source.tasks.last().map_or(&source.start_m, |task| &task.to_m),
+    };
+    let (who, verb, word) = match found.spot {
+        Spot::Start => (format!("`{name}`"), "starts", "start"),
+        Spot::Task(index) => (format!("task {} of `{name}`", index + 1), "lies", "place"),
+        Spot::Landing => (format!("`{name}`"), "lands", "place to come down from"),
+    };
+    let nearest = found.nearest_m.map(|nearest_m| {
+        let [x, y, z] = nearest_m.coords.into();
+        format!("nearest free {word} is ({x:.2}, {y:.2}, {z:.2})")
+    });
+    let problem = match found.why {
+        Misfit::OutOfBounds { by_m } => {
+            Problem::at(&place.at, format!("{who} {verb} out of bounds")).label(format!("{by_m:.2} m outside"))
+        }
+        Misfit::Obstacle { obstacle, distance_m, needs_m } => {
+            let solid = &world.obstacles[obstacle].name;
+            let needs = format!("its body needs {needs_m:.2} m to the face");
+            if found.spot == Spot::Landing {
+                let rest_z_m = found.place_m.z;
+                Problem::at(&place.at, format!("{who} {verb} in obstacle `{solid}`")).label(format!(
+                    "coming down from here to z = {rest_z_m:.2} m it has {distance_m:.3} m; {needs}"
+                ))
+            } else if distance_m <= 0.0 {
+                Problem::at(&place.at, format!("{who} {verb} inside obstacle `{solid}`"))
+                    .label(format!("{:.2} m inside; {needs}", -distance_m))
+            } else {
+                Problem::at(&place.at, format!("{who} {verb} too near to obstacle `{solid}`"))
+                    .label(format!("{distance_m:.2} m from it; {needs}"))
+            }
+        }
+    };
+    problem.maybe_help(nearest)
+}

@@ -1,0 +1,88 @@
+//! What the user wrote: a scenario in RON, read from text, with every error at its place.
+//!
+//! ```
+//! let text = r#"Scenario(
+//!     name: "two",
+//!     bounds_m: (min: (0, 0, 0), max: (30, 20, 8)),
+//!     drones: [
+//!         (name: "k1", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (20, 10, 3), dwell_s: 10)]),
+//!         (name: "k2", airframe: "kolibri", start_m: (1, 9, 1), at_end: Land),
+//!     ],
+//! )"#;
+//! let world = planner::scenario::read_world(text, &|file| Err(format!("there is no {file}"))).unwrap();
+//! assert_eq!(world.drones[0].tasks[0].dwell_s, 10.0);
+//! assert_eq!(world.drones[1].air_limit, 0.3); // a default; `schema()` lists them all
+//! ```
+
+mod fields;
+mod limits;
+mod meaning;
+mod mesh;
+mod places;
+mod problem;
+mod read;
+mod schema;
+mod source;
+mod written;
+
+pub use meaning::Meshes;
+pub use problem::Problem;
+pub use schema::schema;
+
+use crate::world::World;
+
+/// A scenario whose text is in order: every key known, every number in range, every name unique.
+/// Its airframes, files and places have still to be looked up: [`Scenario::into_world`].
+#[derive(Clone, Debug)]
+pub struct Scenario(written::Written);
+
+/// Reads a scenario.
+///
+/// # Errors
+/// Everything that is wrong with the text, in its order.
+pub fn parse(text: &str) -> Result<Scenario, Vec<Problem>> {
+    let read::Reading { written, problems, .. } = read::read(text);
+    match written {
+        Some(written) if problems.is_empty() => Ok(Scenario(written)),
+        _ => Err(in_order(problems)),
+    }
+}
+
+/// Reads a scenario and what it means, in one go: a drone in an obstacle is reported beside a misspelt key.
+///
+/// # Errors
+/// Everything that is wrong, in the order of the text.
+pub fn read_world(text: &str, meshes: &Meshes<'_>) -> Result<World, Vec<Problem>> {
+    let read::Reading { written, spoilt_airframes, mut problems } = read::read(text);
+    let Some(written) = written else { return Err(in_order(problems)) };
+    let (world, more) = meaning::world(&written, &spoilt_airframes, meshes);
+    problems.extend(more);
+    if problems.is_empty() { Ok(world) } else { Err(in_order(problems)) }
+}
+
+impl Scenario {
+    /// The mesh files that it wants, as it names them, each once.
+    pub fn meshes(&self) -> Vec<&str> {
+        let mut files: Vec<&str> = Vec::new();
+        for file in self.0.obstacles.iter().filter_map(|obstacle| obstacle.mesh.as_ref()) {
+            if !files.contains(&file.value.as_str()) {
+                files.push(&file.value);
+            }
+        }
+        files
+    }
+
+    /// Looks up airframes and meshes, and checks every place against bounds and obstacles.
+    ///
+    /// # Errors
+    /// Everything that is wrong, in the order of the text.
+    pub fn into_world(self, meshes: &Meshes<'_>) -> Result<World, Vec<Problem>> {
+        let (world, problems) = meaning::world(&self.0, &[], meshes);
+        if problems.is_empty() { Ok(world) } else { Err(in_order(problems)) }
+    }
+}
+
+fn in_order(mut problems: Vec<Problem>) -> Vec<Problem> {
+    problems.sort_by_key(|problem| problem.span.as_ref().map_or((usize::MAX, 0), |span| (span.start, span.end)));
+    problems
+}

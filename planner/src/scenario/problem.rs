@@ -1,0 +1,77 @@
+//! What is wrong with a scenario, and where.
+
+use std::fmt;
+use std::ops::Range;
+
+/// One thing that is wrong with a scenario, for a person to read beside the text.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Problem {
+    /// What and who, lowercase, no final period.
+    pub message: String,
+    /// Where, in bytes of the text; `None` where no place in the text is to blame.
+    pub span: Option<Range<usize>>,
+    /// What to say at that place.
+    pub label: Option<String>,
+    /// What else one must know.
+    pub notes: Vec<String>,
+    /// The way out.
+    pub help: Option<String>,
+}
+
+impl Problem {
+    pub(super) fn at(span: &Range<usize>, message: impl Into<String>) -> Problem {
+        Problem { message: message.into(), span: Some(span.clone()), ..Problem::default() }
+    }
+
+    pub(super) fn label(mut self, label: impl Into<String>) -> Problem {
+        self.label = Some(label.into());
+        self
+    }
+
+    pub(super) fn note(mut self, note: impl Into<String>) -> Problem {
+        self.notes.push(note.into());
+        self
+    }
+
+    pub(super) fn help(mut self, help: impl Into<String>) -> Problem {
+        self.help = Some(help.into());
+        self
+    }
+
+    pub(super) fn maybe_help(mut self, help: Option<String>) -> Problem {
+        self.help = help.or(self.help);
+        self
+    }
+}
+
+impl fmt::Display for Problem {
+    /// One line, for callers who have no text to point into.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
+        if let Some(label) = &self.label {
+            write!(f, ": {label}")?;
+        }
+        if let Some(help) = &self.help {
+            write!(f, "; {help}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Problem {}
+
+/// "did you mean `...`?" for the nearest of `known`, if one is near enough to be a slip of the hand.
+pub(super) fn did_you_mean<'a>(
+    typed: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<String> {
+    // A third of the letters, at least two: chosen here, so that `kolbri` finds `kolibri` and `x` nothing.
+    let slips = (typed.chars().count() / 3).max(2);
+    let lower = typed.to_lowercase();
+    known
+        .into_iter()
+        .map(|name| (strsim::damerau_levenshtein(&lower, &name.to_lowercase()), name))
+        .filter(|(distance, name)| *distance <= slips && *distance < name.chars().count())
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, name)| format!("did you mean `{name}`?"))
+}

@@ -1,0 +1,64 @@
+//! The format as a JSON schema, with every default and every preset in one list each.
+
+use schemars::Schema;
+use serde_json::{Map, Value, json};
+
+use super::written::{MAX_SPEED_DEFAULT_MPS, Written};
+
+/// The JSON schema of a scenario: keys, units, ranges. `defaults` lists every key that may be left out,
+/// by its path; where a default depends on something else, words say on what. `presets` lists the
+/// airframes that are known by name.
+pub fn schema() -> Schema {
+    let schema = schemars::schema_for!(Written);
+    let whole = schema.as_value();
+    let mut defaults = Map::new();
+    gather(whole, whole, "", &mut defaults);
+    let presets: Map<String, Value> = airflow::Airframe::PRESETS
+        .into_iter()
+        .filter_map(airflow::Airframe::preset)
+        .map(|airframe| (airframe.name().to_owned(), preset(&airframe)))
+        .collect();
+    // What most readers look for comes first.
+    let mut ordered = Map::new();
+    let mut rest = whole.as_object().cloned().unwrap_or_default();
+    for key in ["$schema", "title", "description"] {
+        if let Some(value) = rest.shift_remove(key) {
+            ordered.insert(key.to_owned(), value);
+        }
+    }
+    ordered.insert("defaults".to_owned(), Value::Object(defaults));
+    ordered.insert("presets".to_owned(), Value::Object(presets));
+    ordered.extend(rest);
+    Schema::from(ordered)
+}
+
+/// Collects `default` of every property below `at`: `planning.cell_m`, `drones[].tasks[].dwell_s`.
+fn gather(whole: &Value, at: &Value, path: &str, defaults: &mut Map<String, Value>) {
+    if let Some(name) = at["$ref"].as_str().and_then(|path| path.strip_prefix("#/$defs/")) {
+        gather(whole, &whole["$defs"][name], path, defaults);
+    }
+    for branch in at["anyOf"].as_array().into_iter().flatten() {
+        gather(whole, branch, path, defaults);
+    }
+    for (key, property) in at["properties"].as_object().into_iter().flatten() {
+        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        if let Some(default) = property.get("default") {
+            defaults.insert(path.clone(), default.clone());
+        }
+        gather(whole, property, &path, defaults);
+        gather(whole, &property["items"], &format!("{path}[]"), defaults);
+        gather(whole, &property["additionalProperties"], &format!("{path}{{}}"), defaults);
+    }
+}
+
+fn preset(airframe: &airflow::Airframe) -> Value {
+    json!({
+        "mass_kg": airframe.mass_kg(),
+        "propellers": airframe.propellers(),
+        "propeller_diameter_m": airframe.propeller_diameter_m(),
+        "motor_distance_m": airframe.motor_distance_m(),
+        "width_factor": airframe.width_factor(),
+        "body_radius_m": airframe.tip_radius_m(),
+        "max_speed_mps": MAX_SPEED_DEFAULT_MPS,
+    })
+}

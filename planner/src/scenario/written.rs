@@ -1,0 +1,291 @@
+//! What was typed, field by field, with the places that later messages point at.
+//!
+//! These types are also the source of the JSON schema: a doc comment below is what its reader sees.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use airflow::Superposition;
+use nalgebra::Point3;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+
+use super::limits::{
+    AIR_LIMIT, BODY_RADIUS_M, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, MASS_KG,
+    MAX_SPEED_MPS, MOTOR_DISTANCE_M, PRESSURE_PA, PROPELLER_DIAMETER_M, SIZE_M, TEMPERATURE_C,
+    WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS,
+};
+use crate::world::{AtEnd, AtStart};
+
+/// Highest speed of an airframe that states none (m/s). Chosen here: indoor flights among racks are flown at
+/// walking pace.
+pub(super) const MAX_SPEED_DEFAULT_MPS: f64 = 2.0;
+/// Air limit of a zone that states none (m/s): the upper end of Beaufort 1, "light air", which moves no paper.
+pub(super) const ZONE_AIR_LIMIT_DEFAULT_MPS: f64 = 1.5;
+
+/// A value and the bytes of the text that it was read from.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct At<T> {
+    pub(super) value: T,
+    pub(super) at: Range<usize>,
+}
+
+/// A point of the world: (x, y, z) in metres, z up. Where a drone is, it is the centre of its rotor plane.
+pub(super) type Place = At<Point3<f64>>;
+
+/// How a place looks in the schema.
+struct Coordinates;
+
+impl JsonSchema for Coordinates {
+    fn schema_name() -> Cow<'static, str> {
+        "Place".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "(x, y, z) in metres, z up, within 10 km of the origin",
+            "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3
+        })
+    }
+}
+
+/// A place, a fleet and its tasks, as a person writes them in RON (a record is `(key: value, ...)`, its
+/// name before the bracket is optional).
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(rename = "Scenario", deny_unknown_fields)]
+pub(super) struct Written {
+    /// What the plan and the output folder are called.
+    pub(super) name: String,
+    /// The box that no rotor-plane centre leaves; its lower face is the floor, where wakes end.
+    pub(super) bounds_m: Bounds,
+    /// Weather and flow model.
+    #[schemars(default)]
+    pub(super) air: Air,
+    /// What no body may touch.
+    #[schemars(default, extend("default" = []))]
+    pub(super) obstacles: Vec<Obstacle>,
+    /// Boxes for people or goods in which the air itself is limited.
+    #[schemars(default, extend("default" = []))]
+    pub(super) zones: Vec<Zone>,
+    /// Airframes of your own, by name; one that is called like a preset replaces it.
+    #[schemars(default, extend("default" = {}))]
+    pub(super) airframes: BTreeMap<String, Airframe>,
+    /// The fleet, at least one drone.
+    #[schemars(length(min = 1))]
+    pub(super) drones: Vec<Drone>,
+    /// How to plan.
+    #[schemars(default)]
+    pub(super) planning: Planning,
+}
+
+/// A box with its lowest and its highest corner.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct Bounds {
+    /// Lowest corner (m).
+    #[schemars(with = "Coordinates")]
+    pub(super) min: Place,
+    /// Highest corner (m).
+    #[schemars(with = "Coordinates")]
+    pub(super) max: Place,
+}
+
+/// Weather and flow model.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(default, deny_unknown_fields)]
+pub(super) struct Air {
+    /// Degrees Celsius.
+    #[schemars(range(min = TEMPERATURE_C.low, max = TEMPERATURE_C.high))]
+    pub(super) temperature_c: f64,
+    /// Pa.
+    #[schemars(range(min = PRESSURE_PA.low, max = PRESSURE_PA.high))]
+    pub(super) pressure_pa: f64,
+    /// How several wakes add up at a point: by momentum (root of the sum of squares), linearly, or the
+    /// strongest alone.
+    #[schemars(with = "String", extend("enum" = ["Momentum", "Linear", "Strongest"], "default" = "Momentum"))]
+    pub(super) superposition: Superposition,
+}
+
+/// A solid: a box (`min_m`, `max_m`), an upright cylinder (`base_m`, `radius_m`, `height_m`) or a triangle
+/// mesh (`mesh`, `at_m`).
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(deny_unknown_fields, extend("oneOf" = [
+    { "required": ["min_m", "max_m"] },
+    { "required": ["base_m", "radius_m", "height_m"] },
+    { "required": ["mesh"] },
+]))]
+pub(super) struct Obstacle {
+    /// What messages call it.
+    #[schemars(default, with = "String", extend("default" = "obstacle-1, obstacle-2, ..."))]
+    pub(super) name: String,
+    /// Box: lowest corner (m).
+    #[schemars(with = "Option<Coordinates>")]
+    pub(super) min_m: Option<Place>,
+    /// Box: highest corner (m).
+    #[schemars(with = "Option<Coordinates>")]
+    pub(super) max_m: Option<Place>,
+    /// Cylinder: centre of the lower face (m).
+    #[schemars(with = "Option<Coordinates>")]
+    pub(super) base_m: Option<Place>,
+    /// Cylinder: radius (m).
+    #[schemars(range(min = SIZE_M.low, max = SIZE_M.high))]
+    pub(super) radius_m: Option<f64>,
+    /// Cylinder: height (m).
+    #[schemars(range(min = SIZE_M.low, max = SIZE_M.high))]
+    pub(super) height_m: Option<f64>,
+    /// Mesh: an OBJ file beside the scenario, in metres, z up.
+    #[schemars(with = "Option<String>")]
+    pub(super) mesh: Option<At<String>>,
+    /// Mesh: where its origin is put (m).
+    #[schemars(with = "Option<Coordinates>", extend("default" = [0, 0, 0]))]
+    pub(super) at_m: Option<Place>,
+}
+
+/// A box in which the speed of all wakes together stays at or below a limit.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct Zone {
+    /// What messages call it.
+    #[schemars(default, with = "String", extend("default" = "zone-1, zone-2, ..."))]
+    pub(super) name: String,
+    /// Lowest corner (m).
+    #[schemars(with = "Coordinates")]
+    pub(super) min_m: Place,
+    /// Highest corner (m).
+    #[schemars(with = "Coordinates")]
+    pub(super) max_m: Place,
+    /// Downward speed of all wakes together (m/s); the default is the upper end of Beaufort 1.
+    #[schemars(default = "zone_air_limit_mps", range(min = ZONE_AIR_LIMIT_MPS.low, max = ZONE_AIR_LIMIT_MPS.high))]
+    pub(super) air_limit_mps: f64,
+}
+
+/// An airframe of your own.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct Airframe {
+    /// Without payload (kg).
+    #[schemars(range(min = MASS_KG.low, max = MASS_KG.high))]
+    pub(super) mass_kg: f64,
+    /// Number of propellers. The near-field model knows four; with another number the far field and the
+    /// column are used, and a note says so.
+    #[schemars(default = "propellers", range(min = 2, max = 16))]
+    pub(super) propellers: u32,
+    /// m.
+    #[schemars(range(min = PROPELLER_DIAMETER_M.low, max = PROPELLER_DIAMETER_M.high))]
+    pub(super) propeller_diameter_m: f64,
+    /// Diagonal, motor to motor (m).
+    #[schemars(range(min = MOTOR_DISTANCE_M.low, max = MOTOR_DISTANCE_M.high))]
+    pub(super) motor_distance_m: f64,
+    /// Multiplies the jet's half-width and divides its centreline speed; 1 for uncanted rotors.
+    #[schemars(default = "width_factor", range(min = WIDTH_FACTOR.low, max = WIDTH_FACTOR.high))]
+    pub(super) width_factor: f64,
+    /// Radius of the ball that no other body and no obstacle may enter (m).
+    #[schemars(range(min = BODY_RADIUS_M.low, max = BODY_RADIUS_M.high),
+        extend("default" = "to the rotor tips: motor_distance_m / 2 + propeller_diameter_m / 2"))]
+    pub(super) body_radius_m: Option<f64>,
+    /// Highest speed (m/s); also that of the presets.
+    #[schemars(default = "max_speed_mps", range(min = MAX_SPEED_MPS.low, max = MAX_SPEED_MPS.high))]
+    pub(super) max_speed_mps: f64,
+}
+
+/// One drone and what it has to do.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct Drone {
+    /// Unique.
+    pub(super) name: String,
+    /// A preset or one of `airframes`.
+    #[schemars(with = "String")]
+    pub(super) airframe: At<String>,
+    /// Centre of its rotor plane at time 0 (m).
+    #[schemars(with = "Coordinates")]
+    pub(super) start_m: Place,
+    /// In the air, or standing there without a wake until it first moves.
+    #[schemars(default = "at_start")]
+    pub(super) at_start: AtStart,
+    /// Where it goes, in order.
+    #[schemars(default, extend("default" = []))]
+    pub(super) tasks: Vec<Task>,
+    /// After its last dwell: hover there for ever, land straight below, or leave with body and wake.
+    #[schemars(default = "at_end")]
+    pub(super) at_end: AtEnd,
+    /// Mean air over its rotor discs that it bears, over its own induced velocity at its current mass.
+    #[schemars(range(min = AIR_LIMIT.low, max = AIR_LIMIT.high), extend("default" = "that of planning"))]
+    pub(super) air_limit: Option<f64>,
+}
+
+/// A place to reach and to stay at for a while.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct Task {
+    /// Where the centre of the rotor plane goes (m).
+    #[schemars(with = "Coordinates")]
+    pub(super) to_m: Place,
+    /// How long it hovers there (s).
+    #[schemars(default = "dwell_s", range(min = DWELL_S.low, max = DWELL_S.high))]
+    pub(super) dwell_s: f64,
+    /// Payload carried from arrival here on (kg); 0: dropped.
+    #[schemars(with = "Option<f64>", range(min = LOAD_KG.low, max = LOAD_KG.high), extend("default" = "unchanged"))]
+    pub(super) load_kg: Option<At<f64>>,
+}
+
+/// How to plan.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(default, deny_unknown_fields)]
+pub(super) struct Planning {
+    /// Spacing of the roadmap's lattice (m).
+    #[schemars(range(min = CELL_M.low, max = CELL_M.high))]
+    pub(super) cell_m: f64,
+    /// Air limit of every drone that states none of its own, over its induced velocity. 0.3 costs 16 % power.
+    #[schemars(range(min = AIR_LIMIT.low, max = AIR_LIMIT.high))]
+    pub(super) air_limit: f64,
+    /// Gap between bodies, and from bodies to obstacles (m).
+    #[schemars(range(min = CLEARANCE_M.low, max = CLEARANCE_M.high))]
+    pub(super) clearance_m: f64,
+    /// Breaks ties and orders restarts: same scenario, same seed, same plan.
+    pub(super) seed: u64,
+    /// Seconds of delay that one second's worth of hover energy is worth; 0 ignores energy, limits hold anyway.
+    #[schemars(range(min = ENERGY_WEIGHT.low, max = ENERGY_WEIGHT.high))]
+    pub(super) energy_weight: f64,
+}
+
+impl Default for Air {
+    fn default() -> Air {
+        let airflow::Air { temperature_c, pressure_pa } = airflow::Air::default();
+        Air { temperature_c, pressure_pa, superposition: Superposition::default() }
+    }
+}
+
+impl Default for Planning {
+    fn default() -> Planning {
+        Planning { cell_m: 1.0, air_limit: 0.3, clearance_m: 0.1, seed: 0, energy_weight: 1.0 }
+    }
+}
+
+pub(super) fn zone_air_limit_mps() -> f64 {
+    ZONE_AIR_LIMIT_DEFAULT_MPS
+}
+
+pub(super) fn propellers() -> u32 {
+    4
+}
+
+pub(super) fn width_factor() -> f64 {
+    1.0
+}
+
+pub(super) fn max_speed_mps() -> f64 {
+    MAX_SPEED_DEFAULT_MPS
+}
+
+pub(super) fn at_start() -> AtStart {
+    AtStart::Hover
+}
+
+pub(super) fn at_end() -> AtEnd {
+    AtEnd::Hover
+}
+
+pub(super) fn dwell_s() -> f64 {
+    0.0
+}
