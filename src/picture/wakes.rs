@@ -212,13 +212,11 @@ fn position_m(drone: &DronePlan, at_s: f64) -> Option<(Point3<f64>, f64)> {
 /// A translucent wake; where there are many, each is fainter.
 pub(super) fn draw(canvas: &mut Canvas, view: &View, wake: &DrawnWake, of: usize) {
     let opacity = (1.6 / (of.max(1) as f64).sqrt()).clamp(0.2, 0.38);
-    draw_shape(
-        canvas,
-        view,
-        wake,
-        &format!(r#"fill="url(#air)" fill-opacity="{opacity:.2}""#),
-        "#2b7bba",
-    );
+    let fill = match view.eye {
+        Eye::Above => "#2b7bba",
+        Eye::Side => "url(#air)",
+    };
+    draw_shape(canvas, view, wake, &format!(r#"fill="{fill}" fill-opacity="{opacity:.2}""#), "#2b7bba");
 }
 
 fn draw_shape(canvas: &mut Canvas, view: &View, wake: &DrawnWake, fill: &str, edge: &str) {
