@@ -93,6 +93,11 @@ pub(crate) fn json_with_plan_inside(value: &impl Serialize) -> String {
     lines_down_to(value, 3)
 }
 
+/// The same, every value on a line of its own.
+pub(crate) fn json_pretty(value: &impl Serialize) -> String {
+    lines_down_to(value, usize::MAX)
+}
+
 fn lines_down_to(value: &impl Serialize, levels: usize) -> String {
     let mut bytes = Vec::new();
     let lines = Lines {

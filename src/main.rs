@@ -8,6 +8,7 @@ mod files;
 mod generate;
 mod picture;
 mod plan_scenario;
+mod problems;
 mod report;
 #[cfg(test)]
 mod sample;

@@ -3,9 +3,11 @@
 //!
 //! To scale, metres on the axes, z up. A light sheet of its own, so that it reads on dark pages too.
 
+mod axes;
 mod canvas;
 mod labels;
 mod layers;
+mod legend;
 mod view;
 mod wakes;
 
@@ -19,9 +21,9 @@ use wakes::{WorstMoment, hovering_wakes, worst_moment};
 use crate::wording::count;
 
 /// Colours of Paul Tol's "muted" scheme for lines (personal.sron.nl/~pault), told apart by people
-/// with any common colour vision; its sand is left out, too pale on this sheet.
-const PALETTE: [&str; 8] = [
-    "#332288", "#117733", "#882255", "#44AA99", "#CC6677", "#88CCEE", "#AA4499", "#999933",
+/// with any common colour vision; its sand and cyan are left out, too pale on this sheet.
+const PALETTE: [&str; 7] = [
+    "#332288", "#117733", "#882255", "#44AA99", "#CC6677", "#AA4499", "#999933",
 ];
 /// Dashes told apart once the colours have gone round.
 const DASHES: [&str; 3] = [
@@ -52,7 +54,7 @@ pub(crate) fn draw(plan: &Plan) -> String {
     for view in [&layout.above, &layout.side] {
         draw_view(&mut canvas, view, plan, &wakes, worst.as_ref());
     }
-    layers::legend(&mut canvas, &layout, plan, worst.is_some());
+    legend::draw(&mut canvas, &layout, plan, worst.is_some());
     canvas.finish()
 }
 
@@ -63,22 +65,28 @@ fn draw_view(
     wakes: &[wakes::DrawnWake],
     worst: Option<&WorstMoment>,
 ) {
-    let mut labels = Labels::within(view);
-    layers::floor(canvas, view);
+    axes::floor(canvas, view);
     layers::obstacles(canvas, view, plan);
-    layers::zones(canvas, view, plan, &mut labels);
+    layers::zones(canvas, view, plan);
     canvas.group("wakes", |canvas| {
         for wake in wakes {
             wakes::draw(canvas, view, wake, wakes.len());
         }
     });
     layers::trajectories(canvas, view, plan);
-    layers::markers(canvas, view, plan, &mut labels);
+    layers::markers(canvas, view, plan);
     if let Some(worst) = worst {
-        wakes::draw_worst(canvas, view, worst, &mut labels);
+        wakes::draw_worst(canvas, view, worst);
     }
-    layers::names(canvas, view, plan, &mut labels);
-    layers::axes(canvas, view);
+    axes::draw(canvas, view);
+    // The most telling first: they choose their places.
+    let mut labels = Labels::within(view);
+    layers::keep_clear(view, plan, &mut labels);
+    if let Some(worst) = worst {
+        wakes::label_worst(view, worst, &mut labels);
+    }
+    layers::names(view, plan, &mut labels);
+    labels.write(canvas);
 }
 
 fn title(plan: &Plan) -> String {

@@ -12,10 +12,10 @@ use planner::world::World;
 use serde::Serialize;
 
 use crate::conflicts::{self, ConflictEntry};
-use crate::failure::{Failure, answer, tell_error};
+use crate::failure::{Failure, answer, tell, tell_error};
 use crate::files::OutFolder;
 use crate::watch::{Durations, Watch, peak_memory_bytes};
-use crate::{Answer, Format, files, picture, report, wording};
+use crate::{Answer, Format, files, picture, problems, report, wording};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -68,6 +68,9 @@ struct Printed<'a> {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let mut world = read_world(&arguments.scenario)?;
+    if !world.notes.is_empty() {
+        tell(problems::draw_notes(&world.notes, problems::colour_on_stderr()).trim_end());
+    }
     if let Some(seed) = arguments.seed {
         world.planning.seed = seed;
     }
@@ -157,8 +160,10 @@ fn read_world(path: &Path) -> Result<World, Failure> {
     let load_mesh = |source: &str| {
         std::fs::read_to_string(folder.join(source)).map_err(|error| error.to_string())
     };
-    planner::scenario::read_world(&text, &load_mesh)
-        .map_err(|problems| Failure::Scenario(format!("{} problems", problems.len())))
+    planner::scenario::read_world(&text, &load_mesh).map_err(|problems| {
+        let shown = path.display().to_string();
+        Failure::Scenario(problems::draw(&problems, &shown, &text, problems::colour_on_stderr()))
+    })
 }
 
 /// Writes the files, prints the report and every reason for a no.

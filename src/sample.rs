@@ -156,6 +156,7 @@ pub(crate) fn two_above_each_other() -> World {
             seed: 0,
             energy_weight: 1.0,
         },
+        notes: Vec::new(),
     }
 }
 

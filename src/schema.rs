@@ -1,9 +1,11 @@
 //! `plan schema`: the scenario format as a JSON schema, with every default and every preset.
 
-/// What `plan schema` prints: one JSON object. `defaults` and `presets` come first, for readers; the rest is
-/// the schema itself, for editors.
-pub(crate) fn schema() -> Result<String, serde_json::Error> {
-    let mut text = serde_json::to_string_pretty(&planner::scenario::schema())?;
-    text.push('\n');
-    Ok(text)
+use crate::failure::{Failure, answer};
+use crate::{Answer, files};
+
+/// Prints one JSON object. `defaults` and `presets` come first, for readers; the rest is the schema
+/// itself, for editors.
+pub(crate) fn run() -> Result<Answer, Failure> {
+    answer(&files::json_pretty(&planner::scenario::schema()))?;
+    Ok(Answer::Yes)
 }

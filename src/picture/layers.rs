@@ -1,41 +1,18 @@
-//! What is drawn, layer by layer, the same for both views.
+//! What the plan holds, layer by layer, the same for both views.
 
 use nalgebra::Point3;
 use planner::plan::{AtEnd, AtStart, DronePlan, Plan, ShapeEntry};
 
 use super::canvas::{Canvas, escape};
-use super::labels::{Labels, Style};
+use super::labels::{Labels, Spot, Style};
 use super::line_style;
-use super::view::{Eye, Layout, View};
+use super::view::{Eye, View};
 use crate::wording::metres;
 
-/// Ticks are at least this far apart (px).
-const TICK_PX: f64 = 64.0;
-const GREY: &str = "#52606d";
-
-/// The room: its floor or its silhouette, with a metric grid.
-pub(super) fn floor(canvas: &mut Canvas, view: &View) {
-    let View {
-        left_px: x,
-        top_px: y,
-        width_px: w,
-        height_px: h,
-        ..
-    } = *view;
-    canvas.put(format_args!(
-        r##"<rect x="{x:.1}" y="{y:.1}" width="{w:.1}" height="{h:.1}" fill="#ffffff"/>"##
-    ));
-    let mut lines = String::new();
-    for (at, _) in ticks(view, Axis::Right) {
-        lines += &format!("M{at:.1} {y:.1}v{h:.1}");
-    }
-    for (at, _) in ticks(view, Axis::Up) {
-        lines += &format!("M{x:.1} {at:.1}h{w:.1}");
-    }
-    canvas.put(format_args!(
-        r##"<path d="{lines}" stroke="#e4e7eb" stroke-width="1" fill="none"/>"##
-    ));
-}
+/// Closer than this two spots are one (px).
+const INVISIBLE_PX: f64 = 0.05;
+/// Larger fleets are named at their goals and from above only, in small letters.
+const NAMED_UP_TO: usize = 40;
 
 /// Solids in grey; from the side they let the lines behind them through.
 pub(super) fn obstacles(canvas: &mut Canvas, view: &View, plan: &Plan) {
@@ -108,55 +85,66 @@ fn mesh(
 }
 
 /// Places with a limit on their air.
-pub(super) fn zones(canvas: &mut Canvas, view: &View, plan: &Plan, labels: &mut Labels) {
+pub(super) fn zones(canvas: &mut Canvas, view: &View, plan: &Plan) {
     let style = r##"fill="#e8a33d" fill-opacity="0.18" stroke="#b7791f" stroke-width="1.2" stroke-dasharray="5 3""##;
     for zone in &plan.zones {
+        let title = format!("{}: at most {} m/s", zone.name, metres(zone.air_limit_mps));
         rectangle(
             canvas,
             view,
             [&zone.min_m, &zone.max_m],
             style,
-            &escape(&zone.name),
-        );
-        let (x, y) = view.at(&nalgebra::center(&zone.min_m, &zone.max_m));
-        let text = format!("{}: {} m/s", zone.name, metres(zone.air_limit_mps));
-        labels.beside(
-            canvas,
-            (x, y),
-            -6.0,
-            &Style {
-                size_px: 11.0,
-                colour: "#8a5a10",
-                weight: "normal",
-            },
-            &text,
+            &escape(&title),
         );
     }
 }
 
 /// Every path, in its drone's colour; pointing at one names it.
 pub(super) fn trajectories(canvas: &mut Canvas, view: &View, plan: &Plan) {
-    let width = if plan.drones.len() <= 20 { 2.0 } else { 1.2 };
+    let (width, opacity) = match plan.drones.len() {
+        ..=20 => (2.0, 0.85),
+        21..=60 => (1.4, 0.8),
+        _ => (0.9, 0.6),
+    };
     canvas.group("paths", |canvas| {
         for (index, drone) in plan.drones.iter().enumerate() {
             let (colour, dashes) = line_style(index);
-            let mut path = String::new();
-            let mut last = None;
-            for point in &drone.trajectory.position_m {
-                let (x, y) = view.at(point);
-                let here = format!("{x:.1} {y:.1}");
-                if last.as_ref() != Some(&here) {
-                    path += if last.is_none() { "M" } else { "L" };
-                    path += &here;
-                }
-                last = Some(here);
-            }
+            let points: Vec<String> = spots(view, drone).iter().map(|(x, y)| format!("{x:.1} {y:.1}")).collect();
             canvas.put(format_args!(
-                r#"<path d="{path}" fill="none" stroke="{colour}" stroke-width="{width}" stroke-linejoin="round" stroke-linecap="round" stroke-opacity="0.85"{dashes}><title>{}</title></path>"#,
+                r#"<path d="M{}" fill="none" stroke="{colour}" stroke-width="{width}" stroke-linejoin="round" stroke-opacity="{opacity}"{dashes}><title>{}</title></path>"#,
+                points.join("L"),
                 escape(&tooltip(drone))
             ));
         }
     });
+}
+
+/// The bends of a path as this view sees them: a stay, or a climb seen from above, is one spot, and
+/// what lies straight between two others is none.
+fn spots(view: &View, drone: &DronePlan) -> Vec<Spot> {
+    let mut spots: Vec<Spot> = Vec::new();
+    for point in &drone.trajectory.position_m {
+        let here = view.at(point);
+        if spots
+            .last()
+            .is_some_and(|last| distance_px(*last, here) < INVISIBLE_PX)
+        {
+            continue;
+        }
+        if let [.., before, last] = spots[..] {
+            let straight =
+                distance_px(before, last) + distance_px(last, here) - distance_px(before, here);
+            if straight < 1e-3 {
+                spots.pop();
+            }
+        }
+        spots.push(here);
+    }
+    spots
+}
+
+fn distance_px(a: Spot, b: Spot) -> f64 {
+    (a.0 - b.0).hypot(a.1 - b.1)
 }
 
 fn tooltip(drone: &DronePlan) -> String {
@@ -167,15 +155,18 @@ fn tooltip(drone: &DronePlan) -> String {
 }
 
 /// Starts hollow, goals filled; square where the drone stands instead of hovering.
-pub(super) fn markers(canvas: &mut Canvas, view: &View, plan: &Plan, labels: &mut Labels) {
+pub(super) fn markers(canvas: &mut Canvas, view: &View, plan: &Plan) {
     let radius = marker_px(plan);
     canvas.group("ends", |canvas| {
         for (index, drone) in plan.drones.iter().enumerate() {
-            let (Some(start), Some(end)) = ends(view, drone) else {
+            let Some((start, end)) = ends(view, drone) else {
                 continue;
             };
             let (colour, _) = line_style(index);
-            let hollow = format!(r##"fill="#fcfcfa" stroke="{colour}" stroke-width="1.6""##);
+            let hollow = format!(
+                r##"fill="#fcfcfa" stroke="{colour}" stroke-width="{:.1}""##,
+                radius * 0.36
+            );
             marker(
                 canvas,
                 start,
@@ -183,14 +174,25 @@ pub(super) fn markers(canvas: &mut Canvas, view: &View, plan: &Plan, labels: &mu
                 drone.at_start == AtStart::Landed,
                 &hollow,
             );
-            labels.keep_clear(start, radius);
             if drone.trajectory.position_m.len() > 1 && drone.at_end != AtEnd::Leave {
                 let filled = format!(r##"fill="{colour}" stroke="#fcfcfa" stroke-width="0.8""##);
                 marker(canvas, end, radius, drone.at_end == AtEnd::Land, &filled);
-                labels.keep_clear(end, radius);
             }
         }
     });
+}
+
+/// What no label should cover, and what it should rather not.
+pub(super) fn keep_clear(view: &View, plan: &Plan, labels: &mut Labels) {
+    for drone in &plan.drones {
+        for pair in spots(view, drone).windows(2) {
+            labels.avoid_line(pair[0], pair[1]);
+        }
+        if let Some((start, end)) = ends(view, drone) {
+            labels.keep_clear(start, marker_px(plan));
+            labels.keep_clear(end, marker_px(plan));
+        }
+    }
 }
 
 fn marker(canvas: &mut Canvas, (x, y): (f64, f64), radius: f64, square: bool, style: &str) {
@@ -210,186 +212,57 @@ fn marker(canvas: &mut Canvas, (x, y): (f64, f64), radius: f64, square: bool, st
 }
 
 fn marker_px(plan: &Plan) -> f64 {
-    if plan.drones.len() <= 40 { 4.5 } else { 2.8 }
+    if plan.drones.len() <= NAMED_UP_TO {
+        4.5
+    } else {
+        2.6
+    }
 }
 
-fn ends(view: &View, drone: &DronePlan) -> (Option<(f64, f64)>, Option<(f64, f64)>) {
+fn ends(view: &View, drone: &DronePlan) -> Option<(Spot, Spot)> {
     let points = &drone.trajectory.position_m;
-    (
-        points.first().map(|point| view.at(point)),
-        points.last().map(|point| view.at(point)),
-    )
+    Some((view.at(points.first()?), view.at(points.last()?)))
 }
 
-/// Names at the goals, then at the starts, as far as there is room.
-pub(super) fn names(canvas: &mut Canvas, view: &View, plan: &Plan, labels: &mut Labels) {
-    let gap = marker_px(plan) + 2.0;
-    let size_px = if plan.drones.len() <= 40 { 11.0 } else { 8.0 };
-    canvas.group("names", |canvas| {
-        for at_goal in [true, false] {
-            for (index, drone) in plan.drones.iter().enumerate() {
-                let (start, end) = ends(view, drone);
-                let Some(at) = (if at_goal { end } else { start }) else {
-                    continue;
-                };
-                let style = Style {
-                    size_px,
-                    colour: line_style(index).0,
-                    weight: if at_goal { "bold" } else { "normal" },
-                };
-                labels.beside(canvas, at, gap, &style, &drone.name);
-            }
-        }
-    });
-}
-
-/// Frame, ticks in metres, caption.
-pub(super) fn axes(canvas: &mut Canvas, view: &View) {
-    let View {
-        left_px: x,
-        top_px: y,
-        width_px: w,
-        height_px: h,
-        ..
-    } = *view;
-    let (caption, up_name) = match view.eye {
-        Eye::Above => ("from above", "y (m)"),
-        Eye::Side => ("from the side, along y", "z (m)"),
-    };
-    canvas.put(format_args!(
-        r##"<rect x="{x:.1}" y="{y:.1}" width="{w:.1}" height="{h:.1}" fill="none" stroke="#3e4c59" stroke-width="1.2"/><text x="{x:.1}" y="{:.1}" font-weight="bold">{caption}</text>"##,
-        y - 9.0
-    ));
-    let bottom = y + h;
-    for (at, label) in ticks(view, Axis::Right) {
-        canvas.put(format_args!(
-            r#"<text x="{at:.1}" y="{:.1}" text-anchor="middle" fill="{GREY}">{label}</text>"#,
-            bottom + 16.0
-        ));
+/// Names of zones, of drones at their goals, then at their starts, as far as there is room.
+pub(super) fn names(view: &View, plan: &Plan, labels: &mut Labels) {
+    for zone in &plan.zones {
+        let style = Style {
+            size_px: 11.0,
+            colour: "#8a5a10",
+            weight: "normal",
+        };
+        labels.centred(
+            view.at(&nalgebra::center(&zone.min_m, &zone.max_m)),
+            style,
+            &zone.name,
+        );
     }
-    for (at, label) in ticks(view, Axis::Up) {
-        canvas.put(format_args!(
-            r#"<text x="{:.1}" y="{:.1}" text-anchor="end" fill="{GREY}">{label}</text>"#,
-            x - 7.0,
-            at + 4.0
-        ));
+    let many = plan.drones.len() > NAMED_UP_TO;
+    if many && view.eye == Eye::Side {
+        return;
     }
-    let (middle_x, middle_y) = (x + w / 2.0, y + h / 2.0);
-    canvas.put(format_args!(
-        r#"<text x="{middle_x:.1}" y="{:.1}" text-anchor="middle" fill="{GREY}">x (m)</text><text transform="translate({:.1} {middle_y:.1}) rotate(-90)" text-anchor="middle" fill="{GREY}">{up_name}</text>"#,
-        bottom + 34.0,
-        x - 38.0
-    ));
-    if view.eye == Eye::Above {
-        scale_bar(canvas, view);
-    }
-}
-
-fn scale_bar(canvas: &mut Canvas, view: &View) {
-    let length_m = tick_step_m(view.px_per_m);
-    let right = view.left_px + view.width_px;
-    let (left, y) = (right - length_m * view.px_per_m, view.top_px - 10.0);
-    canvas.put(format_args!(
-        r##"<path d="M{left:.1} {:.1}v6M{left:.1} {y:.1}H{right:.1}M{right:.1} {:.1}v6" stroke="#3e4c59" stroke-width="1.5" fill="none"/><text x="{:.1}" y="{:.1}" text-anchor="end">{} m</text>"##,
-        y - 3.0,
-        y - 3.0,
-        left - 6.0,
-        y + 4.0,
-        metres(length_m)
-    ));
-}
-
-#[derive(Clone, Copy)]
-enum Axis {
-    Right,
-    Up,
-}
-
-/// Places on the sheet (px) and their labels in metres.
-fn ticks(view: &View, axis: Axis) -> Vec<(f64, String)> {
-    let (low, high) = (&view.bounds_m.min, &view.bounds_m.max);
-    let (low_m, high_m) = match axis {
-        Axis::Right => (low.x, high.x),
-        Axis::Up => (view.up(low), view.up(high)),
-    };
-    let step_m = tick_step_m(view.px_per_m);
-    let first = (low_m / step_m - 1e-9).ceil() as i64;
-    let last = (high_m / step_m + 1e-9).floor() as i64;
-    (first..=last)
-        .map(|number| {
-            let at_m = number as f64 * step_m;
-            let offset_px = (at_m - low_m) * view.px_per_m;
-            let at_px = match axis {
-                Axis::Right => view.left_px + offset_px,
-                Axis::Up => view.top_px + view.height_px - offset_px,
+    let (gap_px, size_px) = (marker_px(plan) + 2.0, if many { 7.5 } else { 11.0 });
+    for at_goal in [true, false] {
+        for (index, drone) in plan.drones.iter().enumerate() {
+            let Some((start, end)) = ends(view, drone) else {
+                continue;
             };
-            (at_px, metres(at_m))
-        })
-        .collect()
-}
-
-/// 1, 2 or 5 times a power of ten (m).
-fn tick_step_m(px_per_m: f64) -> f64 {
-    let least_m = TICK_PX / px_per_m;
-    let power = 10_f64.powf(least_m.log10().floor());
-    let factor = [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .find(|factor| factor * power >= least_m);
-    factor.unwrap_or(10.0) * power
-}
-
-/// What the signs mean, below the drawing.
-pub(super) fn legend(canvas: &mut Canvas, layout: &Layout, plan: &Plan, worst: bool) {
-    let mut entries = vec![
-        (
-            r##"<circle cx="8" cy="-4" r="4.5" fill="#fcfcfa" stroke="#332288" stroke-width="1.6"/>"##,
-            "start",
-        ),
-        (
-            r##"<circle cx="8" cy="-4" r="4.5" fill="#332288"/>"##,
-            "goal",
-        ),
-        (
-            r##"<path d="M5 -14h6v4h1l4 12h-16l4 -12h1z" fill="url(#air)" fill-opacity="0.4" stroke="#2b7bba" stroke-opacity="0.6"/>"##,
-            "wake of a hovering drone: column, then half-width",
-        ),
-    ];
-    let lands =
-        |drone: &DronePlan| drone.at_start == AtStart::Landed || drone.at_end == AtEnd::Land;
-    if plan.drones.iter().any(lands) {
-        entries.push((
-            r##"<rect x="3.5" y="-8.5" width="9" height="9" fill="#332288"/>"##,
-            "landed: no wake",
-        ));
-    }
-    if worst {
-        entries.push((
-            r##"<circle cx="8" cy="-4" r="6" fill="none" stroke="#b3243b" stroke-width="2.2"/>"##,
-            "worst air, and the wake it comes from",
-        ));
-    }
-    if !plan.obstacles.is_empty() {
-        entries.push((
-            r##"<rect x="1" y="-10" width="14" height="11" fill="#c3cad2" stroke="#7b8794"/>"##,
-            "obstacle",
-        ));
-    }
-    if !plan.zones.is_empty() {
-        entries.push((
-            r##"<rect x="1" y="-10" width="14" height="11" fill="#e8a33d" fill-opacity="0.18" stroke="#b7791f" stroke-dasharray="4 2"/>"##,
-            "zone with a limit on its air",
-        ));
-    }
-    let (mut x, mut y) = (28.0, layout.height_px - 48.0);
-    for (sign, text) in entries {
-        // Sign, gap, letters of 12 px, gap.
-        let width = 22.0 + text.chars().count() as f64 * 6.2 + 18.0;
-        if x + width > layout.width_px {
-            (x, y) = (28.0, y + 22.0);
+            if !at_goal && (many || drone.trajectory.position_m.len() == 1) {
+                continue;
+            }
+            let weight = if at_goal { "bold" } else { "normal" };
+            let style = Style {
+                size_px,
+                colour: line_style(index).0,
+                weight,
+            };
+            labels.beside(
+                if at_goal { end } else { start },
+                gap_px,
+                style,
+                &drone.name,
+            );
         }
-        canvas.put(format_args!(
-            r#"<g transform="translate({x:.1} {y:.1})">{sign}<text x="22">{text}</text></g>"#
-        ));
-        x += width;
     }
 }

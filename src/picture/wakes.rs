@@ -11,6 +11,8 @@ use super::view::{Eye, View};
 /// Who stays this long in one place hovers there (s), chosen here: shorter stops would fill the
 /// picture with the wakes of drones that give way.
 const HOVERS_FROM_S: f64 = 3.0;
+/// The worst moment.
+const RED: &str = "#b3243b";
 
 /// The air below one place, as drawn.
 pub(super) struct DrawnWake {
@@ -209,14 +211,12 @@ fn position_m(drone: &DronePlan, at_s: f64) -> Option<(Point3<f64>, f64)> {
 
 /// A translucent wake; where there are many, each is fainter.
 pub(super) fn draw(canvas: &mut Canvas, view: &View, wake: &DrawnWake, of: usize) {
-    let opacity = (1.6 / (of.max(1) as f64).sqrt()).clamp(0.14, 0.36);
-    draw_shape(
-        canvas,
-        view,
-        wake,
-        &format!(r#"fill="url(#air)" fill-opacity="{opacity:.2}""#),
-        "#2b7bba",
-    );
+    let opacity = (1.6 / (of.max(1) as f64).sqrt()).clamp(0.2, 0.38);
+    let fill = match view.eye {
+        Eye::Above => "#2b7bba",
+        Eye::Side => "url(#air)",
+    };
+    draw_shape(canvas, view, wake, &format!(r#"fill="{fill}" fill-opacity="{opacity:.2}""#), "#2b7bba");
 }
 
 fn draw_shape(canvas: &mut Canvas, view: &View, wake: &DrawnWake, fill: &str, edge: &str) {
@@ -246,36 +246,50 @@ fn draw_shape(canvas: &mut Canvas, view: &View, wake: &DrawnWake, fill: &str, ed
 }
 
 /// Marks who meets the worst air, from whom, and where both are then.
-pub(super) fn draw_worst(
-    canvas: &mut Canvas,
-    view: &View,
-    worst: &WorstMoment,
-    labels: &mut Labels,
-) {
-    const RED: &str = "#b3243b";
+pub(super) fn draw_worst(canvas: &mut Canvas, view: &View, worst: &WorstMoment) {
+    let (x, y) = view.at(&worst.at_m);
+    canvas.group("worst", |canvas| {
+        if let Some((_, wake)) = &worst.from {
+            let fill = match view.eye {
+                Eye::Above => format!(r#"fill="{RED}" fill-opacity="0.2""#),
+                Eye::Side => r#"fill="url(#worst-air)""#.into(),
+            };
+            draw_shape(canvas, view, wake, &fill, RED);
+            let (from_x, from_y) = view.at(&wake.at_m);
+            canvas.put(format_args!(
+                r#"<path d="M{from_x:.1} {from_y:.1}L{x:.1} {y:.1}" stroke="{RED}" stroke-width="1.2" stroke-dasharray="4 3" fill="none"/><path d="M{from_x:.1} {:.1}l5.5 -9h-11z" fill="{RED}" stroke="white" stroke-width="0.8"/>"#,
+                from_y + 4.5
+            ));
+        }
+        canvas.put(format_args!(
+            r##"<circle cx="{x:.1}" cy="{y:.1}" r="7" fill="none" stroke="#fcfcfa" stroke-width="4.5"/><circle cx="{x:.1}" cy="{y:.1}" r="7" fill="none" stroke="{RED}" stroke-width="2.2"/>"##
+        ));
+    });
+}
+
+/// Says who meets how much when, and whose wake it is.
+pub(super) fn label_worst(view: &View, worst: &WorstMoment, labels: &mut Labels) {
     let style = Style {
         size_px: 12.0,
         colour: RED,
         weight: "bold",
     };
-    let (x, y) = view.at(&worst.at_m);
-    labels.keep_clear((x, y), 8.0);
-    canvas.group("worst", |canvas| {
-        if let Some((name, wake)) = &worst.from {
-            draw_shape(canvas, view, wake, r#"fill="url(#worst-air)""#, RED);
-            let (from_x, from_y) = view.at(&wake.at_m);
-            canvas.put(format_args!(
-                r#"<path d="M{from_x:.1} {from_y:.1}L{x:.1} {y:.1}" stroke="{RED}" stroke-width="1.2" stroke-dasharray="4 3" fill="none"/><path d="M{:.1} {:.1}l5 -8h-10z" fill="{RED}"/>"#,
-                from_x,
-                from_y + 4.0
-            ));
-            labels.keep_clear((from_x, from_y), 6.0);
-            labels.beside(canvas, (from_x, from_y), 8.0, &style, name);
-        }
-        canvas.put(format_args!(
-            r##"<circle cx="{x:.1}" cy="{y:.1}" r="7" fill="none" stroke="#fcfcfa" stroke-width="4.5"/><circle cx="{x:.1}" cy="{y:.1}" r="7" fill="none" stroke="{RED}" stroke-width="2.2"/>"##
-        ));
-        let text = format!("{}: {:.1} m/s at t = {:.1} s", worst.name, worst.air_mps, worst.at_s);
-        labels.beside(canvas, (x, y), 10.0, &style, &text);
-    });
+    let at = view.at(&worst.at_m);
+    let from = worst
+        .from
+        .as_ref()
+        .map(|(name, wake)| (name, view.at(&wake.at_m)));
+    labels.keep_clear(at, 8.0);
+    if let Some((_, spot)) = from {
+        labels.keep_clear(spot, 6.0);
+        labels.avoid_line(spot, at);
+    }
+    let text = format!(
+        "{}: {:.1} m/s at t = {:.1} s",
+        worst.name, worst.air_mps, worst.at_s
+    );
+    labels.beside_at_any_price(at, 10.0, style, &text);
+    if let Some((name, spot)) = from {
+        labels.beside_at_any_price(spot, 8.0, style, name);
+    }
 }
