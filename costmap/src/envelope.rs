@@ -26,6 +26,10 @@ const COLUMNS: usize = 48;
 /// What sampling may miss between nodes, on `g²`. Chosen here: a test compares random places.
 const SLACK: f64 = 1.03;
 
+/// Below this a bound for a whole way will do, and the mean counts as nothing: chosen here, a
+/// fiftieth of the induced velocity.
+const WEAK_SQUARE: f64 = 4e-4;
+
 /// Upper bound and typical value of the air that one wake brings to one receiver.
 #[derive(Clone, Debug)]
 pub struct Envelope {
@@ -123,6 +127,9 @@ impl Envelope {
     /// Air met along a straight way relative to the emitter (receiver minus emitter, z up), at
     /// constant speed.
     pub fn along(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> Met {
+        if from_m.z >= 0.0 && to_m.z >= 0.0 {
+            return Met::default();
+        }
         if nearest_radius_m(from_m, to_m) >= self.reach_m {
             return Met::default();
         }
@@ -130,6 +137,13 @@ impl Envelope {
         let Some((first_m, last_m)) = clip_depth(from_m, to_m, 0.0, deepest_m) else {
             return Met::default();
         };
+        let peak_square = self.peak_square(&first_m, &last_m);
+        if peak_square < WEAK_SQUARE {
+            return Met {
+                peak_square,
+                mean: 0.0,
+            };
+        }
         let whole_m = (to_m - from_m).norm();
         let share = if whole_m > 0.0 {
             (last_m - first_m).norm() / whole_m

@@ -153,8 +153,6 @@ struct Search<'a> {
     covers: FxHashMap<(Vertex, u16, bool), Vec<(Tick, Tick)>>,
     met: Vec<(DroneId, u32)>,
     goal: GoalPrice,
-    window: u32,
-    around_m: f64,
     neighbours: Vec<Neighbour>,
     verdict: Verdict,
     obstruction: Option<Obstruction>,
@@ -163,8 +161,6 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(scene: Scene<'a>, errand: &'a Errand) -> Search<'a> {
-        // A stop may be linked two cells away along each axis.
-        let around_m = 3.0 * 3.0_f64.sqrt() * scene.roadmap.lattice().cell_m();
         Search {
             scene,
             errand,
@@ -173,8 +169,6 @@ impl<'a> Search<'a> {
             covers: FxHashMap::default(),
             met: vec![(DroneId(u32::MAX), 0)],
             goal: GoalPrice::new(scene, errand),
-            window: WINDOW_TICKS,
-            around_m,
             neighbours: Vec::new(),
             verdict: Verdict::default(),
             obstruction: None,
@@ -268,13 +262,18 @@ impl<'a> Search<'a> {
     fn expand(&mut self, index: u32) {
         let label = self.labels[index as usize];
         let here_m = self.scene.roadmap.position_m(label.vertex);
-        let hover = self.leg(&label, here_m, self.window);
-        let mut reach = hover;
-        reach.flying = true;
-        let longest = self.errand.mover.duration(self.around_m);
-        reach.end = label.at.after(self.window.max(longest));
+        let hover = self.leg(&label, here_m, WINDOW_TICKS);
+        let steps = self.steps(&label, index);
+        let around_m = steps.iter().map(|(leg, _)| (leg.to_m - here_m).amax());
+        let longest = steps.iter().map(|(leg, _)| leg.end).fold(hover.end, Tick::max);
+        let reach = Leg {
+            end: longest,
+            flying: true,
+            ..hover
+        };
         let mut neighbours = std::mem::take(&mut self.neighbours);
-        self.scene.costmap.near(&reach, self.around_m, &mut neighbours);
+        let around_m = around_m.fold(0.0, f64::max);
+        self.scene.costmap.near(&reach, around_m, &mut neighbours);
 
         self.scene.costmap.judge(&hover, &neighbours, &mut self.verdict);
         let free_until = free_until(&hover, &self.verdict);
@@ -282,14 +281,16 @@ impl<'a> Search<'a> {
         next.see(&self.verdict.blockers);
         self.cover(&label, free_until);
 
-        self.step_to_neighbours(index, &label, &neighbours, &mut next);
-        let stages = self.errand.stages.len();
+        for (leg, arrival) in steps {
+            self.scene.costmap.judge(&leg, &neighbours, &mut self.verdict);
+            self.settle(arrival, &mut next);
+        }
         match self.errand.stages.get(usize::from(label.stage)) {
             Some(stage) if stage.distances.goal() == label.vertex => {
                 self.dwell(index, &label, stage.dwell_ticks, &mut next);
             }
-            None if usize::from(label.stage) == stages => self.end(index, &label, &mut next),
-            _ => {}
+            None => self.end(index, &label, &mut next),
+            Some(_) => {}
         }
         self.wait(index, &label, &neighbours, free_until, next);
         self.neighbours = neighbours;
@@ -300,37 +301,31 @@ impl<'a> Search<'a> {
         self.covers.entry(key).or_default().push((label.at, until));
     }
 
-    fn step_to_neighbours(
-        &mut self,
-        index: u32,
-        label: &Label,
-        neighbours: &[Neighbour],
-        next: &mut NextEvent,
-    ) {
+    /// Steps to neighbouring places that are not known to be reached in time anyway.
+    fn steps(&self, label: &Label, index: u32) -> Vec<(Leg, Label)> {
         if usize::from(label.stage) == self.errand.stages.len() {
-            return;
+            return Vec::new();
         }
         let roadmap = self.scene.roadmap;
-        for (to, way) in roadmap.ways(label.vertex) {
-            let Some(ticks) = self.errand.mover.ticks(roadmap, to, way) else {
-                continue;
-            };
-            let mut leg = self.leg(label, roadmap.position_m(to), ticks);
-            leg.flying = true;
-            let arrival = Label {
-                vertex: to,
-                grounded: false,
-                step: Step::Move,
-                at: leg.end,
-                parent: index,
-                ..*label
-            };
-            if self.is_covered(&arrival) {
-                continue;
-            }
-            self.scene.costmap.judge(&leg, neighbours, &mut self.verdict);
-            self.settle(arrival, next);
-        }
+        roadmap
+            .ways(label.vertex)
+            .filter_map(|(to, way)| {
+                let ticks = self.errand.mover.ticks(roadmap, to, way)?;
+                let leg = Leg {
+                    flying: true,
+                    ..self.leg(label, roadmap.position_m(to), ticks)
+                };
+                let arrival = Label {
+                    vertex: to,
+                    grounded: false,
+                    step: Step::Move,
+                    at: leg.end,
+                    parent: index,
+                    ..*label
+                };
+                (!self.is_covered(&arrival)).then_some((leg, arrival))
+            })
+            .collect()
     }
 
     /// Pushes a label if the verdict allows it, at the price of those to be met if need be.
@@ -465,7 +460,7 @@ impl<'a> Search<'a> {
         mut next: NextEvent,
     ) {
         let settled = label.at >= self.scene.costmap.horizon();
-        if settled && free_until >= label.at.after(self.window) {
+        if settled && free_until >= label.at.after(WINDOW_TICKS) {
             // Nothing changes any more: to wait is to lose time.
             self.cover(label, Tick::FOREVER);
             return;
@@ -477,7 +472,7 @@ impl<'a> Search<'a> {
             let arrives = label.at.0.saturating_add(remaining);
             next.at(label.at.after(self.goal.slack(arrives)));
         }
-        let until = next.earliest().min(label.at.after(self.window));
+        let until = next.earliest().min(label.at.after(WINDOW_TICKS));
         let here_m = self.scene.roadmap.position_m(label.vertex);
         let leg = self.leg(label, here_m, until.0 - label.at.0);
         self.scene.costmap.judge(&leg, neighbours, &mut self.verdict);
