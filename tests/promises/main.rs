@@ -1,4 +1,7 @@
 //! What the project promises, through its public face and its commands; modules by promise.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on should say where"
+)]
 
 mod scenario;

@@ -34,7 +34,9 @@ pub(super) struct Pair<'t> {
 pub(super) fn root(text: &str) -> Result<Value<'_>, Box<Problem>> {
     let body = text.strip_prefix('\u{feff}').unwrap_or(text);
     // First alone, because raw values cannot see the `#![enable(...)]` line that may come first.
-    let raw = options().from_str::<&RawValue>(body).map_err(|error| syntax(text, body, &error))?;
+    let raw = options()
+        .from_str::<&RawValue>(body)
+        .map_err(|error| syntax(text, body, &error))?;
     Ok(Value::of(text, raw))
 }
 
@@ -50,12 +52,18 @@ impl<'t> Value<'t> {
         } else {
             typed.trim()
         };
-        Value { text, start: text.as_ptr() as usize - whole.as_ptr() as usize }
+        Value {
+            text,
+            start: text.as_ptr() as usize - whole.as_ptr() as usize,
+        }
     }
 
     fn inner(&self, raw: &'t RawValue) -> Value<'t> {
         let inner = Value::within(self.text, raw.get_ron(), raw);
-        Value { start: self.start + inner.start, ..inner }
+        Value {
+            start: self.start + inner.start,
+            ..inner
+        }
     }
 
     /// Where it stands, in bytes of the whole text.
@@ -101,17 +109,26 @@ impl<'t> Value<'t> {
     /// The entries of a map `{ "a": b }`, repeated keys included.
     pub(super) fn entries(&self) -> Option<Vec<(Value<'t>, Value<'t>)>> {
         let Entries(raw) = options().from_str(self.text).ok()?;
-        Some(raw.into_iter().map(|(key, value)| (self.inner(key), self.inner(value))).collect())
+        Some(
+            raw.into_iter()
+                .map(|(key, value)| (self.inner(key), self.inner(value)))
+                .collect(),
+        )
     }
 
     /// The fields of `(a: 1, b: 2)`, repeated keys included. The name before the bracket is optional.
     pub(super) fn pairs(&self, name: &'static str) -> Option<Vec<Pair<'t>>> {
-        let mut deserializer = ron::Deserializer::from_str_with_options(self.text, &options()).ok()?;
+        let mut deserializer =
+            ron::Deserializer::from_str_with_options(self.text, &options()).ok()?;
         let visitor = RecordVisitor;
         let raw = deserializer.deserialize_struct(name, &[], visitor).ok()?;
         let pair = |(key, value): (&'t str, &'t RawValue)| {
             let from = self.start + (key.as_ptr() as usize - self.text.as_ptr() as usize);
-            Pair { key, key_at: from..from + key.len(), value: self.inner(value) }
+            Pair {
+                key,
+                key_at: from..from + key.len(),
+                value: self.inner(value),
+            }
         };
         Some(raw.into_iter().map(pair).collect())
     }
@@ -205,9 +222,16 @@ fn syntax(text: &str, body: &str, error: &ron::error::SpannedError) -> Box<Probl
     let shift = text.len() - body.len();
     let start = shift + offset(body, error.span.start);
     let end = (shift + offset(body, error.span.end)).max(start);
+    if text.trim().is_empty() {
+        return Box::new(Problem {
+            message: "the text is empty".to_owned(),
+            ..Problem::default()
+        });
+    }
     if text[start..].trim().is_empty() {
         let last = text.trim_end().len();
-        let end_of_text = last.saturating_sub(text[..last].chars().next_back().map_or(0, char::len_utf8))..last;
+        let end_of_text =
+            last.saturating_sub(text[..last].chars().next_back().map_or(0, char::len_utf8))..last;
         let problem = Problem::at(&end_of_text, "the text ends too early");
         return Box::new(match open_bracket(text) {
             Some((at, bracket)) => problem.label(format!(
@@ -223,6 +247,25 @@ fn syntax(text: &str, body: &str, error: &ron::error::SpannedError) -> Box<Probl
         .next()
         .map(|first| first.to_lowercase().chain(letters).collect())
         .unwrap_or_default();
+    // A bracket that closes another than the innermost one: say which that is.
+    let closing = text[start..]
+        .chars()
+        .next()
+        .and_then(|letter| match letter {
+            ')' => Some('('),
+            ']' => Some('['),
+            '}' => Some('{'),
+            _ => None,
+        });
+    let reason = match (closing, open_bracket(&text[..start])) {
+        (Some(opening), Some((at, bracket))) if bracket != opening => {
+            format!(
+                "the `{bracket}` of line {} is still open here",
+                line(text, at)
+            )
+        }
+        _ => reason,
+    };
     // ron points behind a character; a person looks for something to see.
     let width = text[start..].chars().next().map_or(0, char::len_utf8);
     Box::new(Problem::at(&(start..end.max(start + width)), "this is not RON").label(reason))
@@ -230,16 +273,26 @@ fn syntax(text: &str, body: &str, error: &ron::error::SpannedError) -> Box<Probl
 
 /// Line of a byte offset, from 1.
 pub(super) fn line(text: &str, at: usize) -> usize {
-    1 + text.as_bytes()[..at.min(text.len())].iter().filter(|byte| **byte == b'\n').count()
+    1 + text.as_bytes()[..at.min(text.len())]
+        .iter()
+        .filter(|byte| **byte == b'\n')
+        .count()
 }
 
 /// Byte offset of a position that ron counts in characters, from 1.
 fn offset(text: &str, position: ron::error::Position) -> usize {
-    let before: usize =
-        text.split_inclusive('\n').take(position.line.saturating_sub(1)).map(str::len).sum();
+    let before: usize = text
+        .split_inclusive('\n')
+        .take(position.line.saturating_sub(1))
+        .map(str::len)
+        .sum();
     let column = position.col.saturating_sub(1);
     let line = &text[before..];
-    before + line.char_indices().nth(column).map_or(line.len(), |(at, _)| at)
+    before
+        + line
+            .char_indices()
+            .nth(column)
+            .map_or(line.len(), |(at, _)| at)
 }
 
 /// The innermost bracket that is never closed, outside texts and comments.
