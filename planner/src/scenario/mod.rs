@@ -14,15 +14,18 @@
 //! assert_eq!(world.drones[1].air_limit, 0.3); // a default; `schema()` lists them all
 //! ```
 
+mod airframes;
 mod fields;
 mod limits;
 mod meaning;
 mod mesh;
+mod misplacement;
 mod places;
 mod problem;
 mod read;
 mod schema;
 mod source;
+mod tokens;
 mod written;
 
 pub use meaning::Meshes;
