@@ -338,7 +338,7 @@ impl<'w> Fleet<'w> {
         if !airframe.has_near_field_model() {
             self.notes.push(format!(
                 "airframe `{name}` has {} propellers and the near-field model knows four: within 2.5 motor \
-                 distances below it the column is closed, but no air is computed beside it; the far field is used",
+                 distances below it the column is closed, and beside it the air is taken as at that depth",
                 airframe.propellers()
             ));
         }
