@@ -39,6 +39,18 @@ pub struct Neighbour {
     item: Item,
 }
 
+impl Neighbour {
+    /// When its leg began.
+    pub fn began(&self) -> Tick {
+        self.item.began
+    }
+
+    /// When its leg ends.
+    pub fn clear(&self) -> Tick {
+        self.item.clear
+    }
+}
+
 /// Why a leg may not be flown past a drone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Why {
@@ -250,13 +262,12 @@ impl Costmap {
             .wake_end_z_m(self.fleet.wake(leg.kind), &leg.from_m, &leg.to_m)
     }
 
-    /// Collects everybody that a drone of `leg`'s kind could have to do with around the leg, during it.
+    /// Collects everybody that a leg could have to do with.
     ///
-    /// One answer serves all legs of the same drone within `around_m` of `leg` and within its time.
-    pub fn near(&self, leg: &Leg, around_m: f64, found: &mut Vec<Neighbour>) {
+    /// The answer serves all legs of the same drone at the same places and within its time.
+    pub fn near(&self, leg: &Leg, found: &mut Vec<Neighbour>) {
         found.clear();
-        let margin_m = self.fleet.reach_m(leg.kind) + around_m;
-        let footprint = Footprint::around(leg, margin_m);
+        let footprint = Footprint::around(leg, self.fleet.reach_m(leg.kind));
         let mut slots = Vec::new();
         for bucket in self.timeline.buckets(leg.start, leg.end) {
             self.timeline.near(bucket, &footprint, &mut slots);
@@ -270,6 +281,20 @@ impl Costmap {
         }));
         // Tree order must not reach a sum.
         found.sort_unstable_by_key(|n| (n.slot.bucket, n.item.leg.drone, n.item.leg.start));
+    }
+
+    /// Those of `neighbours` so near that they could forbid `leg`, or one that begins within
+    /// `around_m` of it, all by themselves.
+    pub fn gripping<'a>(
+        &'a self,
+        leg: &Leg,
+        around_m: f64,
+        neighbours: &'a [Neighbour],
+    ) -> impl Iterator<Item = &'a Neighbour> {
+        let footprint = Footprint::around(leg, self.fleet.grip_m(leg.kind) + around_m);
+        neighbours
+            .iter()
+            .filter(move |n| footprint.meets(&Footprint::around(&n.item.leg, 0.0)))
     }
 
     /// Judges a leg against its neighbours (of [`Costmap::near`]) and the zones.

@@ -111,6 +111,16 @@ impl Envelope {
         self.reach_m
     }
 
+    /// Largest horizontal distance at which the mean square may still be this large (m).
+    pub fn radius_of_square_m(&self, square: f64) -> f64 {
+        let radius_m = |(index, row): (usize, &Row)| {
+            let columns = &self.squares[index * COLUMNS..][..COLUMNS];
+            columns.partition_point(|&s| f64::from(s) >= square) as f64 / row.columns_per_m
+        };
+        let radii_m = self.rows.iter().enumerate().map(radius_m);
+        radii_m.fold(0.0, f64::max)
+    }
+
     /// Whether a way relative to the emitter (receiver minus emitter, z up) enters the near-field
     /// column: 0 to 2.5 l below, radius to the rotor tips. Closed form.
     pub fn enters_column(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> bool {

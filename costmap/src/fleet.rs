@@ -56,6 +56,7 @@ pub struct Fleet {
     points: Vec<Envelope>,
     airframes: usize,
     reach_m: Vec<f64>,
+    grip_m: Vec<f64>,
     conditions: Conditions,
 }
 
@@ -104,7 +105,8 @@ impl Fleet {
             })
             .collect();
         let mut envelopes = Vec::new();
-        for (receiver, &(slowest, _)) in airframes.iter().zip(&extremes) {
+        let receivers = airframes.iter().zip(&extremes);
+        for (receiver, &(slowest, _)) in receivers.filter(|_| conditions.wakes) {
             let discs = receiver.disc_points();
             for (wake, &(_, fastest)) in bare.iter().zip(&extremes) {
                 let budget = conditions.lowest_air_limit * slowest / fastest;
@@ -121,36 +123,50 @@ impl Fleet {
             // A speed of a hundredth of the induced velocity is still air for people and goods: chosen here.
             .map(|wake| Envelope::new(wake, &point, conditions.deepest_m, 1e-4))
             .collect();
-        let mut fleet = Fleet {
+        let fleet = Fleet {
             kinds,
             wakes,
             envelopes,
             points,
             airframes: airframes.len(),
             reach_m: Vec::new(),
+            grip_m: Vec::new(),
             conditions,
         };
-        fleet.reach_m = (0..fleet.kinds.len())
-            .map(|kind| fleet.longest_reach_m(KindId(kind as u16)))
-            .collect();
-        fleet
+        let kinds = 0..fleet.kinds.len() as u16;
+        let farthest = |radius_m: fn(&Envelope, f64) -> f64| {
+            let of = |kind| fleet.farthest_m(KindId(kind), radius_m);
+            kinds.clone().map(of).collect::<Vec<f64>>()
+        };
+        let reach_m = farthest(|envelope, _| envelope.reach_m());
+        let grip_m = farthest(Envelope::radius_of_square_m);
+        Fleet {
+            reach_m,
+            grip_m,
+            ..fleet
+        }
     }
 
-    fn longest_reach_m(&self, kind: KindId) -> f64 {
-        let me = self.kind(kind);
-        self.kinds
-            .iter()
-            .map(|other| {
-                let bodies_m =
-                    me.body_radius_m + other.body_radius_m + self.conditions.clearance_m;
-                if !self.conditions.wakes {
-                    return bodies_m;
-                }
-                let onto_m = self.envelope(me.airframe, other.airframe).reach_m();
-                let from_m = self.envelope(other.airframe, me.airframe).reach_m();
-                bodies_m.max(onto_m).max(from_m)
-            })
-            .fold(0.0, f64::max)
+    /// Largest distance, over all others, at which bodies touch or a wake has the radius asked for,
+    /// given the mean square that a whole budget is.
+    fn farthest_m(&self, kind: KindId, radius_m: impl Fn(&Envelope, f64) -> f64) -> f64 {
+        let wake_m = |emitter: usize, receiver: usize| {
+            let ratio = self.wakes[receiver].induced_velocity_mps()
+                / self.wakes[emitter].induced_velocity_mps();
+            let whole = (self.conditions.lowest_air_limit * ratio).powi(2);
+            let of = |index: usize| self.kinds[index].airframe;
+            radius_m(self.envelope(of(emitter), of(receiver)), whole)
+        };
+        let me = usize::from(kind.0);
+        let mut farthest_m = 0.0_f64;
+        for other in 0..self.kinds.len() {
+            let bodies_m = self.kinds[me].body_radius_m + self.kinds[other].body_radius_m;
+            farthest_m = farthest_m.max(bodies_m + self.conditions.clearance_m);
+            if self.conditions.wakes {
+                farthest_m = farthest_m.max(wake_m(me, other)).max(wake_m(other, me));
+            }
+        }
+        farthest_m
     }
 
     fn envelope(&self, emitter: usize, receiver: usize) -> &Envelope {
@@ -175,6 +191,11 @@ impl Fleet {
     /// Beyond this horizontal distance, a drone of this kind and any other have nothing to do with each other (m).
     pub fn reach_m(&self, kind: KindId) -> f64 {
         self.reach_m[usize::from(kind.0)]
+    }
+
+    /// Beyond this horizontal distance, no single drone forbids one of this kind anything (m).
+    pub fn grip_m(&self, kind: KindId) -> f64 {
+        self.grip_m[usize::from(kind.0)]
     }
 
     /// What two legs do to each other during the time they share; `None` where that is nothing.

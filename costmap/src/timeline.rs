@@ -79,6 +79,13 @@ impl Footprint {
         }
     }
 
+    /// Whether two of them have a point in common.
+    pub fn meets(&self, other: &Footprint) -> bool {
+        (0..2).all(|axis| {
+            self.min_m[axis] <= other.max_m[axis] && other.min_m[axis] <= self.max_m[axis]
+        })
+    }
+
     /// As a parry box of the height of every world.
     fn tall(&self) -> Aabb {
         const TALL_M: f64 = 1e9;

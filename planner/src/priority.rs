@@ -230,7 +230,7 @@ impl<'a> Attempt<'a> {
         let stay = stays_at_start(&self.job.errands[drone.0 as usize], &self.job.roadmap);
         let mut near = Vec::new();
         let mut verdict = Verdict::default();
-        self.costmap.near(&stay, 0.0, &mut near);
+        self.costmap.near(&stay, &mut near);
         self.costmap.judge(&stay, &near, &mut verdict);
         self.weights[drone.0 as usize] = IMMOVABLE;
         self.stranded.push((drone, why));

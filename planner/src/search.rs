@@ -121,6 +121,8 @@ struct Label {
     parent: u32,
     /// Last of the drones met, in `Search::met`; 0: none.
     met: u32,
+    /// The costmap has been asked about the step that leads here.
+    judged: bool,
 }
 
 /// Cheapest first; among equals the nearest to the end, then the newest.
@@ -154,6 +156,7 @@ struct Search<'a> {
     met: Vec<(DroneId, u32)>,
     goal: GoalPrice,
     neighbours: Vec<Neighbour>,
+    own: Vec<Neighbour>,
     verdict: Verdict,
     obstruction: Option<Obstruction>,
     expansions: u64,
@@ -170,6 +173,7 @@ impl<'a> Search<'a> {
             met: vec![(DroneId(u32::MAX), 0)],
             goal: GoalPrice::new(scene, errand),
             neighbours: Vec::new(),
+            own: Vec::new(),
             verdict: Verdict::default(),
             obstruction: None,
             expansions: 0,
@@ -186,12 +190,13 @@ impl<'a> Search<'a> {
             paid: 0,
             parent: u32::MAX,
             met: 0,
+            judged: true,
         });
         while let Some(Open { label, .. }) = self.open.pop() {
             if self.labels[label as usize].step == Step::End {
                 return Found::Path(self.path(label));
             }
-            if self.is_covered(&self.labels[label as usize]) {
+            if self.is_covered(&self.labels[label as usize]) || !self.is_confirmed(label) {
                 continue;
             }
             self.expansions += 1;
@@ -207,9 +212,14 @@ impl<'a> Search<'a> {
     }
 
     fn push(&mut self, label: Label) {
-        if label.step != Step::End && self.is_covered(&label) {
-            return;
+        if label.step == Step::End || !self.is_covered(&label) {
+            self.labels.push(label);
+            self.enqueue(self.labels.len() as u32 - 1);
         }
+    }
+
+    fn enqueue(&mut self, index: u32) {
+        let label = self.labels[index as usize];
         let remaining =
             self.errand
                 .remaining(self.scene.roadmap, usize::from(label.stage), label.vertex);
@@ -225,9 +235,8 @@ impl<'a> Search<'a> {
         self.open.push(Open {
             total: label.paid.saturating_add(bound),
             remaining,
-            label: self.labels.len() as u32,
+            label: index,
         });
-        self.labels.push(label);
     }
 
     fn is_covered(&self, label: &Label) -> bool {
@@ -259,38 +268,54 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Judges a step when its turn comes, not when it is thought of: most never have their turn.
+    ///
+    /// `false` if it is forbidden, or dearer than thought: then it waits for its turn again.
+    fn is_confirmed(&mut self, index: u32) -> bool {
+        let label = self.labels[index as usize];
+        if label.judged {
+            return true;
+        }
+        let came_from = self.labels[label.parent as usize];
+        let to_m = self.scene.roadmap.position_m(label.vertex);
+        let mut leg = self.leg(&came_from, to_m, label.at.0 - came_from.at.0);
+        leg.flying = true;
+        self.judge_afresh(&leg);
+        let Some(settled) = self.settled(Label {
+            judged: true,
+            ..label
+        }) else {
+            return false;
+        };
+        self.labels[index as usize] = settled;
+        if settled.paid == label.paid && settled.met == label.met {
+            return true;
+        }
+        self.enqueue(index);
+        false
+    }
+
     fn expand(&mut self, index: u32) {
         let label = self.labels[index as usize];
         let here_m = self.scene.roadmap.position_m(label.vertex);
         let hover = self.leg(&label, here_m, WINDOW_TICKS);
-        let steps = self.steps(&label, index);
-        let around_m = steps.iter().map(|(leg, _)| (leg.to_m - here_m).amax());
-        let longest = steps.iter().map(|(leg, _)| leg.end).fold(hover.end, Tick::max);
-        let reach = Leg {
-            end: longest,
-            flying: true,
-            ..hover
-        };
+        let reach_m = self.step_to_neighbours(index, &label);
         let mut neighbours = std::mem::take(&mut self.neighbours);
-        let around_m = around_m.fold(0.0, f64::max);
-        self.scene.costmap.near(&reach, around_m, &mut neighbours);
-
+        self.scene.costmap.near(&hover, &mut neighbours);
         self.scene.costmap.judge(&hover, &neighbours, &mut self.verdict);
         let free_until = free_until(&hover, &self.verdict);
-        let mut next = NextEvent::after(label.at);
-        next.see(&self.verdict.blockers);
         self.cover(&label, free_until);
 
-        for (leg, arrival) in steps {
-            self.scene.costmap.judge(&leg, &neighbours, &mut self.verdict);
-            self.settle(arrival, &mut next);
-        }
         match self.errand.stages.get(usize::from(label.stage)) {
             Some(stage) if stage.distances.goal() == label.vertex => {
-                self.dwell(index, &label, stage.dwell_ticks, &mut next);
+                self.dwell(index, &label, stage.dwell_ticks);
             }
-            None => self.end(index, &label, &mut next),
+            None => self.end(index, &label),
             Some(_) => {}
+        }
+        let mut next = NextEvent::after(label.at);
+        for neighbour in self.scene.costmap.gripping(&hover, reach_m, &neighbours) {
+            next.see(neighbour.began(), neighbour.clear());
         }
         self.wait(index, &label, &neighbours, free_until, next);
         self.neighbours = neighbours;
@@ -301,40 +326,37 @@ impl<'a> Search<'a> {
         self.covers.entry(key).or_default().push((label.at, until));
     }
 
-    /// Steps to neighbouring places that are not known to be reached in time anyway.
-    fn steps(&self, label: &Label, index: u32) -> Vec<(Leg, Label)> {
+    /// Steps to neighbouring places that are not known to be reached in time anyway; the longest of them (m).
+    fn step_to_neighbours(&mut self, index: u32, label: &Label) -> f64 {
+        let mut longest_m = 0.0_f64;
         if usize::from(label.stage) == self.errand.stages.len() {
-            return Vec::new();
+            return longest_m;
         }
         let roadmap = self.scene.roadmap;
-        roadmap
-            .ways(label.vertex)
-            .filter_map(|(to, way)| {
-                let ticks = self.errand.mover.ticks(roadmap, to, way)?;
-                let leg = Leg {
-                    flying: true,
-                    ..self.leg(label, roadmap.position_m(to), ticks)
-                };
-                let arrival = Label {
-                    vertex: to,
-                    grounded: false,
-                    step: Step::Move,
-                    at: leg.end,
-                    parent: index,
-                    ..*label
-                };
-                (!self.is_covered(&arrival)).then_some((leg, arrival))
-            })
-            .collect()
+        for (to, way) in roadmap.ways(label.vertex) {
+            let Some(ticks) = self.errand.mover.ticks(roadmap, to, way) else {
+                continue;
+            };
+            longest_m = longest_m.max(f64::from(way.length_m));
+            self.push(Label {
+                vertex: to,
+                grounded: false,
+                step: Step::Move,
+                at: label.at.after(ticks),
+                parent: index,
+                judged: false,
+                ..*label
+            });
+        }
+        longest_m
     }
 
-    /// Pushes a label if the verdict allows it, at the price of those to be met if need be.
-    fn settle(&mut self, mut label: Label, next: &mut NextEvent) {
-        next.see(&self.verdict.blockers);
+    /// A label at the price that the verdict asks for; `None` if it is forbidden.
+    fn settled(&mut self, mut label: Label) -> Option<Label> {
         let came_from = self.labels[label.parent as usize];
         if self.verdict.breaks_zone {
             self.obstructed(&came_from, None);
-            return;
+            return None;
         }
         let price = self.verdict.price_s * self.scene.energy_weight * Tick::PER_SECOND;
         label.paid = label.paid.saturating_add(price.round() as u32);
@@ -346,13 +368,20 @@ impl<'a> Search<'a> {
             let weight = self.scene.weights[drone.0 as usize];
             if weight == IMMOVABLE {
                 self.obstructed(&came_from, Some((drone, why)));
-                return;
+                return None;
             }
             label.paid = label.paid.saturating_add(weight);
             self.met.push((drone, label.met));
             label.met = self.met.len() as u32 - 1;
         }
-        self.push(label);
+        Some(label)
+    }
+
+    /// Pushes a label if the verdict allows it, at the price of those to be met if need be.
+    fn settle(&mut self, label: Label) {
+        if let Some(label) = self.settled(label) {
+            self.push(label);
+        }
     }
 
     fn has_met(&self, mut met: u32, drone: DroneId) -> bool {
@@ -380,7 +409,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn dwell(&mut self, index: u32, label: &Label, ticks: u32, next: &mut NextEvent) {
+    fn dwell(&mut self, index: u32, label: &Label, ticks: u32) {
         let done = Label {
             stage: label.stage + 1,
             step: Step::Dwell,
@@ -396,10 +425,10 @@ impl<'a> Search<'a> {
         let mut leg = self.leg(label, here_m, ticks);
         leg.kind = self.kind(done.stage);
         self.judge_afresh(&leg);
-        self.settle(done, next);
+        self.settle(done);
     }
 
-    fn end(&mut self, index: u32, label: &Label, next: &mut NextEvent) {
+    fn end(&mut self, index: u32, label: &Label) {
         let legs = self.ending_legs(label);
         let mut ended = Label {
             step: Step::End,
@@ -415,14 +444,15 @@ impl<'a> Search<'a> {
         }
         self.verdict = all;
         ended.at = label.at;
-        self.settle(ended, next);
+        self.settle(ended);
     }
 
-    /// Judges a leg that is longer than the window.
+    /// Judges a leg against its own neighbours.
     fn judge_afresh(&mut self, leg: &Leg) {
-        let mut found = Vec::new();
-        self.scene.costmap.near(leg, 0.0, &mut found);
+        let mut found = std::mem::take(&mut self.own);
+        self.scene.costmap.near(leg, &mut found);
         self.scene.costmap.judge(leg, &found, &mut self.verdict);
+        self.own = found;
     }
 
     fn ending_legs(&self, label: &Label) -> Vec<Leg> {
@@ -482,7 +512,7 @@ impl<'a> Search<'a> {
             parent: index,
             ..*label
         };
-        self.settle(waited, &mut NextEvent::after(label.at));
+        self.settle(waited);
     }
 
     fn path(&self, end: u32) -> Path {
@@ -583,13 +613,10 @@ impl NextEvent {
     }
 
     /// A drone on its leg may be out of the way half-way already.
-    fn see(&mut self, blockers: &[Blocker]) {
-        for blocker in blockers {
-            if blocker.clear != Tick::FOREVER {
-                let middle = blocker.began.0.midpoint(blocker.clear.0);
-                self.at(Tick(middle));
-                self.at(blocker.clear);
-            }
+    fn see(&mut self, began: Tick, clear: Tick) {
+        if clear != Tick::FOREVER {
+            self.at(Tick(began.0.midpoint(clear.0)));
+            self.at(clear);
         }
     }
 
@@ -623,7 +650,7 @@ impl GoalPrice {
             };
             let mut found = Vec::new();
             let mut verdict = Verdict::default();
-            scene.costmap.near(&stay, 0.0, &mut found);
+            scene.costmap.near(&stay, &mut found);
             scene.costmap.judge(&stay, &found, &mut verdict);
             steps = price_steps(scene.weights, &mut verdict.blockers);
         }
