@@ -5,8 +5,14 @@
 //! - the spindle of one airframe, once per airframe and limit
 //! - the exposure of one leg, dose and energy to 1e-4, below one hovering and one moving drone
 //!
-//! Machine of the numbers below: 2 shared virtual x86-64 cores, rustc 1.95, release profile (thin LTO):
-//! NUMBERS
+//! On two shared virtual cores of an AMD EPYC, rustc 1.95, bench profile (thin LTO), others compiling beside it:
+//!
+//! | query | time |
+//! | --- | --- |
+//! | frustum and ball: closed form / parry's dispatch / GJK | 39 / 91 / 217 ns |
+//! | frustum and capsule: at rest / both moving, proven | 0.61 / 0.84 µs |
+//! | spindle of one airframe at one limit | 0.55 ms |
+//! | exposure: 1 m and 10 m below one hover / 6 m below two | 6 and 36 / 70 µs |
 
 #![allow(
     missing_docs,
