@@ -24,15 +24,15 @@
 //! and at rest after it; its dose, energy and time over the limit count to its own last time
 //! ([`AirMet`]).
 
-mod air;
+pub(crate) mod air;
 mod clock;
 mod collision;
 mod column;
 mod contents;
-mod flight;
+pub(crate) mod flight;
 mod limits;
 mod nearby;
-mod obstacle;
+pub(crate) mod obstacle;
 pub(crate) mod solid;
 pub(crate) mod wake_bound;
 pub(crate) mod wake_end;

@@ -175,7 +175,7 @@ fn blows<'a>(scene: &'a Scene<'_>, field: &Field<'_>, places_m: &Places) -> Vec<
 }
 
 /// An upper bound of one wake over places and a span of time (m/s).
-fn high_mps(field: &Field<'_>, blow: &Blow<'_>, places_m: &Places, span_s: (f64, f64)) -> f64 {
+pub(crate) fn high_mps(field: &Field<'_>, blow: &Blow<'_>, places_m: &Places, span_s: (f64, f64)) -> f64 {
     let from_m = blow.motion.box_m(span_s.0, span_s.1);
     let depths_m = (from_m.0.z - places_m.1.z, from_m.1.z - places_m.0.z);
     let (lowest_m, _) = field
