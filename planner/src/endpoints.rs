@@ -23,21 +23,35 @@ use sites::{Scene, Site, Sites};
 /// a column or a wake. Where only a sum of wakes exceeds a limit, the strongest of them is named.
 pub fn check(world: &World) -> Vec<EndpointConflict> {
     let scene = Scene::new(world);
-    [EndpointKind::Starts, EndpointKind::Goals].into_iter().flat_map(|when| check_set(&scene, when)).collect()
+    [EndpointKind::Starts, EndpointKind::Goals]
+        .into_iter()
+        .flat_map(|when| check_set(&scene, when))
+        .collect()
 }
 
 fn check_set(scene: &Scene<'_>, when: EndpointKind) -> Vec<EndpointConflict> {
     let sites = Sites::new(scene, when);
-    let pairs: Vec<Vec<(usize, Blocker, Exclusion)>> =
-        sites.all().par_iter().map(|site| exclusions(scene, &sites, site)).collect();
-    let zones: Vec<Vec<(usize, Blocker, Exclusion)>> =
-        (0..scene.world.zones.len()).into_par_iter().map(|k| in_zone(scene, &sites, k)).collect();
+    let pairs: Vec<Vec<(usize, Blocker, Exclusion)>> = sites
+        .all()
+        .par_iter()
+        .map(|site| exclusions(scene, &sites, site))
+        .collect();
+    let zones: Vec<Vec<(usize, Blocker, Exclusion)>> = (0..scene.world.zones.len())
+        .into_par_iter()
+        .map(|k| in_zone(scene, &sites, k))
+        .collect();
     let found: Vec<_> = pairs.into_iter().chain(zones).flatten().collect();
     let mut conflicts: Vec<EndpointConflict> = found
         .into_par_iter()
         .map(|(drone, blocker, why)| {
             let nearest_fix_m = fix::nearest(scene, &sites, drone);
-            EndpointConflict { drone, blocker, when, why, nearest_fix_m }
+            EndpointConflict {
+                drone,
+                blocker,
+                when,
+                why,
+                nearest_fix_m,
+            }
         })
         .collect();
     conflicts.sort_by_key(|conflict| conflict.drone);
@@ -45,7 +59,11 @@ fn check_set(scene: &Scene<'_>, when: EndpointKind) -> Vec<EndpointConflict> {
 }
 
 /// What excludes one site from being where it is, as far as it is the one to name it.
-fn exclusions(scene: &Scene<'_>, sites: &Sites<'_>, site: &Site<'_>) -> Vec<(usize, Blocker, Exclusion)> {
+fn exclusions(
+    scene: &Scene<'_>,
+    sites: &Sites<'_>,
+    site: &Site<'_>,
+) -> Vec<(usize, Blocker, Exclusion)> {
     let mut found = Vec::new();
     let near = sites.near(site.place_m, site.drone);
     let mut named = Vec::new();
@@ -53,7 +71,10 @@ fn exclusions(scene: &Scene<'_>, sites: &Sites<'_>, site: &Site<'_>) -> Vec<(usi
         if let Some(gap_m) = body_gap_m(scene, site, other) {
             named.push(other.drone);
             if other.drone < site.drone {
-                let why = Exclusion::Bodies { gap_m, needs_m: scene.world.planning.clearance_m };
+                let why = Exclusion::Bodies {
+                    gap_m,
+                    needs_m: scene.world.planning.clearance_m,
+                };
                 found.push((site.drone, Blocker::Drone(other.drone), why));
             }
         } else if scene.in_column(site, other) {
@@ -65,9 +86,15 @@ fn exclusions(scene: &Scene<'_>, sites: &Sites<'_>, site: &Site<'_>) -> Vec<(usi
     if !scene.over_limit(site, air_mps) {
         return found;
     }
-    let why = Exclusion::Air { air_mps, alpha: air_mps / site.induced_velocity_mps, limit: site.air_limit };
-    let alone: Vec<(usize, f64)> =
-        near.iter().map(|&other| (other.drone, scene.air_mps(site, std::iter::once(other)))).collect();
+    let why = Exclusion::Air {
+        air_mps,
+        alpha: air_mps / site.induced_velocity_mps,
+        limit: site.air_limit,
+    };
+    let alone: Vec<(usize, f64)> = near
+        .iter()
+        .map(|&other| (other.drone, scene.air_mps(site, std::iter::once(other))))
+        .collect();
     let before = found.len();
     for &(other, alone_mps) in &alone {
         if scene.over_limit(site, alone_mps) && !named.contains(&other) {
@@ -75,7 +102,9 @@ fn exclusions(scene: &Scene<'_>, sites: &Sites<'_>, site: &Site<'_>) -> Vec<(usi
         }
     }
     let explained = found.len() > before || !named.is_empty();
-    let strongest = alone.into_iter().reduce(|a, b| if b.1 > a.1 { b } else { a });
+    let strongest = alone
+        .into_iter()
+        .reduce(|a, b| if b.1 > a.1 { b } else { a });
     if let (false, Some((other, _))) = (explained, strongest) {
         found.push((site.drone, Blocker::Drone(other), why));
     }
@@ -92,14 +121,28 @@ fn body_gap_m(scene: &Scene<'_>, one: &Site<'_>, other: &Site<'_>) -> Option<f64
 /// Who breaks a zone's limit: all who do so alone, or else the strongest.
 fn in_zone(scene: &Scene<'_>, sites: &Sites<'_>, k: usize) -> Vec<(usize, Blocker, Exclusion)> {
     let all: Vec<&Site<'_>> = sites.all().iter().collect();
-    let blows: Vec<zone::Blow<'_>> = all.iter().filter_map(|site| scene.blow_into(site, k)).collect();
+    let blows: Vec<zone::Blow<'_>> = all
+        .iter()
+        .filter_map(|site| scene.blow_into(site, k))
+        .collect();
     let together: Vec<&zone::Blow<'_>> = blows.iter().collect();
-    let Some(peak) = scene.zone_peak(k, &together) else { return Vec::new() };
-    let why = Exclusion::Zone { air_mps: peak.air_mps, limit_mps: scene.world.zones[k].air_limit_mps };
-    let mut guilty: Vec<usize> =
-        blows.iter().filter(|blow| scene.zone_peak(k, &[*blow]).is_some()).map(|blow| blow.from).collect();
+    let Some(peak) = scene.zone_peak(k, &together) else {
+        return Vec::new();
+    };
+    let why = Exclusion::Zone {
+        air_mps: peak.air_mps,
+        limit_mps: scene.world.zones[k].air_limit_mps,
+    };
+    let mut guilty: Vec<usize> = blows
+        .iter()
+        .filter(|blow| scene.zone_peak(k, &[*blow]).is_some())
+        .map(|blow| blow.from)
+        .collect();
     if guilty.is_empty() {
         guilty.extend(zone::strongest(&scene.field(), &together, &peak));
     }
-    guilty.into_iter().map(|drone| (drone, Blocker::Zone(k), why)).collect()
+    guilty
+        .into_iter()
+        .map(|drone| (drone, Blocker::Zone(k), why))
+        .collect()
 }

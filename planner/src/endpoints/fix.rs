@@ -21,10 +21,12 @@ pub(super) fn nearest(scene: &Scene<'_>, sites: &Sites<'_>, drone: usize) -> Opt
     let rings = (FARTHEST_M / STEP_M) as usize;
     (1..=rings).find_map(|ring| {
         let distance_m = ring as f64 * STEP_M;
-        directions().map(|towards| site.nominal_m + towards * distance_m).find(|&place_m| {
-            let moved = scene.moved(site, place_m);
-            in_order(scene, sites, &moved)
-        })
+        directions()
+            .map(|towards| site.nominal_m + towards * distance_m)
+            .find(|&place_m| {
+                let moved = scene.moved(site, place_m);
+                in_order(scene, sites, &moved)
+            })
     })
 }
 
@@ -41,7 +43,10 @@ fn directions() -> impl Iterator<Item = Vector3<f64>> {
 fn in_order(scene: &Scene<'_>, sites: &Sites<'_>, moved: &Site<'_>) -> bool {
     let bounds_m = &scene.world.bounds_m;
     let within = |place_m: &Point3<f64>| {
-        (0..3).all(|k| place_m[k] >= bounds_m.min[k] - SAME_PLACE_M && place_m[k] <= bounds_m.max[k] + SAME_PLACE_M)
+        (0..3).all(|k| {
+            place_m[k] >= bounds_m.min[k] - SAME_PLACE_M
+                && place_m[k] <= bounds_m.max[k] + SAME_PLACE_M
+        })
     };
     let clear_by = |place_m: &Point3<f64>, needs_m: f64| {
         scene.solids.iter().all(|solid| {
@@ -49,17 +54,25 @@ fn in_order(scene: &Scene<'_>, sites: &Sites<'_>, moved: &Site<'_>) -> bool {
             solid.box_distance_m(&here) >= needs_m || solid.distance_m(&place_m.coords) >= needs_m
         })
     };
-    let clearance_m = if moved.airborne || moved.lands { scene.world.planning.clearance_m } else { -TOUCH_M };
+    let clearance_m = if moved.airborne || moved.lands {
+        scene.world.planning.clearance_m
+    } else {
+        -TOUCH_M
+    };
     if !within(&moved.nominal_m) || !clear_by(&moved.nominal_m, moved.body_radius_m + clearance_m) {
         return false;
     }
     // What it stands on touches it.
-    if moved.lands && !(within(&moved.place_m) && clear_by(&moved.place_m, moved.body_radius_m - TOUCH_M)) {
+    if moved.lands
+        && !(within(&moved.place_m) && clear_by(&moved.place_m, moved.body_radius_m - TOUCH_M))
+    {
         return false;
     }
     let near = sites.near(moved.place_m, moved.drone);
     let apart = near.iter().all(|other| {
-        body_gap_m(scene, moved, other).is_none() && !scene.in_column(moved, other) && !scene.in_column(other, moved)
+        body_gap_m(scene, moved, other).is_none()
+            && !scene.in_column(moved, other)
+            && !scene.in_column(other, moved)
     });
     apart
         && !scene.over_limit(moved, scene.air_mps(moved, near.iter().copied()))
@@ -80,9 +93,15 @@ fn spares(scene: &Scene<'_>, sites: &Sites<'_>, moved: &Site<'_>, other: &Site<'
 
 /// Whether a zone keeps its limit, or does not feel this drone.
 fn spares_zone(scene: &Scene<'_>, sites: &Sites<'_>, moved: &Site<'_>, zone: usize) -> bool {
-    let Some(own) = scene.blow_into(moved, zone) else { return true };
+    let Some(own) = scene.blow_into(moved, zone) else {
+        return true;
+    };
     let others = sites.all().iter().filter(|site| site.drone != moved.drone);
-    let mut blows: Vec<_> = others.filter_map(|site| scene.blow_into(site, zone)).collect();
+    let mut blows: Vec<_> = others
+        .filter_map(|site| scene.blow_into(site, zone))
+        .collect();
     blows.push(own);
-    scene.zone_peak(zone, &blows.iter().collect::<Vec<_>>()).is_none()
+    scene
+        .zone_peak(zone, &blows.iter().collect::<Vec<_>>())
+        .is_none()
 }

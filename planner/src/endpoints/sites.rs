@@ -53,11 +53,27 @@ impl<'a> Scene<'a> {
             .iter()
             .filter_map(|obstacle| {
                 let raw = match &obstacle.shape {
-                    Solid::Box(bounds) => RawShape::Box { min_m: bounds.min, max_m: bounds.max },
-                    Solid::Cylinder { base_m, radius_m, height_m } => {
-                        RawShape::Cylinder { base_m: *base_m, radius_m: *radius_m, height_m: *height_m }
-                    }
-                    Solid::Mesh { vertices_m, triangles, .. } => RawShape::Mesh { vertices_m, triangles },
+                    Solid::Box(bounds) => RawShape::Box {
+                        min_m: bounds.min,
+                        max_m: bounds.max,
+                    },
+                    Solid::Cylinder {
+                        base_m,
+                        radius_m,
+                        height_m,
+                    } => RawShape::Cylinder {
+                        base_m: *base_m,
+                        radius_m: *radius_m,
+                        height_m: *height_m,
+                    },
+                    Solid::Mesh {
+                        vertices_m,
+                        triangles,
+                        ..
+                    } => RawShape::Mesh {
+                        vertices_m,
+                        triangles,
+                    },
                 };
                 // A world is checked: every obstacle has a shape.
                 Body::new(&obstacle.name, raw).ok()
@@ -69,10 +85,19 @@ impl<'a> Scene<'a> {
             let airframe = &drone.vehicle.airframe;
             if !hangar.iter().any(|known| known.0 == *airframe) {
                 let wake = Wake::new(airframe, airframe.mass_kg(), density, &world.jet);
-                hangar.push((airframe.clone(), BoundedWake::new(wake), Arc::new(airframe.disc_points())));
+                hangar.push((
+                    airframe.clone(),
+                    BoundedWake::new(wake),
+                    Arc::new(airframe.disc_points()),
+                ));
             }
         }
-        Scene { world, stops: Stops::new(world.bounds_m.min.z, &solids), solids, hangar }
+        Scene {
+            world,
+            stops: Stops::new(world.bounds_m.min.z, &solids),
+            solids,
+            hangar,
+        }
     }
 
     /// Where a drone is at one of the two moments; `None`: gone.
@@ -98,8 +123,11 @@ impl<'a> Scene<'a> {
         };
         let airframe = &drone.vehicle.airframe;
         let (_, bare, discs) = self.hangar.iter().find(|known| known.0 == *airframe)?;
-        let wake =
-            if load_kg == 0.0 { bare.clone() } else { bare.with_mass(airframe.mass_kg() + load_kg) };
+        let wake = if load_kg == 0.0 {
+            bare.clone()
+        } else {
+            bare.with_mass(airframe.mass_kg() + load_kg)
+        };
         let site = Site {
             drone: index,
             nominal_m,
@@ -121,20 +149,38 @@ impl<'a> Scene<'a> {
     pub(super) fn moved(&self, site: &Site<'a>, nominal_m: Point3<f64>) -> Site<'a> {
         let mut place_m = nominal_m;
         if site.lands {
-            let supports_m = self.solids.iter().filter_map(|solid| solid.support_z_m(&nominal_m));
+            let supports_m = self
+                .solids
+                .iter()
+                .filter_map(|solid| solid.support_z_m(&nominal_m));
             place_m.z = supports_m.fold(self.world.bounds_m.min.z, f64::max) + site.body_radius_m;
         }
-        let stops = self.stops.candidates(&site.wake.wake, &(place_m.coords, place_m.coords));
-        Site { nominal_m, place_m, stops, ..site.clone() }
+        let stops = self
+            .stops
+            .candidates(&site.wake.wake, &(place_m.coords, place_m.coords));
+        Site {
+            nominal_m,
+            place_m,
+            stops,
+            ..site.clone()
+        }
     }
 
     fn source<'s>(&self, site: &'s Site<'_>) -> Source<'s> {
         let wake = &site.wake.wake;
-        Source { wake, position_m: site.place_m, ends_at_z_m: self.stops.end_z_m(wake, &site.place_m, &site.stops) }
+        Source {
+            wake,
+            position_m: site.place_m,
+            ends_at_z_m: self.stops.end_z_m(wake, &site.place_m, &site.stops),
+        }
     }
 
     /// Mean air over the receiver's discs from all airborne others, superposed (m/s).
-    pub(super) fn air_mps<'s>(&self, receiver: &Site<'_>, others: impl Iterator<Item = &'s Site<'s>>) -> f64 {
+    pub(super) fn air_mps<'s>(
+        &self,
+        receiver: &Site<'_>,
+        others: impl Iterator<Item = &'s Site<'s>>,
+    ) -> f64 {
         if !receiver.airborne {
             return 0.0;
         }
@@ -143,7 +189,12 @@ impl<'a> Scene<'a> {
         if sources.is_empty() {
             return 0.0;
         }
-        mean_over_discs_mps(&sources, receiver.discs, receiver.place_m, self.world.superposition)
+        mean_over_discs_mps(
+            &sources,
+            receiver.discs,
+            receiver.place_m,
+            self.world.superposition,
+        )
     }
 
     /// Whether that much air is too much for a site.
@@ -165,13 +216,21 @@ impl<'a> Scene<'a> {
 
     /// What zones are searched with.
     pub(super) fn field(&self) -> Field<'_> {
-        Field { stops: &self.stops, superposition: self.world.superposition }
+        Field {
+            stops: &self.stops,
+            superposition: self.world.superposition,
+        }
     }
 
     /// The wake of a site, if it may be felt in a zone.
     pub(super) fn blow_into<'s>(&self, site: &'s Site<'_>, zone: usize) -> Option<Blow<'s>> {
         let motion = Motion::still((0.0, 0.0), site.place_m);
-        let blow = Blow { from: site.drone, wake: &site.wake, motion, stops: &site.stops };
+        let blow = Blow {
+            from: site.drone,
+            wake: &site.wake,
+            motion,
+            stops: &site.stops,
+        };
         let bounds_m = &self.world.zones[zone].bounds_m;
         let places_m = (bounds_m.min.coords, bounds_m.max.coords);
         let felt = site.airborne
@@ -183,13 +242,24 @@ impl<'a> Scene<'a> {
     pub(super) fn zone_peak(&self, zone: usize, blows: &[&Blow<'_>]) -> Option<Peak> {
         let zone = &self.world.zones[zone];
         let places_m = (zone.bounds_m.min.coords, zone.bounds_m.max.coords);
-        zone::highest(&self.field(), blows, &places_m, (0.0, 0.0), zone.air_limit_mps)
+        zone::highest(
+            &self.field(),
+            blows,
+            &places_m,
+            (0.0, 0.0),
+            zone.air_limit_mps,
+        )
     }
 }
 
 /// Payload after the last task (kg).
 fn last_load_kg(drone: &Drone) -> f64 {
-    drone.tasks.iter().rev().find_map(|task| task.load_kg).unwrap_or(0.0)
+    drone
+        .tasks
+        .iter()
+        .rev()
+        .find_map(|task| task.load_kg)
+        .unwrap_or(0.0)
 }
 
 /// Everybody present at one of the two moments, in a level grid.
@@ -202,19 +272,26 @@ pub(super) struct Sites<'a> {
 
 impl<'a> Sites<'a> {
     pub(super) fn new(scene: &'a Scene<'a>, when: EndpointKind) -> Sites<'a> {
-        let sites: Vec<Site<'a>> =
-            (0..scene.world.drones.len()).filter_map(|drone| scene.site(drone, when)).collect();
+        let sites: Vec<Site<'a>> = (0..scene.world.drones.len())
+            .filter_map(|drone| scene.site(drone, when))
+            .collect();
         let deepest_m = scene.world.bounds_m.max.z - scene.world.bounds_m.min.z;
         let greatest = |of: &dyn Fn(&Site<'a>) -> f64| sites.iter().map(of).fold(0.0, f64::max);
-        let blown_m = greatest(&|site| site.wake.reach_m(deepest_m)) + greatest(&|site| site.tip_radius_m);
-        let bodies_m = 2.0 * greatest(&|site| site.body_radius_m) + scene.world.planning.clearance_m;
+        let blown_m =
+            greatest(&|site| site.wake.reach_m(deepest_m)) + greatest(&|site| site.tip_radius_m);
+        let bodies_m =
+            2.0 * greatest(&|site| site.body_radius_m) + scene.world.planning.clearance_m;
         // At least a millimetre, so that an empty set has cells too.
         let cell_m = blown_m.max(bodies_m).max(1e-3);
         let mut cells: HashMap<(i64, i64), Vec<usize>> = HashMap::new();
         for (k, site) in sites.iter().enumerate() {
             cells.entry(cell(site.place_m, cell_m)).or_default().push(k);
         }
-        Sites { sites, cell_m, cells }
+        Sites {
+            sites,
+            cell_m,
+            cells,
+        }
     }
 
     pub(super) fn all(&self) -> &[Site<'a>] {
@@ -222,7 +299,10 @@ impl<'a> Sites<'a> {
     }
 
     pub(super) fn of(&self, drone: usize) -> Option<&Site<'a>> {
-        self.sites.binary_search_by_key(&drone, |site| site.drone).ok().map(|k| &self.sites[k])
+        self.sites
+            .binary_search_by_key(&drone, |site| site.drone)
+            .ok()
+            .map(|k| &self.sites[k])
     }
 
     /// Everybody but one drone who can touch a place or blow on it, or be blown on from it, in the world's order.
@@ -233,7 +313,10 @@ impl<'a> Sites<'a> {
             .filter_map(|cell| self.cells.get(&cell))
             .flatten()
             .copied()
-            .filter(|&k| self.sites[k].drone != except && (self.sites[k].place_m - place_m).xy().norm() <= self.cell_m)
+            .filter(|&k| {
+                self.sites[k].drone != except
+                    && (self.sites[k].place_m - place_m).xy().norm() <= self.cell_m
+            })
             .collect();
         near.sort_unstable();
         near.into_iter().map(|k| &self.sites[k]).collect()
@@ -241,5 +324,8 @@ impl<'a> Sites<'a> {
 }
 
 fn cell(place_m: Point3<f64>, cell_m: f64) -> (i64, i64) {
-    ((place_m.x / cell_m).floor() as i64, (place_m.y / cell_m).floor() as i64)
+    (
+        (place_m.x / cell_m).floor() as i64,
+        (place_m.y / cell_m).floor() as i64,
+    )
 }
