@@ -62,9 +62,6 @@ fn only(conflicts: &[EndpointConflict]) -> EndpointConflict {
 /// An offset (m) and the exclusion expected of it.
 type Case = ([f64; 3], fn(&Exclusion) -> bool);
 
-/// An offset (m) and the exclusion expected of it.
-type Case = ([f64; 3], fn(&Exclusion) -> bool);
-
 /// Two starts, the second `offset_m` from the first.
 fn pair(offset_m: [f64; 3]) -> World {
     let place = [10.0 + offset_m[0], 10.0 + offset_m[1], 8.0 + offset_m[2]];
