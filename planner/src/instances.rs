@@ -338,6 +338,8 @@ impl SplitMix64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use airflow::{Air, Airframe, Jet, Source, Superposition, Wake, mean_over_discs_mps};
+    use nalgebra::Point3;
 
     #[test]
     fn the_generator_is_splitmix64() {
@@ -346,6 +348,38 @@ mod tests {
         assert_eq!(
             [random.next(), random.next()],
             [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]
+        );
+    }
+
+    #[test]
+    fn a_drone_among_eight_neighbours_hovering_above_is_within_its_limit() {
+        let frame = Airframe::preset("offboard-2").expect("a preset");
+        let wake = Wake::new(
+            &frame,
+            frame.mass_kg(),
+            Air::default().density_kg_per_m3(),
+            &Jet::default(),
+        );
+        let around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| (f64::from(x), f64::from(y))));
+        let sources: Vec<Source> = around
+            .filter(|&place| place != (0.0, 0.0))
+            .map(|(x, y)| Source {
+                wake: &wake,
+                position_m: Point3::new(x, y, 7.5),
+                ends_at_z_m: 0.0,
+            })
+            .collect();
+        // The wakes widen downwards: the lowest level meets most.
+        let below_m = Point3::new(0.0, 0.0, 0.5);
+        let air_mps = mean_over_discs_mps(
+            &sources,
+            &frame.disc_points(),
+            below_m,
+            Superposition::Momentum,
+        );
+        assert!(
+            air_mps / wake.induced_velocity_mps() < 0.75 * AIR_LIMIT,
+            "{air_mps} m/s"
         );
     }
 

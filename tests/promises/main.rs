@@ -1,12 +1,10 @@
-<<<<<<< HEAD
 //! What the project promises, through its public face and its commands; modules by promise.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on should say where"
+)]
 
 mod commands;
 mod paper;
 mod scenario;
-=======
-//! What the project promises, one module per promise, through its public face.
-
 mod verifier;
->>>>>>> verifier
