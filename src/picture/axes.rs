@@ -100,7 +100,9 @@ fn ticks(view: &View, axis: Axis) -> Vec<(f64, String)> {
     let (low, high) = (&view.bounds_m.min, &view.bounds_m.max);
     let (low_m, high_m, apart_px) = match axis {
         Axis::Right => (low.x, high.x, TICK_RIGHT_PX),
-        Axis::Up => (view.up(low), view.up(high), TICK_UP_PX),
+        Axis::Up if view.eye == Eye::Side => (low.z, high.z, TICK_UP_PX),
+        // Squares on the floor.
+        Axis::Up => (low.y, high.y, TICK_RIGHT_PX),
     };
     let step_m = tick_step_m(view.px_per_m, apart_px);
     let first = (low_m / step_m - 1e-9).ceil() as i64;
