@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use planner::outcome::{Control, Effort, Outcome};
-use planner::plan::{Plan, Status};
+use planner::plan::{IgnoringDownwash, Plan, Status};
 use planner::world::World;
 use serde::Serialize;
 
@@ -112,7 +112,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Outcome::Blocked { conflicts } => {
             out.abandon();
             let conflicts = conflicts::describe_all(&conflicts, &world);
-            let contrast = planner::plan_ignoring_downwash(&world, &control);
+            let contrast = planner::contrast(&world, &control);
             watch.finish();
             blocked(arguments.format, &world, &conflicts, contrast.as_ref())
         }
@@ -162,12 +162,7 @@ fn read_world(path: &Path) -> Result<World, Failure> {
     };
     planner::scenario::read_world(&text, &load_mesh).map_err(|problems| {
         let shown = path.display().to_string();
-        Failure::Scenario(problems::draw(
-            &problems,
-            &shown,
-            &text,
-            problems::colour_on_stderr(),
-        ))
+        Failure::Scenario(problems::draw(&problems, &shown, &text, problems::colour_on_stderr()))
     })
 }
 
@@ -239,7 +234,7 @@ fn blocked(
     format: Format,
     world: &World,
     conflicts: &[ConflictEntry],
-    ignoring: Option<&Plan>,
+    ignoring: Option<&IgnoringDownwash>,
 ) -> Result<Answer, Failure> {
     match format {
         Format::Json => answer(&files::json_with_plan_inside(&Printed {
@@ -251,7 +246,7 @@ fn blocked(
         }))?,
         Format::Text => {
             let contrast = match ignoring {
-                Some(plan) => report::contrast(Some(&report::judge_ignoring_downwash(plan))),
+                Some(contrast) => report::contrast(Some(contrast)),
                 None => "Ignoring downwash: no plan either.".into(),
             };
             answer(&format!(

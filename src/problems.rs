@@ -16,7 +16,11 @@ pub(crate) fn colour_on_stderr() -> bool {
 
 /// All problems of the file at `path`, whose contents are `text`, and a last line that counts them.
 pub(crate) fn draw(problems: &[Problem], path: &str, text: &str, colour: bool) -> String {
-    let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+    let renderer = if colour {
+        Renderer::styled()
+    } else {
+        Renderer::plain()
+    };
     let mut drawn = String::new();
     for problem in problems.iter().take(MOST_DRAWN) {
         drawn.push_str(&renderer.render(&[group(problem, path, text)]));
@@ -33,7 +37,11 @@ pub(crate) fn draw(problems: &[Problem], path: &str, text: &str, colour: bool) -
 
 /// Notes on a scenario that is in order.
 pub(crate) fn draw_notes(notes: &[String], colour: bool) -> String {
-    let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+    let renderer = if colour {
+        Renderer::styled()
+    } else {
+        Renderer::plain()
+    };
     let note = |note: &String| {
         let group = Group::with_title(Level::NOTE.primary_title(note.as_str()));
         renderer.render(&[group]) + "\n"
@@ -50,8 +58,13 @@ fn group<'a>(problem: &'a Problem, path: &'a str, text: &'a str) -> Group<'a> {
         let from = text[..start].rfind('\n').map_or(0, |at| at + 1);
         let to = text[end..].find('\n').map_or(text.len(), |at| end + at);
         let line = 1 + text[..from].matches('\n').count();
-        let mark = AnnotationKind::Primary.span(start - from..end - from).label(problem.label.as_deref());
-        let lines = Snippet::source(&text[from..to]).line_start(line).path(path).annotation(mark);
+        let mark = AnnotationKind::Primary
+            .span(start - from..end - from)
+            .label(problem.label.as_deref());
+        let lines = Snippet::source(&text[from..to])
+            .line_start(line)
+            .path(path)
+            .annotation(mark);
         group = group.element(lines);
     } else if let Some(label) = &problem.label {
         group = group.element(Level::NOTE.message(label.as_str()));

@@ -1,10 +1,7 @@
 //! The answer as a table: who arrives when, what the others cost it, and what ignoring downwash
 //! would have meant.
 
-use std::collections::BTreeSet;
-
-use planner::plan::{DronePlan, IgnoringDownwash, Plan, ViolationKind};
-use planner::verify::verify;
+use planner::plan::{DronePlan, IgnoringDownwash, Plan};
 
 use crate::watch::Durations;
 use crate::wording::{count, metres};
@@ -188,29 +185,6 @@ fn summary(plan: &Plan, durations: &Durations) -> String {
         durations.planning.as_secs_f64(),
         count(plan.violations.len(), "violation", "violations")
     )
-}
-
-/// What a plan that ignored downwash would meet.
-pub(crate) fn judge_ignoring_downwash(plan: &Plan) -> IgnoringDownwash {
-    let found = verify(plan);
-    let in_air = |kind| matches!(kind, ViolationKind::Air | ViolationKind::Column);
-    let over: BTreeSet<&str> = found
-        .violations
-        .iter()
-        .filter(|violation| in_air(violation.kind))
-        .map(|violation| violation.drone.as_str())
-        .collect();
-    IgnoringDownwash {
-        makespan_s: plan.fleet.makespan_s,
-        drones_over_limit: over.len(),
-        worst_air_mps: found
-            .air_met
-            .iter()
-            .map(|met| met.worst_air_mps)
-            .fold(0.0, f64::max),
-        time_over_limit_s: found.air_met.iter().map(|met| met.time_over_limit_s).sum(),
-        unplanned: plan.unplanned.len(),
-    }
 }
 
 /// What the same fleet would meet with nobody minding the air: always said.

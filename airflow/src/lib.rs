@@ -32,6 +32,7 @@
 //! | U_H' | [`power::induced_velocity_in_downwash_mps`] | m/s | U_H' = U_D/2 + √((U_D/2)² + U_H²) |
 //! | β | [`power::beta`] | 1 | β = P'/P = α/2 + √(α² + 4)/2 |
 //! | q (ours) | [`Airframe::width_factor`] | 1 | r_half → q r_half, U_C → U_C/q |
+//! | ∫ ⟨U⟩ dt (ours) | [`FarField::dose_m`] | m | closed form along any straight path |
 //! | K (ours) | [`Jet::momentum`] | ρ U_H² l² | K = π (B S)²/(3 (√2 - 1)) |
 //! | τ (ours) | [`power::thrust_ratio_at_constant_power`] | 1 | τ³ + α τ = 1 |
 //!
@@ -80,17 +81,19 @@
 //!
 //! # In reading order
 //!
-//! `air` and `airframe`: what blows. `jet` and `far_field`: the paper's fit, below 2.5 l. `near_field`: four rotor jets that merge, above
-//! it. `wake`: both joined. `discs` and `field`: several drones, and a receiver. [`power`]: what it costs.
+//! `air` and `airframe`: what blows. `jet`, `far_field` and `dose`: the paper's fit, below 2.5 l. `rotor_jets`
+//! and `near_field`: four jets that merge, above it. `wake`: both joined. `discs` and `field`: several drones, and a receiver. [`power`]: what it costs.
 
 mod air;
 mod airframe;
 mod discs;
+mod dose;
 mod far_field;
 mod field;
 mod jet;
 mod near_field;
 pub mod power;
+mod rotor_jets;
 mod wake;
 
 pub use air::{Air, AirError, GRAVITY_MPS2};

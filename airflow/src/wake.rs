@@ -15,7 +15,8 @@ use crate::near_field::NearField;
 /// rotor plane, and in it, there is no air. From 2.5 l down it is the paper's jet. In between:
 ///
 /// - four propellers: four rotor jets that merge, joined at 1.8 and 2.5 l with continuous first derivatives, carrying the same
-///   momentum at every depth;
+///   momentum at every depth.
+///   Around a circle at any depth the air is fastest on the diagonals, under the rotors;
 /// - any other number: no model. The far-field profile of 2.5 l is held up to the rotor plane, without radial flow. Outside the
 ///   column of the rotor tips that is never less than the far field extrapolated upwards (its speed at a fixed radius falls
 ///   upwards where r > 0.9 r_half), so it is the careful choice for whoever stays out of the column.
@@ -134,8 +135,7 @@ impl Wake {
 
     /// The same above 2.5 l, kept out of the short path.
     fn near_axial_speed_mps(&self, offset_m: Vector3<f64>) -> f64 {
-        // Written so that a NaN height gives no air here and a NaN in x or y stays visible.
-        if !(offset_m.z < 0.0) {
+        if offset_m.z >= 0.0 {
             return 0.0;
         }
         match &self.shared.near {
@@ -188,7 +188,7 @@ impl Wake {
     /// (out of the jet's core, into it from outside). Zero at and above the rotor plane.
     #[must_use]
     pub fn velocity_mps(&self, offset_m: Vector3<f64>) -> Vector3<f64> {
-        if !(offset_m.z < 0.0) {
+        if offset_m.z >= 0.0 {
             return Vector3::zeros();
         }
         let down_mps = self.axial_speed_mps(offset_m);

@@ -68,20 +68,42 @@ pub fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
             AtStart::Hover => hovering_m,
             AtStart::Landed => body_m - REST_TOLERANCE_M,
         };
-        let tasks = it.tasks.iter().enumerate().map(|(i, task)| (Spot::Task(i), task.to_m, hovering_m));
+        let tasks = it
+            .tasks
+            .iter()
+            .enumerate()
+            .map(|(i, task)| (Spot::Task(i), task.to_m, hovering_m));
         let mut sound = true;
-        for (spot, place_m, needs_m) in std::iter::once((Spot::Start, it.start_m, start_needs_m)).chain(tasks) {
-            let Some(why) = misfit(world, solids, place_m, needs_m) else { continue };
+        for (spot, place_m, needs_m) in
+            std::iter::once((Spot::Start, it.start_m, start_needs_m)).chain(tasks)
+        {
+            let Some(why) = misfit(world, solids, place_m, needs_m) else {
+                continue;
+            };
             // A landed drone is pushed out whole, not only to its tolerance.
             let nearest_m = nearest_free_m(world.bounds_m, solids, place_m, needs_m.max(body_m));
-            found.push(Misplaced { drone, spot, place_m, why, nearest_m });
+            found.push(Misplaced {
+                drone,
+                spot,
+                place_m,
+                why,
+                nearest_m,
+            });
             sound = false;
         }
         if sound && let Some(place_m) = landing(world, solids, it) {
             let last_m = it.tasks.last().map_or(it.start_m, |task| task.to_m);
-            let Some(why) = landing_misfit(world, solids, last_m, body_m) else { continue };
+            let Some(why) = landing_misfit(world, solids, last_m, body_m) else {
+                continue;
+            };
             let nearest_m = nearest_landing_m(world, solids, last_m, body_m);
-            found.push(Misplaced { drone, spot: Spot::Landing, place_m, why, nearest_m });
+            found.push(Misplaced {
+                drone,
+                spot: Spot::Landing,
+                place_m,
+                why,
+                nearest_m,
+            });
         }
     }
     found
@@ -96,7 +118,11 @@ pub fn landing_place_m(
     body_radius_m: f64,
 ) -> Point3<f64> {
     let (support_z_m, _) = solids.support_below_z_m(last_m, bounds_m.min.z);
-    Point3::new(last_m.x, last_m.y, last_m.z.min(support_z_m + body_radius_m))
+    Point3::new(
+        last_m.x,
+        last_m.y,
+        last_m.z.min(support_z_m + body_radius_m),
+    )
 }
 
 /// Where `drone` comes down, if it does.
@@ -106,7 +132,12 @@ fn landing(world: &World, solids: &Solids, drone: &Drone) -> Option<Point3<f64>>
         return None;
     }
     let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
-    Some(landing_place_m(&world.bounds_m, solids, last_m, drone.vehicle.body_radius_m))
+    Some(landing_place_m(
+        &world.bounds_m,
+        solids,
+        last_m,
+        drone.vehicle.body_radius_m,
+    ))
 }
 
 /// What is wrong with coming down from `last_m`: the ball has to pass and to rest without sinking in.
@@ -120,7 +151,11 @@ fn landing_misfit(
     let needs_m = body_radius_m - REST_TOLERANCE_M;
     let (distance_m, obstacle) = solids.nearest(last_m, rest_m);
     let obstacle = obstacle.filter(|_| distance_m < needs_m - TOUCHING_M)?;
-    Some(Misfit::Obstacle { obstacle, distance_m, needs_m: body_radius_m })
+    Some(Misfit::Obstacle {
+        obstacle,
+        distance_m,
+        needs_m: body_radius_m,
+    })
 }
 
 fn misfit(world: &World, solids: &Solids, place_m: Point3<f64>, needs_m: f64) -> Option<Misfit> {
@@ -130,7 +165,11 @@ fn misfit(world: &World, solids: &Solids, place_m: Point3<f64>, needs_m: f64) ->
     }
     let (distance_m, obstacle) = solids.distance_to_point_m(place_m);
     let obstacle = obstacle.filter(|_| distance_m < needs_m - TOUCHING_M)?;
-    Some(Misfit::Obstacle { obstacle, distance_m, needs_m })
+    Some(Misfit::Obstacle {
+        obstacle,
+        distance_m,
+        needs_m,
+    })
 }
 
 fn outside_by_m(bounds_m: &Bounds, place_m: Point3<f64>) -> f64 {
@@ -148,7 +187,10 @@ pub fn nearest_free_m(
     needs_m: f64,
 ) -> Option<Point3<f64>> {
     let inside = Point3::from(
-        place_m.coords.sup(&bounds_m.min.coords).inf(&bounds_m.max.coords),
+        place_m
+            .coords
+            .sup(&bounds_m.min.coords)
+            .inf(&bounds_m.max.coords),
     );
     let free = |at_m: Point3<f64>| {
         outside_by_m(&bounds_m, at_m) <= TOUCHING_M
@@ -166,7 +208,8 @@ pub fn nearest_free_m(
     }
     let exact_m = best?.1;
     // The centimetres around it, nearest to the wish first.
-    let around = (0..27).map(|i| Vector3::from([i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1].map(f64::from)));
+    let around =
+        (0..27).map(|i| Vector3::from([i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1].map(f64::from)));
     let rounded = around
         .map(|step| Point3::from((exact_m.coords * 100.0 + step).map(f64::round) / 100.0))
         .filter(|at_m| free(*at_m))
@@ -217,7 +260,10 @@ fn directions() -> impl Iterator<Item = Vector3<f64>> {
         let (sin, cos) = (GOLDEN_ANGLE_RAD * f64::from(i)).sin_cos();
         Vector3::new(cos, sin, 0.0) * (1.0 - height * height).sqrt() + Vector3::z() * height
     });
-    lattice.into_iter().map(|direction| direction.normalize()).chain(sphere)
+    lattice
+        .into_iter()
+        .map(|direction| direction.normalize())
+        .chain(sphere)
 }
 
 /// A place beside `last_m`, at its height, from which a drone can come down; on rings of 0.1 m.

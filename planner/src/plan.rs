@@ -239,6 +239,24 @@ pub struct TrajectoryEntry {
     pub mass_kg: Vec<f64>,
 }
 
+impl TrajectoryEntry {
+    /// Where the drone is at a time (s): held before the first point and after the last (m).
+    ///
+    /// `None` where the entry has no points.
+    pub fn position_m(&self, at_s: f64) -> Option<Point3<f64>> {
+        let after = self.t_s.partition_point(|&t_s| t_s <= at_s);
+        let (first, last) = (self.position_m.first()?, self.position_m.last()?);
+        if after == 0 {
+            return Some(*first);
+        }
+        let (Some(&until_s), Some(to_m)) = (self.t_s.get(after), self.position_m.get(after)) else {
+            return Some(*last);
+        };
+        let (from_s, from_m) = (self.t_s[after - 1], self.position_m.get(after - 1)?);
+        Some(from_m + (to_m - from_m) * ((at_s - from_s) / (until_s - from_s)))
+    }
+}
+
 /// A drone that could not be planned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Unplanned {

@@ -34,9 +34,19 @@ struct Part {
 
 #[derive(Debug)]
 enum Form {
-    Box { low: Vector, high: Vector },
-    Cylinder { base: Vector, radius_m: f64, height_m: f64 },
-    Mesh { mesh: Box<TriMesh>, closed: bool },
+    Box {
+        low: Vector,
+        high: Vector,
+    },
+    Cylinder {
+        base: Vector,
+        radius_m: f64,
+        height_m: f64,
+    },
+    Mesh {
+        mesh: Box<TriMesh>,
+        closed: bool,
+    },
 }
 
 impl Solids {
@@ -47,22 +57,40 @@ impl Solids {
         for (obstacle, Obstacle { shape, .. }) in obstacles.iter().enumerate() {
             match shape {
                 Solid::Box(Bounds { min, max }) => {
-                    let form = Form::Box { low: vector(min), high: vector(max) };
+                    let form = Form::Box {
+                        low: vector(min),
+                        high: vector(max),
+                    };
                     parts.push(Part { obstacle, form });
                 }
-                Solid::Cylinder { base_m, radius_m, height_m } => {
+                Solid::Cylinder {
+                    base_m,
+                    radius_m,
+                    height_m,
+                } => {
                     let (radius_m, height_m) = (*radius_m, *height_m);
-                    let form = Form::Cylinder { base: vector(base_m), radius_m, height_m };
+                    let form = Form::Cylinder {
+                        base: vector(base_m),
+                        radius_m,
+                        height_m,
+                    };
                     parts.push(Part { obstacle, form });
                 }
-                Solid::Mesh { vertices_m, triangles, .. } => {
+                Solid::Mesh {
+                    vertices_m,
+                    triangles,
+                    ..
+                } => {
                     let forms = mesh_parts(vertices_m, triangles);
                     parts.extend(forms.into_iter().map(|form| Part { obstacle, form }));
                 }
             }
         }
         let boxes: Vec<Aabb> = parts.iter().map(|part| part.form.aabb()).collect();
-        Solids { tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), parts }
+        Solids {
+            tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
+            parts,
+        }
     }
 
     /// Signed distance from `point_m` to the nearest obstacle, and which one it is; infinite and
@@ -136,18 +164,31 @@ impl Solids {
 
 /// Nothing in `node` is nearer to the segment than this (m).
 fn bound_m(node: &BvhNode, a: Vector, b: Vector) -> f64 {
-    let gap = (node.mins() - a.max(b)).max(a.min(b) - node.maxs()).max(Vector::ZERO);
+    let gap = (node.mins() - a.max(b))
+        .max(a.min(b) - node.maxs())
+        .max(Vector::ZERO);
     // Where the boxes overlap the segment may be inside a solid, at any depth.
-    if gap == Vector::ZERO { f64::MIN } else { gap.length() }
+    if gap == Vector::ZERO {
+        f64::MIN
+    } else {
+        gap.length()
+    }
 }
 
 impl Form {
     fn aabb(&self) -> Aabb {
         match self {
             Form::Box { low, high } => Aabb::new(*low, *high),
-            Form::Cylinder { base, radius_m, height_m } => {
+            Form::Cylinder {
+                base,
+                radius_m,
+                height_m,
+            } => {
                 let reach = Vector::new(*radius_m, *radius_m, 0.0);
-                Aabb::new(*base - reach, *base + reach + Vector::new(0.0, 0.0, *height_m))
+                Aabb::new(
+                    *base - reach,
+                    *base + reach + Vector::new(0.0, 0.0, *height_m),
+                )
             }
             Form::Mesh { mesh, .. } => mesh.local_aabb(),
         }
@@ -159,7 +200,11 @@ impl Form {
                 let out = (*low - point).max(point - *high);
                 out.max(Vector::ZERO).length() + out.max_element().min(0.0)
             }
-            Form::Cylinder { base, radius_m, height_m } => {
+            Form::Cylinder {
+                base,
+                radius_m,
+                height_m,
+            } => {
                 let from_axis = point - *base;
                 let side = from_axis.x.hypot(from_axis.y) - radius_m;
                 let cap = (-from_axis.z).max(from_axis.z - height_m);
@@ -168,7 +213,11 @@ impl Form {
             Form::Mesh { mesh, closed } => {
                 let surface = mesh.project_local_point(point, false);
                 let distance_m = surface.point.distance(point);
-                if *closed && surface.is_inside { -distance_m } else { distance_m }
+                if *closed && surface.is_inside {
+                    -distance_m
+                } else {
+                    distance_m
+                }
             }
         }
     }
@@ -190,10 +239,15 @@ impl Form {
     fn top_below_z_m(&self, from: Vector) -> Option<f64> {
         let top_z_m = match self {
             Form::Box { low, high } => {
-                let over = from.x >= low.x && from.x <= high.x && from.y >= low.y && from.y <= high.y;
+                let over =
+                    from.x >= low.x && from.x <= high.x && from.y >= low.y && from.y <= high.y;
                 over.then_some(high.z)?
             }
-            Form::Cylinder { base, radius_m, height_m } => {
+            Form::Cylinder {
+                base,
+                radius_m,
+                height_m,
+            } => {
                 let over = (from.x - base.x).hypot(from.y - base.y) <= *radius_m;
                 over.then_some(base.z + height_m)?
             }
@@ -268,10 +322,16 @@ fn mesh_parts(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Form> {
     for triangle in triangles {
         let [a, b, c] = corners(triangle);
         if a != b && b != c && c != a {
-            groups.entry(find(&mut leader, a)).or_default().push([a, b, c]);
+            groups
+                .entry(find(&mut leader, a))
+                .or_default()
+                .push([a, b, c]);
         }
     }
-    groups.into_values().filter_map(|group| mesh_part(&places, group)).collect()
+    groups
+        .into_values()
+        .filter_map(|group| mesh_part(&places, group))
+        .collect()
 }
 
 fn find(leader: &mut [u32], mut of: u32) -> u32 {
@@ -290,7 +350,9 @@ fn mesh_part(places: &[Vector], mut triangles: Vec<[u32; 3]>) -> Option<Form> {
             *walks.entry(edge).or_default() += 1;
         }
     }
-    let closed = walks.iter().all(|((a, b), n)| *n == 1 && walks.get(&(*b, *a)) == Some(&1));
+    let closed = walks
+        .iter()
+        .all(|((a, b), n)| *n == 1 && walks.get(&(*b, *a)) == Some(&1));
     let volume_m3: f64 = triangles
         .iter()
         .map(|[a, b, c]| {
@@ -299,7 +361,9 @@ fn mesh_part(places: &[Vector], mut triangles: Vec<[u32; 3]>) -> Option<Form> {
         })
         .sum();
     if closed && volume_m3 < 0.0 {
-        triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        triangles
+            .iter_mut()
+            .for_each(|triangle| triangle.swap(1, 2));
     }
     // Only this part's vertices, numbered anew.
     let mut number: BTreeMap<u32, u32> = BTreeMap::new();
@@ -311,7 +375,11 @@ fn mesh_part(places: &[Vector], mut triangles: Vec<[u32; 3]>) -> Option<Form> {
             (own.len() - 1) as u32
         });
     }
-    let flags = if closed { TriMeshFlags::ORIENTED } else { TriMeshFlags::empty() };
+    let flags = if closed {
+        TriMeshFlags::ORIENTED
+    } else {
+        TriMeshFlags::empty()
+    };
     let mesh = Box::new(TriMesh::with_flags(own, triangles, flags).ok()?);
     Some(Form::Mesh { mesh, closed })
 }

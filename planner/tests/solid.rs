@@ -1,5 +1,8 @@
 //! Distances to obstacles, against closed forms by hand and against dense sampling.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on should say where")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on should say where"
+)]
 
 use nalgebra::Point3;
 use planner::solid::Solids;
@@ -7,25 +10,64 @@ use planner::world::{Bounds, Obstacle, Solid};
 use proptest::prelude::*;
 
 fn block(min: [f64; 3], max: [f64; 3]) -> Obstacle {
-    Obstacle { name: "box".into(), shape: Solid::Box(Bounds { min: min.into(), max: max.into() }) }
+    Obstacle {
+        name: "box".into(),
+        shape: Solid::Box(Bounds {
+            min: min.into(),
+            max: max.into(),
+        }),
+    }
 }
 
 fn post(base_m: [f64; 3], radius_m: f64, height_m: f64) -> Obstacle {
-    Obstacle { name: "post".into(), shape: Solid::Cylinder { base_m: base_m.into(), radius_m, height_m } }
+    Obstacle {
+        name: "post".into(),
+        shape: Solid::Cylinder {
+            base_m: base_m.into(),
+            radius_m,
+            height_m,
+        },
+    }
 }
 
 /// The box of `block` as twelve triangles; `inward` turns them all inside out.
 fn mesh(min: [f64; 3], max: [f64; 3], inward: bool) -> Obstacle {
     let vertices_m: Vec<Point3<f64>> = (0..8)
-        .map(|i| Point3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 0 { min[axis] } else { max[axis] })))
+        .map(|i| {
+            Point3::from([0, 1, 2].map(|axis| {
+                if i >> axis & 1 == 0 {
+                    min[axis]
+                } else {
+                    max[axis]
+                }
+            }))
+        })
         .collect();
-    let quads: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let mut triangles: Vec<[u32; 3]> =
-        quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    let quads: [[u32; 4]; 6] = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let mut triangles: Vec<[u32; 3]> = quads
+        .iter()
+        .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
+        .collect();
     if inward {
-        triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
+        triangles
+            .iter_mut()
+            .for_each(|triangle| triangle.swap(0, 1));
     }
-    Obstacle { name: "mesh".into(), shape: Solid::Mesh { source: "box.obj".into(), vertices_m, triangles } }
+    Obstacle {
+        name: "mesh".into(),
+        shape: Solid::Mesh {
+            source: "box.obj".into(),
+            vertices_m,
+            triangles,
+        },
+    }
 }
 
 fn at(x: f64, y: f64, z: f64) -> Point3<f64> {
@@ -34,7 +76,10 @@ fn at(x: f64, y: f64, z: f64) -> Point3<f64> {
 
 #[test]
 fn points_outside_touching_and_inside_know_their_distance_and_their_obstacle() {
-    let solids = Solids::new(&[block([0.0; 3], [2.0, 4.0, 6.0]), post([10.0, 0.0, 0.0], 1.0, 3.0)]);
+    let solids = Solids::new(&[
+        block([0.0; 3], [2.0, 4.0, 6.0]),
+        post([10.0, 0.0, 0.0], 1.0, 3.0),
+    ]);
     let cases = [
         (at(-3.0, 2.0, 3.0), 3.0, 0),
         (at(-3.0, -4.0, 3.0), 5.0, 0),
@@ -55,31 +100,58 @@ fn points_outside_touching_and_inside_know_their_distance_and_their_obstacle() {
 
 #[test]
 fn a_leg_wholly_inside_a_solid_has_no_clearance() {
-    for solid in [block([0.0; 3], [4.0; 3]), mesh([0.0; 3], [4.0; 3], false), mesh([0.0; 3], [4.0; 3], true)] {
+    for solid in [
+        block([0.0; 3], [4.0; 3]),
+        mesh([0.0; 3], [4.0; 3], false),
+        mesh([0.0; 3], [4.0; 3], true),
+    ] {
         let solids = Solids::new(&[solid]);
-        assert!((solids.segment_clearance_m(at(1.0, 2.0, 2.0), at(3.0, 2.0, 2.0), 10.0) + 1.0).abs() < 1.001);
-        assert!(solids.segment_clearance_m(at(1.0, 2.0, 2.0), at(3.0, 2.0, 2.0), 10.0) <= -1.0 + 1e-9);
+        assert!(
+            (solids.segment_clearance_m(at(1.0, 2.0, 2.0), at(3.0, 2.0, 2.0), 10.0) + 1.0).abs()
+                < 1.001
+        );
+        assert!(
+            solids.segment_clearance_m(at(1.0, 2.0, 2.0), at(3.0, 2.0, 2.0), 10.0) <= -1.0 + 1e-9
+        );
         assert!(solids.segment_clearance_m(at(-1.0, 2.0, 2.0), at(5.0, 2.0, 2.0), 10.0) <= 1e-9);
     }
 }
 
 #[test]
 fn clearance_is_capped_and_the_nearest_obstacle_is_named() {
-    let solids = Solids::new(&[block([0.0; 3], [1.0; 3]), block([9.0, 0.0, 0.0], [10.0, 1.0, 1.0])]);
+    let solids = Solids::new(&[
+        block([0.0; 3], [1.0; 3]),
+        block([9.0, 0.0, 0.0], [10.0, 1.0, 1.0]),
+    ]);
     let (a, b) = (at(3.0, -1.0, 0.5), at(3.0, 2.0, 0.5));
     assert_eq!(solids.segment_clearance_m(a, b, 0.5), 0.5);
     assert!((solids.segment_clearance_m(a, b, 5.0) - 2.0).abs() < 1e-9);
     assert_eq!(solids.nearest(a, b).1, Some(0));
-    assert_eq!(solids.nearest(at(7.0, 0.0, 0.0), at(6.0, 0.0, 0.0)).1, Some(1));
+    assert_eq!(
+        solids.nearest(at(7.0, 0.0, 0.0), at(6.0, 0.0, 0.0)).1,
+        Some(1)
+    );
 }
 
 #[test]
 fn without_obstacles_everything_is_clear_and_the_floor_supports() {
     let solids = Solids::new(&[]);
-    assert_eq!(solids.distance_to_point_m(at(1.0, 2.0, 3.0)), (f64::INFINITY, None));
-    assert_eq!(solids.segment_clearance_m(at(1.0, 2.0, 3.0), at(1.0, 2.0, 4.0), 0.7), 0.7);
-    assert_eq!(solids.nearest(at(1.0, 2.0, 3.0), at(1.0, 2.0, 4.0)), (f64::INFINITY, None));
-    assert_eq!(solids.support_below_z_m(at(1.0, 2.0, 3.0), -0.5), (-0.5, None));
+    assert_eq!(
+        solids.distance_to_point_m(at(1.0, 2.0, 3.0)),
+        (f64::INFINITY, None)
+    );
+    assert_eq!(
+        solids.segment_clearance_m(at(1.0, 2.0, 3.0), at(1.0, 2.0, 4.0), 0.7),
+        0.7
+    );
+    assert_eq!(
+        solids.nearest(at(1.0, 2.0, 3.0), at(1.0, 2.0, 4.0)),
+        (f64::INFINITY, None)
+    );
+    assert_eq!(
+        solids.support_below_z_m(at(1.0, 2.0, 3.0), -0.5),
+        (-0.5, None)
+    );
 }
 
 #[test]
@@ -89,11 +161,26 @@ fn the_highest_surface_straight_below_supports() {
         post([2.0, 2.0, 0.0], 0.5, 2.0),
         mesh([0.0, 0.0, 5.0], [1.0, 1.0, 6.0], false),
     ]);
-    assert_eq!(solids.support_below_z_m(at(3.0, 3.0, 9.0), 0.0), (1.0, Some(0)));
-    assert_eq!(solids.support_below_z_m(at(2.2, 2.2, 9.0), 0.0), (2.0, Some(1)));
-    assert_eq!(solids.support_below_z_m(at(2.2, 2.2, 1.5), 0.0), (1.0, Some(0)));
-    assert_eq!(solids.support_below_z_m(at(6.0, 2.2, 1.5), 0.0), (0.0, None));
-    assert_eq!(solids.support_below_z_m(at(4.0, 4.0, 1.0), 0.0), (1.0, Some(0)));
+    assert_eq!(
+        solids.support_below_z_m(at(3.0, 3.0, 9.0), 0.0),
+        (1.0, Some(0))
+    );
+    assert_eq!(
+        solids.support_below_z_m(at(2.2, 2.2, 9.0), 0.0),
+        (2.0, Some(1))
+    );
+    assert_eq!(
+        solids.support_below_z_m(at(2.2, 2.2, 1.5), 0.0),
+        (1.0, Some(0))
+    );
+    assert_eq!(
+        solids.support_below_z_m(at(6.0, 2.2, 1.5), 0.0),
+        (0.0, None)
+    );
+    assert_eq!(
+        solids.support_below_z_m(at(4.0, 4.0, 1.0), 0.0),
+        (1.0, Some(0))
+    );
     let (top_z_m, whose) = solids.support_below_z_m(at(0.3, 0.6, 9.0), 0.0);
     assert!((top_z_m - 6.0).abs() < 1e-9 && whose == Some(2));
 }
@@ -101,12 +188,24 @@ fn the_highest_surface_straight_below_supports() {
 #[test]
 fn an_open_sheet_has_no_inside() {
     let vertices_m = vec![at(0.0, 0.0, 1.0), at(4.0, 0.0, 1.0), at(0.0, 4.0, 1.0)];
-    let shape = Solid::Mesh { source: "sheet.obj".into(), vertices_m, triangles: vec![[0, 1, 2]] };
-    let solids = Solids::new(&[Obstacle { name: "sheet".into(), shape }]);
+    let shape = Solid::Mesh {
+        source: "sheet.obj".into(),
+        vertices_m,
+        triangles: vec![[0, 1, 2]],
+    };
+    let solids = Solids::new(&[Obstacle {
+        name: "sheet".into(),
+        shape,
+    }]);
     for z_m in [0.25, 1.75] {
         assert!((solids.distance_to_point_m(at(1.0, 1.0, z_m)).0 - 0.75).abs() < 1e-12);
     }
-    assert!(solids.segment_clearance_m(at(1.0, 1.0, 0.0), at(1.0, 1.0, 2.0), 1.0).abs() < 1e-9);
+    assert!(
+        solids
+            .segment_clearance_m(at(1.0, 1.0, 0.0), at(1.0, 1.0, 2.0), 1.0)
+            .abs()
+            < 1e-9
+    );
 }
 
 fn place() -> impl Strategy<Value = Point3<f64>> {
@@ -114,7 +213,10 @@ fn place() -> impl Strategy<Value = Point3<f64>> {
 }
 
 fn corners() -> impl Strategy<Value = ([f64; 3], [f64; 3])> {
-    ([0.0..5.0, 0.0..5.0, 0.0..5.0f64], [0.2..3.0, 0.2..3.0, 0.2..3.0f64])
+    (
+        [0.0..5.0, 0.0..5.0, 0.0..5.0f64],
+        [0.2..3.0, 0.2..3.0, 0.2..3.0f64],
+    )
         .prop_map(|(min, size)| (min, [min[0] + size[0], min[1] + size[1], min[2] + size[2]]))
 }
 

@@ -5,6 +5,10 @@
 )]
 
 mod commands;
+mod hover;
+mod near_field;
 mod paper;
 mod scenario;
 mod verifier;
+mod volumes;
+mod wakes;

@@ -7,7 +7,7 @@ use std::ops::Range;
 use nalgebra::Point3;
 
 use super::limits::{LONGEST_NAME, Limits, PLACE_M};
-use super::problem::{Problem, did_you_mean};
+use super::problem::{Problem, did_you_mean, nearest};
 use super::source::{Pair, Value, line};
 use super::written::At;
 
@@ -51,27 +51,28 @@ impl<'t> Reader<'t> {
     ) -> Option<Record<'t>> {
         let Some(pairs) = value.pairs(name) else {
             let before = value.text.split('(').next().unwrap_or_default().trim();
-            let is_name = !before.is_empty() && before.chars().all(|c| c.is_alphanumeric() || c == '_');
+            let is_name =
+                !before.is_empty() && before.chars().all(|c| c.is_alphanumeric() || c == '_');
             let problem = if is_name && before != name && value.text.contains('(') {
                 Problem::at(&value.head(), format!("{who} is called `{before}`"))
                     .label(format!("write `{name}(...)`, or only `(...)`"))
             } else {
-                Problem::at(&value.head(), format!("{who} must be written `(key: value, ...)`"))
-                    .label(format!("this is {}", value.kind()))
+                Problem::at(
+                    &value.head(),
+                    format!("{who} must be written `(key: value, ...)`"),
+                )
+                .label(format!("this is {}", value.kind()))
             };
             self.report(problem);
             return None;
         };
-        for (index, pair) in pairs.iter().enumerate() {
-            if let Some(first) = pairs[..index].iter().find(|earlier| earlier.key == pair.key) {
-                let first_line = line(self.text, first.key_at.start);
-                self.report(
-                    Problem::at(&pair.key_at, format!("`{}` of {who} is given twice", pair.key))
-                        .label(format!("first given on line {first_line}")),
-                );
-            }
-        }
-        Some(Record { who, head: value.head(), pairs, known: Vec::new(), missing: Vec::new() })
+        Some(Record {
+            who,
+            head: value.head(),
+            pairs,
+            known: Vec::new(),
+            missing: Vec::new(),
+        })
     }
 
     /// A finite number within limits.
@@ -89,11 +90,17 @@ impl<'t> Reader<'t> {
             return None;
         };
         let problem = if !number.is_finite() {
-            Problem::at(&value.at(), format!("`{key}` of {who} is not a finite number"))
+            Problem::at(
+                &value.at(),
+                format!("`{key}` of {who} is not a finite number"),
+            )
         } else if number < limits.low || number > limits.high {
             Problem::at(&value.at(), format!("`{key}` of {who} is out of range"))
         } else {
-            return Some(At { value: number, at: value.at() });
+            return Some(At {
+                value: number,
+                at: value.at(),
+            });
         };
         self.report(problem.label(limits.words()));
         None
@@ -104,7 +111,10 @@ impl<'t> Reader<'t> {
         let Field { value, key, who } = field;
         if let Some(number) = value.plain::<u32>() {
             if f64::from(number) >= limits.low && f64::from(number) <= limits.high {
-                return Some(At { value: number, at: value.at() });
+                return Some(At {
+                    value: number,
+                    at: value.at(),
+                });
             }
             let problem = Problem::at(&value.at(), format!("`{key}` of {who} is out of range"));
             self.report(problem.label(limits.words()));
@@ -117,14 +127,20 @@ impl<'t> Reader<'t> {
     /// A whole number of 64 bits.
     pub(super) fn seed(&mut self, field: Field<'_, 't>) -> Option<At<u64>> {
         if let Some(number) = field.value.plain::<u64>() {
-            return Some(At { value: number, at: field.value.at() });
+            return Some(At {
+                value: number,
+                at: field.value.at(),
+            });
         }
         self.not_whole(field, "must be from 0 to 18446744073709551615");
         None
     }
 
     fn not_whole(&mut self, Field { value, key, who }: Field<'_, 't>, range: &str) {
-        let problem = Problem::at(&value.head(), format!("`{key}` of {who} must be a whole number"));
+        let problem = Problem::at(
+            &value.head(),
+            format!("`{key}` of {who} must be a whole number"),
+        );
         let problem = match value.plain::<f64>() {
             Some(number) if number.fract() == 0.0 && (0.0..1e9).contains(&number) => problem
                 .label("this has a decimal point")
@@ -143,13 +159,25 @@ impl<'t> Reader<'t> {
             Some([x, y, z]) => {
                 let [x, y, z] = [(x, "x"), (y, "y"), (z, "z")].map(|(item, axis)| {
                     let who = format!("`{key}` of {who}");
-                    self.number(Field { value: *item, key: axis, who: &who }, &PLACE_M)
+                    self.number(
+                        Field {
+                            value: *item,
+                            key: axis,
+                            who: &who,
+                        },
+                        &PLACE_M,
+                    )
                 });
                 let place = Point3::new(x?.value, y?.value, z?.value);
-                return Some(At { value: place, at: value.at() });
+                return Some(At {
+                    value: place,
+                    at: value.at(),
+                });
             }
-            Some(items) => Problem::at(&value.head(), format!("`{key}` of {who} must be (x, y, z)"))
-                .label(format!("{} numbers instead of 3", items.len())),
+            Some(items) => {
+                Problem::at(&value.head(), format!("`{key}` of {who} must be (x, y, z)"))
+                    .label(format!("{} numbers instead of 3", items.len()))
+            }
             None => Problem::at(&value.head(), format!("`{key}` of {who} must be (x, y, z)"))
                 .label(match value.text.chars().next() {
                     Some('(') => "these are named fields",
@@ -164,15 +192,26 @@ impl<'t> Reader<'t> {
     pub(super) fn text(&mut self, field: Field<'_, 't>) -> Option<At<String>> {
         let Field { value, key, who } = field;
         let Some(text) = value.plain::<String>() else {
-            let problem = Problem::at(&value.head(), format!("`{key}` of {who} must be a text in quotes"));
-            let bare = value.text.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c));
+            let problem = Problem::at(
+                &value.head(),
+                format!("`{key}` of {who} must be a text in quotes"),
+            );
+            let bare = value
+                .text
+                .chars()
+                .all(|c| c.is_alphanumeric() || "_-.".contains(c));
             self.report(match bare {
-                true => problem.label("no quotes").help(format!("write \"{}\"", value.text)),
+                true => problem
+                    .label("no quotes")
+                    .help(format!("write \"{}\"", value.text)),
                 false => problem.label(format!("this is {}", value.kind())),
             });
             return None;
         };
-        Some(At { value: text, at: value.at() })
+        Some(At {
+            value: text,
+            at: value.at(),
+        })
     }
 
     /// A text that can stand in a table: not empty, on one line.
@@ -200,16 +239,29 @@ impl<'t> Reader<'t> {
     ) -> Option<At<T>> {
         let Field { value, key, who } = field;
         if let Some((_, choice)) = choices.iter().find(|(word, _)| *word == value.text) {
-            return Some(At { value: *choice, at: value.at() });
+            return Some(At {
+                value: *choice,
+                at: value.at(),
+            });
         }
-        let words: Vec<String> = choices.iter().map(|(word, _)| format!("`{word}`")).collect();
-        let typed = value.plain::<String>().unwrap_or_else(|| value.text.to_owned());
+        let words: Vec<String> = choices
+            .iter()
+            .map(|(word, _)| format!("`{word}`"))
+            .collect();
+        let typed = value
+            .plain::<String>()
+            .unwrap_or_else(|| value.text.to_owned());
         let quoted = choices.iter().find(|(word, _)| *word == typed);
-        let problem = Problem::at(&value.head(), format!("`{key}` of {who} is none of its words"))
-            .label(format!("must be {}", listed(&words, "or")));
+        let problem = Problem::at(
+            &value.head(),
+            format!("`{key}` of {who} is none of its words"),
+        )
+        .label(format!("must be {}", listed(&words, "or")));
         self.report(match quoted {
             Some((word, _)) => problem.help(format!("write {word}, without quotes")),
-            None => problem.maybe_help(did_you_mean(&typed, choices.iter().map(|choice| choice.0))),
+            None => problem.maybe_help(
+                nearest(&typed, choices.iter().map(|choice| choice.0)).map(did_you_mean),
+            ),
         });
         None
     }
@@ -220,8 +272,11 @@ impl<'t> Reader<'t> {
         let items = value.items();
         if items.is_none() {
             self.report(
-                Problem::at(&value.head(), format!("`{key}` of {who} must be a list `[...]`"))
-                    .label(format!("this is {}", value.kind())),
+                Problem::at(
+                    &value.head(),
+                    format!("`{key}` of {who} must be a list `[...]`"),
+                )
+                .label(format!("this is {}", value.kind())),
             );
         }
         items
@@ -241,7 +296,11 @@ impl<'t> Record<'t> {
     pub(super) fn optional(&mut self, key: &'static str) -> Option<Field<'_, 't>> {
         self.known.push(key);
         let pair = self.pairs.iter().find(|pair| pair.key == key)?;
-        Some(Field { value: pair.value.given()?, key, who: &self.who })
+        Some(Field {
+            value: pair.value.given()?,
+            key,
+            who: &self.who,
+        })
     }
 
     /// Whether the key is there.
@@ -251,7 +310,12 @@ impl<'t> Record<'t> {
 
     /// The name in it, if that is a text.
     pub(super) fn plain_name(&self) -> Option<String> {
-        let name = self.pairs.iter().find(|pair| pair.key == "name")?.value.plain::<String>()?;
+        let name = self
+            .pairs
+            .iter()
+            .find(|pair| pair.key == "name")?
+            .value
+            .plain::<String>()?;
         (!name.is_empty() && !name.contains('\n')).then_some(name)
     }
 
@@ -260,25 +324,57 @@ impl<'t> Record<'t> {
         &self.head
     }
 
-    /// Notes the keys that are missing and those that nobody asked for; says whether all was well.
+    /// Notes keys that are given twice, that nobody asked for or that are missing; says whether all was well.
     pub(super) fn close(self, reader: &mut Reader<'t>) -> bool {
-        let Record { who, head, pairs, known, missing } = self;
+        let Record {
+            who,
+            head,
+            pairs,
+            known,
+            mut missing,
+        } = self;
         let before = reader.problems.len();
-        if !missing.is_empty() {
-            let keys: Vec<String> = missing.iter().map(|key| format!("`{key}`")).collect();
-            reader.report(Problem::at(&head, format!("{who} has no {}", listed(&keys, "and"))).label(
-                if missing.len() == 1 { "required here" } else { "all required here" },
-            ));
+        for (index, pair) in pairs.iter().enumerate() {
+            if let Some(first) = pairs[..index]
+                .iter()
+                .find(|earlier| earlier.key == pair.key)
+            {
+                let first_line = line(reader.text, first.key_at.start);
+                reader.report(
+                    Problem::at(
+                        &pair.key_at,
+                        format!("`{}` of {who} is given twice", pair.key),
+                    )
+                    .label(format!("first given on line {first_line}")),
+                );
+            }
         }
+        let unused: Vec<&str> = known
+            .iter()
+            .copied()
+            .filter(|key| !pairs.iter().any(|pair| pair.key == *key))
+            .collect();
         for pair in pairs.iter().filter(|pair| !known.contains(&pair.key)) {
             let problem = Problem::at(&pair.key_at, format!("{who} has no field `{}`", pair.key));
-            // A slip for a key that is missing or unused, rather than for one that is there.
-            let unused = known.iter().copied().filter(|key| !pairs.iter().any(|p| p.key == *key));
             let words: Vec<String> = known.iter().map(|key| format!("`{key}`")).collect();
-            reader.report(problem.label("unknown").help(
-                did_you_mean(pair.key, unused)
-                    .unwrap_or_else(|| format!("it takes {}", listed(&words, "and"))),
-            ));
+            let meant = nearest(pair.key, unused.iter().copied());
+            // A slip for a required key is one error, not two.
+            missing.retain(|key| Some(*key) != meant);
+            reader.report(problem.label("unknown").help(match meant {
+                Some(meant) => did_you_mean(meant),
+                None => format!("it takes {}", listed(&words, "and")),
+            }));
+        }
+        if !missing.is_empty() {
+            let keys: Vec<String> = missing.iter().map(|key| format!("`{key}`")).collect();
+            let label = if missing.len() == 1 {
+                "required here"
+            } else {
+                "all required here"
+            };
+            reader.report(
+                Problem::at(&head, format!("{who} has no {}", listed(&keys, "or"))).label(label),
+            );
         }
         reader.problems.len() == before
     }

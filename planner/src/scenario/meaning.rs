@@ -9,9 +9,10 @@ use nalgebra::Point3;
 use super::fields::listed;
 use super::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
 use super::mesh::mesh;
-use super::problem::{Problem, did_you_mean};
+use super::misplacement::misplacement;
+use super::problem::{Problem, did_you_mean, nearest};
 use super::written::{self, Written};
-use crate::placement::{Misfit, Misplaced, Spot, misplaced};
+use crate::placement::misplaced;
 use crate::solid::Solids;
 use crate::world::{Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone};
 
@@ -25,12 +26,18 @@ pub(super) fn world(
     meshes: &Meshes<'_>,
 ) -> (World, Vec<Problem>) {
     let mut problems = Vec::new();
-    let air = Air { temperature_c: written.air.temperature_c, pressure_pa: written.air.pressure_pa };
+    let air = Air {
+        temperature_c: written.air.temperature_c,
+        pressure_pa: written.air.pressure_pa,
+    };
     let obstacles = written
         .obstacles
         .iter()
         .filter_map(|obstacle| match shape(obstacle, meshes) {
-            Ok(shape) => Some(Obstacle { name: obstacle.name.clone(), shape: shape? }),
+            Ok(shape) => Some(Obstacle {
+                name: obstacle.name.clone(),
+                shape: shape?,
+            }),
             Err(problem) => {
                 problems.push(*problem);
                 None
@@ -39,23 +46,51 @@ pub(super) fn world(
         .collect();
     let zone = |zone: &written::Zone| Zone {
         name: zone.name.clone(),
-        bounds_m: Bounds { min: zone.min_m.value, max: zone.max_m.value },
+        bounds_m: Bounds {
+            min: zone.min_m.value,
+            max: zone.max_m.value,
+        },
         air_limit_mps: zone.air_limit_mps,
     };
-    let mut fleet = Fleet { written, spoilt_airframes, air, problems, notes: Vec::new(), blown: BTreeSet::new() };
+    let mut fleet = Fleet {
+        written,
+        spoilt_airframes,
+        air,
+        problems,
+        notes: Vec::new(),
+        blown: BTreeSet::new(),
+    };
     let (sources, drones) = fleet.drones();
-    let Fleet { mut problems, notes, .. } = fleet;
-    let written::Planning { cell_m, clearance_m, seed, energy_weight, .. } = written.planning;
+    let Fleet {
+        mut problems,
+        notes,
+        ..
+    } = fleet;
+    let written::Planning {
+        cell_m,
+        clearance_m,
+        seed,
+        energy_weight,
+        ..
+    } = written.planning;
     let world = World {
         name: written.name.clone(),
-        bounds_m: Bounds { min: written.bounds_m.min.value, max: written.bounds_m.max.value },
+        bounds_m: Bounds {
+            min: written.bounds_m.min.value,
+            max: written.bounds_m.max.value,
+        },
         air,
         jet: Jet::default(),
         superposition: written.air.superposition,
         obstacles,
         zones: written.zones.iter().map(zone).collect(),
         drones,
-        planning: Planning { cell_m, clearance_m, seed, energy_weight },
+        planning: Planning {
+            cell_m,
+            clearance_m,
+            seed,
+            energy_weight,
+        },
         notes,
     };
     let solids = Solids::new(&world.obstacles);
@@ -68,12 +103,23 @@ pub(super) fn world(
 /// `None` where the keys make no shape: that has been noted while reading.
 fn shape(obstacle: &written::Obstacle, meshes: &Meshes<'_>) -> Result<Option<Solid>, Box<Problem>> {
     if let (Some(min), Some(max)) = (&obstacle.min_m, &obstacle.max_m) {
-        return Ok(Some(Solid::Box(Bounds { min: min.value, max: max.value })));
+        return Ok(Some(Solid::Box(Bounds {
+            min: min.value,
+            max: max.value,
+        })));
     }
-    if let (Some(base), Some(radius_m), Some(height_m)) = (&obstacle.base_m, obstacle.radius_m, obstacle.height_m) {
-        return Ok(Some(Solid::Cylinder { base_m: base.value, radius_m, height_m }));
+    if let (Some(base), Some(radius_m), Some(height_m)) =
+        (&obstacle.base_m, obstacle.radius_m, obstacle.height_m)
+    {
+        return Ok(Some(Solid::Cylinder {
+            base_m: base.value,
+            radius_m,
+            height_m,
+        }));
     }
-    let Some(file) = &obstacle.mesh else { return Ok(None) };
+    let Some(file) = &obstacle.mesh else {
+        return Ok(None);
+    };
     let source = file.value.clone();
     let name = &obstacle.name;
     let unreadable = |why: String| {
@@ -81,9 +127,16 @@ fn shape(obstacle: &written::Obstacle, meshes: &Meshes<'_>) -> Result<Option<Sol
         Box::new(Problem::at(&file.at, message).label(why))
     };
     let text = meshes(&source).map_err(unreadable)?;
-    let at_m = obstacle.at_m.as_ref().map_or(Point3::origin(), |place| place.value);
+    let at_m = obstacle
+        .at_m
+        .as_ref()
+        .map_or(Point3::origin(), |place| place.value);
     let (vertices_m, triangles) = mesh(&text, at_m).map_err(unreadable)?;
-    Ok(Some(Solid::Mesh { source, vertices_m, triangles }))
+    Ok(Some(Solid::Mesh {
+        source,
+        vertices_m,
+        triangles,
+    }))
 }
 
 struct Fleet<'w> {
@@ -111,7 +164,9 @@ impl<'w> Fleet<'w> {
                 vehicles.insert(name, vehicle);
             }
             match vehicles.get(name) {
-                Some(Some(vehicle)) => pairs.extend(self.drone(source, vehicle).map(|drone| (source, drone))),
+                Some(Some(vehicle)) => {
+                    pairs.extend(self.drone(source, vehicle).map(|drone| (source, drone)))
+                }
                 // Spoilt where it is defined: noted there, once.
                 _ if self.spoilt_airframes.iter().any(|spoilt| spoilt == name) => {}
                 _ => self.unknown_airframe(source),
@@ -126,7 +181,11 @@ impl<'w> Fleet<'w> {
             let airframe = airflow::Airframe::preset(name)
                 .filter(|_| !self.spoilt_airframes.iter().any(|spoilt| spoilt == name))?;
             let body_radius_m = airframe.tip_radius_m();
-            return Some(Vehicle { airframe, body_radius_m, max_speed_mps: written::MAX_SPEED_DEFAULT_MPS });
+            return Some(Vehicle {
+                airframe,
+                body_radius_m,
+                max_speed_mps: written::MAX_SPEED_DEFAULT_MPS,
+            });
         };
         let airframe = airflow::Airframe::new(
             name,
@@ -139,11 +198,16 @@ impl<'w> Fleet<'w> {
         match airframe {
             Ok(airframe) => {
                 let body_radius_m = own.body_radius_m.unwrap_or_else(|| airframe.tip_radius_m());
-                Some(Vehicle { airframe, body_radius_m, max_speed_mps: own.max_speed_mps })
+                Some(Vehicle {
+                    airframe,
+                    body_radius_m,
+                    max_speed_mps: own.max_speed_mps,
+                })
             }
             Err(error) => {
                 let message = format!("airframe `{name}` cannot fly");
-                self.problems.push(Problem::at(&source.airframe.at, message).label(error.to_string()));
+                self.problems
+                    .push(Problem::at(&source.airframe.at, message).label(error.to_string()));
                 None
             }
         }
@@ -156,10 +220,12 @@ impl<'w> Fleet<'w> {
         }
         let own = self.written.airframes.keys().map(String::as_str);
         let known: Vec<&str> = own.chain(airflow::Airframe::PRESETS).collect();
-        let help = did_you_mean(name, known.iter().copied()).unwrap_or_else(|| {
-            let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
-            format!("known are {}", listed(&known, "and"))
-        });
+        let help = nearest(name, known.iter().copied())
+            .map(did_you_mean)
+            .unwrap_or_else(|| {
+                let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+                format!("known are {}", listed(&known, "and"))
+            });
         let message = format!("drone `{}` has an unknown airframe", source.name);
         self.problems.push(
             Problem::at(&source.airframe.at, message)
@@ -170,19 +236,39 @@ impl<'w> Fleet<'w> {
 
     fn drone(&mut self, source: &written::Drone, vehicle: &Vehicle) -> Option<Drone> {
         let before = self.problems.len();
-        self.bears(source, vehicle, vehicle.airframe.mass_kg(), &source.airframe.at, "when it hovers");
+        self.bears(
+            source,
+            vehicle,
+            vehicle.airframe.mass_kg(),
+            &source.airframe.at,
+            "when it hovers",
+        );
         for (index, task) in source.tasks.iter().enumerate() {
             let Some(load) = &task.load_kg else { continue };
             let own_kg = vehicle.airframe.mass_kg();
             let most_kg = own_kg * (MOST_MASS_RATIO - 1.0);
             if load.value <= most_kg {
-                self.bears(source, vehicle, own_kg + load.value, &load.at, "with this load");
+                self.bears(
+                    source,
+                    vehicle,
+                    own_kg + load.value,
+                    &load.at,
+                    "with this load",
+                );
                 continue;
             }
-            let message = format!("task {} of drone `{}` loads more than it could lift", index + 1, source.name);
+            let message = format!(
+                "task {} of drone `{}` loads more than it could lift",
+                index + 1,
+                source.name
+            );
             let label = format!("`{}` weighs {own_kg} kg itself", vehicle.airframe.name());
-            let help = format!("at most {most_kg:.2} kg: {} times its own mass", MOST_MASS_RATIO - 1.0);
-            self.problems.push(Problem::at(&load.at, message).label(label).help(help));
+            let help = format!(
+                "at most {most_kg:.2} kg: {} times its own mass",
+                MOST_MASS_RATIO - 1.0
+            );
+            self.problems
+                .push(Problem::at(&load.at, message).label(label).help(help));
         }
         let task = |task: &written::Task| Task {
             to_m: task.to_m.value,
@@ -202,26 +288,46 @@ impl<'w> Fleet<'w> {
     }
 
     /// Refuses a mass that would need air faster than any rotor's: a unit mistaken, once per airframe.
-    fn bears(&mut self, source: &written::Drone, vehicle: &Vehicle, mass_kg: f64, at: &Range<usize>, when: &str) {
+    fn bears(
+        &mut self,
+        source: &written::Drone,
+        vehicle: &Vehicle,
+        mass_kg: f64,
+        at: &Range<usize>,
+        when: &str,
+    ) {
         let airframe = &vehicle.airframe;
         let speed_mps = airframe.hover_induced_velocity_mps(mass_kg, self.air.density_kg_per_m3());
-        if speed_mps <= MOST_INDUCED_VELOCITY_MPS || !self.blown.insert(airframe.name().to_owned()) {
+        if speed_mps <= MOST_INDUCED_VELOCITY_MPS || !self.blown.insert(airframe.name().to_owned())
+        {
             return;
         }
         let name = airframe.name();
         let message = format!("airframe `{name}` would blow {speed_mps:.0} m/s {when}");
-        let label = format!("{mass_kg} kg on {:.4} m2 of rotor discs", airframe.disc_area_m2());
+        let label = format!(
+            "{mass_kg} kg on {:.4} m2 of rotor discs",
+            airframe.disc_area_m2()
+        );
         let problem = Problem::at(at, message).label(label);
         self.problems.push(problem.note(format!("first used by drone `{}`", source.name)).help(format!(
             "at most {MOST_INDUCED_VELOCITY_MPS} m/s: check mass_kg (kg) and propeller_diameter_m (m)"
         )));
     }
 
-    fn note(&mut self, Vehicle { airframe, body_radius_m, .. }: &Vehicle) {
+    fn note(
+        &mut self,
+        Vehicle {
+            airframe,
+            body_radius_m,
+            ..
+        }: &Vehicle,
+    ) {
         let name = airframe.name();
         let own = self.written.airframes.contains_key(name);
         if own && airflow::Airframe::PRESETS.contains(&name) {
-            self.notes.push(format!("airframe `{name}` of this scenario replaces the preset of that name"));
+            self.notes.push(format!(
+                "airframe `{name}` of this scenario replaces the preset of that name"
+            ));
         }
         if !own && airframe.fit_excludes() {
             self.notes.push(format!(
@@ -232,7 +338,7 @@ impl<'w> Fleet<'w> {
         if !airframe.has_near_field_model() {
             self.notes.push(format!(
                 "airframe `{name}` has {} propellers and the near-field model knows four: within 2.5 motor \
-                 distances below it the column is closed, but no air is computed beside it; the far field is used",
+                 distances below it the column is closed, and beside it the air is taken as at that depth",
                 airframe.propellers()
             ));
         }
@@ -243,44 +349,4 @@ impl<'w> Fleet<'w> {
             ));
         }
     }
-}
-
-fn misplacement(world: &World, source: &written::Drone, found: &Misplaced) -> Problem {
-    let name = &source.name;
-    let place = match found.spot {
-        Spot::Start => &source.start_m,
-        Spot::Task(index) => &source.tasks[index].to_m,
-        Spot::Landing => source.tasks.last().map_or(&source.start_m, |task| &task.to_m),
-    };
-    let (who, verb, word) = match found.spot {
-        Spot::Start => (format!("`{name}`"), "starts", "start"),
-        Spot::Task(index) => (format!("task {} of `{name}`", index + 1), "lies", "place"),
-        Spot::Landing => (format!("`{name}`"), "lands", "place to come down from"),
-    };
-    let nearest = found.nearest_m.map(|nearest_m| {
-        let [x, y, z] = nearest_m.coords.into();
-        format!("nearest free {word} is ({x:.2}, {y:.2}, {z:.2})")
-    });
-    let problem = match found.why {
-        Misfit::OutOfBounds { by_m } => {
-            Problem::at(&place.at, format!("{who} {verb} out of bounds")).label(format!("{by_m:.2} m outside"))
-        }
-        Misfit::Obstacle { obstacle, distance_m, needs_m } => {
-            let solid = &world.obstacles[obstacle].name;
-            let needs = format!("its body needs {needs_m:.2} m to the face");
-            if found.spot == Spot::Landing {
-                let rest_z_m = found.place_m.z;
-                Problem::at(&place.at, format!("{who} {verb} in obstacle `{solid}`")).label(format!(
-                    "coming down from here to z = {rest_z_m:.2} m it has {distance_m:.3} m; {needs}"
-                ))
-            } else if distance_m <= 0.0 {
-                Problem::at(&place.at, format!("{who} {verb} inside obstacle `{solid}`"))
-                    .label(format!("{:.2} m inside; {needs}", -distance_m))
-            } else {
-                Problem::at(&place.at, format!("{who} {verb} too near to obstacle `{solid}`"))
-                    .label(format!("{distance_m:.2} m from it; {needs}"))
-            }
-        }
-    };
-    problem.maybe_help(nearest)
 }

@@ -14,7 +14,12 @@ pub(super) type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 /// # Errors
 /// What is wrong with the file, for a person.
 pub(super) fn mesh(text: &str, at_m: Point3<f64>) -> Result<Mesh, String> {
-    let options = tobj::LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..Default::default()
+    };
     let no_materials = |_: &std::path::Path| Ok((Vec::new(), HashMap::new()));
     let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials)
         .map_err(|error| format!("this is no OBJ file: {error}"))?;
@@ -22,16 +27,34 @@ pub(super) fn mesh(text: &str, at_m: Point3<f64>) -> Result<Mesh, String> {
     for tobj::Model { mesh, .. } in &models {
         let first = vertices_m.len() as u32;
         let (places, _) = mesh.positions.as_chunks::<3>();
-        vertices_m.extend(places.iter().map(|place| at_m + Point3::from(*place).coords));
+        vertices_m.extend(
+            places
+                .iter()
+                .map(|place| at_m + Point3::from(*place).coords),
+        );
         let (corners, _) = mesh.indices.as_chunks::<3>();
-        triangles.extend(corners.iter().map(|corners| corners.map(|corner| first + corner)));
+        triangles.extend(
+            corners
+                .iter()
+                .map(|corners| corners.map(|corner| first + corner)),
+        );
     }
-    let outside = |place_m: &&Point3<f64>| !place_m.iter().all(|x| (PLACE_M.low..=PLACE_M.high).contains(x));
+    let outside = |place_m: &&Point3<f64>| {
+        !place_m
+            .iter()
+            .all(|x| (PLACE_M.low..=PLACE_M.high).contains(x))
+    };
     if let Some(place_m) = vertices_m.iter().find(outside) {
         let [x, y, z] = place_m.coords.into();
-        return Err(format!("it has a vertex at ({x}, {y}, {z}), more than 10 km away: is it in metres?"));
+        return Err(format!(
+            "it has a vertex at ({x}, {y}, {z}), more than 10 km away: is it in metres?"
+        ));
     }
-    if triangles.iter().flatten().any(|corner| *corner as usize >= vertices_m.len()) {
+    if triangles
+        .iter()
+        .flatten()
+        .any(|corner| *corner as usize >= vertices_m.len())
+    {
         return Err("it has a face with a vertex that is not there".to_owned());
     }
     let has_area = |triangle: &[u32; 3]| {

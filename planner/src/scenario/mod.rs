@@ -14,15 +14,18 @@
 //! assert_eq!(world.drones[1].air_limit, 0.3); // a default; `schema()` lists them all
 //! ```
 
+mod airframes;
 mod fields;
 mod limits;
 mod meaning;
 mod mesh;
+mod misplacement;
 mod places;
 mod problem;
 mod read;
 mod schema;
 mod source;
+mod tokens;
 mod written;
 
 pub use meaning::Meshes;
@@ -41,7 +44,9 @@ pub struct Scenario(written::Written);
 /// # Errors
 /// Everything that is wrong with the text, in its order.
 pub fn parse(text: &str) -> Result<Scenario, Vec<Problem>> {
-    let read::Reading { written, problems, .. } = read::read(text);
+    let read::Reading {
+        written, problems, ..
+    } = read::read(text);
     match written {
         Some(written) if problems.is_empty() => Ok(Scenario(written)),
         _ => Err(in_order(problems)),
@@ -53,18 +58,33 @@ pub fn parse(text: &str) -> Result<Scenario, Vec<Problem>> {
 /// # Errors
 /// Everything that is wrong, in the order of the text.
 pub fn read_world(text: &str, meshes: &Meshes<'_>) -> Result<World, Vec<Problem>> {
-    let read::Reading { written, spoilt_airframes, mut problems } = read::read(text);
-    let Some(written) = written else { return Err(in_order(problems)) };
+    let read::Reading {
+        written,
+        spoilt_airframes,
+        mut problems,
+    } = read::read(text);
+    let Some(written) = written else {
+        return Err(in_order(problems));
+    };
     let (world, more) = meaning::world(&written, &spoilt_airframes, meshes);
     problems.extend(more);
-    if problems.is_empty() { Ok(world) } else { Err(in_order(problems)) }
+    if problems.is_empty() {
+        Ok(world)
+    } else {
+        Err(in_order(problems))
+    }
 }
 
 impl Scenario {
     /// The mesh files that it wants, as it names them, each once.
     pub fn meshes(&self) -> Vec<&str> {
         let mut files: Vec<&str> = Vec::new();
-        for file in self.0.obstacles.iter().filter_map(|obstacle| obstacle.mesh.as_ref()) {
+        for file in self
+            .0
+            .obstacles
+            .iter()
+            .filter_map(|obstacle| obstacle.mesh.as_ref())
+        {
             if !files.contains(&file.value.as_str()) {
                 files.push(&file.value);
             }
@@ -78,11 +98,20 @@ impl Scenario {
     /// Everything that is wrong, in the order of the text.
     pub fn into_world(self, meshes: &Meshes<'_>) -> Result<World, Vec<Problem>> {
         let (world, problems) = meaning::world(&self.0, &[], meshes);
-        if problems.is_empty() { Ok(world) } else { Err(in_order(problems)) }
+        if problems.is_empty() {
+            Ok(world)
+        } else {
+            Err(in_order(problems))
+        }
     }
 }
 
 fn in_order(mut problems: Vec<Problem>) -> Vec<Problem> {
-    problems.sort_by_key(|problem| problem.span.as_ref().map_or((usize::MAX, 0), |span| (span.start, span.end)));
+    problems.sort_by_key(|problem| {
+        problem
+            .span
+            .as_ref()
+            .map_or((usize::MAX, 0), |span| (span.start, span.end))
+    });
     problems
 }

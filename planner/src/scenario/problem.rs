@@ -20,7 +20,11 @@ pub struct Problem {
 
 impl Problem {
     pub(super) fn at(span: &Range<usize>, message: impl Into<String>) -> Problem {
-        Problem { message: message.into(), span: Some(span.clone()), ..Problem::default() }
+        Problem {
+            message: message.into(),
+            span: Some(span.clone()),
+            ..Problem::default()
+        }
     }
 
     pub(super) fn label(mut self, label: impl Into<String>) -> Problem {
@@ -60,18 +64,27 @@ impl fmt::Display for Problem {
 
 impl std::error::Error for Problem {}
 
-/// "did you mean `...`?" for the nearest of `known`, if one is near enough to be a slip of the hand.
-pub(super) fn did_you_mean<'a>(
+/// The nearest of `known`, if one is near enough for `typed` to be a slip of the hand.
+pub(super) fn nearest<'a>(
     typed: &str,
     known: impl IntoIterator<Item = &'a str>,
-) -> Option<String> {
+) -> Option<&'a str> {
     // A third of the letters, at least two: chosen here, so that `kolbri` finds `kolibri` and `x` nothing.
     let slips = (typed.chars().count() / 3).max(2);
     let lower = typed.to_lowercase();
     known
         .into_iter()
-        .map(|name| (strsim::damerau_levenshtein(&lower, &name.to_lowercase()), name))
+        .map(|name| {
+            (
+                strsim::damerau_levenshtein(&lower, &name.to_lowercase()),
+                name,
+            )
+        })
         .filter(|(distance, name)| *distance <= slips && *distance < name.chars().count())
         .min_by_key(|(distance, _)| *distance)
-        .map(|(_, name)| format!("did you mean `{name}`?"))
+        .map(|(_, name)| name)
+}
+
+pub(super) fn did_you_mean(name: &str) -> String {
+    format!("did you mean `{name}`?")
 }

@@ -6,18 +6,16 @@ use std::ops::Range;
 use airflow::Superposition;
 use nalgebra::Point3;
 
+use super::airframes::airframes;
 use super::fields::{Field, Reader, Record};
 use super::limits::{
-    AIR_LIMIT, BODY_RADIUS_M, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, Limits, MASS_KG,
-    MAX_SPEED_MPS, MOST_LATTICE_PLACES, MOTOR_DISTANCE_M, PLACE_M, PRESSURE_PA, PROPELLER_DIAMETER_M,
-    PROPELLERS, TEMPERATURE_C, WIDTH_FACTOR,
+    AIR_LIMIT, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, Limits, MOST_LATTICE_PLACES,
+    PLACE_M, PRESSURE_PA, TEMPERATURE_C,
 };
 use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
 use super::source::{Value, line, root};
-use super::written::{
-    self, Air, Airframe, At, Bounds, Drone, Planning, Task, Written,
-};
+use super::written::{self, Air, At, Bounds, Drone, Planning, Task, Written};
 use crate::world::{AtEnd, AtStart};
 
 /// What could be read, and what was wrong.
@@ -34,7 +32,10 @@ pub(super) struct Reading {
 }
 
 pub(super) fn read(text: &str) -> Reading {
-    let mut reader = Reader { text, problems: Vec::new() };
+    let mut reader = Reader {
+        text,
+        problems: Vec::new(),
+    };
     let mut spoilt_airframes = Vec::new();
     let written = match root(text) {
         Ok(value) => scenario(&mut reader, value, &mut spoilt_airframes),
@@ -43,19 +44,41 @@ pub(super) fn read(text: &str) -> Reading {
             None
         }
     };
-    Reading { written, spoilt_airframes, problems: reader.problems }
+    Reading {
+        written,
+        spoilt_airframes,
+        problems: reader.problems,
+    }
 }
 
-fn scenario<'t>(reader: &mut Reader<'t>, value: Value<'t>, spoilt: &mut Vec<String>) -> Option<Written> {
+fn scenario<'t>(
+    reader: &mut Reader<'t>,
+    value: Value<'t>,
+    spoilt: &mut Vec<String>,
+) -> Option<Written> {
     let mut record = reader.record(value, "Scenario", "the scenario".to_owned())?;
     let name = record.required("name").and_then(|field| reader.name(field));
-    let bounds_m = record.required("bounds_m").and_then(|field| bounds(reader, field));
-    let air = record.optional("air").and_then(|field| air(reader, field)).unwrap_or_default();
-    let obstacles = record.optional("obstacles").map(|field| list(reader, field, obstacle));
-    let zones = record.optional("zones").map(|field| list(reader, field, zone));
-    let airframes = record.optional("airframes").map(|field| airframes(reader, field, spoilt));
+    let bounds_m = record
+        .required("bounds_m")
+        .and_then(|field| bounds(reader, field));
+    let air = record
+        .optional("air")
+        .and_then(|field| air(reader, field))
+        .unwrap_or_default();
+    let obstacles = record
+        .optional("obstacles")
+        .map(|field| list(reader, field, obstacle));
+    let zones = record
+        .optional("zones")
+        .map(|field| list(reader, field, zone));
+    let airframes = record
+        .optional("airframes")
+        .map(|field| airframes(reader, field, spoilt));
     let drones = record.required("drones").map(|field| drones(reader, field));
-    let (planning, cell_at) = record.optional("planning").map(|field| planning(reader, field)).unwrap_or_default();
+    let (planning, cell_at) = record
+        .optional("planning")
+        .map(|field| planning(reader, field))
+        .unwrap_or_default();
     record.close(reader);
     if let Some(bounds) = &bounds_m {
         lattice_fits(reader, planning.cell_m, cell_at, bounds);
@@ -66,7 +89,10 @@ fn scenario<'t>(reader: &mut Reader<'t>, value: Value<'t>, spoilt: &mut Vec<Stri
     };
     Some(Written {
         name: name.map(|name| name.value).unwrap_or_default(),
-        bounds_m: bounds_m.unwrap_or(Bounds { min: anywhere(PLACE_M.low), max: anywhere(PLACE_M.high) }),
+        bounds_m: bounds_m.unwrap_or(Bounds {
+            min: anywhere(PLACE_M.low),
+            max: anywhere(PLACE_M.high),
+        }),
         air,
         obstacles: obstacles.unwrap_or_default(),
         zones: zones.unwrap_or_default(),
@@ -82,19 +108,30 @@ fn list<'t, T>(
     read: impl Fn(&mut Reader<'t>, Value<'t>, usize) -> Option<T>,
 ) -> Vec<T> {
     let items = reader.items(field).unwrap_or_default();
-    items.into_iter().enumerate().filter_map(|(index, item)| read(reader, item, index)).collect()
+    items
+        .into_iter()
+        .enumerate()
+        .filter_map(|(index, item)| read(reader, item, index))
+        .collect()
 }
 
 fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
     let mut record = reader.record(field.value, "Air", "`air`".to_owned())?;
     let default = Air::default();
     let temperature_c = record.optional("temperature_c").map(|field| {
-        let kelvin = field.value.plain::<f64>().filter(|kelvin| (200.0..330.0).contains(kelvin));
-        let help = kelvin.map(|kelvin| format!("is this in kelvin? Then write {:.2}", kelvin - 273.15));
+        let kelvin = field
+            .value
+            .plain::<f64>()
+            .filter(|kelvin| (200.0..330.0).contains(kelvin));
+        let help =
+            kelvin.map(|kelvin| format!("is this in kelvin? Then write {:.2}", kelvin - 273.15));
         helped(reader, help, |reader| reader.number(field, &TEMPERATURE_C))
     });
     let pressure_pa = record.optional("pressure_pa").map(|field| {
-        let hectopascal = field.value.plain::<f64>().filter(|hpa| (300.0..1100.0).contains(hpa));
+        let hectopascal = field
+            .value
+            .plain::<f64>()
+            .filter(|hpa| (300.0..1100.0).contains(hpa));
         let help = hectopascal.map(|hpa| format!("is this in hPa? Then write {:.0}", hpa * 100.0));
         helped(reader, help, |reader| reader.number(field, &PRESSURE_PA))
     });
@@ -108,23 +145,32 @@ fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
     });
     for key in ["jet", "finding"] {
         if let Some(field) = record.optional(key) {
-            let problem = Problem::at(&field.value.head(), format!("`{key}` of `air` is not available yet"));
-            reader.report(problem.label("no file of this kind can be used so far").help(
-                "leave it out: the scenario is then planned with the paper's jet",
-            ));
+            let problem = Problem::at(
+                &field.value.head(),
+                format!("`{key}` of `air` is not available yet"),
+            );
+            reader.report(
+                problem
+                    .label("no file of this kind can be used so far")
+                    .help("leave it out: the scenario is then planned with the paper's jet"),
+            );
         }
     }
     record.close(reader);
-    let or = |read: Option<Option<At<f64>>>, default: f64| read.flatten().map_or(default, |read| read.value);
+    let or = |read: Option<Option<At<f64>>>, default: f64| {
+        read.flatten().map_or(default, |read| read.value)
+    };
     Some(Air {
         temperature_c: or(temperature_c, default.temperature_c),
         pressure_pa: or(pressure_pa, default.pressure_pa),
-        superposition: superposition.flatten().map_or(default.superposition, |read| read.value),
+        superposition: superposition
+            .flatten()
+            .map_or(default.superposition, |read| read.value),
     })
 }
 
 /// Adds `help` to what `read` reports.
-fn helped<'t, T>(
+pub(super) fn helped<'t, T>(
     reader: &mut Reader<'t>,
     help: Option<String>,
     read: impl FnOnce(&mut Reader<'t>) -> T,
@@ -137,69 +183,6 @@ fn helped<'t, T>(
     value
 }
 
-fn airframes<'t>(
-    reader: &mut Reader<'t>,
-    Field { value, .. }: Field<'_, 't>,
-    spoilt: &mut Vec<String>,
-) -> BTreeMap<String, Airframe> {
-    let Some(entries) = value.entries() else {
-        let problem = Problem::at(&value.head(), "`airframes` must be a map `{ \"name\": (...), ... }`");
-        reader.report(problem.label(format!("this is {}", value.kind())));
-        return BTreeMap::new();
-    };
-    let mut airframes = BTreeMap::new();
-    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
-    for (key, value) in entries {
-        let field = Field { value: key, key: "name", who: "an airframe" };
-        let Some(name) = reader.name(field) else { continue };
-        if let Some(first) = seen.get(&name.value) {
-            let first_line = line(reader.text, *first);
-            let problem = Problem::at(&name.at, format!("airframe `{}` is given twice", name.value));
-            reader.report(problem.label(format!("first given on line {first_line}")));
-            continue;
-        }
-        seen.insert(name.value.clone(), name.at.start);
-        match airframe(reader, value, &name.value) {
-            Some(airframe) => {
-                airframes.insert(name.value, airframe);
-            }
-            None => spoilt.push(name.value),
-        }
-    }
-    airframes
-}
-
-fn airframe<'t>(reader: &mut Reader<'t>, value: Value<'t>, name: &str) -> Option<Airframe> {
-    let before = reader.problems.len();
-    let mut record = reader.record(value, "Airframe", format!("airframe `{name}`"))?;
-    let mass_kg = required_number(reader, &mut record, "mass_kg", &MASS_KG);
-    let propellers = match record.optional("propellers") {
-        Some(field) => {
-            let one = field.value.plain::<u32>() == Some(1);
-            let help = one.then(|| "a single propeller leaves no motor distance to scale its jet with".to_owned());
-            helped(reader, help, |reader| reader.whole(field, &PROPELLERS)).map(|read| read.value)
-        }
-        None => Some(written::propellers()),
-    };
-    let propeller_diameter_m =
-        required_number(reader, &mut record, "propeller_diameter_m", &PROPELLER_DIAMETER_M);
-    let motor_distance_m = required_number(reader, &mut record, "motor_distance_m", &MOTOR_DISTANCE_M);
-    let width_factor = number(reader, &mut record, "width_factor", &WIDTH_FACTOR);
-    let body_radius_m = number(reader, &mut record, "body_radius_m", &BODY_RADIUS_M);
-    let max_speed_mps = number(reader, &mut record, "max_speed_mps", &MAX_SPEED_MPS);
-    record.close(reader);
-    let airframe = Airframe {
-        mass_kg: mass_kg?,
-        propellers: propellers?,
-        propeller_diameter_m: propeller_diameter_m?,
-        motor_distance_m: motor_distance_m?,
-        width_factor: width_factor.unwrap_or_else(written::width_factor),
-        body_radius_m,
-        max_speed_mps: max_speed_mps.unwrap_or_else(written::max_speed_mps),
-    };
-    (reader.problems.len() == before).then_some(airframe)
-}
-
 /// A number with a default: `None` where it is left out, and where it is wrong (then noted).
 pub(super) fn number<'t>(
     reader: &mut Reader<'t>,
@@ -207,23 +190,22 @@ pub(super) fn number<'t>(
     key: &'static str,
     limits: &Limits,
 ) -> Option<f64> {
-    record.optional(key).and_then(|field| reader.number(field, limits)).map(|read| read.value)
-}
-
-fn required_number<'t>(
-    reader: &mut Reader<'t>,
-    record: &mut Record<'t>,
-    key: &'static str,
-    limits: &Limits,
-) -> Option<f64> {
-    record.required(key).and_then(|field| reader.number(field, limits)).map(|read| read.value)
+    record
+        .optional(key)
+        .and_then(|field| reader.number(field, limits))
+        .map(|read| read.value)
 }
 
 fn drones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Vec<Drone> {
-    let Some(items) = reader.items(field) else { return Vec::new() };
+    let Some(items) = reader.items(field) else {
+        return Vec::new();
+    };
     if items.is_empty() {
-        let problem = Problem::at(&field.value.at(), "there are no drones").label("nothing to plan");
-        reader.report(problem.help("add one: (name: \"k1\", airframe: \"kolibri\", start_m: (1, 1, 1))"));
+        let problem =
+            Problem::at(&field.value.at(), "there are no drones").label("nothing to plan");
+        reader.report(
+            problem.help("add one: (name: \"k1\", airframe: \"kolibri\", start_m: (1, 1, 1))"),
+        );
     }
     let mut drones = Vec::new();
     let mut seen: BTreeMap<String, usize> = BTreeMap::new();
@@ -248,19 +230,34 @@ fn drone<'t>(
     index: usize,
 ) -> (Option<At<String>>, Option<Drone>) {
     let before = reader.problems.len();
-    let Some(mut record) = named(reader, value, "Drone", index) else { return (None, None) };
+    let Some(mut record) = named(reader, value, "Drone", index) else {
+        return (None, None);
+    };
     let name = record.required("name").and_then(|field| reader.name(field));
-    let airframe = record.required("airframe").and_then(|field| reader.text(field));
-    let start_m = record.required("start_m").and_then(|field| reader.place(field));
+    let airframe = record
+        .required("airframe")
+        .and_then(|field| reader.text(field));
+    let start_m = record
+        .required("start_m")
+        .and_then(|field| reader.place(field));
     let at_start = record.optional("at_start").and_then(|field| {
-        reader.word(field, &[("Hover", AtStart::Hover), ("Landed", AtStart::Landed)])
+        reader.word(
+            field,
+            &[("Hover", AtStart::Hover), ("Landed", AtStart::Landed)],
+        )
     });
     let who = record.who.clone();
     let tasks = record.optional("tasks").map(|field| {
-        list(reader, field, |reader, value, index| task(reader, value, index, &who))
+        list(reader, field, |reader, value, index| {
+            task(reader, value, index, &who)
+        })
     });
     let at_end = record.optional("at_end").and_then(|field| {
-        let choices = [("Hover", AtEnd::Hover), ("Land", AtEnd::Land), ("Leave", AtEnd::Leave)];
+        let choices = [
+            ("Hover", AtEnd::Hover),
+            ("Land", AtEnd::Land),
+            ("Leave", AtEnd::Leave),
+        ];
         reader.word(field, &choices)
     });
     let air_limit = number(reader, &mut record, "air_limit", &AIR_LIMIT);
@@ -283,11 +280,19 @@ fn drone<'t>(
 
 fn task<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize, drone: &str) -> Option<Task> {
     let mut record = reader.record(value, "Task", format!("task {} of {drone}", index + 1))?;
-    let to_m = record.required("to_m").and_then(|field| reader.place(field));
+    let to_m = record
+        .required("to_m")
+        .and_then(|field| reader.place(field));
     let dwell_s = number(reader, &mut record, "dwell_s", &DWELL_S);
-    let load_kg = record.optional("load_kg").and_then(|field| reader.number(field, &LOAD_KG));
+    let load_kg = record
+        .optional("load_kg")
+        .and_then(|field| reader.number(field, &LOAD_KG));
     record.close(reader);
-    Some(Task { to_m: to_m?, dwell_s: dwell_s.unwrap_or_else(written::dwell_s), load_kg })
+    Some(Task {
+        to_m: to_m?,
+        dwell_s: dwell_s.unwrap_or_else(written::dwell_s),
+        load_kg,
+    })
 }
 
 /// Also where `cell_m` stands, if it does.
@@ -296,14 +301,18 @@ fn planning<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> (Planning, Opt
     let Some(mut record) = reader.record(field.value, "Planning", "`planning`".to_owned()) else {
         return (default, None);
     };
-    let cell_m = record.optional("cell_m").and_then(|field| reader.number(field, &CELL_M));
+    let cell_m = record
+        .optional("cell_m")
+        .and_then(|field| reader.number(field, &CELL_M));
     let air_limit = number(reader, &mut record, "air_limit", &AIR_LIMIT);
     let clearance_m = number(reader, &mut record, "clearance_m", &CLEARANCE_M);
     let seed = record.optional("seed").and_then(|field| reader.seed(field));
     let energy_weight = number(reader, &mut record, "energy_weight", &ENERGY_WEIGHT);
     record.close(reader);
     let planning = Planning {
-        cell_m: cell_m.as_ref().map_or(default.cell_m, |cell_m| cell_m.value),
+        cell_m: cell_m
+            .as_ref()
+            .map_or(default.cell_m, |cell_m| cell_m.value),
         air_limit: air_limit.unwrap_or(default.air_limit),
         clearance_m: clearance_m.unwrap_or(default.clearance_m),
         seed: seed.map_or(default.seed, |seed| seed.value),
@@ -313,9 +322,19 @@ fn planning<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> (Planning, Opt
 }
 
 /// Notes a lattice with more places than a roadmap can hold, at the cell or else at the bounds.
-fn lattice_fits(reader: &mut Reader<'_>, cell_m: f64, cell_at: Option<Range<usize>>, bounds: &Bounds) {
+fn lattice_fits(
+    reader: &mut Reader<'_>,
+    cell_m: f64,
+    cell_at: Option<Range<usize>>,
+    bounds: &Bounds,
+) {
     let size_m = bounds.max.value - bounds.min.value;
-    let places = |cell_m: f64| size_m.iter().map(|size_m| (size_m / cell_m).floor() + 1.0).product::<f64>();
+    let places = |cell_m: f64| {
+        size_m
+            .iter()
+            .map(|size_m| (size_m / cell_m).floor() + 1.0)
+            .product::<f64>()
+    };
     if places(cell_m) <= MOST_LATTICE_PLACES {
         return;
     }
@@ -325,8 +344,14 @@ fn lattice_fits(reader: &mut Reader<'_>, cell_m: f64, cell_at: Option<Range<usiz
         fits_cm = (fits_cm * 1.02).ceil();
     }
     let at = cell_at.unwrap_or_else(|| bounds.max.at.clone());
-    let problem = Problem::at(&at, format!("cells of {cell_m} m are too small for these bounds"))
-        .label(format!("{:.1e} places, at most {MOST_LATTICE_PLACES:.0e}", places(cell_m)));
+    let problem = Problem::at(
+        &at,
+        format!("cells of {cell_m} m are too small for these bounds"),
+    )
+    .label(format!(
+        "{:.1e} places, at most {MOST_LATTICE_PLACES:.0e}",
+        places(cell_m)
+    ));
     reader.report(problem.help(format!("planning: (cell_m: {:.2}) fits", fits_cm / 100.0)));
 }
 

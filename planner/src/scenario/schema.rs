@@ -9,45 +9,47 @@ use super::written::{MAX_SPEED_DEFAULT_MPS, Written};
 /// by its path; where a default depends on something else, words say on what. `presets` lists the
 /// airframes that are known by name.
 pub fn schema() -> Schema {
-    let schema = schemars::schema_for!(Written);
-    let whole = schema.as_value();
+    let mut schema = schemars::schema_for!(Written);
     let mut defaults = Map::new();
-    gather(whole, whole, "", &mut defaults);
+    gather(schema.as_value(), schema.as_value(), "", &mut defaults);
     let presets: Map<String, Value> = airflow::Airframe::PRESETS
         .into_iter()
         .filter_map(airflow::Airframe::preset)
         .map(|airframe| (airframe.name().to_owned(), preset(&airframe)))
         .collect();
-    // What most readers look for comes first.
-    let mut ordered = Map::new();
-    let mut rest = whole.as_object().cloned().unwrap_or_default();
-    for key in ["$schema", "title", "description"] {
-        if let Some(value) = rest.shift_remove(key) {
-            ordered.insert(key.to_owned(), value);
-        }
-    }
-    ordered.insert("defaults".to_owned(), Value::Object(defaults));
-    ordered.insert("presets".to_owned(), Value::Object(presets));
-    ordered.extend(rest);
-    Schema::from(ordered)
+    schema.insert("defaults".to_owned(), Value::Object(defaults));
+    schema.insert("presets".to_owned(), Value::Object(presets));
+    schema
 }
 
 /// Collects `default` of every property below `at`: `planning.cell_m`, `drones[].tasks[].dwell_s`.
 fn gather(whole: &Value, at: &Value, path: &str, defaults: &mut Map<String, Value>) {
-    if let Some(name) = at["$ref"].as_str().and_then(|path| path.strip_prefix("#/$defs/")) {
+    if let Some(name) = at["$ref"]
+        .as_str()
+        .and_then(|path| path.strip_prefix("#/$defs/"))
+    {
         gather(whole, &whole["$defs"][name], path, defaults);
     }
     for branch in at["anyOf"].as_array().into_iter().flatten() {
         gather(whole, branch, path, defaults);
     }
     for (key, property) in at["properties"].as_object().into_iter().flatten() {
-        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        let path = if path.is_empty() {
+            key.clone()
+        } else {
+            format!("{path}.{key}")
+        };
         if let Some(default) = property.get("default") {
             defaults.insert(path.clone(), default.clone());
         }
         gather(whole, property, &path, defaults);
         gather(whole, &property["items"], &format!("{path}[]"), defaults);
-        gather(whole, &property["additionalProperties"], &format!("{path}{{}}"), defaults);
+        gather(
+            whole,
+            &property["additionalProperties"],
+            &format!("{path}{{}}"),
+            defaults,
+        );
     }
 }
 
@@ -58,7 +60,8 @@ fn preset(airframe: &airflow::Airframe) -> Value {
         "propeller_diameter_m": airframe.propeller_diameter_m(),
         "motor_distance_m": airframe.motor_distance_m(),
         "width_factor": airframe.width_factor(),
-        "body_radius_m": airframe.tip_radius_m(),
+        // To the micrometre: the sum of two halves shows its rounding otherwise.
+        "body_radius_m": (airframe.tip_radius_m() * 1e6).round() / 1e6,
         "max_speed_mps": MAX_SPEED_DEFAULT_MPS,
     })
 }

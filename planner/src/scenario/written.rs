@@ -251,14 +251,27 @@ pub(super) struct Planning {
 
 impl Default for Air {
     fn default() -> Air {
-        let airflow::Air { temperature_c, pressure_pa } = airflow::Air::default();
-        Air { temperature_c, pressure_pa, superposition: Superposition::default() }
+        let airflow::Air {
+            temperature_c,
+            pressure_pa,
+        } = airflow::Air::default();
+        Air {
+            temperature_c,
+            pressure_pa,
+            superposition: Superposition::default(),
+        }
     }
 }
 
 impl Default for Planning {
     fn default() -> Planning {
-        Planning { cell_m: 1.0, air_limit: 0.3, clearance_m: 0.1, seed: 0, energy_weight: 1.0 }
+        Planning {
+            cell_m: 1.0,
+            air_limit: 0.3,
+            clearance_m: 0.1,
+            seed: 0,
+            energy_weight: 1.0,
+        }
     }
 }
 

@@ -1,19 +1,27 @@
 //! Bad scenarios, each with its errors exactly as a person sees them. The expected text of all is one file,
-//! to be read from top to bottom: `snapshots/promises__scenario__bad__*.snap`.
+//! to be read from top to bottom: `../snapshots/promises__scenario__*.snap`.
 
-use super::drawn;
+use super::{drawn, reviewed};
 
 /// A scenario in order, but for what is put in.
 fn with(fields: &str, drones: &str) -> String {
-    format!("(\n  name: \"s\",\n  bounds_m: (min: (0, 0, 0), max: (20, 10, 8)),\n{fields}  drones: [\n{drones}  ],\n)\n")
+    format!(
+        "(\n  name: \"s\",\n  bounds_m: (min: (0, 0, 0), max: (20, 10, 8)),\n{fields}  drones: [\n{drones}  ],\n)\n"
+    )
 }
 
 fn with_fields(fields: &str) -> String {
-    with(fields, "    (name: \"k1\", airframe: \"kolibri\", start_m: (1, 1, 1)),\n")
+    with(
+        fields,
+        "    (name: \"k1\", airframe: \"kolibri\", start_m: (1, 1, 1)),\n",
+    )
 }
 
 fn with_drone(rest: &str) -> String {
-    with("", &format!("    (name: \"k1\", airframe: \"kolibri\", {rest}),\n"))
+    with(
+        "",
+        &format!("    (name: \"k1\", airframe: \"kolibri\", {rest}),\n"),
+    )
 }
 
 fn with_airframe(fields: &str) -> String {
@@ -25,49 +33,117 @@ fn with_airframe(fields: &str) -> String {
 
 /// Every case under its name, one after the other.
 fn pages(cases: &[(&str, String)]) -> String {
-    cases.iter().map(|(name, text)| format!("==== {name}\n\n{}\n", drawn(text))).collect()
+    cases
+        .iter()
+        .map(|(name, text)| format!("==== {name}\n\n{}\n", drawn(text)))
+        .collect()
 }
 
 #[test]
 fn text_that_is_no_scenario_is_told_so_where_it_breaks() {
-    insta::assert_snapshot!(pages(&[
-        ("an empty file", String::new()),
-        ("a missing comma", "(\n  name: \"s\"\n  bounds_m: (min: (0, 0, 0), max: (20, 10, 8)),\n)\n".into()),
-        ("a bracket left open", "(\n  name: \"s\",\n  drones: [\n    (name: \"k1\", start_m: (1, 1, 1)),\n)\n".into()),
-        ("a file cut short", "(\n  name: \"s\",\n  drones: [\n    (name: \"k1\", // :-(\n".into()),
-        ("a text left open", "(\n  name: \"s,\n  drones: [],\n)\n".into()),
-        ("a list instead of a record", "[1, 2]\n".into()),
-        ("another thing's name", "World(name: \"s\")\n".into()),
-        ("nothing in it", "()\n".into()),
-    ]));
+    reviewed(
+        "no_scenario",
+        &pages(&[
+            ("an empty file", String::new()),
+            (
+                "a missing comma",
+                "(\n  name: \"s\"\n  bounds_m: (min: (0, 0, 0), max: (20, 10, 8)),\n)\n".into(),
+            ),
+            (
+                "a bracket left open",
+                "(\n  name: \"s\",\n  drones: [\n    (name: \"k1\", start_m: (1, 1, 1)),\n)\n"
+                    .into(),
+            ),
+            (
+                "a file cut short",
+                "(\n  name: \"s\",\n  drones: [\n    (name: \"k1\", // :-(\n".into(),
+            ),
+            (
+                "a text left open",
+                "(\n  name: \"s,\n  drones: [],\n)\n".into(),
+            ),
+            ("a list instead of a record", "[1, 2]\n".into()),
+            ("another thing's name", "World(name: \"s\")\n".into()),
+            ("nothing in it", "()\n".into()),
+        ]),
+    );
 }
 
 #[test]
 fn keys_and_names_that_are_unknown_missing_or_doubled_are_pointed_at() {
-    insta::assert_snapshot!(pages(&[
-        ("a slip in a key", with_drone("start: (1, 1, 1)")),
-        ("a key from elsewhere", with_drone("start_m: (1, 1, 1), colour: \"red\"")),
-        ("a key given twice", with_drone("start_m: (1, 1, 1),\n     start_m: (2, 2, 2)")),
-        ("a slip in an airframe", with("", "    (name: \"k1\", airframe: \"Kolibry\", start_m: (1, 1, 1)),\n")),
-        ("an airframe from nowhere", with("", "    (name: \"k1\", airframe: \"x\", start_m: (1, 1, 1)),\n")),
-        ("an airframe given twice", with_fields(
-            "  airframes: {\n    \"a\": (mass_kg: 1, propeller_diameter_m: 0.2, motor_distance_m: 0.4),\n    \"a\": (mass_kg: 2, propeller_diameter_m: 0.2, motor_distance_m: 0.4),\n  },\n"
-        )),
-        ("two drones of one name", with("",
-            "    (name: \"k1\", airframe: \"kolibri\", start_m: (1, 1, 1)),\n    (name: \"k1\", airframe: \"kolibri\", start_m: (5, 1, 1)),\n"
-        )),
-        ("no drones", with("", "")),
-        ("a name that is none", with("", "    (name: \"\", airframe: \"kolibri\", start_m: (1, 1, 1)),\n")),
-        ("a wrong word", with_drone("start_m: (1, 1, 1), at_end: land")),
-        ("a word in quotes", with_drone("start_m: (1, 1, 1), at_start: \"Landed\"")),
-        ("a text without quotes", with("", "    (name: k1, airframe: \"kolibri\", start_m: (1, 1, 1)),\n")),
-        ("what is not there yet", with_fields("  air: (jet: \"jet.ron\"),\n")),
-    ]));
+    reviewed(
+        "keys_and_names",
+        &pages(&[
+            ("a slip in a key", with_drone("start: (1, 1, 1)")),
+            (
+                "a key from elsewhere",
+                with_drone("start_m: (1, 1, 1), colour: \"red\""),
+            ),
+            (
+                "a key given twice",
+                with_drone("start_m: (1, 1, 1),\n     start_m: (2, 2, 2)"),
+            ),
+            (
+                "a slip in an airframe",
+                with(
+                    "",
+                    "    (name: \"k1\", airframe: \"Kolibry\", start_m: (1, 1, 1)),\n",
+                ),
+            ),
+            (
+                "an airframe from nowhere",
+                with(
+                    "",
+                    "    (name: \"k1\", airframe: \"x\", start_m: (1, 1, 1)),\n",
+                ),
+            ),
+            (
+                "an airframe given twice",
+                with_fields(
+                    "  airframes: {\n    \"a\": (mass_kg: 1, propeller_diameter_m: 0.2, motor_distance_m: 0.4),\n    \"a\": (mass_kg: 2, propeller_diameter_m: 0.2, motor_distance_m: 0.4),\n  },\n",
+                ),
+            ),
+            (
+                "two drones of one name",
+                with(
+                    "",
+                    "    (name: \"k1\", airframe: \"kolibri\", start_m: (1, 1, 1)),\n    (name: \"k1\", airframe: \"kolibri\", start_m: (5, 1, 1)),\n",
+                ),
+            ),
+            ("no drones", with("", "")),
+            (
+                "a name that is none",
+                with(
+                    "",
+                    "    (name: \"\", airframe: \"kolibri\", start_m: (1, 1, 1)),\n",
+                ),
+            ),
+            (
+                "a wrong word",
+                with_drone("start_m: (1, 1, 1), at_end: land"),
+            ),
+            (
+                "a word in quotes",
+                with_drone("start_m: (1, 1, 1), at_start: \"Landed\""),
+            ),
+            (
+                "a text without quotes",
+                with(
+                    "",
+                    "    (name: k1, airframe: \"kolibri\", start_m: (1, 1, 1)),\n",
+                ),
+            ),
+            (
+                "what is not there yet",
+                with_fields("  air: (jet: \"jet.ron\"),\n"),
+            ),
+        ]),
+    );
 }
 
 #[test]
 fn numbers_out_of_range_are_pointed_at_with_their_range() {
-    insta::assert_snapshot!(pages(&[
+    reviewed("numbers", &pages(&[
         ("a negative mass", with_airframe("mass_kg: -1.6, propeller_diameter_m: 0.2, motor_distance_m: 0.45")),
         ("a decimal point in a count", with_airframe("mass_kg: 1.6, propellers: 4.0, propeller_diameter_m: 0.2, motor_distance_m: 0.45")),
         ("one propeller", with_airframe("mass_kg: 1.6, propellers: 1, propeller_diameter_m: 0.2, motor_distance_m: 0.45")),
@@ -91,36 +167,86 @@ fn numbers_out_of_range_are_pointed_at_with_their_range() {
 
 #[test]
 fn obstacles_that_are_no_solids_are_pointed_at() {
-    insta::assert_snapshot!(pages(&[
-        ("no shape", with_fields("  obstacles: [(name: \"rack\")],\n")),
-        ("half a box", with_fields("  obstacles: [(name: \"rack\", min_m: (4, 4, 0))],\n")),
-        ("two shapes", with_fields("  obstacles: [(name: \"rack\", min_m: (4, 4, 0), max_m: (5, 5, 2), radius_m: 1)],\n")),
-        ("a flat box", with_fields("  obstacles: [(name: \"rack\", min_m: (4, 4, 0), max_m: (5, 4, 2))],\n")),
-        ("a mesh that is not there", with_fields("  obstacles: [(name: \"crane\", mesh: \"kran.obj\")],\n")),
-        ("a mesh that is none", with_fields("  obstacles: [(name: \"crane\", mesh: \"nonsense.obj\")],\n")),
-        ("a mesh in millimetres", with_fields("  obstacles: [(name: \"crane\", mesh: \"millimetres.obj\")],\n")),
-    ]));
+    reviewed(
+        "obstacles",
+        &pages(&[
+            (
+                "no shape",
+                with_fields("  obstacles: [(name: \"rack\")],\n"),
+            ),
+            (
+                "half a box",
+                with_fields("  obstacles: [(name: \"rack\", min_m: (4, 4, 0))],\n"),
+            ),
+            (
+                "two shapes",
+                with_fields(
+                    "  obstacles: [(name: \"rack\", min_m: (4, 4, 0), max_m: (5, 5, 2), radius_m: 1)],\n",
+                ),
+            ),
+            (
+                "a flat box",
+                with_fields(
+                    "  obstacles: [(name: \"rack\", min_m: (4, 4, 0), max_m: (5, 4, 2))],\n",
+                ),
+            ),
+            (
+                "a mesh that is not there",
+                with_fields("  obstacles: [(name: \"crane\", mesh: \"kran.obj\")],\n"),
+            ),
+            (
+                "a mesh that is none",
+                with_fields("  obstacles: [(name: \"crane\", mesh: \"nonsense.obj\")],\n"),
+            ),
+            (
+                "a mesh in millimetres",
+                with_fields("  obstacles: [(name: \"crane\", mesh: \"millimetres.obj\")],\n"),
+            ),
+        ]),
+    );
 }
 
 #[test]
 fn places_in_obstacles_and_out_of_bounds_come_with_the_nearest_free_one() {
     let rack = "  obstacles: [(name: \"rack-2\", min_m: (4.5, 5, 0), max_m: (6.5, 9, 6))],\n";
-    let drone = |rest: &str| format!("    (name: \"m1\", airframe: \"matrice-300\",\n      {rest}),\n");
-    insta::assert_snapshot!(pages(&[
-        ("a start inside", with(rack, &drone("start_m: (5, 7, 3)"))),
-        ("a start too near", with(rack, &drone("start_m: (4, 7, 3)"))),
-        ("a task inside", with(rack, &drone("start_m: (1, 7, 3), tasks: [(to_m: (2, 7, 3)), (to_m: (6, 6, 5.9))]"))),
-        ("a start out of bounds", with(rack, &drone("start_m: (5, 7, 8.5)"))),
-        ("a landed start sunk in", with(rack, &drone("start_m: (5.5, 7, 6.5), at_start: Landed"))),
-        ("a landing on the edge", with(
-            "  obstacles: [(name: \"pad\", min_m: (4, 4, 0), max_m: (6, 6, 1)), (name: \"wall\", min_m: (6, 4, 0), max_m: (6.2, 6, 3))],\n",
-            &drone("start_m: (1, 7, 3), tasks: [(to_m: (5.8, 5, 5))], at_end: Land"),
-        )),
-        ("inside a mesh", with(
-            "  obstacles: [(name: \"crane\", mesh: \"crane.obj\", at_m: (5, 5, 2))],\n",
-            &drone("start_m: (5.2, 5.2, 2.2)"),
-        )),
-    ]));
+    let drone =
+        |rest: &str| format!("    (name: \"m1\", airframe: \"matrice-300\",\n      {rest}),\n");
+    reviewed(
+        "places",
+        &pages(&[
+            ("a start inside", with(rack, &drone("start_m: (5, 7, 3)"))),
+            ("a start too near", with(rack, &drone("start_m: (4, 7, 3)"))),
+            (
+                "a task inside",
+                with(
+                    rack,
+                    &drone("start_m: (1, 7, 3), tasks: [(to_m: (2, 7, 3)), (to_m: (6, 6, 5.9))]"),
+                ),
+            ),
+            (
+                "a start out of bounds",
+                with(rack, &drone("start_m: (5, 7, 8.5)")),
+            ),
+            (
+                "a landed start sunk in",
+                with(rack, &drone("start_m: (5.5, 7, 6.5), at_start: Landed")),
+            ),
+            (
+                "a landing on the edge",
+                with(
+                    "  obstacles: [(name: \"pad\", min_m: (4, 4, 0), max_m: (6, 6, 1)), (name: \"wall\", min_m: (6, 4, 0), max_m: (6.2, 6, 3))],\n",
+                    &drone("start_m: (1, 7, 3), tasks: [(to_m: (5.8, 5, 5))], at_end: Land"),
+                ),
+            ),
+            (
+                "inside a mesh",
+                with(
+                    "  obstacles: [(name: \"crane\", mesh: \"crane.obj\", at_m: (5, 5, 2))],\n",
+                    &drone("start_m: (5.2, 5.2, 2.2)"),
+                ),
+            ),
+        ]),
+    );
 }
 
 #[test]
@@ -143,5 +269,5 @@ fn all_errors_of_a_file_are_told_at_once() {
   planning: (clearence_m: 0.2),
 )
 "#;
-    insta::assert_snapshot!(drawn(text));
+    reviewed("all_at_once", &drawn(text));
 }

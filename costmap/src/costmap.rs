@@ -1,0 +1,406 @@
+//! A leg against the fleet: free, priced or forbidden, and by whom.
+
+use airflow::power;
+
+use crate::cover::Covers;
+use crate::fleet::{BUDGET, Fleet, Meeting, WHOLE, ZoneBox};
+use crate::leg::{DroneId, Leg, Tick};
+use crate::timeline::{Footprint, Item, Slot, Timeline};
+
+/// Mean air below this share of the induced velocity costs nothing: chosen here, half a percent of power.
+const PRICELESS_ALPHA: f64 = 0.01;
+
+/// Everybody's legs, and what another leg would mean to them.
+#[derive(Clone, Debug)]
+pub struct Costmap {
+    fleet: Fleet,
+    covers: Covers,
+    zones: Vec<ZoneBox>,
+    timeline: Timeline,
+    /// Who blows into which zone: `[bucket][zone]`, the last bucket being the time after.
+    zone_loads: Vec<Vec<Vec<ZoneLoad>>>,
+    /// Per drone, what was inserted.
+    legs: Vec<Vec<Leg>>,
+    /// What the loads on one drone or zone may add up to, in millionths of its limit.
+    budget: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ZoneLoad {
+    drone: DroneId,
+    load: u32,
+    clear: Tick,
+}
+
+/// A leg of another drone that comes near, as [`Costmap::near`] found it.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbour {
+    slot: Slot,
+    item: Item,
+}
+
+/// Why a leg may not be flown past a drone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Why {
+    /// The bodies would touch.
+    Bodies,
+    /// One would be in the other's near-field column.
+    Column,
+    /// The leg's own air limit would be exceeded.
+    OwnLimit,
+    /// The other's air limit would be exceeded.
+    TheirLimit,
+    /// Both together blow too much into a zone.
+    Zone,
+}
+
+/// A drone in the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Blocker {
+    /// Who.
+    pub drone: DroneId,
+    /// How.
+    pub why: Why,
+    /// When its leg began.
+    pub began: Tick,
+    /// When its leg ends: before, trying again is in vain or nearly so.
+    pub clear: Tick,
+}
+
+/// The answer to "may I fly this leg, and what does it cost".
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// Who forbids it; empty: nobody.
+    pub blockers: Vec<Blocker>,
+    /// It blows more into a zone than may be, all by itself.
+    pub breaks_zone: bool,
+    /// Extra energy of everyone affected, in seconds of its own hovering in still air.
+    pub price_s: f64,
+}
+
+impl Verdict {
+    /// Nobody forbids it.
+    pub fn is_allowed(&self) -> bool {
+        self.blockers.is_empty() && !self.breaks_zone
+    }
+
+    fn clear(&mut self) {
+        self.blockers.clear();
+        self.breaks_zone = false;
+        self.price_s = 0.0;
+    }
+
+    fn block(&mut self, drone: DroneId, why: Why, began: Tick, clear: Tick) {
+        self.blockers.push(Blocker {
+            drone,
+            why,
+            began,
+            clear,
+        });
+    }
+}
+
+impl Costmap {
+    /// An empty sky for a fleet of this many drones.
+    pub fn new(fleet: Fleet, covers: Covers, zones: Vec<ZoneBox>, drones: usize) -> Costmap {
+        Costmap {
+            fleet,
+            covers,
+            zone_loads: vec![vec![Vec::new(); zones.len()]],
+            zones,
+            timeline: Timeline::default(),
+            legs: vec![Vec::new(); drones],
+            budget: BUDGET,
+        }
+    }
+
+    /// The same sky, were every air limit this many times higher. Bodies and columns stay forbidden.
+    #[must_use]
+    pub fn with_limits_raised(&self, times: f64) -> Costmap {
+        let raised = f64::from(self.fleet.load(times)) * f64::from(BUDGET) / WHOLE;
+        Costmap {
+            budget: raised.min(f64::from(u32::MAX / 2)) as u32,
+            ..self.clone()
+        }
+    }
+
+    /// What flies.
+    pub fn fleet(&self) -> &Fleet {
+        &self.fleet
+    }
+
+    /// What a drone has reserved; empty if it is not planned.
+    pub fn legs(&self, drone: DroneId) -> &[Leg] {
+        &self.legs[drone.0 as usize]
+    }
+
+    /// The end of all legs that end.
+    pub fn horizon(&self) -> Tick {
+        self.timeline.horizon()
+    }
+
+    /// Reserves a drone's legs, bodies and wakes.
+    pub fn insert(&mut self, legs: Vec<Leg>) {
+        let Some(first) = legs.first() else { return };
+        let drone = first.drone;
+        let last = legs
+            .iter()
+            .map(|leg| if leg.end == Tick::FOREVER { leg.start } else { leg.end })
+            .max();
+        self.timeline.extend_to(last.unwrap_or_default());
+        self.extend_zones(self.timeline.bucket_count());
+        for leg in &legs {
+            let end_z_m = self.wake_end_z_m(leg);
+            for bucket in self.timeline.buckets(leg.start, leg.end) {
+                let (start, end) = self.timeline.span(bucket);
+                let part = leg.between(start, end);
+                if part.start >= part.end {
+                    continue;
+                }
+                self.insert_part(bucket, leg, part, end_z_m);
+            }
+        }
+        self.legs[drone.0 as usize] = legs;
+    }
+
+    fn extend_zones(&mut self, buckets: usize) {
+        if self.zones.is_empty() {
+            return;
+        }
+        while self.zone_loads.len() < buckets + 1 {
+            let after = self.zone_loads.last().cloned().unwrap_or_default();
+            self.zone_loads.push(after);
+        }
+    }
+
+    fn insert_part(&mut self, bucket: u32, whole: &Leg, part: Leg, wake_end_z_m: f64) {
+        let mut item = Item {
+            leg: part,
+            began: whole.start,
+            clear: whole.end,
+            wake_end_z_m,
+            load: 0,
+        };
+        for (slot, meeting) in self.meetings(bucket, &part, wake_end_z_m) {
+            item.load = item.load.saturating_add(meeting.load_on_first);
+            let other = self.timeline.item_mut(slot);
+            other.load = other.load.saturating_add(meeting.load_on_second);
+        }
+        self.timeline.add(bucket, item);
+        for (index, zone) in self.zones.iter().enumerate() {
+            let load = self.fleet.load_on_zone(&part, &self.covers, zone);
+            if load > 0 {
+                self.zone_loads[bucket as usize][index].push(ZoneLoad {
+                    drone: part.drone,
+                    load,
+                    clear: whole.end,
+                });
+            }
+        }
+    }
+
+    /// Everyone in a bucket that a part of a leg has to do with.
+    fn meetings(&self, bucket: u32, part: &Leg, wake_end_z_m: f64) -> Vec<(Slot, Meeting)> {
+        let footprint = Footprint::around(part, self.fleet.reach_m(part.kind));
+        let mut slots = Vec::new();
+        self.timeline.near(bucket, &footprint, &mut slots);
+        slots
+            .into_iter()
+            .filter(|&slot| self.timeline.item(slot).leg.drone != part.drone)
+            .filter_map(|slot| {
+                let other = self.timeline.item(slot);
+                let meeting =
+                    self.fleet
+                        .meet(part, &other.leg, [wake_end_z_m, other.wake_end_z_m])?;
+                Some((slot, meeting))
+            })
+            .collect()
+    }
+
+    /// Takes back all that a drone has reserved.
+    pub fn remove(&mut self, drone: DroneId) {
+        let legs = std::mem::take(&mut self.legs[drone.0 as usize]);
+        let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
+            return;
+        };
+        for bucket in self.timeline.buckets(first.start, last.end) {
+            let slots = self.timeline.of(bucket, drone);
+            for &slot in &slots {
+                let item = *self.timeline.item(slot);
+                for (other, meeting) in self.meetings(bucket, &item.leg, item.wake_end_z_m) {
+                    let other = self.timeline.item_mut(other);
+                    other.load = other.load.saturating_sub(meeting.load_on_second);
+                }
+            }
+            self.timeline.remove(bucket, &slots);
+            if !self.zones.is_empty() {
+                for zone in &mut self.zone_loads[bucket as usize] {
+                    zone.retain(|load| load.drone != drone);
+                }
+            }
+        }
+    }
+
+    /// Height at which the wake of a leg ends (m).
+    pub fn wake_end_z_m(&self, leg: &Leg) -> f64 {
+        if !leg.flying {
+            return f64::INFINITY;
+        }
+        self.covers
+            .wake_end_z_m(self.fleet.wake(leg.kind), &leg.from_m, &leg.to_m)
+    }
+
+    /// Collects everybody that a drone of `leg`'s kind could have to do with around the leg, during it.
+    ///
+    /// One answer serves all legs of the same drone within `around_m` of `leg` and within its time.
+    pub fn near(&self, leg: &Leg, around_m: f64, found: &mut Vec<Neighbour>) {
+        found.clear();
+        let margin_m = self.fleet.reach_m(leg.kind) + around_m;
+        let footprint = Footprint::around(leg, margin_m);
+        let mut slots = Vec::new();
+        for bucket in self.timeline.buckets(leg.start, leg.end) {
+            self.timeline.near(bucket, &footprint, &mut slots);
+        }
+        found.extend(slots.into_iter().filter_map(|slot| {
+            let item = *self.timeline.item(slot);
+            let concerns = item.leg.drone != leg.drone
+                && item.leg.start < leg.end
+                && leg.start < item.leg.end;
+            concerns.then_some(Neighbour { slot, item })
+        }));
+        // Tree order must not reach a sum.
+        found.sort_unstable_by_key(|n| (n.slot.bucket, n.item.leg.drone, n.item.leg.start));
+    }
+
+    /// Judges a leg against its neighbours (of [`Costmap::near`]) and the zones.
+    pub fn judge(&self, leg: &Leg, neighbours: &[Neighbour], verdict: &mut Verdict) {
+        verdict.clear();
+        let mut own_end_z_m = None;
+        for same_bucket in neighbours.chunk_by(|a, b| a.slot.bucket == b.slot.bucket) {
+            self.judge_bucket(leg, same_bucket, &mut own_end_z_m, verdict);
+        }
+        if leg.flying && self.fleet.conditions().wakes {
+            self.judge_zones(leg, verdict);
+        }
+    }
+
+    fn judge_bucket(
+        &self,
+        leg: &Leg,
+        neighbours: &[Neighbour],
+        own_end_z_m: &mut Option<f64>,
+        verdict: &mut Verdict,
+    ) {
+        // One drone's legs follow one another: its greatest load counts, not their sum.
+        let mut loads: Vec<(u32, Blocker)> = Vec::new();
+        for Neighbour { item, .. } in neighbours {
+            let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(leg));
+            let Some(meeting) = self.fleet.meet(leg, &item.leg, [end_z_m, item.wake_end_z_m])
+            else {
+                continue;
+            };
+            let drone = item.leg.drone;
+            let why = if meeting.bodies {
+                Some(Why::Bodies)
+            } else if meeting.column {
+                Some(Why::Column)
+            } else if meeting.load_on_first > self.budget {
+                Some(Why::OwnLimit)
+            } else if meeting.load_on_second > 0
+                && item.load.saturating_add(meeting.load_on_second) > self.budget
+            {
+                Some(Why::TheirLimit)
+            } else {
+                None
+            };
+            if let Some(why) = why {
+                verdict.block(drone, why, item.began, item.clear);
+                continue;
+            }
+            let seconds = self.shared_s(leg, item);
+            verdict.price_s += seconds * (price(meeting.alpha_first) + price(meeting.alpha_second));
+            if meeting.load_on_first > 0 {
+                let blocker = Blocker {
+                    drone,
+                    why: Why::OwnLimit,
+                    began: item.began,
+                    clear: item.clear,
+                };
+                match loads.last_mut() {
+                    Some((load, last)) if last.drone == drone => {
+                        *load = meeting.load_on_first.max(*load);
+                        last.clear = last.clear.max(item.clear);
+                    }
+                    _ => loads.push((meeting.load_on_first, blocker)),
+                }
+            }
+        }
+        block_largest(&mut loads, 0, self.budget, verdict);
+    }
+
+    fn shared_s(&self, leg: &Leg, item: &Item) -> f64 {
+        let time = leg.overlap(&item.leg);
+        if time.end == Tick::FOREVER {
+            return 0.0;
+        }
+        time.end.seconds() - time.start.seconds()
+    }
+
+    fn judge_zones(&self, leg: &Leg, verdict: &mut Verdict) {
+        for (index, zone) in self.zones.iter().enumerate() {
+            let own = self.fleet.load_on_zone(leg, &self.covers, zone);
+            if own == 0 {
+                continue;
+            }
+            if own > self.budget {
+                verdict.breaks_zone = true;
+                return;
+            }
+            for bucket in self.timeline.buckets(leg.start, leg.end) {
+                let Some(zones) = self.zone_loads.get(bucket as usize) else {
+                    continue;
+                };
+                let mut loads: Vec<(u32, Blocker)> = zones[index]
+                    .iter()
+                    .map(|load| {
+                        let blocker = Blocker {
+                            drone: load.drone,
+                            why: Why::Zone,
+                            began: leg.start,
+                            clear: load.clear,
+                        };
+                        (load.load, blocker)
+                    })
+                    .collect();
+                block_largest(&mut loads, own, self.budget, verdict);
+            }
+        }
+    }
+}
+
+/// Blocks the heaviest loads until the rest fits into the budget beside `own`.
+fn block_largest(loads: &mut [(u32, Blocker)], own: u32, budget: u32, verdict: &mut Verdict) {
+    let mut total = loads
+        .iter()
+        .fold(own, |sum, (load, _)| sum.saturating_add(*load));
+    if total <= budget {
+        return;
+    }
+    loads.sort_by_key(|(load, blocker)| (std::cmp::Reverse(*load), blocker.drone));
+    for (load, blocker) in loads.iter() {
+        if total <= budget {
+            return;
+        }
+        verdict.blockers.push(*blocker);
+        total = total.saturating_sub(*load);
+    }
+}
+
+/// Extra power over the power of hovering in still air.
+fn price(alpha: f64) -> f64 {
+    if alpha < PRICELESS_ALPHA {
+        0.0
+    } else {
+        power::beta(alpha) - 1.0
+    }
+}

@@ -1,0 +1,117 @@
+//! Volumes of one airborne drone: the near-field column and the far-field cone, hung below its rotors.
+//!
+//! A volume is a stack of [`Section`]s, figures of revolution about the vertical through the rotor centre, given by depth
+//! below the rotor plane. They depend on the airframe and its mass alone. [`Section::hung`] places one
+//! in the world and cuts it where the wake ends.
+
+use crate::frame::{self, NotFinite};
+use crate::frustum::Frustum;
+use airflow::Wake;
+use nalgebra::{Point3, Vector3};
+use parry3d::math::Pose;
+
+/// A slice of a figure of revolution about the vertical below a rotor centre, with straight sides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Section {
+    /// Depth of its upper face below the rotor plane (m).
+    pub from_depth_m: f64,
+    /// Depth of its lower face below the rotor plane (m).
+    pub to_depth_m: f64,
+    /// Radius of its upper face (m).
+    pub from_radius_m: f64,
+    /// Radius of its lower face (m).
+    pub to_radius_m: f64,
+}
+
+/// A frustum standing somewhere in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    /// The shape, in its own frame (axis on y).
+    pub frustum: Frustum,
+    /// Its pose in the world; upright.
+    pub pose: Pose,
+}
+
+/// Where nobody's rotor centre may be: from the rotor plane to the end of the near field, out to the rotor tips.
+pub fn column(wake: &Wake) -> Section {
+    Section {
+        from_depth_m: 0.0,
+        to_depth_m: wake.near_field_depth_m(),
+        from_radius_m: wake.tip_radius_m(),
+        to_radius_m: wake.tip_radius_m(),
+    }
+}
+
+/// All points of the far field within the half-width, `ξ ≤ 1`, down to a depth: exact, since the half-width is
+/// linear in depth. `None` if the depth does not reach the far field.
+pub fn cone(wake: &Wake, to_depth_m: f64) -> Option<Section> {
+    let from_depth_m = wake.near_field_depth_m();
+    (to_depth_m > from_depth_m).then(|| Section {
+        from_depth_m,
+        to_depth_m,
+        from_radius_m: wake.half_width_m(from_depth_m),
+        to_radius_m: wake.half_width_m(to_depth_m),
+    })
+}
+
+impl Section {
+    /// Distance between its faces (m).
+    pub fn height_m(&self) -> f64 {
+        self.to_depth_m - self.from_depth_m
+    }
+
+    /// Its radius at a depth (m); `None` above and below it.
+    pub fn radius_m(&self, depth_m: f64) -> Option<f64> {
+        if !(self.from_depth_m..=self.to_depth_m).contains(&depth_m) {
+            return None;
+        }
+        if self.height_m() <= 0.0 {
+            return Some(self.from_radius_m.max(self.to_radius_m));
+        }
+        let along = (depth_m - self.from_depth_m) / self.height_m();
+        Some(self.from_radius_m + along * (self.to_radius_m - self.from_radius_m))
+    }
+
+    /// Whether it holds a point, given as its offset from the rotor centre (m, z up).
+    pub fn holds(&self, offset_m: Vector3<f64>) -> bool {
+        self.radius_m(-offset_m.z)
+            .is_some_and(|radius_m| offset_m.x.hypot(offset_m.y) <= radius_m)
+    }
+
+    /// The part above a depth; `None` if nothing is left.
+    pub fn cut_at(&self, depth_m: f64) -> Option<Self> {
+        if depth_m >= self.to_depth_m {
+            return Some(*self);
+        }
+        let to_radius_m = self.radius_m(depth_m)?;
+        (depth_m > self.from_depth_m).then_some(Self {
+            to_depth_m: depth_m,
+            to_radius_m,
+            ..*self
+        })
+    }
+
+    /// Placed below a rotor centre (m, world) and cut where the wake ends; `None` if it ends above this section.
+    ///
+    /// # Errors
+    /// The rotor centre or the height is NaN or infinite.
+    pub fn hung(
+        &self,
+        rotor_centre_m: Point3<f64>,
+        wake_ends_at_z_m: f64,
+    ) -> Result<Option<Placed>, NotFinite> {
+        frame::point(Point3::new(
+            rotor_centre_m.x,
+            rotor_centre_m.y,
+            wake_ends_at_z_m,
+        ))?;
+        let centre = frame::point(rotor_centre_m).map(frame::world_point)?;
+        let Some(part) = self.cut_at(centre.z - wake_ends_at_z_m) else {
+            return Ok(None);
+        };
+        let depth_m = f64::midpoint(part.from_depth_m, part.to_depth_m);
+        let pose = frame::upright(centre - Vector3::z() * depth_m)?;
+        let frustum = Frustum::new(part.height_m(), part.from_radius_m, part.to_radius_m);
+        Ok(frustum.ok().map(|frustum| Placed { frustum, pose }))
+    }
+}

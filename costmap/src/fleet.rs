@@ -1,0 +1,305 @@
+//! What flies: airframes at their masses, and how each one's wake falls on each other.
+
+use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
+use nalgebra::{Point3, Vector3};
+
+use crate::cover::Covers;
+use crate::envelope::Envelope;
+use crate::leg::{KindId, Leg};
+
+/// An airframe at one mass.
+#[derive(Clone, Debug)]
+pub struct Kind {
+    /// Index of the airframe in the fleet's list.
+    pub airframe: usize,
+    /// With payload (kg).
+    pub mass_kg: f64,
+    /// Radius of the ball that stays clear of others (m).
+    pub body_radius_m: f64,
+}
+
+/// The air that all wakes meet in.
+#[derive(Clone, Copy, Debug)]
+pub struct Conditions {
+    /// kg/m³.
+    pub density_kg_per_m3: f64,
+    /// Constants of the merged jet.
+    pub jet: Jet,
+    /// How wakes add up.
+    pub superposition: Superposition,
+    /// Gap between bodies beyond their radii (m).
+    pub clearance_m: f64,
+    /// Longest fall of a wake (m).
+    pub deepest_m: f64,
+    /// Lowest air limit of the fleet, over the induced velocity.
+    pub lowest_air_limit: f64,
+    /// Whether drones blow at all; `false` plans as if they did not.
+    pub wakes: bool,
+}
+
+/// Share of the budget, in millionths, that planned wakes may fill. The rest, chosen here, is for
+/// the wakes too weak to be counted one by one (see [`NEGLIGIBLE_SHARE`]).
+pub const BUDGET: u32 = 980_000;
+/// A load of the whole limit, in millionths.
+pub(crate) const WHOLE: f64 = 1_000_000.0;
+/// Wakes below this share of a budget count as still air. Chosen here: a hundred of them fit into the reserve.
+const NEGLIGIBLE_SHARE: f64 = 2e-4;
+
+/// All kinds of a fleet, with the tables of who blows how on whom.
+#[derive(Clone, Debug)]
+pub struct Fleet {
+    kinds: Vec<Kind>,
+    wakes: Vec<Wake>,
+    /// Receiver by receiver, emitter by emitter: `[receiver airframe][emitter airframe]`.
+    envelopes: Vec<Envelope>,
+    /// Speed at a point, by emitter airframe, for zones.
+    points: Vec<Envelope>,
+    airframes: usize,
+    reach_m: Vec<f64>,
+    conditions: Conditions,
+}
+
+/// What two legs do to each other while both last.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Meeting {
+    /// The bodies come closer than they may.
+    pub bodies: bool,
+    /// One centre is in the other's near-field column.
+    pub column: bool,
+    /// Bound on the first's budget that the second's wake fills, in millionths.
+    pub load_on_first: u32,
+    /// The other way round.
+    pub load_on_second: u32,
+    /// Mean air over the first's discs, over its induced velocity, averaged over the common time.
+    pub alpha_first: f64,
+    /// The other way round.
+    pub alpha_second: f64,
+}
+
+impl Fleet {
+    /// Tabulates every airframe's wake over every other's discs.
+    pub fn new(airframes: &[Airframe], kinds: Vec<Kind>, conditions: Conditions) -> Fleet {
+        let density = conditions.density_kg_per_m3;
+        let bare: Vec<Wake> = airframes
+            .iter()
+            .map(|a| Wake::new(a, a.mass_kg(), density, &conditions.jet))
+            .collect();
+        let wakes: Vec<Wake> = kinds
+            .iter()
+            .map(|kind| bare[kind.airframe].with_mass(kind.mass_kg))
+            .collect();
+        let extremes: Vec<(f64, f64)> = (0..airframes.len())
+            .map(|airframe| {
+                let speeds = || {
+                    kinds
+                        .iter()
+                        .zip(&wakes)
+                        .filter(move |(kind, _)| kind.airframe == airframe)
+                        .map(|(_, wake)| wake.induced_velocity_mps())
+                };
+                (
+                    speeds().fold(f64::INFINITY, f64::min),
+                    speeds().fold(0.0, f64::max),
+                )
+            })
+            .collect();
+        let mut envelopes = Vec::new();
+        for (receiver, &(slowest, _)) in airframes.iter().zip(&extremes) {
+            let discs = receiver.disc_points();
+            for (wake, &(_, fastest)) in bare.iter().zip(&extremes) {
+                let budget = conditions.lowest_air_limit * slowest / fastest;
+                let negligible = NEGLIGIBLE_SHARE * budget * budget;
+                envelopes.push(Envelope::new(wake, &discs, conditions.deepest_m, negligible));
+            }
+        }
+        let point = DiscPoints {
+            offsets_m: vec![[0.0, 0.0]],
+            weights: vec![1.0],
+        };
+        let points = bare
+            .iter()
+            // A speed of a hundredth of the induced velocity is still air for people and goods: chosen here.
+            .map(|wake| Envelope::new(wake, &point, conditions.deepest_m, 1e-4))
+            .collect();
+        let mut fleet = Fleet {
+            kinds,
+            wakes,
+            envelopes,
+            points,
+            airframes: airframes.len(),
+            reach_m: Vec::new(),
+            conditions,
+        };
+        fleet.reach_m = (0..fleet.kinds.len())
+            .map(|kind| fleet.longest_reach_m(KindId(kind as u16)))
+            .collect();
+        fleet
+    }
+
+    fn longest_reach_m(&self, kind: KindId) -> f64 {
+        let me = self.kind(kind);
+        self.kinds
+            .iter()
+            .map(|other| {
+                let bodies_m =
+                    me.body_radius_m + other.body_radius_m + self.conditions.clearance_m;
+                if !self.conditions.wakes {
+                    return bodies_m;
+                }
+                let onto_m = self.envelope(me.airframe, other.airframe).reach_m();
+                let from_m = self.envelope(other.airframe, me.airframe).reach_m();
+                bodies_m.max(onto_m).max(from_m)
+            })
+            .fold(0.0, f64::max)
+    }
+
+    fn envelope(&self, emitter: usize, receiver: usize) -> &Envelope {
+        &self.envelopes[receiver * self.airframes + emitter]
+    }
+
+    /// The kind of this index.
+    pub fn kind(&self, kind: KindId) -> &Kind {
+        &self.kinds[usize::from(kind.0)]
+    }
+
+    /// The wake of this kind.
+    pub fn wake(&self, kind: KindId) -> &Wake {
+        &self.wakes[usize::from(kind.0)]
+    }
+
+    /// The air they meet in.
+    pub fn conditions(&self) -> &Conditions {
+        &self.conditions
+    }
+
+    /// Beyond this horizontal distance, a drone of this kind and any other have nothing to do with each other (m).
+    pub fn reach_m(&self, kind: KindId) -> f64 {
+        self.reach_m[usize::from(kind.0)]
+    }
+
+    /// What two legs do to each other during the time they share; `None` where that is nothing.
+    ///
+    /// `ends` are the heights at which their wakes end (m).
+    pub fn meet(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
+        let time = first.overlap(second);
+        if time.is_empty() {
+            return None;
+        }
+        let from_m = first.position_m(time.start) - second.position_m(time.start);
+        let to_m = first.position_m(time.end) - second.position_m(time.end);
+        let nearest_m = crate::envelope::nearest_radius_m(&from_m, &to_m);
+        let mut meeting = Meeting::default();
+        let gap_m = self.kind(first.kind).body_radius_m
+            + self.kind(second.kind).body_radius_m
+            + self.conditions.clearance_m;
+        if nearest_m < gap_m {
+            meeting.bodies = nearest_distance_m(&from_m, &to_m) < gap_m;
+        }
+        if self.conditions.wakes && first.flying && second.flying {
+            let highest_m = |leg: &Leg| leg.position_m(time.start).z.max(leg.position_m(time.end).z);
+            // A wake that ends above a drone's rotor plane does not reach it.
+            if highest_m(first) >= ends[1] - 1e-6 {
+                self.blow(second, first, &from_m, &to_m, &mut meeting, true);
+            }
+            if highest_m(second) >= ends[0] - 1e-6 {
+                self.blow(first, second, &-from_m, &-to_m, &mut meeting, false);
+            }
+        }
+        (meeting != Meeting::default()).then_some(meeting)
+    }
+
+    fn blow(
+        &self,
+        emitter: &Leg,
+        receiver: &Leg,
+        from_m: &Vector3<f64>,
+        to_m: &Vector3<f64>,
+        meeting: &mut Meeting,
+        onto_first: bool,
+    ) {
+        let envelope = self.envelope(
+            self.kind(emitter.kind).airframe,
+            self.kind(receiver.kind).airframe,
+        );
+        meeting.column |= envelope.enters_column(from_m, to_m);
+        let met = envelope.along(from_m, to_m);
+        if met.peak_square == 0.0 {
+            return;
+        }
+        let ratio = self.wake(emitter.kind).induced_velocity_mps()
+            / self.wake(receiver.kind).induced_velocity_mps();
+        let load = self.load(met.peak_square.sqrt() * ratio / receiver.air_limit);
+        let alpha = met.mean * ratio;
+        if onto_first {
+            (meeting.load_on_first, meeting.alpha_first) = (load, alpha);
+        } else {
+            (meeting.load_on_second, meeting.alpha_second) = (load, alpha);
+        }
+    }
+
+    /// Millionths of a budget that a speed of this share of a limit fills, so that loads add up.
+    pub(crate) fn load(&self, share: f64) -> u32 {
+        let additive = match self.conditions.superposition {
+            Superposition::Linear => share,
+            // The strongest of several is at most the root of their sum of squares.
+            Superposition::Momentum | Superposition::Strongest => share * share,
+        };
+        (additive * WHOLE).ceil().min(f64::from(u32::MAX / 1024)) as u32
+    }
+
+    /// Millionths of a zone's limit that a leg's wake fills, at most.
+    pub fn load_on_zone(&self, leg: &Leg, covers: &Covers, zone: &ZoneBox) -> u32 {
+        if !self.conditions.wakes || !leg.flying {
+            return 0;
+        }
+        let envelope = &self.points[self.kind(leg.kind).airframe];
+        let offset_m = horizontal_gap_m(&leg.from_m, &leg.to_m, zone);
+        let highest_m = leg.from_m.z.max(leg.to_m.z);
+        let lowest_m = leg.from_m.z.min(leg.to_m.z);
+        if offset_m >= envelope.reach_m() || highest_m <= zone.min_m.z {
+            return 0;
+        }
+        let wake = self.wake(leg.kind);
+        if covers.wake_end_z_m(wake, &leg.from_m, &leg.to_m) >= zone.max_m.z {
+            return 0;
+        }
+        let shallow = Vector3::new(offset_m, 0.0, (zone.max_m.z - lowest_m).min(0.0));
+        let deep = Vector3::new(offset_m, 0.0, zone.min_m.z - highest_m);
+        let met = envelope.along(&shallow, &deep);
+        self.load(met.peak_square.sqrt() * wake.induced_velocity_mps() / zone.air_limit_mps)
+    }
+}
+
+/// A box in which the summed wake speed is limited.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ZoneBox {
+    /// Lowest corner (m).
+    pub min_m: Point3<f64>,
+    /// Highest corner (m).
+    pub max_m: Point3<f64>,
+    /// m/s.
+    pub air_limit_mps: f64,
+}
+
+/// A lower bound of the horizontal distance between a way and a box: exact where either stands for one axis.
+fn horizontal_gap_m(from_m: &Point3<f64>, to_m: &Point3<f64>, zone: &ZoneBox) -> f64 {
+    let along = |axis: usize| {
+        let (low, high) = (
+            from_m[axis].min(to_m[axis]),
+            from_m[axis].max(to_m[axis]),
+        );
+        (zone.min_m[axis] - high).max(low - zone.max_m[axis]).max(0.0)
+    };
+    along(0).hypot(along(1))
+}
+
+/// Smallest distance of a straight way from the origin (m).
+fn nearest_distance_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
+    let way_m = to_m - from_m;
+    let length_square = way_m.norm_squared();
+    if length_square < 1e-18 {
+        return from_m.norm();
+    }
+    let at = (-from_m.dot(&way_m) / length_square).clamp(0.0, 1.0);
+    (from_m + way_m * at).norm()
+}

@@ -1,0 +1,124 @@
+//! A leg: one drone moving straight, or standing still, for a whole number of ticks.
+
+use std::ops::Range;
+
+use nalgebra::{Point3, Vector3};
+
+/// A moment of the search, in hundredths of a second since the plan begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Tick(pub u32);
+
+impl Tick {
+    /// Chosen here: a duration rounds up by less than 2 % of half a second, a typical cell's.
+    pub const PER_SECOND: f64 = 100.0;
+    /// Later than any plan: the end of what lasts for ever.
+    pub const FOREVER: Tick = Tick(u32::MAX);
+
+    /// Seconds since the plan begins.
+    pub fn seconds(self) -> f64 {
+        f64::from(self.0) / Self::PER_SECOND
+    }
+
+    /// The whole number of ticks that `duration_s` needs, rounded up (a part in 10⁹ is forgiven).
+    pub fn lasting(duration_s: f64) -> u32 {
+        (duration_s * Self::PER_SECOND - 1e-9 * Self::PER_SECOND)
+            .ceil()
+            .max(0.0) as u32
+    }
+
+    /// `ticks` later; what lasts for ever stays so.
+    #[must_use]
+    pub fn after(self, ticks: u32) -> Tick {
+        Tick(self.0.saturating_add(ticks))
+    }
+}
+
+/// Index of a drone in its fleet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct DroneId(pub u32);
+
+/// Index of a [`Kind`](crate::fleet::Kind): an airframe at one mass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct KindId(pub u16);
+
+/// One drone on a straight way at constant speed, from one tick to another.
+///
+/// Half open in time: the end belongs to the next leg. Positions are rotor-plane centres (m, world,
+/// z up). A leg that ends at [`Tick::FOREVER`] stands still.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg {
+    /// Who.
+    pub drone: DroneId,
+    /// What flies, at which mass.
+    pub kind: KindId,
+    /// First moment.
+    pub start: Tick,
+    /// First moment after.
+    pub end: Tick,
+    /// Where it begins.
+    pub from_m: Point3<f64>,
+    /// Where it ends.
+    pub to_m: Point3<f64>,
+    /// In the air: it blows, and its air limit holds.
+    pub flying: bool,
+    /// Highest mean air over its discs, over its induced velocity.
+    pub air_limit: f64,
+}
+
+impl Leg {
+    /// A leg that stays where it is.
+    pub fn stays(&self) -> bool {
+        self.from_m == self.to_m
+    }
+
+    /// Where it is at a tick between its start and its end (both included).
+    pub fn position_m(&self, at: Tick) -> Point3<f64> {
+        if self.stays() || at <= self.start {
+            return self.from_m;
+        }
+        if at >= self.end {
+            return self.to_m;
+        }
+        let share = f64::from(at.0 - self.start.0) / f64::from(self.end.0 - self.start.0);
+        self.from_m + (self.to_m - self.from_m) * share
+    }
+
+    /// The ticks that two legs share.
+    pub fn overlap(&self, other: &Leg) -> Range<Tick> {
+        self.start.max(other.start)..self.end.min(other.end)
+    }
+
+    /// The part between two ticks.
+    #[must_use]
+    pub fn between(&self, start: Tick, end: Tick) -> Leg {
+        let (start, end) = (start.max(self.start), end.min(self.end));
+        Leg {
+            start,
+            end,
+            from_m: self.position_m(start),
+            to_m: self.position_m(end),
+            ..*self
+        }
+    }
+
+    /// Length over duration (m/s).
+    pub fn velocity_mps(&self) -> Vector3<f64> {
+        if self.stays() {
+            return Vector3::zeros();
+        }
+        (self.to_m - self.from_m) / (self.end.seconds() - self.start.seconds())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_round_up_but_forgive_the_last_digit() {
+        assert_eq!(Tick::lasting(0.5), 50);
+        assert_eq!(Tick::lasting(0.5 + 1e-12), 50);
+        assert_eq!(Tick::lasting(std::f64::consts::FRAC_1_SQRT_2), 71);
+        assert_eq!(Tick::lasting(0.0), 0);
+    }
+}

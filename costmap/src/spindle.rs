@@ -1,0 +1,295 @@
+//! All points where one drone's wake is faster than a limit, covered by stacked frusta.
+//!
+//! Far field. With `U_C = B' U_H/σ` on the axis, half-width `r_half = S' σ` and the profile
+//! `U = U_C/(1 + aξ²)²`, `a = √2 - 1` (Bauersfeld et al. 2025), the air is faster than a limit within
+//!
+//! ```text
+//! ξ² = (√(U_C/limit) - 1)/a            u = σ/σ_end, where U_C(σ_end) = limit
+//! r(u) = r_end g(u)/√a                  g(u)² = f(u) = u^{3/2} - u²,  r_end = half-width at u = 1
+//! ```
+//!
+//! for 0 < u < 1: a spindle, closed at u = 1. It is convex, so its tangents never cut it:
+//!
+//! ```text
+//! g'' = (2 f f″ - f′²)/(4 f^{3/2}),    2 f f″ - f′² = -u (3/4 - √u/2) < 0  on (0, 1]
+//! ```
+//!
+//! The cover is the stack of frusta between neighbouring tangents, cut at 2.5 l above and at u = 1 below.
+//!
+//! Near field. There is no closed form between the rotor plane and 2.5 l; one cylinder covers what is
+//! faster than the limit there, its radius found by search on the azimuth of a hub. N equal Gaussian jets on a ring are, at a fixed
+//! radius, fastest on a hub's azimuth: Σ_k e^{c cos(θ - θ_k)} = N Σ_m I_{Nm}(c) cos(N m θ) with Bessel functions
+//! I > 0, and everything else in the model is round.
+
+use crate::downwash::{Placed, Section};
+use crate::frame::NotFinite;
+use airflow::Wake;
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
+
+/// Constant of the profile, `a = √2 - 1`: half the speed at the half-width, by definition.
+const PROFILE_A: f64 = SQRT_2 - 1.0;
+
+/// Frusta that cover the far field: seven hold its volume within 2 % at any limit (the tests measure it).
+pub const FRUSTA: usize = 7;
+
+/// Relative growth of every radius, and of the lower end, against rounding. Chosen here: thousands of times the
+/// rounding of the formulas, and a nanometre per metre.
+const GROWTH: f64 = 1e-9;
+
+/// Depths at which the near field is searched, between the rotor plane and 2.5 l.
+const NEAR_FIELD_LEVELS: usize = 128;
+
+/// The near field is searched for this part of the limit. Between one searched depth and the next (l/51) the
+/// speed at a given radius changes by less than the rest; chosen here, and checked by random points.
+const NEAR_FIELD_LIMIT_PART: f64 = 0.97;
+
+/// The volume in which one drone's wake exceeds a speed, covered from outside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spindle {
+    limit_mps: f64,
+    near_field: Option<Section>,
+    far_field: Vec<Section>,
+    exact_far_field_m3: f64,
+}
+
+impl Spindle {
+    /// Covers the air faster than `limit_mps` with a cylinder over the near field and [`FRUSTA`] frusta over the
+    /// far field.
+    ///
+    /// Returns `None` unless the limit is a positive number.
+    pub fn new(wake: &Wake, limit_mps: f64) -> Option<Self> {
+        Self::with_frusta(wake, limit_mps, FRUSTA)
+    }
+
+    /// As [`Spindle::new`], with another number of far-field frusta (at least one).
+    pub fn with_frusta(wake: &Wake, limit_mps: f64, frusta: usize) -> Option<Self> {
+        if !(limit_mps.is_finite() && limit_mps > 0.0) {
+            return None;
+        }
+        let (far_field, exact_far_field_m3) = FarField::new(wake, limit_mps)
+            .map(|far| (far.cover(frusta.max(1)), far.volume_m3()))
+            .unwrap_or_default();
+        Some(Self {
+            limit_mps,
+            near_field: near_field(wake, limit_mps),
+            far_field,
+            exact_far_field_m3,
+        })
+    }
+
+    /// The speed it was made for (m/s).
+    pub fn limit_mps(&self) -> f64 {
+        self.limit_mps
+    }
+
+    /// The cylinder over the near field; `None` if the limit is not reached there.
+    pub fn near_field(&self) -> Option<&Section> {
+        self.near_field.as_ref()
+    }
+
+    /// The frusta over the far field, from above; none if the limit is not reached there.
+    pub fn far_field(&self) -> &[Section] {
+        &self.far_field
+    }
+
+    /// All sections, from above.
+    pub fn sections(&self) -> impl Iterator<Item = &Section> {
+        self.near_field.iter().chain(&self.far_field)
+    }
+
+    /// Whether the cover holds a point, given as its offset from the rotor centre (m, z up).
+    pub fn holds(&self, offset_m: Vector3<f64>) -> bool {
+        self.sections().any(|section| section.holds(offset_m))
+    }
+
+    /// Volume of the far-field frusta over the exact volume of what they cover; 1 where there is nothing.
+    pub fn far_field_excess(&self) -> f64 {
+        if self.far_field.is_empty() {
+            return 1.0;
+        }
+        let covered_m3: f64 = self.far_field.iter().map(volume_m3).sum();
+        covered_m3 / self.exact_far_field_m3
+    }
+
+    /// All sections in the world below a rotor centre (m), cut where the wake ends.
+    ///
+    /// # Errors
+    /// The rotor centre or the height is NaN or infinite.
+    pub fn hung(
+        &self,
+        rotor_centre_m: Point3<f64>,
+        wake_ends_at_z_m: f64,
+    ) -> Result<Vec<Placed>, NotFinite> {
+        self.sections()
+            .filter_map(|s| s.hung(rotor_centre_m, wake_ends_at_z_m).transpose())
+            .collect()
+    }
+}
+
+fn volume_m3(section: &Section) -> f64 {
+    let (r, s) = (section.from_radius_m, section.to_radius_m);
+    PI / 3.0 * section.height_m() * (r * r + r * s + s * s)
+}
+
+/// The closed form in `u`, see the head of this file.
+struct FarField {
+    /// Depth at u = 0 (m, negative: the virtual origin lies above the rotors).
+    origin_m: f64,
+    /// Distance from u = 0 to u = 1 (m).
+    length_m: f64,
+    /// r_end/√a (m).
+    scale_m: f64,
+    /// u at 2.5 l.
+    from_u: f64,
+}
+
+impl FarField {
+    /// `None` if the centreline at 2.5 l is no faster than the limit.
+    fn new(wake: &Wake, limit_mps: f64) -> Option<Self> {
+        let from_m = wake.near_field_depth_m();
+        let end_m = wake.spindle_end_m(limit_mps);
+        if end_m <= from_m {
+            return None;
+        }
+        let (from_width_m, end_width_m) = (wake.half_width_m(from_m), wake.half_width_m(end_m));
+        // The half-width is linear in depth and zero at the virtual origin.
+        let from_u = from_width_m / end_width_m;
+        let length_m = (end_m - from_m) / (1.0 - from_u);
+        Some(Self {
+            origin_m: end_m - length_m,
+            length_m,
+            scale_m: end_width_m / PROFILE_A.sqrt(),
+            from_u,
+        })
+    }
+
+    /// Radius (m) and its derivative by u at 0 < u < 1.
+    fn radius_and_slope_m(&self, u: f64) -> (f64, f64) {
+        let g = (u.powf(1.5) - u * u).sqrt();
+        (
+            self.scale_m * g,
+            self.scale_m * (1.5 * u.sqrt() - 2.0 * u) / (2.0 * g),
+        )
+    }
+
+    /// Exact volume (m³): π ∫ r² ds.
+    fn volume_m3(&self) -> f64 {
+        let u = self.from_u;
+        let integral = 0.4 * (1.0 - u.powf(2.5)) - (1.0 - u.powi(3)) / 3.0;
+        PI * self.scale_m * self.scale_m * self.length_m * integral
+    }
+
+    /// Stacked frusta between tangents.
+    fn cover(&self, frusta: usize) -> Vec<Section> {
+        let tangents: Vec<Tangent> = self
+            .tangent_points(frusta)
+            .map(|u| {
+                let (radius_m, slope_m) = self.radius_and_slope_m(u);
+                Tangent {
+                    u,
+                    radius_m,
+                    slope_m,
+                }
+            })
+            .collect();
+        let mut bounds = vec![self.from_u];
+        bounds.extend(tangents.windows(2).map(|pair| pair[0].crossing(&pair[1])));
+        bounds.push(1.0 + GROWTH);
+        let depth_m = |u: f64| self.origin_m + u * self.length_m;
+        let section = |(tangent, ends): (&Tangent, &[f64])| Section {
+            from_depth_m: depth_m(ends[0]),
+            to_depth_m: depth_m(ends[1]),
+            from_radius_m: tangent.radius_at_m(ends[0]) * (1.0 + GROWTH),
+            to_radius_m: tangent.radius_at_m(ends[1]) * (1.0 + GROWTH),
+        };
+        tangents
+            .iter()
+            .zip(bounds.windows(2))
+            .map(section)
+            .collect()
+    }
+
+    /// Where the tangents touch: equally spaced in (1 - u)^{2/3}.
+    ///
+    /// The slice cut off between tangents a distance h apart has the volume r |r″| h³, which is smallest in
+    /// total when they are spaced with density (r |r″|)^{1/3}. That is close to (1 - u)^{-1/3}, exactly so at the blunt end.
+    fn tangent_points(&self, frusta: usize) -> impl Iterator<Item = f64> {
+        let whole = (1.0 - self.from_u).powf(2.0 / 3.0);
+        let step = whole / frusta as f64;
+        (0..frusta).map(move |i| 1.0 - (whole - step * (i as f64 + 0.5)).powf(1.5))
+    }
+}
+
+/// A straight line that touches the spindle's profile from outside.
+struct Tangent {
+    u: f64,
+    radius_m: f64,
+    slope_m: f64,
+}
+
+impl Tangent {
+    fn radius_at_m(&self, u: f64) -> f64 {
+        (self.radius_m + self.slope_m * (u - self.u)).max(0.0)
+    }
+
+    /// Where it meets the next one. The profile is strictly concave, so slopes fall and the crossing lies between the two.
+    fn crossing(&self, next: &Tangent) -> f64 {
+        let u = (next.radius_m - self.radius_m + self.slope_m * self.u - next.slope_m * next.u)
+            / (self.slope_m - next.slope_m);
+        u.clamp(self.u, next.u)
+    }
+}
+
+/// The cylinder that covers the near field where it is faster than the limit; `None` if it is nowhere.
+fn near_field(wake: &Wake, limit_mps: f64) -> Option<Section> {
+    let depth_m = wake.near_field_depth_m();
+    let searched_mps = NEAR_FIELD_LIMIT_PART * limit_mps;
+    let radius_m = (0..=NEAR_FIELD_LEVELS)
+        .filter_map(|level| {
+            // At the rotor plane itself there is no air yet: the limit from below counts.
+            let part = (level as f64 / NEAR_FIELD_LEVELS as f64).max(GROWTH);
+            outermost_radius_m(wake, part * depth_m, searched_mps)
+        })
+        .max_by(f64::total_cmp)?;
+    Some(Section {
+        from_depth_m: 0.0,
+        to_depth_m: depth_m,
+        from_radius_m: radius_m,
+        to_radius_m: radius_m,
+    })
+}
+
+/// The largest radius at a depth where the wake is as fast as `speed_mps`, from outside.
+///
+/// Beyond the hubs every part of the model falls with radius, so the first radius that is fast enough, coming
+/// from outside, is the outermost; inside of them steps of l/50 resolve the lobes, each half a propeller wide.
+fn outermost_radius_m(wake: &Wake, depth_m: f64, speed_mps: f64) -> Option<f64> {
+    let is_fast = |radius_m: f64| {
+        let sideways_m = radius_m * FRAC_1_SQRT_2; // hubs stand on the diagonals
+        wake.axial_speed_mps(Vector3::new(sideways_m, sideways_m, -depth_m)) >= speed_mps
+    };
+    let step_m = wake.motor_distance_m() / 50.0;
+    let mut slow_m = wake.tip_radius_m();
+    while is_fast(slow_m) {
+        slow_m *= 2.0;
+    }
+    let mut fast_m = slow_m - step_m;
+    while !is_fast(fast_m) {
+        slow_m = fast_m;
+        fast_m -= step_m;
+        if fast_m < 0.0 {
+            return None;
+        }
+    }
+    // Twenty halvings of l/50: to 2e-8 l, and the outer end is kept.
+    for _ in 0..20 {
+        let middle_m = f64::midpoint(fast_m, slow_m);
+        if is_fast(middle_m) {
+            fast_m = middle_m;
+        } else {
+            slow_m = middle_m;
+        }
+    }
+    Some(slow_m)
+}

@@ -1,0 +1,99 @@
+//! One drone's job on the roadmap: where it starts, what it passes, how it ends, and how long that
+//! takes with nobody else there.
+
+use costmap::leg::{DroneId, KindId};
+use nalgebra::Point3;
+
+use crate::distances::{Distances, Mover, UNREACHABLE};
+use crate::roadmap::{Roadmap, Vertex};
+
+/// One drone's job.
+#[derive(Debug)]
+pub struct Errand {
+    /// Who.
+    pub drone: DroneId,
+    /// Where it starts.
+    pub start: Vertex,
+    /// It starts on the ground, without a wake.
+    pub grounded: bool,
+    /// Its tasks in order.
+    pub stages: Vec<Stage>,
+    /// What flies towards each task, and after the last.
+    pub kinds: Vec<KindId>,
+    /// What it does after the last dwell.
+    pub ending: Ending,
+    /// Its speed, size and stops.
+    pub mover: Mover,
+    /// Highest mean air over its discs, over its induced velocity.
+    pub air_limit: f64,
+}
+
+/// A task on the roadmap.
+#[derive(Debug)]
+pub struct Stage {
+    /// Ticks to it from anywhere.
+    pub distances: Distances,
+    /// How long it hovers there.
+    pub dwell_ticks: u32,
+    /// From arriving there to the end of the last dwell, with nobody else there.
+    pub rest_ticks: u32,
+}
+
+/// What a drone does after its last dwell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ending {
+    /// Stays in the air for ever.
+    Hover,
+    /// Descends straight down and rests without a wake.
+    Land {
+        /// Where it comes to rest (m).
+        rest_m: Point3<f64>,
+        /// Duration of the descent.
+        ticks: u32,
+    },
+    /// Body and wake vanish.
+    Leave,
+}
+
+impl Errand {
+    /// Where it is after its last dwell.
+    pub fn last_vertex(&self) -> Vertex {
+        self.stages
+            .last()
+            .map_or(self.start, |stage| stage.distances.goal())
+    }
+
+    /// Works out, from the last task backwards, how long the rest takes; unreachable tasks stay so.
+    pub fn chain(&mut self, roadmap: &Roadmap) {
+        let mut rest: u32 = 0;
+        for index in (0..self.stages.len()).rev() {
+            if let Some(next) = self.stages.get(index + 1) {
+                let from = self.stages[index].distances.goal();
+                rest = add(rest, next.distances.ticks(roadmap, from));
+            }
+            rest = add(rest, self.stages[index].dwell_ticks);
+            self.stages[index].rest_ticks = rest;
+        }
+    }
+
+    /// Ticks from a vertex, on the way to a stage, to the end of the last dwell; [`UNREACHABLE`] if there is no way.
+    pub fn remaining(&self, roadmap: &Roadmap, stage: usize, from: Vertex) -> u32 {
+        match self.stages.get(stage) {
+            Some(stage) => add(stage.distances.ticks(roadmap, from), stage.rest_ticks),
+            None => 0,
+        }
+    }
+
+    /// Ticks from the start to the end of the last dwell with nobody else there.
+    pub fn alone(&self, roadmap: &Roadmap) -> u32 {
+        self.remaining(roadmap, 0, self.start)
+    }
+}
+
+fn add(a: u32, b: u32) -> u32 {
+    if a == UNREACHABLE || b == UNREACHABLE {
+        UNREACHABLE
+    } else {
+        a.saturating_add(b)
+    }
+}

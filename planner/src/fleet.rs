@@ -1,0 +1,134 @@
+//! The whole flow: endpoints, roadmap, search, plan, verifier, and the same again without wakes.
+
+use std::collections::BTreeSet;
+
+use costmap::leg::DroneId;
+
+use crate::assemble::{assemble, judged};
+use crate::endpoints;
+use crate::outcome::{Blocker, Control, Effort, EndpointConflict, EndpointKind, Exclusion, Outcome, Progress};
+use crate::plan::{IgnoringDownwash, ViolationKind};
+use crate::prepare::{Job, empty_costmap, prepare};
+use crate::priority::{Stranded, plan_fleet};
+use crate::reason::reasons;
+use crate::verify::verify;
+use crate::world::World;
+
+/// Plans a fleet out of its own downwash and verifies the plan.
+///
+/// Reads no clock and no file: `control` says when to stop. The same world gives the same plan on any
+/// number of threads.
+pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
+    (control.progress)(Progress::Preparing);
+    let conflicts = endpoints::check(world);
+    if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
+        return Outcome::Blocked { conflicts };
+    }
+    let job = prepare(world);
+    let mut effort = Effort::default();
+    let excluded = excluded(&job, &conflicts, |_| true);
+    let costmap = empty_costmap(world, true);
+    let paths = plan_fleet(&job, &costmap, &excluded, &world.planning, control, &mut effort);
+    let unplanned = reasons(world, &job, &paths, &conflicts, control);
+
+    (control.progress)(Progress::Verifying);
+    let plan = assemble(world, &job, &paths);
+    let report = verify(&plan);
+    let mut plan = judged(plan, report, unplanned);
+
+    (control.progress)(Progress::IgnoringDownwash);
+    plan.ignoring_downwash = Some(ignoring_downwash(world, &job, &conflicts, control));
+    Outcome::Planned {
+        plan,
+        conflicts,
+        effort,
+    }
+}
+
+/// What the fleet would do if drones did not blow, judged with their wakes: the contrast alone, for
+/// worlds that [`plan_world`] finds blocked. `None` where even the bodies exclude one another at the start.
+pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash> {
+    let conflicts = endpoints::check(world);
+    let stuck = |c: &EndpointConflict| {
+        c.when == EndpointKind::Starts && matches!(c.why, Exclusion::Bodies { .. })
+    };
+    if conflicts.iter().any(stuck) {
+        return None;
+    }
+    (control.progress)(Progress::IgnoringDownwash);
+    Some(ignoring_downwash(world, &prepare(world), &conflicts, control))
+}
+
+/// The same fleet on the same roadmap as if drones did not blow, judged with their wakes.
+fn ignoring_downwash(
+    world: &World,
+    job: &Job,
+    conflicts: &[EndpointConflict],
+    control: &Control<'_>,
+) -> IgnoringDownwash {
+    let bodies = |c: &EndpointConflict| matches!(c.why, Exclusion::Bodies { .. });
+    let excluded = excluded(job, conflicts, bodies);
+    let costmap = empty_costmap(world, false);
+    let mut effort = Effort::default();
+    let paths = plan_fleet(job, &costmap, &excluded, &world.planning, control, &mut effort);
+    let plan = assemble(world, job, &paths);
+    let report = verify(&plan);
+    let over: BTreeSet<&str> = report
+        .violations
+        .iter()
+        .filter(|v| matches!(v.kind, ViolationKind::Air | ViolationKind::Column))
+        .map(|v| v.drone.as_str())
+        .collect();
+    IgnoringDownwash {
+        makespan_s: plan.fleet.makespan_s,
+        drones_over_limit: over.len(),
+        worst_air_mps: report
+            .air_met
+            .iter()
+            .map(|met| met.worst_air_mps)
+            .fold(0.0, f64::max),
+        time_over_limit_s: report.air_met.iter().map(|met| met.time_over_limit_s).sum(),
+        unplanned: paths.stranded.len(),
+    }
+}
+
+/// Drones that stay at their starts whatever the search finds: blocked landings, and enough drones
+/// that no two goals exclude each other any more, those in most conflicts first.
+fn excluded(
+    job: &Job,
+    conflicts: &[EndpointConflict],
+    counts: impl Fn(&EndpointConflict) -> bool,
+) -> Vec<(DroneId, Stranded)> {
+    let mut out: Vec<(DroneId, Stranded)> = job
+        .blocked_landings
+        .iter()
+        .map(|&(drone, short_m)| (DroneId(drone as u32), Stranded::Landing(short_m)))
+        .collect();
+    let mut open: Vec<&EndpointConflict> = conflicts
+        .iter()
+        .filter(|c| c.when == EndpointKind::Goals && counts(c))
+        .collect();
+    let involves = |c: &EndpointConflict, drone: usize| {
+        c.drone == drone || c.blocker == Blocker::Drone(drone)
+    };
+    for (drone, _) in &out {
+        open.retain(|c| !involves(c, drone.0 as usize));
+    }
+    while !open.is_empty() {
+        let count = |drone: usize| open.iter().filter(|c| involves(c, drone)).count();
+        let Some(worst) = open
+            .iter()
+            .flat_map(|c| match c.blocker {
+                Blocker::Drone(other) => [c.drone, other],
+                Blocker::Zone(_) => [c.drone, c.drone],
+            })
+            .max_by_key(|&drone| (count(drone), drone))
+        else {
+            break;
+        };
+        out.push((DroneId(worst as u32), Stranded::EndpointConflict));
+        open.retain(|c| !involves(c, worst));
+    }
+    out.sort_unstable_by_key(|(drone, _)| *drone);
+    out
+}

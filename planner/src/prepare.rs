@@ -1,0 +1,277 @@
+//! From a world to what the search needs: roadmap, errands, and an empty costmap.
+
+use airflow::Airframe;
+use costmap::costmap::Costmap;
+use costmap::cover::{Covers, Top};
+use costmap::fleet::{Conditions, Fleet, Kind, ZoneBox};
+use costmap::leg::{DroneId, KindId, Tick};
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use crate::distances::{Distances, Mover};
+use crate::errand::{Ending, Errand, Stage};
+use crate::roadmap::{Roadmap, Stop, Vertex};
+use crate::solid::Solids;
+use crate::world::{AtEnd, AtStart, Drone, Solid, Vehicle, World};
+
+/// Descents end on what they land on: a body may come this close to it (m), the verifier's own tolerance.
+const TOUCH_M: f64 = 1e-3;
+
+/// Everything that stays the same while a fleet is planned.
+#[derive(Debug)]
+pub struct Job {
+    /// Ways through free space.
+    pub roadmap: Roadmap,
+    /// One per drone, in the world's order.
+    pub errands: Vec<Errand>,
+    /// Drones whose landing is blocked, and by how much (m).
+    pub blocked_landings: Vec<(usize, f64)>,
+}
+
+/// Makes the roadmap and every drone's errand.
+pub fn prepare(world: &World) -> Job {
+    let solids = (!world.obstacles.is_empty()).then(|| Solids::new(&world.obstacles));
+    let mut stops = Vec::new();
+    for drone in &world.drones {
+        stops.extend(stops_of(drone, world.planning.clearance_m));
+    }
+    let (roadmap, vertices) = Roadmap::new(
+        &world.bounds_m,
+        world.planning.cell_m,
+        solids.as_ref(),
+        &stops,
+    );
+    let kinds = Kinds::of(world);
+    let mut blocked_landings = Vec::new();
+    let mut errands = Vec::with_capacity(world.drones.len());
+    let mut next = 0;
+    for (index, drone) in world.drones.iter().enumerate() {
+        let own = &vertices[next..=next + drone.tasks.len()];
+        next += drone.tasks.len() + 1;
+        let ending = ending(world, solids.as_ref(), drone);
+        let ending = ending.unwrap_or_else(|short_m| {
+            blocked_landings.push((index, short_m));
+            Ending::Hover
+        });
+        errands.push(errand(world, &roadmap, &kinds, index, own, ending));
+    }
+    errands
+        .par_iter_mut()
+        .for_each(|errand| errand.chain(&roadmap));
+    Job {
+        roadmap,
+        errands,
+        blocked_landings,
+    }
+}
+
+fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = Stop> + '_ {
+    let radius_m = drone.vehicle.body_radius_m + clearance_m;
+    let start = Stop {
+        point_m: drone.start_m,
+        radius_m,
+        grounded: drone.at_start == AtStart::Landed,
+    };
+    let tasks = drone.tasks.iter().map(move |task| Stop {
+        point_m: task.to_m,
+        radius_m,
+        grounded: false,
+    });
+    std::iter::once(start).chain(tasks)
+}
+
+fn errand(
+    world: &World,
+    roadmap: &Roadmap,
+    kinds: &Kinds,
+    index: usize,
+    vertices: &[Vertex],
+    ending: Ending,
+) -> Errand {
+    let drone = &world.drones[index];
+    let mover = Mover {
+        speed_mps: drone.vehicle.max_speed_mps,
+        radius_m: drone.vehicle.body_radius_m + world.planning.clearance_m,
+        stops: with_lifts(roadmap, vertices),
+    };
+    let stages = drone
+        .tasks
+        .iter()
+        .zip(&vertices[1..])
+        .map(|(task, &goal)| Stage {
+            distances: Distances::new(roadmap, goal, mover.clone()),
+            dwell_ticks: Tick::lasting(task.dwell_s),
+            rest_ticks: 0,
+        })
+        .collect();
+    Errand {
+        drone: DroneId(index as u32),
+        start: vertices[0],
+        grounded: drone.at_start == AtStart::Landed,
+        stages,
+        kinds: kinds.of_drone(index),
+        ending,
+        mover,
+        air_limit: drone.air_limit,
+    }
+}
+
+/// Own stops beyond the lattice, and the places right above those on the ground.
+fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
+    let mut stops: Vec<Vertex> = Vec::new();
+    for &vertex in vertices.iter().filter(|v| roadmap.is_stop(**v)) {
+        stops.push(vertex);
+        stops.extend(roadmap.ways(vertex).map(|(to, _)| to).filter(|to| roadmap.is_stop(*to)));
+    }
+    stops.sort_unstable();
+    stops.dedup();
+    stops
+}
+
+/// How a drone ends; an error tells how much room a landing lacks (m).
+fn ending(world: &World, solids: Option<&Solids>, drone: &Drone) -> Result<Ending, f64> {
+    match drone.at_end {
+        AtEnd::Hover => Ok(Ending::Hover),
+        AtEnd::Leave => Ok(Ending::Leave),
+        AtEnd::Land => {
+            let from_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
+            let radius_m = drone.vehicle.body_radius_m;
+            let rest_m = resting_place_m(world, solids, from_m, radius_m);
+            let way_m = from_m.z - rest_m.z;
+            if let Some(solids) = solids
+                && way_m > 0.0
+            {
+                let clear_m = solids.segment_clearance_m(from_m, rest_m, radius_m);
+                if clear_m < radius_m - TOUCH_M {
+                    return Err(radius_m - clear_m);
+                }
+            }
+            let ticks = Tick::lasting(way_m / drone.vehicle.max_speed_mps);
+            Ok(Ending::Land { rest_m, ticks })
+        }
+    }
+}
+
+/// Straight below: on the floor or an obstacle's top, the body just touching; never above.
+fn resting_place_m(
+    world: &World,
+    solids: Option<&Solids>,
+    from_m: Point3<f64>,
+    radius_m: f64,
+) -> Point3<f64> {
+    let floor_z_m = world.bounds_m.min.z;
+    let support_z_m = solids.map_or(floor_z_m, |solids| {
+        solids.support_below_z_m(from_m, floor_z_m).0
+    });
+    Point3::new(from_m.x, from_m.y, (support_z_m + radius_m).min(from_m.z))
+}
+
+/// Distinct airframes, and distinct vehicles at distinct masses.
+struct Kinds {
+    airframes: Vec<Airframe>,
+    kinds: Vec<(Vehicle, f64)>,
+    /// Per drone: towards each task, and after the last.
+    of_drones: Vec<Vec<KindId>>,
+}
+
+impl Kinds {
+    fn of(world: &World) -> Kinds {
+        let mut all = Kinds {
+            airframes: Vec::new(),
+            kinds: Vec::new(),
+            of_drones: Vec::new(),
+        };
+        for drone in &world.drones {
+            let bare_kg = drone.vehicle.airframe.mass_kg();
+            let mut mass_kg = bare_kg;
+            let mut own = vec![all.kind(&drone.vehicle, mass_kg)];
+            for task in &drone.tasks {
+                if let Some(load_kg) = task.load_kg {
+                    mass_kg = bare_kg + load_kg;
+                }
+                own.push(all.kind(&drone.vehicle, mass_kg));
+            }
+            all.of_drones.push(own);
+        }
+        all
+    }
+
+    fn kind(&mut self, vehicle: &Vehicle, mass_kg: f64) -> KindId {
+        let known = self
+            .kinds
+            .iter()
+            .position(|(other, kg)| other == vehicle && *kg == mass_kg);
+        let index = known.unwrap_or_else(|| {
+            if !self.airframes.contains(&vehicle.airframe) {
+                self.airframes.push(vehicle.airframe.clone());
+            }
+            self.kinds.push((vehicle.clone(), mass_kg));
+            self.kinds.len() - 1
+        });
+        KindId(index as u16)
+    }
+
+    fn of_drone(&self, index: usize) -> Vec<KindId> {
+        self.of_drones[index].clone()
+    }
+}
+
+/// An empty costmap for a world; `wakes: false` for a fleet that ignores downwash.
+pub fn empty_costmap(world: &World, wakes: bool) -> Costmap {
+    let all = Kinds::of(world);
+    let kinds = all
+        .kinds
+        .iter()
+        .map(|(vehicle, mass_kg)| Kind {
+            airframe: all
+                .airframes
+                .iter()
+                .position(|airframe| *airframe == vehicle.airframe)
+                .unwrap_or(0),
+            mass_kg: *mass_kg,
+            body_radius_m: vehicle.body_radius_m,
+        })
+        .collect();
+    let limits = world.drones.iter().map(|drone| drone.air_limit);
+    let conditions = Conditions {
+        density_kg_per_m3: world.air.density_kg_per_m3(),
+        jet: world.jet,
+        superposition: world.superposition,
+        clearance_m: world.planning.clearance_m,
+        deepest_m: world.bounds_m.max.z - world.bounds_m.min.z,
+        lowest_air_limit: limits.fold(f64::INFINITY, f64::min),
+        wakes,
+    };
+    let tops = world
+        .obstacles
+        .iter()
+        .filter_map(|obstacle| match &obstacle.shape {
+            Solid::Box(bounds) => Some(Top::Rectangle {
+                min_m: [bounds.min.x, bounds.min.y],
+                max_m: [bounds.max.x, bounds.max.y],
+                z_m: bounds.max.z,
+            }),
+            Solid::Cylinder {
+                base_m,
+                radius_m,
+                height_m,
+            } => Some(Top::Disc {
+                centre_m: [base_m.x, base_m.y],
+                radius_m: *radius_m,
+                z_m: base_m.z + height_m,
+            }),
+            Solid::Mesh { .. } => None,
+        })
+        .collect();
+    let zones = world.zones.iter().map(|zone| ZoneBox {
+        min_m: zone.bounds_m.min,
+        max_m: zone.bounds_m.max,
+        air_limit_mps: zone.air_limit_mps,
+    });
+    Costmap::new(
+        Fleet::new(&all.airframes, kinds, conditions),
+        Covers::new(world.bounds_m.min.z, tops),
+        zones.collect(),
+        world.drones.len(),
+    )
+}

@@ -1,0 +1,274 @@
+//! The order of the fleet, and what to do when a drone finds no way.
+//!
+//! Shortest errand first. A search never has to fail: a drone may cross what others hold, at a price
+//! for each of them; whoever is crossed is evicted, replanned next, and dearer from then on. The
+//! growing prices end quarrels: without growth two drones can evict each other for ever. A drone that
+//! is evicted too often, or that has no way at all, stays at its start for good; the rest is planned
+//! around it, and the fleet is tried again in other orders, the best answer counting.
+
+use std::collections::VecDeque;
+
+use costmap::costmap::{Costmap, Verdict};
+use costmap::leg::{DroneId, Leg, Tick};
+
+use crate::distances::UNREACHABLE;
+use crate::errand::Errand;
+use crate::outcome::{Control, Effort, Progress};
+use crate::prepare::Job;
+use crate::search::{Found, IMMOVABLE, Obstruction, Path, Scene, search};
+
+/// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
+const FIRST_WEIGHT: u32 = 500;
+/// Added at every eviction: chosen here, half the first price.
+const WEIGHT_GROWTH: u32 = 250;
+/// A drone evicted more often than this stays at its start. Chosen here: fleets of 1000 that can be
+/// planned evict nobody more than a few times.
+const MOST_EVICTIONS: u32 = 24;
+/// States of one search; chosen here, seconds of work.
+const MOST_EXPANSIONS: u64 = 400_000;
+/// Orders tried when somebody is left out; chosen here.
+const ORDERS: u64 = 4;
+
+/// Paths of a fleet.
+#[derive(Clone, Debug)]
+pub struct Paths {
+    /// Per drone; `None`: it stays at its start.
+    pub paths: Vec<Option<Path>>,
+    /// Why those without a path have none.
+    pub stranded: Vec<(DroneId, Stranded)>,
+    /// Everybody's reservations, the stranded included.
+    pub costmap: Costmap,
+}
+
+/// Why a drone stays at its start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stranded {
+    /// The roadmap has no way through free space to one of its tasks.
+    NoWay,
+    /// Its end excludes somebody else's.
+    EndpointConflict,
+    /// What it would land on, or what is beside it, leaves too little room: how much is missing (m).
+    Landing(f64),
+    /// Others are in the way.
+    Obstructed(Option<Obstruction>),
+    /// Planning was stopped before its turn.
+    Stopped,
+}
+
+/// Plans the whole fleet; those in `excluded` stay at their starts from the beginning.
+pub fn plan_fleet(
+    job: &Job,
+    costmap: &Costmap,
+    excluded: &[(DroneId, Stranded)],
+    planning: &crate::world::Planning,
+    control: &Control<'_>,
+    effort: &mut Effort,
+) -> Paths {
+    let mut best: Option<Paths> = None;
+    for order in 0..ORDERS {
+        let mut attempt = Attempt::new(job, costmap.clone(), planning.energy_weight, control, effort);
+        attempt.exclude(excluded);
+        attempt.run(order_of(job, order, planning.seed));
+        let paths = attempt.into_paths();
+        let better = |known: &Paths| score(&paths) < score(known);
+        if best.as_ref().is_none_or(better) {
+            best = Some(paths);
+        }
+        let left_out = best.as_ref().map_or(0, |paths| paths.stranded.len());
+        if left_out == known_hopeless(job, excluded) || (control.stop)() {
+            break;
+        }
+    }
+    best.unwrap_or_else(|| Paths {
+        paths: Vec::new(),
+        stranded: Vec::new(),
+        costmap: costmap.clone(),
+    })
+}
+
+fn known_hopeless(job: &Job, excluded: &[(DroneId, Stranded)]) -> usize {
+    let unreachable = |errand: &&Errand| {
+        errand.alone(&job.roadmap) == UNREACHABLE
+            && !excluded.iter().any(|(drone, _)| *drone == errand.drone)
+    };
+    excluded.len() + job.errands.iter().filter(unreachable).count()
+}
+
+fn score(paths: &Paths) -> (usize, u64) {
+    let arrivals = paths.paths.iter().flatten().map(|path| u64::from(path.arrives.0));
+    (paths.stranded.len(), arrivals.sum())
+}
+
+/// Shortest alone first; later orders shuffle neighbours in that order more and more.
+fn order_of(job: &Job, order: u64, seed: u64) -> VecDeque<DroneId> {
+    let mut keyed: Vec<(u64, DroneId)> = job
+        .errands
+        .iter()
+        .map(|errand| {
+            let alone = u64::from(errand.alone(&job.roadmap));
+            let noise = splitmix64(seed ^ (order << 32) ^ u64::from(errand.drone.0)) % 1000;
+            // In the first order noise only breaks ties.
+            (alone * 1000 + order * alone * noise / 2 + noise, errand.drone)
+        })
+        .collect();
+    keyed.sort_unstable();
+    keyed.into_iter().map(|(_, drone)| drone).collect()
+}
+
+/// G. Steele, D. Lea, C. Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
+fn splitmix64(seed: u64) -> u64 {
+    let mut z = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
+struct Attempt<'a> {
+    job: &'a Job,
+    costmap: Costmap,
+    energy_weight: f64,
+    control: &'a Control<'a>,
+    effort: &'a mut Effort,
+    weights: Vec<u32>,
+    evicted: Vec<u32>,
+    paths: Vec<Option<Path>>,
+    stranded: Vec<(DroneId, Stranded)>,
+}
+
+impl<'a> Attempt<'a> {
+    fn new(
+        job: &'a Job,
+        costmap: Costmap,
+        energy_weight: f64,
+        control: &'a Control<'a>,
+        effort: &'a mut Effort,
+    ) -> Attempt<'a> {
+        let drones = job.errands.len();
+        Attempt {
+            job,
+            costmap,
+            energy_weight,
+            control,
+            effort,
+            weights: vec![FIRST_WEIGHT; drones],
+            evicted: vec![0; drones],
+            paths: vec![None; drones],
+            stranded: Vec::new(),
+        }
+    }
+
+    fn exclude(&mut self, excluded: &[(DroneId, Stranded)]) {
+        let mut queue = VecDeque::new();
+        for &(drone, why) in excluded {
+            self.strand(drone, why, &mut queue);
+        }
+    }
+
+    fn run(&mut self, mut queue: VecDeque<DroneId>) {
+        while let Some(drone) = queue.pop_front() {
+            if self.weights[drone.0 as usize] == IMMOVABLE {
+                continue;
+            }
+            if (self.control.stop)() {
+                self.strand(drone, Stranded::Stopped, &mut queue);
+                continue;
+            }
+            self.plan_one(drone, &mut queue);
+            (self.control.progress)(Progress::Searching {
+                planned: self.paths.iter().flatten().count(),
+                drones: self.paths.len(),
+                evictions: self.effort.evictions,
+            });
+        }
+    }
+
+    fn plan_one(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
+        let errand = &self.job.errands[drone.0 as usize];
+        if errand.alone(&self.job.roadmap) == UNREACHABLE {
+            return self.strand(drone, Stranded::NoWay, queue);
+        }
+        let scene = Scene {
+            roadmap: &self.job.roadmap,
+            costmap: &self.costmap,
+            weights: &self.weights,
+            energy_weight: self.energy_weight,
+            most_expansions: MOST_EXPANSIONS,
+            stop: self.control.stop,
+        };
+        let searched = search(scene, errand);
+        self.effort.searches += 1;
+        self.effort.expansions += searched.expansions;
+        match searched.found {
+            Found::Stopped => self.strand(drone, Stranded::Stopped, queue),
+            Found::Blocked(by) => self.strand(drone, Stranded::Obstructed(by), queue),
+            Found::Path(path) => {
+                for &met in &path.met {
+                    self.evict(met, queue);
+                }
+                self.costmap.insert(path.legs.clone());
+                self.paths[drone.0 as usize] = Some(path);
+            }
+        }
+    }
+
+    fn evict(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
+        let index = drone.0 as usize;
+        self.costmap.remove(drone);
+        self.paths[index] = None;
+        self.effort.evictions += 1;
+        self.evicted[index] += 1;
+        self.weights[index] = self.weights[index].saturating_add(WEIGHT_GROWTH).min(IMMOVABLE - 1);
+        if self.evicted[index] > MOST_EVICTIONS {
+            self.strand(drone, Stranded::Obstructed(None), queue);
+        } else {
+            queue.push_front(drone);
+        }
+    }
+
+    /// Leaves a drone at its start for ever, and takes back whoever is in conflict with that.
+    fn strand(&mut self, drone: DroneId, why: Stranded, queue: &mut VecDeque<DroneId>) {
+        let stay = stays_at_start(&self.job.errands[drone.0 as usize], &self.job.roadmap);
+        let mut near = Vec::new();
+        let mut verdict = Verdict::default();
+        self.costmap.near(&stay, 0.0, &mut near);
+        self.costmap.judge(&stay, &near, &mut verdict);
+        self.weights[drone.0 as usize] = IMMOVABLE;
+        self.stranded.push((drone, why));
+        let mut hit: Vec<DroneId> = verdict.blockers.iter().map(|b| b.drone).collect();
+        hit.sort_unstable();
+        hit.dedup();
+        for other in hit {
+            if self.weights[other.0 as usize] != IMMOVABLE {
+                self.costmap.remove(other);
+                self.paths[other.0 as usize] = None;
+                self.effort.evictions += 1;
+                queue.push_front(other);
+            }
+        }
+        self.costmap.insert(vec![stay]);
+    }
+
+    fn into_paths(mut self) -> Paths {
+        self.stranded.sort_unstable_by_key(|(drone, _)| *drone);
+        Paths {
+            paths: self.paths,
+            stranded: self.stranded,
+            costmap: self.costmap,
+        }
+    }
+}
+
+/// The one leg of a drone that is not planned.
+pub fn stays_at_start(errand: &Errand, roadmap: &crate::roadmap::Roadmap) -> Leg {
+    let at_m = roadmap.position_m(errand.start);
+    Leg {
+        drone: errand.drone,
+        kind: errand.kinds[0],
+        start: Tick(0),
+        end: Tick::FOREVER,
+        from_m: at_m,
+        to_m: at_m,
+        flying: !errand.grounded,
+        air_limit: errand.air_limit,
+    }
+}

@@ -1,0 +1,234 @@
+//! Why a drone stays at its start, in words: who or what is in the way, where and when, and the way out.
+
+use costmap::costmap::Why;
+use costmap::leg::DroneId;
+use nalgebra::Point3;
+
+use crate::assemble::assemble;
+use crate::outcome::{Blocker, Control, EndpointConflict, EndpointKind, Exclusion};
+use crate::plan::{Plan, Unplanned, Violation, ViolationKind};
+use crate::prepare::Job;
+use crate::priority::{Paths, Stranded};
+use crate::search::{Found, IMMOVABLE, Obstruction, Path, Scene, search};
+use crate::verify::verify;
+use crate::world::World;
+
+/// For how many drones the gentlest pass is looked for: chosen here, a few searches each.
+const MOST_PASSES: usize = 4;
+/// Limits are raised at most this many times: chosen here, well past any flyable air.
+const HIGHEST_RAISE: f64 = 8.0;
+/// States of a search for a pass: chosen here, a second of work.
+const MOST_EXPANSIONS: u64 = 60_000;
+
+/// One reason per stranded drone.
+pub fn reasons(
+    world: &World,
+    job: &Job,
+    paths: &Paths,
+    conflicts: &[EndpointConflict],
+    control: &Control<'_>,
+) -> Vec<Unplanned> {
+    let mut passes = 0;
+    paths
+        .stranded
+        .iter()
+        .map(|&(drone, why)| {
+            let reason = match why {
+                Stranded::NoWay => no_way(world, job, drone),
+                Stranded::EndpointConflict => endpoint(world, conflicts, drone),
+                Stranded::Landing(short_m) => format!(
+                    "the descent from its last task lacks {short_m:.2} m of room beside an obstacle; \
+                     move the task sideways, or end with Hover or Leave"
+                ),
+                Stranded::Stopped => "planning was stopped before its turn".to_owned(),
+                Stranded::Obstructed(_) => {
+                    passes += 1;
+                    obstructed(world, job, paths, drone, passes <= MOST_PASSES, control)
+                }
+            };
+            Unplanned {
+                name: name(world, drone).to_owned(),
+                reason,
+            }
+        })
+        .collect()
+}
+
+fn name(world: &World, drone: DroneId) -> &str {
+    &world.drones[drone.0 as usize].name
+}
+
+fn place(point_m: &Point3<f64>) -> String {
+    format!("({:.2}, {:.2}, {:.2})", point_m.x, point_m.y, point_m.z)
+}
+
+fn no_way(world: &World, job: &Job, drone: DroneId) -> String {
+    let errand = &job.errands[drone.0 as usize];
+    let tasks = &world.drones[drone.0 as usize].tasks;
+    let mut from = errand.start;
+    let mut to = 0;
+    for (index, stage) in errand.stages.iter().enumerate() {
+        to = index;
+        if stage.distances.ticks(&job.roadmap, from) == crate::distances::UNREACHABLE {
+            break;
+        }
+        from = stage.distances.goal();
+    }
+    format!(
+        "no way through free space from {} to task {} at {} for a body of {:.2} m radius with {:.2} m \
+         clearance, on a lattice of {:.2} m; widen the gap, or set a smaller cell_m",
+        place(&job.roadmap.position_m(from)),
+        to + 1,
+        tasks.get(to).map_or_else(String::new, |task| place(&task.to_m)),
+        world.drones[drone.0 as usize].vehicle.body_radius_m,
+        world.planning.clearance_m,
+        world.planning.cell_m,
+    )
+}
+
+fn endpoint(world: &World, conflicts: &[EndpointConflict], drone: DroneId) -> String {
+    let index = drone.0 as usize;
+    let own = |c: &&EndpointConflict| {
+        c.when == EndpointKind::Goals && (c.drone == index || c.blocker == Blocker::Drone(index))
+    };
+    let Some(conflict) = conflicts.iter().find(own) else {
+        return "its goal excludes another's".to_owned();
+    };
+    let sufferer = &world.drones[conflict.drone].name;
+    let blocker = match conflict.blocker {
+        Blocker::Drone(other) => format!("`{}`", world.drones[other].name),
+        Blocker::Zone(zone) => format!("zone `{}`", world.zones[zone].name),
+    };
+    let how = match conflict.why {
+        Exclusion::Bodies { gap_m, needs_m } => {
+            format!("the goal of `{sufferer}` is {gap_m:.2} m from the body of {blocker}, it needs {needs_m:.2} m")
+        }
+        Exclusion::Column => format!("the goal of `{sufferer}` is in the near-field column of {blocker}"),
+        Exclusion::Air { air_mps, alpha, limit } => format!(
+            "the goal of `{sufferer}` is in the downwash of {blocker}: {air_mps:.1} m/s, alpha {alpha:.2}, its limit is {limit:.2}"
+        ),
+        Exclusion::Zone { air_mps, limit_mps } => format!(
+            "the goal of `{sufferer}` blows {air_mps:.1} m/s into {blocker}, which allows {limit_mps:.1} m/s"
+        ),
+    };
+    match conflict.nearest_fix_m {
+        Some(fix_m) => format!("{how}; move `{sufferer}`'s goal to {}", place(&fix_m)),
+        None => how,
+    }
+}
+
+/// Names who is in the way, and the gentlest pass through the others' air if there is one.
+fn obstructed(
+    world: &World,
+    job: &Job,
+    paths: &Paths,
+    drone: DroneId,
+    look_for_pass: bool,
+    control: &Control<'_>,
+) -> String {
+    let (found, by) = try_raised(job, paths, drone, 1.0, control);
+    if found.is_some() {
+        return "it and others kept evicting one another; give it another goal, or start it later".to_owned();
+    }
+    let who = by.map_or_else(|| "others are in the way".to_owned(), |by| obstruction(world, &by));
+    if !look_for_pass {
+        return who;
+    }
+    match gentlest_pass(world, job, paths, drone, control) {
+        Some(pass) => format!("{who}; no pass without exposure: {pass}"),
+        None => format!("{who}; no pass at any air limit, bodies and columns are in the way"),
+    }
+}
+
+fn obstruction(world: &World, by: &Obstruction) -> String {
+    let at = format!("at {} from {:.1} s on", place(&by.at_m), by.at.seconds());
+    match by.by {
+        None => format!("its own downwash is too strong for a zone {at}"),
+        Some((other, why)) => {
+            let other = name(world, other);
+            let what = match why {
+                Why::Bodies => format!("the body of `{other}` is in its way"),
+                Why::Column => format!("the near-field column between it and `{other}` is in its way"),
+                Why::OwnLimit => format!("the downwash of `{other}` is in its way"),
+                Why::TheirLimit => format!("its downwash would fall on `{other}`"),
+                Why::Zone => format!("its downwash and that of `{other}` are too much for a zone"),
+            };
+            format!("{what} {at}")
+        }
+    }
+}
+
+fn try_raised(
+    job: &Job,
+    paths: &Paths,
+    drone: DroneId,
+    times: f64,
+    control: &Control<'_>,
+) -> (Option<Path>, Option<Obstruction>) {
+    let costmap = paths.costmap.with_limits_raised(times);
+    let weights = vec![IMMOVABLE; job.errands.len()];
+    let scene = Scene {
+        roadmap: &job.roadmap,
+        costmap: &costmap,
+        weights: &weights,
+        energy_weight: 0.0,
+        most_expansions: MOST_EXPANSIONS,
+        stop: control.stop,
+    };
+    match search(scene, &job.errands[drone.0 as usize]).found {
+        Found::Path(path) => (Some(path), None),
+        Found::Blocked(by) => (None, by),
+        Found::Stopped => (None, None),
+    }
+}
+
+/// The least raise of all limits that lets the drone pass, found by bisection, and what it would mean.
+fn gentlest_pass(
+    world: &World,
+    job: &Job,
+    paths: &Paths,
+    drone: DroneId,
+    control: &Control<'_>,
+) -> Option<String> {
+    let mut pass = try_raised(job, paths, drone, HIGHEST_RAISE, control).0?;
+    let (mut too_low, mut enough) = (1.0, HIGHEST_RAISE);
+    while enough / too_low > 1.02 {
+        let middle = f64::midpoint(too_low, enough);
+        match try_raised(job, paths, drone, middle, control).0 {
+            Some(path) => (pass, enough) = (path, middle),
+            None => too_low = middle,
+        }
+    }
+    let mut with_pass = paths.clone();
+    with_pass.stranded.retain(|(other, _)| *other != drone);
+    with_pass.paths[drone.0 as usize] = Some(pass);
+    let plan = assemble(world, job, &with_pass);
+    let worst = verify(&plan)
+        .violations
+        .into_iter()
+        .filter(|violation| violation.kind == ViolationKind::Air)
+        .max_by(|a, b| (a.value / a.limit).total_cmp(&(b.value / b.limit)))?;
+    Some(describe(&plan, &worst))
+}
+
+fn describe(plan: &Plan, worst: &Violation) -> String {
+    let alpha = worst.value;
+    let extra_percent = 100.0 * (airflow::power::beta(alpha) - 1.0);
+    let from = worst.with.as_deref().unwrap_or("the others");
+    let geometry = worst
+        .with
+        .as_ref()
+        .and_then(|with| plan.drones.iter().find(|other| other.name == *with))
+        .and_then(|other| other.trajectory.position_m(worst.from_s))
+        .map_or_else(String::new, |at_m| {
+            let below_m = at_m.z - worst.position_m.z;
+            let aside_m = (at_m.xy() - worst.position_m.xy()).norm();
+            format!(", {below_m:.1} m below and {aside_m:.1} m beside `{from}`")
+        });
+    format!(
+        "the gentlest puts `{}` at {}{geometry}, alpha {alpha:.2}, +{extra_percent:.0} % power; raise air_limit to {:.2}",
+        worst.drone,
+        place(&worst.position_m),
+        (alpha * 100.0).ceil() / 100.0,
+    )
+}

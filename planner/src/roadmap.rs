@@ -1,0 +1,362 @@
+//! The ways through free space: a petgraph of a 26-connected lattice and of every place that a drone
+//! starts from or is sent to.
+//!
+//! One graph serves all sizes of drones: each way carries its clearance, and a drone uses those that
+//! are wide enough for its body. Lattice places come first and keep their numbers, blocked or not.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Point3;
+use petgraph::Directed;
+use petgraph::csr::Csr;
+use rayon::prelude::*;
+
+use crate::lattice::{BoxCount, Lattice, NEIGHBOURS};
+use crate::solid::Solids;
+use crate::world::Bounds;
+
+/// A place in a [`Roadmap`].
+pub type Vertex = u32;
+
+/// Clearances are kept to a tenth of a millimetre, below what the verifier forgives (m).
+const CLEARANCE_TOLERANCE_M: f64 = 1e-4;
+
+/// A straight way between two places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Way {
+    /// m.
+    pub length_m: f32,
+    /// Distance to the nearest obstacle, and of its ends to the floor (m); capped at what the largest drone needs.
+    pub clearance_m: f32,
+}
+
+impl Way {
+    /// Whether a ball of this radius fits all along.
+    pub fn fits(&self, radius_m: f64) -> bool {
+        f64::from(self.clearance_m) + CLEARANCE_TOLERANCE_M >= radius_m
+    }
+}
+
+/// Ways through free space.
+#[derive(Debug)]
+pub struct Roadmap {
+    graph: Csr<(), Way, Directed, Vertex>,
+    lattice: Lattice,
+    /// Where the places beyond the lattice are (m).
+    places_m: Vec<Point3<f64>>,
+    /// For each radius asked for, the lattice places from which some step is blocked.
+    narrow: Vec<(f64, BoxCount)>,
+}
+
+/// A place beyond the lattice that a drone must be able to reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
+    /// m.
+    pub point_m: Point3<f64>,
+    /// Radius of the ball that must stay clear on the ways from and to here (m).
+    pub radius_m: f64,
+    /// Smaller clearance forgiven on the way straight up from here: the drone stands on something.
+    pub grounded: bool,
+}
+
+impl Roadmap {
+    /// Connects the lattice and the stops around the obstacles; returns the vertex of each stop.
+    pub fn new(
+        bounds: &Bounds,
+        cell_m: f64,
+        solids: Option<&Solids>,
+        stops: &[Stop],
+    ) -> (Roadmap, Vec<Vertex>) {
+        let points_m: Vec<Point3<f64>> = stops.iter().map(|stop| stop.point_m).collect();
+        let lattice = Lattice::new(bounds, cell_m, &points_m);
+        let mut radii_m: Vec<f64> = stops.iter().map(|stop| stop.radius_m).collect();
+        radii_m.sort_by(f64::total_cmp);
+        radii_m.dedup();
+        let survey = Survey {
+            lattice: &lattice,
+            solids,
+            floor_z_m: bounds.min.z,
+            widest_m: radii_m.last().copied().unwrap_or(0.0),
+        };
+        let forward = survey.forward_clearances();
+        let narrow = radii_m
+            .iter()
+            .map(|&radius_m| {
+                let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= radius_m;
+                let marked = |place| !around(&lattice, &forward, place).all(|(_, c)| wide(c));
+                (radius_m, BoxCount::new(&lattice, marked))
+            })
+            .collect();
+        let mut links = Links::new(&survey, bounds);
+        let vertices = stops.iter().map(|stop| links.connect(stop, &forward)).collect();
+        let graph = links.into_graph(&forward);
+        let (graph, places_m) = (graph.0, graph.1);
+        let roadmap = Roadmap {
+            graph,
+            lattice,
+            places_m,
+            narrow,
+        };
+        (roadmap, vertices)
+    }
+
+    /// The lattice within.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// Number of places.
+    pub fn len(&self) -> usize {
+        self.graph.node_count()
+    }
+
+    /// Number of ways, each direction counted.
+    pub fn way_count(&self) -> usize {
+        self.graph.edge_count()
+    }
+
+    /// Whether a vertex is one of the stops beyond the lattice.
+    pub fn is_stop(&self, vertex: Vertex) -> bool {
+        vertex as usize >= self.lattice.len()
+    }
+
+    /// Where a vertex is (m).
+    pub fn position_m(&self, vertex: Vertex) -> Point3<f64> {
+        match (vertex as usize).checked_sub(self.lattice.len()) {
+            Some(stop) => self.places_m[stop],
+            None => self.lattice.position_m(vertex),
+        }
+    }
+
+    /// Ways out of a vertex, in ascending order of where they lead.
+    pub fn ways(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Way)> + '_ {
+        let to = self.graph.neighbors_slice(vertex);
+        let ways = self.graph.edges_slice(vertex);
+        to.iter().copied().zip(ways.iter().copied())
+    }
+
+    /// Lattice places where a ball of this radius cannot take every step; `None` if nobody asked for the radius.
+    pub(crate) fn narrow(&self, radius_m: f64) -> Option<&BoxCount> {
+        self.narrow
+            .iter()
+            .find(|(known_m, _)| *known_m == radius_m)
+            .map(|(_, count)| count)
+    }
+}
+
+/// Clearance of the 13 ways from a lattice place to neighbours of higher number; the others are theirs.
+type Forward = Vec<[f32; 13]>;
+
+/// Neighbours of a lattice place with the clearance of the way there, in ascending order.
+fn around<'a>(
+    lattice: &'a Lattice,
+    forward: &'a Forward,
+    place: Vertex,
+) -> impl Iterator<Item = (Vertex, f32)> + 'a {
+    let [i, j, k] = lattice.steps(place);
+    NEIGHBOURS.iter().enumerate().filter_map(move |(n, d)| {
+        let to = lattice.at([i + d[0], j + d[1], k + d[2]])?;
+        let clearance_m = match n.checked_sub(13) {
+            Some(ahead) => forward[place as usize][ahead],
+            None => forward[to as usize][12 - n],
+        };
+        Some((to, clearance_m))
+    })
+}
+
+/// What is needed to measure clearances.
+struct Survey<'a> {
+    lattice: &'a Lattice,
+    solids: Option<&'a Solids>,
+    floor_z_m: f64,
+    widest_m: f64,
+}
+
+impl Survey<'_> {
+    fn forward_clearances(&self) -> Forward {
+        let step_m = self.lattice.cell_m() * 3.0_f64.sqrt();
+        (0..self.lattice.len() as u32)
+            .into_par_iter()
+            .map(|place| {
+                let from_m = self.lattice.position_m(place);
+                let solids = self.solids.filter(|solids| {
+                    let far_m = self.widest_m + step_m;
+                    solids.segment_clearance_m(from_m, from_m, far_m) < far_m
+                });
+                let [i, j, k] = self.lattice.steps(place);
+                std::array::from_fn(|ahead| {
+                    let d = NEIGHBOURS[13 + ahead];
+                    let Some(to) = self.lattice.at([i + d[0], j + d[1], k + d[2]]) else {
+                        return f32::NEG_INFINITY;
+                    };
+                    let to_m = self.lattice.position_m(to);
+                    // Bodies keep off the floor too, though bounds limit only their centres.
+                    let floor_m = from_m.z.min(to_m.z) - self.floor_z_m;
+                    let free_m = solids.map_or(self.widest_m, |solids| {
+                        solids.segment_clearance_m(from_m, to_m, self.widest_m)
+                    });
+                    free_m.min(floor_m) as f32
+                })
+            })
+            .collect()
+    }
+
+    fn clearance_m(&self, a_m: Point3<f64>, b_m: Point3<f64>) -> f64 {
+        self.solids.map_or(self.widest_m, |solids| {
+            solids.segment_clearance_m(a_m, b_m, self.widest_m)
+        })
+    }
+}
+
+/// The stops beyond the lattice and their ways, while a roadmap is being made.
+struct Links<'a> {
+    survey: &'a Survey<'a>,
+    bounds: &'a Bounds,
+    places_m: Vec<Point3<f64>>,
+    known: BTreeMap<[u64; 5], Vertex>,
+    ways: BTreeMap<(Vertex, Vertex), Way>,
+}
+
+impl<'a> Links<'a> {
+    fn new(survey: &'a Survey<'a>, bounds: &'a Bounds) -> Links<'a> {
+        Links {
+            survey,
+            bounds,
+            places_m: Vec::new(),
+            known: BTreeMap::new(),
+            ways: BTreeMap::new(),
+        }
+    }
+
+    fn connect(&mut self, stop: &Stop, forward: &Forward) -> Vertex {
+        let lattice = self.survey.lattice;
+        if let Some(place) = lattice.place_at(&stop.point_m) {
+            let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= stop.radius_m;
+            if around(lattice, forward, place).any(|(_, c)| wide(c)) {
+                return place;
+            }
+        }
+        let p = stop.point_m;
+        let key = [p.x, p.y, p.z, stop.radius_m, f64::from(u8::from(stop.grounded))].map(f64::to_bits);
+        if let Some(&vertex) = self.known.get(&key) {
+            return vertex;
+        }
+        let vertex = self.add(p);
+        self.known.insert(key, vertex);
+        let clear_m = self.survey.clearance_m(p, p);
+        if stop.grounded && clear_m < stop.radius_m {
+            if let Some(lifted) = self.lift(stop, clear_m) {
+                let above = self.connect(&lifted, forward);
+                self.link(vertex, above, stop.point_m, lifted.point_m, stop.radius_m);
+            }
+            return vertex;
+        }
+        self.link_to_lattice(vertex, stop);
+        vertex
+    }
+
+    fn add(&mut self, point_m: Point3<f64>) -> Vertex {
+        self.places_m.push(point_m);
+        (self.survey.lattice.len() + self.places_m.len() - 1) as Vertex
+    }
+
+    /// The lowest place straight above where the body is as clear as it must be.
+    fn lift(&self, stop: &Stop, clear_m: f64) -> Option<Stop> {
+        /// Chosen here: finer than any clearance worth asking for.
+        const RISE_M: f64 = 0.02;
+        let mut point_m = stop.point_m;
+        while point_m.z + RISE_M <= self.bounds.max.z {
+            point_m.z += RISE_M;
+            // It may leave what it stands on, but come closer to nothing.
+            if self.survey.clearance_m(stop.point_m, point_m) < clear_m - CLEARANCE_TOLERANCE_M {
+                return None;
+            }
+            if self.survey.clearance_m(point_m, point_m) >= stop.radius_m {
+                return Some(Stop {
+                    point_m,
+                    grounded: false,
+                    ..*stop
+                });
+            }
+        }
+        None
+    }
+
+    /// Ways to the corners of the stop's cell or, where one of them is blocked, to those around as well.
+    fn link_to_lattice(&mut self, vertex: Vertex, stop: &Stop) {
+        let lattice = self.survey.lattice;
+        let [i, j, k] = lattice.cell_of(&stop.point_m);
+        let mut linked = 0;
+        for (low, high) in [(0, 1), (-1, 2), (-2, 3)] {
+            let mut open = true;
+            for (dx, dy, dz) in cube(low, high) {
+                let inner = (low + 1..high).contains(&dx)
+                    && (low + 1..high).contains(&dy)
+                    && (low + 1..high).contains(&dz);
+                if low < 0 && inner {
+                    continue;
+                }
+                let Some(to) = lattice.at([i + dx, j + dy, k + dz]) else {
+                    continue;
+                };
+                let to_m = lattice.position_m(to);
+                let clearance_m = self
+                    .survey
+                    .clearance_m(stop.point_m, to_m)
+                    .min((to_m.z - self.survey.floor_z_m).max(stop.point_m.z - self.survey.floor_z_m));
+                if clearance_m + CLEARANCE_TOLERANCE_M < stop.radius_m {
+                    open = false;
+                    continue;
+                }
+                self.link(vertex, to, stop.point_m, to_m, clearance_m);
+                linked += 1;
+            }
+            if open && linked > 0 {
+                return;
+            }
+        }
+    }
+
+    fn link(&mut self, a: Vertex, b: Vertex, a_m: Point3<f64>, b_m: Point3<f64>, clearance_m: f64) {
+        let way = Way {
+            length_m: (b_m - a_m).norm() as f32,
+            clearance_m: clearance_m as f32,
+        };
+        self.ways.insert((a, b), way);
+        self.ways.insert((b, a), way);
+    }
+
+    fn into_graph(self, forward: &Forward) -> (Csr<(), Way, Directed, Vertex>, Vec<Point3<f64>>) {
+        let lattice = self.survey.lattice;
+        let lengths_m = [1.0, 2.0_f64.sqrt(), 3.0_f64.sqrt()].map(|l| (l * lattice.cell_m()) as f32);
+        let mut edges: Vec<(Vertex, Vertex, Way)> = Vec::with_capacity(lattice.len() * 26);
+        let mut extra = self.ways.iter().peekable();
+        for place in 0..lattice.len() as Vertex {
+            let steps = lattice.steps(place);
+            for (to, clearance_m) in around(lattice, forward, place) {
+                if clearance_m <= 0.0 {
+                    continue;
+                }
+                let there = lattice.steps(to);
+                let axes = (0..3).filter(|&axis| steps[axis] != there[axis]).count();
+                let length_m = lengths_m[axes - 1];
+                edges.push((place, to, Way { length_m, clearance_m }));
+            }
+            while let Some(((from, to), way)) = extra.next_if(|((from, _), _)| *from == place) {
+                edges.push((*from, *to, *way));
+            }
+        }
+        edges.extend(extra.map(|((from, to), way)| (*from, *to, *way)));
+        let mut graph = Csr::from_sorted_edges(&edges).unwrap_or_default();
+        while graph.node_count() < lattice.len() + self.places_m.len() {
+            graph.add_node(());
+        }
+        (graph, self.places_m)
+    }
+}
+
+fn cube(low: i32, high: i32) -> impl Iterator<Item = (i32, i32, i32)> {
+    (low..=high).flat_map(move |z| {
+        (low..=high).flat_map(move |y| (low..=high).map(move |x| (x, y, z)))
+    })
+}
