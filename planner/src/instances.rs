@@ -7,9 +7,11 @@
 //! of cells and no two goals do, which keeps both free of downwash: an Offboard 2 one metre beside
 //! the axis of another meets at most 0.08 of its induced velocity in a hall 8 m high.
 
-use std::fmt::Write as _;
+mod scene;
 
 use thiserror::Error;
+
+use scene::Scene;
 
 /// Why there is no such scenario.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -49,8 +51,6 @@ pub enum InstanceError {
 
 /// Height of every generated hall (m): eight flight levels of 1 m.
 const HEIGHT_M: f64 = 8.0;
-/// Fleet-wide limit of the air over the rotor discs, over the induced velocity: +16 % power.
-const AIR_LIMIT: f64 = 0.3;
 /// Smallest distance between neighbours on the circle (m), chosen here: two bodies of Offboard 2
 /// (0.198 m each to the rotor tips) and the default clearance of 0.1 m need 0.495 m.
 const CIRCLE_SPACING_M: f64 = 0.5;
@@ -235,117 +235,42 @@ fn millimetres(length_m: f64) -> f64 {
     (length_m * 1000.0).round() / 1000.0
 }
 
-/// What a scenario says, before it is text.
-#[derive(Default)]
-struct Scene {
-    about: String,
-    command: String,
-    name: String,
-    size_m: [f64; 3],
-    boxes: Vec<(String, [f64; 3], [f64; 3])>,
-    flights: Vec<([f64; 3], [f64; 3])>,
-}
-
-impl Scene {
-    /// Starts in distinct columns, goals in distinct columns, heights free.
-    fn scatter(
-        &mut self,
-        name: &'static str,
-        columns: Vec<[f64; 2]>,
-        drones: usize,
-        seed: u64,
-    ) -> Result<(), InstanceError> {
-        if drones > columns.len() {
-            return Err(InstanceError::TooMany {
-                name,
-                drones,
-                room: columns.len(),
-            });
-        }
-        let mut random = SplitMix64(seed);
-        let mut places = || -> Vec<[f64; 3]> {
-            let mut columns = columns.clone();
-            (0..drones)
-                .map(|taken| {
-                    let chosen = taken + random.below(columns.len() - taken);
-                    columns.swap(taken, chosen);
-                    let [x, y] = columns[taken];
-                    [x, y, random.below(self.size_m[2] as usize) as f64 + 0.5]
-                })
-                .collect()
-        };
-        let (starts, goals) = (places(), places());
-        self.flights = starts.into_iter().zip(goals).collect();
-        Ok(())
-    }
-
-    fn to_ron(&self) -> String {
-        let Scene {
-            about,
-            command,
-            name,
-            size_m: [x, y, z],
-            ..
-        } = self;
-        let mut text = format!(
-            "// {about}\n// Made by: {command}\nScenario(\n  name: \"{name}\",\n  bounds_m: (min: (0, 0, 0), max: ({x}, {y}, {z})),\n"
-        );
-        let mut put = |line: std::fmt::Arguments| {
-            // Writing to a String cannot fail.
-            let _ = text.write_fmt(line);
-        };
-        if !self.boxes.is_empty() {
-            put(format_args!("  obstacles: [\n"));
-            for (name, [x0, y0, z0], [x1, y1, z1]) in &self.boxes {
-                put(format_args!(
-                    "    (name: \"{name}\", min_m: ({x0}, {y0}, {z0}), max_m: ({x1}, {y1}, {z1})),\n"
-                ));
-            }
-            put(format_args!("  ],\n"));
-        }
-        put(format_args!("  drones: [\n"));
-        for (index, ([x0, y0, z0], [x1, y1, z1])) in self.flights.iter().enumerate() {
-            put(format_args!(
-                "    (name: \"d{}\", airframe: \"offboard-2\", start_m: ({x0}, {y0}, {z0}), tasks: [(to_m: ({x1}, {y1}, {z1}))]),\n",
-                index + 1
-            ));
-        }
-        put(format_args!(
-            "  ],\n  planning: (cell_m: 1.0, air_limit: {AIR_LIMIT}),\n)\n"
-        ));
-        text
-    }
-}
-
-/// SplitMix64: Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014,
-/// with the mixing constants of S. Vigna's public-domain implementation.
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
-    /// One of `0..end`, by multiplication; its bias, below `end` / 2⁶⁴, does not matter here.
-    fn below(&mut self, end: usize) -> usize {
-        ((u128::from(self.next()) * end as u128) >> 64) as usize
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::scene::AIR_LIMIT;
     use super::*;
+    use airflow::{Air, Airframe, Jet, Source, Superposition, Wake, mean_over_discs_mps};
+    use nalgebra::Point3;
 
     #[test]
-    fn the_generator_is_splitmix64() {
-        // First outputs for seed 1234567, as listed with the public reference implementation [recalled].
-        let mut random = SplitMix64(1_234_567);
-        assert_eq!(
-            [random.next(), random.next()],
-            [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]
+    fn a_drone_among_eight_neighbours_hovering_above_is_within_its_limit() {
+        let frame = Airframe::preset("offboard-2").expect("a preset");
+        let wake = Wake::new(
+            &frame,
+            frame.mass_kg(),
+            Air::default().density_kg_per_m3(),
+            &Jet::default(),
+        );
+        let around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| (f64::from(x), f64::from(y))));
+        let sources: Vec<Source> = around
+            .filter(|&place| place != (0.0, 0.0))
+            .map(|(x, y)| Source {
+                wake: &wake,
+                position_m: Point3::new(x, y, 7.5),
+                ends_at_z_m: 0.0,
+            })
+            .collect();
+        // The wakes widen downwards: the lowest level meets most.
+        let below_m = Point3::new(0.0, 0.0, 0.5);
+        let air_mps = mean_over_discs_mps(
+            &sources,
+            &frame.disc_points(),
+            below_m,
+            Superposition::Momentum,
+        );
+        assert!(
+            air_mps / wake.induced_velocity_mps() < 0.75 * AIR_LIMIT,
+            "{air_mps} m/s"
         );
     }
 

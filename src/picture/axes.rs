@@ -4,8 +4,9 @@ use super::canvas::Canvas;
 use super::view::{Eye, View};
 use crate::wording::metres;
 
-/// Ticks are at least this far apart (px).
-const TICK_PX: f64 = 64.0;
+/// Ticks are at least this far apart (px): numbers beside one another need more than stacked ones.
+const TICK_RIGHT_PX: f64 = 64.0;
+const TICK_UP_PX: f64 = 36.0;
 const GREY: &str = "#52606d";
 
 /// The room: its floor or its silhouette, with a metric grid.
@@ -75,7 +76,7 @@ pub(super) fn draw(canvas: &mut Canvas, view: &View) {
 }
 
 fn scale_bar(canvas: &mut Canvas, view: &View) {
-    let length_m = tick_step_m(view.px_per_m);
+    let length_m = tick_step_m(view.px_per_m, TICK_RIGHT_PX);
     let right = view.left_px + view.width_px;
     let (left, y) = (right - length_m * view.px_per_m, view.top_px - 10.0);
     canvas.put(format_args!(
@@ -97,11 +98,13 @@ enum Axis {
 /// Places on the sheet (px) and their labels in metres.
 fn ticks(view: &View, axis: Axis) -> Vec<(f64, String)> {
     let (low, high) = (&view.bounds_m.min, &view.bounds_m.max);
-    let (low_m, high_m) = match axis {
-        Axis::Right => (low.x, high.x),
-        Axis::Up => (view.up(low), view.up(high)),
+    let (low_m, high_m, apart_px) = match axis {
+        Axis::Right => (low.x, high.x, TICK_RIGHT_PX),
+        Axis::Up if view.eye == Eye::Side => (low.z, high.z, TICK_UP_PX),
+        // Squares on the floor.
+        Axis::Up => (low.y, high.y, TICK_RIGHT_PX),
     };
-    let step_m = tick_step_m(view.px_per_m);
+    let step_m = tick_step_m(view.px_per_m, apart_px);
     let first = (low_m / step_m - 1e-9).ceil() as i64;
     let last = (high_m / step_m + 1e-9).floor() as i64;
     (first..=last)
@@ -118,8 +121,8 @@ fn ticks(view: &View, axis: Axis) -> Vec<(f64, String)> {
 }
 
 /// 1, 2 or 5 times a power of ten (m).
-fn tick_step_m(px_per_m: f64) -> f64 {
-    let least_m = TICK_PX / px_per_m;
+fn tick_step_m(px_per_m: f64, apart_px: f64) -> f64 {
+    let least_m = apart_px / px_per_m;
     let power = 10_f64.powf(least_m.log10().floor());
     let factor = [1.0, 2.0, 5.0, 10.0]
         .into_iter()

@@ -154,29 +154,44 @@ fn tooltip(drone: &DronePlan) -> String {
     )
 }
 
-/// Starts hollow, goals filled; square where the drone stands instead of hovering.
+/// Starts are rings, goals dots, so that a goal at another's start shows both; square where the
+/// drone stands instead of hovering.
 pub(super) fn markers(canvas: &mut Canvas, view: &View, plan: &Plan) {
     let radius = marker_px(plan);
     canvas.group("ends", |canvas| {
         for (index, drone) in plan.drones.iter().enumerate() {
-            let Some((start, end)) = ends(view, drone) else {
+            let Some((start, _)) = ends(view, drone) else {
                 continue;
             };
             let (colour, _) = line_style(index);
-            let hollow = format!(
+            let ring = format!(
                 r##"fill="#fcfcfa" stroke="{colour}" stroke-width="{:.1}""##,
-                radius * 0.36
+                radius * 0.32
             );
             marker(
                 canvas,
                 start,
                 radius,
                 drone.at_start == AtStart::Landed,
-                &hollow,
+                &ring,
             );
+        }
+        for (index, drone) in plan.drones.iter().enumerate() {
+            let Some((_, end)) = ends(view, drone) else {
+                continue;
+            };
             if drone.trajectory.position_m.len() > 1 && drone.at_end != AtEnd::Leave {
-                let filled = format!(r##"fill="{colour}" stroke="#fcfcfa" stroke-width="0.8""##);
-                marker(canvas, end, radius, drone.at_end == AtEnd::Land, &filled);
+                let dot = format!(
+                    r##"fill="{}" stroke="#fcfcfa" stroke-width="0.8""##,
+                    line_style(index).0
+                );
+                marker(
+                    canvas,
+                    end,
+                    radius * 0.75,
+                    drone.at_end == AtEnd::Land,
+                    &dot,
+                );
             }
         }
     });
@@ -213,9 +228,9 @@ fn marker(canvas: &mut Canvas, (x, y): (f64, f64), radius: f64, square: bool, st
 
 fn marker_px(plan: &Plan) -> f64 {
     if plan.drones.len() <= NAMED_UP_TO {
-        4.5
+        5.0
     } else {
-        2.6
+        3.0
     }
 }
 

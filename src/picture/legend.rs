@@ -9,11 +9,11 @@ use super::view::Layout;
 pub(super) fn draw(canvas: &mut Canvas, layout: &Layout, plan: &Plan, worst: bool) {
     let mut entries = vec![
         (
-            r##"<circle cx="8" cy="-4" r="4.5" fill="#fcfcfa" stroke="#332288" stroke-width="1.6"/>"##,
+            r##"<circle cx="8" cy="-4" r="5" fill="#fcfcfa" stroke="#332288" stroke-width="1.6"/>"##,
             "start",
         ),
         (
-            r##"<circle cx="8" cy="-4" r="4.5" fill="#332288"/>"##,
+            r##"<circle cx="8" cy="-4" r="3.8" fill="#332288"/>"##,
             "goal",
         ),
         (

@@ -216,7 +216,13 @@ pub(super) fn draw(canvas: &mut Canvas, view: &View, wake: &DrawnWake, of: usize
         Eye::Above => "#2b7bba",
         Eye::Side => "url(#air)",
     };
-    draw_shape(canvas, view, wake, &format!(r#"fill="{fill}" fill-opacity="{opacity:.2}""#), "#2b7bba");
+    draw_shape(
+        canvas,
+        view,
+        wake,
+        &format!(r#"fill="{fill}" fill-opacity="{opacity:.2}""#),
+        "#2b7bba",
+    );
 }
 
 fn draw_shape(canvas: &mut Canvas, view: &View, wake: &DrawnWake, fill: &str, edge: &str) {
