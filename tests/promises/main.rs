@@ -5,6 +5,7 @@
 )]
 
 mod commands;
+mod endpoints;
 mod hover;
 mod near_field;
 mod paper;

@@ -10,7 +10,7 @@ use super::{AirMet, Found, column};
 use crate::plan::{Violation, ViolationKind};
 
 /// How far the mean may exceed the limit, over U_H: chosen here, a three-hundredth of the default limit.
-pub(super) const ALPHA_TOLERANCE: f64 = 1e-3;
+pub(crate) const ALPHA_TOLERANCE: f64 = 1e-3;
 
 /// Errors allowed in the highest air, as a part of it and over U_H.
 const WORST_TOLERANCE: f64 = 1e-3;

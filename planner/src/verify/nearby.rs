@@ -82,6 +82,9 @@ pub(super) fn encounters(scene: &Scene<'_>) -> Vec<Vec<Near>> {
     near
 }
 
+/// Lowest and highest corner (m).
+type Places = (Vector3<f64>, Vector3<f64>);
+
 /// Pairs near one another in one slab, by index.
 fn pairs_during(
     flights: &[Flight],
@@ -89,7 +92,7 @@ fn pairs_during(
     farthest_m: f64,
     reaches_m: &[f64],
 ) -> Vec<(usize, usize)> {
-    let mut boxes: Vec<(usize, (Vector3<f64>, Vector3<f64>))> = flights
+    let mut boxes: Vec<(usize, Places)> = flights
         .iter()
         .enumerate()
         .filter_map(|(k, flight)| {

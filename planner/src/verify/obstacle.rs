@@ -13,7 +13,7 @@ use crate::trajectory::Motion;
 
 /// How deep a body may sink into a solid before it counts (m), chosen here: what stands on a surface
 /// touches it, and the files carry rounded numbers.
-pub(super) const TOUCH_M: f64 = 1e-3;
+pub(crate) const TOUCH_M: f64 = 1e-3;
 
 /// A way this short is judged by its middle (m): half of the depth allowed.
 const SHORTEST_WAY_M: f64 = 0.5 * TOUCH_M;

@@ -20,9 +20,10 @@ use super::FAINTEST_WAKE_MPS;
 
 /// Layers of the near field, between the rotor plane and 2.5 motor distances: 0.1 motor distances each.
 const LAYERS: usize = 25;
-/// Rings of 0.1 motor distances; what is farther out counts as the last one.
-const RINGS: usize = 40;
-/// Samples per layer and ring, each way.
+/// Rings, 30 to a motor distance; what is farther out than 4 counts as the last one.
+const RINGS: usize = 120;
+const RINGS_PER_MOTOR_DISTANCE: f64 = 30.0;
+/// Samples per layer.
 const FINE: usize = 3;
 /// Samples between one diagonal and the next axis: the field of four rotors repeats every 90 degrees
 /// and is its own mirror image about each diagonal.
@@ -42,7 +43,7 @@ const JUST_BELOW: f64 = 1.0 + 1e-9;
 struct NearTable {
     layer_m: f64,
     ring_m: f64,
-    /// `U / U_H` in a layer at or beyond a ring's inner radius.
+    /// `U / U_H` in a layer at or beyond the inner radius of each ring, and of the one after the last.
     speed: Vec<f64>,
     /// `|grad U| / U_H` there (1/m).
     slope_per_m: Vec<f64>,
@@ -127,9 +128,10 @@ impl BoundedWake {
             );
             high = high.max(speed * u_h);
             low = 0.0;
-            if depth_m.0 > 0.0 {
+            let change = slope_per_m * u_h * half_path_m;
+            // A way so long that the slope tells no more than the table is not looked at.
+            if depth_m.0 > 0.0 && change < high {
                 let middle = self.wake.axial_speed_mps(*middle_m);
-                let change = slope_per_m * u_h * half_path_m;
                 high = high.min(middle + change);
                 low = (middle - change).max(0.0);
             }
@@ -176,9 +178,9 @@ impl NearTable {
     fn new(wake: &Wake) -> NearTable {
         let depth_m = wake.near_field_depth_m();
         let layer_m = depth_m / LAYERS as f64;
-        let ring_m = 0.1 * wake.motor_distance_m();
-        let (depths, radii) = (LAYERS * FINE + 1, RINGS * FINE + 1);
-        let (step_s_m, step_r_m) = (layer_m / FINE as f64, ring_m / FINE as f64);
+        let ring_m = wake.motor_distance_m() / RINGS_PER_MOTOR_DISTANCE;
+        let (depths, radii) = (LAYERS * FINE + 1, RINGS + 1);
+        let (step_s_m, step_r_m) = (layer_m / FINE as f64, ring_m);
         let step_bearing = std::f64::consts::FRAC_PI_4 / (BEARINGS - 1) as f64;
         let u_h = wake.induced_velocity_mps();
         let at = |s: usize, r: usize, b: usize| {
@@ -215,25 +217,24 @@ impl NearTable {
             };
             Vector3::new(along_s, along_r, around).norm()
         };
+        let nodes = LAYERS * (RINGS + 1);
         let mut table = NearTable {
             layer_m,
             ring_m,
-            speed: vec![0.0; LAYERS * RINGS],
-            slope_per_m: vec![0.0; LAYERS * RINGS],
+            speed: vec![0.0; nodes],
+            slope_per_m: vec![0.0; nodes],
         };
         for layer in 0..LAYERS {
             let (mut speed, mut slope_per_m) = (0.0_f64, 0.0_f64);
-            for ring in (0..RINGS).rev() {
+            for r in (0..radii).rev() {
                 for s in layer * FINE..=(layer + 1) * FINE {
-                    for r in ring * FINE..=(ring + 1) * FINE {
-                        for b in 0..BEARINGS {
-                            speed = speed.max(value(s, r, b));
-                            slope_per_m = slope_per_m.max(slope(s, r, b));
-                        }
+                    for b in 0..BEARINGS {
+                        speed = speed.max(value(s, r, b));
+                        slope_per_m = slope_per_m.max(slope(s, r, b));
                     }
                 }
-                table.speed[layer * RINGS + ring] = BETWEEN_SAMPLES * speed;
-                table.slope_per_m[layer * RINGS + ring] = SLOPE_MARGIN * slope_per_m;
+                table.speed[layer * radii + r] = BETWEEN_SAMPLES * speed;
+                table.slope_per_m[layer * radii + r] = SLOPE_MARGIN * slope_per_m;
             }
         }
         table
@@ -241,11 +242,15 @@ impl NearTable {
 
     /// Highest speed over U_H and steepest slope over U_H (1/m) between two depths, at or beyond a radius.
     fn highest(&self, from_m: f64, until_m: f64, off_axis_m: f64) -> (f64, f64) {
-        let ring = ((off_axis_m / self.ring_m) as usize).min(RINGS - 1);
+        let rings = (off_axis_m / self.ring_m).min(RINGS as f64);
+        let ring = (rings as usize).min(RINGS - 1);
+        let beyond = rings - ring as f64;
         let layer = |depth_m: f64| ((depth_m / self.layer_m) as usize).min(LAYERS - 1);
         (layer(from_m)..=layer(until_m)).fold((0.0, 0.0), |(speed, slope), k| {
-            let at = k * RINGS + ring;
-            (self.speed[at].max(speed), self.slope_per_m[at].max(slope))
+            let at = k * (RINGS + 1) + ring;
+            // The highest speed beyond a radius falls with it; its chord lies within the margin of it.
+            let here = self.speed[at] + beyond * (self.speed[at + 1] - self.speed[at]);
+            (here.max(speed), self.slope_per_m[at].max(slope))
         })
     }
 }

@@ -1,0 +1,192 @@
+//! Starts and goals that exclude one another are all found, named, and mended by the place proposed.
+
+use airflow::{Air, Airframe, Jet, Superposition};
+use nalgebra::Point3;
+use planner::endpoints::check;
+use planner::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion};
+use planner::world::{AtEnd, AtStart, Bounds, Drone, Planning, Task, Vehicle, World, Zone};
+
+fn drone(name: &str, start_m: [f64; 3], goal_m: Option<[f64; 3]>) -> Drone {
+    let airframe = Airframe::preset("offboard-2").expect("a preset");
+    let body_radius_m = airframe.tip_radius_m();
+    let tasks = goal_m
+        .map(|to_m| Task {
+            to_m: to_m.into(),
+            dwell_s: 0.0,
+            load_kg: None,
+        })
+        .into_iter()
+        .collect();
+    Drone {
+        name: name.to_owned(),
+        vehicle: Vehicle {
+            airframe,
+            body_radius_m,
+            max_speed_mps: 2.0,
+        },
+        start_m: start_m.into(),
+        at_start: AtStart::Hover,
+        tasks,
+        at_end: AtEnd::Hover,
+        air_limit: 0.3,
+    }
+}
+
+fn world(drones: Vec<Drone>) -> World {
+    World {
+        name: "by hand".to_owned(),
+        bounds_m: Bounds {
+            min: Point3::origin(),
+            max: Point3::new(40.0, 40.0, 12.0),
+        },
+        air: Air::default(),
+        jet: Jet::default(),
+        superposition: Superposition::Momentum,
+        obstacles: Vec::new(),
+        zones: Vec::new(),
+        drones,
+        planning: Planning {
+            cell_m: 1.0,
+            clearance_m: 0.1,
+            seed: 0,
+            energy_weight: 0.0,
+        },
+    }
+}
+
+fn only(conflicts: &[EndpointConflict]) -> EndpointConflict {
+    assert_eq!(conflicts.len(), 1, "{conflicts:#?}");
+    conflicts[0].clone()
+}
+
+/// An offset (m) and the exclusion expected of it.
+type Case = ([f64; 3], fn(&Exclusion) -> bool);
+
+/// Two starts, the second `offset_m` from the first.
+fn pair(offset_m: [f64; 3]) -> World {
+    let place = [10.0 + offset_m[0], 10.0 + offset_m[1], 8.0 + offset_m[2]];
+    world(vec![
+        drone("a", [10.0, 10.0, 8.0], Some([30.0, 30.0, 5.0])),
+        drone("b", place, Some([5.0, 30.0, 5.0])),
+    ])
+}
+
+#[test]
+fn starts_in_body_column_and_wake_are_told_apart_and_mended() {
+    // Body radius 0.198 m twice and 0.1 m of clearance: 0.495 m.
+    assert!(check(&pair([0.50, 0.0, 0.0])).is_empty());
+    let cases: [Case; 3] = [
+        (
+            [0.49, 0.0, 0.0],
+            |why| matches!(why, Exclusion::Bodies { gap_m, needs_m } if *gap_m < *needs_m),
+        ),
+        ([0.1, 0.0, -0.6], |why| matches!(why, Exclusion::Column)),
+        (
+            [0.2, 0.0, -3.0],
+            |why| matches!(why, Exclusion::Air { alpha, limit, .. } if alpha > limit),
+        ),
+    ];
+    for (offset_m, expected) in cases {
+        let mut broken = pair(offset_m);
+        let conflict = only(&check(&broken));
+        assert_eq!(
+            (conflict.drone, conflict.blocker, conflict.when),
+            (1, Blocker::Drone(0), EndpointKind::Starts)
+        );
+        assert!(expected(&conflict.why), "{:?}", conflict.why);
+        broken.drones[1].start_m = conflict.nearest_fix_m.expect("a free place near");
+        assert!(check(&broken).is_empty());
+    }
+}
+
+#[test]
+fn landed_starts_neither_blow_nor_suffer() {
+    let mut below = pair([0.2, 0.0, -3.0]);
+    below.drones[1].at_start = AtStart::Landed;
+    assert!(check(&below).is_empty());
+    let mut above = pair([0.2, 0.0, -3.0]);
+    above.drones[0].at_start = AtStart::Landed;
+    assert!(check(&above).is_empty());
+}
+
+#[test]
+fn goals_are_judged_by_how_each_drone_ends() {
+    let goals = |first: AtEnd, second: AtEnd| {
+        let mut world = world(vec![
+            drone("a", [2.0, 2.0, 5.0], Some([20.0, 20.0, 8.0])),
+            drone("b", [2.0, 30.0, 5.0], Some([20.0, 20.0, 5.0])),
+        ]);
+        world.drones[0].at_end = first;
+        world.drones[1].at_end = second;
+        check(&world)
+    };
+    let conflict = only(&goals(AtEnd::Hover, AtEnd::Hover));
+    assert_eq!((conflict.drone, conflict.when), (1, EndpointKind::Goals));
+    assert!(goals(AtEnd::Leave, AtEnd::Hover).is_empty());
+    assert!(goals(AtEnd::Hover, AtEnd::Leave).is_empty());
+    assert!(goals(AtEnd::Hover, AtEnd::Land).is_empty());
+    // Both on the same spot of the floor.
+    assert!(matches!(
+        only(&goals(AtEnd::Land, AtEnd::Land)).why,
+        Exclusion::Bodies { .. }
+    ));
+}
+
+#[test]
+fn a_load_kept_to_the_goal_counts_there() {
+    let carrying = |load_kg: f64| {
+        let mut world = world(vec![
+            drone("a", [2.0, 2.0, 5.0], Some([20.0, 20.0, 8.0])),
+            drone("b", [2.0, 30.0, 5.0], Some([20.5, 20.0, 5.0])),
+        ]);
+        world.drones[0].tasks[0].load_kg = Some(load_kg);
+        check(&world)
+    };
+    assert!(carrying(0.0).is_empty());
+    only(&carrying(3.6));
+}
+
+#[test]
+fn where_only_a_sum_exceeds_the_limit_the_strongest_is_named() {
+    let mut drones = vec![drone("lower", [10.0, 10.0, 3.0], None)];
+    for (k, off_m) in [0.47, 0.48, 0.48].into_iter().enumerate() {
+        let bearing = k as f64 * std::f64::consts::TAU / 3.0;
+        drones.push(drone(
+            &format!("u{k}"),
+            [
+                10.0 + off_m * bearing.cos(),
+                10.0 + off_m * bearing.sin(),
+                6.5,
+            ],
+            None,
+        ));
+    }
+    let conflicts = check(&world(drones));
+    // Without tasks a start is a goal too.
+    assert_eq!(conflicts.len(), 2, "{conflicts:#?}");
+    assert!(
+        conflicts
+            .iter()
+            .all(|conflict| conflict.drone == 0 && conflict.blocker == Blocker::Drone(1))
+    );
+}
+
+#[test]
+fn a_drone_that_hovers_over_a_zone_is_named_with_a_place_beside_it() {
+    let mut world = world(vec![drone("a", [2.0, 2.0, 5.0], Some([20.0, 20.0, 6.0]))]);
+    world.zones.push(Zone {
+        name: "desk".to_owned(),
+        bounds_m: Bounds {
+            min: Point3::new(19.0, 19.5, 0.0),
+            max: Point3::new(20.2, 20.5, 2.0),
+        },
+        air_limit_mps: 1.5,
+    });
+    let conflict = only(&check(&world));
+    assert_eq!(
+        (conflict.drone, conflict.blocker, conflict.when),
+        (0, Blocker::Zone(0), EndpointKind::Goals)
+    );
+    world.drones[0].tasks[0].to_m = conflict.nearest_fix_m.expect("a free place near");
+    assert!(check(&world).is_empty());
+}
