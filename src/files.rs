@@ -12,21 +12,27 @@ use crate::failure::Failure;
 /// is known at once.
 pub(crate) struct OutFolder {
     pub(crate) path: PathBuf,
-    made_here: bool,
+    /// The folders that were not there before, innermost first.
+    made: Vec<PathBuf>,
 }
 
 impl OutFolder {
     pub(crate) fn prepare(path: PathBuf) -> Result<OutFolder, Failure> {
-        let made_here = !path.exists();
+        let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+        let made = path
+            .ancestors()
+            .take_while(missing)
+            .map(Path::to_owned)
+            .collect();
         fs::create_dir_all(&path).map_err(Failure::write(&path))?;
-        Ok(OutFolder { path, made_here })
+        Ok(OutFolder { path, made })
     }
 
-    /// There is nothing to write: an empty folder that this run made goes again.
+    /// There is nothing to write: the empty folders that this run made go again.
     pub(crate) fn abandon(self) {
-        if self.made_here {
+        for folder in &self.made {
             // Refuses a folder with anything in it, which is what we want then.
-            let _ = fs::remove_dir(&self.path);
+            let _ = fs::remove_dir(folder);
         }
     }
 }

@@ -70,7 +70,12 @@ fn ignoring_downwash(
     let excluded = excluded(job, conflicts, bodies);
     let costmap = empty_costmap(world, false);
     let mut effort = Effort::default();
-    let paths = plan_fleet(job, &costmap, &excluded, &world.planning, control, &mut effort);
+    // This phase is one to whoever watches.
+    let quiet = Control {
+        progress: &|_| {},
+        ..*control
+    };
+    let paths = plan_fleet(job, &costmap, &excluded, &world.planning, &quiet, &mut effort);
     let plan = assemble(world, job, &paths);
     let report = verify(&plan);
     let over: BTreeSet<&str> = report

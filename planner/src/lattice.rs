@@ -71,6 +71,11 @@ impl Lattice {
         self.cell_m
     }
 
+    /// Lengths of a step along one, two and three axes, as ways keep them (m).
+    pub fn step_lengths_m(&self) -> [f32; 3] {
+        [1.0_f64, 2.0, 3.0].map(|square| (square.sqrt() * self.cell_m) as f32)
+    }
+
     /// Steps of a place from the first one.
     pub fn steps(&self, place: u32) -> [i32; 3] {
         let [nx, ny, _] = self.counts;

@@ -55,9 +55,11 @@ pub fn prepare(world: &World) -> Job {
         });
         errands.push(errand(world, &roadmap, &kinds, index, own, ending));
     }
-    errands
-        .par_iter_mut()
-        .for_each(|errand| errand.chain(&roadmap));
+    errands.par_iter_mut().for_each(|errand| {
+        errand.chain(&roadmap);
+        // Asked for its own sake: the search backwards is made here, in parallel.
+        errand.alone(&roadmap);
+    });
     Job {
         roadmap,
         errands,
@@ -89,17 +91,18 @@ fn errand(
     ending: Ending,
 ) -> Errand {
     let drone = &world.drones[index];
-    let mover = Mover {
-        speed_mps: drone.vehicle.max_speed_mps,
-        radius_m: drone.vehicle.body_radius_m + world.planning.clearance_m,
-        stops: with_lifts(roadmap, vertices),
-    };
+    let mover = Mover::new(
+        roadmap.lattice(),
+        drone.vehicle.max_speed_mps,
+        drone.vehicle.body_radius_m + world.planning.clearance_m,
+        with_lifts(roadmap, vertices),
+    );
     let stages = drone
         .tasks
         .iter()
-        .zip(&vertices[1..])
-        .map(|(task, &goal)| Stage {
-            distances: Distances::new(roadmap, goal, mover.clone()),
+        .zip(vertices.windows(2))
+        .map(|(task, way)| Stage {
+            distances: Distances::new(roadmap, way[1], way[0], mover.clone()),
             dwell_ticks: Tick::lasting(task.dwell_s),
             rest_ticks: 0,
         })

@@ -328,7 +328,7 @@ impl<'a> Links<'a> {
 
     fn into_graph(self, forward: &Forward) -> (Csr<(), Way, Directed, Vertex>, Vec<Point3<f64>>) {
         let lattice = self.survey.lattice;
-        let lengths_m = [1.0, 2.0_f64.sqrt(), 3.0_f64.sqrt()].map(|l| (l * lattice.cell_m()) as f32);
+        let lengths_m = lattice.step_lengths_m();
         let mut edges: Vec<(Vertex, Vertex, Way)> = Vec::with_capacity(lattice.len() * 26);
         let mut extra = self.ways.iter().peekable();
         for place in 0..lattice.len() as Vertex {

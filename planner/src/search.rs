@@ -29,6 +29,13 @@ pub const IMMOVABLE: u32 = u32::MAX;
 /// How far ahead neighbours are gathered, and the longest single wait: chosen here, a bucket of the timeline.
 const WINDOW_TICKS: u32 = 100;
 
+/// The shortest wait, so that a crowd does not make one of every moment: chosen here, a quarter second.
+const SHORTEST_WAIT_TICKS: u32 = 25;
+
+/// What is left to fly counts this part more than it takes: of ways that differ by less, the one found
+/// first will do. Bounds the excess of a single search's answer over the best: 1/32, chosen here.
+const IMPATIENCE_SHIFT: u32 = 5;
+
 /// What a search works on.
 #[derive(Clone, Copy)]
 pub struct Scene<'a> {
@@ -233,7 +240,10 @@ impl<'a> Search<'a> {
             arrives
         };
         self.open.push(Open {
-            total: label.paid.saturating_add(bound),
+            total: label
+                .paid
+                .saturating_add(bound)
+                .saturating_add(remaining >> IMPATIENCE_SHIFT),
             remaining,
             label: index,
         });
@@ -608,6 +618,7 @@ impl NextEvent {
 
     fn at(&mut self, moment: Tick) {
         if moment > self.now {
+            let moment = moment.max(self.now.after(SHORTEST_WAIT_TICKS));
             self.earliest = self.earliest.min(moment);
         }
     }

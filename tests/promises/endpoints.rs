@@ -45,6 +45,7 @@ fn world(drones: Vec<Drone>) -> World {
         obstacles: Vec::new(),
         zones: Vec::new(),
         drones,
+        notes: Vec::new(),
         planning: Planning {
             cell_m: 1.0,
             clearance_m: 0.1,
