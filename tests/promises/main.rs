@@ -9,6 +9,7 @@ mod endpoints;
 mod hover;
 mod near_field;
 mod paper;
+mod planner;
 mod scenario;
 mod verifier;
 mod volumes;
