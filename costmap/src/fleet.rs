@@ -2,6 +2,7 @@
 
 use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 
 use crate::cover::Covers;
 use crate::envelope::Envelope;
@@ -106,16 +107,22 @@ impl Fleet {
                 )
             })
             .collect();
-        let mut envelopes = Vec::new();
-        let receivers = airframes.iter().zip(&extremes);
-        for (receiver, &(slowest, _)) in receivers.filter(|_| conditions.wakes) {
-            let discs = receiver.disc_points();
-            for (wake, &(_, fastest)) in bare.iter().zip(&extremes) {
-                let budget = conditions.lowest_air_limit * slowest / fastest;
+        let discs: Vec<DiscPoints> = airframes.iter().map(Airframe::disc_points).collect();
+        let pairs = if conditions.wakes { airframes.len().pow(2) } else { 0 };
+        let envelopes = (0..pairs)
+            .into_par_iter()
+            .map(|pair| {
+                let (receiver, emitter) = (pair / airframes.len(), pair % airframes.len());
+                let budget = conditions.lowest_air_limit * extremes[receiver].0 / extremes[emitter].1;
                 let negligible = NEGLIGIBLE_SHARE * budget * budget;
-                envelopes.push(Envelope::new(wake, &discs, conditions.deepest_m, negligible));
-            }
-        }
+                Envelope::new(
+                    &bare[emitter],
+                    &discs[receiver],
+                    conditions.deepest_m,
+                    negligible,
+                )
+            })
+            .collect();
         let point = DiscPoints {
             offsets_m: vec![[0.0, 0.0]],
             weights: vec![1.0],
@@ -128,7 +135,7 @@ impl Fleet {
         let fleet = Fleet {
             kinds,
             wakes,
-            discs: airframes.iter().map(Airframe::disc_points).collect(),
+            discs,
             envelopes,
             points,
             airframes: airframes.len(),

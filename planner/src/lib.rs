@@ -48,6 +48,7 @@ pub mod verify;
 pub mod world;
 
 mod fleet;
+mod stay_price;
 
 pub use fleet::{contrast, plan_world};
 pub use outcome::{Control, Outcome};

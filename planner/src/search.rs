@@ -22,6 +22,7 @@ use rustc_hash::FxHashMap;
 use crate::distances::UNREACHABLE;
 use crate::errand::{Ending, Errand};
 use crate::roadmap::{Roadmap, Vertex};
+use crate::stay_price::StayPrice;
 
 /// A drone that nobody can make give way.
 pub const IMMOVABLE: u32 = u32::MAX;
@@ -32,9 +33,11 @@ const WINDOW_TICKS: u32 = 100;
 /// The shortest wait, so that a crowd does not make one of every moment: chosen here, a quarter second.
 const SHORTEST_WAIT_TICKS: u32 = 25;
 
-/// What is left to fly counts this part more than it takes: of ways that differ by less, the one found
-/// first will do. Bounds the excess of a single search's answer over the best: 1/32, chosen here.
-const IMPATIENCE_SHIFT: u32 = 5;
+/// How hard to look: what is left to fly counts one part in 2ⁿ more than it takes, so that of ways that
+/// differ by less the one found first will do; and after how many states to be less choosy. The part
+/// bounds the excess of an answer over the best: 1/32, then 1/8, then 1/2. Chosen here: the first
+/// level answers nearly always, and the others keep a crowd from costing seconds a drone.
+const PATIENCE: [(u32, u64); 3] = [(5, 3_000), (3, 9_000), (1, u64::MAX)];
 
 /// What a search works on.
 #[derive(Clone, Copy)]
@@ -99,11 +102,20 @@ pub struct Searched {
 
 /// Finds the cheapest way for one errand.
 pub fn search(scene: Scene<'_>, errand: &Errand) -> Searched {
-    let mut search = Search::new(scene, errand);
-    let found = search.run();
+    let mut expansions = 0;
+    for (impatience_shift, most_expansions) in PATIENCE {
+        let most_expansions = most_expansions.min(scene.most_expansions);
+        let mut search = Search::new(scene, errand, impatience_shift);
+        let found = search.run(most_expansions);
+        expansions += search.expansions;
+        let gave_up = search.expansions > most_expansions;
+        if !gave_up || most_expansions == scene.most_expansions {
+            return Searched { found, expansions };
+        }
+    }
     Searched {
-        found,
-        expansions: search.expansions,
+        found: Found::Blocked(None),
+        expansions,
     }
 }
 
@@ -161,16 +173,18 @@ struct Search<'a> {
     /// Times for which a place is known to be reached and free to hover at.
     covers: FxHashMap<(Vertex, u16, bool), Vec<(Tick, Tick)>>,
     met: Vec<(DroneId, u32)>,
-    goal: GoalPrice,
+    /// Of dwelling at each task, and of the end.
+    stays: Vec<StayPrice>,
     neighbours: Vec<Neighbour>,
     own: Vec<Neighbour>,
     verdict: Verdict,
     obstruction: Option<Obstruction>,
+    impatience_shift: u32,
     expansions: u64,
 }
 
 impl<'a> Search<'a> {
-    fn new(scene: Scene<'a>, errand: &'a Errand) -> Search<'a> {
+    fn new(scene: Scene<'a>, errand: &'a Errand, impatience_shift: u32) -> Search<'a> {
         Search {
             scene,
             errand,
@@ -178,16 +192,17 @@ impl<'a> Search<'a> {
             open: BinaryHeap::new(),
             covers: FxHashMap::default(),
             met: vec![(DroneId(u32::MAX), 0)],
-            goal: GoalPrice::new(scene, errand),
+            stays: stays(&scene, errand),
             neighbours: Vec::new(),
             own: Vec::new(),
             verdict: Verdict::default(),
             obstruction: None,
+            impatience_shift,
             expansions: 0,
         }
     }
 
-    fn run(&mut self) -> Found {
+    fn run(&mut self, most_expansions: u64) -> Found {
         self.push(Label {
             vertex: self.errand.start,
             stage: 0,
@@ -199,6 +214,14 @@ impl<'a> Search<'a> {
             met: 0,
             judged: true,
         });
+        if let Some(never) = self.stays.iter().find_map(|stay| stay.never) {
+            return Found::Blocked(Some(Obstruction {
+                by: Some(never),
+                at_m: self.scene.roadmap.position_m(self.errand.last_vertex()),
+                at: Tick(0),
+                remaining: 0,
+            }));
+        }
         while let Some(Open { label, .. }) = self.open.pop() {
             if self.labels[label as usize].step == Step::End {
                 return Found::Path(self.path(label));
@@ -207,7 +230,7 @@ impl<'a> Search<'a> {
                 continue;
             }
             self.expansions += 1;
-            if self.expansions > self.scene.most_expansions {
+            if self.expansions > most_expansions {
                 break;
             }
             if self.expansions % 1024 == 0 && (self.scene.stop)() {
@@ -233,20 +256,36 @@ impl<'a> Search<'a> {
         if remaining == UNREACHABLE {
             return;
         }
-        let arrives = label.at.0.saturating_add(remaining);
-        let bound = if label.met == 0 && label.step != Step::End {
-            self.goal.bound(arrives)
+        let ends = label.at.0.saturating_add(remaining);
+        let excess = if label.met == 0 && label.step != Step::End {
+            let excess = |(stay, arrives): (&StayPrice, u32)| stay.excess(arrives);
+            self.stays_ahead(label.stage, ends).map(excess).max()
         } else {
-            arrives
+            None
         };
+        let total = label
+            .paid
+            .saturating_add(ends)
+            .saturating_add(excess.unwrap_or(0))
+            .saturating_add(remaining >> self.impatience_shift);
+        if total == u32::MAX {
+            // Somebody who never leaves is where it has to stay.
+            return;
+        }
         self.open.push(Open {
-            total: label
-                .paid
-                .saturating_add(bound)
-                .saturating_add(remaining >> IMPATIENCE_SHIFT),
+            total,
             remaining,
             label: index,
         });
+    }
+
+    /// Prices of the stays that are still to come, each with the least tick at which it can begin.
+    fn stays_ahead(&self, stage: u16, ends: u32) -> impl Iterator<Item = (&StayPrice, u32)> {
+        let ahead = usize::from(stage)..;
+        self.stays.iter().zip(0..).skip(ahead.start).map(move |(stay, index): (_, usize)| {
+            let rest = self.errand.stages.get(index).map_or(0, |stage| stage.rest_ticks);
+            (stay, ends.saturating_sub(rest))
+        })
     }
 
     fn is_covered(&self, label: &Label) -> bool {
@@ -509,8 +548,12 @@ impl<'a> Search<'a> {
             self.errand
                 .remaining(self.scene.roadmap, usize::from(label.stage), label.vertex);
         if label.met == 0 {
-            let arrives = label.at.0.saturating_add(remaining);
-            next.at(label.at.after(self.goal.slack(arrives)));
+            let ends = label.at.0.saturating_add(remaining);
+            let slack = self
+                .stays_ahead(label.stage, ends)
+                .max_by_key(|(stay, arrives)| stay.excess(*arrives))
+                .map_or(0, |(stay, arrives)| stay.slack(arrives));
+            next.at(label.at.after(slack));
         }
         let until = next.earliest().min(label.at.after(WINDOW_TICKS));
         let here_m = self.scene.roadmap.position_m(label.vertex);
@@ -636,92 +679,36 @@ impl NextEvent {
     }
 }
 
-/// What ending costs at least, by when: others may still come through the goal.
-struct GoalPrice {
-    /// From when, and the price of all who come later still.
-    steps: Vec<(u32, u32)>,
-    /// Least total of any later step.
-    later: Vec<u32>,
-}
-
-impl GoalPrice {
-    fn new(scene: Scene<'_>, errand: &Errand) -> GoalPrice {
-        let mut steps = vec![(0, 0)];
-        if errand.ending == Ending::Hover {
-            let at_m = scene.roadmap.position_m(errand.last_vertex());
-            let stay = Leg {
-                drone: errand.drone,
-                kind: errand.kinds[errand.kinds.len() - 1],
-                start: Tick(0),
-                end: Tick::FOREVER,
-                from_m: at_m,
-                to_m: at_m,
-                flying: !errand.stages.is_empty() || !errand.grounded,
-                air_limit: errand.air_limit,
-            };
-            let mut found = Vec::new();
-            let mut verdict = Verdict::default();
-            scene.costmap.near(&stay, &mut found);
-            scene.costmap.judge(&stay, &found, &mut verdict);
-            steps = price_steps(scene.weights, &mut verdict.blockers);
+/// What it costs to dwell at each task, and to end.
+fn stays(scene: &Scene<'_>, errand: &Errand) -> Vec<StayPrice> {
+    let stay = |at: Vertex, kind: KindId, flying: bool| {
+        let at_m = scene.roadmap.position_m(at);
+        Leg {
+            drone: errand.drone,
+            kind,
+            start: Tick(0),
+            end: Tick::FOREVER,
+            from_m: at_m,
+            to_m: at_m,
+            flying,
+            air_limit: errand.air_limit,
         }
-        let mut later = vec![u32::MAX; steps.len()];
-        for index in (1..steps.len()).rev() {
-            let (from, price) = steps[index];
-            later[index - 1] = later[index].min(from.saturating_add(price));
-        }
-        GoalPrice { steps, later }
-    }
-
-    fn step(&self, arrives: u32) -> usize {
-        self.steps.partition_point(|(from, _)| *from <= arrives) - 1
-    }
-
-    /// Least time plus price of ending, arriving no earlier than this.
-    fn bound(&self, arrives: u32) -> u32 {
-        let step = self.step(arrives);
-        arrives
-            .saturating_add(self.steps[step].1)
-            .min(self.later[step])
-    }
-
-    /// How much later it is best to arrive.
-    fn slack(&self, arrives: u32) -> u32 {
-        let step = self.step(arrives);
-        if arrives.saturating_add(self.steps[step].1) <= self.later[step] {
-            return 0;
-        }
-        let best = (step + 1..self.steps.len())
-            .min_by_key(|&index| self.steps[index].0.saturating_add(self.steps[index].1));
-        best.map_or(0, |index| self.steps[index].0 - arrives)
-    }
-}
-
-/// Moments at which somebody has gone for good, and the price of those still to come.
-fn price_steps(weights: &[u32], blockers: &mut [Blocker]) -> Vec<(u32, u32)> {
-    let mut last: Vec<(DroneId, Tick)> = Vec::new();
-    blockers.sort_unstable_by_key(|blocker| (blocker.drone, blocker.clear));
-    for blocker in blockers.iter() {
-        match last.last_mut() {
-            Some((drone, clear)) if *drone == blocker.drone => *clear = blocker.clear,
-            _ => last.push((blocker.drone, blocker.clear)),
-        }
-    }
-    last.sort_unstable_by_key(|(drone, clear)| (*clear, *drone));
-    let price = |from: usize| {
-        last[from..]
-            .iter()
-            .fold(0_u32, |sum, (drone, _)| sum.saturating_add(weights[drone.0 as usize]))
     };
-    let mut steps = vec![(0, price(0))];
-    for (index, (_, clear)) in last.iter().enumerate() {
-        if *clear == Tick::FOREVER {
-            break;
+    let mut stays: Vec<StayPrice> = errand
+        .stages
+        .iter()
+        .zip(&errand.kinds[1..])
+        .map(|(stage, &kind)| match stage.dwell_ticks {
+            0 => StayPrice::default(),
+            ticks => StayPrice::new(scene, stay(stage.distances.goal(), kind, true), ticks),
+        })
+        .collect();
+    let flies = !errand.stages.is_empty() || !errand.grounded;
+    stays.push(match (errand.ending, errand.kinds.last()) {
+        (Ending::Hover, Some(&kind)) => {
+            StayPrice::new(scene, stay(errand.last_vertex(), kind, flies), u32::MAX)
         }
-        match steps.last_mut() {
-            Some((from, known)) if *from == clear.0 => *known = price(index + 1),
-            _ => steps.push((clear.0, price(index + 1))),
-        }
-    }
-    steps
+        _ => StayPrice::default(),
+    });
+    stays
 }
