@@ -143,9 +143,10 @@ fn drone_plan(
             world::AtStart::Landed => AtStart::Landed,
         },
         at_end: at_end(drone, path),
+        // Never is an empty span: readers that take `null` for "for ever" understand it too.
         airborne_s: (
-            flying().next().and_then(|leg| finite(leg.start)),
-            flying().last().and_then(|leg| finite(leg.end)),
+            flying().next().map_or(Some(0.0), |leg| finite(leg.start)),
+            flying().last().map_or(Some(0.0), |leg| finite(leg.end)),
         ),
         trajectory: trajectory(drone, errand, job, legs),
         arrives_s: arrives.seconds(),

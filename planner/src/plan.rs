@@ -155,7 +155,7 @@ pub struct DronePlan {
     pub at_start: AtStart,
     /// `hover`, `land` or `leave`.
     pub at_end: AtEnd,
-    /// When its wake is on: from, until (`null`: for ever). Both `null`: never.
+    /// When its wake is on: from, until (`null`: for ever). Begin and end alike, or both `null`: never.
     pub airborne_s: (Option<f64>, Option<f64>),
     /// Where it is when.
     pub trajectory: TrajectoryEntry,
@@ -293,6 +293,12 @@ pub struct IgnoringDownwash {
     /// Time over the limit, summed over drones (s).
     #[serde(default)]
     pub time_over_limit_s: f64,
+    /// How many zones get more air than they bear.
+    #[serde(default)]
+    pub zones_over_limit: usize,
+    /// Highest air in those zones (m/s).
+    #[serde(default)]
+    pub worst_zone_air_mps: f64,
     /// How many could not be planned even so.
     #[serde(default)]
     pub unplanned: usize,

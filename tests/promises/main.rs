@@ -10,6 +10,7 @@ mod hover;
 mod near_field;
 mod paper;
 mod scenario;
+mod scenarios;
 mod verifier;
 mod volumes;
 mod wakes;

@@ -336,9 +336,12 @@ fn airborne_doubts(
     let mut doubts = Vec::new();
     let moves_s = trajectory.moves_s();
     let (from_s, until_s) = match drone.airborne_s {
-        (Some(from_s), until_s) => (from_s, until_s.unwrap_or(f64::INFINITY)),
         (None, Some(_)) => return vec!["airborne_s has an end and no begin".to_owned()],
-        (None, None) => {
+        (Some(from_s), until_s) if until_s != Some(from_s) => {
+            (from_s, until_s.unwrap_or(f64::INFINITY))
+        }
+        // An empty span, or none: never airborne.
+        _ => {
             let waits_landed = drone.at_start == AtStart::Landed && moves_s.is_none();
             let gone_at_once =
                 drone.at_end != AtEnd::Hover && !unplanned && trajectory.last_s() <= SAME_TIME_S;
