@@ -143,11 +143,10 @@ fn drone_plan(
             world::AtStart::Landed => AtStart::Landed,
         },
         at_end: at_end(drone, path),
-        // Never is an empty span: readers that take `null` for "for ever" understand it too.
-        airborne_s: (
-            flying().next().map_or(Some(0.0), |leg| finite(leg.start)),
-            flying().last().map_or(Some(0.0), |leg| finite(leg.end)),
-        ),
+        airborne_s: match (flying().next(), flying().last()) {
+            (Some(first), Some(last)) => (first.start.seconds(), finite(last.end)),
+            _ => (0.0, Some(0.0)),
+        },
         trajectory: trajectory(drone, errand, job, legs),
         arrives_s: arrives.seconds(),
         alone_s,
