@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use planner::outcome::{Control, Outcome};
 use planner::plan::{DronePlan, Plan, Status, ViolationKind};
 use planner::verify::verify;
-use planner::world::{AtEnd, World};
+use planner::world::{AtEnd, AtStart, World};
 
 /// The verifier's arithmetic and the file's agree far below the digits that anybody reads.
 const SAME: f64 = 1e-9;
@@ -150,7 +150,10 @@ fn the_corridor_has_no_safe_pass_and_the_answer_names_the_gentlest() {
     assert_eq!(plan.status, Status::Partial);
     assert_eq!(plan.violations, []);
     let [left_out] = &plan.unplanned[..] else {
-        panic!("one of the two flies, the other stays: {:?}", plan.unplanned)
+        panic!(
+            "one of the two flies, the other stays: {:?}",
+            plan.unplanned
+        )
     };
     let other = match left_out.name.as_str() {
         "westbound" => "`eastbound`",
@@ -158,7 +161,15 @@ fn the_corridor_has_no_safe_pass_and_the_answer_names_the_gentlest() {
         name => panic!("no drone is called {name}"),
     };
     let reason = &left_out.reason;
-    for part in [other, "at (", " s on", "the gentlest", "m below", "alpha 0.", "% power"] {
+    for part in [
+        other,
+        "at (",
+        " s on",
+        "the gentlest",
+        "m below",
+        "alpha 0.",
+        "% power",
+    ] {
         assert!(reason.contains(part), "{part:?} is missing in: {reason}");
     }
 }
@@ -173,7 +184,9 @@ fn without_its_zones_the_desk_would_be_blown_on() {
     plan.zones = planned(&desk).zones;
     let blown_on = verify(&plan).violations;
     assert!(
-        blown_on.iter().any(|found| found.kind == ViolationKind::Zone),
+        blown_on
+            .iter()
+            .any(|found| found.kind == ViolationKind::Zone),
         "the way round is flown without the zone, too"
     );
 }
@@ -199,7 +212,11 @@ fn who_has_landed_blows_nothing_from_then_on() {
 fn with_drones_that_hover_where_others_are_parked_the_bay_is_closed() {
     let mut pads = world("landing-pads");
     for drone in &mut pads.drones {
-        drone.at_start = planner::world::AtStart::Hover;
+        if drone.at_start == AtStart::Landed {
+            drone.at_start = AtStart::Hover;
+            // Off its pad by the clearance that a flying body needs.
+            drone.start_m.z += pads.planning.clearance_m;
+        }
     }
     assert!(!planned(&pads).unplanned.is_empty());
 }
