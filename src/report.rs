@@ -197,6 +197,8 @@ pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
         drones_over_limit,
         worst_air_mps,
         time_over_limit_s,
+        zones_over_limit,
+        worst_zone_air_mps,
         unplanned,
     } = ignoring;
     let left_out = match unplanned {
@@ -206,14 +208,27 @@ pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
             count(*unplanned, "drone finds", "drones find")
         ),
     };
-    if *drones_over_limit == 0 {
+    let mut harm = Vec::new();
+    if *drones_over_limit > 0 {
+        harm.push(format!(
+            "{} through up to {worst_air_mps:.1} m/s for {time_over_limit_s:.1} s",
+            count(*drones_over_limit, "drone flies", "drones fly")
+        ));
+    }
+    if *zones_over_limit > 0 {
+        harm.push(format!(
+            "the air in {} reaches {worst_zone_air_mps:.1} m/s",
+            count(*zones_over_limit, "zone", "zones")
+        ));
+    }
+    if harm.is_empty() {
         return format!(
             "Ignoring downwash: makespan {makespan_s:.1} s, and no drone would exceed its limit (worst air {worst_air_mps:.1} m/s).{left_out}"
         );
     }
     format!(
-        "Ignoring downwash: makespan {makespan_s:.1} s, but {} through up to {worst_air_mps:.1} m/s for {time_over_limit_s:.1} s.{left_out}",
-        count(*drones_over_limit, "drone flies", "drones fly")
+        "Ignoring downwash: makespan {makespan_s:.1} s, but {}.{left_out}",
+        harm.join(", and ")
     )
 }
 
@@ -265,6 +280,8 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
             drones_over_limit: 0,
             worst_air_mps: 0.4,
             time_over_limit_s: 0.0,
+            zones_over_limit: 0,
+            worst_zone_air_mps: 0.0,
             unplanned: 1,
         };
         assert_eq!(
@@ -272,5 +289,22 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
             "Ignoring downwash: makespan 8.0 s, and no drone would exceed its limit (worst air 0.4 m/s). 1 drone finds no way even so."
         );
         assert!(contrast(None).starts_with("Ignoring downwash: "));
+    }
+
+    #[test]
+    fn a_zone_that_would_be_blown_on_is_part_of_the_contrast() {
+        let gusty = IgnoringDownwash {
+            makespan_s: 8.0,
+            drones_over_limit: 2,
+            worst_air_mps: 4.0,
+            time_over_limit_s: 3.0,
+            zones_over_limit: 1,
+            worst_zone_air_mps: 6.5,
+            unplanned: 0,
+        };
+        assert_eq!(
+            contrast(Some(&gusty)),
+            "Ignoring downwash: makespan 8.0 s, but 2 drones fly through up to 4.0 m/s for 3.0 s, and the air in 1 zone reaches 6.5 m/s."
+        );
     }
 }

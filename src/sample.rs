@@ -70,6 +70,8 @@ pub(crate) fn warehouse() -> Plan {
             drones_over_limit: 2,
             worst_air_mps: 6.1,
             time_over_limit_s: 9.4,
+            zones_over_limit: 0,
+            worst_zone_air_mps: 0.0,
             unplanned: 0,
         }),
         ..empty([30.0, 20.0, 8.0])

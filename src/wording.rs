@@ -62,6 +62,9 @@ pub(crate) fn violation(found: &Violation) -> String {
                 "`{drone}` comes within {value:.2} {unit} of obstacle `{other}`, it needs {limit:.2}"
             )
         }
+        ViolationKind::Collision if *value < 0.0 => {
+            format!("the bodies of `{drone}` and `{other}` overlap by {:.2} {unit}", -value)
+        }
         ViolationKind::Collision => {
             format!("`{drone}` comes within {value:.2} {unit} of `{other}`, they need {limit:.2}")
         }

@@ -37,7 +37,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
     let mut plan = judged(plan, report, unplanned);
 
     (control.progress)(Progress::IgnoringDownwash);
-    plan.ignoring_downwash = Some(ignoring_downwash(world, &job, &conflicts, control));
+    plan.ignoring_downwash = ignoring_downwash(world, &job, &conflicts, control);
     Outcome::Planned {
         plan,
         conflicts,
@@ -56,16 +56,17 @@ pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash
         return None;
     }
     (control.progress)(Progress::IgnoringDownwash);
-    Some(ignoring_downwash(world, &prepare(world), &conflicts, control))
+    ignoring_downwash(world, &prepare(world), &conflicts, control)
 }
 
-/// The same fleet on the same roadmap as if drones did not blow, judged with their wakes.
+/// The same fleet on the same roadmap as if drones did not blow, judged with their wakes; `None` if it
+/// was stopped before the end.
 fn ignoring_downwash(
     world: &World,
     job: &Job,
     conflicts: &[EndpointConflict],
     control: &Control<'_>,
-) -> IgnoringDownwash {
+) -> Option<IgnoringDownwash> {
     let bodies = |c: &EndpointConflict| matches!(c.why, Exclusion::Bodies { .. });
     let excluded = excluded(job, conflicts, bodies);
     let costmap = empty_costmap(world, false);
@@ -76,6 +77,9 @@ fn ignoring_downwash(
         ..*control
     };
     let paths = plan_fleet(job, &costmap, &excluded, &world.planning, &quiet, &mut effort);
+    if paths.stranded.iter().any(|(_, why)| *why == Stranded::Stopped) {
+        return None;
+    }
     let plan = assemble(world, job, &paths);
     let report = verify(&plan);
     let over: BTreeSet<&str> = report
@@ -84,7 +88,9 @@ fn ignoring_downwash(
         .filter(|v| matches!(v.kind, ViolationKind::Air | ViolationKind::Column))
         .map(|v| v.drone.as_str())
         .collect();
-    IgnoringDownwash {
+    let blown_on = || report.violations.iter().filter(|v| v.kind == ViolationKind::Zone);
+    let zones: BTreeSet<&str> = blown_on().filter_map(|v| v.with.as_deref()).collect();
+    Some(IgnoringDownwash {
         makespan_s: plan.fleet.makespan_s,
         drones_over_limit: over.len(),
         worst_air_mps: report
@@ -93,8 +99,10 @@ fn ignoring_downwash(
             .map(|met| met.worst_air_mps)
             .fold(0.0, f64::max),
         time_over_limit_s: report.air_met.iter().map(|met| met.time_over_limit_s).sum(),
+        zones_over_limit: zones.len(),
+        worst_zone_air_mps: blown_on().map(|v| v.value).fold(0.0, f64::max),
         unplanned: paths.stranded.len(),
-    }
+    })
 }
 
 /// Drones that stay at their starts whatever the search finds: blocked landings, and enough drones

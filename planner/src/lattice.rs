@@ -30,7 +30,9 @@ const fn neighbours() -> [[i32; 3]; 26] {
 
 impl Lattice {
     /// Fits a lattice into the bounds, shifted on each axis so that it meets most of `places`:
-    /// cells centred between the bounds' faces, unless more places lie on whole cells from them.
+    /// cells centred between the bounds' faces, unless more places lie on whole cells from them, or most
+    /// places have another shift in common. An axis shorter than a cell has one layer, in its middle
+    /// unless its places know better.
     pub fn new(bounds: &Bounds, cell_m: f64, places: &[Point3<f64>]) -> Lattice {
         let mut origin_m = bounds.min;
         let mut counts = [1; 3];
@@ -44,7 +46,11 @@ impl Lattice {
                 };
                 places.iter().filter(offset).count()
             };
-            let shift = if on(0.0) > on(0.5) || size_m < cell_m { 0.0 } else { 0.5 };
+            let middle = 0.5 * (size_m / cell_m).min(1.0);
+            let shift = [middle, 0.0]
+                .into_iter()
+                .chain(shared_shift(places, axis, low_m, cell_m))
+                .fold(middle, |best, shift| if on(shift) > on(best) { shift } else { best });
             origin_m[axis] = low_m + shift * cell_m;
             // A part in 10⁹ of a cell forgives the division.
             counts[axis] = ((size_m / cell_m - shift + 1e-9).floor() as usize) + 1;
@@ -174,6 +180,19 @@ impl BoxCount {
     }
 }
 
+/// How far into a cell more than half of the places lie on this axis (cells), if they agree.
+fn shared_shift(places: &[Point3<f64>], axis: usize, low_m: f64, cell_m: f64) -> Option<f64> {
+    let mut shifts: Vec<f64> = places
+        .iter()
+        .map(|p| ((p[axis] - low_m) / cell_m).rem_euclid(1.0))
+        .collect();
+    shifts.sort_unstable_by(f64::total_cmp);
+    // What more than half of them share is the one in the middle.
+    let median = *shifts.get(shifts.len() / 2)?;
+    let sharing = shifts.iter().filter(|shift| (*shift - median).abs() < 1e-6).count();
+    (2 * sharing > shifts.len()).then_some(median)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -193,6 +212,17 @@ mod tests {
         let whole = Lattice::new(&bounds(4.0, 3.0, 2.0), 1.0, &[Point3::new(1.0, 2.0, 1.0)]);
         assert_eq!(whole.counts(), [5, 4, 3]);
         assert_eq!(whole.place_at(&Point3::new(1.0, 2.0, 1.0)), whole.at([1, 2, 1]));
+    }
+
+    #[test]
+    fn a_corridor_narrower_than_a_cell_is_flown_along_its_middle_or_where_its_places_are() {
+        let narrow = Lattice::new(&bounds(16.0, 0.9, 3.0), 1.0, &[]);
+        assert_eq!(narrow.counts(), [16, 1, 3]);
+        assert_eq!(narrow.position_m(0), Point3::new(0.5, 0.45, 0.5));
+        let aside = Point3::new(1.2, 0.3, 0.5);
+        let shared = Lattice::new(&bounds(16.0, 0.9, 3.0), 1.0, &[aside]);
+        assert_eq!(shared.counts(), [16, 1, 3]);
+        assert!((shared.position_m(1) - aside).norm() < 1e-9);
     }
 
     #[test]

@@ -293,6 +293,12 @@ pub struct IgnoringDownwash {
     /// Time over the limit, summed over drones (s).
     #[serde(default)]
     pub time_over_limit_s: f64,
+    /// How many zones get more air than they bear.
+    #[serde(default)]
+    pub zones_over_limit: usize,
+    /// Highest air in those zones (m/s).
+    #[serde(default)]
+    pub worst_zone_air_mps: f64,
     /// How many could not be planned even so.
     #[serde(default)]
     pub unplanned: usize,

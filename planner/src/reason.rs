@@ -160,6 +160,10 @@ fn endpoint(world: &World, conflicts: &[EndpointConflict], drone: DroneId) -> St
         Blocker::Zone(zone) => format!("zone `{}`", world.zones[zone].name),
     };
     let how = match conflict.why {
+        Exclusion::Bodies { gap_m, needs_m } if gap_m < 0.0 => format!(
+            "at its goal the body of `{sufferer}` overlaps that of {blocker} by {:.2} m, between them must be {needs_m:.2} m",
+            -gap_m
+        ),
         Exclusion::Bodies { gap_m, needs_m } => {
             format!("the goal of `{sufferer}` is {gap_m:.2} m from the body of {blocker}, it needs {needs_m:.2} m")
         }

@@ -11,6 +11,9 @@ use super::view::{Eye, View};
 /// Who stays this long in one place hovers there (s), chosen here: shorter stops would fill the
 /// picture with the wakes of drones that give way.
 const HOVERS_FROM_S: f64 = 3.0;
+/// Less air than this (m/s) prints as 0.0 and has no worst moment.
+const LEAST_AIR_MPS: f64 = 0.05;
+
 /// The worst moment.
 const RED: &str = "#b3243b";
 
@@ -161,7 +164,7 @@ pub(super) fn worst_moment(plan: &Plan) -> Option<WorstMoment> {
     let worst = plan
         .drones
         .iter()
-        .filter(|drone| drone.worst_air_mps > 0.0 && drone.worst_air_at_s.is_some());
+        .filter(|drone| drone.worst_air_mps >= LEAST_AIR_MPS && drone.worst_air_at_s.is_some());
     // The first of equals, in the scenario's order.
     let drone = worst.reduce(|best, next| {
         if alpha(next) > alpha(best) {

@@ -13,6 +13,7 @@ mod paper;
 mod readme;
 mod planner;
 mod scenario;
+mod scenarios;
 mod verifier;
 mod volumes;
 mod wakes;

@@ -1,0 +1,237 @@
+//! What is shipped in `scenarios/` keeps the promise of the comment atop each file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use planner::outcome::{Control, Outcome};
+use planner::plan::{DronePlan, Plan, Status, ViolationKind};
+use planner::verify::verify;
+use planner::world::{AtEnd, AtStart, World};
+
+/// The verifier's arithmetic and the file's agree far below the digits that anybody reads.
+const SAME: f64 = 1e-9;
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios")
+}
+
+fn shipped() -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder())
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "ron"))
+        .map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+fn text(name: &str) -> String {
+    fs::read_to_string(folder().join(format!("{name}.ron"))).unwrap()
+}
+
+fn world(name: &str) -> World {
+    let no_meshes = |file: &str| Err(format!("{file}: no shipped scenario has a mesh"));
+    planner::scenario::read_world(&text(name), &no_meshes).unwrap()
+}
+
+fn planned(world: &World) -> Plan {
+    match planner::plan_world(world, &Control::QUIET) {
+        Outcome::Planned { plan, .. } => plan,
+        other => panic!("{}: {other:?}", world.name),
+    }
+}
+
+fn drone<'a>(plan: &'a Plan, name: &str) -> &'a DronePlan {
+    let named = |drone: &&DronePlan| drone.name == name;
+    plan.drones.iter().find(named).unwrap()
+}
+
+/// The lowest induced velocity that a drone has on its way: it hovers slowest when it carries least (m/s).
+fn lowest_induced_velocity_mps(drone: &DronePlan) -> f64 {
+    let lightest_kg = drone
+        .trajectory
+        .mass_kg
+        .iter()
+        .copied()
+        .fold(f64::INFINITY, f64::min);
+    // U_H grows with the root of the mass.
+    drone.airframe.hover_induced_velocity_mps * (lightest_kg / drone.airframe.mass_kg).sqrt()
+}
+
+#[test]
+fn the_shipped_scenarios_are_the_ones_that_the_readme_can_name() {
+    assert_eq!(
+        shipped(),
+        [
+            "circle-16",
+            "corridor",
+            "landing-pads",
+            "mixed-fleet",
+            "no-blow-zone",
+            "shaft",
+            "warehouse",
+            "window",
+        ]
+    );
+}
+
+#[test]
+fn each_is_called_like_its_file_and_says_how_to_run_it() {
+    for name in shipped() {
+        assert_eq!(world(&name).name, name);
+        let run = format!("// Run:  plan scenarios/{name}.ron\n");
+        assert!(text(&name).contains(&run), "{name} lacks {run:?}");
+    }
+}
+
+#[test]
+fn every_feasible_one_is_planned_whole_and_the_verifier_agrees() {
+    for name in shipped().iter().filter(|name| *name != "corridor") {
+        let plan = planned(&world(name));
+        assert_eq!(plan.unplanned, [], "{name}");
+        assert_eq!(plan.violations, [], "{name}");
+        assert_eq!(plan.status, Status::Safe, "{name}");
+        let again = serde_json::to_string(&plan).unwrap();
+        let report = verify(&serde_json::from_str(&again).unwrap());
+        assert_eq!(report.violations, [], "{name}, read back");
+    }
+}
+
+#[test]
+fn nobody_meets_more_air_than_its_limit() {
+    for name in shipped() {
+        for drone in &planned(&world(&name)).drones {
+            // Whose mass changes may meet more while it is heavy; the verifier judges that moment by moment.
+            let constant = drone.trajectory.mass_kg.windows(2).all(|m| m[0] == m[1]);
+            let alpha = drone.worst_air_mps / lowest_induced_velocity_mps(drone);
+            assert!(
+                !constant || alpha <= drone.air_limit + SAME,
+                "{name}: {} meets {alpha} of its induced velocity",
+                drone.name
+            );
+        }
+    }
+}
+
+#[test]
+fn without_regard_for_downwash_each_would_harm_somebody() {
+    for name in shipped() {
+        let ignoring = planned(&world(&name)).ignoring_downwash.unwrap();
+        assert!(
+            ignoring.drones_over_limit + ignoring.zones_over_limit > 0,
+            "{name} shows nothing"
+        );
+    }
+}
+
+#[test]
+fn in_the_warehouse_at_least_five_drones_would_fly_through_downwash() {
+    let ignoring = planned(&world("warehouse")).ignoring_downwash.unwrap();
+    assert!(ignoring.drones_over_limit >= 5, "{ignoring:?}");
+}
+
+#[test]
+fn the_courier_of_the_warehouse_is_heavier_from_the_parcel_to_the_table() {
+    let plan = planned(&world("warehouse"));
+    let courier = drone(&plan, "courier");
+    let mut masses_kg = courier.trajectory.mass_kg.clone();
+    masses_kg.dedup();
+    assert_eq!(masses_kg.len(), 3, "{masses_kg:?}");
+    let parcel_kg = [0.0, 0.35, 0.0];
+    for (mass_kg, load_kg) in masses_kg.iter().zip(parcel_kg) {
+        assert!((mass_kg - courier.airframe.mass_kg - load_kg).abs() < SAME);
+    }
+}
+
+#[test]
+fn the_corridor_has_no_safe_pass_and_the_answer_names_the_gentlest() {
+    let plan = planned(&world("corridor"));
+    assert_eq!(plan.status, Status::Partial);
+    assert_eq!(plan.violations, []);
+    let [left_out] = &plan.unplanned[..] else {
+        panic!(
+            "one of the two flies, the other stays: {:?}",
+            plan.unplanned
+        )
+    };
+    let other = match left_out.name.as_str() {
+        "westbound" => "`eastbound`",
+        "eastbound" => "`westbound`",
+        name => panic!("no drone is called {name}"),
+    };
+    let reason = &left_out.reason;
+    for part in [
+        other,
+        "at (",
+        " s on",
+        "the gentlest",
+        "m below",
+        "alpha 0.",
+        "% power",
+    ] {
+        assert!(reason.contains(part), "{part:?} is missing in: {reason}");
+    }
+}
+
+#[test]
+fn without_its_zones_the_desk_would_be_blown_on() {
+    let desk = world("no-blow-zone");
+    let mut unguarded = desk.clone();
+    unguarded.zones.clear();
+    let mut plan = planned(&unguarded);
+    assert_eq!(plan.violations, []);
+    plan.zones = planned(&desk).zones;
+    let blown_on = verify(&plan).violations;
+    assert!(
+        blown_on
+            .iter()
+            .any(|found| found.kind == ViolationKind::Zone),
+        "the way round is flown without the zone, too"
+    );
+}
+
+#[test]
+fn who_has_landed_blows_nothing_from_then_on() {
+    let pads = world("landing-pads");
+    let plan = planned(&pads);
+    for (asked, flown) in pads.drones.iter().zip(&plan.drones) {
+        let last_s = *flown.trajectory.t_s.last().unwrap();
+        if asked.at_end == AtEnd::Land {
+            let (from_s, Some(until_s)) = flown.airborne_s else {
+                panic!("{} blows for ever", flown.name)
+            };
+            assert!(from_s < until_s && (until_s - last_s).abs() < SAME);
+        } else {
+            assert_eq!(flown.airborne_s, (0.0, Some(0.0)), "{}", flown.name);
+        }
+    }
+}
+
+#[test]
+fn with_drones_that_hover_where_others_are_parked_the_bay_is_closed() {
+    let mut pads = world("landing-pads");
+    for drone in &mut pads.drones {
+        if drone.at_start == AtStart::Landed {
+            drone.at_start = AtStart::Hover;
+            // Off its pad by the clearance that a flying body needs.
+            drone.start_m.z += pads.planning.clearance_m;
+        }
+    }
+    assert!(!planned(&pads).unplanned.is_empty());
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    for name in shipped() {
+        let world = world(&name);
+        let [one, two] = [1, 2].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| serde_json::to_string(&planned(&world)).unwrap())
+        });
+        assert_eq!(one, two, "{name}");
+    }
+}
