@@ -40,6 +40,16 @@ pub struct Neighbour {
 }
 
 impl Neighbour {
+    /// The part of its leg that is near.
+    pub fn leg(&self) -> &Leg {
+        &self.item.leg
+    }
+
+    /// Height at which its wake ends (m).
+    pub fn wake_end_z_m(&self) -> f64 {
+        self.item.wake_end_z_m
+    }
+
     /// When its leg began.
     pub fn began(&self) -> Tick {
         self.item.began

@@ -50,6 +50,8 @@ const NEGLIGIBLE_SHARE: f64 = 2e-4;
 pub struct Fleet {
     kinds: Vec<Kind>,
     wakes: Vec<Wake>,
+    /// Points over the rotor discs, by airframe.
+    discs: Vec<DiscPoints>,
     /// Receiver by receiver, emitter by emitter: `[receiver airframe][emitter airframe]`.
     envelopes: Vec<Envelope>,
     /// Speed at a point, by emitter airframe, for zones.
@@ -126,6 +128,7 @@ impl Fleet {
         let fleet = Fleet {
             kinds,
             wakes,
+            discs: airframes.iter().map(Airframe::disc_points).collect(),
             envelopes,
             points,
             airframes: airframes.len(),
@@ -181,6 +184,11 @@ impl Fleet {
     /// The wake of this kind.
     pub fn wake(&self, kind: KindId) -> &Wake {
         &self.wakes[usize::from(kind.0)]
+    }
+
+    /// Points over the rotor discs of this kind.
+    pub fn discs(&self, kind: KindId) -> &DiscPoints {
+        &self.discs[self.kind(kind).airframe]
     }
 
     /// The air they meet in.

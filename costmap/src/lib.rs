@@ -21,8 +21,10 @@
 //! - [`cover`]: where a wake ends
 //! - [`fleet`]: all kinds of drones, and what two legs do to each other
 //! - [`timeline`]: the legs that exist in each second, in parry trees
-//! - [`costmap`](mod@costmap): a leg against all of them
+//! - [`costmap`](mod@costmap): a leg against all of them, in bounds: what a search asks
+//! - [`assess`]: the same in full, with the air integrated: what a person asks
 
+pub mod assess;
 pub mod costmap;
 pub mod cover;
 pub mod downwash;

@@ -4,11 +4,13 @@
     reason = "a test that cannot go on should say where"
 )]
 
+mod boundaries;
 mod commands;
 mod endpoints;
 mod hover;
 mod near_field;
 mod paper;
+mod readme;
 mod planner;
 mod scenario;
 mod verifier;
