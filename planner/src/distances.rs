@@ -314,12 +314,18 @@ mod tests {
         own.retain(|vertex| roadmap.is_stop(*vertex));
         own.sort_unstable();
         own.dedup();
-        let mover = Mover {
-            speed_mps: 0.7 + at(seed),
-            radius_m: RADIUS_M,
-            stops: own,
-        };
+        let mover = Mover::new(roadmap.lattice(), 0.7 + at(seed), RADIUS_M, own);
         (roadmap, vertices, mover)
+    }
+
+    /// Ticks from every place, without the closed form.
+    fn searched(roadmap: &Roadmap, goal: Vertex, mover: Mover) -> Vec<u32> {
+        let distances = Distances {
+            closed_form: None,
+            ..Distances::new(roadmap, goal, 0, mover)
+        };
+        let places = 0..roadmap.len() as Vertex;
+        places.map(|from| distances.ticks(roadmap, from)).collect()
     }
 
     #[test]
@@ -340,7 +346,7 @@ mod tests {
             }
             let goal = vertices[0];
             let found = dijkstra(&graph, NodeIndex::new(goal as usize), None, |edge| *edge.weight());
-            let table = Distances::new(&roadmap, goal, mover.clone()).search(&roadmap);
+            let table = searched(&roadmap, goal, mover.clone());
             let foreign = |v: Vertex| roadmap.is_stop(v) && !mover.stops.contains(&v);
             for vertex in (0..roadmap.len() as Vertex).filter(|v| !foreign(*v)) {
                 let expected = found.get(&NodeIndex::new(vertex as usize)).copied();
@@ -356,12 +362,10 @@ mod tests {
             let (roadmap, vertices, all) = random(seed, seed % 2 == 0);
             for &goal in &vertices {
                 // A drone with one stop beyond the lattice: its goal.
-                let mover = Mover {
-                    stops: vec![goal],
-                    ..all.clone()
-                };
-                let distances = Distances::new(&roadmap, goal, mover);
-                let table = distances.search(&roadmap);
+                let mut mover = all.clone();
+                mover.stops = vec![goal];
+                let distances = Distances::new(&roadmap, goal, goal, mover.clone());
+                let table = searched(&roadmap, goal, mover);
                 for from in 0..roadmap.lattice().len() as Vertex {
                     let Some(ticks) = distances.straight(&roadmap, from) else {
                         continue;
@@ -381,8 +385,8 @@ mod tests {
         for seed in 0..12 {
             let (roadmap, vertices, mover) = random(seed, false);
             for &goal in &vertices {
-                let distances = Distances::new(&roadmap, goal, mover.clone());
-                let table = distances.search(&roadmap);
+                let distances = Distances::new(&roadmap, goal, goal, mover.clone());
+                let table = searched(&roadmap, goal, mover.clone());
                 for from in 0..roadmap.lattice().len() as Vertex {
                     if let Some(ticks) = distances.straight(&roadmap, from) {
                         let exact = table[from as usize];
