@@ -89,3 +89,109 @@ impl Covers {
         self.floor_z_m
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use airflow::{Airframe, Jet};
+
+    use super::*;
+
+    fn wake() -> Wake {
+        let airframe = Airframe::preset("offboard-2").expect("a preset");
+        Wake::new(&airframe, airframe.mass_kg(), 1.204, &Jet::default())
+    }
+
+    fn tops() -> Vec<Top> {
+        let shelf = |x_m: f64, width_m: f64, z_m: f64| Top::Rectangle {
+            min_m: [x_m, 0.0],
+            max_m: [x_m + width_m, 6.0],
+            z_m,
+        };
+        let tank = Top::Disc {
+            centre_m: [5.5, 3.0],
+            radius_m: 1.5,
+            z_m: 3.0,
+        };
+        vec![shelf(0.0, 2.0, 2.0), shelf(1.0, 3.0, 1.2), tank, shelf(-9.0, 20.0, -3.0)]
+    }
+
+    /// The definition by samples: a face stops a wake if points all around the half-width disc lie on it.
+    fn sampled_end_z_m(covers: &Covers, wake: &Wake, rotor_m: Point3<f64>) -> f64 {
+        let mut end_z_m = covers.floor_z_m;
+        for top in &covers.tops {
+            let depth_m = rotor_m.z - top.z_m();
+            if depth_m <= 0.0 {
+                continue;
+            }
+            let half_m = wake.half_width_m(depth_m.max(wake.near_field_depth_m()));
+            let on_it = |angle_rad: f64, radius_m: f64| {
+                let x = rotor_m.x + radius_m * angle_rad.cos();
+                let y = rotor_m.y + radius_m * angle_rad.sin();
+                match *top {
+                    Top::Rectangle { min_m, max_m, .. } => {
+                        (min_m[0]..=max_m[0]).contains(&x) && (min_m[1]..=max_m[1]).contains(&y)
+                    }
+                    Top::Disc {
+                        centre_m, radius_m, ..
+                    } => (x - centre_m[0]).hypot(y - centre_m[1]) <= radius_m,
+                }
+            };
+            let all = (0..720).all(|k| on_it(f64::from(k).to_radians() / 2.0, half_m));
+            if all && on_it(0.0, 0.0) {
+                end_z_m = end_z_m.max(top.z_m());
+            }
+        }
+        end_z_m
+    }
+
+    #[test]
+    fn a_wake_ends_on_the_highest_face_that_holds_its_whole_disc() {
+        let (wake, covers) = (wake(), Covers::new(0.0, tops()));
+        let mut stopped = 0;
+        for i in 0..20_000_u32 {
+            let at = |k: f64| (f64::from(i) * k).fract();
+            let rotor_m = Point3::new(
+                9.0 * at(0.819_172_513_396) - 1.0,
+                8.0 * at(0.671_043_606_704) - 1.0,
+                6.0 * at(0.549_700_477_902),
+            );
+            let end_z_m = covers.wake_end_z_m(&wake, &rotor_m, &rotor_m);
+            let sampled_z_m = sampled_end_z_m(&covers, &wake, rotor_m);
+            // Between two samples of the circle a disc may stick out by 1e-5 of its radius.
+            let shifted = [-1e-4, 1e-4].map(|dx| {
+                let beside_m = Point3::new(rotor_m.x + dx, rotor_m.y, rotor_m.z);
+                covers.wake_end_z_m(&wake, &beside_m, &beside_m)
+            });
+            assert!(end_z_m == sampled_z_m || shifted.contains(&sampled_z_m), "{rotor_m}");
+            stopped += u32::from(end_z_m > 0.0);
+        }
+        assert!(stopped > 1_000, "{stopped}");
+    }
+
+    #[test]
+    fn a_way_only_partly_over_a_shelf_is_not_covered() {
+        let (wake, covers) = (wake(), Covers::new(0.0, tops()));
+        let over = Point3::new(1.0, 3.0, 3.0);
+        let beside = Point3::new(-2.0, 3.0, 3.0);
+        let along = Point3::new(1.0, 4.0, 3.0);
+        assert_eq!(covers.wake_end_z_m(&wake, &over, &over), 2.0);
+        assert_eq!(covers.wake_end_z_m(&wake, &over, &along), 2.0);
+        assert_eq!(covers.wake_end_z_m(&wake, &over, &beside), 0.0);
+        assert_eq!(covers.wake_end_z_m(&wake, &beside, &over), 0.0);
+    }
+
+    #[test]
+    fn on_a_way_a_wake_never_ends_above_where_it_ends_anywhere_on_it() {
+        let (wake, covers) = (wake(), Covers::new(0.0, tops()));
+        for i in 0..4_000_u32 {
+            let at = |k: f64| (f64::from(i) * k).fract();
+            let from_m = Point3::new(7.0 * at(0.819), 6.0 * at(0.671), 6.0 * at(0.5497));
+            let to_m = from_m + nalgebra::Vector3::new(at(0.301) - 0.5, at(0.777) - 0.5, at(0.123) - 0.5);
+            let end_z_m = covers.wake_end_z_m(&wake, &from_m, &to_m);
+            for k in 0..=20 {
+                let here_m = from_m + (to_m - from_m) * (f64::from(k) / 20.0);
+                assert!(end_z_m <= covers.wake_end_z_m(&wake, &here_m, &here_m), "{from_m} {to_m}");
+            }
+        }
+    }
+}

@@ -257,3 +257,115 @@ impl Timeline {
         content.drop_gaps();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+    use crate::leg::KindId;
+
+    fn leg(drone: u32, from_m: [f64; 2], to_m: [f64; 2], start: u32, end: Tick) -> Leg {
+        Leg {
+            drone: DroneId(drone),
+            kind: KindId(0),
+            start: Tick(start),
+            end,
+            from_m: Point3::new(from_m[0], from_m[1], 1.0),
+            to_m: Point3::new(to_m[0], to_m[1], 1.0),
+            flying: true,
+            air_limit: 0.3,
+        }
+    }
+
+    fn insert(timeline: &mut Timeline, leg: &Leg) {
+        let last = if leg.end == Tick::FOREVER { leg.start } else { leg.end };
+        timeline.extend_to(last);
+        for bucket in timeline.buckets(leg.start, leg.end) {
+            let (start, end) = timeline.span(bucket);
+            let part = leg.between(start, end);
+            if part.start < part.end {
+                let item = Item {
+                    leg: part,
+                    began: leg.start,
+                    clear: leg.end,
+                    wake_end_z_m: 0.0,
+                    load: 0,
+                };
+                timeline.add(bucket, item);
+            }
+        }
+    }
+
+    fn at(index: u32) -> f64 {
+        (f64::from(index) * 0.754_877_666_246_69).fract()
+    }
+
+    fn drones_near(timeline: &Timeline, bucket: u32, footprint: &Footprint) -> Vec<u32> {
+        let mut found = Vec::new();
+        timeline.near(bucket, footprint, &mut found);
+        let mut drones: Vec<u32> = found.iter().map(|&slot| timeline.item(slot).leg.drone.0).collect();
+        drones.sort_unstable();
+        drones.dedup();
+        drones
+    }
+
+    #[test]
+    fn the_tree_finds_what_a_plain_scan_finds() {
+        let mut timeline = Timeline::default();
+        let mut legs: Vec<Leg> = (0..60_u32)
+            .map(|i| {
+                let place = |k: u32| [20.0 * at(9 * i + k), 20.0 * at(9 * i + k + 1)];
+                if i % 5 == 0 {
+                    leg(i, place(1), place(1), 37 * i, Tick::FOREVER)
+                } else {
+                    leg(i, place(1), place(3), 37 * i, Tick(37 * i + 450))
+                }
+            })
+            .collect();
+        for leg in &legs {
+            insert(&mut timeline, leg);
+        }
+        let removed = |drone: u32| drone % 3 == 1;
+        for bucket in 0..=timeline.bucket_count() as u32 {
+            for drone in (0..60).filter(|drone| removed(*drone)) {
+                let slots = timeline.of(bucket, DroneId(drone));
+                timeline.remove(bucket, &slots);
+            }
+        }
+        legs.retain(|leg| !removed(leg.drone.0));
+        for bucket in 0..=timeline.bucket_count() as u32 {
+            let (start, end) = timeline.span(bucket);
+            for query in 0..40 {
+                let middle = leg(0, [20.0 * at(query + 7); 2], [20.0 * at(query + 9); 2], 0, Tick(1));
+                let footprint = Footprint::around(&middle, 3.0 * at(query));
+                let scanned: Vec<u32> = legs
+                    .iter()
+                    .map(|leg| leg.between(start, end))
+                    .filter(|part| part.start < part.end)
+                    .filter(|part| footprint.meets(&Footprint::around(part, 0.0)))
+                    .map(|part| part.drone.0)
+                    .collect();
+                assert_eq!(drones_near(&timeline, bucket, &footprint), scanned);
+            }
+        }
+    }
+
+    #[test]
+    fn what_lasts_for_ever_is_in_buckets_made_later() {
+        let mut timeline = Timeline::default();
+        insert(&mut timeline, &leg(7, [1.0, 1.0], [1.0, 1.0], 130, Tick::FOREVER));
+        insert(&mut timeline, &leg(8, [9.0, 9.0], [9.0, 8.0], 0, Tick(1_000)));
+        let here = Footprint::around(&leg(0, [1.0, 1.0], [1.0, 1.0], 0, Tick(1)), 0.1);
+        assert_eq!(timeline.bucket_count(), 10);
+        // It begins within the second bucket; the last one is the time after.
+        assert!(drones_near(&timeline, 0, &here).is_empty());
+        for bucket in 1..=10 {
+            assert_eq!(drones_near(&timeline, bucket, &here), [7]);
+            let slot = timeline.of(bucket, DroneId(7))[0];
+            let item = timeline.item(slot);
+            assert!(item.leg.start <= Tick((bucket * 100).max(130)), "{bucket}: {item:?}");
+            assert_eq!((item.began, item.clear), (Tick(130), Tick::FOREVER));
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! Worlds: small ones by hand, and random ones of every kind of thing that a scenario may hold.
 
 use airflow::{Air, Airframe, Jet, Superposition};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use planner::endpoints;
 use planner::outcome::{Blocker, EndpointKind};
 use planner::placement::{Spot, landing_place_m, misplaced};
@@ -174,7 +174,7 @@ fn within(bounds: &Bounds, at: Unit, on_cells: bool) -> Point3<f64> {
 
 fn solid(bounds: &Bounds, recipe: &SolidRecipe) -> Solid {
     let size = bounds.max - bounds.min;
-    let at_m = bounds.min + size.component_mul(&Vector3::from(recipe.at));
+    let at_m = bounds.min + size.component_mul(&nalgebra::Vector3::from(recipe.at));
     if recipe.round {
         return Solid::Cylinder {
             base_m: Point3::new(at_m.x, at_m.y, bounds.min.z),

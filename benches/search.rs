@@ -1,0 +1,95 @@
+//! Question: what does the search for one drone cost among a hundred that are planned already?
+//!
+//! The hall of `plan generate hall`, 64 x 64 x 8 m, 101 drones, seed 1. A hundred are planned; the last
+//! one is searched for as if nobody could be made to give way, and as if everybody could. For
+//! comparison: alone in the hall, and reserving a path.
+//!
+//! On two shared virtual cores of an AMD EPYC, rustc 1.95, bench profile (thin LTO), others compiling
+//! beside it:
+//!
+//! TABLE
+
+#![allow(
+    missing_docs,
+    reason = "criterion's macros generate undocumented functions"
+)]
+
+use std::hint::black_box;
+
+use costmap::costmap::Costmap;
+use costmap::leg::DroneId;
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use planner::outcome::Effort;
+use planner::prepare::{Job, empty_costmap, prepare};
+use planner::priority::plan_fleet;
+use planner::search::{Found, IMMOVABLE, Scene, search};
+use planner::{Control, instances, scenario};
+
+const PLANNED: usize = 100;
+
+struct Bench {
+    job: Job,
+    empty: Costmap,
+    full: Costmap,
+}
+
+fn bench() -> Bench {
+    let text = instances::hall(PLANNED + 1, 1).expect("the hall has room");
+    let world = scenario::read_world(&text, &|file| Err(format!("there is no {file}"))).expect("in order");
+    let job = prepare(&world);
+    let empty = empty_costmap(&world, true);
+    let mut effort = Effort::default();
+    let paths = plan_fleet(&job, &empty, &[], &world.planning, &Control::QUIET, &mut effort);
+    let mut full = paths.costmap;
+    full.remove(DroneId(PLANNED as u32));
+    Bench { job, empty, full }
+}
+
+fn one_drone(c: &mut Criterion) {
+    let Bench { job, empty, full } = bench();
+    let errand = &job.errands[PLANNED];
+    let firm = vec![IMMOVABLE; PLANNED + 1];
+    let yielding = vec![500; PLANNED + 1];
+    let mut group = c.benchmark_group("one_drone");
+    for (name, costmap, weights) in [
+        ("alone", &empty, &firm),
+        ("among_a_hundred_firm", &full, &firm),
+        ("among_a_hundred_yielding", &full, &yielding),
+    ] {
+        let scene = Scene {
+            roadmap: &job.roadmap,
+            costmap,
+            weights,
+            energy_weight: 1.0,
+            most_expansions: 400_000,
+            stop: &|| false,
+        };
+        let once = search(scene, errand);
+        println!("{name}: {} states expanded", once.expansions);
+        group.bench_function(name, |b| b.iter(|| search(black_box(scene), errand)));
+    }
+    let scene = Scene {
+        roadmap: &job.roadmap,
+        costmap: &full,
+        weights: &firm,
+        energy_weight: 1.0,
+        most_expansions: 400_000,
+        stop: &|| false,
+    };
+    if let Found::Path(path) = search(scene, errand).found {
+        group.bench_function("reserve_and_take_back", |b| {
+            b.iter_batched_ref(
+                || full.clone(),
+                |costmap| {
+                    costmap.insert(path.legs.clone());
+                    costmap.remove(DroneId(PLANNED as u32));
+                },
+                BatchSize::LargeInput,
+            );
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, one_drone);
+criterion_main!(benches);
