@@ -97,14 +97,22 @@ fn collect(tokens: TokenStream, before: &str, names: &mut BTreeSet<String>) {
     while let Some(token) = tokens.get(at) {
         match token {
             TokenTree::Ident(word) => {
-                path = if goes_on { format!("{path}::{word}") } else { word.to_string() };
+                path = if goes_on {
+                    format!("{path}::{word}")
+                } else {
+                    word.to_string()
+                };
                 goes_on = false;
                 let separated = is_mark(&tokens, at + 1, ':') && is_mark(&tokens, at + 2, ':');
                 if separated {
                     goes_on = true;
                     at += 2;
                 } else {
-                    let mark = if is_mark(&tokens, at + 1, '!') { "!" } else { "" };
+                    let mark = if is_mark(&tokens, at + 1, '!') {
+                        "!"
+                    } else {
+                        ""
+                    };
                     names.insert(format!("{path}{mark}"));
                 }
             }
@@ -249,7 +257,14 @@ fn libraries_read_no_file_clock_or_environment_and_print_nothing() {
 fn the_search_never_evaluates_a_jet() {
     let whole = sources_of("planner/src");
     let search = [
-        "distances", "errand", "fleet", "lattice", "placement", "priority", "roadmap", "search",
+        "distances",
+        "errand",
+        "fleet",
+        "lattice",
+        "placement",
+        "priority",
+        "roadmap",
+        "search",
         "solid",
     ]
     .map(|module| format!("planner/src/{module}.rs"));
@@ -292,7 +307,11 @@ fn outside_its_judges_the_planner_takes_descriptions_from_airflow_and_no_wake() 
 #[test]
 fn the_verifier_shares_nothing_with_the_search_but_the_plan_itself() {
     let sources = sources_of("planner/src");
-    let closure = ["planner/src/verify/", "planner/src/trajectory", "planner/src/plan.rs"];
+    let closure = [
+        "planner/src/verify/",
+        "planner/src/trajectory",
+        "planner/src/plan.rs",
+    ];
     let judged: Vec<Source> = sources
         .into_iter()
         .filter(|source| source.is_in(&closure))
@@ -314,8 +333,15 @@ fn the_verifier_shares_nothing_with_the_search_but_the_plan_itself() {
         .collect();
     assert_none(&broken);
     // From the module's own root `super` is the crate.
-    let roots = ["planner/src/verify/mod.rs", "planner/src/trajectory.rs", "planner/src/plan.rs"];
-    for source in judged.iter().filter(|source| roots.contains(&source.file.as_str())) {
+    let roots = [
+        "planner/src/verify/mod.rs",
+        "planner/src/trajectory.rs",
+        "planner/src/plan.rs",
+    ];
+    for source in judged
+        .iter()
+        .filter(|source| roots.contains(&source.file.as_str()))
+    {
         assert_none(&named(std::slice::from_ref(source), &["super"]));
     }
 }
@@ -338,11 +364,22 @@ fn shapes_are_stood_up_in_one_place() {
         assert_none(&named(&sources, &poses));
     }
     // The planner's own use of parry needs none: boxes, segments, rays and meshes in world coordinates.
-    let round = ["Cylinder", "Cone", "Capsule", "RoundCylinder", "RoundCone", "HalfSpace"];
+    let round = [
+        "Cylinder",
+        "Cone",
+        "Capsule",
+        "RoundCylinder",
+        "RoundCone",
+        "HalfSpace",
+    ];
     for source in sources_of("planner/src") {
         for shape in round {
             let imported = format!("parry3d::shape::{shape}");
-            assert!(!source.names.contains(&imported), "{}: {imported}", source.file);
+            assert!(
+                !source.names.contains(&imported),
+                "{}: {imported}",
+                source.file
+            );
         }
     }
 }
@@ -373,10 +410,18 @@ fn the_command_plans_through_the_planner_s_front_door() {
 #[test]
 fn the_text_belongs_to_no_machine() {
     let mut files = files_below("scenarios");
-    for folder in [".ci", "airflow", "benches", "costmap", "docs", "planner", "src", "tests"] {
+    for folder in [
+        ".ci", "airflow", "benches", "costmap", "docs", "planner", "src", "tests",
+    ] {
         files.extend(files_below(folder));
     }
-    let top = ["ARCHITECTURE.md", "CHANGELOG.md", "Cargo.toml", "README.md", "STYLE.md"];
+    let top = [
+        "ARCHITECTURE.md",
+        "CHANGELOG.md",
+        "Cargo.toml",
+        "README.md",
+        "STYLE.md",
+    ];
     files.extend(top.map(String::from));
     let homes = ["home", "root", "work", "tmp", "Users"].map(|folder| format!("/{folder}/"));
     let mut broken = Vec::new();
@@ -422,5 +467,8 @@ fn the_reader_of_sources_sees_through_comments_groups_and_tests() {
     ] {
         assert!(seen(name), "{name} in {names:?}");
     }
-    assert!(!seen("std::time::Instant") && !seen("eprintln!"), "{names:?}");
+    assert!(
+        !seen("std::time::Instant") && !seen("eprintln!"),
+        "{names:?}"
+    );
 }
