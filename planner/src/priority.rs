@@ -86,6 +86,29 @@ pub fn plan_fleet(
     })
 }
 
+/// Plans a few drones among others that stay as they are; `None` unless all of them find a way.
+pub fn plan_group(
+    job: &Job,
+    others: &Costmap,
+    group: &[DroneId],
+    control: &Control<'_>,
+) -> Option<Vec<Path>> {
+    let mut effort = Effort::default();
+    let quiet = Control {
+        progress: &|_| {},
+        ..*control
+    };
+    let mut attempt = Attempt::new(job, others.clone(), 0.0, &quiet, &mut effort);
+    attempt.most_evictions = MOST_EVICTIONS / 3;
+    attempt.weights.fill(IMMOVABLE);
+    for drone in group {
+        attempt.weights[drone.0 as usize] = FIRST_WEIGHT;
+    }
+    attempt.run(group.iter().copied().collect());
+    let all = attempt.stranded.is_empty();
+    all.then(|| attempt.paths.into_iter().flatten().collect())
+}
+
 fn known_hopeless(job: &Job, excluded: &[(DroneId, Stranded)]) -> usize {
     let unreachable = |errand: &&Errand| {
         errand.alone(&job.roadmap) == UNREACHABLE
@@ -131,6 +154,7 @@ struct Attempt<'a> {
     effort: &'a mut Effort,
     weights: Vec<u32>,
     evicted: Vec<u32>,
+    most_evictions: u32,
     paths: Vec<Option<Path>>,
     stranded: Vec<(DroneId, Stranded)>,
 }
@@ -152,6 +176,7 @@ impl<'a> Attempt<'a> {
             effort,
             weights: vec![FIRST_WEIGHT; drones],
             evicted: vec![0; drones],
+            most_evictions: MOST_EVICTIONS,
             paths: vec![None; drones],
             stranded: Vec::new(),
         }
@@ -205,6 +230,11 @@ impl<'a> Attempt<'a> {
                 for &met in &path.met {
                     self.evict(met, queue);
                 }
+                let stuck = |met: &DroneId| self.weights[met.0 as usize] == IMMOVABLE;
+                if path.met.iter().any(stuck) {
+                    // Whoever was to give way has given up instead, and is in the way for good.
+                    return queue.push_front(drone);
+                }
                 self.costmap.insert(path.legs.clone());
                 self.paths[drone.0 as usize] = Some(path);
             }
@@ -218,7 +248,7 @@ impl<'a> Attempt<'a> {
         self.effort.evictions += 1;
         self.evicted[index] += 1;
         self.weights[index] = self.weights[index].saturating_add(WEIGHT_GROWTH).min(IMMOVABLE - 1);
-        if self.evicted[index] > MOST_EVICTIONS {
+        if self.evicted[index] > self.most_evictions {
             self.strand(drone, Stranded::Obstructed(None), queue);
         } else {
             queue.push_front(drone);

@@ -8,13 +8,15 @@ use crate::assemble::assemble;
 use crate::outcome::{Blocker, Control, EndpointConflict, EndpointKind, Exclusion};
 use crate::plan::{Plan, Unplanned, Violation, ViolationKind};
 use crate::prepare::Job;
-use crate::priority::{Paths, Stranded};
-use crate::search::{Found, IMMOVABLE, Obstruction, Path, Scene, search};
+use crate::priority::{Paths, Stranded, plan_group};
+use crate::search::{Found, IMMOVABLE, Obstruction, Scene, search};
 use crate::verify::verify;
 use crate::world::World;
 
-/// For how many drones the gentlest pass is looked for: chosen here, a few searches each.
-const MOST_PASSES: usize = 4;
+/// For how many groups the gentlest pass is looked for: chosen here, some dozens of searches each.
+const MOST_PASSES: usize = 3;
+/// Groups larger than this are not looked at as one: chosen here.
+const LARGEST_GROUP: usize = 6;
 /// Limits are raised at most this many times: chosen here, well past any flyable air.
 const HIGHEST_RAISE: f64 = 8.0;
 /// States of a search for a pass: chosen here, a second of work.
@@ -28,7 +30,16 @@ pub fn reasons(
     conflicts: &[EndpointConflict],
     control: &Control<'_>,
 ) -> Vec<Unplanned> {
-    let mut passes = 0;
+    let groups = Groups::of(job, paths, control);
+    let passes: Vec<Option<String>> = groups
+        .members
+        .iter()
+        .enumerate()
+        .map(|(index, group)| {
+            let small = index < MOST_PASSES && group.len() <= LARGEST_GROUP;
+            small.then(|| gentlest_pass(world, job, paths, group, control))
+        })
+        .collect();
     paths
         .stranded
         .iter()
@@ -42,8 +53,15 @@ pub fn reasons(
                 ),
                 Stranded::Stopped => "planning was stopped before its turn".to_owned(),
                 Stranded::Obstructed(_) => {
-                    passes += 1;
-                    obstructed(world, job, paths, drone, passes <= MOST_PASSES, control)
+                    let (group, by) = groups.of_drone(drone);
+                    let who = by.map_or_else(
+                        || "it and others kept taking each other's way".to_owned(),
+                        |by| obstruction(world, &by),
+                    );
+                    match group.and_then(|group| passes[group].as_ref()) {
+                        Some(pass) => format!("{who}; {pass}"),
+                        None => who,
+                    }
                 }
             };
             Unplanned {
@@ -52,6 +70,48 @@ pub fn reasons(
             }
         })
         .collect()
+}
+
+/// Stranded drones with those in their way: each group is a question of its own.
+struct Groups {
+    members: Vec<Vec<DroneId>>,
+    obstructions: Vec<(DroneId, Option<Obstruction>)>,
+}
+
+impl Groups {
+    fn of(job: &Job, paths: &Paths, control: &Control<'_>) -> Groups {
+        let mut groups = Groups {
+            members: Vec::new(),
+            obstructions: Vec::new(),
+        };
+        for &(drone, why) in &paths.stranded {
+            if let Stranded::Obstructed(_) = why {
+                let by = in_the_way(job, paths, drone, control);
+                groups.obstructions.push((drone, by));
+                let other = by.and_then(|by| by.by).map(|(other, _)| other);
+                groups.join(drone, other);
+            }
+        }
+        groups
+    }
+
+    fn join(&mut self, drone: DroneId, other: Option<DroneId>) {
+        let mut joined: Vec<DroneId> = std::iter::once(drone).chain(other).collect();
+        let touches = |group: &Vec<DroneId>| group.iter().any(|member| joined.contains(member));
+        let (same, apart): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.members).into_iter().partition(touches);
+        joined.extend(same.into_iter().flatten());
+        joined.sort_unstable();
+        joined.dedup();
+        self.members = apart;
+        self.members.push(joined);
+    }
+
+    fn of_drone(&self, drone: DroneId) -> (Option<usize>, Option<Obstruction>) {
+        let group = self.members.iter().position(|group| group.contains(&drone));
+        let by = self.obstructions.iter().find(|(known, _)| *known == drone);
+        (group, by.and_then(|(_, by)| *by))
+    }
 }
 
 fn name(world: &World, drone: DroneId) -> &str {
@@ -117,29 +177,6 @@ fn endpoint(world: &World, conflicts: &[EndpointConflict], drone: DroneId) -> St
     }
 }
 
-/// Names who is in the way, and the gentlest pass through the others' air if there is one.
-fn obstructed(
-    world: &World,
-    job: &Job,
-    paths: &Paths,
-    drone: DroneId,
-    look_for_pass: bool,
-    control: &Control<'_>,
-) -> String {
-    let (found, by) = try_raised(job, paths, drone, 1.0, control);
-    if found.is_some() {
-        return "it and others kept evicting one another; give it another goal, or start it later".to_owned();
-    }
-    let who = by.map_or_else(|| "others are in the way".to_owned(), |by| obstruction(world, &by));
-    if !look_for_pass {
-        return who;
-    }
-    match gentlest_pass(world, job, paths, drone, control) {
-        Some(pass) => format!("{who}; no pass without exposure: {pass}"),
-        None => format!("{who}; no pass at any air limit, bodies and columns are in the way"),
-    }
-}
-
 fn obstruction(world: &World, by: &Obstruction) -> String {
     let at = format!("at {} from {:.1} s on", place(&by.at_m), by.at.seconds());
     match by.by {
@@ -158,62 +195,72 @@ fn obstruction(world: &World, by: &Obstruction) -> String {
     }
 }
 
-fn try_raised(
-    job: &Job,
-    paths: &Paths,
-    drone: DroneId,
-    times: f64,
-    control: &Control<'_>,
-) -> (Option<Path>, Option<Obstruction>) {
-    let costmap = paths.costmap.with_limits_raised(times);
+/// What stops a drone if everybody else keeps to its plan.
+fn in_the_way(job: &Job, paths: &Paths, drone: DroneId, control: &Control<'_>) -> Option<Obstruction> {
     let weights = vec![IMMOVABLE; job.errands.len()];
     let scene = Scene {
         roadmap: &job.roadmap,
-        costmap: &costmap,
+        costmap: &paths.costmap,
         weights: &weights,
         energy_weight: 0.0,
         most_expansions: MOST_EXPANSIONS,
         stop: control.stop,
     };
     match search(scene, &job.errands[drone.0 as usize]).found {
-        Found::Path(path) => (Some(path), None),
-        Found::Blocked(by) => (None, by),
-        Found::Stopped => (None, None),
+        Found::Blocked(by) => by,
+        Found::Path(_) | Found::Stopped => None,
     }
 }
 
-/// The least raise of all limits that lets the drone pass, found by bisection, and what it would mean.
+/// The least raise of all limits that lets the whole group pass, found by bisection, and what it means.
 fn gentlest_pass(
     world: &World,
     job: &Job,
     paths: &Paths,
-    drone: DroneId,
+    group: &[DroneId],
     control: &Control<'_>,
-) -> Option<String> {
-    let mut pass = try_raised(job, paths, drone, HIGHEST_RAISE, control).0?;
+) -> String {
+    let mut others = paths.costmap.clone();
+    for &drone in group {
+        others.remove(drone);
+    }
+    let raised = |times: f64| plan_group(job, &others.with_limits_raised(times), group, control);
+    let Some(mut pass) = raised(HIGHEST_RAISE) else {
+        return "no pass at any air limit: bodies, columns or zones are in the way".to_owned();
+    };
     let (mut too_low, mut enough) = (1.0, HIGHEST_RAISE);
     while enough / too_low > 1.02 {
         let middle = f64::midpoint(too_low, enough);
-        match try_raised(job, paths, drone, middle, control).0 {
-            Some(path) => (pass, enough) = (path, middle),
+        match raised(middle) {
+            Some(found) => (pass, enough) = (found, middle),
             None => too_low = middle,
         }
     }
     let mut with_pass = paths.clone();
-    with_pass.stranded.retain(|(other, _)| *other != drone);
-    with_pass.paths[drone.0 as usize] = Some(pass);
+    with_pass.stranded.retain(|(drone, _)| !group.contains(drone));
+    for path in pass {
+        let drone = path.legs.first().map(|leg| leg.drone.0 as usize);
+        if let Some(drone) = drone {
+            with_pass.paths[drone] = Some(path);
+        }
+    }
     let plan = assemble(world, job, &with_pass);
-    let worst = verify(&plan)
-        .violations
-        .into_iter()
-        .filter(|violation| violation.kind == ViolationKind::Air)
-        .max_by(|a, b| (a.value / a.limit).total_cmp(&(b.value / b.limit)))?;
-    Some(describe(&plan, &worst))
+    let mut exposed = verify(&plan).violations;
+    exposed.retain(|violation| violation.kind == ViolationKind::Air);
+    let over = |violation: &Violation| violation.value / violation.limit;
+    exposed.sort_by(|a, b| over(b).total_cmp(&over(a)));
+    exposed.first().map_or_else(
+        || "there is a pass just within the limits, which this search keeps off".to_owned(),
+        |worst| describe(&plan, worst, &exposed),
+    )
 }
 
-fn describe(plan: &Plan, worst: &Violation) -> String {
+fn describe(plan: &Plan, worst: &Violation, exposed: &[Violation]) -> String {
     let alpha = worst.value;
     let extra_percent = 100.0 * (airflow::power::beta(alpha) - 1.0);
+    let mut names: Vec<String> = exposed.iter().map(|v| format!("`{}`", v.drone)).collect();
+    names.sort_unstable();
+    names.dedup();
     let from = worst.with.as_deref().unwrap_or("the others");
     let geometry = worst
         .with
@@ -226,9 +273,12 @@ fn describe(plan: &Plan, worst: &Violation) -> String {
             format!(", {below_m:.1} m below and {aside_m:.1} m beside `{from}`")
         });
     format!(
-        "the gentlest puts `{}` at {}{geometry}, alpha {alpha:.2}, +{extra_percent:.0} % power; raise air_limit to {:.2}",
+        "no pass without exposure: the gentlest puts `{}` at {}{geometry}, alpha {alpha:.2}, \
+         +{extra_percent:.0} % power; raise the air_limit of {} to {:.2}",
         worst.drone,
         place(&worst.position_m),
-        (alpha * 100.0).ceil() / 100.0,
+        names.join(" and "),
+        // The search's bounds are a few percent above the air itself.
+        (alpha * 105.0).ceil() / 100.0,
     )
 }

@@ -11,6 +11,7 @@ mod hover;
 mod near_field;
 mod paper;
 mod readme;
+mod planner;
 mod scenario;
 mod verifier;
 mod volumes;

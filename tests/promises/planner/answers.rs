@@ -1,0 +1,163 @@
+//! Worlds made for one answer each: blocked, left out and why, and drones that give way.
+
+use planner::outcome::EndpointKind;
+use planner::plan::Status;
+use planner::{Control, Outcome, plan_world};
+
+use super::worlds::{block, drone, room, task};
+use super::{assert_sound, planned};
+use planner::world::World;
+
+#[test]
+fn starts_that_exclude_each_other_are_named_before_any_search() {
+    let world = room(
+        [10.0, 10.0, 6.0],
+        vec![
+            drone("upper", "offboard-2", [5.0, 5.0, 5.0], [2.5, 2.5, 3.5]),
+            drone("lower", "offboard-2", [5.0, 5.0, 3.0], [7.5, 2.5, 3.5]),
+        ],
+    );
+    match plan_world(&world, &Control::QUIET) {
+        Outcome::Blocked { conflicts } => {
+            assert_eq!((conflicts[0].drone, conflicts[0].when), (1, EndpointKind::Starts));
+        }
+        other => panic!("{other:#?}"),
+    }
+}
+
+#[test]
+fn of_two_goals_that_exclude_each_other_one_is_left_out_and_the_rest_flies() {
+    let world = room(
+        [12.0, 12.0, 6.0],
+        vec![
+            drone("upper", "offboard-2", [2.5, 2.5, 4.5], [8.5, 8.5, 5.0]),
+            drone("lower", "offboard-2", [2.5, 8.5, 4.5], [8.5, 8.5, 3.0]),
+            drone("other", "offboard-2", [5.5, 2.5, 4.5], [5.5, 9.5, 2.5]),
+        ],
+    );
+    let Outcome::Planned { plan, conflicts, .. } = plan_world(&world, &Control::QUIET) else {
+        panic!("blocked");
+    };
+    assert_eq!(conflicts.len(), 1);
+    assert_eq!((conflicts[0].drone, conflicts[0].when), (1, EndpointKind::Goals));
+    assert_eq!(plan.unplanned.len(), 1);
+    assert!(["upper", "lower"].contains(&plan.unplanned[0].name.as_str()));
+    assert_eq!(plan.status, Status::Partial);
+    assert_sound(&world, &plan);
+}
+
+/// A corridor one drone wide and high, 12 m long between two rooms, with a bay in the middle for one more.
+fn corridor_with_bay(bay: bool) -> World {
+    let drones = vec![
+        // The shorter errand goes first, and ends at the mouth of the bay's corridor for good.
+        drone("short", "kolibri", [1.5, 1.5, 0.5], [8.5, 1.5, 0.5]),
+        drone("long", "kolibri", [2.5, 1.5, 0.5], [15.5, 1.5, 0.5]),
+    ];
+    let mut world = room([17.0, 4.0, 1.0], drones);
+    let side_m = 2.0;
+    let walls = if bay {
+        vec![("west", 0.0, 8.0), ("east", 9.0, 17.0)]
+    } else {
+        vec![("all", 0.0, 17.0)]
+    };
+    for (name, from_m, to_m) in walls {
+        world.obstacles.push(block(name, [from_m, side_m, 0.0], [to_m, 4.0, 1.0]));
+    }
+    world.obstacles.push(block("south", [0.0, 0.0, 0.0], [17.0, 1.0, 1.0]));
+    world
+}
+
+#[test]
+fn a_drone_whose_goal_is_in_anothers_way_lets_it_pass_first() {
+    // Whoever flies the shorter errand is planned first and stops where the other must pass.
+    let mut world = corridor_with_bay(true);
+    world.drones[1].start_m.x = 0.5;
+    let Outcome::Planned { plan, effort, .. } = plan_world(&world, &Control::QUIET) else {
+        panic!("blocked");
+    };
+    assert!(plan.unplanned.is_empty(), "{:#?}", plan.unplanned);
+    assert_sound(&world, &plan);
+    assert!(effort.evictions > 0, "{effort:?}");
+    let short = &plan.drones[0];
+    assert!(short.arrives_s > short.alone_s, "it let nobody pass");
+}
+
+#[test]
+fn without_room_to_pass_the_one_left_out_is_told_who_is_where_and_when() {
+    let mut world = corridor_with_bay(false);
+    world.drones[1].start_m.x = 0.5;
+    let plan = planned(&world);
+    assert_sound(&world, &plan);
+    assert_eq!(plan.unplanned.len(), 1, "{:#?}", plan.unplanned);
+    let left_out = &plan.unplanned[0];
+    let blocker = if left_out.name == "long" { "`short`" } else { "`long`" };
+    let reason = &left_out.reason;
+    assert!(reason.contains(blocker), "{reason}");
+    // A place in brackets and a time in seconds.
+    assert!(reason.contains(", 1.50, 0.50)") && reason.contains(" s on"), "{reason}");
+}
+
+#[test]
+fn a_gap_too_narrow_for_the_body_is_named_with_the_way_out() {
+    let mut world = room(
+        [10.0, 4.0, 3.0],
+        vec![
+            drone("wide", "offboard-2", [1.5, 1.5, 1.5], [8.5, 1.5, 1.5]),
+            drone("narrow", "crazyflie-2.1", [1.5, 2.5, 1.5], [8.5, 2.5, 1.5]),
+        ],
+    );
+    world.planning.cell_m = 0.5;
+    // A slit of 0.5 m: wide enough for 2 (0.069 + 0.1) m, too narrow for 2 (0.198 + 0.1) m.
+    world.obstacles.push(block("left", [4.0, 0.0, 0.0], [5.0, 2.25, 3.0]));
+    world.obstacles.push(block("right", [4.0, 2.75, 0.0], [5.0, 4.0, 3.0]));
+    let plan = planned(&world);
+    assert_sound(&world, &plan);
+    let names: Vec<&str> = plan.unplanned.iter().map(|it| it.name.as_str()).collect();
+    assert_eq!(names, ["wide"]);
+    let reason = &plan.unplanned[0].reason;
+    assert!(reason.contains("no way through free space") && reason.contains("cell_m"), "{reason}");
+}
+
+#[test]
+fn a_drone_without_tasks_stays_and_one_that_leaves_at_once_is_gone() {
+    use planner::world::{AtEnd, AtStart};
+    for (at_start, at_end) in [
+        (AtStart::Hover, AtEnd::Hover),
+        (AtStart::Hover, AtEnd::Land),
+        (AtStart::Hover, AtEnd::Leave),
+        (AtStart::Landed, AtEnd::Hover),
+        (AtStart::Landed, AtEnd::Land),
+        (AtStart::Landed, AtEnd::Leave),
+    ] {
+        let mut idle = drone("idle", "offboard-1", [2.0, 2.0, 2.0], [0.0; 3]);
+        idle.tasks.clear();
+        idle.at_start = at_start;
+        idle.at_end = at_end;
+        if at_start == AtStart::Landed {
+            idle.start_m.z = idle.vehicle.body_radius_m;
+        }
+        let busy = drone("busy", "offboard-1", [0.5, 0.5, 3.5], [5.5, 5.5, 1.5]);
+        let world = room([6.0, 6.0, 5.0], vec![idle, busy]);
+        let plan = planned(&world);
+        assert!(plan.unplanned.is_empty(), "{at_start:?} {at_end:?}");
+        assert_sound(&world, &plan);
+    }
+}
+
+#[test]
+fn a_task_at_the_start_and_the_same_task_twice_are_done() {
+    let mut once = drone("once", "offboard-1", [2.5, 2.5, 2.5], [2.5, 2.5, 2.5]);
+    once.tasks = vec![
+        task([2.5, 2.5, 2.5], 2.0),
+        task([2.5, 2.5, 2.5], 0.0),
+        task([4.5, 2.5, 2.5], 1.0),
+        task([4.5, 2.5, 2.5], 1.0),
+        task([2.5, 2.5, 2.5], 0.0),
+    ];
+    once.tasks[3].load_kg = Some(0.2);
+    let world = room([6.0, 6.0, 5.0], vec![once]);
+    let plan = planned(&world);
+    assert_sound(&world, &plan);
+    // 2 + 1 + 1 s of dwells, 2 m there and back at 2 m/s.
+    assert_eq!(plan.drones[0].arrives_s, 6.0);
+}

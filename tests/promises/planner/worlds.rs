@@ -1,0 +1,335 @@
+//! Worlds: small ones by hand, and random ones of every kind of thing that a scenario may hold.
+
+use airflow::{Air, Airframe, Jet, Superposition};
+use nalgebra::Point3;
+use planner::endpoints;
+use planner::outcome::{Blocker, EndpointKind};
+use planner::placement::{Spot, landing_place_m, misplaced};
+use planner::solid::Solids;
+use planner::world::{
+    AtEnd, AtStart, Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone,
+};
+use proptest::prelude::*;
+
+/// An empty room from the origin, cells of 1 m.
+pub(super) fn room(size_m: [f64; 3], drones: Vec<Drone>) -> World {
+    World {
+        name: "by hand".to_owned(),
+        bounds_m: Bounds {
+            min: Point3::origin(),
+            max: size_m.into(),
+        },
+        air: Air::default(),
+        jet: Jet::default(),
+        superposition: Superposition::Momentum,
+        obstacles: Vec::new(),
+        zones: Vec::new(),
+        drones,
+        planning: Planning {
+            cell_m: 1.0,
+            clearance_m: 0.1,
+            seed: 0,
+            energy_weight: 1.0,
+        },
+        notes: Vec::new(),
+    }
+}
+
+/// Flies from one place to another at 2 m/s, hovers before and after, limit 0.3.
+pub(super) fn drone(name: &str, preset: &str, start_m: [f64; 3], goal_m: [f64; 3]) -> Drone {
+    let airframe = Airframe::preset(preset).expect("a preset");
+    Drone {
+        name: name.to_owned(),
+        vehicle: Vehicle {
+            body_radius_m: airframe.tip_radius_m(),
+            airframe,
+            max_speed_mps: 2.0,
+        },
+        start_m: start_m.into(),
+        at_start: AtStart::Hover,
+        tasks: vec![task(goal_m, 0.0)],
+        at_end: AtEnd::Hover,
+        air_limit: 0.3,
+    }
+}
+
+pub(super) fn task(to_m: [f64; 3], dwell_s: f64) -> Task {
+    Task {
+        to_m: to_m.into(),
+        dwell_s,
+        load_kg: None,
+    }
+}
+
+pub(super) fn block(name: &str, min_m: [f64; 3], max_m: [f64; 3]) -> Obstacle {
+    Obstacle {
+        name: name.to_owned(),
+        shape: Solid::Box(Bounds {
+            min: min_m.into(),
+            max: max_m.into(),
+        }),
+    }
+}
+
+/// Four numbers from 0 to 1.
+type Unit = [f64; 3];
+
+fn unit() -> impl Strategy<Value = Unit> {
+    prop::array::uniform3(0.0..1.0)
+}
+
+#[derive(Clone, Debug)]
+struct DroneRecipe {
+    airframe: usize,
+    start: Unit,
+    tasks: Vec<(Unit, f64, Option<f64>)>,
+    landed: bool,
+    ending: AtEnd,
+    air_limit: f64,
+    speed_mps: f64,
+    on_cells: bool,
+}
+
+fn drone_recipe() -> impl Strategy<Value = DroneRecipe> {
+    let task = (
+        unit(),
+        prop_oneof![3 => Just(0.0), 2 => 0.0..6.0],
+        prop_oneof![3 => Just(None), 1 => (0.0..1.0).prop_map(Some)],
+    );
+    let ending = prop_oneof![4 => Just(AtEnd::Hover), 1 => Just(AtEnd::Land), 1 => Just(AtEnd::Leave)];
+    (
+        0..FLEET.len(),
+        unit(),
+        prop::collection::vec(task, 0..4),
+        prop::bool::weighted(0.3),
+        ending,
+        0.1..1.0,
+        0.5..4.0,
+        any::<bool>(),
+    )
+        .prop_map(
+            |(airframe, start, tasks, landed, ending, air_limit, speed_mps, on_cells)| DroneRecipe {
+                airframe,
+                start,
+                tasks,
+                landed,
+                ending,
+                air_limit,
+                speed_mps,
+                on_cells,
+            },
+        )
+}
+
+#[derive(Clone, Debug)]
+struct SolidRecipe {
+    round: bool,
+    at: Unit,
+    size: Unit,
+}
+
+fn solid_recipe() -> impl Strategy<Value = SolidRecipe> {
+    (any::<bool>(), unit(), unit()).prop_map(|(round, at, size)| SolidRecipe { round, at, size })
+}
+
+/// Presets, the canted and the smallest among them, and a frame with six propellers.
+const FLEET: [&str; 7] = [
+    "kolibri",
+    "offboard-1",
+    "offboard-2",
+    "mavic-3e",
+    "elios-3",
+    "crazyflie-2.1",
+    "hexa",
+];
+
+fn vehicle(name: &str, speed_mps: f64) -> Vehicle {
+    let airframe = if name == "hexa" {
+        Airframe::new(name, 1.8, 6, 0.2, 0.5, 1.0).expect("in range")
+    } else {
+        Airframe::preset(name).expect("a preset")
+    };
+    Vehicle {
+        body_radius_m: airframe.tip_radius_m(),
+        airframe,
+        max_speed_mps: speed_mps,
+    }
+}
+
+fn within(bounds: &Bounds, at: Unit, on_cells: bool) -> Point3<f64> {
+    let mut place_m = Point3::origin();
+    for axis in 0..3 {
+        // Off the floor: a body has to fit below the rotor plane.
+        let low_m = bounds.min[axis] + if axis == 2 { 0.5 } else { 0.0 };
+        let wish_m = low_m + at[axis] * (bounds.max[axis] - low_m);
+        place_m[axis] = if on_cells {
+            (wish_m - 0.5).round().max(low_m.ceil()).min(bounds.max[axis] - 0.5) + 0.5
+        } else {
+            (wish_m * 100.0).round() / 100.0
+        };
+        place_m[axis] = place_m[axis].clamp(bounds.min[axis], bounds.max[axis]);
+    }
+    place_m
+}
+
+fn solid(bounds: &Bounds, recipe: &SolidRecipe) -> Solid {
+    let size = bounds.max - bounds.min;
+    let at_m = bounds.min + size.component_mul(&recipe.at.into());
+    if recipe.round {
+        return Solid::Cylinder {
+            base_m: Point3::new(at_m.x, at_m.y, bounds.min.z),
+            radius_m: 0.2 + 1.3 * recipe.size[0],
+            height_m: 0.3 + size.z * recipe.size[2],
+        };
+    }
+    let half = [0.2 + 1.5 * recipe.size[0], 0.2 + 1.5 * recipe.size[1]];
+    let low_m = if recipe.at[2] > 0.8 { at_m.z } else { bounds.min.z };
+    Solid::Box(Bounds {
+        min: Point3::new(at_m.x - half[0], at_m.y - half[1], low_m),
+        max: Point3::new(
+            at_m.x + half[0],
+            at_m.y + half[1],
+            low_m + 0.3 + size.z * recipe.size[2],
+        ),
+    })
+}
+
+/// Rooms of 5 to 12 m, up to ten drones, boxes, cylinders and zones. Every place is in order, and no
+/// two starts exclude one another.
+pub(super) fn any_world() -> impl Strategy<Value = World> {
+    let size = (5.0..12.0, 5.0..12.0, 3.0..9.0);
+    let planning = (
+        prop_oneof![Just(0.5), Just(0.7), Just(1.0)],
+        0.0..0.2,
+        0_u64..3,
+        prop_oneof![Just(0.0), Just(1.0), Just(20.0)],
+    );
+    let superposition = prop_oneof![
+        2 => Just(Superposition::Momentum),
+        1 => Just(Superposition::Linear),
+        1 => Just(Superposition::Strongest)
+    ];
+    let zone = (unit(), unit(), prop_oneof![0.05..0.5, 0.5..3.0]);
+    (
+        size,
+        planning,
+        superposition,
+        prop::collection::vec(drone_recipe(), 1..11),
+        prop::collection::vec(solid_recipe(), 0..4),
+        prop::collection::vec(zone, 0..2),
+    )
+        .prop_map(|(size, planning, superposition, drones, solids, zones)| {
+            let bounds_m = Bounds {
+                min: Point3::new(-1.0, 2.0, 0.5),
+                max: Point3::new(-1.0 + size.0, 2.0 + size.1, 0.5 + size.2),
+            };
+            let mut world = room([1.0; 3], Vec::new());
+            world.name = "random".to_owned();
+            world.bounds_m = bounds_m;
+            world.superposition = superposition;
+            world.planning = Planning {
+                cell_m: planning.0,
+                clearance_m: planning.1,
+                seed: planning.2,
+                energy_weight: planning.3,
+            };
+            world.obstacles = solids
+                .iter()
+                .enumerate()
+                .map(|(k, recipe)| Obstacle {
+                    name: format!("solid-{k}"),
+                    shape: solid(&bounds_m, recipe),
+                })
+                .collect();
+            world.zones = zones
+                .iter()
+                .enumerate()
+                .map(|(k, (at, size, air_limit_mps))| {
+                    let min = within(&bounds_m, *at, false);
+                    let size_m = nalgebra::Vector3::from(*size) * 2.0;
+                    Zone {
+                        name: format!("zone-{k}"),
+                        bounds_m: Bounds {
+                            min,
+                            max: (min + size_m).coords.inf(&bounds_m.max.coords).into(),
+                        },
+                        air_limit_mps: *air_limit_mps,
+                    }
+                })
+                .collect();
+            world.drones = drones
+                .iter()
+                .enumerate()
+                .map(|(k, recipe)| made(&world, &format!("d{k}"), recipe))
+                .collect();
+            mended(world)
+        })
+}
+
+fn made(world: &World, name: &str, recipe: &DroneRecipe) -> Drone {
+    let vehicle = vehicle(FLEET[recipe.airframe], recipe.speed_mps);
+    let mass_kg = vehicle.airframe.mass_kg();
+    let place = |at: Unit| within(&world.bounds_m, at, recipe.on_cells);
+    let tasks = recipe
+        .tasks
+        .iter()
+        .map(|(at, dwell_s, load)| Task {
+            to_m: place(*at),
+            dwell_s: *dwell_s,
+            load_kg: load.map(|share| share * mass_kg),
+        })
+        .collect();
+    let mut start_m = place(recipe.start);
+    if recipe.landed {
+        let solids = Solids::new(&world.obstacles);
+        start_m = landing_place_m(&world.bounds_m, &solids, start_m, vehicle.body_radius_m);
+    }
+    Drone {
+        name: name.to_owned(),
+        vehicle,
+        start_m,
+        at_start: if recipe.landed {
+            AtStart::Landed
+        } else {
+            AtStart::Hover
+        },
+        tasks,
+        at_end: recipe.ending,
+        air_limit: recipe.air_limit,
+    }
+}
+
+/// Moves what is out of place, and drops whom that does not help: what reading a scenario refuses is no question here.
+fn mended(mut world: World) -> World {
+    let solids = Solids::new(&world.obstacles);
+    for _ in 0..4 {
+        let wrong = misplaced(&world, &solids);
+        for it in wrong {
+            let drone = &mut world.drones[it.drone];
+            match (it.spot, it.nearest_m) {
+                (Spot::Start, Some(place_m)) => drone.start_m = place_m,
+                (Spot::Task(k), Some(place_m)) => drone.tasks[k].to_m = place_m,
+                _ => drone.at_end = AtEnd::Hover,
+            }
+        }
+    }
+    let mut wrong: Vec<usize> = misplaced(&world, &solids).iter().map(|it| it.drone).collect();
+    wrong.dedup();
+    for drone in wrong.into_iter().rev() {
+        world.drones.remove(drone);
+    }
+    loop {
+        let conflict = endpoints::check(&world)
+            .into_iter()
+            .find(|conflict| conflict.when == EndpointKind::Starts);
+        let Some(conflict) = conflict else {
+            return world;
+        };
+        // A zone is blown into by the one named; of two drones, the later goes.
+        let later = match conflict.blocker {
+            Blocker::Drone(other) => other.max(conflict.drone),
+            Blocker::Zone(_) => conflict.drone,
+        };
+        world.drones.remove(later);
+    }
+}
