@@ -217,7 +217,7 @@ fn drone(name: &str, airframe: &str, points: &[[f64; 3]]) -> DronePlan {
         air_limit: 0.3,
         at_start: AtStart::Hover,
         at_end: AtEnd::Hover,
-        airborne_s: (Some(0.0), None),
+        airborne_s: (0.0, None),
         trajectory: TrajectoryEntry {
             mass_kg: vec![frame.mass_kg(); t_s.len()],
             t_s,

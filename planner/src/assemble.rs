@@ -143,10 +143,10 @@ fn drone_plan(
             world::AtStart::Landed => AtStart::Landed,
         },
         at_end: at_end(drone, path),
-        airborne_s: (
-            flying().next().and_then(|leg| finite(leg.start)),
-            flying().last().and_then(|leg| finite(leg.end)),
-        ),
+        airborne_s: match (flying().next(), flying().last()) {
+            (Some(first), Some(last)) => (first.start.seconds(), finite(last.end)),
+            _ => (0.0, Some(0.0)),
+        },
         trajectory: trajectory(drone, errand, job, legs),
         arrives_s: arrives.seconds(),
         alone_s,

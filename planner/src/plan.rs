@@ -155,8 +155,8 @@ pub struct DronePlan {
     pub at_start: AtStart,
     /// `hover`, `land` or `leave`.
     pub at_end: AtEnd,
-    /// When its wake is on: from, until (`null`: for ever). Both `null`: never.
-    pub airborne_s: (Option<f64>, Option<f64>),
+    /// When its wake is on: from, until (`null`: for ever). From 0 until 0: never.
+    pub airborne_s: (f64, Option<f64>),
     /// Where it is when.
     pub trajectory: TrajectoryEntry,
     /// End of the last dwell (s).

@@ -52,9 +52,7 @@ pub(super) fn hovering_wakes(plan: &Plan) -> Vec<DrawnWake> {
 
 /// Places where a drone hovers, each with the mass it has there.
 fn hover_spots(drone: &DronePlan) -> Vec<(Point3<f64>, f64)> {
-    let (Some(from_s), until_s) = drone.airborne_s else {
-        return Vec::new();
-    };
+    let (from_s, until_s) = drone.airborne_s;
     let until_s = until_s.unwrap_or(f64::INFINITY);
     let path = &drone.trajectory;
     let points = path.t_s.len().min(path.position_m.len());

@@ -36,9 +36,9 @@ fn a_plan_that_contradicts_itself_is_refused_as_malformed() {
         |plan| plan.drones[0].trajectory.mass_kg[0] = 0.5,
         |plan| plan.drones[0].trajectory = Default::default(),
         |plan| plan.drones[0].airframe.motor_distance_m = 0.0,
-        |plan| plan.drones[0].airborne_s = (Some(6.0), None),
-        |plan| plan.drones[0].airborne_s = (Some(0.0), Some(4.0)),
-        |plan| plan.drones[0].airborne_s = (None, None),
+        |plan| plan.drones[0].airborne_s = (6.0, None),
+        |plan| plan.drones[0].airborne_s = (0.0, Some(4.0)),
+        |plan| plan.drones[0].airborne_s = (0.0, Some(0.0)),
         |plan| plan.air.superposition = "vector".to_owned(),
         |plan| plan.format = "plan/0".to_owned(),
         |plan| {

@@ -302,18 +302,14 @@ fn flight(
     });
     let stops = stops.collect();
     let until_s = match drone.airborne_s {
-        (None, _) => f64::NEG_INFINITY,
-        (Some(_), None) if stays => f64::INFINITY,
-        (Some(_), None) => trajectory.last_s(),
-        (Some(_), Some(until_s)) => until_s,
+        (_, None) if stays => f64::INFINITY,
+        (_, None) => trajectory.last_s(),
+        (_, Some(until_s)) => until_s,
     };
     let flight = Flight {
         index,
         name: drone.name.clone(),
-        airborne_s: (
-            drone.airborne_s.0.unwrap_or(f64::INFINITY).max(0.0),
-            until_s,
-        ),
+        airborne_s: (drone.airborne_s.0.max(0.0), until_s),
         air_limit: drone.air_limit,
         max_speed_mps: drone.airframe.max_speed_mps,
         body_radius_m: drone.airframe.body_radius_m,
@@ -335,22 +331,19 @@ fn airborne_doubts(
 ) -> Vec<String> {
     let mut doubts = Vec::new();
     let moves_s = trajectory.moves_s();
-    let (from_s, until_s) = match drone.airborne_s {
-        (Some(from_s), until_s) => (from_s, until_s.unwrap_or(f64::INFINITY)),
-        (None, Some(_)) => return vec!["airborne_s has an end and no begin".to_owned()],
-        (None, None) => {
-            let waits_landed = drone.at_start == AtStart::Landed && moves_s.is_none();
-            let gone_at_once =
-                drone.at_end != AtEnd::Hover && !unplanned && trajectory.last_s() <= SAME_TIME_S;
-            let rests = drone.at_end == AtEnd::Leave || rests(scene, drone, trajectory);
-            if !(waits_landed || gone_at_once && rests) {
-                doubts.push("it is said never to be airborne, but it is not landed".to_owned());
-            }
-            return doubts;
-        }
-    };
+    let (from_s, until_s) = (drone.airborne_s.0, drone.airborne_s.1.unwrap_or(f64::INFINITY));
     if !from_s.is_finite() || until_s.is_nan() || until_s < from_s {
         return vec!["airborne_s is no span of time".to_owned()];
+    }
+    if until_s == from_s {
+        let waits_landed = drone.at_start == AtStart::Landed && moves_s.is_none();
+        let gone_at_once =
+            drone.at_end != AtEnd::Hover && !unplanned && trajectory.last_s() <= SAME_TIME_S;
+        let rests = drone.at_end == AtEnd::Leave || rests(scene, drone, trajectory);
+        if !(waits_landed || gone_at_once && rests) {
+            doubts.push("it is said never to be airborne, but it is not landed".to_owned());
+        }
+        return doubts;
     }
     if drone.at_start == AtStart::Hover && from_s > SAME_TIME_S {
         doubts.push(format!(

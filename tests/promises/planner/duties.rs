@@ -36,8 +36,8 @@ pub(super) fn assert_done(world: &World, plan: &Plan) {
                 assert_eq!(done.trajectory.t_s.len(), 1);
                 assert!(!it.reason.is_empty());
                 let wake_s = match drone.at_start {
-                    AtStart::Hover => (Some(0.0), None),
-                    AtStart::Landed => (None, None),
+                    AtStart::Hover => (0.0, None),
+                    AtStart::Landed => (0.0, Some(0.0)),
                 };
                 assert_eq!(done.airborne_s, wake_s, "{done:#?}");
             }
@@ -167,10 +167,10 @@ fn assert_ended(world: &World, drone: &Drone, done: &DronePlan, last_m: Point3<f
         assert_eq!(track.mass_kg[last], kg, "`{name}` ends with another load");
     }
     let expected = match (lifts_s, until_s) {
-        (None, _) => (None, None),
+        (None, _) => (0.0, Some(0.0)),
         // Gone, or on the ground, at once.
-        (Some(from_s), Some(until_s)) if from_s == until_s => (None, None),
-        (from_s, until_s) => (from_s, until_s),
+        (Some(from_s), Some(until_s)) if from_s == until_s => (0.0, Some(0.0)),
+        (Some(from_s), until_s) => (from_s, until_s),
     };
     assert_eq!(done.airborne_s, expected, "{done:#?}");
 }

@@ -136,7 +136,7 @@ fn landed_drones_neither_blow_nor_are_limited() {
     parked.at_start = AtStart::Landed;
     let hovering = drone("hovering", "offboard-2", &[(0.0, [5.0, 5.0, 3.0])]);
     let awake = plan(vec![hovering.clone(), parked.clone()]);
-    parked.airborne_s = (None, None);
+    parked.airborne_s = (0.0, Some(0.0));
     refused(
         ViolationKind::Air,
         &awake,
@@ -184,7 +184,7 @@ fn a_drone_that_leaves_takes_body_and_wake_along() {
 #[test]
 fn an_unplanned_drone_stays_at_its_start_whatever_its_end_says() {
     let mut stuck = leaves(drone("stuck", "offboard-2", &[(0.0, [5.0, 5.0, 6.0])]));
-    stuck.airborne_s = (Some(0.0), None);
+    stuck.airborne_s = (0.0, None);
     let below = drone(
         "below",
         "offboard-2",

@@ -36,7 +36,7 @@ pub(crate) fn drone(name: &str, airframe: &str, knots: &[Knot]) -> DronePlan {
         air_limit: 0.3,
         at_start: AtStart::Hover,
         at_end: AtEnd::Hover,
-        airborne_s: (Some(0.0), None),
+        airborne_s: (0.0, None),
         trajectory: TrajectoryEntry {
             t_s: knots.iter().map(|knot| knot.0).collect(),
             position_m: knots.iter().map(|knot| Point3::from(knot.1)).collect(),
