@@ -174,7 +174,7 @@ fn within(bounds: &Bounds, at: Unit, on_cells: bool) -> Point3<f64> {
 
 fn solid(bounds: &Bounds, recipe: &SolidRecipe) -> Solid {
     let size = bounds.max - bounds.min;
-    let at_m = bounds.min + size.component_mul(&recipe.at.into());
+    let at_m = bounds.min + size.component_mul(&nalgebra::Vector3::from(recipe.at));
     if recipe.round {
         return Solid::Cylinder {
             base_m: Point3::new(at_m.x, at_m.y, bounds.min.z),
