@@ -31,7 +31,9 @@ fn main() -> ExitCode {
     let world = match read_world(SHIFT, &|file| Err(format!("there is no {file}"))) {
         Ok(world) => world,
         Err(problems) => {
-            problems.iter().for_each(|problem| eprintln!("error: {problem}"));
+            problems
+                .iter()
+                .for_each(|problem| eprintln!("error: {problem}"));
             return ExitCode::from(2);
         }
     };
@@ -67,7 +69,10 @@ fn planned(world: &World) -> Option<Plan> {
             }
         }
         Outcome::Blocked { conflicts } => {
-            eprintln!("{} pairs of starts or goals exclude one another", conflicts.len());
+            eprintln!(
+                "{} pairs of starts or goals exclude one another",
+                conflicts.len()
+            );
         }
         Outcome::Stopped => eprintln!("stopped before there was any plan"),
     }
@@ -85,7 +90,11 @@ fn at_time(world: &World, plan: &Plan, now_s: f64) -> World {
         let (from_s, until_s) = flown.airborne_s;
         let airborne = from_s <= now_s
             && until_s.is_none_or(|until_s| now_s < until_s);
-        drone.at_start = if airborne { AtStart::Hover } else { AtStart::Landed };
+        drone.at_start = if airborne {
+            AtStart::Hover
+        } else {
+            AtStart::Landed
+        };
         if flown.arrives_s <= now_s {
             drone.tasks.clear();
         }

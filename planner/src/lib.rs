@@ -19,7 +19,7 @@
 //!     Outcome::Planned { plan, .. } => {
 //!         assert!(plan.violations.is_empty() && plan.unplanned.is_empty());
 //!         for drone in &plan.drones {
-//!             println!("{} arrives at {:.1} s, meets {:.1} m/s at worst", drone.name, drone.arrives_s, drone.worst_air_mps);
+//!             println!("{}: {:.1} s, at worst {:.1} m/s", drone.name, drone.arrives_s, drone.worst_air_mps);
 //!         }
 //!     }
 //!     Outcome::Blocked { conflicts } => println!("{} pairs of starts exclude one another", conflicts.len()),

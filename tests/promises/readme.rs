@@ -94,7 +94,11 @@ fn the_picture_in_the_readme_is_of_the_run_beside_it() {
     for tag in ["aria-label=\"", "<desc>"] {
         let text = |svg: &str| {
             let after = svg.split(tag).nth(1).unwrap_or_default();
-            after.split(['"', '<']).next().unwrap_or_default().to_owned()
+            after
+                .split(['"', '<'])
+                .next()
+                .unwrap_or_default()
+                .to_owned()
         };
         assert!(!text(&now).is_empty());
         assert_eq!(
