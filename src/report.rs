@@ -138,7 +138,11 @@ fn most_affected_first(plan: &Plan) -> Vec<&DronePlan> {
 fn row(drone: &DronePlan) -> [String; 6] {
     [
         drone.name.clone(),
-        format!("{:.1} s", drone.arrives_s),
+        if drone.trajectory.t_s.len() == 1 && drone.arrives_s == 0.0 {
+            "parked".to_owned()
+        } else {
+            format!("{:.1} s", drone.arrives_s)
+        },
         format!("{:.1} s", positive_zero(drone.waits_s)),
         format!("{:+.1} m", positive_zero(drone.detour_m)),
         air(drone),
@@ -211,7 +215,7 @@ pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
     let mut harm = Vec::new();
     if *drones_over_limit > 0 {
         harm.push(format!(
-            "{} through up to {worst_air_mps:.1} m/s for {time_over_limit_s:.1} s",
+            "{} through up to {worst_air_mps:.1} m/s for {time_over_limit_s:.1} s in all",
             count(*drones_over_limit, "drone flies", "drones fly")
         ));
     }

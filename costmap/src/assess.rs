@@ -27,8 +27,8 @@ pub enum Assessment {
     Forbidden {
         /// Who is in the way, and how.
         blockers: Vec<Blocker>,
-        /// It blows too much into a zone all by itself.
-        breaks_zone: bool,
+        /// The zone (its index) into which it blows too much all by itself.
+        breaks_zone: Option<usize>,
     },
 }
 

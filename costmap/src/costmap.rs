@@ -94,8 +94,8 @@ pub struct Blocker {
 pub struct Verdict {
     /// Who forbids it; empty: nobody.
     pub blockers: Vec<Blocker>,
-    /// It blows more into a zone than may be, all by itself.
-    pub breaks_zone: bool,
+    /// The zone (its index) into which it blows more than may be, all by itself.
+    pub breaks_zone: Option<usize>,
     /// Extra energy of everyone affected, in seconds of its own hovering in still air.
     pub price_s: f64,
 }
@@ -103,12 +103,12 @@ pub struct Verdict {
 impl Verdict {
     /// Nobody forbids it.
     pub fn is_allowed(&self) -> bool {
-        self.blockers.is_empty() && !self.breaks_zone
+        self.blockers.is_empty() && self.breaks_zone.is_none()
     }
 
     fn clear(&mut self) {
         self.blockers.clear();
-        self.breaks_zone = false;
+        self.breaks_zone = None;
         self.price_s = 0.0;
     }
 
@@ -136,7 +136,8 @@ impl Costmap {
         }
     }
 
-    /// The same sky, were every air limit this many times higher. Bodies and columns stay forbidden.
+    /// The same sky, were every drone's air limit this many times higher. Bodies, columns and zones stay
+    /// as they are.
     #[must_use]
     pub fn with_limits_raised(&self, times: f64) -> Costmap {
         let raised = f64::from(self.fleet.load(times)) * f64::from(BUDGET) / WHOLE;
@@ -204,9 +205,9 @@ impl Costmap {
             load: 0,
         };
         for (slot, meeting) in self.meetings(bucket, &part, wake_end_z_m) {
-            item.load = item.load.saturating_add(meeting.load_on_first);
+            item.load += u64::from(meeting.load_on_first);
             let other = self.timeline.item_mut(slot);
-            other.load = other.load.saturating_add(meeting.load_on_second);
+            other.load += u64::from(meeting.load_on_second);
         }
         self.timeline.add(bucket, item);
         for (index, zone) in self.zones.iter().enumerate() {
@@ -251,7 +252,7 @@ impl Costmap {
                 let item = *self.timeline.item(slot);
                 for (other, meeting) in self.meetings(bucket, &item.leg, item.wake_end_z_m) {
                     let other = self.timeline.item_mut(other);
-                    other.load = other.load.saturating_sub(meeting.load_on_second);
+                    other.load -= u64::from(meeting.load_on_second);
                 }
             }
             self.timeline.remove(bucket, &slots);
@@ -342,7 +343,7 @@ impl Costmap {
             } else if meeting.load_on_first > self.budget {
                 Some(Why::OwnLimit)
             } else if meeting.load_on_second > 0
-                && item.load.saturating_add(meeting.load_on_second) > self.budget
+                && item.load + u64::from(meeting.load_on_second) > u64::from(self.budget)
             {
                 Some(Why::TheirLimit)
             } else {
@@ -387,8 +388,8 @@ impl Costmap {
             if own == 0 {
                 continue;
             }
-            if own > self.budget {
-                verdict.breaks_zone = true;
+            if own > BUDGET {
+                verdict.breaks_zone = Some(index);
                 return;
             }
             for bucket in self.timeline.buckets(leg.start, leg.end) {
@@ -407,7 +408,7 @@ impl Costmap {
                         (load.load, blocker)
                     })
                     .collect();
-                block_largest(&mut loads, own, self.budget, verdict);
+                block_largest(&mut loads, own, BUDGET, verdict);
             }
         }
     }
@@ -519,7 +520,7 @@ mod tests {
     }
 
     /// Who, from when: the load.
-    type Loads = Vec<(u32, DroneId, Tick, u32)>;
+    type Loads = Vec<(u32, DroneId, Tick, u64)>;
 
     fn loads(costmap: &Costmap) -> (Loads, Vec<Vec<(DroneId, u32)>>) {
         let mut loads = Loads::new();

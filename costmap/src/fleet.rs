@@ -280,7 +280,7 @@ impl Fleet {
             // The strongest of several is at most the root of their sum of squares.
             Superposition::Momentum | Superposition::Strongest => share * share,
         };
-        (additive * WHOLE).ceil().min(f64::from(u32::MAX / 1024)) as u32
+        (additive * WHOLE).ceil().min(f64::from(u32::MAX / 4)) as u32
     }
 
     /// Millionths of a zone's limit that a leg's wake fills, at most.

@@ -27,7 +27,7 @@ pub struct Item {
     /// Height at which its wake ends (m).
     pub wake_end_z_m: f64,
     /// Bound on the budget that the wakes of all others fill, in millionths.
-    pub load: u32,
+    pub load: u64,
 }
 
 #[derive(Clone, Debug)]

@@ -112,7 +112,7 @@ fn drone_plan(
     let legs = path.map_or(&stays[..], |path| &path.legs);
     let flying = || legs.iter().filter(|leg| leg.flying);
     let finite = |tick: Tick| (tick != Tick::FOREVER).then(|| tick.seconds());
-    let alone = errand.alone(&job.roadmap);
+    let alone = errand.alone_ticks;
     let alone_s = if alone == UNREACHABLE { 0.0 } else { Tick(alone).seconds() };
     let arrives = path.map_or(Tick(0), |path| path.arrives);
     let (waits_s, detour_m) = path.map_or((0.0, 0.0), |path| {

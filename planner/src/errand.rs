@@ -26,6 +26,9 @@ pub struct Errand {
     pub mover: Mover,
     /// Highest mean air over its discs, over its induced velocity.
     pub air_limit: f64,
+    /// Ticks to the end of its last dwell with nobody else there, its wake kept out of the zones;
+    /// [`UNREACHABLE`] if there is no way.
+    pub alone_ticks: u32,
 }
 
 /// A task on the roadmap.
@@ -56,6 +59,11 @@ pub enum Ending {
 }
 
 impl Errand {
+    /// It has nothing to do but to stay where it is, in the air or on the ground.
+    pub fn stays(&self) -> bool {
+        self.stages.is_empty() && (self.ending == Ending::Hover || self.grounded)
+    }
+
     /// Where it is after its last dwell.
     pub fn last_vertex(&self) -> Vertex {
         self.stages

@@ -2,15 +2,19 @@
 
 use std::collections::BTreeSet;
 
+use costmap::costmap::Costmap;
 use costmap::leg::DroneId;
+use rayon::prelude::*;
 
 use crate::assemble::{assemble, judged};
+use crate::distances::UNREACHABLE;
 use crate::endpoints;
 use crate::outcome::{Blocker, Control, Effort, EndpointConflict, EndpointKind, Exclusion, Outcome, Progress};
 use crate::plan::{IgnoringDownwash, ViolationKind};
 use crate::prepare::{Job, empty_costmap, prepare};
 use crate::priority::{Stranded, plan_fleet};
 use crate::reason::reasons;
+use crate::search::{Found, IMMOVABLE, Scene, search};
 use crate::verify::verify;
 use crate::world::World;
 
@@ -24,10 +28,13 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
     if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
         return Outcome::Blocked { conflicts };
     }
-    let job = prepare(world);
+    let mut job = prepare(world);
     let mut effort = Effort::default();
-    let excluded = excluded(&job, &conflicts, |_| true);
     let costmap = empty_costmap(world, true);
+    let mut excluded = excluded(&job, &conflicts, |_| true);
+    if !world.zones.is_empty() {
+        excluded.extend(kept_out_by_zones(&mut job, &costmap, &excluded, control));
+    }
     let paths = plan_fleet(&job, &costmap, &excluded, &world.planning, control, &mut effort);
     let unplanned = reasons(world, &job, &paths, &conflicts, control);
 
@@ -43,6 +50,42 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
         conflicts,
         effort,
     }
+}
+
+/// Plans every drone alone among the zones: how long that takes, and who has no way at all.
+fn kept_out_by_zones(
+    job: &mut Job,
+    empty: &Costmap,
+    excluded: &[(DroneId, Stranded)],
+    control: &Control<'_>,
+) -> Vec<(DroneId, Stranded)> {
+    let weights = vec![IMMOVABLE; job.errands.len()];
+    let scene = Scene {
+        roadmap: &job.roadmap,
+        costmap: empty,
+        weights: &weights,
+        energy_weight: 0.0,
+        most_expansions: u64::MAX,
+        stop: control.stop,
+    };
+    let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
+    let found: Vec<Option<Found>> = job
+        .errands
+        .par_iter()
+        .map(|errand| {
+            let worth = !errand.stays() && errand.alone_ticks != UNREACHABLE && !known(errand.drone);
+            worth.then(|| search(scene, errand).found)
+        })
+        .collect();
+    let mut out = Vec::new();
+    for (errand, found) in job.errands.iter_mut().zip(found) {
+        match found {
+            Some(Found::Path(path)) => errand.alone_ticks = path.arrives.0,
+            Some(Found::Blocked(Some(by))) => out.push((errand.drone, Stranded::Zone(by))),
+            _ => {}
+        }
+    }
+    out
 }
 
 /// What the fleet would do if drones did not blow, judged with their wakes: the contrast alone, for

@@ -8,7 +8,7 @@ use costmap::leg::{DroneId, KindId, Tick};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use crate::distances::{Distances, Mover};
+use crate::distances::{Distances, Mover, UNREACHABLE};
 use crate::errand::{Ending, Errand, Stage};
 use crate::roadmap::{Roadmap, Stop, Vertex};
 use crate::solid::Solids;
@@ -57,8 +57,7 @@ pub fn prepare(world: &World) -> Job {
     }
     errands.par_iter_mut().for_each(|errand| {
         errand.chain(&roadmap);
-        // Asked for its own sake: the search backwards is made here, in parallel.
-        errand.alone(&roadmap);
+        errand.alone_ticks = errand.alone(&roadmap);
     });
     Job {
         roadmap,
@@ -116,6 +115,7 @@ fn errand(
         ending,
         mover,
         air_limit: drone.air_limit,
+        alone_ticks: UNREACHABLE,
     }
 }
 

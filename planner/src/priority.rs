@@ -51,6 +51,8 @@ pub enum Stranded {
     Landing(f64),
     /// Others are in the way.
     Obstructed(Option<Obstruction>),
+    /// Its wake is too strong for a zone whichever way it flies.
+    Zone(Obstruction),
     /// Planning was stopped before its turn.
     Stopped,
 }
@@ -68,6 +70,7 @@ pub fn plan_fleet(
     for order in 0..ORDERS {
         let mut attempt = Attempt::new(job, costmap.clone(), planning.energy_weight, control, effort);
         attempt.exclude(excluded);
+        attempt.settle_who_stays();
         attempt.run(order_of(job, order, planning.seed));
         let paths = attempt.into_paths();
         let better = |known: &Paths| score(&paths) < score(known);
@@ -128,7 +131,7 @@ fn order_of(job: &Job, order: u64, seed: u64) -> VecDeque<DroneId> {
         .errands
         .iter()
         .map(|errand| {
-            let alone = u64::from(errand.alone(&job.roadmap));
+            let alone = u64::from(errand.alone_ticks);
             let noise = splitmix64(seed ^ (order << 32) ^ u64::from(errand.drone.0)) % 1000;
             // In the first order noise only breaks ties.
             (alone * 1000 + order * alone * noise / 2 + noise, errand.drone)
@@ -186,6 +189,23 @@ impl<'a> Attempt<'a> {
         let mut queue = VecDeque::new();
         for &(drone, why) in excluded {
             self.strand(drone, why, &mut queue);
+        }
+    }
+
+    /// Drones without tasks are planned first, and for good: where they are is where they go.
+    fn settle_who_stays(&mut self) {
+        let weights = &self.weights;
+        let stays = |errand: &&Errand| errand.stays() && weights[errand.drone.0 as usize] != IMMOVABLE;
+        let staying: Vec<&Errand> = self.job.errands.iter().filter(stays).collect();
+        for errand in staying {
+            let legs = vec![stays_at_start(errand, &self.job.roadmap)];
+            self.costmap.insert(legs.clone());
+            self.weights[errand.drone.0 as usize] = IMMOVABLE;
+            self.paths[errand.drone.0 as usize] = Some(Path {
+                legs,
+                arrives: Tick(0),
+                met: Vec::new(),
+            });
         }
     }
 

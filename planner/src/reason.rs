@@ -9,7 +9,7 @@ use crate::outcome::{Blocker, Control, EndpointConflict, EndpointKind, Exclusion
 use crate::plan::{Plan, Unplanned, Violation, ViolationKind};
 use crate::prepare::Job;
 use crate::priority::{Paths, Stranded, plan_group};
-use crate::search::{Found, IMMOVABLE, Obstruction, Scene, search};
+use crate::search::{Found, Hindrance, IMMOVABLE, Obstruction, Scene, search};
 use crate::verify::verify;
 use crate::world::World;
 
@@ -51,6 +51,7 @@ pub fn reasons(
                     "the descent from its last task lacks {short_m:.2} m of room beside an obstacle; \
                      move the task sideways, or end with Hover or Leave"
                 ),
+                Stranded::Zone(by) => obstruction(world, &by),
                 Stranded::Stopped => "planning was stopped before its turn".to_owned(),
                 Stranded::Obstructed(_) => {
                     let (group, by) = groups.of_drone(drone);
@@ -58,9 +59,13 @@ pub fn reasons(
                         || "it and others kept taking each other's way".to_owned(),
                         |by| obstruction(world, &by),
                     );
-                    match group.and_then(|group| passes[group].as_ref()) {
-                        Some(pass) => format!("{who}; {pass}"),
-                        None => who,
+                    let first = group.map(|group| groups.first_stranded(group, &paths.stranded));
+                    match (group.and_then(|group| passes[group].as_ref()), first) {
+                        (Some(_), Some(Some(first))) if first != drone => {
+                            format!("{who}; see `{}`", name(world, first))
+                        }
+                        (Some(pass), _) => format!("{who}; {pass}"),
+                        (None, _) => who,
                     }
                 }
             };
@@ -88,7 +93,10 @@ impl Groups {
             if let Stranded::Obstructed(_) = why {
                 let by = in_the_way(job, paths, drone, control);
                 groups.obstructions.push((drone, by));
-                let other = by.and_then(|by| by.by).map(|(other, _)| other);
+                let other = by.and_then(|by| match by.by {
+                    Hindrance::Drone(other, _) => Some(other),
+                    Hindrance::Zone(_) => None,
+                });
                 groups.join(drone, other);
             }
         }
@@ -105,6 +113,13 @@ impl Groups {
         joined.dedup();
         self.members = apart;
         self.members.push(joined);
+    }
+
+    /// Whose reason tells what the group could do.
+    fn first_stranded(&self, group: usize, stranded: &[(DroneId, Stranded)]) -> Option<DroneId> {
+        let members = &self.members[group];
+        let mut drones = stranded.iter().map(|(drone, _)| *drone);
+        drones.find(|drone| members.contains(drone))
     }
 
     fn of_drone(&self, drone: DroneId) -> (Option<usize>, Option<Obstruction>) {
@@ -184,8 +199,15 @@ fn endpoint(world: &World, conflicts: &[EndpointConflict], drone: DroneId) -> St
 fn obstruction(world: &World, by: &Obstruction) -> String {
     let at = format!("at {} from {:.1} s on", place(&by.at_m), by.at.seconds());
     match by.by {
-        None => format!("its own downwash is too strong for a zone {at}"),
-        Some((other, why)) => {
+        Hindrance::Zone(zone) => {
+            let zone = &world.zones[zone];
+            format!(
+                "its own downwash is too strong for zone `{}`, which allows {:.1} m/s, {at}; fly \
+                 higher or around, or raise the zone's air_limit_mps",
+                zone.name, zone.air_limit_mps,
+            )
+        }
+        Hindrance::Drone(other, why) => {
             let other = name(world, other);
             let what = match why {
                 Why::Bodies => format!("the body of `{other}` is in its way"),
@@ -278,10 +300,10 @@ fn describe(plan: &Plan, worst: &Violation, exposed: &[Violation]) -> String {
         });
     format!(
         "no pass without exposure: the gentlest puts `{}` at {}{geometry}, alpha {alpha:.2}, \
-         +{extra_percent:.0} % power; raise the air_limit of {} to {:.2}",
+         +{extra_percent:.0} % power; raise the air_limit of {} to {:.2}, with a margin",
         worst.drone,
         place(&worst.position_m),
-        names.join(" and "),
+        names.join(", "),
         // The search's bounds are a few percent above the air itself.
         (alpha * 105.0).ceil() / 100.0,
     )

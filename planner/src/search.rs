@@ -81,14 +81,23 @@ pub enum Found {
 /// What was in the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstruction {
-    /// Who; `None`: a zone.
-    pub by: Option<(DroneId, Why)>,
+    /// Who or what.
+    pub by: Hindrance,
     /// Where the drone could get to (m).
     pub at_m: Point3<f64>,
     /// When it would have gone on.
     pub at: Tick,
     /// Ticks that were left to fly.
     remaining: u32,
+}
+
+/// Who or what can be in the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hindrance {
+    /// Another drone, and how.
+    Drone(DroneId, Why),
+    /// A zone (its index) that the drone's own wake is too strong for.
+    Zone(usize),
 }
 
 /// Result and effort of one search.
@@ -216,7 +225,7 @@ impl<'a> Search<'a> {
         });
         if let Some(never) = self.stays.iter().find_map(|stay| stay.never) {
             return Found::Blocked(Some(Obstruction {
-                by: Some(never),
+                by: Hindrance::Drone(never.0, never.1),
                 at_m: self.scene.roadmap.position_m(self.errand.last_vertex()),
                 at: Tick(0),
                 remaining: 0,
@@ -403,8 +412,8 @@ impl<'a> Search<'a> {
     /// A label at the price that the verdict asks for; `None` if it is forbidden.
     fn settled(&mut self, mut label: Label) -> Option<Label> {
         let came_from = self.labels[label.parent as usize];
-        if self.verdict.breaks_zone {
-            self.obstructed(&came_from, None);
+        if let Some(zone) = self.verdict.breaks_zone {
+            self.obstructed(&came_from, Hindrance::Zone(zone));
             return None;
         }
         let price = self.verdict.price_s * self.scene.energy_weight * Tick::PER_SECOND;
@@ -416,7 +425,7 @@ impl<'a> Search<'a> {
             }
             let weight = self.scene.weights[drone.0 as usize];
             if weight == IMMOVABLE {
-                self.obstructed(&came_from, Some((drone, why)));
+                self.obstructed(&came_from, Hindrance::Drone(drone, why));
                 return None;
             }
             label.paid = label.paid.saturating_add(weight);
@@ -444,7 +453,7 @@ impl<'a> Search<'a> {
         false
     }
 
-    fn obstructed(&mut self, label: &Label, by: Option<(DroneId, Why)>) {
+    fn obstructed(&mut self, label: &Label, by: Hindrance) {
         let remaining =
             self.errand
                 .remaining(self.scene.roadmap, usize::from(label.stage), label.vertex);
@@ -487,7 +496,7 @@ impl<'a> Search<'a> {
         let mut all = Verdict::default();
         for leg in &legs {
             self.judge_afresh(leg);
-            all.breaks_zone |= self.verdict.breaks_zone;
+            all.breaks_zone = all.breaks_zone.or(self.verdict.breaks_zone);
             all.price_s += self.verdict.price_s;
             all.blockers.append(&mut self.verdict.blockers);
         }
@@ -634,7 +643,7 @@ fn joined(legs: Vec<Leg>) -> Vec<Leg> {
 
 /// How long a hover is free, at least.
 fn free_until(hover: &Leg, verdict: &Verdict) -> Tick {
-    if verdict.breaks_zone {
+    if verdict.breaks_zone.is_some() {
         return hover.start;
     }
     verdict
