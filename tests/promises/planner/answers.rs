@@ -161,3 +161,54 @@ fn a_task_at_the_start_and_the_same_task_twice_are_done() {
     // 2 + 1 + 1 s of dwells, 2 m there and back at 2 m/s.
     assert_eq!(plan.drones[0].arrives_s, 6.0);
 }
+
+/// Distance from the axis (m) at which an Offboard 2 hovering `above_m` higher brings this mean air,
+/// over the induced velocity, to another.
+fn aside_m(above_m: f64, alpha: f64) -> f64 {
+    use airflow::{Air, Airframe, Jet, Source, Superposition, Wake, mean_over_discs_mps};
+    let airframe = Airframe::preset("offboard-2").expect("a preset");
+    let density = Air::default().density_kg_per_m3();
+    let wake = Wake::new(&airframe, airframe.mass_kg(), density, &Jet::default());
+    let met = |aside_m: f64| {
+        let source = Source {
+            wake: &wake,
+            position_m: [aside_m, 0.0, above_m].into(),
+            ends_at_z_m: -10.0,
+        };
+        let discs = airframe.disc_points();
+        mean_over_discs_mps(&[source], &discs, [0.0; 3].into(), Superposition::Momentum)
+            / wake.induced_velocity_mps()
+    };
+    let (mut near_m, mut far_m) = (0.0, 3.0);
+    for _ in 0..60 {
+        let middle_m = f64::midpoint(near_m, far_m);
+        if met(middle_m) > alpha {
+            near_m = middle_m;
+        } else {
+            far_m = middle_m;
+        }
+    }
+    far_m
+}
+
+/// `lower` and `upper` cannot leave their starts, where one blows on the other with three quarters of what
+/// it may; whoever hovers at a goal beside them must not add to that.
+#[test]
+fn nobody_ends_where_he_adds_too_much_to_those_who_stay() {
+    let aside_m = aside_m(3.5, 0.23);
+    let behind = [10.5, 6.5, 3.0];
+    let mut drones = vec![
+        drone("lower", "offboard-2", [5.0, 5.0, 1.5], behind),
+        drone("upper", "offboard-2", [5.0 - aside_m, 5.0, 5.0], [10.5, 2.5, 3.0]),
+        drone("guest", "offboard-2", [1.5, 10.5, 5.0], [5.0 + aside_m, 5.0, 5.0]),
+    ];
+    drones[1].air_limit = 1.0;
+    let mut world = room([12.0, 12.0, 6.0], drones);
+    // Nobody gets past this wall, and two have their goals behind it.
+    world.obstacles.push(block("wall", [9.0, 0.0, 0.0], [9.5, 12.0, 6.0]));
+    for seed in 0..4 {
+        world.planning.seed = seed;
+        let plan = planned(&world);
+        assert_sound(&world, &plan);
+    }
+}
