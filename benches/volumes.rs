@@ -23,7 +23,7 @@ use airflow::{Air, Airframe, Jet, Superposition, Wake};
 use costmap::exposure::{Emitter, Receiver, exposure};
 use costmap::frame::{centred, upright};
 use costmap::frustum::Frustum;
-use costmap::leg::Leg;
+use costmap::flight::Flight;
 use costmap::spindle::Spindle;
 use costmap::swept::{Mover, may_meet};
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -93,7 +93,7 @@ fn air(c: &mut Criterion) {
 
     let airframe = Airframe::preset("offboard-1").expect("a preset");
     let discs = airframe.disc_points();
-    let leg = |from: [f64; 3], to: [f64; 3]| Leg {
+    let leg = |from: [f64; 3], to: [f64; 3]| Flight {
         start_m: from.into(),
         end_m: to.into(),
         start_s: 0.0,
@@ -106,7 +106,7 @@ fn air(c: &mut Criterion) {
         induced_velocity_mps: wake("offboard-1").induced_velocity_mps(),
     };
     let hover = Emitter {
-        leg: Leg::hover(Point3::new(0.0, 0.0, 6.0), 0.0, f64::INFINITY),
+        leg: Flight::hover(Point3::new(0.0, 0.0, 6.0), 0.0, f64::INFINITY),
         wake: &matrice,
         ends_at_z_m: 0.0,
     };

@@ -186,6 +186,7 @@ mod tests {
             clearance_m: 0.1,
             deepest_m: 30.0,
             lowest_air_limit: 0.3,
+            lowest_zone_limit_mps: f64::INFINITY,
             wakes: true,
         };
         let kind = Kind {

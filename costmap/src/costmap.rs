@@ -162,10 +162,11 @@ impl Costmap {
         self.timeline.horizon()
     }
 
-    /// Reserves a drone's legs, bodies and wakes.
+    /// Reserves a drone's legs, bodies and wakes, in place of what it had reserved.
     pub fn insert(&mut self, legs: Vec<Leg>) {
         let Some(first) = legs.first() else { return };
         let drone = first.drone;
+        self.remove(drone);
         let last = legs
             .iter()
             .map(|leg| if leg.end == Tick::FOREVER { leg.start } else { leg.end })
@@ -467,6 +468,7 @@ mod tests {
             clearance_m: 0.1,
             deepest_m: 6.0,
             lowest_air_limit: 0.3,
+            lowest_zone_limit_mps: 1.5,
             wakes: true,
         };
         let top = Top::Rectangle {

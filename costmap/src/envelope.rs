@@ -24,7 +24,7 @@ const ROW_GROWTH: f64 = 0.04;
 /// Columns per row: chosen here, about a tenth of a half-width each.
 const COLUMNS: usize = 48;
 /// What sampling may miss between nodes, on `g²`. Chosen here: a test compares random places.
-const SLACK: f64 = 1.03;
+const SLACK: f64 = 1.05;
 
 /// Below this a bound for a whole way will do, and the mean counts as nothing: chosen here, a
 /// fiftieth of the induced velocity.
@@ -67,7 +67,7 @@ impl Envelope {
     pub fn new(wake: &Wake, discs: &DiscPoints, deepest_m: f64, negligible_square: f64) -> Envelope {
         let l = wake.motor_distance_m();
         let depths_m = row_depths_m(l, deepest_m);
-        let azimuths = azimuths(discs);
+        let azimuths = azimuths(wake, discs);
         let samples: Vec<(f64, Vec<Sample>)> = depths_m
             .iter()
             .map(|&depth_m| sample_row(wake, discs, &azimuths, depth_m.max(1e-9), negligible_square))
@@ -231,13 +231,27 @@ struct Sample {
     mean: f64,
 }
 
-/// Four equal rotors on the diagonals look alike every 90°, and mirrored within: an eighth of a turn is all.
-fn azimuths(discs: &DiscPoints) -> Vec<f64> {
-    let eighth = std::f64::consts::FRAC_PI_4;
-    if discs.offsets_m.len() % 4 == 0 || discs.offsets_m.len() == 1 {
-        return vec![0.0, 0.5 * eighth, eighth];
-    }
-    (0..24).map(|k| f64::from(k) * eighth / 3.0).collect()
+/// Four rotors on the diagonals with six points around each hub look alike mirrored along and across:
+/// a quarter turn is all. The farther the receiver's rotors are out, in jets of the emitter, the finer
+/// the lobes.
+fn azimuths(wake: &Wake, discs: &DiscPoints) -> Vec<f64> {
+    // Chosen here, so that the comparison with random places below holds for the least alike of the presets.
+    let larger = (farthest_m(discs) / wake.tip_radius_m() - 1.0).max(0.0);
+    let steps = 4 + (12.0 * larger).ceil() as u32;
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let (turn, steps) = match discs.offsets_m.len() {
+        1 => (0.0, 0),
+        28 => (quarter, steps),
+        _ => (4.0 * quarter, 4 * steps),
+    };
+    (0..=steps)
+        .map(|k| turn * f64::from(k) / f64::from(steps.max(1)))
+        .collect()
+}
+
+fn farthest_m(discs: &DiscPoints) -> f64 {
+    let radii_m = discs.offsets_m.iter().map(|o| o[0].hypot(o[1]));
+    radii_m.fold(0.0, f64::max)
 }
 
 /// Samples at `COLUMNS + 1` radii from the axis to the reach, which comes first.
@@ -258,7 +272,8 @@ fn sample_row(
         }
         worst
     };
-    let mut reach_m = wake.half_width_m(depth_m);
+    // Nearer than its outermost disc points a large receiver may straddle a jet and meet less.
+    let mut reach_m = wake.half_width_m(depth_m) + farthest_m(discs);
     while sample(reach_m).square > negligible_square {
         reach_m *= 1.25;
     }

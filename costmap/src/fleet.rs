@@ -34,6 +34,8 @@ pub struct Conditions {
     pub deepest_m: f64,
     /// Lowest air limit of the fleet, over the induced velocity.
     pub lowest_air_limit: f64,
+    /// Lowest air limit of any zone (m/s); infinite where there is none.
+    pub lowest_zone_limit_mps: f64,
     /// Whether drones blow at all; `false` plans as if they did not.
     pub wakes: bool,
 }
@@ -45,6 +47,14 @@ pub const BUDGET: u32 = 980_000;
 pub(crate) const WHOLE: f64 = 1_000_000.0;
 /// Wakes below this share of a budget count as still air. Chosen here: a hundred of them fit into the reserve.
 const NEGLIGIBLE_SHARE: f64 = 2e-4;
+
+/// The same for mean squares: where speeds add up, a tenth of a percent of the limit each, chosen here.
+fn negligible_share(superposition: Superposition) -> f64 {
+    match superposition {
+        Superposition::Linear => 1e-6,
+        Superposition::Momentum | Superposition::Strongest => NEGLIGIBLE_SHARE,
+    }
+}
 
 /// All kinds of a fleet, with the tables of who blows how on whom.
 #[derive(Clone, Debug)]
@@ -114,7 +124,7 @@ impl Fleet {
             .map(|pair| {
                 let (receiver, emitter) = (pair / airframes.len(), pair % airframes.len());
                 let budget = conditions.lowest_air_limit * extremes[receiver].0 / extremes[emitter].1;
-                let negligible = NEGLIGIBLE_SHARE * budget * budget;
+                let negligible = negligible_share(conditions.superposition) * budget * budget;
                 Envelope::new(
                     &bare[emitter],
                     &discs[receiver],
@@ -129,8 +139,12 @@ impl Fleet {
         };
         let points = bare
             .iter()
-            // A speed of a hundredth of the induced velocity is still air for people and goods: chosen here.
-            .map(|wake| Envelope::new(wake, &point, conditions.deepest_m, 1e-4))
+            .zip(&extremes)
+            .map(|(wake, &(_, fastest))| {
+                let limit = (conditions.lowest_zone_limit_mps / fastest).min(1.0);
+                let negligible = negligible_share(conditions.superposition) * limit * limit;
+                Envelope::new(wake, &point, conditions.deepest_m, negligible)
+            })
             .collect();
         let fleet = Fleet {
             kinds,
@@ -360,6 +374,7 @@ mod tests {
             clearance_m: 0.1,
             deepest_m: 6.0,
             lowest_air_limit: 0.3,
+            lowest_zone_limit_mps: f64::INFINITY,
             wakes: true,
         };
         Fleet::new(&airframes, kinds, conditions)

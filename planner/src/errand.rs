@@ -61,7 +61,12 @@ pub enum Ending {
 impl Errand {
     /// It has nothing to do but to stay where it is, in the air or on the ground.
     pub fn stays(&self) -> bool {
-        self.stages.is_empty() && (self.ending == Ending::Hover || self.grounded)
+        self.stages.is_empty()
+            && match self.ending {
+                Ending::Hover => true,
+                Ending::Land { .. } => self.grounded,
+                Ending::Leave => false,
+            }
     }
 
     /// Where it is after its last dwell.

@@ -236,6 +236,7 @@ pub fn empty_costmap(world: &World, wakes: bool) -> Costmap {
         })
         .collect();
     let limits = world.drones.iter().map(|drone| drone.air_limit);
+    let zone_limits = world.zones.iter().map(|zone| zone.air_limit_mps);
     let conditions = Conditions {
         density_kg_per_m3: world.air.density_kg_per_m3(),
         jet: world.jet,
@@ -243,6 +244,7 @@ pub fn empty_costmap(world: &World, wakes: bool) -> Costmap {
         clearance_m: world.planning.clearance_m,
         deepest_m: world.bounds_m.max.z - world.bounds_m.min.z,
         lowest_air_limit: limits.fold(f64::INFINITY, f64::min),
+        lowest_zone_limit_mps: zone_limits.fold(f64::INFINITY, f64::min),
         wakes,
     };
     let tops = world

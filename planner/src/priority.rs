@@ -225,6 +225,18 @@ impl<'a> Attempt<'a> {
                 evictions: self.effort.evictions,
             });
         }
+        self.rescue();
+    }
+
+    fn scene(&self) -> Scene<'_> {
+        Scene {
+            roadmap: &self.job.roadmap,
+            costmap: &self.costmap,
+            weights: &self.weights,
+            energy_weight: self.energy_weight,
+            most_expansions: MOST_EXPANSIONS,
+            stop: self.control.stop,
+        }
     }
 
     fn plan_one(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
@@ -232,15 +244,7 @@ impl<'a> Attempt<'a> {
         if errand.alone(&self.job.roadmap) == UNREACHABLE {
             return self.strand(drone, Stranded::NoWay, queue);
         }
-        let scene = Scene {
-            roadmap: &self.job.roadmap,
-            costmap: &self.costmap,
-            weights: &self.weights,
-            energy_weight: self.energy_weight,
-            most_expansions: MOST_EXPANSIONS,
-            stop: self.control.stop,
-        };
-        let searched = search(scene, errand);
+        let searched = search(self.scene(), errand);
         self.effort.searches += 1;
         self.effort.expansions += searched.expansions;
         match searched.found {
@@ -263,9 +267,11 @@ impl<'a> Attempt<'a> {
 
     fn evict(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
         let index = drone.0 as usize;
-        self.costmap.remove(drone);
-        self.paths[index] = None;
-        self.effort.evictions += 1;
+        if self.paths[index].is_none() {
+            // Already taken back, by one who was evicted before it and gave up.
+            return;
+        }
+        self.take_back(drone);
         self.evicted[index] += 1;
         self.weights[index] = self.weights[index].saturating_add(WEIGHT_GROWTH).min(IMMOVABLE - 1);
         if self.evicted[index] > self.most_evictions {
@@ -278,24 +284,71 @@ impl<'a> Attempt<'a> {
     /// Leaves a drone at its start for ever, and takes back whoever is in conflict with that.
     fn strand(&mut self, drone: DroneId, why: Stranded, queue: &mut VecDeque<DroneId>) {
         let stay = stays_at_start(&self.job.errands[drone.0 as usize], &self.job.roadmap);
-        let mut near = Vec::new();
-        let mut verdict = Verdict::default();
-        self.costmap.near(&stay, &mut near);
-        self.costmap.judge(&stay, &near, &mut verdict);
         self.weights[drone.0 as usize] = IMMOVABLE;
         self.stranded.push((drone, why));
-        let mut hit: Vec<DroneId> = verdict.blockers.iter().map(|b| b.drone).collect();
-        hit.sort_unstable();
-        hit.dedup();
-        for other in hit {
-            if self.weights[other.0 as usize] != IMMOVABLE {
-                self.costmap.remove(other);
-                self.paths[other.0 as usize] = None;
-                self.effort.evictions += 1;
+        let mut near = Vec::new();
+        let mut verdict = Verdict::default();
+        loop {
+            self.costmap.near(&stay, &mut near);
+            self.costmap.judge(&stay, &near, &mut verdict);
+            let movable = |other: &DroneId| self.weights[other.0 as usize] != IMMOVABLE;
+            let mut hit: Vec<DroneId> = verdict.blockers.iter().map(|b| b.drone).collect();
+            if !hit.iter().any(movable) && !verdict.is_allowed() {
+                // Those who stay would bear one another, were nobody else near them.
+                for &other in &hit.clone() {
+                    for leg in self.costmap.legs(other) {
+                        self.costmap.near(leg, &mut near);
+                        hit.extend(near.iter().map(|n| n.leg().drone));
+                    }
+                }
+            }
+            hit.retain(movable);
+            hit.sort_unstable();
+            hit.dedup();
+            if hit.is_empty() {
+                break;
+            }
+            for other in hit {
+                self.take_back(other);
                 queue.push_front(other);
             }
         }
         self.costmap.insert(vec![stay]);
+    }
+
+    fn take_back(&mut self, drone: DroneId) {
+        self.costmap.remove(drone);
+        self.paths[drone.0 as usize] = None;
+        self.effort.evictions += 1;
+    }
+
+    /// Lets those fly after all who were in others' way and are no more, one at a time.
+    fn rescue(&mut self) {
+        let immovable = vec![IMMOVABLE; self.weights.len()];
+        let mut index = 0;
+        while let Some(&(drone, why)) = self.stranded.get(index) {
+            index += 1;
+            if !matches!(why, Stranded::Obstructed(_)) || (self.control.stop)() {
+                continue;
+            }
+            let stay = self.costmap.legs(drone).to_vec();
+            self.costmap.remove(drone);
+            let scene = Scene {
+                weights: &immovable,
+                ..self.scene()
+            };
+            let searched = search(scene, &self.job.errands[drone.0 as usize]);
+            self.effort.searches += 1;
+            self.effort.expansions += searched.expansions;
+            if let Found::Path(path) = searched.found {
+                self.costmap.insert(path.legs.clone());
+                self.paths[drone.0 as usize] = Some(path);
+                self.stranded.remove(index - 1);
+                index = 0;
+            } else {
+                self.costmap.insert(stay);
+            }
+        }
     }
 
     fn into_paths(mut self) -> Paths {
