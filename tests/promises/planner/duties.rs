@@ -24,9 +24,17 @@ pub(super) fn assert_done(world: &World, plan: &Plan) {
     let mut arrivals_s = 0.0;
     for (drone, done) in world.drones.iter().zip(&plan.drones) {
         assert_eq!(drone.name, done.name);
-        assert_eq!(done.trajectory.position_m.first(), Some(&drone.start_m), "{done:#?}");
+        assert_eq!(
+            done.trajectory.position_m.first(),
+            Some(&drone.start_m),
+            "{done:#?}"
+        );
         assert_eq!(done.trajectory.t_s.first(), Some(&0.0));
-        let left_out: Vec<_> = plan.unplanned.iter().filter(|it| it.name == drone.name).collect();
+        let left_out: Vec<_> = plan
+            .unplanned
+            .iter()
+            .filter(|it| it.name == drone.name)
+            .collect();
         match left_out[..] {
             [] => {
                 assert_flown(world, drone, done);
@@ -84,7 +92,10 @@ fn assert_flown(world: &World, drone: &Drone, done: &DronePlan) {
     assert!(done.alone_s >= straight_m / drone.vehicle.max_speed_mps + dwells_s - SAME_TIME_S);
     if let Some(task) = drone.tasks.last() {
         let from_s = done.arrives_s - task.dwell_s;
-        assert!(holds(track, from_s, done.arrives_s, task.to_m, mass_kg), "`{name}`");
+        assert!(
+            holds(track, from_s, done.arrives_s, task.to_m, mass_kg),
+            "`{name}`"
+        );
     }
     assert_ended(world, drone, done, here_m, mass_kg);
 }
@@ -94,7 +105,10 @@ fn arrivals_s(track: &TrajectoryEntry, from_s: f64, place_m: Point3<f64>) -> Vec
     let mut found = vec![from_s];
     for (k, &start_s) in track.t_s.iter().enumerate() {
         let end_s = track.t_s.get(k + 1).copied();
-        let (a_m, b_m) = (track.position_m[k], track.position_m[(k + 1).min(track.t_s.len() - 1)]);
+        let (a_m, b_m) = (
+            track.position_m[k],
+            track.position_m[(k + 1).min(track.t_s.len() - 1)],
+        );
         let way_m = b_m - a_m;
         let share = if way_m.norm() > 0.0 {
             ((place_m - a_m).dot(&way_m) / way_m.norm_squared()).clamp(0.0, 1.0)
@@ -120,7 +134,11 @@ fn holds(track: &TrajectoryEntry, from_s: f64, until_s: f64, at_m: Point3<f64>, 
             .position_m(t_s)
             .is_some_and(|place_m| (place_m - at_m).norm() < SAME_PLACE_M)
     };
-    let piece = track.t_s.partition_point(|t_s| *t_s <= from_s + SAME_TIME_S).max(1) - 1;
+    let piece = track
+        .t_s
+        .partition_point(|t_s| *t_s <= from_s + SAME_TIME_S)
+        .max(1)
+        - 1;
     // The last break point of a drone that leaves ends the piece before.
     let within = (piece..track.t_s.len())
         .take_while(|&k| k == piece || track.t_s[k] < until_s - SAME_TIME_S);
@@ -146,12 +164,18 @@ fn assert_ended(world: &World, drone: &Drone, done: &DronePlan, last_m: Point3<f
     let until_s = match drone.at_end {
         AtEnd::Hover => {
             assert_eq!(done.at_end, plan::AtEnd::Hover);
-            assert!((end_m - last_m).norm() < SAME_PLACE_M, "`{name}` ends elsewhere");
+            assert!(
+                (end_m - last_m).norm() < SAME_PLACE_M,
+                "`{name}` ends elsewhere"
+            );
             None
         }
         AtEnd::Leave => {
             assert_eq!(done.at_end, plan::AtEnd::Leave);
-            assert!((end_s - done.arrives_s).abs() < SAME_TIME_S, "`{name}` lingers");
+            assert!(
+                (end_s - done.arrives_s).abs() < SAME_TIME_S,
+                "`{name}` lingers"
+            );
             Some(end_s)
         }
         AtEnd::Land => {
@@ -159,7 +183,10 @@ fn assert_ended(world: &World, drone: &Drone, done: &DronePlan, last_m: Point3<f
             assert!((end_m.xy() - last_m.xy()).norm() < SAME_PLACE_M);
             let rest_m = height_above_support_m(world, end_m);
             let body_m = drone.vehicle.body_radius_m;
-            assert!(stays_grounded || rest_m < body_m + REST_M, "`{name}` rests at {rest_m} m");
+            assert!(
+                stays_grounded || rest_m < body_m + REST_M,
+                "`{name}` rests at {rest_m} m"
+            );
             Some(end_s)
         }
     };
@@ -177,18 +204,22 @@ fn assert_ended(world: &World, drone: &Drone, done: &DronePlan, last_m: Point3<f
 
 fn height_above_support_m(world: &World, at_m: Point3<f64>) -> f64 {
     use planner::world::Solid;
-    let tops = world.obstacles.iter().filter_map(|obstacle| match &obstacle.shape {
-        Solid::Box(bounds) => {
-            let over = (0..2).all(|axis| bounds.min[axis] <= at_m[axis] && at_m[axis] <= bounds.max[axis]);
-            over.then_some(bounds.max.z)
-        }
-        Solid::Cylinder {
-            base_m,
-            radius_m,
-            height_m,
-        } => ((at_m - base_m).xy().norm() <= *radius_m).then_some(base_m.z + height_m),
-        Solid::Mesh { .. } => None,
-    });
+    let tops = world
+        .obstacles
+        .iter()
+        .filter_map(|obstacle| match &obstacle.shape {
+            Solid::Box(bounds) => {
+                let over = (0..2)
+                    .all(|axis| bounds.min[axis] <= at_m[axis] && at_m[axis] <= bounds.max[axis]);
+                over.then_some(bounds.max.z)
+            }
+            Solid::Cylinder {
+                base_m,
+                radius_m,
+                height_m,
+            } => ((at_m - base_m).xy().norm() <= *radius_m).then_some(base_m.z + height_m),
+            Solid::Mesh { .. } => None,
+        });
     let below = tops.filter(|top_z_m| *top_z_m <= at_m.z);
     at_m.z - below.fold(world.bounds_m.min.z, f64::max)
 }

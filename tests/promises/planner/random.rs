@@ -32,7 +32,7 @@ fn bytes(world: &World, threads: usize) -> String {
 }
 
 proptest! {
-    #![proptest_config(cases(150))]
+    #![proptest_config(cases(24))]
 
     #[test]
     fn what_the_planner_calls_safe_is_safe_and_does_every_task(world in any_world()) {
@@ -42,7 +42,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(cases(16))]
+    #![proptest_config(cases(5))]
 
     #[test]
     fn any_number_of_threads_gives_the_same_bytes(world in any_world()) {

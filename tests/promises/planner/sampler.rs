@@ -40,7 +40,11 @@ pub(super) fn assert_safe(plan: &Plan) {
 }
 
 fn judge(plan: &Plan, now_s: f64) {
-    let present: Vec<Now> = plan.drones.iter().filter_map(|drone| now(plan, drone, now_s)).collect();
+    let present: Vec<Now> = plan
+        .drones
+        .iter()
+        .filter_map(|drone| now(plan, drone, now_s))
+        .collect();
     for (index, me) in present.iter().enumerate() {
         bounds_and_obstacles(plan, me, now_s);
         for other in &present[..index] {
@@ -158,7 +162,9 @@ fn air_on(plan: &Plan, me: &Now, present: &[Now]) -> f64 {
             let mut point_m = me.at_m;
             point_m.x += frame.motor_distance_m / 2.0 * azimuth.cos() + off_m * around.cos();
             point_m.y += frame.motor_distance_m / 2.0 * azimuth.sin() + off_m * around.sin();
-            let wakes = above.iter().map(|other| far_field_mps(plan, other, point_m));
+            let wakes = above
+                .iter()
+                .map(|other| far_field_mps(plan, other, point_m));
             mean_mps += weight * superposed(plan, wakes) / f64::from(frame.propellers);
         }
     }
@@ -178,18 +184,26 @@ fn in_column(me: &Now, other: &Now) -> bool {
 
 /// The floor, or the highest top face below that holds the whole half-width disc.
 fn wake_end_z_m(plan: &Plan, drone: &DronePlan, at_m: Point3<f64>) -> f64 {
-    let tops = plan.obstacles.iter().filter_map(|obstacle| match &obstacle.shape {
-        ShapeEntry::Box { min_m, max_m } => {
-            let margins = [at_m.x - min_m.x, max_m.x - at_m.x, at_m.y - min_m.y, max_m.y - at_m.y];
-            Some((max_m.z, margins.into_iter().fold(f64::INFINITY, f64::min)))
-        }
-        ShapeEntry::Cylinder {
-            base_m,
-            radius_m,
-            height_m,
-        } => Some((base_m.z + height_m, radius_m - (at_m - base_m).xy().norm())),
-        ShapeEntry::Mesh { .. } => None,
-    });
+    let tops = plan
+        .obstacles
+        .iter()
+        .filter_map(|obstacle| match &obstacle.shape {
+            ShapeEntry::Box { min_m, max_m } => {
+                let margins = [
+                    at_m.x - min_m.x,
+                    max_m.x - at_m.x,
+                    at_m.y - min_m.y,
+                    max_m.y - at_m.y,
+                ];
+                Some((max_m.z, margins.into_iter().fold(f64::INFINITY, f64::min)))
+            }
+            ShapeEntry::Cylinder {
+                base_m,
+                radius_m,
+                height_m,
+            } => Some((base_m.z + height_m, radius_m - (at_m - base_m).xy().norm())),
+            ShapeEntry::Mesh { .. } => None,
+        });
     tops.filter(|(top_z_m, margin_m)| {
         *top_z_m < at_m.z && half_width_m(plan, drone, at_m.z - top_z_m) <= *margin_m
     })
@@ -201,7 +215,10 @@ fn bounds_and_obstacles(plan: &Plan, me: &Now, now_s: f64) {
     let name = &me.drone.name;
     for axis in 0..3 {
         let inside = plan.bounds_m.min[axis] - 1e-6..=plan.bounds_m.max[axis] + 1e-6;
-        assert!(inside.contains(&me.at_m[axis]), "`{name}` is out of bounds at {now_s} s");
+        assert!(
+            inside.contains(&me.at_m[axis]),
+            "`{name}` is out of bounds at {now_s} s"
+        );
     }
     for obstacle in &plan.obstacles {
         let distance_m = match &obstacle.shape {
@@ -231,7 +248,8 @@ fn bounds_and_obstacles(plan: &Plan, me: &Now, now_s: f64) {
 
 fn zones(plan: &Plan, present: &[Now], now_s: f64) {
     for zone in &plan.zones {
-        let steps = |axis: usize| (((zone.max_m[axis] - zone.min_m[axis]) / 0.4).ceil() as usize).max(1);
+        let steps =
+            |axis: usize| (((zone.max_m[axis] - zone.min_m[axis]) / 0.4).ceil() as usize).max(1);
         let along = |axis: usize, k: usize| {
             let share = k as f64 / steps(axis) as f64;
             zone.min_m[axis] + share * (zone.max_m[axis] - zone.min_m[axis])

@@ -14,11 +14,17 @@ fn crossing() -> World {
     for k in 0..10 {
         let y_m = 1.5 + f64::from(k);
         let (from_m, to_m) = ([1.5, y_m, 2.5], [10.5, 12.0 - y_m, 4.5]);
-        let (from_m, to_m) = if k % 2 == 0 { (from_m, to_m) } else { (to_m, from_m) };
+        let (from_m, to_m) = if k % 2 == 0 {
+            (from_m, to_m)
+        } else {
+            (to_m, from_m)
+        };
         drones.push(drone(&format!("d{k}"), "offboard-1", from_m, to_m));
     }
     let mut world = room([12.0, 12.0, 6.0], drones);
-    world.obstacles.push(block("pillar", [5.0, 5.0, 0.0], [7.0, 7.0, 6.0]));
+    world
+        .obstacles
+        .push(block("pillar", [5.0, 5.0, 0.0], [7.0, 7.0, 6.0]));
     world
 }
 
@@ -55,7 +61,11 @@ fn a_stopped_planner_says_so() {
     match plan_world(&crossing(), &control) {
         Outcome::Planned { plan, .. } => {
             assert_eq!(plan.unplanned.len(), plan.drones.len());
-            assert!(plan.unplanned.iter().all(|it| it.reason.contains("stopped")));
+            assert!(
+                plan.unplanned
+                    .iter()
+                    .all(|it| it.reason.contains("stopped"))
+            );
         }
         Outcome::Stopped => {}
         blocked => panic!("{blocked:#?}"),
