@@ -215,7 +215,7 @@ pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
     let mut harm = Vec::new();
     if *drones_over_limit > 0 {
         harm.push(format!(
-            "{} through up to {worst_air_mps:.1} m/s for {time_over_limit_s:.1} s in all",
+            "{} through up to {worst_air_mps:.1} m/s for {time_over_limit_s:.1} s",
             count(*drones_over_limit, "drone flies", "drones fly")
         ));
     }

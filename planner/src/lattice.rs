@@ -10,6 +10,8 @@ pub struct Lattice {
     origin_m: Point3<f64>,
     cell_m: f64,
     counts: [usize; 3],
+    /// Coordinates on each axis (m).
+    along_m: [Vec<f64>; 3],
 }
 
 /// Steps to the 26 neighbours, in ascending order of their numbers.
@@ -55,10 +57,15 @@ impl Lattice {
             // A part in 10⁹ of a cell forgives the division.
             counts[axis] = ((size_m / cell_m - shift + 1e-9).floor() as usize) + 1;
         }
+        let along_m = [0, 1, 2].map(|axis| {
+            let at_m = |step: usize| origin_m[axis] + step as f64 * cell_m;
+            (0..counts[axis]).map(|step| to_the_nanometre(at_m(step))).collect()
+        });
         Lattice {
             origin_m,
             cell_m,
             counts,
+            along_m,
         }
     }
 
@@ -102,12 +109,8 @@ impl Lattice {
 
     /// Where a place is (m).
     pub fn position_m(&self, place: u32) -> Point3<f64> {
-        let [i, j, k] = self.steps(place).map(f64::from);
-        Point3::new(
-            self.origin_m.x + i * self.cell_m,
-            self.origin_m.y + j * self.cell_m,
-            self.origin_m.z + k * self.cell_m,
-        )
+        let [i, j, k] = self.steps(place).map(|step| step as usize);
+        Point3::new(self.along_m[0][i], self.along_m[1][j], self.along_m[2][k])
     }
 
     /// The steps of the place at or before a point on every axis; may lie outside.
@@ -118,12 +121,16 @@ impl Lattice {
         [of(0), of(1), of(2)]
     }
 
-    /// The place that is at this point, within a millionth of a cell.
+    /// The place that is at exactly this point.
     pub fn place_at(&self, point_m: &Point3<f64>) -> Option<u32> {
         let place = self.at(self.cell_of(point_m))?;
-        let off_m = (self.position_m(place) - point_m).norm();
-        (off_m < 1e-6 * self.cell_m).then_some(place)
+        (self.position_m(place) == *point_m).then_some(place)
     }
+}
+
+/// Without the last digits, which only adding made: 2.57 stays 2.57.
+fn to_the_nanometre(coordinate_m: f64) -> f64 {
+    (coordinate_m * 1e9).round() / 1e9
 }
 
 /// How many marked places a box of a lattice holds, in constant time (a summed-area table in three dimensions).
