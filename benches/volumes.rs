@@ -21,9 +21,9 @@
 
 use airflow::{Air, Airframe, Jet, Superposition, Wake};
 use costmap::exposure::{Emitter, Receiver, exposure};
+use costmap::flight::Flight;
 use costmap::frame::{centred, upright};
 use costmap::frustum::Frustum;
-use costmap::flight::Flight;
 use costmap::spindle::Spindle;
 use costmap::swept::{Mover, may_meet};
 use criterion::{Criterion, criterion_group, criterion_main};

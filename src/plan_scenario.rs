@@ -162,7 +162,12 @@ fn read_world(path: &Path) -> Result<World, Failure> {
     };
     planner::scenario::read_world(&text, &load_mesh).map_err(|problems| {
         let shown = path.display().to_string();
-        Failure::Scenario(problems::draw(&problems, &shown, &text, problems::colour_on_stderr()))
+        Failure::Scenario(problems::draw(
+            &problems,
+            &shown,
+            &text,
+            problems::colour_on_stderr(),
+        ))
     })
 }
 

@@ -63,7 +63,10 @@ pub(crate) fn violation(found: &Violation) -> String {
             )
         }
         ViolationKind::Collision if *value < 0.0 => {
-            format!("the bodies of `{drone}` and `{other}` overlap by {:.2} {unit}", -value)
+            format!(
+                "the bodies of `{drone}` and `{other}` overlap by {:.2} {unit}",
+                -value
+            )
         }
         ViolationKind::Collision => {
             format!("`{drone}` comes within {value:.2} {unit} of `{other}`, they need {limit:.2}")

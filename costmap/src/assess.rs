@@ -79,7 +79,12 @@ impl Costmap {
     }
 
     /// Whether one leg's rotor tips meet the volumes of another's wake while both last.
-    fn meets_wake(&self, receiver: &Leg, emitter: &Leg, ends_at_z_m: f64) -> Result<bool, NotFinite> {
+    fn meets_wake(
+        &self,
+        receiver: &Leg,
+        emitter: &Leg,
+        ends_at_z_m: f64,
+    ) -> Result<bool, NotFinite> {
         let time = receiver.overlap(emitter);
         if time.is_empty() {
             return Ok(false);
@@ -87,7 +92,8 @@ impl Costmap {
         let wake = self.fleet().wake(emitter.kind);
         let (from_m, to_m) = (emitter.position_m(time.start), emitter.position_m(time.end));
         // Hung where the leg begins, long enough to reach as low from wherever it goes: outward.
-        let lowest_z_m = ends_at_z_m.min(receiver.from_m.z.min(receiver.to_m.z)) - (to_m.z - from_m.z).max(0.0);
+        let lowest_z_m =
+            ends_at_z_m.min(receiver.from_m.z.min(receiver.to_m.z)) - (to_m.z - from_m.z).max(0.0);
         let ball = Ball::new(self.fleet().wake(receiver.kind).tip_radius_m());
         let receiver_m = receiver.position_m(time.start);
         let tips = Mover::new(
@@ -227,7 +233,10 @@ mod tests {
             panic!("crosses the column");
         };
         assert_eq!(blockers[0].drone, DroneId(0));
-        assert!(matches!(below_a_hover(4.0, 0.0), Assessment::Forbidden { .. }));
+        assert!(matches!(
+            below_a_hover(4.0, 0.0),
+            Assessment::Forbidden { .. }
+        ));
         let Assessment::Priced(price) = below_a_hover(10.0, 0.0) else {
             panic!("crosses the cone, below the limit");
         };

@@ -169,7 +169,13 @@ impl Costmap {
         self.remove(drone);
         let last = legs
             .iter()
-            .map(|leg| if leg.end == Tick::FOREVER { leg.start } else { leg.end })
+            .map(|leg| {
+                if leg.end == Tick::FOREVER {
+                    leg.start
+                } else {
+                    leg.end
+                }
+            })
             .max();
         self.timeline.extend_to(last.unwrap_or_default());
         self.extend_zones(self.timeline.bucket_count());
@@ -286,9 +292,8 @@ impl Costmap {
         }
         found.extend(slots.into_iter().filter_map(|slot| {
             let item = *self.timeline.item(slot);
-            let concerns = item.leg.drone != leg.drone
-                && item.leg.start < leg.end
-                && leg.start < item.leg.end;
+            let concerns =
+                item.leg.drone != leg.drone && item.leg.start < leg.end && leg.start < item.leg.end;
             concerns.then_some(Neighbour { slot, item })
         }));
         // Tree order must not reach a sum.
@@ -332,7 +337,9 @@ impl Costmap {
         let mut loads: Vec<(u32, Blocker)> = Vec::new();
         for Neighbour { item, .. } in neighbours {
             let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(leg));
-            let Some(meeting) = self.fleet.meet(leg, &item.leg, [end_z_m, item.wake_end_z_m])
+            let Some(meeting) = self
+                .fleet
+                .meet(leg, &item.leg, [end_z_m, item.wake_end_z_m])
             else {
                 continue;
             };
@@ -455,7 +462,8 @@ mod tests {
     const DRONES: u32 = 24;
 
     fn empty() -> Costmap {
-        let airframes = ["offboard-2", "kolibri"].map(|name| Airframe::preset(name).expect("a preset"));
+        let airframes =
+            ["offboard-2", "kolibri"].map(|name| Airframe::preset(name).expect("a preset"));
         let kinds = [(0, 1.207), (1, 0.23)].map(|(airframe, mass_kg): (usize, f64)| Kind {
             airframe,
             mass_kg,
@@ -556,7 +564,9 @@ mod tests {
         }
         // Some are gone in the end, and everybody else was inserted in another order.
         let gone = |drone: u32| drone % 5 == 2;
-        (0..DRONES).filter(|d| gone(*d)).for_each(|d| used.remove(DroneId(d)));
+        (0..DRONES)
+            .filter(|d| gone(*d))
+            .for_each(|d| used.remove(DroneId(d)));
         let mut fresh = empty();
         for drone in (0..DRONES).rev().filter(|drone| !gone(*drone)) {
             fresh.insert(legs(drone, 3));

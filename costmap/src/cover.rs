@@ -112,7 +112,12 @@ mod tests {
             radius_m: 1.5,
             z_m: 3.0,
         };
-        vec![shelf(0.0, 2.0, 2.0), shelf(1.0, 3.0, 1.2), tank, shelf(-9.0, 20.0, -3.0)]
+        vec![
+            shelf(0.0, 2.0, 2.0),
+            shelf(1.0, 3.0, 1.2),
+            tank,
+            shelf(-9.0, 20.0, -3.0),
+        ]
     }
 
     /// The definition by samples: a face stops a wake if points all around the half-width disc lie on it.
@@ -162,7 +167,10 @@ mod tests {
                 let beside_m = Point3::new(rotor_m.x + dx, rotor_m.y, rotor_m.z);
                 covers.wake_end_z_m(&wake, &beside_m, &beside_m)
             });
-            assert!(end_z_m == sampled_z_m || shifted.contains(&sampled_z_m), "{rotor_m}");
+            assert!(
+                end_z_m == sampled_z_m || shifted.contains(&sampled_z_m),
+                "{rotor_m}"
+            );
             stopped += u32::from(end_z_m > 0.0);
         }
         assert!(stopped > 1_000, "{stopped}");
@@ -186,11 +194,15 @@ mod tests {
         for i in 0..4_000_u32 {
             let at = |k: f64| (f64::from(i) * k).fract();
             let from_m = Point3::new(7.0 * at(0.819), 6.0 * at(0.671), 6.0 * at(0.5497));
-            let to_m = from_m + nalgebra::Vector3::new(at(0.301) - 0.5, at(0.777) - 0.5, at(0.123) - 0.5);
+            let to_m =
+                from_m + nalgebra::Vector3::new(at(0.301) - 0.5, at(0.777) - 0.5, at(0.123) - 0.5);
             let end_z_m = covers.wake_end_z_m(&wake, &from_m, &to_m);
             for k in 0..=20 {
                 let here_m = from_m + (to_m - from_m) * (f64::from(k) / 20.0);
-                assert!(end_z_m <= covers.wake_end_z_m(&wake, &here_m, &here_m), "{from_m} {to_m}");
+                assert!(
+                    end_z_m <= covers.wake_end_z_m(&wake, &here_m, &here_m),
+                    "{from_m} {to_m}"
+                );
             }
         }
     }

@@ -64,13 +64,20 @@ impl Envelope {
     /// Tabulates `wake` (any mass) over receivers with these disc points, from the rotor plane to
     /// `deepest_m`. Radii where the mean square falls below `negligible_square` (of the emitter's
     /// induced velocity) count as still air.
-    pub fn new(wake: &Wake, discs: &DiscPoints, deepest_m: f64, negligible_square: f64) -> Envelope {
+    pub fn new(
+        wake: &Wake,
+        discs: &DiscPoints,
+        deepest_m: f64,
+        negligible_square: f64,
+    ) -> Envelope {
         let l = wake.motor_distance_m();
         let depths_m = row_depths_m(l, deepest_m);
         let azimuths = azimuths(wake, discs);
         let samples: Vec<(f64, Vec<Sample>)> = depths_m
             .iter()
-            .map(|&depth_m| sample_row(wake, discs, &azimuths, depth_m.max(1e-9), negligible_square))
+            .map(|&depth_m| {
+                sample_row(wake, discs, &azimuths, depth_m.max(1e-9), negligible_square)
+            })
             .collect();
         let mut envelope = Envelope {
             rows: Vec::with_capacity(depths_m.len() - 1),
@@ -162,7 +169,9 @@ impl Envelope {
         };
         let lateral_m = (last_m.xy() - first_m.xy()).norm();
         let row = &self.rows[self.row_at(-first_m.z)];
-        let pieces = (lateral_m * row.columns_per_m * 0.25).ceil().clamp(1.0, 16.0);
+        let pieces = (lateral_m * row.columns_per_m * 0.25)
+            .ceil()
+            .clamp(1.0, 16.0);
         let step_m = (last_m - first_m) / pieces;
         let mut met = Met::default();
         for piece in 0..pieces as usize {
@@ -402,8 +411,16 @@ mod tests {
             // Half the places in the near field and just below it, where the air is least smooth.
             for (i, [x, y, z]) in places(100_000).enumerate() {
                 let deep_m = if i % 2 == 0 { near_m } else { DEEPEST_M };
-                let reach_m = if i % 2 == 0 { near_reach_m(&wake, &discs) } else { envelope.reach_m() };
-                let offset_m = Vector3::new((2.0 * x - 1.0) * reach_m, (2.0 * y - 1.0) * reach_m, -z * deep_m);
+                let reach_m = if i % 2 == 0 {
+                    near_reach_m(&wake, &discs)
+                } else {
+                    envelope.reach_m()
+                };
+                let offset_m = Vector3::new(
+                    (2.0 * x - 1.0) * reach_m,
+                    (2.0 * y - 1.0) * reach_m,
+                    -z * deep_m,
+                );
                 if offset_m.norm() < bodies_m {
                     continue;
                 }
@@ -414,7 +431,9 @@ mod tests {
                 }
             }
             let (ratio, [x, y, z], square) = (worst.0, worst.1.into(), worst.2);
-            println!("{names:?}: {ratio:.4} of the bound at ({x:.4}, {y:.4}, {z:.4}) m, mean square {square:.5}");
+            println!(
+                "{names:?}: {ratio:.4} of the bound at ({x:.4}, {y:.4}, {z:.4}) m, mean square {square:.5}"
+            );
             most = most.max(ratio);
         }
         assert!(most <= 1.0, "{most} of the bound");
@@ -434,9 +453,11 @@ mod tests {
             let (wake, discs, envelope) = pair(names);
             let (mut excess, mut worst, mut count) = (0.0, 0.0_f64, 0);
             for [x, y, z] in places(20_000) {
-                let depth_m = wake.near_field_depth_m() + z * (DEEPEST_M - wake.near_field_depth_m());
+                let depth_m =
+                    wake.near_field_depth_m() + z * (DEEPEST_M - wake.near_field_depth_m());
                 let half_m = wake.half_width_m(depth_m);
-                let offset_m = Vector3::new((2.0 * x - 1.0) * half_m, (2.0 * y - 1.0) * half_m, -depth_m);
+                let offset_m =
+                    Vector3::new((2.0 * x - 1.0) * half_m, (2.0 * y - 1.0) * half_m, -depth_m);
                 let (square, _) = over_discs(&wake, &discs, offset_m.x, offset_m.y, depth_m);
                 let ratio = (at(&envelope, offset_m) / square).sqrt();
                 excess += ratio - 1.0;
@@ -444,7 +465,11 @@ mod tests {
                 count += 1;
             }
             let mean = excess / f64::from(count);
-            println!("{names:?}: speed bound {:.1} % above on average, {:.1} % at most", 100.0 * mean, 100.0 * worst);
+            println!(
+                "{names:?}: speed bound {:.1} % above on average, {:.1} % at most",
+                100.0 * mean,
+                100.0 * worst
+            );
             assert!(mean < MEAN_EXCESS, "{names:?}: {mean}");
         }
     }
@@ -458,14 +483,18 @@ mod tests {
         let (_, _, envelope) = pair(PAIRS[0]);
         let ends: Vec<[f64; 3]> = places(4_000).collect();
         for two in ends.chunks_exact(2) {
-            let end = |[x, y, z]: [f64; 3]| Vector3::new(3.0 * x - 1.5, 3.0 * y - 1.5, 1.0 - 7.0 * z);
+            let end =
+                |[x, y, z]: [f64; 3]| Vector3::new(3.0 * x - 1.5, 3.0 * y - 1.5, 1.0 - 7.0 * z);
             let (from_m, to_m) = (end(two[0]), end(two[1]));
             let whole = envelope.along(&from_m, &to_m).peak_square;
             for k in 0..=50 {
                 let place_m = from_m + (to_m - from_m) * (f64::from(k) / 50.0);
                 let here = at(&envelope, place_m);
                 // Weak places are bounded by a coarser look, strong ones to rounding.
-                assert!(here <= whole * (1.0 + 1e-9), "{here} at {place_m}, {whole} on the way");
+                assert!(
+                    here <= whole * (1.0 + 1e-9),
+                    "{here} at {place_m}, {whole} on the way"
+                );
             }
         }
     }
@@ -481,7 +510,8 @@ mod tests {
         let ends: Vec<[f64; 3]> = places(40_000).collect();
         let mut entered = 0;
         for two in ends.chunks_exact(2) {
-            let end = |[x, y, z]: [f64; 3]| Vector3::new(1.2 * x - 0.6, 1.2 * y - 0.6, 0.5 - 1.7 * z);
+            let end =
+                |[x, y, z]: [f64; 3]| Vector3::new(1.2 * x - 0.6, 1.2 * y - 0.6, 0.5 - 1.7 * z);
             let (from_m, to_m) = (end(two[0]), end(two[1]));
             let along = |k: u32| from_m + (to_m - from_m) * (f64::from(k) / 400.0);
             let closed = envelope.enters_column(&from_m, &to_m);
@@ -491,7 +521,10 @@ mod tests {
             }
             // Steps of at most 6 mm cannot jump over a column that is 1 cm wider.
             if closed {
-                assert!((0..=400).any(|k| inside(&along(k), -0.01)), "{from_m} to {to_m}");
+                assert!(
+                    (0..=400).any(|k| inside(&along(k), -0.01)),
+                    "{from_m} to {to_m}"
+                );
             }
         }
         assert!((2_000..18_000).contains(&entered), "{entered}");

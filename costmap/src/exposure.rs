@@ -5,8 +5,8 @@
 //! Between the knots where a wake begins, ends, or changes its formula, the air met is smooth in time, and
 //! adaptive quadrature settles it to [`RELATIVE_ERROR`].
 
-use crate::frame::{self, NotFinite};
 use crate::flight::Flight;
+use crate::frame::{self, NotFinite};
 use crate::quadrature::integrate;
 use airflow::{
     DiscPoints, HEIGHT_TOLERANCE_M, Source, Superposition, Wake, mean_over_discs_mps, power,

@@ -118,12 +118,17 @@ impl Fleet {
             })
             .collect();
         let discs: Vec<DiscPoints> = airframes.iter().map(Airframe::disc_points).collect();
-        let pairs = if conditions.wakes { airframes.len().pow(2) } else { 0 };
+        let pairs = if conditions.wakes {
+            airframes.len().pow(2)
+        } else {
+            0
+        };
         let envelopes = (0..pairs)
             .into_par_iter()
             .map(|pair| {
                 let (receiver, emitter) = (pair / airframes.len(), pair % airframes.len());
-                let budget = conditions.lowest_air_limit * extremes[receiver].0 / extremes[emitter].1;
+                let budget =
+                    conditions.lowest_air_limit * extremes[receiver].0 / extremes[emitter].1;
                 let negligible = negligible_share(conditions.superposition) * budget * budget;
                 Envelope::new(
                     &bare[emitter],
@@ -246,7 +251,8 @@ impl Fleet {
             meeting.bodies = nearest_distance_m(&from_m, &to_m) < gap_m;
         }
         if self.conditions.wakes && first.flying && second.flying {
-            let highest_m = |leg: &Leg| leg.position_m(time.start).z.max(leg.position_m(time.end).z);
+            let highest_m =
+                |leg: &Leg| leg.position_m(time.start).z.max(leg.position_m(time.end).z);
             // A wake that ends above a drone's rotor plane does not reach it.
             if highest_m(first) >= ends[1] - 1e-6 {
                 self.blow(second, first, &from_m, &to_m, &mut meeting, true);
@@ -334,11 +340,10 @@ pub struct ZoneBox {
 /// A lower bound of the horizontal distance between a way and a box: exact where either stands for one axis.
 fn horizontal_gap_m(from_m: &Point3<f64>, to_m: &Point3<f64>, zone: &ZoneBox) -> f64 {
     let along = |axis: usize| {
-        let (low, high) = (
-            from_m[axis].min(to_m[axis]),
-            from_m[axis].max(to_m[axis]),
-        );
-        (zone.min_m[axis] - high).max(low - zone.max_m[axis]).max(0.0)
+        let (low, high) = (from_m[axis].min(to_m[axis]), from_m[axis].max(to_m[axis]));
+        (zone.min_m[axis] - high)
+            .max(low - zone.max_m[axis])
+            .max(0.0)
     };
     along(0).hypot(along(1))
 }
@@ -360,7 +365,8 @@ mod tests {
     use crate::leg::{DroneId, Tick};
 
     fn fleet(superposition: Superposition) -> Fleet {
-        let airframes = ["offboard-2", "kolibri"].map(|name| Airframe::preset(name).expect("a preset"));
+        let airframes =
+            ["offboard-2", "kolibri"].map(|name| Airframe::preset(name).expect("a preset"));
         let kind = |airframe: usize, mass_kg: f64| Kind {
             airframe,
             mass_kg,
@@ -403,7 +409,13 @@ mod tests {
         let fleet = fleet(Superposition::Momentum);
         let mut met = 0;
         for i in 0..3_000_u32 {
-            let place = |k: u32| [2.0 * at(20 * i + k), 2.0 * at(20 * i + k + 1), 6.0 * at(20 * i + k + 2)];
+            let place = |k: u32| {
+                [
+                    2.0 * at(20 * i + k),
+                    2.0 * at(20 * i + k + 1),
+                    6.0 * at(20 * i + k + 2),
+                ]
+            };
             let first = leg(0, (i % 3) as u16, place(1), place(4), [0, 90]);
             let mut second = leg(1, (i / 3 % 3) as u16, place(7), place(10), [i % 80, 130]);
             second.flying = i % 7 != 0;

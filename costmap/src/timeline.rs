@@ -279,7 +279,11 @@ mod tests {
     }
 
     fn insert(timeline: &mut Timeline, leg: &Leg) {
-        let last = if leg.end == Tick::FOREVER { leg.start } else { leg.end };
+        let last = if leg.end == Tick::FOREVER {
+            leg.start
+        } else {
+            leg.end
+        };
         timeline.extend_to(last);
         for bucket in timeline.buckets(leg.start, leg.end) {
             let (start, end) = timeline.span(bucket);
@@ -304,7 +308,10 @@ mod tests {
     fn drones_near(timeline: &Timeline, bucket: u32, footprint: &Footprint) -> Vec<u32> {
         let mut found = Vec::new();
         timeline.near(bucket, footprint, &mut found);
-        let mut drones: Vec<u32> = found.iter().map(|&slot| timeline.item(slot).leg.drone.0).collect();
+        let mut drones: Vec<u32> = found
+            .iter()
+            .map(|&slot| timeline.item(slot).leg.drone.0)
+            .collect();
         drones.sort_unstable();
         drones.dedup();
         drones
@@ -337,7 +344,13 @@ mod tests {
         for bucket in 0..=timeline.bucket_count() as u32 {
             let (start, end) = timeline.span(bucket);
             for query in 0..40 {
-                let middle = leg(0, [20.0 * at(query + 7); 2], [20.0 * at(query + 9); 2], 0, Tick(1));
+                let middle = leg(
+                    0,
+                    [20.0 * at(query + 7); 2],
+                    [20.0 * at(query + 9); 2],
+                    0,
+                    Tick(1),
+                );
                 let footprint = Footprint::around(&middle, 3.0 * at(query));
                 let scanned: Vec<u32> = legs
                     .iter()
@@ -354,8 +367,14 @@ mod tests {
     #[test]
     fn what_lasts_for_ever_is_in_buckets_made_later() {
         let mut timeline = Timeline::default();
-        insert(&mut timeline, &leg(7, [1.0, 1.0], [1.0, 1.0], 130, Tick::FOREVER));
-        insert(&mut timeline, &leg(8, [9.0, 9.0], [9.0, 8.0], 0, Tick(1_000)));
+        insert(
+            &mut timeline,
+            &leg(7, [1.0, 1.0], [1.0, 1.0], 130, Tick::FOREVER),
+        );
+        insert(
+            &mut timeline,
+            &leg(8, [9.0, 9.0], [9.0, 8.0], 0, Tick(1_000)),
+        );
         let here = Footprint::around(&leg(0, [1.0, 1.0], [1.0, 1.0], 0, Tick(1)), 0.1);
         assert_eq!(timeline.bucket_count(), 10);
         // It begins within the second bucket; the last one is the time after.
@@ -364,7 +383,10 @@ mod tests {
             assert_eq!(drones_near(&timeline, bucket, &here), [7]);
             let slot = timeline.of(bucket, DroneId(7))[0];
             let item = timeline.item(slot);
-            assert!(item.leg.start <= Tick((bucket * 100).max(130)), "{bucket}: {item:?}");
+            assert!(
+                item.leg.start <= Tick((bucket * 100).max(130)),
+                "{bucket}: {item:?}"
+            );
             assert_eq!((item.began, item.clear), (Tick(130), Tick::FOREVER));
         }
     }

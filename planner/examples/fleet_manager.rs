@@ -88,8 +88,7 @@ fn at_time(world: &World, plan: &Plan, now_s: f64) -> World {
             drone.start_m = position_m;
         }
         let (from_s, until_s) = flown.airborne_s;
-        let airborne = from_s <= now_s
-            && until_s.is_none_or(|until_s| now_s < until_s);
+        let airborne = from_s <= now_s && until_s.is_none_or(|until_s| now_s < until_s);
         drone.at_start = if airborne {
             AtStart::Hover
         } else {

@@ -113,7 +113,11 @@ fn drone_plan(
     let flying = || legs.iter().filter(|leg| leg.flying);
     let finite = |tick: Tick| (tick != Tick::FOREVER).then(|| tick.seconds());
     let alone = errand.alone_ticks;
-    let alone_s = if alone == UNREACHABLE { 0.0 } else { Tick(alone).seconds() };
+    let alone_s = if alone == UNREACHABLE {
+        0.0
+    } else {
+        Tick(alone).seconds()
+    };
     let arrives = path.map_or(Tick(0), |path| path.arrives);
     let (waits_s, detour_m) = path.map_or((0.0, 0.0), |path| {
         let dwells: u32 = errand.stages.iter().map(|stage| stage.dwell_ticks).sum();
@@ -132,7 +136,10 @@ fn drone_plan(
             .map(|leg| (leg.to_m - leg.from_m).norm())
             .sum();
         let detour_m = (flown_m - alone_length_m(&job.roadmap, errand)).max(0.0);
-        (Tick(still.saturating_sub(dwells)).seconds(), rounded(detour_m))
+        (
+            Tick(still.saturating_sub(dwells)).seconds(),
+            rounded(detour_m),
+        )
     });
     DronePlan {
         name: drone.name.clone(),

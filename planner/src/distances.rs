@@ -45,8 +45,14 @@ impl Mover {
         if !way.fits(self.radius_m) || (roadmap.is_stop(to) && !self.stops.contains(&to)) {
             return None;
         }
-        let step = self.steps.iter().find(|(length_m, _)| *length_m == way.length_m);
-        Some(step.map_or_else(|| self.duration(f64::from(way.length_m)), |(_, ticks)| *ticks))
+        let step = self
+            .steps
+            .iter()
+            .find(|(length_m, _)| *length_m == way.length_m);
+        Some(step.map_or_else(
+            || self.duration(f64::from(way.length_m)),
+            |(_, ticks)| *ticks,
+        ))
     }
 
     /// Whole ticks that a length takes, at least one.
@@ -93,7 +99,8 @@ impl Distances {
             vec![(lattice.steps(goal), 0)]
         };
         // A stop with ways to other stops is left to the search.
-        let plain = !roadmap.is_stop(goal) || roadmap.ways(goal).all(|(to, _)| !roadmap.is_stop(to));
+        let plain =
+            !roadmap.is_stop(goal) || roadmap.ways(goal).all(|(to, _)| !roadmap.is_stop(to));
         Distances {
             goal,
             closed_form: mover.diagonal_steps().filter(|_| plain),
@@ -117,7 +124,10 @@ impl Distances {
             return ticks;
         }
         // A panic elsewhere leaves at worst a search begun anew.
-        let mut backwards = self.backwards.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut backwards = self
+            .backwards
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         backwards.ticks(roadmap, &self.mover, self.goal, from)
     }
 
@@ -282,7 +292,11 @@ mod tests {
     /// A roadmap around four random boxes, its stops, and a mover that may use all of them.
     fn random(seed: u32, on_cells: bool) -> (Roadmap, Vec<Vertex>, Mover) {
         let size_m = [9.0, 8.0, 5.0];
-        let place = |i: u32| Point3::from([0, 1, 2].map(|axis| size_m[axis as usize] * at(100 * seed + 3 * i + axis)));
+        let place = |i: u32| {
+            Point3::from(
+                [0, 1, 2].map(|axis| size_m[axis as usize] * at(100 * seed + 3 * i + axis)),
+            )
+        };
         let obstacles: Vec<Obstacle> = (0..4)
             .map(|i| {
                 let min = place(i);
@@ -302,7 +316,13 @@ mod tests {
         let solids = Solids::new(&obstacles);
         let stops: Vec<Stop> = (10..14)
             .map(place)
-            .map(|p| if on_cells { p.map(|c| c.floor() + 0.5) } else { p })
+            .map(|p| {
+                if on_cells {
+                    p.map(|c| c.floor() + 0.5)
+                } else {
+                    p
+                }
+            })
             .map(|point_m| Stop {
                 point_m,
                 radius_m: RADIUS_M,
@@ -340,17 +360,27 @@ mod tests {
             for from in 0..roadmap.len() as Vertex {
                 for (to, way) in roadmap.ways(from) {
                     if let Some(ticks) = mover.ticks(&roadmap, to, way) {
-                        graph.add_edge(NodeIndex::new(to as usize), NodeIndex::new(from as usize), ticks);
+                        graph.add_edge(
+                            NodeIndex::new(to as usize),
+                            NodeIndex::new(from as usize),
+                            ticks,
+                        );
                     }
                 }
             }
             let goal = vertices[0];
-            let found = dijkstra(&graph, NodeIndex::new(goal as usize), None, |edge| *edge.weight());
+            let found = dijkstra(&graph, NodeIndex::new(goal as usize), None, |edge| {
+                *edge.weight()
+            });
             let table = searched(&roadmap, goal, mover.clone());
             let foreign = |v: Vertex| roadmap.is_stop(v) && !mover.stops.contains(&v);
             for vertex in (0..roadmap.len() as Vertex).filter(|v| !foreign(*v)) {
                 let expected = found.get(&NodeIndex::new(vertex as usize)).copied();
-                assert_eq!(table[vertex as usize], expected.unwrap_or(UNREACHABLE), "{seed}: {vertex}");
+                assert_eq!(
+                    table[vertex as usize],
+                    expected.unwrap_or(UNREACHABLE),
+                    "{seed}: {vertex}"
+                );
             }
         }
     }
@@ -390,7 +420,10 @@ mod tests {
                 for from in 0..roadmap.lattice().len() as Vertex {
                     if let Some(ticks) = distances.straight(&roadmap, from) {
                         let exact = table[from as usize];
-                        assert!(ticks <= exact, "{seed}: from {from} to {goal}: {ticks}, table {exact}");
+                        assert!(
+                            ticks <= exact,
+                            "{seed}: from {from} to {goal}: {ticks}, table {exact}"
+                        );
                     }
                 }
             }

@@ -9,7 +9,9 @@ use rayon::prelude::*;
 use crate::assemble::{assemble, judged};
 use crate::distances::UNREACHABLE;
 use crate::endpoints;
-use crate::outcome::{Blocker, Control, Effort, EndpointConflict, EndpointKind, Exclusion, Outcome, Progress};
+use crate::outcome::{
+    Blocker, Control, Effort, EndpointConflict, EndpointKind, Exclusion, Outcome, Progress,
+};
 use crate::plan::{IgnoringDownwash, ViolationKind};
 use crate::prepare::{Job, empty_costmap, prepare};
 use crate::priority::{Stranded, plan_fleet};
@@ -35,7 +37,14 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
     if !world.zones.is_empty() {
         excluded.extend(kept_out_by_zones(&mut job, &costmap, &excluded, control));
     }
-    let paths = plan_fleet(&job, &costmap, &excluded, &world.planning, control, &mut effort);
+    let paths = plan_fleet(
+        &job,
+        &costmap,
+        &excluded,
+        &world.planning,
+        control,
+        &mut effort,
+    );
     let unplanned = reasons(world, &job, &paths, &conflicts, control);
 
     (control.progress)(Progress::Verifying);
@@ -73,7 +82,8 @@ fn kept_out_by_zones(
         .errands
         .par_iter()
         .map(|errand| {
-            let worth = !errand.stays() && errand.alone_ticks != UNREACHABLE && !known(errand.drone);
+            let worth =
+                !errand.stays() && errand.alone_ticks != UNREACHABLE && !known(errand.drone);
             worth.then(|| search(scene, errand).found)
         })
         .collect();
@@ -119,8 +129,19 @@ fn ignoring_downwash(
         progress: &|_| {},
         ..*control
     };
-    let paths = plan_fleet(job, &costmap, &excluded, &world.planning, &quiet, &mut effort);
-    if paths.stranded.iter().any(|(_, why)| *why == Stranded::Stopped) {
+    let paths = plan_fleet(
+        job,
+        &costmap,
+        &excluded,
+        &world.planning,
+        &quiet,
+        &mut effort,
+    );
+    if paths
+        .stranded
+        .iter()
+        .any(|(_, why)| *why == Stranded::Stopped)
+    {
         return None;
     }
     let plan = assemble(world, job, &paths);
@@ -131,7 +152,12 @@ fn ignoring_downwash(
         .filter(|v| matches!(v.kind, ViolationKind::Air | ViolationKind::Column))
         .map(|v| v.drone.as_str())
         .collect();
-    let blown_on = || report.violations.iter().filter(|v| v.kind == ViolationKind::Zone);
+    let blown_on = || {
+        report
+            .violations
+            .iter()
+            .filter(|v| v.kind == ViolationKind::Zone)
+    };
     let zones: BTreeSet<&str> = blown_on().filter_map(|v| v.with.as_deref()).collect();
     Some(IgnoringDownwash {
         makespan_s: plan.fleet.makespan_s,
@@ -164,9 +190,8 @@ fn excluded(
         .iter()
         .filter(|c| c.when == EndpointKind::Goals && counts(c))
         .collect();
-    let involves = |c: &EndpointConflict, drone: usize| {
-        c.drone == drone || c.blocker == Blocker::Drone(drone)
-    };
+    let involves =
+        |c: &EndpointConflict, drone: usize| c.drone == drone || c.blocker == Blocker::Drone(drone);
     for (drone, _) in &out {
         open.retain(|c| !involves(c, drone.0 as usize));
     }

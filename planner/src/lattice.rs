@@ -52,14 +52,19 @@ impl Lattice {
             let shift = [middle, 0.0]
                 .into_iter()
                 .chain(shared_shift(places, axis, low_m, cell_m))
-                .fold(middle, |best, shift| if on(shift) > on(best) { shift } else { best });
+                .fold(
+                    middle,
+                    |best, shift| if on(shift) > on(best) { shift } else { best },
+                );
             origin_m[axis] = low_m + shift * cell_m;
             // A part in 10⁹ of a cell forgives the division.
             counts[axis] = ((size_m / cell_m - shift + 1e-9).floor() as usize) + 1;
         }
         let along_m = [0, 1, 2].map(|axis| {
             let at_m = |step: usize| origin_m[axis] + step as f64 * cell_m;
-            (0..counts[axis]).map(|step| to_the_nanometre(at_m(step))).collect()
+            (0..counts[axis])
+                .map(|step| to_the_nanometre(at_m(step)))
+                .collect()
         });
         Lattice {
             origin_m,
@@ -104,7 +109,8 @@ impl Lattice {
     pub fn at(&self, steps: [i32; 3]) -> Option<u32> {
         let inside = (0..3).all(|axis| (0..self.counts[axis] as i32).contains(&steps[axis]));
         let [nx, ny, _] = self.counts;
-        inside.then(|| steps[0] as u32 + nx as u32 * (steps[1] as u32 + ny as u32 * steps[2] as u32))
+        inside
+            .then(|| steps[0] as u32 + nx as u32 * (steps[1] as u32 + ny as u32 * steps[2] as u32))
     }
 
     /// Where a place is (m).
@@ -196,7 +202,10 @@ fn shared_shift(places: &[Point3<f64>], axis: usize, low_m: f64, cell_m: f64) ->
     shifts.sort_unstable_by(f64::total_cmp);
     // What more than half of them share is the one in the middle.
     let median = *shifts.get(shifts.len() / 2)?;
-    let sharing = shifts.iter().filter(|shift| (*shift - median).abs() < 1e-6).count();
+    let sharing = shifts
+        .iter()
+        .filter(|shift| (*shift - median).abs() < 1e-6)
+        .count();
     (2 * sharing > shifts.len()).then_some(median)
 }
 
@@ -218,7 +227,10 @@ mod tests {
         assert_eq!(centred.position_m(0), Point3::new(0.5, 0.5, 0.5));
         let whole = Lattice::new(&bounds(4.0, 3.0, 2.0), 1.0, &[Point3::new(1.0, 2.0, 1.0)]);
         assert_eq!(whole.counts(), [5, 4, 3]);
-        assert_eq!(whole.place_at(&Point3::new(1.0, 2.0, 1.0)), whole.at([1, 2, 1]));
+        assert_eq!(
+            whole.place_at(&Point3::new(1.0, 2.0, 1.0)),
+            whole.at([1, 2, 1])
+        );
     }
 
     #[test]

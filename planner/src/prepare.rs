@@ -124,7 +124,12 @@ fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
     let mut stops: Vec<Vertex> = Vec::new();
     for &vertex in vertices.iter().filter(|v| roadmap.is_stop(**v)) {
         stops.push(vertex);
-        stops.extend(roadmap.ways(vertex).map(|(to, _)| to).filter(|to| roadmap.is_stop(*to)));
+        stops.extend(
+            roadmap
+                .ways(vertex)
+                .map(|(to, _)| to)
+                .filter(|to| roadmap.is_stop(*to)),
+        );
     }
     stops.sort_unstable();
     stops.dedup();

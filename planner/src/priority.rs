@@ -68,7 +68,13 @@ pub fn plan_fleet(
 ) -> Paths {
     let mut best: Option<Paths> = None;
     for order in 0..ORDERS {
-        let mut attempt = Attempt::new(job, costmap.clone(), planning.energy_weight, control, effort);
+        let mut attempt = Attempt::new(
+            job,
+            costmap.clone(),
+            planning.energy_weight,
+            control,
+            effort,
+        );
         attempt.exclude(excluded);
         attempt.settle_who_stays();
         attempt.run(order_of(job, order, planning.seed));
@@ -121,7 +127,11 @@ fn known_hopeless(job: &Job, excluded: &[(DroneId, Stranded)]) -> usize {
 }
 
 fn score(paths: &Paths) -> (usize, u64) {
-    let arrivals = paths.paths.iter().flatten().map(|path| u64::from(path.arrives.0));
+    let arrivals = paths
+        .paths
+        .iter()
+        .flatten()
+        .map(|path| u64::from(path.arrives.0));
     (paths.stranded.len(), arrivals.sum())
 }
 
@@ -134,7 +144,10 @@ fn order_of(job: &Job, order: u64, seed: u64) -> VecDeque<DroneId> {
             let alone = u64::from(errand.alone_ticks);
             let noise = splitmix64(seed ^ (order << 32) ^ u64::from(errand.drone.0)) % 1000;
             // In the first order noise only breaks ties.
-            (alone * 1000 + order * alone * noise / 2 + noise, errand.drone)
+            (
+                alone * 1000 + order * alone * noise / 2 + noise,
+                errand.drone,
+            )
         })
         .collect();
     keyed.sort_unstable();
@@ -195,7 +208,8 @@ impl<'a> Attempt<'a> {
     /// Drones without tasks are planned first, and for good: where they are is where they go.
     fn settle_who_stays(&mut self) {
         let weights = &self.weights;
-        let stays = |errand: &&Errand| errand.stays() && weights[errand.drone.0 as usize] != IMMOVABLE;
+        let stays =
+            |errand: &&Errand| errand.stays() && weights[errand.drone.0 as usize] != IMMOVABLE;
         let staying: Vec<&Errand> = self.job.errands.iter().filter(stays).collect();
         for errand in staying {
             let legs = vec![stays_at_start(errand, &self.job.roadmap)];
@@ -273,7 +287,9 @@ impl<'a> Attempt<'a> {
         }
         self.take_back(drone);
         self.evicted[index] += 1;
-        self.weights[index] = self.weights[index].saturating_add(WEIGHT_GROWTH).min(IMMOVABLE - 1);
+        self.weights[index] = self.weights[index]
+            .saturating_add(WEIGHT_GROWTH)
+            .min(IMMOVABLE - 1);
         if self.evicted[index] > self.most_evictions {
             self.strand(drone, Stranded::Obstructed(None), queue);
         } else {

@@ -111,8 +111,9 @@ impl Groups {
     fn join(&mut self, drone: DroneId, other: Option<DroneId>) {
         let mut joined: Vec<DroneId> = std::iter::once(drone).chain(other).collect();
         let touches = |group: &Vec<DroneId>| group.iter().any(|member| joined.contains(member));
-        let (same, apart): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.members).into_iter().partition(touches);
+        let (same, apart): (Vec<_>, Vec<_>) = std::mem::take(&mut self.members)
+            .into_iter()
+            .partition(touches);
         joined.extend(same.into_iter().flatten());
         joined.sort_unstable();
         joined.dedup();
@@ -159,7 +160,9 @@ fn no_way(world: &World, job: &Job, drone: DroneId) -> String {
          clearance, on a lattice of {:.2} m; widen the gap, or set a smaller cell_m",
         place(&job.roadmap.position_m(from)),
         to + 1,
-        tasks.get(to).map_or_else(String::new, |task| place(&task.to_m)),
+        tasks
+            .get(to)
+            .map_or_else(String::new, |task| place(&task.to_m)),
         world.drones[drone.0 as usize].vehicle.body_radius_m,
         world.planning.clearance_m,
         world.planning.cell_m,
@@ -185,10 +188,18 @@ fn endpoint(world: &World, conflicts: &[EndpointConflict], drone: DroneId) -> St
             -gap_m
         ),
         Exclusion::Bodies { gap_m, needs_m } => {
-            format!("the goal of `{sufferer}` is {gap_m:.2} m from the body of {blocker}, it needs {needs_m:.2} m")
+            format!(
+                "the goal of `{sufferer}` is {gap_m:.2} m from the body of {blocker}, it needs {needs_m:.2} m"
+            )
         }
-        Exclusion::Column => format!("the goal of `{sufferer}` is in the near-field column of {blocker}"),
-        Exclusion::Air { air_mps, alpha, limit } => format!(
+        Exclusion::Column => {
+            format!("the goal of `{sufferer}` is in the near-field column of {blocker}")
+        }
+        Exclusion::Air {
+            air_mps,
+            alpha,
+            limit,
+        } => format!(
             "the goal of `{sufferer}` is in the downwash of {blocker}: {air_mps:.1} m/s, alpha {alpha:.2}, its limit is {limit:.2}"
         ),
         Exclusion::Zone { air_mps, limit_mps } => format!(
@@ -216,7 +227,9 @@ fn obstruction(world: &World, by: &Obstruction) -> String {
             let other = name(world, other);
             let what = match why {
                 Why::Bodies => format!("the body of `{other}` is in its way"),
-                Why::Column => format!("the near-field column between it and `{other}` is in its way"),
+                Why::Column => {
+                    format!("the near-field column between it and `{other}` is in its way")
+                }
                 Why::OwnLimit => format!("the downwash of `{other}` is in its way"),
                 Why::TheirLimit => format!("its downwash would fall on `{other}`"),
                 Why::Zone => format!("its downwash and that of `{other}` are too much for a zone"),
@@ -227,7 +240,12 @@ fn obstruction(world: &World, by: &Obstruction) -> String {
 }
 
 /// What stops a drone if everybody else keeps to its plan.
-fn in_the_way(job: &Job, paths: &Paths, drone: DroneId, control: &Control<'_>) -> Option<Obstruction> {
+fn in_the_way(
+    job: &Job,
+    paths: &Paths,
+    drone: DroneId,
+    control: &Control<'_>,
+) -> Option<Obstruction> {
     let weights = vec![IMMOVABLE; job.errands.len()];
     let scene = Scene {
         roadmap: &job.roadmap,
@@ -268,7 +286,9 @@ fn gentlest_pass(
         }
     }
     let mut with_pass = paths.clone();
-    with_pass.stranded.retain(|(drone, _)| !group.contains(drone));
+    with_pass
+        .stranded
+        .retain(|(drone, _)| !group.contains(drone));
     for path in pass {
         let drone = path.legs.first().map(|leg| leg.drone.0 as usize);
         if let Some(drone) = drone {

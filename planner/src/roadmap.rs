@@ -88,7 +88,10 @@ impl Roadmap {
             })
             .collect();
         let mut links = Links::new(&survey, bounds);
-        let vertices = stops.iter().map(|stop| links.connect(stop, &forward)).collect();
+        let vertices = stops
+            .iter()
+            .map(|stop| links.connect(stop, &forward))
+            .collect();
         let graph = links.into_graph(&forward);
         let (graph, places_m) = (graph.0, graph.1);
         let roadmap = Roadmap {
@@ -237,7 +240,14 @@ impl<'a> Links<'a> {
             }
         }
         let p = stop.point_m;
-        let key = [p.x, p.y, p.z, stop.radius_m, f64::from(u8::from(stop.grounded))].map(f64::to_bits);
+        let key = [
+            p.x,
+            p.y,
+            p.z,
+            stop.radius_m,
+            f64::from(u8::from(stop.grounded)),
+        ]
+        .map(f64::to_bits);
         if let Some(&vertex) = self.known.get(&key) {
             return vertex;
         }
@@ -300,10 +310,9 @@ impl<'a> Links<'a> {
                     continue;
                 };
                 let to_m = lattice.position_m(to);
-                let clearance_m = self
-                    .survey
-                    .clearance_m(stop.point_m, to_m)
-                    .min((to_m.z - self.survey.floor_z_m).max(stop.point_m.z - self.survey.floor_z_m));
+                let clearance_m = self.survey.clearance_m(stop.point_m, to_m).min(
+                    (to_m.z - self.survey.floor_z_m).max(stop.point_m.z - self.survey.floor_z_m),
+                );
                 if clearance_m + CLEARANCE_TOLERANCE_M < stop.radius_m {
                     open = false;
                     continue;
@@ -340,7 +349,14 @@ impl<'a> Links<'a> {
                 let there = lattice.steps(to);
                 let axes = (0..3).filter(|&axis| steps[axis] != there[axis]).count();
                 let length_m = lengths_m[axes - 1];
-                edges.push((place, to, Way { length_m, clearance_m }));
+                edges.push((
+                    place,
+                    to,
+                    Way {
+                        length_m,
+                        clearance_m,
+                    },
+                ));
             }
             while let Some(((from, to), way)) = extra.next_if(|((from, _), _)| *from == place) {
                 edges.push((*from, *to, *way));
@@ -356,9 +372,8 @@ impl<'a> Links<'a> {
 }
 
 fn cube(low: i32, high: i32) -> impl Iterator<Item = (i32, i32, i32)> {
-    (low..=high).flat_map(move |z| {
-        (low..=high).flat_map(move |y| (low..=high).map(move |x| (x, y, z)))
-    })
+    (low..=high)
+        .flat_map(move |z| (low..=high).flat_map(move |y| (low..=high).map(move |x| (x, y, z))))
 }
 
 #[cfg(test)]
@@ -412,7 +427,12 @@ mod tests {
                 .collect();
             let solids = solids(&boxes);
             let stops: Vec<Stop> = (0..5)
-                .map(|i| stop([0, 1, 2].map(|axis| 6.0 * at(50 * seed + 20 + 3 * i + axis)), false))
+                .map(|i| {
+                    stop(
+                        [0, 1, 2].map(|axis| 6.0 * at(50 * seed + 20 + 3 * i + axis)),
+                        false,
+                    )
+                })
                 .collect();
             let (roadmap, _) = Roadmap::new(&room([7.0, 7.0, 6.0]), 1.0, Some(&solids), &stops);
             let mut fitting = 0;
@@ -440,7 +460,8 @@ mod tests {
         let solids = solids(&[([1.0, 1.0, 0.0], [4.0, 4.0, 1.0])]);
         // Its body of 0.2 m touches the shelf; with a clearance of 0.1 m it is 0.3 m.
         let standing = stop([2.3, 2.4, 1.2], true);
-        let (roadmap, vertices) = Roadmap::new(&room([6.0, 6.0, 5.0]), 1.0, Some(&solids), &[standing]);
+        let (roadmap, vertices) =
+            Roadmap::new(&room([6.0, 6.0, 5.0]), 1.0, Some(&solids), &[standing]);
         let out: Vec<(Vertex, Way)> = roadmap.ways(vertices[0]).collect();
         assert_eq!(out.len(), 1);
         let (above, way) = out[0];
@@ -448,7 +469,11 @@ mod tests {
         let above_m = roadmap.position_m(above);
         assert_eq!((above_m.x, above_m.y), (2.3, 2.4));
         assert!((1.3 - 1e-9..1.3 + 0.02).contains(&above_m.z), "{above_m}");
-        assert!(roadmap.ways(above).any(|(to, way)| !roadmap.is_stop(to) && way.fits(RADIUS_M)));
+        assert!(
+            roadmap
+                .ways(above)
+                .any(|(to, way)| !roadmap.is_stop(to) && way.fits(RADIUS_M))
+        );
         // In the air at the same place it has nowhere to go: it is too near to the shelf.
         let (roadmap, vertices) = Roadmap::new(
             &room([6.0, 6.0, 5.0]),
@@ -456,14 +481,22 @@ mod tests {
             Some(&solids),
             &[stop([2.3, 2.4, 1.2], false)],
         );
-        assert!(roadmap.ways(vertices[0]).all(|(_, way)| !way.fits(RADIUS_M)));
+        assert!(
+            roadmap
+                .ways(vertices[0])
+                .all(|(_, way)| !way.fits(RADIUS_M))
+        );
     }
 
     #[test]
     fn nobody_takes_off_under_a_roof() {
-        let solids = solids(&[([1.0, 1.0, 0.0], [4.0, 4.0, 1.0]), ([1.0, 1.0, 1.45], [4.0, 4.0, 1.6])]);
+        let solids = solids(&[
+            ([1.0, 1.0, 0.0], [4.0, 4.0, 1.0]),
+            ([1.0, 1.0, 1.45], [4.0, 4.0, 1.6]),
+        ]);
         let standing = stop([2.3, 2.4, 1.2], true);
-        let (roadmap, vertices) = Roadmap::new(&room([6.0, 6.0, 5.0]), 1.0, Some(&solids), &[standing]);
+        let (roadmap, vertices) =
+            Roadmap::new(&room([6.0, 6.0, 5.0]), 1.0, Some(&solids), &[standing]);
         assert_eq!(roadmap.ways(vertices[0]).count(), 0);
     }
 

@@ -292,10 +292,18 @@ impl<'a> Search<'a> {
     /// Prices of the stays that are still to come, each with the least tick at which it can begin.
     fn stays_ahead(&self, stage: u16, ends: u32) -> impl Iterator<Item = (&StayPrice, u32)> {
         let ahead = usize::from(stage)..;
-        self.stays.iter().zip(0..).skip(ahead.start).map(move |(stay, index): (_, usize)| {
-            let rest = self.errand.stages.get(index).map_or(0, |stage| stage.rest_ticks);
-            (stay, ends.saturating_sub(rest))
-        })
+        self.stays
+            .iter()
+            .zip(0..)
+            .skip(ahead.start)
+            .map(move |(stay, index): (_, usize)| {
+                let rest = self
+                    .errand
+                    .stages
+                    .get(index)
+                    .map_or(0, |stage| stage.rest_ticks);
+                (stay, ends.saturating_sub(rest))
+            })
     }
 
     fn is_covered(&self, label: &Label) -> bool {
@@ -361,7 +369,9 @@ impl<'a> Search<'a> {
         let reach_m = self.step_to_neighbours(index, &label);
         let mut neighbours = std::mem::take(&mut self.neighbours);
         self.scene.costmap.near(&hover, &mut neighbours);
-        self.scene.costmap.judge(&hover, &neighbours, &mut self.verdict);
+        self.scene
+            .costmap
+            .judge(&hover, &neighbours, &mut self.verdict);
         let free_until = free_until(&hover, &self.verdict);
         self.cover(&label, free_until);
 
@@ -458,7 +468,10 @@ impl<'a> Search<'a> {
         let remaining =
             self.errand
                 .remaining(self.scene.roadmap, usize::from(label.stage), label.vertex);
-        if self.obstruction.is_none_or(|known| remaining < known.remaining) {
+        if self
+            .obstruction
+            .is_none_or(|known| remaining < known.remaining)
+        {
             self.obstruction = Some(Obstruction {
                 by,
                 at_m: self.scene.roadmap.position_m(label.vertex),
@@ -533,7 +546,10 @@ impl<'a> Search<'a> {
                     ..stay
                 };
                 if ticks == 0 || label.grounded {
-                    return vec![Leg { start: label.at, ..rest }];
+                    return vec![Leg {
+                        start: label.at,
+                        ..rest
+                    }];
                 }
                 vec![down, rest]
             }
@@ -569,7 +585,9 @@ impl<'a> Search<'a> {
         let until = next.earliest();
         let here_m = self.scene.roadmap.position_m(label.vertex);
         let leg = self.leg(label, here_m, until.0 - label.at.0);
-        self.scene.costmap.judge(&leg, neighbours, &mut self.verdict);
+        self.scene
+            .costmap
+            .judge(&leg, neighbours, &mut self.verdict);
         let waited = Label {
             step: Step::Wait,
             at: until,

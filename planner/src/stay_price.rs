@@ -60,13 +60,17 @@ impl StayPrice {
     /// Least of later arrival and price, beyond arriving at this tick.
     pub(crate) fn excess(&self, arrives: u32) -> u32 {
         self.step(arrives).map_or(0, |step| {
-            self.steps[step].1.min(self.later[step].saturating_sub(arrives))
+            self.steps[step]
+                .1
+                .min(self.later[step].saturating_sub(arrives))
         })
     }
 
     /// How much later it is best to arrive.
     pub(crate) fn slack(&self, arrives: u32) -> u32 {
-        let Some(step) = self.step(arrives) else { return 0 };
+        let Some(step) = self.step(arrives) else {
+            return 0;
+        };
         if arrives.saturating_add(self.steps[step].1) <= self.later[step] {
             return 0;
         }
@@ -97,7 +101,8 @@ fn steps(weights: &[u32], blockers: &[Blocker], ticks: u32) -> Vec<(u32, u32)> {
             let mut price = 0_u32;
             let mut last = None;
             for blocker in blockers {
-                let meets = blocker.began.0 < begin.saturating_add(ticks) && begin < blocker.clear.0;
+                let meets =
+                    blocker.began.0 < begin.saturating_add(ticks) && begin < blocker.clear.0;
                 // Blockers are sorted by drone: each is paid for once.
                 if meets && last != Some(blocker.drone) {
                     price = price.saturating_add(weights[blocker.drone.0 as usize]);
@@ -124,11 +129,23 @@ mod tests {
 
     #[test]
     fn a_stay_pays_once_for_each_drone_it_meets() {
-        let blockers = [blocker(0, 100, 200), blocker(0, 200, 300), blocker(1, 500, 600)];
+        let blockers = [
+            blocker(0, 100, 200),
+            blocker(0, 200, 300),
+            blocker(1, 500, 600),
+        ];
         let weights = [50, 70];
         assert_eq!(
             steps(&weights, &blockers, 100),
-            [(0, 0), (1, 50), (101, 50), (200, 50), (300, 0), (401, 70), (600, 0)]
+            [
+                (0, 0),
+                (1, 50),
+                (101, 50),
+                (200, 50),
+                (300, 0),
+                (401, 70),
+                (600, 0)
+            ]
         );
         assert_eq!(
             steps(&weights, &blockers, u32::MAX),

@@ -331,7 +331,10 @@ fn airborne_doubts(
 ) -> Vec<String> {
     let mut doubts = Vec::new();
     let moves_s = trajectory.moves_s();
-    let (from_s, until_s) = (drone.airborne_s.0, drone.airborne_s.1.unwrap_or(f64::INFINITY));
+    let (from_s, until_s) = (
+        drone.airborne_s.0,
+        drone.airborne_s.1.unwrap_or(f64::INFINITY),
+    );
     if !from_s.is_finite() || until_s.is_nan() || until_s < from_s {
         return vec!["airborne_s is no span of time".to_owned()];
     }

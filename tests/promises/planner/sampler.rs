@@ -100,8 +100,7 @@ fn now<'a>(plan: &Plan, drone: &'a DronePlan, now_s: f64) -> Option<Now<'a>> {
     Some(Now {
         drone,
         at_m,
-        flying: from_s <= now_s
-            && until_s.is_none_or(|until_s| now_s < until_s),
+        flying: from_s <= now_s && until_s.is_none_or(|until_s| now_s < until_s),
         induced_mps: (weight_n / (2.0 * plan.air.density_kg_per_m3 * discs_m2)).sqrt(),
         wake_end_z_m: wake_end_z_m(plan, drone, at_m),
     })

@@ -259,8 +259,16 @@ fn the_worst_air_is_blamed_on_the_strongest_wake() {
         name: "two",
         receiver: leg([-4.0, 0.0, 1.0], [4.0, 0.0, 1.0], 0.0, 8.0),
         emitters: vec![
-            (Flight::hover([-2.0, 0.0, 4.0].into(), 0.0, 9.0), kolibri, 0.0),
-            (Flight::hover([2.0, 0.0, 4.0].into(), 0.0, 9.0), matrice, 0.0),
+            (
+                Flight::hover([-2.0, 0.0, 4.0].into(), 0.0, 9.0),
+                kolibri,
+                0.0,
+            ),
+            (
+                Flight::hover([2.0, 0.0, 4.0].into(), 0.0, 9.0),
+                matrice,
+                0.0,
+            ),
         ],
     };
     let met = by_library(&case, Superposition::Momentum);
