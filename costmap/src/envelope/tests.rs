@@ -161,3 +161,13 @@ fn the_column_is_entered_where_samples_say_so() {
     }
     assert!((2_000..18_000).contains(&entered), "{entered}");
 }
+
+/// The air itself, not its bound: mean square and mean over the discs, in units of the induced velocity.
+fn over_discs(wake: &Wake, discs: &DiscPoints, x_m: f64, y_m: f64, depth_m: f64) -> (f64, f64) {
+    let points = discs.offsets_m.iter().zip(&discs.weights);
+    points.fold((0.0, 0.0), |(square, mean), (offset_m, weight)| {
+        let point_m = Vector3::new(x_m + offset_m[0], y_m + offset_m[1], -depth_m);
+        let speed = wake.axial_speed_mps(point_m) / wake.induced_velocity_mps();
+        (square + weight * speed * speed, mean + weight * speed)
+    })
+}
