@@ -41,7 +41,7 @@ pub struct Conditions {
 }
 
 /// Share of the budget, in millionths, that planned wakes may fill. The rest, chosen here, is for
-/// the wakes too weak to be counted one by one (see [`NEGLIGIBLE_SHARE`]).
+/// the wakes too weak to be counted one by one.
 pub const BUDGET: u32 = 980_000;
 /// A load of the whole limit, in millionths.
 pub(crate) const WHOLE: f64 = 1_000_000.0;

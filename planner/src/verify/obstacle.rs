@@ -24,7 +24,7 @@ const SHORTEST_WAY_M: f64 = 0.5 * TOUCH_M;
 
 pub(super) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
     let mut found = Vec::new();
-    let allowed_m = flight.body_radius_m - REST_TOLERANCE_M;
+    let allowed_m = flight.body_radius_m - SINK_M;
     for solid in &scene.solids {
         let mut parts = Vec::new();
         let mut worst = (0.0, f64::INFINITY);
