@@ -8,13 +8,14 @@
 
 use parry3d::shape::Ball;
 
-use crate::costmap::{Blocker, Costmap, Neighbour, Verdict};
+use crate::costmap::{Costmap, Neighbour};
 use crate::downwash::{column, cone};
 use crate::exposure::{Emitter, Exposure, Receiver, exposure};
 use crate::flight::Flight;
 use crate::frame::{self, NotFinite};
 use crate::leg::{DroneId, Leg, Tick};
 use crate::swept::{Mover, may_meet};
+use crate::verdict::{Blocker, Verdict};
 
 /// What a leg means to its drone and to the fleet.
 #[derive(Clone, Debug, PartialEq)]

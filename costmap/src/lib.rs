@@ -22,6 +22,7 @@
 //! - [`fleet`]: all kinds of drones, and what two legs do to each other
 //! - [`timeline`]: the legs that exist in each second, in parry trees
 //! - [`costmap`](mod@costmap): a leg against all of them, in bounds: what a search asks
+//! - [`verdict`]: what it says
 //! - [`assess`]: the same in full, with the air integrated: what a person asks
 
 pub mod assess;
@@ -39,3 +40,4 @@ mod quadrature;
 pub mod spindle;
 pub mod swept;
 pub mod timeline;
+pub mod verdict;

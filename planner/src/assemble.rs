@@ -150,7 +150,7 @@ fn drone_plan(
             world::AtStart::Landed => AtStart::Landed,
         },
         at_end: at_end(drone, path),
-        airborne_s: match (flying().next(), flying().last()) {
+        airborne_s: match (flying().next(), flying().next_back()) {
             (Some(first), Some(last)) => (first.start.seconds(), finite(last.end)),
             _ => (0.0, Some(0.0)),
         },

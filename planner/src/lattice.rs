@@ -75,7 +75,7 @@ impl Lattice {
     }
 
     /// Number of places.
-    pub fn len(&self) -> usize {
+    pub fn place_count(&self) -> usize {
         self.counts.iter().product()
     }
 

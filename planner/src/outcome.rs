@@ -5,6 +5,10 @@ use nalgebra::Point3;
 
 /// The answer to "plan this world".
 #[derive(Clone, Debug, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "one value a run, and the large variant is the usual one"
+)]
 pub enum Outcome {
     /// A verified plan; those who could not be planned stay at their starts and are named in it.
     Planned {

@@ -8,8 +8,9 @@
 
 use std::collections::VecDeque;
 
-use costmap::costmap::{Costmap, Verdict};
+use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
+use costmap::verdict::Verdict;
 
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;

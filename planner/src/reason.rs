@@ -1,7 +1,7 @@
 //! Why a drone stays at its start, in words: who or what is in the way, where and when, and the way out.
 
-use costmap::costmap::Why;
 use costmap::leg::DroneId;
+use costmap::verdict::Why;
 use nalgebra::Point3;
 
 use crate::assemble::assemble;

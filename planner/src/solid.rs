@@ -106,7 +106,7 @@ impl Solids {
     }
 
     /// Smallest signed distance from the straight leg `a_m`..`b_m` to any obstacle, or `at_most_m`
-    /// where all of them are farther than that.
+    /// where all of them are farther than that. Of a leg that pierces a mesh and ends outside, 0.
     pub fn segment_clearance_m(&self, a_m: Point3<f64>, b_m: Point3<f64>, at_most_m: f64) -> f64 {
         self.nearest_within(a_m, b_m, at_most_m).0
     }

@@ -3,9 +3,11 @@
 //! A drone that has to dwell where another hovers for ten seconds more can wait, or make it give way.
 //! Known before the search, the cheaper of the two keeps it from trying every way of being early.
 
-use costmap::costmap::{Blocker, Verdict, Why};
-use costmap::leg::{DroneId, Leg, Tick};
+use costmap::leg::{DroneId, KindId, Leg, Tick};
+use costmap::verdict::{Blocker, Verdict, Why};
 
+use crate::errand::{Ending, Errand};
+use crate::roadmap::Vertex;
 use crate::search::{IMMOVABLE, Scene};
 
 /// Least time plus price of a stay, as a function of the arrival.
@@ -79,6 +81,40 @@ impl StayPrice {
             .min_by_key(total)
             .map_or(0, |index| self.steps[index].0 - arrives)
     }
+}
+
+/// What it costs to dwell at each task, and to end.
+pub(crate) fn stays(scene: &Scene<'_>, errand: &Errand) -> Vec<StayPrice> {
+    let stay = |at: Vertex, kind: KindId, flying: bool| {
+        let at_m = scene.roadmap.position_m(at);
+        Leg {
+            drone: errand.drone,
+            kind,
+            start: Tick(0),
+            end: Tick::FOREVER,
+            from_m: at_m,
+            to_m: at_m,
+            flying,
+            air_limit: errand.air_limit,
+        }
+    };
+    let mut stays: Vec<StayPrice> = errand
+        .stages
+        .iter()
+        .zip(&errand.kinds[1..])
+        .map(|(stage, &kind)| match stage.dwell_ticks {
+            0 => StayPrice::default(),
+            ticks => StayPrice::new(scene, stay(stage.distances.goal(), kind, true), ticks),
+        })
+        .collect();
+    let flies = !errand.stages.is_empty() || !errand.grounded;
+    stays.push(match (errand.ending, errand.kinds.last()) {
+        (Ending::Hover, Some(&kind)) => {
+            StayPrice::new(scene, stay(errand.last_vertex(), kind, flies), u32::MAX)
+        }
+        _ => StayPrice::default(),
+    });
+    stays
 }
 
 /// Beginnings of a stay between which the same drones are met, and what they cost together.

@@ -233,7 +233,9 @@ proptest! {
         let sampled_m = (0..=1000)
             .map(|i| solids.distance_to_point_m(a + (b - a) * (f64::from(i) / 1000.0)).0)
             .fold(f64::INFINITY, f64::min);
-        prop_assert!(clearance_m <= sampled_m + 1e-9, "{clearance_m} {sampled_m}");
+        // A leg that pierces a mesh has clearance 0, however deep it goes.
+        let (least_m, known_m) = (sampled_m.max(0.0), clearance_m.max(0.0));
+        prop_assert!(known_m <= least_m + 1e-9, "{clearance_m} {sampled_m}");
         prop_assert!(clearance_m >= sampled_m - 0.009, "{clearance_m} {sampled_m}");
         prop_assert_eq!(solids.nearest(a, b).0, clearance_m);
         let capped_m = solids.segment_clearance_m(a, b, 0.4);

@@ -126,7 +126,7 @@ fn the_example_of_the_format_means_what_it_says() {
         (1.0, 0.1, 0)
     );
     assert_eq!(parse(EXAMPLE).unwrap().meshes(), ["crane.obj"]);
-    assert_eq!(world.notes, [String::new(); 0]);
+    assert_eq!(world.notes, Vec::<String>::new());
 }
 
 #[test]

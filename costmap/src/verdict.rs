@@ -1,0 +1,101 @@
+//! What a costmap says of a leg: who forbids it, and what it costs.
+
+use airflow::power;
+
+use crate::leg::{DroneId, Tick};
+
+/// Mean air below this share of the induced velocity costs nothing: chosen here, half a percent of power.
+const PRICELESS_ALPHA: f64 = 0.01;
+
+/// Why a leg may not be flown past a drone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Why {
+    /// The bodies would touch.
+    Bodies,
+    /// One would be in the other's near-field column.
+    Column,
+    /// The leg's own air limit would be exceeded.
+    OwnLimit,
+    /// The other's air limit would be exceeded.
+    TheirLimit,
+    /// Both together blow too much into a zone.
+    Zone,
+}
+
+/// A drone in the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Blocker {
+    /// Who.
+    pub drone: DroneId,
+    /// How.
+    pub why: Why,
+    /// When its leg began.
+    pub began: Tick,
+    /// When its leg ends: before, trying again is in vain or nearly so.
+    pub clear: Tick,
+}
+
+/// The answer to "may I fly this leg, and what does it cost".
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// Who forbids it; empty: nobody.
+    pub blockers: Vec<Blocker>,
+    /// The zone (its index) into which it blows more than may be, all by itself.
+    pub breaks_zone: Option<usize>,
+    /// Extra energy of everyone affected, in seconds of its own hovering in still air.
+    pub price_s: f64,
+}
+
+impl Verdict {
+    /// Nobody forbids it.
+    pub fn is_allowed(&self) -> bool {
+        self.blockers.is_empty() && self.breaks_zone.is_none()
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.blockers.clear();
+        self.breaks_zone = None;
+        self.price_s = 0.0;
+    }
+
+    pub(crate) fn block(&mut self, drone: DroneId, why: Why, began: Tick, clear: Tick) {
+        self.blockers.push(Blocker {
+            drone,
+            why,
+            began,
+            clear,
+        });
+    }
+}
+
+/// Blocks the heaviest loads until the rest fits into the budget beside `own`.
+pub(crate) fn block_largest(
+    loads: &mut [(u32, Blocker)],
+    own: u32,
+    budget: u32,
+    verdict: &mut Verdict,
+) {
+    let mut total = loads
+        .iter()
+        .fold(own, |sum, (load, _)| sum.saturating_add(*load));
+    if total <= budget {
+        return;
+    }
+    loads.sort_by_key(|(load, blocker)| (std::cmp::Reverse(*load), blocker.drone));
+    for (load, blocker) in loads.iter() {
+        if total <= budget {
+            return;
+        }
+        verdict.blockers.push(*blocker);
+        total = total.saturating_sub(*load);
+    }
+}
+
+/// Extra power over the power of hovering in still air.
+pub(crate) fn price(alpha: f64) -> f64 {
+    if alpha < PRICELESS_ALPHA {
+        0.0
+    } else {
+        power::beta(alpha) - 1.0
+    }
+}

@@ -1,0 +1,53 @@
+//! States of the search, and the order in which they have their turn.
+
+use std::cmp::{Ordering, Reverse};
+
+use costmap::leg::Tick;
+
+use crate::roadmap::Vertex;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Step {
+    Start,
+    Move,
+    Wait,
+    Dwell,
+    End,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Label {
+    pub(super) vertex: Vertex,
+    pub(super) stage: u16,
+    pub(super) grounded: bool,
+    pub(super) step: Step,
+    pub(super) at: Tick,
+    /// Prices paid so far, in ticks.
+    pub(super) paid: u32,
+    pub(super) parent: u32,
+    /// Last of the drones met, in `Search::met`; 0: none.
+    pub(super) met: u32,
+    /// The costmap has been asked about the step that leads here.
+    pub(super) judged: bool,
+}
+
+/// Cheapest first; among equals the nearest to the end, then the newest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Open {
+    pub(super) total: u32,
+    pub(super) remaining: u32,
+    pub(super) label: u32,
+}
+
+impl Ord for Open {
+    fn cmp(&self, other: &Open) -> Ordering {
+        let key = |open: &Open| (Reverse(open.total), Reverse(open.remaining), open.label);
+        key(self).cmp(&key(other))
+    }
+}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Open) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}

@@ -1,0 +1,103 @@
+//! From the last state back to the first: the legs that were flown.
+
+use costmap::leg::{Leg, Tick};
+
+use super::Path;
+use super::label::{Label, Step};
+use super::walk::Search;
+use crate::errand::Ending;
+
+impl Search<'_> {
+    pub(super) fn path(&self, end: u32) -> Path {
+        let mut chain = vec![self.labels[end as usize]];
+        while let Some(parent) = self.labels.get(chain[chain.len() - 1].parent as usize) {
+            chain.push(*parent);
+        }
+        chain.reverse();
+        let mut legs: Vec<Leg> = Vec::new();
+        for pair in chain.windows(2) {
+            let (from, to) = (&pair[0], &pair[1]);
+            let to_m = self.scene.roadmap.position_m(to.vertex);
+            let mut leg = self.leg(from, to_m, to.at.0 - from.at.0);
+            match to.step {
+                Step::Move => leg.flying = true,
+                Step::Dwell => leg.kind = self.kind(to.stage),
+                Step::End => {
+                    legs.extend(self.ending_legs(from));
+                    continue;
+                }
+                Step::Start | Step::Wait => {}
+            }
+            if leg.start < leg.end {
+                legs.push(leg);
+            }
+        }
+        let last = &self.labels[end as usize];
+        let mut met = Vec::new();
+        let mut at = last.met;
+        while at != 0 {
+            met.push(self.met[at as usize].0);
+            at = self.met[at as usize].1;
+        }
+        met.sort_unstable();
+        let arrives = chain
+            .iter()
+            .rev()
+            .find(|label| matches!(label.step, Step::Dwell | Step::Start))
+            .map_or(Tick(0), |label| label.at);
+        Path {
+            legs: joined(legs),
+            arrives,
+            met,
+        }
+    }
+
+    /// What it does after its last dwell, from a state on.
+    pub(super) fn ending_legs(&self, label: &Label) -> Vec<Leg> {
+        let here_m = self.scene.roadmap.position_m(label.vertex);
+        let stay = Leg {
+            end: Tick::FOREVER,
+            ..self.leg(label, here_m, 0)
+        };
+        match self.errand.ending {
+            Ending::Leave => Vec::new(),
+            Ending::Hover => vec![stay],
+            Ending::Land { rest_m, ticks } => {
+                let down = self.leg(label, rest_m, ticks);
+                let rest = Leg {
+                    start: down.end,
+                    from_m: rest_m,
+                    to_m: rest_m,
+                    flying: false,
+                    ..stay
+                };
+                if ticks == 0 || label.grounded {
+                    return vec![Leg {
+                        start: label.at,
+                        ..rest
+                    }];
+                }
+                vec![down, rest]
+            }
+        }
+    }
+}
+
+/// Joins stays that follow one another.
+fn joined(legs: Vec<Leg>) -> Vec<Leg> {
+    let mut joined: Vec<Leg> = Vec::with_capacity(legs.len());
+    for leg in legs {
+        match joined.last_mut() {
+            Some(last)
+                if last.stays()
+                    && leg.stays()
+                    && last.kind == leg.kind
+                    && last.flying == leg.flying =>
+            {
+                last.end = leg.end;
+            }
+            _ => joined.push(leg),
+        }
+    }
+    joined
+}

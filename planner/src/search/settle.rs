@@ -1,0 +1,71 @@
+//! What a verdict makes of a state: forbidden, dearer, or as thought.
+
+use costmap::leg::{DroneId, Tick};
+use costmap::verdict::Blocker;
+
+use super::label::Label;
+use super::walk::Search;
+use super::{Hindrance, IMMOVABLE, Obstruction};
+
+impl Search<'_> {
+    /// A label at the price that the verdict asks for; `None` if it is forbidden.
+    pub(super) fn settled(&mut self, mut label: Label) -> Option<Label> {
+        let came_from = self.labels[label.parent as usize];
+        if let Some(zone) = self.verdict.breaks_zone {
+            self.obstructed(&came_from, Hindrance::Zone(zone));
+            return None;
+        }
+        let price = self.verdict.price_s * self.scene.energy_weight * Tick::PER_SECOND;
+        label.paid = label.paid.saturating_add(price.round() as u32);
+        for position in 0..self.verdict.blockers.len() {
+            let Blocker { drone, why, .. } = self.verdict.blockers[position];
+            if self.has_met(label.met, drone) {
+                continue;
+            }
+            let weight = self.scene.weights[drone.0 as usize];
+            if weight == IMMOVABLE {
+                self.obstructed(&came_from, Hindrance::Drone(drone, why));
+                return None;
+            }
+            label.paid = label.paid.saturating_add(weight);
+            self.met.push((drone, label.met));
+            label.met = self.met.len() as u32 - 1;
+        }
+        Some(label)
+    }
+
+    /// Pushes a label if the verdict allows it, at the price of those to be met if need be.
+    pub(super) fn settle(&mut self, label: Label) {
+        if let Some(label) = self.settled(label) {
+            self.push(label);
+        }
+    }
+
+    fn has_met(&self, mut met: u32, drone: DroneId) -> bool {
+        while met != 0 {
+            let (known, before) = self.met[met as usize];
+            if known == drone {
+                return true;
+            }
+            met = before;
+        }
+        false
+    }
+
+    fn obstructed(&mut self, label: &Label, by: Hindrance) {
+        let remaining =
+            self.errand
+                .remaining(self.scene.roadmap, usize::from(label.stage), label.vertex);
+        if self
+            .obstruction
+            .is_none_or(|known| remaining < known.remaining)
+        {
+            self.obstruction = Some(Obstruction {
+                by,
+                at_m: self.scene.roadmap.position_m(label.vertex),
+                at: label.at,
+                remaining,
+            });
+        }
+    }
+}
