@@ -9,7 +9,7 @@
 //! | jump | in two places at one time | break points | 1 µm |
 //! | speed | `max_speed_mps` | pieces | 1e-6 of it |
 //! | bounds | rotor-plane centres inside `bounds_m` | pieces | 1 µm |
-//! | obstacle | ball of `body_radius_m` clear of every solid | subdivision; distance grows no faster than the way flown | 1 mm |
+//! | obstacle | ball of `body_radius_m` clear of every solid | subdivision; distance grows no faster than the way flown | 5 mm |
 //! | collision | balls of two drones apart | relative motion, closed form | 1 mm |
 //! | column | no airborne centre in the near-field column of another airborne drone, as far down as its wake reaches | relative motion, closed form | 1 µm |
 //! | air | mean over the rotor discs of all wakes superposed, at most `air_limit` U_H | subdivision on an upper bound | 0.001 U_H, 1 ms |

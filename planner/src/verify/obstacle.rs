@@ -11,16 +11,20 @@ use super::solid::Solid;
 use crate::plan::{Violation, ViolationKind};
 use crate::trajectory::Motion;
 
-/// How deep a body may sink into a solid before it counts (m), chosen here: what stands on a surface
-/// touches it, and the files carry rounded numbers.
+/// How deep two bodies may sink into one another before it counts (m), chosen here: the files carry
+/// rounded numbers.
 pub(crate) const TOUCH_M: f64 = 1e-3;
+
+/// The same into a solid (m), chosen here: what stands on a surface touches it, and a scenario may
+/// have it half a centimetre too low.
+const SINK_M: f64 = 5e-3;
 
 /// A way this short is judged by its middle (m): half of the depth allowed.
 const SHORTEST_WAY_M: f64 = 0.5 * TOUCH_M;
 
 pub(super) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
     let mut found = Vec::new();
-    let allowed_m = flight.body_radius_m - TOUCH_M;
+    let allowed_m = flight.body_radius_m - REST_TOLERANCE_M;
     for solid in &scene.solids {
         let mut parts = Vec::new();
         let mut worst = (0.0, f64::INFINITY);
