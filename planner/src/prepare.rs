@@ -5,11 +5,11 @@ use costmap::costmap::Costmap;
 use costmap::cover::{Covers, Top};
 use costmap::fleet::{Conditions, Fleet, Kind, ZoneBox};
 use costmap::leg::{DroneId, KindId, Tick};
-use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::distances::{Distances, Mover, UNREACHABLE};
 use crate::errand::{Ending, Errand, Stage};
+use crate::placement::landing_place_m;
 use crate::roadmap::{Roadmap, Stop, Vertex};
 use crate::solid::Solids;
 use crate::world::{AtEnd, AtStart, Drone, Solid, Vehicle, World};
@@ -30,7 +30,7 @@ pub struct Job {
 
 /// Makes the roadmap and every drone's errand.
 pub fn prepare(world: &World) -> Job {
-    let solids = (!world.obstacles.is_empty()).then(|| Solids::new(&world.obstacles));
+    let solids = Solids::new(&world.obstacles);
     let mut stops = Vec::new();
     for drone in &world.drones {
         stops.extend(stops_of(drone, world.planning.clearance_m));
@@ -38,7 +38,7 @@ pub fn prepare(world: &World) -> Job {
     let (roadmap, vertices) = Roadmap::new(
         &world.bounds_m,
         world.planning.cell_m,
-        solids.as_ref(),
+        (!world.obstacles.is_empty()).then_some(&solids),
         &stops,
     );
     let kinds = Kinds::of(world);
@@ -48,7 +48,7 @@ pub fn prepare(world: &World) -> Job {
     for (index, drone) in world.drones.iter().enumerate() {
         let own = &vertices[next..=next + drone.tasks.len()];
         next += drone.tasks.len() + 1;
-        let ending = ending(world, solids.as_ref(), drone);
+        let ending = ending(world, &solids, drone);
         let ending = ending.unwrap_or_else(|short_m| {
             blocked_landings.push((index, short_m));
             Ending::Hover
@@ -137,18 +137,16 @@ fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
 }
 
 /// How a drone ends; an error tells how much room a landing lacks (m).
-fn ending(world: &World, solids: Option<&Solids>, drone: &Drone) -> Result<Ending, f64> {
+fn ending(world: &World, solids: &Solids, drone: &Drone) -> Result<Ending, f64> {
     match drone.at_end {
         AtEnd::Hover => Ok(Ending::Hover),
         AtEnd::Leave => Ok(Ending::Leave),
         AtEnd::Land => {
             let from_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
             let radius_m = drone.vehicle.body_radius_m;
-            let rest_m = resting_place_m(world, solids, from_m, radius_m);
+            let rest_m = landing_place_m(&world.bounds_m, solids, from_m, radius_m);
             let way_m = from_m.z - rest_m.z;
-            if let Some(solids) = solids
-                && way_m > 0.0
-            {
+            if way_m > 0.0 {
                 let clear_m = solids.segment_clearance_m(from_m, rest_m, radius_m);
                 if clear_m < radius_m - TOUCH_M {
                     return Err(radius_m - clear_m);
@@ -158,20 +156,6 @@ fn ending(world: &World, solids: Option<&Solids>, drone: &Drone) -> Result<Endin
             Ok(Ending::Land { rest_m, ticks })
         }
     }
-}
-
-/// Straight below: on the floor or an obstacle's top, the body just touching; never above.
-fn resting_place_m(
-    world: &World,
-    solids: Option<&Solids>,
-    from_m: Point3<f64>,
-    radius_m: f64,
-) -> Point3<f64> {
-    let floor_z_m = world.bounds_m.min.z;
-    let support_z_m = solids.map_or(floor_z_m, |solids| {
-        solids.support_below_z_m(from_m, floor_z_m).0
-    });
-    Point3::new(from_m.x, from_m.y, (support_z_m + radius_m).min(from_m.z))
 }
 
 /// Distinct airframes, and distinct vehicles at distinct masses.
