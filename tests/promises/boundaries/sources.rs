@@ -47,7 +47,7 @@ pub(super) fn read(file: &str) -> String {
 pub(super) fn sources_of(folder: &str) -> Vec<Source> {
     files_below(folder)
         .into_iter()
-        .filter(|file| file.ends_with(".rs"))
+        .filter(|file| file.ends_with(".rs") && !file.ends_with("/tests.rs"))
         .map(Source::read)
         .collect()
 }
