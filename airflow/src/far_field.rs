@@ -49,7 +49,18 @@ impl FarField {
         }
     }
 
-    /// Shallowest depth (m) at which it holds: 2.5 l.
+    /// The same formulas right up to the rotor plane, where the fit does not hold: what [`crate::Wake::extrapolated`] is made of.
+    #[must_use]
+    pub fn extrapolated(mut self) -> FarField {
+        self.from_m = f64::MIN_POSITIVE; // any depth below the plane, but not the plane
+        self
+    }
+
+    pub(crate) fn is_extrapolated(&self) -> bool {
+        self.from_m == f64::MIN_POSITIVE
+    }
+
+    /// Shallowest depth (m) at which it is evaluated: 2.5 l, where the fit begins to hold.
     #[must_use]
     pub fn from_m(&self) -> f64 {
         self.from_m
@@ -251,6 +262,23 @@ impl Level {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn extrapolated_it_is_the_same_formula_up_to_the_rotor_plane() {
+        let (held, extrapolated) = (jet(), jet().extrapolated());
+        assert_eq!(
+            held.axial_speed_mps(1.0, 0.1),
+            extrapolated.axial_speed_mps(1.0, 0.1)
+        );
+        assert_eq!(held.centreline_mps(0.1), None);
+        // U_C/U_H = B/(q (1 - s₀)) one motor distance down
+        let expected_mps = 9.66 * 10.11 / (1.15 * 6.817);
+        let found_mps = extrapolated
+            .centreline_mps(0.266)
+            .expect("evaluated anywhere");
+        assert!((found_mps - expected_mps).abs() < 1e-9, "{found_mps}");
+        assert_eq!(extrapolated.centreline_mps(0.0), None);
+    }
 
     /// Offboard 2 with propellers canted outwards, so that no formula can forget the width factor.
     fn jet() -> FarField {

@@ -1,0 +1,42 @@
+//! What was noticed about a recording without being an error: named, counted, placed in time. Nothing is dropped in silence.
+
+use serde::Serialize;
+
+/// One thing noticed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Remark {
+    /// What kind of thing.
+    pub kind: RemarkKind,
+    /// The vehicle or probe concerned; `None`: the recording.
+    pub subject: Option<String>,
+    /// How many samples.
+    pub samples: usize,
+    /// First and last time concerned (s), where it has a time.
+    pub span_s: Option<(f64, f64)>,
+    /// The sentence for a person, with numbers and units.
+    pub message: String,
+}
+
+/// Kinds of remarks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RemarkKind {
+    /// Something was taken for lack of better.
+    Assumed,
+    /// A hole in the times.
+    Gap,
+    /// Steps that differ.
+    UnevenSteps,
+    /// Values that cannot be: told, and left out of what follows.
+    Impossible,
+    /// The same reading again and again.
+    Stuck,
+    /// Readings at the end of the scale.
+    Saturated,
+    /// On or near the floor, or crashed.
+    Touch,
+    /// Outside the range of the thrust map.
+    OutOfRange,
+    /// Rows for something that nothing here uses.
+    Unused,
+}
