@@ -43,7 +43,7 @@ fn bench() -> Bench {
     let world =
         scenario::read_world(&text, &|file| Err(format!("there is no {file}"))).expect("in order");
     let job = prepare(&world);
-    let empty = empty_costmap(&world, true);
+    let empty = empty_costmap(&world, job.roadmap.lattice(), true);
     let mut effort = Effort::default();
     let paths = plan_fleet(
         &job,
@@ -89,6 +89,7 @@ fn one_drone(c: &mut Criterion) {
             costmap,
             weights,
             energy_weight: 1.0,
+            careful: false,
             most_expansions: 400_000,
             stop: &|| false,
         };
@@ -101,6 +102,7 @@ fn one_drone(c: &mut Criterion) {
         costmap: &full,
         weights: &firm,
         energy_weight: 1.0,
+        careful: false,
         most_expansions: 400_000,
         stop: &|| false,
     };

@@ -8,13 +8,14 @@
 
 use parry3d::shape::Ball;
 
-use crate::costmap::{Costmap, Neighbour};
+use crate::costmap::Costmap;
 use crate::downwash::{column, cone};
 use crate::exposure::{Emitter, Exposure, Receiver, exposure};
 use crate::flight::Flight;
 use crate::frame::{self, NotFinite};
 use crate::leg::{DroneId, Leg, Tick};
 use crate::swept::{Mover, may_meet};
+use crate::timeline::Item;
 use crate::verdict::{Blocker, Verdict};
 
 /// What a leg means to its drone and to the fleet.
@@ -52,10 +53,8 @@ impl Costmap {
     pub fn assess(&self, leg: &Leg) -> Result<Assessment, NotFinite> {
         frame::point(leg.from_m)?;
         frame::point(leg.to_m)?;
-        let mut neighbours = Vec::new();
-        self.near(leg, &mut neighbours);
         let mut verdict = Verdict::default();
-        self.judge(leg, &neighbours, &mut verdict);
+        self.judge(leg, &mut verdict);
         if !verdict.is_allowed() {
             return Ok(Assessment::Forbidden {
                 blockers: verdict.blockers,
@@ -64,11 +63,11 @@ impl Costmap {
         }
         let own_end_z_m = self.wake_end_z_m(leg);
         let (mut above, mut below) = (Vec::new(), Vec::new());
-        for neighbour in neighbours.iter().filter(|n| leg.flying && n.leg().flying) {
-            if self.meets_wake(leg, neighbour.leg(), neighbour.wake_end_z_m())? {
+        for neighbour in self.near(leg).into_iter().filter(|n| leg.flying && n.leg.flying) {
+            if self.meets_wake(leg, &neighbour.leg, neighbour.wake_end_z_m)? {
                 above.push(neighbour);
             }
-            if self.meets_wake(neighbour.leg(), leg, own_end_z_m)? {
+            if self.meets_wake(&neighbour.leg, leg, own_end_z_m)? {
                 below.push(neighbour);
             }
         }
@@ -119,25 +118,25 @@ impl Costmap {
         &self,
         leg: &Leg,
         own_end_z_m: f64,
-        above: &[&Neighbour],
-        below: &[&Neighbour],
+        above: &[&Item],
+        below: &[&Item],
     ) -> Result<Price, NotFinite> {
         let emitters: Vec<Emitter> = above
             .iter()
-            .map(|n| self.emitter(n.leg(), n.wake_end_z_m()))
+            .map(|n| self.emitter(&n.leg, n.wake_end_z_m))
             .collect();
         let superposition = self.fleet().conditions().superposition;
         let own = exposure(&self.receiver(leg), &emitters, superposition)?;
         let me = [self.emitter(leg, own_end_z_m)];
         let mut others_extra_energy_j = 0.0;
         for neighbour in below {
-            let time = leg.overlap(neighbour.leg());
-            let theirs = neighbour.leg().between(time.start, time.end);
+            let time = leg.overlap(&neighbour.leg);
+            let theirs = neighbour.leg.between(time.start, time.end);
             others_extra_energy_j +=
                 exposure(&self.receiver(&theirs), &me, superposition)?.extra_energy_j;
         }
         Ok(Price {
-            worst_from: own.from.map(|index| above[index].leg().drone),
+            worst_from: own.from.map(|index| above[index].leg.drone),
             own,
             others_extra_energy_j,
         })
@@ -177,6 +176,7 @@ fn flight(leg: &Leg) -> Flight {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ground::Ground;
     use crate::cover::Covers;
     use crate::fleet::{Conditions, Fleet, Kind};
     use crate::leg::KindId;
@@ -202,7 +202,7 @@ mod tests {
             body_radius_m: airframe.tip_radius_m(),
         };
         let fleet = Fleet::new(&[airframe], vec![kind], conditions);
-        Costmap::new(fleet, Covers::new(0.0, Vec::new()), Vec::new(), 2)
+        Costmap::new(fleet, Covers::new(0.0, Vec::new()), Vec::new(), Ground::new([0.0, 0.0], [10.0, 10.0], 1.0), 2)
     }
 
     fn leg(drone: u32, from_m: [f64; 3], to_m: [f64; 3], end: Tick) -> Leg {

@@ -1,10 +1,17 @@
 //! A leg against the fleet: free, priced or forbidden, and by whom.
 
+use std::ops::Range;
+
 use crate::cover::Covers;
-use crate::fleet::{BUDGET, Fleet, Meeting, WHOLE, ZoneBox};
+use crate::draught::Draught;
+use crate::fleet::{BUDGET, Fleet, WHOLE, ZoneBox};
+use crate::ground::{Footprint, Ground};
 use crate::leg::{DroneId, Leg, Tick};
-use crate::timeline::{Footprint, Item, Slot, Timeline};
+use crate::timeline::{BUCKET_TICKS, Incoming, Item, Timeline, peak};
 use crate::verdict::{Blocker, Verdict, Why, block_largest, price};
+
+/// Legs on the move that last longer are judged and kept in parts: chosen here, a second holds a typical one.
+const PART_TICKS: u32 = 200;
 
 /// Everybody's legs, and what another leg would mean to them.
 #[derive(Clone, Debug)]
@@ -13,6 +20,7 @@ pub struct Costmap {
     covers: Covers,
     zones: Vec<ZoneBox>,
     timeline: Timeline,
+    draught: Draught,
     /// Who blows into which zone: `[bucket][zone]`, the last bucket being the time after.
     zone_loads: Vec<Vec<Vec<ZoneLoad>>>,
     /// Per drone, what was inserted.
@@ -28,44 +36,22 @@ struct ZoneLoad {
     clear: Tick,
 }
 
-/// A leg of another drone that comes near, as [`Costmap::near`] found it.
-#[derive(Clone, Copy, Debug)]
-pub struct Neighbour {
-    slot: Slot,
-    item: Item,
-}
-
-impl Neighbour {
-    /// The part of its leg that is near.
-    pub fn leg(&self) -> &Leg {
-        &self.item.leg
-    }
-
-    /// Height at which its wake ends (m).
-    pub fn wake_end_z_m(&self) -> f64 {
-        self.item.wake_end_z_m
-    }
-
-    /// When its leg began.
-    pub fn began(&self) -> Tick {
-        self.item.began
-    }
-
-    /// When its leg ends.
-    pub fn clear(&self) -> Tick {
-        self.item.clear
-    }
-}
-
 impl Costmap {
     /// An empty sky for a fleet of this many drones.
-    pub fn new(fleet: Fleet, covers: Covers, zones: Vec<ZoneBox>, drones: usize) -> Costmap {
+    pub fn new(
+        fleet: Fleet,
+        covers: Covers,
+        zones: Vec<ZoneBox>,
+        ground: Ground,
+        drones: usize,
+    ) -> Costmap {
         Costmap {
             fleet,
             covers,
             zone_loads: vec![vec![Vec::new(); zones.len()]],
             zones,
-            timeline: Timeline::default(),
+            timeline: Timeline::new(ground, drones),
+            draught: Draught::new(&ground),
             legs: vec![Vec::new(); drones],
             budget: BUDGET,
         }
@@ -116,70 +102,48 @@ impl Costmap {
         self.extend_zones(self.timeline.bucket_count());
         for leg in &legs {
             let end_z_m = self.wake_end_z_m(leg);
-            for bucket in self.timeline.buckets(leg.start, leg.end) {
-                let (start, end) = self.timeline.span(bucket);
-                let part = leg.between(start, end);
-                if part.start >= part.end {
-                    continue;
-                }
-                self.insert_part(bucket, leg, part, end_z_m);
+            for part in parts(leg) {
+                self.insert_part(part, [leg.start, leg.end], end_z_m);
             }
+            self.load_zones(leg);
+        }
+        if self.fleet.conditions().wakes {
+            self.draught.extend_to(self.timeline.bucket_count());
+            self.draught.add(&self.fleet, &self.timeline, &legs);
         }
         self.legs[drone.0 as usize] = legs;
     }
 
-    fn extend_zones(&mut self, buckets: usize) {
-        if self.zones.is_empty() {
-            return;
-        }
-        while self.zone_loads.len() < buckets + 1 {
-            let after = self.zone_loads.last().cloned().unwrap_or_default();
-            self.zone_loads.push(after);
-        }
-    }
-
-    fn insert_part(&mut self, bucket: u32, whole: &Leg, part: Leg, wake_end_z_m: f64) {
-        let mut item = Item {
-            leg: part,
-            began: whole.start,
-            clear: whole.end,
-            wake_end_z_m,
-            load: 0,
-        };
-        for (slot, meeting) in self.meetings(bucket, &part, wake_end_z_m) {
-            item.load += u64::from(meeting.load_on_first);
-            let other = self.timeline.item_mut(slot);
-            other.load += u64::from(meeting.load_on_second);
-        }
-        self.timeline.add(bucket, item);
-        for (index, zone) in self.zones.iter().enumerate() {
-            let load = self.fleet.load_on_zone(&part, &self.covers, zone);
-            if load > 0 {
-                self.zone_loads[bucket as usize][index].push(ZoneLoad {
-                    drone: part.drone,
-                    load,
-                    clear: whole.end,
-                });
+    fn insert_part(&mut self, part: Leg, whole: [Tick; 2], wake_end_z_m: f64) {
+        let mut met = Vec::new();
+        self.close_to(&part, |other, item| {
+            let ends = [wake_end_z_m, item.wake_end_z_m];
+            if let Some(meeting) = self.fleet.meet(&part, &item.leg, ends) {
+                let on_me = incoming(&part, &item.leg, meeting.load_on_first);
+                met.push((other, on_me, incoming(&item.leg, &part, meeting.load_on_second)));
+            }
+        });
+        let index = self.timeline.add(part, whole, wake_end_z_m);
+        for (other, on_me, on_them) in met {
+            if on_me.load > 0 {
+                self.timeline.meets(index, on_me);
+            }
+            if on_them.load > 0 {
+                self.timeline.meets(other, on_them);
             }
         }
     }
 
-    /// Everyone in a bucket that a part of a leg has to do with.
-    fn meetings(&self, bucket: u32, part: &Leg, wake_end_z_m: f64) -> Vec<(Slot, Meeting)> {
-        let footprint = Footprint::around(part, self.fleet.reach_m(part.kind));
-        let mut slots = Vec::new();
-        self.timeline.near(bucket, &footprint, &mut slots);
-        slots
-            .into_iter()
-            .filter(|&slot| self.timeline.item(slot).leg.drone != part.drone)
-            .filter_map(|slot| {
-                let other = self.timeline.item(slot);
-                let meeting =
-                    self.fleet
-                        .meet(part, &other.leg, [wake_end_z_m, other.wake_end_z_m])?;
-                Some((slot, meeting))
-            })
-            .collect()
+    /// Calls `f` with everybody who is not so far off that [`Draught`] accounts for them.
+    fn close_to<'a>(&'a self, part: &Leg, mut f: impl FnMut(u32, &'a Item)) {
+        let ground = self.timeline.ground();
+        let own = Footprint::around(part, 0.0);
+        let around = ground.hull(ground.bins(&own), self.fleet.near_m());
+        self.timeline.around(&around, part.start, part.end, |index, item| {
+            if item.leg.drone != part.drone {
+                f(index, item);
+            }
+        });
     }
 
     /// Takes back all that a drone has reserved.
@@ -188,17 +152,25 @@ impl Costmap {
         let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
             return;
         };
-        for bucket in self.timeline.buckets(first.start, last.end) {
-            let slots = self.timeline.of(bucket, drone);
-            for &slot in &slots {
-                let item = *self.timeline.item(slot);
-                for (other, meeting) in self.meetings(bucket, &item.leg, item.wake_end_z_m) {
-                    let other = self.timeline.item_mut(other);
-                    other.load -= u64::from(meeting.load_on_second);
+        let mut loaded = Vec::new();
+        for &index in self.timeline.of(drone) {
+            self.close_to(&self.timeline.item(index).leg, |other, item| {
+                if item.met.iter().any(|incoming| incoming.from == drone) {
+                    loaded.push(other);
                 }
-            }
-            self.timeline.remove(bucket, &slots);
-            if !self.zones.is_empty() {
+            });
+        }
+        loaded.sort_unstable();
+        loaded.dedup();
+        for other in loaded {
+            self.timeline.forget(other, drone);
+        }
+        self.timeline.remove(drone);
+        if self.fleet.conditions().wakes {
+            self.draught.take_back(&self.fleet, &self.timeline, &legs);
+        }
+        if !self.zones.is_empty() {
+            for bucket in self.timeline.buckets(first.start, last.end) {
                 for zone in &mut self.zone_loads[bucket as usize] {
                     zone.retain(|load| load.drone != drone);
                 }
@@ -215,114 +187,226 @@ impl Costmap {
             .wake_end_z_m(self.fleet.wake(leg.kind), &leg.from_m, &leg.to_m)
     }
 
-    /// Collects everybody that a leg could have to do with.
-    ///
-    /// The answer serves all legs of the same drone at the same places and within its time.
-    pub fn near(&self, leg: &Leg, found: &mut Vec<Neighbour>) {
-        found.clear();
-        let footprint = Footprint::around(leg, self.fleet.reach_m(leg.kind));
-        let mut slots = Vec::new();
-        for bucket in self.timeline.buckets(leg.start, leg.end) {
-            self.timeline.near(bucket, &footprint, &mut slots);
-        }
-        found.extend(slots.into_iter().filter_map(|slot| {
-            let item = *self.timeline.item(slot);
-            let concerns =
-                item.leg.drone != leg.drone && item.leg.start < leg.end && leg.start < item.leg.end;
-            concerns.then_some(Neighbour { slot, item })
-        }));
-        // Tree order must not reach a sum.
-        found.sort_unstable_by_key(|n| (n.slot.bucket, n.item.leg.drone, n.item.leg.start));
+    /// Everybody that a leg could have to do with while it lasts.
+    pub fn near(&self, leg: &Leg) -> Vec<&Item> {
+        let mut found = Vec::new();
+        let around = Footprint::around(leg, self.fleet.reach_m(leg.kind));
+        self.timeline.around(&around, leg.start, leg.end, |_, item| {
+            if item.leg.drone != leg.drone {
+                found.push(item);
+            }
+        });
+        found.sort_unstable_by_key(|item| (item.leg.drone, item.leg.start));
+        found
     }
 
-    /// Those of `neighbours` so near that they could forbid `leg`, or one that begins within
-    /// `around_m` of it, all by themselves.
-    pub fn gripping<'a>(
-        &'a self,
+    /// Calls `f` with everybody so near while a leg lasts that they could forbid it, or one that begins
+    /// within `around_m` of it, all by themselves: when their leg began, and when it ends.
+    pub fn gripping(&self, leg: &Leg, around_m: f64, mut f: impl FnMut(Tick, Tick)) {
+        let around = Footprint::around(leg, self.fleet.grip_m(leg.kind) + around_m);
+        self.timeline.around(&around, leg.start, leg.end, |_, item| {
+            if item.leg.drone != leg.drone && item.footprint.gap_m(&around) == 0.0 {
+                f(item.began, item.clear);
+            }
+        });
+    }
+
+    /// Judges a leg against everybody near and the zones.
+    pub fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
+        self.judge_parts(leg, verdict, |part, verdict| self.judge_fully(part, verdict));
+    }
+
+    /// The same in a tenth of the time, without a look at what the leg's own weak wake adds far off: ask
+    /// [`Costmap::is_borne`] once a whole way is known.
+    pub fn judge_nearby(&self, leg: &Leg, verdict: &mut Verdict) {
+        self.judge_parts(leg, verdict, |part, verdict| {
+            let before = (verdict.blockers.len(), verdict.price_s);
+            if !self.judge_roughly(part, verdict) {
+                verdict.blockers.truncate(before.0);
+                verdict.price_s = before.1;
+                self.judge_fully(part, verdict);
+            }
+        });
+    }
+
+    fn judge_parts(
+        &self,
         leg: &Leg,
-        around_m: f64,
-        neighbours: &'a [Neighbour],
-    ) -> impl Iterator<Item = &'a Neighbour> {
-        let footprint = Footprint::around(leg, self.fleet.grip_m(leg.kind) + around_m);
-        neighbours
-            .iter()
-            .filter(move |n| footprint.meets(&Footprint::around(&n.item.leg, 0.0)))
-    }
-
-    /// Judges a leg against its neighbours (of [`Costmap::near`]) and the zones.
-    pub fn judge(&self, leg: &Leg, neighbours: &[Neighbour], verdict: &mut Verdict) {
+        verdict: &mut Verdict,
+        judge: impl Fn(&Leg, &mut Verdict),
+    ) {
         verdict.clear();
-        let mut own_end_z_m = None;
-        for same_bucket in neighbours.chunk_by(|a, b| a.slot.bucket == b.slot.bucket) {
-            self.judge_bucket(leg, same_bucket, &mut own_end_z_m, verdict);
+        for part in parts(leg) {
+            judge(&part, verdict);
         }
         if leg.flying && self.fleet.conditions().wakes {
             self.judge_zones(leg, verdict);
         }
     }
 
-    fn judge_bucket(
-        &self,
-        leg: &Leg,
-        neighbours: &[Neighbour],
-        own_end_z_m: &mut Option<f64>,
-        verdict: &mut Verdict,
-    ) {
-        // One drone's legs follow one another: its greatest load counts, not their sum.
-        let mut loads: Vec<(u32, Blocker)> = Vec::new();
-        for Neighbour { item, .. } in neighbours {
-            let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(leg));
-            let Some(meeting) = self
-                .fleet
-                .meet(leg, &item.leg, [end_z_m, item.wake_end_z_m])
-            else {
-                continue;
-            };
-            let drone = item.leg.drone;
-            let why = if meeting.bodies {
-                Some(Why::Bodies)
-            } else if meeting.column {
-                Some(Why::Column)
-            } else if meeting.load_on_first > self.budget {
-                Some(Why::OwnLimit)
-            } else if meeting.load_on_second > 0
-                && item.load + u64::from(meeting.load_on_second) > u64::from(self.budget)
-            {
-                Some(Why::TheirLimit)
+    /// Whether everybody farther off bears what these legs bring them.
+    pub fn is_borne(&self, legs: &[Leg]) -> bool {
+        let parts = legs.iter().filter(|leg| leg.flying).flat_map(parts);
+        parts.into_iter().all(|part| {
+            let own = Footprint::around(&part, 0.0);
+            let reach = own.grown(self.fleet.wake_reach_m(part.kind));
+            let mut own_end_z_m = None;
+            let mut borne = true;
+            self.timeline.around(&reach, part.start, part.end, |_, item| {
+                if !borne || item.leg.drone == part.drone || self.bears_easily(&part, &own, item) {
+                    return;
+                }
+                let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(&part));
+                let ends = [end_z_m, item.wake_end_z_m];
+                let meeting = self.fleet.meet(&part, &item.leg, ends);
+                let load = meeting.map_or(0, |meeting| meeting.load_on_second);
+                borne &= load == 0 || self.bears(item, &part.overlap(&item.leg), load);
+            });
+            borne
+        })
+    }
+
+    /// Whether somebody planned bears a part's wake, to judge by their distance alone.
+    fn bears_easily(&self, part: &Leg, own: &Footprint, item: &Item) -> bool {
+        let gap_m = own.gap_m(&item.footprint);
+        let load = u64::from(self.fleet.faint_load(part.kind, item.leg.kind, gap_m));
+        let worst = self.draught.worst(&item.footprint);
+        !item.leg.flying || load == 0 || item.peak + worst + load <= u64::from(self.budget)
+    }
+
+    /// Whether somebody planned bears this much more during a time.
+    fn bears(&self, item: &Item, time: &Range<Tick>, load: u32) -> bool {
+        let (budget, load) = (u64::from(self.budget), u64::from(load));
+        let draught = &self.draught;
+        item.peak + draught.worst(&item.footprint) + load <= budget || {
+            let weak = draught.on(&self.timeline, &item.footprint, time.start, time.end);
+            item.filled(time.start, time.end) + weak + load <= budget
+        }
+    }
+
+    /// Looks at those who are close, and takes bounds for the rest; `false` if bounds will not do.
+    fn judge_roughly(&self, part: &Leg, verdict: &mut Verdict) -> bool {
+        let own = Footprint::around(part, 0.0);
+        let mut own_end_z_m = None;
+        let mut met = std::mem::take(&mut verdict.met);
+        met.clear();
+        self.close_to(part, |_, item| {
+            let (mine, theirs) = (part.kind, item.leg.kind);
+            let gap_m = own.gap_m(&item.footprint);
+            let tight = gap_m < self.fleet.tight_m(mine, theirs);
+            let load = if tight || !self.bears_easily(part, &own, item) {
+                let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(part));
+                self.judge_one(part, end_z_m, item, verdict)
+            } else if part.flying && item.leg.flying {
+                self.fleet.faint_load(theirs, mine, gap_m)
             } else {
-                None
+                0
             };
-            if let Some(why) = why {
-                verdict.block(drone, why, item.began, item.clear);
-                continue;
+            if load > 0 {
+                met.push(incoming(part, &item.leg, load));
             }
-            let seconds = self.shared_s(leg, item);
+        });
+        let enough = !part.flying || !self.fleet.conditions().wakes || {
+            let weak = self.draught.on(&self.timeline, &own, part.start, part.end);
+            let all = met.iter().map(|incoming| u64::from(incoming.load));
+            all.sum::<u64>() + weak <= u64::from(self.budget)
+                || peak(&met, part.start, part.end) + weak <= u64::from(self.budget)
+        };
+        verdict.met = met;
+        enough
+    }
+
+    /// Judges against one other; what it brings unless it forbids the leg.
+    fn judge_one(&self, part: &Leg, own_end_z_m: f64, item: &Item, verdict: &mut Verdict) -> u32 {
+        let ends = [own_end_z_m, item.wake_end_z_m];
+        let Some(meeting) = self.fleet.meet(part, &item.leg, ends) else {
+            return 0;
+        };
+        let time = part.overlap(&item.leg);
+        let why = if meeting.bodies {
+            Some(Why::Bodies)
+        } else if meeting.column {
+            Some(Why::Column)
+        } else if meeting.load_on_first > self.budget {
+            Some(Why::OwnLimit)
+        } else if meeting.load_on_second > 0 && !self.bears(item, &time, meeting.load_on_second) {
+            Some(Why::TheirLimit)
+        } else {
+            None
+        };
+        if let Some(why) = why {
+            verdict.block(item.leg.drone, why, item.began, item.clear);
+            return 0;
+        }
+        if time.end != Tick::FOREVER {
+            let seconds = time.end.seconds() - time.start.seconds();
             verdict.price_s += seconds * (price(meeting.alpha_first) + price(meeting.alpha_second));
-            if meeting.load_on_first > 0 {
+        }
+        meeting.load_on_first
+    }
+
+    /// Looks at everybody, and sums what lasts together.
+    fn judge_fully(&self, part: &Leg, verdict: &mut Verdict) {
+        let end_z_m = self.wake_end_z_m(part);
+        let mut met: Vec<(Incoming, Blocker)> = Vec::new();
+        for item in self.near(part) {
+            let load = self.judge_one(part, end_z_m, item, verdict);
+            if load > 0 {
+                let incoming = incoming(part, &item.leg, load);
                 let blocker = Blocker {
-                    drone,
+                    drone: item.leg.drone,
                     why: Why::OwnLimit,
                     began: item.began,
                     clear: item.clear,
                 };
-                match loads.last_mut() {
-                    Some((load, last)) if last.drone == drone => {
-                        *load = meeting.load_on_first.max(*load);
-                        last.clear = last.clear.max(item.clear);
-                    }
-                    _ => loads.push((meeting.load_on_first, blocker)),
+                met.push((incoming, blocker));
+            }
+        }
+        let loads: Vec<Incoming> = met.iter().map(|(incoming, _)| *incoming).collect();
+        if peak(&loads, part.start, part.end) <= u64::from(self.budget) {
+            return;
+        }
+        for moment in loads.iter().map(|incoming| incoming.start) {
+            let mut together: Vec<(u32, Blocker)> = met
+                .iter()
+                .filter(|(it, _)| it.start <= moment && moment < it.end)
+                .map(|(it, blocker)| (it.load, *blocker))
+                .collect();
+            block_largest(&mut together, 0, self.budget, verdict);
+        }
+    }
+
+    fn extend_zones(&mut self, buckets: usize) {
+        if self.zones.is_empty() {
+            return;
+        }
+        while self.zone_loads.len() < buckets + 1 {
+            let after = self.zone_loads.last().cloned().unwrap_or_default();
+            self.zone_loads.push(after);
+        }
+    }
+
+    fn load_zones(&mut self, leg: &Leg) {
+        if self.zones.is_empty() {
+            return;
+        }
+        for bucket in self.timeline.buckets(leg.start, leg.end) {
+            let (start, end) = self.timeline.span(bucket);
+            let part = leg.between(start, end);
+            if part.start >= part.end {
+                continue;
+            }
+            for (index, zone) in self.zones.iter().enumerate() {
+                let load = self.fleet.load_on_zone(&part, &self.covers, zone);
+                if load > 0 {
+                    self.zone_loads[bucket as usize][index].push(ZoneLoad {
+                        drone: part.drone,
+                        load,
+                        clear: leg.end,
+                    });
                 }
             }
         }
-        block_largest(&mut loads, 0, self.budget, verdict);
-    }
-
-    fn shared_s(&self, leg: &Leg, item: &Item) -> f64 {
-        let time = leg.overlap(&item.leg);
-        if time.end == Tick::FOREVER {
-            return 0.0;
-        }
-        time.end.seconds() - time.start.seconds()
     }
 
     fn judge_zones(&self, leg: &Leg, verdict: &mut Verdict) {
@@ -355,6 +439,30 @@ impl Costmap {
             }
         }
     }
+}
+
+/// What one leg meets of another's wake.
+fn incoming(on: &Leg, from: &Leg, load: u32) -> Incoming {
+    let time = on.overlap(from);
+    Incoming {
+        from: from.drone,
+        start: time.start,
+        end: time.end,
+        load,
+    }
+}
+
+/// A leg that stays, whole; others in parts of a second, if they last for more than two.
+fn parts(leg: &Leg) -> impl Iterator<Item = Leg> + '_ {
+    let whole = leg.stays() || leg.end.0 - leg.start.0 <= PART_TICKS;
+    let step = if whole { u32::MAX } else { BUCKET_TICKS };
+    let mut next = Some(leg.start);
+    std::iter::from_fn(move || {
+        let start = next?;
+        let end = start.after(step).min(leg.end);
+        next = (end < leg.end).then_some(end);
+        Some(if whole { *leg } else { leg.between(start, end) })
+    })
 }
 
 #[cfg(test)]

@@ -33,6 +33,16 @@ impl Top {
         }
     }
 
+    /// Lowest and highest x (m).
+    fn along_x_m(&self) -> [f64; 2] {
+        match *self {
+            Top::Rectangle { min_m, max_m, .. } => [min_m[0], max_m[0]],
+            Top::Disc {
+                centre_m, radius_m, ..
+            } => [centre_m[0] - radius_m, centre_m[0] + radius_m],
+        }
+    }
+
     /// Whether the whole half-width disc of a wake from here lies on this face.
     fn covers(&self, wake: &Wake, rotor_m: &Point3<f64>) -> bool {
         let depth_m = rotor_m.z - self.z_m();
@@ -62,12 +72,45 @@ impl Top {
 pub struct Covers {
     floor_z_m: f64,
     tops: Vec<Top>,
+    /// By x, in strips of [`STRIP_M`] from `low_x_m` on: the faces above the floor there.
+    strips: Vec<Vec<usize>>,
+    low_x_m: f64,
 }
+
+/// Chosen here: narrower than most shelves.
+const STRIP_M: f64 = 1.0;
 
 impl Covers {
     /// A floor and the faces above it.
     pub fn new(floor_z_m: f64, tops: Vec<Top>) -> Covers {
-        Covers { floor_z_m, tops }
+        let mut covers = Covers {
+            floor_z_m,
+            tops,
+            strips: Vec::new(),
+            low_x_m: f64::INFINITY,
+        };
+        let raised = |top: &&Top| top.z_m() > floor_z_m;
+        for top in covers.tops.iter().filter(raised) {
+            covers.low_x_m = covers.low_x_m.min(top.along_x_m()[0]);
+        }
+        for (index, top) in covers.tops.iter().enumerate() {
+            if !raised(&top) {
+                continue;
+            }
+            let [first, last] = top.along_x_m().map(|x_m| covers.strip(x_m));
+            if covers.strips.len() <= last {
+                covers.strips.resize(last + 1, Vec::new());
+            }
+            for strip in &mut covers.strips[first..=last] {
+                strip.push(index);
+            }
+        }
+        covers
+    }
+
+    /// Where a wake falls from within a face, the face is in the list of that strip.
+    fn strip(&self, x_m: f64) -> usize {
+        ((x_m - self.low_x_m) / STRIP_M) as usize
     }
 
     /// Height at which a wake ends wherever the drone is on the way between two places.
@@ -76,9 +119,10 @@ impl Covers {
     /// grows at most linearly with height, so it stops it in between, too. Where it stops the wake on
     /// a part of the way only, the wake is taken to pass: outward.
     pub fn wake_end_z_m(&self, wake: &Wake, from_m: &Point3<f64>, to_m: &Point3<f64>) -> f64 {
-        self.tops
-            .iter()
-            .filter(|top| top.z_m() > self.floor_z_m)
+        let tops = self.strips.get(self.strip(from_m.x));
+        tops.into_iter()
+            .flatten()
+            .map(|&index| &self.tops[index])
             .filter(|top| top.covers(wake, from_m) && (from_m == to_m || top.covers(wake, to_m)))
             .map(Top::z_m)
             .fold(self.floor_z_m, f64::max)

@@ -36,6 +36,9 @@ pub struct Envelope {
     /// Depths between rows (m), ascending from 0.
     depths_m: Vec<f64>,
     rows: Vec<Row>,
+    /// By depth in steps as high as the lowest row, the row above or there.
+    row_of_step: Vec<u16>,
+    steps_per_m: f64,
     /// Squares over columns, row by row.
     squares: Vec<f32>,
     /// Means at the same places.
@@ -81,6 +84,8 @@ impl Envelope {
             .collect();
         let mut envelope = Envelope {
             rows: Vec::with_capacity(depths_m.len() - 1),
+            row_of_step: rows_of_steps(&depths_m, FINE_STEP_L * l),
+            steps_per_m: 1.0 / (FINE_STEP_L * l),
             squares: Vec::new(),
             means: Vec::new(),
             reach_m: 0.0,
@@ -126,6 +131,13 @@ impl Envelope {
         };
         let radii_m = self.rows.iter().enumerate().map(radius_m);
         radii_m.fold(0.0, f64::max)
+    }
+
+    /// The greatest mean square at this horizontal distance or beyond, at any depth.
+    pub fn highest_square(&self, radius_m: f64) -> f64 {
+        (0..self.rows.len())
+            .filter_map(|row| Some(f64::from(self.squares[self.cell(row, radius_m)?])))
+            .fold(0.0, f64::max)
     }
 
     /// Whether a way relative to the emitter (receiver minus emitter, z up) enters the near-field
@@ -201,8 +213,12 @@ impl Envelope {
     }
 
     fn row_at(&self, depth_m: f64) -> usize {
-        let above = self.depths_m.partition_point(|&edge_m| edge_m <= depth_m);
-        above.saturating_sub(1).min(self.rows.len() - 1)
+        let step = (depth_m * self.steps_per_m) as usize;
+        let mut row = usize::from(self.row_of_step[step.min(self.row_of_step.len() - 1)]);
+        while row + 1 < self.rows.len() && self.depths_m[row + 1] <= depth_m {
+            row += 1;
+        }
+        row
     }
 
     fn cell(&self, row: usize, radius_m: f64) -> Option<usize> {
@@ -212,6 +228,19 @@ impl Envelope {
         let column = (radius_m * self.rows[row].columns_per_m) as usize;
         Some(row * COLUMNS + column.min(COLUMNS - 1))
     }
+}
+
+fn rows_of_steps(depths_m: &[f64], step_m: f64) -> Vec<u16> {
+    let deepest_m = depths_m.last().copied().unwrap_or(0.0);
+    let rows = depths_m.len().saturating_sub(2);
+    (0..=(deepest_m / step_m) as usize)
+        .map(|step| {
+            // A part in 10⁹ keeps a division's rounding from skipping a row.
+            let depth_m = step as f64 * step_m * (1.0 - 1e-9);
+            let above = depths_m.partition_point(|&edge_m| edge_m <= depth_m);
+            above.saturating_sub(1).min(rows) as u16
+        })
+        .collect()
 }
 
 fn row_depths_m(l: f64, deepest_m: f64) -> Vec<f64> {

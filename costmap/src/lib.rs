@@ -20,7 +20,8 @@
 //! - [`envelope`]: what one wake brings to another airframe's discs, bounded from above
 //! - [`cover`]: where a wake ends
 //! - [`fleet`]: all kinds of drones, and what two legs do to each other
-//! - [`timeline`]: the legs that exist in each second, in parry trees
+//! - [`ground`]: the floor in bins
+//! - [`timeline`]: the legs over each bin, in order of time
 //! - [`costmap`](mod@costmap): a leg against all of them, in bounds: what a search asks
 //! - [`verdict`]: what it says
 //! - [`assess`]: the same in full, with the air integrated: what a person asks
@@ -29,12 +30,14 @@ pub mod assess;
 pub mod costmap;
 pub mod cover;
 pub mod downwash;
+mod draught;
 pub mod envelope;
 pub mod exposure;
 pub mod fleet;
 pub mod flight;
 pub mod frame;
 pub mod frustum;
+pub mod ground;
 pub mod leg;
 mod quadrature;
 pub mod spindle;

@@ -3,6 +3,7 @@
 use airflow::power;
 
 use crate::leg::{DroneId, Tick};
+use crate::timeline::Incoming;
 
 /// Mean air below this share of the induced velocity costs nothing: chosen here, half a percent of power.
 const PRICELESS_ALPHA: f64 = 0.01;
@@ -44,6 +45,8 @@ pub struct Verdict {
     pub breaks_zone: Option<usize>,
     /// Extra energy of everyone affected, in seconds of its own hovering in still air.
     pub price_s: f64,
+    /// What the leg meets of others' wakes, while it is judged.
+    pub(crate) met: Vec<Incoming>,
 }
 
 impl Verdict {

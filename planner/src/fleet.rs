@@ -32,7 +32,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
     }
     let mut job = prepare(world);
     let mut effort = Effort::default();
-    let costmap = empty_costmap(world, true);
+    let costmap = empty_costmap(world, job.roadmap.lattice(), true);
     let mut excluded = excluded(&job, &conflicts, |_| true);
     if !world.zones.is_empty() {
         excluded.extend(kept_out_by_zones(&mut job, &costmap, &excluded, control));
@@ -74,6 +74,7 @@ fn kept_out_by_zones(
         costmap: empty,
         weights: &weights,
         energy_weight: 0.0,
+        careful: true,
         most_expansions: u64::MAX,
         stop: control.stop,
     };
@@ -122,7 +123,7 @@ fn ignoring_downwash(
 ) -> Option<IgnoringDownwash> {
     let bodies = |c: &EndpointConflict| matches!(c.why, Exclusion::Bodies { .. });
     let excluded = excluded(job, conflicts, bodies);
-    let costmap = empty_costmap(world, false);
+    let costmap = empty_costmap(world, job.roadmap.lattice(), false);
     let mut effort = Effort::default();
     // This phase is one to whoever watches.
     let quiet = Control {

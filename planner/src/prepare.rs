@@ -4,11 +4,13 @@ use airflow::Airframe;
 use costmap::costmap::Costmap;
 use costmap::cover::{Covers, Top};
 use costmap::fleet::{Conditions, Fleet, Kind, ZoneBox};
+use costmap::ground::Ground;
 use costmap::leg::{DroneId, KindId, Tick};
 use rayon::prelude::*;
 
 use crate::distances::{Distances, Mover, UNREACHABLE};
 use crate::errand::{Ending, Errand, Stage};
+use crate::lattice::Lattice;
 use crate::placement::landing_place_m;
 use crate::roadmap::{Roadmap, Stop, Vertex};
 use crate::solid::Solids;
@@ -209,7 +211,7 @@ impl Kinds {
 }
 
 /// An empty costmap for a world; `wakes: false` for a fleet that ignores downwash.
-pub fn empty_costmap(world: &World, wakes: bool) -> Costmap {
+pub fn empty_costmap(world: &World, lattice: &Lattice, wakes: bool) -> Costmap {
     let all = Kinds::of(world);
     let kinds = all
         .kinds
@@ -266,6 +268,20 @@ pub fn empty_costmap(world: &World, wakes: bool) -> Costmap {
         Fleet::new(&all.airframes, kinds, conditions),
         Covers::new(world.bounds_m.min.z, tops),
         zones.collect(),
+        ground(world, lattice),
         world.drones.len(),
+    )
+}
+
+/// Bins around the lattice's places: chosen here, of half a metre or more.
+fn ground(world: &World, lattice: &Lattice) -> Ground {
+    const LEAST_M: f64 = 0.5;
+    let bin_m = lattice.cell_m() * (LEAST_M / lattice.cell_m()).ceil();
+    let first_m = lattice.position_m(0);
+    let low = |axis: usize| first_m[axis] - 0.5 * lattice.cell_m();
+    Ground::new(
+        [low(0), low(1)],
+        [world.bounds_m.max.x, world.bounds_m.max.y],
+        bin_m,
     )
 }

@@ -10,13 +10,14 @@ use std::collections::VecDeque;
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
-use costmap::verdict::Verdict;
+use costmap::verdict::{Blocker, Verdict};
+use rayon::prelude::*;
 
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;
 use crate::outcome::{Control, Effort, Progress};
 use crate::prepare::Job;
-use crate::search::{Found, IMMOVABLE, Obstruction, Path, Scene, search};
+use crate::search::{Found, IMMOVABLE, Obstruction, Path, Scene, Searched, search};
 
 /// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
 const FIRST_WEIGHT: u32 = 500;
@@ -27,6 +28,9 @@ const WEIGHT_GROWTH: u32 = 250;
 const MOST_EVICTIONS: u32 = 24;
 /// States of one search; chosen here, seconds of work.
 const MOST_EXPANSIONS: u64 = 400_000;
+/// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they are
+/// seldom in one another's way.
+const LARGEST_BATCH: usize = 16;
 /// Orders tried when somebody is left out; chosen here.
 const ORDERS: u64 = 4;
 
@@ -171,6 +175,8 @@ struct Attempt<'a> {
     effort: &'a mut Effort,
     weights: Vec<u32>,
     evicted: Vec<u32>,
+    /// Whose weak wakes were too much for somebody: their steps are judged in full.
+    careful: Vec<bool>,
     most_evictions: u32,
     paths: Vec<Option<Path>>,
     stranded: Vec<(DroneId, Stranded)>,
@@ -193,6 +199,7 @@ impl<'a> Attempt<'a> {
             effort,
             weights: vec![FIRST_WEIGHT; drones],
             evicted: vec![0; drones],
+            careful: vec![false; drones],
             most_evictions: MOST_EVICTIONS,
             paths: vec![None; drones],
             stranded: Vec::new(),
@@ -224,16 +231,45 @@ impl<'a> Attempt<'a> {
         }
     }
 
+    /// Plans all in the queue, several at a time as if the others of the batch were not there. They are taken
+    /// in order, and whoever is in the way of one before it is planned again. How many there are in a batch
+    /// depends on how that went before, and not on the number of threads.
     fn run(&mut self, mut queue: VecDeque<DroneId>) {
-        while let Some(drone) = queue.pop_front() {
-            if self.weights[drone.0 as usize] == IMMOVABLE {
-                continue;
-            }
+        let mut most = 1;
+        loop {
             if (self.control.stop)() {
-                self.strand(drone, Stranded::Stopped, &mut queue);
-                continue;
+                while let Some(drone) = queue.pop_front() {
+                    if self.weights[drone.0 as usize] != IMMOVABLE {
+                        self.strand(drone, Stranded::Stopped, &mut queue);
+                    }
+                }
             }
-            self.plan_one(drone, &mut queue);
+            let batch = self.next_batch(&mut queue, most);
+            if batch.is_empty() {
+                break;
+            }
+            let scene = self.scene();
+            let searched: Vec<Searched> = batch
+                .par_iter()
+                .map(|drone| {
+                    let careful = self.careful[drone.0 as usize];
+                    search(Scene { careful, ..scene }, &self.job.errands[drone.0 as usize])
+                })
+                .collect();
+            let mut again = Vec::new();
+            for (drone, searched) in batch.into_iter().zip(searched) {
+                if !self.take(drone, searched, &mut queue) {
+                    again.push(drone);
+                }
+            }
+            most = if again.is_empty() {
+                (2 * most).min(LARGEST_BATCH)
+            } else {
+                (most / 2).max(1)
+            };
+            for drone in again.into_iter().rev() {
+                queue.push_front(drone);
+            }
             (self.control.progress)(Progress::Searching {
                 planned: self.paths.iter().flatten().count(),
                 drones: self.paths.len(),
@@ -243,41 +279,83 @@ impl<'a> Attempt<'a> {
         self.rescue();
     }
 
+    fn next_batch(&mut self, queue: &mut VecDeque<DroneId>, most: usize) -> Vec<DroneId> {
+        let mut batch = Vec::new();
+        while batch.len() < most {
+            let Some(drone) = queue.pop_front() else { break };
+            if self.weights[drone.0 as usize] == IMMOVABLE {
+                continue;
+            }
+            if self.job.errands[drone.0 as usize].alone(&self.job.roadmap) == UNREACHABLE {
+                self.strand(drone, Stranded::NoWay, queue);
+                continue;
+            }
+            batch.push(drone);
+        }
+        batch
+    }
+
     fn scene(&self) -> Scene<'_> {
         Scene {
             roadmap: &self.job.roadmap,
             costmap: &self.costmap,
             weights: &self.weights,
             energy_weight: self.energy_weight,
+            careful: false,
             most_expansions: MOST_EXPANSIONS,
             stop: self.control.stop,
         }
     }
 
-    fn plan_one(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
-        let errand = &self.job.errands[drone.0 as usize];
-        if errand.alone(&self.job.roadmap) == UNREACHABLE {
-            return self.strand(drone, Stranded::NoWay, queue);
-        }
-        let searched = search(self.scene(), errand);
+    /// Takes over what a search found; `false` if others of its batch are in the way by now.
+    fn take(
+        &mut self,
+        drone: DroneId,
+        searched: Searched,
+        queue: &mut VecDeque<DroneId>,
+    ) -> bool {
         self.effort.searches += 1;
         self.effort.expansions += searched.expansions;
+        if self.weights[drone.0 as usize] == IMMOVABLE {
+            // Stranded meanwhile.
+            return true;
+        }
         match searched.found {
             Found::Stopped => self.strand(drone, Stranded::Stopped, queue),
             Found::Blocked(by) => self.strand(drone, Stranded::Obstructed(by), queue),
             Found::Path(path) => {
+                if !self.meets_only_those_it_knows(&path) {
+                    return false;
+                }
                 for &met in &path.met {
                     self.evict(met, queue);
                 }
                 let stuck = |met: &DroneId| self.weights[met.0 as usize] == IMMOVABLE;
                 if path.met.iter().any(stuck) {
                     // Whoever was to give way has given up instead, and is in the way for good.
-                    return queue.push_front(drone);
+                    queue.push_front(drone);
+                    return true;
+                }
+                let careful = &mut self.careful[drone.0 as usize];
+                if !*careful && !self.costmap.is_borne(&path.legs) {
+                    *careful = true;
+                    queue.push_front(drone);
+                    return true;
                 }
                 self.costmap.insert(path.legs.clone());
                 self.paths[drone.0 as usize] = Some(path);
             }
         }
+        true
+    }
+
+    fn meets_only_those_it_knows(&self, path: &Path) -> bool {
+        let mut verdict = Verdict::default();
+        path.legs.iter().all(|leg| {
+            self.costmap.judge_nearby(leg, &mut verdict);
+            let known = |blocker: &Blocker| path.met.contains(&blocker.drone);
+            verdict.breaks_zone.is_none() && verdict.blockers.iter().all(known)
+        })
     }
 
     fn evict(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
@@ -303,19 +381,16 @@ impl<'a> Attempt<'a> {
         let stay = stays_at_start(&self.job.errands[drone.0 as usize], &self.job.roadmap);
         self.weights[drone.0 as usize] = IMMOVABLE;
         self.stranded.push((drone, why));
-        let mut near = Vec::new();
         let mut verdict = Verdict::default();
         loop {
-            self.costmap.near(&stay, &mut near);
-            self.costmap.judge(&stay, &near, &mut verdict);
+            self.costmap.judge(&stay, &mut verdict);
             let movable = |other: &DroneId| self.weights[other.0 as usize] != IMMOVABLE;
             let mut hit: Vec<DroneId> = verdict.blockers.iter().map(|b| b.drone).collect();
             if !hit.iter().any(movable) && !verdict.is_allowed() {
                 // Those who stay would bear one another, were nobody else near them.
                 for &other in &hit.clone() {
                     for leg in self.costmap.legs(other) {
-                        self.costmap.near(leg, &mut near);
-                        hit.extend(near.iter().map(|n| n.leg().drone));
+                        hit.extend(self.costmap.near(leg).iter().map(|item| item.leg.drone));
                     }
                 }
             }
@@ -352,6 +427,7 @@ impl<'a> Attempt<'a> {
             self.costmap.remove(drone);
             let scene = Scene {
                 weights: &immovable,
+                careful: true,
                 ..self.scene()
             };
             let searched = search(scene, &self.job.errands[drone.0 as usize]);

@@ -252,6 +252,7 @@ fn in_the_way(
         costmap: &paths.costmap,
         weights: &weights,
         energy_weight: 0.0,
+        careful: true,
         most_expansions: MOST_EXPANSIONS,
         stop: control.stop,
     };

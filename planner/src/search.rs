@@ -13,13 +13,14 @@
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
-use costmap::verdict::Why;
+use costmap::verdict::{Verdict, Why};
 use nalgebra::Point3;
 
 use crate::errand::Errand;
 use crate::roadmap::Roadmap;
 
 mod label;
+mod node;
 mod path;
 mod settle;
 mod wait;
@@ -47,10 +48,22 @@ pub struct Scene<'a> {
     pub weights: &'a [u32],
     /// Seconds of delay that a second's worth of hover energy is worth.
     pub energy_weight: f64,
+    /// Whether every step is judged in full, weak wakes on those far off included.
+    pub careful: bool,
     /// States after which the search gives up.
     pub most_expansions: u64,
     /// Asked now and then.
     pub stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Scene<'_> {
+    pub(crate) fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
+        if self.careful {
+            self.costmap.judge(leg, verdict);
+        } else {
+            self.costmap.judge_nearby(leg, verdict);
+        }
+    }
 }
 
 /// A way from start to end.

@@ -29,10 +29,8 @@ impl StayPrice {
             end: Tick::FOREVER,
             ..stay
         };
-        let mut found = Vec::new();
         let mut verdict = Verdict::default();
-        scene.costmap.near(&stay, &mut found);
-        scene.costmap.judge(&stay, &found, &mut verdict);
+        scene.judge(&stay, &mut verdict);
         let blockers = &mut verdict.blockers;
         blockers.sort_unstable_by_key(|b| (b.drone, b.began, b.clear));
         blockers.dedup_by_key(|b| (b.drone, b.began, b.clear));
@@ -51,6 +49,11 @@ impl StayPrice {
             later,
             never,
         }
+    }
+
+    /// Whenever it begins, it costs nothing.
+    pub(crate) fn is_free(&self) -> bool {
+        self.steps.is_empty()
     }
 
     fn step(&self, arrives: u32) -> Option<usize> {

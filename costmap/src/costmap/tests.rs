@@ -39,6 +39,7 @@ fn empty() -> Costmap {
         Fleet::new(&airframes, kinds.to_vec(), conditions),
         Covers::new(0.0, vec![top]),
         vec![zone],
+        Ground::new([0.0, 0.0], [7.0, 6.5], 1.0),
         DRONES as usize,
     )
 }
@@ -75,27 +76,28 @@ fn legs(drone: u32, round: u32) -> Vec<Leg> {
     legs
 }
 
-/// Who, from when: the load.
-type Loads = Vec<(u32, DroneId, Tick, u64)>;
+/// Who, from when: who loads it, from when, by how much.
+type Loads = Vec<(DroneId, Tick, Vec<(DroneId, Tick, u32)>, u64)>;
 
 fn loads(costmap: &Costmap) -> (Loads, Vec<Vec<(DroneId, u32)>>) {
     let mut loads = Loads::new();
-    let mut in_zone = Vec::new();
-    for bucket in 0..=costmap.timeline.bucket_count() as u32 {
-        for drone in (0..DRONES).map(DroneId) {
-            for slot in costmap.timeline.of(bucket, drone) {
-                let item = costmap.timeline.item(slot);
-                loads.push((bucket, drone, item.leg.start, item.load));
-            }
+    for drone in (0..DRONES).map(DroneId) {
+        for &index in costmap.timeline.of(drone) {
+            let item = costmap.timeline.item(index);
+            let mut met: Vec<_> = item.met.iter().map(|it| (it.from, it.start, it.load)).collect();
+            met.sort_unstable();
+            loads.push((drone, item.leg.start, met, item.peak));
         }
-        let mut zone: Vec<_> = costmap.zone_loads[bucket as usize][0]
-            .iter()
-            .map(|load| (load.drone, load.load))
-            .collect();
-        zone.sort_unstable();
-        in_zone.push(zone);
     }
-    loads.sort_unstable();
+    let in_zone = costmap
+        .zone_loads
+        .iter()
+        .map(|zones| {
+            let mut zone: Vec<_> = zones[0].iter().map(|load| (load.drone, load.load)).collect();
+            zone.sort_unstable();
+            zone
+        })
+        .collect();
     (loads, in_zone)
 }
 
@@ -119,7 +121,7 @@ fn what_was_taken_back_leaves_no_trace() {
     }
     assert_eq!(loads(&used), loads(&fresh));
     let (loads, zones) = loads(&used);
-    assert!(loads.iter().filter(|load| load.3 > 0).count() > 50);
+    assert!(loads.iter().filter(|load| load.3 > 0).count() > 25);
     assert!(zones.iter().flatten().count() > 5);
 }
 
@@ -128,10 +130,27 @@ fn an_empty_sky_forbids_nothing_but_a_zone() {
     let costmap = empty();
     let mut verdict = Verdict::default();
     for leg in (0..DRONES).flat_map(|drone| legs(drone, 0)) {
-        let mut near = Vec::new();
-        costmap.near(&leg, &mut near);
-        assert!(near.is_empty());
-        costmap.judge(&leg, &near, &mut verdict);
+        assert!(costmap.near(&leg).is_empty());
+        costmap.judge(&leg, &mut verdict);
         assert!(verdict.blockers.is_empty() && verdict.price_s == 0.0);
     }
+}
+
+#[test]
+fn what_is_allowed_at_a_rough_look_is_allowed_at_a_full_one() {
+    let mut allowed = 0;
+    let mut costmap = empty();
+    for drone in 0..DRONES {
+        for round in 0..60 {
+            for leg in legs(drone, round).into_iter().flat_map(|leg| parts(&leg).collect::<Vec<_>>()) {
+                let (mut rough, mut full) = (Verdict::default(), Verdict::default());
+                let enough = costmap.judge_roughly(&leg, &mut rough);
+                costmap.judge_fully(&leg, &mut full);
+                assert!(!enough || rough.blockers.len() == full.blockers.len(), "{leg:?} {full:?}");
+                allowed += u32::from(enough && !costmap.near(&leg).is_empty());
+            }
+        }
+        costmap.insert(legs(drone, 0));
+    }
+    assert!(allowed > 1_000, "{allowed}");
 }

@@ -10,6 +10,8 @@ use crate::roadmap::Vertex;
 pub(super) enum Step {
     Start,
     Move,
+    /// To stay for a while; how long is asked when its turn comes.
+    Linger,
     Wait,
     Dwell,
     End,
@@ -29,6 +31,8 @@ pub(super) struct Label {
     pub(super) met: u32,
     /// The costmap has been asked about the step that leads here.
     pub(super) judged: bool,
+    /// Steps up to this total have been thought of.
+    pub(super) offered: Option<u32>,
 }
 
 /// Cheapest first; among equals the nearest to the end, then the newest.

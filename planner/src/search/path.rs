@@ -26,7 +26,7 @@ impl Search<'_> {
                     legs.extend(self.ending_legs(from));
                     continue;
                 }
-                Step::Start | Step::Wait => {}
+                Step::Start | Step::Wait | Step::Linger => {}
             }
             if leg.start < leg.end {
                 legs.push(leg);

@@ -2,35 +2,27 @@
 
 use std::collections::BinaryHeap;
 
-use costmap::costmap::Neighbour;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use costmap::verdict::Verdict;
 use nalgebra::Point3;
-use rustc_hash::FxHashMap;
 
 use super::label::{Label, Open, Step};
-use super::wait::{NextEvent, WAIT_GRID_TICKS, free_until};
+use super::node::Nodes;
+use super::wait::WAIT_GRID_TICKS;
 use super::{Found, Hindrance, Obstruction, Scene};
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;
-use crate::roadmap::Vertex;
 use crate::stay_price::{StayPrice, stays};
-
-/// How far ahead neighbours are gathered, and the longest single wait: chosen here, a bucket of the timeline.
-const WINDOW_TICKS: u32 = 100;
 
 pub(super) struct Search<'a> {
     pub(super) scene: Scene<'a>,
     pub(super) errand: &'a Errand,
     pub(super) labels: Vec<Label>,
     open: BinaryHeap<Open>,
-    /// Times for which a place is known to be reached and free to hover at.
-    covers: FxHashMap<(Vertex, u16, bool), Vec<(Tick, Tick)>>,
+    pub(super) nodes: Nodes<'a>,
     pub(super) met: Vec<(DroneId, u32)>,
     /// Of dwelling at each task, and of the end.
     pub(super) stays: Vec<StayPrice>,
-    neighbours: Vec<Neighbour>,
-    own: Vec<Neighbour>,
     pub(super) verdict: Verdict,
     pub(super) obstruction: Option<Obstruction>,
     impatience_shift: u32,
@@ -44,11 +36,9 @@ impl<'a> Search<'a> {
             errand,
             labels: Vec::new(),
             open: BinaryHeap::new(),
-            covers: FxHashMap::default(),
+            nodes: Nodes::new(scene.roadmap, errand),
             met: vec![(DroneId(u32::MAX), 0)],
             stays: stays(&scene, errand),
-            neighbours: Vec::new(),
-            own: Vec::new(),
             verdict: Verdict::default(),
             obstruction: None,
             impatience_shift,
@@ -57,6 +47,14 @@ impl<'a> Search<'a> {
     }
 
     pub(super) fn run(&mut self, most_expansions: u64) -> Found {
+        if let Some(never) = self.stays.iter().find_map(|stay| stay.never) {
+            return Found::Blocked(Some(Obstruction {
+                by: Hindrance::Drone(never.0, never.1),
+                at_m: self.scene.roadmap.position_m(self.errand.last_vertex()),
+                at: Tick(0),
+                remaining: 0,
+            }));
+        }
         self.push(Label {
             vertex: self.errand.start,
             stage: 0,
@@ -67,21 +65,19 @@ impl<'a> Search<'a> {
             parent: u32::MAX,
             met: 0,
             judged: true,
+            offered: None,
         });
-        if let Some(never) = self.stays.iter().find_map(|stay| stay.never) {
-            return Found::Blocked(Some(Obstruction {
-                by: Hindrance::Drone(never.0, never.1),
-                at_m: self.scene.roadmap.position_m(self.errand.last_vertex()),
-                at: Tick(0),
-                remaining: 0,
-            }));
-        }
-        while let Some(Open { label, .. }) = self.open.pop() {
-            if self.labels[label as usize].step == Step::End {
-                return Found::Path(self.path(label));
-            }
-            if self.is_covered(&self.labels[label as usize]) || !self.is_confirmed(label) {
-                continue;
+        while let Some(Open { label, total, .. }) = self.open.pop() {
+            let Label { step, offered, .. } = self.labels[label as usize];
+            match step {
+                Step::End => return Found::Path(self.path(label)),
+                Step::Linger => self.wait(label),
+                _ if offered.is_some() => {
+                    self.offer(label, total);
+                    continue;
+                }
+                _ if self.is_reached(label) || !self.is_confirmed(label) => continue,
+                _ => self.expand(label, total),
             }
             self.expansions += 1;
             if self.expansions > most_expansions {
@@ -90,25 +86,35 @@ impl<'a> Search<'a> {
             if self.expansions.is_multiple_of(1024) && (self.scene.stop)() {
                 return Found::Stopped;
             }
-            self.expand(label);
         }
         Found::Blocked(self.obstruction)
     }
 
     pub(super) fn push(&mut self, label: Label) {
-        if label.step == Step::End || !self.is_covered(&label) {
-            self.labels.push(label);
-            self.enqueue(self.labels.len() as u32 - 1);
+        if let Some((total, remaining)) = self.total(&label) {
+            self.push_at(label, total, remaining);
         }
     }
 
-    fn enqueue(&mut self, index: u32) {
-        let label = self.labels[index as usize];
-        let remaining =
-            self.errand
-                .remaining(self.scene.roadmap, usize::from(label.stage), label.vertex);
+    fn push_at(&mut self, label: Label, total: u32, remaining: u32) {
+        self.labels.push(label);
+        self.open.push(Open {
+            total,
+            remaining,
+            label: self.labels.len() as u32 - 1,
+        });
+    }
+
+    /// What a way through this state costs at least, and how long the rest takes; `None` if there is no
+    /// way, or no need to go there.
+    fn total(&mut self, label: &Label) -> Option<(u32, u32)> {
+        let node = self.nodes.at(label);
+        if label.step != Step::End && self.nodes.is_covered(node, label) {
+            return None;
+        }
+        let remaining = self.nodes.remaining(node);
         if remaining == UNREACHABLE {
-            return;
+            return None;
         }
         let ends = label.at.0.saturating_add(remaining);
         let excess = if label.met == 0 && label.step != Step::End {
@@ -122,44 +128,24 @@ impl<'a> Search<'a> {
             .saturating_add(ends)
             .saturating_add(excess.unwrap_or(0))
             .saturating_add(remaining >> self.impatience_shift);
-        if total == u32::MAX {
-            // Somebody who never leaves is where it has to stay.
-            return;
-        }
-        self.open.push(Open {
-            total,
-            remaining,
-            label: index,
-        });
+        // The highest: somebody who never leaves is where it has to stay.
+        (total < u32::MAX).then_some((total, remaining))
     }
 
     /// Prices of the stays that are still to come, each with the least tick at which it can begin.
-    fn stays_ahead(&self, stage: u16, ends: u32) -> impl Iterator<Item = (&StayPrice, u32)> {
-        let ahead = usize::from(stage)..;
-        self.stays
-            .iter()
-            .zip(0..)
-            .skip(ahead.start)
-            .map(move |(stay, index): (_, usize)| {
-                let rest = self
-                    .errand
-                    .stages
-                    .get(index)
-                    .map_or(0, |stage| stage.rest_ticks);
+    pub(super) fn stays_ahead(
+        &self,
+        stage: u16,
+        ends: u32,
+    ) -> impl Iterator<Item = (&StayPrice, u32)> {
+        let priced = self.stays.iter().enumerate().skip(usize::from(stage));
+        priced
+            .filter(|(_, stay)| !stay.is_free())
+            .map(move |(index, stay)| {
+                let stage = self.errand.stages.get(index);
+                let rest = stage.map_or(0, |stage| stage.rest_ticks);
                 (stay, ends.saturating_sub(rest))
             })
-    }
-
-    fn is_covered(&self, label: &Label) -> bool {
-        let key = (label.vertex, label.stage, label.grounded);
-        let Some(covers) = self.covers.get(&key) else {
-            return false;
-        };
-        covers.iter().any(|&(from, to)| match label.step {
-            // A wait is worth while though its place is free: something near has changed.
-            Step::Wait => from == label.at,
-            _ => from <= label.at && label.at <= to,
-        })
     }
 
     pub(super) fn kind(&self, stage: u16) -> KindId {
@@ -191,7 +177,7 @@ impl<'a> Search<'a> {
         let to_m = self.scene.roadmap.position_m(label.vertex);
         let mut leg = self.leg(&came_from, to_m, label.at.0 - came_from.at.0);
         leg.flying = true;
-        self.judge_afresh(&leg);
+        self.judge(&leg);
         let Some(settled) = self.settled(Label {
             judged: true,
             ..label
@@ -202,23 +188,24 @@ impl<'a> Search<'a> {
         if settled.paid == label.paid && settled.met == label.met {
             return true;
         }
-        self.enqueue(index);
+        if let Some((total, remaining)) = self.total(&settled) {
+            self.open.push(Open {
+                total,
+                remaining,
+                label: index,
+            });
+        }
         false
     }
 
-    fn expand(&mut self, index: u32) {
-        let label = self.labels[index as usize];
-        let here_m = self.scene.roadmap.position_m(label.vertex);
-        let hover = self.leg(&label, here_m, WINDOW_TICKS);
-        let reach_m = self.step_to_neighbours(index, &label);
-        let mut neighbours = std::mem::take(&mut self.neighbours);
-        self.scene.costmap.near(&hover, &mut neighbours);
-        self.scene
-            .costmap
-            .judge(&hover, &neighbours, &mut self.verdict);
-        let free_until = free_until(&hover, &self.verdict);
-        self.cover(&label, free_until);
+    pub(super) fn judge(&mut self, leg: &Leg) {
+        self.scene.judge(leg, &mut self.verdict);
+    }
 
+    fn expand(&mut self, index: u32, total: u32) {
+        let label = self.labels[index as usize];
+        let node = self.nodes.at(&label);
+        self.nodes.visit(node, index, label.at);
         match self.errand.stages.get(usize::from(label.stage)) {
             Some(stage) if stage.distances.goal() == label.vertex => {
                 self.dwell(index, &label, stage.dwell_ticks);
@@ -226,42 +213,57 @@ impl<'a> Search<'a> {
             None => self.end(index, &label),
             Some(_) => {}
         }
-        let mut next = NextEvent::after(label.at);
-        for neighbour in self.scene.costmap.gripping(&hover, reach_m, &neighbours) {
-            next.see(neighbour.began(), neighbour.clear());
-        }
-        self.wait(index, &label, &neighbours, free_until, next);
-        self.neighbours = neighbours;
+        self.offer(index, total);
+        let soon = (label.at.0 + 1).checked_next_multiple_of(WAIT_GRID_TICKS);
+        self.push(Label {
+            step: Step::Linger,
+            at: Tick(soon.unwrap_or(label.at.0)),
+            parent: index,
+            ..label
+        });
     }
 
-    fn cover(&mut self, label: &Label, until: Tick) {
-        let key = (label.vertex, label.stage, label.grounded);
-        self.covers.entry(key).or_default().push((label.at, until));
-    }
-
-    /// Steps to neighbouring places that are not known to be reached in time anyway; the longest of them (m).
-    fn step_to_neighbours(&mut self, index: u32, label: &Label) -> f64 {
-        let mut longest_m = 0.0_f64;
+    /// Steps to neighbouring places that cost no more than this in all. The dearer ones have their turn
+    /// when it comes to them: mostly never (partial expansion: T. Yoshizumi, T. Miura, T. Ishida, "A* with
+    /// partial expansion for large branching factor problems", AAAI 2000).
+    fn offer(&mut self, index: u32, most: u32) {
+        let label = self.labels[index as usize];
         if usize::from(label.stage) == self.errand.stages.len() {
-            return longest_m;
+            return;
         }
         let roadmap = self.scene.roadmap;
+        let mut next = u32::MAX;
         for (to, way) in roadmap.ways(label.vertex) {
             let Some(ticks) = self.errand.mover.ticks(roadmap, to, way) else {
                 continue;
             };
-            longest_m = longest_m.max(f64::from(way.length_m));
-            self.push(Label {
+            let step = Label {
                 vertex: to,
                 grounded: false,
                 step: Step::Move,
                 at: label.at.after(ticks),
                 parent: index,
                 judged: false,
-                ..*label
+                offered: None,
+                ..label
+            };
+            match self.total(&step) {
+                Some((total, _)) if total > most => next = next.min(total),
+                Some((total, remaining)) if label.offered.is_none_or(|upto| total > upto) => {
+                    self.push_at(step, total, remaining);
+                }
+                _ => {}
+            }
+        }
+        self.labels[index as usize].offered = Some(most);
+        if next < u32::MAX {
+            let node = self.nodes.at(&label);
+            self.open.push(Open {
+                total: next,
+                remaining: self.nodes.remaining(node),
+                label: index,
             });
         }
-        longest_m
     }
 
     fn dwell(&mut self, index: u32, label: &Label, ticks: u32) {
@@ -270,6 +272,7 @@ impl<'a> Search<'a> {
             step: Step::Dwell,
             at: label.at.after(ticks),
             parent: index,
+            offered: None,
             ..*label
         };
         if ticks == 0 {
@@ -279,7 +282,7 @@ impl<'a> Search<'a> {
         let here_m = self.scene.roadmap.position_m(label.vertex);
         let mut leg = self.leg(label, here_m, ticks);
         leg.kind = self.kind(done.stage);
-        self.judge_afresh(&leg);
+        self.judge(&leg);
         self.settle(done);
     }
 
@@ -292,7 +295,7 @@ impl<'a> Search<'a> {
         };
         let mut all = Verdict::default();
         for leg in &legs {
-            self.judge_afresh(leg);
+            self.judge(leg);
             all.breaks_zone = all.breaks_zone.or(self.verdict.breaks_zone);
             all.price_s += self.verdict.price_s;
             all.blockers.append(&mut self.verdict.blockers);
@@ -300,54 +303,5 @@ impl<'a> Search<'a> {
         self.verdict = all;
         ended.at = label.at;
         self.settle(ended);
-    }
-
-    /// Judges a leg against its own neighbours.
-    fn judge_afresh(&mut self, leg: &Leg) {
-        let mut found = std::mem::take(&mut self.own);
-        self.scene.costmap.near(leg, &mut found);
-        self.scene.costmap.judge(leg, &found, &mut self.verdict);
-        self.own = found;
-    }
-
-    fn wait(
-        &mut self,
-        index: u32,
-        label: &Label,
-        neighbours: &[Neighbour],
-        free_until: Tick,
-        mut next: NextEvent,
-    ) {
-        let settled = label.at >= self.scene.costmap.horizon();
-        if settled && free_until >= label.at.after(WINDOW_TICKS) {
-            // Nothing changes any more: to wait is to lose time.
-            self.cover(label, Tick::FOREVER);
-            return;
-        }
-        let remaining =
-            self.errand
-                .remaining(self.scene.roadmap, usize::from(label.stage), label.vertex);
-        if label.met == 0 {
-            let ends = label.at.0.saturating_add(remaining);
-            let slack = self
-                .stays_ahead(label.stage, ends)
-                .max_by_key(|(stay, arrives)| stay.excess(*arrives))
-                .map_or(0, |(stay, arrives)| stay.slack(arrives));
-            next.at(label.at.after(slack));
-        }
-        next.at(Tick(label.at.0 + WINDOW_TICKS - WAIT_GRID_TICKS + 1));
-        let until = next.earliest();
-        let here_m = self.scene.roadmap.position_m(label.vertex);
-        let leg = self.leg(label, here_m, until.0 - label.at.0);
-        self.scene
-            .costmap
-            .judge(&leg, neighbours, &mut self.verdict);
-        let waited = Label {
-            step: Step::Wait,
-            at: until,
-            parent: index,
-            ..*label
-        };
-        self.settle(waited);
     }
 }

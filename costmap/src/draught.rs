@@ -1,0 +1,178 @@
+//! What weak wakes from farther off add up to at most, by place and time.
+//!
+//! Beyond [`Fleet::near_m`] no wake is worth looking at one by one, but many together may be. So every
+//! bin of the floor keeps, second by second, the sum of what those who are that far off can bring to
+//! anybody in it.
+
+use crate::fleet::Fleet;
+use crate::ground::{Footprint, Ground};
+use crate::leg::{Leg, Tick};
+use crate::timeline::Timeline;
+
+/// Bins along the side of a block: chosen here, about a weak wake's reach.
+const BLOCK: usize = 4;
+
+/// Sums of weak loads, in millionths of the lowest budget of the fleet.
+#[derive(Clone, Debug)]
+pub(crate) struct Draught {
+    /// By bucket and bin.
+    sums: Vec<Vec<u32>>,
+    /// After the last bucket, by bin.
+    after: Vec<u32>,
+    /// By block of bins, the greatest sum of weak loads there has ever been.
+    worst: Vec<u32>,
+    blocks: Ground,
+}
+
+/// From and to which bucket (`u32::MAX`: for ever) how much falls into which bin.
+struct Spread {
+    from: u32,
+    to: u32,
+    loads: Vec<(usize, u32)>,
+}
+
+impl Draught {
+    pub(crate) fn new(ground: &Ground) -> Draught {
+        let blocks = ground.coarser(BLOCK);
+        Draught {
+            sums: Vec::new(),
+            after: vec![0; ground.count()],
+            worst: vec![0; blocks.count()],
+            blocks,
+        }
+    }
+
+    pub(crate) fn extend_to(&mut self, buckets: usize) {
+        while self.sums.len() < buckets {
+            self.sums.push(self.after.clone());
+        }
+    }
+
+    /// Adds what a drone on these legs brings to others.
+    pub(crate) fn add(&mut self, fleet: &Fleet, timeline: &Timeline, legs: &[Leg]) {
+        let blocks = self.blocks;
+        let mut worst = std::mem::take(&mut self.worst);
+        self.change(fleet, timeline, legs, |bin, sum, load| {
+            *sum += load;
+            let worst = &mut worst[timeline.ground().coarse(bin, BLOCK, &blocks)];
+            *worst = (*sum).max(*worst);
+        });
+        self.worst = worst;
+    }
+
+    /// Takes it back.
+    pub(crate) fn take_back(&mut self, fleet: &Fleet, timeline: &Timeline, legs: &[Leg]) {
+        self.change(fleet, timeline, legs, |_, sum, load| *sum -= load);
+    }
+
+    fn change(
+        &mut self,
+        fleet: &Fleet,
+        timeline: &Timeline,
+        legs: &[Leg],
+        mut change: impl FnMut(usize, &mut u32, u32),
+    ) {
+        for spread in spreads(fleet, timeline, legs) {
+            let last = (spread.to as usize).min(self.sums.len());
+            for sums in &mut self.sums[(spread.from as usize).min(last)..last] {
+                for &(bin, load) in &spread.loads {
+                    change(bin, &mut sums[bin], load);
+                }
+            }
+            if spread.to == u32::MAX {
+                for &(bin, load) in &spread.loads {
+                    change(bin, &mut self.after[bin], load);
+                }
+            }
+        }
+    }
+
+    /// The most that weak wakes bring to somebody within a footprint, whenever between two ticks.
+    pub(crate) fn on(&self, timeline: &Timeline, at: &Footprint, start: Tick, end: Tick) -> u64 {
+        let ground = timeline.ground();
+        let bins = ground.bins(at);
+        let mut most = 0;
+        for bucket in timeline.buckets(start, end) {
+            let sums = self.sums.get(bucket as usize).unwrap_or(&self.after);
+            for row in ground.rows(bins) {
+                most = sums[row].iter().fold(most, |most, sum| most.max(*sum));
+            }
+        }
+        u64::from(most)
+    }
+
+    /// The most that weak wakes bring, or have brought, to anybody within a footprint.
+    pub(crate) fn worst(&self, at: &Footprint) -> u64 {
+        let rows = self.blocks.rows(self.blocks.bins(at));
+        let worst = rows.flat_map(|row| &self.worst[row]).max();
+        worst.map_or(0, |worst| u64::from(*worst))
+    }
+}
+
+/// What a drone brings to every bin that it is not near to, at most, bucket by bucket.
+fn spreads(fleet: &Fleet, timeline: &Timeline, legs: &[Leg]) -> Vec<Spread> {
+    let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
+        return Vec::new();
+    };
+    let mut spreads = Vec::new();
+    let mut next = 0;
+    for bucket in timeline.buckets(first.start, last.end) {
+        let (start, end) = timeline.span(bucket);
+        while legs[next].end <= start && next + 1 < legs.len() {
+            next += 1;
+        }
+        let lasts = next + 1 == legs.len() && last.end == Tick::FOREVER && last.start <= start;
+        let parts: Vec<Leg> = legs[next..]
+            .iter()
+            .take_while(|leg| leg.start < end)
+            .filter(|leg| leg.flying)
+            .map(|leg| leg.between(start, end))
+            .filter(|part| part.start < part.end)
+            .collect();
+        let spread = Spread {
+            from: bucket,
+            to: if lasts || bucket as usize == timeline.bucket_count() {
+                u32::MAX
+            } else {
+                bucket + 1
+            },
+            loads: loads(fleet, timeline.ground(), &parts),
+        };
+        spreads.push(spread);
+        if lasts {
+            break;
+        }
+    }
+    spreads
+}
+
+fn loads(fleet: &Fleet, ground: &Ground, parts: &[Leg]) -> Vec<(usize, u32)> {
+    let around = parts
+        .iter()
+        .map(|part| Footprint::around(part, fleet.wake_reach_m(part.kind)))
+        .reduce(|a, b| a.joined(&b));
+    let Some(around) = around else {
+        return Vec::new();
+    };
+    let own: Vec<(Footprint, &Leg)> = parts
+        .iter()
+        .map(|part| (Footprint::around(part, 0.0), part))
+        .collect();
+    let mut loads = Vec::new();
+    for bin in ground.rows(ground.bins(&around)).flatten() {
+        let place = ground.footprint(bin);
+        let on_it = |(at, part): &(Footprint, &Leg)| {
+            let gap_m = at.gap_m(&place);
+            if gap_m < fleet.near_m() {
+                0
+            } else {
+                fleet.faint_load_on_any(part.kind, gap_m)
+            }
+        };
+        let load = own.iter().map(on_it).max().unwrap_or(0);
+        if load > 0 {
+            loads.push((bin, load));
+        }
+    }
+    loads
+}
