@@ -7,7 +7,7 @@ use crate::draught::Draught;
 use crate::fleet::{BUDGET, Fleet, WHOLE, ZoneBox};
 use crate::ground::{Footprint, Ground};
 use crate::leg::{DroneId, Leg, Tick};
-use crate::timeline::{BUCKET_TICKS, Incoming, Item, Timeline, peak};
+use crate::timeline::{BUCKET_TICKS, Incoming, Item, Timeline};
 use crate::verdict::{Blocker, Verdict, Why, block_largest, price};
 
 /// Legs on the move that last longer are judged and kept in parts: chosen here, a second holds a typical one.
@@ -216,15 +216,15 @@ impl Costmap {
         self.judge_parts(leg, verdict, |part, verdict| self.judge_fully(part, verdict));
     }
 
-    /// The same in a tenth of the time, without a look at what the leg's own weak wake adds far off: ask
-    /// [`Costmap::is_borne`] once a whole way is known.
+    /// The same in a tenth of the time: by bounds for those who are not close, and without a look at what the
+    /// leg's own weak wake adds far off. Ask [`Costmap::is_borne`] once a whole way is known.
     pub fn judge_nearby(&self, leg: &Leg, verdict: &mut Verdict) {
         self.judge_parts(leg, verdict, |part, verdict| {
             let before = (verdict.blockers.len(), verdict.price_s);
-            if !self.judge_roughly(part, verdict) {
+            if !self.judge_close(part, false, verdict) {
                 verdict.blockers.truncate(before.0);
                 verdict.price_s = before.1;
-                self.judge_fully(part, verdict);
+                self.judge_close(part, true, verdict);
             }
         });
     }
@@ -284,8 +284,9 @@ impl Costmap {
         }
     }
 
-    /// Looks at those who are close, and takes bounds for the rest; `false` if bounds will not do.
-    fn judge_roughly(&self, part: &Leg, verdict: &mut Verdict) -> bool {
+    /// Looks at those who are close, and takes bounds for the rest. `false` if bounds will not do: `exactly`
+    /// they serve for nobody close, and the heaviest loads give way to the others.
+    fn judge_close(&self, part: &Leg, exactly: bool, verdict: &mut Verdict) -> bool {
         let own = Footprint::around(part, 0.0);
         let mut own_end_z_m = None;
         let mut met = std::mem::take(&mut verdict.met);
@@ -293,7 +294,7 @@ impl Costmap {
         self.close_to(part, |_, item| {
             let (mine, theirs) = (part.kind, item.leg.kind);
             let gap_m = own.gap_m(&item.footprint);
-            let tight = gap_m < self.fleet.tight_m(mine, theirs);
+            let tight = exactly || gap_m < self.fleet.tight_m(mine, theirs);
             let load = if tight || !self.bears_easily(part, &own, item) {
                 let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(part));
                 self.judge_one(part, end_z_m, item, verdict)
@@ -303,17 +304,57 @@ impl Costmap {
                 0
             };
             if load > 0 {
-                met.push(incoming(part, &item.leg, load));
+                met.push((incoming(part, &item.leg, load), [item.began, item.clear]));
             }
         });
-        let enough = !part.flying || !self.fleet.conditions().wakes || {
+        let blows = part.flying && self.fleet.conditions().wakes;
+        let enough = !blows || {
             let weak = self.draught.on(&self.timeline, &own, part.start, part.end);
-            let all = met.iter().map(|incoming| u64::from(incoming.load));
-            all.sum::<u64>() + weak <= u64::from(self.budget)
-                || peak(&met, part.start, part.end) + weak <= u64::from(self.budget)
+            let weak = u32::try_from(weak).unwrap_or(u32::MAX);
+            let all = met.iter().map(|(incoming, _)| u64::from(incoming.load));
+            all.sum::<u64>() + u64::from(weak) <= u64::from(self.budget)
+                || self.block_sums(part, weak, exactly, &met, verdict)
         };
         verdict.met = met;
         enough
+    }
+
+    /// Whether the loads fit into the budget at every moment of a part; if they `must`, those that do not are
+    /// blocked.
+    fn block_sums(
+        &self,
+        part: &Leg,
+        weak: u32,
+        must: bool,
+        met: &[(Incoming, [Tick; 2])],
+        verdict: &mut Verdict,
+    ) -> bool {
+        let begins = met.iter().map(|(incoming, _)| incoming.start);
+        for moment in std::iter::once(part.start).chain(begins) {
+            let lasts = |it: &Incoming| it.start <= moment && moment < it.end;
+            let together = || met.iter().filter(|(it, _)| lasts(it));
+            let sum: u64 = together().map(|(it, _)| u64::from(it.load)).sum();
+            if sum + u64::from(weak) <= u64::from(self.budget) {
+                continue;
+            }
+            if !must {
+                return false;
+            }
+            let mut loads: Vec<(u32, Blocker)> = together()
+                .map(|(it, [began, clear])| {
+                    let blocker = Blocker {
+                        drone: it.from,
+                        why: Why::OwnLimit,
+                        began: *began,
+                        clear: *clear,
+                    };
+                    (it.load, blocker)
+                })
+                .collect();
+            loads.sort_by_key(|(_, blocker)| (blocker.drone, blocker.began));
+            block_largest(&mut loads, weak.min(self.budget), self.budget, verdict);
+        }
+        true
     }
 
     /// Judges against one other; what it brings unless it forbids the leg.
@@ -348,32 +389,14 @@ impl Costmap {
     /// Looks at everybody, and sums what lasts together.
     fn judge_fully(&self, part: &Leg, verdict: &mut Verdict) {
         let end_z_m = self.wake_end_z_m(part);
-        let mut met: Vec<(Incoming, Blocker)> = Vec::new();
+        let mut met = Vec::new();
         for item in self.near(part) {
             let load = self.judge_one(part, end_z_m, item, verdict);
             if load > 0 {
-                let incoming = incoming(part, &item.leg, load);
-                let blocker = Blocker {
-                    drone: item.leg.drone,
-                    why: Why::OwnLimit,
-                    began: item.began,
-                    clear: item.clear,
-                };
-                met.push((incoming, blocker));
+                met.push((incoming(part, &item.leg, load), [item.began, item.clear]));
             }
         }
-        let loads: Vec<Incoming> = met.iter().map(|(incoming, _)| *incoming).collect();
-        if peak(&loads, part.start, part.end) <= u64::from(self.budget) {
-            return;
-        }
-        for moment in loads.iter().map(|incoming| incoming.start) {
-            let mut together: Vec<(u32, Blocker)> = met
-                .iter()
-                .filter(|(it, _)| it.start <= moment && moment < it.end)
-                .map(|(it, blocker)| (it.load, *blocker))
-                .collect();
-            block_largest(&mut together, 0, self.budget, verdict);
-        }
+        self.block_sums(part, 0, true, &met, verdict);
     }
 
     fn extend_zones(&mut self, buckets: usize) {

@@ -63,7 +63,7 @@ impl Item {
 }
 
 /// The greatest sum of loads at one moment between two ticks.
-pub(crate) fn peak(met: &[Incoming], start: Tick, end: Tick) -> u64 {
+fn peak(met: &[Incoming], start: Tick, end: Tick) -> u64 {
     let at = |moment: Tick| -> u64 {
         met.iter()
             .filter(|it| it.start <= moment && moment < it.end)

@@ -45,8 +45,8 @@ pub struct Verdict {
     pub breaks_zone: Option<usize>,
     /// Extra energy of everyone affected, in seconds of its own hovering in still air.
     pub price_s: f64,
-    /// What the leg meets of others' wakes, while it is judged.
-    pub(crate) met: Vec<Incoming>,
+    /// What the leg meets of others' wakes, while it is judged; when theirs began and end.
+    pub(crate) met: Vec<(Incoming, [Tick; 2])>,
 }
 
 impl Verdict {

@@ -257,10 +257,12 @@ impl<'a> Attempt<'a> {
                 })
                 .collect();
             let mut again = Vec::new();
+            let mut is_first = true;
             for (drone, searched) in batch.into_iter().zip(searched) {
-                if !self.take(drone, searched, &mut queue) {
+                if !self.take(drone, searched, is_first, &mut queue) {
                     again.push(drone);
                 }
+                is_first = false;
             }
             most = if again.is_empty() {
                 (2 * most).min(LARGEST_BATCH)
@@ -312,6 +314,7 @@ impl<'a> Attempt<'a> {
         &mut self,
         drone: DroneId,
         searched: Searched,
+        is_first: bool,
         queue: &mut VecDeque<DroneId>,
     ) -> bool {
         self.effort.searches += 1;
@@ -324,7 +327,7 @@ impl<'a> Attempt<'a> {
             Found::Stopped => self.strand(drone, Stranded::Stopped, queue),
             Found::Blocked(by) => self.strand(drone, Stranded::Obstructed(by), queue),
             Found::Path(path) => {
-                if !self.meets_only_those_it_knows(&path) {
+                if !is_first && !self.meets_only_those_it_knows(drone, &path) {
                     return false;
                 }
                 for &met in &path.met {
@@ -349,10 +352,15 @@ impl<'a> Attempt<'a> {
         true
     }
 
-    fn meets_only_those_it_knows(&self, path: &Path) -> bool {
+    /// Whether a path is as its search thought, now that others of its batch are there.
+    fn meets_only_those_it_knows(&self, drone: DroneId, path: &Path) -> bool {
+        let scene = Scene {
+            careful: self.careful[drone.0 as usize],
+            ..self.scene()
+        };
         let mut verdict = Verdict::default();
         path.legs.iter().all(|leg| {
-            self.costmap.judge_nearby(leg, &mut verdict);
+            scene.judge(leg, &mut verdict);
             let known = |blocker: &Blocker| path.met.contains(&blocker.drone);
             verdict.breaks_zone.is_none() && verdict.blockers.iter().all(known)
         })

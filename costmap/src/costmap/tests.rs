@@ -137,17 +137,18 @@ fn an_empty_sky_forbids_nothing_but_a_zone() {
 }
 
 #[test]
-fn what_is_allowed_at_a_rough_look_is_allowed_at_a_full_one() {
+fn what_a_look_nearby_allows_a_full_one_allows_if_it_is_borne() {
     let mut allowed = 0;
     let mut costmap = empty();
     for drone in 0..DRONES {
         for round in 0..60 {
             for leg in legs(drone, round).into_iter().flat_map(|leg| parts(&leg).collect::<Vec<_>>()) {
-                let (mut rough, mut full) = (Verdict::default(), Verdict::default());
-                let enough = costmap.judge_roughly(&leg, &mut rough);
-                costmap.judge_fully(&leg, &mut full);
-                assert!(!enough || rough.blockers.len() == full.blockers.len(), "{leg:?} {full:?}");
-                allowed += u32::from(enough && !costmap.near(&leg).is_empty());
+                let (mut nearby, mut full) = (Verdict::default(), Verdict::default());
+                costmap.judge_nearby(&leg, &mut nearby);
+                costmap.judge(&leg, &mut full);
+                let allows = nearby.blockers.is_empty() && costmap.is_borne(&[leg]);
+                assert!(!allows || full.blockers.is_empty(), "{leg:?} {full:?}");
+                allowed += u32::from(allows && !costmap.near(&leg).is_empty());
             }
         }
         costmap.insert(legs(drone, 0));

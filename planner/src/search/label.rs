@@ -10,8 +10,8 @@ use crate::roadmap::Vertex;
 pub(super) enum Step {
     Start,
     Move,
-    /// To stay for a while; how long is asked when its turn comes.
-    Linger,
+    /// The step of its parent, later: when is asked when its turn comes.
+    Later,
     Wait,
     Dwell,
     End,
@@ -23,13 +23,15 @@ pub(super) struct Label {
     pub(super) stage: u16,
     pub(super) grounded: bool,
     pub(super) step: Step,
+    /// Until then it stays where its parent is.
+    pub(super) departs: Tick,
     pub(super) at: Tick,
     /// Prices paid so far, in ticks.
     pub(super) paid: u32,
     pub(super) parent: u32,
     /// Last of the drones met, in `Search::met`; 0: none.
     pub(super) met: u32,
-    /// The costmap has been asked about the step that leads here.
+    /// The costmap has been asked about what leads here.
     pub(super) judged: bool,
     /// Steps up to this total have been thought of.
     pub(super) offered: Option<u32>,

@@ -1,30 +1,39 @@
-//! Places on the way to a task: how far they are from the end, and when they have been reached.
+//! Places on the way to a task: how far they are from the end, when they have been reached, and when they
+//! are free to hover at.
 
-use costmap::leg::Tick;
+use costmap::leg::{Leg, Tick};
+use costmap::verdict::{Blocker, Verdict};
 use rustc_hash::FxHashMap;
 
+use super::Scene;
 use super::label::{Label, Step};
 use crate::errand::Errand;
-use crate::roadmap::{Roadmap, Vertex};
+use crate::roadmap::Vertex;
 
-/// A time for which a place is known to be reached, and perhaps free to hover at.
+/// A moment at which a place is known to be reached.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Visit {
-    /// The state that reached it.
-    pub(super) label: u32,
-    pub(super) from: Tick,
+struct Visit {
+    from: Tick,
     /// Until when it is free to hover at; `None`: nobody has asked.
-    pub(super) to: Option<Tick>,
+    to: Option<Tick>,
 }
 
 struct Node {
     remaining: u32,
     visits: Vec<Visit>,
+    /// Who is in the way of hovering there, whenever; `None`: nobody has asked.
+    hover: Option<Hover>,
+}
+
+#[derive(Clone, Default)]
+struct Hover {
+    breaks_zone: Option<usize>,
+    blockers: Vec<Blocker>,
 }
 
 /// All places that a search has thought of.
 pub(super) struct Nodes<'a> {
-    roadmap: &'a Roadmap,
+    scene: Scene<'a>,
     errand: &'a Errand,
     /// By stage and vertex, one more than the index of the node; 0: none.
     flying: Vec<u32>,
@@ -34,11 +43,11 @@ pub(super) struct Nodes<'a> {
 }
 
 impl<'a> Nodes<'a> {
-    pub(super) fn new(roadmap: &'a Roadmap, errand: &'a Errand) -> Nodes<'a> {
+    pub(super) fn new(scene: Scene<'a>, errand: &'a Errand) -> Nodes<'a> {
         Nodes {
-            roadmap,
+            scene,
             errand,
-            flying: vec![0; roadmap.place_count() * (errand.stages.len() + 1)],
+            flying: vec![0; scene.roadmap.place_count() * (errand.stages.len() + 1)],
             grounded: FxHashMap::default(),
             all: Vec::new(),
         }
@@ -50,7 +59,7 @@ impl<'a> Nodes<'a> {
         let known = if label.grounded {
             *self.grounded.entry((label.vertex, label.stage)).or_insert(next)
         } else {
-            let place = usize::from(label.stage) * self.roadmap.place_count();
+            let place = usize::from(label.stage) * self.scene.roadmap.place_count();
             let node = &mut self.flying[place + label.vertex as usize];
             if *node == 0 {
                 *node = next as u32 + 1;
@@ -60,8 +69,9 @@ impl<'a> Nodes<'a> {
         if known == next {
             let stage = usize::from(label.stage);
             self.all.push(Node {
-                remaining: self.errand.remaining(self.roadmap, stage, label.vertex),
+                remaining: self.errand.remaining(self.scene.roadmap, stage, label.vertex),
                 visits: Vec::new(),
+                hover: None,
             });
         }
         known
@@ -72,27 +82,87 @@ impl<'a> Nodes<'a> {
         self.all[node].remaining
     }
 
-    pub(super) fn visit(&mut self, node: usize, label: u32, from: Tick) {
-        self.all[node].visits.push(Visit {
-            label,
-            from,
-            to: None,
-        });
+    pub(super) fn visit(&mut self, node: usize, from: Tick) {
+        self.all[node].visits.push(Visit { from, to: None });
     }
 
-    pub(super) fn visits(&mut self, node: usize) -> &mut Vec<Visit> {
-        &mut self.all[node].visits
-    }
-
-    /// Whether a state is known to be no news. A wait is news though its place is free, for something near
-    /// has changed.
+    /// Whether a state is known to be no news.
     pub(super) fn is_covered(&self, node: usize, label: &Label) -> bool {
-        self.all[node].visits.iter().any(|visit| match label.step {
-            Step::Linger => false,
-            Step::Wait => visit.from == label.at,
-            _ => {
+        let visits = &self.all[node].visits;
+        match label.step {
+            Step::Later | Step::End => false,
+            // A wait is news though its place is free: somebody will have passed elsewhere.
+            Step::Wait => visits.iter().any(|visit| visit.from == label.at),
+            _ => visits.iter().any(|visit| {
                 visit.from == label.at
                     || visit.from < label.at && visit.to.is_some_and(|to| label.at <= to)
+            }),
+        }
+    }
+
+    /// Whether a state can as well be reached by waiting there.
+    pub(super) fn is_reached(&mut self, node: usize, label: &Label) -> bool {
+        let others = if label.step == Step::Wait {
+            0
+        } else {
+            self.all[node].visits.len()
+        };
+        for index in 0..others {
+            let visit = self.all[node].visits[index];
+            if visit.to.is_none() && visit.from < label.at {
+                let to = self.free_until(node, label, visit.from).0;
+                self.all[node].visits[index].to = Some(to);
+            }
+        }
+        self.is_covered(node, label)
+    }
+
+    /// Until when a state's place is free to hover at from a moment on, and when it is again.
+    pub(super) fn free_until(&mut self, node: usize, label: &Label, from: Tick) -> (Tick, Tick) {
+        let hover = self.hover(node, label);
+        if hover.breaks_zone.is_some() {
+            return (from, Tick::FOREVER);
+        }
+        let ahead = hover.blockers.iter().filter(|blocker| blocker.clear > from);
+        let first = ahead.min_by_key(|blocker| (blocker.began, blocker.clear));
+        first.map_or((Tick::FOREVER, Tick::FOREVER), |blocker| {
+            (blocker.began.max(from), blocker.clear)
+        })
+    }
+
+    /// Adds to a verdict who is in the way of hovering at a state's place between two moments.
+    pub(super) fn judge_stay(
+        &mut self,
+        node: usize,
+        label: &Label,
+        [from, to]: [Tick; 2],
+        verdict: &mut Verdict,
+    ) {
+        let hover = self.hover(node, label);
+        verdict.breaks_zone = verdict.breaks_zone.or(hover.breaks_zone);
+        let meets = |it: &&Blocker| it.began < to && from < it.clear;
+        verdict.blockers.extend(hover.blockers.iter().filter(meets));
+    }
+
+    fn hover(&mut self, node: usize, label: &Label) -> &Hover {
+        let (scene, errand) = (self.scene, self.errand);
+        self.all[node].hover.get_or_insert_with(|| {
+            let here_m = scene.roadmap.position_m(label.vertex);
+            let stay = Leg {
+                drone: errand.drone,
+                kind: errand.kinds[usize::from(label.stage)],
+                start: Tick(0),
+                end: Tick::FOREVER,
+                from_m: here_m,
+                to_m: here_m,
+                flying: !label.grounded,
+                air_limit: errand.air_limit,
+            };
+            let mut verdict = Verdict::default();
+            scene.judge(&stay, &mut verdict);
+            Hover {
+                breaks_zone: verdict.breaks_zone,
+                blockers: verdict.blockers,
             }
         })
     }

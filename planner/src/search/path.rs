@@ -17,20 +17,8 @@ impl Search<'_> {
         let mut legs: Vec<Leg> = Vec::new();
         for pair in chain.windows(2) {
             let (from, to) = (&pair[0], &pair[1]);
-            let to_m = self.scene.roadmap.position_m(to.vertex);
-            let mut leg = self.leg(from, to_m, to.at.0 - from.at.0);
-            match to.step {
-                Step::Move => leg.flying = true,
-                Step::Dwell => leg.kind = self.kind(to.stage),
-                Step::End => {
-                    legs.extend(self.ending_legs(from));
-                    continue;
-                }
-                Step::Start | Step::Wait | Step::Linger => {}
-            }
-            if leg.start < leg.end {
-                legs.push(leg);
-            }
+            legs.extend(self.stay(from, to.departs));
+            legs.extend(self.doing(from, to));
         }
         let last = &self.labels[end as usize];
         let mut met = Vec::new();
@@ -52,8 +40,31 @@ impl Search<'_> {
         }
     }
 
+    /// Where it stays between a state and a departure.
+    pub(super) fn stay(&self, from: &Label, departs: Tick) -> Option<Leg> {
+        let here_m = self.scene.roadmap.position_m(from.vertex);
+        (from.at < departs).then(|| self.leg(from, here_m, departs.0 - from.at.0))
+    }
+
+    /// What it does from one state to the next, once it has departed.
+    pub(super) fn doing(&self, from: &Label, to: &Label) -> Vec<Leg> {
+        let departed = Label {
+            at: to.departs,
+            ..*from
+        };
+        let to_m = self.scene.roadmap.position_m(to.vertex);
+        let mut leg = self.leg(&departed, to_m, to.at.0 - to.departs.0);
+        match to.step {
+            Step::End => return self.ending_legs(&departed),
+            Step::Move => leg.flying = true,
+            Step::Dwell => leg.kind = self.kind(to.stage),
+            Step::Start | Step::Wait | Step::Later => {}
+        }
+        Vec::from_iter((leg.start < leg.end).then_some(leg))
+    }
+
     /// What it does after its last dwell, from a state on.
-    pub(super) fn ending_legs(&self, label: &Label) -> Vec<Leg> {
+    fn ending_legs(&self, label: &Label) -> Vec<Leg> {
         let here_m = self.scene.roadmap.position_m(label.vertex);
         let stay = Leg {
             end: Tick::FOREVER,

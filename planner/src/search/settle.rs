@@ -34,14 +34,7 @@ impl Search<'_> {
         Some(label)
     }
 
-    /// Pushes a label if the verdict allows it, at the price of those to be met if need be.
-    pub(super) fn settle(&mut self, label: Label) {
-        if let Some(label) = self.settled(label) {
-            self.push(label);
-        }
-    }
-
-    fn has_met(&self, mut met: u32, drone: DroneId) -> bool {
+    pub(super) fn has_met(&self, mut met: u32, drone: DroneId) -> bool {
         while met != 0 {
             let (known, before) = self.met[met as usize];
             if known == drone {

@@ -8,7 +8,7 @@ use nalgebra::Point3;
 
 use super::label::{Label, Open, Step};
 use super::node::Nodes;
-use super::wait::WAIT_GRID_TICKS;
+use super::wait::clear_after;
 use super::{Found, Hindrance, Obstruction, Scene};
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;
@@ -36,7 +36,7 @@ impl<'a> Search<'a> {
             errand,
             labels: Vec::new(),
             open: BinaryHeap::new(),
-            nodes: Nodes::new(scene.roadmap, errand),
+            nodes: Nodes::new(scene, errand),
             met: vec![(DroneId(u32::MAX), 0)],
             stays: stays(&scene, errand),
             verdict: Verdict::default(),
@@ -60,6 +60,7 @@ impl<'a> Search<'a> {
             stage: 0,
             grounded: self.errand.grounded,
             step: Step::Start,
+            departs: Tick(0),
             at: Tick(0),
             paid: 0,
             parent: u32::MAX,
@@ -68,16 +69,18 @@ impl<'a> Search<'a> {
             offered: None,
         });
         while let Some(Open { label, total, .. }) = self.open.pop() {
-            let Label { step, offered, .. } = self.labels[label as usize];
-            match step {
-                Step::End => return Found::Path(self.path(label)),
-                Step::Linger => self.wait(label),
-                _ if offered.is_some() => {
-                    self.offer(label, total);
-                    continue;
-                }
-                _ if self.is_reached(label) || !self.is_confirmed(label) => continue,
-                _ => self.expand(label, total),
+            let found = self.labels[label as usize];
+            if found.offered.is_some() {
+                self.offer(label, total);
+                continue;
+            }
+            if found.step == Step::Later {
+                self.step_later(label);
+                continue;
+            }
+            let node = self.nodes.at(&found);
+            if self.nodes.is_reached(node, &found) {
+                continue;
             }
             self.expansions += 1;
             if self.expansions > most_expansions {
@@ -86,6 +89,13 @@ impl<'a> Search<'a> {
             if self.expansions.is_multiple_of(1024) && (self.scene.stop)() {
                 return Found::Stopped;
             }
+            if !self.is_confirmed(label) {
+                continue;
+            }
+            if found.step == Step::End {
+                return Found::Path(self.path(label));
+            }
+            self.expand(label, total);
         }
         Found::Blocked(self.obstruction)
     }
@@ -109,7 +119,7 @@ impl<'a> Search<'a> {
     /// way, or no need to go there.
     fn total(&mut self, label: &Label) -> Option<(u32, u32)> {
         let node = self.nodes.at(label);
-        if label.step != Step::End && self.nodes.is_covered(node, label) {
+        if self.nodes.is_covered(node, label) {
             return None;
         }
         let remaining = self.nodes.remaining(node);
@@ -165,7 +175,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Judges a step when its turn comes, not when it is thought of: most never have their turn.
+    /// Judges what leads to a state when its turn comes, not when it is thought of: most never have their
+    /// turn. Thinks of the same later, too.
     ///
     /// `false` if it is forbidden, or dearer than thought: then it waits for its turn again.
     fn is_confirmed(&mut self, index: u32) -> bool {
@@ -173,18 +184,36 @@ impl<'a> Search<'a> {
         if label.judged {
             return true;
         }
-        let came_from = self.labels[label.parent as usize];
-        let to_m = self.scene.roadmap.position_m(label.vertex);
-        let mut leg = self.leg(&came_from, to_m, label.at.0 - came_from.at.0);
-        leg.flying = true;
-        self.judge(&leg);
-        let Some(settled) = self.settled(Label {
+        let from = self.labels[label.parent as usize];
+        let mut all = Verdict::default();
+        for leg in self.doing(&from, &label) {
+            self.scene.judge(&leg, &mut self.verdict);
+            all.breaks_zone = all.breaks_zone.or(self.verdict.breaks_zone);
+            all.price_s += self.verdict.price_s;
+            all.blockers.append(&mut self.verdict.blockers);
+        }
+        let is_met = |drone| self.has_met(label.met, drone);
+        let again = clear_after(label.departs, &all.blockers, is_met);
+        if from.at < label.departs {
+            let node = self.nodes.at(&from);
+            let time = [from.at, label.departs];
+            self.nodes.judge_stay(node, &from, time, &mut all);
+        }
+        self.verdict = all;
+        let settled = self.settled(Label {
             judged: true,
             ..label
-        }) else {
+        });
+        if let Some(again) = again {
+            self.postpone(&label, again);
+        }
+        let Some(settled) = settled else {
             return false;
         };
         self.labels[index as usize] = settled;
+        if settled.step == Step::Move && again.is_none() {
+            self.remember(index);
+        }
         if settled.paid == label.paid && settled.met == label.met {
             return true;
         }
@@ -198,29 +227,32 @@ impl<'a> Search<'a> {
         false
     }
 
-    pub(super) fn judge(&mut self, leg: &Leg) {
-        self.scene.judge(leg, &mut self.verdict);
-    }
-
     fn expand(&mut self, index: u32, total: u32) {
         let label = self.labels[index as usize];
         let node = self.nodes.at(&label);
-        self.nodes.visit(node, index, label.at);
-        match self.errand.stages.get(usize::from(label.stage)) {
-            Some(stage) if stage.distances.goal() == label.vertex => {
-                self.dwell(index, &label, stage.dwell_ticks);
-            }
-            None => self.end(index, &label),
+        self.nodes.visit(node, label.at);
+        let stage = self.errand.stages.get(usize::from(label.stage));
+        let done = Label {
+            departs: label.at,
+            parent: index,
+            judged: false,
+            ..label
+        };
+        match stage {
+            Some(stage) if stage.distances.goal() == label.vertex => self.push(Label {
+                stage: label.stage + 1,
+                step: Step::Dwell,
+                at: label.at.after(stage.dwell_ticks),
+                ..done
+            }),
+            None => self.push(Label {
+                step: Step::End,
+                ..done
+            }),
             Some(_) => {}
         }
         self.offer(index, total);
-        let soon = (label.at.0 + 1).checked_next_multiple_of(WAIT_GRID_TICKS);
-        self.push(Label {
-            step: Step::Linger,
-            at: Tick(soon.unwrap_or(label.at.0)),
-            parent: index,
-            ..label
-        });
+        self.wait_for_stays(index);
     }
 
     /// Steps to neighbouring places that cost no more than this in all. The dearer ones have their turn
@@ -241,6 +273,7 @@ impl<'a> Search<'a> {
                 vertex: to,
                 grounded: false,
                 step: Step::Move,
+                departs: label.at,
                 at: label.at.after(ticks),
                 parent: index,
                 judged: false,
@@ -264,44 +297,5 @@ impl<'a> Search<'a> {
                 label: index,
             });
         }
-    }
-
-    fn dwell(&mut self, index: u32, label: &Label, ticks: u32) {
-        let done = Label {
-            stage: label.stage + 1,
-            step: Step::Dwell,
-            at: label.at.after(ticks),
-            parent: index,
-            offered: None,
-            ..*label
-        };
-        if ticks == 0 {
-            self.push(done);
-            return;
-        }
-        let here_m = self.scene.roadmap.position_m(label.vertex);
-        let mut leg = self.leg(label, here_m, ticks);
-        leg.kind = self.kind(done.stage);
-        self.judge(&leg);
-        self.settle(done);
-    }
-
-    fn end(&mut self, index: u32, label: &Label) {
-        let legs = self.ending_legs(label);
-        let mut ended = Label {
-            step: Step::End,
-            parent: index,
-            ..*label
-        };
-        let mut all = Verdict::default();
-        for leg in &legs {
-            self.judge(leg);
-            all.breaks_zone = all.breaks_zone.or(self.verdict.breaks_zone);
-            all.price_s += self.verdict.price_s;
-            all.blockers.append(&mut self.verdict.blockers);
-        }
-        self.verdict = all;
-        ended.at = label.at;
-        self.settle(ended);
     }
 }
