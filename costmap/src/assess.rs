@@ -63,7 +63,11 @@ impl Costmap {
         }
         let own_end_z_m = self.wake_end_z_m(leg);
         let (mut above, mut below) = (Vec::new(), Vec::new());
-        for neighbour in self.near(leg).into_iter().filter(|n| leg.flying && n.leg.flying) {
+        for neighbour in self
+            .near(leg)
+            .into_iter()
+            .filter(|n| leg.flying && n.leg.flying)
+        {
             if self.meets_wake(leg, &neighbour.leg, neighbour.wake_end_z_m)? {
                 above.push(neighbour);
             }
@@ -176,9 +180,9 @@ fn flight(leg: &Leg) -> Flight {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ground::Ground;
     use crate::cover::Covers;
     use crate::fleet::{Conditions, Fleet, Kind};
+    use crate::ground::Ground;
     use crate::leg::KindId;
     use airflow::{Airframe, Jet, Superposition};
     use nalgebra::Point3;
@@ -202,7 +206,13 @@ mod tests {
             body_radius_m: airframe.tip_radius_m(),
         };
         let fleet = Fleet::new(&[airframe], vec![kind], conditions);
-        Costmap::new(fleet, Covers::new(0.0, Vec::new()), Vec::new(), Ground::new([0.0, 0.0], [10.0, 10.0], 1.0), 2)
+        Costmap::new(
+            fleet,
+            Covers::new(0.0, Vec::new()),
+            Vec::new(),
+            Ground::new([0.0, 0.0], [10.0, 10.0], 1.0),
+            2,
+        )
     }
 
     fn leg(drone: u32, from_m: [f64; 3], to_m: [f64; 3], end: Tick) -> Leg {

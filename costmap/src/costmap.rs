@@ -1,14 +1,11 @@
 //! A leg against the fleet: free, priced or forbidden, and by whom.
 
-use std::ops::Range;
-
 use crate::cover::Covers;
 use crate::draught::Draught;
 use crate::fleet::{BUDGET, Fleet, WHOLE, ZoneBox};
 use crate::ground::{Footprint, Ground};
 use crate::leg::{DroneId, Leg, Tick};
 use crate::timeline::{BUCKET_TICKS, Incoming, Item, Timeline};
-use crate::verdict::{Blocker, Verdict, Why, block_largest, price};
 
 /// Legs on the move that last longer are judged and kept in parts: chosen here, a second holds a typical one.
 const PART_TICKS: u32 = 200;
@@ -120,7 +117,11 @@ impl Costmap {
             let ends = [wake_end_z_m, item.wake_end_z_m];
             if let Some(meeting) = self.fleet.meet(&part, &item.leg, ends) {
                 let on_me = incoming(&part, &item.leg, meeting.load_on_first);
-                met.push((other, on_me, incoming(&item.leg, &part, meeting.load_on_second)));
+                met.push((
+                    other,
+                    on_me,
+                    incoming(&item.leg, &part, meeting.load_on_second),
+                ));
             }
         });
         let index = self.timeline.add(part, whole, wake_end_z_m);
@@ -139,11 +140,12 @@ impl Costmap {
         let ground = self.timeline.ground();
         let own = Footprint::around(part, 0.0);
         let around = ground.hull(ground.bins(&own), self.fleet.near_m());
-        self.timeline.around(&around, part.start, part.end, |index, item| {
-            if item.leg.drone != part.drone {
-                f(index, item);
-            }
-        });
+        self.timeline
+            .around(&around, part.start, part.end, |index, item| {
+                if item.leg.drone != part.drone {
+                    f(index, item);
+                }
+            });
     }
 
     /// Takes back all that a drone has reserved.
@@ -191,11 +193,12 @@ impl Costmap {
     pub fn near(&self, leg: &Leg) -> Vec<&Item> {
         let mut found = Vec::new();
         let around = Footprint::around(leg, self.fleet.reach_m(leg.kind));
-        self.timeline.around(&around, leg.start, leg.end, |_, item| {
-            if item.leg.drone != leg.drone {
-                found.push(item);
-            }
-        });
+        self.timeline
+            .around(&around, leg.start, leg.end, |_, item| {
+                if item.leg.drone != leg.drone {
+                    found.push(item);
+                }
+            });
         found.sort_unstable_by_key(|item| (item.leg.drone, item.leg.start));
         found
     }
@@ -204,199 +207,12 @@ impl Costmap {
     /// within `around_m` of it, all by themselves: when their leg began, and when it ends.
     pub fn gripping(&self, leg: &Leg, around_m: f64, mut f: impl FnMut(Tick, Tick)) {
         let around = Footprint::around(leg, self.fleet.grip_m(leg.kind) + around_m);
-        self.timeline.around(&around, leg.start, leg.end, |_, item| {
-            if item.leg.drone != leg.drone && item.footprint.gap_m(&around) == 0.0 {
-                f(item.began, item.clear);
-            }
-        });
-    }
-
-    /// Judges a leg against everybody near and the zones.
-    pub fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
-        self.judge_parts(leg, verdict, |part, verdict| self.judge_fully(part, verdict));
-    }
-
-    /// The same in a tenth of the time: by bounds for those who are not close, and without a look at what the
-    /// leg's own weak wake adds far off. Ask [`Costmap::is_borne`] once a whole way is known.
-    pub fn judge_nearby(&self, leg: &Leg, verdict: &mut Verdict) {
-        self.judge_parts(leg, verdict, |part, verdict| {
-            let before = (verdict.blockers.len(), verdict.price_s);
-            if !self.judge_close(part, false, verdict) {
-                verdict.blockers.truncate(before.0);
-                verdict.price_s = before.1;
-                self.judge_close(part, true, verdict);
-            }
-        });
-    }
-
-    fn judge_parts(
-        &self,
-        leg: &Leg,
-        verdict: &mut Verdict,
-        judge: impl Fn(&Leg, &mut Verdict),
-    ) {
-        verdict.clear();
-        for part in parts(leg) {
-            judge(&part, verdict);
-        }
-        if leg.flying && self.fleet.conditions().wakes {
-            self.judge_zones(leg, verdict);
-        }
-    }
-
-    /// Whether everybody farther off bears what these legs bring them.
-    pub fn is_borne(&self, legs: &[Leg]) -> bool {
-        let parts = legs.iter().filter(|leg| leg.flying).flat_map(parts);
-        parts.into_iter().all(|part| {
-            let own = Footprint::around(&part, 0.0);
-            let reach = own.grown(self.fleet.wake_reach_m(part.kind));
-            let mut own_end_z_m = None;
-            let mut borne = true;
-            self.timeline.around(&reach, part.start, part.end, |_, item| {
-                if !borne || item.leg.drone == part.drone || self.bears_easily(&part, &own, item) {
-                    return;
+        self.timeline
+            .around(&around, leg.start, leg.end, |_, item| {
+                if item.leg.drone != leg.drone && item.footprint.gap_m(&around) == 0.0 {
+                    f(item.began, item.clear);
                 }
-                let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(&part));
-                let ends = [end_z_m, item.wake_end_z_m];
-                let meeting = self.fleet.meet(&part, &item.leg, ends);
-                let load = meeting.map_or(0, |meeting| meeting.load_on_second);
-                borne &= load == 0 || self.bears(item, &part.overlap(&item.leg), load);
             });
-            borne
-        })
-    }
-
-    /// Whether somebody planned bears a part's wake, to judge by their distance alone.
-    fn bears_easily(&self, part: &Leg, own: &Footprint, item: &Item) -> bool {
-        let gap_m = own.gap_m(&item.footprint);
-        let load = u64::from(self.fleet.faint_load(part.kind, item.leg.kind, gap_m));
-        let worst = self.draught.worst(&item.footprint);
-        !item.leg.flying || load == 0 || item.peak + worst + load <= u64::from(self.budget)
-    }
-
-    /// Whether somebody planned bears this much more during a time.
-    fn bears(&self, item: &Item, time: &Range<Tick>, load: u32) -> bool {
-        let (budget, load) = (u64::from(self.budget), u64::from(load));
-        let draught = &self.draught;
-        item.peak + draught.worst(&item.footprint) + load <= budget || {
-            let weak = draught.on(&self.timeline, &item.footprint, time.start, time.end);
-            item.filled(time.start, time.end) + weak + load <= budget
-        }
-    }
-
-    /// Looks at those who are close, and takes bounds for the rest. `false` if bounds will not do: `exactly`
-    /// they serve for nobody close, and the heaviest loads give way to the others.
-    fn judge_close(&self, part: &Leg, exactly: bool, verdict: &mut Verdict) -> bool {
-        let own = Footprint::around(part, 0.0);
-        let mut own_end_z_m = None;
-        let mut met = std::mem::take(&mut verdict.met);
-        met.clear();
-        self.close_to(part, |_, item| {
-            let (mine, theirs) = (part.kind, item.leg.kind);
-            let gap_m = own.gap_m(&item.footprint);
-            let tight = exactly || gap_m < self.fleet.tight_m(mine, theirs);
-            let load = if tight || !self.bears_easily(part, &own, item) {
-                let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(part));
-                self.judge_one(part, end_z_m, item, verdict)
-            } else if part.flying && item.leg.flying {
-                self.fleet.faint_load(theirs, mine, gap_m)
-            } else {
-                0
-            };
-            if load > 0 {
-                met.push((incoming(part, &item.leg, load), [item.began, item.clear]));
-            }
-        });
-        let blows = part.flying && self.fleet.conditions().wakes;
-        let enough = !blows || {
-            let weak = self.draught.on(&self.timeline, &own, part.start, part.end);
-            let weak = u32::try_from(weak).unwrap_or(u32::MAX);
-            let all = met.iter().map(|(incoming, _)| u64::from(incoming.load));
-            all.sum::<u64>() + u64::from(weak) <= u64::from(self.budget)
-                || self.block_sums(part, weak, exactly, &met, verdict)
-        };
-        verdict.met = met;
-        enough
-    }
-
-    /// Whether the loads fit into the budget at every moment of a part; if they `must`, those that do not are
-    /// blocked.
-    fn block_sums(
-        &self,
-        part: &Leg,
-        weak: u32,
-        must: bool,
-        met: &[(Incoming, [Tick; 2])],
-        verdict: &mut Verdict,
-    ) -> bool {
-        let begins = met.iter().map(|(incoming, _)| incoming.start);
-        for moment in std::iter::once(part.start).chain(begins) {
-            let lasts = |it: &Incoming| it.start <= moment && moment < it.end;
-            let together = || met.iter().filter(|(it, _)| lasts(it));
-            let sum: u64 = together().map(|(it, _)| u64::from(it.load)).sum();
-            if sum + u64::from(weak) <= u64::from(self.budget) {
-                continue;
-            }
-            if !must {
-                return false;
-            }
-            let mut loads: Vec<(u32, Blocker)> = together()
-                .map(|(it, [began, clear])| {
-                    let blocker = Blocker {
-                        drone: it.from,
-                        why: Why::OwnLimit,
-                        began: *began,
-                        clear: *clear,
-                    };
-                    (it.load, blocker)
-                })
-                .collect();
-            loads.sort_by_key(|(_, blocker)| (blocker.drone, blocker.began));
-            block_largest(&mut loads, weak.min(self.budget), self.budget, verdict);
-        }
-        true
-    }
-
-    /// Judges against one other; what it brings unless it forbids the leg.
-    fn judge_one(&self, part: &Leg, own_end_z_m: f64, item: &Item, verdict: &mut Verdict) -> u32 {
-        let ends = [own_end_z_m, item.wake_end_z_m];
-        let Some(meeting) = self.fleet.meet(part, &item.leg, ends) else {
-            return 0;
-        };
-        let time = part.overlap(&item.leg);
-        let why = if meeting.bodies {
-            Some(Why::Bodies)
-        } else if meeting.column {
-            Some(Why::Column)
-        } else if meeting.load_on_first > self.budget {
-            Some(Why::OwnLimit)
-        } else if meeting.load_on_second > 0 && !self.bears(item, &time, meeting.load_on_second) {
-            Some(Why::TheirLimit)
-        } else {
-            None
-        };
-        if let Some(why) = why {
-            verdict.block(item.leg.drone, why, item.began, item.clear);
-            return 0;
-        }
-        if time.end != Tick::FOREVER {
-            let seconds = time.end.seconds() - time.start.seconds();
-            verdict.price_s += seconds * (price(meeting.alpha_first) + price(meeting.alpha_second));
-        }
-        meeting.load_on_first
-    }
-
-    /// Looks at everybody, and sums what lasts together.
-    fn judge_fully(&self, part: &Leg, verdict: &mut Verdict) {
-        let end_z_m = self.wake_end_z_m(part);
-        let mut met = Vec::new();
-        for item in self.near(part) {
-            let load = self.judge_one(part, end_z_m, item, verdict);
-            if load > 0 {
-                met.push((incoming(part, &item.leg, load), [item.began, item.clear]));
-            }
-        }
-        self.block_sums(part, 0, true, &met, verdict);
     }
 
     fn extend_zones(&mut self, buckets: usize) {
@@ -431,37 +247,6 @@ impl Costmap {
             }
         }
     }
-
-    fn judge_zones(&self, leg: &Leg, verdict: &mut Verdict) {
-        for (index, zone) in self.zones.iter().enumerate() {
-            let own = self.fleet.load_on_zone(leg, &self.covers, zone);
-            if own == 0 {
-                continue;
-            }
-            if own > BUDGET {
-                verdict.breaks_zone = Some(index);
-                return;
-            }
-            for bucket in self.timeline.buckets(leg.start, leg.end) {
-                let Some(zones) = self.zone_loads.get(bucket as usize) else {
-                    continue;
-                };
-                let mut loads: Vec<(u32, Blocker)> = zones[index]
-                    .iter()
-                    .map(|load| {
-                        let blocker = Blocker {
-                            drone: load.drone,
-                            why: Why::Zone,
-                            began: leg.start,
-                            clear: load.clear,
-                        };
-                        (load.load, blocker)
-                    })
-                    .collect();
-                block_largest(&mut loads, own, BUDGET, verdict);
-            }
-        }
-    }
 }
 
 /// What one leg meets of another's wake.
@@ -488,5 +273,6 @@ fn parts(leg: &Leg) -> impl Iterator<Item = Leg> + '_ {
     })
 }
 
+mod judge;
 #[cfg(test)]
 mod tests;

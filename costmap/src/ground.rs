@@ -87,7 +87,8 @@ impl Ground {
             low_m,
             bin_m,
             // One more for what rounding pushes over the edge.
-            counts: size_m.map(|size_m| ((size_m / bin_m).ceil() as usize + 1).min(MOST_BINS as usize)),
+            counts: size_m
+                .map(|size_m| ((size_m / bin_m).ceil() as usize + 1).min(MOST_BINS as usize)),
         }
     }
 
@@ -188,7 +189,10 @@ mod tests {
                 max_m: [corner_m[0] + 3.0 * at(3), corner_m[1] + 3.0 * at(4)],
             };
             let bins: Vec<usize> = ground.rows(ground.bins(&footprint)).flatten().collect();
-            assert!(bins.iter().all(|&bin| ground.footprint(bin).gap_m(&footprint) == 0.0));
+            assert!(
+                bins.iter()
+                    .all(|&bin| ground.footprint(bin).gap_m(&footprint) == 0.0)
+            );
             for corner in 0..4 {
                 let pick = |axis: usize| match corner >> axis & 1 {
                     0 => footprint.min_m[axis],
@@ -198,7 +202,10 @@ mod tests {
                     min_m: [pick(0), pick(1)],
                     max_m: [pick(0), pick(1)],
                 };
-                assert!(bins.iter().any(|&bin| ground.footprint(bin).gap_m(&point) == 0.0));
+                assert!(
+                    bins.iter()
+                        .any(|&bin| ground.footprint(bin).gap_m(&point) == 0.0)
+                );
             }
         }
     }

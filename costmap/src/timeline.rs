@@ -2,9 +2,8 @@
 //!
 //! Prioritized planning asks "who is near here then" for every step it considers, and mostly appends.
 //! Every bin of the [`Ground`] lists the legs over it by their beginning, each with the latest end up to
-//! there: of those that have ended before a moment one bisection skips nearly all. At 500 drones in a
-//! hall this answers in a tenth of the time that a parry tree a second took. Time itself is counted in
-//! buckets of a second where something is known of places and not of legs.
+//! there: of those that have ended before a moment one bisection skips nearly all. Time itself is counted
+//! in buckets of a second where something is known of places and not of legs.
 
 use crate::ground::{Bins, Footprint, Ground};
 use crate::leg::{DroneId, Leg, Tick};
@@ -228,8 +227,8 @@ impl Timeline {
         self.items[index as usize].forgets(drone);
     }
 
-    /// Calls `f` with every item that comes near a footprint between two ticks, each once, in an order
-    /// that depends on nothing but the items there.
+    /// Calls `f` with every item over the bins of a footprint between two ticks, each once: bin by bin, in
+    /// order of time.
     pub fn around<'a>(
         &'a self,
         footprint: &Footprint,

@@ -10,14 +10,13 @@ use std::collections::VecDeque;
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
-use costmap::verdict::{Blocker, Verdict};
-use rayon::prelude::*;
+use costmap::verdict::Verdict;
 
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;
-use crate::outcome::{Control, Effort, Progress};
+use crate::outcome::{Control, Effort};
 use crate::prepare::Job;
-use crate::search::{Found, IMMOVABLE, Obstruction, Path, Scene, Searched, search};
+use crate::search::{Found, IMMOVABLE, Obstruction, Path, Scene, search};
 
 /// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
 const FIRST_WEIGHT: u32 = 500;
@@ -28,9 +27,6 @@ const WEIGHT_GROWTH: u32 = 250;
 const MOST_EVICTIONS: u32 = 24;
 /// States of one search; chosen here, seconds of work.
 const MOST_EXPANSIONS: u64 = 400_000;
-/// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they are
-/// seldom in one another's way.
-const LARGEST_BATCH: usize = 16;
 /// Orders tried when somebody is left out; chosen here.
 const ORDERS: u64 = 4;
 
@@ -167,6 +163,8 @@ fn splitmix64(seed: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+mod batch;
+
 struct Attempt<'a> {
     job: &'a Job,
     costmap: Costmap,
@@ -231,72 +229,6 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// Plans all in the queue, several at a time as if the others of the batch were not there. They are taken
-    /// in order, and whoever is in the way of one before it is planned again. How many there are in a batch
-    /// depends on how that went before, and not on the number of threads.
-    fn run(&mut self, mut queue: VecDeque<DroneId>) {
-        let mut most = 1;
-        loop {
-            if (self.control.stop)() {
-                while let Some(drone) = queue.pop_front() {
-                    if self.weights[drone.0 as usize] != IMMOVABLE {
-                        self.strand(drone, Stranded::Stopped, &mut queue);
-                    }
-                }
-            }
-            let batch = self.next_batch(&mut queue, most);
-            if batch.is_empty() {
-                break;
-            }
-            let scene = self.scene();
-            let searched: Vec<Searched> = batch
-                .par_iter()
-                .map(|drone| {
-                    let careful = self.careful[drone.0 as usize];
-                    search(Scene { careful, ..scene }, &self.job.errands[drone.0 as usize])
-                })
-                .collect();
-            let mut again = Vec::new();
-            let mut is_first = true;
-            for (drone, searched) in batch.into_iter().zip(searched) {
-                if !self.take(drone, searched, is_first, &mut queue) {
-                    again.push(drone);
-                }
-                is_first = false;
-            }
-            most = if again.is_empty() {
-                (2 * most).min(LARGEST_BATCH)
-            } else {
-                (most / 2).max(1)
-            };
-            for drone in again.into_iter().rev() {
-                queue.push_front(drone);
-            }
-            (self.control.progress)(Progress::Searching {
-                planned: self.paths.iter().flatten().count(),
-                drones: self.paths.len(),
-                evictions: self.effort.evictions,
-            });
-        }
-        self.rescue();
-    }
-
-    fn next_batch(&mut self, queue: &mut VecDeque<DroneId>, most: usize) -> Vec<DroneId> {
-        let mut batch = Vec::new();
-        while batch.len() < most {
-            let Some(drone) = queue.pop_front() else { break };
-            if self.weights[drone.0 as usize] == IMMOVABLE {
-                continue;
-            }
-            if self.job.errands[drone.0 as usize].alone(&self.job.roadmap) == UNREACHABLE {
-                self.strand(drone, Stranded::NoWay, queue);
-                continue;
-            }
-            batch.push(drone);
-        }
-        batch
-    }
-
     fn scene(&self) -> Scene<'_> {
         Scene {
             roadmap: &self.job.roadmap,
@@ -307,63 +239,6 @@ impl<'a> Attempt<'a> {
             most_expansions: MOST_EXPANSIONS,
             stop: self.control.stop,
         }
-    }
-
-    /// Takes over what a search found; `false` if others of its batch are in the way by now.
-    fn take(
-        &mut self,
-        drone: DroneId,
-        searched: Searched,
-        is_first: bool,
-        queue: &mut VecDeque<DroneId>,
-    ) -> bool {
-        self.effort.searches += 1;
-        self.effort.expansions += searched.expansions;
-        if self.weights[drone.0 as usize] == IMMOVABLE {
-            // Stranded meanwhile.
-            return true;
-        }
-        match searched.found {
-            Found::Stopped => self.strand(drone, Stranded::Stopped, queue),
-            Found::Blocked(by) => self.strand(drone, Stranded::Obstructed(by), queue),
-            Found::Path(path) => {
-                if !is_first && !self.meets_only_those_it_knows(drone, &path) {
-                    return false;
-                }
-                for &met in &path.met {
-                    self.evict(met, queue);
-                }
-                let stuck = |met: &DroneId| self.weights[met.0 as usize] == IMMOVABLE;
-                if path.met.iter().any(stuck) {
-                    // Whoever was to give way has given up instead, and is in the way for good.
-                    queue.push_front(drone);
-                    return true;
-                }
-                let careful = &mut self.careful[drone.0 as usize];
-                if !*careful && !self.costmap.is_borne(&path.legs) {
-                    *careful = true;
-                    queue.push_front(drone);
-                    return true;
-                }
-                self.costmap.insert(path.legs.clone());
-                self.paths[drone.0 as usize] = Some(path);
-            }
-        }
-        true
-    }
-
-    /// Whether a path is as its search thought, now that others of its batch are there.
-    fn meets_only_those_it_knows(&self, drone: DroneId, path: &Path) -> bool {
-        let scene = Scene {
-            careful: self.careful[drone.0 as usize],
-            ..self.scene()
-        };
-        let mut verdict = Verdict::default();
-        path.legs.iter().all(|leg| {
-            scene.judge(leg, &mut verdict);
-            let known = |blocker: &Blocker| path.met.contains(&blocker.drone);
-            verdict.breaks_zone.is_none() && verdict.blockers.iter().all(known)
-        })
     }
 
     fn evict(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {

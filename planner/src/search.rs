@@ -1,15 +1,15 @@
 //! Space-time A* for one drone among those already planned.
 //!
-//! A state is a place, a task and a moment. From there the drone steps to a neighbouring place, waits
-//! until something near changes, dwells, or ends. What it meets is judged by the costmap. A drone in
-//! the way does not forbid a step: it may be met, once, at a price, and gives way afterwards (ejection
-//! chains: F. Glover, "Ejection chains, reference structures and alternating path methods for
-//! traveling salesman problems", Discrete Applied Mathematics 65, 1996; here as penalties in the
-//! search, as in PBS and LNS2 for multi-agent path finding). An immovable one forbids it.
+//! A state is a place, a task and a moment. From there the drone steps to a neighbouring place, dwells, or
+//! ends. What it meets is judged by the costmap. A drone in the way does not forbid a step: it may be met,
+//! once, at a price, and gives way afterwards (ejection chains: F. Glover, "Ejection chains, reference
+//! structures and alternating path methods for traveling salesman problems", Discrete Applied Mathematics
+//! 65, 1996; here as penalties in the search, as in PBS and LNS2 for multi-agent path finding). An
+//! immovable one forbids it. Or the step is taken later.
 //!
-//! Arrivals at a place that could as well have been waited for there are dropped, as in safe-interval
-//! path planning (M. Phillips and M. Likhachev, "SIPP", ICRA 2011): each visit covers the time for
-//! which hovering there is known to be free.
+//! A state stands for all the time for which hovering at its place is free from then on, as in
+//! safe-interval path planning (M. Phillips and M. Likhachev, "SIPP", ICRA 2011): later arrivals within it
+//! are dropped, and the neighbouring places are reached in each of their own intervals.
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
@@ -33,9 +33,9 @@ pub const IMMOVABLE: u32 = u32::MAX;
 
 /// How hard to look: what is left to fly counts one part in 2ⁿ more than it takes, so that of ways that
 /// differ by less the one found first will do; and after how many states to be less choosy. The part
-/// bounds the excess of an answer over the best: 1/32, then 1/8, then 1/2. Chosen here: the first
+/// bounds the excess of an answer over the best: 1/32, then 1/4, then twice. Chosen here: the first
 /// level answers nearly always, and the others keep a crowd from costing seconds a drone.
-const PATIENCE: [(u32, u64); 3] = [(5, 3_000), (3, 9_000), (1, u64::MAX)];
+const PATIENCE: [(u32, u64); 3] = [(5, 1_000), (2, 4_000), (0, u64::MAX)];
 
 /// What a search works on.
 #[derive(Clone, Copy)]

@@ -5,6 +5,7 @@ use super::*;
 use crate::cover::Top;
 use crate::fleet::{Conditions, Kind};
 use crate::leg::KindId;
+use crate::verdict::Verdict;
 
 const DRONES: u32 = 24;
 
@@ -84,7 +85,11 @@ fn loads(costmap: &Costmap) -> (Loads, Vec<Vec<(DroneId, u32)>>) {
     for drone in (0..DRONES).map(DroneId) {
         for &index in costmap.timeline.of(drone) {
             let item = costmap.timeline.item(index);
-            let mut met: Vec<_> = item.met.iter().map(|it| (it.from, it.start, it.load)).collect();
+            let mut met: Vec<_> = item
+                .met
+                .iter()
+                .map(|it| (it.from, it.start, it.load))
+                .collect();
             met.sort_unstable();
             loads.push((drone, item.leg.start, met, item.peak));
         }
@@ -93,7 +98,10 @@ fn loads(costmap: &Costmap) -> (Loads, Vec<Vec<(DroneId, u32)>>) {
         .zone_loads
         .iter()
         .map(|zones| {
-            let mut zone: Vec<_> = zones[0].iter().map(|load| (load.drone, load.load)).collect();
+            let mut zone: Vec<_> = zones[0]
+                .iter()
+                .map(|load| (load.drone, load.load))
+                .collect();
             zone.sort_unstable();
             zone
         })
@@ -142,7 +150,10 @@ fn what_a_look_nearby_allows_a_full_one_allows_if_it_is_borne() {
     let mut costmap = empty();
     for drone in 0..DRONES {
         for round in 0..60 {
-            for leg in legs(drone, round).into_iter().flat_map(|leg| parts(&leg).collect::<Vec<_>>()) {
+            for leg in legs(drone, round)
+                .into_iter()
+                .flat_map(|leg| parts(&leg).collect::<Vec<_>>())
+            {
                 let (mut nearby, mut full) = (Verdict::default(), Verdict::default());
                 costmap.judge_nearby(&leg, &mut nearby);
                 costmap.judge(&leg, &mut full);

@@ -57,7 +57,10 @@ impl<'a> Nodes<'a> {
     pub(super) fn at(&mut self, label: &Label) -> usize {
         let next = self.all.len();
         let known = if label.grounded {
-            *self.grounded.entry((label.vertex, label.stage)).or_insert(next)
+            *self
+                .grounded
+                .entry((label.vertex, label.stage))
+                .or_insert(next)
         } else {
             let place = usize::from(label.stage) * self.scene.roadmap.place_count();
             let node = &mut self.flying[place + label.vertex as usize];
@@ -69,7 +72,9 @@ impl<'a> Nodes<'a> {
         if known == next {
             let stage = usize::from(label.stage);
             self.all.push(Node {
-                remaining: self.errand.remaining(self.scene.roadmap, stage, label.vertex),
+                remaining: self
+                    .errand
+                    .remaining(self.scene.roadmap, stage, label.vertex),
                 visits: Vec::new(),
                 hover: None,
             });
