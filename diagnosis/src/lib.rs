@@ -13,6 +13,7 @@
 pub mod anemometer;
 pub mod baseline;
 pub mod flow;
+pub mod hypothesis;
 pub mod problem;
 pub mod receiver;
 pub mod recording;
