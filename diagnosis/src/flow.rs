@@ -248,6 +248,25 @@ impl<'a> Flow<'a> {
         best.map(|(_, place)| place)
     }
 
+    /// Axial speeds (m/s) of the two jets that blow hardest on a point, harder first; 0 where there is none.
+    #[must_use]
+    pub fn strongest_mps(&self, t_s: f64, point_m: Point3<f64>, but: Option<usize>) -> [f64; 2] {
+        let mut strongest_mps = [0.0; 2];
+        for emitter in self.but(but) {
+            let Some(moment) = self.moment_of(emitter, t_s, point_m) else {
+                continue;
+            };
+            let offset_m = point_m - emitter.track.position_at(moment);
+            let speed_mps = emitter.wake.axial_speed_mps(offset_m);
+            if speed_mps > strongest_mps[0] {
+                strongest_mps = [speed_mps, strongest_mps[0]];
+            } else if speed_mps > strongest_mps[1] {
+                strongest_mps[1] = speed_mps;
+            }
+        }
+        strongest_mps
+    }
+
     /// How wakes add up in the baseline.
     #[must_use]
     pub fn superposition(&self) -> Superposition {
