@@ -10,6 +10,7 @@
 
 pub mod baseline;
 pub mod problem;
+pub mod read;
 pub mod recording;
 pub mod remark;
 pub mod simulate;
