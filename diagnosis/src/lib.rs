@@ -19,6 +19,7 @@ pub mod fit;
 pub mod observed;
 pub mod problem;
 pub mod receiver;
+pub mod read;
 pub mod recording;
 pub mod remark;
 pub mod residuals;
