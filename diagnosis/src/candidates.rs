@@ -145,7 +145,8 @@ impl Shows {
             .filter(|vehicle| vehicle.role != Role::Receiver && recording.baseline.wakes)
             .collect();
         let hover = |v: &&crate::recording::Vehicle| {
-            v.airframe.hover_induced_velocity_mps(v.airframe.mass_kg(), density)
+            v.airframe
+                .hover_induced_velocity_mps(v.airframe.mass_kg(), density)
         };
         let ratio = |v: &&crate::recording::Vehicle| {
             v.airframe.propeller_diameter_m() / v.airframe.motor_distance_m()
@@ -160,11 +161,17 @@ impl Shows {
             let column = observed.covariate(name).unwrap_or_default();
             column.iter().filter(|x| test(**x)).count() as f64 / column.len().max(1) as f64
         };
-        let [ratio_low, ratio_high] = emitters.iter().map(ratio).fold(
-            [f64::INFINITY, f64::NEG_INFINITY],
-            |[low, high], r| [low.min(r), high.max(r)],
-        );
-        let fastest = observed.samples.iter().map(|s| s.recorded).fold(0.0, f64::max);
+        let [ratio_low, ratio_high] = emitters
+            .iter()
+            .map(ratio)
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
+                [low.min(r), high.max(r)]
+            });
+        let fastest = observed
+            .samples
+            .iter()
+            .map(|s| s.recorded)
+            .fold(0.0, f64::max);
         Shows {
             air: !emitters.is_empty(),
             probes: observed.channel == Channel::Speed,
@@ -205,8 +212,17 @@ fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
                 parameter("wind_y", "m/s", [-wind, wind], 0.0, 0.08),
             ],
             essential: 2,
-            starts: vec![vec![gust, 0.0], vec![-gust, 0.0], vec![0.0, gust], vec![0.0, -gust]],
-            set: |p, h| h.effects.crossflow = Some(Crossflow { wind_mps: [p[0], p[1]] }),
+            starts: vec![
+                vec![gust, 0.0],
+                vec![-gust, 0.0],
+                vec![0.0, gust],
+                vec![0.0, -gust],
+            ],
+            set: |p, h| {
+                h.effects.crossflow = Some(Crossflow {
+                    wind_mps: [p[0], p[1]],
+                })
+            },
         },
         Candidate {
             name: "wake_tilt",
@@ -218,7 +234,12 @@ fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
                 parameter("lean_y", "1", [-0.4, 0.4], 0.0, 0.02),
             ],
             essential: 2,
-            starts: vec![vec![0.03, 0.03], vec![-0.03, -0.03], vec![0.03, -0.03], vec![-0.03, 0.03]],
+            starts: vec![
+                vec![0.03, 0.03],
+                vec![-0.03, -0.03],
+                vec![0.03, -0.03],
+                vec![-0.03, 0.03],
+            ],
             set: |p, h| h.effects.wake_tilt = Some(WakeTilt { lean: [p[0], p[1]] }),
         },
         Candidate {
@@ -519,7 +540,13 @@ fn of_the_sensor(shows: &Shows, observed: &Observed) -> Vec<Candidate> {
             kind: Kind::Sensor,
             equation: "y -> y + b",
             story: "the sensor reads too much or too little by one amount",
-            parameters: vec![parameter("b", unit, [-offset, offset], 0.0, offset_practical)],
+            parameters: vec![parameter(
+                "b",
+                unit,
+                [-offset, offset],
+                0.0,
+                offset_practical,
+            )],
             essential: 1,
             starts: vec![vec![offset_practical]],
             set: |p, h| h.sensor.offset = p[0],
@@ -531,7 +558,13 @@ fn of_the_sensor(shows: &Shows, observed: &Observed) -> Vec<Candidate> {
             story: "the sensor's calibration drifts with time",
             parameters: vec![
                 parameter("g'", "1/h", [-6.0, 6.0], 0.0, 0.2),
-                parameter("b'", if shows.probes { "m/s/h" } else { "1/h" }, [-6.0, 6.0], 0.0, 0.3),
+                parameter(
+                    "b'",
+                    if shows.probes { "m/s/h" } else { "1/h" },
+                    [-6.0, 6.0],
+                    0.0,
+                    0.3,
+                ),
             ],
             essential: 2,
             starts: vec![vec![0.1, 0.1], vec![-0.1, -0.1]],

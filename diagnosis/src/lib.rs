@@ -12,14 +12,15 @@
 
 pub mod anemometer;
 pub mod baseline;
-pub mod flow;
-pub mod hypothesis;
 pub mod candidates;
 pub mod fit;
+pub mod flow;
+pub mod hypothesis;
+pub mod noise;
 pub mod observed;
 pub mod problem;
-pub mod receiver;
 pub mod read;
+pub mod receiver;
 pub mod recording;
 pub mod remark;
 pub mod residuals;

@@ -133,11 +133,17 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
         });
         let [first_mps, second_mps] = flow.strongest_mps(sample.t_s, sample.position_m, but);
         let height_m = sample.position_m.z - floor_m;
-        let half_width_m = place.zip(emitter).map_or(f64::INFINITY, |(place, emitter)| {
-            let over_l = if place.xi > 0.0 { place.r_over_l / place.xi } else { 0.0 };
-            let fallback = recording.jet.spreading * (place.s_over_l - recording.jet.origin);
-            emitter.airframe.motor_distance_m() * if over_l > 0.0 { over_l } else { fallback }
-        });
+        let half_width_m = place
+            .zip(emitter)
+            .map_or(f64::INFINITY, |(place, emitter)| {
+                let over_l = if place.xi > 0.0 {
+                    place.r_over_l / place.xi
+                } else {
+                    0.0
+                };
+                let fallback = recording.jet.spreading * (place.s_over_l - recording.jet.origin);
+                emitter.airframe.motor_distance_m() * if over_l > 0.0 { over_l } else { fallback }
+            });
         let battery_v = match sample.channel {
             Channel::Throttle => recording.receivers[sample.row].battery_v,
             _ => None,
@@ -154,11 +160,18 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             state.map_or(0.0, |(position_m, _)| position_m.z),
             state.map_or(0.0, |(_, velocity_mps)| velocity_mps.norm()),
             state.map_or(0.0, |(_, velocity_mps)| velocity_mps.z),
-            if first_mps > 0.0 { second_mps / first_mps } else { 0.0 },
+            if first_mps > 0.0 {
+                second_mps / first_mps
+            } else {
+                0.0
+            },
             battery_v.unwrap_or(0.0),
             (height_m / half_width_m).min(20.0),
         ];
-        columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+        columns
+            .iter_mut()
+            .zip(row)
+            .for_each(|(column, value)| column.push(value));
     }
     columns
 }
