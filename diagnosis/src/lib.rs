@@ -13,6 +13,11 @@
 pub mod anemometer;
 pub mod baseline;
 pub mod flow;
+pub mod force;
+pub mod free_flight;
+pub mod held_out;
+pub mod identify;
+pub mod low_pass;
 pub mod problem;
 pub mod receiver;
 pub mod recording;
