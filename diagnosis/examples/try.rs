@@ -56,41 +56,49 @@ fn main() {
             sds[0],
             sds[sds.len() - 1]
         );
-        let setting = fit::Setting::new(&observed, &noise, Default::default());
-        let null = setting.nothing();
-        let null_elpd: f64 = fit::held_out(&setting, &[], &null, 6).iter().sum();
+        let mut base = diagnosis::hypothesis::Hypothesis::default();
+        let act = diagnosis::actuation::actuation(&recording);
+        println!("   {act:?}");
+        if let Some(f) = act.and_then(|a| a.found) {
+            f.set(&mut base);
+        }
+        let simulated = observed.predict(&base);
+        let noise = noise::noise(&observed, &simulated);
+        let setting = fit::Setting::new(&observed, &noise, base);
+        let cands = candidates::applicable(&observed);
+        let sel = diagnosis::select::select(&setting, &cands);
+        let n = observed.samples.len() as f64;
         println!(
-            "   null cost/n {:.3} tol {:?}",
-            null.cost / observed.samples.len() as f64,
-            null.tolerance
+            "   null cost/n {:.3} {:?}",
+            sel.nothing.fit.cost / n,
+            sel.nothing.fit.tolerance
         );
-        let mut rows = Vec::new();
-        for c in candidates::applicable(&observed) {
-            let t = std::time::Instant::now();
-            let f = setting.fit(&[&c], &c.starts).unwrap();
-            let gain: f64 = fit::held_out(&setting, &[&c], &f, 6).iter().sum::<f64>() - null_elpd;
-            rows.push((
-                gain,
-                format!(
-                    "{:22} gain {:9.1} cost/n {:.3} {:?} tol [{:.3} {:.3}] size {:.1} {:.0} ms",
-                    c.name,
-                    gain,
-                    f.cost / observed.samples.len() as f64,
-                    f.values
-                        .iter()
-                        .map(|v| (v * 1e3).round() / 1e3)
-                        .collect::<Vec<_>>(),
-                    f.tolerance[0],
-                    f.tolerance[1],
-                    c.size(&f.values),
-                    t.elapsed().as_secs_f64() * 1e3
-                ),
-            ));
+        for t in sel.singles.iter().take(4) {
+            println!(
+                "   {:20} gain {:.1} +- {:.1} cost/n {:.3} {:?}",
+                cands[t.which[0]].name,
+                t.gain.total,
+                t.gain.error,
+                t.fit.cost / n,
+                t.fit.values
+            );
         }
-        rows.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (_, r) in rows.iter().take(6) {
-            println!("   {r}");
-        }
+        println!(
+            "   CHOSEN {:?} gain {:.1} +- {:.1} cost/n {:.3} {:?} alternatives {:?}",
+            sel.chosen
+                .which
+                .iter()
+                .map(|k| cands[*k].name)
+                .collect::<Vec<_>>(),
+            sel.chosen.gain.total,
+            sel.chosen.gain.error,
+            sel.chosen.fit.cost / n,
+            sel.chosen.fit.values,
+            sel.alternatives
+                .iter()
+                .map(|a| a.iter().map(|k| cands[*k].name).collect::<Vec<_>>())
+                .collect::<Vec<_>>()
+        );
         println!("   total {:.2} s", started.elapsed().as_secs_f64());
     }
 }

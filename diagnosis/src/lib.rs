@@ -10,6 +10,7 @@
 //! the baseline makes. [`anemometer`] and [`receiver`]: what a probe and a drone make of it. [`simulate`]: what would have been
 //! recorded. [`residuals`]: how far off that is, and where.
 
+pub mod actuation;
 pub mod anemometer;
 pub mod baseline;
 pub mod candidates;
@@ -29,6 +30,7 @@ pub mod receiver;
 pub mod recording;
 pub mod remark;
 pub mod residuals;
+pub mod select;
 pub mod simulate;
 pub mod thrust_map;
 pub mod track;

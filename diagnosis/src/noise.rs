@@ -59,11 +59,26 @@ pub fn noise(observed: &Observed, simulated: &[f64]) -> Noise {
             && observed.series_of[i] == observed.series_of[i - 1]
             && times_s[i] - times_s[i - 1] < 2.5 * step_s
     };
-    // Pairs in air that hardly changes from one to the next.
-    let flat = |i: usize| {
-        let change = (simulated[i] - simulated[i - 1]).abs();
-        follows(i) && change < 0.03 * (simulated[i] + simulated[i - 1]).max(0.1)
+    // Pairs at nearly the same place in the jet: what differs between them is noise, whatever else is missing.
+    let place = |i: usize| {
+        observed.samples[i]
+            .place
+            .map(|place| (place.s_over_l, place.r_over_l))
     };
+    let still = |i: usize, most: f64| {
+        follows(i)
+            && match (place(i - 1), place(i)) {
+                (Some((s, r)), Some((s_next, r_next))) => (s - s_next).hypot(r - r_next) < most,
+                (a, b) => a.is_none() && b.is_none(),
+            }
+    };
+    let enough = |most: f64| 4 * (1..count).filter(|&i| still(i, most)).count() > count;
+    // A drone in flight is never at the same place twice: then successive residuals must do.
+    let most = [0.1, 0.3, 1.0]
+        .into_iter()
+        .find(|&most| enough(most))
+        .unwrap_or(f64::INFINITY);
+    let flat = |i: usize| still(i, most);
     let mut pairs: Vec<(f64, f64)> = (1..count)
         .filter(|&i| flat(i))
         .map(|i| {

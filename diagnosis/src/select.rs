@@ -1,0 +1,258 @@
+//! Which candidates are missing: fits of all, gains on blocks that were not fitted, one effect or two, and what cannot be told apart.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::candidates::Candidate;
+use crate::fit::{Fit, Setting, held_out};
+
+/// Parts that the blocks are dealt to.
+pub const FOLDS: usize = 6;
+/// Least gain in held-out log density, alone and in standard errors, that a term needs. Chosen here: the standard error is
+/// optimistic by up to two where the model is not quite right.
+const LEAST_GAIN: f64 = 6.0;
+const LEAST_ERRORS: f64 = 2.5;
+/// A second term must bring this share of the whole gain: closures are a few percent off, and that is no second effect.
+const LEAST_SHARE: f64 = 0.12;
+/// Singles that are tried in pairs among themselves.
+const PAIRED: usize = 7;
+
+/// Held-out gain of one set of candidates.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Gain {
+    /// Sum of log densities over those of the baseline.
+    pub total: f64,
+    /// Its standard error over blocks.
+    pub error: f64,
+}
+
+/// One set of candidates, fitted.
+#[derive(Clone, Debug)]
+pub struct Tried {
+    /// Indices into the candidates.
+    pub which: Vec<usize>,
+    /// The fit.
+    pub fit: Fit,
+    /// Log density of each sample, held out.
+    pub log_density: Vec<f64>,
+    /// Against the baseline.
+    pub gain: Gain,
+    /// Whether each of its terms is large enough to act on.
+    pub practical: bool,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Selection {
+    /// The baseline with the instrument's tolerance alone.
+    pub nothing: Tried,
+    /// Every candidate alone, best first.
+    pub singles: Vec<Tried>,
+    /// What is taken: no term, one, or two.
+    pub chosen: Tried,
+    /// For each chosen term, the candidates that would do as well in its place, best first.
+    pub alternatives: Vec<Vec<usize>>,
+}
+
+/// Fits everything and chooses.
+#[must_use]
+pub fn select(setting: &Setting, candidates: &[Candidate]) -> Selection {
+    let nothing = nothing(setting);
+    let attempt = |which: &[usize], starts: &[Vec<f64>]| {
+        attempt(setting, candidates, &nothing, which, starts)
+    };
+    let mut singles: Vec<Tried> = (0..candidates.len())
+        .into_par_iter()
+        .filter_map(|k| attempt(&[k], &candidates[k].starts))
+        .collect();
+    singles.sort_by(|a, b| {
+        let key = |tried: &Tried| (tried.practical, tried.gain.total);
+        let ((pa, ga), (pb, gb)) = (key(a), key(b));
+        pb.cmp(&pa).then(gb.total_cmp(&ga))
+    });
+    let none = || Selection {
+        nothing: nothing.clone(),
+        singles: singles.clone(),
+        chosen: nothing.clone(),
+        alternatives: Vec::new(),
+    };
+    let Some(first) = singles.first().filter(|tried| tried.practical) else {
+        return none();
+    };
+    // Two effects can mask one another, so pairs are tried even where no single stands out.
+    let pairs = pairs(candidates, &singles, &attempt);
+    let best_pair = pairs
+        .iter()
+        .filter(|tried| tried.practical)
+        .max_by(|a, b| a.gain.total.total_cmp(&b.gain.total));
+    let chosen = match best_pair {
+        Some(pair) if both_needed(setting, pair, &singles) => pair,
+        _ if enough(&first.gain) => first,
+        _ => return none(),
+    };
+    let alternatives = alternatives(setting, candidates, &singles, &pairs, chosen);
+    Selection {
+        nothing: nothing.clone(),
+        chosen: chosen.clone(),
+        alternatives,
+        singles,
+    }
+}
+
+fn nothing(setting: &Setting) -> Tried {
+    let fit = setting.nothing();
+    Tried {
+        which: Vec::new(),
+        log_density: held_out(setting, &[], &fit, FOLDS),
+        fit,
+        gain: Gain {
+            total: 0.0,
+            error: 0.0,
+        },
+        practical: true,
+    }
+}
+
+fn attempt(
+    setting: &Setting,
+    candidates: &[Candidate],
+    nothing: &Tried,
+    which: &[usize],
+    starts: &[Vec<f64>],
+) -> Option<Tried> {
+    let members: Vec<&Candidate> = which.iter().map(|&k| &candidates[k]).collect();
+    let fit = setting.fit(&members, starts)?;
+    let log_density = held_out(setting, &members, &fit, FOLDS);
+    let gain = gain(setting, &log_density, &nothing.log_density);
+    let mut rest = fit.values.as_slice();
+    let mut practical = true;
+    for member in members {
+        let (own, others) = rest.split_at(member.parameters.len());
+        practical &= member.size(own) >= 1.0;
+        rest = others;
+    }
+    Some(Tried {
+        which: which.to_vec(),
+        fit,
+        log_density,
+        gain,
+        practical,
+    })
+}
+
+/// Pairs among the best singles, and of the very best with everybody.
+fn pairs(
+    candidates: &[Candidate],
+    singles: &[Tried],
+    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
+) -> Vec<Tried> {
+    let mut wanted: Vec<(usize, usize)> = Vec::new();
+    for (i, a) in singles.iter().enumerate() {
+        for (j, b) in singles.iter().enumerate().skip(i + 1) {
+            if i == 0 || (i < PAIRED && j < PAIRED) {
+                wanted.push((a.which[0], b.which[0]));
+            }
+        }
+    }
+    let alone = |k: usize| singles.iter().find(|tried| tried.which == [k]);
+    wanted
+        .into_par_iter()
+        .filter_map(|(a, b)| {
+            // Each from where it ended alone, and the second also from its own beginnings: next to the first it may be another.
+            let values = |k: usize| alone(k).map(|tried| tried.fit.values.clone());
+            let (first, second) = (values(a)?, values(b)?);
+            let mut starts = vec![[first.clone(), second].concat()];
+            starts.extend(
+                candidates[b]
+                    .starts
+                    .iter()
+                    .take(2)
+                    .map(|start| [first.clone(), start.clone()].concat()),
+            );
+            attempt(&[a, b], &starts)
+        })
+        .collect()
+}
+
+fn enough(gain: &Gain) -> bool {
+    gain.total > LEAST_GAIN && gain.total > LEAST_ERRORS * gain.error
+}
+
+/// Whether a pair beats each of its members alone, and the best single, by enough.
+fn both_needed(setting: &Setting, pair: &Tried, singles: &[Tried]) -> bool {
+    if !enough(&pair.gain) {
+        return false;
+    }
+    let others = singles.iter().take(1).chain(
+        singles
+            .iter()
+            .filter(|single| pair.which.contains(&single.which[0])),
+    );
+    let mut needed = true;
+    for single in others {
+        let more = gain(setting, &pair.log_density, &single.log_density);
+        needed &= enough(&more) && more.total > LEAST_SHARE * pair.gain.total;
+    }
+    needed
+}
+
+/// For each term, those that do as well in its place: within twice the standard error of the difference, 4 % of the gain, or 2.
+fn alternatives(
+    setting: &Setting,
+    candidates: &[Candidate],
+    singles: &[Tried],
+    pairs: &[Tried],
+    chosen: &Tried,
+) -> Vec<Vec<usize>> {
+    let rivals = |place: usize| {
+        let kept: Vec<usize> = chosen
+            .which
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != place)
+            .map(|(_, &k)| k)
+            .collect();
+        let pool: Vec<&Tried> = match kept.as_slice() {
+            [] => singles.iter().collect(),
+            [other] => pairs
+                .iter()
+                .filter(|pair| pair.which.contains(other))
+                .collect(),
+            _ => Vec::new(),
+        };
+        let mut close: Vec<(f64, usize)> = pool
+            .into_iter()
+            .filter(|tried| tried.practical)
+            .filter_map(|tried| {
+                let rival = *tried.which.iter().find(|k| !kept.contains(k))?;
+                if chosen.which.contains(&rival) {
+                    return None;
+                }
+                let lead = gain(setting, &chosen.log_density, &tried.log_density);
+                let tie = (2.0 * lead.error).min(0.25 * chosen.gain.total);
+                let close = lead.total < tie.max(0.04 * chosen.gain.total).max(2.0);
+                close.then_some((lead.total, rival))
+            })
+            .collect();
+        close.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        close.into_iter().map(|(_, k)| k).collect()
+    };
+    debug_assert!(chosen.which.iter().all(|&k| k < candidates.len()));
+    (0..chosen.which.len()).map(rivals).collect()
+}
+
+/// Log densities over others, block by block.
+fn gain(setting: &Setting, log_density: &[f64], over: &[f64]) -> Gain {
+    let mut blocks = vec![0.0; setting.noise.blocks];
+    for ((a, b), &block) in log_density.iter().zip(over).zip(&setting.noise.block) {
+        blocks[block] += a - b;
+    }
+    let count = blocks.len().max(2) as f64;
+    let total: f64 = blocks.iter().sum();
+    let mean = total / count;
+    let variance = blocks.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0);
+    Gain {
+        total,
+        error: (count * variance).sqrt(),
+    }
+}
