@@ -41,7 +41,8 @@ impl AirMet {
         };
         let mut sources = Vec::with_capacity(recording.vehicles.len());
         for row in 0..met.track.t_s.len() {
-            let [centre, mean] = at_row(recording, flow, vehicle, clock_s, row, &discs, &mut sources);
+            let [centre, mean] =
+                at_row(recording, flow, vehicle, clock_s, row, &discs, &mut sources);
             air.centre_mps.push(centre);
             air.disc_mean_mps.push(mean);
         }
@@ -73,7 +74,10 @@ pub(crate) fn at_row<'s>(
     if !flow.sources_at(track.t_s[row] - clock_s, centre_m, Some(vehicle), sources) {
         return [f64::NAN; 2];
     }
-    if sources.iter().all(|source| source.position_m.z <= centre_m.z) {
+    if sources
+        .iter()
+        .all(|source| source.position_m.z <= centre_m.z)
+    {
         return [0.0; 2];
     }
     let superposition = flow.superposition();
@@ -111,14 +115,23 @@ pub(crate) fn simulated_n(
 pub(crate) fn recorded_n(trace: &Trace, thrust_n: &[f64], low_pass: LowPass) -> Vec<f64> {
     let mut smooth_n = thrust_n.to_vec();
     trace.smooth(low_pass, &mut smooth_n);
-    trace.lift_n.iter().zip(smooth_n).map(|(lift_n, thrust_n)| lift_n - thrust_n).collect()
+    trace
+        .lift_n
+        .iter()
+        .zip(smooth_n)
+        .map(|(lift_n, thrust_n)| lift_n - thrust_n)
+        .collect()
 }
 
 /// Every vertical force of a recording that a thrust map allows, as its baseline declares the simulation, and what was left out.
 ///
 /// Rows are counted along each vehicle's track.
 #[must_use]
-pub fn simulate(recording: &Recording, flow: &Flow, low_pass: LowPass) -> (Vec<Sample>, Vec<Remark>) {
+pub fn simulate(
+    recording: &Recording,
+    flow: &Flow,
+    low_pass: LowPass,
+) -> (Vec<Sample>, Vec<Remark>) {
     let baseline = &recording.baseline;
     let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
     let (mut samples, mut remarks) = (Vec::new(), Vec::new());
@@ -140,7 +153,14 @@ pub fn simulate(recording: &Recording, flow: &Flow, low_pass: LowPass) -> (Vec<S
         let met = AirMet::along(recording, flow, index, 0.0);
         let air_mps = met.declared(baseline.receiver_air);
         let recorded_n = recorded_n(&trace, &thrust_n, low_pass);
-        let simulated_n = simulated_n(baseline.receiver_law, &trace, &thrust_n, air_mps, hover_mps, low_pass);
+        let simulated_n = simulated_n(
+            baseline.receiver_law,
+            &trace,
+            &thrust_n,
+            air_mps,
+            hover_mps,
+            low_pass,
+        );
         let track = &vehicle.track;
         let before = samples.len();
         for row in 0..track.t_s.len() {

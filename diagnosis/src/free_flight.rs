@@ -153,7 +153,8 @@ impl<'a> Trace<'a> {
 
     /// Duty cycles and battery voltages of [`Trace::free_rows`].
     pub(crate) fn free_duty(&self) -> impl Iterator<Item = ([f64; 4], f64)> + '_ {
-        self.free_rows().map(|row| (self.duty[row], self.battery_v[row]))
+        self.free_rows()
+            .map(|row| (self.duty[row], self.battery_v[row]))
     }
 
     /// Vertical part of the thrust (N) by a map, as flown, lag and all; low-passed only where asked for.
@@ -195,7 +196,14 @@ impl<'a> Trace<'a> {
         };
         let mut columns: Vec<Vec<f64>> = terms
             .iter()
-            .map(|&term| ready(thrust_map::column(term, self.duty, self.battery_v, reference_v)))
+            .map(|&term| {
+                ready(thrust_map::column(
+                    term,
+                    self.duty,
+                    self.battery_v,
+                    reference_v,
+                ))
+            })
             .collect();
         let mut left_n = self.lift_n.clone();
         if let Some(base) = base {

@@ -12,11 +12,13 @@ use std::ops::AddAssign;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::clock::{self, ClockOffset};
 use crate::flow::Flow;
 use crate::force::{self, AirMet};
 use crate::free_flight::{self, Around, Trace};
 use crate::identify::{Bench, Identification, IdentifyError, Options};
-use crate::recording::Recording;
+use crate::recording::{Recording, Vehicle};
+use crate::thrust_map::ThrustMap;
 
 /// What is held out, and which rows are judged.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +44,16 @@ pub enum Share {
     Airframe,
     /// None: one for each id.
     Nobody,
+}
+
+impl Share {
+    /// The name that a vehicle's thrust map goes by.
+    fn group(self, of: &Vehicle) -> &str {
+        match self {
+            Share::Airframe => of.airframe.name(),
+            Share::Nobody => &of.id,
+        }
+    }
 }
 
 impl Default for ForceTest {
@@ -201,7 +213,9 @@ pub enum ForceTestError {
         error: IdentifyError,
     },
     /// There is nothing to judge.
-    #[error("no row has another drone within {under_m} m horizontally above and is {above_floor_m} m above the floor")]
+    #[error(
+        "no row has another drone within {under_m} m horizontally above and is {above_floor_m} m above the floor"
+    )]
     NoRows {
         /// As tested.
         under_m: f64,
@@ -231,12 +245,7 @@ pub fn held_out_force(
     if test.folds < 2 {
         return Err(ForceTestError::Folds(test.folds));
     }
-    let mut by_name: Vec<usize> = (0..recordings.len()).collect();
-    by_name.sort_by(|&a, &b| recordings[a].name.cmp(&recordings[b].name));
-    let mut fold_of = vec![0; recordings.len()];
-    for (place, &recording) in by_name.iter().enumerate() {
-        fold_of[recording] = place % test.folds;
-    }
+    let (by_name, fold_of) = deal(recordings, test.folds);
     let judged = prepare(recordings, clocks_s, &by_name, test);
     let mut groups: Vec<&str> = judged.iter().map(|judged| judged.group.as_str()).collect();
     groups.sort_unstable();
@@ -251,15 +260,18 @@ pub fn held_out_force(
     });
     for group in groups {
         let of_group = judged.iter().filter(|judged| judged.group == group);
-        let bench = Bench::new(of_group.map(|judged| &judged.trace).collect(), &test.identify);
+        let bench = Bench::new(
+            of_group.map(|judged| &judged.trace).collect(),
+            &test.identify,
+        );
         for (fold, into) in folds.iter_mut().enumerate() {
-            let map = bench.fit(|recording| fold_of[recording] != fold).map_err(|error| {
-                ForceTestError::Identify {
+            let map = bench
+                .fit(|recording| fold_of[recording] != fold)
+                .map_err(|error| ForceTestError::Identify {
                     group: group.to_owned(),
                     fold,
                     error,
-                }
-            })?;
+                })?;
             into.maps.push((group.to_owned(), map));
         }
     }
@@ -280,12 +292,19 @@ pub fn held_out_force(
         if sums.rows == 0 {
             continue;
         }
-        let (name, fold) = (&recordings[judged.trace.recording].name, fold_of[judged.trace.recording]);
+        let (name, fold) = (
+            &recordings[judged.trace.recording].name,
+            fold_of[judged.trace.recording],
+        );
         folds[fold].sums += sums;
         total += sums;
         match by_recording.last_mut() {
             Some(last) if last.name == *name => last.sums += sums,
-            _ => by_recording.push(RecordingForce { name: name.clone(), fold, sums }),
+            _ => by_recording.push(RecordingForce {
+                name: name.clone(),
+                fold,
+                sums,
+            }),
         }
     }
     if total.rows == 0 {
@@ -304,6 +323,41 @@ pub fn held_out_force(
     })
 }
 
+/// Clock offsets of every recording, by recording and vehicle, with the thrust maps of the folds that held it out: what
+/// [`held_out_force`] takes once more. The force that tells them is the one that is then judged, so state both figures.
+#[must_use]
+pub fn clock_offsets(
+    recordings: &[Recording],
+    skill: &ForceSkill,
+    test: &ForceTest,
+) -> Vec<Vec<ClockOffset>> {
+    let (_, fold_of) = deal(recordings, skill.folds.len().max(1));
+    let one = |(recording, &fold): (&Recording, &usize)| {
+        let known = skill.folds.get(fold).map_or(&[][..], |fold| &fold.maps);
+        let map = |of: &Vehicle| {
+            let group = test.share.group(of);
+            let judged = !test.except.contains(&of.id);
+            let mut maps = known.iter().filter(|(known, _)| judged && *known == group);
+            maps.next().map(|(_, known)| &known.map)
+        };
+        let maps: Vec<Option<&ThrustMap>> = recording.vehicles.iter().map(map).collect();
+        clock::offsets(recording, &maps, test.identify.low_pass)
+    };
+    let with_fold: Vec<(&Recording, &usize)> = recordings.iter().zip(&fold_of).collect();
+    with_fold.into_par_iter().map(one).collect()
+}
+
+/// Recordings in the order of their names, and the fold that each is dealt to.
+fn deal(recordings: &[Recording], folds: usize) -> (Vec<usize>, Vec<usize>) {
+    let mut by_name: Vec<usize> = (0..recordings.len()).collect();
+    by_name.sort_by(|&a, &b| recordings[a].name.cmp(&recordings[b].name));
+    let mut fold_of = vec![0; recordings.len()];
+    for (place, &recording) in by_name.iter().enumerate() {
+        fold_of[recording] = place % folds;
+    }
+    (by_name, fold_of)
+}
+
 /// Traces with the air that they meet, in the order of the recordings' names.
 fn prepare<'a>(
     recordings: &'a [Recording],
@@ -315,14 +369,17 @@ fn prepare<'a>(
         let recording = &recordings[index];
         let clock_s = |vehicle: usize| {
             let clocks_s = clocks_s.get(index);
-            clocks_s.and_then(|clocks_s| clocks_s.get(vehicle)).copied().unwrap_or(0.0)
+            clocks_s
+                .and_then(|clocks_s| clocks_s.get(vehicle))
+                .copied()
+                .unwrap_or(0.0)
         };
         let mut flow = Flow::new(recording);
         for vehicle in 0..recording.vehicles.len() {
             flow.set_clock_offset(vehicle, clock_s(vehicle));
         }
         let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
-        let judge = |(vehicle, of): (usize, &crate::recording::Vehicle)| {
+        let judge = |(vehicle, of): (usize, &Vehicle)| {
             if test.except.contains(&of.id) {
                 return None;
             }
@@ -331,22 +388,30 @@ fn prepare<'a>(
             let airframe = &of.airframe;
             Some(Judged {
                 trace,
-                group: match test.share {
-                    Share::Airframe => airframe.name().to_owned(),
-                    Share::Nobody => of.id.clone(),
-                },
+                group: test.share.group(of).to_owned(),
                 air: AirMet::along(recording, &flow, vehicle, clock_s(vehicle)),
-                hover_mps: airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3),
+                hover_mps: airframe
+                    .hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3),
             })
         };
-        recording.vehicles.iter().enumerate().filter_map(judge).collect()
+        recording
+            .vehicles
+            .iter()
+            .enumerate()
+            .filter_map(judge)
+            .collect()
     };
     let prepared: Vec<Vec<Judged>> = by_name.par_iter().map(of_recording).collect();
     prepared.into_iter().flatten().collect()
 }
 
 /// Sums over the rows of one vehicle in one flight.
-fn sums(recording: &Recording, judged: &Judged, known: &Identification, test: &ForceTest) -> ForceSums {
+fn sums(
+    recording: &Recording,
+    judged: &Judged,
+    known: &Identification,
+    test: &ForceTest,
+) -> ForceSums {
     let mut sums = ForceSums::default();
     let (trace, low_pass) = (&judged.trace, test.identify.low_pass);
     let Some(thrust_n) = trace.thrust_n(&known.map) else {
@@ -354,14 +419,18 @@ fn sums(recording: &Recording, judged: &Judged, known: &Identification, test: &F
     };
     let law = recording.baseline.receiver_law;
     let recorded_n = force::recorded_n(trace, &thrust_n, low_pass);
-    let [disc_mean_n, centre_n] = [&judged.air.disc_mean_mps, &judged.air.centre_mps].map(|air_mps| {
-        force::simulated_n(law, trace, &thrust_n, air_mps, judged.hover_mps, low_pass)
-    });
+    let [disc_mean_n, centre_n] =
+        [&judged.air.disc_mean_mps, &judged.air.centre_mps].map(|air_mps| {
+            force::simulated_n(law, trace, &thrust_n, air_mps, judged.hover_mps, low_pass)
+        });
     let track = &trace.of.track;
     let floor_z_m = recording.environment.floor_z_m.unwrap_or(0.0);
     for row in 0..track.t_s.len() {
         let high = track.position_m[row].z - floor_z_m > test.above_floor_m;
-        let (recorded_n, all) = (recorded_n[row], recorded_n[row] + disc_mean_n[row] + centre_n[row]);
+        let (recorded_n, all) = (
+            recorded_n[row],
+            recorded_n[row] + disc_mean_n[row] + centre_n[row],
+        );
         if trace.around[row] != Around::Below || !high || !all.is_finite() {
             continue;
         }

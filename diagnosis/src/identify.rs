@@ -111,7 +111,9 @@ pub struct FlightRest {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum IdentifyError {
     /// Too little free flight.
-    #[error("{rows} rows with nobody above and away from the floor; {needed} are needed to identify {terms} terms")]
+    #[error(
+        "{rows} rows with nobody above and away from the floor; {needed} are needed to identify {terms} terms"
+    )]
     TooFewRows {
         /// What there is.
         rows: usize,
@@ -121,7 +123,9 @@ pub enum IdentifyError {
         terms: usize,
     },
     /// Terms that these rows cannot tell apart.
-    #[error("the rows do not tell the {0} terms of the thrust map apart; fit fewer, or fly more varied")]
+    #[error(
+        "the rows do not tell the {0} terms of the thrust map apart; fit fewer, or fly more varied"
+    )]
     Degenerate(usize),
     /// The fitted numbers make no map.
     #[error(transparent)]
@@ -141,7 +145,8 @@ pub fn identify(
     let traces: Vec<Trace> = vehicles
         .par_iter()
         .filter_map(|&(recording, vehicle)| {
-            let around = free_flight::around(recordings.get(recording)?, vehicle, &options.free, 0.0);
+            let around =
+                free_flight::around(recordings.get(recording)?, vehicle, &options.free, 0.0);
             Trace::new(recordings, (recording, vehicle), around, options.low_pass)
         })
         .collect();
@@ -174,37 +179,63 @@ impl<'a> Bench<'a> {
             grams: Vec::new(),
         };
         let all: Vec<usize> = (0..bench.traces.len()).collect();
-        bench.grams = bench.lags_s.iter().map(|&lag_s| bench.grams_at(lag_s, &all)).collect();
+        bench.grams = bench
+            .lags_s
+            .iter()
+            .map(|&lag_s| bench.grams_at(lag_s, &all))
+            .collect();
         bench
     }
 
     fn reference_v(&self) -> f64 {
         let base = self.options.base.as_ref();
-        base.map_or(self.options.battery_reference_v, ThrustMap::battery_reference_v)
+        base.map_or(
+            self.options.battery_reference_v,
+            ThrustMap::battery_reference_v,
+        )
     }
 
     fn grams_at(&self, lag_s: f64, members: &[usize]) -> Vec<DMatrix<f64>> {
         let options = self.options;
         let gram = |&member: &usize| {
             let base = options.base.as_ref();
-            self.traces[member].gram(&options.terms, base, self.reference_v(), lag_s, options.low_pass)
+            self.traces[member].gram(
+                &options.terms,
+                base,
+                self.reference_v(),
+                lag_s,
+                options.low_pass,
+            )
         };
         members.par_iter().map(gram).collect()
     }
 
     /// The map of the flights whose recording is to be used.
-    pub(crate) fn fit(&self, used: impl Fn(usize) -> bool) -> Result<Identification, IdentifyError> {
+    pub(crate) fn fit(
+        &self,
+        used: impl Fn(usize) -> bool,
+    ) -> Result<Identification, IdentifyError> {
         let members: Vec<usize> = (0..self.traces.len())
             .filter(|&member| used(self.traces[member].recording))
             .collect();
         let terms = self.options.terms.len();
         let pick = |lag: usize| -> Vec<&DMatrix<f64>> {
-            members.iter().map(|&member| &self.grams[lag][member]).collect()
+            members
+                .iter()
+                .map(|&member| &self.grams[lag][member])
+                .collect()
         };
-        let rows: usize = members.iter().map(|&member| self.traces[member].free_rows().count()).sum();
+        let rows: usize = members
+            .iter()
+            .map(|&member| self.traces[member].free_rows().count())
+            .sum();
         let needed = ROWS_PER_TERM * terms.max(1);
         if rows < needed {
-            return Err(IdentifyError::TooFewRows { rows, needed, terms });
+            return Err(IdentifyError::TooFewRows {
+                rows,
+                needed,
+                terms,
+            });
         }
         let squares: Vec<f64> = (0..self.lags_s.len())
             .map(|lag| Ok(Solved::new(&pick(lag), terms)?.square_n2))
@@ -230,7 +261,8 @@ impl<'a> Bench<'a> {
 
     /// Which flight each member belongs to: recordings in order, counted from 0.
     fn clusters(&self, members: &[usize]) -> Vec<usize> {
-        let mut recordings: Vec<usize> = members.iter().map(|&m| self.traces[m].recording).collect();
+        let mut recordings: Vec<usize> =
+            members.iter().map(|&m| self.traces[m].recording).collect();
         recordings.sort_unstable();
         recordings.dedup();
         let place = |&m: &usize| recordings.partition_point(|&r| r < self.traces[m].recording);
@@ -258,7 +290,9 @@ impl<'a> Bench<'a> {
         let fitted = [0.5 * OUTSIDE_SHARE, 1.0 - 0.5 * OUTSIDE_SHARE].map(|p| quantile(&duties, p));
         let base = self.options.base.as_ref();
         let map = self.map(solved, lag_s, base.map_or(fitted, ThrustMap::duty_range))?;
-        let free = members.iter().flat_map(|&member| self.traces[member].free_duty());
+        let free = members
+            .iter()
+            .flat_map(|&member| self.traces[member].free_duty());
         let flights = self.clusters(members);
         let rest = |(&member, gram): (&usize, &&DMatrix<f64>)| {
             let trace = self.traces[member];
@@ -269,7 +303,9 @@ impl<'a> Bench<'a> {
                 vehicle: trace.vehicle,
                 rows: rows as usize,
                 mean_n,
-                scatter_n: (square_n2 / rows.max(1.0) - mean_n * mean_n).max(0.0).sqrt(),
+                scatter_n: (square_n2 / rows.max(1.0) - mean_n * mean_n)
+                    .max(0.0)
+                    .sqrt(),
             }
         };
         Ok(Identification {
@@ -277,7 +313,8 @@ impl<'a> Bench<'a> {
             lag_standard_error_s,
             scatter_n: (solved.square_n2 / batteries_v.len() as f64).sqrt(),
             offset_n: map.offset_n(),
-            battery_per_v: map.battery_sensitivity_per_v(quantile(&duties, 0.5), quantile(&batteries_v, 0.5)),
+            battery_per_v: map
+                .battery_sensitivity_per_v(quantile(&duties, 0.5), quantile(&batteries_v, 0.5)),
             battery_range_v: [quantile(&batteries_v, 0.0), quantile(&batteries_v, 1.0)],
             rows: batteries_v.len(),
             rows_outside: free.filter(|&(duty, _)| !map.covers(duty)).count(),
@@ -288,7 +325,12 @@ impl<'a> Bench<'a> {
     }
 
     /// The base with the fitted terms added.
-    fn map(&self, solved: &Solved, lag_s: f64, range: [f64; 2]) -> Result<ThrustMap, ThrustMapError> {
+    fn map(
+        &self,
+        solved: &Solved,
+        lag_s: f64,
+        range: [f64; 2],
+    ) -> Result<ThrustMap, ThrustMapError> {
         let mut terms: Vec<(Term, f64)> = Vec::new();
         terms.extend(self.options.base.iter().flat_map(ThrustMap::terms));
         for (&term, &newtons) in self.options.terms.iter().zip(solved.newtons.iter()) {
@@ -358,12 +400,20 @@ impl Solved {
             variance += shift.component_mul(&shift);
         }
         let few = few_flights(scores.len());
-        Some(variance.iter().map(|variance| (few * variance).sqrt()).collect())
+        Some(
+            variance
+                .iter()
+                .map(|variance| (few * variance).sqrt())
+                .collect(),
+        )
     }
 }
 
 /// Sums vectors over the traces of each flight; `None` with fewer than two flights.
-fn by_flight(vectors: impl Iterator<Item = DVector<f64>>, flights: &[usize]) -> Option<Vec<DVector<f64>>> {
+fn by_flight(
+    vectors: impl Iterator<Item = DVector<f64>>,
+    flights: &[usize],
+) -> Option<Vec<DVector<f64>>> {
     let mut sums: Vec<Option<DVector<f64>>> = vec![None; flights.iter().max()? + 1];
     for (vector, &flight) in vectors.zip(flights) {
         sums[flight] = Some(match sums[flight].take() {
@@ -389,9 +439,12 @@ fn lag_standard_error_s(
 ) -> Option<f64> {
     let terms = solved.scale.len();
     let [square_before, square_after] = [before, after].map(|grams| {
-        Solved::new(grams, terms).map(|solved| solved.square_n2).ok()
+        Solved::new(grams, terms)
+            .map(|solved| solved.square_n2)
+            .ok()
     });
-    let curvature = 0.5 * (square_before? - 2.0 * solved.square_n2 + square_after?) / (LAG_STEP_S * LAG_STEP_S);
+    let curvature =
+        0.5 * (square_before? - 2.0 * solved.square_n2 + square_after?) / (LAG_STEP_S * LAG_STEP_S);
     let mut by_coefficient = DVector::zeros(terms);
     for (before, after) in before.iter().zip(after) {
         by_coefficient += (solved.score(after) - solved.score(before)) / (2.0 * LAG_STEP_S);
@@ -417,5 +470,8 @@ fn vertex(values: &[f64]) -> f64 {
 /// Value below which a share of sorted values lies; the nearest of them.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let last = sorted.len().saturating_sub(1);
-    sorted.get((share * last as f64).round() as usize).copied().unwrap_or(f64::NAN)
+    sorted
+        .get((share * last as f64).round() as usize)
+        .copied()
+        .unwrap_or(f64::NAN)
 }

@@ -12,6 +12,7 @@
 
 pub mod anemometer;
 pub mod baseline;
+pub mod clock;
 pub mod flow;
 pub mod force;
 pub mod free_flight;

@@ -19,11 +19,7 @@ pub struct LowPass {
 
 /// Parts of a series without a step longer than `longest_step_s` and without a row that is not `usable`; in order, none empty.
 #[must_use]
-pub fn runs(
-    t_s: &[f64],
-    longest_step_s: f64,
-    usable: impl Fn(usize) -> bool,
-) -> Vec<Range<usize>> {
+pub fn runs(t_s: &[f64], longest_step_s: f64, usable: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
     for (row, &time_s) in t_s.iter().enumerate() {
         if !usable(row) {
@@ -104,9 +100,8 @@ impl Pass {
         let ramp = (to - from) / step_s;
         let off = self.value - (from - ramp / sigma);
         let off_slope = self.slope - ramp;
-        self.value = (to - ramp / sigma)
-            + off * self.cosine
-            + (off + off_slope / sigma) * self.sine;
+        self.value =
+            (to - ramp / sigma) + off * self.cosine + (off + off_slope / sigma) * self.sine;
         self.slope = ramp + off_slope * self.cosine - (off_slope + 2.0 * sigma * off) * self.sine;
         self.value
     }

@@ -181,7 +181,9 @@ impl ThrustMap {
         if terms.is_empty() {
             return Err(ThrustMapError::Empty);
         }
-        let powers = terms.iter().flat_map(|term| [term.duty_power, term.battery_power]);
+        let powers = terms
+            .iter()
+            .flat_map(|term| [term.duty_power, term.battery_power]);
         if let Some(power) = powers.into_iter().find(|&power| power > HIGHEST_POWER) {
             return Err(ThrustMapError::Power(power));
         }
@@ -197,12 +199,32 @@ impl ThrustMap {
             number("newtons", value, value.is_finite(), "finite")?;
         }
         let positive = battery_reference_v.is_finite() && battery_reference_v > 0.0;
-        number("battery_reference_v", battery_reference_v, positive, "finite and above 0")?;
-        number("lag_s", lag_s, lag_s.is_finite() && lag_s >= 0.0, "finite and 0 or more")?;
+        number(
+            "battery_reference_v",
+            battery_reference_v,
+            positive,
+            "finite and above 0",
+        )?;
+        number(
+            "lag_s",
+            lag_s,
+            lag_s.is_finite() && lag_s >= 0.0,
+            "finite and 0 or more",
+        )?;
         let [low, high] = duty_range;
-        number("duty_range", low, (0.0..=1.0).contains(&low), "between 0 and 1")?;
+        number(
+            "duty_range",
+            low,
+            (0.0..=1.0).contains(&low),
+            "between 0 and 1",
+        )?;
         let above = high > low && high <= 1.0;
-        number("duty_range", high, above, "above its first number and at most 1")?;
+        number(
+            "duty_range",
+            high,
+            above,
+            "above its first number and at most 1",
+        )?;
         Ok(ThrustMap {
             terms,
             coefficients_n,
@@ -214,7 +236,10 @@ impl ThrustMap {
 
     /// Terms, and their coefficients (N a motor).
     pub fn terms(&self) -> impl Iterator<Item = (Term, f64)> + '_ {
-        self.terms.iter().copied().zip(self.coefficients_n.iter().copied())
+        self.terms
+            .iter()
+            .copied()
+            .zip(self.coefficients_n.iter().copied())
     }
 
     /// Voltage (V) that the battery is divided by.
@@ -246,7 +271,9 @@ impl ThrustMap {
     #[must_use]
     pub fn steady_n(&self, duty: [f64; 4], battery_v: f64) -> f64 {
         let v = battery_v / self.battery_reference_v;
-        self.terms().map(|(term, newtons)| newtons * term.over_motors(duty, v)).sum()
+        self.terms()
+            .map(|(term, newtons)| newtons * term.over_motors(duty, v))
+            .sum()
     }
 
     /// Thrust (N) that four motors at zero duty would give at the reference voltage: the map's offset. A rotor at rest gives none, so
@@ -293,7 +320,12 @@ impl ThrustMap {
 }
 
 /// What a term is worth at every entry of a track, summed over four motors.
-pub(crate) fn column(term: Term, duty: &[[f64; 4]], battery_v: &[f64], reference_v: f64) -> Vec<f64> {
+pub(crate) fn column(
+    term: Term,
+    duty: &[[f64; 4]],
+    battery_v: &[f64],
+    reference_v: f64,
+) -> Vec<f64> {
     duty.iter()
         .zip(battery_v)
         .map(|(&duty, &battery_v)| term.over_motors(duty, battery_v / reference_v))
@@ -327,7 +359,8 @@ mod tests {
 
     #[test]
     fn thrust_is_the_polynomial_of_each_motor() {
-        let expected_n = 0.1 * (0.2 + 0.4 + 0.6 + 0.8) * (3.7 / 4.2) + 0.05 * (0.04 + 0.16 + 0.36 + 0.64);
+        let expected_n =
+            0.1 * (0.2 + 0.4 + 0.6 + 0.8) * (3.7 / 4.2) + 0.05 * (0.04 + 0.16 + 0.36 + 0.64);
         // Rounding.
         assert!((map(0.0).steady_n([0.2, 0.4, 0.6, 0.8], 3.7) - expected_n).abs() < 1e-15);
         assert_eq!(map(0.0).offset_n(), 0.0);
