@@ -12,6 +12,7 @@ mod near_field;
 mod paper;
 mod planner;
 mod readme;
+mod recordings;
 mod scenario;
 mod scenarios;
 mod verifier;

@@ -228,7 +228,11 @@ fn steps(keep: &[usize], log: &mut Log<'_>) -> f64 {
     let gaps: Vec<usize> = (0..all_s.len())
         .filter(|&at| all_s[at] > longest_step_s)
         .collect();
-    if let Some(longest) = gaps.iter().copied().max_by(|&a, &b| all_s[a].total_cmp(&all_s[b])) {
+    if let Some(longest) = gaps
+        .iter()
+        .copied()
+        .max_by(|&a, &b| all_s[a].total_cmp(&all_s[b]))
+    {
         let rows: Vec<usize> = gaps.iter().map(|&at| keep[at]).collect();
         let what = format!(
             "with a gap after them, the longest of {:.3} s at {:.2} s (the median step is {median_s:.3} s); nothing is interpolated across them",
@@ -244,7 +248,9 @@ fn steps(keep: &[usize], log: &mut Log<'_>) -> f64 {
         let of = uneven.iter().map(|&at| all_s[at]);
         let (low_s, high_s) = of.fold((f64::MAX, 0.0_f64), |(l, h), s| (l.min(s), h.max(s)));
         let rows: Vec<usize> = uneven.iter().map(|&at| keep[at]).collect();
-        let what = format!("with uneven steps, {low_s:.3} to {high_s:.3} s (the median is {median_s:.3} s)");
+        let what = format!(
+            "with uneven steps, {low_s:.3} to {high_s:.3} s (the median is {median_s:.3} s)"
+        );
         log.rows(RemarkKind::UnevenSteps, &rows, &what);
     }
     longest_step_s
@@ -264,7 +270,11 @@ fn frozen(samples: &Samples, keep: &[usize], log: &mut Log<'_>) {
     let mut rows = Vec::new();
     for run in keep.chunk_by(|&a, &b| samples.position_m[a] == samples.position_m[b]) {
         let path = |pair: &[usize]| {
-            let speed = velocity_mps[pair[0]].iter().map(|v| v * v).sum::<f64>().sqrt();
+            let speed = velocity_mps[pair[0]]
+                .iter()
+                .map(|v| v * v)
+                .sum::<f64>()
+                .sqrt();
             speed * (samples.t_s[pair[1]] - samples.t_s[pair[0]])
         };
         let moved_m: f64 = run.windows(2).map(path).sum();
@@ -287,7 +297,11 @@ fn at_full(samples: &Samples, keep: &[usize], log: &mut Log<'_>) {
     // Half of the last of 16 bits below full.
     let full = |row: &&usize| duty[**row].iter().any(|&duty| duty > 1.0 - 0.5 / 65_536.0);
     let rows: Vec<usize> = keep.iter().filter(full).copied().collect();
-    log.rows(RemarkKind::Saturated, &rows, "with a motor at full duty cycle; kept");
+    log.rows(
+        RemarkKind::Saturated,
+        &rows,
+        "with a motor at full duty cycle; kept",
+    );
 }
 
 /// Cuts everything from shortly before the tilt limit is passed.
@@ -339,7 +353,8 @@ fn floor(samples: &Samples, limits: &FlightLimits, keep: &mut Vec<usize>, log: &
         _ => String::new(),
     };
     let listed = spans[..spans.len().min(MOST_SPANS)].join(", ");
-    let what = format!("cut: on the floor or touching it (below {touch_z_m} m) at {listed} s{more}");
+    let what =
+        format!("cut: on the floor or touching it (below {touch_z_m} m) at {listed} s{more}");
     log.rows(RemarkKind::Touch, &rows, &what);
     keep.retain(|&row| !low(row));
 }
@@ -357,7 +372,10 @@ impl Log<'_> {
         if rows.is_empty() {
             return;
         }
-        let times = rows.iter().map(|&row| self.t_s[row]).filter(|t_s| t_s.is_finite());
+        let times = rows
+            .iter()
+            .map(|&row| self.t_s[row])
+            .filter(|t_s| t_s.is_finite());
         let span_s = times.fold(None, |span: Option<(f64, f64)>, t_s| {
             let (low, high) = span.unwrap_or((t_s, t_s));
             Some((low.min(t_s), high.max(t_s)))

@@ -244,12 +244,17 @@ fn require(file: &str, stem: &str, header: &[String], columns: &Columns, found: 
     if columns.by_role.contains_key(role) {
         return;
     }
-    let names: Vec<String> = units.iter().map(|(unit, _)| format!("{stem}{unit}")).collect();
+    let names: Vec<String> = units
+        .iter()
+        .map(|(unit, _)| format!("{stem}{unit}"))
+        .collect();
     let names = listed(names.iter().map(String::as_str));
     let ours = format!("{stem}{}", units[0].0);
     let unit_less = header.iter().find(|name| *name == stem);
     let unknown = header.iter().find(|name| {
-        let suffix = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_'));
+        let suffix = name
+            .strip_prefix(stem)
+            .and_then(|rest| rest.strip_prefix('_'));
         suffix.is_some_and(|suffix| !suffix.is_empty())
     });
     let help = |theirs: &str| {

@@ -142,7 +142,11 @@ impl Spoken<'_> {
                 Some(ReceiverLaw::HoldsThrust { exponent })
             }
             _ => {
-                self.unknown("receiver_law", &law, "`throttle = beta^` and a number, 0 or more");
+                self.unknown(
+                    "receiver_law",
+                    &law,
+                    "`throttle = beta^` and a number, 0 or more",
+                );
                 None
             }
         }
@@ -224,7 +228,10 @@ mod tests {
         assert!(found.problems.is_empty());
         assert!(!read.wakes);
         assert_eq!(read.delay, Delay::Transport { convection: 0.6 });
-        assert_eq!(read.receiver_law, ReceiverLaw::HoldsThrust { exponent: 0.4 });
+        assert_eq!(
+            read.receiver_law,
+            ReceiverLaw::HoldsThrust { exponent: 0.4 }
+        );
     }
 
     #[test]

@@ -21,6 +21,8 @@ const VEHICLES: &str = "vehicles.csv";
 const RECEIVER: &str = "receiver.csv";
 /// Every table that a folder may have.
 const TABLES: [&str; 3] = [VEHICLES, PROBES, RECEIVER];
+/// Every file of a folder that is read.
+pub const FOLDER_FILES: [&str; 4] = [META, VEHICLES, PROBES, RECEIVER];
 /// Tilt (deg) taken for a crash. Chosen here: the model is of hover and slow flight.
 pub(super) const CRASH_TILT_DEG: f64 = 45.0;
 
@@ -54,7 +56,8 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
     for table in TABLES {
         let is_named = meta.channels.iter().any(|channel| channel == table);
         if files.contains_key(table) && !is_named {
-            let message = format!("{table} is there but not among the `channels` of {META}: not used");
+            let message =
+                format!("{table} is there but not among the `channels` of {META}: not used");
             found.remark(RemarkKind::Unused, None, message);
         }
     }
@@ -65,7 +68,8 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
     let vehicles = match named(VEHICLES) {
         Some(bytes) => vehicles(bytes, &meta, found),
         None => {
-            let message = format!("must name {VEHICLES}: without tracks there is nothing to simulate");
+            let message =
+                format!("must name {VEHICLES}: without tracks there is nothing to simulate");
             found.problem(Place::field(META, "channels"), message);
             None
         }
@@ -74,7 +78,10 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
         (None, _) => None,
         (Some(bytes), Some(instrument)) => probes(bytes, instrument, found),
         (Some(_), None) => {
-            found.problem(Place::field(META, "probe"), format!("is missing, and {PROBES} needs it"));
+            found.problem(
+                Place::field(META, "probe"),
+                format!("is missing, and {PROBES} needs it"),
+            );
             None
         }
     };
@@ -110,7 +117,13 @@ fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>
         },
     };
     let by_vehicle = split(&rows);
-    unknown(VEHICLES, &rows, &by_vehicle, meta.vehicles.iter().map(|of| of.id.as_str()), found);
+    unknown(
+        VEHICLES,
+        &rows,
+        &by_vehicle,
+        meta.vehicles.iter().map(|of| of.id.as_str()),
+        found,
+    );
     let mut vehicles = Vec::with_capacity(meta.vehicles.len());
     for MetaVehicle {
         id,
@@ -122,7 +135,10 @@ fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>
         let name = rows.names.iter().position(|name| name == id);
         let Some(mine) = name.map(|name| &by_vehicle[name]) else {
             let field = format!("vehicles.{id}");
-            found.problem(Place::field(META, &field), format!("has no row in {VEHICLES}"));
+            found.problem(
+                Place::field(META, &field),
+                format!("has no row in {VEHICLES}"),
+            );
             continue;
         };
         let samples = Samples::gather(id, &rows, &columns, mine, how.gravity_mps2, found);
@@ -165,7 +181,11 @@ pub(super) fn table(file: &str, bytes: &[u8], found: &mut Found) -> Option<(Rows
 pub(super) fn unused(file: &str, columns: &Columns, found: &mut Found) {
     if !columns.unused.is_empty() {
         let names = listed(columns.unused.iter().map(String::as_str));
-        found.remark(RemarkKind::Unused, None, format!("columns of {file} that are not used: {names}"));
+        found.remark(
+            RemarkKind::Unused,
+            None,
+            format!("columns of {file} that are not used: {names}"),
+        );
     }
 }
 
@@ -191,7 +211,10 @@ pub(super) fn unknown<'a>(
             let line = mine.first().map_or(0, |&row| rows.lines[row]);
             found.helped(
                 Place::file(file).line(line),
-                format!("vehicle `{name}` is not in the metadata ({} rows)", mine.len()),
+                format!(
+                    "vehicle `{name}` is not in the metadata ({} rows)",
+                    mine.len()
+                ),
                 did_you_mean(name, known.clone())
                     .or_else(|| Some(format!("known are {}", listed(known.clone())))),
             );
@@ -208,17 +231,31 @@ fn receivers(bytes: &[u8], vehicles: &[Vehicle], found: &mut Found) -> Option<Ve
         }
         column
     };
-    let (time, throttle, id) = (column("t_s"), column("throttle_ratio"), column("vehicle_id"));
+    let (time, throttle, id) = (
+        column("t_s"),
+        column("throttle_ratio"),
+        column("vehicle_id"),
+    );
     let battery = table.column("battery_v");
     let used = ["t_s", "vehicle_id", "throttle_ratio", "battery_v"];
-    for name in table.header().iter().filter(|name| !used.contains(&name.as_str())) {
+    for name in table
+        .header()
+        .iter()
+        .filter(|name| !used.contains(&name.as_str()))
+    {
         let message = format!("column `{name}` of {RECEIVER} is not used");
         found.remark(RemarkKind::Unused, None, message);
     }
     let wanted: Vec<usize> = [time?, throttle?].into_iter().chain(battery).collect();
     let rows = table.read(&wanted, Some(id?), found);
     let by_name = split(&rows);
-    unknown(RECEIVER, &rows, &by_name, vehicles.iter().map(|of| of.id.as_str()), found);
+    unknown(
+        RECEIVER,
+        &rows,
+        &by_name,
+        vehicles.iter().map(|of| of.id.as_str()),
+        found,
+    );
     let mut samples = Vec::with_capacity(rows.lines.len());
     let mut last_s = vec![f64::NEG_INFINITY; rows.names.len()];
     let mut left_out = Vec::new();

@@ -27,7 +27,10 @@ impl<'a> Fields<'a> {
                 field,
                 ..Place::file(file)
             };
-            found.problem(place, format!("must be an object `{{...}}`, not {}", kind(value)));
+            found.problem(
+                place,
+                format!("must be an object `{{...}}`, not {}", kind(value)),
+            );
             return None;
         };
         Some(Fields {
@@ -72,7 +75,11 @@ impl<'a> Fields<'a> {
     }
 
     /// Every key with its object, in the order of the file's keys sorted.
-    pub(super) fn objects(&mut self, key: &'static str, found: &mut Found) -> Vec<(&'a str, Fields<'a>)> {
+    pub(super) fn objects(
+        &mut self,
+        key: &'static str,
+        found: &mut Found,
+    ) -> Vec<(&'a str, Fields<'a>)> {
         let Some(all) = self.object(key, found) else {
             return Vec::new();
         };
@@ -123,7 +130,11 @@ impl<'a> Fields<'a> {
         let value = self.required(key, found)?;
         let flag = value.as_bool();
         if flag.is_none() {
-            self.fault(key, format!("must be true or false, not {}", kind(value)), found);
+            self.fault(
+                key,
+                format!("must be true or false, not {}", kind(value)),
+                found,
+            );
         }
         flag
     }

@@ -49,7 +49,11 @@ pub(super) fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
     let mut fields = Fields::root(META, &value, found)?;
     let format = fields.text("format", found)?;
     if format != FORMAT {
-        fields.fault("format", format!("is \"{format}\"; this reads \"{FORMAT}\""), found);
+        fields.fault(
+            "format",
+            format!("is \"{format}\"; this reads \"{FORMAT}\""),
+            found,
+        );
         return None;
     }
     let environment = environment(&mut fields, found);
@@ -82,7 +86,11 @@ fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment
     if let Some(gravity_mps2) = gravity_mps2
         && gravity_mps2 <= 0.0
     {
-        fields.fault("g_mps2", format!("is {gravity_mps2}; it must be above 0"), found);
+        fields.fault(
+            "g_mps2",
+            format!("is {gravity_mps2}; it must be above 0"),
+            found,
+        );
     }
     let mut of = fields.object("environment", found)?;
     let temperature_k = of.number("temperature_k", found);
@@ -94,17 +102,29 @@ fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment
     if let Some(kelvin) = temperature_k
         && kelvin <= 0.0
     {
-        of.fault("temperature_k", format!("is {kelvin}; it must be above 0"), found);
+        of.fault(
+            "temperature_k",
+            format!("is {kelvin}; it must be above 0"),
+            found,
+        );
     }
     if let Some(pascal) = pressure_pa
         && pascal <= 0.0
     {
-        of.fault("pressure_pa", format!("is {pascal}; it must be above 0"), found);
+        of.fault(
+            "pressure_pa",
+            format!("is {pascal}; it must be above 0"),
+            found,
+        );
     }
     if let (Some(floor), Some(ceiling)) = (floor_z_m, ceiling_z_m)
         && ceiling <= floor
     {
-        of.fault("ceiling_z_m", format!("is {ceiling}, not above the floor at {floor}"), found);
+        of.fault(
+            "ceiling_z_m",
+            format!("is {ceiling}, not above the floor at {floor}"),
+            found,
+        );
     }
     unread(&of, found);
     if ambient_is_subtracted == Some(true) {
@@ -153,7 +173,13 @@ fn vehicle(id: &str, of: &mut Fields<'_>, found: &mut Found) -> Option<MetaVehic
     }
     let (mass_kg, propeller_diameter_m) = (mass_kg?, propeller_diameter_m?);
     let motor_distance_m = motor_distance_m?;
-    for problem in Airframe::problems(mass_kg, count, propeller_diameter_m, motor_distance_m, width_factor) {
+    for problem in Airframe::problems(
+        mass_kg,
+        count,
+        propeller_diameter_m,
+        motor_distance_m,
+        width_factor,
+    ) {
         let key = match problem.field() {
             "propellers" => "n_props",
             "propeller_diameter_m" => "prop_diameter_m",
@@ -197,7 +223,11 @@ fn instrument(of: &mut Fields<'_>, found: &mut Found) -> Option<Instrument> {
     if let Some(rate_hz) = rate_hz
         && rate_hz <= 0.0
     {
-        of.fault("rate_hz", format!("is {rate_hz}; it must be above 0"), found);
+        of.fault(
+            "rate_hz",
+            format!("is {rate_hz}; it must be above 0"),
+            found,
+        );
     }
     let lowpass_tau_s = of.not_negative("lowpass_tau_s", found);
     let accuracy_abs_mps = of.not_negative("accuracy_abs_mps", found);

@@ -37,7 +37,10 @@ pub(super) fn probes(bytes: &[u8], instrument: &Instrument, found: &mut Found) -
         })
         .collect();
     let columns: Vec<usize> = columns.into_iter().collect::<Option<_>>()?;
-    let unused = table.header().iter().filter(|name| !wanted.contains(&name.as_str()));
+    let unused = table
+        .header()
+        .iter()
+        .filter(|name| !wanted.contains(&name.as_str()));
     for name in unused {
         let message = format!("column `{name}` of {PROBES} is not used");
         found.remark(RemarkKind::Unused, None, message);
@@ -101,10 +104,24 @@ fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found
         let good: Vec<usize> = rows
             .iter()
             .copied()
-            .filter(|row| ![&backward, &missing, &impossible].iter().any(|bad| bad.binary_search(row).is_ok()))
+            .filter(|row| {
+                ![&backward, &missing, &impossible]
+                    .iter()
+                    .any(|bad| bad.binary_search(row).is_ok())
+            })
             .collect();
-        tell(RemarkKind::Impossible, &backward, samples, "left out: their time repeats or goes back");
-        tell(RemarkKind::Impossible, &missing, samples, "left out: no speed or no position");
+        tell(
+            RemarkKind::Impossible,
+            &backward,
+            samples,
+            "left out: their time repeats or goes back",
+        );
+        tell(
+            RemarkKind::Impossible,
+            &missing,
+            samples,
+            "left out: no speed or no position",
+        );
         if let Some(&first) = impossible.first() {
             let first_mps = samples[first].speed_mps;
             let what = format!("left out: a speed outside 0 to 100 m/s (first {first_mps})");
@@ -116,17 +133,32 @@ fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found
             .filter(|run| !plateau(samples[run[0]].speed_mps, &good, samples, instrument))
             .flat_map(|run| run[1..].iter().copied())
             .collect();
-        tell(RemarkKind::Stuck, &stuck, samples, "left out: the same speed as before, eight or more times in a row");
+        tell(
+            RemarkKind::Stuck,
+            &stuck,
+            samples,
+            "left out: the same speed as before, eight or more times in a row",
+        );
         saturated(&good, samples, instrument, &mut tell);
         gaps(&good, samples, instrument, &mut tell);
-        for row in backward.into_iter().chain(missing).chain(impossible).chain(stuck) {
+        for row in backward
+            .into_iter()
+            .chain(missing)
+            .chain(impossible)
+            .chain(stuck)
+        {
             samples[row].speed_mps = f64::NAN;
         }
     }
 }
 
 /// Whether a speed is the highest that the probe read: repeated, it is the end of its scale.
-fn plateau(speed_mps: f64, good: &[usize], samples: &[ProbeSample], instrument: &Instrument) -> bool {
+fn plateau(
+    speed_mps: f64,
+    good: &[usize],
+    samples: &[ProbeSample],
+    instrument: &Instrument,
+) -> bool {
     let top_mps = top(good, samples);
     speed_mps >= top_mps - instrument.resolution_mps
 }
@@ -148,7 +180,8 @@ fn saturated(
     let rows: Vec<usize> = good.iter().copied().filter(at_top).collect();
     let part = rows.len() as f64 / good.len().max(1) as f64;
     if top_mps > 0.0 && rows.len() >= PLATEAU_READINGS && part >= PLATEAU_PART {
-        let what = format!("at the highest speed of all, {top_mps} m/s: the end of its scale? Kept");
+        let what =
+            format!("at the highest speed of all, {top_mps} m/s: the end of its scale? Kept");
         tell(RemarkKind::Saturated, &rows, samples, &what);
     }
 }
@@ -168,7 +201,8 @@ fn gaps(
         .collect();
     let worst_s = good.windows(2).map(step_s).fold(0.0, f64::max);
     let rate_hz = instrument.rate_hz;
-    let what = format!("with a gap after them, the longest of {worst_s:.2} s (the rate is {rate_hz} Hz)");
+    let what =
+        format!("with a gap after them, the longest of {worst_s:.2} s (the rate is {rate_hz} Hz)");
     tell(RemarkKind::Gap, &rows, samples, &what);
 }
 
@@ -183,7 +217,11 @@ fn remark(
     let (Some(&first), Some(&last)) = (rows.first(), rows.last()) else {
         return;
     };
-    let noun = if rows.len() == 1 { "reading" } else { "readings" };
+    let noun = if rows.len() == 1 {
+        "reading"
+    } else {
+        "readings"
+    };
     found.remarks.push(Remark {
         kind,
         subject: Some(format!("probe {probe_id}")),

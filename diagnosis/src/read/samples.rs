@@ -72,15 +72,20 @@ impl Samples {
             let none = roll.is_none() && pitch.is_none() && yaw.is_none();
             let zero = || vec![0.0; mine.len()];
             (!none).then(|| {
-                let [roll, pitch, yaw] = [roll, pitch, yaw].map(|column| column.unwrap_or_else(zero));
+                let [roll, pitch, yaw] =
+                    [roll, pitch, yaw].map(|column| column.unwrap_or_else(zero));
                 Attitude::Angles(transposed([roll, pitch, yaw]))
             })
         };
         let attitude = quaternion.or_else(|| angles(&mut gather));
         if angles_logged && matches!(attitude, Some(Attitude::Angles(_))) {
-            let missing = [(Role::Roll, "roll"), (Role::Pitch, "pitch"), (Role::Yaw, "yaw")]
-                .into_iter()
-                .filter(|(role, _)| !columns.has(&[*role]));
+            let missing = [
+                (Role::Roll, "roll"),
+                (Role::Pitch, "pitch"),
+                (Role::Yaw, "yaw"),
+            ]
+            .into_iter()
+            .filter(|(role, _)| !columns.has(&[*role]));
             for (_, angle) in missing {
                 let message = format!("{angle} is not logged: taken as 0");
                 found.remark(RemarkKind::Assumed, Some(vehicle), message);
@@ -103,10 +108,6 @@ impl Samples {
             found.remark(RemarkKind::Unused, Some(vehicle), message);
         }
         samples
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.t_s.len()
     }
 
     /// From north-east-down with a body of forward-right-down to north-west-up with forward-left-up: half a turn about x, for

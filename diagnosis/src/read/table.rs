@@ -60,7 +60,10 @@ impl<'b> Table<'b> {
         }
         for (index, name) in header.iter().enumerate() {
             if header[..index].contains(name) {
-                found.problem(Place::field(file, name).line(1), "stands in the header twice");
+                found.problem(
+                    Place::field(file, name).line(1),
+                    "stands in the header twice",
+                );
             }
         }
         (found.problems.len() == before).then_some(Table {
@@ -81,7 +84,12 @@ impl<'b> Table<'b> {
     }
 
     /// Reads all rows; cells that are no numbers and rows of the wrong length are problems.
-    pub(super) fn read(mut self, numbers: &[usize], names: Option<usize>, found: &mut Found) -> Rows {
+    pub(super) fn read(
+        mut self,
+        numbers: &[usize],
+        names: Option<usize>,
+        found: &mut Found,
+    ) -> Rows {
         let mut rows = Rows {
             numbers: vec![Vec::new(); numbers.len()],
             ..Rows::default()
@@ -194,7 +202,10 @@ mod tests {
         let rows = Table::open("t.csv", text.as_bytes(), &mut found)
             .map(|table| table.read(columns, None, &mut found))
             .unwrap_or_default();
-        (rows, found.problems.iter().map(ToString::to_string).collect())
+        (
+            rows,
+            found.problems.iter().map(ToString::to_string).collect(),
+        )
     }
 
     #[test]
@@ -230,7 +241,10 @@ mod tests {
         for (text, said) in [
             ("", "t.csv: is empty; it needs a line of column names"),
             ("t_s\n", "t.csv: has a header and no rows"),
-            ("t_s,t_s\n1,2\n", "t.csv:1: `t_s`: stands in the header twice"),
+            (
+                "t_s,t_s\n1,2\n",
+                "t.csv:1: `t_s`: stands in the header twice",
+            ),
             ("t_s;x_m\n1;2\n", "t.csv:1: has one column, `t_s;x_m`"),
         ] {
             assert_eq!(read(text, &[0]).1, [said]);

@@ -96,11 +96,19 @@ pub(super) fn track(
     }
     let keep = &checked.keep;
     let t_s = picked(&samples.t_s, keep);
-    let attitude = attitude(vehicle, samples.attitude.as_ref(), keep, how.rotation, found);
+    let attitude = attitude(
+        vehicle,
+        samples.attitude.as_ref(),
+        keep,
+        how.rotation,
+        found,
+    );
     let position_m: Vec<Point3<f64>> = keep
         .iter()
         .zip(&attitude)
-        .map(|(&row, attitude)| Point3::from(samples.position_m[row]) + attitude * how.rotor_offset_m)
+        .map(|(&row, attitude)| {
+            Point3::from(samples.position_m[row]) + attitude * how.rotor_offset_m
+        })
         .collect();
     let velocity_mps = match &samples.velocity_mps {
         Some(all) => keep.iter().map(|&row| Vector3::from(all[row])).collect(),
@@ -202,12 +210,24 @@ fn specific_force(
 }
 
 /// Central differences; one-sided at the ends and beside gaps.
-fn differentiated(t_s: &[f64], position_m: &[Point3<f64>], longest_step_s: f64) -> Vec<Vector3<f64>> {
+fn differentiated(
+    t_s: &[f64],
+    position_m: &[Point3<f64>],
+    longest_step_s: f64,
+) -> Vec<Vector3<f64>> {
     let near = |a: usize, b: usize| t_s[b] - t_s[a] <= longest_step_s;
     (0..t_s.len())
         .map(|at| {
-            let before = if at > 0 && near(at - 1, at) { at - 1 } else { at };
-            let after = if at + 1 < t_s.len() && near(at, at + 1) { at + 1 } else { at };
+            let before = if at > 0 && near(at - 1, at) {
+                at - 1
+            } else {
+                at
+            };
+            let after = if at + 1 < t_s.len() && near(at, at + 1) {
+                at + 1
+            } else {
+                at
+            };
             if before == after {
                 return Vector3::zeros();
             }
@@ -262,16 +282,31 @@ mod tests {
     fn hover_reads_one_gravity_upwards_whatever_the_kind_and_the_frame() {
         let level = || Attitude::Quaternion(vec![[0.0, 0.0, 0.0, 1.0]; 2]);
         for (frame, kind, logged) in [
-            (Frame::ZUp, Acceleration::SpecificForceInWorld, [0.0, 0.0, G]),
+            (
+                Frame::ZUp,
+                Acceleration::SpecificForceInWorld,
+                [0.0, 0.0, G],
+            ),
             (Frame::ZUp, Acceleration::SpecificForceInBody, [0.0, 0.0, G]),
             (Frame::ZUp, Acceleration::GravityRemovedInWorld, [0.0; 3]),
             (Frame::ZUp, Acceleration::GravityRemovedInBody, [0.0; 3]),
-            (Frame::NorthEastDown, Acceleration::SpecificForceInBody, [0.0, 0.0, -G]),
-            (Frame::NorthEastDown, Acceleration::GravityRemovedInWorld, [0.0; 3]),
+            (
+                Frame::NorthEastDown,
+                Acceleration::SpecificForceInBody,
+                [0.0, 0.0, -G],
+            ),
+            (
+                Frame::NorthEastDown,
+                Acceleration::GravityRemovedInWorld,
+                [0.0; 3],
+            ),
         ] {
             let (track, _) = read(rows([0.0; 3], logged, level()), &how(frame, kind));
             let force = track.specific_force_mps2.expect("asked for")[0];
-            assert!((force - Vector3::new(0.0, 0.0, G)).norm() < ROUNDING, "{kind:?}");
+            assert!(
+                (force - Vector3::new(0.0, 0.0, G)).norm() < ROUNDING,
+                "{kind:?}"
+            );
         }
     }
 
@@ -294,7 +329,11 @@ mod tests {
     fn a_pitch_with_the_nose_up_is_turned_over() {
         let angles = || Attitude::Angles(vec![[0.0, 0.2, 0.0]; 2]);
         let mut how = how(Frame::ZUp, Acceleration::SpecificForceInWorld);
-        for (pitch, nose_z_sign) in [(None, -1.0), (Some(Pitch::NoseDown), -1.0), (Some(Pitch::NoseUp), 1.0)] {
+        for (pitch, nose_z_sign) in [
+            (None, -1.0),
+            (Some(Pitch::NoseDown), -1.0),
+            (Some(Pitch::NoseUp), 1.0),
+        ] {
             how.pitch = pitch;
             let (track, _) = read(rows([0.0; 3], [0.0, 0.0, G], angles()), &how);
             let nose = track.attitude[0] * Vector3::x();
@@ -321,11 +360,18 @@ mod tests {
             position_m: vec![[0.0; 3], [0.1, 0.0, 0.0], [0.2, 0.0, 0.0]],
             ..Samples::default()
         };
-        let (track, found) = read(samples, &how(Frame::ZUp, Acceleration::SpecificForceInWorld));
+        let (track, found) = read(
+            samples,
+            &how(Frame::ZUp, Acceleration::SpecificForceInWorld),
+        );
         for velocity_mps in &track.velocity_mps {
             assert!((velocity_mps - Vector3::x()).norm() < ROUNDING);
         }
-        let said: Vec<&str> = found.remarks.iter().map(|remark| remark.message.as_str()).collect();
+        let said: Vec<&str> = found
+            .remarks
+            .iter()
+            .map(|remark| remark.message.as_str())
+            .collect();
         assert_eq!(
             said,
             [
