@@ -9,6 +9,7 @@ mod commands;
 mod endpoints;
 mod hover;
 mod near_field;
+mod neural_swarm;
 mod paper;
 mod planner;
 mod readme;
