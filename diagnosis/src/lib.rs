@@ -6,7 +6,7 @@
 //! # In reading order
 //!
 //! [`recording`]: what was recorded. [`baseline`]: what "simulation" means for it. [`remark`] and [`problem`]: what was noticed,
-//! what keeps it from being read. [`thrust_map`]: from duty cycle to thrust. [`track`]: between two entries. [`flow`]: the air that
+//! what keeps it from being read. [`read`]: from bytes to a recording. [`thrust_map`]: from duty cycle to thrust. [`track`]: between two entries. [`flow`]: the air that
 //! the baseline makes. [`anemometer`] and [`receiver`]: what a probe and a drone make of it. [`simulate`]: what would have been
 //! recorded. [`residuals`]: how far off that is, and where.
 //!
@@ -26,6 +26,7 @@ pub mod identify;
 mod least_squares;
 pub mod low_pass;
 pub mod problem;
+pub mod read;
 pub mod receiver;
 pub mod recording;
 pub mod remark;
