@@ -9,6 +9,7 @@
 //! what keeps it from being read. [`thrust_map`]: from duty cycle to thrust. [`simulate`]: what would have been recorded.
 
 pub mod baseline;
+pub mod calibrate;
 pub mod problem;
 pub mod recording;
 pub mod remark;
