@@ -10,7 +10,9 @@
 
 pub mod baseline;
 pub mod calibrate;
+pub mod made_up;
 pub mod problem;
+mod random;
 pub mod recording;
 pub mod remark;
 pub mod simulate;

@@ -4,3 +4,14 @@
 mod calibration;
 
 pub use calibration::*;
+
+mod cells;
+mod intervals;
+mod joint;
+mod operator;
+mod options;
+mod samples;
+mod units;
+
+pub use options::Options;
+mod probe_test;
