@@ -90,12 +90,14 @@ pub(super) fn units(data: Data<'_>, joint: &Joint, options: &Options) -> Option<
     for ((cell, fitted), unit) in data.cells.iter().zip(&joint.cells).zip(&unit_of) {
         let gradient =
             fitted.gradient - taken[cell.flight] * Vector2::new(fitted.predicted_mps, 1.0);
-        units[*unit].pull += fitted.weight * fitted.residual_mps * gradient;
-        units[*unit].information += if by_flight {
-            Matrix3::zeros()
+        if by_flight {
+            // With gain and zero at their best, the slope of the eliminated problem is that of the cells alone.
+            units[*unit].pull += fitted.weight * fitted.residual_mps * fitted.gradient;
+            units[*unit].information = information[cell.flight];
         } else {
-            fitted.weight * gradient * gradient.transpose()
-        };
+            units[*unit].pull += fitted.weight * fitted.residual_mps * gradient;
+            units[*unit].information += fitted.weight * gradient * gradient.transpose();
+        }
         freed.push(gradient);
     }
     let mut prior = Matrix3::zeros();
@@ -105,11 +107,6 @@ pub(super) fn units(data: Data<'_>, joint: &Joint, options: &Options) -> Option<
         prior += taken[f] * Matrix2::from_diagonal(&precision) * taken[f].transpose();
         // A gain of the whole flight pulls by C M⁻¹ Λ; a common one by the sum over flights of standard deviations.
         towards_gain += taken[f].column(0) * precision[0].sqrt();
-    }
-    if by_flight {
-        for (cell, unit) in data.cells.iter().zip(&unit_of) {
-            units[*unit].information = information[cell.flight];
-        }
     }
     let shift = inverse * towards_gain;
     Some(Units {
