@@ -190,6 +190,19 @@ impl FarField {
         PI * self.decay_m2_per_s * self.decay_m2_per_s / (3.0 * self.steepness)
     }
 
+    /// Time (s) that air takes from the rotor plane to a depth, moving at `convection` times the speed on the axis. The formula is
+    /// carried up to the rotor plane, where it is an estimate.
+    ///
+    /// ```text
+    /// τ = ∫₀^s ds'/(k U_C) = (σ² - s₀² l²) / (2 k U_H B l/q)
+    /// ```
+    #[must_use]
+    pub fn transport_time_s(&self, depth_m: f64, convection: f64) -> f64 {
+        let sigma_m = depth_m.max(0.0) + self.origin_above_m;
+        (sigma_m * sigma_m - self.origin_above_m * self.origin_above_m)
+            / (2.0 * convection * self.decay_m2_per_s)
+    }
+
     /// Mean axial speed (m/s) over a level disc centred on the axis, exact.
     ///
     /// ```text
@@ -262,6 +275,27 @@ impl Level {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn air_below_offboard_1_takes_half_a_second_over_three_metres() {
+        // U_H = 6.66 m/s; 0.51 s by the closed form, against the sum of ds/U_C.
+        let jet = FarField::new(6.66, 0.266, 1.0, &Jet::default());
+        let closed_s = jet.transport_time_s(3.0, 1.0);
+        assert!((closed_s - 0.51).abs() < 0.005, "{closed_s}");
+        let extrapolated = jet.extrapolated();
+        let speed_mps = |s_m| {
+            extrapolated
+                .centreline_mps(s_m)
+                .expect("evaluated anywhere")
+        };
+        let summed_s: f64 = (0..3000)
+            .map(|i| 0.001 / speed_mps((f64::from(i) + 0.5) * 0.001))
+            .sum();
+        assert!(
+            (closed_s - summed_s).abs() < 1e-6,
+            "midpoint rule: {summed_s}"
+        );
+    }
 
     #[test]
     fn extrapolated_it_is_the_same_formula_up_to_the_rotor_plane() {

@@ -96,7 +96,7 @@ pub(super) fn fit(data: Data<'_>, start: Constants) -> Joint {
 }
 
 /// Variance of a cell's median ((m/s)²) as assumed for its weight.
-fn assumed_variance(predicted_mps: f64, readings: usize) -> f64 {
+pub(super) fn assumed_variance(predicted_mps: f64, readings: usize) -> f64 {
     let independent = 1.0 + (readings as f64 - 1.0) / READINGS_PER_INDEPENDENT;
     FLOOR_MPS * FLOOR_MPS + (NOISE * predicted_mps).powi(2) / independent
 }
@@ -258,4 +258,11 @@ impl LeastSquaresProblem<f64, Dyn, U3> for Problem<'_> {
         }
         Some(jacobian)
     }
+}
+
+/// Flights that have a cell, each once, in order.
+pub(super) fn flights_of(cells: &[Cell]) -> Vec<usize> {
+    let mut flights: Vec<usize> = cells.iter().map(|cell| cell.flight).collect();
+    flights.dedup();
+    flights
 }

@@ -1,49 +1,41 @@
 #[cfg(test)]
 mod t {
     use super::super::*;
-    use crate::made_up::HoverGrid;
-    use super::super::joint::{self, Data};
-    use nalgebra::Vector3;
+    use crate::made_up::*;
+    fn e(n:&str,d:f64)->f64 { std::env::var(n).ok().and_then(|s| s.parse().ok()).unwrap_or(d) }
     #[test]
     fn coverage_probe() {
-        let n: u64 = std::env::var("REPEATS").ok().and_then(|s| s.parse().ok()).unwrap_or(50);
-        let per: u64 = std::env::var("PER").ok().and_then(|s| s.parse().ok()).unwrap_or(4);
+        let n = e("REPEATS",50.0) as u64; let per=e("PER",4.0) as u64;
+        let profile=[TrueProfile::Paper,TrueProfile::GaussianTail,TrueProfile::Gaussian,TrueProfile::TopHat][e("PROFILE",0.0) as usize];
         let truth = [10.11, 0.07668, -5.817];
-        let mut hit = [0; 3]; let mut pct=[0;3]; let mut sum=[0.0;3]; let mut sq=[0.0;3]; let mut hw=[0.0;3]; let mut dof=[0.0;3]; let mut se=[0.0;3];
-        let t0 = std::time::Instant::now();
-        let (mut tg, mut tf) = (0.0, 0.0);
+        let mut hit=[0;3]; let mut poor=0; let mut p05=0; let mut sens=Vec::new(); let mut tt=[0;6]; let mut ts=[0;6]; let mut norm=[0;6];
+        let mut tf=0.0; let mut only_p=0;
         for rep in 0..n {
-            let t1 = std::time::Instant::now();
             let mut recs = Vec::new();
             for (d, name) in ["kolibri","offboard-1","offboard-2","matrice-300"].iter().enumerate() {
-                let mut g = HoverGrid::over_one_probe(name).unwrap(); let e=|n:&str,d:f64| std::env::var(n).ok().and_then(|s| s.parse().ok()).unwrap_or(d); g.accuracy_rel=e("GAIN",0.05); g.accuracy_abs_mps=e("ZERO",0.03); g.turbulence=e("TURB",0.12); g.jitter_m=e("JIT",0.01);
-                for f in 0..per { let mut r=g.fly(rep*1000 + d as u64*100 + f); let i=&mut r.probes.as_mut().unwrap().instrument; i.accuracy_rel=0.05; i.accuracy_abs_mps=0.03; recs.push(r); }
+                let mut g = HoverGrid::over_one_probe(name).unwrap(); g.jet.profile=profile; g.lateral_turbulence=e("LAT",0.0);
+                for f in 0..per { recs.push(g.fly(rep*1000 + d as u64*100 + f)); }
             }
-            tg += t1.elapsed().as_secs_f64();
             let t1 = std::time::Instant::now();
-            let o = Options::default();
-            let mut g = samples::gather(&recs, &o);
-            let cells = cells::cells(&mut g.far, &o);
-            let data = Data{flights:&g.flights, samples:&g.far, cells:&cells};
-            let j = joint::fit(data, Vector3::new(9.0,0.08,-5.0));
-            let u = units::units(data,&j,&o).unwrap();
-            let sp = intervals::spread(&u).unwrap();
+            let c = calibrate(&recs, &Options{lateral_turbulence:e("OLAT",0.0), draws: 999, ..Options::default()}).unwrap();
             tf += t1.elapsed().as_secs_f64();
-            if rep==0 { println!("{:?} cells {} conv {} units {} {:?}", g.counts, cells.len(), j.converged, u.units.len(), u.unit); }
-            let mut r = crate::random::Random::new(rep);
-            let mut draws: Vec<Vec<f64>> = vec![Vec::new();3];
-            let n_u=u.units.len();
-            for _ in 0..999 { let mut h=nalgebra::Matrix3::zeros(); let mut s=Vector3::zeros();
-                for _ in 0..n_u { let x=&u.units[r.index(n_u)]; h+=x.information; s+=x.pull; }
-                let d=h.try_inverse().unwrap()*s; for k in 0..3 {draws[k].push(j.constants[k]+d[k]);} }
-            for k in 0..3 { let lo=cells::quantile(&mut draws[k],0.025); let hi=cells::quantile(&mut draws[k],0.975); if lo<=truth[k]&&truth[k]<=hi {pct[k]+=1;} }
-            for k in 0..3 {
-                let i = sp.interval(k, j.constants[k], 0.0);
-                if i.low<=truth[k] && truth[k]<=i.high {hit[k]+=1;}
-                let e=j.constants[k]-truth[k]; sum[k]+=e; sq[k]+=e*e; hw[k]+=0.5*(i.high-i.low); se[k]+=sp.covariance[(k,k)].sqrt(); dof[k]+=sp.freedom[k];
-            }
+            for (k,x) in [c.jet.centreline,c.jet.spreading,c.jet.origin].iter().enumerate() { if x.interval.low<=truth[k]&&truth[k]<=x.interval.high {hit[k]+=1;} }
+            if c.goodness.verdict==Verdict::Poor {poor+=1;} if c.goodness.p<0.05 {p05+=1;} if c.goodness.p<=0.01 {only_p+=1;}
+            for (i,r) in c.residual_tests.through_operator.iter().enumerate() { if r.above_zero_corrected {tt[i]+=1;} if r.p_normal.is_some_and(|p| p<0.05) {norm[i]+=1;} }
+            for (i,r) in c.residual_tests.scalar_subtracted.iter().enumerate() { if r.above_zero_corrected {ts[i]+=1;} }
+            if rep<3 {sens.push(c.goodness.sentence.clone());}
+            if rep==0 { println!("{:#?}", c.jet); for r in &c.residual_tests.through_operator {println!("{r:?}");} for r in &c.residual_tests.scalar_subtracted {println!("{r:?}");} for r in &c.goodness.regions {println!("{r:?}");}
+              for d in &c.drones { println!("{} {}", d.airframe, d.profiles.len()); for p in &d.profiles { println!("  {:.2} bins {} fit {:?}", p.s_over_l, p.bins.len(), p.fit.map(|f| (f.centreline, f.half_width))); } } 
+              println!("json {}", serde_json::to_string(&c).unwrap().len()); }
         }
-        for k in 0..3 { let nn=n as f64; let m=sum[k]/nn; println!("pct {:.3}", pct[k] as f64/n as f64); println!("k{k} cover {:.3} bias {:.5} (se {:.5}) sd {:.5} mean half {:.5} se {:.5} dof {:.1}", hit[k] as f64/nn, m, (sq[k]/nn-m*m).sqrt()/nn.sqrt(), (sq[k]/nn-m*m).sqrt(), hw[k]/nn, se[k]/nn, dof[k]/nn); }
-        println!("total {:.1} gen {:.1} fit {:.1}", t0.elapsed().as_secs_f64(), tg, tf);
+        println!("hit {:?} poor {poor} p05 {p05} p01 {only_p} of {n}; op {tt:?} scalar {ts:?} nonnormal {norm:?} t {:.2}", hit, tf);
+        for s in sens {println!("{s}");}
+    }
+    #[test]
+    fn lobes_probe() {
+        let recs: Vec<_> = (0..4).map(|i| HoverGrid::near_field("offboard-2").unwrap().fly(i)).chain((0..4).map(|i| HoverGrid::over_one_probe("offboard-2").unwrap().fly(i))).collect();
+        let c = calibrate(&recs, &Options::default()).unwrap();
+        for l in &c.drones[0].lobes { println!("{:?} truth {:.3}", l, 0.3536*(1.0-l.s_over_l/2.0).max(0.0)); }
+        println!("{:?}", c.drones[0].lobes_merge_s_over_l);
     }
 }

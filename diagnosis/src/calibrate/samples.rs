@@ -8,13 +8,12 @@ use super::operator::Operator;
 use super::options::Options;
 use crate::baseline::Observation;
 use crate::recording::{Instrument, Measures, ProbeSample, Recording, Role, Track, Vehicle};
+use crate::track::Moment;
 
 /// Readings beyond so many half-widths of the paper's jet are not compared: the paper's own table ends there.
 const FARTHEST_XI: f64 = 6.0;
 /// A jet turns this many of its half-widths (at the floor) above the floor. Free jets are free until 1.5 to 2 (recalled).
 const FLOOR_HALF_WIDTHS: f64 = 2.0;
-/// A drone whose throttle is below this part of its hover stands.
-const FLYING_THROTTLE: f64 = 0.3;
 
 /// One drone over the probes of one recording.
 #[derive(Clone, Debug)]
@@ -23,8 +22,6 @@ pub(super) struct Flight {
     /// Index into the drones.
     pub(super) drone: usize,
     pub(super) operator: Operator,
-    /// Ambient speed (m/s), whatever the probe measures.
-    pub(super) ambient_mps: f64,
     /// Accuracies of its probe: part of the reading, and m/s.
     pub(super) accuracy_rel: f64,
     pub(super) accuracy_abs_mps: f64,
@@ -76,10 +73,9 @@ pub(super) fn gather<'r>(recordings: &'r [Recording], options: &Options) -> Gath
             .filter(|vehicle| vehicle.role != Role::Receiver)
             .collect();
         let mut flights: Vec<Option<usize>> = vec![None; emitters.len()];
-        let mut cursors = vec![0; emitters.len()];
         gathered.counts.read += probes.samples.len();
         for sample in &probes.samples {
-            let blowing = blowing(recording, &emitters, &mut cursors, &probes.instrument, sample);
+            let blowing = blowing(recording, &emitters, &probes.instrument, sample);
             let found = blowing.and_then(|(emitter, state)| {
                 place(recording, emitters[emitter], &state, sample, options)
                     .map(|placed| (emitter, placed))
@@ -172,7 +168,6 @@ fn flight(
             radial: f64::from(u8::from(radial)),
             lateral: if magnitude { options.lateral_turbulence } else { 0.0 },
         },
-        ambient_mps: environment.ambient_mps,
         accuracy_rel: instrument.accuracy_rel,
         accuracy_abs_mps: instrument.accuracy_abs_mps,
         step_s: 1.0 / instrument.rate_hz,
@@ -191,27 +186,27 @@ struct State {
 fn blowing(
     recording: &Recording,
     emitters: &[&Vehicle],
-    cursors: &mut [usize],
     instrument: &Instrument,
     sample: &ProbeSample,
 ) -> Result<(usize, State), Dropped> {
     if !(sample.speed_mps.is_finite() && sample.speed_mps >= 0.0 && sample.t_s.is_finite()) {
         return Err(Dropped::NotAReading);
     }
+    // What the probe still remembers: its averaging, and three time constants of its low-pass (5 % left).
+    let memory_s = (1.0 / instrument.rate_hz).max(3.0 * instrument.lowpass_tau_s);
     let mut covered = false;
     let mut one = None;
     for (emitter, vehicle) in emitters.iter().enumerate() {
-        let cursor = &mut cursors[emitter];
-        let Some((state, throttle)) =
-            state(&vehicle.track, cursor, sample.t_s, 1.0 / instrument.rate_hz)
-        else {
+        let track = &vehicle.track;
+        let Some(moment) = track.moment(sample.t_s) else {
             continue;
         };
         covered = true;
+        let state = state(track, moment, sample.t_s - memory_s);
         let on_floor = recording.environment.floor_z_m.is_some_and(|floor_z_m| {
             state.position_m.z - floor_z_m < 0.5 * vehicle.airframe.motor_distance_m()
         });
-        if on_floor || throttle.is_some_and(|ratio| ratio < FLYING_THROTTLE) {
+        if on_floor || track.is_idle(moment.entry) {
             continue;
         }
         if one.is_some() {
@@ -225,51 +220,20 @@ fn blowing(
     })
 }
 
-/// Between two rows of a track, with its throttle; `None` outside and in gaps.
-fn state(
-    track: &Track,
-    cursor: &mut usize,
-    t_s: f64,
-    average_s: f64,
-) -> Option<(State, Option<f64>)> {
-    let times = &track.t_s;
-    if *cursor >= times.len() || times[*cursor] > t_s {
-        *cursor = 0;
-    }
-    while *cursor + 1 < times.len() && times[*cursor + 1] <= t_s {
-        *cursor += 1;
-    }
-    let i = *cursor;
-    if *times.get(i)? > t_s {
-        return None;
-    }
-    let (j, part) = match times.get(i + 1) {
-        Some(after) if after - times[i] <= track.longest_step_s => {
-            (i + 1, (t_s - times[i]) / (after - times[i]))
-        }
-        _ if t_s - times[i] < 1e-9 => (i, 0.0),
-        _ => return None,
-    };
-    let (from_m, to_m) = (track.position_m[i], track.position_m[j]);
-    let attitude = if part < 0.5 { track.attitude[i] } else { track.attitude[j] };
-    let forward: Vector3<f64> = attitude * Vector3::x();
-    let mut fastest_mps = track.velocity_mps[j].norm();
-    let mut back = i;
-    loop {
-        fastest_mps = fastest_mps.max(track.velocity_mps[back].norm());
-        if back == 0 || times[back] <= t_s - average_s {
+fn state(track: &Track, moment: Moment, since_s: f64) -> State {
+    let forward = track.attitude_at(moment) * Vector3::x();
+    let mut fastest_mps = track.velocity_at(moment).norm();
+    for entry in (0..=moment.entry).rev() {
+        fastest_mps = fastest_mps.max(track.velocity_mps[entry].norm());
+        if track.t_s[entry] <= since_s {
             break;
         }
-        back -= 1;
     }
-    let throttle = track.throttle_ratio.as_ref().map(|ratios| ratios[i]);
-    let state = State {
-        position_m: from_m + part * (to_m - from_m),
+    State {
+        position_m: track.position_at(moment),
         yaw_rad: forward.y.atan2(forward.x),
         fastest_mps,
-    };
-    let known = state.position_m.iter().all(|x| x.is_finite()) && fastest_mps.is_finite();
-    known.then_some((state, throttle))
+    }
 }
 
 fn place(
@@ -279,7 +243,8 @@ fn place(
     sample: &ProbeSample,
     options: &Options,
 ) -> Result<Sample, Dropped> {
-    if state.fastest_mps >= options.slower_than_mps {
+    // Written so that an unknown speed counts as moving.
+    if !(state.fastest_mps < options.slower_than_mps) {
         return Err(Dropped::Moving);
     }
     let l_m = vehicle.airframe.motor_distance_m();

@@ -36,6 +36,8 @@ pub(super) struct Units {
     pub(super) instrument: Matrix3<f64>,
     /// Covariance if one gain with the stated accuracy were common to all flights.
     pub(super) common_gain: Matrix3<f64>,
+    /// For each flight: inverse of the normal matrix of its gain and zero.
+    pub(super) instrument_inverse: Vec<Matrix2<f64>>,
     /// For each cell: its unit.
     pub(super) unit_of: Vec<usize>,
     /// For each cell: gradient freed of what the flight's gain and zero can take over.
@@ -60,10 +62,14 @@ pub(super) fn units(data: Data<'_>, joint: &Joint, options: &Options) -> Option<
         own[cell.flight] += fitted.weight * fitted.gradient * fitted.gradient.transpose();
         used[cell.flight] = true;
     }
-    let taken: Vec<Matrix3x2<f64>> = normal
+    let instrument_inverse: Vec<Matrix2<f64>> = normal
+        .iter()
+        .map(|normal| normal.try_inverse().unwrap_or_else(Matrix2::zeros))
+        .collect();
+    let taken: Vec<Matrix3x2<f64>> = instrument_inverse
         .iter()
         .zip(&cross)
-        .map(|(normal, cross)| cross * normal.try_inverse().unwrap_or_else(Matrix2::zeros))
+        .map(|(inverse, cross)| cross * inverse)
         .collect();
     let information: Vec<Matrix3<f64>> =
         (0..flights).map(|f| own[f] - taken[f] * cross[f].transpose()).collect();
@@ -119,6 +125,7 @@ pub(super) fn units(data: Data<'_>, joint: &Joint, options: &Options) -> Option<
             Unit::Block => inverse * prior * inverse,
         },
         common_gain: shift * shift.transpose(),
+        instrument_inverse,
         unit_of,
         freed,
     })
