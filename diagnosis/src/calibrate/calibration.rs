@@ -283,7 +283,8 @@ pub struct ResidualTest {
     pub xi_to: f64,
     /// How many grid cells.
     pub n: usize,
-    /// How many independent ones they are worth, by their autocorrelation in time.
+    /// How many independent ones they are worth, by their autocorrelation in time and by what the stated accuracy of their probes
+    /// lets whole flights share.
     pub n_effective: f64,
     /// Mean of `ε`.
     pub mean: f64,

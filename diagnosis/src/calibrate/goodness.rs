@@ -13,7 +13,7 @@ use super::calibration::{Goodness, Misfit, Verdict};
 use super::joint::{Data, Joint};
 use super::operator::xi;
 use super::options::Options;
-use super::units::Units;
+use super::units::{Units, units};
 use crate::calibrate::calibration::Unit;
 use crate::random::Random;
 
@@ -23,8 +23,8 @@ const XI_EDGES: [f64; 8] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, f64::INFINITY];
 const S_EDGES: [f64; 5] = [2.5, 4.0, 6.0, 10.0, f64::INFINITY];
 /// Fewest cells of a region that is judged.
 const FEWEST_CELLS: usize = 8;
-/// Fewest flights or blocks: with seven, 2⁷ patterns of signs cannot show 1 %.
-const FEWEST_UNITS: usize = 8;
+/// Fewest flights or blocks: with nine, the 2⁹ patterns of signs cannot show 1 % in two looks from two sides.
+const FEWEST_UNITS: usize = 10;
 /// A jet is called poor where chance makes as much misfit in 1 % of cases or fewer, and ...
 const POOR_P: f64 = 0.01;
 /// ... some region is off by this part of the centreline speed: less could not be flown differently. Chosen here.
@@ -44,12 +44,20 @@ struct Region {
     by_instrument: Vec<Vector2<f64>>,
 }
 
-pub(super) fn goodness(
-    data: Data<'_>,
-    joint: &Joint,
-    units: &Units,
-    options: &Options,
-) -> Goodness {
+pub(super) fn goodness(data: Data<'_>, joint: &Joint, options: &Options) -> Goodness {
+    match units(data, joint, FEWEST_UNITS) {
+        Some(units) => judge(data, joint, &units, options),
+        None => Goodness {
+            verdict: Verdict::Undecided,
+            p: 1.0,
+            rms_over_centreline: 0.0,
+            regions: Vec::new(),
+            sentence: sentence(Verdict::Undecided, 1.0, &[]),
+        },
+    }
+}
+
+fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goodness {
     let columns = S_EDGES.len() - 1;
     let mut regions = vec![Region::default(); (XI_EDGES.len() - 1) * columns];
     let mut squares = 0.0;
@@ -188,7 +196,15 @@ fn verdict(units: usize, p: f64, misfits: &[Misfit]) -> Verdict {
 }
 
 fn sentence(verdict: Verdict, p: f64, misfits: &[Misfit]) -> String {
-    let worst = misfits.iter().max_by(|a, b| a.t.abs().total_cmp(&b.t.abs()));
+    // Where it stands out, the largest; where nothing does by itself, the clearest.
+    let rank = |misfit: &Misfit| match misfit.significant {
+        true => (1, misfit.mean.abs()),
+        false => (0, misfit.t.abs()),
+    };
+    let worst = misfits.iter().max_by(|a, b| {
+        let ((ra, a), (rb, b)) = (rank(a), rank(b));
+        ra.cmp(&rb).then(a.total_cmp(&b))
+    });
     match (verdict, worst) {
         (Verdict::Undecided, _) | (_, None) => {
             "too few flights to say whether one jet describes them".to_owned()
@@ -199,7 +215,7 @@ fn sentence(verdict: Verdict, p: f64, misfits: &[Misfit]) -> String {
         (Verdict::Poor, Some(worst)) => {
             let side = if worst.mean > 0.0 { "stronger" } else { "weaker" };
             format!(
-                "the fit is poor (p = {p:.4}): most clearly at xi {} to {}, s/l {} to {:.1}, where the air is {side} than the jet by \
+                "the fit is poor (p = {p:.4}): most at xi {} to {}, s/l {} to {:.1}, where the air is {side} than the jet by \
                  {:.1} % of the centreline speed; the intervals of the constants assume a shape that the data contradict",
                 worst.xi_from,
                 worst.xi_to,

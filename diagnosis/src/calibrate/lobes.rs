@@ -84,14 +84,20 @@ fn fit(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
         .filter_map(|delta| {
             curve::fit(samples.len(), Vector3::new(1.0, delta, 0.15), at, group)
         })
-        .filter(|fitted| fitted.constants[2].abs() > 1e-3 && fitted.constants[1].abs() < 2.0)
+        .filter(|fitted| fitted.constants[0] > 0.0 && fitted.constants[1].abs() < 2.0)
+        .filter(|fitted| fitted.constants[2].abs() > 1e-3)
         .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
     let [height, delta, width] = best.constants.into();
     let (delta, width) = (delta.abs(), width.abs());
-    // Close to the axis nothing pulls the lobes apart, and the interval is that of no knowledge: from there to the width.
     let half = best.covariance.map_or(width, |covariance| {
         student_quantile(best.groups as f64 - 3.0) * covariance[(1, 1)].max(0.0).sqrt()
     });
+    // With one maximum nothing holds the lobes apart: they may lie on the axis, and no farther out than they are wide.
+    let (low, high) = if delta > width {
+        (delta - half, delta + half)
+    } else {
+        (0.0, (delta + half).min(width))
+    };
     let at_y = |y: f64| {
         let lobe = |centre: f64| (-0.5 * ((y - centre) / width).powi(2)).exp();
         height * (lobe(delta) + lobe(-delta))
@@ -100,10 +106,7 @@ fn fit(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
         s_over_l: samples.iter().map(|sample| sample.s).sum::<f64>() / samples.len() as f64,
         delta: Estimate {
             value: delta,
-            interval: Interval {
-                low: (delta - half).max(0.0),
-                high: delta + half,
-            },
+            interval: Interval { low, high },
         },
         width,
         peak: at_y(delta).max(at_y(0.0)),

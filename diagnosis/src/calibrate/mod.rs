@@ -18,6 +18,7 @@ mod cells;
 mod curve;
 mod goodness;
 mod intervals;
+mod jet_file;
 mod joint;
 mod lobes;
 mod operator;
@@ -30,5 +31,6 @@ mod samples;
 mod units;
 
 pub use calibration::*;
+pub use jet_file::jet_ron;
 pub use options::Options;
 pub use run::{CalibrateError, calibrate};

@@ -3,7 +3,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
 use super::calibration::{ResidualTest, ResidualTests};
-use super::joint::{Data, Joint};
+use super::joint::{Data, Joint, precisions};
 use super::operator::xi;
 
 /// The paper's six intervals.
@@ -31,10 +31,18 @@ pub(super) fn residual_tests(data: Data<'_>, joint: &Joint) -> ResidualTests {
         let centre_mps = flight.operator.centreline_mps(constants, cell.s);
         let axial_mps = flight.operator.axial_mps(constants, cell.s, cell.r);
         let through = (fitted.predicted_mps - cell.median_mps) / centre_mps;
-        operator.push((cell.flight, through));
+        // Standard deviations of ε that gain and zero of the flight's probe make.
+        let [gain, zero] = precisions(flight).map(|precision| precision.powf(-0.5)).into();
+        let shared = [gain * cell.median_mps / centre_mps, zero / centre_mps];
+        let entry = |epsilon: f64| Entry {
+            flight: cell.flight,
+            epsilon,
+            shared,
+        };
+        operator.push(entry(through));
         // For an axial probe there is nothing to subtract.
         let subtracted_mps = cell.median_mps - flight.operator.ambient_mps;
-        scalar.push((cell.flight, (axial_mps - subtracted_mps) / centre_mps));
+        scalar.push(entry((axial_mps - subtracted_mps) / centre_mps));
     }
     ResidualTests {
         through_operator: rows(&operator),
@@ -55,7 +63,16 @@ const CAVEATS: [&str; 6] = [
     "a chi-squared test that does not reject normality says nothing about independence, and with few cells nothing at all",
 ];
 
-fn rows(by_interval: &[Vec<(usize, f64)>]) -> Vec<ResidualTest> {
+/// One cell in one interval.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    flight: usize,
+    epsilon: f64,
+    /// What one standard deviation of the flight's gain, and of its zero, does to it.
+    shared: [f64; 2],
+}
+
+fn rows(by_interval: &[Vec<Entry>]) -> Vec<ResidualTest> {
     let mut rows: Vec<ResidualTest> = by_interval
         .iter()
         .enumerate()
@@ -74,10 +91,10 @@ fn rows(by_interval: &[Vec<(usize, f64)>]) -> Vec<ResidualTest> {
     rows
 }
 
-fn row(xi_from: f64, xi_to: f64, cells: &[(usize, f64)]) -> ResidualTest {
+fn row(xi_from: f64, xi_to: f64, cells: &[Entry]) -> ResidualTest {
     let n = cells.len() as f64;
-    let mean = cells.iter().map(|cell| cell.1).sum::<f64>() / n;
-    let squares: f64 = cells.iter().map(|cell| (cell.1 - mean).powi(2)).sum();
+    let mean = cells.iter().map(|cell| cell.epsilon).sum::<f64>() / n;
+    let squares: f64 = cells.iter().map(|cell| (cell.epsilon - mean).powi(2)).sum();
     let deviation = (squares / (n - 1.0)).sqrt();
     let n_effective = n_effective(cells, mean);
     let student = |n: f64| {
@@ -105,19 +122,19 @@ fn row(xi_from: f64, xi_to: f64, cells: &[(usize, f64)]) -> ResidualTest {
     }
 }
 
-/// `n` over `1 + 2 Σ ρ_k`, summed while pairs of neighbouring lags are positive (Geyer 1992, recalled). The mean is that of all
+/// What the error of the mean says: `n` over `1 + 2 Σ ρ_k`, summed while pairs of neighbouring lags are positive (Geyer 1992, recalled). The mean is that of all
 /// flights, so what a flight has in common counts as correlation.
-fn n_effective(cells: &[(usize, f64)], mean: f64) -> f64 {
+fn n_effective(cells: &[Entry], mean: f64) -> f64 {
     let n = cells.len() as f64;
-    let variance = cells.iter().map(|cell| (cell.1 - mean).powi(2)).sum::<f64>() / n;
+    let variance = cells.iter().map(|cell| (cell.epsilon - mean).powi(2)).sum::<f64>() / n;
     if variance <= 0.0 {
         return n;
     }
     let correlation = |lag: usize| {
         let (mut sum, mut pairs) = (0.0, 0_usize);
         for (early, late) in cells.iter().zip(cells.iter().skip(lag)) {
-            if early.0 == late.0 {
-                sum += (early.1 - mean) * (late.1 - mean);
+            if early.flight == late.flight {
+                sum += (early.epsilon - mean) * (late.epsilon - mean);
                 pairs += 1;
             }
         }
@@ -133,11 +150,20 @@ fn n_effective(cells: &[(usize, f64)], mean: f64) -> f64 {
         time += 2.0 * pair;
         lag += 2;
     }
-    (n / time).clamp(2.0_f64.min(n), n)
+    // No more than the accuracy of the probes allows: with few flights their correlation hides in the mean.
+    let mut instrument = 0.0;
+    for flight in cells.chunk_by(|a, b| a.flight == b.flight) {
+        for kind in 0..2 {
+            let sum: f64 = flight.iter().map(|cell| cell.shared[kind]).sum();
+            instrument += (sum / n).powi(2);
+        }
+    }
+    let error = (variance * time / n).max(instrument);
+    (variance / error).clamp(2.0_f64.min(n), n)
 }
 
 /// Chi-squared test of a normal with the sample's own mean and deviation, in equally likely bins.
-fn p_normal(cells: &[(usize, f64)], mean: f64, deviation: f64) -> Option<f64> {
+fn p_normal(cells: &[Entry], mean: f64, deviation: f64) -> Option<f64> {
     if cells.len() < FEWEST_FOR_NORMAL {
         return None;
     }
@@ -145,7 +171,7 @@ fn p_normal(cells: &[(usize, f64)], mean: f64, deviation: f64) -> Option<f64> {
     let bins = (cells.len() / 10).clamp(5, 20);
     let mut counts = vec![0.0; bins];
     for cell in cells {
-        let bin = (normal.cdf(cell.1) * bins as f64) as usize;
+        let bin = (normal.cdf(cell.epsilon) * bins as f64) as usize;
         counts[bin.min(bins - 1)] += 1.0;
     }
     let expected = cells.len() as f64 / bins as f64;
@@ -161,13 +187,21 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    fn drawn(n: usize, mean: f64, kept: f64, seed: u64) -> Vec<(usize, f64)> {
+    fn entry(flight: usize, epsilon: f64) -> Entry {
+        Entry {
+            flight,
+            epsilon,
+            shared: [0.0; 2],
+        }
+    }
+
+    fn drawn(n: usize, mean: f64, kept: f64, seed: u64) -> Vec<Entry> {
         let mut random = Random::new(seed);
         let mut value = random.normal();
         (0..n)
             .map(|i| {
                 value = kept * value + (1.0 - kept * kept).sqrt() * random.normal();
-                (i / 50, mean + value)
+                entry(i / 50, mean + value)
             })
             .collect()
     }
@@ -197,8 +231,8 @@ mod tests {
     #[test]
     fn two_heaps_are_not_normal() {
         let mut random = Random::new(5);
-        let heaps: Vec<(usize, f64)> =
-            (0..400).map(|_| (0, random.sign() + 0.1 * random.normal())).collect();
+        let heaps: Vec<Entry> =
+            (0..400).map(|_| entry(0, random.sign() + 0.1 * random.normal())).collect();
         let p = p_normal(&heaps, 0.0, 1.0).expect("enough");
         assert!(p < 1e-6, "{p}");
     }

@@ -111,7 +111,7 @@ pub fn calibrate(
             origin,
         });
     }
-    let units = units(data, &joint, options).ok_or(CalibrateError::Undetermined)?;
+    let units = units(data, &joint, options.fewest_flights).ok_or(CalibrateError::Undetermined)?;
     let spread = spread(&units).ok_or(CalibrateError::Undetermined)?;
     let jet = fitted_jet(&gathered, &fitted_cells, &joint, &units, &spread, options);
     let drones = (0..gathered.drones.len())
@@ -134,7 +134,7 @@ pub fn calibrate(
         }
     }
     Ok(Calibration {
-        goodness: goodness(data, &joint, &units, options),
+        goodness: goodness(data, &joint, options),
         residual_tests: residual_tests(data, &joint),
         caveats: caveats(&gathered, &jet),
         drones,

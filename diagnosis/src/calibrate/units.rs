@@ -8,7 +8,6 @@ use nalgebra::{Matrix2, Matrix3, Matrix3x2, Vector2, Vector3};
 
 use super::calibration::Unit;
 use super::joint::{Data, Joint, precisions};
-use super::options::Options;
 
 /// Shortest block (s): three of the paper's dwells, beyond the memory of gusts and of a hovering drone's sway. Chosen here.
 const SHORTEST_BLOCK_S: f64 = 15.0;
@@ -44,8 +43,8 @@ pub(super) struct Units {
     pub(super) freed: Vec<Vector3<f64>>,
 }
 
-/// `None` where the cells do not determine the constants.
-pub(super) fn units(data: Data<'_>, joint: &Joint, options: &Options) -> Option<Units> {
+/// Flights where there are at least `fewest_flights`, else blocks. `None` where the cells do not determine the constants.
+pub(super) fn units(data: Data<'_>, joint: &Joint, fewest_flights: usize) -> Option<Units> {
     let flights = data.flights.len();
     let mut normal: Vec<Matrix2<f64>> = data
         .flights
@@ -75,7 +74,7 @@ pub(super) fn units(data: Data<'_>, joint: &Joint, options: &Options) -> Option<
         (0..flights).map(|f| own[f] - taken[f] * cross[f].transpose()).collect();
     let inverse = information.iter().sum::<Matrix3<f64>>().try_inverse()?;
 
-    let by_flight = used.iter().filter(|used| **used).count() >= options.fewest_flights;
+    let by_flight = used.iter().filter(|used| **used).count() >= fewest_flights;
     let (unit, block_s, unit_of) = if by_flight {
         (Unit::Flight, None, data.cells.iter().map(|cell| cell.flight).collect())
     } else {
