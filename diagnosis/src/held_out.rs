@@ -7,16 +7,17 @@
 //! R² = 1 - Σ (F - F_simulated)² / Σ (F - mean F)²          over all held-out rows together
 //! ```
 
-use std::ops::AddAssign;
-
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::clock::{self, ClockOffset};
 use crate::flow::Flow;
 use crate::force::{self, AirMet};
+use crate::force_sums::ForceSums;
 use crate::free_flight::{self, Around, Trace};
 use crate::identify::{Bench, Identification, IdentifyError, Options};
-use crate::recording::Recording;
+use crate::recording::{Recording, Vehicle};
+use crate::thrust_map::ThrustMap;
 
 /// What is held out, and which rows are judged.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +45,16 @@ pub enum Share {
     Nobody,
 }
 
+impl Share {
+    /// The name that a vehicle's thrust map goes by.
+    fn group(self, of: &Vehicle) -> &str {
+        match self {
+            Share::Airframe => of.airframe.name(),
+            Share::Nobody => &of.id,
+        }
+    }
+}
+
 impl Default for ForceTest {
     fn default() -> ForceTest {
         ForceTest {
@@ -54,93 +65,6 @@ impl Default for ForceTest {
             except: Vec::new(),
             identify: Options::default(),
         }
-    }
-}
-
-/// Sums over rows from which the figures follow; those of several flights add up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct ForceSums {
-    /// Rows.
-    pub rows: usize,
-    /// Of these, rows with a motor outside the range of the thrust map.
-    pub rows_outside: usize,
-    /// `Σ F` (N).
-    pub recorded_n: f64,
-    /// `Σ F²` (N²).
-    pub recorded_n2: f64,
-    /// With the air met as mean over the rotor discs.
-    pub disc_mean: AgainstSimulated,
-    /// With that at the rotor plane's centre.
-    pub centre: AgainstSimulated,
-}
-
-/// Sums of recorded against simulated force.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct AgainstSimulated {
-    /// `Σ (F - F_simulated)²` (N²).
-    pub left_n2: f64,
-    /// `Σ (F - F_simulated)` (N).
-    pub left_n: f64,
-    /// `Σ F F_simulated` (N²).
-    pub product_n2: f64,
-    /// `Σ F_simulated²` (N²).
-    pub simulated_n2: f64,
-}
-
-impl AgainstSimulated {
-    fn add(&mut self, recorded_n: f64, simulated_n: f64) {
-        let left_n = recorded_n - simulated_n;
-        self.left_n2 += left_n * left_n;
-        self.left_n += left_n;
-        self.product_n2 += recorded_n * simulated_n;
-        self.simulated_n2 += simulated_n * simulated_n;
-    }
-
-    /// Factor on the simulated force that would leave least.
-    #[must_use]
-    pub fn slope(&self) -> f64 {
-        self.product_n2 / self.simulated_n2
-    }
-}
-
-impl AddAssign for AgainstSimulated {
-    fn add_assign(&mut self, more: AgainstSimulated) {
-        self.left_n2 += more.left_n2;
-        self.left_n += more.left_n;
-        self.product_n2 += more.product_n2;
-        self.simulated_n2 += more.simulated_n2;
-    }
-}
-
-impl AddAssign for ForceSums {
-    fn add_assign(&mut self, more: ForceSums) {
-        self.rows += more.rows;
-        self.rows_outside += more.rows_outside;
-        self.recorded_n += more.recorded_n;
-        self.recorded_n2 += more.recorded_n2;
-        self.disc_mean += more.disc_mean;
-        self.centre += more.centre;
-    }
-}
-
-impl ForceSums {
-    /// `R²` against the mean of these rows; not a number without rows.
-    #[must_use]
-    pub fn r2(&self, against: &AgainstSimulated) -> f64 {
-        let spread_n2 = self.recorded_n2 - self.recorded_n * self.recorded_n / self.rows as f64;
-        1.0 - against.left_n2 / spread_n2
-    }
-
-    /// `R²` with the mean over the rotor discs.
-    #[must_use]
-    pub fn r2_disc_mean(&self) -> f64 {
-        self.r2(&self.disc_mean)
-    }
-
-    /// `R²` with the air at the centre.
-    #[must_use]
-    pub fn r2_centre(&self) -> f64 {
-        self.r2(&self.centre)
     }
 }
 
@@ -233,12 +157,7 @@ pub fn held_out_force(
     if test.folds < 2 {
         return Err(ForceTestError::Folds(test.folds));
     }
-    let mut by_name: Vec<usize> = (0..recordings.len()).collect();
-    by_name.sort_by(|&a, &b| recordings[a].name.cmp(&recordings[b].name));
-    let mut fold_of = vec![0; recordings.len()];
-    for (place, &recording) in by_name.iter().enumerate() {
-        fold_of[recording] = place % test.folds;
-    }
+    let (by_name, fold_of) = deal(recordings, test.folds);
     let judged = prepare(recordings, clocks_s, &by_name, test);
     let mut groups: Vec<&str> = judged.iter().map(|judged| judged.group.as_str()).collect();
     groups.sort_unstable();
@@ -316,6 +235,41 @@ pub fn held_out_force(
     })
 }
 
+/// Clock offsets of every recording, by recording and vehicle, with the thrust maps of the folds that held it out: what
+/// [`held_out_force`] takes once more. The force that tells them is the one that is then judged, so state both figures.
+#[must_use]
+pub fn clock_offsets(
+    recordings: &[Recording],
+    skill: &ForceSkill,
+    test: &ForceTest,
+) -> Vec<Vec<ClockOffset>> {
+    let (_, fold_of) = deal(recordings, skill.folds.len().max(1));
+    let one = |(recording, &fold): (&Recording, &usize)| {
+        let known = skill.folds.get(fold).map_or(&[][..], |fold| &fold.maps);
+        let map = |of: &Vehicle| {
+            let group = test.share.group(of);
+            let judged = !test.except.contains(&of.id);
+            let mut maps = known.iter().filter(|(known, _)| judged && *known == group);
+            maps.next().map(|(_, known)| &known.map)
+        };
+        let maps: Vec<Option<&ThrustMap>> = recording.vehicles.iter().map(map).collect();
+        clock::offsets(recording, &maps, test.identify.low_pass)
+    };
+    let with_fold: Vec<(&Recording, &usize)> = recordings.iter().zip(&fold_of).collect();
+    with_fold.into_par_iter().map(one).collect()
+}
+
+/// Recordings in the order of their names, and the fold that each is dealt to.
+fn deal(recordings: &[Recording], folds: usize) -> (Vec<usize>, Vec<usize>) {
+    let mut by_name: Vec<usize> = (0..recordings.len()).collect();
+    by_name.sort_by(|&a, &b| recordings[a].name.cmp(&recordings[b].name));
+    let mut fold_of = vec![0; recordings.len()];
+    for (place, &recording) in by_name.iter().enumerate() {
+        fold_of[recording] = place % folds;
+    }
+    (by_name, fold_of)
+}
+
 /// Traces with the air that they meet, in the order of the recordings' names.
 fn prepare<'a>(
     recordings: &'a [Recording],
@@ -337,7 +291,7 @@ fn prepare<'a>(
             flow.set_clock_offset(vehicle, clock_s(vehicle));
         }
         let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
-        let judge = |(vehicle, of): (usize, &crate::recording::Vehicle)| {
+        let judge = |(vehicle, of): (usize, &Vehicle)| {
             if test.except.contains(&of.id) {
                 return None;
             }
@@ -346,10 +300,7 @@ fn prepare<'a>(
             let airframe = &of.airframe;
             Some(Judged {
                 trace,
-                group: match test.share {
-                    Share::Airframe => airframe.name().to_owned(),
-                    Share::Nobody => of.id.clone(),
-                },
+                group: test.share.group(of).to_owned(),
                 air: AirMet::along(recording, &flow, vehicle, clock_s(vehicle)),
                 hover_mps: airframe
                     .hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3),

@@ -13,6 +13,7 @@ mod neural_swarm;
 mod paper;
 mod planner;
 mod readme;
+mod recordings;
 mod scenario;
 mod scenarios;
 mod verifier;

@@ -21,6 +21,8 @@ const VEHICLES: &str = "vehicles.csv";
 const RECEIVER: &str = "receiver.csv";
 /// Every table that a folder may have.
 const TABLES: [&str; 3] = [VEHICLES, PROBES, RECEIVER];
+/// Every file of a folder that is read.
+pub const FOLDER_FILES: [&str; 4] = [META, VEHICLES, PROBES, RECEIVER];
 /// Tilt (deg) taken for a crash. Chosen here: the model is of hover and slow flight.
 pub(super) const CRASH_TILT_DEG: f64 = 45.0;
 

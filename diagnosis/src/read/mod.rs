@@ -5,11 +5,13 @@
 //!
 //! `found`: what reading turns up. `table` and `json`: the files as such. `columns`: names and units. `samples`, `checks` and
 //! `track`: one vehicle, as logged, judged, and turned into the world. `declared`: the words of a baseline. Then the formats: `folder`
-//! (`meta`, `probes`).
+//! (`meta`, `probes`); `written` and `campaign`: what the logs of a campaign leave unsaid; `flight`: one table.
 
+mod campaign;
 mod checks;
 mod columns;
 mod declared;
+mod flight;
 mod folder;
 mod found;
 mod json;
@@ -18,6 +20,13 @@ mod probes;
 mod samples;
 mod table;
 mod track;
+mod written;
 
 pub use declared::Declared;
-pub use folder::read_folder;
+pub use flight::read_flight;
+pub use folder::{FOLDER_FILES, read_folder};
+pub use track::{Acceleration, Frame, Pitch, Rotation};
+pub use written::{
+    Campaign, Finite, NotNegative, Pairs, Positive, Sourced, VehicleType, WrittenAir, WrittenClock,
+    WrittenForce, WrittenTerm, WrittenThrustMap,
+};

@@ -110,10 +110,6 @@ impl Samples {
         samples
     }
 
-    pub(super) fn len(&self) -> usize {
-        self.t_s.len()
-    }
-
     /// From north-east-down with a body of forward-right-down to north-west-up with forward-left-up: half a turn about x, for
     /// the world and the body alike, which changes the sign of every y and z.
     pub(super) fn turn_up(&mut self) {
