@@ -75,6 +75,9 @@ pub fn readings_mps(
     readings
 }
 
+/// Time constants after which a low-pass has forgotten: e^-8 is 0.0003.
+const MEMORY: f64 = 8.0;
+
 /// Carries a lagged reading from one sample to the next through the air between them.
 fn lag(
     before: ProbeSample,
@@ -83,16 +86,25 @@ fn lag(
     tau_s: f64,
     steady: impl Fn(f64, Point3<f64>) -> Option<f64>,
 ) -> Option<f64> {
-    let span_s = sample.t_s - before.t_s;
-    let steps = (span_s / tau_s * STEPS_PER_TAU).ceil().clamp(1.0, 1e4);
+    let whole_s = sample.t_s - before.t_s;
+    let span_s = whole_s.min(MEMORY * tau_s);
+    let from_share = 1.0 - span_s / whole_s;
+    let at = |share: f64| {
+        let share = from_share + share * (1.0 - from_share);
+        let point_m = before.position_m + (sample.position_m - before.position_m) * share;
+        steady(before.t_s + whole_s * share, point_m)
+    };
+    let steps = (span_s / tau_s * STEPS_PER_TAU).ceil().max(1.0);
     let step_s = span_s / steps;
     let kept = (-step_s / tau_s).exp();
-    let mut reading_mps = before_mps;
-    let mut x_before_mps = steady(before.t_s, before.position_m)?;
+    let mut x_before_mps = at(0.0)?;
+    let mut reading_mps = if from_share > 0.0 {
+        x_before_mps
+    } else {
+        before_mps
+    };
     for step in 1..=steps as u32 {
-        let share = f64::from(step) / steps;
-        let point_m = before.position_m + (sample.position_m - before.position_m) * share;
-        let x_mps = steady(before.t_s + span_s * share, point_m)?;
+        let x_mps = at(f64::from(step) / steps)?;
         // Exact for air that changes linearly within the step.
         let slope = (x_mps - x_before_mps) / step_s;
         let settled_mps = x_mps - slope * tau_s;

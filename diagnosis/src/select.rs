@@ -14,8 +14,9 @@ const LEAST_GAIN: f64 = 6.0;
 const LEAST_ERRORS: f64 = 2.5;
 /// A second term must bring this share of the whole gain: closures are a few percent off, and that is no second effect.
 const LEAST_SHARE: f64 = 0.12;
-/// Singles that are tried in pairs among themselves.
+/// How many are tried beside the best single, and how many singles among themselves.
 const PAIRED: usize = 7;
+const PAIRED_SINGLES: usize = 4;
 
 /// Held-out gain of one set of candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -80,7 +81,7 @@ pub fn select(setting: &Setting, candidates: &[Candidate]) -> Selection {
         return none();
     };
     // Two effects can mask one another, so pairs are tried even where no single stands out.
-    let pairs = pairs(candidates, &singles, &attempt);
+    let pairs = pairs(setting, candidates, &singles, &attempt);
     let best_pair = pairs
         .iter()
         .filter(|tried| tried.practical)
@@ -140,38 +141,92 @@ fn attempt(
     })
 }
 
-/// Pairs among the best singles, and of the very best with everybody.
+/// Pairs among the best singles, and of the very best with those that promise most beside it.
 fn pairs(
+    setting: &Setting,
     candidates: &[Candidate],
     singles: &[Tried],
     attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
 ) -> Vec<Tried> {
-    let mut wanted: Vec<(usize, usize)> = Vec::new();
-    for (i, a) in singles.iter().enumerate() {
-        for (j, b) in singles.iter().enumerate().skip(i + 1) {
-            if i == 0 || (i < PAIRED && j < PAIRED) {
-                wanted.push((a.which[0], b.which[0]));
+    let Some(best) = singles.first() else {
+        return Vec::new();
+    };
+    let mut promising: Vec<(f64, usize)> = singles[1..]
+        .par_iter()
+        .map(|tried| {
+            (
+                promise(setting, candidates, best, tried.which[0]),
+                tried.which[0],
+            )
+        })
+        .collect();
+    promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut wanted: Vec<[usize; 2]> = promising
+        .iter()
+        .take(PAIRED)
+        .map(|&(_, k)| [best.which[0], k])
+        .collect();
+    for (i, a) in singles.iter().enumerate().take(PAIRED_SINGLES) {
+        for b in &singles[i + 1..PAIRED_SINGLES.min(singles.len()).max(i + 1)] {
+            let pair = [a.which[0], b.which[0]];
+            if !wanted.contains(&pair) {
+                wanted.push(pair);
             }
         }
     }
     let alone = |k: usize| singles.iter().find(|tried| tried.which == [k]);
     wanted
         .into_par_iter()
-        .filter_map(|(a, b)| {
-            // Each from where it ended alone, and the second also from its own beginnings: next to the first it may be another.
-            let values = |k: usize| alone(k).map(|tried| tried.fit.values.clone());
-            let (first, second) = (values(a)?, values(b)?);
-            let mut starts = vec![[first.clone(), second].concat()];
-            starts.extend(
-                candidates[b]
-                    .starts
-                    .iter()
-                    .take(2)
-                    .map(|start| [first.clone(), start.clone()].concat()),
-            );
-            attempt(&[a, b], &starts)
+        .filter_map(|[a, b]| {
+            // From where each ended alone, and the second also from its own beginning: next to the first it may be another.
+            let (first, second) = (alone(a)?.fit.values.clone(), alone(b)?.fit.values.clone());
+            let fresh = candidates[b].starts.first()?.clone();
+            attempt(
+                &[a, b],
+                &[[first.clone(), second].concat(), [first, fresh].concat()],
+            )
         })
         .collect()
+}
+
+/// What a second candidate could gain beside a first, to first order, from the best of its starts.
+fn promise(setting: &Setting, candidates: &[Candidate], first: &Tried, second: usize) -> f64 {
+    let members = [&candidates[first.which[0]], &candidates[second]];
+    let columns = first.fit.jacobian.ncols();
+    let gram = first.fit.jacobian.transpose() * &first.fit.jacobian;
+    let ridge = nalgebra::DMatrix::identity(columns, columns) * (1e-9 * gram.trace());
+    let Some(gram) = (gram + ridge).cholesky() else {
+        return 0.0;
+    };
+    let clean = setting
+        .observed
+        .predict(&setting.hypothesis(&members[..1], &first.fit.values));
+    let of_start = |start: &Vec<f64>| {
+        let values = [first.fit.values.clone(), start.clone()].concat();
+        let changed = setting
+            .observed
+            .predict(&setting.hypothesis(&members, &values));
+        let change: Vec<f64> = changed
+            .iter()
+            .zip(&clean)
+            .map(|(to, from)| to - from)
+            .collect();
+        let change = nalgebra::DVector::from_vec(setting.noise.whiten(&change));
+        let shared = gram.solve(&(first.fit.jacobian.transpose() * &change));
+        let own = change - &first.fit.jacobian * shared;
+        let along: f64 = own
+            .iter()
+            .zip(&first.fit.whitened)
+            .map(|(g, e)| g * e)
+            .sum();
+        let square = own.norm_squared();
+        if square > 1e-9 {
+            along * along / square
+        } else {
+            0.0
+        }
+    };
+    members[1].starts.iter().map(of_start).fold(0.0, f64::max)
 }
 
 fn enough(gain: &Gain) -> bool {
