@@ -14,6 +14,7 @@ pub mod anemometer;
 pub mod baseline;
 pub mod flow;
 pub mod problem;
+pub mod read;
 pub mod receiver;
 pub mod recording;
 pub mod remark;
