@@ -12,8 +12,11 @@
 
 pub mod anemometer;
 pub mod baseline;
+pub mod calibrate;
 pub mod flow;
+pub mod made_up;
 pub mod problem;
+mod random;
 pub mod read;
 pub mod receiver;
 pub mod recording;
