@@ -16,6 +16,7 @@ pub mod calibrate;
 pub mod flow;
 pub mod made_up;
 pub mod problem;
+pub mod prove;
 mod random;
 pub mod read;
 pub mod receiver;
