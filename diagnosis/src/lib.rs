@@ -35,6 +35,7 @@ pub mod made_up;
 pub mod noise;
 pub mod observed;
 pub mod problem;
+pub mod prove;
 mod random;
 pub mod read;
 pub mod receiver;

@@ -7,9 +7,9 @@ use serde_json::{Map, json};
 use crate::baseline::{Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
 use crate::recording::{Measures, Recording, Role};
 
-/// File names and texts: `meta.json`, `vehicles.csv` and, where there are probes, `probes.csv`.
+/// File names and texts: `meta.json`, `vehicles.csv`, and `probes.csv` and `receiver.csv` where there are probes and receivers.
 ///
-/// Everything of one emitter flight over probes; throttle and power are written as 1 and empty where the track has none.
+/// Where a track has no throttle it is written as 1, and as empty for a receiver, whose own table has it; no power is written as empty.
 #[must_use]
 pub fn texts(recording: &Recording) -> Vec<(&'static str, String)> {
     let mut files = vec![
@@ -24,6 +24,21 @@ pub fn texts(recording: &Recording) -> Vec<(&'static str, String)> {
             let _ = writeln!(text, "{t_s:.3},{id},{x:.4},{y:.4},{z:.4},{speed:.3}");
         }
         files.push(("probes.csv", text));
+    }
+    if !recording.receivers.is_empty() {
+        let mut text = String::from("t_s,vehicle_id,throttle_ratio,battery_v\n");
+        for sample in &recording.receivers {
+            let id = &recording.vehicles[sample.vehicle].id;
+            let battery = sample
+                .battery_v
+                .map_or(String::new(), |volts| format!("{volts:.2}"));
+            let _ = writeln!(
+                text,
+                "{:.3},{id},{:.4},{battery}",
+                sample.t_s, sample.throttle_ratio
+            );
+        }
+        files.push(("receiver.csv", text));
     }
     files
 }
@@ -69,6 +84,7 @@ fn meta(recording: &Recording) -> String {
     let baseline = &recording.baseline;
     let mut channels = vec!["vehicles.csv"];
     channels.extend(probe.is_some().then_some("probes.csv"));
+    channels.extend((!recording.receivers.is_empty()).then_some("receiver.csv"));
     let meta = json!({
         "format": "downwash-recording/1",
         "g_mps2": environment.gravity_mps2,
@@ -124,17 +140,18 @@ fn vehicles(recording: &Recording) -> String {
             let [x, y, z] = track.position_m[i].coords.into();
             let [vx, vy, vz]: [f64; 3] = track.velocity_mps[i].into();
             let (roll, pitch, yaw) = track.attitude[i].euler_angles();
-            let throttle = track
-                .throttle_ratio
-                .as_ref()
-                .map_or(1.0, |ratios| ratios[i]);
+            let throttle = match &track.throttle_ratio {
+                Some(ratios) => format!("{:.4}", ratios[i]),
+                None if vehicle.role == Role::Receiver => String::new(),
+                None => "1.0000".to_owned(),
+            };
             let power = track
                 .power_w
                 .as_ref()
                 .map_or(String::new(), |powers| format!("{:.1}", powers[i]));
             let _ = writeln!(
                 text,
-                "{t_s:.3},{},{x:.4},{y:.4},{z:.4},{vx:.4},{vy:.4},{vz:.4},{roll:.4},{pitch:.4},{yaw:.4},{throttle:.4},{power}",
+                "{t_s:.3},{},{x:.4},{y:.4},{z:.4},{vx:.4},{vy:.4},{vz:.4},{roll:.4},{pitch:.4},{yaw:.4},{throttle},{power}",
                 vehicle.id
             );
         }
