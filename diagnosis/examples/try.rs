@@ -1,24 +1,52 @@
 //! Development only.
-use diagnosis::{candidates, fit, noise, observed::Observed, read};
+use diagnosis::prove::{self, marks};
+use diagnosis::read;
 use std::collections::BTreeMap;
 fn main() {
     let root = std::env::args().nth(1).unwrap();
-    let only = std::env::args().nth(2);
+    if root == "prove" {
+        let seed: u64 = std::env::args().nth(2).unwrap().parse().unwrap();
+        let count: usize = std::env::args().nth(3).unwrap().parse().unwrap();
+        let m = prove::prove(seed, count, |r| {
+            let t = std::time::Instant::now();
+            let mut a = prove::ask(r);
+            a.seconds = t.elapsed().as_secs_f64();
+            a
+        });
+        println!("{}", m.table());
+        for c in &m.cases {
+            if (c.truth == "none" && c.detected)
+                || (c.truth != "none" && c.oracle_chi2 > 25.0 && !c.named)
+                || c.spurious
+                || c.skill.is_some_and(|s| s < 0.8)
+                || c.location.is_some_and(|l| l < 0.6)
+            {
+                println!(
+                    "{:34} truth {:34} answered {:44} chi2 {:9.0} set {} loc {:.2} skill {:.2} n {} {:.1}s",
+                    c.family,
+                    c.truth,
+                    c.answered,
+                    c.oracle_chi2,
+                    c.in_set,
+                    c.location.unwrap_or(f64::NAN),
+                    c.skill.unwrap_or(f64::NAN),
+                    c.samples,
+                    c.seconds
+                );
+            }
+        }
+        return;
+    }
     let mut dirs: Vec<_> = std::fs::read_dir(&root)
         .unwrap()
         .map(|e| e.unwrap().path())
         .filter(|p| p.join("meta.json").exists())
         .collect();
     dirs.sort();
+    let mut all = Vec::new();
     for dir in dirs {
         let id = dir.file_name().unwrap().to_str().unwrap().to_owned();
-        if only.as_ref().is_some_and(|o| !id.contains(o.as_str())) {
-            continue;
-        }
-        let truth: serde_json::Value = serde_json::from_str(
-            &std::fs::read_to_string(format!("{root}/truth/{id}.json")).unwrap(),
-        )
-        .unwrap();
+        let text = std::fs::read_to_string(format!("{root}/truth/{id}.json")).unwrap();
         let files: BTreeMap<String, Vec<u8>> = std::fs::read_dir(&dir)
             .unwrap()
             .map(|e| {
@@ -30,75 +58,31 @@ fn main() {
             })
             .collect();
         let recording = read::read_folder(&id, &files).unwrap();
-        let started = std::time::Instant::now();
-        let observed = Observed::new(&recording).unwrap();
-        let simulated = observed.simulated();
-        // baseline check against truth
-        let base: Vec<f64> = truth["baseline_clean"]
-            .as_array()
-            .map(|a| a.iter().map(|x| x.as_f64().unwrap_or(f64::NAN)).collect())
-            .unwrap_or_default();
-        let worst = observed
-            .samples
-            .iter()
-            .map(|s| (s.simulated - base.get(s.row).copied().unwrap_or(f64::NAN)).abs())
-            .fold(0.0, f64::max);
-        let noise = noise::noise(&observed, &simulated);
-        let mut sds = noise.sd.clone();
-        sds.sort_by(f64::total_cmp);
-        let rho = noise.with_before.iter().copied().fold(0.0, f64::max);
+        let t = std::time::Instant::now();
+        let finding = diagnosis::diagnose::diagnose(&recording).unwrap();
+        let mut a = prove::answer(&finding);
+        a.seconds = t.elapsed().as_secs_f64();
+        let c = marks::Marked::of(&marks::practice(&text, recording.probes.is_none()).unwrap(), &a);
         println!(
-            "== {id} {} {} n {} blocks {} worst baseline difference {worst:.3} sd {:.3}..{:.3} rho {rho:.2}",
-            truth["family"],
-            truth["effects"],
-            observed.samples.len(),
-            noise.blocks,
-            sds[0],
-            sds[sds.len() - 1]
-        );
-        let mut base = diagnosis::hypothesis::Hypothesis::default();
-        let act = diagnosis::actuation::actuation(&recording);
-        println!("   {act:?}");
-        if let Some(f) = act.and_then(|a| a.found) {
-            f.set(&mut base);
-        }
-        let simulated = observed.predict(&base);
-        let noise = noise::noise(&observed, &simulated);
-        let setting = fit::Setting::new(&observed, &noise, base);
-        let cands = candidates::applicable(&observed);
-        let sel = diagnosis::select::select(&setting, &cands);
-        let n = observed.samples.len() as f64;
-        println!(
-            "   null cost/n {:.3} {:?}",
-            sel.nothing.fit.cost / n,
-            sel.nothing.fit.tolerance
-        );
-        for t in sel.singles.iter().take(4) {
-            println!(
-                "   {:20} gain {:.1} +- {:.1} cost/n {:.3} {:?}",
-                cands[t.which[0]].name,
-                t.gain.total,
-                t.gain.error,
-                t.fit.cost / n,
-                t.fit.values
-            );
-        }
-        println!(
-            "   CHOSEN {:?} gain {:.1} +- {:.1} cost/n {:.3} {:?} alternatives {:?}",
-            sel.chosen
-                .which
+            "{id} {:26} answered {:36} alt {:?} named {} loc {:.2} skill {:.3} cover {:?} {:.1}s | before {:.3} after {:.3} [{:.3} {:.3}] floor {:.3}",
+            c.family,
+            c.answered,
+            a.effects
                 .iter()
-                .map(|k| cands[*k].name)
+                .map(|e| e.alternatives.clone())
                 .collect::<Vec<_>>(),
-            sel.chosen.gain.total,
-            sel.chosen.gain.error,
-            sel.chosen.fit.cost / n,
-            sel.chosen.fit.values,
-            sel.alternatives
-                .iter()
-                .map(|a| a.iter().map(|k| cands[*k].name).collect::<Vec<_>>())
-                .collect::<Vec<_>>()
+            c.named,
+            c.location.unwrap_or(f64::NAN),
+            c.skill.unwrap_or(f64::NAN),
+            c.covered,
+            c.seconds,
+            finding.held_out.rms_before,
+            finding.held_out.rms_after,
+            finding.held_out.rms_after_low,
+            finding.held_out.rms_after_high,
+            finding.held_out.noise_floor
         );
-        println!("   total {:.2} s", started.elapsed().as_secs_f64());
+        all.push(c);
     }
+    println!("{}", marks::Marks::over(all).table());
 }

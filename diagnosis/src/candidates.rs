@@ -6,7 +6,7 @@ use airflow::effects::{
     NearFieldShape, PayloadMass, ProfileTail, ReceiverInflow, Recirculation, RotorCant, Swirl,
     WakeTilt, WakeTransport, Wander,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::baseline::{Observation, Upper};
 use crate::hypothesis::Hypothesis;
@@ -15,7 +15,7 @@ use crate::recording::Role;
 use crate::simulate::Channel;
 
 /// Whether an effect is one of the air or of an instrument.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// Of the air, or of how a drone answers to it.

@@ -19,7 +19,7 @@ use crate::simulate::Channel;
 /// Where gross errors begin to count less, in standard deviations (`c`).
 const GROSS: f64 = 3.0;
 /// Spread (`s`) that gain and offset have without evidence.
-const TOLERANCE_SD: f64 = 0.02;
+pub(crate) const TOLERANCE_SD: f64 = 0.02;
 /// Most turns of a fit, and the relative gain in cost at which it stops.
 const TURNS: usize = 25;
 const ENOUGH: f64 = 1e-5;
@@ -389,4 +389,42 @@ pub fn held_out_residuals(
         }
     }
     residuals
+}
+
+/// Predicted readings, gain and offset included, by the fit without one fold's blocks.
+#[must_use]
+pub fn refit_without(
+    setting: &Setting,
+    candidates: &[&Candidate],
+    fit: &Fit,
+    fold: usize,
+    folds: usize,
+) -> Vec<f64> {
+    let parameters: Vec<Parameter> = candidates
+        .iter()
+        .flat_map(|candidate| candidate.parameters.iter().copied())
+        .collect();
+    let bounds = setting.bounds(&parameters);
+    let mut at = fit.values.clone();
+    at.extend(fit.tolerance);
+    let weights: Vec<f64> = fit
+        .whitened
+        .iter()
+        .zip(&setting.noise.block)
+        .map(|(e, block)| {
+            if block % folds == fold {
+                0.0
+            } else {
+                weight(*e)
+            }
+        })
+        .collect();
+    let step = bounded_step(&fit.jacobian, &fit.whitened, &weights, &at, &bounds, 1e-9);
+    let moved: Vec<f64> = at.iter().zip(step.iter()).map(|(x, d)| x + d).collect();
+    let values = &moved[..parameters.len()];
+    let plain = setting
+        .observed
+        .predict(&setting.hypothesis(candidates, values));
+    let [gain, offset] = [moved[parameters.len()], moved[parameters.len() + 1]];
+    plain.iter().map(|f| (1.0 + gain) * f + offset).collect()
 }

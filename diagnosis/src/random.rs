@@ -28,6 +28,11 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
+    /// From 0 to `below`, which is out; the bias of the remainder is below 1e-12 for the counts used here.
+    pub(crate) fn index(&mut self, below: usize) -> usize {
+        (self.bits() % below.max(1) as u64) as usize
+    }
+
     /// -1 or 1.
     pub(crate) fn sign(&mut self) -> f64 {
         if self.bits() >> 63 == 0 { 1.0 } else { -1.0 }

@@ -15,6 +15,7 @@
 //! ```
 
 mod answer;
+mod ask;
 mod conceal;
 mod families;
 mod flights;
@@ -28,6 +29,7 @@ mod world;
 use rayon::prelude::*;
 
 pub use answer::{Answer, Interval, Named, Verdict};
+pub use ask::{answer, ask};
 pub use names::{canonical, is_sensor};
 pub use truth::{Concealed, DETECTABLE_CHI2, Sealed, Size, Truth};
 

@@ -1,0 +1,409 @@
+//! From a recording to a finding: the whole way.
+//!
+//! Throttle and power first; then the noise; then every candidate alone, fitted and held out; two together where one leaves too much; then
+//! where, how well, how surely, and what to measure next. It never forces a winner.
+
+use std::collections::BTreeMap;
+
+use crate::actuation::{self, Actuation, Found};
+use crate::candidates::{Candidate, Kind, applicable};
+use crate::finding::{Effect, Estimate, Finding, HeldOut, Ranked, Region, Smallest};
+use crate::fit::{Fit, Setting, refit_without};
+use crate::hypothesis::Hypothesis;
+use crate::intervals;
+use crate::noise::{Noise, noise};
+use crate::observed::{COVARIATES, Observed};
+use crate::prove::Verdict;
+use crate::random::Random;
+use crate::recording::Recording;
+use crate::select::{FOLDS, Selection, select};
+
+/// Why a recording cannot be diagnosed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DiagnoseError {
+    /// Nothing recorded that could be simulated.
+    #[error("\"{0}\" has no reading of a probe or a receiver that could be simulated")]
+    NothingToCompare(String),
+    /// Too little to split.
+    #[error(
+        "\"{name}\" has {blocks} blocks of independent readings; at least {least} are needed to hold any out"
+    )]
+    TooShort {
+        /// The recording.
+        name: String,
+        /// Blocks in it.
+        blocks: usize,
+        /// Blocks needed.
+        least: usize,
+    },
+}
+
+/// Diagnoses one recording.
+///
+/// # Errors
+/// Nothing that can be compared, or too little to hold any of it out.
+pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
+    let observed = Observed::new(recording)
+        .ok_or_else(|| DiagnoseError::NothingToCompare(recording.name.clone()))?;
+    let actuation = actuation::actuation(recording);
+    let mut base = Hypothesis::default();
+    if let Some(found) = actuation.and_then(|actuation| actuation.found) {
+        found.set(&mut base);
+    }
+    let simulated = observed.predict(&base);
+    let noise = noise(&observed, &simulated);
+    if noise.blocks < FOLDS {
+        return Err(DiagnoseError::TooShort {
+            name: recording.name.clone(),
+            blocks: noise.blocks,
+            least: FOLDS,
+        });
+    }
+    let setting = Setting::new(&observed, &noise, base);
+    let candidates: Vec<Candidate> = applicable(&observed)
+        .into_iter()
+        .filter(|candidate| possible(candidate, actuation.as_ref()))
+        .collect();
+    let selection = select(&setting, &candidates);
+    let members: Vec<&Candidate> = selection
+        .chosen
+        .which
+        .iter()
+        .map(|&k| &candidates[k])
+        .collect();
+    let correction = setting.hypothesis(&members, &selection.chosen.fit.values);
+    let corrected = observed.predict(&correction);
+    let mut effects: Vec<Effect> = actuation
+        .and_then(|actuation| actuation.found)
+        .map(from_actuation)
+        .into_iter()
+        .collect();
+    effects.extend(named(&candidates, &members, &selection, &noise));
+    let ambiguous = effects.iter().any(|effect| !effect.alternatives.is_empty());
+    let verdict = match (effects.is_empty(), ambiguous) {
+        (true, _) => Verdict::None,
+        (false, true) => Verdict::Ambiguous,
+        (false, false) => Verdict::Library,
+    };
+    let rows = observed
+        .samples
+        .iter()
+        .map(|sample| sample.row + 1)
+        .max()
+        .unwrap_or(0);
+    let mut prediction = vec![f64::NAN; rows];
+    for (sample, value) in observed.samples.iter().zip(&corrected) {
+        prediction[sample.row] = *value;
+    }
+    Ok(Finding {
+        recording: recording.name.clone(),
+        channel: observed.channel,
+        samples: observed.samples.len(),
+        verdict,
+        region: region(&observed, &noise, &corrected),
+        held_out: held_out(&setting, &members, &selection, &noise),
+        candidates: ranked(&candidates, &selection),
+        advice: Vec::new(),
+        smallest: smallest(&setting, &candidates, &noise),
+        effects,
+        prediction,
+        correction,
+    })
+}
+
+/// What throttle and power have answered already is no candidate any more.
+fn possible(candidate: &Candidate, actuation: Option<&Actuation>) -> bool {
+    let Some(actuation) = actuation else {
+        return true;
+    };
+    match candidate.name {
+        // A payload shows in the throttle; so does everything else that makes a jet stronger, but sensors.
+        "payload_mass" => false,
+        // Against a drone above that flies as it should, a receiver that answers too much is the receiver's.
+        "momentum_scale" => actuation.found.is_some(),
+        _ => true,
+    }
+}
+
+fn from_actuation(found: Found) -> Effect {
+    let estimate = |value: f64, error: f64| Estimate {
+        value,
+        low: value - 1.96 * error,
+        high: value + 1.96 * error,
+        unit: "1".into(),
+    };
+    let (name, equation, story, parameter, value) = match found {
+        Found::Payload {
+            mass_factor,
+            error,
+            since_s,
+        } => (
+            "payload_mass",
+            if since_s.is_finite() {
+                "U -> U sqrt(m/m0) from t0 on"
+            } else {
+                "U -> U sqrt(m/m0)"
+            },
+            "the drone is heavier or lighter than stated: its throttle and its power say so",
+            "m/m0",
+            estimate(mass_factor, error),
+        ),
+        Found::Density {
+            density_factor,
+            error,
+        } => (
+            "air_density",
+            "U -> U sqrt(rho0/rho)",
+            "the air is thinner or thicker than stated: throttle and power say so",
+            "rho/rho0",
+            estimate(density_factor, error),
+        ),
+    };
+    let mut parameters = BTreeMap::from([(parameter.to_owned(), value)]);
+    if let Found::Payload { since_s, .. } = found
+        && since_s.is_finite()
+    {
+        let at = Estimate {
+            value: since_s,
+            low: since_s,
+            high: since_s,
+            unit: "s".into(),
+        };
+        parameters.insert("t0".to_owned(), at);
+    }
+    Effect {
+        name: name.into(),
+        kind: Some(Kind::Physics),
+        alternatives: Vec::new(),
+        equation: equation.into(),
+        story: story.into(),
+        parameters,
+    }
+}
+
+/// The chosen candidates with their intervals; an instrument that would do as well is named before physics.
+fn named(
+    candidates: &[Candidate],
+    members: &[&Candidate],
+    selection: &Selection,
+    noise: &Noise,
+) -> Vec<Effect> {
+    let fit = &selection.chosen.fit;
+    let half_widths = intervals::half_widths(members, fit, noise);
+    let mut place = 0;
+    let mut effects = Vec::with_capacity(members.len());
+    for (member, alternatives) in members.iter().zip(&selection.alternatives) {
+        let span = place..place + member.parameters.len();
+        place = span.end;
+        let sensor = alternatives
+            .iter()
+            .copied()
+            .find(|&k| member.kind == Kind::Physics && candidates[k].kind == Kind::Sensor);
+        let mut others: Vec<String> = alternatives
+            .iter()
+            .filter(|&&k| Some(k) != sensor)
+            .map(|&k| candidates[k].name.to_owned())
+            .collect();
+        let effect = match sensor.and_then(|k| {
+            let alone = selection.singles.iter().find(|tried| tried.which == [k])?;
+            Some((&candidates[k], &alone.fit))
+        }) {
+            Some((sensor, fit)) => {
+                others.insert(0, member.name.to_owned());
+                let half_widths = intervals::half_widths(&[sensor], fit, noise);
+                effect(sensor, &fit.values, &half_widths, others)
+            }
+            None => effect(
+                member,
+                &fit.values[span.clone()],
+                &half_widths[span],
+                others,
+            ),
+        };
+        effects.push(effect);
+    }
+    effects
+}
+
+fn effect(
+    candidate: &Candidate,
+    values: &[f64],
+    half_widths: &[f64],
+    alternatives: Vec<String>,
+) -> Effect {
+    let estimates = candidate.parameters.iter().zip(values).zip(half_widths);
+    let parameters = estimates.map(|((parameter, &value), half)| {
+        let estimate = Estimate {
+            value,
+            low: (value - half).max(parameter.low),
+            high: (value + half).min(parameter.high),
+            unit: parameter.unit.into(),
+        };
+        (parameter.name.to_owned(), estimate)
+    });
+    Effect {
+        name: candidate.name.into(),
+        kind: Some(candidate.kind),
+        alternatives,
+        equation: candidate.equation.into(),
+        story: candidate.story.into(),
+        parameters: parameters.collect(),
+    }
+}
+
+/// Where baseline and corrected simulation differ by more than half a standard deviation.
+fn region(observed: &Observed, noise: &Noise, corrected: &[f64]) -> Region {
+    let inside: Vec<usize> = (0..corrected.len())
+        .filter(|&i| (corrected[i] - observed.samples[i].simulated).abs() > 0.5 * noise.sd[i])
+        .collect();
+    if inside.is_empty() {
+        return Region::default();
+    }
+    let count = inside.len() as f64;
+    let error = |i: usize| observed.samples[i].residual();
+    let mean_error = inside.iter().map(|&i| error(i)).sum::<f64>() / count;
+    let recorded = inside
+        .iter()
+        .map(|&i| observed.samples[i].recorded)
+        .sum::<f64>()
+        / count;
+    let square = inside
+        .iter()
+        .map(|&i| (error(i) / noise.sd[i]).powi(2))
+        .sum::<f64>()
+        / count;
+    let mut bounds = BTreeMap::new();
+    let mut words = Vec::new();
+    for (name, column) in COVARIATES.iter().zip(&observed.covariates) {
+        let within = span(inside.iter().map(|&i| column[i]).collect(), 0.05);
+        let whole = span(column.clone(), 0.0);
+        // A coordinate that the region covers as widely as the recording says nothing about it.
+        if within[1] - within[0] < 0.7 * (whole[1] - whole[0]) {
+            bounds.insert((*name).to_owned(), within);
+            words.push(format!("{name} {:.2} to {:.2}", within[0], within[1]));
+        }
+    }
+    let mut sample_indices: Vec<usize> = inside.iter().map(|&i| observed.samples[i].row).collect();
+    sample_indices.sort_unstable();
+    Region {
+        description: if words.is_empty() {
+            "everywhere".into()
+        } else {
+            words.join(", ")
+        },
+        bounds,
+        sample_indices,
+        share: count / corrected.len() as f64,
+        mean_error,
+        relative_error: mean_error / recorded,
+        error_over_noise: square.sqrt(),
+    }
+}
+
+/// The values without so much at either end.
+fn span(mut values: Vec<f64>, tail: f64) -> [f64; 2] {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1);
+    let at = |share: f64| {
+        values
+            .get((share * last as f64).round() as usize)
+            .copied()
+            .unwrap_or(0.0)
+    };
+    [at(tail), at(1.0 - tail)]
+}
+
+/// Errors on blocks by turns left out of the fit.
+fn held_out(
+    setting: &Setting,
+    members: &[&Candidate],
+    selection: &Selection,
+    noise: &Noise,
+) -> HeldOut {
+    let squares = |members: &[&Candidate], fit: &Fit| {
+        let recorded = setting.observed.recorded();
+        let mut squares = vec![0.0; recorded.len()];
+        for fold in 0..FOLDS {
+            let predicted = refit_without(setting, members, fit, fold, FOLDS);
+            for i in 0..recorded.len() {
+                if noise.block[i] % FOLDS == fold {
+                    squares[i] = (recorded[i] - predicted[i]).powi(2);
+                }
+            }
+        }
+        squares
+    };
+    let rms = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    let before = squares(&[], &selection.nothing.fit);
+    let after = squares(members, &selection.chosen.fit);
+    let mut blocks = vec![(0.0, 0.0); noise.blocks];
+    for (square, &block) in after.iter().zip(&noise.block) {
+        blocks[block].0 += square;
+        blocks[block].1 += 1.0;
+    }
+    // Blocks drawn with replacement; 200 are enough for two digits of a 95 % interval.
+    let mut random = Random::new(noise.blocks as u64);
+    let mut drawn: Vec<f64> = (0..200)
+        .map(|_| {
+            let picked = (0..blocks.len()).map(|_| blocks[random.index(blocks.len())]);
+            let (sum, count) = picked.fold((0.0, 0.0), |(s, c), (a, b)| (s + a, c + b));
+            (sum / f64::max(count, 1.0)).sqrt()
+        })
+        .collect();
+    drawn.sort_by(f64::total_cmp);
+    let variances: Vec<f64> = noise.sd.iter().map(|sd| sd * sd).collect();
+    HeldOut {
+        rms_before: rms(&before),
+        rms_after: rms(&after),
+        rms_after_low: drawn[4],
+        rms_after_high: drawn[195],
+        noise_floor: rms(&variances),
+    }
+}
+
+fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ranked> {
+    let of = |tried: &crate::select::Tried| {
+        let candidate = &candidates[tried.which[0]];
+        let names = candidate
+            .parameters
+            .iter()
+            .map(|parameter| parameter.name.to_owned());
+        Ranked {
+            name: candidate.name.into(),
+            gain: tried.gain.total,
+            gain_error: tried.gain.error,
+            practical: tried.practical,
+            parameters: names.zip(tried.fit.values.iter().copied()).collect(),
+        }
+    };
+    selection.singles.iter().map(of).collect()
+}
+
+/// Minimal departures that this recording would have shown: 80 % power at 5 %.
+fn smallest(setting: &Setting, candidates: &[Candidate], noise: &Noise) -> Vec<Smallest> {
+    let clean = setting.observed.predict(&setting.base);
+    candidates
+        .iter()
+        .filter_map(|candidate| {
+            let parameter = candidate.parameters.first()?;
+            let mut values = candidate.starts.first()?.clone();
+            let step = values[0] - parameter.neutral;
+            let changed = setting
+                .observed
+                .predict(&candidate.on(&setting.base, &values));
+            values[0] = parameter.neutral;
+            let change: Vec<f64> = changed
+                .iter()
+                .zip(&clean)
+                .map(|(to, from)| (to - from) / step)
+                .collect();
+            let square: f64 = noise.whiten(&change).iter().map(|g| g * g).sum();
+            (square > 0.0).then(|| Smallest {
+                name: candidate.name.into(),
+                parameter: parameter.name.into(),
+                departure: (1.96 + 0.84) / square.sqrt(),
+                unit: parameter.unit.into(),
+            })
+        })
+        .collect()
+}
