@@ -9,15 +9,21 @@
 //! what keeps it from being read. [`read`]: from bytes to a recording. [`thrust_map`]: from duty cycle to thrust. [`track`]: between two entries. [`flow`]: the air that
 //! the baseline makes. [`anemometer`] and [`receiver`]: what a probe and a drone make of it. [`simulate`]: what would have been
 //! recorded. [`residuals`]: how far off that is, and where.
+//!
+//! Forces: [`low_pass`], [`free_flight`] and [`identify`]: the thrust map, from rows with nobody above. [`force`]: on a drone below
+//! another, recorded and simulated. [`clock`]: how far apart the logs' clocks are. [`held_out`] and [`force_sums`]: how well forces
+//! are predicted in flights that nothing was fitted to.
 
 pub mod anemometer;
 pub mod baseline;
 pub mod clock;
 pub mod flow;
 pub mod force;
+pub mod force_sums;
 pub mod free_flight;
 pub mod held_out;
 pub mod identify;
+mod least_squares;
 pub mod low_pass;
 pub mod problem;
 pub mod read;
