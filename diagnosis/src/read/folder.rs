@@ -12,7 +12,7 @@ use super::meta::{META, Meta, MetaVehicle, meta};
 use super::probes::{PROBES, probes};
 use super::samples::{GROUPS, Samples};
 use super::table::{Rows, Table};
-use super::track::{Conventions, Frame, Rotation, track};
+use super::track::{Conventions, Frame, Turns, track};
 use crate::problem::Problems;
 use crate::recording::{Clock, ReceiverSample, Recording, Vehicle};
 use crate::remark::{Remark, RemarkKind};
@@ -107,7 +107,7 @@ fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>
     let how = Conventions {
         frame: Frame::ZUp,
         acceleration: None,
-        rotation: Rotation::BodyToWorld,
+        rotation: Turns::BodyToWorld,
         pitch: None,
         gravity_mps2: meta.environment.gravity_mps2,
         rotor_offset_m: Vector3::zeros(),

@@ -30,7 +30,7 @@ pub use flight::read_flight;
 pub use folder::{FOLDER_FILES, read_folder};
 pub use px4::{read_ulog, read_ulog_tables};
 pub use topics::table_name;
-pub use track::{Acceleration, Frame, Pitch, Rotation};
+pub use track::{Acceleration, Frame, Pitch, Turns};
 pub use written::{
     Campaign, Finite, NotNegative, Pairs, Positive, Sourced, VehicleType, WrittenAir, WrittenClock,
     WrittenForce, WrittenTerm, WrittenThrustMap,

@@ -9,7 +9,7 @@ use super::flight::{recording, vehicle};
 use super::found::{Found, Place, listed};
 use super::samples::{Attitude, Samples};
 use super::topics::{Topic, Topics, from_tables, from_ulog};
-use super::track::{Acceleration, Frame, Rotation};
+use super::track::{Acceleration, Frame, Turns};
 use super::written::Campaign;
 use crate::problem::Problems;
 use crate::recording::Recording;
@@ -69,7 +69,7 @@ fn flight(
     let campaign = Campaign {
         frame: Frame::NorthEastDown,
         acceleration: Some(Acceleration::SpecificForceInBody),
-        quaternion: Rotation::BodyToWorld,
+        quaternion: Turns::BodyToWorld,
         ..campaign.clone()
     };
     let (id, kind) = match campaign.vehicles.0.as_slice() {

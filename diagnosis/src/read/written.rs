@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use super::declared::Declared;
-use super::track::{Acceleration, Frame, Pitch, Rotation};
+use super::track::{Acceleration, Frame, Pitch, Turns};
 use crate::recording::Origin;
 use crate::thrust_map::{Term, ThrustMap, ThrustMapError};
 
@@ -29,7 +29,7 @@ pub struct Campaign {
     pub acceleration: Option<Acceleration>,
     /// Which way `qx qy qz qw` turn: `BodyToWorld` (default) or `WorldToBody`. Their order is that of the columns' names.
     #[serde(default)]
-    pub quaternion: Rotation,
+    pub quaternion: Turns,
     /// Sign of a logged pitch: right-handed in the logs' frame unless this says `NoseUp` or `NoseDown`.
     #[serde(default)]
     pub pitch: Option<Pitch>,
