@@ -71,7 +71,7 @@ fn a_campaign_file_named_by_hand_goes_before_any_other() {
     );
     let said = said(read_all(&paths, None));
     assert!(
-        said.contains("campaign.ron:3: column 40: -1 is not a finite number above 0"),
+        said.contains("campaign.ron:3: column 36: -1 is not a finite number above 0"),
         "{said}"
     );
 }
