@@ -23,7 +23,6 @@ mod joint;
 mod lobes;
 mod operator;
 mod options;
-mod probe_test;
 mod profiles;
 mod residual_tests;
 mod run;

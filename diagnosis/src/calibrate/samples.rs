@@ -164,9 +164,17 @@ fn flight(
             // U_H goes with the root of gravity; `airflow` assumes the standard one.
             induced_velocity_mps: airframe.hover_induced_velocity_mps(airframe.mass_kg(), density)
                 * (environment.gravity_mps2 / airflow::GRAVITY_MPS2).sqrt(),
-            ambient_mps: if magnitude { environment.ambient_mps } else { 0.0 },
+            ambient_mps: if magnitude {
+                environment.ambient_mps
+            } else {
+                0.0
+            },
             radial: f64::from(u8::from(radial)),
-            lateral: if magnitude { options.lateral_turbulence } else { 0.0 },
+            lateral: if magnitude {
+                options.lateral_turbulence
+            } else {
+                0.0
+            },
         },
         accuracy_rel: instrument.accuracy_rel,
         accuracy_abs_mps: instrument.accuracy_abs_mps,

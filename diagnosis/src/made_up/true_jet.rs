@@ -107,7 +107,11 @@ impl Blown {
         let part = place - i as f64;
         let ((f0, flow0), (f1, flow1)) = (self.table[i], self.table[i + 1]);
         let (shape, flow) = (f0 + part * (f1 - f0), flow0 + part * (flow1 - flow0));
-        let outwards = if xi < 1e-6 { 0.0 } else { xi * shape - flow / xi };
+        let outwards = if xi < 1e-6 {
+            0.0
+        } else {
+            xi * shape - flow / xi
+        };
         (centre * shape, centre * spreading * outwards)
     }
 
