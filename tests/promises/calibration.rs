@@ -95,7 +95,7 @@ fn a_wrong_profile_is_called_poor_and_where() {
         TrueProfile::Gaussian,
         TrueProfile::TopHat,
     ] {
-        for seed in 0..20 {
+        for seed in 0..10 {
             let calibration = calibrated(&campaign(4, seed, profile));
             let goodness = &calibration.goodness;
             assert_eq!(
