@@ -9,6 +9,8 @@ mod generate;
 mod picture;
 mod plan_scenario;
 mod problems;
+#[allow(dead_code, reason = "called by the commands that read recordings")]
+mod recordings;
 mod report;
 #[cfg(test)]
 mod sample;
