@@ -4,6 +4,7 @@
 mod check;
 mod conflicts;
 mod failure;
+mod figures;
 mod files;
 mod generate;
 mod picture;
