@@ -155,12 +155,12 @@ fn read_world(path: &Path) -> Result<World, Failure> {
         std::fs::read_to_string(path)
     }
     .map_err(Failure::read(path))?;
-    // Meshes are named relative to the scenario.
+    // Meshes and the jet are named relative to the scenario.
     let folder = path.parent().unwrap_or(Path::new(""));
-    let load_mesh = |source: &str| {
+    let load = |source: &str| {
         std::fs::read_to_string(folder.join(source)).map_err(|error| error.to_string())
     };
-    planner::scenario::read_world(&text, &load_mesh).map_err(|problems| {
+    planner::scenario::read_world(&text, &load).map_err(|problems| {
         let shown = path.display().to_string();
         Failure::Scenario(problems::draw(
             &problems,
