@@ -26,6 +26,9 @@ pub(crate) enum Failure {
     /// The scenario's problems, each at its place, ready to print.
     #[error("{0}")]
     Scenario(String),
+    /// The problems of recordings and of their campaign files, ready to print.
+    #[error("{0}")]
+    Recordings(String),
     #[error("{}: not a plan: {reason}", path.display())]
     NotAPlan { path: PathBuf, reason: String },
     #[error(transparent)]
@@ -51,7 +54,9 @@ impl Failure {
     pub(crate) fn print(&self) {
         match self {
             // Carries its own "error:" labels.
-            Failure::Scenario(rendered) => tell(rendered.trim_end()),
+            Failure::Scenario(rendered) | Failure::Recordings(rendered) => {
+                tell(rendered.trim_end());
+            }
             other => tell_error(&other.to_string(), &[]),
         }
     }

@@ -10,6 +10,7 @@ mod generate;
 mod picture;
 mod plan_scenario;
 mod problems;
+mod recordings;
 mod report;
 #[cfg(test)]
 mod sample;

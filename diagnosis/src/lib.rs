@@ -6,7 +6,7 @@
 //! # In reading order
 //!
 //! [`recording`]: what was recorded. [`baseline`]: what "simulation" means for it. [`remark`] and [`problem`]: what was noticed,
-//! what keeps it from being read. [`thrust_map`]: from duty cycle to thrust. [`track`]: between two entries. [`flow`]: the air that
+//! what keeps it from being read. [`read`]: from bytes to a recording. [`thrust_map`]: from duty cycle to thrust. [`track`]: between two entries. [`flow`]: the air that
 //! the baseline makes. [`anemometer`] and [`receiver`]: what a probe and a drone make of it. [`simulate`]: what would have been
 //! recorded. [`residuals`]: how far off that is, and where. [`calibrate`]: the constants of the jet that fit best. [`made_up`]:
 //! recordings of a world made up here, to try all of it on.
@@ -14,10 +14,17 @@
 pub mod anemometer;
 pub mod baseline;
 pub mod calibrate;
+pub mod clock;
 pub mod flow;
+pub mod force;
+pub mod free_flight;
+pub mod held_out;
+pub mod identify;
+pub mod low_pass;
 pub mod made_up;
 pub mod problem;
 mod random;
+pub mod read;
 pub mod receiver;
 pub mod recording;
 pub mod remark;
