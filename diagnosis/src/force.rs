@@ -11,7 +11,7 @@ use airflow::{DiscPoints, Source};
 
 use crate::baseline::{ReceiverAir, ReceiverLaw};
 use crate::flow::Flow;
-use crate::free_flight::{self, FreeFlight, Trace};
+use crate::free_flight::Trace;
 use crate::low_pass::{self, LowPass};
 use crate::receiver;
 use crate::recording::Recording;
@@ -139,9 +139,9 @@ pub fn simulate(
         let Some(map) = &vehicle.thrust_map else {
             continue;
         };
-        let around = free_flight::around(recording, index, &FreeFlight::default(), 0.0);
         let all = std::slice::from_ref(recording);
-        let Some(trace) = Trace::new(all, (0, index), around, low_pass) else {
+        // What is around it matters to identification and judgement only.
+        let Some(trace) = Trace::new(all, (0, index), Vec::new(), low_pass) else {
             continue;
         };
         let Some(thrust_n) = trace.thrust_n(map) else {

@@ -186,7 +186,7 @@ impl<'a> Trace<'a> {
         let ready = |mut column: Vec<f64>| {
             for run in &self.runs {
                 let t_s = &self.of.track.t_s[run.clone()];
-                thrust_map::lag(lag_s, t_s, &mut column[run.clone()]);
+                low_pass::lag(lag_s, t_s, &mut column[run.clone()]);
             }
             for (value, upright) in column.iter_mut().zip(&self.upright) {
                 *value *= upright;

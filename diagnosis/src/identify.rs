@@ -7,11 +7,12 @@
 //! cov = F/(F-1) · (XᵀX)⁻¹ ( Σ_flights Xᵀe eᵀX ) (XᵀX)⁻¹           F flights
 //! ```
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::free_flight::{self, FreeFlight, Trace};
+use crate::least_squares::{Solved, lag_standard_error_s};
 use crate::low_pass::LowPass;
 use crate::recording::Recording;
 use crate::thrust_map::{CUBIC_FROM_ZERO, Term, ThrustMap, ThrustMapError};
@@ -19,6 +20,9 @@ use crate::thrust_map::{CUBIC_FROM_ZERO, Term, ThrustMap, ThrustMapError};
 /// Step of the search for the lag (s). Chosen here: the square error is smooth in the lag on this scale, and the vertex of the
 /// parabola through the best three is taken.
 const LAG_STEP_S: f64 = 0.01;
+
+/// Half the step of the differences that the lag's standard error is worked out from (s). Chosen here: half that of the search.
+const HALF_STEP_S: f64 = 0.5 * LAG_STEP_S;
 
 /// Share of the duty cycles that is left outside the fitted range, half at each end. Chosen here: the few that lie beyond say nothing.
 const OUTSIDE_SHARE: f64 = 0.01;
@@ -237,9 +241,10 @@ impl<'a> Bench<'a> {
                 terms,
             });
         }
-        let squares: Vec<f64> = (0..self.lags_s.len())
-            .map(|lag| Ok(Solved::new(&pick(lag), terms)?.square_n2))
-            .collect::<Result<_, IdentifyError>>()?;
+        let degenerate = || IdentifyError::Degenerate(terms);
+        let square_n2 = |lag| Some(Solved::new(&pick(lag), terms)?.square_n2);
+        let squares: Option<Vec<f64>> = (0..self.lags_s.len()).map(square_n2).collect();
+        let squares = squares.ok_or_else(degenerate)?;
         let best = (0..squares.len()).fold(0, |best, lag| match squares[lag] < squares[best] {
             true => lag,
             false => best,
@@ -249,13 +254,20 @@ impl<'a> Bench<'a> {
             true => self.lags_s[best] + LAG_STEP_S * vertex(&squares[best - 1..=best + 1]),
             false => self.lags_s[best],
         };
-        let grams = self.grams_at(lag_s, &members);
-        let grams: Vec<&DMatrix<f64>> = grams.iter().collect();
-        let solved = Solved::new(&grams, terms)?;
-        let flights = self.clusters(&members);
-        let lag_standard_error_s = inside
-            .then(|| lag_standard_error_s(&solved, &pick(best - 1), &pick(best + 1), &flights))
-            .flatten();
+        let grams_n2 = self.grams_at(lag_s, &members);
+        let grams: Vec<&DMatrix<f64>> = grams_n2.iter().collect();
+        let solved = Solved::new(&grams, terms).ok_or_else(degenerate)?;
+        let lag_standard_error_s = match inside {
+            true => {
+                let [before, after] = [-HALF_STEP_S, HALF_STEP_S]
+                    .map(|shift_s| self.grams_at(lag_s + shift_s, &members));
+                let [before, after] =
+                    [&before, &after].map(|grams| grams.iter().collect::<Vec<_>>());
+                let flights = self.clusters(&members);
+                lag_standard_error_s(&solved, &before, &after, &flights, HALF_STEP_S)
+            }
+            false => None,
+        };
         self.report(&members, &grams, &solved, lag_s, lag_standard_error_s)
     }
 
@@ -342,123 +354,6 @@ impl<'a> Bench<'a> {
         let (terms, newtons) = terms.into_iter().unzip();
         ThrustMap::new(terms, newtons, self.reference_v(), lag_s, range)
     }
-}
-
-/// Least squares solved from the sums of [`Trace::gram`].
-struct Solved {
-    newtons: DVector<f64>,
-    /// Weights that turn a row of the sums into what is left: minus the coefficients, 1, 0.
-    weights: DVector<f64>,
-    square_n2: f64,
-    cholesky: Cholesky<f64, Dyn>,
-    /// Inverse lengths of the columns: the sums are solved in units in which each column has length 1.
-    scale: DVector<f64>,
-}
-
-impl Solved {
-    fn new(grams: &[&DMatrix<f64>], terms: usize) -> Result<Solved, IdentifyError> {
-        let mut sum = DMatrix::zeros(terms + 2, terms + 2);
-        for gram in grams {
-            sum += *gram;
-        }
-        let scale = DVector::from_fn(terms, |i, _| sum[(i, i)].sqrt().recip());
-        let scaled = DMatrix::from_fn(terms, terms, |i, j| sum[(i, j)] * scale[i] * scale[j]);
-        let cholesky = Cholesky::new(scaled).ok_or(IdentifyError::Degenerate(terms))?;
-        let right = DVector::from_fn(terms, |i, _| sum[(i, terms)] * scale[i]);
-        let newtons = cholesky.solve(&right).component_mul(&scale);
-        let mut weights = DVector::zeros(terms + 2);
-        weights.rows_mut(0, terms).copy_from(&-&newtons);
-        weights[terms] = 1.0;
-        let square_n2 = weights.dot(&(&sum * &weights));
-        Ok(Solved {
-            newtons,
-            weights,
-            square_n2,
-            cholesky,
-            scale,
-        })
-    }
-
-    /// Rows, sum and sum of squares of what is left in one trace.
-    fn rest(&self, gram: &DMatrix<f64>) -> [f64; 3] {
-        let left = gram * &self.weights;
-        let last = left.len() - 1;
-        [gram[(last, last)], left[last], self.weights.dot(&left)]
-    }
-
-    /// `Xᵀe` of one trace, in the units of the scaled columns.
-    fn score(&self, gram: &DMatrix<f64>) -> DVector<f64> {
-        let left = gram * &self.weights;
-        left.rows(0, self.scale.len()).component_mul(&self.scale)
-    }
-
-    fn standard_errors(&self, grams: &[&DMatrix<f64>], flights: &[usize]) -> Option<Vec<f64>> {
-        let scores = by_flight(grams.iter().map(|gram| self.score(gram)), flights)?;
-        let mut variance = DVector::zeros(self.scale.len());
-        for score in &scores {
-            let shift = self.cholesky.solve(score).component_mul(&self.scale);
-            variance += shift.component_mul(&shift);
-        }
-        let few = few_flights(scores.len());
-        Some(
-            variance
-                .iter()
-                .map(|variance| (few * variance).sqrt())
-                .collect(),
-        )
-    }
-}
-
-/// Sums vectors over the traces of each flight; `None` with fewer than two flights.
-fn by_flight(
-    vectors: impl Iterator<Item = DVector<f64>>,
-    flights: &[usize],
-) -> Option<Vec<DVector<f64>>> {
-    let mut sums: Vec<Option<DVector<f64>>> = vec![None; flights.iter().max()? + 1];
-    for (vector, &flight) in vectors.zip(flights) {
-        sums[flight] = Some(match sums[flight].take() {
-            Some(sum) => sum + vector,
-            None => vector,
-        });
-    }
-    (sums.len() > 1).then(|| sums.into_iter().flatten().collect())
-}
-
-/// `F/(F - 1)`.
-fn few_flights(flights: usize) -> f64 {
-    flights as f64 / (flights as f64 - 1.0)
-}
-
-/// Standard error of the lag, from the sums one step before and after it: the error's slope with the lag in each flight, freed of
-/// what the coefficients take up, over its curvature.
-fn lag_standard_error_s(
-    solved: &Solved,
-    before: &[&DMatrix<f64>],
-    after: &[&DMatrix<f64>],
-    flights: &[usize],
-) -> Option<f64> {
-    let terms = solved.scale.len();
-    let [square_before, square_after] = [before, after].map(|grams| {
-        Solved::new(grams, terms)
-            .map(|solved| solved.square_n2)
-            .ok()
-    });
-    let curvature =
-        0.5 * (square_before? - 2.0 * solved.square_n2 + square_after?) / (LAG_STEP_S * LAG_STEP_S);
-    let mut by_coefficient = DVector::zeros(terms);
-    for (before, after) in before.iter().zip(after) {
-        by_coefficient += (solved.score(after) - solved.score(before)) / (2.0 * LAG_STEP_S);
-    }
-    let taken_up = solved.cholesky.solve(&by_coefficient);
-    let slopes = before.iter().zip(after).map(|(before, after)| {
-        let [[.., before_n2], [.., after_n2]] = [solved.rest(before), solved.rest(after)];
-        let of_lag = -0.5 * (after_n2 - before_n2) / (2.0 * LAG_STEP_S);
-        let mid = 0.5 * (solved.score(before) + solved.score(after));
-        DVector::from_element(1, of_lag + taken_up.dot(&mid))
-    });
-    let slopes = by_flight(slopes, flights)?;
-    let square: f64 = slopes.iter().map(|slope| slope[0] * slope[0]).sum();
-    (curvature > 0.0).then(|| (few_flights(slopes.len()) * square).sqrt() / curvature)
 }
 
 /// Where a parabola through three equally spaced values is least, in steps from the middle one.

@@ -10,6 +10,10 @@
 //! the baseline makes. [`anemometer`] and [`receiver`]: what a probe and a drone make of it. [`simulate`]: what would have been
 //! recorded. [`residuals`]: how far off that is, and where. [`calibrate`]: the constants of the jet that fit best. [`made_up`]:
 //! recordings of a world made up here, to try all of it on.
+//!
+//! Forces: [`low_pass`], [`free_flight`] and [`identify`]: the thrust map, from rows with nobody above. [`force`]: on a drone below
+//! another, recorded and simulated. [`clock`]: how far apart the logs' clocks are. [`held_out`] and [`force_sums`]: how well forces
+//! are predicted in flights that nothing was fitted to.
 
 pub mod anemometer;
 pub mod baseline;
@@ -17,9 +21,11 @@ pub mod calibrate;
 pub mod clock;
 pub mod flow;
 pub mod force;
+pub mod force_sums;
 pub mod free_flight;
 pub mod held_out;
 pub mod identify;
+mod least_squares;
 pub mod low_pass;
 pub mod made_up;
 pub mod problem;

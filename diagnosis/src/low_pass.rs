@@ -1,4 +1,4 @@
-//! A zero-phase low-pass for logged series: second-order Butterworth, forwards and then backwards, exact at any spacing.
+//! Low-passes for logged series. The zero-phase one: second-order Butterworth, forwards and then backwards, exact at any spacing.
 //!
 //! Between two samples the input is taken as linear, and the filter's differential equation is solved, not approximated, so uneven
 //! steps are nothing special. Across gaps and samples that are not numbers nothing is carried: each run is filtered alone.
@@ -36,7 +36,16 @@ pub fn runs(t_s: &[f64], longest_step_s: f64, usable: impl Fn(usize) -> bool) ->
 }
 
 impl LowPass {
-    /// Filters a run in place. It starts and ends as if the first and the last value had stood for ever.
+    /// Filters a run in place.
+    ///
+    /// ```
+    /// let t_s: Vec<f64> = (0..100).map(|i| 0.02 * f64::from(i)).collect();
+    /// let mut spike = vec![0.0; 100];
+    /// spike[50] = 1.0;
+    /// diagnosis::low_pass::LowPass { cutoff_hz: 5.0 }.smooth(&t_s, &mut spike);
+    /// assert!(spike[50] < 0.3 && spike[50] > spike[49], "lower, and still in its place");
+    /// ```
+    /// It starts and ends as if the first and the last value had stood for ever.
     ///
     /// `t_s` and `values` have the same length; times rise strictly.
     pub fn smooth(&self, t_s: &[f64], values: &mut [f64]) {
@@ -58,6 +67,22 @@ impl LowPass {
             values[row] = pass.step(t_s[row + 1] - t_s[row], before, now);
             before = now;
         }
+    }
+}
+
+/// First-order lag of a run in place, starting at its first value; each value stands over the step that leads to it, as a
+/// command does.
+pub(crate) fn lag(lag_s: f64, t_s: &[f64], values: &mut [f64]) {
+    if lag_s <= 0.0 {
+        return;
+    }
+    let (mut step_s, mut share) = (0.0, 0.0);
+    for row in 1..values.len() {
+        let this_s = t_s[row] - t_s[row - 1];
+        if this_s != step_s {
+            (step_s, share) = (this_s, -(-this_s / lag_s).exp_m1());
+        }
+        values[row] = values[row - 1] + share * (values[row] - values[row - 1]);
     }
 }
 
@@ -168,5 +193,20 @@ mod tests {
         let t_s = [0.0, 0.02, 0.04, 0.11, 0.13, 0.15, 0.17];
         assert_eq!(runs(&t_s, 0.05, |row| row != 4), [0..3, 3..4, 5..7]);
         assert!(runs(&t_s, 0.05, |_| false).is_empty());
+    }
+
+    #[test]
+    fn a_step_is_followed_to_63_percent_in_one_lag_however_it_is_sampled() {
+        for t_s in [
+            (0..=20).map(|i| 0.005 * f64::from(i)).collect::<Vec<_>>(),
+            vec![0.0, 0.01, 0.05, 0.1],
+        ] {
+            let mut values = vec![1.0; t_s.len()];
+            values[0] = 0.0;
+            lag(0.1, &t_s, &mut values);
+            let last = values[values.len() - 1];
+            // Rounding.
+            assert!((last - (1.0 - (-1.0_f64).exp())).abs() < 1e-14);
+        }
     }
 }

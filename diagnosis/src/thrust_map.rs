@@ -66,6 +66,16 @@ pub const QUADRATIC: [Term; 5] = [
 pub const OFFSET: [Term; 1] = [Term::new(0, 0)];
 
 /// Thrust of a quadrotor from the duty cycles of its motors and its battery voltage.
+///
+/// ```
+/// use diagnosis::thrust_map::{Term, ThrustMap};
+///
+/// // 0.2 N a motor at full duty and a full cell, falling with the voltage; rotors that take 0.05 s to follow; fitted from 0.2 to 0.9.
+/// let map = ThrustMap::new(vec![Term::new(2, 1)], vec![0.2], 4.2, 0.05, [0.2, 0.9])?;
+/// assert!((map.steady_n([0.7; 4], 3.8) - 4.0 * 0.2 * 0.49 * 3.8 / 4.2).abs() < 1e-12);
+/// assert!(map.covers([0.7; 4]) && !map.covers([0.7, 0.7, 0.7, 0.95]));
+/// # Ok::<(), diagnosis::thrust_map::ThrustMapError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Raw", into = "Raw")]
 pub struct ThrustMap {
@@ -306,7 +316,7 @@ impl ThrustMap {
             thrust_n[row].is_finite()
         });
         for run in runs {
-            lag(self.lag_s, &track.t_s[run.clone()], &mut thrust_n[run]);
+            low_pass::lag(self.lag_s, &track.t_s[run.clone()], &mut thrust_n[run]);
         }
         Some(thrust_n)
     }
@@ -332,22 +342,6 @@ pub(crate) fn column(
         .collect()
 }
 
-/// First-order lag of a run in place, starting at its first value; each value stands over the step that leads to it, as a
-/// command does.
-pub(crate) fn lag(lag_s: f64, t_s: &[f64], values: &mut [f64]) {
-    if lag_s <= 0.0 {
-        return;
-    }
-    let (mut step_s, mut share) = (0.0, 0.0);
-    for row in 1..values.len() {
-        let this_s = t_s[row] - t_s[row - 1];
-        if this_s != step_s {
-            (step_s, share) = (this_s, -(-this_s / lag_s).exp_m1());
-        }
-        values[row] = values[row - 1] + share * (values[row] - values[row - 1]);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -364,21 +358,6 @@ mod tests {
         // Rounding.
         assert!((map(0.0).steady_n([0.2, 0.4, 0.6, 0.8], 3.7) - expected_n).abs() < 1e-15);
         assert_eq!(map(0.0).offset_n(), 0.0);
-    }
-
-    #[test]
-    fn a_step_is_followed_to_63_percent_in_one_lag_however_it_is_sampled() {
-        for t_s in [
-            (0..=20).map(|i| 0.005 * f64::from(i)).collect::<Vec<_>>(),
-            vec![0.0, 0.01, 0.05, 0.1],
-        ] {
-            let mut values = vec![1.0; t_s.len()];
-            values[0] = 0.0;
-            lag(0.1, &t_s, &mut values);
-            let last = values[values.len() - 1];
-            // Rounding.
-            assert!((last - (1.0 - (-1.0_f64).exp())).abs() < 1e-14);
-        }
     }
 
     #[test]

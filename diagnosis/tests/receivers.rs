@@ -9,7 +9,7 @@ use diagnosis::baseline::Baseline;
 use diagnosis::clock::{self, ClockKnown};
 use diagnosis::flow::Flow;
 use diagnosis::force;
-use diagnosis::held_out::{ForceTest, ForceTestError, held_out_force};
+use diagnosis::held_out::{ForceTest, ForceTestError, clock_offsets, held_out_force};
 use diagnosis::identify::{IdentifyError, Lag, Options, identify};
 use diagnosis::low_pass::LowPass;
 use diagnosis::recording::{Clock, Environment, Known, Origin, Recording, Role, Track, Vehicle};
@@ -245,6 +245,28 @@ fn the_force_of_a_flight_that_obeys_the_model_is_predicted_and_the_disc_mean_bea
         held_out_force(&flights, &[], &ForceTest { folds: 1, ..test }),
         Err(ForceTestError::Folds(1))
     );
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_answer() {
+    let mut flights: Vec<Recording> = (1..=4).map(alone).collect();
+    flights.extend((1..=4).map(|seed| pair(seed, 0.01)));
+    let test = ForceTest {
+        folds: 2,
+        ..ForceTest::default()
+    };
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let skill = held_out_force(&flights, &[], &test).unwrap();
+            let clocks = clock_offsets(&flights, &skill, &test);
+            (skill, clocks)
+        })
+    };
+    assert_eq!(on(1), on(3));
 }
 
 #[test]

@@ -24,10 +24,28 @@ pub(crate) struct Expansion<'a> {
     pub(crate) slices: &'a [ExpansionSlice],
     /// The jet through them, and what the legend calls it.
     pub(crate) jet: (&'a Jet, &'a str),
-    /// Jets whose spread is the jet's interval; may be empty.
-    pub(crate) draws: &'a [Jet],
+    /// How well the jet is known, where that is known.
+    pub(crate) uncertainty: Option<&'a Uncertainty>,
     /// Another jet to compare with, and its name.
     pub(crate) other: Option<(&'a Jet, &'a str)>,
+}
+
+/// Standard deviations of `B`, `S` and `s₀`, and the correlations of `B` with `S`, `B` with `s₀`, `S` with `s₀`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Uncertainty {
+    pub(crate) deviations: [f64; 3],
+    pub(crate) correlations: [f64; 3],
+}
+
+impl Uncertainty {
+    /// Standard deviation of a quantity by its slopes in `B`, `S` and `s₀`, to first order.
+    fn of(&self, slopes: [f64; 3]) -> f64 {
+        let [b, s, origin] = [0, 1, 2].map(|i| slopes[i] * self.deviations[i]);
+        let [b_s, b_origin, s_origin] = self.correlations;
+        let variance = b * b + s * s + origin * origin
+            + 2.0 * (b * s * b_s + b * origin * b_origin + s * origin * s_origin);
+        variance.max(0.0).sqrt()
+    }
 }
 
 /// One slice of one drone's jet.
@@ -43,12 +61,28 @@ pub(crate) struct ExpansionSlice {
     pub(crate) centreline_interval: Option<(f64, f64)>,
 }
 
-type Law = fn(&Jet, f64) -> f64;
+/// A curve of the jet along its depth, and its slopes in `B`, `S` and `s₀`.
+#[derive(Clone, Copy)]
+struct Law {
+    value: fn(&Jet, f64) -> f64,
+    slopes: fn(&Jet, f64) -> [f64; 3],
+}
 
 /// Eq. 6 of the paper.
-const HALF_WIDTH: Law = |jet, s| jet.spreading * (s - jet.origin);
+const HALF_WIDTH: Law = Law {
+    value: |jet, s| jet.spreading * (s - jet.origin),
+    slopes: |jet, s| [0.0, s - jet.origin, -jet.spreading],
+};
 /// Eq. 5 of the paper.
-const CENTRELINE: Law = |jet, s| jet.centreline / (s - jet.origin);
+const CENTRELINE: Law = Law {
+    value: |jet, s| jet.centreline / (s - jet.origin),
+    slopes: |jet, s| {
+        let sigma = s - jet.origin;
+        [1.0 / sigma, 0.0, jet.centreline / (sigma * sigma)]
+    },
+};
+/// Of a normal distribution: 95 % lie within so many standard deviations.
+const WITHIN_95: f64 = 1.96;
 
 /// `None` without slices.
 pub(crate) fn draw(figure: &Expansion) -> Option<String> {
@@ -124,7 +158,7 @@ fn key(area: &super::sheet::Area, figure: &Expansion) -> Drawn {
             minus(jet.origin)
         ),
     )];
-    if !figure.draws.is_empty() {
+    if figure.uncertainty.is_some() {
         lines.push((Sign::Patch(INK.mix(0.16)), "its 95 % interval".into()));
     }
     if let Some((jet, name)) = figure.other {
@@ -176,7 +210,7 @@ fn panel(
         .slices
         .iter()
         .map(|slice| value(slice).0)
-        .chain([law(figure.jet.0, from), law(figure.jet.0, s_to)])
+        .chain([from, s_to].map(|s| (law.value)(figure.jet.0, s)))
         .fold(0.0, f64::max);
     let x = Axis {
         label: "depth below the rotor plane s / l",
@@ -196,15 +230,19 @@ fn panel(
         0.8,
         Stroke::Dashed,
     )?;
-    let edges: Vec<(f64, f64, f64)> = abscissas(from)
-        .into_iter()
-        .filter_map(|s| interval(figure.draws, law, s))
-        .collect();
-    band(&mut chart, &edges, INK.mix(0.16))?;
+    if let Some(uncertainty) = figure.uncertainty {
+        let edge = |s: f64| {
+            let middle = (law.value)(figure.jet.0, s);
+            let reach = WITHIN_95 * uncertainty.of((law.slopes)(figure.jet.0, s));
+            (s, middle - reach, middle + reach)
+        };
+        let edges: Vec<(f64, f64, f64)> = abscissas(from).into_iter().map(edge).collect();
+        band(&mut chart, &edges, INK.mix(0.16))?;
+    }
     let curve = |jet: &Jet| -> Vec<(f64, f64)> {
         abscissas(from)
             .into_iter()
-            .map(|s| (s, law(jet, s)))
+            .map(|s| (s, (law.value)(jet, s)))
             .collect()
     };
     if let Some((jet, _)) = figure.other {
@@ -212,15 +250,6 @@ fn panel(
     }
     line(&mut chart, &curve(figure.jet.0), INK, 1.8, Stroke::Solid)?;
     marks(&mut chart, figure, highest * 1.08, value)
-}
-
-/// The middle 95 % of a law's values at a depth.
-fn interval(draws: &[Jet], law: Law, s: f64) -> Option<(f64, f64, f64)> {
-    let mut values: Vec<f64> = draws.iter().map(|jet| law(jet, s)).collect();
-    values.sort_by(f64::total_cmp);
-    let at =
-        |part: f64| values.get((part * (values.len().saturating_sub(1)) as f64).round() as usize);
-    Some((s, *at(0.025)?, *at(0.975)?))
 }
 
 fn marks(

@@ -103,9 +103,9 @@ pub(crate) fn draw(
         ));
         entries.push((
             Sign::Line(INK, Stroke::Solid),
-            "1.5 l and 2.5 l: the paper".into(),
+            "1.5 l and 2.5 l: where the".into(),
         ));
-        entries.push((Sign::Nothing, "        sees the jets merge between".into()));
+        entries.push((Sign::Nothing, "        paper sees the jets merge".into()));
         legend(&side, (12.0, 24.0), &entries)
     }))
 }

@@ -80,7 +80,7 @@ pub(crate) fn draw(
                 Sign::Line(SERIES[3], Stroke::Solid),
                 "recorded (mean, band: middle 68 % of each moment)",
             ),
-            (340.0, Sign::Line(INK, Stroke::Dashed), "simulated"),
+            (370.0, Sign::Line(INK, Stroke::Dashed), "simulated"),
             (
                 470.0,
                 Sign::Line(SERIES[0], Stroke::Solid),

@@ -6,18 +6,18 @@ use super::axes::{Sign, Stroke, colour_bar, legend, line};
 use super::colours::Scale;
 use super::field::{frame, map};
 use super::readings::{Grid, Reading};
-use super::sheet::{Chart, Drawn, HEAD, INK, PAPER, px, sheet};
+use super::sheet::{Chart, Drawn, FAINT, HEAD, INK, PAPER, px, sheet};
 use airflow::Jet;
 
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 560.0;
 const BAR: f64 = 330.0;
 
-/// Readings in `unit`; `None` without any.
+/// Readings in `unit`, `accuracy` in words; `None` without any.
 pub(crate) fn draw(
     title: &str,
     subtitle: &str,
-    unit: &str,
+    (unit, accuracy): (&str, &str),
     readings: &[Reading],
     jet: &Jet,
 ) -> Option<String> {
@@ -41,18 +41,13 @@ pub(crate) fn draw(
         let label = format!("recorded - simulated ({unit})");
         colour_bar(&side, (12.0, 34.0), HEIGHT - HEAD - 120.0, &label, &scale)?;
         let entries = [
-            (
-                Sign::Nothing,
-                "+  recorded above, - below, by more than".to_owned(),
-            ),
-            (
-                Sign::Nothing,
-                "    the instrument's stated accuracy".to_owned(),
-            ),
+            (Sign::Nothing, "+ recorded above, - below, by more than".to_owned()),
+            (Sign::Nothing, accuracy.to_owned()),
             (
                 Sign::Line(INK, Stroke::Dashed),
                 "half-width of the simulated jet".to_owned(),
             ),
+            (Sign::Patch(FAINT.mix(1.0)), "no samples".to_owned()),
         ];
         legend(&side, (90.0, 60.0), &entries)
     }))
