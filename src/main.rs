@@ -4,17 +4,20 @@
 mod check;
 mod conflicts;
 mod failure;
+mod figures;
 mod files;
 mod generate;
+mod page;
 mod picture;
 mod plan_scenario;
 mod problems;
-#[allow(dead_code, reason = "called by the commands that read recordings")]
+mod progress;
 mod recordings;
 mod report;
 #[cfg(test)]
 mod sample;
 mod schema;
+mod simulate;
 mod watch;
 mod wording;
 
@@ -45,8 +48,10 @@ enum Command {
     Check(check::Arguments),
     /// Print the scenario's fields, units and defaults as JSON Schema
     Schema,
-    /// Print a scenario made by rule and seed
+    /// Print a scenario made by rule and seed, or write made-up recordings
     Generate(generate::Arguments),
+    /// Simulate recordings and compare: what the model says every sample should have read
+    Simulate(simulate::Arguments),
 }
 
 /// How to print an answer.
@@ -77,6 +82,7 @@ fn main() -> ExitCode {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
         (Some(Command::Schema), _) => schema::run(),
         (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
+        (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
         (None, Some(arguments)) => plan_scenario::run(&arguments),
         // `arg_required_else_help` has answered already.
         (None, None) => Err(Failure::NothingToDo),

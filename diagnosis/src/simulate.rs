@@ -114,7 +114,7 @@ pub struct Series {
 #[must_use]
 pub fn series(recording: &Recording) -> Vec<Series> {
     let probes = recording.probes.iter().flat_map(|probes| &probes.samples);
-    let speeds = by_subject(Channel::Speed, probes.map(|s| (s.probe_id, s.t_s)));
+    let speeds = by_subject(Channel::Speed, probes.map(|s| (s.probe_id, s.t_s, s.speed_mps)));
     // A drone that holds its power holds its throttle: nothing to compare.
     if recording.baseline.receiver_law == ReceiverLaw::HoldsPower {
         return speeds;
@@ -122,15 +122,18 @@ pub fn series(recording: &Recording) -> Vec<Series> {
     let throttles = recording
         .receivers
         .iter()
-        .map(|s| (s.vehicle as u32, s.t_s));
+        .map(|s| (s.vehicle as u32, s.t_s, s.throttle_ratio));
     [speeds, by_subject(Channel::Throttle, throttles)].concat()
 }
 
-fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64)>) -> Vec<Series> {
-    let samples: Vec<(u32, f64)> = samples.collect();
-    let mut order: Vec<usize> = (0..samples.len()).collect();
+/// From subject, time and value of each row. Values that are no numbers were told where they were read.
+fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) -> Vec<Series> {
+    let samples: Vec<(u32, f64, f64)> = samples.collect();
+    let mut order: Vec<usize> = (0..samples.len())
+        .filter(|&row| samples[row].2.is_finite())
+        .collect();
     order.sort_by(|&a, &b| {
-        let ((id_a, t_a), (id_b, t_b)) = (samples[a], samples[b]);
+        let ((id_a, t_a, _), (id_b, t_b, _)) = (samples[a], samples[b]);
         id_a.cmp(&id_b).then(t_a.total_cmp(&t_b))
     });
     order

@@ -29,7 +29,7 @@ pub struct TrueJet {
 pub enum TrueProfile {
     /// The paper's, `1/(1 + (√2 - 1) ξ²)²`.
     Paper,
-    /// The paper's up to `ξ = 1`, `½ exp(-2 √(a) ... )`: a Gaussian outside.
+    /// The paper's up to `ξ = 1`, `exp(-ln 2 ξ²)` outside.
     GaussianTail,
     /// `exp(-ln 2 ξ²)`.
     Gaussian,

@@ -1,0 +1,18 @@
+//! Figures of recordings, one file each: SVG that needs no network, no script and no colour to be read.
+
+mod axes;
+mod colours;
+mod compact;
+pub(crate) mod expansion;
+pub(crate) mod field;
+pub(crate) mod near_field;
+pub(crate) mod profiles;
+pub(crate) mod readings;
+pub(crate) mod receiver;
+pub(crate) mod residual_map;
+mod sheet;
+
+pub(crate) use sheet::escape;
+
+#[cfg(test)]
+mod tests;
