@@ -12,17 +12,17 @@
 //! the covariates explains. [`expression`]: the shortest formula for it. [`covariance`] and [`bootstrap`]: how sure. [`draws`] and [`tail`]: the
 //! generator of random numbers, and chances.
 
-//MOD bootstrap;
-//MOD change_point;
+pub mod bootstrap;
+pub mod change_point;
 pub mod column;
-//MOD covariance;
+pub mod covariance;
 pub mod draws;
-//MOD expression;
+pub mod expression;
 pub mod gate;
-//MOD held_out;
+pub mod held_out;
 pub mod noise;
-//MOD scan;
+pub mod scan;
 pub mod sequence;
 pub mod spectrum;
 pub mod tail;
-//MOD trees;
+pub mod trees;
