@@ -3,6 +3,7 @@
 //! `cargo bench -p diagnosis --bench false_alarms -- 2000` (made-up nulls of each kind; 200 without the number). Last measured on two
 //! shared virtual cores (AMD EPYC); the table is in the last lines of this comment's file, where the kinds are defined.
 
+use std::hint::black_box;
 use std::time::Instant;
 
 use diagnosis::statistics::column::{self, Column, Covariate, Kind};
@@ -10,6 +11,7 @@ use diagnosis::statistics::draws::Draws;
 use diagnosis::statistics::gate::{self, Evidence, Gate, Rhythm};
 use diagnosis::statistics::noise::{self, Bounds, NoiseModel, Whitener};
 use diagnosis::statistics::sequence::{Blocks, Sequence};
+use diagnosis::statistics::{bootstrap, change_point, expression, scan, trees};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -421,6 +423,112 @@ fn main() {
             ..PLAIN
         },
     ] {
-        table(kind, count / 4);
+        table(kind, count.div_ceil(4));
     }
+    times();
+}
+
+/// Each part by itself, on 4000 samples and 12 covariates.
+fn times() {
+    let made = make(
+        &Sort {
+            samples: 4000,
+            probes: 4,
+            ..PLAIN
+        },
+        1,
+    );
+    let sequence = Sequence::new(&made.t_s, &made.series);
+    let blocks = Blocks::new(&sequence, &made.t_s);
+    let noise = NoiseModel {
+        s0: S0,
+        s1: 0.12,
+        rho: 0.3,
+        step_s: 1.0,
+    };
+    let whitener = Whitener::new(&noise, &sequence, &made.flow);
+    let white = whitener.whiten(&made.residual);
+    let flat: Vec<f64> = made.covariates.iter().flatten().copied().collect();
+    let x = DMatrix::from_vec(4000, made.covariates.len(), flat);
+    let weights = vec![1.0; 4000];
+    let time = |name: &str, run: &dyn Fn()| {
+        let start = Instant::now();
+        for _ in 0..5 {
+            run();
+        }
+        println!("{name:44} {:7.3} s", start.elapsed().as_secs_f64() / 5.0);
+    };
+    time("noise and whitener", &|| {
+        let noise = noise::estimate(&sequence, &made.residual, &made.flow, Bounds::default());
+        black_box(noise.map(|noise| Whitener::new(&noise, &sequence, &made.flow)));
+    });
+    time("120 trees", &|| {
+        black_box(trees::fit(
+            &x,
+            &made.residual,
+            &weights,
+            trees::Options::default(),
+        ));
+    });
+    time("120 trees, held out, 6 folds", &|| {
+        let options = trees::Options::default();
+        black_box(trees::held_out(
+            &x,
+            &made.residual,
+            &whitener,
+            &blocks,
+            6,
+            options,
+        ));
+    });
+    let places: Vec<scan::Coordinate<'_>> = made
+        .covariates
+        .iter()
+        .enumerate()
+        .map(|(c, values)| scan::Coordinate {
+            values,
+            is_cyclic: c == 2,
+        })
+        .collect();
+    time("scan, 199 flips", &|| {
+        black_box(scan::scan(&places, &white, &made.residual, &blocks, 1));
+    });
+    let marked: Vec<bool> = (0..4000)
+        .map(|i| made.covariates[1][i] < 1.0 && made.covariates[0][i] > 6.0)
+        .collect();
+    time("describe", &|| {
+        black_box(scan::describe(&places, &marked));
+    });
+    let letters = ["s", "xi", "az", "U"];
+    let coordinates: Vec<expression::Coordinate<'_>> = [0, 1, 2, 6]
+        .into_iter()
+        .zip(letters)
+        .map(|(c, letter)| expression::Coordinate {
+            letter,
+            values: &made.covariates[c],
+            is_angle: letter == "az",
+        })
+        .collect();
+    time("expression in four coordinates", &|| {
+        black_box(expression::find(
+            &coordinates,
+            &made.residual,
+            &whitener,
+            &blocks,
+        ));
+    });
+    time("bootstrap", &|| {
+        black_box(bootstrap::compare(
+            &blocks,
+            &made.residual,
+            &made.residual,
+            1,
+        ));
+    });
+    time("steps of a series of 4000", &|| {
+        black_box(change_point::steps(
+            &made.residual,
+            change_point::Options::default(),
+        ));
+    });
 }

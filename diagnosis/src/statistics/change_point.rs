@@ -147,7 +147,8 @@ fn step(values: &[f64], cuts: &[usize], k: usize) -> Step {
     };
     let long_run = square / (count - 2.0).max(1.0) * (1.0 + memory) / (1.0 - memory);
     // The largest sum is the one at the cut, up to the weighting of ends.
-    let sum: f64 = part[..cut].iter().map(|y| y - mean(part)).sum();
+    let level = mean(part);
+    let sum: f64 = part[..cut].iter().map(|y| y - level).sum();
     let d = if long_run > 0.0 {
         sum.abs() / (long_run * count).sqrt()
     } else {

@@ -83,6 +83,9 @@ const WORTH_OVERLAP: f64 = 0.03;
 /// Flips of the scan.
 const FLIPS: usize = 199;
 
+/// Neighbouring parts: the first, and how many.
+type Run = (usize, usize);
+
 /// Coordinates by parts.
 struct Grid {
     edges: Vec<Vec<f64>>,
@@ -110,7 +113,7 @@ impl Grid {
     }
 
     /// All runs of parts of a coordinate but the whole: first and how many.
-    fn runs(&self, coordinate: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
+    fn runs(&self, coordinate: usize) -> impl Iterator<Item = Run> + use<> {
         let parts = self.edges[coordinate].len().saturating_sub(1);
         let is_cyclic = self.is_cyclic[coordinate];
         (0..parts).flat_map(move |first| {
@@ -121,13 +124,13 @@ impl Grid {
         })
     }
 
-    fn holds(&self, coordinate: usize, run: (usize, usize), sample: usize) -> bool {
+    fn holds(&self, coordinate: usize, run: Run, sample: usize) -> bool {
         let parts = self.edges[coordinate].len().saturating_sub(1);
         self.parts[coordinate][sample].is_some_and(|part| (part + parts - run.0) % parts < run.1)
     }
 
     /// A run's ends, at the outermost samples it holds.
-    fn interval(&self, of: &Coordinate<'_>, coordinate: usize, run: (usize, usize)) -> Interval {
+    fn interval(&self, of: &Coordinate<'_>, coordinate: usize, run: Run) -> Interval {
         let parts = self.edges[coordinate].len().saturating_sub(1);
         let last = (run.0 + run.1 - 1) % parts;
         let mut from = f64::INFINITY;
@@ -153,7 +156,7 @@ impl Grid {
 /// A box under construction.
 #[derive(Clone, Default)]
 struct Found {
-    runs: Vec<(usize, (usize, usize))>,
+    runs: Vec<(usize, Run)>,
     z: f64,
 }
 
@@ -192,11 +195,7 @@ pub fn scan(
     })
 }
 
-fn intervals(
-    grid: &Grid,
-    coordinates: &[Coordinate<'_>],
-    runs: &[(usize, (usize, usize))],
-) -> Vec<Interval> {
+fn intervals(grid: &Grid, coordinates: &[Coordinate<'_>], runs: &[(usize, Run)]) -> Vec<Interval> {
     runs.iter()
         .map(|&(c, run)| grid.interval(&coordinates[c], c, run))
         .collect()
@@ -207,7 +206,7 @@ fn search(grid: &Grid, white: &[f64]) -> Found {
     let mut found = Found::default();
     let mut inside: Vec<usize> = (0..white.len()).collect();
     while found.runs.len() < MOST_INTERVALS {
-        let mut best: Option<(f64, usize, (usize, usize))> = None;
+        let mut best: Option<(f64, usize, Run)> = None;
         for coordinate in 0..grid.edges.len() {
             if found.runs.iter().any(|(used, _)| *used == coordinate) {
                 continue;
@@ -265,13 +264,9 @@ pub fn describe(coordinates: &[Coordinate<'_>], marked: &[bool]) -> Option<Descr
         return None;
     }
     // Pairs are searched whole: of two coordinates that only together bound a region, neither need be best alone.
-    let singles = best_overlaps(
-        &grid,
-        marked,
-        &(0..marked.len()).collect::<Vec<_>>(),
-        wanted,
-    );
-    let mut best: Option<(f64, Vec<(usize, (usize, usize))>)> = None;
+    let all: Vec<usize> = (0..marked.len()).collect();
+    let singles = best_overlaps(&grid, marked, &all, wanted, 0..grid.edges.len());
+    let mut best: Option<(f64, Vec<(usize, Run)>)> = None;
     for &(overlap, coordinate, run) in &singles {
         if best.as_ref().is_none_or(|(most, _)| overlap > *most) {
             best = Some((overlap, vec![(coordinate, run)]));
@@ -289,8 +284,9 @@ pub fn describe(coordinates: &[Coordinate<'_>], marked: &[bool]) -> Option<Descr
             if held as f64 / wanted as f64 <= bar {
                 continue;
             }
-            for (overlap, second, other) in best_overlaps(&grid, marked, &inside, wanted) {
-                if second > first && overlap > bar {
+            let later = first + 1..grid.edges.len();
+            for (overlap, second, other) in best_overlaps(&grid, marked, &inside, wanted, later) {
+                if overlap > bar {
                     bar = overlap;
                     best = Some((overlap, vec![(first, run), (second, other)]));
                 }
@@ -303,15 +299,16 @@ pub fn describe(coordinates: &[Coordinate<'_>], marked: &[bool]) -> Option<Descr
     })
 }
 
-/// Of every coordinate, the run that overlaps most with the marked samples among those inside.
+/// Of each of some coordinates, the run that overlaps most with the marked samples among those inside.
 fn best_overlaps(
     grid: &Grid,
     marked: &[bool],
     inside: &[usize],
     wanted: usize,
-) -> Vec<(f64, usize, (usize, usize))> {
+    coordinates: std::ops::Range<usize>,
+) -> Vec<(f64, usize, Run)> {
     let mut best = Vec::new();
-    for coordinate in 0..grid.edges.len() {
+    for coordinate in coordinates {
         let parts = grid.edges[coordinate].len().saturating_sub(1);
         let mut counts = vec![(0.0, 0usize); parts];
         for &i in inside {
@@ -321,7 +318,7 @@ fn best_overlaps(
             }
         }
         let counts = turned_twice(&counts);
-        let overlap = |run: (usize, usize)| {
+        let overlap = |run: Run| {
             let (from, to) = (counts[run.0], counts[run.0 + run.1]);
             let both = to.0 - from.0;
             both / ((to.1 - from.1) as f64 + wanted as f64 - both)
@@ -336,110 +333,4 @@ fn best_overlaps(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::statistics::sequence::Sequence;
-
-    const COUNT: usize = 2000;
-
-    struct Made {
-        x: Vec<f64>,
-        y: Vec<f64>,
-        az: Vec<f64>,
-        noise: Vec<f64>,
-        blocks: Blocks,
-    }
-
-    fn made(seed: u64) -> Made {
-        let mut draws = Draws::new(seed);
-        let mut values = || (0..COUNT).map(|_| draws.uniform()).collect::<Vec<f64>>();
-        let (x, y, az) = (values(), values(), values());
-        let mut draws = Draws::new(seed + 1000);
-        let t_s: Vec<f64> = (0..COUNT).map(|i| i as f64).collect();
-        Made {
-            x,
-            y,
-            az: az.iter().map(|a| std::f64::consts::TAU * a).collect(),
-            noise: (0..COUNT).map(|_| draws.normal()).collect(),
-            blocks: Blocks::new(&Sequence::new(&t_s, &[0; COUNT]), &t_s),
-        }
-    }
-
-    fn coordinates(made: &Made) -> [Coordinate<'_>; 3] {
-        let coordinate = |values, is_cyclic| Coordinate { values, is_cyclic };
-        [
-            coordinate(&made.x, false),
-            coordinate(&made.y, false),
-            coordinate(&made.az, true),
-        ]
-    }
-
-    #[test]
-    fn a_box_of_two_coordinates_is_found() {
-        let made = made(1);
-        let white: Vec<f64> = (0..COUNT)
-            .map(|i| {
-                let inside = made.x[i] < 0.25 && made.y[i] > 0.5;
-                made.noise[i] - if inside { 1.5 } else { 0.0 }
-            })
-            .collect();
-        let region = scan(&coordinates(&made), &white, &white, &made.blocks, 1).expect("samples");
-        assert!(region.p <= 0.01 && region.z < 0.0, "{region:?}");
-        let bounds = |c| region.intervals.iter().find(|i| i.coordinate == c);
-        let (x, y) = (bounds(0).expect("x"), bounds(1).expect("y"));
-        // A sixteenth either way.
-        assert!(
-            (x.to - 0.25).abs() < 0.07 && (y.from - 0.5).abs() < 0.07,
-            "{region:?}"
-        );
-        assert!(x.is_open.0 && !x.is_open.1 && y.is_open.1);
-        assert!((region.mean_error + 1.5).abs() < 0.3);
-        assert!((region.share - 0.125).abs() < 0.04);
-    }
-
-    #[test]
-    fn noise_has_no_region() {
-        let mut found = 0;
-        for seed in 0..60 {
-            let made = made(seed);
-            let white = &made.noise;
-            let region = scan(&coordinates(&made), white, white, &made.blocks, 1);
-            found += usize::from(region.is_some_and(|region| region.p <= 0.05));
-        }
-        // 3 expected; four standard deviations more.
-        assert!(found <= 10, "{found}");
-    }
-
-    #[test]
-    fn marked_samples_are_told_in_the_fewest_intervals() {
-        let made = made(2);
-        let one: Vec<bool> = made.y.iter().map(|&y| y > 0.6).collect();
-        let description = describe(&coordinates(&made), &one).expect("some marked");
-        assert_eq!(description.intervals.len(), 1);
-        assert_eq!(description.intervals[0].coordinate, 1);
-        assert!(description.overlap > 0.9, "{description:?}");
-        let two: Vec<bool> = (0..COUNT).map(|i| one[i] && made.x[i] < 0.3).collect();
-        let description = describe(&coordinates(&made), &two).expect("some marked");
-        assert_eq!(description.intervals.len(), 2);
-        // Edges off by half a thirty-second on two sides of 0.3 x 0.4.
-        assert!(description.overlap > 0.85, "{description:?}");
-    }
-
-    #[test]
-    fn a_region_over_the_seam_of_an_azimuth_is_one_interval() {
-        let made = made(3);
-        let marked: Vec<bool> = made.az.iter().map(|a| a.cos() > 0.5).collect();
-        let description = describe(&coordinates(&made), &marked).expect("some marked");
-        let interval = description.intervals[0];
-        assert!(interval.from > interval.to, "{interval:?}");
-        assert!(interval.holds(6.0) && interval.holds(0.1) && !interval.holds(3.0));
-        assert!(description.overlap > 0.9);
-    }
-
-    #[test]
-    fn nothing_marked_has_no_description() {
-        let made = made(4);
-        assert_eq!(describe(&coordinates(&made), &[false; COUNT]), None);
-        assert_eq!(describe(&coordinates(&made), &[true; COUNT]), None);
-    }
-}
+mod tests;

@@ -84,7 +84,7 @@ fn bin_of(edges: &[f64], value: f64) -> u8 {
 /// Fits values at covariates (samples by rows), with weights (1/variance).
 #[must_use]
 pub fn fit(x: &DMatrix<f64>, y: &[f64], weights: &[f64], options: Options) -> Forest {
-    let rows: Vec<usize> = (0..y.len()).collect();
+    let rows: Vec<u32> = (0..y.len() as u32).collect();
     let (edges, binned) = binned(x);
     grow(&edges, &binned, y, weights, &rows, options)
 }
@@ -112,57 +112,62 @@ fn binned(x: &DMatrix<f64>) -> (Vec<Vec<f64>>, Binned) {
     (edges, Binned { bins })
 }
 
-/// Fits the given rows; the residuals of all rows are carried along, so that held-out ones are predicted in passing.
 fn grow(
     edges: &[Vec<f64>],
     binned: &Binned,
     y: &[f64],
     weights: &[f64],
-    rows: &[usize],
+    rows: &[u32],
     options: Options,
 ) -> Forest {
-    let total: f64 = rows.iter().map(|&i| weights[i]).sum();
-    let sum: f64 = rows.iter().map(|&i| weights[i] * y[i]).sum();
+    let total: f64 = rows.iter().map(|&i| weights[i as usize]).sum();
+    let sum: f64 = rows
+        .iter()
+        .map(|&i| weights[i as usize] * y[i as usize])
+        .sum();
     let lambda = options.shrinkage * total / rows.len().max(1) as f64;
     let base = if total > 0.0 {
         sum / (total + lambda)
     } else {
         0.0
     };
-    let mut left: Vec<f64> = y.iter().map(|value| value - base).collect();
+    let of_sample = y.iter().zip(weights);
+    let mut weighted: Vec<(f64, f64)> = of_sample.map(|(y, &w)| (w * (y - base), w)).collect();
     let mut forest = Forest {
         base,
         trees: Vec::with_capacity(options.trees),
         edges: edges.to_vec(),
         gains: vec![0.0; edges.len()],
     };
-    let mut node_of = vec![0u16; y.len()];
     for _ in 0..options.trees {
-        let tree = grow_tree(
+        let ground = Ground {
             binned,
-            &left,
-            weights,
-            rows,
+            weighted: &weighted,
             lambda,
-            options,
-            &mut node_of,
-            &mut forest.gains,
-        );
-        let first_leaf = tree.splits.len();
-        for &i in rows {
-            left[i] -= tree.leaves[usize::from(node_of[i]) - first_leaf];
+            least_leaf: options.least_leaf.max(1) as f64,
+        };
+        let (tree, leaves) = grow_tree(&ground, rows, options, &mut forest.gains);
+        for (rows, value) in leaves.iter().zip(&tree.leaves) {
+            for &i in rows {
+                let (residual, weight) = &mut weighted[i as usize];
+                *residual -= *weight * value;
+            }
         }
         forest.trees.push(tree);
     }
     forest
 }
 
+/// Sums over the samples of a bin.
 #[derive(Clone, Copy, Default)]
 struct Cell {
     residual: f64,
     weight: f64,
     count: f64,
 }
+
+/// Of every covariate, of every bin: one node's sums.
+type Cells = Vec<[Cell; BINS + 2]>;
 
 impl Cell {
     fn take(&mut self, other: Cell) {
@@ -184,90 +189,120 @@ impl Cell {
     }
 }
 
-#[expect(
-    clippy::too_many_arguments,
-    reason = "one tree of `grow`, whose working space it shares"
-)]
-fn grow_tree(
-    binned: &Binned,
-    left: &[f64],
-    weights: &[f64],
-    rows: &[usize],
+/// What a tree is grown on.
+struct Ground<'a> {
+    binned: &'a Binned,
+    /// Weight times residual, and weight, of every sample.
+    weighted: &'a [(f64, f64)],
     lambda: f64,
-    options: Options,
-    node_of: &mut [u16],
-    gains: &mut [f64],
-) -> Tree {
-    let depth = options.depth.min(8);
-    let mut splits = vec![(0, u8::MAX); (1 << depth) - 1];
-    rows.iter().for_each(|&i| node_of[i] = 0);
-    for level in 0..depth {
-        let first = (1 << level) - 1;
-        let nodes = 1 << level;
-        let mut best = vec![(0.0, 0, u8::MAX); nodes];
-        for (covariate, bins) in binned.bins.iter().enumerate() {
-            let mut cells = vec![[Cell::default(); BINS + 2]; nodes];
+    least_leaf: f64,
+}
+
+impl Ground<'_> {
+    fn cells(&self, rows: &[u32]) -> Cells {
+        let mut cells = vec![[Cell::default(); BINS + 2]; self.binned.bins.len()];
+        for (bins, cells) in self.binned.bins.iter().zip(&mut cells) {
             for &i in rows {
-                let weight = weights[i];
-                cells[usize::from(node_of[i]) - first][usize::from(bins[i])].take(Cell {
-                    residual: weight * left[i],
+                let (residual, weight) = self.weighted[i as usize];
+                cells[usize::from(bins[i as usize])].take(Cell {
+                    residual,
                     weight,
                     count: 1.0,
                 });
             }
-            for (cells, best) in cells.iter().zip(&mut best) {
-                let mut all = Cell::default();
-                cells.iter().for_each(|cell| all.take(*cell));
-                let mut below = Cell::default();
-                for (bin, cell) in cells.iter().enumerate() {
-                    below.take(*cell);
-                    let above = all.less(below);
-                    let least = options.least_leaf as f64;
-                    if below.count < least || above.count < least {
-                        continue;
-                    }
-                    let gain = below.gain(lambda) + above.gain(lambda) - all.gain(lambda);
-                    // Ties go to the earlier covariate and the lower bin.
-                    if gain > best.0 {
-                        *best = (gain, covariate, bin as u8);
-                    }
+        }
+        cells
+    }
+
+    /// The covariate and the last bin on the left that gain most; ties go to the earlier covariate and the lower bin.
+    fn best_split(&self, cells: &Cells) -> Option<(f64, usize, u8)> {
+        let mut best: Option<(f64, usize, u8)> = None;
+        for (covariate, cells) in cells.iter().enumerate() {
+            let mut all = Cell::default();
+            cells.iter().for_each(|cell| all.take(*cell));
+            let mut below = Cell::default();
+            for (bin, cell) in cells.iter().enumerate() {
+                below.take(*cell);
+                let above = all.less(below);
+                if below.count < self.least_leaf || above.count < self.least_leaf {
+                    continue;
+                }
+                let gain =
+                    below.gain(self.lambda) + above.gain(self.lambda) - all.gain(self.lambda);
+                if gain > best.map_or(0.0, |(most, _, _)| most) {
+                    best = Some((gain, covariate, bin as u8));
                 }
             }
         }
-        for (node, &(gain, covariate, bin)) in best.iter().enumerate() {
-            splits[first + node] = (covariate, bin);
-            if let Some(gains) = gains.get_mut(covariate) {
-                *gains += gain;
+        best
+    }
+}
+
+/// Grows one tree; returns it with the rows of every leaf. Sums of the larger child are those of the node less the smaller's.
+fn grow_tree(
+    ground: &Ground<'_>,
+    rows: &[u32],
+    options: Options,
+    gains: &mut [f64],
+) -> (Tree, Vec<Vec<u32>>) {
+    let depth = options.depth.min(8);
+    let mut splits = Vec::with_capacity((1 << depth) - 1);
+    let mut nodes = vec![rows.to_vec()];
+    let mut cells = vec![ground.cells(rows)];
+    for level in 0..depth {
+        let is_last = level + 1 == depth;
+        let mut children = Vec::with_capacity(2 * nodes.len());
+        let mut of_children = Vec::with_capacity(2 * nodes.len());
+        for (rows, cells) in nodes.into_iter().zip(cells) {
+            let Some((gain, covariate, bin)) = ground.best_split(&cells) else {
+                splits.push((0, u8::MAX));
+                children.extend([rows, Vec::new()]);
+                if !is_last {
+                    of_children.extend([cells, ground.cells(&[])]);
+                }
+                continue;
+            };
+            gains[covariate] += gain;
+            splits.push((covariate, bin));
+            let bins = &ground.binned.bins[covariate];
+            let (left, right): (Vec<u32>, Vec<u32>) =
+                rows.into_iter().partition(|&i| bins[i as usize] <= bin);
+            if !is_last {
+                let left_is_small = left.len() <= right.len();
+                let small = ground.cells(if left_is_small { &left } else { &right });
+                let mut large = cells;
+                for (large, small) in large.iter_mut().zip(&small) {
+                    for (large, small) in large.iter_mut().zip(small) {
+                        *large = large.less(*small);
+                    }
+                }
+                of_children.extend(if left_is_small {
+                    [small, large]
+                } else {
+                    [large, small]
+                });
             }
+            children.extend([left, right]);
         }
+        nodes = children;
+        cells = of_children;
+    }
+    let leaf = |rows: &Vec<u32>| {
+        let mut sum = Cell::default();
         for &i in rows {
-            let node = usize::from(node_of[i]);
-            let (covariate, bin) = splits[node];
-            let goes_right = binned.bins.get(covariate).is_some_and(|bins| bins[i] > bin);
-            node_of[i] = (2 * node + 1 + usize::from(goes_right)) as u16;
+            let (residual, weight) = ground.weighted[i as usize];
+            sum.residual += residual;
+            sum.weight += weight;
         }
-    }
-    let first_leaf = splits.len();
-    let mut leaves = vec![Cell::default(); 1 << depth];
-    for &i in rows {
-        leaves[usize::from(node_of[i]) - first_leaf].take(Cell {
-            residual: weights[i] * left[i],
-            weight: weights[i],
-            count: 1.0,
-        });
-    }
-    let value = |leaf: &Cell| {
-        let weight = leaf.weight + lambda;
+        let weight = sum.weight + ground.lambda;
         if weight > 0.0 {
-            options.rate * leaf.residual / weight
+            options.rate * sum.residual / weight
         } else {
             0.0
         }
     };
-    Tree {
-        splits,
-        leaves: leaves.iter().map(value).collect(),
-    }
+    let leaves = nodes.iter().map(leaf).collect();
+    (Tree { splits, leaves }, nodes)
 }
 
 impl Forest {
@@ -348,7 +383,9 @@ pub fn held_out(
     let parts: Vec<Vec<(usize, f64)>> = (0..folds)
         .into_par_iter()
         .map(|fold| {
-            let seen: Vec<usize> = (0..y.len()).filter(|&i| fold_of[i] != fold).collect();
+            let seen: Vec<u32> = (0..y.len() as u32)
+                .filter(|&i| fold_of[i as usize] != fold)
+                .collect();
             let forest = grow(&edges, &binned, y, &weights, &seen, options);
             (0..y.len())
                 .filter(|&i| fold_of[i] == fold)
@@ -366,126 +403,4 @@ pub fn held_out(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::statistics::draws::Draws;
-    use crate::statistics::noise::NoiseModel;
-    use crate::statistics::sequence::Sequence;
-
-    fn covariates(count: usize, seed: u64) -> DMatrix<f64> {
-        let mut draws = Draws::new(seed);
-        DMatrix::from_fn(count, 5, |_, _| draws.uniform())
-    }
-
-    #[test]
-    fn an_interaction_of_two_covariates_is_learned() {
-        let x = covariates(4000, 1);
-        let law = |row: &[f64]| if row[0] > 0.5 { row[1] } else { -row[1] };
-        let truth: Vec<f64> = (0..4000).map(|i| law(&[x[(i, 0)], x[(i, 1)]])).collect();
-        let forest = fit(&x, &truth, &[1.0; 4000], Options::default());
-        let fresh = covariates(1000, 2);
-        let predicted = forest.predict(&fresh);
-        let (mut left, mut all) = (0.0, 0.0);
-        for i in 0..1000 {
-            let value = law(&[fresh[(i, 0)], fresh[(i, 1)]]);
-            left += (predicted[i] - value).powi(2);
-            all += value * value;
-        }
-        // Bins of 1/32 leave an error of 1/(32 √12), and one bin in 32 straddles the jump.
-        assert!(left / all < 0.05, "{}", left / all);
-        let shares = forest.shares();
-        assert!(shares[0] + shares[1] > 0.99, "{shares:?}");
-    }
-
-    #[test]
-    fn the_partial_dependence_follows_the_law_of_its_covariate() {
-        let x = covariates(4000, 3);
-        let y: Vec<f64> = (0..4000).map(|i| x[(i, 2)].powi(2) + x[(i, 3)]).collect();
-        let forest = fit(&x, &y, &[1.0; 4000], Options::default());
-        let at = [0.1, 0.5, 0.9];
-        let curve = forest.partial_dependence(&x, 2, &at);
-        for pair in [(0, 1), (1, 2)] {
-            let expected = at[pair.1].powi(2) - at[pair.0].powi(2);
-            // A bin's width times the steepest slope, 2/32.
-            assert!(
-                (curve[pair.1] - curve[pair.0] - expected).abs() < 0.07,
-                "{curve:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn weights_of_zero_do_not_count() {
-        let x = covariates(1000, 4);
-        let y: Vec<f64> = (0..1000).map(|i| if i < 500 { 1.0 } else { 9.0 }).collect();
-        let weights: Vec<f64> = (0..1000).map(|i| if i < 500 { 1.0 } else { 0.0 }).collect();
-        let forest = fit(&x, &y, &weights, Options::default());
-        for value in forest.predict(&x) {
-            // Shrinkage: 10 of 500, and less with every tree.
-            assert!((value - 1.0).abs() < 0.02, "{value}");
-        }
-    }
-
-    #[test]
-    fn missing_covariates_are_a_regime_of_their_own() {
-        let mut x = covariates(2000, 5);
-        for i in (0..2000).step_by(4) {
-            x[(i, 0)] = f64::NAN;
-        }
-        let y: Vec<f64> = (0..2000)
-            .map(|i| if i % 4 == 0 { 2.0 } else { 0.0 })
-            .collect();
-        let forest = fit(&x, &y, &[1.0; 2000], Options::default());
-        let predicted = forest.predict(&x);
-        // What ten samples' weight of shrinkage leaves in leaves of 500.
-        assert!((predicted[0] - 2.0).abs() < 0.05 && predicted[1].abs() < 0.05);
-    }
-
-    fn whitener(t_s: &[f64]) -> (Whitener, Blocks) {
-        let sequence = Sequence::new(t_s, &vec![0; t_s.len()]);
-        let noise = NoiseModel {
-            s0: 1.0,
-            s1: 0.0,
-            rho: 0.0,
-            step_s: 1.0,
-        };
-        let whitener = Whitener::new(&noise, &sequence, &vec![0.0; t_s.len()]);
-        (whitener, Blocks::new(&sequence, t_s))
-    }
-
-    #[test]
-    fn held_out_gain_is_positive_for_a_law_and_negative_for_noise() {
-        let x = covariates(2000, 6);
-        let t_s: Vec<f64> = (0..2000).map(f64::from).collect();
-        let (whitener, blocks) = whitener(&t_s);
-        let mut draws = Draws::new(7);
-        let noise: Vec<f64> = (0..2000).map(|_| draws.normal()).collect();
-        let gain = held_out(&x, &noise, &whitener, &blocks, 6, Options::default()).gain;
-        assert!(gain.total < 0.0, "{}", gain.total);
-        let law: Vec<f64> = (0..2000)
-            .map(|i| noise[i] + 2.0 * (x[(i, 1)] - 0.5))
-            .collect();
-        let gain = held_out(&x, &law, &whitener, &blocks, 6, Options::default()).gain;
-        // The law's own χ²/2 is 2000 · 4/12/2 = 333, of which pseudo-Huber keeps 0.88.
-        assert!(
-            gain.total > 200.0 && gain.total > 5.0 * gain.standard_error,
-            "{gain:?}"
-        );
-    }
-
-    #[test]
-    fn one_thread_and_two_predict_the_same_bits() {
-        let x = covariates(600, 8);
-        let y: Vec<f64> = (0..600).map(|i| x[(i, 0)] - x[(i, 4)]).collect();
-        let t_s: Vec<f64> = (0..600).map(f64::from).collect();
-        let (whitener, blocks) = whitener(&t_s);
-        let run = |threads| {
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .expect("a small pool")
-                .install(|| held_out(&x, &y, &whitener, &blocks, 6, Options::default()))
-        };
-        assert_eq!(run(1), run(2));
-    }
-}
+mod tests;

@@ -1,7 +1,7 @@
 //! Made-up recordings of known content; how often noise alone passes is measured by the benchmark `false_alarms`.
 
 use super::*;
-use crate::statistics::column::{self, Covariate};
+use crate::statistics::column::{self, Covariate, Kind};
 use crate::statistics::sequence::Sequence;
 
 /// White noise of 1200 samples at 1 Hz, a covariate, and what is added to the noise.
