@@ -62,7 +62,10 @@ fn main() {
         let finding = diagnosis::diagnose::diagnose(&recording).unwrap();
         let mut a = prove::answer(&finding);
         a.seconds = t.elapsed().as_secs_f64();
-        let c = marks::Marked::of(&marks::practice(&text, recording.probes.is_none()).unwrap(), &a);
+        let c = marks::Marked::of(
+            &marks::practice(&text, recording.probes.is_none()).unwrap(),
+            &a,
+        );
         println!(
             "{id} {:26} answered {:36} alt {:?} named {} loc {:.2} skill {:.3} cover {:?} {:.1}s | before {:.3} after {:.3} [{:.3} {:.3}] floor {:.3}",
             c.family,

@@ -47,5 +47,6 @@ pub mod remark;
 pub mod residuals;
 pub mod select;
 pub mod simulate;
+pub mod statistics;
 pub mod thrust_map;
 pub mod track;

@@ -114,7 +114,10 @@ pub struct Series {
 #[must_use]
 pub fn series(recording: &Recording) -> Vec<Series> {
     let probes = recording.probes.iter().flat_map(|probes| &probes.samples);
-    let speeds = by_subject(Channel::Speed, probes.map(|s| (s.probe_id, s.t_s, s.speed_mps)));
+    let speeds = by_subject(
+        Channel::Speed,
+        probes.map(|s| (s.probe_id, s.t_s, s.speed_mps)),
+    );
     // A drone that holds its power holds its throttle: nothing to compare.
     if recording.baseline.receiver_law == ReceiverLaw::HoldsPower {
         return speeds;
