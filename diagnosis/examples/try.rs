@@ -4,6 +4,30 @@ use diagnosis::read;
 use std::collections::BTreeMap;
 fn main() {
     let root = std::env::args().nth(1).unwrap();
+    if root == "case" {
+        let seed: u64 = std::env::args().nth(2).unwrap().parse().unwrap();
+        let index: usize = std::env::args().nth(3).unwrap().parse().unwrap();
+        let c = prove::case(seed, index);
+        let f = diagnosis::diagnose::diagnose(&c.recording).unwrap();
+        let a = prove::answer(&f);
+        let t = c.truth.open(&a);
+        println!(
+            "{} effects {:?} chi2 {} region {}",
+            t.family,
+            t.effects,
+            t.oracle_chi2,
+            t.region.len()
+        );
+        println!("{:?} {:?}", f.verdict, f.effects);
+        println!(
+            "{:?} region {} {}",
+            f.held_out, f.region.share, f.region.description
+        );
+        for r in f.candidates.iter().take(8) {
+            println!("  {:?}", r);
+        }
+        return;
+    }
     if root == "prove" {
         let seed: u64 = std::env::args().nth(2).unwrap().parse().unwrap();
         let count: usize = std::env::args().nth(3).unwrap().parse().unwrap();
@@ -14,7 +38,7 @@ fn main() {
             a
         });
         println!("{}", m.table());
-        for c in &m.cases {
+        for (i, c) in m.cases.iter().enumerate() {
             if (c.truth == "none" && c.detected)
                 || (c.truth != "none" && c.oracle_chi2 > 25.0 && !c.named)
                 || c.spurious
