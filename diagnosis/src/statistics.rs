@@ -6,7 +6,7 @@
 //!
 //! # In reading order
 //!
-//! [`sequence`]: which sample follows which, and blocks of them. [`noise`]: how far values scatter, and whitening. [`column`]: shapes
+//! [`sequence`]: which sample follows which, and blocks of them. [`noise`]: how far values scatter, and whitening. [`mod@column`]: shapes
 //! that a residual is held against. [`gate`]: is anything there? [`spectrum`]: does it pulsate? [`change_point`]: does it step?
 //! [`scan`]: where is it? [`held_out`]: does a prediction hold where it was not fitted? [`trees`]: the most that any function of
 //! the covariates explains. [`expression`]: the shortest formula for it. [`covariance`] and [`bootstrap`]: how sure. [`draws`] and [`tail`]: the
