@@ -10,7 +10,7 @@
 //! 2. *Rare*: |z| above cannot exceed the root of the number of blocks that a column touches, so what shows in two blocks is lost.
 //!    `z = Σ_b S_b/√φ`, where `φ` is how much blocks vary beyond independent noise (Huber's variance of block scores; its 95 %
 //!    quantile over columns, after the strongest columns are taken off, and at least 1), against the normal law, times the number of columns.
-//! 3. *Rhythm*: the strongest [`spectrum`](super::spectrum) line of what the samples weigh.
+//! 3. *Rhythm*: the strongest [`spectrum`] line of what the samples weigh.
 //!
 //! Errors that outlast a block (a dwell's own) would make neighbours flip together: while the scores of neighbouring blocks are
 //! correlated, blocks are joined in pairs; what correlation r is left widens both scores by `√(1 + 2r)`.
