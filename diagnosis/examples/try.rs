@@ -19,6 +19,11 @@ fn main() {
             t.region.len()
         );
         println!("{:?} {:?}", f.verdict, f.effects);
+        for i in (0..t.truth_clean.len()).step_by(t.truth_clean.len() / 25) {
+            let y = c.recording.probes.as_ref().map_or(f64::NAN, |p| p.samples[i].speed_mps);
+            println!("   {i} recorded {y:.3} truth {:.3} baseline {:.3} noise {:.3} ours {:.3}", t.truth_clean[i], t.baseline_clean[i], t.noise[i], f.prediction[i]);
+        }
+        println!("{:?}", diagnosis::actuation::actuation(&c.recording));
         println!(
             "{:?} region {} {}",
             f.held_out, f.region.share, f.region.description
@@ -46,7 +51,7 @@ fn main() {
                 || c.location.is_some_and(|l| l < 0.6)
             {
                 println!(
-                    "{:34} truth {:34} answered {:44} chi2 {:9.0} set {} loc {:.2} skill {:.2} n {} {:.1}s",
+                    "{i:3} {:34} truth {:34} answered {:44} chi2 {:9.0} set {} loc {:.2} skill {:.2} n {} {:.1}s",
                     c.family,
                     c.truth,
                     c.answered,
