@@ -17,7 +17,7 @@ pub(super) enum Effect {
     ClimbDescent,
     GroundImpingement,
     GroundEffectThrust,
-    CeilingEffect,
+    Ceiling,
     Recirculation,
     RotorCant,
     PayloadMass,
@@ -151,7 +151,7 @@ pub(super) fn conceal(effect: Effect, size: Size, scene: &mut Scene, random: &mu
             named(scene, "magnitude_sensor", &[("kappa", 1.0)]);
         }
         Effect::GroundEffectThrust
-        | Effect::CeilingEffect
+        | Effect::Ceiling
         | Effect::BatterySag
         | Effect::ReceiverInflow => at_the_receiver(effect, size, scene, random),
         Effect::PayloadMass
@@ -204,7 +204,7 @@ fn at_the_receiver(effect: Effect, size: Size, scene: &mut Scene, random: &mut R
             receiver.answer.floor = true;
             named(scene, "ground_effect_thrust", &[]);
         }
-        Effect::CeilingEffect => {
+        Effect::Ceiling => {
             receiver.answer.ceiling = true;
             named(scene, "ceiling_effect", &[]);
         }

@@ -96,7 +96,11 @@ fn what_is_concealed_is_there_and_has_names() {
         .map(|index| opened(5, index))
         .collect();
     for (recording, truth) in cases.iter().filter(|(_, truth)| !truth.effects.is_empty()) {
-        families.insert(truth.family.clone());
+        let (family, _size) = truth
+            .family
+            .rsplit_once('_')
+            .expect("its size is behind it");
+        families.insert(family.to_owned());
         let is_masked = truth.family.starts_with("masked_payload_gain");
         // Each that can be seen at all is seen somewhere; a payload and a gain that cancel are seen in the throttle alone.
         if truth.oracle_chi2 >= DETECTABLE_CHI2 && !is_masked {
@@ -179,4 +183,15 @@ fn who_answers_nothing_is_marked_so() {
     assert_eq!((marks.detected.hits, marks.named.hits), (0, 0));
     assert_eq!(marks.skill_median, Some(0.0));
     assert!(marks.confusion["none"]["none"] == 12);
+}
+
+#[test]
+fn three_times_round_every_family_has_met_every_size() {
+    let turns = concealing_families(); // three a turn
+    let met: BTreeSet<(&str, Size)> = (0..5 * turns)
+        .map(kind)
+        .filter(|(family, _)| !family.is_null())
+        .map(|(family, size)| (family.name, size))
+        .collect();
+    assert_eq!(met.len(), 3 * concealing_families());
 }

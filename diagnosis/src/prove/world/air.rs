@@ -159,7 +159,6 @@ pub(crate) struct World {
     pub(crate) emitters: Vec<Emitter>,
     pub(crate) air: Air,
     pub(crate) floor_z_m: f64,
-    pub(crate) density: f64,
     prepared: Vec<Prepared>,
 }
 
@@ -202,7 +201,6 @@ impl World {
             emitters,
             air,
             floor_z_m,
-            density,
         }
     }
 
