@@ -14,6 +14,7 @@ mod paper;
 mod planner;
 mod readme;
 mod recordings;
+mod recordings_commands;
 mod scenario;
 mod scenarios;
 mod verifier;
