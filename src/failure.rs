@@ -30,7 +30,9 @@ pub(crate) enum Failure {
     /// The problems of recordings and of their campaign files, ready to print.
     #[error("{0}")]
     Recordings(String),
-    #[error("nothing to compare in {0} recordings: no probe readings below a drone, no throttle, no force that a thrust map allows")]
+    #[error(
+        "nothing to compare in {0} recordings: no probe readings below a drone, no throttle, no force that a thrust map allows"
+    )]
     NothingToCompare(usize),
     #[error("{}: not a plan: {reason}", path.display())]
     NotAPlan { path: PathBuf, reason: String },

@@ -108,7 +108,8 @@ impl Page {
 impl Table {
     /// In columns of a terminal: the first to the left, the others to the right.
     pub(crate) fn text(&self) -> String {
-        let wide_rows = || std::iter::once(&self.headings).chain(self.rows.iter().filter(|row| row.len() > 1));
+        let wide_rows =
+            || std::iter::once(&self.headings).chain(self.rows.iter().filter(|row| row.len() > 1));
         let widths: Vec<usize> = (0..self.headings.len())
             .map(|column| {
                 wide_rows()
@@ -143,10 +144,7 @@ mod tests {
     fn texts_are_escaped_and_columns_stand_below_one_another() {
         let table = Table {
             headings: vec!["where".into(), "n".into()],
-            rows: vec![
-                vec!["<depth>".into()],
-                vec!["a & b".into(), "12".into()],
-            ],
+            rows: vec![vec!["<depth>".into()], vec!["a & b".into(), "12".into()]],
         };
         assert_eq!(table.text(), "  where   n\n  <depth>\n  a & b  12\n");
         let mut page = Page::new("a<b", "c");

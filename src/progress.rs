@@ -12,7 +12,8 @@ impl Progress {
     pub(crate) fn start(what: &'static str, pieces: usize) -> Progress {
         // indicatif hides a bar where standard error is no terminal.
         let bar = ProgressBar::with_draw_target(Some(pieces as u64), ProgressDrawTarget::stderr());
-        let style = ProgressStyle::with_template("{spinner} {msg} {pos} of {len} {wide_bar} {elapsed}");
+        let style =
+            ProgressStyle::with_template("{spinner} {msg} {pos} of {len} {wide_bar} {elapsed}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         bar.set_message(what);
         bar.enable_steady_tick(Duration::from_millis(100));

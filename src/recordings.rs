@@ -63,6 +63,13 @@ enum Source {
     Folder(PathBuf),
     /// A flight log.
     Flight(PathBuf),
+    /// Tables that `ulog2csv` made of one log.
+    Tables {
+        /// The folder that they are in.
+        folder: PathBuf,
+        /// What their names begin with: the log's name.
+        log: String,
+    },
 }
 
 /// Why one recording was not read.
@@ -95,23 +102,59 @@ fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), Failure> {
     let flights = path.join(FLIGHTS);
     let folder = if flights.is_dir() { &flights } else { path };
     let before = sources.len();
-    let mut entries = Vec::new();
-    for entry in fs::read_dir(folder).map_err(Failure::read(folder))? {
-        entries.push(entry.map_err(Failure::read(folder))?.path());
-    }
-    entries.sort();
+    let entries = entries(folder)?;
+    let logs = logs_of_tables(&entries);
     for entry in entries {
         if entry.join(META).is_file() {
             sources.push(Source::Folder(entry));
-        } else if entry.is_file() && stem(&entry).is_some() {
+        } else if entry.is_file() && stem(&entry).is_some() && !is_of(&entry, &logs) {
             sources.push(Source::Flight(entry));
         }
     }
+    sources.extend(logs.into_iter().map(|log| Source::Tables {
+        folder: folder.to_owned(),
+        log,
+    }));
     if sources.len() == before {
         let help = "a recording is a folder with a meta.json, a flight log (.csv, .csv.gz, .ulg), or a folder of either";
         return Err(unusable(path, "holds no recording", help));
     }
     Ok(())
+}
+
+/// What is in a folder, sorted.
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let mut entries = Vec::new();
+    for entry in fs::read_dir(folder).map_err(Failure::read(folder))? {
+        entries.push(entry.map_err(Failure::read(folder))?.path());
+    }
+    entries.sort();
+    Ok(entries)
+}
+
+/// Logs of which `ulog2csv` has written the position, by which one knows them.
+fn logs_of_tables(entries: &[PathBuf]) -> Vec<String> {
+    let names = entries.iter().filter_map(|path| path.file_name()?.to_str());
+    names
+        .filter_map(read::table_name)
+        .filter(|(_, topic, instance)| *topic == "vehicle_local_position" && *instance == 0)
+        .map(|(log, _, _)| log.to_owned())
+        .collect()
+}
+
+/// Whether a table is one of those that `ulog2csv` made of one of these logs; it makes one of every topic.
+fn is_of(path: &Path, logs: &[String]) -> bool {
+    let name = path
+        .file_name()
+        .and_then(|name| name.to_str())
+        .unwrap_or_default();
+    let of = |log: &String| {
+        let rest = name
+            .strip_prefix(log.as_str())
+            .and_then(|rest| rest.strip_prefix('_'));
+        rest.is_some_and(|rest| rest.ends_with(".csv"))
+    };
+    logs.iter().any(of)
 }
 
 /// The name of a flight log without its ending; `None` where it ends otherwise.
@@ -135,15 +178,14 @@ fn unusable(path: &Path, message: &str, help: &str) -> Failure {
 /// Reads every campaign file that the flights need, each once.
 fn campaigns(sources: &[Source], meta: Option<&Path>) -> Result<Campaigns, Failure> {
     let mut campaigns = Campaigns::new();
-    let flights = sources.iter().filter_map(|source| match source {
-        Source::Flight(path) => Some(path),
-        Source::Folder(_) => None,
-    });
+    let flights = sources
+        .iter()
+        .filter_map(|source| Some((source.path(), source.folder()?)));
     let mut problems = Vec::new();
-    for flight in flights {
+    for (flight, folder) in flights {
         let folder = match meta {
             Some(_) => PathBuf::new(),
-            None => folder_of(flight),
+            None => folder,
         };
         if campaigns.contains_key(&folder) {
             continue;
@@ -174,10 +216,6 @@ fn campaigns(sources: &[Source], meta: Option<&Path>) -> Result<Campaigns, Failu
     }
 }
 
-fn folder_of(flight: &Path) -> PathBuf {
-    flight.parent().map(Path::to_owned).unwrap_or_default()
-}
-
 /// The campaign file of a folder: in it or in one of its parents.
 fn beside(folder: &Path) -> Option<PathBuf> {
     // Parents of a relative path end where the path does; the disk knows further.
@@ -197,7 +235,18 @@ fn beside(folder: &Path) -> Option<PathBuf> {
 impl Source {
     fn path(&self) -> &Path {
         match self {
-            Source::Folder(path) | Source::Flight(path) => path,
+            Source::Folder(path) | Source::Flight(path) | Source::Tables { folder: path, .. } => {
+                path
+            }
+        }
+    }
+
+    /// The folder for which a campaign file is looked for; `None` where none is needed.
+    fn folder(&self) -> Option<PathBuf> {
+        match self {
+            Source::Folder(_) => None,
+            Source::Flight(path) => Some(path.parent().map(Path::to_owned).unwrap_or_default()),
+            Source::Tables { folder, .. } => Some(folder.clone()),
         }
     }
 
@@ -210,6 +259,7 @@ impl Source {
                     .unwrap_or_default()
             }
             Source::Flight(path) => stem(path).unwrap_or_default().to_owned(),
+            Source::Tables { log, .. } => log.clone(),
         }
     }
 
@@ -218,14 +268,57 @@ impl Source {
             Source::Folder(folder) => read_folder(&self.name(), folder),
             Source::Flight(path) => {
                 let bytes = bytes(path).map_err(Failed::Disk)?;
-                let all = campaigns.get(Path::new(""));
-                let campaign = all.or_else(|| campaigns.get(&folder_of(path)));
-                let campaign = campaign.expect("every flight's campaign was read before");
                 let file = path.display().to_string();
-                read::read_flight(&self.name(), &file, &bytes, campaign).map_err(Failed::Recording)
+                let read = if is_ulog(path) {
+                    read::read_ulog
+                } else {
+                    read::read_flight
+                };
+                read(&self.name(), &file, &bytes, self.campaign(campaigns))
+                    .map_err(Failed::Recording)
+            }
+            Source::Tables { folder, log } => {
+                let files = tables(folder, log)?;
+                read::read_ulog_tables(log, &files, self.campaign(campaigns))
+                    .map_err(|problems| below(folder, problems))
             }
         }
     }
+
+    fn campaign<'c>(&self, campaigns: &'c Campaigns) -> &'c Campaign {
+        let all = campaigns.get(Path::new(""));
+        all.or_else(|| campaigns.get(&self.folder()?))
+            .expect("`campaigns` has read one for every flight")
+    }
+}
+
+fn is_ulog(path: &Path) -> bool {
+    let name = path
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned());
+    name.is_some_and(|name| name.trim_end_matches(".gz").ends_with(".ulg"))
+}
+
+/// The tables of one log that are read, by name.
+fn tables(folder: &Path, log: &str) -> Result<BTreeMap<String, Vec<u8>>, Failed> {
+    let mut files = BTreeMap::new();
+    for path in entries(folder).map_err(Failed::Disk)? {
+        let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
+            continue;
+        };
+        if read::table_name(name).is_some_and(|(of, _, _)| of == log) {
+            files.insert(name.to_owned(), bytes(&path).map_err(Failed::Disk)?);
+        }
+    }
+    Ok(files)
+}
+
+/// Problems whose files are named as they lie on the disk.
+fn below(folder: &Path, Problems(mut problems): Problems) -> Failed {
+    for problem in &mut problems {
+        problem.file = folder.join(&problem.file).display().to_string();
+    }
+    Failed::Recording(Problems(problems))
 }
 
 fn read_folder(name: &str, folder: &Path) -> Result<Recording, Failed> {
@@ -236,12 +329,7 @@ fn read_folder(name: &str, folder: &Path) -> Result<Recording, Failed> {
             files.insert(file.to_owned(), bytes(&path).map_err(Failed::Disk)?);
         }
     }
-    read::read_folder(name, &files).map_err(|Problems(mut problems)| {
-        for problem in &mut problems {
-            problem.file = folder.join(&problem.file).display().to_string();
-        }
-        Failed::Recording(Problems(problems))
-    })
+    read::read_folder(name, &files).map_err(|problems| below(folder, problems))
 }
 
 /// The bytes of a file, unpacked where its name ends in `.gz`.
@@ -282,3 +370,6 @@ fn drawn(problems: &[Problem], colour: bool) -> String {
     drawn.push_str(&format!("{count} {word}\n"));
     drawn
 }
+
+#[cfg(test)]
+mod tests;

@@ -102,7 +102,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         files::json_pretty(&residuals(&all, &regions, &maps, samples.len())),
     ));
     for figure in &figures {
-        written.push((out.path.join(format!("{}.svg", figure.name)), figure.svg.clone()));
+        written.push((
+            out.path.join(format!("{}.svg", figure.name)),
+            figure.svg.clone(),
+        ));
     }
     let report = page(&name, &all, &regions, &maps, &figures);
     written.push((out.path.join("report.html"), report));

@@ -63,6 +63,9 @@ mod tests {
         let variance = drawn.iter().map(|x| x * x).sum::<f64>() / f64::from(n);
         // Four standard errors: 1/√n and √(2/n).
         assert!(mean.abs() < 4.0 / f64::from(n).sqrt(), "{mean}");
-        assert!((variance - 1.0).abs() < 4.0 * (2.0 / f64::from(n)).sqrt(), "{variance}");
+        assert!(
+            (variance - 1.0).abs() < 4.0 * (2.0 / f64::from(n)).sqrt(),
+            "{variance}"
+        );
     }
 }

@@ -94,6 +94,7 @@ fn simulate_probes(recording: &Recording, flow: &Flow, into: &mut Simulation) {
     for id in ids {
         let mut rows: Vec<usize> = (0..probes.samples.len())
             .filter(|&row| probes.samples[row].probe_id == id)
+            .filter(|&row| probes.samples[row].speed_mps.is_finite()) // told where it was read
             .collect();
         rows.sort_by(|&a, &b| probes.samples[a].t_s.total_cmp(&probes.samples[b].t_s));
         let of_probe: Vec<ProbeSample> = rows.iter().map(|&row| probes.samples[row]).collect();
@@ -139,6 +140,9 @@ fn simulate_throttles(recording: &Recording, flow: &Flow, into: &mut Simulation)
     let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
     let mut unknown = vec![Unknown::default(); recording.vehicles.len()];
     for (row, sample) in recording.receivers.iter().enumerate() {
+        if !sample.throttle_ratio.is_finite() {
+            continue; // told where it was read
+        }
         let vehicle = &recording.vehicles[sample.vehicle];
         let met = vehicle.track.moment(sample.t_s).and_then(|moment| {
             let centre_m = vehicle.track.position_at(moment);

@@ -42,7 +42,9 @@ impl Uncertainty {
     fn of(&self, slopes: [f64; 3]) -> f64 {
         let [b, s, origin] = [0, 1, 2].map(|i| slopes[i] * self.deviations[i]);
         let [b_s, b_origin, s_origin] = self.correlations;
-        let variance = b * b + s * s + origin * origin
+        let variance = b * b
+            + s * s
+            + origin * origin
             + 2.0 * (b * s * b_s + b * origin * b_origin + s * origin * s_origin);
         variance.max(0.0).sqrt()
     }

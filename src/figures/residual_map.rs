@@ -41,7 +41,10 @@ pub(crate) fn draw(
         let label = format!("recorded - simulated ({unit})");
         colour_bar(&side, (12.0, 34.0), HEIGHT - HEAD - 120.0, &label, &scale)?;
         let entries = [
-            (Sign::Nothing, "+ recorded above, - below, by more than".to_owned()),
+            (
+                Sign::Nothing,
+                "+ recorded above, - below, by more than".to_owned(),
+            ),
             (Sign::Nothing, accuracy.to_owned()),
             (
                 Sign::Line(INK, Stroke::Dashed),

@@ -127,7 +127,14 @@ fn all() -> Vec<(&'static str, String)> {
         ),
         (
             "residuals",
-            residual_map::draw("Residuals", "a & b", ("U_H", "the accuracy"), &readings, &jet).expect("readings"),
+            residual_map::draw(
+                "Residuals",
+                "a & b",
+                ("U_H", "the accuracy"),
+                &readings,
+                &jet,
+            )
+            .expect("readings"),
         ),
         (
             "profiles",
@@ -147,7 +154,10 @@ fn all() -> Vec<(&'static str, String)> {
                     },
                     "fit",
                 ),
-                uncertainty: Some(&Uncertainty { deviations: [0.1, 0.001, 0.1], correlations: [0.3, -0.8, 0.2] }),
+                uncertainty: Some(&Uncertainty {
+                    deviations: [0.1, 0.001, 0.1],
+                    correlations: [0.3, -0.8, 0.2],
+                }),
                 other: Some((&jet, "the paper")),
             })
             .expect("slices"),

@@ -25,7 +25,11 @@ fn rows(channel: Channel, one: &Simulated) -> String {
     let name = quoted(&one.recording.name);
     let id = |index: usize| quoted(&one.recording.vehicles[index].id);
     let mut text = String::new();
-    for sample in one.samples.iter().filter(|sample| sample.channel == channel) {
+    for sample in one
+        .samples
+        .iter()
+        .filter(|sample| sample.channel == channel)
+    {
         let subject = match channel {
             Channel::Speed => sample.subject.to_string(),
             _ => id(sample.subject as usize),

@@ -33,7 +33,11 @@ impl Map {
         format!(
             "{}: {}, {:+.4} N at rest, lag {:.0} ms, {:+.1} % thrust a volt; leaves {:.4} N rms of {} rows in {} flights; for duty cycles {low:.2} to {high:.2} ({} rows outside) and {least_v:.2} to {most_v:.2} V",
             self.airframe,
-            if self.offset_only { "stated thrust map and an offset" } else { "thrust map fitted" },
+            if self.offset_only {
+                "stated thrust map and an offset"
+            } else {
+                "thrust map fitted"
+            },
             found.offset_n,
             1000.0 * found.map.lag_s(),
             100.0 * found.battery_per_v,
@@ -64,9 +68,9 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
     let progress = Progress::start("identifying thrust maps", airframes.len());
     let mut maps = Vec::new();
     for (airframe, members) in airframes {
-        let stated = members
-            .iter()
-            .find_map(|&(recording, vehicle)| recordings[recording].vehicles[vehicle].thrust_map.clone());
+        let stated = members.iter().find_map(|&(recording, vehicle)| {
+            recordings[recording].vehicles[vehicle].thrust_map.clone()
+        });
         let options = match &stated {
             Some(map) => Options {
                 terms: OFFSET.to_vec(),
@@ -83,7 +87,8 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
         match identify(recordings, &members, &options) {
             Ok(identification) => {
                 for &(recording, vehicle) in &members {
-                    recordings[recording].vehicles[vehicle].thrust_map = Some(identification.map.clone());
+                    recordings[recording].vehicles[vehicle].thrust_map =
+                        Some(identification.map.clone());
                 }
                 maps.push(Map {
                     airframe,

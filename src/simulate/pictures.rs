@@ -23,7 +23,9 @@ const BINS: usize = 14;
 /// Every figure that the samples allow, in the order of the report.
 pub(super) fn draw(name: &str, all: &[Simulated], maps: &[Map]) -> Vec<Figure> {
     let samples: Vec<Sample> = all.iter().flat_map(|one| &one.samples).copied().collect();
-    let jet = all.first().map_or_else(Jet::default, |one| one.recording.jet);
+    let jet = all
+        .first()
+        .map_or_else(Jet::default, |one| one.recording.jet);
     let mut figures = Vec::new();
     for channel in channels(&samples) {
         match channel {
@@ -81,7 +83,8 @@ fn hover_speeds(all: &[Simulated]) -> String {
         for vehicle in &one.recording.vehicles {
             let airframe = &vehicle.airframe;
             if known.iter().all(|(name, _)| name != airframe.name()) {
-                let hover_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3);
+                let hover_mps =
+                    airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3);
                 known.push((airframe.name().to_owned(), hover_mps));
             }
         }
@@ -144,9 +147,17 @@ fn speeds(name: &str, all: &[Simulated], jet: &Jet, figures: &mut Vec<Figure>) {
             series: vec![ProfileSeries {
                 mark: 0,
                 hollow: false,
-                points: slice.bins.iter().map(|bin| (bin.r_over_l, bin.recorded)).collect(),
+                points: slice
+                    .bins
+                    .iter()
+                    .map(|bin| (bin.r_over_l, bin.recorded))
+                    .collect(),
             }],
-            curve: slice.bins.iter().map(|bin| (bin.r_over_l, bin.simulated)).collect(),
+            curve: slice
+                .bins
+                .iter()
+                .map(|bin| (bin.r_over_l, bin.simulated))
+                .collect(),
         })
         .collect();
     figures.extend(profiles::draw(&words, &panels).map(|svg| Figure {
@@ -164,7 +175,9 @@ fn expansion_of(name: &str, all: &[Simulated], jet: &Jet, hover: &str) -> Option
     let found = calibrate::calibrate(&recordings, &Options::default()).ok()?;
     let svg = expansion::draw(&Expansion {
         title: &format!("Half-width and centreline against depth: {name}"),
-        subtitle: &format!("marks: slices of what was recorded, each fitted alone, with 95 % intervals; {hover}"),
+        subtitle: &format!(
+            "marks: slices of what was recorded, each fitted alone, with 95 % intervals; {hover}"
+        ),
         drones: &drones(&found),
         slices: &slices(&found),
         jet: (jet, "simulated"),
@@ -197,8 +210,14 @@ pub(crate) fn slices(found: &Calibration) -> Vec<ExpansionSlice> {
                 s_over_l: profile.s_over_l,
                 half_width_over_l: fit.half_width.value,
                 centreline_over_u_h: fit.centreline.value,
-                half_width_interval: Some((fit.half_width.interval.low, fit.half_width.interval.high)),
-                centreline_interval: Some((fit.centreline.interval.low, fit.centreline.interval.high)),
+                half_width_interval: Some((
+                    fit.half_width.interval.low,
+                    fit.half_width.interval.high,
+                )),
+                centreline_interval: Some((
+                    fit.centreline.interval.low,
+                    fit.centreline.interval.high,
+                )),
             }));
         }
     }
@@ -228,7 +247,9 @@ fn receivers(
             }
             let scatter = maps
                 .iter()
-                .find(|map| channel == Channel::VerticalForce && map.airframe == vehicle.airframe.name())
+                .find(|map| {
+                    channel == Channel::VerticalForce && map.airframe == vehicle.airframe.name()
+                })
                 .map_or(f64::INFINITY, |map| map.identification.scatter_n);
             // Where nobody blows there is nothing to tell apart.
             readings.extend(
@@ -238,7 +259,12 @@ fn receivers(
                     .filter_map(|sample| reading(sample, scatter, 1.0)),
             );
             traces.push(Trace {
-                name: format!("{}, {} ({})", one.recording.name, vehicle.id, vehicle.airframe.name()),
+                name: format!(
+                    "{}, {} ({})",
+                    one.recording.name,
+                    vehicle.id,
+                    vehicle.airframe.name()
+                ),
                 moments: of_vehicle
                     .iter()
                     .map(|sample| (sample.t_s, sample.recorded, sample.simulated))
@@ -262,7 +288,10 @@ fn receivers(
     let accuracy = "what the thrust map leaves in free flight";
     let residuals = residual_map::draw(
         &format!("Residuals of the {quantity} below other drones: {name}"),
-        &format!("{} in somebody's wake", count(readings.len(), "sample", "samples")),
+        &format!(
+            "{} in somebody's wake",
+            count(readings.len(), "sample", "samples")
+        ),
         (quantity, accuracy),
         &readings,
         jet,

@@ -57,7 +57,8 @@ pub(super) fn what(all: &[Simulated]) -> String {
             }
         }
         let times = || one.samples.iter().map(|sample| sample.t_s);
-        let span_s = times().fold(f64::NEG_INFINITY, f64::max) - times().fold(f64::INFINITY, f64::min);
+        let span_s =
+            times().fold(f64::NEG_INFINITY, f64::max) - times().fold(f64::INFINITY, f64::min);
         duration_s += span_s.max(0.0);
     }
     format!(
@@ -86,7 +87,10 @@ pub(super) fn baseline(all: &[Simulated]) -> String {
             if kinds.len() == 1 {
                 sentence
             } else {
-                format!("{}: {sentence}", count(*recordings, "recording", "recordings"))
+                format!(
+                    "{}: {sentence}",
+                    count(*recordings, "recording", "recordings")
+                )
             }
         })
         .collect();
@@ -113,21 +117,38 @@ fn sentence(declared: &Baseline) -> String {
         Upper::FourRotors => "four rotor jets above 2.5 l",
     };
     let receiver = match (declared.receiver_air, declared.receiver_law) {
-        (ReceiverAir::Centre, ReceiverLaw::HoldsThrust { .. }) => "receivers hold thrust in the air at their centre",
-        (ReceiverAir::Centre, ReceiverLaw::HoldsPower) => "receivers hold power in the air at their centre",
-        (ReceiverAir::DiscMean, ReceiverLaw::HoldsThrust { .. }) => "receivers hold thrust in the mean air of their discs",
-        (ReceiverAir::DiscMean, ReceiverLaw::HoldsPower) => "receivers hold power in the mean air of their discs",
+        (ReceiverAir::Centre, ReceiverLaw::HoldsThrust { .. }) => {
+            "receivers hold thrust in the air at their centre"
+        }
+        (ReceiverAir::Centre, ReceiverLaw::HoldsPower) => {
+            "receivers hold power in the air at their centre"
+        }
+        (ReceiverAir::DiscMean, ReceiverLaw::HoldsThrust { .. }) => {
+            "receivers hold thrust in the mean air of their discs"
+        }
+        (ReceiverAir::DiscMean, ReceiverLaw::HoldsPower) => {
+            "receivers hold power in the mean air of their discs"
+        }
     };
     let observation = match declared.observation {
         Observation::AxialAndAmbient => "probes read axial and ambient speed in quadrature",
-        Observation::VelocityAndAmbient => "probes read axial, radial and ambient speed in quadrature",
+        Observation::VelocityAndAmbient => {
+            "probes read axial, radial and ambient speed in quadrature"
+        }
     };
     [sum, &delay, upper, receiver, observation].join(", ")
 }
 
 /// One table for all channels: everywhere first, then along each coordinate.
 pub(super) fn region_table(regions: &[Region]) -> Table {
-    let heading = ["", "samples", "bias", "rms", "recorded rms", "rms / accuracy"];
+    let heading = [
+        "",
+        "samples",
+        "bias",
+        "rms",
+        "recorded rms",
+        "rms / accuracy",
+    ];
     let mut table = Table {
         headings: heading.map(str::to_owned).to_vec(),
         rows: Vec::new(),
@@ -173,14 +194,19 @@ pub(super) fn remarks(all: &[Simulated]) -> Vec<String> {
         .iter()
         .flat_map(|one| {
             let name = one.recording.name.as_str();
-            one.remarks.iter().map(move |remark| (remark.kind, name, remark))
+            one.remarks
+                .iter()
+                .map(move |remark| (remark.kind, name, remark))
         })
         .collect();
     found.sort_by_key(|(kind, ..)| *kind);
     let mut sentences = Vec::new();
     for of_kind in found.chunk_by(|a, b| a.0 == b.0) {
         for (_, name, remark) in of_kind.iter().take(REMARKS_OF_A_KIND) {
-            let subject = remark.subject.as_ref().map_or(String::new(), |of| format!(", {of}"));
+            let subject = remark
+                .subject
+                .as_ref()
+                .map_or(String::new(), |of| format!(", {of}"));
             sentences.push(format!("{name}{subject}: {}", remark.message));
         }
         if of_kind.len() > REMARKS_OF_A_KIND {
@@ -215,7 +241,10 @@ pub(super) fn text(name: &str, all: &[Simulated], regions: &[Region], maps: &[Ma
 
 /// The last line of a report: what was written, the folder once.
 pub(crate) fn wrote(files: &[PathBuf]) -> String {
-    let name = |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
+    let name = |path: &PathBuf| {
+        path.file_name()
+            .map(|name| name.to_string_lossy().into_owned())
+    };
     let Some((first, others)) = files.split_first() else {
         return String::new();
     };

@@ -5,6 +5,7 @@
 )]
 
 mod boundaries;
+mod calibration;
 mod commands;
 mod endpoints;
 mod hover;

@@ -3,6 +3,10 @@
 use super::options::Options;
 use super::samples::Sample;
 
+/// A drone that comes back to a grid cell after so long (s) makes a new median: the two are independent, and the two sides of
+/// the axis are two places of the paper's grid. Chosen here: two of the paper's dwells.
+const PAUSE_S: f64 = 10.0;
+
 /// Readings of one flight that fall into one grid cell.
 #[derive(Clone, Debug)]
 pub(super) struct Cell {
@@ -37,7 +41,7 @@ pub(super) fn cells(samples: &mut [Sample], options: &Options) -> Vec<Cell> {
     samples.sort_by(|a, b| key(a).cmp(&key(b)).then(a.t_s.total_cmp(&b.t_s)));
     let mut cells = Vec::new();
     let mut from = 0;
-    for group in samples.chunk_by(|a, b| key(a) == key(b)) {
+    for group in samples.chunk_by(|a, b| key(a) == key(b) && b.t_s - a.t_s < PAUSE_S) {
         let n = group.len() as f64;
         let mean = |of: fn(&Sample) -> f64| group.iter().map(of).sum::<f64>() / n;
         let mut speeds: Vec<f64> = group.iter().map(|sample| sample.speed_mps).collect();
@@ -53,7 +57,9 @@ pub(super) fn cells(samples: &mut [Sample], options: &Options) -> Vec<Cell> {
         from += group.len();
     }
     cells.sort_by(|a, b| {
-        (a.flight.cmp(&b.flight)).then(a.t_s.total_cmp(&b.t_s)).then(a.from.cmp(&b.from))
+        (a.flight.cmp(&b.flight))
+            .then(a.t_s.total_cmp(&b.t_s))
+            .then(a.from.cmp(&b.from))
     });
     cells
 }

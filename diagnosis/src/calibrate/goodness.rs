@@ -69,7 +69,9 @@ fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goo
         let row = within(&XI_EDGES, xi(&joint.constants, cell.s, cell.r));
         let region = &mut regions[row * columns + within(&S_EDGES, cell.s)];
         region.by_unit.resize(units.units.len(), 0.0);
-        region.by_instrument.resize(data.flights.len(), Vector2::zeros());
+        region
+            .by_instrument
+            .resize(data.flights.len(), Vector2::zeros());
         let weight = fitted.weight * centre_mps;
         region.cells += 1;
         region.weighted += weight * fitted.residual_mps;
@@ -78,10 +80,13 @@ fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goo
         region.by_constants += weight * units.freed[i];
         region.by_instrument[cell.flight] += weight * Vector2::new(fitted.predicted_mps, 1.0);
     }
-    let judged: Vec<usize> =
-        (0..regions.len()).filter(|b| regions[*b].cells >= FEWEST_CELLS).collect();
-    let shares: Vec<Vec<f64>> =
-        judged.iter().map(|b| shares(&regions[*b], data, joint, units)).collect();
+    let judged: Vec<usize> = (0..regions.len())
+        .filter(|b| regions[*b].cells >= FEWEST_CELLS)
+        .collect();
+    let shares: Vec<Vec<f64>> = judged
+        .iter()
+        .map(|b| shares(&regions[*b], data, joint, units))
+        .collect();
     let errors: Vec<f64> = shares
         .iter()
         .map(|shares| shares.iter().map(|share| share * share).sum::<f64>().sqrt())
@@ -120,7 +125,10 @@ fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goo
 }
 
 fn within(edges: &[f64], value: f64) -> usize {
-    edges.partition_point(|edge| *edge <= value).saturating_sub(1).min(edges.len() - 2)
+    edges
+        .partition_point(|edge| *edge <= value)
+        .saturating_sub(1)
+        .min(edges.len() - 2)
 }
 
 fn deepest(data: Data<'_>) -> f64 {
@@ -149,12 +157,7 @@ fn shares(region: &Region, data: Data<'_>, joint: &Joint, units: &Units) -> Vec<
 }
 
 /// Probability of such a misfit by chance, and the largest `|t|` of all regions that chance exceeds in 5 % of cases.
-fn against_chance(
-    shares: &[Vec<f64>],
-    errors: &[f64],
-    t: &[f64],
-    options: &Options,
-) -> (f64, f64) {
+fn against_chance(shares: &[Vec<f64>], errors: &[f64], t: &[f64], options: &Options) -> (f64, f64) {
     let most = |t: &[f64]| t.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
     let sum = |t: &[f64]| t.iter().map(|t| t * t).sum::<f64>();
     let units = shares.first().map_or(0, Vec::len);
@@ -170,7 +173,11 @@ fn against_chance(
     for _ in 0..options.draws {
         signs.fill_with(|| random.sign());
         for ((turned, shares), error) in turned.iter_mut().zip(shares).zip(errors) {
-            let sum: f64 = shares.iter().zip(&signs).map(|(share, sign)| share * sign).sum();
+            let sum: f64 = shares
+                .iter()
+                .zip(&signs)
+                .map(|(share, sign)| share * sign)
+                .sum();
             *turned = sum / error.max(f64::MIN_POSITIVE);
         }
         more += usize::from(most(&turned) >= seen_most);
@@ -187,7 +194,9 @@ fn verdict(units: usize, p: f64, misfits: &[Misfit]) -> Verdict {
     if units < FEWEST_UNITS {
         return Verdict::Undecided;
     }
-    let matters = misfits.iter().any(|misfit| misfit.mean.abs() >= LEAST_MISFIT);
+    let matters = misfits
+        .iter()
+        .any(|misfit| misfit.mean.abs() >= LEAST_MISFIT);
     if p <= POOR_P && matters {
         Verdict::Poor
     } else {
@@ -210,10 +219,16 @@ fn sentence(verdict: Verdict, p: f64, misfits: &[Misfit]) -> String {
             "too few flights to say whether one jet describes them".to_owned()
         }
         (Verdict::Fits, Some(_)) => {
-            format!("one jet describes what was measured (p = {p:.2} that chance alone misfits so much)")
+            format!(
+                "one jet describes what was measured (p = {p:.2} that chance alone misfits so much)"
+            )
         }
         (Verdict::Poor, Some(worst)) => {
-            let side = if worst.mean > 0.0 { "stronger" } else { "weaker" };
+            let side = if worst.mean > 0.0 {
+                "stronger"
+            } else {
+                "weaker"
+            };
             format!(
                 "the fit is poor (p = {p:.4}): most at xi {} to {}, s/l {} to {:.1}, where the air is {side} than the jet by \
                  {:.1} % of the centreline speed; the intervals of the constants assume a shape that the data contradict",

@@ -26,11 +26,18 @@ pub(super) struct Spread {
 /// `None` where a single unit decides alone: no error can then be told.
 pub(super) fn spread(units: &Units) -> Option<Spread> {
     let total = units.inverse.try_inverse()?;
-    let without: Option<Vec<Matrix3<f64>>> =
-        units.units.iter().map(|unit| (total - unit.information).try_inverse()).collect();
+    let without: Option<Vec<Matrix3<f64>>> = units
+        .units
+        .iter()
+        .map(|unit| (total - unit.information).try_inverse())
+        .collect();
     let without = without?;
-    let shifts: Vec<Vector3<f64>> =
-        units.units.iter().zip(&without).map(|(unit, without)| without * unit.pull).collect();
+    let shifts: Vec<Vector3<f64>> = units
+        .units
+        .iter()
+        .zip(&without)
+        .map(|(unit, without)| without * unit.pull)
+        .collect();
     let jackknife: Matrix3<f64> = shifts.iter().map(|shift| shift * shift.transpose()).sum();
     let mut scale = Vector3::repeat(1.0);
     let mut freedom = Vector3::repeat(units.units.len() as f64 - 1.0);

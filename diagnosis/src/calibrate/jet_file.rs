@@ -48,16 +48,26 @@ pub fn jet_ron(calibration: &Calibration) -> String {
         text,
         "    // Of centreline with spreading, centreline with origin, spreading with origin:\n    \
          correlation: ({:.3}, {:.3}, {:.3}),",
-        correlation.centreline_spreading, correlation.centreline_origin, correlation.spreading_origin
+        correlation.centreline_spreading,
+        correlation.centreline_origin,
+        correlation.spreading_origin
     );
     let fit = match calibration.goodness.verdict {
         Verdict::Fits => "Fits",
         Verdict::Poor => "Poor",
         Verdict::Undecided => "Undecided",
     };
-    let _ = writeln!(text, "    // {}\n    fit: {fit},", calibration.goodness.sentence);
+    let _ = writeln!(
+        text,
+        "    // {}\n    fit: {fit},",
+        calibration.goodness.sentence
+    );
     let counts = &calibration.counts;
-    let _ = writeln!(text, "    readings: {},\n    cells: {},", counts.far, counts.cells);
+    let _ = writeln!(
+        text,
+        "    readings: {},\n    cells: {},",
+        counts.far, counts.cells
+    );
     let _ = writeln!(text, "    flights: {},\n    recordings: [", jet.gains.len());
     for name in &calibration.recordings {
         // Rust and RON escape a text alike.

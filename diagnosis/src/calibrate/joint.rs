@@ -140,7 +140,9 @@ impl<'a> Problem<'a> {
         };
         problem.predict();
         for (at, cell) in problem.cells.iter_mut().zip(data.cells) {
-            at.root_weight = assumed_variance(at.predicted_mps, cell.count()).sqrt().recip();
+            at.root_weight = assumed_variance(at.predicted_mps, cell.count())
+                .sqrt()
+                .recip();
         }
         problem
     }
@@ -216,7 +218,11 @@ impl LeastSquaresProblem<f64, Dyn, U3> for Problem<'_> {
     }
 
     fn params(&self) -> Vector3<f64> {
-        Vector3::new(self.constants[0].ln(), self.constants[1].ln(), self.constants[2])
+        Vector3::new(
+            self.constants[0].ln(),
+            self.constants[1].ln(),
+            self.constants[2],
+        )
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
@@ -232,7 +238,10 @@ impl LeastSquaresProblem<f64, Dyn, U3> for Problem<'_> {
             residuals[row] = precision[0].sqrt() * nuisance[0];
             residuals[row + 1] = precision[1].sqrt() * nuisance[1];
         }
-        residuals.iter().all(|value| value.is_finite()).then_some(residuals)
+        residuals
+            .iter()
+            .all(|value| value.is_finite())
+            .then_some(residuals)
     }
 
     fn jacobian(&self) -> Option<OMatrix<f64, Dyn, U3>> {

@@ -81,9 +81,7 @@ fn fit(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
     };
     let best: Fitted<3> = [ROTORS, 0.2, 0.08]
         .into_iter()
-        .filter_map(|delta| {
-            curve::fit(samples.len(), Vector3::new(1.0, delta, 0.15), at, group)
-        })
+        .filter_map(|delta| curve::fit(samples.len(), Vector3::new(1.0, delta, 0.15), at, group))
         .filter(|fitted| fitted.constants[0] > 0.0 && fitted.constants[1].abs() < 2.0)
         .filter(|fitted| fitted.constants[2].abs() > 1e-3)
         .min_by(|a, b| a.cost.total_cmp(&b.cost))?;

@@ -77,7 +77,10 @@ impl Operator {
             .sqrt();
         if reading_mps == 0.0 {
             let gradient = Vector3::zeros();
-            return Predicted { reading_mps, gradient };
+            return Predicted {
+                reading_mps,
+                gradient,
+            };
         }
         let by = |axial: f64, radial: f64| {
             (axial_share * axial_mps * axial + radial_mps * radial) / reading_mps
@@ -87,7 +90,10 @@ impl Operator {
             by(-axial_slope_mps, radial_mps - radial_slope_mps) / spreading,
             by(axial_mps + axial_slope_mps, radial_mps + radial_slope_mps) / sigma,
         );
-        Predicted { reading_mps, gradient }
+        Predicted {
+            reading_mps,
+            gradient,
+        }
     }
 }
 
@@ -119,13 +125,19 @@ mod tests {
             let radial_mps = far.radial_speed_mps(s * l_m, r * l_m).expect("deep");
             let expected_mps = axial_mps.hypot(radial_mps).hypot(0.09);
             let found_mps = OPERATOR.predict(&constants(), s, r).reading_mps;
-            assert!((found_mps - expected_mps).abs() < 1e-12, "{found_mps} {expected_mps}");
+            assert!(
+                (found_mps - expected_mps).abs() < 1e-12,
+                "{found_mps} {expected_mps}"
+            );
         }
     }
 
     #[test]
     fn the_gradient_is_that_of_the_reading() {
-        let turbulent = Operator { lateral: 0.2, ..OPERATOR };
+        let turbulent = Operator {
+            lateral: 0.2,
+            ..OPERATOR
+        };
         for operator in [OPERATOR, turbulent] {
             for (s, r) in PLACES {
                 let at = operator.predict(&constants(), s, r);
@@ -139,7 +151,11 @@ mod tests {
                     let slope = (moved(step) - moved(-step)) / (2.0 * step);
                     // Central differences: (1e-5)² of the third derivative, and rounding over the step.
                     let off = (slope - at.gradient[k]).abs();
-                    assert!(off < 1e-7 * (1.0 + slope.abs()), "{s} {r} {k}: {slope} {}", at.gradient[k]);
+                    assert!(
+                        off < 1e-7 * (1.0 + slope.abs()),
+                        "{s} {r} {k}: {slope} {}",
+                        at.gradient[k]
+                    );
                 }
             }
         }

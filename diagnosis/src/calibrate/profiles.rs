@@ -39,7 +39,12 @@ pub(super) fn profiles(
     options: &Options,
 ) -> Vec<Profile> {
     let mut profiles = slices(near, 0.0, NEAR_SLICE, None);
-    profiles.extend(slices(far, FAR_FIELD_FROM_S_OVER_L, options.slice_s_over_l, Some(joint)));
+    profiles.extend(slices(
+        far,
+        FAR_FIELD_FROM_S_OVER_L,
+        options.slice_s_over_l,
+        Some(joint),
+    ));
     profiles
 }
 
@@ -82,8 +87,10 @@ fn bins(measured: Measured<'_>, cells: &[&Cell], s_over_l: f64) -> Vec<RadialBin
     // Above the far field the jet is about as wide as where that begins.
     let deep = s_over_l.max(FAR_FIELD_FROM_S_OVER_L);
     let width = BIN_OVER_HALF_WIDTH * jet.spreading * (deep - jet.origin);
-    let mut numbered: Vec<(usize, &Cell)> =
-        cells.iter().map(|cell| ((cell.r / width) as usize, *cell)).collect();
+    let mut numbered: Vec<(usize, &Cell)> = cells
+        .iter()
+        .map(|cell| ((cell.r / width) as usize, *cell))
+        .collect();
     numbered.sort_by_key(|(bin, _)| *bin);
     numbered
         .chunk_by(|a, b| a.0 == b.0)
@@ -91,13 +98,17 @@ fn bins(measured: Measured<'_>, cells: &[&Cell], s_over_l: f64) -> Vec<RadialBin
             let over = |flight: usize, mps: f64| {
                 mps / measured.flights[flight].operator.induced_velocity_mps
             };
-            let mut medians: Vec<f64> =
-                bin.iter().map(|(_, cell)| over(cell.flight, cell.median_mps)).collect();
+            let mut medians: Vec<f64> = bin
+                .iter()
+                .map(|(_, cell)| over(cell.flight, cell.median_mps))
+                .collect();
             let readings = || {
-                bin.iter().flat_map(|(_, cell)| &measured.samples[cell.from..cell.to])
+                bin.iter()
+                    .flat_map(|(_, cell)| &measured.samples[cell.from..cell.to])
             };
-            let mut speeds: Vec<f64> =
-                readings().map(|sample| over(sample.flight, sample.speed_mps)).collect();
+            let mut speeds: Vec<f64> = readings()
+                .map(|sample| over(sample.flight, sample.speed_mps))
+                .collect();
             let mut flights: Vec<usize> = bin.iter().map(|(_, cell)| cell.flight).collect();
             flights.sort_unstable();
             flights.dedup();
@@ -157,7 +168,8 @@ fn fit(
             low: value - half,
             high: value + half,
         };
-        (value.is_finite() && value > 0.0 && half.is_finite()).then_some(Estimate { value, interval })
+        (value.is_finite() && value > 0.0 && half.is_finite())
+            .then_some(Estimate { value, interval })
     };
     Some(SliceFit {
         centreline: estimate(0, past_origin.recip())?,

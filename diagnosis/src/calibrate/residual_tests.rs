@@ -22,9 +22,10 @@ pub(super) fn residual_tests(data: Data<'_>, joint: &Joint) -> ResidualTests {
     for (cell, fitted) in data.cells.iter().zip(&joint.cells) {
         let xi = xi(constants, cell.s, cell.r);
         let row = XI_EDGES.partition_point(|edge| *edge <= xi);
-        let (Some(operator), Some(scalar)) =
-            (operator.get_mut(row.wrapping_sub(1)), scalar.get_mut(row.wrapping_sub(1)))
-        else {
+        let (Some(operator), Some(scalar)) = (
+            operator.get_mut(row.wrapping_sub(1)),
+            scalar.get_mut(row.wrapping_sub(1)),
+        ) else {
             continue;
         };
         let flight = &data.flights[cell.flight];
@@ -32,7 +33,9 @@ pub(super) fn residual_tests(data: Data<'_>, joint: &Joint) -> ResidualTests {
         let axial_mps = flight.operator.axial_mps(constants, cell.s, cell.r);
         let through = (fitted.predicted_mps - cell.median_mps) / centre_mps;
         // Standard deviations of ε that gain and zero of the flight's probe make.
-        let [gain, zero] = precisions(flight).map(|precision| precision.powf(-0.5)).into();
+        let [gain, zero] = precisions(flight)
+            .map(|precision| precision.powf(-0.5))
+            .into();
         let shared = [gain * cell.median_mps / centre_mps, zero / centre_mps];
         let entry = |epsilon: f64| Entry {
             flight: cell.flight,
@@ -126,7 +129,11 @@ fn row(xi_from: f64, xi_to: f64, cells: &[Entry]) -> ResidualTest {
 /// flights, so what a flight has in common counts as correlation.
 fn n_effective(cells: &[Entry], mean: f64) -> f64 {
     let n = cells.len() as f64;
-    let variance = cells.iter().map(|cell| (cell.epsilon - mean).powi(2)).sum::<f64>() / n;
+    let variance = cells
+        .iter()
+        .map(|cell| (cell.epsilon - mean).powi(2))
+        .sum::<f64>()
+        / n;
     if variance <= 0.0 {
         return n;
     }
@@ -138,7 +145,11 @@ fn n_effective(cells: &[Entry], mean: f64) -> f64 {
                 pairs += 1;
             }
         }
-        if pairs == 0 { 0.0 } else { sum / pairs as f64 / variance }
+        if pairs == 0 {
+            0.0
+        } else {
+            sum / pairs as f64 / variance
+        }
     };
     let mut time = 1.0;
     let mut lag = 1;
@@ -175,8 +186,10 @@ fn p_normal(cells: &[Entry], mean: f64, deviation: f64) -> Option<f64> {
         counts[bin.min(bins - 1)] += 1.0;
     }
     let expected = cells.len() as f64 / bins as f64;
-    let statistic: f64 =
-        counts.iter().map(|count: &f64| (count - expected).powi(2) / expected).sum();
+    let statistic: f64 = counts
+        .iter()
+        .map(|count: &f64| (count - expected).powi(2) / expected)
+        .sum();
     // Two constants were taken from the sample.
     let chi_squared = ChiSquared::new(bins as f64 - 3.0).ok()?;
     Some(1.0 - chi_squared.cdf(statistic))
@@ -214,7 +227,11 @@ mod tests {
         };
         // An AR(1) series is worth n (1 - ρ)/(1 + ρ); 15 % is what truncated sums over 5000 terms scatter by.
         assert!((n_effective(0.0) / 5000.0 - 1.0).abs() < 0.15);
-        assert!((n_effective(0.5) / (5000.0 / 3.0) - 1.0).abs() < 0.15, "{}", n_effective(0.5));
+        assert!(
+            (n_effective(0.5) / (5000.0 / 3.0) - 1.0).abs() < 0.15,
+            "{}",
+            n_effective(0.5)
+        );
     }
 
     #[test]
@@ -222,17 +239,28 @@ mod tests {
         let high = drawn(400, 0.3, 0.0, 1);
         let none = drawn(400, 0.0, 0.0, 2);
         let rows = rows(&[high, none]);
-        assert!(rows[0].above_zero && rows[0].above_zero_corrected, "{:?}", rows[0]);
+        assert!(
+            rows[0].above_zero && rows[0].above_zero_corrected,
+            "{:?}",
+            rows[0]
+        );
         assert!(!rows[1].above_zero_corrected, "{:?}", rows[1]);
-        assert!(rows.iter().all(|row| row.p_effective_holm >= row.p_effective));
-        assert!(rows.iter().all(|row| row.p_normal.is_some_and(|p| p > 0.001)));
+        assert!(
+            rows.iter()
+                .all(|row| row.p_effective_holm >= row.p_effective)
+        );
+        assert!(
+            rows.iter()
+                .all(|row| row.p_normal.is_some_and(|p| p > 0.001))
+        );
     }
 
     #[test]
     fn two_heaps_are_not_normal() {
         let mut random = Random::new(5);
-        let heaps: Vec<Entry> =
-            (0..400).map(|_| entry(0, random.sign() + 0.1 * random.normal())).collect();
+        let heaps: Vec<Entry> = (0..400)
+            .map(|_| entry(0, random.sign() + 0.1 * random.normal()))
+            .collect();
         let p = p_normal(&heaps, 0.0, 1.0).expect("enough");
         assert!(p < 1e-6, "{p}");
     }

@@ -38,10 +38,14 @@ pub enum CalibrateError {
     )]
     TooFew(Box<Counts>),
     /// The readings do not determine all three constants.
-    #[error("the readings do not determine B, S and s0 together: they need several depths, the axis and the edge")]
+    #[error(
+        "the readings do not determine B, S and s0 together: they need several depths, the axis and the edge"
+    )]
     Undetermined,
     /// The search for the best constants did not end.
-    #[error("the fit did not converge; at B = {centreline:.3}, S = {spreading:.4}, s0 = {origin:.2} it gave up")]
+    #[error(
+        "the fit did not converge; at B = {centreline:.3}, S = {spreading:.4}, s0 = {origin:.2} it gave up"
+    )]
     NotConverged {
         /// `B` where it stopped.
         centreline: f64,
@@ -54,7 +58,10 @@ pub enum CalibrateError {
 
 fn most_dropped(counts: &Counts) -> String {
     counts.dropped.first().map_or(String::new(), |dropped| {
-        format!("; {} of {} readings were left out as {:?}", dropped.samples, counts.read, dropped.reason)
+        format!(
+            "; {} of {} readings were left out as {:?}",
+            dropped.samples, counts.read, dropped.reason
+        )
     })
 }
 
@@ -81,7 +88,10 @@ pub fn calibrate(
     recordings: &[Recording],
     options: &Options,
 ) -> Result<Calibration, CalibrateError> {
-    if recordings.iter().all(|recording| recording.probes.is_none()) {
+    if recordings
+        .iter()
+        .all(|recording| recording.probes.is_none())
+    {
         return Err(CalibrateError::NoProbe(recordings.len()));
     }
     let mut gathered = gather(recordings, options);
@@ -102,7 +112,10 @@ pub fn calibrate(
         cells: &fitted_cells,
     };
     let paper = Jet::default();
-    let joint = joint::fit(data, Constants::new(paper.centreline, paper.spreading, paper.origin));
+    let joint = joint::fit(
+        data,
+        Constants::new(paper.centreline, paper.spreading, paper.origin),
+    );
     if !joint.converged {
         let [centreline, spreading, origin] = joint.constants.into();
         return Err(CalibrateError::NotConverged {
@@ -196,12 +209,18 @@ fn drone_fit(
     options: &Options,
 ) -> DroneFit {
     let airframe = &gathered.drones[far.drone].airframe;
-    let flights: Vec<usize> =
-        (0..far.flights.len()).filter(|f| far.flights[*f].drone == far.drone).collect();
-    let speeds_mps: f64 =
-        flights.iter().map(|f| far.flights[*f].operator.induced_velocity_mps).sum();
+    let flights: Vec<usize> = (0..far.flights.len())
+        .filter(|f| far.flights[*f].drone == far.drone)
+        .collect();
+    let speeds_mps: f64 = flights
+        .iter()
+        .map(|f| far.flights[*f].operator.induced_velocity_mps)
+        .sum();
     let samples = |of: Measured<'_>| {
-        of.samples.iter().filter(|sample| of.flights[sample.flight].drone == of.drone).count()
+        of.samples
+            .iter()
+            .filter(|sample| of.flights[sample.flight].drone == of.drone)
+            .count()
     };
     let (lobes, lobes_merge_s_over_l) = lobes(far.drone, far.flights, near.samples);
     DroneFit {
@@ -220,17 +239,26 @@ fn drone_fit(
 
 fn departures(far: Measured<'_>, constants: &Constants) -> Vec<Departure> {
     let mut by_interval = vec![Vec::new(); DEPARTURE_EDGES.len() - 1];
-    for cell in far.cells.iter().filter(|cell| far.flights[cell.flight].drone == far.drone) {
+    for cell in far
+        .cells
+        .iter()
+        .filter(|cell| far.flights[cell.flight].drone == far.drone)
+    {
         let operator = &far.flights[cell.flight].operator;
         let predicted_mps = operator.predict(constants, cell.s, cell.r).reading_mps;
         let centre_mps = operator.centreline_mps(constants, cell.s);
         let xi = xi(constants, cell.s, cell.r);
-        let row = DEPARTURE_EDGES.partition_point(|edge| *edge <= xi).wrapping_sub(1);
+        let row = DEPARTURE_EDGES
+            .partition_point(|edge| *edge <= xi)
+            .wrapping_sub(1);
         if let Some(interval) = by_interval.get_mut(row) {
             interval.push((cell.median_mps - predicted_mps) / centre_mps);
         }
     }
-    let rows = by_interval.iter().enumerate().filter(|(_, cells)| cells.len() >= 2);
+    let rows = by_interval
+        .iter()
+        .enumerate()
+        .filter(|(_, cells)| cells.len() >= 2);
     rows.map(|(row, cells)| {
         let n = cells.len() as f64;
         let mean = cells.iter().sum::<f64>() / n;
@@ -282,7 +310,10 @@ fn caveats(gathered: &Gathered<'_>, jet: &FittedJet) -> Vec<String> {
         );
     }
     if !jet.jet().problems().is_empty() {
-        caveats.push("these constants are no usable jet: the virtual origin lies below the rotors".to_owned());
+        caveats.push(
+            "these constants are no usable jet: the virtual origin lies below the rotors"
+                .to_owned(),
+        );
     }
     caveats
 }

@@ -164,9 +164,17 @@ fn flight(
             // U_H goes with the root of gravity; `airflow` assumes the standard one.
             induced_velocity_mps: airframe.hover_induced_velocity_mps(airframe.mass_kg(), density)
                 * (environment.gravity_mps2 / airflow::GRAVITY_MPS2).sqrt(),
-            ambient_mps: if magnitude { environment.ambient_mps } else { 0.0 },
+            ambient_mps: if magnitude {
+                environment.ambient_mps
+            } else {
+                0.0
+            },
             radial: f64::from(u8::from(radial)),
-            lateral: if magnitude { options.lateral_turbulence } else { 0.0 },
+            lateral: if magnitude {
+                options.lateral_turbulence
+            } else {
+                0.0
+            },
         },
         accuracy_rel: instrument.accuracy_rel,
         accuracy_abs_mps: instrument.accuracy_abs_mps,
@@ -222,9 +230,17 @@ fn blowing(
 
 fn state(track: &Track, moment: Moment, since_s: f64) -> State {
     let forward = track.attitude_at(moment) * Vector3::x();
-    let mut fastest_mps = track.velocity_at(moment).norm();
+    // An unknown speed counts as moving.
+    let known = |speed_mps: f64| {
+        if speed_mps.is_nan() {
+            f64::INFINITY
+        } else {
+            speed_mps
+        }
+    };
+    let mut fastest_mps = known(track.velocity_at(moment).norm());
     for entry in (0..=moment.entry).rev() {
-        fastest_mps = fastest_mps.max(track.velocity_mps[entry].norm());
+        fastest_mps = fastest_mps.max(known(track.velocity_mps[entry].norm()));
         if track.t_s[entry] <= since_s {
             break;
         }
@@ -243,13 +259,15 @@ fn place(
     sample: &ProbeSample,
     options: &Options,
 ) -> Result<Sample, Dropped> {
-    // Written so that an unknown speed counts as moving.
-    if !(state.fastest_mps < options.slower_than_mps) {
+    if state.fastest_mps >= options.slower_than_mps {
         return Err(Dropped::Moving);
     }
     let l_m = vehicle.airframe.motor_distance_m();
     let away = (sample.position_m - state.position_m) / l_m;
     let (s, r) = (-away.z, away.x.hypot(away.y));
+    if !(s.is_finite() && r.is_finite()) {
+        return Err(Dropped::NoTrack);
+    }
     if s <= 0.0 {
         return Err(Dropped::Above);
     }

@@ -70,13 +70,18 @@ pub(super) fn units(data: Data<'_>, joint: &Joint, fewest_flights: usize) -> Opt
         .zip(&cross)
         .map(|(inverse, cross)| cross * inverse)
         .collect();
-    let information: Vec<Matrix3<f64>> =
-        (0..flights).map(|f| own[f] - taken[f] * cross[f].transpose()).collect();
+    let information: Vec<Matrix3<f64>> = (0..flights)
+        .map(|f| own[f] - taken[f] * cross[f].transpose())
+        .collect();
     let inverse = information.iter().sum::<Matrix3<f64>>().try_inverse()?;
 
     let by_flight = used.iter().filter(|used| **used).count() >= fewest_flights;
     let (unit, block_s, unit_of) = if by_flight {
-        (Unit::Flight, None, data.cells.iter().map(|cell| cell.flight).collect())
+        (
+            Unit::Flight,
+            None,
+            data.cells.iter().map(|cell| cell.flight).collect(),
+        )
     } else {
         let block_s = data
             .flights

@@ -31,7 +31,9 @@ pub(super) fn fly(grid: &HoverGrid, seed: u64) -> Recording {
         track.t_s.push(t_s);
         track.position_m.push(position_m);
         track.velocity_mps.push(velocity_mps);
-        track.attitude.push(UnitQuaternion::from_euler_angles(0.0, 0.0, way.yaw_rad));
+        track
+            .attitude
+            .push(UnitQuaternion::from_euler_angles(0.0, 0.0, way.yaw_rad));
     }
     let samples = readings(grid, &way, ambient_mps, duration_s, &mut random);
     Recording {
@@ -157,7 +159,11 @@ impl Way {
             random.between(0.0, TAU)
         };
         let along = Vector3::new(line_rad.cos(), line_rad.sin(), 0.0);
-        let over_m = grid.probes_m.first().copied().unwrap_or_else(Point3::origin);
+        let over_m = grid
+            .probes_m
+            .first()
+            .copied()
+            .unwrap_or_else(Point3::origin);
         let mut knots: Vec<(f64, Point3<f64>)> = Vec::new();
         for (row, depth) in grid.depths_over_l.iter().enumerate() {
             let mut offsets = grid.offsets_over_l.clone();

@@ -12,7 +12,10 @@ use crate::recording::{Measures, Recording, Role};
 /// Everything of one emitter flight over probes; throttle and power are written as 1 and empty where the track has none.
 #[must_use]
 pub fn texts(recording: &Recording) -> Vec<(&'static str, String)> {
-    let mut files = vec![("meta.json", meta(recording)), ("vehicles.csv", vehicles(recording))];
+    let mut files = vec![
+        ("meta.json", meta(recording)),
+        ("vehicles.csv", vehicles(recording)),
+    ];
     if let Some(probes) = &recording.probes {
         let mut text = String::from("t_s,probe_id,x_m,y_m,z_m,speed_mps\n");
         for sample in &probes.samples {
@@ -121,7 +124,10 @@ fn vehicles(recording: &Recording) -> String {
             let [x, y, z] = track.position_m[i].coords.into();
             let [vx, vy, vz]: [f64; 3] = track.velocity_mps[i].into();
             let (roll, pitch, yaw) = track.attitude[i].euler_angles();
-            let throttle = track.throttle_ratio.as_ref().map_or(1.0, |ratios| ratios[i]);
+            let throttle = track
+                .throttle_ratio
+                .as_ref()
+                .map_or(1.0, |ratios| ratios[i]);
             let power = track
                 .power_w
                 .as_ref()

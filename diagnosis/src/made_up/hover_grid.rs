@@ -63,7 +63,11 @@ impl HoverGrid {
     pub fn over_one_probe(airframe: &str) -> Option<HoverGrid> {
         let airframe = Airframe::preset(airframe)?;
         let l_m = airframe.motor_distance_m();
-        let most_m = if l_m > 0.5 { MOST_DEPTH_M } else { MOST_DEPTH_SMALL_M };
+        let most_m = if l_m > 0.5 {
+            MOST_DEPTH_M
+        } else {
+            MOST_DEPTH_SMALL_M
+        };
         let deepest = (most_m / l_m).min(DEEPEST_OVER_L);
         let jet = TrueJet {
             width_factor: airframe.width_factor(),

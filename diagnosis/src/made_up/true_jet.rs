@@ -29,7 +29,7 @@ pub struct TrueJet {
 pub enum TrueProfile {
     /// The paper's, `1/(1 + (√2 - 1) ξ²)²`.
     Paper,
-    /// The paper's up to `ξ = 1`, `½ exp(-2 √(a) ... )`: a Gaussian outside.
+    /// The paper's up to `ξ = 1`, `exp(-ln 2 ξ²)` outside.
     GaussianTail,
     /// `exp(-ln 2 ξ²)`.
     Gaussian,
@@ -107,7 +107,11 @@ impl Blown {
         let part = place - i as f64;
         let ((f0, flow0), (f1, flow1)) = (self.table[i], self.table[i + 1]);
         let (shape, flow) = (f0 + part * (f1 - f0), flow0 + part * (flow1 - flow0));
-        let outwards = if xi < 1e-6 { 0.0 } else { xi * shape - flow / xi };
+        let outwards = if xi < 1e-6 {
+            0.0
+        } else {
+            xi * shape - flow / xi
+        };
         (centre * shape, centre * spreading * outwards)
     }
 

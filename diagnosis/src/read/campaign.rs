@@ -115,6 +115,11 @@ impl Campaign {
                 of.motor_distance_m.value().0,
                 of.width_factor.0,
             );
+            let map = of.thrust_map.as_ref();
+            if let Some(problem) = map.and_then(|map| map.meaning().err()) {
+                let message = format!("thrust map of `{name}`: {problem}");
+                at("types", &format!("\"{name}\""), message, None);
+            }
             for problem in problems {
                 at(
                     "types",
@@ -214,7 +219,7 @@ mod tests {
             ),
             (
                 "(name: \"n\",\nvehicles: {\"a\": \"b\",\n\"a\": \"c\"})",
-                "c.ron:3: column 4: `a` is given twice",
+                "c.ron:3: column 2: `a` is given twice",
             ),
         ] {
             let problems = said_of(text);

@@ -226,7 +226,8 @@ pub(super) fn vehicle(
         },
         role: Role::Both,
         track,
-        thrust_map: None,
+        // Its numbers too.
+        thrust_map: kind.thrust_map.as_ref().and_then(|map| map.meaning().ok()),
         clock: match campaign.clock {
             None | Some(WrittenClock::Shared) => Clock::Shared,
             Some(WrittenClock::Own { within_s }) => Clock::Own {
@@ -259,3 +260,6 @@ fn assumptions(id: &str, kind: &VehicleType, found: &mut Found) {
         Some(_) => {}
     }
 }
+
+#[cfg(test)]
+mod tests;

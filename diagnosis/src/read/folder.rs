@@ -12,7 +12,7 @@ use super::meta::{META, Meta, MetaVehicle, meta};
 use super::probes::{PROBES, probes};
 use super::samples::{GROUPS, Samples};
 use super::table::{Rows, Table};
-use super::track::{Conventions, Frame, Rotation, track};
+use super::track::{Conventions, Frame, Turns, track};
 use crate::problem::Problems;
 use crate::recording::{Clock, ReceiverSample, Recording, Vehicle};
 use crate::remark::{Remark, RemarkKind};
@@ -77,6 +77,7 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
     let probes = match (named(PROBES), &meta.instrument) {
         (None, _) => None,
         (Some(bytes), Some(instrument)) => probes(bytes, instrument, found),
+        (Some(_), None) if meta.has_probe => None, // told above
         (Some(_), None) => {
             found.problem(
                 Place::field(META, "probe"),
@@ -87,7 +88,7 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
     };
     let vehicles = vehicles?;
     let receivers = named(RECEIVER)
-        .and_then(|bytes| receivers(bytes, &vehicles, found))
+        .and_then(|bytes| receivers(bytes, &meta, &vehicles, found))
         .unwrap_or_default();
     Some(Recording {
         name: name.to_owned(),
@@ -106,7 +107,7 @@ fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>
     let how = Conventions {
         frame: Frame::ZUp,
         acceleration: None,
-        rotation: Rotation::BodyToWorld,
+        rotation: Turns::BodyToWorld,
         pitch: None,
         gravity_mps2: meta.environment.gravity_mps2,
         rotor_offset_m: Vector3::zeros(),
@@ -121,7 +122,7 @@ fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>
         VEHICLES,
         &rows,
         &by_vehicle,
-        meta.vehicles.iter().map(|of| of.id.as_str()),
+        meta.ids.iter().map(String::as_str),
         found,
     );
     let mut vehicles = Vec::with_capacity(meta.vehicles.len());
@@ -222,7 +223,12 @@ pub(super) fn unknown<'a>(
     }
 }
 
-fn receivers(bytes: &[u8], vehicles: &[Vehicle], found: &mut Found) -> Option<Vec<ReceiverSample>> {
+fn receivers(
+    bytes: &[u8],
+    meta: &Meta,
+    vehicles: &[Vehicle],
+    found: &mut Found,
+) -> Option<Vec<ReceiverSample>> {
     let table = Table::open(RECEIVER, bytes, found)?;
     let mut column = |name: &str| {
         let column = table.column(name);
@@ -253,7 +259,7 @@ fn receivers(bytes: &[u8], vehicles: &[Vehicle], found: &mut Found) -> Option<Ve
         RECEIVER,
         &rows,
         &by_name,
-        vehicles.iter().map(|of| of.id.as_str()),
+        meta.ids.iter().map(String::as_str),
         found,
     );
     let mut samples = Vec::with_capacity(rows.lines.len());
@@ -296,3 +302,6 @@ fn receivers(bytes: &[u8], vehicles: &[Vehicle], found: &mut Found) -> Option<Ve
     }
     Some(samples)
 }
+
+#[cfg(test)]
+mod tests;

@@ -22,6 +22,10 @@ pub(super) struct Meta {
     pub(super) environment: Environment,
     /// Sorted by id.
     pub(super) vehicles: Vec<MetaVehicle>,
+    /// Every id that it speaks of, also where something is wrong with the vehicle.
+    pub(super) ids: Vec<String>,
+    /// Whether it speaks of a probe.
+    pub(super) has_probe: bool,
     pub(super) instrument: Option<Instrument>,
     pub(super) baseline: Baseline,
     /// Names of the tables that belong to it.
@@ -57,14 +61,15 @@ pub(super) fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
         return None;
     }
     let environment = environment(&mut fields, found);
-    let mut vehicles: Vec<MetaVehicle> = fields
-        .objects("vehicles", found)
+    let objects = fields.objects("vehicles", found);
+    let ids = objects.iter().map(|(id, _)| (*id).to_owned()).collect();
+    let mut vehicles: Vec<MetaVehicle> = objects
         .into_iter()
         .filter_map(|(id, mut of)| vehicle(id, &mut of, found))
         .collect();
     vehicles.sort_by(|a, b| a.id.cmp(&b.id));
-    let instrument = fields
-        .has("probe")
+    let has_probe = fields.has("probe");
+    let instrument = has_probe
         .then(|| fields.object("probe", found))
         .flatten()
         .and_then(|mut of| instrument(&mut of, found));
@@ -75,6 +80,8 @@ pub(super) fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
     Some(Meta {
         environment: environment?,
         vehicles,
+        ids,
+        has_probe,
         instrument,
         baseline: baseline?,
         channels: channels?.into_iter().map(str::to_owned).collect(),

@@ -17,10 +17,8 @@ pub(super) const PROBES: &str = "probes.csv";
 const STUCK_READINGS: usize = 8;
 /// Fastest reading (m/s). Chosen here: four times the fastest jet of the paper's airframes at their rotors.
 const FASTEST_MPS: f64 = 100.0;
-/// Readings within one resolution of the highest that make a plateau, and the part of all readings that they must be. Chosen
-/// here: a jet's highest reading stands alone.
+/// Readings within half a step of the highest that make a plateau. Chosen here: a jet's highest reading stands alone.
 const PLATEAU_READINGS: usize = 8;
-const PLATEAU_PART: f64 = 0.005;
 
 /// Reads the table.
 pub(super) fn probes(bytes: &[u8], instrument: &Instrument, found: &mut Found) -> Option<Probes> {
@@ -178,8 +176,7 @@ fn saturated(
     let top_mps = top(good, samples);
     let at_top = |row: &usize| samples[*row].speed_mps >= top_mps - 0.5 * instrument.resolution_mps;
     let rows: Vec<usize> = good.iter().copied().filter(at_top).collect();
-    let part = rows.len() as f64 / good.len().max(1) as f64;
-    if top_mps > 0.0 && rows.len() >= PLATEAU_READINGS && part >= PLATEAU_PART {
+    if top_mps > 0.0 && rows.len() >= PLATEAU_READINGS {
         let what =
             format!("at the highest speed of all, {top_mps} m/s: the end of its scale? Kept");
         tell(RemarkKind::Saturated, &rows, samples, &what);

@@ -34,7 +34,7 @@ pub enum Acceleration {
 
 /// Which way the logged quaternion turns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-pub enum Rotation {
+pub enum Turns {
     /// Vectors of the body into the world.
     #[default]
     BodyToWorld,
@@ -57,7 +57,7 @@ pub(super) struct Conventions {
     pub(super) frame: Frame,
     /// `None`: the log has none, or it is not to be used.
     pub(super) acceleration: Option<Acceleration>,
-    pub(super) rotation: Rotation,
+    pub(super) rotation: Turns,
     /// `None`: right-handed in the frame of the log.
     pub(super) pitch: Option<Pitch>,
     pub(super) gravity_mps2: f64,
@@ -163,12 +163,12 @@ fn attitude(
     vehicle: &str,
     logged: Option<&Attitude>,
     keep: &[usize],
-    rotation: Rotation,
+    rotation: Turns,
     found: &mut Found,
 ) -> Vec<UnitQuaternion<f64>> {
     let turned = |attitude: UnitQuaternion<f64>| match rotation {
-        Rotation::BodyToWorld => attitude,
-        Rotation::WorldToBody => attitude.inverse(),
+        Turns::BodyToWorld => attitude,
+        Turns::WorldToBody => attitude.inverse(),
     };
     match logged {
         Some(Attitude::Quaternion(all)) => keep
@@ -248,7 +248,7 @@ mod tests {
         Conventions {
             frame,
             acceleration: Some(acceleration),
-            rotation: Rotation::BodyToWorld,
+            rotation: Turns::BodyToWorld,
             pitch: None,
             gravity_mps2: G,
             rotor_offset_m: Vector3::zeros(),
@@ -347,7 +347,7 @@ mod tests {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let attitude = Attitude::Quaternion(vec![[0.0, 0.0, -half, half]; 2]);
         let mut how = how(Frame::ZUp, Acceleration::SpecificForceInWorld);
-        how.rotation = Rotation::WorldToBody;
+        how.rotation = Turns::WorldToBody;
         how.rotor_offset_m = Vector3::new(0.1, 0.0, 0.02);
         let (track, _) = read(rows([1.0, 1.0, 1.0], [0.0, 0.0, G], attitude), &how);
         assert!((track.position_m[0] - Point3::new(1.0, 1.1, 1.02)).norm() < ROUNDING);

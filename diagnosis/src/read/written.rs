@@ -8,8 +8,9 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use super::declared::Declared;
-use super::track::{Acceleration, Frame, Pitch, Rotation};
+use super::track::{Acceleration, Frame, Pitch, Turns};
 use crate::recording::Origin;
+use crate::thrust_map::{Term, ThrustMap, ThrustMapError};
 
 /// A campaign: what the logs of some flights leave unsaid. All flights beside the file are read with it.
 #[derive(Clone, Debug, Deserialize)]
@@ -28,7 +29,7 @@ pub struct Campaign {
     pub acceleration: Option<Acceleration>,
     /// Which way `qx qy qz qw` turn: `BodyToWorld` (default) or `WorldToBody`. Their order is that of the columns' names.
     #[serde(default)]
-    pub quaternion: Rotation,
+    pub quaternion: Turns,
     /// Sign of a logged pitch: right-handed in the logs' frame unless this says `NoseUp` or `NoseDown`.
     #[serde(default)]
     pub pitch: Option<Pitch>,
@@ -190,6 +191,26 @@ impl WrittenForce {
             WrittenForce::Newtons(newtons) => newtons.0,
             WrittenForce::GramForce(grams) => grams.0 * 9.806_65e-3,
         }
+    }
+}
+
+impl WrittenThrustMap {
+    /// As the rest of the crate uses it.
+    ///
+    /// # Errors
+    /// What keeps the numbers from being a map.
+    pub fn meaning(&self) -> Result<ThrustMap, ThrustMapError> {
+        let terms = self.terms.iter();
+        ThrustMap::new(
+            terms
+                .clone()
+                .map(|term| Term::new(term.duty_power, term.battery_power))
+                .collect(),
+            terms.map(|term| term.thrust.newtons()).collect(),
+            self.battery_reference_v.0,
+            self.lag_s.0,
+            self.duty_range.map(|duty| duty.0),
+        )
     }
 }
 

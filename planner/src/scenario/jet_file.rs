@@ -33,7 +33,9 @@ pub(super) fn read(
     let file = &citation.value;
     let text = files(file).map_err(|why| {
         let problem = Problem::at(&citation.at, "the jet of `air` cannot be used").label(why);
-        vec![problem.help("`plan calibrate` writes such a file; without `jet` the paper's is flown")]
+        vec![
+            problem.help("`plan calibrate` writes such a file; without `jet` the paper's is flown"),
+        ]
     })?;
     let mut reader = Reader {
         text: &text,
@@ -77,7 +79,12 @@ fn jet(reader: &mut Reader<'_>, file: &str) -> Option<CitedJet> {
             .map(|read| read.value);
     }
     // What follows says where the constants come from; it is checked, and does not change the flow.
-    for key in ["centreline_95", "spreading_95", "origin_95", "centreline_95_if_one_gain"] {
+    for key in [
+        "centreline_95",
+        "spreading_95",
+        "origin_95",
+        "centreline_95_if_one_gain",
+    ] {
         if let Some(field) = record.optional(key) {
             numbers(reader, field, 2, &ANY);
         }
@@ -97,8 +104,14 @@ fn jet(reader: &mut Reader<'_>, file: &str) -> Option<CitedJet> {
             reader.text(Field { value, key, who });
         }
     }
-    let choices = [("Fits", Fit::Fits), ("Poor", Fit::Poor), ("Undecided", Fit::Undecided)];
-    let fit = record.optional("fit").and_then(|field| reader.word(field, &choices));
+    let choices = [
+        ("Fits", Fit::Fits),
+        ("Poor", Fit::Poor),
+        ("Undecided", Fit::Undecided),
+    ];
+    let fit = record
+        .optional("fit")
+        .and_then(|field| reader.word(field, &choices));
     record.close(reader);
     let [centreline, spreading, origin] = constants;
     let jet = Jet {
@@ -118,12 +131,7 @@ fn jet(reader: &mut Reader<'_>, file: &str) -> Option<CitedJet> {
 }
 
 /// As many numbers in round brackets.
-fn numbers<'t>(
-    reader: &mut Reader<'t>,
-    field: Field<'_, 't>,
-    count: usize,
-    limits: &Limits,
-) {
+fn numbers<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>, count: usize, limits: &Limits) {
     let Field { value, key, who } = field;
     let items = value.tuple().filter(|_| value.text.starts_with('('));
     match items {
@@ -133,8 +141,11 @@ fn numbers<'t>(
             }
         }
         _ => reader.report(
-            Problem::at(&value.head(), format!("`{key}` of {who} must be {count} numbers"))
-                .label("in round brackets, commas between them"),
+            Problem::at(
+                &value.head(),
+                format!("`{key}` of {who} must be {count} numbers"),
+            )
+            .label("in round brackets, commas between them"),
         ),
     }
 }

@@ -143,9 +143,7 @@ fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
         ];
         reader.word(field, &choices)
     });
-    let jet = record
-        .optional("jet")
-        .and_then(|field| reader.text(field));
+    let jet = record.optional("jet").and_then(|field| reader.text(field));
     if let Some(field) = record.optional("finding") {
         let problem = Problem::at(
             &field.value.head(),
