@@ -82,7 +82,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     for figure in &figures {
         written.push((format!("{}.svg", figure.name), figure.svg.clone()));
     }
-    written.push(("report.html".to_owned(), page(&name, &calibration, &figures)));
+    written.push((
+        "report.html".to_owned(),
+        page(&name, &calibration, &figures),
+    ));
     let written: Vec<(PathBuf, String)> = written
         .into_iter()
         .map(|(file, text)| (out.path.join(file), text))

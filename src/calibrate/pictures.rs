@@ -70,7 +70,8 @@ fn profiles_of(name: &str, found: &Calibration) -> Option<Figure> {
         .iter()
         .filter_map(|drone| panel(drone, &jet))
         .collect();
-    let marks = ["shallowest slice", "slice between", "deepest slice"].map(|mark| (mark.to_owned(), false));
+    let marks =
+        ["shallowest slice", "slice between", "deepest slice"].map(|mark| (mark.to_owned(), false));
     let words = Words {
         title: &format!("Radial profiles over the calibrated jet: {name}"),
         subtitle: "each drone's far field, distances over r_half and speeds over U_C of the calibrated jet at that depth",
@@ -89,7 +90,11 @@ fn profiles_of(name: &str, found: &Calibration) -> Option<Figure> {
 
 /// Shallowest, middle and deepest far-field slice of a drone; `None` without any.
 fn panel(drone: &DroneFit, jet: &Jet) -> Option<Profile> {
-    let far: Vec<_> = drone.profiles.iter().filter(|profile| profile.fit.is_some()).collect();
+    let far: Vec<_> = drone
+        .profiles
+        .iter()
+        .filter(|profile| profile.fit.is_some())
+        .collect();
     let last = far.len().checked_sub(1)?;
     let mut chosen = vec![(0, far[0]), (1, far[last / 2]), (2, far[last])];
     chosen.dedup_by(|a, b| std::ptr::eq(a.1, b.1));
@@ -115,9 +120,15 @@ fn panel(drone: &DroneFit, jet: &Jet) -> Option<Profile> {
         .collect();
     let curve = (0..=60).map(|i| {
         let xi = WIDEST_XI * f64::from(i) / 60.0;
-        (xi, (1.0 + (std::f64::consts::SQRT_2 - 1.0) * xi * xi).powi(-2))
+        (
+            xi,
+            (1.0 + (std::f64::consts::SQRT_2 - 1.0) * xi * xi).powi(-2),
+        )
     });
-    let depths: Vec<String> = chosen.iter().map(|(_, profile)| format!("{:.1}", profile.s_over_l)).collect();
+    let depths: Vec<String> = chosen
+        .iter()
+        .map(|(_, profile)| format!("{:.1}", profile.s_over_l))
+        .collect();
     Some(Profile {
         heading: format!("{}, s/l = {}", drone.airframe, depths.join(", ")),
         series,
@@ -144,7 +155,10 @@ fn residuals_of(name: &str, found: &Calibration, recordings: &[Recording]) -> Op
     let readings = readings.concat();
     let svg = residual_map::draw(
         &format!("What the calibrated jet leaves: {name}"),
-        &format!("{} below drones without cant", count(readings.len(), "reading", "readings")),
+        &format!(
+            "{} below drones without cant",
+            count(readings.len(), "reading", "readings")
+        ),
         ("U_H", "the instrument's stated accuracy"),
         &readings,
         &jet,

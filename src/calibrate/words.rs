@@ -58,8 +58,18 @@ pub(super) fn constants(found: &Calibration) -> Table {
     table(
         &["", "value", "95 % interval", "the paper's"],
         vec![
-            row("B, centreline: U_C/U_H = B/(s/l - s0)", &jet.centreline, 3, paper.centreline),
-            row("S, spreading: r_half/l = S (s/l - s0)", &jet.spreading, 5, paper.spreading),
+            row(
+                "B, centreline: U_C/U_H = B/(s/l - s0)",
+                &jet.centreline,
+                3,
+                paper.centreline,
+            ),
+            row(
+                "S, spreading: r_half/l = S (s/l - s0)",
+                &jet.spreading,
+                5,
+                paper.spreading,
+            ),
             row("s0, virtual origin (l)", &jet.origin, 3, paper.origin),
         ],
     )
@@ -75,16 +85,25 @@ pub(super) fn about_the_constants(found: &Calibration) -> Vec<String> {
             jet.resampling.units,
             jet.resampling
                 .block_s
-                .map_or(String::new(), |block_s| format!(" of {block_s:.0} s or more"))
+                .map_or(String::new(), |block_s| format!(
+                    " of {block_s:.0} s or more"
+                ))
         ),
     };
     let Interval { low, high } = jet.centreline_if_one_gain;
     vec![
-        format!("Intervals from {} bootstrap draws of {drawn}.", jet.resampling.draws),
-        format!("B if all flights shared one gain of the probe, which resampling cannot see: {low:.3} to {high:.3}."),
+        format!(
+            "Intervals from {} bootstrap draws of {drawn}.",
+            jet.resampling.draws
+        ),
+        format!(
+            "B if all flights shared one gain of the probe, which resampling cannot see: {low:.3} to {high:.3}."
+        ),
         format!(
             "Correlations of the estimates: B with S {:+.2}, B with s0 {:+.2}, S with s0 {:+.2}.",
-            jet.correlation.centreline_spreading, jet.correlation.centreline_origin, jet.correlation.spreading_origin
+            jet.correlation.centreline_spreading,
+            jet.correlation.centreline_origin,
+            jet.correlation.spreading_origin
         ),
     ]
 }
@@ -95,12 +114,26 @@ pub(super) fn drones(found: &Calibration) -> Table {
         .drones
         .iter()
         .map(|drone| {
-            let slices = drone.profiles.iter().filter(|profile| profile.fit.is_some()).count();
-            let merge = drone.lobes_merge_s_over_l.map_or("not seen".to_owned(), |merge| {
-                format!("{:.2} to {:.2} l", merge.low, merge.high)
-            });
+            let slices = drone
+                .profiles
+                .iter()
+                .filter(|profile| profile.fit.is_some())
+                .count();
+            let merge = drone
+                .lobes_merge_s_over_l
+                .map_or("not seen".to_owned(), |merge| {
+                    format!("{:.2} to {:.2} l", merge.low, merge.high)
+                });
             vec![
-                format!("{}{}", drone.airframe, if drone.in_fit { "" } else { " (beside the fit)" }),
+                format!(
+                    "{}{}",
+                    drone.airframe,
+                    if drone.in_fit {
+                        ""
+                    } else {
+                        " (beside the fit)"
+                    }
+                ),
                 format!("{:.2}", drone.induced_velocity_mps),
                 format!("{:.3}", drone.motor_distance_m),
                 drone.flights.to_string(),
@@ -111,7 +144,15 @@ pub(super) fn drones(found: &Calibration) -> Table {
         })
         .collect();
     table(
-        &["airframe", "U_H m/s", "l m", "flights", "readings", "slices", "lobes merge"],
+        &[
+            "airframe",
+            "U_H m/s",
+            "l m",
+            "flights",
+            "readings",
+            "slices",
+            "lobes merge",
+        ],
         rows,
     )
 }
@@ -156,7 +197,13 @@ pub(super) fn regions(found: &Calibration) -> Table {
         })
         .collect();
     table(
-        &["measured - fitted, over U_C", "cells", "mean", "t", "stands out"],
+        &[
+            "measured - fitted, over U_C",
+            "cells",
+            "mean",
+            "t",
+            "stands out",
+        ],
         rows,
     )
 }
@@ -173,8 +220,14 @@ fn bound(value: f64) -> String {
 pub(super) fn tests(found: &Calibration) -> Table {
     let mut rows = Vec::new();
     let ways: [(&str, &[ResidualTest]); 2] = [
-        ("through the observation operator", &found.residual_tests.through_operator),
-        ("the paper's way: a scalar ambient speed subtracted", &found.residual_tests.scalar_subtracted),
+        (
+            "through the observation operator",
+            &found.residual_tests.through_operator,
+        ),
+        (
+            "the paper's way: a scalar ambient speed subtracted",
+            &found.residual_tests.scalar_subtracted,
+        ),
     ];
     for (heading, tests) in ways {
         rows.push(vec![heading.to_owned()]);
@@ -183,7 +236,19 @@ pub(super) fn tests(found: &Calibration) -> Table {
         }
     }
     table(
-        &["xi", "n", "n eff", "mean", "deviation", "t", "p", "above 0", "p eff, Holm", "still", "p normal"],
+        &[
+            "xi",
+            "n",
+            "n eff",
+            "mean",
+            "deviation",
+            "t",
+            "p",
+            "above 0",
+            "p eff, Holm",
+            "still",
+            "p normal",
+        ],
         rows,
     )
 }
@@ -232,7 +297,10 @@ pub(super) fn counts(found: &Calibration) -> Table {
             Dropped::NearFloor => "too near the floor",
             Dropped::FarOut => "further out than is compared",
         };
-        rows.push(vec![format!("left out: {why}"), dropped.samples.to_string()]);
+        rows.push(vec![
+            format!("left out: {why}"),
+            dropped.samples.to_string(),
+        ]);
     }
     table(&["readings", "count"], rows)
 }
@@ -245,7 +313,12 @@ pub(super) fn text(name: &str, found: &Calibration) -> String {
         text += &format!("  {line}\n");
     }
     text += &format!("\n  {}: {}\n", verdict(found), found.goodness.sentence);
-    let standing = found.goodness.regions.iter().filter(|region| region.significant).count();
+    let standing = found
+        .goodness
+        .regions
+        .iter()
+        .filter(|region| region.significant)
+        .count();
     text += &format!(
         "  rms misfit of the cells {:.4} U_C; {} of {} regions stand out\n\n",
         found.goodness.rms_over_centreline,
