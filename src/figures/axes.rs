@@ -48,10 +48,10 @@ pub(super) fn axes<'a, 'b>(
         .draw()?;
     if !heading.is_empty() {
         let (xs, _) = chart.plotting_area().get_pixel_range();
-        let (left, top) = area.get_pixel_range();
+        let (left, _) = area.get_pixel_range();
         area.draw(&Text::new(
             heading.to_owned(),
-            (xs.start - left.start, top.start - top.start + px(5.0)),
+            (xs.start - left.start, px(5.0)),
             super::sheet::bold(12.0, INK),
         ))?;
     }
