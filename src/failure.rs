@@ -44,6 +44,8 @@ pub(crate) enum Failure {
     Calibrate(#[from] CalibrateError),
     #[error(transparent)]
     Instance(#[from] InstanceError),
+    #[error("nothing can be held out: {0}")]
+    HeldOut(String),
     #[error("cannot start {jobs} threads: {source}")]
     Threads {
         jobs: usize,

@@ -229,7 +229,13 @@ pub(super) fn remarks(all: &[Simulated]) -> Vec<String> {
 }
 
 /// The report for the terminal.
-pub(super) fn text(name: &str, all: &[Simulated], regions: &[Region], maps: &[Map]) -> String {
+pub(super) fn text(
+    name: &str,
+    all: &[Simulated],
+    regions: &[Region],
+    maps: &[Map],
+    held_out: &str,
+) -> String {
     let mut text = format!("{name}: {}\n{}\n\n", what(all), baseline(all));
     text += &region_table(regions).text();
     if !maps.is_empty() {
@@ -237,6 +243,9 @@ pub(super) fn text(name: &str, all: &[Simulated], regions: &[Region], maps: &[Ma
         for map in maps {
             text += &format!("    {}\n", map.sentence());
         }
+    }
+    if !held_out.is_empty() {
+        text += &format!("\n{held_out}");
     }
     let remarks = remarks(all);
     if !remarks.is_empty() {
