@@ -27,7 +27,7 @@ pub(crate) struct Arguments {
     /// How to print the answer
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Folder for jet.ron, calibration.json, figures and report.html [default: out/<name of the first recording>]
+    /// Folder for jet.ron, calibration.json, figures and report.html [default: out/NAME, that of the first recording]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Seed of the bootstrap draws

@@ -40,7 +40,7 @@ pub(crate) struct Arguments {
     /// How to print the answer
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Folder for the tables, figures and report.html [default: out/<name of the first recording>]
+    /// Folder for the tables, figures and report.html [default: out/NAME, that of the first recording]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
