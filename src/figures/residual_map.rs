@@ -22,7 +22,7 @@ pub(crate) fn draw(
     jet: &Jet,
 ) -> Option<String> {
     let grid = Grid::of(readings)?;
-    // The largest hundredth of the cells saturates.
+    // The largest few of the cells saturate.
     let mut sizes: Vec<f64> = grid
         .cells
         .iter()
@@ -30,13 +30,13 @@ pub(crate) fn draw(
         .map(|cell| cell.residual.abs())
         .collect();
     sizes.sort_by(f64::total_cmp);
-    let largest = sizes.get((sizes.len() * 99 / 100).min(sizes.len().saturating_sub(1)))?;
+    let largest = sizes.get((sizes.len() * 97 / 100).min(sizes.len().saturating_sub(1)))?;
     let scale = Scale::of_residuals(*largest);
     Some(sheet((WIDTH, HEIGHT), title, subtitle, |area| {
         let (panel, side) = area.split_horizontally(px(WIDTH - BAR));
         let mut chart = frame(&panel, "", &grid)?;
         map(&mut chart, &grid, &scale, |cell| cell.residual)?;
-        signs(&mut chart, &grid)?;
+        signs(&mut chart, &grid, &scale)?;
         half_width(&mut chart, &grid, jet)?;
         let label = format!("recorded - simulated ({unit})");
         colour_bar(&side, (12.0, 34.0), HEIGHT - HEAD - 120.0, &label, &scale)?;
@@ -57,7 +57,7 @@ pub(crate) fn draw(
 }
 
 /// A sign in every cell whose median is further off than the instrument may be.
-fn signs(chart: &mut Chart, grid: &Grid) -> Drawn {
+fn signs(chart: &mut Chart, grid: &Grid, scale: &Scale) -> Drawn {
     let area = chart.plotting_area().strip_coord_spec();
     let (xs, ys) = area.get_pixel_range();
     for row in 0..grid.rows {
@@ -72,13 +72,17 @@ fn signs(chart: &mut Chart, grid: &Grid) -> Drawn {
             let centre = chart.backend_coord(&((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0));
             let (x, y) = (centre.0 - xs.start, centre.1 - ys.start);
             let arm = px(2.4);
+            // The outer three steps to either side are dark.
+            let step = scale.step_of(cell.residual);
+            let dark = step < 3 || step + 3 >= scale.steps;
+            let colour = if dark { PAPER } else { INK };
             let mut stroke = vec![(x - arm, y), (x + arm, y)];
             if cell.residual > 0.0 {
                 stroke.extend([(x, y), (x, y - arm), (x, y + arm)]);
             }
             area.draw(&PathElement::new(
                 stroke,
-                INK.stroke_width(px(0.75).unsigned_abs()),
+                colour.stroke_width(px(0.75).unsigned_abs()),
             ))?;
         }
     }
