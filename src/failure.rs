@@ -3,6 +3,7 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use diagnosis::calibrate::CalibrateError;
 use planner::instances::InstanceError;
 use thiserror::Error;
 
@@ -35,6 +36,12 @@ pub(crate) enum Failure {
     NothingToCompare(usize),
     #[error("{}: not a plan: {reason}", path.display())]
     NotAPlan { path: PathBuf, reason: String },
+    #[error("recordings are folders: name one to write them to with --out")]
+    NoFolder,
+    #[error("no airframe is called `{0}`; `plan schema` lists them")]
+    NoSuchAirframe(String),
+    #[error(transparent)]
+    Calibrate(#[from] CalibrateError),
     #[error(transparent)]
     Instance(#[from] InstanceError),
     #[error("cannot start {jobs} threads: {source}")]

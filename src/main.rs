@@ -1,6 +1,7 @@
 //! The `plan` command: files, terminal, exit codes. What a plan is and how it is found lives in the
 //! `planner` crate; here is what a person types and reads.
 
+mod calibrate;
 mod check;
 mod conflicts;
 mod failure;
@@ -52,6 +53,8 @@ enum Command {
     Generate(generate::Arguments),
     /// Simulate recordings and compare: what the model says every sample should have read
     Simulate(simulate::Arguments),
+    /// Calibrate the jet from recordings of hovering drones; exit code 1 where one jet does not describe them
+    Calibrate(calibrate::Arguments),
 }
 
 /// How to print an answer.
@@ -83,6 +86,7 @@ fn main() -> ExitCode {
         (Some(Command::Schema), _) => schema::run(),
         (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
+        (Some(Command::Calibrate(arguments)), _) => calibrate::run(&arguments),
         (None, Some(arguments)) => plan_scenario::run(&arguments),
         // `arg_required_else_help` has answered already.
         (None, None) => Err(Failure::NothingToDo),

@@ -21,6 +21,8 @@ use crate::page::{Figure, Page};
 use crate::progress::Progress;
 use crate::{Answer, Format, files, recordings};
 use forces::Map;
+pub(crate) use pictures::{drones, slices, speed_readings};
+pub(crate) use words::wrote;
 
 #[derive(Args)]
 pub(crate) struct Arguments {

@@ -77,7 +77,8 @@ const FINENESS: [(usize, usize); 8] = [
     (8, 10),
 ];
 /// A grid is fine enough when so many of its cells hold a reading.
-const FILLED: f64 = 0.7;
+/// Chosen here: of hover grids, thin at their edges, the middle is then filled.
+const FILLED: f64 = 0.55;
 
 impl Grid {
     /// The finest grid that the readings fill; `None` without readings.
@@ -92,9 +93,9 @@ impl Grid {
         }
         depths.sort_by(f64::total_cmp);
         across.sort_by(f64::total_cmp);
-        // The outermost hundredth would leave the rest too little room.
+        // The outermost few would leave the rest too little room.
         let (s_from, s_to) = (quantile(&depths, 0.0), quantile(&depths, 0.99));
-        let across_to = quantile(&across, 0.99).max(0.1);
+        let across_to = quantile(&across, 0.98).max(0.1);
         let s_to = s_to.max(s_from + 0.1);
         let fitted = |(rows, columns)| {
             let mut grid = Grid {

@@ -22,7 +22,7 @@ pub(crate) fn draw(
     jet: &Jet,
 ) -> Option<String> {
     let grid = Grid::of(readings)?;
-    // The largest hundredth of the cells saturates.
+    // The largest few of the cells saturate.
     let mut sizes: Vec<f64> = grid
         .cells
         .iter()
@@ -30,7 +30,7 @@ pub(crate) fn draw(
         .map(|cell| cell.residual.abs())
         .collect();
     sizes.sort_by(f64::total_cmp);
-    let largest = sizes.get((sizes.len() * 99 / 100).min(sizes.len().saturating_sub(1)))?;
+    let largest = sizes.get((sizes.len() * 97 / 100).min(sizes.len().saturating_sub(1)))?;
     let scale = Scale::of_residuals(*largest);
     Some(sheet((WIDTH, HEIGHT), title, subtitle, |area| {
         let (panel, side) = area.split_horizontally(px(WIDTH - BAR));

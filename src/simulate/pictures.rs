@@ -283,7 +283,7 @@ fn receivers(
     figures.extend(shown.map(|svg| Figure {
         name: stem.into(),
         svg,
-        caption: "Left: over time. Right: every sample of every drone; one value in five hundred may lie beyond the frame.".into(),
+        caption: "Left: over time. Right: every sample of every drone; one value in two thousand may lie beyond the frame.".into(),
     }));
     let accuracy = "what the thrust map leaves in free flight";
     let residuals = residual_map::draw(
@@ -292,7 +292,7 @@ fn receivers(
             "{} in somebody's wake",
             count(readings.len(), "sample", "samples")
         ),
-        (quantity, accuracy),
+        (words::unit(channel), accuracy),
         &readings,
         jet,
     );

@@ -25,6 +25,15 @@ pub(super) fn quantity(channel: Channel) -> &'static str {
     }
 }
 
+/// Its unit alone.
+pub(super) fn unit(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Speed => "m/s",
+        Channel::Throttle | Channel::Power => "of hover",
+        Channel::VerticalForce => "N",
+    }
+}
+
 /// What the columns of its table end in.
 pub(super) fn suffix(channel: Channel) -> &'static str {
     match channel {

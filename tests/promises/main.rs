@@ -15,6 +15,7 @@ mod paper;
 mod planner;
 mod readme;
 mod recordings;
+mod recordings_commands;
 mod scenario;
 mod scenarios;
 mod verifier;
