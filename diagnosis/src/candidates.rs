@@ -551,28 +551,6 @@ fn of_the_sensor(shows: &Shows, observed: &Observed) -> Vec<Candidate> {
             starts: vec![vec![offset_practical]],
             set: |p, h| h.sensor.offset = p[0],
         },
-        Candidate {
-            name: "sensor_drift",
-            kind: Kind::Sensor,
-            equation: "y -> (1 + g' t) y + b' t",
-            story: "the sensor's calibration drifts with time",
-            parameters: vec![
-                parameter("g'", "1/h", [-6.0, 6.0], 0.0, 0.2),
-                parameter(
-                    "b'",
-                    if shows.probes { "m/s/h" } else { "1/h" },
-                    [-6.0, 6.0],
-                    0.0,
-                    0.3,
-                ),
-            ],
-            essential: 2,
-            starts: vec![vec![0.1, 0.1], vec![-0.1, -0.1]],
-            set: |p, h| {
-                h.sensor.gain_drift_per_h = p[0];
-                h.sensor.offset_drift_per_h = p[1];
-            },
-        },
     ];
     if shows.moves || observed.channel == Channel::Speed {
         candidates.push(Candidate {
@@ -597,6 +575,28 @@ fn of_the_sensor(shows: &Shows, observed: &Observed) -> Vec<Candidate> {
         });
     }
     if shows.probes {
+        candidates.push(Candidate {
+            name: "sensor_drift",
+            kind: Kind::Sensor,
+            equation: "y -> (1 + g' t) y + b' t",
+            story: "the sensor's calibration drifts with time",
+            parameters: vec![
+                parameter("g'", "1/h", [-6.0, 6.0], 0.0, 0.2),
+                parameter(
+                    "b'",
+                    if shows.probes { "m/s/h" } else { "1/h" },
+                    [-6.0, 6.0],
+                    0.0,
+                    0.3,
+                ),
+            ],
+            essential: 2,
+            starts: vec![vec![0.1, 0.1], vec![-0.1, -0.1]],
+            set: |p, h| {
+                h.sensor.gain_drift_per_h = p[0];
+                h.sensor.offset_drift_per_h = p[1];
+            },
+        });
         candidates.push(Candidate {
             name: "sensor_saturation",
             kind: Kind::Sensor,

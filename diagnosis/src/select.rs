@@ -12,6 +12,8 @@ pub const FOLDS: usize = 6;
 /// optimistic by up to two where the model is not quite right.
 const LEAST_GAIN: f64 = 6.0;
 const LEAST_ERRORS: f64 = 2.5;
+/// What a gain that rests on few blocks needs. Chosen here: four times what a term alone needs.
+const LARGE_GAIN: f64 = 25.0;
 /// A second term must bring this share of the whole gain: closures are a few percent off, and that is no second effect.
 const LEAST_SHARE: f64 = 0.12;
 /// How many are tried beside the best single, and how many singles among themselves.
@@ -25,6 +27,8 @@ pub struct Gain {
     pub total: f64,
     /// Its standard error over blocks.
     pub error: f64,
+    /// The sum without the block that gains most.
+    pub without_best: f64,
 }
 
 /// One set of candidates, fitted.
@@ -109,6 +113,7 @@ fn nothing(setting: &Setting) -> Tried {
         gain: Gain {
             total: 0.0,
             error: 0.0,
+            without_best: 0.0,
         },
         practical: true,
     }
@@ -229,8 +234,11 @@ fn promise(setting: &Setting, candidates: &[Candidate], first: &Tried, second: u
     members[1].starts.iter().map(of_start).fold(0.0, f64::max)
 }
 
+/// Gains in a few blocks alone have a large standard error whatever their size; a large one must not rest on one block.
 fn enough(gain: &Gain) -> bool {
-    gain.total > LEAST_GAIN && gain.total > LEAST_ERRORS * gain.error
+    let steady = gain.total > LEAST_ERRORS * gain.error;
+    let rare = gain.total > LARGE_GAIN && gain.without_best > LEAST_GAIN;
+    gain.total > LEAST_GAIN && (steady || rare)
 }
 
 /// Whether a pair beats each of its members alone, and the best single, by enough.
@@ -309,5 +317,6 @@ fn gain(setting: &Setting, log_density: &[f64], over: &[f64]) -> Gain {
     Gain {
         total,
         error: (count * variance).sqrt(),
+        without_best: total - blocks.iter().copied().fold(0.0, f64::max),
     }
 }

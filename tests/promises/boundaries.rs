@@ -200,6 +200,34 @@ fn the_verifier_shares_nothing_with_the_search_but_the_plan_itself() {
 }
 
 #[test]
+fn the_made_up_world_shares_no_code_with_the_physics_that_is_to_find_it() {
+    let world = sources_of("diagnosis/src/prove/world");
+    assert!(world.len() > 5);
+    assert_none(&named(&world, &["airflow"]));
+    let broken: Vec<String> = world
+        .iter()
+        .flat_map(|source| {
+            source
+                .names_below("crate")
+                .filter(|name| {
+                    // `crate` alone is the one in `pub(crate)`.
+                    let module = name.split("::").nth(1);
+                    module.is_some_and(|module| module != "random")
+                })
+                .map(|name| format!("{}: {name}", source.file))
+        })
+        .collect();
+    assert_none(&broken);
+    // Around it, descriptions cross in one file; how good an answer is asks nobody.
+    let mut around = sources_of("diagnosis/src/prove");
+    around.retain(|source| source.file != "diagnosis/src/prove/log.rs");
+    assert_none(&named(
+        &around,
+        &["airflow", "crate::flow", "crate::hypothesis"],
+    ));
+}
+
+#[test]
 fn shapes_are_stood_up_in_one_place() {
     // Parry's round shapes stand on y: whoever hangs one into the world needs a rotation.
     let turning = ["parry3d::math::Rotation", "parry3d::glamx", "glam", "glamx"];

@@ -62,6 +62,8 @@ const FLAT_SHARE: f64 = 0.02;
 /// Huber's bound on a difference in standard deviations, and the mean of `min(z², k²)` for normal z, which makes it consistent.
 const HUBER_K: f64 = 1.5;
 const HUBER_MEAN: f64 = 0.778_46;
+/// Least standard deviation that values are divided by, in the channel's unit.
+const LEAST_SD: f64 = 1e-12;
 /// Rounds of scale and weights; both settle geometrically.
 const ROUNDS: usize = 60;
 
@@ -240,11 +242,8 @@ impl Whitener {
             })
             .collect();
         Self {
-            // No noise at all would make every residual infinitely surprising: the smallest positive number keeps it finite.
-            sd: flow
-                .iter()
-                .map(|&u| noise.sd(u).max(f64::MIN_POSITIVE))
-                .collect(),
+            // No noise at all would make every residual infinitely surprising; far below any instrument, and squares stay finite.
+            sd: flow.iter().map(|&u| noise.sd(u).max(LEAST_SD)).collect(),
             before,
         }
     }
