@@ -20,8 +20,15 @@ fn main() {
         );
         println!("{:?} {:?}", f.verdict, f.effects);
         for i in (0..t.truth_clean.len()).step_by(t.truth_clean.len() / 25) {
-            let y = c.recording.probes.as_ref().map_or(f64::NAN, |p| p.samples[i].speed_mps);
-            println!("   {i} recorded {y:.3} truth {:.3} baseline {:.3} noise {:.3} ours {:.3}", t.truth_clean[i], t.baseline_clean[i], t.noise[i], f.prediction[i]);
+            let y = c
+                .recording
+                .probes
+                .as_ref()
+                .map_or(f64::NAN, |p| p.samples[i].speed_mps);
+            println!(
+                "   {i} recorded {y:.3} truth {:.3} baseline {:.3} noise {:.3} ours {:.3}",
+                t.truth_clean[i], t.baseline_clean[i], t.noise[i], f.prediction[i]
+            );
         }
         println!("{:?}", diagnosis::actuation::actuation(&c.recording));
         println!(

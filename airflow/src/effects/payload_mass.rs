@@ -13,8 +13,13 @@ use serde::{Deserialize, Serialize};
 pub struct PayloadMass {
     /// `m/m₀`; 1: as stated.
     pub mass_factor: f64,
-    /// From this moment on (s, the recording's clock); negative infinity: always.
+    /// From this moment on (s, the recording's clock); negative infinity, also where nothing is written: always.
+    #[serde(default = "always")]
     pub since_s: f64,
+}
+
+fn always() -> f64 {
+    f64::NEG_INFINITY
 }
 
 impl PayloadMass {
