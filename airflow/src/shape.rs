@@ -33,9 +33,7 @@ struct Section {
 impl Shape {
     /// Factor of all scale effects on `U_H`; that of a payload taken up in flight is [`Effects::meet`]'s.
     pub(crate) fn strength(effects: &Effects, diameter_over_l: f64) -> f64 {
-        let payload = effects
-            .payload_mass
-            .filter(|payload| payload.since_s == f64::NEG_INFINITY);
+        let payload = effects.payload_mass.filter(|payload| payload.is_constant());
         payload.map_or(1.0, |payload| payload.factor(0.0))
             * effects.momentum_scale.map_or(1.0, |effect| effect.factor())
             * effects.air_density.map_or(1.0, |effect| effect.factor())

@@ -1,10 +1,9 @@
 //! What may be missing: every effect and every sensor fault, with its parameters, their bounds, and the size from which it matters.
 
 use airflow::effects::{
-    AirDensity, BatterySag, Buoyancy, CeilingEffect, ClimbDescent, Crossflow, DlRatio, Effects,
-    EntrainmentRadial, GroundEffectThrust, GroundImpingement, JetMerging, MomentumScale,
-    NearFieldShape, PayloadMass, ProfileTail, ReceiverInflow, Recirculation, RotorCant, Swirl,
-    WakeTilt, WakeTransport, Wander,
+    BatterySag, Buoyancy, CeilingEffect, ClimbDescent, Crossflow, DlRatio, EntrainmentRadial,
+    GroundEffectThrust, GroundImpingement, JetMerging, MomentumScale, NearFieldShape, PayloadMass,
+    ProfileTail, ReceiverInflow, Recirculation, RotorCant, Swirl, WakeTilt, WakeTransport, Wander,
 };
 use serde::{Deserialize, Serialize};
 
@@ -257,7 +256,7 @@ fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "g^2 = 1 + w2 (s/6l)^2, r_half -> g r_half, U_C -> U_C/g^2",
             story: "the jet's axis meanders, more with depth, so its mean is wider and slower",
-            parameters: vec![parameter("w2", "1", [-0.4, 4.0], 0.0, 0.1)],
+            parameters: vec![parameter("w2", "1", [-0.4, 6.0], 0.0, 0.05)],
             essential: 1,
             starts: vec![vec![0.2], vec![-0.1]],
             set: |p, h| h.effects.wander = Some(Wander { growth: p[0] }),
@@ -388,6 +387,7 @@ fn of_the_surroundings(shows: &Shows) -> Vec<Candidate> {
             h.effects.payload_mass = Some(PayloadMass {
                 mass_factor: p[0],
                 since_s: p[1],
+                until_s: f64::INFINITY,
             });
         },
     }];
@@ -570,7 +570,9 @@ fn of_the_sensor(shows: &Shows, observed: &Observed) -> Vec<Candidate> {
             story: "the drones' clock and the sensors' disagree",
             parameters: vec![parameter("dt", "s", [-4.0, 4.0], 0.0, 0.15)],
             essential: 1,
-            starts: vec![vec![0.5], vec![-0.5], vec![1.5], vec![-1.5]],
+            starts: [0.5, -0.5, 1.5, -1.5, 3.0, -3.0]
+                .map(|dt| vec![dt])
+                .to_vec(),
             set: |p, h| h.sensor.clock_s = p[0],
         });
     }
@@ -627,17 +629,4 @@ fn of_the_sensor(shows: &Shows, observed: &Observed) -> Vec<Candidate> {
         });
     }
     candidates
-}
-
-/// A mass or a density that the throttle and the power of the drones themselves tell.
-#[must_use]
-pub fn scale_effects(mass_factor: Option<f64>, density_factor: Option<f64>) -> Effects {
-    Effects {
-        payload_mass: mass_factor.map(|mass_factor| PayloadMass {
-            mass_factor,
-            since_s: f64::NEG_INFINITY,
-        }),
-        air_density: density_factor.map(|density_factor| AirDensity { density_factor }),
-        ..Effects::default()
-    }
 }

@@ -38,6 +38,7 @@ pub mod low_pass;
 pub mod made_up;
 pub mod noise;
 pub mod observed;
+pub mod outside;
 pub mod problem;
 pub mod prove;
 mod random;

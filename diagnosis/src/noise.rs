@@ -2,37 +2,29 @@
 
 use crate::observed::Observed;
 use crate::simulate::Channel;
-use crate::statistics::noise::{Bounds, NoiseModel, estimate};
+use crate::statistics::noise::{Bounds, NoiseModel, Whitener, estimate};
 use crate::statistics::sequence::{Blocks, Sequence};
 
-/// Standard deviations of the samples, and how much of one reading's error is in the next.
+/// Standard deviations of the samples, how much of one reading's error is in the next, and which belong together.
 #[derive(Clone, Debug)]
 pub struct Noise {
     /// One for each sample, in the channel's unit.
     pub sd: Vec<f64>,
-    /// Correlation with the sample before it; 0 at the beginning of a series and after a gap.
-    pub with_before: Vec<f64>,
     /// Block of each sample: neighbours in time, too far from other blocks to share their errors.
     pub block: Vec<usize>,
     /// How many blocks.
     pub blocks: usize,
+    /// Takes scale and memory off.
+    pub whitener: Whitener,
+    /// The blocks, with who follows whom.
+    pub sequence_blocks: Blocks,
 }
 
 impl Noise {
     /// Values over their scatter, with what neighbours share taken out: independent and of size 1 where nothing is missing.
     #[must_use]
     pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
-        let scaled = |i: usize| values[i] / self.sd[i];
-        (0..values.len())
-            .map(|i| {
-                let rho = self.with_before[i];
-                if rho == 0.0 {
-                    scaled(i)
-                } else {
-                    (scaled(i) - rho * scaled(i - 1)) / (1.0 - rho * rho).sqrt()
-                }
-            })
-            .collect()
+        self.whitener.whiten(values)
     }
 }
 
@@ -63,17 +55,13 @@ pub fn noise(observed: &Observed, simulated: &[f64]) -> Noise {
     let model =
         estimate(&sequence, &residual, &flow, bounds).unwrap_or_else(|| overall(&residual, bounds));
     let blocks = Blocks::new(&sequence, &times_s);
-    let with_before = sequence
-        .previous
-        .iter()
-        .zip(&sequence.step_s)
-        .map(|(before, step_s)| before.map_or(0.0, |_| model.rho.powf(step_s / model.step_s)))
-        .collect();
+    let whitener = Whitener::new(&model, &sequence, &flow);
     Noise {
-        sd: flow.iter().map(|&flow| model.sd(flow)).collect(),
-        with_before,
+        sd: whitener.sd().to_vec(),
+        block: blocks.of_sample.clone(),
         blocks: blocks.count(),
-        block: blocks.of_sample,
+        whitener,
+        sequence_blocks: blocks,
     }
 }
 

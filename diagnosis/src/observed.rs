@@ -89,6 +89,19 @@ impl<'a> Observed<'a> {
         predicted
     }
 
+    /// How long ago (s) the air at a sample left its drone, at the centreline's speed; 0 below none.
+    #[must_use]
+    pub fn age_s(&self, sample: usize) -> f64 {
+        let sample = &self.samples[sample];
+        let age = sample.place.and_then(|place| {
+            let airframe = &self.recording.vehicles[place.emitter].airframe;
+            let wake = self.wakes.of(place.emitter)?;
+            let depth_m = place.s_over_l * airframe.motor_distance_m();
+            Some(wake.far_field().transport_time_s(depth_m, 1.0))
+        });
+        age.unwrap_or(0.0)
+    }
+
     /// Recorded values.
     #[must_use]
     pub fn recorded(&self) -> Vec<f64> {

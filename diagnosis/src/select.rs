@@ -3,8 +3,12 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use nalgebra::DMatrix;
+
 use crate::candidates::Candidate;
 use crate::fit::{Fit, Setting, held_out};
+use crate::observed::COVARIATES;
+use crate::statistics::trees::{self, HeldOut};
 
 /// Parts that the blocks are dealt to.
 pub const FOLDS: usize = 6;
@@ -16,9 +20,38 @@ const LEAST_ERRORS: f64 = 2.5;
 const LARGE_GAIN: f64 = 25.0;
 /// A second term must bring this share of the whole gain: closures are a few percent off, and that is no second effect.
 const LEAST_SHARE: f64 = 0.12;
+/// Or this smaller one, if it takes most of what any function of the circumstances could still take: a closure's error looks like
+/// nothing in the library.
+const LEAST_SHARE_OF_A_MATCH: f64 = 0.02;
+const MATCH: f64 = 0.7;
 /// How many are tried beside the best single, and how many singles among themselves.
 const PAIRED: usize = 7;
 const PAIRED_SINGLES: usize = 4;
+
+/// What trees over the circumstances predict, held out, of what a fit leaves.
+#[must_use]
+pub fn flexible(setting: &Setting, fit: &Fit) -> HeldOut {
+    let observed = setting.observed;
+    let circumstances = DMatrix::from_fn(observed.samples.len(), COVARIATES.len(), |i, j| {
+        observed.covariates[j][i]
+    });
+    let recorded = observed.recorded();
+    let left: Vec<f64> = recorded
+        .iter()
+        .zip(&fit.predicted)
+        .map(|(y, f)| y - f)
+        .collect();
+    let noise = setting.noise;
+    let (whitener, blocks) = (&noise.whitener, &noise.sequence_blocks);
+    trees::held_out(
+        &circumstances,
+        &left,
+        whitener,
+        blocks,
+        FOLDS,
+        trees::Options::default(),
+    )
+}
 
 /// Held-out gain of one set of candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -59,6 +92,14 @@ pub struct Selection {
     pub alternatives: Vec<Vec<usize>>,
 }
 
+impl Selection {
+    /// Takes the choice back: nothing stands.
+    pub fn withdraw(&mut self) {
+        self.chosen = self.nothing.clone();
+        self.alternatives.clear();
+    }
+}
+
 /// Fits everything and chooses.
 #[must_use]
 pub fn select(setting: &Setting, candidates: &[Candidate]) -> Selection {
@@ -90,8 +131,10 @@ pub fn select(setting: &Setting, candidates: &[Candidate]) -> Selection {
         .iter()
         .filter(|tried| tried.practical)
         .max_by(|a, b| a.gain.total.total_cmp(&b.gain.total));
+    // What a function of the circumstances, without any physics, could still take from the best single.
+    let left = |tried: &Tried| flexible(setting, &tried.fit).gain.total.max(0.0);
     let chosen = match best_pair {
-        Some(pair) if both_needed(setting, pair, &singles) => pair,
+        Some(pair) if both_needed(setting, pair, &singles, left(first)) => pair,
         _ if enough(&first.gain) => first,
         _ => return none(),
     };
@@ -242,7 +285,7 @@ fn enough(gain: &Gain) -> bool {
 }
 
 /// Whether a pair beats each of its members alone, and the best single, by enough.
-fn both_needed(setting: &Setting, pair: &Tried, singles: &[Tried]) -> bool {
+fn both_needed(setting: &Setting, pair: &Tried, singles: &[Tried], left: f64) -> bool {
     if !enough(&pair.gain) {
         return false;
     }
@@ -254,7 +297,10 @@ fn both_needed(setting: &Setting, pair: &Tried, singles: &[Tried]) -> bool {
     let mut needed = true;
     for single in others {
         let more = gain(setting, &pair.log_density, &single.log_density);
-        needed &= enough(&more) && more.total > LEAST_SHARE * pair.gain.total;
+        let share = more.total / pair.gain.total;
+        let large = share > LEAST_SHARE;
+        let matches = share > LEAST_SHARE_OF_A_MATCH && more.total > MATCH * left;
+        needed &= enough(&more) && (large || matches);
     }
     needed
 }
