@@ -2,6 +2,7 @@
 
 mod pictures;
 mod printed;
+mod sections;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -20,7 +21,7 @@ use crate::progress::Progress;
 use crate::simulate::{name_of, wrote};
 use crate::{Answer, Format, files, recordings};
 use printed::Printed;
-use words::Part;
+use sections::Part;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -134,7 +135,7 @@ fn texts(recording: &Recording, finding: &Finding) -> Vec<(String, String)> {
 fn page(recording: &Recording, finding: &Finding, figures: &[Figure]) -> String {
     let title = format!("{}: {}", recording.name, words::verdict(finding));
     let mut page = Page::new(&title, &words::what(recording, finding));
-    for section in words::sections(finding, true) {
+    for section in sections::sections(finding, true) {
         page.section(section.heading);
         for part in &section.parts {
             match part {

@@ -55,6 +55,16 @@ pub fn finding_ron(finding: &Finding) -> String {
         named(&mut text, effect);
     }
     let _ = writeln!(text, "    ],");
+    if let Some(expression) = finding
+        .shape
+        .as_ref()
+        .and_then(|shape| shape.expression.as_ref())
+    {
+        let _ = writeln!(
+            text,
+            "    // Something more that has no name and is not flown.\n    outside: {expression:?},"
+        );
+    }
     let region = &finding.region;
     let _ = writeln!(text, "    region: {:?},", region.description);
     let _ = writeln!(text, "    share_of_samples: {},", number(region.share));
@@ -184,6 +194,8 @@ mod tests {
             region: Region::default(),
             prediction: Vec::new(),
             held_out: HeldOut::default(),
+            shape: None,
+            chance: 1.0,
             candidates: Vec::new(),
             advice: Vec::new(),
             smallest: Vec::new(),
@@ -204,10 +216,7 @@ mod tests {
             crossflow: Some(Crossflow {
                 wind_mps: [0.1 + 0.2, -1e-7],
             }),
-            payload_mass: Some(PayloadMass {
-                mass_factor: 1.1,
-                since_s: f64::NEG_INFINITY,
-            }),
+            payload_mass: Some(PayloadMass::always(1.1)),
             ..Effects::default()
         };
         let correction = Hypothesis {

@@ -147,10 +147,13 @@ pub fn outside(
         .map(|(_, line)| Shape {
             depends_on: vec![("time of release s".to_owned(), 1.0)],
             curve: Vec::new(),
-            expression: Some(format!("a sin(2 pi t/{:.2} s + phase)", line.period_s)),
+            expression: Some(format!(
+                "a sin(2 pi t/{:.2} s + phase)",
+                line.frequency_hz.recip()
+            )),
             expression_share: 0.0,
             nearest: None,
-            period_s: Some(line.period_s),
+            period_s: Some(line.frequency_hz.recip()),
             correction: vec![0.0; setting.observed.samples.len()],
         })
 }

@@ -17,6 +17,8 @@ use crate::page::Figure;
 const BINS: usize = 16;
 /// Fewer samples than these in a bin say nothing about its median.
 const LEAST_IN_BIN: usize = 8;
+/// Medians further off than so many standard deviations of one sample get a sign.
+const SIGNS: f64 = 2.0;
 /// Curves side by side.
 const CURVES: usize = 2;
 /// Coordinates that say nearly the same of a sample: one curve of each group.
@@ -94,7 +96,7 @@ fn residuals(name: &str, subtitle: &str, unit: &str, seen: &Seen) -> Option<Figu
                 across_over_l: place.r_over_l.copysign(place.azimuth_rad.cos()),
                 before: sample.residual(),
                 after: sample.recorded - seen.corrected[i],
-                noise: seen.noise[i],
+                noise: SIGNS * seen.noise[i],
                 inside: seen.inside[i],
             })
         })
@@ -136,6 +138,14 @@ fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Opti
         .filter(|(share, _)| *share > 0.0)
         .collect();
     shares.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    // What trees depend on goes first.
+    let first = finding
+        .shape
+        .as_ref()
+        .and_then(|shape| shape.depends_on.first());
+    if let Some((name, _)) = first {
+        shares.sort_by_key(|(_, column)| COVARIATES[*column] != name);
+    }
     let group = |column: usize| ALIKE.iter().position(|g| g.contains(&COVARIATES[column]));
     let mut taken: Vec<usize> = Vec::new();
     for (_, column) in shares {

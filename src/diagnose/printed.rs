@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use diagnosis::candidates::Kind;
 use diagnosis::finding::{Effect, Estimate, Finding, HeldOut, Ranked, Region, Smallest};
+use diagnosis::outside::Shape;
 use diagnosis::prove::Verdict;
 use diagnosis::simulate::Channel;
 use serde::Serialize;
@@ -19,6 +20,10 @@ pub(super) struct Printed<'a> {
     samples: usize,
     effects: Vec<Named<'a>>,
     region: &'a Region,
+    /// Chance of as much structure in noise alone.
+    chance: f64,
+    /// What is outside the library.
+    shape: Option<&'a Shape>,
     heldout: &'a HeldOut,
     candidates: &'a [Ranked],
     advice: &'a [String],
@@ -57,6 +62,8 @@ impl<'a> Printed<'a> {
             samples: finding.samples,
             effects: finding.effects.iter().map(named).collect(),
             region: &finding.region,
+            chance: finding.chance,
+            shape: finding.shape.as_ref(),
             heldout: &finding.held_out,
             candidates: &finding.candidates,
             advice: &finding.advice,

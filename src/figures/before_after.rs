@@ -23,7 +23,7 @@ pub(crate) struct Spot {
     pub(crate) before: f64,
     /// Recorded minus corrected.
     pub(crate) after: f64,
-    /// Standard deviation of the noise.
+    /// Residuals beyond it get a sign.
     pub(crate) noise: f64,
     pub(crate) inside: bool,
 }
@@ -52,7 +52,7 @@ pub(crate) fn draw(
     let before = grid_of(|spot| spot.before)?;
     let after = grid_of(|spot| spot.after)?;
     let inside = grid_of(|spot| f64::from(u8::from(spot.inside)))?;
-    // The largest hundredth of the cells saturates.
+    // The largest tenth of the cells saturates: a few shallow ones would leave the rest pale.
     let mut sizes: Vec<f64> = before
         .cells
         .iter()
@@ -60,7 +60,7 @@ pub(crate) fn draw(
         .map(|cell| cell.residual.abs())
         .collect();
     sizes.sort_by(f64::total_cmp);
-    let largest = sizes.get((sizes.len() * 99 / 100).min(sizes.len().saturating_sub(1)))?;
+    let largest = sizes.get((sizes.len() * 9 / 10).min(sizes.len().saturating_sub(1)))?;
     let scale = Scale::of_residuals(*largest);
     Some(sheet((WIDTH, HEIGHT), title, subtitle, |area| {
         let (panels, side) = area.split_horizontally(px(WIDTH - BAR));
@@ -75,7 +75,7 @@ pub(crate) fn draw(
         colour_bar(&side, (14.0, 46.0), HEIGHT - HEAD - 190.0, &label, &scale)?;
         let entries = [
             (Sign::Nothing, "+ recorded above, - below,".to_owned()),
-            (Sign::Nothing, "by more than the noise".to_owned()),
+            (Sign::Nothing, "by more than twice the noise".to_owned()),
             (
                 Sign::Line(INK, super::axes::Stroke::Solid),
                 "region of the mismatch".to_owned(),
@@ -115,17 +115,29 @@ pub(super) fn signs(chart: &mut Chart, grid: &Grid) -> Drawn {
     Ok(())
 }
 
-/// The border of the cells of which half the samples or more are inside.
+/// The border of the cells of which half the samples or more are inside. A cell without samples goes with its neighbours.
 fn outline(chart: &mut Chart, grid: &Grid) -> Drawn {
+    let sampled = |row: usize, column: usize| {
+        let is_cell = row < grid.rows && column < grid.columns;
+        let cell = is_cell.then(|| grid.at(row, column)).flatten();
+        cell.map(|cell| cell.recorded >= 0.5)
+    };
+    let goes_with = |row: usize, column: usize| {
+        let mut votes = 0_i32;
+        for r in row.saturating_sub(1)..=row + 1 {
+            for c in column.saturating_sub(1)..=column + 1 {
+                votes += sampled(r, c).map_or(0, |inside| if inside { 1 } else { -1 });
+            }
+        }
+        votes > 0
+    };
     let is_in = |row: Option<usize>, column: Option<usize>| {
         let (Some(row), Some(column)) = (row, column) else {
             return false;
         };
         row < grid.rows
             && column < grid.columns
-            && grid
-                .at(row, column)
-                .is_some_and(|cell| cell.recorded >= 0.5)
+            && sampled(row, column).unwrap_or_else(|| goes_with(row, column))
     };
     let mut edges = Vec::new();
     for row in 0..grid.rows {
