@@ -8,7 +8,7 @@ use diagnosis::simulate::{Channel, Sample};
 
 use super::words;
 use crate::figures::agreement;
-use crate::figures::before_after::{self, Spot};
+use crate::figures::before_after::{self, Spot, Words};
 use crate::figures::readings::spread;
 use crate::figures::signature::{self, Bin, Curve};
 use crate::page::Figure;
@@ -87,13 +87,16 @@ fn seen(recording: &Recording, finding: &Finding) -> Option<Seen> {
 }
 
 fn residuals(name: &str, subtitle: &str, unit: &str, seen: &Seen) -> Option<Figure> {
+    let towards_rad = direction_rad(seen);
     let spots: Vec<Spot> = (0..seen.samples.len())
         .filter_map(|i| {
             let sample = &seen.samples[i];
             let place = sample.place?;
             Some(Spot {
                 s_over_l: place.s_over_l,
-                across_over_l: place.r_over_l.copysign(place.azimuth_rad.cos()),
+                across_over_l: place
+                    .r_over_l
+                    .copysign((place.azimuth_rad - towards_rad).cos()),
                 before: sample.residual(),
                 after: sample.recorded - seen.corrected[i],
                 noise: SIGNS * seen.noise[i],
@@ -105,19 +108,43 @@ fn residuals(name: &str, subtitle: &str, unit: &str, seen: &Seen) -> Option<Figu
         "" => String::new(),
         unit => format!(" ({unit})"),
     };
-    let svg = before_after::draw(
-        &format!("Recorded minus simulated, before and after: {name}"),
+    let across = format!(
+        "distance from the axis r / l, right: azimuth {:.0} deg",
+        towards_rad.to_degrees()
+    );
+    let words = Words {
+        title: &format!("Recorded minus simulated, before and after: {name}"),
         subtitle,
-        &unit,
-        ["before", "after the correction"],
-        &spots,
-    )?;
+        unit: &unit,
+        across: &across,
+        headings: ["before", "after the correction"],
+    };
+    let svg = before_after::draw(&words, &spots)?;
     Some(Figure {
         name: "residuals".into(),
         svg,
-        caption: "Medians by cell, by place in the wake that blows hardest there, folded onto a plane through its axis: left of 0 lie samples on the side of negative x. \
+        caption: "Medians by cell, by place in the wake that blows hardest there, folded onto the plane through its axis in which the two sides differ most; azimuths from x towards y. \
                   Blue: the simulation is too high; red: too low. Outlined: cells of which half the samples or more lie in the region.".into(),
     })
+}
+
+/// Azimuth (rad) towards which the correction adds most air; along x where it has no side.
+fn direction_rad(seen: &Seen) -> f64 {
+    let (mut x, mut y, mut all) = (0.0, 0.0, 0.0);
+    for (sample, corrected) in seen.samples.iter().zip(&seen.corrected) {
+        if let Some(place) = sample.place {
+            let change = corrected - sample.simulated;
+            let (sin, cos) = place.azimuth_rad.sin_cos();
+            x += change * cos;
+            y += change * sin;
+            all += change.abs();
+        }
+    }
+    // Chosen here: less than a tenth to one side is how the samples lie.
+    if x.hypot(y) < 0.1 * all || all == 0.0 {
+        return 0.0;
+    }
+    y.atan2(x)
 }
 
 fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Option<Figure> {

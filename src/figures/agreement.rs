@@ -6,7 +6,7 @@ use super::sheet::{HEAD, px, sheet};
 const WIDTH: f64 = 900.0;
 const PANEL: f64 = 430.0;
 
-/// `(recorded, predicted)` of every sample, first by the simulation, then corrected; `None` without samples.
+/// Words and `(recorded, predicted)` of every sample, first by the simulation, then corrected; `None` without samples.
 pub(crate) fn draw(
     title: &str,
     subtitle: &str,
@@ -21,8 +21,10 @@ pub(crate) fn draw(
     let ends = range(&all, BEYOND)?;
     Some(sheet((WIDTH, HEAD + PANEL), title, subtitle, |area| {
         let (both, _) = area.split_vertically(px(PANEL));
-        for (panel, (heading, pairs)) in both.split_evenly((1, 2)).iter().zip(panels) {
-            against(panel, heading, pairs, quantity, ends)?;
+        let predicted = ["simulated", "corrected"];
+        let both = both.split_evenly((1, 2));
+        for ((panel, (heading, pairs)), word) in both.iter().zip(panels).zip(predicted) {
+            against(panel, (heading, word), pairs, quantity, ends)?;
         }
         Ok(())
     }))

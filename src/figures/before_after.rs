@@ -4,7 +4,7 @@ use plotters::prelude::*;
 
 use super::axes::{Sign, colour_bar, legend};
 use super::colours::Scale;
-use super::field::{frame, map};
+use super::field::{frame_across, map};
 use super::readings::{Grid, Reading};
 use super::sheet::{Chart, Drawn, FAINT, HEAD, INK, PAPER, px, sheet};
 
@@ -17,7 +17,7 @@ const BAR: f64 = 210.0;
 pub(crate) struct Spot {
     /// Depth below the rotor plane over the motor distance.
     pub(crate) s_over_l: f64,
-    /// Distance from the axis over the motor distance, negative on the side of negative x.
+    /// Distance from the axis over the motor distance, negative on the far side of what `across` says.
     pub(crate) across_over_l: f64,
     /// Recorded minus simulated.
     pub(crate) before: f64,
@@ -28,14 +28,20 @@ pub(crate) struct Spot {
     pub(crate) inside: bool,
 }
 
-/// Residuals in `unit`; `None` without spots.
-pub(crate) fn draw(
-    title: &str,
-    subtitle: &str,
-    unit: &str,
-    headings: [&str; 2],
-    spots: &[Spot],
-) -> Option<String> {
+/// What the axes and the panels say.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Words<'a> {
+    pub(crate) title: &'a str,
+    pub(crate) subtitle: &'a str,
+    /// Of the residuals, in brackets, with the space before it.
+    pub(crate) unit: &'a str,
+    pub(crate) across: &'a str,
+    pub(crate) headings: [&'a str; 2],
+}
+
+/// `None` without spots.
+pub(crate) fn draw(words: &Words, spots: &[Spot]) -> Option<String> {
+    let Words { unit, .. } = words;
     let grid_of = |of: fn(&Spot) -> f64| {
         let readings: Vec<Reading> = spots
             .iter()
@@ -62,11 +68,12 @@ pub(crate) fn draw(
     sizes.sort_by(f64::total_cmp);
     let largest = sizes.get((sizes.len() * 9 / 10).min(sizes.len().saturating_sub(1)))?;
     let scale = Scale::of_residuals(*largest);
-    Some(sheet((WIDTH, HEIGHT), title, subtitle, |area| {
+    let size = (WIDTH, HEIGHT);
+    Some(sheet(size, words.title, words.subtitle, |area| {
         let (panels, side) = area.split_horizontally(px(WIDTH - BAR));
         let panels = panels.split_evenly((1, 2));
-        for ((panel, heading), grid) in panels.iter().zip(headings).zip([&before, &after]) {
-            let mut chart = frame(panel, heading, grid)?;
+        for ((panel, heading), grid) in panels.iter().zip(words.headings).zip([&before, &after]) {
+            let mut chart = frame_across(panel, heading, words.across, grid)?;
             map(&mut chart, grid, &scale, |cell| cell.residual)?;
             signs(&mut chart, grid)?;
             outline(&mut chart, &inside)?;

@@ -100,7 +100,7 @@ pub(crate) fn draw(
         }
         let (square, _) = scatter.split_vertically(px(SCATTER - 20.0));
         let heading = "recorded against simulated";
-        against(&square, heading, &all, quantity, (low, high))
+        against(&square, (heading, "simulated"), &all, quantity, (low, high))
     }))
 }
 
@@ -164,15 +164,16 @@ fn time(area: &Area, trace: &Trace, quantity: &str) -> Drawn {
     line(&mut chart, &simulated, INK, 1.4, Stroke::Dashed)
 }
 
+/// Headed by the first of two words, with the other on the axis of what is predicted.
 pub(super) fn against(
     area: &Area,
-    heading: &str,
+    (heading, predicted): (&str, &str),
     all: &[(f64, f64)],
     quantity: &str,
     (low, high): (f64, f64),
 ) -> Drawn {
     let (x_label, y_label) = (
-        format!("simulated {quantity}"),
+        format!("{predicted} {quantity}"),
         format!("recorded {quantity}"),
     );
     let x = Axis {
