@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use diagnosis::calibrate::CalibrateError;
+use diagnosis::diagnose::DiagnoseError;
 use planner::instances::InstanceError;
 use thiserror::Error;
 
@@ -42,6 +43,9 @@ pub(crate) enum Failure {
     NoSuchAirframe(String),
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
+    /// One error a recording.
+    #[error("{}", joined(.0))]
+    Diagnose(Vec<DiagnoseError>),
     #[error(transparent)]
     Instance(#[from] InstanceError),
     #[error("nothing can be held out: {0}")]
@@ -70,9 +74,19 @@ impl Failure {
             Failure::Scenario(rendered) | Failure::Recordings(rendered) => {
                 tell(rendered.trim_end());
             }
+            Failure::Diagnose(errors) => {
+                for error in errors {
+                    tell_error(&error.to_string(), &[]);
+                }
+            }
             other => tell_error(&other.to_string(), &[]),
         }
     }
+}
+
+fn joined(errors: &[DiagnoseError]) -> String {
+    let errors: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    errors.join("; ")
 }
 
 /// One error on standard error: what is wrong, then indented lines, the last of them the way out.

@@ -334,7 +334,7 @@ fn held_out(
     selection: &Selection,
     noise: &Noise,
 ) -> HeldOut {
-    let squares = |members: &[&Candidate], fit: &Fit| {
+    let squares = |setting: &Setting, members: &[&Candidate], fit: &Fit| {
         let recorded = setting.observed.recorded();
         let mut squares = vec![0.0; recorded.len()];
         for fold in 0..FOLDS {
@@ -348,8 +348,10 @@ fn held_out(
         squares
     };
     let rms = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-    let before = squares(&[], &selection.nothing.fit);
-    let after = squares(members, &selection.chosen.fit);
+    // Before: without what throttle and power have answered already.
+    let plain = Setting::new(setting.observed, noise, Hypothesis::default());
+    let before = squares(&plain, &[], &plain.nothing());
+    let after = squares(setting, members, &selection.chosen.fit);
     let mut blocks = vec![(0.0, 0.0); noise.blocks];
     for (square, &block) in after.iter().zip(&noise.block) {
         blocks[block].0 += square;

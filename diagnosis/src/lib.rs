@@ -23,6 +23,7 @@ pub mod candidates;
 pub mod clock;
 pub mod diagnose;
 pub mod finding;
+pub mod finding_file;
 pub mod fit;
 pub mod flow;
 pub mod force;

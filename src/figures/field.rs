@@ -59,14 +59,25 @@ pub(crate) fn draw(
     }))
 }
 
-/// Axes of a slice, depth downwards.
+/// Axes of a slice along x, depth downwards.
 pub(super) fn frame<'a, 'b>(
     area: &'a super::sheet::Area<'b>,
     heading: &str,
     grid: &Grid,
 ) -> Drawn<Chart<'a, 'b>> {
+    let label = "distance from the axis r / l, signed by side of x";
+    frame_across(area, heading, label, grid)
+}
+
+/// Axes of a slice whose direction `across` tells.
+pub(super) fn frame_across<'a, 'b>(
+    area: &'a super::sheet::Area<'b>,
+    heading: &str,
+    across: &str,
+    grid: &Grid,
+) -> Drawn<Chart<'a, 'b>> {
     let x = Axis {
-        label: "distance from the axis r / l, signed by side of x",
+        label: across,
         from: -grid.across_to,
         to: grid.across_to,
     };

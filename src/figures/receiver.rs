@@ -24,7 +24,7 @@ const SHADES: [f64; 6] = [0.12, 0.27, 0.42, 0.57, 0.75, 1.0];
 /// From one shade to the next.
 const SHADE_RATIO: f64 = 5.0;
 /// One value in so many may lie beyond either end of the scatter; of a strip, none.
-const BEYOND: usize = 2000;
+pub(super) const BEYOND: usize = 2000;
 
 /// One drone's channel over time.
 #[derive(Clone, Debug)]
@@ -99,12 +99,13 @@ pub(crate) fn draw(
             time(strip, trace, quantity)?;
         }
         let (square, _) = scatter.split_vertically(px(SCATTER - 20.0));
-        against(&square, &all, quantity, (low, high))
+        let heading = "recorded against simulated";
+        against(&square, (heading, "simulated"), &all, quantity, (low, high))
     }))
 }
 
 /// The range that holds all but one of `beyond` values on each side, a little widened.
-fn range(all: &[(f64, f64)], beyond: usize) -> Option<(f64, f64)> {
+pub(super) fn range(all: &[(f64, f64)], beyond: usize) -> Option<(f64, f64)> {
     let mut values: Vec<f64> = all
         .iter()
         .flat_map(|&(recorded, simulated)| [recorded, simulated])
@@ -163,9 +164,16 @@ fn time(area: &Area, trace: &Trace, quantity: &str) -> Drawn {
     line(&mut chart, &simulated, INK, 1.4, Stroke::Dashed)
 }
 
-fn against(area: &Area, all: &[(f64, f64)], quantity: &str, (low, high): (f64, f64)) -> Drawn {
+/// Headed by the first of two words, with the other on the axis of what is predicted.
+pub(super) fn against(
+    area: &Area,
+    (heading, predicted): (&str, &str),
+    all: &[(f64, f64)],
+    quantity: &str,
+    (low, high): (f64, f64),
+) -> Drawn {
     let (x_label, y_label) = (
-        format!("simulated {quantity}"),
+        format!("{predicted} {quantity}"),
         format!("recorded {quantity}"),
     );
     let x = Axis {
@@ -178,7 +186,7 @@ fn against(area: &Area, all: &[(f64, f64)], quantity: &str, (low, high): (f64, f
         from: low,
         to: high,
     };
-    let mut chart = axes(area, "recorded against simulated", x, y)?;
+    let mut chart = axes(area, heading, x, y)?;
     if all.len() <= POINTS {
         for &(recorded, simulated) in all {
             if (low..=high).contains(&recorded) && (low..=high).contains(&simulated) {

@@ -3,6 +3,7 @@
 use plotters::prelude::*;
 
 use super::axes::{Sign, Stroke, colour_bar, legend, line};
+use super::before_after::signs;
 use super::colours::Scale;
 use super::field::{frame, map};
 use super::readings::{Grid, Reading};
@@ -36,7 +37,7 @@ pub(crate) fn draw(
         let (panel, side) = area.split_horizontally(px(WIDTH - BAR));
         let mut chart = frame(&panel, "", &grid)?;
         map(&mut chart, &grid, &scale, |cell| cell.residual)?;
-        signs(&mut chart, &grid, &scale)?;
+        signs(&mut chart, &grid)?;
         half_width(&mut chart, &grid, jet)?;
         let label = format!("recorded - simulated ({unit})");
         colour_bar(&side, (12.0, 34.0), HEIGHT - HEAD - 120.0, &label, &scale)?;
@@ -54,39 +55,6 @@ pub(crate) fn draw(
         ];
         legend(&side, (90.0, 60.0), &entries)
     }))
-}
-
-/// A sign in every cell whose median is further off than the instrument may be.
-fn signs(chart: &mut Chart, grid: &Grid, scale: &Scale) -> Drawn {
-    let area = chart.plotting_area().strip_coord_spec();
-    let (xs, ys) = area.get_pixel_range();
-    for row in 0..grid.rows {
-        for column in 0..grid.columns {
-            let Some(cell) = grid.at(row, column) else {
-                continue;
-            };
-            if cell.residual.abs() <= cell.accuracy {
-                continue;
-            }
-            let (from, to) = grid.corners(row, column);
-            let centre = chart.backend_coord(&((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0));
-            let (x, y) = (centre.0 - xs.start, centre.1 - ys.start);
-            let arm = px(2.4);
-            // The outer three steps to either side are dark.
-            let step = scale.step_of(cell.residual);
-            let dark = step < 3 || step + 3 >= scale.steps;
-            let colour = if dark { PAPER } else { INK };
-            let mut stroke = vec![(x - arm, y), (x + arm, y)];
-            if cell.residual > 0.0 {
-                stroke.extend([(x, y), (x, y - arm), (x, y + arm)]);
-            }
-            area.draw(&PathElement::new(
-                stroke,
-                colour.stroke_width(px(0.75).unsigned_abs()),
-            ))?;
-        }
-    }
-    Ok(())
 }
 
 fn half_width(chart: &mut Chart, grid: &Grid, jet: &Jet) -> Drawn {

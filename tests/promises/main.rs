@@ -7,6 +7,7 @@
 mod boundaries;
 mod calibration;
 mod commands;
+mod diagnosis;
 mod endpoints;
 mod hover;
 mod near_field;
