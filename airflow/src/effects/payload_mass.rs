@@ -13,8 +13,17 @@ use serde::{Deserialize, Serialize};
 pub struct PayloadMass {
     /// `m/m₀`; 1: as stated.
     pub mass_factor: f64,
-    /// From this moment on (s, the recording's clock); negative infinity: always.
+    /// From this moment on (s, the recording's clock); negative infinity, and left out in files: always.
+    #[serde(default = "always", skip_serializing_if = "is_always")]
     pub since_s: f64,
+}
+
+fn always() -> f64 {
+    f64::NEG_INFINITY
+}
+
+fn is_always(since_s: &f64) -> bool {
+    *since_s == always()
 }
 
 impl PayloadMass {

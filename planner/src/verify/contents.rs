@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::str::FromStr;
 use std::sync::Arc;
 
+use airflow::effects::Flown;
 use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::Point3;
 
@@ -130,12 +131,15 @@ pub(super) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         solids,
         zones,
         superposition: air.superposition,
+        felt: air.flown.felt,
+        draught_mps: air.flown.draught_mps,
         last_s,
         horizon_s: last_s + REST_S,
         flights: Vec::with_capacity(plan.drones.len()),
     };
     let mut hangar = Hangar {
         air,
+        deepest_m: max.z - min.z,
         known: Vec::new(),
     };
     for (index, drone) in plan.drones.iter().enumerate() {
@@ -173,6 +177,7 @@ struct PlanAir {
     density_kg_per_m3: f64,
     jet: Jet,
     superposition: Superposition,
+    flown: Flown,
 }
 
 fn air(plan: &Plan) -> Result<PlanAir, String> {
@@ -191,16 +196,27 @@ fn air(plan: &Plan) -> Result<PlanAir, String> {
     }
     let superposition =
         Superposition::from_str(&plan.air.superposition).map_err(|error| error.to_string())?;
+    let effects = plan.air.effects.unwrap_or_default();
+    if let Some(problem) = effects.problems().first() {
+        return Err(format!("an effect: {problem}"));
+    }
+    let flown = effects.flown().map_err(|refused| {
+        let (name, why) = refused[0];
+        format!("`{name}` cannot be judged: {why}")
+    })?;
     Ok(PlanAir {
         density_kg_per_m3,
         jet,
-        superposition,
+        superposition: flown.superposition.unwrap_or(superposition),
+        flown,
     })
 }
 
 /// Wakes by airframe: the near field is tabulated once for each.
 struct Hangar {
     air: PlanAir,
+    /// How far down wakes are looked at (m).
+    deepest_m: f64,
     known: Vec<(Airframe, Arc<BoundedWake>, Arc<DiscPoints>)>,
 }
 
@@ -227,9 +243,12 @@ impl Hangar {
             self.air.density_kg_per_m3,
             &self.air.jet,
         );
+        if let Some(why) = (self.air.flown).beyond(&airframe, self.air.density_kg_per_m3) {
+            return Err(why);
+        }
+        let wake = BoundedWake::new(self.air.flown.wake(&wake), self.deepest_m);
         let discs = Arc::new(airframe.disc_points());
-        self.known
-            .push((airframe.clone(), Arc::new(BoundedWake::new(wake)), discs));
+        self.known.push((airframe.clone(), Arc::new(wake), discs));
         Ok(self.known[self.known.len() - 1].clone())
     }
 }
@@ -278,18 +297,27 @@ fn flight(
     }
 
     let mut by_mass: BTreeMap<u64, Arc<BoundedWake>> = BTreeMap::new();
+    let mut hovering = |mass_kg: f64| {
+        if mass_kg == airframe.mass_kg() {
+            return Arc::clone(&bare);
+        }
+        Arc::clone(
+            by_mass
+                .entry(mass_kg.to_bits())
+                .or_insert_with(|| Arc::new(bare.with_mass(mass_kg))),
+        )
+    };
+    let flown = &hangar.air.flown;
     let wakes: Vec<Arc<BoundedWake>> = trajectory
         .pieces()
         .iter()
         .map(|piece| {
-            if piece.mass_kg == airframe.mass_kg() {
-                return Arc::clone(&bare);
+            let wake = hovering(piece.mass_kg);
+            let climb_mps = piece.motion.climb_mps();
+            if climb_mps == 0.0 || !flown.depends_on_climb() {
+                return wake;
             }
-            Arc::clone(
-                by_mass
-                    .entry(piece.mass_kg.to_bits())
-                    .or_insert_with(|| Arc::new(bare.with_mass(piece.mass_kg))),
-            )
+            Arc::new(wake.climbing(flown, climb_mps))
         })
         .collect();
     let stops = trajectory.pieces().iter().zip(&wakes).map(|(piece, wake)| {

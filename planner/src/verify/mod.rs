@@ -31,6 +31,7 @@ mod column;
 mod contents;
 pub(crate) mod flight;
 mod limits;
+mod moved_wake;
 mod nearby;
 pub(crate) mod obstacle;
 pub(crate) mod solid;
