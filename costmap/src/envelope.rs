@@ -17,7 +17,7 @@
 use airflow::{DiscPoints, Wake};
 use nalgebra::Vector3;
 
-use crate::moved_jet::MovedSlab;
+use crate::moved_jet::{MovedSlab, slabs_m};
 
 /// Rows this close (in motor distances) down to [`FINE_UNTIL_L`]: chosen here, lobes merge within 1.5 l.
 const FINE_STEP_L: f64 = 0.125;
@@ -120,6 +120,7 @@ impl Envelope {
         azimuths: &[(f64, f64)],
         negligible_square: f64,
     ) -> Envelope {
+        let depths_m = slabs_m(wake, &depths_m);
         let rows: Vec<_> = depths_m
             .windows(2)
             .map(|ends_m| {

@@ -9,11 +9,12 @@ use nalgebra::Vector3;
 
 /// Bearings looked at in the near field, whose lobes are a seventh of a circle wide at least; and below it. Chosen here.
 const BEARINGS: [u32; 2] = [48, 24];
-/// The axis moves by no more than this part of the jet's spread between two depths looked at. Chosen here: a jet moved by half of it
+/// The axis moves by no more than this part of the jet's half-width between two depths looked at. Chosen here: a jet moved by half of it
 /// is one percent slower at a place.
 const AXIS_STEP: f64 = 0.2;
-/// Most depths looked at in one slab.
+/// Most depths looked at in one slab, and most slabs that a range of depths is cut into.
 const MOST_DEPTHS: f64 = 32.0;
+const MOST_SLABS: f64 = 24.0;
 /// Distances looked at in one spread. Chosen here: between two the profile is straight to a part in a thousand.
 const RADII_PER_SPREAD: f64 = 24.0;
 
@@ -29,6 +30,24 @@ pub(crate) struct MovedSlab<'a> {
     speeds: Vec<f64>,
 }
 
+/// Cuts ranges of depths until the axis moves by no more than about a half-width in each.
+pub(crate) fn slabs_m(wake: &Wake, depths_m: &[f64]) -> Vec<f64> {
+    let mut cut_m = vec![depths_m.first().copied().unwrap_or_default()];
+    for ends_m in depths_m.windows(2) {
+        let from_m = wake.axis_m(ends_m[0]).unwrap_or_default();
+        let to_m = wake.axis_m(ends_m[1]).unwrap_or(from_m);
+        let moved_m = (to_m[0] - from_m[0]).hypot(to_m[1] - from_m[1]);
+        let parts = (moved_m / wake.half_width_m(ends_m[0]))
+            .ceil()
+            .clamp(1.0, MOST_SLABS);
+        cut_m.extend((1..=parts as u32).map(|k| {
+            let share = f64::from(k) / parts;
+            ends_m[0] + share * (ends_m[1] - ends_m[0])
+        }));
+    }
+    cut_m
+}
+
 impl MovedSlab<'_> {
     pub(crate) fn new(wake: &Wake, from_m: f64, to_m: f64) -> MovedSlab<'_> {
         // At the rotor plane itself there is no air yet.
@@ -38,21 +57,27 @@ impl MovedSlab<'_> {
         let first_m = wake.axis_m(from_m).unwrap_or_default();
         let last_m = wake.axis_m(to_m).unwrap_or(first_m);
         let moved_m = (last_m[0] - first_m[0]).hypot(last_m[1] - first_m[1]);
-        let steps = (moved_m / (AXIS_STEP * spread_m))
+        let steps = (moved_m / (AXIS_STEP * wake.half_width_m(from_m)))
             .ceil()
             .clamp(2.0, MOST_DEPTHS);
         let depths_m = (0..=steps as u32)
             .map(|k| from_m + f64::from(k) / steps * (to_m - from_m))
             .collect();
-        let bearings = BEARINGS[usize::from(from_m >= wake.near_field_depth_m())];
+        let far = from_m >= wake.near_field_depth_m();
+        let bearings = BEARINGS[usize::from(far)];
+        // Where rotors are, and further down the way the jet leans, in which it is longest.
+        let first_bearing = if far {
+            (last_m[1] - first_m[1]).atan2(last_m[0] - first_m[0])
+        } else {
+            std::f64::consts::FRAC_PI_4
+        };
         MovedSlab {
             wake,
             centre_m: [0, 1].map(|axis| 0.5 * (first_m[axis] + last_m[axis])),
             depths_m,
             bearings: (0..bearings)
                 .map(|k| std::f64::consts::TAU * f64::from(k) / f64::from(bearings))
-                // The first on a diagonal, where rotors are.
-                .map(|angle| (angle + std::f64::consts::FRAC_PI_4).sin_cos())
+                .map(|angle| (angle + first_bearing).sin_cos())
                 .map(|(sin, cos)| [cos, sin])
                 .collect(),
             steps_per_m: RADII_PER_SPREAD / spread_m.min(wake.half_width_m(from_m)),

@@ -8,6 +8,7 @@ mod boundaries;
 mod calibration;
 mod commands;
 mod endpoints;
+mod findings;
 mod hover;
 mod near_field;
 mod neural_swarm;

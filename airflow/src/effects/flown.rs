@@ -199,7 +199,7 @@ impl Flown {
     /// A plain wake with what changes it, hovering.
     #[must_use]
     pub fn wake(&self, plain: &Wake) -> Wake {
-        if self.steady == Effects::default() {
+        if self.steady == Effects::default() && self.climb.is_none() {
             return plain.clone();
         }
         plain.with_effects(&self.steady)

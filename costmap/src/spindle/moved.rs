@@ -75,9 +75,11 @@ fn farthest_m(wake: &Wake, from_m: f64, to_m: f64, speed_mps: f64) -> Option<f64
         let (Some(axis_m), Some(spread_m)) = (wake.axis_m(depth_m), wake.spread_m(depth_m)) else {
             continue;
         };
+        // From the way it leans, in which it is longest.
+        let first_bearing = axis_m[1].atan2(axis_m[0]);
         for bearing in 0..BEARINGS {
             let angle = std::f64::consts::TAU * f64::from(bearing) / f64::from(BEARINGS);
-            let (sin, cos) = (angle + std::f64::consts::FRAC_PI_4).sin_cos();
+            let (sin, cos) = (angle + first_bearing).sin_cos();
             let at = |radius_m: f64| {
                 Vector3::new(
                     axis_m[0] + radius_m * cos,

@@ -10,6 +10,8 @@ use super::fields::{Field, Reader, Record};
 use super::limits::Limits;
 use super::problem::{Cited, Problem};
 use super::source::root;
+use super::written::Written;
+use crate::world::World;
 
 /// Where a scenario cites a finding, or that the command line does.
 #[derive(Clone, Debug)]
@@ -24,6 +26,60 @@ pub(super) struct CitedFinding {
     pub(super) effects: Effects,
     /// What whoever reads the plan should know of it.
     pub(super) notes: Vec<String>,
+}
+
+/// The finding that is flown: the command line's before the scenario's.
+pub(super) fn citation(written: &Written, finding: Option<&str>) -> Option<Citation> {
+    let from_scenario = || {
+        let cited = written.air.finding.as_ref()?;
+        Some(Citation {
+            file: cited.value.clone(),
+            at: Some(cited.at.clone()),
+        })
+    };
+    match finding {
+        Some(file) => Some(Citation {
+            file: file.to_owned(),
+            at: None,
+        }),
+        None => from_scenario(),
+    }
+}
+
+/// Why a finding cannot be flown by this fleet: the first reason of each kind.
+pub(super) fn unfit(world: &World) -> Vec<String> {
+    let Ok(flown) = world.effects.flown() else {
+        // Told at its place in the finding.
+        return Vec::new();
+    };
+    let density = world.air.density_kg_per_m3();
+    let wind = world
+        .drones
+        .iter()
+        .find_map(|drone| flown.beyond(&drone.vehicle.airframe, density));
+    let draught_mps = flown.draught_mps;
+    let drone = world.drones.iter().find(|drone| {
+        let airframe = &drone.vehicle.airframe;
+        let own_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density);
+        draught_mps > 0.0 && flown.felt * draught_mps >= drone.air_limit * own_mps
+    });
+    let drone = drone.map(|drone| {
+        format!(
+            "a draught of {draught_mps:.2} m/s alone exceeds the air limit of drone `{}`",
+            drone.name
+        )
+    });
+    let zone = world
+        .zones
+        .iter()
+        .find(|zone| draught_mps > 0.0 && draught_mps >= zone.air_limit_mps);
+    let zone = zone.map(|zone| {
+        format!(
+            "a draught of {draught_mps:.2} m/s alone exceeds the limit of zone `{}`",
+            zone.name
+        )
+    });
+    [wind, drone, zone].into_iter().flatten().collect()
 }
 
 impl Citation {

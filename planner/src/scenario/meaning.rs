@@ -8,7 +8,7 @@ use airflow::{Air, Jet};
 use nalgebra::Point3;
 
 use super::fields::listed;
-use super::finding_file::{self, Citation};
+use super::finding_file::{self, citation, unfit};
 use super::jet_file;
 use super::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
 use super::mesh::mesh;
@@ -132,60 +132,6 @@ pub(super) fn world(
         }));
     }
     (world, problems)
-}
-
-/// The finding that is flown: the command line's before the scenario's.
-fn citation(written: &Written, finding: Option<&str>) -> Option<Citation> {
-    let from_scenario = || {
-        let cited = written.air.finding.as_ref()?;
-        Some(Citation {
-            file: cited.value.clone(),
-            at: Some(cited.at.clone()),
-        })
-    };
-    match finding {
-        Some(file) => Some(Citation {
-            file: file.to_owned(),
-            at: None,
-        }),
-        None => from_scenario(),
-    }
-}
-
-/// Why a finding cannot be flown by this fleet: the first reason of each kind.
-fn unfit(world: &World) -> Vec<String> {
-    let Ok(flown) = world.effects.flown() else {
-        // Told at its place in the finding.
-        return Vec::new();
-    };
-    let density = world.air.density_kg_per_m3();
-    let wind = world
-        .drones
-        .iter()
-        .find_map(|drone| flown.beyond(&drone.vehicle.airframe, density));
-    let draught_mps = flown.draught_mps;
-    let drone = world.drones.iter().find(|drone| {
-        let airframe = &drone.vehicle.airframe;
-        let own_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density);
-        draught_mps > 0.0 && flown.felt * draught_mps >= drone.air_limit * own_mps
-    });
-    let drone = drone.map(|drone| {
-        format!(
-            "a draught of {draught_mps:.2} m/s alone exceeds the air limit of drone `{}`",
-            drone.name
-        )
-    });
-    let zone = world
-        .zones
-        .iter()
-        .find(|zone| draught_mps > 0.0 && draught_mps >= zone.air_limit_mps);
-    let zone = zone.map(|zone| {
-        format!(
-            "a draught of {draught_mps:.2} m/s alone exceeds the limit of zone `{}`",
-            zone.name
-        )
-    });
-    [wind, drone, zone].into_iter().flatten().collect()
 }
 
 /// `None` where the keys make no shape: that has been noted while reading.

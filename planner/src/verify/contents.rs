@@ -1,21 +1,17 @@
 //! From the text of a plan to what the checks need; what contradicts itself is named here.
 
 use std::collections::BTreeMap;
-use std::str::FromStr;
 use std::sync::Arc;
 
-use airflow::effects::Flown;
-use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::Point3;
 
 use super::Found;
 use super::flight::{Flight, Scene};
+use super::hangar::{Hangar, air};
 use super::solid::{RawShape, Solid};
 use super::wake_bound::BoundedWake;
 use super::wake_end::Stops;
-use crate::plan::{
-    AirframeEntry, AtEnd, AtStart, DronePlan, FORMAT, Plan, ShapeEntry, Violation, ViolationKind,
-};
+use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, Plan, ShapeEntry, Violation, ViolationKind};
 use crate::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
 
 /// Those who stay are judged at rest for this long after the last time (s); any length would do.
@@ -137,11 +133,7 @@ pub(super) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         horizon_s: last_s + REST_S,
         flights: Vec::with_capacity(plan.drones.len()),
     };
-    let mut hangar = Hangar {
-        air,
-        deepest_m: max.z - min.z,
-        known: Vec::new(),
-    };
+    let mut hangar = Hangar::new(air, max.z - min.z);
     for (index, drone) in plan.drones.iter().enumerate() {
         let unplanned = plan.unplanned.iter().any(|one| one.name == drone.name);
         match flight(&scene, &mut hangar, index, drone, unplanned) {
@@ -169,88 +161,6 @@ pub(super) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         }
     }
     (Some(scene), found)
-}
-
-/// The air of the plan, checked.
-#[derive(Clone, Copy)]
-struct PlanAir {
-    density_kg_per_m3: f64,
-    jet: Jet,
-    superposition: Superposition,
-    flown: Flown,
-}
-
-fn air(plan: &Plan) -> Result<PlanAir, String> {
-    let density_kg_per_m3 = plan.air.density_kg_per_m3;
-    if !(density_kg_per_m3.is_finite() && density_kg_per_m3 > 0.0) {
-        return Err(format!("the air's density is {density_kg_per_m3} kg/m3"));
-    }
-    let entry = plan.air.jet;
-    let jet = Jet {
-        centreline: entry.centreline,
-        spreading: entry.spreading,
-        origin: entry.origin,
-    };
-    if let Some(problem) = jet.problems().first() {
-        return Err(format!("the jet: {problem}"));
-    }
-    let superposition =
-        Superposition::from_str(&plan.air.superposition).map_err(|error| error.to_string())?;
-    let effects = plan.air.effects.unwrap_or_default();
-    if let Some(problem) = effects.problems().first() {
-        return Err(format!("an effect: {problem}"));
-    }
-    let flown = effects.flown().map_err(|refused| {
-        let (name, why) = refused[0];
-        format!("`{name}` cannot be judged: {why}")
-    })?;
-    Ok(PlanAir {
-        density_kg_per_m3,
-        jet,
-        superposition: flown.superposition.unwrap_or(superposition),
-        flown,
-    })
-}
-
-/// Wakes by airframe: the near field is tabulated once for each.
-struct Hangar {
-    air: PlanAir,
-    /// How far down wakes are looked at (m).
-    deepest_m: f64,
-    known: Vec<(Airframe, Arc<BoundedWake>, Arc<DiscPoints>)>,
-}
-
-impl Hangar {
-    fn get(
-        &mut self,
-        entry: &AirframeEntry,
-    ) -> Result<(Airframe, Arc<BoundedWake>, Arc<DiscPoints>), String> {
-        let airframe = Airframe::new(
-            entry.name.as_str(),
-            entry.mass_kg,
-            entry.propellers,
-            entry.propeller_diameter_m,
-            entry.motor_distance_m,
-            entry.width_factor,
-        )
-        .map_err(|error| format!("its airframe: {error}"))?;
-        if let Some(known) = self.known.iter().find(|known| known.0 == airframe) {
-            return Ok(known.clone());
-        }
-        let wake = Wake::new(
-            &airframe,
-            entry.mass_kg,
-            self.air.density_kg_per_m3,
-            &self.air.jet,
-        );
-        if let Some(why) = (self.air.flown).beyond(&airframe, self.air.density_kg_per_m3) {
-            return Err(why);
-        }
-        let wake = BoundedWake::new(self.air.flown.wake(&wake), self.deepest_m);
-        let discs = Arc::new(airframe.disc_points());
-        self.known.push((airframe.clone(), Arc::new(wake), discs));
-        Ok(self.known[self.known.len() - 1].clone())
-    }
 }
 
 /// One drone and what contradicts itself in it; an error where it cannot be judged at all.

@@ -30,6 +30,7 @@ mod collision;
 mod column;
 mod contents;
 pub(crate) mod flight;
+mod hangar;
 mod limits;
 mod moved_wake;
 mod nearby;

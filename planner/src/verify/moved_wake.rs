@@ -21,10 +21,12 @@ const RING_FACTOR: f64 = 1.08;
 const OUTERMOST: f64 = 30.0;
 /// Bearings sampled: an eighth of a lobe of four rotors; chosen here.
 const BEARINGS: usize = 32;
-/// The axis moves by at most this part of the spread between two sampled depths.
+/// The axis moves by at most this part of the half-width between two sampled depths.
 const AXIS_STEP: f64 = 0.2;
 const FEWEST_DEPTHS: f64 = 3.0;
 const MOST_DEPTHS: f64 = 40.0;
+/// Most layers that one is cut into where the jet lies nearly level.
+const MOST_PARTS: f64 = 24.0;
 /// On sampled speeds and on slopes taken as differences of neighbouring samples: what lies between samples. Chosen here, and checked by
 /// random places under random effects.
 const BETWEEN_SAMPLES: f64 = 1.04;
@@ -59,8 +61,18 @@ impl MovedTable {
         let mut depth_m = 0.0;
         while depth_m < deepest_m.max(wake.near_field_depth_m()) {
             let over_l: f64 = depth_m / l;
-            depth_m += l * (LAYER_GROWTH * (over_l + ORIGIN_L) - 0.1).max(LAYER_L);
-            edges_m.push(depth_m);
+            let next_m = depth_m + l * (LAYER_GROWTH * (over_l + ORIGIN_L) - 0.1).max(LAYER_L);
+            // Thinner where the axis would move by more than a half-width.
+            let from_m = wake.axis_m(depth_m).unwrap_or_default();
+            let to_m = wake.axis_m(next_m).unwrap_or(from_m);
+            let moved_m = (to_m[0] - from_m[0]).hypot(to_m[1] - from_m[1]);
+            let parts = (moved_m / wake.half_width_m(depth_m))
+                .ceil()
+                .clamp(1.0, MOST_PARTS);
+            for part in 1..=parts as u32 {
+                edges_m.push(depth_m + f64::from(part) / parts * (next_m - depth_m));
+            }
+            depth_m = next_m;
         }
         let layers = edges_m
             .par_windows(2)
@@ -136,19 +148,21 @@ impl Layer {
         let last_m = wake.axis_m(to_m).unwrap_or(first_m);
         let spread_m = wake.spread_m(from_m).unwrap_or(wake.half_width_m(from_m));
         let moved_m = (last_m[0] - first_m[0]).hypot(last_m[1] - first_m[1]);
-        let steps = (moved_m / (AXIS_STEP * spread_m))
+        let steps = (moved_m / (AXIS_STEP * wake.half_width_m(from_m)))
             .ceil()
             .clamp(FEWEST_DEPTHS, MOST_DEPTHS) as usize;
         let centre_m = [0, 1].map(|axis| 0.5 * (first_m[axis] + last_m[axis]));
         let step_s_m = (to_m - from_m) / steps as f64;
         let turn = std::f64::consts::TAU / BEARINGS as f64;
+        // From the way it leans, in which a level cut is longest.
+        let first = (last_m[1] - first_m[1]).atan2(last_m[0] - first_m[0]);
         let u_h = wake.induced_velocity_mps();
         let mut sampled = Vec::with_capacity((steps + 1) * rings.len() * BEARINGS);
         for s in 0..=steps {
             let z_m = -(from_m + s as f64 * step_s_m);
             for ring in rings {
                 for b in 0..BEARINGS {
-                    let (sin, cos) = (b as f64 * turn).sin_cos();
+                    let (sin, cos) = (first + b as f64 * turn).sin_cos();
                     let r_m = ring * spread_m;
                     let offset_m =
                         Vector3::new(centre_m[0] + r_m * cos, centre_m[1] + r_m * sin, z_m);
@@ -196,3 +210,6 @@ impl Layer {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -116,22 +116,20 @@ impl BoundedWake {
 
     /// The same drone while it climbs at a speed (m/s, up positive).
     pub(crate) fn climbing(&self, flown: &Flown, climb_mps: f64) -> BoundedWake {
-        if !flown.depends_on_climb() {
+        let Bounds::Moved {
+            table, deepest_m, ..
+        } = &self.bounds
+        else {
             return self.clone();
-        }
+        };
         let wake = flown.climbing(&self.wake, climb_mps);
-        match &self.bounds {
-            Bounds::Moved {
-                table, deepest_m, ..
-            } => BoundedWake {
-                bounds: Bounds::Moved {
-                    table: Arc::clone(table),
-                    deepest_m: *deepest_m,
-                    gain: wake.gain(),
-                },
-                wake,
+        BoundedWake {
+            bounds: Bounds::Moved {
+                table: Arc::clone(table),
+                deepest_m: *deepest_m,
+                gain: wake.gain(),
             },
-            Bounds::Round { .. } => BoundedWake::new(wake, 0.0),
+            wake,
         }
     }
 
