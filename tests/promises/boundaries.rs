@@ -59,7 +59,7 @@ fn dependencies_run_one_way() {
 
 #[test]
 fn the_air_knows_no_shapes_graphs_or_files() {
-    let expected = ["nalgebra", "thiserror"].map(String::from);
+    let expected = ["nalgebra", "serde", "thiserror"].map(String::from);
     assert_eq!(dependencies("airflow/Cargo.toml"), BTreeSet::from(expected));
     let depends = dependencies("costmap/Cargo.toml");
     for not_for_volumes in ["petgraph", "ron", "serde", "serde_json"] {
@@ -130,12 +130,13 @@ fn the_search_never_evaluates_a_jet() {
 
 #[test]
 fn outside_its_judges_the_planner_takes_descriptions_from_airflow_and_no_wake() {
-    // What is blown (airframe, air, jet constants, how jets add up), and beta for words about a price.
+    // What is blown (airframe, air, jet constants, how jets add up, what a finding adds), and beta for words about a price.
     let allowed = [
         "airflow::Air",
         "airflow::Airframe",
         "airflow::Jet",
         "airflow::Superposition",
+        "airflow::effects",
         "airflow::power::beta",
     ];
     let sources = sources_of("planner/src");

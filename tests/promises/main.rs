@@ -9,6 +9,7 @@ mod calibration;
 mod commands;
 mod diagnosis;
 mod endpoints;
+mod findings;
 mod hover;
 mod near_field;
 mod neural_swarm;

@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 pub struct PayloadMass {
     /// `m/m₀`; 1: as stated.
     pub mass_factor: f64,
-    /// From this moment on (s, the recording's clock); negative infinity: always.
+    /// From this moment on (s, the recording's clock); negative infinity, and left out in files: always.
     #[serde(default = "begin", skip_serializing_if = "is_unbounded")]
     pub since_s: f64,
-    /// Until this moment (s); infinity: for good.
+    /// Until this moment (s); infinity, and left out in files: for good.
     #[serde(default = "end", skip_serializing_if = "is_unbounded")]
     pub until_s: f64,
 }
