@@ -142,6 +142,16 @@ impl Envelope {
             moved: true,
         };
         for (row, centre_m) in &rows {
+            // Jets that the wind has laid down are faint long before they end, and far away by then.
+            if MOVED_SLACK * row.1[0].square <= negligible_square {
+                envelope.push_row(
+                    &(0.0, Vec::new()),
+                    &(0.0, Vec::new()),
+                    MOVED_SLACK,
+                    [0.0; 2],
+                );
+                continue;
+            }
             envelope.push_row(row, row, MOVED_SLACK, *centre_m);
         }
         envelope
