@@ -1,6 +1,6 @@
 //! Questions: how long does a diagnosis take of one long recording; how long does a calibration take of all that the paper's kind of campaign can bring?
 //!
-//! The diagnosis: the first made-up recording of seed 1 with 4000 samples or more; at most 5 s are allowed. MEASURED
+//! The diagnosis: the first made-up recording of seed 1 with 4000 samples or more; at most 5 s are allowed.
 //!
 //! The calibration: sixteen hours of readings at 1 Hz below six drones: 120 grid flights of eight minutes; and a quarter of that.
 //!
