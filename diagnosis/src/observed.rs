@@ -6,7 +6,7 @@ use crate::recording::Recording;
 use crate::simulate::{Channel, Sample, Series, series, simulate};
 
 /// Names of the covariates, in the order of [`Observed::covariates`].
-pub const COVARIATES: [&str; 14] = [
+pub const COVARIATES: [&str; 18] = [
     "s/l",
     "r/l",
     "xi",
@@ -21,6 +21,10 @@ pub const COVARIATES: [&str; 14] = [
     "second jet/first",
     "battery V",
     "height/half-width",
+    "cos az body",
+    "sin az body",
+    "x m",
+    "y m",
 ];
 
 /// Samples of one recording, one channel, and what surrounds each of them.
@@ -102,6 +106,20 @@ impl<'a> Observed<'a> {
         age.unwrap_or(0.0)
     }
 
+    /// Azimuth (rad) of a sample about the drone that blows on it: in the world from east, or in the drone's body from its nose. `None`
+    /// below no drone.
+    #[must_use]
+    pub fn azimuth_rad(&self, sample: usize, in_body: bool) -> Option<f64> {
+        self.samples[sample].place?;
+        let column = |name: &str| Some(self.covariate(name)?[sample]);
+        let (cos, sin) = if in_body {
+            (column("cos az body")?, column("sin az body")?)
+        } else {
+            (column("cos az")?, column("sin az")?)
+        };
+        Some(sin.atan2(cos))
+    }
+
     /// Recorded values.
     #[must_use]
     pub fn recorded(&self) -> Vec<f64> {
@@ -139,9 +157,11 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
         let emitter = place.map(|place| &recording.vehicles[place.emitter]);
         let state = emitter.and_then(|emitter| {
             let moment = emitter.track.moment(sample.t_s)?;
+            let (_, _, yaw_rad) = emitter.track.attitude_at(moment).euler_angles();
             Some((
                 emitter.track.position_at(moment),
                 emitter.track.velocity_at(moment),
+                yaw_rad,
             ))
         });
         let [first_mps, second_mps] = flow.strongest_mps(sample.t_s, sample.position_m, but);
@@ -157,6 +177,9 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
                 let fallback = recording.jet.spreading * (place.s_over_l - recording.jet.origin);
                 emitter.airframe.motor_distance_m() * if over_l > 0.0 { over_l } else { fallback }
             });
+        let body_rad = place
+            .zip(state)
+            .map(|(place, (_, _, yaw_rad))| place.azimuth_rad - yaw_rad);
         let battery_v = match sample.channel {
             Channel::Throttle => recording.receivers[sample.row].battery_v,
             _ => None,
@@ -170,9 +193,9 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             height_m,
             sample.t_s,
             sample.air_mps,
-            state.map_or(0.0, |(position_m, _)| position_m.z),
-            state.map_or(0.0, |(_, velocity_mps)| velocity_mps.norm()),
-            state.map_or(0.0, |(_, velocity_mps)| velocity_mps.z),
+            state.map_or(0.0, |(position_m, ..)| position_m.z),
+            state.map_or(0.0, |(_, velocity_mps, _)| velocity_mps.norm()),
+            state.map_or(0.0, |(_, velocity_mps, _)| velocity_mps.z),
             if first_mps > 0.0 {
                 second_mps / first_mps
             } else {
@@ -180,6 +203,10 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             },
             battery_v.unwrap_or(0.0),
             (height_m / half_width_m).min(20.0),
+            body_rad.map_or(0.0, f64::cos),
+            body_rad.map_or(0.0, f64::sin),
+            sample.position_m.x,
+            sample.position_m.y,
         ];
         columns
             .iter_mut()
