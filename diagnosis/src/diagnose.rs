@@ -83,8 +83,8 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
         tried = singles(&Setting::new(&observed, &noise, base), &candidates);
     }
     let setting = Setting::new(&observed, &noise, base);
-    let mut selection = select(&setting, &candidates, tried);
-    let gate = outside::anything(&setting, &candidates, &selection.nothing.fit);
+    let gate = outside::anything(&setting, &candidates, &tried.nothing.fit);
+    let mut selection = select(&setting, &candidates, tried, gate.passed);
     if !gate.passed && selection.chosen.gain.total < BEYOND_DOUBT {
         selection.withdraw();
     }

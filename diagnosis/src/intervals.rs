@@ -16,12 +16,11 @@ use crate::fit::{Fit, TOLERANCE_SD, weight};
 use crate::noise::Noise;
 
 /// Closed forms that stand in for a mechanism.
-pub(crate) const EFFECTIVE: [&str; 6] = [
+pub(crate) const EFFECTIVE: [&str; 5] = [
     "crossflow",
     "ground_impingement",
     "jet_merging",
     "wander",
-    "sensor_lag",
     "near_field",
 ];
 /// Their own error, in parts of the effect.

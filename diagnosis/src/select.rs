@@ -19,6 +19,8 @@ const LEAST_GAIN: f64 = 6.0;
 const LEAST_ERRORS: f64 = 2.5;
 /// What a gain that rests on few blocks needs. Chosen here: four times what a term alone needs.
 const LARGE_GAIN: f64 = 25.0;
+/// Least gain where it is known that something is there. Chosen here: twenty to one.
+const FAINT_GAIN: f64 = 3.0;
 /// A second term must bring this share of the whole gain, whatever else; less is enough beside a law that is not itself a closure.
 const LEAST_SHARE: f64 = 0.12;
 /// Beside a closure (known to a tenth or two), this share, and clearly more than any function of the circumstances could still take: a law
@@ -26,7 +28,7 @@ const LEAST_SHARE: f64 = 0.12;
 const BESIDE_A_CLOSURE: f64 = 0.03;
 const BEATS: f64 = 1.25;
 /// Beside any other, this share, and as much as any function could take.
-const BESIDE_A_LAW: f64 = 0.01;
+const BESIDE_A_LAW: f64 = 0.008;
 const MATCHES: f64 = 1.0;
 /// How many are tried beside the best single, and how many singles among themselves.
 const PAIRED: usize = 7;
@@ -135,9 +137,14 @@ pub fn singles(setting: &Setting, candidates: &[Candidate]) -> Singles {
     Singles { nothing, singles }
 }
 
-/// Tries pairs and chooses.
+/// Tries pairs and chooses. Where it is known that something is there, a faint gain is enough to say what it may be.
 #[must_use]
-pub fn select(setting: &Setting, candidates: &[Candidate], tried: Singles) -> Selection {
+pub fn select(
+    setting: &Setting,
+    candidates: &[Candidate],
+    tried: Singles,
+    something_is_there: bool,
+) -> Selection {
     let Singles { nothing, singles } = tried;
     let attempt = |which: &[usize], starts: &[Vec<f64>]| {
         attempt(setting, candidates, &nothing, which, starts)
@@ -169,6 +176,7 @@ pub fn select(setting: &Setting, candidates: &[Candidate], tried: Singles) -> Se
     let chosen = match best_pair {
         Some(pair) if both_needed(setting, candidates, pair, &singles, left(first)) => pair,
         _ if enough(&first.gain) => first,
+        _ if something_is_there && faint(&first.gain) => first,
         _ => return none(),
     };
     let rivals: Vec<Tried> = match chosen.which[..] {
@@ -381,6 +389,11 @@ fn enough(gain: &Gain) -> bool {
     let steady = gain.total > LEAST_ERRORS * gain.error;
     let rare = gain.total > LARGE_GAIN && gain.without_best > LEAST_GAIN;
     gain.total > LEAST_GAIN && (steady || rare)
+}
+
+/// What is enough where the gate has shown that something is there.
+fn faint(gain: &Gain) -> bool {
+    gain.total > FAINT_GAIN.max(gain.error)
 }
 
 /// Whether a pair beats each of its members alone, and the best single, by enough.
