@@ -80,7 +80,29 @@ fn main() {
                 let notes = f.map_or(String::new(), |f| {
                     format!("p {:.1e} {}", f.chance, f.advice.join(" "))
                 });
-                (marks::Marked::of(&c.truth.open(&a), &a), notes)
+                let t = c.truth.open(&a);
+                let mut notes = notes;
+                for e in &t.effects {
+                    for (k, v) in &e.parameters {
+                        for n in &a.effects {
+                            if n.name == e.name
+                                && let Some(i) = n.parameters.get(k)
+                                && !(i.low..=i.high).contains(v)
+                            {
+                                notes += &format!(
+                                    " MISS {}.{k} true {v:.4} est {:.4} [{:.4} {:.4}] z {:.1} rel {:.3}",
+                                    e.name,
+                                    i.value,
+                                    i.low,
+                                    i.high,
+                                    (i.value - v) / (i.high - i.value) * 1.96,
+                                    i.value / v
+                                );
+                            }
+                        }
+                    }
+                }
+                (marks::Marked::of(&t, &a), notes)
             })
             .collect();
         let (cases, notes): (Vec<_>, Vec<_>) = all.into_iter().unzip();

@@ -28,7 +28,7 @@ const LEAST_SHARE: f64 = 0.12;
 const BESIDE_A_CLOSURE: f64 = 0.03;
 const BEATS: f64 = 1.25;
 /// Beside any other, this share, and as much as any function could take.
-const BESIDE_A_LAW: f64 = 0.008;
+const BESIDE_A_LAW: f64 = 0.003;
 const MATCHES: f64 = 1.0;
 /// How many are tried beside the best single, and how many singles among themselves.
 const PAIRED: usize = 7;
@@ -479,7 +479,8 @@ impl Pool<'_> {
             .collect()
     }
 
-    /// Who is named before one of the chosen that it cannot be told from: an instrument before physics, a mechanism before a factor.
+    /// Who is named before one of the chosen that it cannot be told from, within one standard error: an instrument before physics, a
+    /// mechanism before a factor.
     fn preferred(
         &self,
         setting: &Setting,
@@ -493,10 +494,12 @@ impl Pool<'_> {
             (Kind::Physics, Kind::Physics) => own.name == "momentum_scale",
             (Kind::Sensor, _) => false,
         };
-        let (rival, tried) = self
-            .ties(setting, chosen, place)
-            .into_iter()
-            .find(|(rival, _)| comes_first(&candidates[*rival]))?;
+        let (rival, tried) = self.ties(setting, chosen, place).into_iter().find(
+            |(rival, tried)| {
+                let lead = gain(setting, &chosen.log_density, &tried.log_density);
+                comes_first(&candidates[*rival]) && lead.total < lead.error.max(2.0)
+            },
+        )?;
         let mut preferred = tried.clone();
         // The same order of terms, values and columns as in the fit that stands.
         if tried.which.iter().position(|k| *k == rival) != Some(place) {
