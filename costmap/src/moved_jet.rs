@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 /// Bearings looked at in the near field, whose lobes are a seventh of a circle wide at least; and below it. Chosen here.
 const BEARINGS: [u32; 2] = [48, 24];
-/// The axis moves by no more than this part of the jet's half-width between two depths looked at. Chosen here: a jet moved by half of it
+/// The axis moves by no more than this part of the jet's extent between two depths looked at. Chosen here: a jet moved by half of it
 /// is one percent slower at a place.
 const AXIS_STEP: f64 = 0.2;
 /// Most depths looked at in one slab.
@@ -33,7 +33,7 @@ pub(crate) struct MovedSlab<'a> {
     speeds: Vec<f64>,
 }
 
-/// Cuts ranges of depths until the axis moves by no more than about a half-width in each, where the jet is not still air
+/// Cuts ranges of depths until the axis moves by no more than the extent of a level cut in each, where the jet is not still air
 /// (mean squares up to `negligible_square` of the induced velocity), and where the wind has taken it away.
 pub(crate) fn slabs_m(wake: &Wake, depths_m: &[f64], negligible_square: f64) -> Vec<f64> {
     let mut cut_m = vec![depths_m.first().copied().unwrap_or_default()];
@@ -54,7 +54,7 @@ fn cut(wake: &Wake, from_m: f64, to_m: f64, negligible_square: f64, cut_m: &mut 
         let (from_m, to_m) = (wake.axis_m(from_m)?, last_axis_m(wake, from_m, to_m)?);
         Some((to_m[0] - from_m[0]).hypot(to_m[1] - from_m[1]))
     };
-    let moves = moved_m().is_some_and(|moved_m| moved_m > wake.half_width_m(from_m));
+    let moves = moved_m().is_some_and(|moved_m| moved_m > extent_m(wake, from_m));
     if !moves
         || to_m - from_m <= 10.0 * THINNEST * to_m
         || is_still(wake, from_m, negligible_square)
@@ -65,6 +65,12 @@ fn cut(wake: &Wake, from_m: f64, to_m: f64, negligible_square: f64, cut_m: &mut 
     let middle_m = f64::midpoint(from_m, to_m);
     cut(wake, from_m, middle_m, negligible_square, cut_m);
     cut(wake, middle_m, to_m, negligible_square, cut_m);
+}
+
+/// How far a level cut extends the way the jet leans, and it moves; at least as far as in still air.
+fn extent_m(wake: &Wake, depth_m: f64) -> f64 {
+    let still_m = wake.half_width_m(depth_m);
+    wake.spread_m(depth_m).unwrap_or(still_m).max(still_m)
 }
 
 /// Where the axis is at the lower end of a slab; just above, if the wind has taken the jet away there.
@@ -93,7 +99,7 @@ impl MovedSlab<'_> {
         let first_m = wake.axis_m(from_m).unwrap_or_default();
         let last_m = last_axis_m(wake, from_m, to_m).unwrap_or(first_m);
         let moved_m = (last_m[0] - first_m[0]).hypot(last_m[1] - first_m[1]);
-        let steps = (moved_m / (AXIS_STEP * wake.half_width_m(from_m)))
+        let steps = (moved_m / (AXIS_STEP * extent_m(wake, from_m)))
             .ceil()
             .clamp(2.0, MOST_DEPTHS);
         let depths_m = (0..=steps as u32)

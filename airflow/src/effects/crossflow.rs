@@ -162,7 +162,7 @@ impl Plume {
     /// Depth (l) from which on the wind has taken the jet away: it lies level. `None`: nowhere as far as anybody looks.
     #[must_use]
     pub fn gone_from(&self) -> Option<f64> {
-        (!self.goes_on).then(|| self.sections.len() as f64 * SPACING)
+        (!self.goes_on).then_some(self.sections.len() as f64 * SPACING)
     }
 
     /// Drift downwind (l) at a depth (l).
