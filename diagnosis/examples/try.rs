@@ -41,6 +41,38 @@ fn main() {
         }
         return;
     }
+    if root == "merging" {
+        let seed: u64 = std::env::args().nth(2).unwrap().parse().unwrap();
+        let index: usize = std::env::args().nth(3).unwrap().parse().unwrap();
+        let c = prove::case(seed, index);
+        let t = c.truth.open(&prove::Answer::nothing());
+        let o = diagnosis::observed::Observed::new(&c.recording).unwrap();
+        println!("{:?} {:?}", t.effects, c.recording.baseline);
+        for q in [1.0, 1.2, 1.4, 1.5, 1.6, 1.7, 1.7715, 1.9, 2.0] {
+            let mut h = diagnosis::hypothesis::Hypothesis::default();
+            h.effects.jet_merging = Some(airflow::effects::JetMerging { exponent: q });
+            let p = o.predict(&h);
+            let e: f64 = p
+                .iter()
+                .zip(&o.samples)
+                .map(|(f, s)| ((f - t.truth_clean[s.row]) / t.noise[s.row]).powi(2))
+                .sum();
+            println!("{q} {e}");
+        }
+        let mut h = diagnosis::hypothesis::Hypothesis::default();
+        h.effects.jet_merging = Some(airflow::effects::JetMerging { exponent: 1.7715 });
+        let p = o.predict(&h);
+        for i in (0..p.len()).step_by(p.len() / 40) {
+            let s = &o.samples[i];
+            println!(
+                "{:.3} truth {:.3} base {:.3} ours0 {:.3} {:?} {:.2}",
+                p[i], t.truth_clean[s.row], t.baseline_clean[s.row], s.simulated,
+                s.place.map(|p| (p.s_over_l, p.xi)),
+                o.covariate("second jet/first").unwrap()[i]
+            );
+        }
+        return;
+    }
     if root == "one" {
         let dir = std::env::args().nth(2).unwrap();
         let files: BTreeMap<String, Vec<u8>> = std::fs::read_dir(&dir)

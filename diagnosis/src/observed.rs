@@ -120,6 +120,15 @@ impl<'a> Observed<'a> {
         Some(sin.atan2(cos))
     }
 
+    /// Smallest step of a reading, in the channel's unit; 0 where none is declared.
+    #[must_use]
+    pub fn resolution(&self) -> f64 {
+        let probes = self.recording.probes.as_ref();
+        probes
+            .filter(|_| self.channel == Channel::Speed)
+            .map_or(0.0, |probes| probes.instrument.resolution_mps)
+    }
+
     /// Recorded values.
     #[must_use]
     pub fn recorded(&self) -> Vec<f64> {

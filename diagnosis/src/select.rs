@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use crate::candidates::{Candidate, Kind};
 use crate::fit::{Fit, Setting, held_out};
-use crate::intervals::EFFECTIVE;
+use crate::intervals::is_closure;
 use crate::observed::COVARIATES;
 use crate::statistics::trees::{self, HeldOut};
 
@@ -417,8 +417,7 @@ fn both_needed(
     for single in others {
         let more = gain(setting, &pair.log_density, &single.log_density);
         let share = more.total / pair.gain.total;
-        let is_closure = EFFECTIVE.contains(&candidates[single.which[0]].name);
-        let (least, over) = if is_closure {
+        let (least, over) = if is_closure(candidates[single.which[0]].name) {
             (BESIDE_A_CLOSURE, BEATS)
         } else {
             (BESIDE_A_LAW, MATCHES)
@@ -467,7 +466,7 @@ impl Pool<'_> {
                 continue;
             }
             let lead = gain(setting, &chosen.log_density, &tried.log_density);
-            let tie = (2.0 * lead.error).min(0.25 * own);
+            let tie = (2.0 * lead.error).min(0.5 * own);
             if lead.total < tie.max(0.04 * own).max(2.0) {
                 close.push((lead.total, rival, tried));
             }
