@@ -125,7 +125,7 @@ impl Shape {
             (width, speed, lean) = (section.width, section.speed, section.lean);
         }
         let cant = effects.rotor_cant.map(|cant| cant.factors());
-        let wander = effects.wander.map(|wander| wander.factors(s));
+        let wander = effects.wander.map(|wander| wander.factors(s, self.origin));
         for [wider, faster] in [cant, wander].into_iter().flatten() {
             width *= wider;
             speed *= faster;

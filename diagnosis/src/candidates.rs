@@ -254,7 +254,7 @@ fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
         Candidate {
             name: "wander",
             kind: Kind::Physics,
-            equation: "g^2 = 1 + w2 (s/6l)^2, r_half -> g r_half, U_C -> U_C/g^2",
+            equation: "g^2 = 1 + w2 (z(s)/z(6))^2, z = s/(s - s0), r_half -> g r_half, U_C -> U_C/g^2",
             story: "the jet's axis meanders, more with depth, so its mean is wider and slower",
             parameters: vec![parameter("w2", "1", [-0.4, 3.0], 0.0, 0.05)],
             essential: 1,
