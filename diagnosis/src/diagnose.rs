@@ -12,7 +12,7 @@ use crate::fit::{Fit, Setting, refit_without};
 use crate::hypothesis::Hypothesis;
 use crate::intervals;
 use crate::noise::{Noise, noise};
-use crate::observed::{COVARIATES, Observed};
+use crate::observed::{COVARIATES, Explained, Observed};
 use crate::prove::Verdict;
 use crate::random::Random;
 use crate::recording::Recording;

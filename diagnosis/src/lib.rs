@@ -19,6 +19,7 @@ pub mod actuation;
 pub mod anemometer;
 pub mod baseline;
 pub mod calibrate;
+pub mod campaign;
 pub mod candidates;
 pub mod clock;
 pub mod diagnose;

@@ -13,17 +13,70 @@ pub struct Noise {
     pub block: Vec<usize>,
     /// How many blocks.
     pub blocks: usize,
+    /// What samples share beyond their neighbours, in the order in which it is taken out.
+    pub shared: Vec<Shared>,
+}
+
+/// A pattern of unknown size that runs through a stretch of samples: an offset of one flight, a map that is a little too steep.
+///
+/// Its size is normal with mean 0, so it adds `a aᵀ` to the covariance (`a`: the pattern times its standard deviation, whitened by what
+/// came before), and whitening takes out of every vector most of what lies along `a`.
+#[derive(Clone, Debug)]
+pub struct Shared {
+    /// First sample.
+    pub from: usize,
+    /// `a`.
+    pub pattern: Vec<f64>,
+}
+
+impl Shared {
+    /// Takes it out of whitened values.
+    ///
+    /// ```text
+    /// (1 + a aᵀ)^(-1/2) = 1 - k a aᵀ,   k = (1 - 1/√(1 + a²))/a²
+    /// ```
+    pub fn take_out(&self, whitened: &mut [f64]) {
+        let stretch = &mut whitened[self.from..self.from + self.pattern.len()];
+        let square: f64 = self.pattern.iter().map(|a| a * a).sum();
+        if square <= 0.0 {
+            return;
+        }
+        let along: f64 = self.pattern.iter().zip(&*stretch).map(|(a, x)| a * x).sum();
+        let share = (1.0 - (1.0 + square).sqrt().recip()) / square * along;
+        for (x, a) in stretch.iter_mut().zip(&self.pattern) {
+            *x -= share * a;
+        }
+    }
 }
 
 impl Noise {
     /// Values over their scatter, with what neighbours share taken out: independent and of size 1 where nothing is missing.
     #[must_use]
     pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
-        let scaled = |i: usize| values[i] / self.sd[i];
-        (0..values.len())
+        let mut white = self.without_memory(values, 0, values.len());
+        for shared in &self.shared {
+            shared.take_out(&mut white);
+        }
+        white
+    }
+
+    /// A pattern over some samples, whitened with what is shared so far.
+    pub(crate) fn whiten_stretch(&self, values: &[f64], from: usize) -> Vec<f64> {
+        let mut white = vec![0.0; from];
+        white.extend(self.without_memory(values, from, values.len()));
+        for shared in self.shared.iter().filter(|shared| shared.from == from) {
+            shared.take_out(&mut white);
+        }
+        white.split_off(from)
+    }
+
+    /// Values of `count` samples over their scatter, what each remembers of the one before taken off.
+    fn without_memory(&self, values: &[f64], from: usize, count: usize) -> Vec<f64> {
+        let scaled = |i: usize| values[i - from] / self.sd[i];
+        (from..from + count)
             .map(|i| {
                 let rho = self.with_before[i];
-                if rho == 0.0 {
+                if rho == 0.0 || i == from {
                     scaled(i)
                 } else {
                     (scaled(i) - rho * scaled(i - 1)) / (1.0 - rho * rho).sqrt()
@@ -147,6 +200,7 @@ pub fn noise(observed: &Observed, simulated: &[f64]) -> Noise {
             .collect(),
         blocks: block.last().map_or(0, |last| last + 1),
         block,
+        shared: Vec::new(),
     }
 }
 

@@ -23,6 +23,15 @@ pub const COVARIATES: [&str; 14] = [
     "height/half-width",
 ];
 
+/// Values recorded, and what a hypothesis makes of them: what a fit needs to know.
+pub trait Explained: std::fmt::Debug + Sync {
+    /// Recorded values.
+    fn recorded(&self) -> Vec<f64>;
+
+    /// What they would be under a hypothesis, in their order.
+    fn predict(&self, hypothesis: &Hypothesis) -> Vec<f64>;
+}
+
 /// Samples of one recording, one channel, and what surrounds each of them.
 #[derive(Clone, Debug)]
 pub struct Observed<'a> {
@@ -74,27 +83,6 @@ impl<'a> Observed<'a> {
         Some(observed)
     }
 
-    /// What the samples would be under a hypothesis, in their order. Where a hypothesis asks for a drone's place in a gap, the
-    /// baseline's value stands.
-    #[must_use]
-    pub fn predict(&self, hypothesis: &Hypothesis) -> Vec<f64> {
-        let flow = Flow::supposing(self.recording, &self.wakes, hypothesis);
-        let mut predicted = Vec::with_capacity(self.samples.len());
-        for series in &self.series {
-            let values = series.simulate(self.recording, &flow, &hypothesis.sensor);
-            for value in values {
-                predicted.push(value.unwrap_or_else(|| self.samples[predicted.len()].simulated));
-            }
-        }
-        predicted
-    }
-
-    /// Recorded values.
-    #[must_use]
-    pub fn recorded(&self) -> Vec<f64> {
-        self.samples.iter().map(|sample| sample.recorded).collect()
-    }
-
     /// The baseline's values.
     #[must_use]
     pub fn simulated(&self) -> Vec<f64> {
@@ -112,6 +100,25 @@ impl<'a> Observed<'a> {
     pub fn covariate(&self, name: &str) -> Option<&[f64]> {
         let at = COVARIATES.iter().position(|known| *known == name)?;
         self.covariates.get(at).map(Vec::as_slice)
+    }
+}
+
+impl Explained for Observed<'_> {
+    fn recorded(&self) -> Vec<f64> {
+        self.samples.iter().map(|sample| sample.recorded).collect()
+    }
+
+    /// Where a hypothesis asks for a drone's place in a gap, the baseline's value stands.
+    fn predict(&self, hypothesis: &Hypothesis) -> Vec<f64> {
+        let flow = Flow::supposing(self.recording, &self.wakes, hypothesis);
+        let mut predicted = Vec::with_capacity(self.samples.len());
+        for series in &self.series {
+            let values = series.simulate(self.recording, &flow, &hypothesis.sensor);
+            for value in values {
+                predicted.push(value.unwrap_or_else(|| self.samples[predicted.len()].simulated));
+            }
+        }
+        predicted
     }
 }
 

@@ -100,7 +100,7 @@ pub fn select(setting: &Setting, candidates: &[Candidate]) -> Selection {
     }
 }
 
-fn nothing(setting: &Setting) -> Tried {
+pub(crate) fn nothing(setting: &Setting) -> Tried {
     let fit = setting.nothing();
     Tried {
         which: Vec::new(),
@@ -114,7 +114,7 @@ fn nothing(setting: &Setting) -> Tried {
     }
 }
 
-fn attempt(
+pub(crate) fn attempt(
     setting: &Setting,
     candidates: &[Candidate],
     nothing: &Tried,
@@ -297,7 +297,7 @@ fn alternatives(
 }
 
 /// Log densities over others, block by block.
-fn gain(setting: &Setting, log_density: &[f64], over: &[f64]) -> Gain {
+pub(crate) fn gain(setting: &Setting, log_density: &[f64], over: &[f64]) -> Gain {
     let mut blocks = vec![0.0; setting.noise.blocks];
     for ((a, b), &block) in log_density.iter().zip(over).zip(&setting.noise.block) {
         blocks[block] += a - b;

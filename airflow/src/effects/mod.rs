@@ -13,6 +13,7 @@
 
 mod air_density;
 mod battery_sag;
+mod body_drag;
 mod buoyancy;
 mod ceiling_effect;
 mod climb_descent;
@@ -24,6 +25,7 @@ mod ground_impingement;
 mod jet_merging;
 mod momentum_scale;
 mod near_field;
+mod own_motion;
 mod payload_mass;
 mod profile_tail;
 mod receive;
@@ -40,6 +42,7 @@ use serde::{Deserialize, Serialize};
 
 pub use air_density::AirDensity;
 pub use battery_sag::BatterySag;
+pub use body_drag::BodyDrag;
 pub use buoyancy::Buoyancy;
 pub use ceiling_effect::CeilingEffect;
 pub use climb_descent::ClimbDescent;
@@ -51,6 +54,7 @@ pub use ground_impingement::GroundImpingement;
 pub use jet_merging::JetMerging;
 pub use momentum_scale::MomentumScale;
 pub use near_field::NearFieldShape;
+pub use own_motion::OwnMotion;
 pub use payload_mass::PayloadMass;
 pub use profile_tail::ProfileTail;
 pub use receive::Reception;
@@ -111,4 +115,8 @@ pub struct Effects {
     pub receiver_inflow: Option<ReceiverInflow>,
     /// A battery that weakens.
     pub battery_sag: Option<BatterySag>,
+    /// Drag of the frame in the air that passes it.
+    pub body_drag: Option<BodyDrag>,
+    /// The receiver's own velocity.
+    pub own_motion: Option<OwnMotion>,
 }

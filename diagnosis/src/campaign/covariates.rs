@@ -1,0 +1,59 @@
+//! What surrounds each judged row of a campaign: the coordinates that regions and curves are told in.
+
+use super::forces::Forces;
+
+/// Names of the coordinates, in the order of [`covariates`].
+pub const COORDINATES: [&str; 12] = [
+    "depth m",
+    "beside/half-width",
+    "height m",
+    "drones above",
+    "air m/s",
+    "climb m/s",
+    "speed m/s",
+    "emitter climb m/s",
+    "emitter speed m/s",
+    "thrust N",
+    "battery V",
+    "time s",
+];
+
+/// One column for each of [`COORDINATES`], one entry a judged row. Those of the drone above are of the one whose axis is nearest in
+/// half-widths of its hover jet; not a number where nobody is above.
+#[must_use]
+pub fn covariates(forces: &Forces) -> Vec<Vec<f64>> {
+    let mut columns = vec![Vec::with_capacity(forces.rows); COORDINATES.len()];
+    for ((part, step), air_mps) in forces.judged().zip(forces.hover_air_mps()) {
+        let mut nearest = [f64::NAN; 4];
+        for above in &step.above {
+            let apart_m = above.position_m - step.position_m;
+            let Some(half_m) = forces.half_width_m(part.recording, above.vehicle, apart_m.z) else {
+                continue;
+            };
+            let xi = apart_m.x.hypot(apart_m.y) / half_m;
+            if nearest[1].is_nan() || xi < nearest[1] {
+                let velocity_mps = above.velocity_mps;
+                nearest = [apart_m.z, xi, velocity_mps.z, velocity_mps.norm()];
+            }
+        }
+        let [depth_m, xi, emitter_climb_mps, emitter_mps] = nearest;
+        let row = [
+            depth_m,
+            xi,
+            step.height_m,
+            step.above.len() as f64,
+            air_mps,
+            step.velocity_mps.z,
+            step.velocity_mps.xy().norm(),
+            emitter_climb_mps,
+            emitter_mps,
+            step.thrust_n,
+            step.battery_v,
+            step.t_s,
+        ];
+        for (column, value) in columns.iter_mut().zip(row) {
+            column.push(value);
+        }
+    }
+    columns
+}

@@ -1,0 +1,186 @@
+//! How far recorded forces scatter where nothing is missing, and what all rows of one flight share.
+//!
+//! ```text
+//! σ² = σ₀² + σ₁² F²,     k = ρ^Δ  between rows Δ steps apart,     plus for each vehicle in each flight:
+//! an offset ~ N(0, s²),  a thrust map too steep by N(0, (2.5 %)²),  a drift over the flight ~ N(0, (s/2)²)
+//! ```
+//!
+//! `σ₀`, `ρ` and `s` come from steps with nobody above and the floor far away; `σ₁` from how much more a row surprises where the simulated force is large. What a flight
+//! shares is in the covariance, so that no effect is credited with a weak battery or a bent propeller, and no flight counts as hundreds of witnesses.
+
+use super::forces::{Forces, Part};
+use crate::noise::{Noise, Shared};
+
+/// Most that one flight's offset may be (N): a gram.
+const MOST_OFFSET_N: f64 = 0.0098;
+/// Least, where flights happen to agree (N).
+const LEAST_OFFSET_N: f64 = 0.001;
+/// How far the thrust map's slope may be off in one flight. Chosen here: what a changed propeller or pack is worth.
+const SLOPE: f64 = 0.025;
+/// Steps beyond which a row no longer remembers the one before.
+const REMEMBERS: usize = 4;
+/// A median absolute deviation over a normal's standard deviation.
+const MAD: f64 = 1.4826;
+
+/// The scatter of a campaign's forces, and what it was worked out from.
+#[derive(Clone, Debug)]
+pub struct Scatter {
+    /// For the fits; blocks are whole flights.
+    pub noise: Noise,
+    /// `σ₀` (N).
+    pub still_n: f64,
+    /// `σ₁`.
+    pub per_force: f64,
+    /// `ρ` of one step.
+    pub memory: f64,
+    /// `s` (N).
+    pub offset_n: f64,
+}
+
+/// The scatter around a simulation, which is given at every step of every part.
+#[must_use]
+pub fn scatter(forces: &Forces, simulated_n: &[Vec<f64>]) -> Scatter {
+    let still = still(forces, simulated_n);
+    let memory_of = |steps: usize| match steps {
+        1..=REMEMBERS => still.memory.powi(steps as i32),
+        _ => 0.0,
+    };
+    let mut surprises: Vec<f64> = Vec::new();
+    let (mut square_n2, mut count) = (0.0, 0.0);
+    let (mut sd, mut with_before, mut block) = (Vec::new(), Vec::new(), Vec::new());
+    for (part, simulated_n) in forces.parts.iter().zip(simulated_n) {
+        let rest = |at: usize| part.steps[at].recorded_n - simulated_n[at];
+        let gaps = gaps(part);
+        for (place, &at) in part.judged.iter().enumerate() {
+            let k = memory_of(gaps[place]);
+            let force_n = simulated_n[at].abs();
+            if k > 0.0 && force_n > 2.0 * still.sd_n {
+                let before = rest(part.judged[place - 1]);
+                surprises.push(((rest(at) - k * before) / (1.0 - k * k).sqrt()).abs());
+                square_n2 += force_n * force_n;
+                count += 1.0;
+            }
+            sd.push(force_n);
+            with_before.push(k);
+            block.push(part.flight);
+        }
+    }
+    // A hundred surprises tell their spread to 10 %.
+    let per_force = if count < 100.0 {
+        0.0
+    } else {
+        let spread_n = MAD * median(&mut surprises);
+        let more_n2 = (spread_n * spread_n - still.sd_n * still.sd_n).max(0.0);
+        (more_n2 / (square_n2 / count)).sqrt()
+    };
+    for sd in &mut sd {
+        *sd = still.sd_n.hypot(per_force * *sd);
+    }
+    let mut noise = Noise {
+        blocks: block.iter().max().map_or(0, |last| last + 1),
+        sd,
+        with_before,
+        block,
+        shared: Vec::new(),
+    };
+    share(forces, &mut noise, still.offset_n);
+    Scatter {
+        noise,
+        still_n: still.sd_n,
+        per_force,
+        memory: still.memory,
+        offset_n: still.offset_n,
+    }
+}
+
+struct Still {
+    sd_n: f64,
+    memory: f64,
+    offset_n: f64,
+}
+
+/// What steps in still air say.
+fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
+    let mut rests: Vec<f64> = Vec::new();
+    let mut offsets: Vec<(f64, f64)> = Vec::new();
+    let (mut product, mut square) = (0.0, 0.0);
+    for (part, simulated_n) in forces.parts.iter().zip(simulated_n) {
+        let rest = |at: usize| part.steps[at].recorded_n - simulated_n[at];
+        let free: Vec<usize> = (0..part.steps.len())
+            .filter(|&at| part.steps[at].is_free)
+            .collect();
+        // Ten seconds: less says little about a flight's offset.
+        if free.len() < 100 {
+            continue;
+        }
+        let mean = free.iter().map(|&at| rest(at)).sum::<f64>() / free.len() as f64;
+        offsets.push((mean, free.len() as f64));
+        rests.extend(free.iter().map(|&at| (rest(at) - mean).abs()));
+        for pair in free.windows(2) {
+            if pair[1] == pair[0] + 1 {
+                let (a, b) = (rest(pair[0]) - mean, rest(pair[1]) - mean);
+                product += a * b;
+                square += 0.5 * (a * a + b * b);
+            }
+        }
+    }
+    let offset_n2 = offsets.iter().map(|(mean, _)| mean * mean).sum::<f64>();
+    let offset_n = (offset_n2 / offsets.len().max(1) as f64).sqrt();
+    // A tenth of a gram: no instrument of these flights knows better.
+    let sd_n = if rests.is_empty() { 0.01 } else { MAD * median(&mut rests) };
+    Still {
+        sd_n: sd_n.max(0.001),
+        memory: if square > 0.0 { (product / square).clamp(0.0, 0.95) } else { 0.0 },
+        offset_n: offset_n.clamp(LEAST_OFFSET_N, MOST_OFFSET_N),
+    }
+}
+
+/// Steps between each judged step and the judged one before it; 0 where there is none in the same run.
+fn gaps(part: &Part) -> Vec<usize> {
+    let run_of = |at: usize| part.runs.partition_point(|run| run.end <= at);
+    let mut gaps = vec![0; part.judged.len()];
+    for (place, pair) in part.judged.windows(2).enumerate() {
+        if run_of(pair[0]) == run_of(pair[1]) {
+            gaps[place + 1] = pair[1] - pair[0];
+        }
+    }
+    gaps
+}
+
+/// Offset, slope and drift of every part.
+fn share(forces: &Forces, noise: &mut Noise, offset_n: f64) {
+    let mut from = 0;
+    for part in &forces.parts {
+        let count = part.judged.len();
+        if count == 0 {
+            continue;
+        }
+        let steps = || part.judged.iter().map(|&at| &part.steps[at]);
+        let mean_n = steps().map(|step| step.thrust_n).sum::<f64>() / count as f64;
+        let (first_s, last_s) = match (steps().next(), steps().last()) {
+            (Some(first), Some(last)) => (first.t_s, last.t_s),
+            _ => (0.0, 0.0),
+        };
+        let span_s = (last_s - first_s).max(1.0);
+        let patterns: [Vec<f64>; 3] = [
+            vec![offset_n; count],
+            steps().map(|step| SLOPE * (step.thrust_n - mean_n)).collect(),
+            steps()
+                .map(|step| offset_n * ((step.t_s - first_s) / span_s - 0.5))
+                .collect(),
+        ];
+        for pattern in patterns {
+            let pattern = noise.whiten_stretch(&pattern, from);
+            noise.shared.push(Shared { from, pattern });
+        }
+        from += count;
+    }
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
