@@ -2,9 +2,13 @@
 
 use super::forces::Forces;
 
+/// How many of them, from the first, say where a row is: what regions are told in.
+pub const PLACES: usize = 4;
+
 /// Names of the coordinates, in the order of [`covariates`].
-pub const COORDINATES: [&str; 12] = [
+pub const COORDINATES: [&str; 13] = [
     "depth m",
+    "beside m",
     "beside/half-width",
     "height m",
     "drones above",
@@ -24,21 +28,23 @@ pub const COORDINATES: [&str; 12] = [
 pub fn covariates(forces: &Forces) -> Vec<Vec<f64>> {
     let mut columns = vec![Vec::with_capacity(forces.rows); COORDINATES.len()];
     for ((part, step), air_mps) in forces.judged().zip(forces.hover_air_mps()) {
-        let mut nearest = [f64::NAN; 4];
+        let mut nearest = [f64::NAN; 5];
         for above in &step.above {
             let apart_m = above.position_m - step.position_m;
             let Some(half_m) = forces.half_width_m(part.recording, above.vehicle, apart_m.z) else {
                 continue;
             };
-            let xi = apart_m.x.hypot(apart_m.y) / half_m;
-            if nearest[1].is_nan() || xi < nearest[1] {
+            let beside_m = apart_m.x.hypot(apart_m.y);
+            let xi = beside_m / half_m;
+            if nearest[2].is_nan() || xi < nearest[2] {
                 let velocity_mps = above.velocity_mps;
-                nearest = [apart_m.z, xi, velocity_mps.z, velocity_mps.norm()];
+                nearest = [apart_m.z, beside_m, xi, velocity_mps.z, velocity_mps.norm()];
             }
         }
-        let [depth_m, xi, emitter_climb_mps, emitter_mps] = nearest;
+        let [depth_m, beside_m, xi, emitter_climb_mps, emitter_mps] = nearest;
         let row = [
             depth_m,
+            beside_m,
             xi,
             step.height_m,
             step.above.len() as f64,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-use super::covariates::{COORDINATES, covariates};
+use super::covariates::{COORDINATES, PLACES, covariates};
 use super::forces::Forces;
 use super::forward::{Chosen, forward};
 use super::library::library;
@@ -302,7 +302,7 @@ fn region(
     let mean_error = mean(&|i| recorded[i] - simulated[i]);
     let mean_square = mean(&|i| ((recorded[i] - simulated[i]) / sd[i]).powi(2));
     let mut bounds = BTreeMap::new();
-    if let Some(description) = scan::describe(&coordinates(columns), &marked) {
+    if let Some(description) = scan::describe(&coordinates(&columns[..PLACES]), &marked) {
         for interval in description.intervals {
             let name = COORDINATES[interval.coordinate].to_owned();
             bounds.insert(name, [interval.from, interval.to]);
@@ -346,7 +346,7 @@ fn located(columns: &[Vec<f64>], scatter: &Scatter, rest: &[f64]) -> Option<Loca
         follows: vec![false; scatter.noise.blocks],
     };
     let white = scatter.noise.whiten(rest);
-    let found = scan::scan(&coordinates(columns), &white, rest, &blocks, 1)?;
+    let found = scan::scan(&coordinates(&columns[..PLACES]), &white, rest, &blocks, 1)?;
     let ends = found.intervals.iter();
     Some(Located {
         description: words(ends.map(|i| (COORDINATES[i.coordinate], [i.from, i.to]))),

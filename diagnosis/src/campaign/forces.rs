@@ -24,9 +24,9 @@ use crate::observed::Explained;
 use crate::receiver::thrust_ratio;
 use crate::recording::{Recording, Role};
 
-/// Beyond this from its axis (m) a drone above is taken to be without any effect. Chosen here, for drones of 0.1 m: eight half-widths at
-/// half a metre below, where the jet has a thousandth of its speed.
-const REACH_M: f64 = 1.0;
+/// Half-widths from its axis beyond which a drone above is taken to be without any effect, beside the receiver's own size. Chosen here: the
+/// hover jet has less than half a percent of its speed there.
+const REACH: f64 = 6.0;
 /// Rows where nothing is near, one in so many is judged. Chosen here: they are half a second apart, and the scatter forgets in that time.
 const THINNED: usize = 5;
 
@@ -552,8 +552,12 @@ fn above(recording: &Recording, vehicle: usize, row: usize, found: &mut Vec<Abov
         };
         let other_m = of.track.position_at(moment);
         let apart_m = other_m - position_m;
+        let emitter_m = of.airframe.motor_distance_m();
+        let half_m = recording.jet.spreading * (apart_m.z - recording.jet.origin * emitter_m);
+        let own_m = recording.vehicles[vehicle].airframe.motor_distance_m();
+        let reach_m = REACH * half_m + own_m;
         if apart_m.z > 0.0
-            && apart_m.x.hypot(apart_m.y) < REACH_M
+            && apart_m.x.hypot(apart_m.y) < reach_m
             && !of.track.is_idle(moment.entry)
         {
             found.push(Above {

@@ -12,7 +12,7 @@ use super::forces::{Forces, Part};
 use crate::noise::{Noise, Shared};
 
 /// Most that one flight's offset may be (N): a gram.
-const MOST_OFFSET_N: f64 = 0.0098;
+pub(super) const MOST_OFFSET_N: f64 = 0.0098;
 /// Least, where flights happen to agree (N).
 const LEAST_OFFSET_N: f64 = 0.001;
 /// How far the thrust map's slope may be off in one flight. Chosen here: what a changed propeller or pack is worth.
@@ -177,7 +177,8 @@ fn share(forces: &Forces, noise: &mut Noise, offset_n: f64) {
     }
 }
 
-fn median(values: &mut [f64]) -> f64 {
+/// The middle of some values, in place; 0 of none.
+pub(super) fn median(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return 0.0;
     }
