@@ -171,7 +171,14 @@ pub fn diagnose_campaign(
         recorded.iter().zip(predicted).map(|(y, f)| y - f).collect()
     };
     let flexible = [&simulated, &corrected].map(|predicted| {
-        flexible(&forces, &scatter, &columns, &rest(predicted), &simulated, options.folds)
+        flexible(
+            &forces,
+            &scatter,
+            &columns,
+            &rest(predicted),
+            &simulated,
+            options.folds,
+        )
     });
     let everywhere = skills.first();
     let finding = Finding {
@@ -385,7 +392,15 @@ fn flexible(
         follows: vec![false; scatter.noise.blocks],
     };
     let x = DMatrix::from_fn(rest.len(), columns.len(), |i, j| columns[j][i]);
-    trees::held_out(&x, rest, &whitener, &blocks, folds, trees::Options::default()).gain
+    trees::held_out(
+        &x,
+        rest,
+        &whitener,
+        &blocks,
+        folds,
+        trees::Options::default(),
+    )
+    .gain
 }
 
 fn ranked(candidates: &[Candidate], chosen: &Chosen) -> Vec<Ranked> {
@@ -410,7 +425,11 @@ fn advice(candidates: &[Candidate], chosen: &Chosen) -> Vec<String> {
         if turn.alternatives.is_empty() {
             continue;
         }
-        let others: Vec<&str> = turn.alternatives.iter().map(|&k| candidates[k].name).collect();
+        let others: Vec<&str> = turn
+            .alternatives
+            .iter()
+            .map(|&k| candidates[k].name)
+            .collect();
         advice.push(format!(
             "these flights cannot tell {} from {}: hover for 10 s each at 3, 6 and 12 motor distances below a hovering drone, on its axis and 0.1 m beside it, and log the upper drone's throttle",
             candidates[turn.which].name,

@@ -196,7 +196,11 @@ impl<'a> Forces<'a> {
             for part in &mut self.parts {
                 let steps = part.steps.iter().enumerate();
                 let kept = steps.filter(|(at, step)| {
-                    let every = if step.is_free { THINNED * stride } else { stride };
+                    let every = if step.is_free {
+                        THINNED * stride
+                    } else {
+                        stride
+                    };
                     at % every == 0
                 });
                 part.judged = kept.map(|(at, _)| at).collect();
@@ -255,7 +259,10 @@ impl<'a> Forces<'a> {
         let of_part = |(index, part): (usize, &Part)| {
             let air_mps = match (blows, is_plain) {
                 (false, _) => vec![0.0; part.steps.len()],
-                (true, true) => self.hover_air_mps[index].iter().map(|u| factor * u).collect(),
+                (true, true) => self.hover_air_mps[index]
+                    .iter()
+                    .map(|u| factor * u)
+                    .collect(),
                 (true, false) => {
                     let air_mps = self.air_mps(part, hypothesis, &wakes);
                     air_mps.into_iter().map(|u| factor * u).collect()
@@ -371,13 +378,16 @@ impl<'a> Forces<'a> {
                     };
                 }
             }
-            let finish = |so_far: f64| match (&effects.jet_merging, recording.baseline.superposition) {
-                (Some(merging), _) => merging.finish(so_far),
-                (None, Superposition::Momentum) => so_far.sqrt(),
-                (None, _) => so_far,
-            };
+            let finish =
+                |so_far: f64| match (&effects.jet_merging, recording.baseline.superposition) {
+                    (Some(merging), _) => merging.finish(so_far),
+                    (None, Superposition::Momentum) => so_far.sqrt(),
+                    (None, _) => so_far,
+                };
             let weighed = discs.weights.iter().zip(&gathered);
-            weighed.map(|(weight, so_far)| weight * finish(*so_far)).sum()
+            weighed
+                .map(|(weight, so_far)| weight * finish(*so_far))
+                .sum()
         };
         part.steps.iter().map(at_step).collect()
     }

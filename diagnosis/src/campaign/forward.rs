@@ -85,7 +85,10 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chos
             .skip(1)
             .filter(|(_, rival)| {
                 let behind = gain(setting, &winner.log_density, &rival.log_density);
-                behind.total < (2.0 * behind.error).min(0.25 * lead.total).max(0.04 * lead.total)
+                behind.total
+                    < (2.0 * behind.error)
+                        .min(0.25 * lead.total)
+                        .max(0.04 * lead.total)
             })
             .filter_map(|(_, rival)| rival.which.last().copied())
             .collect();
@@ -178,5 +181,9 @@ fn promise(setting: &Setting, candidates: &[Candidate], best: &Tried, k: usize) 
             0.0
         }
     };
-    candidates[k].starts.iter().map(of_start).fold(0.0, f64::max)
+    candidates[k]
+        .starts
+        .iter()
+        .map(of_start)
+        .fold(0.0, f64::max)
 }

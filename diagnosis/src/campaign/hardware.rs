@@ -27,8 +27,9 @@ const STEADY_FORCE: f64 = 0.1;
 const ABOVE_FLOOR_M: f64 = 0.4;
 /// Steady rows below which nothing is said: two seconds at 50 Hz.
 const LEAST_ROWS: usize = 100;
-/// Chance below which a flight is not normal.
-const LEAST_CHANCE: f64 = 0.01;
+/// Chance below which a flight is not normal. Chosen here: one normal flight in twenty is accused. With a handful of normal flights to
+/// compare with, less asks for changes of more than five of their standard deviations.
+const LEAST_CHANCE: f64 = 0.05;
 /// How far a weight may lean for its total: two under a motor, a fifth more where it hangs outside.
 const MOST_LEAN: f64 = 2.4;
 /// Most extra turn of a damaged propeller, as part of its own.
@@ -138,7 +139,10 @@ impl Normal {
         for flights in by_drone.iter().filter(|flights| flights.len() > 1) {
             for flight in flights {
                 let modes = modes(logarithms(flight, flights));
-                squares.iter_mut().zip(modes).for_each(|(sum, m)| *sum += m * m);
+                squares
+                    .iter_mut()
+                    .zip(modes)
+                    .for_each(|(sum, m)| *sum += m * m);
             }
             freedom += flights.len() as f64 - 1.0;
         }
@@ -191,6 +195,17 @@ fn answers(modes: [f64; 4], sd: [f64; 4]) -> Vec<Answer> {
     all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let best = all[0].cost;
     all.retain(|answer| answer.cost < best + TIE);
+    // A second damaged propeller beside one that does alone is no other answer.
+    let alone: Vec<usize> = all
+        .iter()
+        .filter(|answer| answer.name == "damaged_propeller" && answer.motors.len() == 1)
+        .flat_map(|answer| answer.motors.clone())
+        .collect();
+    all.retain(|answer| {
+        answer.motors.len() == 1
+            || answer.name == "payload_mass"
+            || !answer.motors.iter().any(|motor| alone.contains(motor))
+    });
     // Something fastened under a motor stands in its wash: it takes that propeller's thrust as a cut would.
     let is_one = all[0].name == "damaged_propeller" && all[0].motors.len() == 1;
     if is_one && !all.iter().any(|answer| answer.name == "payload_mass") {
@@ -215,7 +230,11 @@ fn payload(modes: [f64; 4], sd: [f64; 4]) -> Answer {
     // Totals up to 0.3: a weight of more than half the drone.
     let costs = (0..=600).map(|i| {
         let total = 5e-4 * f64::from(i);
-        let share = if size > 0.0 { (MOST_LEAN * total / size).min(1.0) } else { 0.0 };
+        let share = if size > 0.0 {
+            (MOST_LEAN * total / size).min(1.0)
+        } else {
+            0.0
+        };
         distance(modes, [total, 0.0, share * lean_a, share * lean_b], sd)
     });
     // It leans towards one motor, or between two; a motor's direction counts within 30 degrees.
@@ -278,7 +297,10 @@ mod tests {
             effort([0.002, 0.002, 0.004, -0.001]),
             effort([-0.003, -0.003, -0.003, 0.002]),
         ];
-        (Normal::of(std::slice::from_ref(&flights)).expect("four flights"), flights)
+        (
+            Normal::of(std::slice::from_ref(&flights)).expect("four flights"),
+            flights,
+        )
     }
 
     #[test]
@@ -287,7 +309,12 @@ mod tests {
         let found = normal.judge(&effort([0.0, 0.0, 0.1, 0.0]), &flights);
         assert_eq!(found.answers[0].name, "damaged_propeller");
         assert_eq!(found.answers[0].motors, [3]);
-        assert!(found.answers.iter().any(|answer| answer.name == "payload_mass"));
+        assert!(
+            found
+                .answers
+                .iter()
+                .any(|answer| answer.name == "payload_mass")
+        );
     }
 
     #[test]
@@ -301,6 +328,11 @@ mod tests {
     #[test]
     fn a_normal_flight_is_not_accused() {
         let (normal, flights) = normal();
-        assert!(normal.judge(&effort([0.002, -0.002, 0.003, 0.0]), &flights).answers.is_empty());
+        assert!(
+            normal
+                .judge(&effort([0.002, -0.002, 0.003, 0.0]), &flights)
+                .answers
+                .is_empty()
+        );
     }
 }

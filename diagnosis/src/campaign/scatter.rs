@@ -127,10 +127,18 @@ fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
     let offset_n2 = offsets.iter().map(|(mean, _)| mean * mean).sum::<f64>();
     let offset_n = (offset_n2 / offsets.len().max(1) as f64).sqrt();
     // A tenth of a gram: no instrument of these flights knows better.
-    let sd_n = if rests.is_empty() { 0.01 } else { MAD * median(&mut rests) };
+    let sd_n = if rests.is_empty() {
+        0.01
+    } else {
+        MAD * median(&mut rests)
+    };
     Still {
         sd_n: sd_n.max(0.001),
-        memory: if square > 0.0 { (product / square).clamp(0.0, 0.95) } else { 0.0 },
+        memory: if square > 0.0 {
+            (product / square).clamp(0.0, 0.95)
+        } else {
+            0.0
+        },
         offset_n: offset_n.clamp(LEAST_OFFSET_N, MOST_OFFSET_N),
     }
 }
@@ -164,7 +172,9 @@ fn share(forces: &Forces, noise: &mut Noise, offset_n: f64) {
         let span_s = (last_s - first_s).max(1.0);
         let patterns: [Vec<f64>; 3] = [
             vec![offset_n; count],
-            steps().map(|step| SLOPE * (step.thrust_n - mean_n)).collect(),
+            steps()
+                .map(|step| SLOPE * (step.thrust_n - mean_n))
+                .collect(),
             steps()
                 .map(|step| offset_n * ((step.t_s - first_s) / span_s - 0.5))
                 .collect(),

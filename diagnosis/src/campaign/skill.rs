@@ -113,7 +113,8 @@ fn skill(
 ) -> Option<Skill> {
     let recorded = forces.recorded();
     let flights: Vec<usize> = forces.judged().map(|(part, _)| part.flight).collect();
-    let [before, after] = [before, after].map(|predicted| with_offsets(forces, &recorded, predicted));
+    let [before, after] =
+        [before, after].map(|predicted| with_offsets(forces, &recorded, predicted));
     let mut by_flight = vec![Sums::default(); flights.iter().max()? + 1];
     let mut total = Sums::default();
     for i in (0..recorded.len()).filter(|&i| test(i)) {
@@ -168,12 +169,20 @@ pub fn curves(forces: &Forces, columns: &[Vec<f64>], held_out: &[Vec<f64>; 2]) -
     let heights = [0.05, 0.07, 0.09, 0.11, 0.14, 0.18, 0.25, 0.35, 0.5];
     let radii = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
     let curves = [
-        curve(forces, held_out, "depth m, within a half-width", &depths, &|i| {
-            (columns[2][i] < 1.0).then_some(columns[0][i])
-        }),
-        curve(forces, held_out, "distance/half-width, depth 0.2 to 0.8 m", &radii, &|i| {
-            (0.2..0.8).contains(&columns[0][i]).then_some(columns[2][i])
-        }),
+        curve(
+            forces,
+            held_out,
+            "depth m, within a half-width",
+            &depths,
+            &|i| (columns[2][i] < 1.0).then_some(columns[0][i]),
+        ),
+        curve(
+            forces,
+            held_out,
+            "distance/half-width, depth 0.2 to 0.8 m",
+            &radii,
+            &|i| (0.2..0.8).contains(&columns[0][i]).then_some(columns[2][i]),
+        ),
         curve(forces, held_out, "height m, nobody above", &heights, &|i| {
             columns[2][i].is_nan().then_some(columns[3][i])
         }),
@@ -190,7 +199,8 @@ fn curve(
 ) -> Option<Curve> {
     let recorded = forces.recorded();
     let flights: Vec<usize> = forces.judged().map(|(part, _)| part.flight).collect();
-    let [before, after] = [before, after].map(|predicted| with_offsets(forces, &recorded, predicted));
+    let [before, after] =
+        [before, after].map(|predicted| with_offsets(forces, &recorded, predicted));
     let mut curve = Curve {
         along: along.to_owned(),
         bins: Vec::new(),

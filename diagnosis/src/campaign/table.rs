@@ -43,7 +43,10 @@ pub fn row(question: &str, found: &CampaignFinding, place: usize) -> TableRow {
         format!("{} ({})", effect.name, parameters.join(", "))
     });
     let gain = each(&|i| {
-        format!("{:.0} ± {:.0}", found.taken[i].gain, found.taken[i].gain_error)
+        format!(
+            "{:.0} ± {:.0}",
+            found.taken[i].gain, found.taken[i].gain_error
+        )
     });
     let skill = found.skills.get(place).or(found.skills.first());
     let held_out = skill.map_or_else(String::new, |skill| {
@@ -73,7 +76,11 @@ pub fn row(question: &str, found: &CampaignFinding, place: usize) -> TableRow {
     }
     TableRow {
         question: question.to_owned(),
-        answer: if answer.is_empty() { "nothing".into() } else { answer },
+        answer: if answer.is_empty() {
+            "nothing".into()
+        } else {
+            answer
+        },
         gain,
         held_out,
         not_sure: not_sure.join("; "),
@@ -146,10 +153,15 @@ pub fn report(found: &CampaignFinding) -> String {
             taken.gain, taken.gain_error
         ));
         for (name, gain, error) in taken.rivals.iter().take(4) {
-            line(format!("          {name} in its place: {gain:.0} ± {error:.0}"));
+            line(format!(
+                "          {name} in its place: {gain:.0} ± {error:.0}"
+            ));
         }
         if !taken.alternatives.is_empty() {
-            line(format!("        not told apart from {}", taken.alternatives.join(", ")));
+            line(format!(
+                "        not told apart from {}",
+                taken.alternatives.join(", ")
+            ));
         }
     }
     for skill in &found.skills {
@@ -169,7 +181,10 @@ pub fn report(found: &CampaignFinding) -> String {
         found.flexible_gain[0], found.flexible_gain[1], found.flexible_gain_error
     ));
     for curve in &found.curves {
-        line(format!("        {}: recorded, before, after (g)", curve.along));
+        line(format!(
+            "        {}: recorded, before, after (g)",
+            curve.along
+        ));
         for i in 0..curve.bins.len() {
             let [from, to] = curve.bins[i];
             line(format!(
