@@ -27,8 +27,13 @@ use crate::recording::{Recording, Role};
 /// Half-widths from its axis beyond which a drone above is taken to be without any effect, beside the receiver's own size. Chosen here: the
 /// hover jet has less than half a percent of its speed there.
 const REACH: f64 = 6.0;
-/// Rows where nothing is near, one in so many is judged. Chosen here: they are half a second apart, and the scatter forgets in that time.
+/// Of steps where nothing is near, one in so many is judged, and of the others. Chosen here: half a second and a fifth of one, in which the
+/// scatter forgets most.
 const THINNED: usize = 5;
+const NEAR: usize = 2;
+/// Steps of a window, and before and after one that are simulated for what low-pass and lags remember.
+const WINDOW: usize = 40;
+const BEFORE: usize = 10;
 
 /// Forces of a campaign.
 #[derive(Clone, Debug)]
@@ -64,6 +69,8 @@ pub struct Part {
     pub runs: Vec<std::ops::Range<usize>>,
     /// Steps that are judged.
     pub judged: Vec<usize>,
+    /// Whether a step is simulated at all.
+    is_needed: Vec<bool>,
     hover_mps: f64,
     discs: DiscPoints,
     radius_m: f64,
@@ -188,22 +195,24 @@ impl<'a> Forces<'a> {
         Ok(forces)
     }
 
-    /// Every step where something is near, fewer of the others; then fewer of all.
+    /// Windows of a few seconds, as many as are allowed, spread over all flights: simulating costs what is judged and little more.
     fn choose_rows(&mut self, most: usize) {
         let mut stride = 1;
         loop {
             let mut rows = 0;
-            for part in &mut self.parts {
+            for (index, part) in self.parts.iter_mut().enumerate() {
+                let is_kept = |at: usize| (at / WINDOW + index).is_multiple_of(stride);
                 let steps = part.steps.iter().enumerate();
                 let kept = steps.filter(|(at, step)| {
-                    let every = if step.is_free {
-                        THINNED * stride
-                    } else {
-                        stride
-                    };
-                    at % every == 0
+                    let every = if step.is_free { THINNED } else { NEAR };
+                    is_kept(*at) && at % every == 0
                 });
                 part.judged = kept.map(|(at, _)| at).collect();
+                part.is_needed = (0..part.steps.len())
+                    .map(|at| {
+                        is_kept(at) || is_kept(at + BEFORE) || is_kept(at.saturating_sub(BEFORE))
+                    })
+                    .collect();
                 rows += part.judged.len();
             }
             self.rows = rows;
@@ -281,7 +290,11 @@ impl<'a> Forces<'a> {
             .steps
             .iter()
             .zip(air_mps)
-            .map(|(step, air_mps)| {
+            .zip(&part.is_needed)
+            .map(|((step, air_mps), is_needed)| {
+                if !is_needed {
+                    return 0.0;
+                }
                 let velocity_mps = step.velocity_mps;
                 let mut alpha = air_mps / part.hover_mps;
                 let reception = Reception {
@@ -345,7 +358,7 @@ impl<'a> Forces<'a> {
         };
         let wake_of = &self.wake_of[part.recording];
         let mut gathered = vec![0.0; discs.weights.len()];
-        let at_step = |step: &Step| {
+        let mut at_step = |step: &Step| -> f64 {
             gathered.fill(0.0);
             for above in &step.above {
                 let Some(wake) = wake_of[above.vehicle].map(|wake| &wakes[wake]) else {
@@ -389,7 +402,10 @@ impl<'a> Forces<'a> {
                 .map(|(weight, so_far)| weight * finish(*so_far))
                 .sum()
         };
-        part.steps.iter().map(at_step).collect()
+        let steps = part.steps.iter().zip(&part.is_needed);
+        steps
+            .map(|(step, is_needed)| if *is_needed { at_step(step) } else { 0.0 })
+            .collect()
     }
 }
 
@@ -540,6 +556,7 @@ fn part(
         steps,
         runs,
         judged: Vec::new(),
+        is_needed: Vec::new(),
         hover_mps: airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3),
         discs: airframe.disc_points(),
         radius_m: 0.5 * airframe.propeller_diameter_m(),

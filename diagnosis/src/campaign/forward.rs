@@ -70,6 +70,13 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chos
             .map(|tried| (gain(setting, &tried.log_density, &best.log_density), tried))
             .collect();
         fitted.sort_by(|(a, x), (b, y)| b.total.total_cmp(&a.total).then(x.which.cmp(&y.which)));
+        let beside: Vec<(usize, Gain)> = fitted
+            .iter()
+            .filter_map(|(gain, tried)| Some((*tried.which.last()?, *gain)))
+            .collect();
+        if let Some(last) = turns.last_mut() {
+            keep_substitutes(last, &beside);
+        }
         let Some((lead, winner)) = fitted.first().cloned() else {
             break;
         };
@@ -96,10 +103,7 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chos
             which,
             gain: lead,
             alternatives,
-            fitted: fitted
-                .iter()
-                .filter_map(|(gain, tried)| Some((*tried.which.last()?, *gain)))
-                .collect(),
+            fitted: beside,
         });
         best = winner;
     }
@@ -109,6 +113,18 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chos
         turns,
         best,
     }
+}
+
+/// Leaves only those alternatives that say the same thing: what still gains half as much beside the term is another effect, not the same by
+/// another name.
+fn keep_substitutes(turn: &mut Turn, beside: &[(usize, Gain)]) {
+    let total = |gains: &[(usize, Gain)], which: usize| {
+        let found = gains.iter().find(|(k, _)| *k == which);
+        found.map_or(0.0, |(_, gain)| gain.total)
+    };
+    let fitted = turn.fitted.clone();
+    turn.alternatives
+        .retain(|&k| total(beside, k) < 0.5 * total(&fitted, k));
 }
 
 /// Whether the last term is large enough to act on.
