@@ -66,7 +66,7 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chos
         };
         let mut fitted: Vec<(Gain, Tried)> = tried
             .into_iter()
-            .filter(|tried| last_matters(candidates, tried))
+            .filter(|tried| last_matters(candidates, tried) && is_inside(candidates, tried))
             .map(|tried| (gain(setting, &tried.log_density, &best.log_density), tried))
             .collect();
         fitted.sort_by(|(a, x), (b, y)| b.total.total_cmp(&a.total).then(x.which.cmp(&y.which)));
@@ -134,6 +134,18 @@ fn last_matters(candidates: &[Candidate], tried: &Tried) -> bool {
     };
     let own = tried.fit.values.len() - last.parameters.len();
     last.size(&tried.fit.values[own..]) >= 1.0
+}
+
+/// Whether no parameter was driven to an end of what it may be: a term that would go further mends the form of something else.
+fn is_inside(candidates: &[Candidate], tried: &Tried) -> bool {
+    let parameters = tried.which.iter().flat_map(|&k| &candidates[k].parameters);
+    parameters
+        .zip(&tried.fit.values)
+        .all(|(parameter, &value)| {
+            let margin = 0.005 * (parameter.high - parameter.low);
+            let is_end = |end: f64| (value - end).abs() < margin && end != parameter.neutral;
+            !is_end(parameter.low) && !is_end(parameter.high)
+        })
 }
 
 /// Candidates beside what is taken, those that promise most.
