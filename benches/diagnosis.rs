@@ -1,6 +1,8 @@
-//! Question: how long does a calibration take of all that the paper's kind of campaign can bring?
+//! Questions: how long does a diagnosis take of one long recording; how long does a calibration take of all that the paper's kind of campaign can bring?
 //!
-//! Sixteen hours of readings at 1 Hz below six drones: 120 grid flights of eight minutes; and a quarter of that.
+//! The diagnosis: the first made-up recording of seed 1 with 4000 samples or more; at most 5 s are allowed.
+//!
+//! The calibration: sixteen hours of readings at 1 Hz below six drones: 120 grid flights of eight minutes; and a quarter of that.
 //!
 //! On two shared virtual cores of an AMD EPYC, rustc 1.95, one run each at opt-level 2, others compiling beside it:
 //!
@@ -18,7 +20,9 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use diagnosis::calibrate::{Options, calibrate};
+use diagnosis::diagnose::diagnose;
 use diagnosis::made_up::HoverGrid;
+use diagnosis::prove;
 use diagnosis::recording::Recording;
 
 const DRONES: usize = 6;
@@ -60,5 +64,31 @@ fn calibration(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, calibration);
+/// Samples of the recording that is diagnosed.
+const LONG: usize = 4000;
+
+fn long_recording() -> Recording {
+    let readings = |recording: &Recording| {
+        let probes = recording.probes.as_ref();
+        probes.map_or(0, |probes| probes.samples.len())
+    };
+    (0..)
+        .map(|index| prove::case(1, index).recording)
+        .find(|recording| readings(recording) >= LONG)
+        .expect("without end")
+}
+
+fn diagnosis(criterion: &mut Criterion) {
+    let recording = long_recording();
+    let found = diagnose(&recording).expect("long enough");
+    eprintln!("{} samples: {:?}", found.samples, found.verdict);
+    let mut group = criterion.benchmark_group("diagnose");
+    group.sample_size(10);
+    group.bench_function("4000 samples", |bencher| {
+        bencher.iter(|| diagnose(black_box(&recording)));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, diagnosis, calibration);
 criterion_main!(benches);

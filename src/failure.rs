@@ -3,6 +3,8 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use diagnosis::calibrate::CalibrateError;
+use diagnosis::diagnose::DiagnoseError;
 use planner::instances::InstanceError;
 use thiserror::Error;
 
@@ -35,8 +37,19 @@ pub(crate) enum Failure {
     NothingToCompare(usize),
     #[error("{}: not a plan: {reason}", path.display())]
     NotAPlan { path: PathBuf, reason: String },
+    #[error("recordings are folders: name one to write them to with --out")]
+    NoFolder,
+    #[error("no airframe is called `{0}`; `plan schema` lists them")]
+    NoSuchAirframe(String),
+    #[error(transparent)]
+    Calibrate(#[from] CalibrateError),
+    /// One error a recording.
+    #[error("{}", joined(.0))]
+    Diagnose(Vec<DiagnoseError>),
     #[error(transparent)]
     Instance(#[from] InstanceError),
+    #[error("nothing can be held out: {0}")]
+    HeldOut(String),
     #[error("cannot start {jobs} threads: {source}")]
     Threads {
         jobs: usize,
@@ -61,9 +74,19 @@ impl Failure {
             Failure::Scenario(rendered) | Failure::Recordings(rendered) => {
                 tell(rendered.trim_end());
             }
+            Failure::Diagnose(errors) => {
+                for error in errors {
+                    tell_error(&error.to_string(), &[]);
+                }
+            }
             other => tell_error(&other.to_string(), &[]),
         }
     }
+}
+
+fn joined(errors: &[DiagnoseError]) -> String {
+    let errors: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    errors.join("; ")
 }
 
 /// One error on standard error: what is wrong, then indented lines, the last of them the way out.

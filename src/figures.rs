@@ -1,6 +1,8 @@
 //! Figures of recordings, one file each: SVG that needs no network, no script and no colour to be read.
 
+pub(crate) mod agreement;
 mod axes;
+pub(crate) mod before_after;
 mod colours;
 mod compact;
 pub(crate) mod expansion;
@@ -11,6 +13,7 @@ pub(crate) mod readings;
 pub(crate) mod receiver;
 pub(crate) mod residual_map;
 mod sheet;
+pub(crate) mod signature;
 
 pub(crate) use sheet::escape;
 

@@ -3,6 +3,7 @@
 mod csv;
 mod forces;
 mod pictures;
+mod skill;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -21,6 +22,9 @@ use crate::page::{Figure, Page};
 use crate::progress::Progress;
 use crate::{Answer, Format, files, recordings};
 use forces::Map;
+pub(crate) use pictures::{drones, slices, speed_readings};
+use skill::Skill;
+pub(crate) use words::wrote;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -30,10 +34,13 @@ pub(crate) struct Arguments {
     /// What flight logs leave unsaid (RON) [default: the campaign.ron beside or above them]
     #[arg(long, value_name = "FILE")]
     meta: Option<PathBuf>,
+    /// Also judge forces in whole flights that no thrust map was identified from, and the drones' clocks
+    #[arg(long)]
+    held_out: bool,
     /// How to print the answer
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Folder for the tables, figures and report.html [default: out/<name of the first recording>]
+    /// Folder for the tables, figures and report.html [default: out/NAME, that of the first recording]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -54,6 +61,8 @@ struct Residuals<'a> {
     samples: usize,
     regions: &'a [Region],
     thrust_maps: &'a [Map],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    held_out: Option<&'a Skill>,
     remarks: Vec<RemarkOf<'a>>,
 }
 
@@ -75,6 +84,11 @@ struct Printed<'a> {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let mut recordings = recordings::read_all(&arguments.recordings, arguments.meta.as_deref())?;
     let maps = forces::identify_all(&mut recordings);
+    let skill = arguments
+        .held_out
+        .then(|| skill::held_out(&recordings))
+        .transpose()
+        .map_err(Failure::HeldOut)?;
     let all = simulate_all(recordings);
     let samples: Vec<Sample> = all.iter().flat_map(|one| &one.samples).copied().collect();
     let Some(first) = all.first().filter(|_| !samples.is_empty()) else {
@@ -97,7 +111,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     }
     written.push((
         out.path.join("residuals.json"),
-        files::json_pretty(&residuals(&all, &regions, &maps, samples.len())),
+        files::json_pretty(&residuals(
+            &all,
+            &regions,
+            &maps,
+            skill.as_ref(),
+            samples.len(),
+        )),
     ));
     for figure in &figures {
         written.push((
@@ -111,10 +131,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let files: Vec<PathBuf> = written.into_iter().map(|(path, _)| path).collect();
     answer(&match arguments.format {
         Format::Json => files::json_pretty(&Printed {
-            residuals: residuals(&all, &regions, &maps, samples.len()),
+            residuals: residuals(&all, &regions, &maps, skill.as_ref(), samples.len()),
             files,
         }),
-        Format::Text => words::text(&name, &all, &regions, &maps) + &words::wrote(&files),
+        Format::Text => {
+            let skill = skill.as_ref().map(Skill::text).unwrap_or_default();
+            words::text(&name, &all, &regions, &maps, &skill) + &words::wrote(&files)
+        }
     })?;
     Ok(Answer::Yes)
 }
@@ -168,6 +191,7 @@ fn residuals<'a>(
     all: &'a [Simulated],
     regions: &'a [Region],
     maps: &'a [Map],
+    held_out: Option<&'a Skill>,
     samples: usize,
 ) -> Residuals<'a> {
     Residuals {
@@ -176,6 +200,7 @@ fn residuals<'a>(
         samples,
         regions,
         thrust_maps: maps,
+        held_out,
         remarks: all
             .iter()
             .flat_map(|one| {

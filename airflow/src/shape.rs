@@ -33,9 +33,7 @@ struct Section {
 impl Shape {
     /// Factor of all scale effects on `U_H`; that of a payload taken up in flight is [`Effects::meet`]'s.
     pub(crate) fn strength(effects: &Effects, diameter_over_l: f64) -> f64 {
-        let payload = effects
-            .payload_mass
-            .filter(|payload| payload.since_s == f64::NEG_INFINITY);
+        let payload = effects.payload_mass.filter(|payload| payload.is_constant());
         payload.map_or(1.0, |payload| payload.factor(0.0))
             * effects.momentum_scale.map_or(1.0, |effect| effect.factor())
             * effects.air_density.map_or(1.0, |effect| effect.factor())
@@ -84,6 +82,24 @@ impl Shape {
     /// `U_H` (m/s) without any effect.
     pub(crate) fn plain_induced_velocity_mps(&self) -> f64 {
         self.plain_mps
+    }
+
+    /// `U_H` (m/s) of the drone's own rotors. Density changes it; a payload found counts where it lowers it, since a finding may be about
+    /// another drone of the fleet.
+    pub(crate) fn hover_velocity_mps(&self) -> f64 {
+        let effects = &self.effects;
+        let payload = effects
+            .payload_mass
+            .map_or(1.0, |payload| payload.factor(f64::INFINITY).min(1.0));
+        let density = effects.air_density.map_or(1.0, |effect| effect.factor());
+        self.plain_mps * payload * density
+    }
+
+    /// Widening along the longest direction of a level cut, over the jet in still air.
+    pub(crate) fn spread(&self, s: f64) -> Option<f64> {
+        let section = self.section(s)?;
+        let [_, cos] = section.lean;
+        Some(section.width / cos.max(1e-3))
     }
 
     /// The axis (l) at a depth (l).

@@ -31,6 +31,8 @@ pub struct Wake {
     shared: Arc<Shared>,
     /// What the hover jet leaves out; `None`: nothing.
     shape: Option<Arc<Shape>>,
+    /// Factor on every speed of a shaped wake.
+    gain: f64,
 }
 
 /// What a change of mass leaves as it is.
@@ -71,7 +73,10 @@ impl Wake {
             wake = wake.extrapolated();
         }
         match &self.shape {
-            Some(shape) => wake.with_effects(shape.effects()),
+            Some(shape) => Wake {
+                gain: self.gain,
+                ..wake.with_effects(shape.effects())
+            },
             None => wake,
         }
     }
@@ -109,7 +114,70 @@ impl Wake {
             length_m: self.length_m,
             shared: Arc::clone(&self.shared),
             shape: Some(Arc::new(shape)),
+            gain: 1.0,
         }
+    }
+
+    /// The same wake with every speed this many times as high, and its place unchanged: of a drone that climbs or sinks.
+    #[must_use]
+    pub fn with_gain(&self, gain: f64) -> Wake {
+        let mut wake = match &self.shape {
+            Some(_) => self.clone(),
+            None => self.with_effects(&Effects::default()),
+        };
+        wake.gain = gain;
+        wake
+    }
+
+    /// What [`Wake::with_gain`] was given; 1: nothing.
+    #[must_use]
+    pub fn gain(&self) -> f64 {
+        self.gain
+    }
+
+    /// Whether it is more than the hover jet: then it need not be round, nor below its drone, and the closed forms of the far field do not
+    /// hold for it.
+    #[must_use]
+    pub fn is_shaped(&self) -> bool {
+        self.shape.is_some()
+    }
+
+    /// Induced velocity (m/s) of the drone's own rotors, by which air that it meets is measured: that of the jet unless effects make the
+    /// jet stronger or weaker than the rotors. Never more than the stated mass asks for.
+    #[must_use]
+    pub fn hover_velocity_mps(&self) -> f64 {
+        match &self.shape {
+            None => self.induced_velocity_mps,
+            Some(shape) => shape.hover_velocity_mps(),
+        }
+    }
+
+    /// Radius around the axis (m) within which the far field is faster than half its axis, in the widest direction of a level cut; above
+    /// 2.5 l that of 2.5 l at least. What must be covered to stop it. `None` where the wind has taken the jet away.
+    #[must_use]
+    pub fn spread_m(&self, depth_m: f64) -> Option<f64> {
+        let half_width_m = self.half_width_m(depth_m);
+        match &self.shape {
+            None => Some(half_width_m),
+            Some(shape) => shape
+                .spread(depth_m / self.length_m)
+                .map(|times| times * half_width_m),
+        }
+    }
+
+    /// Radius of the near-field column (m): to the rotor tips, wherever above 2.5 l the jet has been moved and widened to.
+    #[must_use]
+    pub fn column_radius_m(&self) -> f64 {
+        let tips_m = self.tip_radius_m();
+        let Some(shape) = &self.shape else {
+            return tips_m;
+        };
+        let levels = (0..=16).map(|k| f64::from(k) / 16.0 * self.far.from_m() / self.length_m);
+        let radius_m = levels.filter_map(|s| {
+            let [x, y] = shape.axis(s)?;
+            Some(x.hypot(y) * self.length_m + shape.spread(s)?.max(1.0) * tips_m)
+        });
+        radius_m.fold(tips_m, f64::max)
     }
 
     /// Where its axis is (m, x and y from the drone) at a depth: below the drone unless wind or tilt move it. `None` where the wind
@@ -151,6 +219,7 @@ impl Wake {
             length_m,
             shared,
             shape: None,
+            gain: 1.0,
         }
     }
 
@@ -195,7 +264,7 @@ impl Wake {
     #[inline]
     pub fn axial_speed_mps(&self, offset_m: Vector3<f64>) -> f64 {
         if let Some(shape) = &self.shape {
-            return -shape.velocity_mps(self, offset_m).z;
+            return -self.gain * shape.velocity_mps(self, offset_m).z;
         }
         self.plain_axial_speed_mps(offset_m)
     }
@@ -250,7 +319,7 @@ impl Wake {
         if let Some(shape) = &self.shape {
             for (i, step) in steps_m.iter().enumerate() {
                 let at_m = offset_m + Vector3::new(step[0], step[1], 0.0);
-                found(i, -shape.velocity_mps(self, at_m).z);
+                found(i, -self.gain * shape.velocity_mps(self, at_m).z);
             }
             return;
         }
@@ -275,7 +344,7 @@ impl Wake {
     #[must_use]
     pub fn velocity_mps(&self, offset_m: Vector3<f64>) -> Vector3<f64> {
         match &self.shape {
-            Some(shape) => shape.velocity_mps(self, offset_m),
+            Some(shape) => shape.velocity_mps(self, offset_m) * self.gain,
             None => self.plain_velocity_mps(offset_m),
         }
     }

@@ -4,6 +4,42 @@ use diagnosis::read;
 use std::collections::BTreeMap;
 fn main() {
     let root = std::env::args().nth(1).unwrap();
+    if root == "case" {
+        let seed: u64 = std::env::args().nth(2).unwrap().parse().unwrap();
+        let index: usize = std::env::args().nth(3).unwrap().parse().unwrap();
+        let c = prove::case(seed, index);
+        let f = diagnosis::diagnose::diagnose(&c.recording).unwrap();
+        let a = prove::answer(&f);
+        let t = c.truth.open(&a);
+        println!(
+            "{} effects {:?} chi2 {} region {}",
+            t.family,
+            t.effects,
+            t.oracle_chi2,
+            t.region.len()
+        );
+        println!("{:?} {:?}", f.verdict, f.effects);
+        for i in (0..t.truth_clean.len()).step_by(t.truth_clean.len() / 25) {
+            let y = c
+                .recording
+                .probes
+                .as_ref()
+                .map_or(f64::NAN, |p| p.samples[i].speed_mps);
+            println!(
+                "   {i} recorded {y:.3} truth {:.3} baseline {:.3} noise {:.3} ours {:.3}",
+                t.truth_clean[i], t.baseline_clean[i], t.noise[i], f.prediction[i]
+            );
+        }
+        println!("{:?}", diagnosis::actuation::actuation(&c.recording));
+        println!(
+            "{:?} region {} {}",
+            f.held_out, f.region.share, f.region.description
+        );
+        for r in f.candidates.iter().take(8) {
+            println!("  {:?}", r);
+        }
+        return;
+    }
     if root == "prove" {
         let seed: u64 = std::env::args().nth(2).unwrap().parse().unwrap();
         let count: usize = std::env::args().nth(3).unwrap().parse().unwrap();
@@ -14,7 +50,7 @@ fn main() {
             a
         });
         println!("{}", m.table());
-        for c in &m.cases {
+        for (i, c) in m.cases.iter().enumerate() {
             if (c.truth == "none" && c.detected)
                 || (c.truth != "none" && c.oracle_chi2 > 25.0 && !c.named)
                 || c.spurious
@@ -22,7 +58,7 @@ fn main() {
                 || c.location.is_some_and(|l| l < 0.6)
             {
                 println!(
-                    "{:34} truth {:34} answered {:44} chi2 {:9.0} set {} loc {:.2} skill {:.2} n {} {:.1}s",
+                    "{i:3} {:34} truth {:34} answered {:44} chi2 {:9.0} set {} loc {:.2} skill {:.2} n {} {:.1}s",
                     c.family,
                     c.truth,
                     c.answered,

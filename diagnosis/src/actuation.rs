@@ -11,12 +11,12 @@ use airflow::effects::{AirDensity, PayloadMass};
 
 use crate::hypothesis::Hypothesis;
 use crate::recording::{Recording, Role, Vehicle};
+use crate::statistics::change_point::{self, Options};
 
 /// Departure of the throttle from hover that counts. A hover's mean throttle is known to less than a percent.
 const LEAST: f64 = 0.025;
-/// Least change at a step, and least time on either side (s).
+/// Least change at a step.
 const LEAST_STEP: f64 = 0.03;
-const LEAST_SIDE_S: f64 = 15.0;
 /// Share of the electrical power that ends as the induced power of momentum theory. Chosen here, as small electric quadrotors have it
 /// (0.5 to 0.7, recalled); it matters only where a mass is told from a density.
 const EFFICIENCY: f64 = 0.6;
@@ -41,6 +41,8 @@ pub enum Found {
         mass_factor: f64,
         /// Negative infinity: always.
         since_s: f64,
+        /// Infinity: for good.
+        until_s: f64,
         /// Standard error of the factor.
         error: f64,
     },
@@ -60,11 +62,13 @@ impl Found {
             Found::Payload {
                 mass_factor,
                 since_s,
+                until_s,
                 ..
             } => {
                 hypothesis.effects.payload_mass = Some(PayloadMass {
                     mass_factor,
                     since_s,
+                    until_s,
                 });
             }
             Found::Density { density_factor, .. } => {
@@ -126,45 +130,42 @@ fn always(vehicle: &Vehicle, throttle: f64, power: Option<f64>) -> Option<Found>
     Some(Found::Payload {
         mass_factor: throttle * throttle,
         since_s: f64::NEG_INFINITY,
+        until_s: f64::INFINITY,
         error,
     })
 }
 
-/// A step from the stated mass to another.
+/// A step from the stated mass to another, and back where there is a second one.
 fn step(vehicle: &Vehicle) -> Option<Found> {
     let track = &vehicle.track;
     let column = track.throttle_ratio.as_ref()?;
-    let (first_s, last_s) = (*track.t_s.first()?, *track.t_s.last()?);
-    let count = column.len();
-    let total: f64 = column.iter().sum();
-    let square: f64 = column.iter().map(|x| x * x).sum();
-    let mut best: Option<(f64, usize)> = None;
-    let mut before = 0.0;
-    for i in 1..count {
-        before += column[i - 1];
-        let t_s = track.t_s[i];
-        if t_s - first_s < LEAST_SIDE_S || last_s - t_s < LEAST_SIDE_S {
-            continue;
-        }
-        let (n_before, n_after) = (i as f64, (count - i) as f64);
-        let explained = before * before / n_before + (total - before) * (total - before) / n_after;
-        if best.is_none_or(|(most, _)| explained > most) {
-            best = Some((explained, i));
-        }
-    }
-    let (explained, at) = best?;
-    let (low, high) = column.split_at(at);
-    let (from, to) = (mean(low), mean(high));
-    let left = (square - explained) / count as f64;
-    let error = (left * (1.0 / low.len() as f64 + 1.0 / high.len() as f64)).sqrt();
-    // Eight standard errors: the place was looked for, and neighbours agree.
-    if (to / from - 1.0).abs() < LEAST_STEP || (to - from).abs() < 8.0 * error {
-        return None;
-    }
+    let options = Options {
+        least_step: LEAST_STEP,
+        ..Options::default()
+    };
+    let steps = change_point::steps(column, options);
+    let first = steps.first()?;
+    let end = steps.get(1).map_or(column.len(), |second| second.index);
+    // The level that is nearer to hover is the stated mass.
+    let starts_loaded = (first.before - 1.0).abs() > (first.after - 1.0).abs();
+    let (loaded, plain) = if starts_loaded {
+        (0..first.index, first.after)
+    } else {
+        (first.index..end, first.before)
+    };
+    let since_s = if starts_loaded {
+        f64::NEG_INFINITY
+    } else {
+        track.t_s[loaded.start]
+    };
+    let until_s = track.t_s.get(loaded.end).copied().unwrap_or(f64::INFINITY);
+    let part = &column[loaded];
+    let ratio = mean(part) / plain;
     Some(Found::Payload {
-        mass_factor: (to / from) * (to / from),
-        since_s: track.t_s[at],
-        error: 2.0 * error,
+        mass_factor: ratio * ratio,
+        since_s,
+        until_s,
+        error: 2.0 * standard_error(part),
     })
 }
 

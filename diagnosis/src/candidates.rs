@@ -1,10 +1,9 @@
 //! What may be missing: every effect and every sensor fault, with its parameters, their bounds, and the size from which it matters.
 
 use airflow::effects::{
-    AirDensity, BatterySag, Buoyancy, CeilingEffect, ClimbDescent, Crossflow, DlRatio, Effects,
-    EntrainmentRadial, GroundEffectThrust, GroundImpingement, JetMerging, MomentumScale,
-    NearFieldShape, PayloadMass, ProfileTail, ReceiverInflow, Recirculation, RotorCant, Swirl,
-    WakeTilt, WakeTransport, Wander,
+    BatterySag, Buoyancy, CeilingEffect, ClimbDescent, Crossflow, DlRatio, EntrainmentRadial,
+    GroundEffectThrust, GroundImpingement, JetMerging, MomentumScale, NearFieldShape, PayloadMass,
+    ProfileTail, ReceiverInflow, Recirculation, RotorCant, Swirl, WakeTilt, WakeTransport, Wander,
 };
 use serde::{Deserialize, Serialize};
 
@@ -247,7 +246,7 @@ pub(crate) fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "r_half -> q r_half, U_C -> U_C/q",
             story: "canted propellers make the jet wider or narrower at the same momentum",
-            parameters: vec![parameter("q", "1", [0.6, 1.6], 1.0, 0.05)],
+            parameters: vec![parameter("q", "1", [0.7, 1.45], 1.0, 0.05)],
             essential: 1,
             starts: vec![vec![1.1], vec![0.9]],
             set: |p, h| h.effects.rotor_cant = Some(RotorCant { width_factor: p[0] }),
@@ -257,7 +256,7 @@ pub(crate) fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "g^2 = 1 + w2 (s/6l)^2, r_half -> g r_half, U_C -> U_C/g^2",
             story: "the jet's axis meanders, more with depth, so its mean is wider and slower",
-            parameters: vec![parameter("w2", "1", [-0.4, 4.0], 0.0, 0.1)],
+            parameters: vec![parameter("w2", "1", [-0.4, 3.0], 0.0, 0.05)],
             essential: 1,
             starts: vec![vec![0.2], vec![-0.1]],
             set: |p, h| h.effects.wander = Some(Wander { growth: p[0] }),
@@ -268,7 +267,7 @@ pub(crate) fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
             equation: "f = (1 - tau)/(1 + a xi^2)^2 + tau exp(-ln2 xi^(2+n))",
             story: "the jet ends in an edge where the paper's profile has a long tail",
             parameters: vec![
-                parameter("tau", "1", [-0.6, 1.8], 0.0, 0.2),
+                parameter("tau", "1", [-0.6, 1.6], 0.0, 0.2),
                 parameter("n", "1", [-0.6, 4.0], 0.0, 1.0),
             ],
             essential: 1,
@@ -295,7 +294,7 @@ pub(crate) fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "U_C -> U_C sqrt(1 - c (s/10l)^2)",
             story: "warm air slows on its way down, cold air gains",
-            parameters: vec![parameter("c", "1", [-2.0, 1.0], 0.0, 0.15)],
+            parameters: vec![parameter("c", "1", [-1.0, 1.0], 0.0, 0.15)],
             essential: 1,
             starts: vec![vec![0.1], vec![-0.1]],
             set: |p, h| h.effects.buoyancy = Some(Buoyancy { strength: p[0] }),
@@ -305,7 +304,7 @@ pub(crate) fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "W_theta = k U_C xi/(1 + a xi^2)^2 s0/(s0 - s)",
             story: "the jet turns about its axis",
-            parameters: vec![parameter("k", "1", [0.0, 1.2], 0.0, 0.25)],
+            parameters: vec![parameter("k", "1", [0.0, 0.8], 0.0, 0.25)],
             essential: 1,
             starts: vec![vec![0.4]],
             set: |p, h| h.effects.swirl = Some(Swirl { ratio: p[0] }),
@@ -349,7 +348,7 @@ pub(crate) fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "U_C ~ U_H l (d/(0.53 l))^p",
             story: "jets scale with the size of the propellers, not with the motor distance alone",
-            parameters: vec![parameter("p", "1", [-1.0, 2.0], 0.0, 0.2)],
+            parameters: vec![parameter("p", "1", [-0.5, 1.5], 0.0, 0.2)],
             essential: 1,
             starts: vec![vec![0.4]],
             set: |p, h| h.effects.dl_ratio = Some(DlRatio { exponent: p[0] }),
@@ -388,6 +387,7 @@ pub(crate) fn of_the_surroundings(shows: &Shows) -> Vec<Candidate> {
             h.effects.payload_mass = Some(PayloadMass {
                 mass_factor: p[0],
                 since_s: p[1],
+                until_s: f64::INFINITY,
             });
         },
     }];
@@ -397,7 +397,7 @@ pub(crate) fn of_the_surroundings(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "tau(s) = m l (sigma^2 - s0^2)/(2 B U_H)",
             story: "the air at a depth left its drone a while ago, when the drone was elsewhere",
-            parameters: vec![parameter("m", "1", [0.0, 4.0], 0.0, 0.3)],
+            parameters: vec![parameter("m", "1", [0.0, 3.0], 0.0, 0.3)],
             essential: 1,
             starts: vec![vec![1.0], vec![2.0]],
             set: |p, h| h.effects.wake_transport = Some(WakeTransport { lag_factor: p[0] }),
@@ -409,7 +409,7 @@ pub(crate) fn of_the_surroundings(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "U -> U (v_i/v_h)^p, v_i/v_h = -x/2 + sqrt(x^2/4 + 1), x = V_z/v_h",
             story: "a climbing drone blows less, a sinking one more",
-            parameters: vec![parameter("p", "1", [-1.0, 4.0], 0.0, 0.5)],
+            parameters: vec![parameter("p", "1", [0.0, 3.0], 0.0, 0.5)],
             essential: 1,
             starts: vec![vec![1.0]],
             set: |p, h| h.effects.climb_descent = Some(ClimbDescent { exponent: p[0] }),
@@ -466,7 +466,7 @@ pub(crate) fn of_the_receiver(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "alpha -> eta alpha",
             story: "the rotors feel more or less of the air from above than momentum theory has it",
-            parameters: vec![parameter("eta", "1", [0.0, 3.0], 1.0, 0.1)],
+            parameters: vec![parameter("eta", "1", [0.0, 2.5], 1.0, 0.1)],
             essential: 1,
             starts: vec![vec![0.8], vec![1.2]],
             set: |p, h| h.effects.receiver_inflow = Some(ReceiverInflow { factor: p[0] }),
@@ -478,7 +478,7 @@ pub(crate) fn of_the_receiver(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "throttle -> throttle (1 + k (V0 - V)/V0)",
             story: "as the battery weakens, the same thrust takes more throttle",
-            parameters: vec![parameter("k", "1", [-3.0, 6.0], 0.0, 0.1)],
+            parameters: vec![parameter("k", "1", [-2.0, 4.0], 0.0, 0.1)],
             essential: 1,
             starts: vec![vec![0.5]],
             set: |p, h| h.effects.battery_sag = Some(BatterySag { sensitivity: p[0] }),
@@ -551,7 +551,33 @@ fn of_the_sensor(shows: &Shows, observed: &Observed) -> Vec<Candidate> {
             starts: vec![vec![offset_practical]],
             set: |p, h| h.sensor.offset = p[0],
         },
-        Candidate {
+    ];
+    if shows.moves || observed.channel == Channel::Speed {
+        candidates.push(Candidate {
+            name: "sensor_lag",
+            kind: Kind::Sensor,
+            equation: "tau y' = x - y",
+            story: "the sensor is slow",
+            parameters: vec![parameter("tau", "s", [0.0, 8.0], 0.0, 0.25)],
+            essential: 1,
+            starts: vec![vec![0.8]],
+            set: |p, h| h.sensor.lag_s = p[0],
+        });
+        candidates.push(Candidate {
+            name: "clock_misalignment",
+            kind: Kind::Sensor,
+            equation: "y(t) -> y(t + dt)",
+            story: "the drones' clock and the sensors' disagree",
+            parameters: vec![parameter("dt", "s", [-4.0, 4.0], 0.0, 0.15)],
+            essential: 1,
+            starts: [0.5, -0.5, 1.5, -1.5, 3.0, -3.0]
+                .map(|dt| vec![dt])
+                .to_vec(),
+            set: |p, h| h.sensor.clock_s = p[0],
+        });
+    }
+    if shows.probes {
+        candidates.push(Candidate {
             name: "sensor_drift",
             kind: Kind::Sensor,
             equation: "y -> (1 + g' t) y + b' t",
@@ -572,31 +598,7 @@ fn of_the_sensor(shows: &Shows, observed: &Observed) -> Vec<Candidate> {
                 h.sensor.gain_drift_per_h = p[0];
                 h.sensor.offset_drift_per_h = p[1];
             },
-        },
-    ];
-    if shows.moves || observed.channel == Channel::Speed {
-        candidates.push(Candidate {
-            name: "sensor_lag",
-            kind: Kind::Sensor,
-            equation: "tau y' = x - y",
-            story: "the sensor is slow",
-            parameters: vec![parameter("tau", "s", [0.0, 8.0], 0.0, 0.25)],
-            essential: 1,
-            starts: vec![vec![0.8]],
-            set: |p, h| h.sensor.lag_s = p[0],
         });
-        candidates.push(Candidate {
-            name: "clock_misalignment",
-            kind: Kind::Sensor,
-            equation: "y(t) -> y(t + dt)",
-            story: "the drones' clock and the sensors' disagree",
-            parameters: vec![parameter("dt", "s", [-4.0, 4.0], 0.0, 0.15)],
-            essential: 1,
-            starts: vec![vec![0.5], vec![-0.5], vec![1.5], vec![-1.5]],
-            set: |p, h| h.sensor.clock_s = p[0],
-        });
-    }
-    if shows.probes {
         candidates.push(Candidate {
             name: "sensor_saturation",
             kind: Kind::Sensor,
@@ -627,17 +629,4 @@ fn of_the_sensor(shows: &Shows, observed: &Observed) -> Vec<Candidate> {
         });
     }
     candidates
-}
-
-/// A mass or a density that the throttle and the power of the drones themselves tell.
-#[must_use]
-pub fn scale_effects(mass_factor: Option<f64>, density_factor: Option<f64>) -> Effects {
-    Effects {
-        payload_mass: mass_factor.map(|mass_factor| PayloadMass {
-            mass_factor,
-            since_s: f64::NEG_INFINITY,
-        }),
-        air_density: density_factor.map(|density_factor| AirDensity { density_factor }),
-        ..Effects::default()
-    }
 }

@@ -13,6 +13,7 @@ use crate::hypothesis::Hypothesis;
 use crate::intervals;
 use crate::noise::{Noise, noise};
 use crate::observed::{COVARIATES, Explained, Observed};
+use crate::outside;
 use crate::prove::Verdict;
 use crate::random::Random;
 use crate::recording::Recording;
@@ -37,6 +38,9 @@ pub enum DiagnoseError {
         least: usize,
     },
 }
+
+/// A held-out gain from which a selection stands without the gate: a chance below e^-40.
+const BEYOND_DOUBT: f64 = 40.0;
 
 /// Diagnoses one recording.
 ///
@@ -64,7 +68,15 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
         .into_iter()
         .filter(|candidate| possible(candidate, actuation.as_ref()))
         .collect();
-    let selection = select(&setting, &candidates);
+    let mut selection = select(&setting, &candidates);
+    let gate = outside::anything(&setting, &candidates, &selection.nothing.fit);
+    if !gate.passed && selection.chosen.gain.total < BEYOND_DOUBT {
+        selection.withdraw();
+    }
+    let shape = outside::outside(&setting, &candidates, &selection, &gate);
+    if shape.is_some() {
+        selection.withdraw();
+    }
     let members: Vec<&Candidate> = selection
         .chosen
         .which
@@ -72,7 +84,14 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
         .map(|&k| &candidates[k])
         .collect();
     let correction = setting.hypothesis(&members, &selection.chosen.fit.values);
-    let corrected = observed.predict(&correction);
+    let mut corrected = observed.predict(&correction);
+    if let Some(shape) = &shape {
+        // What the trees add lies on top of what was fitted, and is good inside the sampled hull only.
+        corrected
+            .iter_mut()
+            .zip(&shape.correction)
+            .for_each(|(f, more)| *f += more);
+    }
     let mut effects: Vec<Effect> = actuation
         .and_then(|actuation| actuation.found)
         .map(from_actuation)
@@ -80,10 +99,11 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
         .collect();
     effects.extend(named(&candidates, &members, &selection, &noise));
     let ambiguous = effects.iter().any(|effect| !effect.alternatives.is_empty());
-    let verdict = match (effects.is_empty(), ambiguous) {
-        (true, _) => Verdict::None,
-        (false, true) => Verdict::Ambiguous,
-        (false, false) => Verdict::Library,
+    let verdict = match (shape.is_some(), effects.is_empty(), ambiguous) {
+        (true, _, _) => Verdict::OutsideLibrary,
+        (false, true, _) => Verdict::None,
+        (false, false, true) => Verdict::Ambiguous,
+        (false, false, false) => Verdict::Library,
     };
     let rows = observed
         .samples
@@ -103,6 +123,8 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
         region: region(&observed, &noise, &corrected),
         held_out: held_out(&setting, &members, &selection, &noise),
         candidates: ranked(&candidates, &selection),
+        shape,
+        chance: gate.p,
         advice: Vec::new(),
         smallest: smallest(&setting, &candidates, &noise),
         effects,
@@ -111,18 +133,9 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
     })
 }
 
-/// What throttle and power have answered already is no candidate any more.
+/// A payload shows in the throttle and has been looked for there: where that is logged it is no candidate any more.
 fn possible(candidate: &Candidate, actuation: Option<&Actuation>) -> bool {
-    let Some(actuation) = actuation else {
-        return true;
-    };
-    match candidate.name {
-        // A payload shows in the throttle; so does everything else that makes a jet stronger, but sensors.
-        "payload_mass" => false,
-        // Against a drone above that flies as it should, a receiver that answers too much is the receiver's.
-        "momentum_scale" => actuation.found.is_some(),
-        _ => true,
-    }
+    actuation.is_none() || candidate.name != "payload_mass"
 }
 
 fn from_actuation(found: Found) -> Effect {
@@ -137,6 +150,7 @@ fn from_actuation(found: Found) -> Effect {
             mass_factor,
             error,
             since_s,
+            ..
         } => (
             "payload_mass",
             if since_s.is_finite() {
@@ -225,7 +239,7 @@ fn named(
     effects
 }
 
-fn effect(
+pub(crate) fn effect(
     candidate: &Candidate,
     values: &[f64],
     half_widths: &[f64],
@@ -320,7 +334,7 @@ fn held_out(
     selection: &Selection,
     noise: &Noise,
 ) -> HeldOut {
-    let squares = |members: &[&Candidate], fit: &Fit| {
+    let squares = |setting: &Setting, members: &[&Candidate], fit: &Fit| {
         let recorded = setting.observed.recorded();
         let mut squares = vec![0.0; recorded.len()];
         for fold in 0..FOLDS {
@@ -334,8 +348,11 @@ fn held_out(
         squares
     };
     let rms = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-    let before = squares(&[], &selection.nothing.fit);
-    let after = squares(members, &selection.chosen.fit);
+    // Before: without what throttle and power have answered already.
+    let mut plain = setting.clone();
+    plain.base = Hypothesis::default();
+    let before = squares(&plain, &[], &plain.nothing());
+    let after = squares(setting, members, &selection.chosen.fit);
     let mut blocks = vec![(0.0, 0.0); noise.blocks];
     for (square, &block) in after.iter().zip(&noise.block) {
         blocks[block].0 += square;
@@ -361,7 +378,7 @@ fn held_out(
     }
 }
 
-fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ranked> {
+pub(crate) fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ranked> {
     let of = |tried: &crate::select::Tried| {
         let candidate = &candidates[tried.which[0]];
         let names = candidate
@@ -380,7 +397,11 @@ fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ranked> {
 }
 
 /// Minimal departures that this recording would have shown: 80 % power at 5 %.
-fn smallest(setting: &Setting, candidates: &[Candidate], noise: &Noise) -> Vec<Smallest> {
+pub(crate) fn smallest(
+    setting: &Setting,
+    candidates: &[Candidate],
+    noise: &Noise,
+) -> Vec<Smallest> {
     let clean = setting.observed.predict(&setting.base);
     candidates
         .iter()

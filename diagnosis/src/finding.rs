@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::candidates::Kind;
 use crate::hypothesis::Hypothesis;
+use crate::outside::Shape;
 use crate::prove::{Interval, Verdict};
 use crate::simulate::Channel;
 
@@ -24,6 +25,10 @@ pub struct Finding {
     pub effects: Vec<Effect>,
     /// Where.
     pub region: Region,
+    /// The shape of what the library does not hold.
+    pub shape: Option<Shape>,
+    /// Chance of as much structure in noise alone.
+    pub chance: f64,
     /// The corrected simulation, by row of the channel's file; not a number where there is none.
     pub prediction: Vec<f64>,
     /// How much better what was not fitted is predicted.

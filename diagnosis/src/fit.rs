@@ -91,6 +91,12 @@ impl<'a> Setting<'a> {
         }
     }
 
+    /// Whether a fitted gain (0) or offset (1) has reached what the maker allows: it can take no more.
+    #[must_use]
+    pub fn at_tolerance(&self, which: usize, value: f64) -> bool {
+        value.abs() > 0.999 * self.tolerances[which]
+    }
+
     /// Everything together at given values.
     #[must_use]
     pub fn hypothesis(&self, candidates: &[&Candidate], values: &[f64]) -> Hypothesis {

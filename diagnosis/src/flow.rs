@@ -46,6 +46,12 @@ struct Emitter<'a> {
 pub struct Wakes(Vec<Option<Wake>>);
 
 impl Wakes {
+    /// That of one vehicle.
+    #[must_use]
+    pub fn of(&self, vehicle: usize) -> Option<&Wake> {
+        self.0.get(vehicle)?.as_ref()
+    }
+
     /// The wakes that the baseline declares; `None` for those who do not blow.
     #[must_use]
     pub fn new(recording: &Recording) -> Wakes {

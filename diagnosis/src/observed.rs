@@ -23,14 +23,48 @@ pub const COVARIATES: [&str; 14] = [
     "height/half-width",
 ];
 
-/// Values recorded, and what a hypothesis makes of them: what a fit needs to know.
+/// Values recorded, what a hypothesis makes of them, and what surrounds each: all that a diagnosis needs to know.
 pub trait Explained: std::fmt::Debug + Sync {
     /// Recorded values.
     fn recorded(&self) -> Vec<f64>;
 
     /// What they would be under a hypothesis, in their order.
     fn predict(&self, hypothesis: &Hypothesis) -> Vec<f64>;
+
+    /// Times (s).
+    fn times_s(&self) -> Vec<f64>;
+
+    /// What surrounds each value.
+    fn circumstances(&self) -> Circumstances<'_>;
+
+    /// For each series that a pulsation of the rotors would show in: its samples, and when the air there was released (s).
+    fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)>;
 }
+
+/// Quantities known at every value beside it.
+#[derive(Clone, Copy, Debug)]
+pub struct Circumstances<'a> {
+    /// What they are called, with the unit, and their letters in an expression.
+    pub names: &'static [(&'static str, &'static str)],
+    /// One column for each, one entry a value; not a number where it has none.
+    pub columns: &'a [Vec<f64>],
+    /// Azimuth (rad) around the axis of the wake that blows hardest, where there is one.
+    pub azimuth_rad: Option<&'a [f64]>,
+}
+
+/// [`COVARIATES`] with their letters.
+const LETTERED: [(&str, &str); 14] = {
+    let letters = [
+        "s", "r", "xi", "cos", "sin", "h", "t", "U", "z_e", "v_e", "v_z", "U2/U1", "V", "h/r_half",
+    ];
+    let mut all = [("", ""); 14];
+    let mut at = 0;
+    while at < 14 {
+        all[at] = (COVARIATES[at], letters[at]);
+        at += 1;
+    }
+    all
+};
 
 /// Samples of one recording, one channel, and what surrounds each of them.
 #[derive(Clone, Debug)]
@@ -45,6 +79,7 @@ pub struct Observed<'a> {
     pub series_of: Vec<usize>,
     /// One column for each of [`COVARIATES`], one entry a sample.
     pub covariates: Vec<Vec<f64>>,
+    azimuth_rad: Vec<f64>,
     wakes: Wakes,
     series: Vec<Series>,
 }
@@ -73,6 +108,10 @@ impl<'a> Observed<'a> {
         let mut observed = Observed {
             recording,
             channel,
+            azimuth_rad: samples
+                .iter()
+                .map(|s| s.place.map_or(f64::NAN, |p| p.azimuth_rad))
+                .collect(),
             samples,
             series_of,
             covariates: Vec::new(),
@@ -83,16 +122,23 @@ impl<'a> Observed<'a> {
         Some(observed)
     }
 
+    /// How long ago (s) the air at a sample left its drone, at the centreline's speed; 0 below none.
+    #[must_use]
+    pub fn age_s(&self, sample: usize) -> f64 {
+        let sample = &self.samples[sample];
+        let age = sample.place.and_then(|place| {
+            let airframe = &self.recording.vehicles[place.emitter].airframe;
+            let wake = self.wakes.of(place.emitter)?;
+            let depth_m = place.s_over_l * airframe.motor_distance_m();
+            Some(wake.far_field().transport_time_s(depth_m, 1.0))
+        });
+        age.unwrap_or(0.0)
+    }
+
     /// The baseline's values.
     #[must_use]
     pub fn simulated(&self) -> Vec<f64> {
         self.samples.iter().map(|sample| sample.simulated).collect()
-    }
-
-    /// Times (s).
-    #[must_use]
-    pub fn times_s(&self) -> Vec<f64> {
-        self.samples.iter().map(|sample| sample.t_s).collect()
     }
 
     /// One covariate by name.
@@ -119,6 +165,33 @@ impl Explained for Observed<'_> {
             }
         }
         predicted
+    }
+
+    fn times_s(&self) -> Vec<f64> {
+        self.samples.iter().map(|sample| sample.t_s).collect()
+    }
+
+    fn circumstances(&self) -> Circumstances<'_> {
+        Circumstances {
+            names: &LETTERED,
+            columns: &self.covariates,
+            azimuth_rad: Some(&self.azimuth_rad),
+        }
+    }
+
+    fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)> {
+        let last = self.series_of.iter().copied().max().unwrap_or(0);
+        let of_series = |series: usize| {
+            let samples: Vec<usize> = (0..self.samples.len())
+                .filter(|&i| self.series_of[i] == series)
+                .collect();
+            let clock_s = samples
+                .iter()
+                .map(|&i| self.samples[i].t_s - self.age_s(i))
+                .collect();
+            (samples, clock_s)
+        };
+        (0..=last).map(of_series).collect()
     }
 }
 

@@ -3,8 +3,11 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use nalgebra::DMatrix;
+
 use crate::candidates::Candidate;
 use crate::fit::{Fit, Setting, held_out};
+use crate::statistics::trees::{self, HeldOut};
 
 /// Parts that the blocks are dealt to.
 pub const FOLDS: usize = 6;
@@ -12,11 +15,40 @@ pub const FOLDS: usize = 6;
 /// optimistic by up to two where the model is not quite right.
 const LEAST_GAIN: f64 = 6.0;
 const LEAST_ERRORS: f64 = 2.5;
+/// What a gain that rests on few blocks needs. Chosen here: four times what a term alone needs.
+const LARGE_GAIN: f64 = 25.0;
 /// A second term must bring this share of the whole gain: closures are a few percent off, and that is no second effect.
 const LEAST_SHARE: f64 = 0.12;
+/// Or this smaller one, if it takes most of what any function of the circumstances could still take: a closure's error looks like
+/// nothing in the library.
+const LEAST_SHARE_OF_A_MATCH: f64 = 0.02;
+const MATCH: f64 = 0.7;
 /// How many are tried beside the best single, and how many singles among themselves.
 const PAIRED: usize = 7;
 const PAIRED_SINGLES: usize = 4;
+
+/// What trees over the circumstances predict, held out, of what a fit leaves.
+#[must_use]
+pub fn flexible(setting: &Setting, fit: &Fit) -> HeldOut {
+    let columns = setting.observed.circumstances().columns;
+    let recorded = setting.observed.recorded();
+    let circumstances = DMatrix::from_fn(recorded.len(), columns.len(), |i, j| columns[j][i]);
+    let left: Vec<f64> = recorded
+        .iter()
+        .zip(&fit.predicted)
+        .map(|(y, f)| y - f)
+        .collect();
+    let noise = setting.noise;
+    let (whitener, blocks) = (&noise.whitener, &noise.sequence_blocks);
+    trees::held_out(
+        &circumstances,
+        &left,
+        whitener,
+        blocks,
+        FOLDS,
+        trees::Options::default(),
+    )
+}
 
 /// Held-out gain of one set of candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -25,6 +57,8 @@ pub struct Gain {
     pub total: f64,
     /// Its standard error over blocks.
     pub error: f64,
+    /// The sum without the block that gains most.
+    pub without_best: f64,
 }
 
 /// One set of candidates, fitted.
@@ -53,6 +87,14 @@ pub struct Selection {
     pub chosen: Tried,
     /// For each chosen term, the candidates that would do as well in its place, best first.
     pub alternatives: Vec<Vec<usize>>,
+}
+
+impl Selection {
+    /// Takes the choice back: nothing stands.
+    pub fn withdraw(&mut self) {
+        self.chosen = self.nothing.clone();
+        self.alternatives.clear();
+    }
 }
 
 /// Fits everything and chooses.
@@ -86,8 +128,10 @@ pub fn select(setting: &Setting, candidates: &[Candidate]) -> Selection {
         .iter()
         .filter(|tried| tried.practical)
         .max_by(|a, b| a.gain.total.total_cmp(&b.gain.total));
+    // What a function of the circumstances, without any physics, could still take from the best single.
+    let left = |tried: &Tried| flexible(setting, &tried.fit).gain.total.max(0.0);
     let chosen = match best_pair {
-        Some(pair) if both_needed(setting, pair, &singles) => pair,
+        Some(pair) if both_needed(setting, pair, &singles, left(first)) => pair,
         _ if enough(&first.gain) => first,
         _ => return none(),
     };
@@ -109,6 +153,7 @@ pub(crate) fn nothing(setting: &Setting) -> Tried {
         gain: Gain {
             total: 0.0,
             error: 0.0,
+            without_best: 0.0,
         },
         practical: true,
     }
@@ -189,9 +234,14 @@ fn pairs(
         .collect()
 }
 
-/// What a second candidate could gain beside a first, to first order, from the best of its starts.
-fn promise(setting: &Setting, candidates: &[Candidate], first: &Tried, second: usize) -> f64 {
-    let members = [&candidates[first.which[0]], &candidates[second]];
+/// What another candidate could gain beside those taken, to first order, from the best of its starts.
+pub(crate) fn promise(
+    setting: &Setting,
+    candidates: &[Candidate],
+    first: &Tried,
+    second: usize,
+) -> f64 {
+    let mut members: Vec<&Candidate> = first.which.iter().map(|&k| &candidates[k]).collect();
     let columns = first.fit.jacobian.ncols();
     let gram = first.fit.jacobian.transpose() * &first.fit.jacobian;
     let ridge = nalgebra::DMatrix::identity(columns, columns) * (1e-9 * gram.trace());
@@ -200,7 +250,8 @@ fn promise(setting: &Setting, candidates: &[Candidate], first: &Tried, second: u
     };
     let clean = setting
         .observed
-        .predict(&setting.hypothesis(&members[..1], &first.fit.values));
+        .predict(&setting.hypothesis(&members, &first.fit.values));
+    members.push(&candidates[second]);
     let of_start = |start: &Vec<f64>| {
         let values = [first.fit.values.clone(), start.clone()].concat();
         let changed = setting
@@ -226,15 +277,19 @@ fn promise(setting: &Setting, candidates: &[Candidate], first: &Tried, second: u
             0.0
         }
     };
-    members[1].starts.iter().map(of_start).fold(0.0, f64::max)
+    let starts = &candidates[second].starts;
+    starts.iter().map(of_start).fold(0.0, f64::max)
 }
 
+/// Gains in a few blocks alone have a large standard error whatever their size; a large one must not rest on one block.
 fn enough(gain: &Gain) -> bool {
-    gain.total > LEAST_GAIN && gain.total > LEAST_ERRORS * gain.error
+    let steady = gain.total > LEAST_ERRORS * gain.error;
+    let rare = gain.total > LARGE_GAIN && gain.without_best > LEAST_GAIN;
+    gain.total > LEAST_GAIN && (steady || rare)
 }
 
 /// Whether a pair beats each of its members alone, and the best single, by enough.
-fn both_needed(setting: &Setting, pair: &Tried, singles: &[Tried]) -> bool {
+fn both_needed(setting: &Setting, pair: &Tried, singles: &[Tried], left: f64) -> bool {
     if !enough(&pair.gain) {
         return false;
     }
@@ -246,7 +301,10 @@ fn both_needed(setting: &Setting, pair: &Tried, singles: &[Tried]) -> bool {
     let mut needed = true;
     for single in others {
         let more = gain(setting, &pair.log_density, &single.log_density);
-        needed &= enough(&more) && more.total > LEAST_SHARE * pair.gain.total;
+        let share = more.total / pair.gain.total;
+        let large = share > LEAST_SHARE;
+        let matches = share > LEAST_SHARE_OF_A_MATCH && more.total > MATCH * left;
+        needed &= enough(&more) && (large || matches);
     }
     needed
 }
@@ -309,5 +367,6 @@ pub(crate) fn gain(setting: &Setting, log_density: &[f64], over: &[f64]) -> Gain
     Gain {
         total,
         error: (count * variance).sqrt(),
+        without_best: total - blocks.iter().copied().fold(0.0, f64::max),
     }
 }

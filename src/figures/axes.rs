@@ -48,10 +48,10 @@ pub(super) fn axes<'a, 'b>(
         .draw()?;
     if !heading.is_empty() {
         let (xs, _) = chart.plotting_area().get_pixel_range();
-        let (left, top) = area.get_pixel_range();
+        let (left, _) = area.get_pixel_range();
         area.draw(&Text::new(
             heading.to_owned(),
-            (xs.start - left.start, top.start - top.start + px(5.0)),
+            (xs.start - left.start, px(5.0)),
             super::sheet::bold(12.0, INK),
         ))?;
     }
@@ -106,6 +106,35 @@ pub(super) fn band(chart: &mut Chart, edges: &[(f64, f64, f64)], colour: RGBACol
     Ok(())
 }
 
+/// Corners of the marks and how far they reach, so that equal areas look equally heavy; no corners: a disc.
+const SHAPES: [(&[(f64, f64)], f64); 7] = [
+    (&[], 1.0),
+    (&[(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)], 0.89),
+    (&[(0.0, -1.2), (1.04, 0.6), (-1.04, 0.6)], 1.2),
+    (&[(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)], 1.25),
+    (&[(0.0, 1.2), (1.04, -0.6), (-1.04, -0.6)], 1.2),
+    // A plus.
+    (
+        &[
+            (-0.4, -1.2),
+            (0.4, -1.2),
+            (0.4, -0.4),
+            (1.2, -0.4),
+            (1.2, 0.4),
+            (0.4, 0.4),
+            (0.4, 1.2),
+            (-0.4, 1.2),
+            (-0.4, 0.4),
+            (-1.2, 0.4),
+            (-1.2, -0.4),
+            (-0.4, -0.4),
+        ],
+        1.0,
+    ),
+    // An hourglass.
+    (&[(-1.0, -1.1), (1.0, -1.1), (-1.0, 1.1), (1.0, 1.1)], 1.1),
+];
+
 /// A mark at a place, its shape by number; hollow marks say "not part of the fit".
 pub(super) fn mark(
     chart: &mut Chart,
@@ -129,13 +158,7 @@ pub(super) fn mark(
 fn mark_at(area: &Area, at: (i32, i32), series: usize, size: f64, hollow: bool) -> Drawn {
     let colour = SERIES[series % SERIES.len()];
     // Equal areas look equally heavy.
-    let (corners, reach): (&[(f64, f64)], f64) = match series % 5 {
-        0 => (&[], 1.0),
-        1 => (&[(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)], 0.89),
-        2 => (&[(0.0, -1.2), (1.04, 0.6), (-1.04, 0.6)], 1.2),
-        3 => (&[(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)], 1.25),
-        _ => (&[(0.0, 1.2), (1.04, -0.6), (-1.04, -0.6)], 1.2),
-    };
+    let (corners, reach) = SHAPES[series % SHAPES.len()];
     let line = colour.stroke_width(px(1.2).unsigned_abs());
     if corners.is_empty() {
         let radius = px(size * reach);

@@ -34,14 +34,16 @@ const BLUE_TO_RED: [(u8, u8, u8); 11] = [
     (0x67, 0x00, 0x1F),
 ];
 
-/// Lines and marks of several drones, told apart by shape as well: Paul Tol's "muted" (personal.sron.nl/~pault), the five that stand
-/// out most on a light sheet.
-pub(super) const SERIES: [RGBColor; 5] = [
+/// Lines and marks of several drones, told apart by shape as well: Paul Tol's "muted" (personal.sron.nl/~pault), the seven that
+/// stand out most on a light sheet.
+pub(super) const SERIES: [RGBColor; 7] = [
     RGBColor(0x33, 0x22, 0x88),
     RGBColor(0x11, 0x77, 0x33),
     RGBColor(0x88, 0x22, 0x55),
     RGBColor(0xCC, 0x66, 0x77),
     RGBColor(0x99, 0x99, 0x33),
+    RGBColor(0x44, 0xAA, 0x99),
+    RGBColor(0xAA, 0x44, 0x99),
 ];
 
 /// A colour scale in even steps between two values.

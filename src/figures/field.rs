@@ -7,7 +7,7 @@ use airflow::{FAR_FIELD_FROM_S_OVER_L, Jet};
 use super::axes::{Axis, Cell, Stroke, axes, cells, colour_bar, ground, line};
 use super::colours::Scale;
 use super::readings::{Grid, Medians, Reading};
-use super::sheet::{Chart, Drawn, HEAD, INK, PAPER, font, px, sheet};
+use super::sheet::{Chart, Drawn, HEAD, INK, PAPER, SOFT, font, px, sheet};
 
 /// Speeds over U_H whose lines are drawn: they can be read without the colours.
 const LINES: [f64; 4] = [0.1, 0.25, 0.5, 1.0];
@@ -59,14 +59,25 @@ pub(crate) fn draw(
     }))
 }
 
-/// Axes of a slice, depth downwards.
+/// Axes of a slice along x, depth downwards.
 pub(super) fn frame<'a, 'b>(
     area: &'a super::sheet::Area<'b>,
     heading: &str,
     grid: &Grid,
 ) -> Drawn<Chart<'a, 'b>> {
+    let label = "distance from the axis r / l, signed by side of x";
+    frame_across(area, heading, label, grid)
+}
+
+/// Axes of a slice whose direction `across` tells.
+pub(super) fn frame_across<'a, 'b>(
+    area: &'a super::sheet::Area<'b>,
+    heading: &str,
+    across: &str,
+    grid: &Grid,
+) -> Drawn<Chart<'a, 'b>> {
     let x = Axis {
-        label: "distance from the axis r / l, signed by side of x",
+        label: across,
         from: -grid.across_to,
         to: grid.across_to,
     };
@@ -128,6 +139,10 @@ fn iso_speeds(chart: &mut Chart, jet: &Jet, grid: &Grid, scale: &Scale, from: f6
             // In runs of what is inside the frame: nothing is drawn along its edge.
             for run in side.split(|(r, _)| *r > grid.across_to) {
                 let run: Vec<(f64, f64)> = run.iter().map(|(r, s)| (sign * r, *s)).collect();
+                // Light lines show on cells without samples by their edge.
+                if colour == PAPER {
+                    line(chart, &run, SOFT, 2.0, Stroke::Solid)?;
+                }
                 line(chart, &run, colour, 1.1, Stroke::Solid)?;
             }
         }

@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use super::axes::{Axis, Sign, Stroke, axes, band, legend, line, mark};
 use super::colours::SERIES;
 use super::readings::spread;
-use super::sheet::{Area, Chart, Drawn, HEAD, INK, px, sheet};
+use super::sheet::{Area, Chart, Drawn, HEAD, INK, PAPER, px, sheet};
 
 const WIDTH: f64 = 1100.0;
 const SCATTER: f64 = 420.0;
@@ -19,8 +19,12 @@ const MOMENTS: usize = 260;
 const POINTS: usize = 400;
 /// Cells of the scatter along each axis.
 const CELLS: usize = 56;
-/// Shades of the counts, each of them three times as many as the last.
+/// Shades of the counts between paper and ink, each of them five times as many as the last.
 const SHADES: [f64; 6] = [0.12, 0.27, 0.42, 0.57, 0.75, 1.0];
+/// From one shade to the next.
+const SHADE_RATIO: f64 = 5.0;
+/// One value in so many may lie beyond either end of the scatter; of a strip, none.
+pub(super) const BEYOND: usize = 2000;
 
 /// One drone's channel over time.
 #[derive(Clone, Debug)]
@@ -69,7 +73,7 @@ pub(crate) fn draw(
                 .map(|&(_, recorded, simulated)| (recorded, simulated))
         })
         .collect();
-    let (low, high) = range(&all)?;
+    let (low, high) = range(&all, BEYOND)?;
     shown.truncate(STRIPS);
     let height = HEAD + LEGEND + (STRIP * shown.len() as f64).max(SCATTER - 20.0);
     Some(sheet((WIDTH, height), title, subtitle, |area| {
@@ -84,7 +88,7 @@ pub(crate) fn draw(
             (
                 470.0,
                 Sign::Line(SERIES[0], Stroke::Solid),
-                "right: recorded = simulated; darker: more samples, threefold a shade",
+                "right: recorded = simulated; darker: more samples, fivefold a shade",
             ),
         ];
         for (x, sign, text) in entries {
@@ -92,29 +96,38 @@ pub(crate) fn draw(
         }
         let (strips, scatter) = panels.split_horizontally(px(WIDTH - SCATTER));
         for (strip, trace) in strips.split_evenly((shown.len(), 1)).iter().zip(&shown) {
-            time(strip, trace, quantity, (low, high))?;
+            time(strip, trace, quantity)?;
         }
         let (square, _) = scatter.split_vertically(px(SCATTER - 20.0));
-        against(&square, &all, quantity, (low, high))
+        let heading = "recorded against simulated";
+        against(&square, (heading, "simulated"), &all, quantity, (low, high))
     }))
 }
 
-/// The range that holds all but the outermost values on each side, a little widened.
-fn range(all: &[(f64, f64)]) -> Option<(f64, f64)> {
+/// The range that holds all but one of `beyond` values on each side, a little widened.
+pub(super) fn range(all: &[(f64, f64)], beyond: usize) -> Option<(f64, f64)> {
     let mut values: Vec<f64> = all
         .iter()
         .flat_map(|&(recorded, simulated)| [recorded, simulated])
         .collect();
     values.sort_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;
-    // One value in five hundred may lie beyond either end.
-    let (low, high) = (values[last / 500], values[last - last / 500]);
+    let (low, high) = (values[last / beyond], values[last - last / beyond]);
     let margin = 0.04 * (high - low).max(1e-6);
     Some((low - margin, high + margin))
 }
 
-fn time(area: &Area, trace: &Trace, quantity: &str, (low, high): (f64, f64)) -> Drawn {
-    let (Some(first), Some(last)) = (trace.moments.first(), trace.moments.last()) else {
+fn time(area: &Area, trace: &Trace, quantity: &str) -> Drawn {
+    let values: Vec<(f64, f64)> = trace
+        .moments
+        .iter()
+        .map(|&(_, recorded, simulated)| (recorded, simulated))
+        .collect();
+    let (Some(first), Some(last), Some((low, high))) = (
+        trace.moments.first(),
+        trace.moments.last(),
+        range(&values, usize::MAX),
+    ) else {
         return Ok(());
     };
     let x = Axis {
@@ -151,9 +164,16 @@ fn time(area: &Area, trace: &Trace, quantity: &str, (low, high): (f64, f64)) -> 
     line(&mut chart, &simulated, INK, 1.4, Stroke::Dashed)
 }
 
-fn against(area: &Area, all: &[(f64, f64)], quantity: &str, (low, high): (f64, f64)) -> Drawn {
+/// Headed by the first of two words, with the other on the axis of what is predicted.
+pub(super) fn against(
+    area: &Area,
+    (heading, predicted): (&str, &str),
+    all: &[(f64, f64)],
+    quantity: &str,
+    (low, high): (f64, f64),
+) -> Drawn {
     let (x_label, y_label) = (
-        format!("simulated {quantity}"),
+        format!("{predicted} {quantity}"),
         format!("recorded {quantity}"),
     );
     let x = Axis {
@@ -166,7 +186,7 @@ fn against(area: &Area, all: &[(f64, f64)], quantity: &str, (low, high): (f64, f
         from: low,
         to: high,
     };
-    let mut chart = axes(area, "recorded against simulated", x, y)?;
+    let mut chart = axes(area, heading, x, y)?;
     if all.len() <= POINTS {
         for &(recorded, simulated) in all {
             if (low..=high).contains(&recorded) && (low..=high).contains(&simulated) {
@@ -199,13 +219,32 @@ fn counts(chart: &mut Chart, all: &[(f64, f64)], (low, high): (f64, f64)) -> Dra
         }
     }
     let edge = |index: usize| low + (high - low) * index as f64 / CELLS as f64;
-    for (index, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
+    let mut shaded: Vec<(usize, usize)> = counts
+        .iter()
+        .enumerate()
+        .filter(|(_, count)| **count > 0)
+        .map(|(index, &count)| {
+            let shade = f64::from(count).log(SHADE_RATIO) as usize;
+            (shade.min(SHADES.len() - 1), index)
+        })
+        .collect();
+    shaded.sort_unstable();
+    chart.draw_series(shaded.into_iter().map(|(shade, index)| {
         let (row, column) = (index / CELLS, index % CELLS);
-        let shade = SHADES[(f64::from(count).log(3.0) as usize).min(SHADES.len() - 1)];
-        chart.draw_series(std::iter::once(Rectangle::new(
-            [(edge(column), edge(row)), (edge(column + 1), edge(row + 1))],
-            INK.mix(shade).filled(),
-        )))?;
-    }
+        let corners = [(edge(column), edge(row)), (edge(column + 1), edge(row + 1))];
+        Rectangle::new(corners, blend(SHADES[shade]).filled())
+    }))?;
     Ok(())
+}
+
+/// Between paper and ink.
+fn blend(part: f64) -> RGBColor {
+    let between = |from: u8, to: u8| {
+        (f64::from(from) + part * (f64::from(to) - f64::from(from))).round() as u8
+    };
+    RGBColor(
+        between(PAPER.0, INK.0),
+        between(PAPER.1, INK.1),
+        between(PAPER.2, INK.2),
+    )
 }

@@ -3,6 +3,7 @@
 use plotters::prelude::*;
 
 use super::axes::{Sign, Stroke, colour_bar, legend, line};
+use super::before_after::signs;
 use super::colours::Scale;
 use super::field::{frame, map};
 use super::readings::{Grid, Reading};
@@ -22,7 +23,7 @@ pub(crate) fn draw(
     jet: &Jet,
 ) -> Option<String> {
     let grid = Grid::of(readings)?;
-    // The largest hundredth of the cells saturates.
+    // The largest few of the cells saturate.
     let mut sizes: Vec<f64> = grid
         .cells
         .iter()
@@ -30,7 +31,7 @@ pub(crate) fn draw(
         .map(|cell| cell.residual.abs())
         .collect();
     sizes.sort_by(f64::total_cmp);
-    let largest = sizes.get((sizes.len() * 99 / 100).min(sizes.len().saturating_sub(1)))?;
+    let largest = sizes.get((sizes.len() * 97 / 100).min(sizes.len().saturating_sub(1)))?;
     let scale = Scale::of_residuals(*largest);
     Some(sheet((WIDTH, HEIGHT), title, subtitle, |area| {
         let (panel, side) = area.split_horizontally(px(WIDTH - BAR));
@@ -54,35 +55,6 @@ pub(crate) fn draw(
         ];
         legend(&side, (90.0, 60.0), &entries)
     }))
-}
-
-/// A sign in every cell whose median is further off than the instrument may be.
-fn signs(chart: &mut Chart, grid: &Grid) -> Drawn {
-    let area = chart.plotting_area().strip_coord_spec();
-    let (xs, ys) = area.get_pixel_range();
-    for row in 0..grid.rows {
-        for column in 0..grid.columns {
-            let Some(cell) = grid.at(row, column) else {
-                continue;
-            };
-            if cell.residual.abs() <= cell.accuracy {
-                continue;
-            }
-            let (from, to) = grid.corners(row, column);
-            let centre = chart.backend_coord(&((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0));
-            let (x, y) = (centre.0 - xs.start, centre.1 - ys.start);
-            let arm = px(2.4);
-            let mut stroke = vec![(x - arm, y), (x + arm, y)];
-            if cell.residual > 0.0 {
-                stroke.extend([(x, y), (x, y - arm), (x, y + arm)]);
-            }
-            area.draw(&PathElement::new(
-                stroke,
-                INK.stroke_width(px(0.75).unsigned_abs()),
-            ))?;
-        }
-    }
-    Ok(())
 }
 
 fn half_width(chart: &mut Chart, grid: &Grid, jet: &Jet) -> Drawn {

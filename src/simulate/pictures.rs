@@ -117,7 +117,7 @@ fn speeds(name: &str, all: &[Simulated], jet: &Jet, figures: &mut Vec<Figure>) {
         name: "field".into(),
         svg,
         caption: "Medians of the readings in each cell, in the wake that blows hardest there, folded onto a plane through its axis: left of 0 lie readings on the side of negative x. \
-                  Lines: where the axial speed of the simulated jet is 0.1, 0.25, 0.5 and 1 U_H, the same on both sides. Grey: no samples.".into(),
+                  Lines: where the axial speed of the simulated jet is 0.1, 0.25, 0.5 and 1 U_H, the same on both sides. Rows reach half-way to the next depth that was measured. Grey: no samples.".into(),
     }));
     let residuals = residual_map::draw(
         &format!("Residuals of the speed: {name}"),
@@ -283,7 +283,7 @@ fn receivers(
     figures.extend(shown.map(|svg| Figure {
         name: stem.into(),
         svg,
-        caption: "Left: over time. Right: every sample of every drone; one value in five hundred may lie beyond the frame.".into(),
+        caption: "Left: over time. Right: every sample of every drone; one value in two thousand may lie beyond the frame.".into(),
     }));
     let accuracy = "what the thrust map leaves in free flight";
     let residuals = residual_map::draw(
@@ -292,7 +292,7 @@ fn receivers(
             "{} in somebody's wake",
             count(readings.len(), "sample", "samples")
         ),
-        (quantity, accuracy),
+        (words::unit(channel), accuracy),
         &readings,
         jet,
     );

@@ -25,6 +25,15 @@ pub(super) fn quantity(channel: Channel) -> &'static str {
     }
 }
 
+/// Its unit alone.
+pub(super) fn unit(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Speed => "m/s",
+        Channel::Throttle | Channel::Power => "of hover",
+        Channel::VerticalForce => "N",
+    }
+}
+
 /// What the columns of its table end in.
 pub(super) fn suffix(channel: Channel) -> &'static str {
     match channel {
@@ -220,7 +229,13 @@ pub(super) fn remarks(all: &[Simulated]) -> Vec<String> {
 }
 
 /// The report for the terminal.
-pub(super) fn text(name: &str, all: &[Simulated], regions: &[Region], maps: &[Map]) -> String {
+pub(super) fn text(
+    name: &str,
+    all: &[Simulated],
+    regions: &[Region],
+    maps: &[Map],
+    held_out: &str,
+) -> String {
     let mut text = format!("{name}: {}\n{}\n\n", what(all), baseline(all));
     text += &region_table(regions).text();
     if !maps.is_empty() {
@@ -228,6 +243,9 @@ pub(super) fn text(name: &str, all: &[Simulated], regions: &[Region], maps: &[Ma
         for map in maps {
             text += &format!("    {}\n", map.sentence());
         }
+    }
+    if !held_out.is_empty() {
+        text += &format!("\n{held_out}");
     }
     let remarks = remarks(all);
     if !remarks.is_empty() {

@@ -7,7 +7,9 @@
 mod boundaries;
 mod calibration;
 mod commands;
+mod diagnosis;
 mod endpoints;
+mod findings;
 mod hover;
 mod near_field;
 mod neural_swarm;
@@ -15,6 +17,7 @@ mod paper;
 mod planner;
 mod readme;
 mod recordings;
+mod recordings_commands;
 mod scenario;
 mod scenarios;
 mod verifier;

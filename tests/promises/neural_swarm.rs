@@ -7,13 +7,12 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use airflow::{Air, Airframe, Jet, Superposition};
-use diagnosis::baseline::Baseline;
+use airflow::Superposition;
 use diagnosis::clock::{ClockKnown, ClockOffset};
 use diagnosis::force_sums::ForceSums;
 use diagnosis::held_out::{ForceSkill, ForceTest, clock_offsets, held_out_force};
-use diagnosis::recording::{Clock, Environment, Known, Origin, Recording, Role, Track, Vehicle};
-use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
+use diagnosis::read::{Campaign, read_flight};
+use diagnosis::recording::Recording;
 use rayon::prelude::*;
 
 /// Where the flights lie, or `None`, said aloud.
@@ -30,120 +29,15 @@ fn folder() -> Option<PathBuf> {
     None
 }
 
-/// The two kinds of drone, as the source's controller states them; propeller diameters inferred.
-fn airframe(id: &str) -> Airframe {
-    let large = ["cf100", "cf101", "cf102"].contains(&id);
-    let (name, mass_kg, diameter_m, motor_distance_m) = match large {
-        true => ("large", 0.067, 0.066, 0.120),
-        false => ("small", 0.034, 0.0462, 0.092),
-    };
-    Airframe::new(name, mass_kg, 4, diameter_m, motor_distance_m, 1.0).expect("valid")
-}
-
-const COLUMNS: [&str; 16] = [
-    "t_s", "x_m", "y_m", "z_m", "ax_mps2", "ay_mps2", "az_mps2", "qx", "qy", "qz", "qw", "pwm1",
-    "pwm2", "pwm3", "pwm4", "vbat_v",
-];
-
-fn read(path: &Path) -> Recording {
-    let mut text = String::new();
+fn read(path: &Path, campaign: &Campaign) -> Recording {
+    let mut text = Vec::new();
     let file = File::open(path).expect("readable");
     flate2::read::GzDecoder::new(file)
-        .read_to_string(&mut text)
-        .expect("gzip of text");
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    let place = |name: &str| {
-        header
-            .iter()
-            .position(|column| *column == name)
-            .expect("a known column")
-    };
-    let places = COLUMNS.map(place);
-    let of_vehicle = place("vehicle");
-    let mut tracks: Vec<(String, Track)> = Vec::new();
-    for line in lines {
-        let fields: Vec<&str> = line.split(',').collect();
-        let [
-            t_s,
-            x,
-            y,
-            z,
-            ax,
-            ay,
-            az,
-            qx,
-            qy,
-            qz,
-            qw,
-            duty @ ..,
-            battery_v,
-        ] = places.map(|place| fields[place].parse::<f64>().expect("a number"));
-        let id = fields[of_vehicle];
-        let track = match tracks.iter().position(|(known, _)| known == id) {
-            Some(known) => &mut tracks[known].1,
-            None => {
-                let track = Track {
-                    specific_force_mps2: Some(Vec::new()),
-                    duty: Some(Vec::new()),
-                    battery_v: Some(Vec::new()),
-                    longest_step_s: 0.05,
-                    ..Track::default()
-                };
-                tracks.push((id.to_owned(), track));
-                &mut tracks.last_mut().expect("just pushed").1
-            }
-        };
-        track.t_s.push(t_s);
-        track.position_m.push(Point3::new(x, y, z));
-        track.velocity_mps.push(Vector3::zeros());
-        track
-            .attitude
-            .push(UnitQuaternion::from_quaternion(Quaternion::new(
-                qw, qx, qy, qz,
-            )));
-        track
-            .specific_force_mps2
-            .get_or_insert_default()
-            .push(Vector3::new(ax, ay, az));
-        track.duty.get_or_insert_default().push(duty);
-        track.battery_v.get_or_insert_default().push(battery_v);
-    }
-    tracks.sort_by(|a, b| a.0.cmp(&b.0));
-    let vehicle = |(id, track): (String, Track)| Vehicle {
-        airframe: airframe(&id),
-        known: Known {
-            mass: Origin::Stated,
-            propeller_diameter: Origin::Inferred,
-            motor_distance: Origin::Stated,
-        },
-        role: Role::Both,
-        track,
-        thrust_map: None,
-        clock: Clock::Own { within_s: 0.04 },
-        id,
-    };
-    let name = path.file_name().expect("a file").to_string_lossy();
-    Recording {
-        name: name.trim_end_matches(".csv.gz").to_owned(),
-        environment: Environment {
-            gravity_mps2: 9.81,
-            air: Air {
-                temperature_c: 20.0,
-                pressure_pa: 101_325.0,
-            },
-            floor_z_m: Some(0.0),
-            ceiling_z_m: None,
-            ambient_mps: 0.0,
-            ambient_is_subtracted: false,
-        },
-        vehicles: tracks.into_iter().map(vehicle).collect(),
-        probes: None,
-        receivers: Vec::new(),
-        baseline: Baseline::default(),
-        jet: Jet::default(),
-        remarks: Vec::new(),
-    }
+        .read_to_end(&mut text)
+        .expect("gzip");
+    let file = path.file_name().expect("a file").to_string_lossy();
+    let name = file.trim_end_matches(".csv.gz");
+    read_flight(name, &file, &text, campaign).expect("a flight of this campaign")
 }
 
 fn flights(folder: &Path) -> Vec<Recording> {
@@ -152,15 +46,10 @@ fn flights(folder: &Path) -> Vec<Recording> {
         .map(|entry| entry.expect("an entry").path())
         .collect();
     paths.sort();
-    paths.par_iter().map(|path| read(path)).collect()
-}
-
-/// The source says not to use the force of its older unit.
-fn test() -> ForceTest {
-    ForceTest {
-        except: vec!["cf100".to_owned()],
-        ..ForceTest::default()
-    }
+    let meta = Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/neural_swarm2.ron");
+    let text = std::fs::read_to_string(meta).expect("it ships");
+    let campaign = Campaign::parse("neural_swarm2.ron", &text).expect("in order");
+    paths.par_iter().map(|path| read(path, &campaign)).collect()
 }
 
 /// The figures are printed with `--nocapture`.
@@ -170,7 +59,7 @@ fn force_below_another_drone_is_predicted_in_flights_that_nothing_was_fitted_to(
         return;
     };
     let mut recordings = flights(&folder);
-    let test = test();
+    let test = ForceTest::default();
     let momentum = held_out_force(&recordings, &[], &test).expect("ninety flights");
     tell("momentum sum", &momentum);
     for collection in ["19", "20", "21", "22", "23"] {

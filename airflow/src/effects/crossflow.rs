@@ -60,6 +60,8 @@ pub(crate) struct Section {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plume {
     sections: Vec<Section>,
+    /// It came to [`DEEPEST`] before it levelled off.
+    goes_on: bool,
 }
 
 impl Plume {
@@ -120,17 +122,33 @@ impl Plume {
                 next = sections.len() as f64 * SPACING;
             }
         }
-        Plume { sections }
+        Plume {
+            sections,
+            goes_on: state[4] >= DEEPEST,
+        }
     }
 
-    /// The jet at a depth (l), linear between the entries of the table; `None` where the wind has taken it away before.
+    /// The jet at a depth (l), linear between the entries of the table; `None` where the wind has taken it away before. Below the
+    /// table it goes on as it ends there, straight and no weaker against the jet in still air: nobody has measured so far down.
     pub(crate) fn at(&self, s: f64) -> Option<Section> {
         let place = (s / SPACING).max(0.0);
         let before = place as usize;
-        let a = *self.sections.get(before)?;
+        let Some(&a) = self.sections.get(before) else {
+            let last = *self.sections.last().filter(|_| self.goes_on)?;
+            let below = s - (self.sections.len() - 1) as f64 * SPACING;
+            let [sin, cos] = last.lean;
+            return Some(Section {
+                drift: last.drift + below * sin / cos,
+                ..last
+            });
+        };
         let share = place - before as f64;
         let Some(b) = self.sections.get(before + 1) else {
-            return Some(a);
+            let [sin, cos] = a.lean;
+            return Some(Section {
+                drift: a.drift + share * SPACING * sin / cos,
+                ..a
+            });
         };
         let mix = |a: f64, b: f64| a + share * (b - a);
         Some(Section {

@@ -20,6 +20,7 @@ mod climb_descent;
 mod crossflow;
 mod dl_ratio;
 mod entrainment_radial;
+mod flown;
 mod ground_effect_thrust;
 mod ground_impingement;
 mod jet_merging;
@@ -28,6 +29,7 @@ mod near_field;
 mod own_motion;
 mod payload_mass;
 mod profile_tail;
+mod ranges;
 mod receive;
 mod receiver_inflow;
 mod recirculation;
@@ -49,6 +51,7 @@ pub use climb_descent::ClimbDescent;
 pub use crossflow::{Crossflow, Plume};
 pub use dl_ratio::DlRatio;
 pub use entrainment_radial::EntrainmentRadial;
+pub use flown::{Fate, Flown};
 pub use ground_effect_thrust::GroundEffectThrust;
 pub use ground_impingement::GroundImpingement;
 pub use jet_merging::JetMerging;
@@ -57,6 +60,7 @@ pub use near_field::NearFieldShape;
 pub use own_motion::OwnMotion;
 pub use payload_mass::PayloadMass;
 pub use profile_tail::ProfileTail;
+pub use ranges::{OutOfRange, PARAMETERS, Parameter};
 pub use receive::Reception;
 pub use receiver_inflow::ReceiverInflow;
 pub use recirculation::Recirculation;
@@ -72,48 +76,70 @@ pub use wander::Wander;
 #[serde(default, deny_unknown_fields)]
 pub struct Effects {
     /// Horizontal wind.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub crossflow: Option<Crossflow>,
     /// An axis that is not vertical.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub wake_tilt: Option<WakeTilt>,
     /// Propellers canted in or out.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub rotor_cant: Option<RotorCant>,
     /// An axis that meanders.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub wander: Option<Wander>,
     /// Another outer edge.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub profile_tail: Option<ProfileTail>,
     /// Another strength, cause unknown.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub momentum_scale: Option<MomentumScale>,
     /// Another mass than stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub payload_mass: Option<PayloadMass>,
     /// Another density than stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub air_density: Option<AirDensity>,
     /// Strength that depends on propeller size over motor distance.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub dl_ratio: Option<DlRatio>,
     /// Four rotor jets above 2.5 motor distances.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub near_field: Option<NearFieldShape>,
     /// Air warmer or colder than its surroundings.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub buoyancy: Option<Buoyancy>,
     /// Rotation about the axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub swirl: Option<Swirl>,
     /// More or less entrained flow.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub entrainment_radial: Option<EntrainmentRadial>,
     /// Several jets that become one.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub jet_merging: Option<JetMerging>,
     /// Air that takes its time.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub wake_transport: Option<WakeTransport>,
     /// A drone that climbs or sinks.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub climb_descent: Option<ClimbDescent>,
     /// The floor below.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub ground_impingement: Option<GroundImpingement>,
     /// A room that begins to circulate.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub recirculation: Option<Recirculation>,
     /// Thrust near the floor.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub ground_effect_thrust: Option<GroundEffectThrust>,
     /// Thrust near the ceiling.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub ceiling_effect: Option<CeilingEffect>,
     /// How much of the air from above counts.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub receiver_inflow: Option<ReceiverInflow>,
     /// A battery that weakens.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub battery_sag: Option<BatterySag>,
     /// Drag of the frame in the air that passes it.
     pub body_drag: Option<BodyDrag>,

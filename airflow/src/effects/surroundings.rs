@@ -29,7 +29,7 @@ impl Effects {
             return velocity_mps;
         }
         if let Some(payload) = self.payload_mass
-            && payload.since_s > f64::NEG_INFINITY
+            && !payload.is_constant()
         {
             velocity_mps *= payload.factor(at.t_s);
         }

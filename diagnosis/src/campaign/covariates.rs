@@ -5,21 +5,21 @@ use super::forces::Forces;
 /// How many of them, from the first, say where a row is: what regions are told in.
 pub const PLACES: usize = 4;
 
-/// Names of the coordinates, in the order of [`covariates`].
-pub const COORDINATES: [&str; 13] = [
-    "depth m",
-    "beside m",
-    "beside/half-width",
-    "height m",
-    "drones above",
-    "air m/s",
-    "climb m/s",
-    "speed m/s",
-    "emitter climb m/s",
-    "emitter speed m/s",
-    "thrust N",
-    "battery V",
-    "time s",
+/// Names of the coordinates and their letters, in the order of [`covariates`].
+pub const COORDINATES: [(&str, &str); 13] = [
+    ("depth m", "s"),
+    ("beside m", "r"),
+    ("beside/half-width", "xi"),
+    ("height m", "h"),
+    ("drones above", "n"),
+    ("air m/s", "U"),
+    ("climb m/s", "V_z"),
+    ("speed m/s", "V_h"),
+    ("emitter climb m/s", "v_z"),
+    ("emitter speed m/s", "v_e"),
+    ("thrust N", "T"),
+    ("battery V", "V"),
+    ("time s", "t"),
 ];
 
 /// One column for each of [`COORDINATES`], one entry a judged row. Those of the drone above are of the one whose axis is nearest in

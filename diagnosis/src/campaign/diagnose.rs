@@ -2,30 +2,29 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DMatrix;
 use serde::Serialize;
 
-use super::covariates::{COORDINATES, PLACES, covariates};
+use super::covariates::{COORDINATES, PLACES};
 use super::forces::Forces;
-use super::forward::{Chosen, forward};
+use super::forward::{Chosen, Turn, forward};
 use super::library::library;
 use super::options::CampaignOptions;
 use super::scatter::{Scatter, scatter};
 use super::skill::{Curve, Skill, curves, skills};
 use crate::candidates::{Candidate, Kind};
-use crate::finding::{Effect, Estimate, Finding, HeldOut, Ranked, Region, Smallest};
-use crate::fit::{Setting, refit_without};
+use crate::diagnose::{effect, ranked, smallest};
+use crate::finding::{Effect, Finding, HeldOut, Region};
+use crate::fit::{Fit, Setting, refit_without};
 use crate::hypothesis::Hypothesis;
 use crate::identify::IdentifyError;
 use crate::intervals;
 use crate::observed::Explained;
+use crate::outside;
 use crate::prove::Verdict;
 use crate::recording::Recording;
+use crate::select::{FOLDS, Gain, flexible};
 use crate::simulate::Channel;
-use crate::statistics::noise::{NoiseModel, Whitener};
 use crate::statistics::scan::{self, Coordinate};
-use crate::statistics::sequence::{Blocks, Sequence};
-use crate::statistics::trees;
 
 /// Offset (N) that all flights together may have without anybody's fault: 0.2 g.
 const TOLERANCE_N: f64 = 0.002;
@@ -70,8 +69,8 @@ pub struct CampaignFinding {
     pub flexible_gain: [f64; 2],
     /// Its standard error over flights, on what is left.
     pub flexible_gain_error: f64,
-    /// Scatter in still air (N), as part of the force, and what flights differ by (N).
-    pub scatter: [f64; 3],
+    /// What flights differ by (N).
+    pub offset_n: f64,
 }
 
 /// One term that was taken.
@@ -138,94 +137,98 @@ pub fn diagnose_campaign(
         return Err(CampaignError::NoForce);
     }
     let base = Hypothesis::default();
-    let scatter = scatter(&forces, &forces.at_every_step(&base));
+    let scatter = scatter(&forces, &forces.at_every_step(&base), 1.0 / options.rate_hz);
     let flights = scatter.noise.blocks;
-    if flights < options.folds {
+    if flights < FOLDS {
         return Err(CampaignError::TooFew {
             flights,
-            least: options.folds,
+            least: FOLDS,
         });
     }
     let setting = Setting::within(&forces, &scatter.noise, base, [1e-6, TOLERANCE_N]);
     let candidates = library(&forces, forces.is_alone());
-    let chosen = forward(&setting, &candidates, options.most_effects);
-    let members: Vec<&Candidate> = chosen.best.which.iter().map(|&k| &candidates[k]).collect();
-    let correction = setting.hypothesis(&members, &chosen.best.fit.values);
+    let mut chosen = forward(&setting, &candidates, options.most_effects);
+    let gate = outside::anything(&setting, &candidates, &chosen.selection.nothing.fit);
+    if !gate.passed {
+        chosen.selection.withdraw();
+        chosen.turns.clear();
+    }
+    let best = &chosen.selection.chosen;
+    let members: Vec<&Candidate> = best.which.iter().map(|&k| &candidates[k]).collect();
+    let correction = setting.hypothesis(&members, &best.fit.values);
     let simulated = forces.predict(&base);
     let corrected = forces.predict(&correction);
-    let columns = covariates(&forces);
     let held_out = [
-        predicted_held_out(&setting, &[], &chosen.nothing.fit, options.folds),
-        predicted_held_out(&setting, &members, &chosen.best.fit, options.folds),
+        predicted_held_out(&setting, &[], &chosen.selection.nothing.fit),
+        predicted_held_out(&setting, &members, &best.fit),
     ];
-    let skills = skills(&forces, &columns, &held_out);
+    let columns = forces.circumstances().columns;
+    let skills = skills(&forces, columns, &held_out);
     let effects = effects(&setting, &candidates, &chosen);
+    let shape = outside::outside(&setting, &candidates, &chosen.selection, &gate);
     let ambiguous = effects.iter().any(|effect| !effect.alternatives.is_empty());
-    let verdict = match (effects.is_empty(), ambiguous) {
-        (true, _) => Verdict::None,
-        (false, true) => Verdict::Ambiguous,
-        (false, false) => Verdict::Library,
+    let verdict = match (shape.is_some(), effects.is_empty(), ambiguous) {
+        (true, _, _) => Verdict::OutsideLibrary,
+        (false, true, _) => Verdict::None,
+        (false, false, true) => Verdict::Ambiguous,
+        (false, false, false) => Verdict::Library,
     };
     let recorded = forces.recorded();
-    let rest = |predicted: &[f64]| -> Vec<f64> {
-        recorded.iter().zip(predicted).map(|(y, f)| y - f).collect()
-    };
-    let flexible = [&simulated, &corrected].map(|predicted| {
-        flexible(
-            &forces,
-            &scatter,
-            &columns,
-            &rest(predicted),
-            &simulated,
-            options.folds,
-        )
-    });
-    let everywhere = skills.first();
+    let rest: Vec<f64> = recorded
+        .iter()
+        .zip(&simulated)
+        .map(|(y, f)| y - f)
+        .collect();
+    let [before, left] =
+        [&chosen.selection.nothing, best].map(|of| flexible(&setting, &of.fit).gain);
     let finding = Finding {
         recording: format!("{flights} flights"),
         channel: Channel::VerticalForce,
         samples: forces.rows,
         verdict,
-        region: region(&columns, &scatter, &recorded, &simulated, &corrected),
-        held_out: everywhere.map_or_else(HeldOut::default, |skill| HeldOut {
-            rms_before: skill.rms_before_n,
-            rms_after: skill.rms_after_n[1],
-            rms_after_low: skill.rms_after_n[0],
-            rms_after_high: skill.rms_after_n[2],
-            noise_floor: scatter.still_n,
-        }),
-        candidates: ranked(&candidates, &chosen),
+        region: region(columns, &scatter, &recorded, &simulated, &corrected),
+        held_out: skills
+            .first()
+            .map_or_else(HeldOut::default, |skill| HeldOut {
+                rms_before: skill.rms_before_n,
+                rms_after: skill.rms_after_n[1],
+                rms_after_low: skill.rms_after_n[0],
+                rms_after_high: skill.rms_after_n[2],
+                noise_floor: scatter.model.s0,
+            }),
+        candidates: ranked(&candidates, &chosen.selection),
+        shape,
+        chance: gate.p,
         advice: advice(&candidates, &chosen),
-        smallest: smallest(&setting, &candidates),
+        smallest: smallest(&setting, &candidates, &scatter.noise),
         effects,
-        prediction: corrected.clone(),
+        prediction: corrected,
         correction,
     };
     Ok(CampaignFinding {
         flights,
-        taken: taken(&candidates, &chosen),
-        curves: curves(&forces, &columns, &held_out),
-        located: located(&columns, &scatter, &rest(&simulated)),
-        flexible_gain: [flexible[0].total, flexible[1].total],
-        flexible_gain_error: flexible[1].standard_error,
-        scatter: [scatter.still_n, scatter.per_force, scatter.offset_n],
+        taken: chosen
+            .turns
+            .iter()
+            .map(|turn| taken(&candidates, turn))
+            .collect(),
+        curves: curves(&forces, columns, &held_out),
+        located: located(columns, &scatter, &rest),
+        flexible_gain: [before.total, left.total],
+        flexible_gain_error: left.standard_error,
+        offset_n: scatter.offset_n,
         skills,
         finding,
     })
 }
 
 /// Predicted force at every judged row by the fit without its flight's fold.
-fn predicted_held_out(
-    setting: &Setting,
-    members: &[&Candidate],
-    fit: &crate::fit::Fit,
-    folds: usize,
-) -> Vec<f64> {
+fn predicted_held_out(setting: &Setting, members: &[&Candidate], fit: &Fit) -> Vec<f64> {
     let mut predicted = fit.predicted.clone();
-    for fold in 0..folds {
-        let of_fold = refit_without(setting, members, fit, fold, folds);
+    for fold in 0..FOLDS {
+        let of_fold = refit_without(setting, members, fit, fold, FOLDS);
         for (i, block) in setting.noise.block.iter().enumerate() {
-            if block % folds == fold {
+            if block % FOLDS == fold {
                 predicted[i] = of_fold[i];
             }
         }
@@ -233,46 +236,32 @@ fn predicted_held_out(
     predicted
 }
 
+/// The terms with their intervals over flights.
 fn effects(setting: &Setting, candidates: &[Candidate], chosen: &Chosen) -> Vec<Effect> {
-    let members: Vec<&Candidate> = chosen.best.which.iter().map(|&k| &candidates[k]).collect();
-    let half_widths = intervals::half_widths(&members, &chosen.best.fit, setting.noise);
+    let best = &chosen.selection.chosen;
+    let members: Vec<&Candidate> = best.which.iter().map(|&k| &candidates[k]).collect();
+    let half_widths = intervals::half_widths(&members, &best.fit, setting.noise);
     let mut place = 0;
-    let mut effects = Vec::with_capacity(members.len());
-    for (member, turn) in members.iter().zip(&chosen.turns) {
-        let values = &chosen.best.fit.values[place..];
-        let widths = &half_widths[place..];
-        place += member.parameters.len();
-        let estimates = member.parameters.iter().zip(values).zip(widths);
-        let parameters = estimates.map(|((parameter, &value), half)| {
-            let estimate = Estimate {
-                value,
-                low: (value - half).max(parameter.low),
-                high: (value + half).min(parameter.high),
-                unit: parameter.unit.into(),
-            };
-            (parameter.name.to_owned(), estimate)
-        });
+    let of = |(member, turn): (&&Candidate, &Turn)| {
+        let span = place..place + member.parameters.len();
+        place = span.end;
         let mut alternatives = turn.alternatives.clone();
-        // A sensor is printed before physics.
         alternatives.sort_by_key(|&k| candidates[k].kind == Kind::Physics);
-        effects.push(Effect {
-            name: member.name.into(),
-            kind: Some(member.kind),
-            alternatives: alternatives
-                .iter()
-                .map(|&k| candidates[k].name.to_owned())
-                .collect(),
-            equation: member.equation.into(),
-            story: member.story.into(),
-            parameters: parameters.collect(),
-        });
-    }
-    effects
+        let names = alternatives.iter().map(|&k| candidates[k].name.to_owned());
+        effect(
+            member,
+            &best.fit.values[span.clone()],
+            &half_widths[span],
+            names.collect(),
+        )
+    };
+    members.iter().zip(&chosen.turns).map(of).collect()
 }
 
-fn taken(candidates: &[Candidate], chosen: &Chosen) -> Vec<Taken> {
+fn taken(candidates: &[Candidate], turn: &Turn) -> Taken {
     let name = |k: usize| candidates[k].name.to_owned();
-    let of = |turn: &super::forward::Turn| Taken {
+    let rival = |(k, gain): &(usize, Gain)| (name(*k), gain.total, gain.error);
+    Taken {
         name: name(turn.which),
         gain: turn.gain.total,
         gain_error: turn.gain.error,
@@ -281,10 +270,9 @@ fn taken(candidates: &[Candidate], chosen: &Chosen) -> Vec<Taken> {
             .fitted
             .iter()
             .filter(|(k, _)| *k != turn.which)
-            .map(|(k, gain)| (name(*k), gain.total, gain.error))
+            .map(rival)
             .collect(),
-    };
-    chosen.turns.iter().map(of).collect()
+    }
 }
 
 /// Where the corrected simulation differs from the baseline by more than half a standard deviation.
@@ -311,7 +299,7 @@ fn region(
     let mut bounds = BTreeMap::new();
     if let Some(description) = scan::describe(&coordinates(&columns[..PLACES]), &marked) {
         for interval in description.intervals {
-            let name = COORDINATES[interval.coordinate].to_owned();
+            let name = COORDINATES[interval.coordinate].0.to_owned();
             bounds.insert(name, [interval.from, interval.to]);
         }
     }
@@ -348,74 +336,17 @@ fn words<'n>(ends: impl Iterator<Item = (&'n str, [f64; 2])>) -> String {
 
 /// The box in which whole flights agree most that something is missing.
 fn located(columns: &[Vec<f64>], scatter: &Scatter, rest: &[f64]) -> Option<Located> {
-    let blocks = Blocks {
-        of_sample: scatter.noise.block.clone(),
-        follows: vec![false; scatter.noise.blocks],
-    };
     let white = scatter.noise.whiten(rest);
-    let found = scan::scan(&coordinates(&columns[..PLACES]), &white, rest, &blocks, 1)?;
+    let blocks = &scatter.noise.sequence_blocks;
+    let found = scan::scan(&coordinates(&columns[..PLACES]), &white, rest, blocks, 1)?;
     let ends = found.intervals.iter();
     Some(Located {
-        description: words(ends.map(|i| (COORDINATES[i.coordinate], [i.from, i.to]))),
+        description: words(ends.map(|i| (COORDINATES[i.coordinate].0, [i.from, i.to]))),
         share: found.share,
         mean_error_n: found.mean_error,
         z: found.z,
         p: found.p,
     })
-}
-
-/// What trees explain of a residual in flights that they have not seen.
-fn flexible(
-    forces: &Forces,
-    scatter: &Scatter,
-    columns: &[Vec<f64>],
-    rest: &[f64],
-    simulated: &[f64],
-    folds: usize,
-) -> crate::statistics::held_out::Gain {
-    let t_s: Vec<f64> = forces.judged().map(|(_, step)| step.t_s).collect();
-    let lengths = forces.parts.iter().map(|part| part.judged.len());
-    let series: Vec<usize> = lengths
-        .enumerate()
-        .flat_map(|(part, rows)| std::iter::repeat_n(part, rows))
-        .collect();
-    let sequence = Sequence::new(&t_s, &series);
-    let model = NoiseModel {
-        s0: scatter.still_n,
-        s1: scatter.per_force,
-        rho: scatter.memory,
-        step_s: 0.1,
-    };
-    let whitener = Whitener::new(&model, &sequence, simulated);
-    let blocks = Blocks {
-        of_sample: scatter.noise.block.clone(),
-        follows: vec![false; scatter.noise.blocks],
-    };
-    let x = DMatrix::from_fn(rest.len(), columns.len(), |i, j| columns[j][i]);
-    trees::held_out(
-        &x,
-        rest,
-        &whitener,
-        &blocks,
-        folds,
-        trees::Options::default(),
-    )
-    .gain
-}
-
-fn ranked(candidates: &[Candidate], chosen: &Chosen) -> Vec<Ranked> {
-    let of = |tried: &crate::select::Tried| {
-        let candidate = &candidates[tried.which[0]];
-        let names = candidate.parameters.iter().map(|p| p.name.to_owned());
-        Ranked {
-            name: candidate.name.into(),
-            gain: tried.gain.total,
-            gain_error: tried.gain.error,
-            practical: tried.practical,
-            parameters: names.zip(tried.fit.values.iter().copied()).collect(),
-        }
-    };
-    chosen.singles.iter().map(of).collect()
 }
 
 /// Measurements that would part what these flights cannot.
@@ -437,30 +368,4 @@ fn advice(candidates: &[Candidate], chosen: &Chosen) -> Vec<String> {
         ));
     }
     advice
-}
-
-fn smallest(setting: &Setting, candidates: &[Candidate]) -> Vec<Smallest> {
-    let clean = setting.observed.predict(&setting.base);
-    let of = |candidate: &Candidate| {
-        let parameter = candidate.parameters.first()?;
-        let values = candidate.starts.first()?;
-        let step = values[0] - parameter.neutral;
-        let changed = setting
-            .observed
-            .predict(&candidate.on(&setting.base, values));
-        let change: Vec<f64> = changed
-            .iter()
-            .zip(&clean)
-            .map(|(a, b)| (a - b) / step)
-            .collect();
-        let square: f64 = setting.noise.whiten(&change).iter().map(|g| g * g).sum();
-        (square > 0.0).then(|| Smallest {
-            name: candidate.name.into(),
-            parameter: parameter.name.into(),
-            // 80 % power at 5 %.
-            departure: (1.96 + 0.84) / square.sqrt(),
-            unit: parameter.unit.into(),
-        })
-    };
-    candidates.iter().filter_map(of).collect()
 }

@@ -12,6 +12,7 @@ use airflow::{DiscPoints, Superposition, Wake};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
+use super::covariates::{COORDINATES, covariates};
 use super::options::CampaignOptions;
 use crate::baseline::{Delay, ReceiverAir, Upper};
 use crate::force;
@@ -20,9 +21,10 @@ use crate::held_out::deal;
 use crate::hypothesis::Hypothesis;
 use crate::identify::{Bench, IdentifyError};
 use crate::low_pass::{self, LowPass};
-use crate::observed::Explained;
+use crate::observed::{Circumstances, Explained};
 use crate::receiver::thrust_ratio;
 use crate::recording::{Recording, Role};
+use crate::select::FOLDS;
 
 /// Half-widths from its axis beyond which a drone above is taken to be without any effect, beside the receiver's own size. Chosen here: the
 /// hover jet has less than half a percent of its speed there.
@@ -52,6 +54,8 @@ pub struct Forces<'a> {
     wake_of: Vec<Vec<Option<usize>>>,
     /// Air of the hover jets at every step of every part (m/s).
     hover_air_mps: Vec<Vec<f64>>,
+    /// One column for each of [`COORDINATES`].
+    columns: Vec<Vec<f64>>,
 }
 
 /// One vehicle in one flight.
@@ -126,7 +130,7 @@ impl<'a> Forces<'a> {
         options: &CampaignOptions,
     ) -> Result<Forces<'a>, IdentifyError> {
         let is_judged = |index: usize| options.judge.is_empty() || options.judge.contains(&index);
-        let (by_name, _) = deal(recordings, options.folds);
+        let (by_name, _) = deal(recordings, FOLDS);
         // Folds count the judged flights alone, so that each holds as many.
         let mut flight_of = vec![usize::MAX; recordings.len()];
         for (flight, &index) in by_name.iter().filter(|&&i| is_judged(i)).enumerate() {
@@ -153,9 +157,9 @@ impl<'a> Forces<'a> {
         for group in groups {
             let of_group = || traces.iter().filter(|t| options.share.group(t.of) == group);
             let bench = Bench::new(of_group().collect(), &options.identify);
-            for fold in 0..options.folds {
+            for fold in 0..FOLDS {
                 let held = |index: usize| {
-                    flight_of[index] != usize::MAX && flight_of[index] % options.folds == fold
+                    flight_of[index] != usize::MAX && flight_of[index] % FOLDS == fold
                 };
                 if !of_group().any(|trace| held(trace.recording)) {
                     continue;
@@ -184,6 +188,7 @@ impl<'a> Forces<'a> {
             wakes,
             wake_of,
             hover_air_mps: Vec::new(),
+            columns: Vec::new(),
         };
         forces.choose_rows(options.most_rows);
         let plain = Hypothesis::default();
@@ -192,6 +197,7 @@ impl<'a> Forces<'a> {
             .par_iter()
             .map(|part| forces.air_mps(part, &plain, &forces.wakes))
             .collect();
+        forces.columns = covariates(&forces);
         Ok(forces)
     }
 
@@ -420,6 +426,23 @@ impl Explained for Forces<'_> {
         parts
             .flat_map(|(part, forces_n)| part.judged.iter().map(|&at| forces_n[at]))
             .collect()
+    }
+
+    fn times_s(&self) -> Vec<f64> {
+        self.judged().map(|(_, step)| step.t_s).collect()
+    }
+
+    fn circumstances(&self) -> Circumstances<'_> {
+        Circumstances {
+            names: &COORDINATES,
+            columns: &self.columns,
+            azimuth_rad: None,
+        }
+    }
+
+    /// Rows are windows of a few seconds: too short for a rhythm.
+    fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)> {
+        Vec::new()
     }
 }
 

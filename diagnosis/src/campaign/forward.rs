@@ -5,9 +5,9 @@
 
 use rayon::prelude::*;
 
-use crate::candidates::Candidate;
+use crate::candidates::{Candidate, Kind};
 use crate::fit::Setting;
-use crate::select::{Gain, Tried, attempt, gain, nothing};
+use crate::select::{Gain, Selection, Tried, attempt, gain, nothing, promise};
 
 /// Least gain of a term in held-out log density, alone, in standard errors over flights, and as part of the whole gain. Chosen here:
 /// standard errors over flights are honest about flights but not about forms, so three of them; and terms of less than 2 % mend the form of
@@ -21,14 +21,10 @@ const FITTED: usize = 6;
 /// What was taken, and everything tried on the way.
 #[derive(Clone, Debug)]
 pub struct Chosen {
-    /// Nothing but the tolerance.
-    pub nothing: Tried,
-    /// Every candidate alone, best first.
-    pub singles: Vec<Tried>,
+    /// As of one recording, of any number of terms.
+    pub selection: Selection,
     /// The terms in the order in which they were taken.
     pub turns: Vec<Turn>,
-    /// All terms together.
-    pub best: Tried,
 }
 
 /// One term that was taken.
@@ -92,10 +88,8 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chos
             .skip(1)
             .filter(|(_, rival)| {
                 let behind = gain(setting, &winner.log_density, &rival.log_density);
-                behind.total
-                    < (2.0 * behind.error)
-                        .min(0.25 * lead.total)
-                        .max(0.04 * lead.total)
+                let tie: f64 = (2.0 * behind.error).min(0.25 * lead.total);
+                behind.total < tie.max(0.04 * lead.total)
             })
             .filter_map(|(_, rival)| rival.which.last().copied())
             .collect();
@@ -107,11 +101,57 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chos
         });
         best = winner;
     }
+    sensors_first(setting, candidates, &nothing, &mut best, &mut turns);
     Chosen {
-        nothing,
-        singles,
+        selection: Selection {
+            nothing,
+            singles,
+            chosen: best,
+            alternatives: turns.iter().map(|turn| turn.alternatives.clone()).collect(),
+        },
         turns,
-        best,
+    }
+}
+
+/// An instrument that does as well as an effect of the air takes its place.
+fn sensors_first(
+    setting: &Setting,
+    candidates: &[Candidate],
+    nothing: &Tried,
+    best: &mut Tried,
+    turns: &mut [Turn],
+) {
+    for (at, turn) in turns.iter_mut().enumerate() {
+        let is_sensor = |k: usize| candidates[k].kind == Kind::Sensor;
+        let Some(place) = turn.alternatives.iter().position(|&k| is_sensor(k)) else {
+            continue;
+        };
+        let sensor = turn.alternatives[place];
+        if is_sensor(turn.which) || best.which.contains(&sensor) {
+            continue;
+        }
+        let mut which = best.which.clone();
+        which[at] = sensor;
+        let from: usize = best.which[..at]
+            .iter()
+            .map(|&k| candidates[k].parameters.len())
+            .sum();
+        let own = candidates[turn.which].parameters.len();
+        let starts: Vec<Vec<f64>> = candidates[sensor]
+            .starts
+            .iter()
+            .map(|start| {
+                let mut values = best.fit.values.clone();
+                values.splice(from..from + own, start.iter().copied());
+                values
+            })
+            .collect();
+        if let Some(tried) = attempt(setting, candidates, nothing, &which, &starts) {
+            turn.alternatives.remove(place);
+            turn.alternatives.insert(0, turn.which);
+            turn.which = sensor;
+            *best = tried;
+        }
     }
 }
 
@@ -176,42 +216,4 @@ fn beside(
             attempt(setting, candidates, nothing, &which, &starts)
         })
         .collect()
-}
-
-/// What a candidate could gain beside those taken, to first order, from the best of its starts.
-fn promise(setting: &Setting, candidates: &[Candidate], best: &Tried, k: usize) -> f64 {
-    let mut members: Vec<&Candidate> = best.which.iter().map(|&k| &candidates[k]).collect();
-    let jacobian = &best.fit.jacobian;
-    let gram = jacobian.transpose() * jacobian;
-    let ridge = nalgebra::DMatrix::identity(gram.nrows(), gram.nrows()) * (1e-9 * gram.trace());
-    let Some(gram) = (gram + ridge).cholesky() else {
-        return 0.0;
-    };
-    let clean = setting
-        .observed
-        .predict(&setting.hypothesis(&members, &best.fit.values));
-    members.push(&candidates[k]);
-    let of_start = |start: &Vec<f64>| {
-        let values = [best.fit.values.clone(), start.clone()].concat();
-        let changed = setting
-            .observed
-            .predict(&setting.hypothesis(&members, &values));
-        let change: Vec<f64> = changed.iter().zip(&clean).map(|(a, b)| a - b).collect();
-        let change = nalgebra::DVector::from_vec(setting.noise.whiten(&change));
-        let shared = gram.solve(&(jacobian.transpose() * &change));
-        let own = change - jacobian * shared;
-        let pairs = own.iter().zip(&best.fit.whitened);
-        let along: f64 = pairs.map(|(g, e)| g * crate::fit::weight(*e) * e).sum();
-        let square = own.norm_squared();
-        if square > 1e-9 {
-            along * along / square
-        } else {
-            0.0
-        }
-    };
-    candidates[k]
-        .starts
-        .iter()
-        .map(of_start)
-        .fold(0.0, f64::max)
 }

@@ -15,8 +15,6 @@ pub struct CampaignOptions {
     pub rate_hz: f64,
     /// Most rows judged; the rows that nothing is close to are thinned first.
     pub most_rows: usize,
-    /// Parts that the flights are dealt to, in the order of their names.
-    pub folds: usize,
     /// Most effects named.
     pub most_effects: usize,
     /// Which vehicles share a thrust map.
@@ -34,7 +32,6 @@ impl Default for CampaignOptions {
             alone: false,
             rate_hz: 10.0,
             most_rows: 12_000,
-            folds: crate::select::FOLDS,
             most_effects: 4,
             share: Share::Airframe,
             except: Vec::new(),

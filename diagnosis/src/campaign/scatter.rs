@@ -8,8 +8,10 @@
 //! `σ₀`, `ρ` and `s` come from steps with nobody above and the floor far away; `σ₁` from how much more a row surprises where the simulated force is large. What a flight
 //! shares is in the covariance, so that no effect is credited with a weak battery or a bent propeller, and no flight counts as hundreds of witnesses.
 
-use super::forces::{Forces, Part};
-use crate::noise::{Noise, Shared};
+use super::forces::Forces;
+use crate::noise::Noise;
+use crate::statistics::noise::{NoiseModel, Whitener};
+use crate::statistics::sequence::{Blocks, Sequence};
 
 /// Most that one flight's offset may be (N): a gram.
 pub(super) const MOST_OFFSET_N: f64 = 0.0098;
@@ -17,8 +19,6 @@ pub(super) const MOST_OFFSET_N: f64 = 0.0098;
 const LEAST_OFFSET_N: f64 = 0.001;
 /// How far the thrust map's slope may be off in one flight. Chosen here: what a changed propeller or pack is worth.
 const SLOPE: f64 = 0.025;
-/// Steps beyond which a row no longer remembers the one before.
-const REMEMBERS: usize = 4;
 /// A median absolute deviation over a normal's standard deviation.
 const MAD: f64 = 1.4826;
 
@@ -27,70 +27,69 @@ const MAD: f64 = 1.4826;
 pub struct Scatter {
     /// For the fits; blocks are whole flights.
     pub noise: Noise,
-    /// `σ₀` (N).
-    pub still_n: f64,
-    /// `σ₁`.
-    pub per_force: f64,
-    /// `ρ` of one step.
-    pub memory: f64,
+    /// `σ₀`, `σ₁` and `ρ`.
+    pub model: NoiseModel,
     /// `s` (N).
     pub offset_n: f64,
 }
 
-/// The scatter around a simulation, which is given at every step of every part.
+/// The scatter around a simulation, which is given at every step of every part; steps are `step_s` apart.
 #[must_use]
-pub fn scatter(forces: &Forces, simulated_n: &[Vec<f64>]) -> Scatter {
+pub fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) -> Scatter {
     let still = still(forces, simulated_n);
-    let memory_of = |steps: usize| match steps {
-        1..=REMEMBERS => still.memory.powi(steps as i32),
-        _ => 0.0,
-    };
-    let mut surprises: Vec<f64> = Vec::new();
-    let (mut square_n2, mut count) = (0.0, 0.0);
-    let (mut sd, mut with_before, mut block) = (Vec::new(), Vec::new(), Vec::new());
-    for (part, simulated_n) in forces.parts.iter().zip(simulated_n) {
-        let rest = |at: usize| part.steps[at].recorded_n - simulated_n[at];
-        let gaps = gaps(part);
-        for (place, &at) in part.judged.iter().enumerate() {
-            let k = memory_of(gaps[place]);
-            let force_n = simulated_n[at].abs();
-            if k > 0.0 && force_n > 2.0 * still.sd_n {
-                let before = rest(part.judged[place - 1]);
-                surprises.push(((rest(at) - k * before) / (1.0 - k * k).sqrt()).abs());
-                square_n2 += force_n * force_n;
-                count += 1.0;
-            }
-            sd.push(force_n);
-            with_before.push(k);
+    let (mut t_s, mut series, mut flow, mut rest, mut block) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for (index, (part, simulated_n)) in forces.parts.iter().zip(simulated_n).enumerate() {
+        for &at in &part.judged {
+            t_s.push(part.steps[at].t_s);
+            series.push(index);
+            flow.push(simulated_n[at].abs());
+            rest.push(part.steps[at].recorded_n - simulated_n[at]);
             block.push(part.flight);
         }
     }
-    // A hundred surprises tell their spread to 10 %.
-    let per_force = if count < 100.0 {
-        0.0
-    } else {
-        let spread_n = MAD * median(&mut surprises);
-        let more_n2 = (spread_n * spread_n - still.sd_n * still.sd_n).max(0.0);
-        (more_n2 / (square_n2 / count)).sqrt()
+    let sequence = Sequence::new(&t_s, &series);
+    let mut model = NoiseModel {
+        s0: still.sd_n,
+        s1: 0.0,
+        rho: still.memory,
+        step_s,
     };
-    for sd in &mut sd {
-        *sd = still.sd_n.hypot(per_force * *sd);
-    }
-    let mut noise = Noise {
-        blocks: block.iter().max().map_or(0, |last| last + 1),
-        sd,
-        with_before,
-        block,
-        shared: Vec::new(),
+    model.s1 = per_force(&model, &sequence, &flow, &rest);
+    let mut whitener = Whitener::new(&model, &sequence, &flow);
+    share(forces, &mut whitener, still.offset_n);
+    let blocks = Blocks {
+        follows: vec![false; block.iter().max().map_or(0, |last| last + 1)],
+        of_sample: block,
     };
-    share(forces, &mut noise, still.offset_n);
     Scatter {
-        noise,
-        still_n: still.sd_n,
-        per_force,
-        memory: still.memory,
+        noise: Noise {
+            sd: whitener.sd().to_vec(),
+            block: blocks.of_sample.clone(),
+            blocks: blocks.count(),
+            whitener,
+            sequence_blocks: blocks,
+        },
+        model,
         offset_n: still.offset_n,
     }
+}
+
+/// `σ₁`: how much more a row surprises where the simulated force is large.
+fn per_force(still: &NoiseModel, sequence: &Sequence, flow: &[f64], rest: &[f64]) -> f64 {
+    let surprises = Whitener::new(still, sequence, &vec![0.0; flow.len()]).whiten(rest);
+    let large: Vec<usize> = (0..flow.len())
+        .filter(|&i| sequence.previous[i].is_some() && flow[i] > 2.0 * still.s0)
+        .collect();
+    // A hundred surprises tell their spread to 10 %.
+    if large.len() < 100 {
+        return 0.0;
+    }
+    let mut sizes: Vec<f64> = large.iter().map(|&i| surprises[i].abs()).collect();
+    let spread_n = MAD * median(&mut sizes) * still.s0;
+    let more_n2 = (spread_n * spread_n - still.s0 * still.s0).max(0.0);
+    let square_n2: f64 = large.iter().map(|&i| flow[i] * flow[i]).sum();
+    (more_n2 * large.len() as f64 / square_n2).sqrt()
 }
 
 struct Still {
@@ -143,20 +142,8 @@ fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
     }
 }
 
-/// Steps between each judged step and the judged one before it; 0 where there is none in the same run.
-fn gaps(part: &Part) -> Vec<usize> {
-    let run_of = |at: usize| part.runs.partition_point(|run| run.end <= at);
-    let mut gaps = vec![0; part.judged.len()];
-    for (place, pair) in part.judged.windows(2).enumerate() {
-        if run_of(pair[0]) == run_of(pair[1]) {
-            gaps[place + 1] = pair[1] - pair[0];
-        }
-    }
-    gaps
-}
-
 /// Offset, slope and drift of every part.
-fn share(forces: &Forces, noise: &mut Noise, offset_n: f64) {
+fn share(forces: &Forces, whitener: &mut Whitener, offset_n: f64) {
     let mut from = 0;
     for part in &forces.parts {
         let count = part.judged.len();
@@ -179,9 +166,8 @@ fn share(forces: &Forces, noise: &mut Noise, offset_n: f64) {
                 .map(|step| offset_n * ((step.t_s - first_s) / span_s - 0.5))
                 .collect(),
         ];
-        for pattern in patterns {
-            let pattern = noise.whiten_stretch(&pattern, from);
-            noise.shared.push(Shared { from, pattern });
+        for pattern in &patterns {
+            whitener.share(from, pattern);
         }
         from += count;
     }

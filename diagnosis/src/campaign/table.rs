@@ -117,8 +117,8 @@ pub fn report(found: &CampaignFinding) -> String {
         "{} flights, {} rows of vertical force; scatter in still air {:.2} g, flights differ by {:.2} g",
         found.flights,
         found.finding.samples,
-        found.scatter[0] / GRAM_N,
-        found.scatter[2] / GRAM_N
+        found.finding.held_out.noise_floor / GRAM_N,
+        found.offset_n / GRAM_N
     ));
     if let Some(located) = &found.located {
         line(format!(

@@ -55,7 +55,7 @@ fn meta(recording: &Recording) -> String {
                 Role::Receiver => "receiver",
                 Role::Both => "both",
             };
-            let described = json!({
+            let mut described = json!({
                 "type": airframe.name(),
                 "mass_kg": airframe.mass_kg(),
                 "prop_diameter_m": airframe.propeller_diameter_m(),
@@ -63,6 +63,10 @@ fn meta(recording: &Recording) -> String {
                 "motor_distance_m": airframe.motor_distance_m(),
                 "role": role,
             });
+            // Canted propellers: a calibration leaves them beside its fit.
+            if airframe.fit_excludes() {
+                described["width_factor"] = json!(airframe.width_factor());
+            }
             (vehicle.id.clone(), described)
         })
         .collect();

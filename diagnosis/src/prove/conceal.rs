@@ -17,7 +17,7 @@ pub(super) enum Effect {
     ClimbDescent,
     GroundImpingement,
     GroundEffectThrust,
-    CeilingEffect,
+    Ceiling,
     Recirculation,
     RotorCant,
     PayloadMass,
@@ -83,7 +83,7 @@ pub(super) fn conceal(effect: Effect, size: Size, scene: &mut Scene, random: &mu
             named(scene, "ground_impingement", &[]);
         }
         Effect::Recirculation => {
-            let (speed_mps, spin_up_s) = (amount([0.16, 0.35, 0.6]), amount([90.0, 140.0, 200.0]));
+            let (speed_mps, spin_up_s) = (amount([0.2, 0.4, 0.7]), amount([90.0, 140.0, 200.0]));
             let elevation_rad =
                 [random.between(0.0, 0.3), random.between(1.2, 1.57)][random.index(2)];
             scene.air.room = Some(Room {
@@ -131,7 +131,7 @@ pub(super) fn conceal(effect: Effect, size: Size, scene: &mut Scene, random: &mu
             named(scene, "jet_merging", &[("q", exponent)]);
         }
         Effect::Buoyancy => {
-            scene.air.stability = stability(amount([2.0, 6.0, 15.0]), scene.temperature_k);
+            scene.air.stability = stability(amount([1.5, 4.0, 8.0]), scene.temperature_k);
             named(scene, "buoyancy", &[]);
         }
         Effect::Swirl => {
@@ -139,7 +139,7 @@ pub(super) fn conceal(effect: Effect, size: Size, scene: &mut Scene, random: &mu
             named(scene, "swirl", &[]);
         }
         Effect::Wander => {
-            scene.air.across.wander = amount([0.022, 0.036, 0.055]);
+            scene.air.across.wander = amount([0.035, 0.055, 0.085]);
             named(scene, "wander", &[]);
         }
         Effect::WakeTilt => {
@@ -151,7 +151,7 @@ pub(super) fn conceal(effect: Effect, size: Size, scene: &mut Scene, random: &mu
             named(scene, "magnitude_sensor", &[("kappa", 1.0)]);
         }
         Effect::GroundEffectThrust
-        | Effect::CeilingEffect
+        | Effect::Ceiling
         | Effect::BatterySag
         | Effect::ReceiverInflow => at_the_receiver(effect, size, scene, random),
         Effect::PayloadMass
@@ -204,7 +204,7 @@ fn at_the_receiver(effect: Effect, size: Size, scene: &mut Scene, random: &mut R
             receiver.answer.floor = true;
             named(scene, "ground_effect_thrust", &[]);
         }
-        Effect::CeilingEffect => {
+        Effect::Ceiling => {
             receiver.answer.ceiling = true;
             named(scene, "ceiling_effect", &[]);
         }

@@ -91,11 +91,7 @@ const SINGLES: &[Family] = &[
         Flight::ToFloor,
         &[Effect::GroundEffectThrust],
     ),
-    family(
-        "single_ceiling",
-        Flight::ToCeiling,
-        &[Effect::CeilingEffect],
-    ),
+    family("single_ceiling", Flight::ToCeiling, &[Effect::Ceiling]),
     family(
         "single_recirculation",
         Flight::Grid,
@@ -142,11 +138,7 @@ const HARD: &[Family] = &[
     ),
     family("rare_payload", Flight::Grid, &[Effect::RarePayload]),
     family("rare_saturation", Flight::Grid, &[Effect::RareSaturation]),
-    family(
-        "rare_ceiling",
-        Flight::RareToCeiling,
-        &[Effect::CeilingEffect],
-    ),
+    family("rare_ceiling", Flight::RareToCeiling, &[Effect::Ceiling]),
 ];
 
 /// Recordings with two effects, `masked` where one takes back what the other does.
@@ -240,7 +232,7 @@ pub(super) fn concealing_families() -> usize {
     SINGLES.len() + HARD.len() + PAIRS.len() + OUTSIDE.len()
 }
 
-/// The families that conceal something, by index.
+/// One of them.
 pub(super) fn concealing(index: usize) -> &'static Family {
     let mut all = SINGLES.iter().chain(HARD).chain(PAIRS).chain(OUTSIDE);
     all.nth(index % concealing_families())

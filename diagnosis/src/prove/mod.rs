@@ -35,7 +35,7 @@ pub use truth::{Concealed, DETECTABLE_CHI2, Sealed, Size, Truth};
 
 use crate::random::Random;
 use crate::recording::Recording;
-use families::{NULLS, concealing, concealing_families};
+use families::{Family, NULLS, concealing, concealing_families};
 use marks::{Marked, Marks};
 
 /// A recording and what is true of it.
@@ -64,21 +64,29 @@ enum Place {
     Concealing(usize),
 }
 
+/// Family and size of case number `index`.
+fn kind(index: usize) -> (&'static Family, Size) {
+    let turn = index / TURN.len();
+    match TURN[index % TURN.len()] {
+        Place::Null(at) => (&NULLS[(turn * NULLS_A_TURN + at) % NULLS.len()], Size::Mid),
+        Place::Concealing(at) => {
+            let nth = turn * CONCEALING_A_TURN + at;
+            let (round, place) = (nth / concealing_families(), nth % concealing_families());
+            // A family meets another size every time round.
+            (
+                concealing(place),
+                Size::ALL[(round + place + 1) % Size::ALL.len()],
+            )
+        }
+    }
+}
+
 /// Case number `index` of a seed: the same for every count and on every machine.
 ///
 /// Two in five conceal nothing. The others go through all families and, in turn, all sizes.
 #[must_use]
 pub fn case(seed: u64, index: usize) -> Case {
-    let turn = index / TURN.len();
-    let (family, size) = match TURN[index % TURN.len()] {
-        Place::Null(at) => (&NULLS[(turn * NULLS_A_TURN + at) % NULLS.len()], Size::Mid),
-        Place::Concealing(at) => {
-            let nth = turn * CONCEALING_A_TURN + at;
-            // A family meets another size every time round.
-            let size = Size::ALL[(nth + nth / concealing_families() + 1) % Size::ALL.len()];
-            (concealing(nth), size)
-        }
-    };
+    let (family, size) = kind(index);
     let mut random = Random::new(seed.wrapping_mul(0x2545_F491_4F6C_DD1D) ^ (index as u64) << 20);
     let scene = family.scene(size, &mut random);
     let name = format!("p{:08x}", random.bits() as u32);

@@ -74,7 +74,7 @@ impl<'a> Fields<'a> {
         Fields::of(self.file, self.path_of(key), value, found)
     }
 
-    /// Every key with its object, in the order of the file's keys sorted.
+    /// Every key with its object, sorted by key: the order of a JSON map depends on how the reader was built.
     pub(super) fn objects(
         &mut self,
         key: &'static str,
@@ -87,7 +87,9 @@ impl<'a> Fields<'a> {
             let fields = Fields::of(all.file, all.path_of(name), value, found)?;
             Some((name.as_str(), fields))
         };
-        all.map.iter().filter_map(of).collect()
+        let mut objects: Vec<_> = all.map.iter().filter_map(of).collect();
+        objects.sort_by_key(|(name, _)| *name);
+        objects
     }
 
     pub(super) fn number(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {

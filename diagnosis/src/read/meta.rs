@@ -63,11 +63,10 @@ pub(super) fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
     let environment = environment(&mut fields, found);
     let objects = fields.objects("vehicles", found);
     let ids = objects.iter().map(|(id, _)| (*id).to_owned()).collect();
-    let mut vehicles: Vec<MetaVehicle> = objects
+    let vehicles: Vec<MetaVehicle> = objects
         .into_iter()
         .filter_map(|(id, mut of)| vehicle(id, &mut of, found))
         .collect();
-    vehicles.sort_by(|a, b| a.id.cmp(&b.id));
     let has_probe = fields.has("probe");
     let instrument = has_probe
         .then(|| fields.object("probe", found))

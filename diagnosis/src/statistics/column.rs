@@ -45,8 +45,10 @@ pub struct Covariate<'a> {
 
 /// Bins of a covariate.
 pub const BINS: usize = 8;
-/// Parts of it, of which the outermost are bins of their own.
+/// Parts of it, of which the outermost are regions of their own.
 const TAILS: usize = 32;
+/// Parts of it between which it is cut in two.
+const QUARTERS: usize = 4;
 /// Samples that a bin or either side of a step needs. Chosen here: fewer are an accident, not a region.
 const LEAST_SAMPLES: usize = 5;
 
@@ -86,24 +88,31 @@ pub fn interval_of(edges: &[f64], value: f64) -> Option<usize> {
     Some((above - 1).min(edges.len().saturating_sub(2)))
 }
 
-/// Eight bins of equal count of every covariate, and its outermost thirty-seconds, where rare regimes are; within a bin the column
-/// is `amplitude` (the noise's standard deviation, say, or the flow), outside it is 0. Bins of fewer than five samples, and those of
-/// all samples, are left out.
+/// Regions of every covariate: eight bins of equal count, its outermost thirty-seconds, where rare regimes are, and all below and all
+/// above each quarter. Within a region the column is `amplitude` (the noise's standard deviation, say, or the flow), outside it is
+/// 0. Regions of fewer than five samples, and those of all samples, are left out.
 #[must_use]
 pub fn bins(covariates: &[Covariate<'_>], amplitude: &[f64]) -> Vec<Column> {
     let mut columns = Vec::new();
     for (index, covariate) in covariates.iter().enumerate() {
         let edges = quantile_edges(covariate.values, BINS);
         let ends = quantile_edges(covariate.values, TAILS);
-        let mut places: Vec<(&[f64], usize)> = (0..edges.len().saturating_sub(1))
-            .map(|bin| (&edges[..], bin))
-            .collect();
+        let quarters = quantile_edges(covariate.values, QUARTERS);
+        let parts = edges.len().saturating_sub(1);
+        let mut places: Vec<(&[f64], std::ops::Range<usize>)> =
+            (0..parts).map(|bin| (&edges[..], bin..bin + 1)).collect();
         // Where values are tied an end may be a whole bin: once is enough.
         if ends.len() > edges.len() {
-            places.extend([(&ends[..], 0), (&ends[..], ends.len() - 2)]);
+            places.push((&ends[..], 0..1));
+            places.push((&ends[..], ends.len() - 2..ends.len() - 1));
         }
-        for (edges, bin) in places {
-            columns.extend(bin_column(index, covariate, amplitude, edges, bin));
+        if edges.len() > quarters.len() {
+            let parts = quarters.len().saturating_sub(1);
+            places.extend((1..parts).map(|below| (&quarters[..], 0..below)));
+            places.extend((1..parts).map(|above| (&quarters[..], above..parts)));
+        }
+        for (edges, bins) in places {
+            columns.extend(bin_column(index, covariate, amplitude, edges, bins));
         }
     }
     columns
@@ -114,25 +123,21 @@ fn bin_column(
     covariate: &Covariate<'_>,
     amplitude: &[f64],
     edges: &[f64],
-    bin: usize,
+    bins: std::ops::Range<usize>,
 ) -> Option<Column> {
-    let within = |value: &f64| interval_of(edges, *value) == Some(bin);
+    let within = |value: &f64| interval_of(edges, *value).is_some_and(|bin| bins.contains(&bin));
+    let (from, to) = (edges[bins.start], edges[bins.end]);
     let count = covariate.values.iter().filter(|v| within(v)).count();
     if count < LEAST_SAMPLES || count == covariate.values.len() {
         return None;
     }
     let values = covariate.values.iter().zip(amplitude);
     Some(Column {
-        name: format!(
-            "{} {:.3}..{:.3}",
-            covariate.name,
-            edges[bin],
-            edges[bin + 1]
-        ),
+        name: format!("{} {from:.3}..{to:.3}", covariate.name),
         kind: Kind::Bin {
             covariate: index,
-            from: edges[bin],
-            to: edges[bin + 1],
+            from,
+            to,
         },
         values: values
             .map(|(value, &size)| if within(value) { size } else { 0.0 })
@@ -193,6 +198,8 @@ mod tests {
             values: &values,
         }];
         let columns = bins(&covariates, &[2.0; 101]);
+        // Bins come first; halves follow.
+        let columns = &columns[..quantile_edges(&values, BINS).len() - 1];
         for (i, value) in values.iter().enumerate() {
             let total: f64 = columns.iter().map(|c| c.values[i]).sum();
             assert_eq!(total, if value.is_nan() { 0.0 } else { 2.0 });

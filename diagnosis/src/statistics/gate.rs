@@ -9,8 +9,8 @@
 //!    not raise the bar for twenty laws.
 //! 2. *Rare*: |z| above cannot exceed the root of the number of blocks that a column touches, so what shows in two blocks is lost.
 //!    `z = Σ_b S_b/√φ`, where `φ` is how much blocks vary beyond independent noise (Huber's variance of block scores; its 95 %
-//!    quantile over columns, after the strongest column is taken off, and at least 1), against the normal law, times the number of columns.
-//! 3. *Rhythm*: the strongest [`spectrum`](super::spectrum) line of what the samples weigh.
+//!    quantile over columns, after the strongest columns are taken off, and at least 1), against the normal law, times the number of columns.
+//! 3. *Rhythm*: the strongest [`spectrum`] line of what the samples weigh.
 //!
 //! Errors that outlast a block (a dwell's own) would make neighbours flip together: while the scores of neighbouring blocks are
 //! correlated, blocks are joined in pairs; what correlation r is left widens both scores by `√(1 + 2r)`.
@@ -163,18 +163,18 @@ pub fn gate(evidence: &Evidence<'_>, options: Options) -> Gate {
             evidence.blocks.count(),
         );
     }
-    let scores = told.scores(evidence.blocks, &residual);
-    let strongest = told.strongest(&scores);
-    // What the strongest column explains is no noise.
-    let without = told.without(&residual, strongest);
+    let (noise, taken) = told.without_strongest(&residual);
     let joined = join(
-        scores,
-        told.scores(evidence.blocks, &without),
+        told.scores(evidence.blocks, &residual),
+        told.scores(evidence.blocks, &noise),
         told.squares(evidence.blocks),
         evidence.blocks,
     );
+    // Columns that were taken off took some of the noise along.
+    let blocks = joined.scores.nrows() as f64;
+    let freedom = (1.0 - 2.0 * taken as f64 / blocks).max(0.5);
     let spread = spread(&told, &joined, options);
-    let phi = joined.widening * variance_beyond_noise(&joined.without, &joined.squares);
+    let phi = joined.widening * variance_beyond_noise(&joined.without, &joined.squares) / freedom;
     let total: Vec<f64> = joined.scores.column_iter().map(|s| s.sum()).collect();
     let z_rare: Vec<f64> = total.iter().map(|sum| sum / phi.sqrt()).collect();
     let most_rare = z_rare.iter().fold(0.0f64, |most, z| most.max(z.abs()));

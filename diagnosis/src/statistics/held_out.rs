@@ -72,6 +72,7 @@ pub fn log_densities(white: &[f64]) -> Vec<f64> {
 /// Of every sample, its fold: blocks are dealt in turn, so every fold sees all of the time.
 #[must_use]
 pub fn folds(blocks: &Blocks, count: usize) -> Vec<usize> {
+    let count = count.max(1);
     blocks.of_sample.iter().map(|block| block % count).collect()
 }
 

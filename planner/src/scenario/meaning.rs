@@ -3,10 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use airflow::effects::Effects;
 use airflow::{Air, Jet};
 use nalgebra::Point3;
 
 use super::fields::listed;
+use super::finding_file::{self, citation, unfit};
 use super::jet_file;
 use super::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
 use super::mesh::mesh;
@@ -24,6 +26,7 @@ pub type Files<'a> = dyn Fn(&str) -> Result<String, String> + 'a;
 pub(super) fn world(
     written: &Written,
     spoilt_airframes: &[String],
+    finding: Option<&str>,
     files: &Files<'_>,
 ) -> (World, Vec<Problem>) {
     let mut problems = Vec::new();
@@ -37,6 +40,17 @@ pub(super) fn world(
             Ok(cited) => {
                 jet = cited.jet;
                 notes.extend(cited.note);
+            }
+            Err(more) => problems.extend(more),
+        }
+    }
+    let citation = citation(written, finding);
+    let mut effects = Effects::default();
+    if let Some(citation) = &citation {
+        match finding_file::read(citation, files) {
+            Ok(cited) => {
+                effects = cited.effects;
+                notes.extend(cited.notes);
             }
             Err(more) => problems.extend(more),
         }
@@ -92,7 +106,10 @@ pub(super) fn world(
         },
         air,
         jet,
-        superposition: written.air.superposition,
+        superposition: (effects.flown().ok())
+            .and_then(|flown| flown.superposition)
+            .unwrap_or(written.air.superposition),
+        effects,
         obstacles,
         zones: written.zones.iter().map(zone).collect(),
         drones,
@@ -107,6 +124,12 @@ pub(super) fn world(
     let solids = Solids::new(&world.obstacles);
     for found in misplaced(&world, &solids) {
         problems.push(misplacement(&world, sources[found.drone], &found));
+    }
+    if let Some(citation) = &citation {
+        problems.extend(unfit(&world).into_iter().map(|why| {
+            let problem = citation.problem("the finding does not fit this fleet".to_owned());
+            problem.label(why)
+        }));
     }
     (world, problems)
 }

@@ -16,6 +16,7 @@
 
 mod airframes;
 mod fields;
+mod finding_file;
 mod jet_file;
 mod limits;
 mod meaning;
@@ -59,6 +60,18 @@ pub fn parse(text: &str) -> Result<Scenario, Vec<Problem>> {
 /// # Errors
 /// Everything that is wrong, in the order of the text.
 pub fn read_world(text: &str, files: &Files<'_>) -> Result<World, Vec<Problem>> {
+    read_world_flying(text, None, files)
+}
+
+/// The same, flown through another finding than the scenario cites: the text of `finding` is asked of `files` by that name.
+///
+/// # Errors
+/// Everything that is wrong, in the order of the text.
+pub fn read_world_flying(
+    text: &str,
+    finding: Option<&str>,
+    files: &Files<'_>,
+) -> Result<World, Vec<Problem>> {
     let read::Reading {
         written,
         spoilt_airframes,
@@ -67,7 +80,7 @@ pub fn read_world(text: &str, files: &Files<'_>) -> Result<World, Vec<Problem>> 
     let Some(written) = written else {
         return Err(in_order(problems));
     };
-    let (world, more) = meaning::world(&written, &spoilt_airframes, files);
+    let (world, more) = meaning::world(&written, &spoilt_airframes, finding, files);
     problems.extend(more);
     if problems.is_empty() {
         Ok(world)
@@ -98,12 +111,17 @@ impl Scenario {
         self.0.air.jet.as_ref().map(|file| file.value.as_str())
     }
 
-    /// Looks up airframes, meshes and the jet, and checks every place against bounds and obstacles.
+    /// The file of the finding that it cites, if it cites one.
+    pub fn finding(&self) -> Option<&str> {
+        self.0.air.finding.as_ref().map(|file| file.value.as_str())
+    }
+
+    /// Looks up airframes, meshes, the jet and the finding, and checks every place against bounds and obstacles.
     ///
     /// # Errors
     /// Everything that is wrong, in the order of the text.
     pub fn into_world(self, files: &Files<'_>) -> Result<World, Vec<Problem>> {
-        let (world, problems) = meaning::world(&self.0, &[], files);
+        let (world, problems) = meaning::world(&self.0, &[], None, files);
         if problems.is_empty() {
             Ok(world)
         } else {

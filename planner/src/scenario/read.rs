@@ -144,17 +144,9 @@ fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
         reader.word(field, &choices)
     });
     let jet = record.optional("jet").and_then(|field| reader.text(field));
-    if let Some(field) = record.optional("finding") {
-        let problem = Problem::at(
-            &field.value.head(),
-            "`finding` of `air` is not available yet",
-        );
-        reader.report(
-            problem
-                .label("no file of this kind can be used so far")
-                .help("leave it out: the scenario is then planned without it"),
-        );
-    }
+    let finding = record
+        .optional("finding")
+        .and_then(|field| reader.text(field));
     record.close(reader);
     let or = |read: Option<Option<At<f64>>>, default: f64| {
         read.flatten().map_or(default, |read| read.value)
@@ -166,6 +158,7 @@ fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
             .flatten()
             .map_or(default.superposition, |read| read.value),
         jet,
+        finding,
     })
 }
 

@@ -108,6 +108,10 @@ pub(super) struct Air {
     /// origin: -5.817)` with its intervals and origins.
     #[schemars(with = "Option<String>", extend("default" = "the paper's jet"))]
     pub(super) jet: Option<At<String>>,
+    /// A finding: a file beside the scenario as `plan diagnose` writes it, `Finding(effects: (crossflow: Some((wind_mps: (0.38, 0.27)))))` with
+    /// its evidence. The plan is flown through, and checked in, the air that it corrects.
+    #[schemars(with = "Option<String>", extend("default" = "nothing is added to the hover jet"))]
+    pub(super) finding: Option<At<String>>,
 }
 
 /// A solid: a box (`min_m`, `max_m`), an upright cylinder (`base_m`, `radius_m`, `height_m`) or a triangle
@@ -264,6 +268,7 @@ impl Default for Air {
             pressure_pa,
             superposition: Superposition::default(),
             jet: None,
+            finding: None,
         }
     }
 }

@@ -133,10 +133,6 @@ fn keys_and_names_that_are_unknown_missing_or_doubled_are_pointed_at() {
                     "    (name: k1, airframe: \"kolibri\", start_m: (1, 1, 1)),\n",
                 ),
             ),
-            (
-                "what is not there yet",
-                with_fields("  air: (finding: \"finding.ron\"),\n"),
-            ),
         ]),
     );
 }

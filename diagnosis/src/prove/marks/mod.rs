@@ -22,6 +22,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 pub use practice::{PracticeError, practice};
+pub use table::Mark;
 
 use super::answer::{Answer, Interval, Named, Verdict};
 use super::names::{canonical, is_sensor};
@@ -32,7 +33,7 @@ const PLAIN_CHI2: f64 = 200.0;
 /// Families of pairs in which one effect takes back what the other does begin with this.
 const MASKED: &str = "masked";
 /// Recordings of so many samples and more count for the time.
-const LONG_SAMPLES: usize = 3500;
+pub const LONG_SAMPLES: usize = 3500;
 
 /// One answer, marked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -180,6 +181,20 @@ impl Marked {
             samples: truth.truth_clean.len(),
             seconds: answer.seconds,
         }
+    }
+
+    /// Whether it is worth a look: a false alarm, or something that can be seen and was not said rightly.
+    #[must_use]
+    pub fn is_missed(&self) -> bool {
+        if self.is_null() {
+            return self.detected;
+        }
+        let right = if self.is_outside {
+            self.verdict == Verdict::OutsideLibrary
+        } else {
+            self.named && !self.spurious
+        };
+        !right && (self.detected || self.oracle_chi2 >= DETECTABLE_CHI2)
     }
 
     /// Whether nothing was concealed.

@@ -2,6 +2,8 @@
 
 use std::fmt::{self, Write as _};
 
+use serde::Serialize;
+
 use super::{Marked, Marks, Share};
 
 /// Which side of its goal a mark has to be on.
@@ -32,72 +34,94 @@ impl fmt::Display for Goal {
     }
 }
 
+/// One mark.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mark {
+    /// What is marked.
+    pub name: &'static str,
+    /// What was reached; `None`: there was no case of it.
+    pub value: Option<f64>,
+    /// Where it is a share: so many of so many.
+    pub of: Option<Share>,
+    /// What is to be reached, in words.
+    pub goal: String,
+    /// Whether it is; `None`: there was no case of it.
+    pub reached: Option<bool>,
+}
+
+impl Mark {
+    fn new(name: &'static str, value: Option<f64>, of: Option<Share>, goal: Goal) -> Mark {
+        Mark {
+            name,
+            value,
+            of,
+            goal: goal.to_string(),
+            reached: value.map(|value| goal.is_met(value)),
+        }
+    }
+}
+
 impl Marks {
-    /// The table of marks with what is to be reached; the same for the same seed. Time is left out: it is never the same.
+    /// Every mark with what is to be reached, in the order of reports; the same for the same seed. Time is left out: it is never the
+    /// same.
     #[must_use]
-    pub fn table(&self) -> String {
-        let rate = |share: Share| (share.rate(), format!("{}/{}", share.hits, share.of));
-        let plain = |value: Option<f64>| (value, String::new());
-        let rows = [
-            (
-                "null false alarm",
-                rate(self.false_alarms),
-                Goal::AtMost(0.005),
-            ),
-            (
-                "wrongful accusation",
-                rate(self.accusations),
-                Goal::AtMost(0.01),
-            ),
-            (
-                "detection, chi2 >= 25",
-                rate(self.detected),
-                Goal::AtLeast(0.95),
-            ),
-            (
+    pub fn marks(&self) -> Vec<Mark> {
+        let share = |name, share: Share, goal: Goal| {
+            let value = share.rate();
+            Mark::new(name, value, Some(share), goal)
+        };
+        let plain = |name, value, goal: Goal| Mark::new(name, value, None, goal);
+        vec![
+            share("null false alarm", self.false_alarms, Goal::AtMost(0.005)),
+            share("wrongful accusation", self.accusations, Goal::AtMost(0.01)),
+            share("detection, chi2 >= 25", self.detected, Goal::AtLeast(0.95)),
+            share(
                 "detection, chi2 >= 200",
-                rate(self.detected_plain),
+                self.detected_plain,
                 Goal::AtLeast(0.99),
             ),
-            ("naming, first place", rate(self.named), Goal::AtLeast(0.9)),
-            ("in the printed set", rate(self.in_set), Goal::AtLeast(0.97)),
-            (
-                "spurious extra names",
-                rate(self.spurious),
-                Goal::AtMost(0.03),
-            ),
-            ("location", plain(self.location), Goal::AtLeast(0.8)),
-            (
-                "skill, median",
-                plain(self.skill_median),
-                Goal::AtLeast(0.97),
-            ),
-            (
+            share("naming, first place", self.named, Goal::AtLeast(0.9)),
+            share("in the printed set", self.in_set, Goal::AtLeast(0.97)),
+            share("spurious extra names", self.spurious, Goal::AtMost(0.03)),
+            plain("location", self.location, Goal::AtLeast(0.8)),
+            plain("skill, median", self.skill_median, Goal::AtLeast(0.97)),
+            plain(
                 "skill, tenth percentile",
-                plain(self.skill_tenth),
+                self.skill_tenth,
                 Goal::AtLeast(0.8),
             ),
-            (
-                "95 % intervals",
-                rate(self.covered),
-                Goal::Between(0.92, 0.98),
-            ),
-            (
-                "outside the library",
-                rate(self.outside),
-                Goal::AtLeast(0.9),
-            ),
-            ("masked pairs", rate(self.masked), Goal::AtLeast(0.8)),
-        ];
+            share("95 % intervals", self.covered, Goal::Between(0.92, 0.98)),
+            share("outside the library", self.outside, Goal::AtLeast(0.9)),
+            share("masked pairs", self.masked, Goal::AtLeast(0.8)),
+        ]
+    }
+
+    /// Whether every mark of which there are cases is reached.
+    #[must_use]
+    pub fn are_reached(&self) -> bool {
+        self.marks().iter().all(|mark| mark.reached != Some(false))
+    }
+
+    /// [`Marks::marks`] as text.
+    #[must_use]
+    pub fn table(&self) -> String {
         let mut text = format!("{:<24} {:>7} {:>9}  to reach\n", "mark", "reached", "of");
-        for (mark, (value, of), goal) in rows {
-            let (value, met) = match value {
-                None => ("-".to_owned(), ""),
-                Some(value) if goal.is_met(value) => (format!("{value:.3}"), ""),
-                Some(value) => (format!("{value:.3}"), "  missed"),
+        for mark in self.marks() {
+            let value = number(mark.value, 3);
+            let of = mark
+                .of
+                .map_or(String::new(), |of| format!("{}/{}", of.hits, of.of));
+            let missed = if mark.reached == Some(false) {
+                "  missed"
+            } else {
+                ""
             };
             // Writing to a string cannot fail.
-            let _ = writeln!(text, "{mark:<24} {value:>7} {of:>9}  {goal}{met}");
+            let _ = writeln!(
+                text,
+                "{:<24} {value:>7} {of:>9}  {}{missed}",
+                mark.name, mark.goal
+            );
         }
         text
     }
@@ -174,11 +198,11 @@ impl Marks {
 }
 
 impl Marked {
-    /// One line: family, what was concealed, what was answered, location, skill, time.
+    /// One line: family, what was concealed, what was answered, location, skill.
     #[must_use]
     pub fn line(&self) -> String {
         format!(
-            "{:<28} {:<36} -> {:<15} {:<36} {} location {:>5} skill {:>6} chi2 {:>9.0} {:>6.2} s",
+            "{:<28} {:<36} -> {:<15} {:<36} {} location {:>5} skill {:>6} chi2 {:>9.0}",
             self.family,
             self.truth,
             self.verdict.as_str(),
@@ -195,7 +219,6 @@ impl Marked {
             number(self.location, 2),
             number(self.skill, 3),
             self.oracle_chi2,
-            self.seconds,
         )
     }
 }

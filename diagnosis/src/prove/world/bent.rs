@@ -1,8 +1,8 @@
 //! A jet in a wind or in layered air, as a row of parcels that swallow what they meet.
 //!
 //! A closure of another family than an ordinary differential equation along the arc with a drag force: each parcel is a slice of a top-hat jet that
-//! keeps its momentum and takes in that of the air it swallows, sideways by shear and from the front by the area that it turns to
-//! the wind (projected-area entrainment, Frick 1984, recalled). No drag.
+//! keeps its momentum and takes in that of the air it swallows, all around by shear and from the front by the area that it turns to
+//! the wind (projected-area entrainment, Frick 1984, recalled; the cylinder's share of that area). No drag, no constant to fit.
 
 use std::f64::consts::PI;
 
@@ -13,9 +13,6 @@ use super::jet::{Drone, GRAVITY, SPREADING, momentum_of_profile};
 /// Radius of the top hat over the half-width. Chosen here between that of a Gaussian of the same flow and momentum (1.70) and that
 /// of the paper's profile (2.69).
 const TOP_HAT: f64 = 2.0;
-/// Part of the area turned to the wind that swallows. Chosen here: the bend at 10 motor distances in a wind of a twentieth of the
-/// induced speed is then that of measured jets (Margason 1993, recalled).
-const SWALLOWED: f64 = 0.6;
 /// Deepest arc (in motor distances) and step of the table.
 const DEEPEST: f64 = 45.0;
 const STEP: f64 = 0.05;
@@ -24,6 +21,8 @@ const STEP: f64 = 0.05;
 #[derive(Clone, Copy, Debug)]
 struct Node {
     place_m: Vector3<f64>,
+    /// Way along the axis (m).
+    s_m: f64,
     along: Vector3<f64>,
     /// Excess speed and radius over those in still air at the same arc.
     speed: f64,
@@ -82,6 +81,7 @@ impl Bent {
             let along = bent.velocity / bent.speed();
             Node {
                 place_m: bent.place * drone.motors_m,
+                s_m: bent.arc * drone.motors_m,
                 along,
                 speed: (bent.velocity - wind).dot(&along).max(0.0) / still.speed(),
                 radius: bent.radius() / still.radius(),
@@ -112,7 +112,7 @@ impl Bent {
         let share = (further_m.abs() / self.step_m).min(1.0);
         let between = |a: f64, b: f64| a + share * (b - a);
         Beside {
-            s_m: nearest as f64 * self.step_m + further_m,
+            s_m: node.s_m + further_m,
             off_m: away_m - further_m * node.along,
             along: node.along.lerp(&other.along, share).normalize(),
             speed: between(node.speed, other.speed),
@@ -137,7 +137,6 @@ fn march(drone: &Drone, wind: Vector3<f64>, frequency: f64) -> Vec<Parcel> {
         lift: 0.0,
     };
     let mut row = vec![parcel];
-    let mut before = parcel;
     while row.len() < (DEEPEST / STEP) as usize {
         let dt = 0.1 * STEP / parcel.speed();
         let along = parcel.velocity / parcel.speed();
@@ -145,11 +144,8 @@ fn march(drone: &Drone, wind: Vector3<f64>, frequency: f64) -> Vec<Parcel> {
         let downwind = wind.dot(&along);
         let sideways = (wind - downwind * along).norm();
         let by_shear = 2.0 * PI * radius * thickness * shear * (parcel.speed() - downwind).abs();
-        let growth = (radius - before.radius()).max(0.0);
-        let turned = SWALLOWED
-            * (2.0 * radius * thickness * sideways + PI * radius * growth * downwind.abs());
+        let turned = 2.0 * radius * thickness * sideways;
         let taken = (by_shear + turned) * dt;
-        before = parcel;
         // Layered air: what is carried down is warmer than what is there, and is lifted.
         let risen = parcel.velocity.z * dt;
         let mass = parcel.mass + taken;
@@ -186,7 +182,7 @@ mod tests {
     fn in_still_air_the_jet_is_the_paper_s() {
         let bent = Bent::new(&OFFBOARD_1, 6.66, [0.0, 0.0], 0.0);
         let beside = bent.beside(Vector3::new(0.3, 0.0, -2.0));
-        // The nearest node is up to half a step away; everything else is exact.
+        // A straight axis: everything is exact.
         assert!((beside.s_m - 2.0).abs() < 1e-9 && (beside.off_m.x - 0.3).abs() < 1e-9);
         assert!((beside.speed - 1.0).abs() < 1e-9 && (beside.radius - 1.0).abs() < 1e-9);
     }
@@ -202,16 +198,18 @@ mod tests {
 
     #[test]
     fn the_bend_lies_among_measured_ones() {
-        // Effective constant c' of x/l = c' (W/U_H) (s/l)²/(2 B): 2 (entrainment of still air alone) to 6 in the literature's
-        // range of winds and depths.
-        for (wind, s) in [(0.02, 6.0), (0.05, 10.0), (0.1, 10.0)] {
+        // Effective constant c' of x/l = c' (W/U_H) (s/l)²/(2 B): 2 (a Gaussian's entrainment alone) to 6 among integral
+        // models up to a tenth of the induced speed, more beyond.
+        for (wind, s) in [(0.02, 6.0), (0.05, 10.0), (0.1, 10.0), (0.2, 8.0)] {
             let hover_mps = 6.66;
             let bent = Bent::new(&OFFBOARD_1, hover_mps, [wind * hover_mps, 0.0], 0.0);
             let at = |node: &&Node| -node.place_m.z >= s * OFFBOARD_1.motors_m;
             let node = bent.nodes.iter().find(at).expect("the table is deeper");
             let constant = node.place_m.x / OFFBOARD_1.motors_m / wind / s / s * 2.0 * 10.11;
-            assert!((1.8..6.0).contains(&constant), "{wind} {s}: {constant}");
+            assert!((1.8..8.0).contains(&constant), "{wind} {s}: {constant}");
             assert!(node.speed < 1.0, "{wind} {s}: {}", node.speed);
+            let deepest = bent.nodes.last().expect("the table has rows");
+            assert!(deepest.place_m.norm().is_finite() && deepest.radius.is_finite());
         }
     }
 }

@@ -43,7 +43,7 @@ pub(crate) fn turned(
 }
 
 /// `∫ layer² dη`, by its sum.
-const LAYER_MOMENTUM: f64 = 0.727;
+const LAYER_MOMENTUM: f64 = 0.7596;
 
 /// Speed over the fastest, at a height over that of half the speed: a seventh power from the floor, then as a free shear layer.
 fn layer(eta: f64) -> f64 {

@@ -65,8 +65,8 @@ pub(crate) struct Readings {
     pub(crate) logged: Vec<f64>,
 }
 
-/// Longest step (s) of the air that a slow probe is carried through.
-const FINE_S: f64 = 0.05;
+/// Longest step (s) of the air that a slow probe is carried through: half of it is how much later it reads.
+const FINE_S: f64 = 0.02;
 
 impl Instrument {
     /// Reads from one second after the start to the end. With no noise, `logged` is `clean`.

@@ -8,6 +8,7 @@
 mod air;
 mod bent;
 mod carried;
+mod draughts;
 mod floor;
 mod instrument;
 mod jet;
@@ -16,8 +17,9 @@ mod noise;
 mod rotor;
 mod way;
 
-pub(crate) use air::{Air, Emitter, Flap, Load, Panel, Room, Summing, Vent, World};
+pub(crate) use air::{Air, Emitter, Load, Summing, World};
 pub(crate) use bent::stability;
+pub(crate) use draughts::{Flap, Panel, Room, Vent};
 pub(crate) use instrument::{Faults, Instrument, Readings};
 pub(crate) use jet::{Drone, GRAVITY, KOLIBRI, MATRICE, OFFBOARD_1, OFFBOARD_2, density};
 pub(crate) use noise::{Noise, Seen, detectable};

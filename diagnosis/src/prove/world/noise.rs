@@ -50,8 +50,8 @@ pub(crate) struct Seen {
     pub(crate) mean: f64,
 }
 
-/// Likelihood ratio (χ²) of a known difference against gain and offset within what the maker allows (normal, 95 % within it), with
-/// the noise known: how detectable it is at best. Readings of one instrument in the order of time.
+/// Likelihood ratio (χ²) of a known difference against gain and offset within what the maker allows (normal, 95 % within it, none
+/// beyond), with the noise known: how detectable it is at best. Readings of one instrument in the order of time.
 pub(crate) fn detectable(seen: &[Seen], noise: &Noise, accuracy: [f64; 2]) -> f64 {
     // Innovations of difference, gain and offset under the same filter: it is linear.
     let mut gust = [0.0f64; 3];
@@ -81,10 +81,19 @@ pub(crate) fn detectable(seen: &[Seen], noise: &Noise, accuracy: [f64; 2]) -> f6
         against += nuisance * (left[0] / spread);
         among += nuisance * nuisance.transpose() / spread;
     }
-    let explained = among
-        .try_inverse()
-        .map_or(0.0, |inverse| against.dot(&(inverse * against)));
-    (squared - explained).max(0.0)
+    (squared - explained(&against, &among, accuracy)).max(0.0)
+}
+
+/// Largest `2 a·x - x·M x` within a box: one coordinate after the other, which converges as it is convex.
+fn explained(against: &Vector2<f64>, among: &Matrix2<f64>, within: [f64; 2]) -> f64 {
+    let mut at = Vector2::<f64>::zeros();
+    for _ in 0..200 {
+        for i in 0..2 {
+            let rest = against[i] - among[(i, 1 - i)] * at[1 - i];
+            at[i] = (rest / among[(i, i)]).clamp(-within[i], within[i]);
+        }
+    }
+    2.0 * against.dot(&at) - at.dot(&(among * at))
 }
 
 #[cfg(test)]

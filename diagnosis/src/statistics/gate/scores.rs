@@ -12,6 +12,9 @@ const LEAST_KEPT: f64 = 1e-3;
 /// `false_alarms` measures what they allow.
 const MOST_CORRELATED: f64 = 0.05;
 const LEAST_BLOCKS: usize = 16;
+/// Columns that are taken off before noise is read, at most, and the score over independent noise that each but the first needs.
+const MOST_TAKEN: usize = 4;
+const LEAST_TAKEN: f64 = 5.0;
 /// Quantiles of the normal law: 5 % two-sided chance of a false alarm, 80 % of a detection.
 const NOTICED: f64 = 1.959_964 + 0.841_621;
 
@@ -106,21 +109,26 @@ impl Told {
         sums
     }
 
-    pub(super) fn strongest(&self, scores: &DMatrix<f64>) -> usize {
-        let mut strongest = (0, 0.0);
-        for (k, column) in scores.column_iter().enumerate() {
-            let total: f64 = column.sum();
-            if total.abs() > strongest.1 {
-                strongest = (k, total.abs());
+    /// The residual without what the strongest columns explain, one after the other while one exceeds what independent noise
+    /// would show: that is signal, or noise that outlasts blocks, and would pass for a spread between blocks. And how many.
+    pub(super) fn without_strongest(&self, residual: &[f64]) -> (Vec<f64>, usize) {
+        let mut left = residual.to_vec();
+        for taken in 0..MOST_TAKEN {
+            let mut strongest: Option<(f64, &Vec<f64>)> = None;
+            for unit in &self.unit {
+                let z = dot(unit, &left).abs();
+                if strongest.is_none_or(|(most, _)| z > most) {
+                    strongest = Some((z, unit));
+                }
+            }
+            match strongest {
+                Some((z, unit)) if taken == 0 || z > LEAST_TAKEN => {
+                    project(std::slice::from_ref(unit), &mut left);
+                }
+                _ => return (left, taken),
             }
         }
-        strongest.0
-    }
-
-    pub(super) fn without(&self, residual: &[f64], column: usize) -> Vec<f64> {
-        let mut left = residual.to_vec();
-        project(std::slice::from_ref(&self.unit[column]), &mut left);
-        left
+        (left, MOST_TAKEN)
     }
 
     /// From each tangent's own spread between blocks once its fit is taken off: `Σ_b (S_b - β h_b)²` with `h_b` its square in block b.
@@ -152,7 +160,7 @@ impl Told {
 /// Scores by joined blocks.
 pub(super) struct Joined {
     pub(super) scores: DMatrix<f64>,
-    /// The same without the strongest column.
+    /// The same without the strongest columns.
     pub(super) without: DMatrix<f64>,
     /// Squares of the columns, instead of products with the residual.
     pub(super) squares: DMatrix<f64>,
@@ -160,7 +168,7 @@ pub(super) struct Joined {
     pub(super) widening: f64,
 }
 
-/// Joins neighbours while their scores, less what the strongest column explains, are correlated.
+/// Joins neighbours while their scores, less what the strongest columns explain, are correlated.
 pub(super) fn join(
     scores: DMatrix<f64>,
     without: DMatrix<f64>,
