@@ -31,7 +31,9 @@ fn all(set: &str) -> Vec<diagnosis::recording::Recording> {
 #[test]
 fn run() {
     let which = std::env::var("WHICH").unwrap();
-    let rows: usize = std::env::var("ROWS").ok().map_or(6000, |s| s.parse().unwrap());
+    let rows: usize = std::env::var("ROWS")
+        .ok()
+        .map_or(6000, |s| s.parse().unwrap());
     if which == "hardware" {
         let recordings = all("crazypad");
         let drones: Vec<&str> = recordings
@@ -50,7 +52,8 @@ fn run() {
     }
     let recordings = all("neural_swarm2");
     let mut options = CampaignOptions {
-        most_rows: rows, most_effects: 6,
+        most_rows: rows,
+        most_effects: std::env::var("MOST").ok().map_or(6, |s| s.parse().unwrap()),
         ..CampaignOptions::default()
     };
     match which.as_str() {
@@ -63,7 +66,10 @@ fn run() {
     let f = diagnose_campaign(&recordings, &options).unwrap();
     eprintln!("{:?}", t0.elapsed());
     print!("{}", table::report(&f));
-    println!("s1 {:?}", f.scatter);
+    println!(
+        "verdict {:?} chance {} shape {:?}",
+        f.finding.verdict, f.finding.chance, f.finding.shape
+    );
     for r in &f.finding.candidates {
         println!(
             "  {:22} {:9.1} +- {:7.1} {} {:?}",

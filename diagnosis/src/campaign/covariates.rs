@@ -1,6 +1,7 @@
 //! What surrounds each judged row of a campaign: the coordinates that regions and curves are told in.
 
 use super::forces::Forces;
+use crate::simulate::Place;
 
 /// How many of them, from the first, say where a row is: what regions are told in.
 pub const PLACES: usize = 4;
@@ -22,13 +23,15 @@ pub const COORDINATES: [(&str, &str); 13] = [
     ("time s", "t"),
 ];
 
-/// One column for each of [`COORDINATES`], one entry a judged row. Those of the drone above are of the one whose axis is nearest in
+/// One column for each of [`COORDINATES`], one entry a judged row, and the place in the wake of the drone above. Those of the drone above are of the one whose axis is nearest in
 /// half-widths of its hover jet; not a number where nobody is above.
 #[must_use]
-pub fn covariates(forces: &Forces) -> Vec<Vec<f64>> {
+pub fn covariates(forces: &Forces) -> (Vec<Vec<f64>>, Vec<Option<Place>>) {
     let mut columns = vec![Vec::with_capacity(forces.rows); COORDINATES.len()];
+    let mut places = Vec::with_capacity(forces.rows);
     for ((part, step), air_mps) in forces.judged().zip(forces.hover_air_mps()) {
         let mut nearest = [f64::NAN; 5];
+        let mut place = None;
         for above in &step.above {
             let apart_m = above.position_m - step.position_m;
             let Some(half_m) = forces.half_width_m(part.recording, above.vehicle, apart_m.z) else {
@@ -39,6 +42,15 @@ pub fn covariates(forces: &Forces) -> Vec<Vec<f64>> {
             if nearest[2].is_nan() || xi < nearest[2] {
                 let velocity_mps = above.velocity_mps;
                 nearest = [apart_m.z, beside_m, xi, velocity_mps.z, velocity_mps.norm()];
+                let emitter = &forces.recordings[part.recording].vehicles[above.vehicle];
+                let length_m = emitter.airframe.motor_distance_m();
+                place = Some(Place {
+                    emitter: above.vehicle,
+                    s_over_l: apart_m.z / length_m,
+                    r_over_l: beside_m / length_m,
+                    xi,
+                    azimuth_rad: (-apart_m.y).atan2(-apart_m.x),
+                });
             }
         }
         let [depth_m, beside_m, xi, emitter_climb_mps, emitter_mps] = nearest;
@@ -60,6 +72,7 @@ pub fn covariates(forces: &Forces) -> Vec<Vec<f64>> {
         for (column, value) in columns.iter_mut().zip(row) {
             column.push(value);
         }
+        places.push(place);
     }
-    columns
+    (columns, places)
 }

@@ -23,7 +23,7 @@ use crate::outside;
 use crate::prove::Verdict;
 use crate::recording::Recording;
 use crate::select::{FOLDS, Gain, flexible};
-use crate::simulate::Channel;
+use crate::simulate::{Channel, Sample};
 use crate::statistics::scan::{self, Coordinate};
 
 /// Offset (N) that all flights together may have without anybody's fault: 0.2 g.
@@ -54,11 +54,23 @@ pub enum CampaignError {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CampaignFinding {
     /// As of one recording; rows are counted along the judged rows, blocks are flights.
+    #[serde(skip)]
     pub finding: Finding,
     /// Flights judged.
     pub flights: usize,
     /// The terms in the order in which they were taken.
     pub taken: Vec<Taken>,
+    /// What would have come next and does not gain enough: its name, its gain over what was taken, and the standard error of that.
+    pub next: Option<(String, f64, f64)>,
+    /// The judged rows as simulated.
+    #[serde(skip)]
+    pub samples: Vec<Sample>,
+    /// Index of the recording that each row is of.
+    #[serde(skip)]
+    pub recording_of: Vec<usize>,
+    /// What surrounds each row: one column for each of [`COORDINATES`](super::covariates::COORDINATES).
+    #[serde(skip)]
+    pub columns: Vec<Vec<f64>>,
     /// How well the force is predicted in flights that were not fitted, by where the rows lie.
     pub skills: Vec<Skill>,
     /// Mean force by depth below another drone or by height: recorded, before and after.
@@ -212,6 +224,12 @@ pub fn diagnose_campaign(
             .iter()
             .map(|turn| taken(&candidates, turn))
             .collect(),
+        samples: forces.samples(&simulated),
+        recording_of: forces.judged().map(|(part, _)| part.recording).collect(),
+        columns: columns.to_vec(),
+        next: chosen
+            .next
+            .map(|(k, gain)| (candidates[k].name.to_owned(), gain.total, gain.error)),
         curves: curves(&forces, columns, &held_out),
         located: located(columns, &scatter, &rest),
         flexible_gain: [before.total, left.total],

@@ -25,6 +25,7 @@ use crate::observed::{Circumstances, Explained};
 use crate::receiver::thrust_ratio;
 use crate::recording::{Recording, Role};
 use crate::select::FOLDS;
+use crate::simulate::{Channel, Place, Sample};
 
 /// Half-widths from its axis beyond which a drone above is taken to be without any effect, beside the receiver's own size. Chosen here: the
 /// hover jet has less than half a percent of its speed there.
@@ -56,6 +57,7 @@ pub struct Forces<'a> {
     hover_air_mps: Vec<Vec<f64>>,
     /// One column for each of [`COORDINATES`].
     columns: Vec<Vec<f64>>,
+    places: Vec<Option<Place>>,
 }
 
 /// One vehicle in one flight.
@@ -189,6 +191,7 @@ impl<'a> Forces<'a> {
             wake_of,
             hover_air_mps: Vec::new(),
             columns: Vec::new(),
+            places: Vec::new(),
         };
         forces.choose_rows(options.most_rows);
         let plain = Hypothesis::default();
@@ -197,7 +200,7 @@ impl<'a> Forces<'a> {
             .par_iter()
             .map(|part| forces.air_mps(part, &plain, &forces.wakes))
             .collect();
-        forces.columns = covariates(&forces);
+        (forces.columns, forces.places) = covariates(&forces);
         Ok(forces)
     }
 
@@ -250,6 +253,26 @@ impl<'a> Forces<'a> {
         let parts = self.parts.iter().zip(&self.hover_air_mps);
         parts
             .flat_map(|(part, air_mps)| part.judged.iter().map(|&at| air_mps[at]))
+            .collect()
+    }
+
+    /// The judged rows, beside a simulation of them; rows count along them.
+    #[must_use]
+    pub fn samples(&self, simulated_n: &[f64]) -> Vec<Sample> {
+        let air_mps = self.hover_air_mps();
+        self.judged()
+            .enumerate()
+            .map(|(row, (part, step))| Sample {
+                channel: Channel::VerticalForce,
+                row,
+                t_s: step.t_s,
+                subject: part.vehicle as u32,
+                position_m: step.position_m,
+                recorded: step.recorded_n,
+                simulated: simulated_n[row],
+                air_mps: air_mps[row],
+                place: self.places[row],
+            })
             .collect()
     }
 

@@ -25,6 +25,8 @@ pub struct Chosen {
     pub selection: Selection,
     /// The terms in the order in which they were taken.
     pub turns: Vec<Turn>,
+    /// What would have come next and was not taken, with its gain over what stands.
+    pub next: Option<(usize, Gain)>,
 }
 
 /// One term that was taken.
@@ -55,6 +57,7 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chos
     });
     let mut best = nothing.clone();
     let mut turns: Vec<Turn> = Vec::new();
+    let mut next = None;
     while turns.len() < most {
         let tried = match turns.is_empty() {
             true => singles.clone(),
@@ -80,9 +83,13 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chos
         let is_enough = lead.total > LEAST_GAIN
             && lead.total > LEAST_ERRORS * lead.error
             && lead.total > LEAST_SHARE * whole;
-        let Some(&which) = winner.which.last().filter(|_| is_enough) else {
+        let Some(&which) = winner.which.last() else {
             break;
         };
+        if !is_enough {
+            next = Some((which, lead));
+            break;
+        }
         let alternatives = fitted
             .iter()
             .skip(1)
@@ -110,6 +117,7 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chos
             alternatives: turns.iter().map(|turn| turn.alternatives.clone()).collect(),
         },
         turns,
+        next,
     }
 }
 
@@ -176,12 +184,17 @@ fn last_matters(candidates: &[Candidate], tried: &Tried) -> bool {
     last.size(&tried.fit.values[own..]) >= 1.0
 }
 
-/// Whether no parameter was driven to an end of what it may be: a term that would go further mends the form of something else.
+/// Whether nothing that makes up a term was driven to an end of what it may be: a term that would go further mends the form of something else.
+/// What only shapes a term may lie there.
 fn is_inside(candidates: &[Candidate], tried: &Tried) -> bool {
-    let parameters = tried.which.iter().flat_map(|&k| &candidates[k].parameters);
+    let parameters = tried.which.iter().flat_map(|&k| {
+        let own = candidates[k].parameters.iter().enumerate();
+        own.map(move |(place, parameter)| (place < candidates[k].essential, parameter))
+    });
     parameters
         .zip(&tried.fit.values)
-        .all(|(parameter, &value)| {
+        .filter(|((is_essential, _), _)| *is_essential)
+        .all(|((_, parameter), &value)| {
             let margin = 0.005 * (parameter.high - parameter.low);
             let is_end = |end: f64| (value - end).abs() < margin && end != parameter.neutral;
             !is_end(parameter.low) && !is_end(parameter.high)

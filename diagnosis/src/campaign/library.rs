@@ -19,7 +19,8 @@ const NOT_IN_FORCES: [&str; 8] = [
     "near_field",
 ];
 
-/// Candidates for the forces of a campaign, physics first. With `alone` no jet blows, and the other drone's wake is one of them.
+/// Candidates for the forces of a campaign, physics first. With `alone` no jet blows, and the other drone's wake is one of them; what changes
+/// a jet changes nothing then until the wake is taken.
 #[must_use]
 pub fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
     let shows = shows(forces, alone);
@@ -28,7 +29,7 @@ pub fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
     if alone && is_below {
         candidates.push(downwash());
     }
-    if shows.air && is_below {
+    if is_below {
         candidates.extend(of_the_jet(&shows));
         candidates.extend(of_the_surroundings(&shows));
         candidates.extend(impingement(&shows));
@@ -36,7 +37,11 @@ pub fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
     candidates.extend(of_the_receiver(&shows));
     candidates.extend(of_motion());
     candidates.extend(of_the_force());
-    candidates.retain(|candidate| !NOT_IN_FORCES.contains(&candidate.name));
+    // Where the wake itself is a candidate, its strength is its own parameter.
+    let is_its_own = |name: &str| alone && name == "momentum_scale";
+    candidates.retain(|candidate| {
+        !NOT_IN_FORCES.contains(&candidate.name) && !is_its_own(candidate.name)
+    });
     candidates
 }
 
@@ -128,8 +133,9 @@ fn of_motion() -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "F = -1/2 rho a l^2 w |w|, w = U + V_z",
             story: "the frame itself stands in the air that passes it",
-            parameters: vec![parameter("a", "1", [-1.5, 3.0], 0.0, 0.05)],
+            parameters: vec![parameter("a", "1", [0.0, 0.6], 0.0, 0.05)],
             essential: 1,
+            // From nothing to a frame that covers half of the squared motor distance.
             starts: vec![vec![0.1]],
             set: |p, h| h.effects.body_drag = Some(BodyDrag { area_over_l2: p[0] }),
         },
