@@ -4,7 +4,7 @@
 //!
 //! [`options`]: what is diagnosed, and from which beginning. [`forces`]: rows, and what a hypothesis makes of them. [`scatter`]: the
 //! noise, and what one flight shares. [`library`]: what may be missing in a force. [`forward`]: one effect after another. [`diagnose`]: the whole way, and the finding.
-//! [`table`]: findings as rows of a table. [`hardware`]: one drone's motors against its own earlier flights.
+//! [`skill`]: how well flights that were not fitted are predicted. [`hardware`]: one drone's motors against its own earlier flights.
 
 pub mod covariates;
 pub mod diagnose;
@@ -15,7 +15,6 @@ pub mod library;
 pub mod options;
 pub mod scatter;
 pub mod skill;
-pub mod table;
 
 pub use diagnose::{CampaignError, CampaignFinding, diagnose_campaign, near_floor};
 pub use options::CampaignOptions;

@@ -4,6 +4,7 @@ use diagnosis::candidates::Kind;
 use diagnosis::finding::{Effect, Finding, HeldOut, Ranked, Smallest};
 use diagnosis::outside::Shape;
 use diagnosis::prove::Verdict;
+use diagnosis::simulate::Channel;
 
 use super::words::{figures, unit};
 use crate::page::Table;
@@ -201,9 +202,10 @@ fn candidates(finding: &Finding, all: bool) -> Vec<Part> {
         rows: finding.candidates.iter().take(shown).map(row).collect(),
     };
     let mut parts = vec![
-        Part::Line(
-            "Gain: log likelihood of blocks that were not fitted, over that of the simulation as it is.".into(),
-        ),
+        Part::Line(format!(
+            "Gain: log likelihood of {} that were not fitted, over that of the simulation as it is.",
+            parts_of(finding.channel)
+        )),
         Part::Table(table),
     ];
     let more = finding.candidates.len().saturating_sub(shown);
@@ -223,13 +225,22 @@ fn fit(finding: &Finding) -> String {
     } = finding.held_out;
     let unit = unit(finding.channel);
     format!(
-        "rms error on blocks that were not fitted: {}{unit} before, {}{unit} after ({} to {}); noise floor {}{unit}.",
+        "rms error on {} that were not fitted: {}{unit} before, {}{unit} after ({} to {}); noise floor {}{unit}.",
+        parts_of(finding.channel),
         figures(rms_before),
         figures(rms_after),
         figures(rms_after_low),
         figures(rms_after_high),
         figures(noise_floor)
     )
+}
+
+/// What is held out together: forces are judged over whole flights.
+fn parts_of(channel: Channel) -> &'static str {
+    match channel {
+        Channel::VerticalForce => "flights",
+        _ => "blocks",
+    }
 }
 
 fn not_sure(finding: &Finding) -> Vec<Part> {

@@ -5,7 +5,7 @@ use diagnosis::prove::Verdict;
 use diagnosis::recording::{Recording, Role};
 use diagnosis::simulate::Channel;
 
-use super::sections::{Part, sections};
+use super::sections::{Part, Section};
 use crate::page::Table;
 use crate::wording::count;
 
@@ -26,7 +26,11 @@ pub(super) fn verdict(finding: &Finding) -> String {
                 all.join(" or ")
             });
             let or: Vec<String> = or.collect();
-            format!("{}: the recording cannot tell", or.join("; and "))
+            let who = match finding.channel {
+                Channel::VerticalForce => "these flights",
+                _ => "the recording",
+            };
+            format!("{}: {who} cannot tell", or.join("; and "))
         }
         Verdict::OutsideLibrary if first.is_empty() => {
             "a mismatch that no candidate explains".into()
@@ -130,14 +134,9 @@ fn explained(held_out: &HeldOut) -> String {
 }
 
 /// The report for the terminal.
-pub(super) fn text(recording: &Recording, finding: &Finding) -> String {
-    let mut text = format!(
-        "{}: {}\n{}\n",
-        recording.name,
-        verdict(finding),
-        what(recording, finding)
-    );
-    for section in sections(finding, false) {
+pub(super) fn text(name: &str, what: &str, finding: &Finding, sections: &[Section]) -> String {
+    let mut text = format!("{name}: {}\n{what}\n", verdict(finding));
+    for section in sections {
         text += &format!("\n{}\n", section.heading);
         for part in &section.parts {
             match part {

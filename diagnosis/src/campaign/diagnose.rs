@@ -68,6 +68,9 @@ pub struct CampaignFinding {
     /// Index of the recording that each row is of.
     #[serde(skip)]
     pub recording_of: Vec<usize>,
+    /// What each scatters by (N).
+    #[serde(skip)]
+    pub noise_n: Vec<f64>,
     /// What surrounds each row: one column for each of [`COORDINATES`](super::covariates::COORDINATES).
     #[serde(skip)]
     pub columns: Vec<Vec<f64>>,
@@ -226,6 +229,7 @@ pub fn diagnose_campaign(
             .collect(),
         samples: forces.samples(&simulated),
         recording_of: forces.judged().map(|(part, _)| part.recording).collect(),
+        noise_n: scatter.noise.sd.clone(),
         columns: columns.to_vec(),
         next: chosen
             .next

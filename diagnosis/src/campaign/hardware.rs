@@ -183,6 +183,53 @@ impl Normal {
     }
 }
 
+/// Hardware of one flight.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HardwareRow {
+    /// Name of the recording.
+    pub flight: String,
+    /// Whether it is one of the normal flights; it was then left out of what it is compared with.
+    pub is_normal: bool,
+    /// What it says.
+    #[serde(flatten)]
+    pub found: HardwareFinding,
+}
+
+/// Every flight against the normal flights of the same drone: `drone_of` and `is_normal` by recording. A normal flight is compared with the
+/// others, and left out of the scatter too. Flights without steady hover have no row.
+#[must_use]
+pub fn hardware_rows(
+    recordings: &[Recording],
+    drone_of: &[&str],
+    is_normal: &[bool],
+) -> Vec<HardwareRow> {
+    let efforts: Vec<Option<Effort>> = recordings.iter().map(Effort::of).collect();
+    let mut drones: Vec<&str> = drone_of.to_vec();
+    drones.sort_unstable();
+    drones.dedup();
+    let normal_of = |drone: &str, but: usize| -> Vec<Effort> {
+        (0..recordings.len())
+            .filter(|&i| i != but && is_normal[i] && drone_of[i] == drone)
+            .filter_map(|i| efforts[i])
+            .collect()
+    };
+    let judge = |index: usize| {
+        let effort = efforts[index]?;
+        let by_drone: Vec<Vec<Effort>> = drones.iter().map(|d| normal_of(d, index)).collect();
+        let own = normal_of(drone_of[index], index);
+        if own.is_empty() {
+            return None;
+        }
+        let found = Normal::of(&by_drone)?.judge(&effort, &own);
+        Some(HardwareRow {
+            flight: recordings[index].name.clone(),
+            is_normal: is_normal[index],
+            found,
+        })
+    };
+    (0..recordings.len()).filter_map(judge).collect()
+}
+
 /// What explains the modes, best first, with everything that does as well.
 fn answers(modes: [f64; 4], sd: [f64; 4]) -> Vec<Answer> {
     let mut all = vec![payload(modes, sd)];
