@@ -9,6 +9,7 @@ use diagnosis::campaign::{
 use diagnosis::finding_file::finding_ron;
 use diagnosis::prove::Verdict;
 use diagnosis::recording::Recording;
+use diagnosis::simulate::{Channel, Sample};
 use serde::Serialize;
 
 use super::printed::Printed;
@@ -102,7 +103,7 @@ fn printed<'a>(
     found: &'a CampaignFinding,
     files: Option<&'a [PathBuf]>,
 ) -> PrintedFlights<'a> {
-    let of = |(sample, &of): (&diagnosis::simulate::Sample, &usize)| Row {
+    let of = |(sample, &of): (&Sample, &usize)| Row {
         flight: &recordings[of].name,
         vehicle: &recordings[of].vehicles[sample.subject as usize].id,
         t_s: sample.t_s,
@@ -155,10 +156,10 @@ fn all_sections(found: &CampaignFinding, all: bool) -> Vec<Section> {
 fn located(found: &CampaignFinding) -> Option<Part> {
     let located = found.located.as_ref()?;
     Some(Part::Line(format!(
-        "Found without any candidate: {}, {:.0} % of the values, where recorded minus simulated is {} N in the mean (chance {:.3}).",
+        "Found without any candidate: {}, {:.0} % of the values, where recorded minus simulated is {} in the mean (chance {:.3}).",
         located.description,
         100.0 * located.share,
-        words::figures(located.mean_error_n),
+        newton(located.mean_error_n),
         located.p
     )))
 }
@@ -188,14 +189,14 @@ fn taken(found: &CampaignFinding) -> Option<Part> {
 
 fn skills(skills: &[Skill]) -> Table {
     let row = |skill: &Skill| {
-        let [low, after, high] = skill.rms_after_n;
+        let [low, after, high] = skill.rms_after_n.map(newton);
         let [r2_low, r2, r2_high] = skill.r2_after;
         vec![
             skill.rows_where.clone(),
             skill.rows.to_string(),
             skill.flights.to_string(),
-            format!("{:.4} N", skill.rms_before_n),
-            format!("{after:.4} N ({low:.4} to {high:.4})"),
+            newton(skill.rms_before_n),
+            format!("{after} ({low} to {high})"),
             format!("{:.2}", skill.r2_before),
             format!("{r2:.2} ({r2_low:.2} to {r2_high:.2})"),
         ]
@@ -221,10 +222,10 @@ fn curve(curve: &Curve) -> Part {
         vec![
             format!("{from:.2} to {to:.2}"),
             curve.rows[i].to_string(),
-            format!("{:.4} N", curve.recorded_n[i]),
-            format!("{:.4} N", curve.before_n[i]),
-            format!("{:.4} N", curve.after_n[i]),
-            format!("{:.4} N", curve.error_n[i]),
+            newton(curve.recorded_n[i]),
+            newton(curve.before_n[i]),
+            newton(curve.after_n[i]),
+            newton(curve.error_n[i]),
         ]
     });
     let headings = [
@@ -239,6 +240,10 @@ fn curve(curve: &Curve) -> Part {
         headings: headings.map(str::to_owned).to_vec(),
         rows: rows.collect(),
     })
+}
+
+fn newton(force_n: f64) -> String {
+    words::amount(force_n, Channel::VerticalForce)
 }
 
 /// What was not taken, and what is left.

@@ -6,7 +6,7 @@ use diagnosis::outside::Shape;
 use diagnosis::prove::Verdict;
 use diagnosis::simulate::Channel;
 
-use super::words::{figures, unit};
+use super::words::{amount, figures};
 use crate::page::Table;
 
 /// Candidates shown at a terminal; the report and the JSON have all.
@@ -82,11 +82,17 @@ fn error(finding: &Finding) -> String {
     } else {
         "low"
     };
+    let size = amount(region.mean_error.abs(), finding.channel);
+    // A force has both signs: a share of its mean says nothing.
+    let by = match finding.channel {
+        Channel::VerticalForce => format!("too {direction} by {size} in the mean (up is positive)"),
+        _ => format!(
+            "{:.1} % too {direction} in the mean ({size})",
+            100.0 * region.relative_error.abs()
+        ),
+    };
     format!(
-        "There the simulation is {:.1} % too {direction} in the mean ({}{}); its error is {:.1} times the noise. Chance of as much structure in noise alone: {}.",
-        100.0 * region.relative_error.abs(),
-        figures(region.mean_error.abs()),
-        unit(finding.channel),
+        "There the simulation is {by}; its error is {:.1} times the noise. Chance of as much structure in noise alone: {}.",
         region.error_over_noise,
         chance(finding.chance)
     )
@@ -223,15 +229,15 @@ fn fit(finding: &Finding) -> String {
         rms_after_high,
         noise_floor,
     } = finding.held_out;
-    let unit = unit(finding.channel);
+    let amount = |value: f64| amount(value, finding.channel);
     format!(
-        "rms error on {} that were not fitted: {}{unit} before, {}{unit} after ({} to {}); noise floor {}{unit}.",
+        "rms error on {} that were not fitted: {} before, {} after ({} to {}); noise floor {}.",
         parts_of(finding.channel),
-        figures(rms_before),
-        figures(rms_after),
-        figures(rms_after_low),
-        figures(rms_after_high),
-        figures(noise_floor)
+        amount(rms_before),
+        amount(rms_after),
+        amount(rms_after_low),
+        amount(rms_after_high),
+        amount(noise_floor)
     )
 }
 

@@ -93,6 +93,14 @@ pub(super) fn unit(channel: Channel) -> &'static str {
     }
 }
 
+/// A value of a channel with its unit; forces on small drones in thousandths.
+pub(super) fn amount(value: f64, channel: Channel) -> String {
+    match channel {
+        Channel::VerticalForce => format!("{:.1} mN", 1e3 * value),
+        _ => format!("{}{}", figures(value), unit(channel)),
+    }
+}
+
 /// Three figures, never fewer than the whole number.
 pub(super) fn figures(value: f64) -> String {
     let size = value.abs();

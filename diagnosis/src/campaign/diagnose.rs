@@ -209,7 +209,7 @@ pub fn diagnose_campaign(
                 rms_after: skill.rms_after_n[1],
                 rms_after_low: skill.rms_after_n[0],
                 rms_after_high: skill.rms_after_n[2],
-                noise_floor: scatter.model.s0,
+                noise_floor: root_mean_square(&scatter.noise.sd),
             }),
         candidates: ranked(&candidates, &chosen.selection),
         shape,
@@ -242,6 +242,11 @@ pub fn diagnose_campaign(
         skills,
         finding,
     })
+}
+
+fn root_mean_square(values: &[f64]) -> f64 {
+    let square: f64 = values.iter().map(|x| x * x).sum();
+    (square / values.len().max(1) as f64).sqrt()
 }
 
 /// Predicted force at every judged row by the fit without its flight's fold.

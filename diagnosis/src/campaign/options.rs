@@ -31,7 +31,7 @@ impl Default for CampaignOptions {
             judge: Vec::new(),
             alone: false,
             rate_hz: 10.0,
-            most_rows: 12_000,
+            most_rows: 6000,
             most_effects: 4,
             share: Share::Airframe,
             except: Vec::new(),
