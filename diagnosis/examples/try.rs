@@ -35,7 +35,29 @@ fn main() {
             "{:?} region {} {}",
             f.held_out, f.region.share, f.region.description
         );
+        println!("ADVICE {:?}", f.advice);
         for r in f.candidates.iter().take(8) {
+            println!("  {:?}", r);
+        }
+        return;
+    }
+    if root == "one" {
+        let dir = std::env::args().nth(2).unwrap();
+        let files: BTreeMap<String, Vec<u8>> = std::fs::read_dir(&dir)
+            .unwrap()
+            .map(|e| {
+                let p = e.unwrap().path();
+                (
+                    p.file_name().unwrap().to_str().unwrap().to_owned(),
+                    std::fs::read(&p).unwrap(),
+                )
+            })
+            .collect();
+        let recording = read::read_folder("x", &files).unwrap();
+        let f = diagnosis::diagnose::diagnose(&recording).unwrap();
+        println!("{:?} {:?} chance {}", f.verdict, f.effects, f.chance);
+        println!("{:?}", f.held_out);
+        for r in f.candidates.iter().take(12) {
             println!("  {:?}", r);
         }
         return;
@@ -43,22 +65,38 @@ fn main() {
     if root == "prove" {
         let seed: u64 = std::env::args().nth(2).unwrap().parse().unwrap();
         let count: usize = std::env::args().nth(3).unwrap().parse().unwrap();
-        let m = prove::prove(seed, count, |r| {
-            let t = std::time::Instant::now();
-            let mut a = prove::ask(r);
-            a.seconds = t.elapsed().as_secs_f64();
-            a
-        });
+        use rayon::prelude::*;
+        let from: usize = std::env::args().nth(4).map_or(0, |x| x.parse().unwrap());
+        let all: Vec<_> = (from..from + count)
+            .into_par_iter()
+            .map(|i| {
+                let c = prove::case(seed, i);
+                let t = std::time::Instant::now();
+                let f = diagnosis::diagnose::diagnose(&c.recording);
+                let mut a = f
+                    .as_ref()
+                    .map_or_else(|_| prove::Answer::nothing(), prove::answer);
+                a.seconds = t.elapsed().as_secs_f64();
+                let notes = f.map_or(String::new(), |f| {
+                    format!("p {:.1e} {}", f.chance, f.advice.join(" "))
+                });
+                (marks::Marked::of(&c.truth.open(&a), &a), notes)
+            })
+            .collect();
+        let (cases, notes): (Vec<_>, Vec<_>) = all.into_iter().unzip();
+        let m = marks::Marks::over(cases);
         println!("{}", m.table());
         for (i, c) in m.cases.iter().enumerate() {
-            if (c.truth == "none" && c.detected)
+            let _ = &notes[i];
+            if true
+                || (c.truth == "none" && c.detected)
                 || (c.truth != "none" && c.oracle_chi2 > 25.0 && !c.named)
                 || c.spurious
                 || c.skill.is_some_and(|s| s < 0.8)
                 || c.location.is_some_and(|l| l < 0.6)
             {
                 println!(
-                    "{i:3} {:34} truth {:34} answered {:44} chi2 {:9.0} set {} loc {:.2} skill {:.2} n {} {:.1}s",
+                    "{i:3} {:34} truth {:34} answered {:44} chi2 {:9.0} set {} loc {:.2} skill {:.2} n {} {:.1}s named {} cover {:?} | {}",
                     c.family,
                     c.truth,
                     c.answered,
@@ -67,7 +105,10 @@ fn main() {
                     c.location.unwrap_or(f64::NAN),
                     c.skill.unwrap_or(f64::NAN),
                     c.samples,
-                    c.seconds
+                    c.seconds,
+                    c.named,
+                    c.covered,
+                    notes[i]
                 );
             }
         }

@@ -21,6 +21,9 @@ const LEAST_STEP: f64 = 0.03;
 /// (0.5 to 0.7, recalled); it matters only where a mass is told from a density.
 const EFFICIENCY: f64 = 0.6;
 
+/// How many entries the moment of a step may be off. Chosen here: a throttle settles in one or two.
+const CHANGE_WITHIN: f64 = 2.0;
+
 /// What throttle and power say.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Actuation {
@@ -41,6 +44,8 @@ pub enum Found {
         mass_factor: f64,
         /// Negative infinity: always.
         since_s: f64,
+        /// How far off that moment may be (s).
+        since_within_s: f64,
         /// Infinity: for good.
         until_s: f64,
         /// Standard error of the factor.
@@ -130,6 +135,7 @@ fn always(vehicle: &Vehicle, throttle: f64, power: Option<f64>) -> Option<Found>
     Some(Found::Payload {
         mass_factor: throttle * throttle,
         since_s: f64::NEG_INFINITY,
+        since_within_s: 0.0,
         until_s: f64::INFINITY,
         error,
     })
@@ -159,11 +165,13 @@ fn step(vehicle: &Vehicle) -> Option<Found> {
         track.t_s[loaded.start]
     };
     let until_s = track.t_s.get(loaded.end).copied().unwrap_or(f64::INFINITY);
+    let step_s = (track.t_s[track.t_s.len() - 1] - track.t_s[0]) / track.t_s.len().max(2) as f64;
     let part = &column[loaded];
     let ratio = mean(part) / plain;
     Some(Found::Payload {
         mass_factor: ratio * ratio,
         since_s,
+        since_within_s: CHANGE_WITHIN * step_s,
         until_s,
         error: 2.0 * standard_error(part),
     })

@@ -267,7 +267,7 @@ pub(crate) fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
             equation: "f = (1 - tau)/(1 + a xi^2)^2 + tau exp(-ln2 xi^(2+n))",
             story: "the jet ends in an edge where the paper's profile has a long tail",
             parameters: vec![
-                parameter("tau", "1", [-0.6, 1.6], 0.0, 0.2),
+                parameter("tau", "1", [-0.6, 1.6], 0.0, 0.1),
                 parameter("n", "1", [-0.6, 4.0], 0.0, 1.0),
             ],
             essential: 1,
@@ -336,7 +336,7 @@ pub(crate) fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "U = (sum U_i^q)^(1/q)",
             story: "jets side by side merge, and their speeds do not simply add",
-            parameters: vec![parameter("q", "1", [0.7, 4.0], 1.0, 0.15)],
+            parameters: vec![parameter("q", "1", [0.7, 4.0], 1.0, 0.1)],
             essential: 1,
             starts: vec![vec![1.4]],
             set: |p, h| h.effects.jet_merging = Some(JetMerging { exponent: p[0] }),
@@ -439,18 +439,24 @@ pub(crate) fn of_the_surroundings(shows: &Shows) -> Vec<Candidate> {
         candidates.push(Candidate {
             name: "recirculation",
             kind: Kind::Physics,
-            equation: "u_r(t) = u (1 - exp(-t/tau))",
-            story: "the jets set the room in motion: a draught that grows after take-off",
+            equation: "u_r(t) = u (1 - exp(-t/tau)), of which e rises",
+            story: "the jets set the room in motion: a draught that grows after take-off, part of it upwards against the jets",
             parameters: vec![
                 parameter("u", "m/s", [0.0, 2.0], 0.0, 0.1),
                 parameter("tau", "s", [5.0, 3000.0], 120.0, 1000.0),
+                parameter("e", "1", [-1.0, 1.0], 0.0, 1.0),
             ],
             essential: 1,
-            starts: vec![vec![0.2, 60.0], vec![0.2, 400.0]],
+            starts: vec![
+                vec![0.2, 60.0, 0.3],
+                vec![0.2, 400.0, 0.3],
+                vec![0.2, 120.0, -0.3],
+            ],
             set: |p, h| {
                 h.effects.recirculation = Some(Recirculation {
                     speed_mps: p[0],
                     time_s: p[1],
+                    rise: p[2],
                 });
             },
         });
@@ -466,7 +472,7 @@ pub(crate) fn of_the_receiver(shows: &Shows) -> Vec<Candidate> {
             kind: Kind::Physics,
             equation: "alpha -> eta alpha",
             story: "the rotors feel more or less of the air from above than momentum theory has it",
-            parameters: vec![parameter("eta", "1", [0.0, 2.5], 1.0, 0.1)],
+            parameters: vec![parameter("eta", "1", [0.0, 2.5], 1.0, 0.06)],
             essential: 1,
             starts: vec![vec![0.8], vec![1.2]],
             set: |p, h| h.effects.receiver_inflow = Some(ReceiverInflow { factor: p[0] }),
@@ -570,9 +576,11 @@ fn of_the_sensor(shows: &Shows, observed: &Observed) -> Vec<Candidate> {
             story: "the drones' clock and the sensors' disagree",
             parameters: vec![parameter("dt", "s", [-4.0, 4.0], 0.0, 0.15)],
             essential: 1,
-            starts: [0.5, -0.5, 1.5, -1.5, 3.0, -3.0]
-                .map(|dt| vec![dt])
-                .to_vec(),
+            // A pass through a jet lasts a second: the fit must begin within half of one.
+            starts: (-10..=10)
+                .filter(|step| *step != 0)
+                .map(|step| vec![0.4 * f64::from(step)])
+                .collect(),
             set: |p, h| h.sensor.clock_s = p[0],
         });
     }

@@ -11,13 +11,13 @@ use crate::finding::{Effect, Estimate, Finding, HeldOut, Ranked, Region, Smalles
 use crate::fit::{Fit, Setting, refit_without};
 use crate::hypothesis::Hypothesis;
 use crate::intervals;
-use crate::noise::{Noise, noise};
+use crate::noise::{self, Noise};
 use crate::observed::{COVARIATES, Explained, Observed};
 use crate::outside;
 use crate::prove::Verdict;
 use crate::random::Random;
 use crate::recording::Recording;
-use crate::select::{FOLDS, Selection, select};
+use crate::select::{FOLDS, Selection, Singles, select, singles};
 
 /// Why a recording cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -40,7 +40,13 @@ pub enum DiagnoseError {
 }
 
 /// A held-out gain from which a selection stands without the gate: a chance below e^-40.
-const BEYOND_DOUBT: f64 = 40.0;
+pub(crate) const BEYOND_DOUBT: f64 = 40.0;
+
+/// Most times that the noise is read again around the best explanation so far, and what a clearly smaller one is, as a share.
+const NOISE_ROUNDS: usize = 2;
+const CLEARLY_LESS: f64 = 0.95;
+/// How much likelier (log density) the recording must become with it. Chosen here: noise alone gives a few.
+const LIKELIER: f64 = 20.0;
 
 /// Diagnoses one recording.
 ///
@@ -54,8 +60,12 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
     if let Some(found) = actuation.and_then(|actuation| actuation.found) {
         found.set(&mut base);
     }
+    let candidates: Vec<Candidate> = applicable(&observed)
+        .into_iter()
+        .filter(|candidate| possible(candidate, actuation.as_ref()))
+        .collect();
     let simulated = observed.predict(&base);
-    let noise = noise(&observed, &simulated);
+    let mut noise = noise::noise(&observed, &simulated);
     if noise.blocks < FOLDS {
         return Err(DiagnoseError::TooShort {
             name: recording.name.clone(),
@@ -63,35 +73,41 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
             least: FOLDS,
         });
     }
+    let mut tried = singles(&Setting::new(&observed, &noise, base), &candidates);
+    // What is missing may itself look like noise from one sample to the next: a lag, a clock. The best explanation tells.
+    for _ in 0..NOISE_ROUNDS {
+        let Some(clearer) = clearer(&observed, &noise, &tried) else {
+            break;
+        };
+        noise = clearer;
+        tried = singles(&Setting::new(&observed, &noise, base), &candidates);
+    }
     let setting = Setting::new(&observed, &noise, base);
-    let candidates: Vec<Candidate> = applicable(&observed)
-        .into_iter()
-        .filter(|candidate| possible(candidate, actuation.as_ref()))
-        .collect();
-    let mut selection = select(&setting, &candidates);
+    let mut selection = select(&setting, &candidates, tried);
     let gate = outside::anything(&setting, &candidates, &selection.nothing.fit);
     if !gate.passed && selection.chosen.gain.total < BEYOND_DOUBT {
         selection.withdraw();
     }
     let shape = outside::outside(&setting, &candidates, &selection, &gate);
-    if shape.is_some() {
+    let of_chosen = |selection: &Selection| {
+        let which = selection.chosen.which.iter();
+        let members: Vec<&Candidate> = which.map(|&k| &candidates[k]).collect();
+        setting.hypothesis(&members, &selection.chosen.fit.values)
+    };
+    let mut corrected = observed.predict(&of_chosen(&selection));
+    if let Some(shape) = &shape {
+        // What the trees add lies on top of the nearest that the library has, and is good inside the sampled hull only.
+        let both = corrected.iter_mut().zip(&shape.correction);
+        both.for_each(|(f, more)| *f += more);
         selection.withdraw();
     }
+    let correction = of_chosen(&selection);
     let members: Vec<&Candidate> = selection
         .chosen
         .which
         .iter()
         .map(|&k| &candidates[k])
         .collect();
-    let correction = setting.hypothesis(&members, &selection.chosen.fit.values);
-    let mut corrected = observed.predict(&correction);
-    if let Some(shape) = &shape {
-        // What the trees add lies on top of what was fitted, and is good inside the sampled hull only.
-        corrected
-            .iter_mut()
-            .zip(&shape.correction)
-            .for_each(|(f, more)| *f += more);
-    }
     let mut effects: Vec<Effect> = actuation
         .and_then(|actuation| actuation.found)
         .map(from_actuation)
@@ -125,12 +141,53 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
         candidates: ranked(&candidates, &selection),
         shape,
         chance: gate.p,
-        advice: Vec::new(),
+        advice: vec![format!(
+            "{} | nothing tol {:?} cost {:.1} {}",
+            selection.debug,
+            selection.nothing.fit.tolerance,
+            selection.nothing.fit.cost,
+            selection
+                .singles
+                .iter()
+                .map(|t| format!(
+                    "{}:{:.1}/{:?}",
+                    candidates[t.which[0]].name, t.fit.cost, t.fit.tolerance
+                ))
+                .collect::<Vec<_>>()
+                .join(" ")
+        )],
         smallest: smallest(&setting, &candidates, &noise),
         effects,
         prediction,
         correction,
     })
+}
+
+/// The scatter around the single explanation that makes the recording likeliest, each with its own scatter; `None` where that is not
+/// clearly less than before.
+fn clearer(observed: &Observed, noise: &Noise, tried: &Singles) -> Option<Noise> {
+    let recorded = observed.recorded();
+    let likelihood = |noise: &Noise, predicted: &[f64]| {
+        let left: Vec<f64> = recorded.iter().zip(predicted).map(|(y, f)| y - f).collect();
+        noise.whitener.log_density(&left)
+    };
+    let before = likelihood(noise, &tried.nothing.fit.predicted);
+    let (now, around) = tried
+        .singles
+        .iter()
+        .map(|single| {
+            let around = noise::noise(observed, &single.fit.predicted);
+            (likelihood(&around, &single.fit.predicted), around)
+        })
+        .max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let change: f64 = around
+        .sd
+        .iter()
+        .zip(&noise.sd)
+        .map(|(now, before)| (now / before).ln())
+        .sum();
+    let is_less = change / (noise.sd.len() as f64) < CLEARLY_LESS.ln();
+    (is_less && now - before > LIKELIER).then_some(around)
 }
 
 /// A payload shows in the throttle and has been looked for there: where that is logged it is no candidate any more.
@@ -174,13 +231,17 @@ fn from_actuation(found: Found) -> Effect {
         ),
     };
     let mut parameters = BTreeMap::from([(parameter.to_owned(), value)]);
-    if let Found::Payload { since_s, .. } = found
+    if let Found::Payload {
+        since_s,
+        since_within_s,
+        ..
+    } = found
         && since_s.is_finite()
     {
         let at = Estimate {
             value: since_s,
-            low: since_s,
-            high: since_s,
+            low: since_s - since_within_s,
+            high: since_s + since_within_s,
             unit: "s".into(),
         };
         parameters.insert("t0".to_owned(), at);
@@ -195,7 +256,7 @@ fn from_actuation(found: Found) -> Effect {
     }
 }
 
-/// The chosen candidates with their intervals; an instrument that would do as well is named before physics.
+/// The chosen candidates with their intervals, and what each cannot be told from.
 fn named(
     candidates: &[Candidate],
     members: &[&Candidate],
@@ -209,31 +270,14 @@ fn named(
     for (member, alternatives) in members.iter().zip(&selection.alternatives) {
         let span = place..place + member.parameters.len();
         place = span.end;
-        let sensor = alternatives
-            .iter()
-            .copied()
-            .find(|&k| member.kind == Kind::Physics && candidates[k].kind == Kind::Sensor);
-        let mut others: Vec<String> = alternatives
-            .iter()
-            .filter(|&&k| Some(k) != sensor)
-            .map(|&k| candidates[k].name.to_owned())
-            .collect();
-        let effect = match sensor.and_then(|k| {
-            let alone = selection.singles.iter().find(|tried| tried.which == [k])?;
-            Some((&candidates[k], &alone.fit))
-        }) {
-            Some((sensor, fit)) => {
-                others.insert(0, member.name.to_owned());
-                let half_widths = intervals::half_widths(&[sensor], fit, noise);
-                effect(sensor, &fit.values, &half_widths, others)
-            }
-            None => effect(
-                member,
-                &fit.values[span.clone()],
-                &half_widths[span],
-                others,
-            ),
-        };
+        let others = alternatives.iter();
+        let others = others.map(|&k| candidates[k].name.to_owned()).collect();
+        let effect = effect(
+            member,
+            &fit.values[span.clone()],
+            &half_widths[span],
+            others,
+        );
         effects.push(effect);
     }
     effects

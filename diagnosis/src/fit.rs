@@ -22,6 +22,9 @@ const GROSS: f64 = 3.0;
 pub(crate) const TOLERANCE_SD: f64 = 0.02;
 /// Most turns of a fit, and the relative gain in cost at which it stops.
 const TURNS: usize = 25;
+/// From more starts than this, only the best few by cost are followed.
+const MOST_STARTS: usize = 6;
+const BEST_STARTS: usize = 3;
 const ENOUGH: f64 = 1e-5;
 
 /// What every fit of one recording shares.
@@ -113,8 +116,22 @@ impl<'a> Setting<'a> {
     /// Fits candidates together, from each of some starts; the best.
     #[must_use]
     pub fn fit(&self, candidates: &[&Candidate], starts: &[Vec<f64>]) -> Option<Fit> {
-        let fits = starts.iter().map(|start| self.fit_from(candidates, start));
-        fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
+        if starts.len() <= MOST_STARTS {
+            let fits = starts.iter().map(|start| self.fit_from(candidates, start));
+            return fits.min_by(|a, b| a.cost.total_cmp(&b.cost));
+        }
+        let cost = |start: &Vec<f64>| {
+            let predicted = self.observed.predict(&self.hypothesis(candidates, start));
+            self.cost(&self.whitened(&predicted, &[0.0, 0.0]), &[0.0, 0.0])
+        };
+        let mut by_cost: Vec<(f64, &Vec<f64>)> = starts.iter().map(|s| (cost(s), s)).collect();
+        by_cost.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let best: Vec<Vec<f64>> = by_cost
+            .into_iter()
+            .take(BEST_STARTS)
+            .map(|(_, start)| start.clone())
+            .collect();
+        self.fit(candidates, &best)
     }
 
     /// Nothing but the instrument's tolerance.
@@ -340,18 +357,20 @@ fn solve_bounded(
         let Some(solved) = matrix.cholesky().map(|factor| factor.solve(&right)) else {
             break;
         };
-        let mut left = false;
+        // One at a time, the furthest out for its range first: what it leaves undone may keep the others inside.
+        let mut furthest: Option<(f64, usize)> = None;
         for (a, &j) in free.iter().enumerate() {
             let to = at[j] + solved[a];
             let [low, high] = bounds[j];
             step[j] = to.clamp(low, high) - at[j];
-            if to < low || to > high {
-                fixed[j] = true;
-                left = true;
+            let out = (low - to).max(to - high) / (high - low);
+            if out > 0.0 && furthest.is_none_or(|(most, _)| out > most) {
+                furthest = Some((out, j));
             }
         }
-        if !left {
-            break;
+        match furthest {
+            Some((_, j)) => fixed[j] = true,
+            None => break,
         }
     }
     step

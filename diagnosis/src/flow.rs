@@ -29,6 +29,8 @@ pub struct Flow<'a> {
     convection: Option<f64>,
     /// Whether the radial flow is left out.
     axial_only: bool,
+    /// When the first drone's track begins (s).
+    began_s: f64,
 }
 
 /// A vehicle that blows.
@@ -96,7 +98,7 @@ impl<'a> Flow<'a> {
             effects.entrainment_radial = Some(EntrainmentRadial { factor: 0.0 });
         }
         let emitters = recording.vehicles.iter().zip(&wakes.0).enumerate();
-        let emitters = emitters
+        let emitters: Vec<Emitter> = emitters
             .filter_map(|(index, (vehicle, wake))| {
                 let wake = wake.as_ref()?;
                 Some(Emitter {
@@ -111,6 +113,11 @@ impl<'a> Flow<'a> {
                 })
             })
             .collect();
+        let took_off = |emitter: &Emitter| emitter.track.t_s.first().copied();
+        let began_s = emitters
+            .iter()
+            .filter_map(took_off)
+            .fold(f64::INFINITY, f64::min);
         let declared = match recording.baseline.delay {
             Delay::None => None,
             Delay::Transport { convection } => Some(convection),
@@ -118,6 +125,7 @@ impl<'a> Flow<'a> {
         Flow {
             recording,
             emitters,
+            began_s,
             effects,
             convection: effects
                 .wake_transport
@@ -198,7 +206,7 @@ impl<'a> Flow<'a> {
             horizontal_mps += Vector3::new(velocity_mps.x, velocity_mps.y, 0.0);
             gathered = self.gather(gathered, -velocity_mps.z);
         }
-        let (wind_mps, _) = self.effects.background_mps(0.0);
+        let (wind_mps, _) = self.effects.background_mps(t_s - self.began_s);
         let down_mps = self.finish(gathered);
         Some(horizontal_mps + wind_mps - Vector3::z() * down_mps)
     }
@@ -206,12 +214,7 @@ impl<'a> Flow<'a> {
     /// The speed (m/s) without direction that is there at a time beside the jets: the ambient of the metadata, and a draught.
     #[must_use]
     pub fn ambient_mps(&self, t_s: f64) -> f64 {
-        let began_s = self
-            .emitters
-            .iter()
-            .filter_map(|emitter| emitter.track.t_s.first());
-        let began_s = began_s.copied().fold(f64::INFINITY, f64::min);
-        let (_, draught_mps) = self.effects.background_mps(t_s - began_s);
+        let (_, draught_mps) = self.effects.background_mps(t_s - self.began_s);
         self.recording.environment.ambient_mps.hypot(draught_mps)
     }
 

@@ -16,7 +16,7 @@ use crate::fit::{Fit, TOLERANCE_SD, weight};
 use crate::noise::Noise;
 
 /// Closed forms that stand in for a mechanism.
-const EFFECTIVE: [&str; 6] = [
+pub(crate) const EFFECTIVE: [&str; 6] = [
     "crossflow",
     "ground_impingement",
     "jet_merging",

@@ -6,7 +6,7 @@ use crate::recording::Recording;
 use crate::simulate::{Channel, Sample, Series, series, simulate};
 
 /// Names of the covariates, in the order of [`Observed::covariates`].
-pub const COVARIATES: [&str; 14] = [
+pub const COVARIATES: [&str; 18] = [
     "s/l",
     "r/l",
     "xi",
@@ -21,6 +21,10 @@ pub const COVARIATES: [&str; 14] = [
     "second jet/first",
     "battery V",
     "height/half-width",
+    "cos az body",
+    "sin az body",
+    "x m",
+    "y m",
 ];
 
 /// Values recorded, what a hypothesis makes of them, and what surrounds each: all that a diagnosis needs to know.
@@ -48,18 +52,36 @@ pub struct Circumstances<'a> {
     pub names: &'static [(&'static str, &'static str)],
     /// One column for each, one entry a value; not a number where it has none.
     pub columns: &'a [Vec<f64>],
-    /// Azimuth (rad) around the axis of the wake that blows hardest, where there is one.
-    pub azimuth_rad: Option<&'a [f64]>,
+}
+
+impl Circumstances<'_> {
+    /// Azimuth (rad) about the drone that blows on a value: in the world from east, or in the drone's body from its nose. `None` where nobody
+    /// knows; not a number below no drone.
+    #[must_use]
+    pub fn azimuth_rad(&self, in_body: bool) -> Option<Vec<f64>> {
+        let [cos, sin] = match in_body {
+            true => ["cos az body", "sin az body"],
+            false => ["cos az", "sin az"],
+        }
+        .map(|name| self.names.iter().position(|(known, _)| *known == name));
+        let (cos, sin) = (&self.columns[cos?], &self.columns[sin?]);
+        let angle = |(&cos, &sin): (&f64, &f64)| match cos.hypot(sin) > 0.5 {
+            true => sin.atan2(cos),
+            false => f64::NAN,
+        };
+        Some(cos.iter().zip(sin).map(angle).collect())
+    }
 }
 
 /// [`COVARIATES`] with their letters.
-const LETTERED: [(&str, &str); 14] = {
+const LETTERED: [(&str, &str); COVARIATES.len()] = {
     let letters = [
         "s", "r", "xi", "cos", "sin", "h", "t", "U", "z_e", "v_e", "v_z", "U2/U1", "V", "h/r_half",
+        "cos_b", "sin_b", "x", "y",
     ];
-    let mut all = [("", ""); 14];
+    let mut all = [("", ""); COVARIATES.len()];
     let mut at = 0;
-    while at < 14 {
+    while at < all.len() {
         all[at] = (COVARIATES[at], letters[at]);
         at += 1;
     }
@@ -79,7 +101,6 @@ pub struct Observed<'a> {
     pub series_of: Vec<usize>,
     /// One column for each of [`COVARIATES`], one entry a sample.
     pub covariates: Vec<Vec<f64>>,
-    azimuth_rad: Vec<f64>,
     wakes: Wakes,
     series: Vec<Series>,
 }
@@ -108,10 +129,6 @@ impl<'a> Observed<'a> {
         let mut observed = Observed {
             recording,
             channel,
-            azimuth_rad: samples
-                .iter()
-                .map(|s| s.place.map_or(f64::NAN, |p| p.azimuth_rad))
-                .collect(),
             samples,
             series_of,
             covariates: Vec::new(),
@@ -175,7 +192,6 @@ impl Explained for Observed<'_> {
         Circumstances {
             names: &LETTERED,
             columns: &self.covariates,
-            azimuth_rad: Some(&self.azimuth_rad),
         }
     }
 
@@ -206,9 +222,11 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
         let emitter = place.map(|place| &recording.vehicles[place.emitter]);
         let state = emitter.and_then(|emitter| {
             let moment = emitter.track.moment(sample.t_s)?;
+            let (_, _, yaw_rad) = emitter.track.attitude_at(moment).euler_angles();
             Some((
                 emitter.track.position_at(moment),
                 emitter.track.velocity_at(moment),
+                yaw_rad,
             ))
         });
         let [first_mps, second_mps] = flow.strongest_mps(sample.t_s, sample.position_m, but);
@@ -224,6 +242,9 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
                 let fallback = recording.jet.spreading * (place.s_over_l - recording.jet.origin);
                 emitter.airframe.motor_distance_m() * if over_l > 0.0 { over_l } else { fallback }
             });
+        let body_rad = place
+            .zip(state)
+            .map(|(place, (_, _, yaw_rad))| place.azimuth_rad - yaw_rad);
         let battery_v = match sample.channel {
             Channel::Throttle => recording.receivers[sample.row].battery_v,
             _ => None,
@@ -237,9 +258,9 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             height_m,
             sample.t_s,
             sample.air_mps,
-            state.map_or(0.0, |(position_m, _)| position_m.z),
-            state.map_or(0.0, |(_, velocity_mps)| velocity_mps.norm()),
-            state.map_or(0.0, |(_, velocity_mps)| velocity_mps.z),
+            state.map_or(0.0, |(position_m, ..)| position_m.z),
+            state.map_or(0.0, |(_, velocity_mps, _)| velocity_mps.norm()),
+            state.map_or(0.0, |(_, velocity_mps, _)| velocity_mps.z),
             if first_mps > 0.0 {
                 second_mps / first_mps
             } else {
@@ -247,6 +268,10 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             },
             battery_v.unwrap_or(0.0),
             (height_m / half_width_m).min(20.0),
+            body_rad.map_or(0.0, f64::cos),
+            body_rad.map_or(0.0, f64::sin),
+            sample.position_m.x,
+            sample.position_m.y,
         ];
         columns
             .iter_mut()

@@ -4,10 +4,11 @@
 //! the best of the library leaves, on blocks that neither has seen, something is missing that has no name here. Then its shape is told: the
 //! circumstances that it depends on, a curve, the nearest library term, a short expression. The trees serve as correction inside what was sampled only.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Matrix2, Vector2};
 use serde::Serialize;
 
 use crate::candidates::{Candidate, Kind as CandidateKind};
+use crate::diagnose::BEYOND_DOUBT;
 use crate::fit::{Fit, Setting};
 use crate::select::{Selection, flexible};
 use crate::statistics::column::{self, Column, Covariate, Kind};
@@ -130,7 +131,8 @@ pub fn outside(
     let library = chosen.gain.total.max(0.0);
     let gain = &left.gain;
     let enough = gain.total > LEAST_GAIN.max(LEAST_ERRORS * gain.standard_error);
-    if enough && gain.total > LEFT_SHARE * (library + gain.total) && gate.passed {
+    let stands = gate.passed || gain.total > BEYOND_DOUBT;
+    if enough && gain.total > LEFT_SHARE * (library + gain.total) && stands {
         return Some(shape(setting, candidates, selection, &left));
     }
     let line = gate
@@ -138,18 +140,52 @@ pub fn outside(
         .as_ref()
         .filter(|(_, line)| line.p < LINE_CHANCE && chosen.which.is_empty());
     line.filter(|_| gate.statistic == Statistic::Rhythm)
-        .map(|(_, line)| Shape {
-            depends_on: vec![("time of release s".to_owned(), 1.0)],
-            curve: Vec::new(),
-            expression: Some(format!(
-                "a sin(2 pi t/{:.2} s + phase)",
-                line.frequency_hz.recip()
-            )),
-            expression_share: 0.0,
-            nearest: None,
-            period_s: Some(line.frequency_hz.recip()),
-            correction: vec![0.0; chosen.fit.predicted.len()],
+        .map(|(_, line)| pulsation(setting, &chosen.fit, line.frequency_hz))
+}
+
+/// A jet that is stronger and weaker by turns.
+fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
+    let observed = setting.observed;
+    let clean = observed.predict(&setting.base);
+    let recorded = observed.recorded();
+    let turn = std::f64::consts::TAU * frequency_hz;
+    let mut clock_s = observed.times_s();
+    for (samples, released_s) in observed.releases() {
+        for (i, released_s) in samples.into_iter().zip(released_s) {
+            clock_s[i] = released_s;
+        }
+    }
+    let columns: Vec<[f64; 2]> = (0..clean.len())
+        .map(|i| {
+            let (sin, cos) = (turn * clock_s[i]).sin_cos();
+            [clean[i] * sin, clean[i] * cos]
         })
+        .collect();
+    let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
+    for (i, &[s, c]) in columns.iter().enumerate() {
+        let weight = setting.noise.sd[i].powi(-2);
+        let column = Vector2::new(s, c);
+        normal += weight * column * column.transpose();
+        right += weight * (recorded[i] - fit.predicted[i]) * column;
+    }
+    let part = normal.lu().solve(&right).unwrap_or_else(Vector2::zeros);
+    Shape {
+        depends_on: vec![("time of release s".to_owned(), 1.0)],
+        curve: Vec::new(),
+        expression: Some(format!(
+            "{:.3} U sin(2 pi t/{:.2} s {:+.2})",
+            part.norm(),
+            frequency_hz.recip(),
+            part.y.atan2(part.x)
+        )),
+        expression_share: 1.0,
+        nearest: None,
+        period_s: Some(frequency_hz.recip()),
+        correction: columns
+            .iter()
+            .map(|&[s, c]| part.x * s + part.y * c)
+            .collect(),
+    }
 }
 
 fn shape(
@@ -173,10 +209,18 @@ fn shape(
     let first = shares.first().map_or(0, |(k, _)| *k);
     let edges = column::quantile_edges(&around.columns[first], CURVE_POINTS);
     let along = forest.partial_dependence(&x, first, &edges);
+    let share_of = |name: &str| {
+        let of_name = shares
+            .iter()
+            .filter(|(k, _)| around.names[*k].0.ends_with(name));
+        of_name.map(|(_, share)| share).sum::<f64>()
+    };
+    let in_body = share_of("az body") > share_of("az");
+    let azimuth = around.azimuth_rad(in_body);
     // Three circumstances and the azimuth: more would be no short expression.
     let mut coordinates: Vec<Coordinate> = shares
         .iter()
-        .filter(|(k, _)| !around.names[*k].0.ends_with("az"))
+        .filter(|(k, _)| !around.names[*k].0.contains(" az"))
         .take(3)
         .map(|&(k, _)| Coordinate {
             letter: around.names[k].1,
@@ -184,8 +228,8 @@ fn shape(
             is_angle: false,
         })
         .collect();
-    coordinates.extend(around.azimuth_rad.map(|values| Coordinate {
-        letter: "phi",
+    coordinates.extend(azimuth.as_ref().map(|values| Coordinate {
+        letter: if in_body { "phi_b" } else { "phi" },
         values,
         is_angle: true,
     }));

@@ -5,8 +5,9 @@ use serde::Serialize;
 
 use nalgebra::DMatrix;
 
-use crate::candidates::Candidate;
+use crate::candidates::{Candidate, Kind};
 use crate::fit::{Fit, Setting, held_out};
+use crate::intervals::EFFECTIVE;
 use crate::statistics::trees::{self, HeldOut};
 
 /// Parts that the blocks are dealt to.
@@ -17,15 +18,20 @@ const LEAST_GAIN: f64 = 6.0;
 const LEAST_ERRORS: f64 = 2.5;
 /// What a gain that rests on few blocks needs. Chosen here: four times what a term alone needs.
 const LARGE_GAIN: f64 = 25.0;
-/// A second term must bring this share of the whole gain: closures are a few percent off, and that is no second effect.
+/// A second term must bring this share of the whole gain, whatever else; less is enough beside a law that is not itself a closure.
 const LEAST_SHARE: f64 = 0.12;
-/// Or this smaller one, if it takes most of what any function of the circumstances could still take: a closure's error looks like
-/// nothing in the library.
-const LEAST_SHARE_OF_A_MATCH: f64 = 0.02;
-const MATCH: f64 = 0.7;
+/// Beside a closure (known to a tenth or two), this share, and clearly more than any function of the circumstances could still take: a law
+/// that is right needs less to be learnt than trees do, and what only mends a closure does not beat them.
+const BESIDE_A_CLOSURE: f64 = 0.03;
+const BEATS: f64 = 1.25;
+/// Beside any other, this share, and as much as any function could take.
+const BESIDE_A_LAW: f64 = 0.01;
+const MATCHES: f64 = 1.0;
 /// How many are tried beside the best single, and how many singles among themselves.
 const PAIRED: usize = 7;
 const PAIRED_SINGLES: usize = 4;
+/// How many more are tried in the place of each of a chosen pair.
+const RIVALS: usize = 4;
 
 /// What trees over the circumstances predict, held out, of what a fit leaves.
 #[must_use]
@@ -87,6 +93,7 @@ pub struct Selection {
     pub chosen: Tried,
     /// For each chosen term, the candidates that would do as well in its place, best first.
     pub alternatives: Vec<Vec<usize>>,
+    pub debug: String,
 }
 
 impl Selection {
@@ -97,9 +104,18 @@ impl Selection {
     }
 }
 
-/// Fits everything and chooses.
+/// Every candidate alone, and none.
+#[derive(Clone, Debug)]
+pub struct Singles {
+    /// The baseline with the instrument's tolerance alone.
+    pub nothing: Tried,
+    /// Every candidate alone, best first.
+    pub singles: Vec<Tried>,
+}
+
+/// Fits every candidate alone.
 #[must_use]
-pub fn select(setting: &Setting, candidates: &[Candidate]) -> Selection {
+pub fn singles(setting: &Setting, candidates: &[Candidate]) -> Singles {
     let nothing = nothing(setting);
     let attempt = |which: &[usize], starts: &[Vec<f64>]| {
         attempt(setting, candidates, &nothing, which, starts)
@@ -113,11 +129,22 @@ pub fn select(setting: &Setting, candidates: &[Candidate]) -> Selection {
         let ((pa, ga), (pb, gb)) = (key(a), key(b));
         pb.cmp(&pa).then(gb.total_cmp(&ga))
     });
+    Singles { nothing, singles }
+}
+
+/// Tries pairs and chooses.
+#[must_use]
+pub fn select(setting: &Setting, candidates: &[Candidate], tried: Singles) -> Selection {
+    let Singles { nothing, singles } = tried;
+    let attempt = |which: &[usize], starts: &[Vec<f64>]| {
+        attempt(setting, candidates, &nothing, which, starts)
+    };
     let none = || Selection {
         nothing: nothing.clone(),
         singles: singles.clone(),
         chosen: nothing.clone(),
         alternatives: Vec::new(),
+        debug: String::new(),
     };
     let Some(first) = singles.first().filter(|tried| tried.practical) else {
         return none();
@@ -130,21 +157,65 @@ pub fn select(setting: &Setting, candidates: &[Candidate]) -> Selection {
         .max_by(|a, b| a.gain.total.total_cmp(&b.gain.total));
     // What a function of the circumstances, without any physics, could still take from the best single.
     let left = |tried: &Tried| flexible(setting, &tried.fit).gain.total.max(0.0);
+    let mut debug = String::new();
+    if let Some(pair) = best_pair {
+        let l = flexible(setting, &first.fit).gain;
+        let worst = singles
+            .iter()
+            .enumerate()
+            .filter(|(i, s)| *i == 0 || pair.which.contains(&s.which[0]))
+            .map(|(_, s)| gain(setting, &pair.log_density, &s.log_density))
+            .min_by(|a, b| a.total.total_cmp(&b.total))
+            .unwrap();
+        debug = format!(
+            "first {} pair {}+{} gain {:.0} more {:.1}±{:.1} share {:.3} left {:.0}±{:.0} match {:.2}",
+            candidates[first.which[0]].name,
+            candidates[pair.which[0]].name,
+            candidates[pair.which[1]].name,
+            pair.gain.total,
+            worst.total,
+            worst.error,
+            worst.total / pair.gain.total,
+            l.total,
+            l.standard_error,
+            worst.total / l.total
+        );
+    }
     let chosen = match best_pair {
-        Some(pair) if both_needed(setting, pair, &singles, left(first)) => pair,
+        Some(pair) if both_needed(setting, candidates, pair, &singles, left(first)) => pair,
         _ if enough(&first.gain) => first,
         _ => return none(),
     };
-    let alternatives = alternatives(setting, candidates, &singles, &pairs, chosen);
+    let rivals: Vec<Tried> = match chosen.which[..] {
+        [a, b] => beside(setting, candidates, &singles, &pairs, [a, b], &attempt),
+        _ => Vec::new(),
+    };
+    let pool = Pool {
+        singles: &singles,
+        pairs: &[&pairs[..], &rivals].concat(),
+    };
+    let mut chosen = chosen.clone();
+    for place in 0..chosen.which.len() {
+        if let Some(preferred) = pool.preferred(setting, candidates, &chosen, place) {
+            chosen = preferred;
+        }
+    }
+    let alternatives = (0..chosen.which.len())
+        .map(|place| {
+            let ties = pool.ties(setting, &chosen, place);
+            ties.into_iter().map(|(rival, _)| rival).collect()
+        })
+        .collect();
     Selection {
         nothing: nothing.clone(),
-        chosen: chosen.clone(),
+        chosen,
         alternatives,
         singles,
+        debug,
     }
 }
 
-pub(crate) fn nothing(setting: &Setting) -> Tried {
+fn nothing(setting: &Setting) -> Tried {
     let fit = setting.nothing();
     Tried {
         which: Vec::new(),
@@ -219,11 +290,20 @@ fn pairs(
             }
         }
     }
+    together(candidates, singles, wanted, attempt)
+}
+
+/// Pairs fitted from where each ended alone, and the second also from its own beginning: next to the first it may be another.
+fn together(
+    candidates: &[Candidate],
+    singles: &[Tried],
+    wanted: Vec<[usize; 2]>,
+    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
+) -> Vec<Tried> {
     let alone = |k: usize| singles.iter().find(|tried| tried.which == [k]);
     wanted
         .into_par_iter()
         .filter_map(|[a, b]| {
-            // From where each ended alone, and the second also from its own beginning: next to the first it may be another.
             let (first, second) = (alone(a)?.fit.values.clone(), alone(b)?.fit.values.clone());
             let fresh = candidates[b].starts.first()?.clone();
             attempt(
@@ -232,6 +312,43 @@ fn pairs(
             )
         })
         .collect()
+}
+
+/// What might stand in the place of one of a chosen pair: the candidates that promise most beside the other, where not tried yet.
+fn beside(
+    setting: &Setting,
+    candidates: &[Candidate],
+    singles: &[Tried],
+    pairs: &[Tried],
+    chosen: [usize; 2],
+    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
+) -> Vec<Tried> {
+    let mut wanted = Vec::new();
+    for kept in chosen {
+        let Some(first) = singles.iter().find(|tried| tried.which == [kept]) else {
+            continue;
+        };
+        let mut promising: Vec<(f64, usize)> = (0..candidates.len())
+            .into_par_iter()
+            .filter(|k| !chosen.contains(k))
+            .map(|k| (promise(setting, candidates, first, k), k))
+            .collect();
+        promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let is_tried = |k: usize| {
+            pairs
+                .iter()
+                .any(|pair| pair.which.contains(&k) && pair.which.contains(&kept))
+        };
+        wanted.extend(
+            promising
+                .into_iter()
+                .map(|(_, k)| k)
+                .filter(|&k| !is_tried(k))
+                .take(RIVALS)
+                .map(|k| [kept, k]),
+        );
+    }
+    together(candidates, singles, wanted, attempt)
 }
 
 /// What another candidate could gain beside those taken, to first order, from the best of its starts.
@@ -289,7 +406,13 @@ fn enough(gain: &Gain) -> bool {
 }
 
 /// Whether a pair beats each of its members alone, and the best single, by enough.
-fn both_needed(setting: &Setting, pair: &Tried, singles: &[Tried], left: f64) -> bool {
+fn both_needed(
+    setting: &Setting,
+    candidates: &[Candidate],
+    pair: &Tried,
+    singles: &[Tried],
+    left: f64,
+) -> bool {
     if !enough(&pair.gain) {
         return false;
     }
@@ -298,60 +421,118 @@ fn both_needed(setting: &Setting, pair: &Tried, singles: &[Tried], left: f64) ->
             .iter()
             .filter(|single| pair.which.contains(&single.which[0])),
     );
+    let left = left.max(LEAST_GAIN);
     let mut needed = true;
     for single in others {
         let more = gain(setting, &pair.log_density, &single.log_density);
         let share = more.total / pair.gain.total;
-        let large = share > LEAST_SHARE;
-        let matches = share > LEAST_SHARE_OF_A_MATCH && more.total > MATCH * left;
-        needed &= enough(&more) && (large || matches);
+        let is_closure = EFFECTIVE.contains(&candidates[single.which[0]].name);
+        let (least, over) = if is_closure {
+            (BESIDE_A_CLOSURE, BEATS)
+        } else {
+            (BESIDE_A_LAW, MATCHES)
+        };
+        let beats = share > least && more.total > over * left;
+        needed &= enough(&more) && (share > LEAST_SHARE || beats);
     }
     needed
 }
 
-/// For each term, those that do as well in its place: within twice the standard error of the difference, 4 % of the gain, or 2.
-fn alternatives(
-    setting: &Setting,
-    candidates: &[Candidate],
-    singles: &[Tried],
-    pairs: &[Tried],
-    chosen: &Tried,
-) -> Vec<Vec<usize>> {
-    let rivals = |place: usize| {
-        let kept: Vec<usize> = chosen
-            .which
-            .iter()
-            .enumerate()
-            .filter(|(other, _)| *other != place)
-            .map(|(_, &k)| k)
-            .collect();
-        let pool: Vec<&Tried> = match kept.as_slice() {
-            [] => singles.iter().collect(),
-            [other] => pairs
-                .iter()
-                .filter(|pair| pair.which.contains(other))
-                .collect(),
-            _ => Vec::new(),
+/// Everything that was tried.
+struct Pool<'a> {
+    singles: &'a [Tried],
+    pairs: &'a [Tried],
+}
+
+impl Pool<'_> {
+    /// What does as well with another candidate in the place of one of the chosen, best first: within twice the standard error of the
+    /// difference, 4 % of what the term in question brings, or 2.
+    fn ties(&self, setting: &Setting, chosen: &Tried, place: usize) -> Vec<(usize, &Tried)> {
+        let kept = |k: &usize| *k != chosen.which[place] && chosen.which.contains(k);
+        let pool: &[Tried] = if chosen.which.len() == 1 {
+            self.singles
+        } else {
+            self.pairs
         };
-        let mut close: Vec<(f64, usize)> = pool
-            .into_iter()
-            .filter(|tried| tried.practical)
-            .filter_map(|tried| {
-                let rival = *tried.which.iter().find(|k| !kept.contains(k))?;
-                if chosen.which.contains(&rival) {
-                    return None;
-                }
-                let lead = gain(setting, &chosen.log_density, &tried.log_density);
-                let tie = (2.0 * lead.error).min(0.25 * chosen.gain.total);
-                let close = lead.total < tie.max(0.04 * chosen.gain.total).max(2.0);
-                close.then_some((lead.total, rival))
-            })
-            .collect();
+        // What the term in question brings.
+        let rest = self
+            .singles
+            .iter()
+            .find(|single| kept(&single.which[0]))
+            .map_or(0.0, |single| single.gain.total.max(0.0));
+        let own = chosen.gain.total - rest;
+        let mut close: Vec<(f64, usize, &Tried)> = Vec::new();
+        for tried in pool.iter().filter(|tried| tried.practical) {
+            let [rival] = tried
+                .which
+                .iter()
+                .copied()
+                .filter(|k| !kept(k))
+                .collect::<Vec<_>>()[..]
+            else {
+                continue;
+            };
+            if chosen.which.contains(&rival) || close.iter().any(|(_, known, _)| *known == rival) {
+                continue;
+            }
+            let lead = gain(setting, &chosen.log_density, &tried.log_density);
+            let tie = (2.0 * lead.error).min(0.25 * own);
+            if lead.total < tie.max(0.04 * own).max(2.0) {
+                close.push((lead.total, rival, tried));
+            }
+        }
         close.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        close.into_iter().map(|(_, k)| k).collect()
-    };
-    debug_assert!(chosen.which.iter().all(|&k| k < candidates.len()));
-    (0..chosen.which.len()).map(rivals).collect()
+        close
+            .into_iter()
+            .map(|(_, rival, tried)| (rival, tried))
+            .collect()
+    }
+
+    /// Who is named before one of the chosen that it cannot be told from: an instrument before physics, a mechanism before a factor.
+    fn preferred(
+        &self,
+        setting: &Setting,
+        candidates: &[Candidate],
+        chosen: &Tried,
+        place: usize,
+    ) -> Option<Tried> {
+        let own = &candidates[chosen.which[place]];
+        let comes_first = |rival: &Candidate| match (own.kind, rival.kind) {
+            (Kind::Physics, Kind::Sensor) => true,
+            (Kind::Physics, Kind::Physics) => own.name == "momentum_scale",
+            (Kind::Sensor, _) => false,
+        };
+        let (rival, tried) = self
+            .ties(setting, chosen, place)
+            .into_iter()
+            .find(|(rival, _)| comes_first(&candidates[*rival]))?;
+        let mut preferred = tried.clone();
+        // The same order of terms, values and columns as in the fit that stands.
+        if tried.which.iter().position(|k| *k == rival) != Some(place) {
+            preferred = tried.swapped(candidates);
+        }
+        Some(preferred)
+    }
+}
+
+impl Tried {
+    /// The two terms of a pair in the other order.
+    fn swapped(&self, candidates: &[Candidate]) -> Tried {
+        let [a, b] = self.which[..] else {
+            return self.clone();
+        };
+        let first = candidates[a].parameters.len();
+        let count = self.fit.values.len();
+        let order: Vec<usize> = (first..count)
+            .chain(0..first)
+            .chain(count..count + 2)
+            .collect();
+        let mut swapped = self.clone();
+        swapped.which = vec![b, a];
+        swapped.fit.values = order[..count].iter().map(|&j| self.fit.values[j]).collect();
+        swapped.fit.jacobian = self.fit.jacobian.select_columns(&order);
+        swapped
+    }
 }
 
 /// Log densities over others, block by block.

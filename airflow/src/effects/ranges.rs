@@ -92,6 +92,10 @@ pub const PARAMETERS: &[Parameter] = &[
     ratio("ground_impingement", "wall_jet", 0.0, 10.0),
     measured("recirculation", "speed_mps", 0.0, 5.0, "m/s"),
     measured("recirculation", "time_s", 1e-3, 1e5, "s"),
+    Parameter {
+        optional: true,
+        ..ratio("recirculation", "rise", -1.0, 1.0)
+    },
     ratio("ground_effect_thrust", "gain", -10.0, 10.0),
     ratio("ground_effect_thrust", "decay", 0.0, 100.0),
     ratio("ceiling_effect", "strength", -10.0, 10.0),
@@ -160,7 +164,7 @@ impl Effects {
             wake_transport: lag_factor;
             climb_descent: exponent;
             ground_impingement: reach, wall_jet;
-            recirculation: speed_mps, time_s;
+            recirculation: speed_mps, time_s, rise;
             ground_effect_thrust: gain, decay;
             ceiling_effect: strength;
             receiver_inflow: factor;

@@ -211,7 +211,11 @@ pub fn diagnose_campaign(
                 rms_after_high: skill.rms_after_n[2],
                 noise_floor: root_mean_square(&scatter.noise.sd),
             }),
-        candidates: ranked(&candidates, &chosen.selection),
+        // Before a wake is taken, what changes jets changes nothing.
+        candidates: ranked(&candidates, &chosen.selection)
+            .into_iter()
+            .filter(|ranked| ranked.gain_error > 0.0)
+            .collect(),
         shape,
         chance: gate.p,
         advice: advice(&candidates, &chosen),

@@ -459,7 +459,6 @@ impl Explained for Forces<'_> {
         Circumstances {
             names: &COORDINATES,
             columns: &self.columns,
-            azimuth_rad: None,
         }
     }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::candidates::{Candidate, Kind};
 use crate::fit::Setting;
-use crate::select::{Gain, Selection, Tried, attempt, gain, nothing, promise};
+use crate::select::{Gain, Selection, Singles, Tried, attempt, gain, promise, singles};
 
 /// Least gain of a term in held-out log density, alone, in standard errors over flights, and as part of the whole gain. Chosen here:
 /// standard errors over flights are honest about flights but not about forms, so three of them; and terms of less than 2 % mend the form of
@@ -45,16 +45,7 @@ pub struct Turn {
 /// Chooses at most so many effects.
 #[must_use]
 pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chosen {
-    let nothing = nothing(setting);
-    let mut singles: Vec<Tried> = (0..candidates.len())
-        .into_par_iter()
-        .filter_map(|k| attempt(setting, candidates, &nothing, &[k], &candidates[k].starts))
-        .collect();
-    singles.sort_by(|a, b| {
-        let key = |tried: &Tried| (tried.practical, tried.gain.total);
-        let ((pa, ga), (pb, gb)) = (key(a), key(b));
-        pb.cmp(&pa).then(gb.total_cmp(&ga))
-    });
+    let Singles { nothing, singles } = singles(setting, candidates);
     let mut best = nothing.clone();
     let mut turns: Vec<Turn> = Vec::new();
     let mut next = None;
@@ -113,6 +104,7 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chos
         selection: Selection {
             nothing,
             singles,
+            debug: String::new(),
             chosen: best,
             alternatives: turns.iter().map(|turn| turn.alternatives.clone()).collect(),
         },

@@ -316,6 +316,21 @@ impl Whitener {
         white
     }
 
+    /// Log density of values, up to a constant; gross ones count as pseudo-Huber has it.
+    #[must_use]
+    pub fn log_density(&self, values: &[f64]) -> f64 {
+        let white = self.whiten(values);
+        let scales = self.sd.iter().zip(&self.before).map(|(sd, before)| {
+            let kept = before.map_or(0.0, |(_, kept)| kept);
+            (sd * (1.0 - kept * kept).sqrt()).ln()
+        });
+        white
+            .iter()
+            .zip(scales)
+            .map(|(e, scale)| -0.5 * crate::fit::loss(*e) - scale)
+            .sum()
+    }
+
     /// Columns, whitened one by one.
     #[must_use]
     pub fn whiten_columns(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {

@@ -153,6 +153,7 @@ fn receivers_that_feel_more_and_rooms_with_a_draught_leave_less_of_the_limit() {
         recirculation: Some(Recirculation {
             speed_mps: 1.5,
             time_s: 300.0,
+            rise: 0.0,
         }),
         ..Effects::default()
     }));
