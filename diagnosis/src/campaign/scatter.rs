@@ -152,7 +152,7 @@ fn share(forces: &Forces, whitener: &mut Whitener, offset_n: f64) {
         }
         let steps = || part.judged.iter().map(|&at| &part.steps[at]);
         let mean_n = steps().map(|step| step.thrust_n).sum::<f64>() / count as f64;
-        let (first_s, last_s) = match (steps().next(), steps().last()) {
+        let (first_s, last_s) = match (steps().next(), steps().next_back()) {
             (Some(first), Some(last)) => (first.t_s, last.t_s),
             _ => (0.0, 0.0),
         };
