@@ -142,43 +142,84 @@ fn milli(newton: f64) -> String {
     format!("{:.1}", 1e3 * newton)
 }
 
-/// Flights with the same change in one row.
+/// Changes that were seen, each in a row; those that were not, in one; and the flights that nothing was done to.
 fn changed(rows: &[HardwareRow]) -> String {
-    let mut text = String::new();
-    let mut seen: Vec<&str> = Vec::new();
-    for row in rows {
-        let change = change(&row.flight);
-        if seen.contains(&change) {
-            continue;
+    let is_quiet = |row: &&HardwareRow| row.found.answers.is_empty();
+    let normal: Vec<&HardwareRow> = rows.iter().filter(|row| row.is_normal).collect();
+    let floor = format!(
+        "{:.1} %",
+        100.0 * normal.iter().map(|row| farthest(row)).fold(0.0, f64::max)
+    );
+    let line = |what: &str, answer: &str, of: &[&HardwareRow]| {
+        let range = |value: &dyn Fn(&HardwareRow) -> f64| {
+            let values = || of.iter().map(|row| value(row));
+            (
+                values().fold(f64::INFINITY, f64::min),
+                values().fold(0.0, f64::max),
+            )
+        };
+        let (least, most) = range(&|row| 100.0 * farthest(row));
+        let (unlikely, likely) = range(&|row| row.found.chance);
+        format!(
+            "| CrazyPAD, {what}, {} | the normal flights of the same drone | {answer} | largest change of a motor's voltage {least:.1} to {most:.1} %, chance of a normal flight {unlikely:.3} to {likely:.3} | {floor} |\n",
+            of.len()
+        )
+    };
+    let mut changes: Vec<&str> = Vec::new();
+    for row in rows.iter().filter(|row| !row.is_normal) {
+        if !changes.contains(&change(&row.flight)) {
+            changes.push(change(&row.flight));
         }
-        seen.push(change);
-        let same: Vec<&HardwareRow> = rows
+    }
+    let mut text = String::new();
+    let (mut unseen, mut unseen_names) = (Vec::new(), Vec::new());
+    for name in changes {
+        let of: Vec<&HardwareRow> = rows
             .iter()
-            .filter(|other| self::change(&other.flight) == change)
+            .filter(|row| change(&row.flight) == name)
             .collect();
-        let mut said: Vec<(String, usize)> = Vec::new();
-        for one in &same {
-            let words = hardware::said(one);
-            match said.iter_mut().find(|(known, _)| *known == words) {
-                Some((_, times)) => *times += 1,
-                None => said.push((words, 1)),
+        let seen = of.iter().find(|row| !is_quiet(row));
+        match seen {
+            Some(first) => {
+                let same = of
+                    .iter()
+                    .filter(|row| hardware::said(row) == hardware::said(first));
+                let answer = format!(
+                    "{} of {}: {}",
+                    same.count(),
+                    of.len(),
+                    hardware::said(first)
+                );
+                text += &line(&format!("`{name}`"), &answer, &of);
+            }
+            None => {
+                unseen_names.push(format!("`{name}`"));
+                unseen.extend(of);
             }
         }
-        let said: Vec<String> = said
-            .iter()
-            .map(|(words, times)| format!("{times} of {}: {words}", same.len()))
-            .collect();
-        let least = same
-            .iter()
-            .map(|one| one.found.chance)
-            .fold(f64::INFINITY, f64::min);
-        let most = same.iter().map(|one| one.found.chance).fold(0.0, f64::max);
-        text += &format!(
-            "| CrazyPAD, `{change}` | normal flights of the same drone | {} | chance of a normal flight {least:.3} to {most:.3} | 8 normal flights |\n",
-            said.join("; ")
-        );
     }
+    let nothing = |of: &[&HardwareRow]| {
+        format!(
+            "{} of {}: nothing",
+            of.iter().copied().filter(|row| is_quiet(row)).count(),
+            of.len()
+        )
+    };
+    text += &line(&unseen_names.join(", "), &nothing(&unseen), &unseen);
+    text += &line(
+        "`normal_flight`, each left out by turns",
+        &nothing(&normal),
+        &normal,
+    );
     text
+}
+
+/// Largest change of a motor's voltage.
+fn farthest(row: &HardwareRow) -> f64 {
+    row.found
+        .motors
+        .iter()
+        .fold(0.0, |most, change| change.abs().max(most))
 }
 
 /// What was done to the drone, as its flights are called: all before the drone's own mark.

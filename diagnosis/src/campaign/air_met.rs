@@ -1,5 +1,8 @@
 //! The air that a hypothesis has each drone meet, and the force of it.
 
+use std::collections::VecDeque;
+use std::sync::{Arc, PoisonError};
+
 use airflow::effects::{Effects, Reception, Surroundings};
 use airflow::{DiscPoints, Superposition, Wake};
 use nalgebra::Vector3;
@@ -13,6 +16,12 @@ use crate::low_pass;
 use crate::receiver::thrust_ratio;
 use crate::recording::{Recording, Role};
 
+/// Effects of the air and a clock (s), and the air (m/s) that they make at every step of every part.
+pub(super) type Kept = ((Effects, f64), Arc<Vec<Vec<f64>>>);
+
+/// Airs kept. Chosen here: some megabytes each for an hour of flights, and as many as fits on all threads ask for at a time.
+const MOST_KEPT: usize = 24;
+
 impl Forces<'_> {
     /// Forces (N) at every step of every part under a hypothesis.
     #[must_use]
@@ -21,10 +30,7 @@ impl Forces<'_> {
         let blows = !self.alone || hypothesis.downwash.is_some();
         let factor = hypothesis.downwash.unwrap_or(1.0);
         let is_plain = of_air == Effects::default() && hypothesis.sensor.clock_s == 0.0;
-        let wakes: Vec<Wake> = match is_plain || !blows {
-            true => Vec::new(),
-            false => self.wakes.iter().map(|w| w.with_effects(&of_air)).collect(),
-        };
+        let known = (blows && !is_plain).then(|| self.moved_air_mps(&of_air, hypothesis));
         let of_part = |(index, part): (usize, &Part)| {
             let air_mps = match (blows, is_plain) {
                 (false, _) => vec![0.0; part.steps.len()],
@@ -33,14 +39,41 @@ impl Forces<'_> {
                     .map(|u| factor * u)
                     .collect(),
                 (true, false) => {
-                    let air_mps = self.air_mps(part, hypothesis, &wakes);
-                    air_mps.into_iter().map(|u| factor * u).collect()
+                    let air_mps = known.iter().flat_map(|known| &known[index]);
+                    air_mps.map(|u| factor * u).collect()
                 }
             };
             self.forces_n(part, hypothesis, &air_mps)
         };
         let parts: Vec<(usize, &Part)> = self.parts.iter().enumerate().collect();
         parts.into_par_iter().map(of_part).collect()
+    }
+
+    /// Air (m/s) at every step of every part, effects on. Many hypotheses differ in what a drone makes of the same air: the last few are kept.
+    fn moved_air_mps(&self, of_air: &Effects, hypothesis: &Hypothesis) -> Arc<Vec<Vec<f64>>> {
+        let key = (*of_air, hypothesis.sensor.clock_s);
+        let find = |kept: &VecDeque<Kept>| {
+            let found = kept.iter().find(|(known, _)| *known == key);
+            found.map(|(_, air_mps)| Arc::clone(air_mps))
+        };
+        // A thread that has panicked leaves nothing half done here.
+        let kept = || self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(air_mps) = find(&kept()) {
+            return air_mps;
+        }
+        let wakes: Vec<Wake> = self.wakes.iter().map(|w| w.with_effects(of_air)).collect();
+        let parts = self.parts.par_iter();
+        let air_mps = Arc::new(
+            parts
+                .map(|part| self.air_mps(part, hypothesis, &wakes))
+                .collect(),
+        );
+        let mut kept = kept();
+        if kept.len() >= MOST_KEPT {
+            kept.pop_front();
+        }
+        kept.push_back((key, Arc::clone(&air_mps)));
+        air_mps
     }
 
     fn forces_n(&self, part: &Part, hypothesis: &Hypothesis, air_mps: &[f64]) -> Vec<f64> {

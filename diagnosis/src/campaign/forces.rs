@@ -7,10 +7,13 @@
 //! `T` is the vertical thrust in still air by a thrust map that was identified in *other* flights, with nobody above and away from the floor; `τ` the receiver
 //! law of the baseline; `g`, `s`, `f` what floor, battery and forward flight do. Recorded and simulated force pass the same low-pass.
 
+use std::collections::VecDeque;
+use std::sync::Mutex;
+
 use airflow::Wake;
 use rayon::prelude::*;
 
-use super::air_met::wakes;
+use super::air_met::{Kept, wakes};
 use super::covariates::{COORDINATES, covariates};
 use super::options::CampaignOptions;
 use super::steps::{Part, Step, part};
@@ -33,7 +36,7 @@ const WINDOW: usize = 40;
 const BEFORE: usize = 10;
 
 /// Forces of a campaign.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Forces<'a> {
     /// All recordings.
     pub recordings: &'a [Recording],
@@ -52,6 +55,7 @@ pub struct Forces<'a> {
     /// One column for each of [`COORDINATES`].
     columns: Vec<Vec<f64>>,
     places: Vec<Option<Place>>,
+    pub(super) kept: Mutex<VecDeque<Kept>>,
 }
 
 impl<'a> Forces<'a> {
@@ -124,6 +128,7 @@ impl<'a> Forces<'a> {
             hover_air_mps: Vec::new(),
             columns: Vec::new(),
             places: Vec::new(),
+            kept: Mutex::default(),
         };
         forces.choose_rows(options.most_rows);
         let plain = Hypothesis::default();

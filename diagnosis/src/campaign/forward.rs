@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::candidates::{Candidate, Kind};
 use crate::fit::Setting;
-use crate::select::{Gain, Selection, Singles, Tried, attempt, gain, promise, singles};
+use crate::select::{Gain, Selection, Singles, Tried, attempt, gain, promise};
 
 /// Least gain of a term in held-out log density, alone, in standard errors over flights, and as part of the whole gain. Chosen here:
 /// standard errors over flights are honest about flights but not about forms, so three of them; and terms of less than 2 % mend the form of
@@ -42,10 +42,10 @@ pub struct Turn {
     pub fitted: Vec<(usize, Gain)>,
 }
 
-/// Chooses at most so many effects.
+/// Chooses at most so many effects, from the fits of each alone.
 #[must_use]
-pub fn forward(setting: &Setting, candidates: &[Candidate], most: usize) -> Chosen {
-    let Singles { nothing, singles } = singles(setting, candidates);
+pub fn forward(setting: &Setting, candidates: &[Candidate], tried: Singles, most: usize) -> Chosen {
+    let Singles { nothing, singles } = tried;
     let mut best = nothing.clone();
     let mut turns: Vec<Turn> = Vec::new();
     let mut next = None;
