@@ -18,12 +18,11 @@ use crate::fit::{Fit, Setting, refit_without};
 use crate::hypothesis::Hypothesis;
 use crate::identify::IdentifyError;
 use crate::intervals;
-use crate::noise::Noise;
 use crate::observed::Explained;
 use crate::outside;
 use crate::prove::Verdict;
 use crate::recording::Recording;
-use crate::select::{FOLDS, Gain, Singles, flexible, singles};
+use crate::select::{FOLDS, Gain, flexible, singles};
 use crate::simulate::{Channel, Sample};
 use crate::statistics::scan::{self, Coordinate};
 
@@ -153,7 +152,7 @@ pub fn diagnose_campaign(
         return Err(CampaignError::NoForce);
     }
     let base = Hypothesis::default();
-    let mut scatter = scatter(&forces, &forces.at_every_step(&base), 1.0 / options.rate_hz);
+    let scatter = scatter(&forces, &forces.at_every_step(&base), 1.0 / options.rate_hz);
     let flights = scatter.noise.blocks;
     if flights < FOLDS {
         return Err(CampaignError::TooFew {
@@ -162,19 +161,8 @@ pub fn diagnose_campaign(
         });
     }
     let candidates = library(&forces, forces.is_alone());
-    let mut tried = singles(&within(&forces, &scatter.noise), &candidates);
-    // How far forces scatter in a wake shows only once there is one: the noise is read again around the best explanation.
-    if let Some(clearer) = clearer(
-        &within(&forces, &scatter.noise),
-        &forces,
-        &candidates,
-        &tried,
-        options,
-    ) {
-        scatter = clearer;
-        tried = singles(&within(&forces, &scatter.noise), &candidates);
-    }
-    let setting = within(&forces, &scatter.noise);
+    let setting = Setting::within(&forces, &scatter.noise, base, [1e-6, TOLERANCE_N]);
+    let tried = singles(&setting, &candidates);
     let mut chosen = forward(&setting, &candidates, tried, options.most_effects);
     let gate = outside::anything(&setting, &candidates, &chosen.selection.nothing.fit);
     if !gate.passed {
@@ -259,33 +247,6 @@ pub fn diagnose_campaign(
         skills,
         finding,
     })
-}
-
-/// Fits of forces on top of nothing.
-fn within<'a>(forces: &'a Forces, noise: &'a Noise) -> Setting<'a> {
-    Setting::within(forces, noise, Hypothesis::default(), [1e-6, TOLERANCE_N])
-}
-
-/// The scatter around the best single explanation, where that makes the flights likelier, each with its own scatter.
-fn clearer(
-    setting: &Setting,
-    forces: &Forces,
-    candidates: &[Candidate],
-    tried: &Singles,
-    options: &CampaignOptions,
-) -> Option<Scatter> {
-    let best = tried.singles.first().filter(|best| best.practical)?;
-    let members: Vec<&Candidate> = best.which.iter().map(|&k| &candidates[k]).collect();
-    let around = forces.at_every_step(&setting.hypothesis(&members, &best.fit.values));
-    let clearer = scatter(forces, &around, 1.0 / options.rate_hz);
-    let recorded = forces.recorded();
-    let left: Vec<f64> = recorded
-        .iter()
-        .zip(&best.fit.predicted)
-        .map(|(y, f)| y - f)
-        .collect();
-    let likelihood = |of: &Noise| of.whitener.log_density(&left);
-    (likelihood(&clearer.noise) > likelihood(setting.noise)).then_some(clearer)
 }
 
 fn root_mean_square(values: &[f64]) -> f64 {

@@ -39,10 +39,28 @@ pub fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
     candidates.extend(of_the_force());
     // Where the wake itself is a candidate, its strength is its own parameter.
     let is_its_own = |name: &str| alone && name == "momentum_scale";
+    candidates
+        .iter_mut()
+        .filter(|c| c.name == "profile_tail")
+        .for_each(edge);
     candidates.retain(|candidate| {
         !NOT_IN_FORCES.contains(&candidate.name) && !is_its_own(candidate.name)
     });
     candidates
+}
+
+/// A force is a mean over rotor discs: it tells how much of the jet ends in an edge, not how steep that is. Chosen here: steeper than a normal
+/// distribution's, as far as forces tell anything of it.
+fn edge(candidate: &mut Candidate) {
+    candidate.equation = "f = (1 - tau)/(1 + a xi^2)^2 + tau exp(-ln2 xi^4)";
+    candidate.parameters.truncate(1);
+    candidate.starts = vec![vec![0.4], vec![1.0], vec![-0.2]];
+    candidate.set = |p, h| {
+        h.effects.profile_tail = Some(airflow::effects::ProfileTail {
+            share: p[0],
+            steepness: 2.0,
+        });
+    };
 }
 
 fn shows(forces: &Forces, alone: bool) -> Shows {
