@@ -107,6 +107,11 @@ impl Shape {
         Some(self.section(s)?.axis)
     }
 
+    /// Depth (l) from which on there is no jet.
+    pub(crate) fn gone_from(&self) -> Option<f64> {
+        self.plume.as_ref()?.0.gone_from()
+    }
+
     fn section(&self, s: f64) -> Option<Section> {
         let effects = &self.effects;
         let mut axis = effects.wake_tilt.map_or([0.0; 2], |tilt| tilt.shift(s));

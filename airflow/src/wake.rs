@@ -192,6 +192,14 @@ impl Wake {
         }
     }
 
+    /// Depth (m) from which on the wind has taken the jet away, and [`Wake::axis_m`] is `None`; just above it the jet lies nearly level and
+    /// far downwind. `None`: nowhere.
+    #[must_use]
+    pub fn gone_from_m(&self) -> Option<f64> {
+        let shape = self.shape.as_ref()?;
+        shape.gone_from().map(|s| s * self.length_m)
+    }
+
     /// The far field's formula in place of any near field, up to the rotor plane. It is wrong there (its centreline exceeds what
     /// was measured above 2.3 l), so nobody should fly by it; recordings may declare it as the simulation they were made against.
     #[must_use]

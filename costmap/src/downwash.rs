@@ -61,7 +61,9 @@ pub fn cone(wake: &Wake, to_depth_m: f64) -> Option<Section> {
 
 /// Depths at which a moved jet is looked at; chosen here.
 const MOVED_LEVELS: u32 = 64;
-/// What may lie between two of them, on the radius: chosen here, drift and width are smooth and a 64th of the way changes them little.
+/// Just above the depth where the wind takes a jet away, as a part of it.
+const JUST_ABOVE: f64 = 1.0 - 1e-9;
+/// What may lie between two of them, on the radius, where tilt and wind pull apart and neither end is the wider: chosen here.
 const MOVED_MARGIN: f64 = 1.02;
 
 /// The frustum over a range of depths that holds a moved jet's half-width discs: that of its ends, lifted until it holds all between.
@@ -70,19 +72,26 @@ fn upright_around(wake: &Wake, from_depth_m: f64, to_depth_m: f64) -> Section {
         let [x_m, y_m] = wake.axis_m(depth_m)?;
         Some(MOVED_MARGIN * (x_m.hypot(y_m) + wake.spread_m(depth_m)?))
     };
-    let shares = (0..=MOVED_LEVELS).map(|k| f64::from(k) / f64::from(MOVED_LEVELS));
-    let radii_m: Vec<(f64, f64)> = shares
-        .filter_map(|share| {
-            let depth_m = from_depth_m + share * (to_depth_m - from_depth_m);
-            radius_m(depth_m).map(|radius_m| (share, radius_m))
+    // A jet that the wind lays down goes farthest just before it is gone.
+    let last_m = wake
+        .gone_from_m()
+        .map_or(to_depth_m, |gone_m| to_depth_m.min(gone_m * JUST_ABOVE));
+    let height_m = to_depth_m - from_depth_m;
+    let levels = (0..=MOVED_LEVELS).map(|k| f64::from(k) / f64::from(MOVED_LEVELS));
+    let radii_m: Vec<(f64, f64)> = levels
+        .filter_map(|level| {
+            let depth_m = from_depth_m + level * (last_m - from_depth_m);
+            radius_m(depth_m).map(|radius_m| ((depth_m - from_depth_m) / height_m, radius_m))
         })
         .collect();
-    // Where the wind takes the jet away the last radius that it had is kept.
+    // Below that the last radius that it had is kept.
     let first_m = radii_m.first().map_or(0.0, |(_, radius_m)| *radius_m);
     let last_m = radii_m.last().map_or(0.0, |(_, radius_m)| *radius_m);
+    let line_m = |share: f64| first_m + share * (last_m - first_m);
+    // Between two levels it is no wider than at the wider of both.
     let short_m = radii_m
-        .iter()
-        .map(|(share, radius_m)| radius_m - (first_m + share * (last_m - first_m)))
+        .windows(2)
+        .map(|two| two[0].1.max(two[1].1) - line_m(two[0].0).min(line_m(two[1].0)))
         .fold(0.0, f64::max);
     Section {
         from_depth_m,

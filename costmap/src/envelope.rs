@@ -120,7 +120,7 @@ impl Envelope {
         azimuths: &[(f64, f64)],
         negligible_square: f64,
     ) -> Envelope {
-        let depths_m = slabs_m(wake, &depths_m);
+        let depths_m = slabs_m(wake, &depths_m, negligible_square);
         let rows: Vec<_> = depths_m
             .windows(2)
             .map(|ends_m| {
@@ -144,17 +144,23 @@ impl Envelope {
         for (row, centre_m) in &rows {
             // Jets that the wind has laid down are faint long before they end, and far away by then.
             if MOVED_SLACK * row.1[0].square <= negligible_square {
-                envelope.push_row(
-                    &(0.0, Vec::new()),
-                    &(0.0, Vec::new()),
-                    MOVED_SLACK,
-                    [0.0; 2],
-                );
-                continue;
+                envelope.push_still_row();
+            } else {
+                envelope.push_row(row, row, MOVED_SLACK, *centre_m);
             }
-            envelope.push_row(row, row, MOVED_SLACK, *centre_m);
         }
         envelope
+    }
+
+    /// A row of still air, which takes no room.
+    fn push_still_row(&mut self) {
+        self.squares.extend([0.0; COLUMNS]);
+        self.means.extend([0.0; COLUMNS]);
+        self.rows.push(Row {
+            columns_per_m: 0.0,
+            reach_m: 0.0,
+            centre_m: [0.0; 2],
+        });
     }
 
     fn push_row(

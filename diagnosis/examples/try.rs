@@ -41,6 +41,38 @@ fn main() {
         }
         return;
     }
+    if root == "merging" {
+        let seed: u64 = std::env::args().nth(2).unwrap().parse().unwrap();
+        let index: usize = std::env::args().nth(3).unwrap().parse().unwrap();
+        let c = prove::case(seed, index);
+        let t = c.truth.open(&prove::Answer::nothing());
+        let o = diagnosis::observed::Observed::new(&c.recording).unwrap();
+        println!("{:?} {:?}", t.effects, c.recording.baseline);
+        for q in [1.0, 1.2, 1.4, 1.5, 1.6, 1.7, 1.7715, 1.9, 2.0] {
+            let mut h = diagnosis::hypothesis::Hypothesis::default();
+            h.effects.jet_merging = Some(airflow::effects::JetMerging { exponent: q });
+            let p = o.predict(&h);
+            let e: f64 = p
+                .iter()
+                .zip(&o.samples)
+                .map(|(f, s)| ((f - t.truth_clean[s.row]) / t.noise[s.row]).powi(2))
+                .sum();
+            println!("{q} {e}");
+        }
+        let mut h = diagnosis::hypothesis::Hypothesis::default();
+        h.effects.jet_merging = Some(airflow::effects::JetMerging { exponent: 1.7715 });
+        let p = o.predict(&h);
+        for i in (0..p.len()).step_by(p.len() / 40) {
+            let s = &o.samples[i];
+            println!(
+                "{:.3} truth {:.3} base {:.3} ours0 {:.3} {:?} {:.2}",
+                p[i], t.truth_clean[s.row], t.baseline_clean[s.row], s.simulated,
+                s.place.map(|p| (p.s_over_l, p.xi)),
+                o.covariate("second jet/first").unwrap()[i]
+            );
+        }
+        return;
+    }
     if root == "one" {
         let dir = std::env::args().nth(2).unwrap();
         let files: BTreeMap<String, Vec<u8>> = std::fs::read_dir(&dir)
@@ -80,7 +112,29 @@ fn main() {
                 let notes = f.map_or(String::new(), |f| {
                     format!("p {:.1e} {}", f.chance, f.advice.join(" "))
                 });
-                (marks::Marked::of(&c.truth.open(&a), &a), notes)
+                let t = c.truth.open(&a);
+                let mut notes = notes;
+                for e in &t.effects {
+                    for (k, v) in &e.parameters {
+                        for n in &a.effects {
+                            if n.name == e.name
+                                && let Some(i) = n.parameters.get(k)
+                                && !(i.low..=i.high).contains(v)
+                            {
+                                notes += &format!(
+                                    " MISS {}.{k} true {v:.4} est {:.4} [{:.4} {:.4}] z {:.1} rel {:.3}",
+                                    e.name,
+                                    i.value,
+                                    i.low,
+                                    i.high,
+                                    (i.value - v) / (i.high - i.value) * 1.96,
+                                    i.value / v
+                                );
+                            }
+                        }
+                    }
+                }
+                (marks::Marked::of(&t, &a), notes)
             })
             .collect();
         let (cases, notes): (Vec<_>, Vec<_>) = all.into_iter().unzip();

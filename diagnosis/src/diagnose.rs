@@ -42,6 +42,9 @@ pub enum DiagnoseError {
 /// A held-out gain from which a selection stands without the gate: a chance below e^-40.
 pub(crate) const BEYOND_DOUBT: f64 = 40.0;
 
+/// Readings that make a plateau. Chosen here: in still rising air three hardly agree to the resolution.
+const PLATEAU: usize = 3;
+
 /// Most times that the noise is read again around the best explanation so far, and what a clearly smaller one is, as a share.
 const NOISE_ROUNDS: usize = 2;
 const CLEARLY_LESS: f64 = 0.95;
@@ -83,8 +86,8 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
         tried = singles(&Setting::new(&observed, &noise, base), &candidates);
     }
     let setting = Setting::new(&observed, &noise, base);
-    let mut selection = select(&setting, &candidates, tried);
-    let gate = outside::anything(&setting, &candidates, &selection.nothing.fit);
+    let gate = outside::anything(&setting, &candidates, &tried.nothing.fit);
+    let mut selection = select(&setting, &candidates, tried, gate.passed);
     if !gate.passed && selection.chosen.gain.total < BEYOND_DOUBT {
         selection.withdraw();
     }
@@ -113,7 +116,9 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
         .map(from_actuation)
         .into_iter()
         .collect();
-    effects.extend(named(&candidates, &members, &selection, &noise));
+    effects.extend(named(
+        &candidates, &members, &observed, &selection, &noise,
+    ));
     let ambiguous = effects.iter().any(|effect| !effect.alternatives.is_empty());
     let verdict = match (shape.is_some(), effects.is_empty(), ambiguous) {
         (true, _, _) => Verdict::OutsideLibrary,
@@ -260,6 +265,7 @@ fn from_actuation(found: Found) -> Effect {
 fn named(
     candidates: &[Candidate],
     members: &[&Candidate],
+    observed: &Observed,
     selection: &Selection,
     noise: &Noise,
 ) -> Vec<Effect> {
@@ -272,15 +278,28 @@ fn named(
         place = span.end;
         let others = alternatives.iter();
         let others = others.map(|&k| candidates[k].name.to_owned()).collect();
-        let effect = effect(
-            member,
-            &fit.values[span.clone()],
-            &half_widths[span],
-            others,
-        );
+        let values = &fit.values[span.clone()];
+        if member.name == "sensor_saturation" {
+            // Gusts blur the ceiling of a mean, not that of the readings: the highest of them, where several lie at it.
+            if let Some(highest) = plateau(observed) {
+                let resolution = observed.resolution();
+                let exact = [resolution.max(1e-3)];
+                effects.push(effect(member, &[highest], &exact, others));
+                continue;
+            }
+        }
+        let effect = effect(member, values, &half_widths[span], others);
         effects.push(effect);
     }
     effects
+}
+
+/// The reading that none exceeds and several reach.
+fn plateau(observed: &Observed) -> Option<f64> {
+    let recorded = observed.recorded();
+    let highest = recorded.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let near = |value: &&f64| highest - **value < 1.5 * observed.resolution();
+    (recorded.iter().filter(near).count() >= PLATEAU).then_some(highest)
 }
 
 pub(crate) fn effect(

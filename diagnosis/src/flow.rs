@@ -324,7 +324,12 @@ impl<'a> Flow<'a> {
                 // Air older than the track came from where the track begins.
                 let left_s = (t_s - far.transport_time_s(depth_m, convection))
                     .max(*emitter.track.t_s.first()?);
+                let before = moment;
                 moment = emitter.track.moment(left_s)?;
+                // A drone that keeps its height needs one turn.
+                if moment == before {
+                    break;
+                }
             }
         }
         Some(moment)

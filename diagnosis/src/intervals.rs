@@ -6,8 +6,7 @@
 //! V = H⁻¹ ( Σ_b g_b g_bᵀ ) H⁻¹ · K/(K - p),   g_b = Σ_{i in b} w_i e_i J_i
 //! ```
 //!
-//! Where a closed form stands in for a mechanism, its own error comes on top: a tenth of the effect, chosen here after comparing such forms
-//! with other closures of the same mechanism. These parameters are "effective".
+//! Where a closed form stands in for a mechanism, its own error comes on top. These parameters are "effective".
 
 use nalgebra::DMatrix;
 
@@ -15,17 +14,24 @@ use crate::candidates::{Candidate, Parameter};
 use crate::fit::{Fit, TOLERANCE_SD, weight};
 use crate::noise::Noise;
 
-/// Closed forms that stand in for a mechanism.
-pub(crate) const EFFECTIVE: [&str; 6] = [
-    "crossflow",
-    "ground_impingement",
-    "jet_merging",
-    "wander",
-    "sensor_lag",
-    "near_field",
+/// Closed forms that stand in for a mechanism, with their own error (one standard deviation) in parts of the effect. Chosen here, as far as
+/// other closures of the same mechanism differ from them.
+const CLOSURES: [(&str, f64); 6] = [
+    ("crossflow", 0.12),
+    ("ground_impingement", 0.1),
+    ("jet_merging", 0.2),
+    ("wander", 0.1),
+    ("near_field", 0.1),
+    // One low-pass or two in a row.
+    ("sensor_lag", 0.02),
 ];
-/// Their own error, in parts of the effect.
-const CLOSURE: f64 = 0.10;
+
+/// Whether a candidate's law is a closure that may be off by a tenth.
+pub(crate) fn is_closure(name: &str) -> bool {
+    CLOSURES
+        .iter()
+        .any(|(known, error)| *known == name && *error > 0.05)
+}
 /// Two-sided 95 % of a normal.
 const NINETY_FIVE: f64 = 1.96;
 
@@ -64,16 +70,32 @@ pub fn half_widths(candidates: &[&Candidate], fit: &Fit, noise: &Noise) -> Vec<f
         .map(|(j, (name, parameter))| {
             // Never less than what independent errors would leave.
             let variance = sandwich[(j, j)].max(inverse[(j, j)]);
-            let closure = closure(name, parameter, fit.values[j]);
+            let closure = closure(name, parameter, members(candidates, fit, name));
             NINETY_FIVE * (variance + closure * closure).sqrt()
         })
         .collect()
 }
 
-fn closure(name: &str, parameter: &Parameter, value: f64) -> f64 {
-    if EFFECTIVE.contains(&name) {
-        0.5 * CLOSURE * (value - parameter.neutral).abs()
-    } else {
-        0.0
-    }
+/// Departures from neutral of the parameters of one candidate, with their units.
+fn members<'a>(candidates: &[&'a Candidate], fit: &Fit, name: &str) -> Vec<(&'a Parameter, f64)> {
+    let all = candidates
+        .iter()
+        .flat_map(|c| c.parameters.iter().map(|p| (c.name, p)));
+    all.zip(&fit.values)
+        .filter(|((of, _), _)| *of == name)
+        .map(|((_, parameter), value)| (parameter, value - parameter.neutral))
+        .collect()
+}
+
+/// A closure's own error of one parameter. Of a vector it is that of its length: the direction is off by as much.
+fn closure(name: &str, parameter: &Parameter, all: Vec<(&Parameter, f64)>) -> f64 {
+    let Some((_, error)) = CLOSURES.iter().find(|(known, _)| *known == name) else {
+        return 0.0;
+    };
+    let is_vector = parameter.name.ends_with("_x") || parameter.name.ends_with("_y");
+    let squares = all
+        .iter()
+        .filter(|(other, _)| other.name == parameter.name || is_vector)
+        .map(|(_, departure)| departure * departure);
+    error * squares.sum::<f64>().sqrt()
 }

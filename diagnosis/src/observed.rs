@@ -152,6 +152,15 @@ impl<'a> Observed<'a> {
         age.unwrap_or(0.0)
     }
 
+    /// Smallest step of a reading, in the channel's unit; 0 where none is declared.
+    #[must_use]
+    pub fn resolution(&self) -> f64 {
+        let probes = self.recording.probes.as_ref();
+        probes
+            .filter(|_| self.channel == Channel::Speed)
+            .map_or(0.0, |probes| probes.instrument.resolution_mps)
+    }
+
     /// The baseline's values.
     #[must_use]
     pub fn simulated(&self) -> Vec<f64> {

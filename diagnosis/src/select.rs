@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use crate::candidates::{Candidate, Kind};
 use crate::fit::{Fit, Setting, held_out};
-use crate::intervals::EFFECTIVE;
+use crate::intervals::is_closure;
 use crate::statistics::trees::{self, HeldOut};
 
 /// Parts that the blocks are dealt to.
@@ -18,6 +18,8 @@ const LEAST_GAIN: f64 = 6.0;
 const LEAST_ERRORS: f64 = 2.5;
 /// What a gain that rests on few blocks needs. Chosen here: four times what a term alone needs.
 const LARGE_GAIN: f64 = 25.0;
+/// Least gain where it is known that something is there. Chosen here: twenty to one.
+const FAINT_GAIN: f64 = 3.0;
 /// A second term must bring this share of the whole gain, whatever else; less is enough beside a law that is not itself a closure.
 const LEAST_SHARE: f64 = 0.12;
 /// Beside a closure (known to a tenth or two), this share, and clearly more than any function of the circumstances could still take: a law
@@ -25,7 +27,7 @@ const LEAST_SHARE: f64 = 0.12;
 const BESIDE_A_CLOSURE: f64 = 0.03;
 const BEATS: f64 = 1.25;
 /// Beside any other, this share, and as much as any function could take.
-const BESIDE_A_LAW: f64 = 0.01;
+const BESIDE_A_LAW: f64 = 0.003;
 const MATCHES: f64 = 1.0;
 /// How many are tried beside the best single, and how many singles among themselves.
 const PAIRED: usize = 7;
@@ -132,9 +134,14 @@ pub fn singles(setting: &Setting, candidates: &[Candidate]) -> Singles {
     Singles { nothing, singles }
 }
 
-/// Tries pairs and chooses.
+/// Tries pairs and chooses. Where it is known that something is there, a faint gain is enough to say what it may be.
 #[must_use]
-pub fn select(setting: &Setting, candidates: &[Candidate], tried: Singles) -> Selection {
+pub fn select(
+    setting: &Setting,
+    candidates: &[Candidate],
+    tried: Singles,
+    something_is_there: bool,
+) -> Selection {
     let Singles { nothing, singles } = tried;
     let attempt = |which: &[usize], starts: &[Vec<f64>]| {
         attempt(setting, candidates, &nothing, which, starts)
@@ -184,6 +191,7 @@ pub fn select(setting: &Setting, candidates: &[Candidate], tried: Singles) -> Se
     let chosen = match best_pair {
         Some(pair) if both_needed(setting, candidates, pair, &singles, left(first)) => pair,
         _ if enough(&first.gain) => first,
+        _ if something_is_there && faint(&first.gain) => first,
         _ => return none(),
     };
     let rivals: Vec<Tried> = match chosen.which[..] {
@@ -405,6 +413,11 @@ fn enough(gain: &Gain) -> bool {
     gain.total > LEAST_GAIN && (steady || rare)
 }
 
+/// What is enough where the gate has shown that something is there.
+fn faint(gain: &Gain) -> bool {
+    gain.total > FAINT_GAIN.max(gain.error)
+}
+
 /// Whether a pair beats each of its members alone, and the best single, by enough.
 fn both_needed(
     setting: &Setting,
@@ -426,8 +439,7 @@ fn both_needed(
     for single in others {
         let more = gain(setting, &pair.log_density, &single.log_density);
         let share = more.total / pair.gain.total;
-        let is_closure = EFFECTIVE.contains(&candidates[single.which[0]].name);
-        let (least, over) = if is_closure {
+        let (least, over) = if is_closure(candidates[single.which[0]].name) {
             (BESIDE_A_CLOSURE, BEATS)
         } else {
             (BESIDE_A_LAW, MATCHES)
@@ -476,7 +488,7 @@ impl Pool<'_> {
                 continue;
             }
             let lead = gain(setting, &chosen.log_density, &tried.log_density);
-            let tie = (2.0 * lead.error).min(0.25 * own);
+            let tie = (2.0 * lead.error).min(0.5 * own);
             if lead.total < tie.max(0.04 * own).max(2.0) {
                 close.push((lead.total, rival, tried));
             }
@@ -488,7 +500,8 @@ impl Pool<'_> {
             .collect()
     }
 
-    /// Who is named before one of the chosen that it cannot be told from: an instrument before physics, a mechanism before a factor.
+    /// Who is named before one of the chosen that it cannot be told from, within one standard error: an instrument before physics, a
+    /// mechanism before a factor.
     fn preferred(
         &self,
         setting: &Setting,
@@ -502,10 +515,12 @@ impl Pool<'_> {
             (Kind::Physics, Kind::Physics) => own.name == "momentum_scale",
             (Kind::Sensor, _) => false,
         };
-        let (rival, tried) = self
-            .ties(setting, chosen, place)
-            .into_iter()
-            .find(|(rival, _)| comes_first(&candidates[*rival]))?;
+        let (rival, tried) = self.ties(setting, chosen, place).into_iter().find(
+            |(rival, tried)| {
+                let lead = gain(setting, &chosen.log_density, &tried.log_density);
+                comes_first(&candidates[*rival]) && lead.total < lead.error.max(2.0)
+            },
+        )?;
         let mut preferred = tried.clone();
         // The same order of terms, values and columns as in the fit that stands.
         if tried.which.iter().position(|k| *k == rival) != Some(place) {

@@ -159,6 +159,12 @@ impl Plume {
         })
     }
 
+    /// Depth (l) from which on the wind has taken the jet away: it lies level. `None`: nowhere as far as anybody looks.
+    #[must_use]
+    pub fn gone_from(&self) -> Option<f64> {
+        (!self.goes_on).then_some(self.sections.len() as f64 * SPACING)
+    }
+
     /// Drift downwind (l) at a depth (l).
     #[must_use]
     pub fn drift(&self, s: f64) -> Option<f64> {

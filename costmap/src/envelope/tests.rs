@@ -182,10 +182,10 @@ fn effects(seed: u32) -> airflow::effects::Effects {
     let wind_mps = between(1, 0.1, 2.0);
     let (sin, cos) = (std::f64::consts::TAU * at(2)).sin_cos();
     Effects {
-        crossflow: (seed % 2 == 0).then_some(Crossflow {
+        crossflow: seed.is_multiple_of(2).then_some(Crossflow {
             wind_mps: [wind_mps * cos, wind_mps * sin],
         }),
-        wake_tilt: (seed % 3 == 0).then_some(WakeTilt {
+        wake_tilt: seed.is_multiple_of(3).then_some(WakeTilt {
             lean: [between(3, -0.3, 0.3), between(4, -0.3, 0.3)],
         }),
         rotor_cant: (seed % 3 == 1).then_some(RotorCant {
@@ -198,7 +198,7 @@ fn effects(seed: u32) -> airflow::effects::Effects {
             share: between(7, -0.6, 1.6),
             steepness: between(8, -0.6, 4.0),
         }),
-        momentum_scale: (seed % 5 == 0).then_some(MomentumScale {
+        momentum_scale: seed.is_multiple_of(5).then_some(MomentumScale {
             speed_factor: between(9, 0.7, 1.4),
         }),
         buoyancy: (seed % 5 == 3).then_some(Buoyancy {

@@ -36,13 +36,13 @@ const NAMES: &[(&[&str], bool)] = &[
     (&["magnitude_sensor"], true),
 ];
 
-/// Names that would be right as well, because nobody could tell by what was recorded: one factor on the jet of one drone, a steady
+/// Names that would be right as well, because nobody could tell by what was recorded: one factor on the jets or on the readings, a steady
 /// draught against an offset, air drawn in against a probe that reads it.
 const ALSO: &[(&str, &[&str])] = &[
     ("payload_mass", &["momentum_scale"]),
     ("air_density", &["momentum_scale"]),
     ("dl_ratio", &["momentum_scale"]),
-    ("momentum_scale", &["dl_ratio"]),
+    ("momentum_scale", &["dl_ratio", "sensor_gain"]),
     ("recirculation", &["ambient_background"]),
     ("magnitude_sensor", &["entrainment_radial"]),
 ];

@@ -116,17 +116,17 @@ pub(super) fn read(
         text: &text,
         problems: Vec::new(),
     };
-    let effects = match root(&text) {
+    let read = match root(&text) {
         Ok(_) => effects(&mut reader),
         Err(problem) => {
             reader.report(*problem);
             None
         }
     };
-    match effects {
-        Some(effects) if reader.problems.is_empty() => Ok(CitedFinding {
-            notes: notes(&effects, file),
-            effects,
+    match read {
+        Some(read) if reader.problems.is_empty() => Ok(CitedFinding {
+            notes: notes(&read, file),
+            effects: read.effects,
         }),
         _ => {
             let mut problems = reader.problems;
@@ -142,9 +142,34 @@ pub(super) fn read(
     }
 }
 
-fn effects(reader: &mut Reader<'_>) -> Option<Effects> {
+/// What of the file counts.
+struct Read {
+    effects: Effects,
+    /// What the diagnosis could not make certain, where it says so.
+    verdict: Option<Uncertain>,
+    /// Whether it corrects instruments, too.
+    sensor: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Uncertain {
+    Ambiguous,
+    OutsideLibrary,
+}
+
+fn effects(reader: &mut Reader<'_>) -> Option<Read> {
     let value = root(reader.text).ok()?;
     let mut record = reader.record(value, "Finding", "the finding".to_owned())?;
+    let verdict = record.optional("verdict");
+    let verdict = verdict.and_then(|field| match field.value.text.trim_matches('"') {
+        "ambiguous" => Some(Uncertain::Ambiguous),
+        "outside_library" => Some(Uncertain::OutsideLibrary),
+        _ => None,
+    });
+    let sensor = record.optional("sensor");
+    let sensor = sensor
+        .and_then(|field| field.value.pairs("Sensor"))
+        .is_some_and(|faults| !faults.is_empty());
     let Some(field) = record.optional("effects") else {
         if !record.has("effects") {
             let problem = Problem::at(record.head(), "the finding has no `effects`");
@@ -195,7 +220,11 @@ fn effects(reader: &mut Reader<'_>) -> Option<Effects> {
         }
         return None;
     }
-    Some(effects)
+    Some(Read {
+        effects,
+        verdict,
+        sensor,
+    })
 }
 
 fn check<'t>(reader: &mut Reader<'t>, record: &mut Record<'t>, parameter: &Parameter) {
@@ -233,22 +262,32 @@ fn check<'t>(reader: &mut Reader<'t>, record: &mut Record<'t>, parameter: &Param
     }
 }
 
-fn notes(effects: &Effects, file: &str) -> Vec<String> {
-    let fates = effects.fates();
-    if fates
-        .iter()
-        .all(|(_, fate)| matches!(fate, Fate::Unmoved(_)))
-    {
-        let mut notes = vec![format!(
+fn notes(read: &Read, file: &str) -> Vec<String> {
+    let fates = read.effects.fates();
+    let mut notes = Vec::new();
+    let uncertain = read.verdict.map(|verdict| match verdict {
+        Uncertain::OutsideLibrary => format!(
+            "the finding of {file} is outside the library: part of what it found in the air has no law here and is not flown; keep drones out \
+             of where it is with a zone, or by lower air limits"
+        ),
+        Uncertain::Ambiguous => format!(
+            "the finding of {file} is ambiguous: what it writes under `effects` is flown, what would explain the recording as well is not"
+        ),
+    });
+    notes.extend(uncertain);
+    let nothing_moves = |(_, fate): &(&str, Fate)| matches!(fate, Fate::Unmoved(_));
+    if fates.iter().all(nothing_moves) {
+        notes.push(format!(
             "the finding of {file} names nothing that moves the air a limit counts: the plan is flown in the air as it is"
-        )];
-        notes.extend(fates.iter().filter_map(|fate| note(*fate, file)));
-        return notes;
+        ));
     }
-    fates
-        .into_iter()
-        .filter_map(|fate| note(fate, file))
-        .collect()
+    notes.extend(fates.into_iter().filter_map(|fate| note(fate, file)));
+    if read.sensor {
+        notes.push(format!(
+            "`sensor` of {file} changes nothing here: it is about instruments, not about the air"
+        ));
+    }
+    notes
 }
 
 fn note((name, fate): (&'static str, Fate), file: &str) -> Option<String> {

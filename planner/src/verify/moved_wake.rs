@@ -8,6 +8,8 @@ use airflow::Wake;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::FAINTEST_WAKE_MPS;
+
 /// Thickness of a layer: this many motor distances, or this part of the distance to the virtual origin, whichever is more. Chosen here.
 const LAYER_L: f64 = 0.1;
 const LAYER_GROWTH: f64 = 0.03;
@@ -25,8 +27,11 @@ const BEARINGS: usize = 32;
 const AXIS_STEP: f64 = 0.2;
 const FEWEST_DEPTHS: f64 = 3.0;
 const MOST_DEPTHS: f64 = 40.0;
-/// Most layers that one is cut into where the jet lies nearly level.
-const MOST_PARTS: f64 = 24.0;
+/// No layer is thinner than this part of its depth: chosen here, a jet that the wind lays down sweeps tens of metres within centimetres.
+const THINNEST: f64 = 1e-7;
+/// A jet this much slower on its axis than any wake that counts is nowhere as fast as one: 1.1 for its steepest edge, 2.1 for a drone
+/// that sinks.
+const FAINT_ON_AXIS: f64 = 0.4;
 /// On sampled speeds and on slopes taken as differences of neighbouring samples: what lies between samples. Chosen here, and checked by
 /// random places under random effects.
 const BETWEEN_SAMPLES: f64 = 1.04;
@@ -62,16 +67,7 @@ impl MovedTable {
         while depth_m < deepest_m.max(wake.near_field_depth_m()) {
             let over_l: f64 = depth_m / l;
             let next_m = depth_m + l * (LAYER_GROWTH * (over_l + ORIGIN_L) - 0.1).max(LAYER_L);
-            // Thinner where the axis would move by more than a half-width.
-            let from_m = wake.axis_m(depth_m).unwrap_or_default();
-            let to_m = wake.axis_m(next_m).unwrap_or(from_m);
-            let moved_m = (to_m[0] - from_m[0]).hypot(to_m[1] - from_m[1]);
-            let parts = (moved_m / wake.half_width_m(depth_m))
-                .ceil()
-                .clamp(1.0, MOST_PARTS);
-            for part in 1..=parts as u32 {
-                edges_m.push(depth_m + f64::from(part) / parts * (next_m - depth_m));
-            }
+            edges_below(wake, depth_m, next_m, &mut edges_m);
             depth_m = next_m;
         }
         let layers = edges_m
@@ -124,6 +120,35 @@ impl MovedTable {
         });
         reach_m.fold(0.0, f64::max)
     }
+}
+
+/// Lower edges of layers between two depths: so thin that the axis moves by no more than a half-width in each, while the jet is not faint.
+fn edges_below(wake: &Wake, from_m: f64, to_m: f64, edges_m: &mut Vec<f64>) {
+    let thin = to_m - from_m <= THINNEST * to_m;
+    let halve = !thin
+        && match (wake.axis_m(from_m), wake.axis_m(to_m)) {
+            (Some(from), Some(to)) => {
+                let moved_m = (to[0] - from[0]).hypot(to[1] - from[1]);
+                moved_m > wake.half_width_m(from_m) && !is_faint(wake, from_m, from)
+            }
+            // Somewhere in between the wind takes it away.
+            (Some(from), None) => !is_faint(wake, from_m, from),
+            (None, _) => false,
+        };
+    if !halve {
+        edges_m.push(to_m);
+        return;
+    }
+    let middle_m = 0.5 * (from_m + to_m);
+    edges_below(wake, from_m, middle_m, edges_m);
+    edges_below(wake, middle_m, to_m, edges_m);
+}
+
+/// Whether a far field is too slow on its axis to count anywhere, and below.
+fn is_faint(wake: &Wake, depth_m: f64, axis_m: [f64; 2]) -> bool {
+    let on_axis_m = Vector3::new(axis_m[0], axis_m[1], -depth_m);
+    depth_m > wake.near_field_depth_m()
+        && wake.axial_speed_mps(on_axis_m) <= FAINT_ON_AXIS * FAINTEST_WAKE_MPS
 }
 
 fn rings() -> Vec<f64> {

@@ -142,3 +142,31 @@ fn a_finding_about_a_sensor_alone_is_flown_as_the_plain_air_with_a_note() {
         "{notes:?}"
     );
 }
+
+#[test]
+fn faults_of_instruments_are_accepted_and_change_nothing() {
+    let world = reading("Finding(verdict: library, effects: (), sensor: (gain: 0.1))").unwrap();
+    assert_eq!(world.effects, Effects::default());
+    assert!(
+        world.notes[1].contains("`sensor` of finding.ron changes nothing here"),
+        "{:?}",
+        world.notes
+    );
+}
+
+#[test]
+fn what_a_diagnosis_could_not_name_is_said_not_to_be_flown() {
+    for effects in ["()", "(crossflow: (wind_mps: (0.38, 0.27)))"] {
+        let written =
+            format!("Finding(verdict: outside_library, effects: {effects}, outside: \"0.3 s\")");
+        let world = reading(&written).unwrap();
+        assert!(
+            world.notes[0].contains("has no law here and is not flown"),
+            "{:?}",
+            world.notes
+        );
+        assert_eq!(world.effects.crossflow.is_some(), effects != "()");
+    }
+    let ambiguous = reading("Finding(verdict: ambiguous, effects: (wander: (growth: 1)))").unwrap();
+    assert!(ambiguous.notes[0].contains("what would explain the recording as well is not"));
+}

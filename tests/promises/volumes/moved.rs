@@ -105,6 +105,8 @@ fn the_half_width_disc_of_a_moved_jet_lies_in_its_cone_and_its_rotor_tips_in_the
             } else {
                 (&cone, spread_m)
             };
+            // Just inside: where nothing moves the axis the tips are the column's edge, to the last bit.
+            let radius_m = radius_m * (1.0 - 1e-12);
             let offset_m = Vector3::new(x_m + radius_m * cos, y_m + radius_m * sin, -depth_m);
             assert!(section.holds(offset_m), "case {case}: {offset_m:?}");
         }
