@@ -301,7 +301,7 @@ fn taken(candidates: &[Candidate], turn: &Turn) -> Taken {
         rivals: turn
             .fitted
             .iter()
-            .filter(|(k, _)| *k != turn.which)
+            .filter(|(k, gain)| *k != turn.which && gain.error > 0.0)
             .map(rival)
             .collect(),
     }
