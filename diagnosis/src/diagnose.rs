@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::actuation::{self, Actuation, Found};
+use crate::advice::advice;
 use crate::candidates::{Candidate, Kind, applicable};
 use crate::finding::{Effect, Estimate, Finding, HeldOut, Ranked, Region, Smallest};
 use crate::fit::{Fit, Setting, refit_without};
@@ -13,7 +14,7 @@ use crate::hypothesis::Hypothesis;
 use crate::intervals;
 use crate::noise::{self, Noise};
 use crate::observed::{COVARIATES, Explained, Observed};
-use crate::outside;
+use crate::outside::{self, Shape};
 use crate::prove::Verdict;
 use crate::random::Random;
 use crate::recording::Recording;
@@ -142,25 +143,11 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
         samples: observed.samples.len(),
         verdict,
         region: region(&observed, &noise, &corrected),
-        held_out: held_out(&setting, &members, &selection, &noise),
+        held_out: held_out(&setting, &members, &selection, shape.as_ref(), &noise),
         candidates: ranked(&candidates, &selection),
         shape,
         chance: gate.p,
-        advice: vec![format!(
-            "{} | nothing tol {:?} cost {:.1} {}",
-            selection.debug,
-            selection.nothing.fit.tolerance,
-            selection.nothing.fit.cost,
-            selection
-                .singles
-                .iter()
-                .map(|t| format!(
-                    "{}:{:.1}/{:?}",
-                    candidates[t.which[0]].name, t.fit.cost, t.fit.tolerance
-                ))
-                .collect::<Vec<_>>()
-                .join(" ")
-        )],
+        advice: advice(&setting, &observed, &candidates, &selection),
         smallest: smallest(&setting, &candidates, &noise),
         effects,
         prediction,
@@ -350,16 +337,19 @@ fn region(observed: &Observed, noise: &Noise, corrected: &[f64]) -> Region {
         .sum::<f64>()
         / count;
     let mut bounds = BTreeMap::new();
-    let mut words = Vec::new();
+    let mut narrow: Vec<(f64, String)> = Vec::new();
     for (name, column) in COVARIATES.iter().zip(&observed.covariates) {
         let within = span(inside.iter().map(|&i| column[i]).collect(), 0.05);
         let whole = span(column.clone(), 0.0);
+        let part = (within[1] - within[0]) / (whole[1] - whole[0]);
         // A coordinate that the region covers as widely as the recording says nothing about it.
-        if within[1] - within[0] < 0.7 * (whole[1] - whole[0]) {
+        if part < 0.7 {
             bounds.insert((*name).to_owned(), within);
-            words.push(format!("{name} {:.2} to {:.2}", within[0], within[1]));
+            narrow.push((part, format!("{name} {:.2} to {:.2}", within[0], within[1])));
         }
     }
+    narrow.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let words: Vec<String> = narrow.into_iter().take(SAID).map(|(_, text)| text).collect();
     let mut sample_indices: Vec<usize> = inside.iter().map(|&i| observed.samples[i].row).collect();
     sample_indices.sort_unstable();
     Region {
@@ -376,6 +366,9 @@ fn region(observed: &Observed, noise: &Noise, corrected: &[f64]) -> Region {
         error_over_noise: square.sqrt(),
     }
 }
+
+/// Coordinates that a region is described by: those that narrow it most.
+const SAID: usize = 3;
 
 /// The values without so much at either end.
 fn span(mut values: Vec<f64>, tail: f64) -> [f64; 2] {
@@ -395,6 +388,7 @@ fn held_out(
     setting: &Setting,
     members: &[&Candidate],
     selection: &Selection,
+    shape: Option<&Shape>,
     noise: &Noise,
 ) -> HeldOut {
     let squares = |setting: &Setting, members: &[&Candidate], fit: &Fit| {
@@ -415,7 +409,11 @@ fn held_out(
     let mut plain = setting.clone();
     plain.base = Hypothesis::default();
     let before = squares(&plain, &[], &plain.nothing());
-    let after = squares(setting, members, &selection.chosen.fit);
+    let after = match shape {
+        // The trees' corrections are held out themselves; what they lie on is a handful of parameters.
+        Some(shape) => shape.left.iter().map(|left| left * left).collect(),
+        None => squares(setting, members, &selection.chosen.fit),
+    };
     let mut blocks = vec![(0.0, 0.0); noise.blocks];
     for (square, &block) in after.iter().zip(&noise.block) {
         blocks[block].0 += square;

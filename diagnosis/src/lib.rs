@@ -16,6 +16,7 @@
 //! are predicted in flights that nothing was fitted to.
 
 pub mod actuation;
+pub mod advice;
 pub mod anemometer;
 pub mod baseline;
 pub mod calibrate;

@@ -45,6 +45,9 @@ pub struct Shape {
     /// The trees' correction of each sample, held out, in the channel's unit.
     #[serde(skip)]
     pub correction: Vec<f64>,
+    /// What the correction leaves of each recorded value, in the channel's unit.
+    #[serde(skip)]
+    pub left: Vec<f64>,
 }
 
 /// Is anything there at all, beside the instrument's tolerance?
@@ -169,6 +172,13 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
         right += weight * (recorded[i] - fit.predicted[i]) * column;
     }
     let part = normal.lu().solve(&right).unwrap_or_else(Vector2::zeros);
+    let correction: Vec<f64> = columns
+        .iter()
+        .map(|&[s, c]| part.x * s + part.y * c)
+        .collect();
+    let left = (0..clean.len())
+        .map(|i| recorded[i] - fit.predicted[i] - correction[i])
+        .collect();
     Shape {
         depends_on: vec![("time of release s".to_owned(), 1.0)],
         curve: Vec::new(),
@@ -181,10 +191,8 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
         expression_share: 1.0,
         nearest: None,
         period_s: Some(frequency_hz.recip()),
-        correction: columns
-            .iter()
-            .map(|&[s, c]| part.x * s + part.y * c)
-            .collect(),
+        correction,
+        left,
     }
 }
 
@@ -262,6 +270,11 @@ fn shape(
         }),
         nearest,
         period_s: None,
+        left: rest
+            .iter()
+            .zip(&left.predictions)
+            .map(|(rest, correction)| rest - correction)
+            .collect(),
         correction: left.predictions.clone(),
     }
 }

@@ -95,7 +95,8 @@ pub struct Selection {
     pub chosen: Tried,
     /// For each chosen term, the candidates that would do as well in its place, best first.
     pub alternatives: Vec<Vec<usize>>,
-    pub debug: String,
+    /// The same with their fits.
+    pub rivals: Vec<Vec<Tried>>,
 }
 
 impl Selection {
@@ -103,6 +104,7 @@ impl Selection {
     pub fn withdraw(&mut self) {
         self.chosen = self.nothing.clone();
         self.alternatives.clear();
+        self.rivals.clear();
     }
 }
 
@@ -151,7 +153,7 @@ pub fn select(
         singles: singles.clone(),
         chosen: nothing.clone(),
         alternatives: Vec::new(),
-        debug: String::new(),
+        rivals: Vec::new(),
     };
     let Some(first) = singles.first().filter(|tried| tried.practical) else {
         return none();
@@ -164,43 +166,19 @@ pub fn select(
         .max_by(|a, b| a.gain.total.total_cmp(&b.gain.total));
     // What a function of the circumstances, without any physics, could still take from the best single.
     let left = |tried: &Tried| flexible(setting, &tried.fit).gain.total.max(0.0);
-    let mut debug = String::new();
-    if let Some(pair) = best_pair {
-        let l = flexible(setting, &first.fit).gain;
-        let worst = singles
-            .iter()
-            .enumerate()
-            .filter(|(i, s)| *i == 0 || pair.which.contains(&s.which[0]))
-            .map(|(_, s)| gain(setting, &pair.log_density, &s.log_density))
-            .min_by(|a, b| a.total.total_cmp(&b.total))
-            .unwrap();
-        debug = format!(
-            "first {} pair {}+{} gain {:.0} more {:.1}±{:.1} share {:.3} left {:.0}±{:.0} match {:.2}",
-            candidates[first.which[0]].name,
-            candidates[pair.which[0]].name,
-            candidates[pair.which[1]].name,
-            pair.gain.total,
-            worst.total,
-            worst.error,
-            worst.total / pair.gain.total,
-            l.total,
-            l.standard_error,
-            worst.total / l.total
-        );
-    }
     let chosen = match best_pair {
         Some(pair) if both_needed(setting, candidates, pair, &singles, left(first)) => pair,
         _ if enough(&first.gain) => first,
         _ if something_is_there && faint(&first.gain) => first,
         _ => return none(),
     };
-    let rivals: Vec<Tried> = match chosen.which[..] {
+    let in_place: Vec<Tried> = match chosen.which[..] {
         [a, b] => beside(setting, candidates, &singles, &pairs, [a, b], &attempt),
         _ => Vec::new(),
     };
     let pool = Pool {
         singles: &singles,
-        pairs: &[&pairs[..], &rivals].concat(),
+        pairs: &[&pairs[..], &in_place].concat(),
     };
     let mut chosen = chosen.clone();
     for place in 0..chosen.which.len() {
@@ -208,18 +186,19 @@ pub fn select(
             chosen = preferred;
         }
     }
-    let alternatives = (0..chosen.which.len())
-        .map(|place| {
-            let ties = pool.ties(setting, &chosen, place);
-            ties.into_iter().map(|(rival, _)| rival).collect()
+    let ties = (0..chosen.which.len()).map(|place| pool.ties(setting, &chosen, place));
+    let (alternatives, rivals) = ties
+        .map(|ties| {
+            let ties = ties.into_iter();
+            ties.map(|(rival, tried)| (rival, tried.clone())).unzip()
         })
-        .collect();
+        .unzip();
     Selection {
         nothing: nothing.clone(),
         chosen,
         alternatives,
         singles,
-        debug,
+        rivals,
     }
 }
 

@@ -104,7 +104,7 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], tried: Singles, most
         selection: Selection {
             nothing,
             singles,
-            debug: String::new(),
+            rivals: Vec::new(),
             chosen: best,
             alternatives: turns.iter().map(|turn| turn.alternatives.clone()).collect(),
         },
