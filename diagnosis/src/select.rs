@@ -20,6 +20,8 @@ const LEAST_ERRORS: f64 = 2.5;
 const LARGE_GAIN: f64 = 25.0;
 /// Least gain where it is known that something is there. Chosen here: twenty to one.
 const FAINT_GAIN: f64 = 3.0;
+/// Least log likelihood over nothing, all samples fitted, of what is seen once. Chosen here: three thousand to one.
+const ONCE: f64 = 8.0;
 /// A second term must bring this share of the whole gain, whatever else; less is enough beside a law that is not itself a closure.
 const LEAST_SHARE: f64 = 0.12;
 /// Beside a closure (known to a tenth or two), this share, and clearly more than any function of the circumstances could still take: a law
@@ -170,6 +172,10 @@ pub fn select(
         Some(pair) if both_needed(setting, candidates, pair, &singles, left(first)) => pair,
         _ if enough(&first.gain) => first,
         _ if something_is_there && faint(&first.gain) => first,
+        _ if something_is_there => match seen_once(&nothing, &singles) {
+            Some(once) => once,
+            None => return none(),
+        },
         _ => return none(),
     };
     let in_place: Vec<Tried> = match chosen.which[..] {
@@ -346,9 +352,20 @@ pub(crate) fn promise(
     second: usize,
 ) -> f64 {
     let mut members: Vec<&Candidate> = first.which.iter().map(|&k| &candidates[k]).collect();
-    let columns = first.fit.jacobian.ncols();
-    let gram = first.fit.jacobian.transpose() * &first.fit.jacobian;
-    let ridge = nalgebra::DMatrix::identity(columns, columns) * (1e-9 * gram.trace());
+    // Gain and offset at their tolerance take no more: what a sensor's fault adds there is its own.
+    let count = first.fit.jacobian.ncols();
+    let free: Vec<usize> = (0..count)
+        .filter(|&j| {
+            let nuisance = (j + 2).checked_sub(count);
+            nuisance.is_none_or(|which| {
+                !setting.at_tolerance(which, first.fit.tolerance[which])
+            })
+        })
+        .collect();
+    let jacobian = first.fit.jacobian.select_columns(&free);
+    let columns = jacobian.ncols();
+    let gram = jacobian.transpose() * &jacobian;
+    let ridge = DMatrix::identity(columns, columns) * (1e-9 * gram.trace());
     let Some(gram) = (gram + ridge).cholesky() else {
         return 0.0;
     };
@@ -367,8 +384,8 @@ pub(crate) fn promise(
             .map(|(to, from)| to - from)
             .collect();
         let change = nalgebra::DVector::from_vec(setting.noise.whiten(&change));
-        let shared = gram.solve(&(first.fit.jacobian.transpose() * &change));
-        let own = change - &first.fit.jacobian * shared;
+        let shared = gram.solve(&(jacobian.transpose() * &change));
+        let own = change - &jacobian * shared;
         let along: f64 = own
             .iter()
             .zip(&first.fit.whitened)
@@ -395,6 +412,14 @@ fn enough(gain: &Gain) -> bool {
 /// What is enough where the gate has shown that something is there.
 fn faint(gain: &Gain) -> bool {
     gain.total > FAINT_GAIN.max(gain.error)
+}
+
+/// The likeliest single where something shows in one place only, so that no held-out block can speak for it.
+fn seen_once<'a>(nothing: &Tried, singles: &'a [Tried]) -> Option<&'a Tried> {
+    let practical = singles.iter().filter(|tried| tried.practical);
+    practical
+        .filter(|tried| 0.5 * (nothing.fit.cost - tried.fit.cost) > ONCE)
+        .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))
 }
 
 /// Whether a pair beats each of its members alone, and the best single, by enough.
@@ -467,9 +492,15 @@ impl Pool<'_> {
                 continue;
             }
             let lead = gain(setting, &chosen.log_density, &tried.log_density);
-            let tie = (2.0 * lead.error).min(0.5 * own);
-            if lead.total < tie.max(0.04 * own).max(2.0) {
-                close.push((lead.total, rival, tried));
+            let tie = (2.0 * lead.error).min(0.5 * own).max(0.04 * own).max(2.0);
+            // What was seen once is compared as fitted.
+            let (lead, tie) = if chosen.gain.total < FAINT_GAIN {
+                (0.5 * (tried.fit.cost - chosen.fit.cost), FAINT_GAIN)
+            } else {
+                (lead.total, tie)
+            };
+            if lead < tie {
+                close.push((lead, rival, tried));
             }
         }
         close.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -497,7 +528,12 @@ impl Pool<'_> {
         let (rival, tried) = self.ties(setting, chosen, place).into_iter().find(
             |(rival, tried)| {
                 let lead = gain(setting, &chosen.log_density, &tried.log_density);
-                comes_first(&candidates[*rival]) && lead.total < lead.error.max(2.0)
+                let is_even = if chosen.gain.total < FAINT_GAIN {
+                    tried.fit.cost < chosen.fit.cost + 2.0
+                } else {
+                    lead.total < lead.error.max(2.0)
+                };
+                comes_first(&candidates[*rival]) && is_even
             },
         )?;
         let mut preferred = tried.clone();

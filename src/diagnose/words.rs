@@ -22,7 +22,11 @@ pub(super) fn verdict(finding: &Finding) -> String {
         Verdict::Library => format!("{first}, {}", explained(&finding.held_out)),
         Verdict::Ambiguous => {
             let or = finding.effects.iter().map(|effect| {
-                let all = [&[effect.name.clone()], effect.alternatives.as_slice()].concat();
+                let all = [
+                    std::slice::from_ref(&effect.name),
+                    effect.alternatives.as_slice(),
+                ]
+                .concat();
                 all.join(" or ")
             });
             let or: Vec<String> = or.collect();
