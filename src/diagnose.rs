@@ -1,7 +1,10 @@
 //! `plan diagnose RECORDING...`: where simulation and recording differ, what is missing, how well the correction predicts.
 
+mod flights;
+mod hardware;
 mod pictures;
 mod printed;
+pub(crate) mod real;
 mod sections;
 mod words;
 
@@ -12,7 +15,7 @@ use diagnosis::diagnose::{DiagnoseError, diagnose};
 use diagnosis::finding::Finding;
 use diagnosis::finding_file::finding_ron;
 use diagnosis::prove::Verdict;
-use diagnosis::recording::Recording;
+use diagnosis::recording::{Recording, Vehicle};
 
 use crate::failure::{Failure, answer};
 use crate::files::OutFolder;
@@ -21,7 +24,7 @@ use crate::progress::Progress;
 use crate::simulate::{name_of, wrote};
 use crate::{Answer, Format, files, recordings};
 use printed::Printed;
-use sections::Part;
+use sections::{Part, Section};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -31,6 +34,23 @@ pub(crate) struct Arguments {
     /// What flight logs leave unsaid (RON) [default: the campaign.ron beside or above them]
     #[arg(long, value_name = "FILE")]
     meta: Option<PathBuf>,
+    /// Of flight logs: begin with drones that fly alone, without any wakes
+    #[arg(long, conflicts_with = "normal")]
+    alone: bool,
+    /// Of flight logs: judge flights near the floor only; the others serve the thrust maps
+    #[arg(long, conflicts_with = "normal")]
+    near_floor: bool,
+    /// Of flight logs: those whose names begin with it flew the hardware as stated; each flight is compared with them: has a weight or a propeller changed?
+    #[arg(long, value_name = "NAME")]
+    normal: Option<String>,
+    /// With --normal: parts of names that tell several drones apart
+    #[arg(
+        long,
+        value_name = "NAME,NAME",
+        value_delimiter = ',',
+        requires = "normal"
+    )]
+    drones: Vec<String>,
     /// How to print the answer: one object, or a list of them where several recordings are diagnosed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -40,8 +60,23 @@ pub(crate) struct Arguments {
 }
 
 /// Answers no where a mismatch stays unexplained.
+///
+/// Recordings of probes and of receivers are diagnosed one by one; flight logs together, with whole flights held out.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let recordings = recordings::read_all(&arguments.recordings, arguments.meta.as_deref())?;
+    let logs = recordings.iter().filter(|one| is_log(one)).count();
+    if arguments.normal.is_some() && logs == recordings.len() {
+        return hardware::run(arguments, &recordings);
+    }
+    if logs > 0 && logs == recordings.len() {
+        return flights::run(arguments, &recordings);
+    }
+    let for_logs = arguments.alone || arguments.near_floor || arguments.normal.is_some();
+    if logs > 0 || for_logs {
+        return Err(Failure::NotOnlyFlightLogs {
+            others: recordings.len() - logs,
+        });
+    }
     let (found, errors) = diagnose_all(&recordings);
     let Some((first, _)) = found.first() else {
         return Err(Failure::Diagnose(errors));
@@ -81,7 +116,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             files::json(&all)
         }
         (Format::Text, [(recording, finding)]) if !several => {
-            words::text(recording, finding) + &wrote(&files)
+            let sections = sections::sections(finding, false);
+            let what = words::what(recording, finding);
+            words::text(&recording.name, &what, finding, &sections) + &wrote(&files)
         }
         (Format::Text, _) => {
             let reports = format!(
@@ -98,6 +135,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(Answer::from(
         found.iter().all(|(_, finding)| explained(finding)),
     ))
+}
+
+/// Whether it can only be judged by the forces on its drones.
+fn is_log(recording: &Recording) -> bool {
+    let logs_motors = |vehicle: &Vehicle| vehicle.track.duty.is_some();
+    recording.probes.is_none()
+        && recording.receivers.is_empty()
+        && recording.vehicles.iter().any(logs_motors)
 }
 
 /// One after the other: each takes all threads.
@@ -128,14 +173,27 @@ fn texts(recording: &Recording, finding: &Finding) -> Vec<(String, String)> {
     for figure in &figures {
         texts.push((format!("{}.svg", figure.name), figure.svg.clone()));
     }
-    texts.push(("report.html".to_owned(), page(recording, finding, &figures)));
+    let report = page(
+        &recording.name,
+        &words::what(recording, finding),
+        finding,
+        &sections::sections(finding, true),
+        &figures,
+    );
+    texts.push(("report.html".to_owned(), report));
     texts
 }
 
-fn page(recording: &Recording, finding: &Finding, figures: &[Figure]) -> String {
-    let title = format!("{}: {}", recording.name, words::verdict(finding));
-    let mut page = Page::new(&title, &words::what(recording, finding));
-    for section in sections::sections(finding, true) {
+fn page(
+    name: &str,
+    what: &str,
+    finding: &Finding,
+    sections: &[Section],
+    figures: &[Figure],
+) -> String {
+    let title = format!("{name}: {}", words::verdict(finding));
+    let mut page = Page::new(&title, what);
+    for section in sections {
         page.section(section.heading);
         for part in &section.parts {
             match part {

@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use diagnosis::calibrate::CalibrateError;
+use diagnosis::campaign::CampaignError;
 use diagnosis::diagnose::DiagnoseError;
 use planner::instances::InstanceError;
 use thiserror::Error;
@@ -46,6 +47,14 @@ pub(crate) enum Failure {
     /// One error a recording.
     #[error("{}", joined(.0))]
     Diagnose(Vec<DiagnoseError>),
+    #[error(transparent)]
+    Campaign(#[from] CampaignError),
+    #[error(
+        "{others} of the recordings are no flight logs; diagnose these by themselves: logs are judged together, and --alone, --near-floor and --normal are for them"
+    )]
+    NotOnlyFlightLogs { others: usize },
+    #[error("no flight can be compared: {0}")]
+    NoHardware(String),
     #[error(transparent)]
     Instance(#[from] InstanceError),
     #[error("nothing can be held out: {0}")]

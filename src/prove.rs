@@ -9,6 +9,7 @@ use diagnosis::prove::marks::{LONG_SAMPLES, Mark, Marks};
 use diagnosis::prove::{self, Answer as Given, Case};
 use serde::Serialize;
 
+use crate::diagnose::real;
 use crate::failure::{Failure, answer};
 use crate::files::OutFolder;
 use crate::progress::Progress;
@@ -23,6 +24,9 @@ pub(crate) struct Arguments {
     /// Recordings to make; two in five conceal nothing
     #[arg(long, default_value_t = 600)]
     count: usize,
+    /// Instead: the table of real flights, from a folder with `neural_swarm2` and `crazypad` in it; run it where `recordings/` lies
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "format", "count", "seed"])]
+    flights: Option<PathBuf>,
     /// How to print the marks
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -48,6 +52,11 @@ struct Printed<'a> {
 
 /// Answers no where a mark is missed.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    if let Some(folder) = &arguments.flights {
+        let (table, is_named) = real::table(folder, Path::new("."))?;
+        answer(&table)?;
+        return Ok(Answer::from(is_named));
+    }
     let Arguments { seed, count, .. } = *arguments;
     let out = arguments.out.clone().map(OutFolder::prepare).transpose()?;
     let progress = Progress::start("proving", count);

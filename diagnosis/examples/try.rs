@@ -142,7 +142,8 @@ fn main() {
         println!("{}", m.table());
         for (i, c) in m.cases.iter().enumerate() {
             let _ = &notes[i];
-            if true || (c.truth == "none" && c.detected)
+            if true
+                || (c.truth == "none" && c.detected)
                 || (c.truth != "none" && c.oracle_chi2 > 25.0 && !c.named)
                 || c.spurious
                 || c.skill.is_some_and(|s| s < 0.8)

@@ -11,6 +11,7 @@ use crate::candidates::Candidate;
 use crate::fit::Setting;
 use crate::flow::{Flow, Wakes};
 use crate::hypothesis::Hypothesis;
+use crate::observed::Observed;
 use crate::recording::Role;
 use crate::select::{Selection, Tried};
 
@@ -30,14 +31,19 @@ const BEARINGS: [(f64, &str); 4] = [
 
 /// Measurements that would decide between what was chosen and what does as well, most telling first; empty where nothing does as well.
 #[must_use]
-pub fn advice(setting: &Setting, candidates: &[Candidate], selection: &Selection) -> Vec<String> {
+pub fn advice(
+    setting: &Setting,
+    observed: &Observed,
+    candidates: &[Candidate],
+    selection: &Selection,
+) -> Vec<String> {
     let chosen = &selection.chosen;
     let mut lines = Vec::new();
     for (place, rivals) in selection.rivals.iter().enumerate() {
         let Some(rival) = rivals.first() else {
             continue;
         };
-        lines.extend(places(setting, candidates, chosen, rival));
+        lines.extend(places(setting, observed, candidates, chosen, rival));
         let Some(&name) = chosen.which.get(place) else {
             continue;
         };
@@ -61,11 +67,11 @@ pub fn advice(setting: &Setting, candidates: &[Candidate], selection: &Selection
 /// The two places at which a probe would tell one explanation from another best.
 fn places(
     setting: &Setting,
+    observed: &Observed,
     candidates: &[Candidate],
     chosen: &Tried,
     rival: &Tried,
 ) -> Vec<String> {
-    let observed = setting.observed;
     let recording = observed.recording;
     let Some(instrument) = recording.probes.as_ref().map(|probes| &probes.instrument) else {
         return Vec::new();
@@ -130,7 +136,7 @@ fn places(
                     continue;
                 };
                 let apart = (readings[0] - readings[1]).abs();
-                let noise = noise_at(setting, readings[0]);
+                let noise = noise_at(setting, observed, readings[0]);
                 found.push((apart / noise, apart, depth, radius, bearing, depth_m));
                 if radius == 0.0 {
                     break;
@@ -160,8 +166,8 @@ fn places(
 }
 
 /// Noise of a reading: that of the sample that reads most alike.
-fn noise_at(setting: &Setting, reading: f64) -> f64 {
-    let samples = setting.observed.samples.iter().zip(&setting.noise.sd);
+fn noise_at(setting: &Setting, observed: &Observed, reading: f64) -> f64 {
+    let samples = observed.samples.iter().zip(&setting.noise.sd);
     samples
         .min_by(|(a, _), (b, _)| {
             let off = |simulated: f64| (simulated - reading).abs();

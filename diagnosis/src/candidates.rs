@@ -82,7 +82,7 @@ impl Candidate {
     }
 }
 
-fn parameter(
+pub(crate) fn parameter(
     name: &'static str,
     unit: &'static str,
     bounds: [f64; 2],
@@ -117,21 +117,21 @@ pub fn applicable(observed: &Observed) -> Vec<Candidate> {
 }
 
 /// What a recording has that effects need.
-struct Shows {
-    air: bool,
-    probes: bool,
-    hover_mps: f64,
-    jets: usize,
-    sizes_differ: bool,
-    near: bool,
-    floor: bool,
-    ceiling: bool,
-    moves: bool,
-    climbs: bool,
-    battery: bool,
-    axial_only: bool,
-    span_s: [f64; 2],
-    fastest: f64,
+pub(crate) struct Shows {
+    pub(crate) air: bool,
+    pub(crate) probes: bool,
+    pub(crate) hover_mps: f64,
+    pub(crate) jets: usize,
+    pub(crate) sizes_differ: bool,
+    pub(crate) near: bool,
+    pub(crate) floor: bool,
+    pub(crate) ceiling: bool,
+    pub(crate) moves: bool,
+    pub(crate) climbs: bool,
+    pub(crate) battery: bool,
+    pub(crate) axial_only: bool,
+    pub(crate) span_s: [f64; 2],
+    pub(crate) fastest: f64,
 }
 
 impl Shows {
@@ -197,7 +197,7 @@ impl Shows {
     }
 }
 
-fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
+pub(crate) fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
     let wind = 0.4 * shows.hover_mps;
     let gust = 0.06 * shows.hover_mps;
     let mut candidates = vec![
@@ -369,7 +369,7 @@ fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
     candidates
 }
 
-fn of_the_surroundings(shows: &Shows) -> Vec<Candidate> {
+pub(crate) fn of_the_surroundings(shows: &Shows) -> Vec<Candidate> {
     let [from_s, to_s] = shows.span_s;
     let at = |share: f64| from_s + share * (to_s - from_s);
     let mut candidates = vec![Candidate {
@@ -464,7 +464,7 @@ fn of_the_surroundings(shows: &Shows) -> Vec<Candidate> {
     candidates
 }
 
-fn of_the_receiver(shows: &Shows) -> Vec<Candidate> {
+pub(crate) fn of_the_receiver(shows: &Shows) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     if shows.air {
         candidates.push(Candidate {

@@ -13,7 +13,7 @@ use crate::fit::{Fit, Setting, refit_without};
 use crate::hypothesis::Hypothesis;
 use crate::intervals;
 use crate::noise::{self, Noise};
-use crate::observed::{COVARIATES, Observed};
+use crate::observed::{COVARIATES, Explained, Observed};
 use crate::outside::{self, Shape};
 use crate::prove::Verdict;
 use crate::random::Random;
@@ -147,7 +147,7 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
         candidates: ranked(&candidates, &selection),
         shape,
         chance: gate.p,
-        advice: advice(&setting, &candidates, &selection),
+        advice: advice(&setting, &observed, &candidates, &selection),
         smallest: smallest(&setting, &candidates, &noise),
         effects,
         prediction,
@@ -289,7 +289,7 @@ fn plateau(observed: &Observed) -> Option<f64> {
     (recorded.iter().filter(near).count() >= PLATEAU).then_some(highest)
 }
 
-fn effect(
+pub(crate) fn effect(
     candidate: &Candidate,
     values: &[f64],
     half_widths: &[f64],
@@ -406,7 +406,8 @@ fn held_out(
     };
     let rms = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
     // Before: without what throttle and power have answered already.
-    let plain = Setting::new(setting.observed, noise, Hypothesis::default());
+    let mut plain = setting.clone();
+    plain.base = Hypothesis::default();
     let before = squares(&plain, &[], &plain.nothing());
     let after = match shape {
         // The trees' corrections are held out themselves; what they lie on is a handful of parameters.
@@ -438,7 +439,7 @@ fn held_out(
     }
 }
 
-fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ranked> {
+pub(crate) fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ranked> {
     let of = |tried: &crate::select::Tried| {
         let candidate = &candidates[tried.which[0]];
         let names = candidate
@@ -457,7 +458,11 @@ fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ranked> {
 }
 
 /// Minimal departures that this recording would have shown: 80 % power at 5 %.
-fn smallest(setting: &Setting, candidates: &[Candidate], noise: &Noise) -> Vec<Smallest> {
+pub(crate) fn smallest(
+    setting: &Setting,
+    candidates: &[Candidate],
+    noise: &Noise,
+) -> Vec<Smallest> {
     let clean = setting.observed.predict(&setting.base);
     candidates
         .iter()

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::candidates::{Candidate, Parameter};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Noise;
-use crate::observed::Observed;
+use crate::observed::{Explained, Observed};
 use crate::simulate::Channel;
 
 /// Where gross errors begin to count less, in standard deviations (`c`).
@@ -31,7 +31,7 @@ const ENOUGH: f64 = 1e-5;
 #[derive(Clone, Debug)]
 pub struct Setting<'a> {
     /// The samples.
-    pub observed: &'a Observed<'a>,
+    pub observed: &'a dyn Explained,
     /// Their scatter.
     pub noise: &'a Noise,
     /// What is supposed before any candidate.
@@ -74,6 +74,17 @@ impl<'a> Setting<'a> {
             // A throttle ratio refers to the drone's own hover: a percent, as far as hovers agree.
             _ => [0.01, 1e-6],
         };
+        Setting::within(observed, noise, base, tolerances)
+    }
+
+    /// The same of anything that can be explained; `tolerances` bound gain (1) and offset (the channel's unit).
+    #[must_use]
+    pub fn within(
+        observed: &'a dyn Explained,
+        noise: &'a Noise,
+        base: Hypothesis,
+        tolerances: [f64; 2],
+    ) -> Setting<'a> {
         Setting {
             observed,
             noise,

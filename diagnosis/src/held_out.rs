@@ -47,7 +47,7 @@ pub enum Share {
 
 impl Share {
     /// The name that a vehicle's thrust map goes by.
-    fn group(self, of: &Vehicle) -> &str {
+    pub(crate) fn group(self, of: &Vehicle) -> &str {
         match self {
             Share::Airframe => of.airframe.name(),
             Share::Nobody => &of.id,
@@ -260,7 +260,7 @@ pub fn clock_offsets(
 }
 
 /// Recordings in the order of their names, and the fold that each is dealt to.
-fn deal(recordings: &[Recording], folds: usize) -> (Vec<usize>, Vec<usize>) {
+pub(crate) fn deal(recordings: &[Recording], folds: usize) -> (Vec<usize>, Vec<usize>) {
     let mut by_name: Vec<usize> = (0..recordings.len()).collect();
     by_name.sort_by(|&a, &b| recordings[a].name.cmp(&recordings[b].name));
     let mut fold_of = vec![0; recordings.len()];

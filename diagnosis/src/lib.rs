@@ -20,6 +20,7 @@ pub mod advice;
 pub mod anemometer;
 pub mod baseline;
 pub mod calibrate;
+pub mod campaign;
 pub mod candidates;
 pub mod clock;
 pub mod diagnose;

@@ -1,6 +1,6 @@
 //! How far readings scatter where nothing is missing: the yardstick for everything else.
 
-use crate::observed::Observed;
+use crate::observed::{Explained, Observed};
 use crate::simulate::Channel;
 use crate::statistics::noise::{Bounds, NoiseModel, Whitener, estimate};
 use crate::statistics::sequence::{Blocks, Sequence};

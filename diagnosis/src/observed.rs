@@ -27,6 +27,67 @@ pub const COVARIATES: [&str; 18] = [
     "y m",
 ];
 
+/// Values recorded, what a hypothesis makes of them, and what surrounds each: all that a diagnosis needs to know.
+pub trait Explained: std::fmt::Debug + Sync {
+    /// Recorded values.
+    fn recorded(&self) -> Vec<f64>;
+
+    /// What they would be under a hypothesis, in their order.
+    fn predict(&self, hypothesis: &Hypothesis) -> Vec<f64>;
+
+    /// Times (s).
+    fn times_s(&self) -> Vec<f64>;
+
+    /// What surrounds each value.
+    fn circumstances(&self) -> Circumstances<'_>;
+
+    /// For each series that a pulsation of the rotors would show in: its samples, and when the air there was released (s).
+    fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)>;
+}
+
+/// Quantities known at every value beside it.
+#[derive(Clone, Copy, Debug)]
+pub struct Circumstances<'a> {
+    /// What they are called, with the unit, and their letters in an expression.
+    pub names: &'static [(&'static str, &'static str)],
+    /// One column for each, one entry a value; not a number where it has none.
+    pub columns: &'a [Vec<f64>],
+}
+
+impl Circumstances<'_> {
+    /// Azimuth (rad) about the drone that blows on a value: in the world from east, or in the drone's body from its nose. `None` where nobody
+    /// knows; not a number below no drone.
+    #[must_use]
+    pub fn azimuth_rad(&self, in_body: bool) -> Option<Vec<f64>> {
+        let [cos, sin] = match in_body {
+            true => ["cos az body", "sin az body"],
+            false => ["cos az", "sin az"],
+        }
+        .map(|name| self.names.iter().position(|(known, _)| *known == name));
+        let (cos, sin) = (&self.columns[cos?], &self.columns[sin?]);
+        let angle = |(&cos, &sin): (&f64, &f64)| match cos.hypot(sin) > 0.5 {
+            true => sin.atan2(cos),
+            false => f64::NAN,
+        };
+        Some(cos.iter().zip(sin).map(angle).collect())
+    }
+}
+
+/// [`COVARIATES`] with their letters.
+const LETTERED: [(&str, &str); COVARIATES.len()] = {
+    let letters = [
+        "s", "r", "xi", "cos", "sin", "h", "t", "U", "z_e", "v_e", "v_z", "U2/U1", "V", "h/r_half",
+        "cos_b", "sin_b", "x", "y",
+    ];
+    let mut all = [("", ""); COVARIATES.len()];
+    let mut at = 0;
+    while at < all.len() {
+        all[at] = (COVARIATES[at], letters[at]);
+        at += 1;
+    }
+    all
+};
+
 /// Samples of one recording, one channel, and what surrounds each of them.
 #[derive(Clone, Debug)]
 pub struct Observed<'a> {
@@ -78,21 +139,6 @@ impl<'a> Observed<'a> {
         Some(observed)
     }
 
-    /// What the samples would be under a hypothesis, in their order. Where a hypothesis asks for a drone's place in a gap, the
-    /// baseline's value stands.
-    #[must_use]
-    pub fn predict(&self, hypothesis: &Hypothesis) -> Vec<f64> {
-        let flow = Flow::supposing(self.recording, &self.wakes, hypothesis);
-        let mut predicted = Vec::with_capacity(self.samples.len());
-        for series in &self.series {
-            let values = series.simulate(self.recording, &flow, &hypothesis.sensor);
-            for value in values {
-                predicted.push(value.unwrap_or_else(|| self.samples[predicted.len()].simulated));
-            }
-        }
-        predicted
-    }
-
     /// How long ago (s) the air at a sample left its drone, at the centreline's speed; 0 below none.
     #[must_use]
     pub fn age_s(&self, sample: usize) -> f64 {
@@ -106,20 +152,6 @@ impl<'a> Observed<'a> {
         age.unwrap_or(0.0)
     }
 
-    /// Azimuth (rad) of a sample about the drone that blows on it: in the world from east, or in the drone's body from its nose. `None`
-    /// below no drone.
-    #[must_use]
-    pub fn azimuth_rad(&self, sample: usize, in_body: bool) -> Option<f64> {
-        self.samples[sample].place?;
-        let column = |name: &str| Some(self.covariate(name)?[sample]);
-        let (cos, sin) = if in_body {
-            (column("cos az body")?, column("sin az body")?)
-        } else {
-            (column("cos az")?, column("sin az")?)
-        };
-        Some(sin.atan2(cos))
-    }
-
     /// Smallest step of a reading, in the channel's unit; 0 where none is declared.
     #[must_use]
     pub fn resolution(&self) -> f64 {
@@ -129,22 +161,10 @@ impl<'a> Observed<'a> {
             .map_or(0.0, |probes| probes.instrument.resolution_mps)
     }
 
-    /// Recorded values.
-    #[must_use]
-    pub fn recorded(&self) -> Vec<f64> {
-        self.samples.iter().map(|sample| sample.recorded).collect()
-    }
-
     /// The baseline's values.
     #[must_use]
     pub fn simulated(&self) -> Vec<f64> {
         self.samples.iter().map(|sample| sample.simulated).collect()
-    }
-
-    /// Times (s).
-    #[must_use]
-    pub fn times_s(&self) -> Vec<f64> {
-        self.samples.iter().map(|sample| sample.t_s).collect()
     }
 
     /// One covariate by name.
@@ -152,6 +172,51 @@ impl<'a> Observed<'a> {
     pub fn covariate(&self, name: &str) -> Option<&[f64]> {
         let at = COVARIATES.iter().position(|known| *known == name)?;
         self.covariates.get(at).map(Vec::as_slice)
+    }
+}
+
+impl Explained for Observed<'_> {
+    fn recorded(&self) -> Vec<f64> {
+        self.samples.iter().map(|sample| sample.recorded).collect()
+    }
+
+    /// Where a hypothesis asks for a drone's place in a gap, the baseline's value stands.
+    fn predict(&self, hypothesis: &Hypothesis) -> Vec<f64> {
+        let flow = Flow::supposing(self.recording, &self.wakes, hypothesis);
+        let mut predicted = Vec::with_capacity(self.samples.len());
+        for series in &self.series {
+            let values = series.simulate(self.recording, &flow, &hypothesis.sensor);
+            for value in values {
+                predicted.push(value.unwrap_or_else(|| self.samples[predicted.len()].simulated));
+            }
+        }
+        predicted
+    }
+
+    fn times_s(&self) -> Vec<f64> {
+        self.samples.iter().map(|sample| sample.t_s).collect()
+    }
+
+    fn circumstances(&self) -> Circumstances<'_> {
+        Circumstances {
+            names: &LETTERED,
+            columns: &self.covariates,
+        }
+    }
+
+    fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)> {
+        let last = self.series_of.iter().copied().max().unwrap_or(0);
+        let of_series = |series: usize| {
+            let samples: Vec<usize> = (0..self.samples.len())
+                .filter(|&i| self.series_of[i] == series)
+                .collect();
+            let clock_s = samples
+                .iter()
+                .map(|&i| self.samples[i].t_s - self.age_s(i))
+                .collect();
+            (samples, clock_s)
+        };
+        (0..=last).map(of_series).collect()
     }
 }
 

@@ -10,7 +10,6 @@ use serde::Serialize;
 use crate::candidates::{Candidate, Kind as CandidateKind};
 use crate::diagnose::BEYOND_DOUBT;
 use crate::fit::{Fit, Setting};
-use crate::observed::COVARIATES;
 use crate::select::{Selection, flexible};
 use crate::statistics::column::{self, Column, Covariate, Kind};
 use crate::statistics::expression::{self, Coordinate};
@@ -73,10 +72,12 @@ pub fn anything(setting: &Setting, candidates: &[Candidate], nothing: &Fit) -> G
             });
         }
     }
-    let covariates: Vec<Covariate> = COVARIATES
+    let around = observed.circumstances();
+    let covariates: Vec<Covariate> = around
+        .names
         .iter()
-        .zip(&observed.covariates)
-        .map(|(name, values)| Covariate { name, values })
+        .zip(around.columns)
+        .map(|((name, _), values)| Covariate { name, values })
         .collect();
     columns.extend(column::bins(&covariates, &noise.sd));
     columns.extend(column::steps(&observed.times_s(), &noise.sd, STEPS));
@@ -103,17 +104,10 @@ pub fn anything(setting: &Setting, candidates: &[Candidate], nothing: &Fit) -> G
 
 /// Every series on the clock of the air's release: a pulsation of the rotors is periodic there.
 fn rhythms(setting: &Setting, clean: &[f64]) -> Vec<Rhythm> {
-    let observed = setting.observed;
-    let last = observed.series_of.iter().copied().max().unwrap_or(0);
-    (0..=last)
-        .map(|series| {
-            let samples: Vec<usize> = (0..clean.len())
-                .filter(|&i| observed.series_of[i] == series)
-                .collect();
-            let clock_s = samples
-                .iter()
-                .map(|&i| observed.samples[i].t_s - observed.age_s(i))
-                .collect();
+    let releases = setting.observed.releases();
+    releases
+        .into_iter()
+        .map(|(samples, clock_s)| {
             let weight = samples
                 .iter()
                 .map(|&i| clean[i] / setting.noise.sd[i])
@@ -158,9 +152,15 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
     let clean = observed.predict(&setting.base);
     let recorded = observed.recorded();
     let turn = std::f64::consts::TAU * frequency_hz;
+    let mut clock_s = observed.times_s();
+    for (samples, released_s) in observed.releases() {
+        for (i, released_s) in samples.into_iter().zip(released_s) {
+            clock_s[i] = released_s;
+        }
+    }
     let columns: Vec<[f64; 2]> = (0..clean.len())
         .map(|i| {
-            let (sin, cos) = (turn * (observed.samples[i].t_s - observed.age_s(i))).sin_cos();
+            let (sin, cos) = (turn * clock_s[i]).sin_cos();
             [clean[i] * sin, clean[i] * cos]
         })
         .collect();
@@ -202,12 +202,12 @@ fn shape(
     selection: &Selection,
     left: &trees::HeldOut,
 ) -> Shape {
-    let observed = setting.observed;
+    let around = setting.observed.circumstances();
     let noise = setting.noise;
-    let x = DMatrix::from_fn(observed.samples.len(), COVARIATES.len(), |i, j| {
-        observed.covariates[j][i]
+    let recorded = setting.observed.recorded();
+    let x = DMatrix::from_fn(recorded.len(), around.columns.len(), |i, j| {
+        around.columns[j][i]
     });
-    let recorded = observed.recorded();
     let chosen = &selection.chosen.fit.predicted;
     let rest: Vec<f64> = recorded.iter().zip(chosen).map(|(y, f)| y - f).collect();
     let weights: Vec<f64> = noise.sd.iter().map(|sd| (sd * sd).recip()).collect();
@@ -215,32 +215,32 @@ fn shape(
     let mut shares: Vec<(usize, f64)> = forest.shares().into_iter().enumerate().collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     let first = shares.first().map_or(0, |(k, _)| *k);
-    let edges = column::quantile_edges(&observed.covariates[first], CURVE_POINTS);
+    let edges = column::quantile_edges(&around.columns[first], CURVE_POINTS);
     let along = forest.partial_dependence(&x, first, &edges);
     let share_of = |name: &str| {
-        let of_name = shares.iter().filter(|(k, _)| COVARIATES[*k].ends_with(name));
+        let of_name = shares
+            .iter()
+            .filter(|(k, _)| around.names[*k].0.ends_with(name));
         of_name.map(|(_, share)| share).sum::<f64>()
     };
     let in_body = share_of("az body") > share_of("az");
-    let azimuth: Vec<f64> = (0..observed.samples.len())
-        .map(|i| observed.azimuth_rad(i, in_body).unwrap_or(f64::NAN))
-        .collect();
+    let azimuth = around.azimuth_rad(in_body);
     // Three circumstances and the azimuth: more would be no short expression.
     let mut coordinates: Vec<Coordinate> = shares
         .iter()
-        .filter(|(k, _)| !COVARIATES[*k].contains(" az"))
+        .filter(|(k, _)| !around.names[*k].0.contains(" az"))
         .take(3)
         .map(|&(k, _)| Coordinate {
-            letter: LETTERS[k],
-            values: &observed.covariates[k],
+            letter: around.names[k].1,
+            values: &around.columns[k],
             is_angle: false,
         })
         .collect();
-    coordinates.push(Coordinate {
+    coordinates.extend(azimuth.as_ref().map(|values| Coordinate {
         letter: if in_body { "phi_b" } else { "phi" },
-        values: &azimuth,
+        values,
         is_angle: true,
-    });
+    }));
     let found = expression::find(&coordinates, &rest, &noise.whitener, &noise.sequence_blocks);
     let found = found
         .first()
@@ -261,7 +261,7 @@ fn shape(
         depends_on: shares
             .iter()
             .take(3)
-            .map(|&(k, share)| (COVARIATES[k].to_owned(), share))
+            .map(|&(k, share)| (around.names[k].0.to_owned(), share))
             .collect(),
         curve: edges.into_iter().zip(along).collect(),
         expression: found.map(|found| found.expression.to_string()),
@@ -278,8 +278,3 @@ fn shape(
         correction: left.predictions.clone(),
     }
 }
-
-/// Letters of [`COVARIATES`] in an expression.
-const LETTERS: [&str; 18] = [
-    "s", "r", "xi", "cos", "sin", "h", "t", "U", "z_e", "v_e", "v_z", "U2/U1", "V", "h/r_half", "cos_b", "sin_b", "x", "y",
-];

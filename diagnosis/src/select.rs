@@ -8,7 +8,6 @@ use nalgebra::DMatrix;
 use crate::candidates::{Candidate, Kind};
 use crate::fit::{Fit, Setting, held_out};
 use crate::intervals::is_closure;
-use crate::observed::COVARIATES;
 use crate::statistics::trees::{self, HeldOut};
 
 /// Parts that the blocks are dealt to.
@@ -41,11 +40,9 @@ const RIVALS: usize = 4;
 /// What trees over the circumstances predict, held out, of what a fit leaves.
 #[must_use]
 pub fn flexible(setting: &Setting, fit: &Fit) -> HeldOut {
-    let observed = setting.observed;
-    let circumstances = DMatrix::from_fn(observed.samples.len(), COVARIATES.len(), |i, j| {
-        observed.covariates[j][i]
-    });
-    let recorded = observed.recorded();
+    let columns = setting.observed.circumstances().columns;
+    let recorded = setting.observed.recorded();
+    let circumstances = DMatrix::from_fn(recorded.len(), columns.len(), |i, j| columns[j][i]);
     let left: Vec<f64> = recorded
         .iter()
         .zip(&fit.predicted)
@@ -226,7 +223,7 @@ fn nothing(setting: &Setting) -> Tried {
     }
 }
 
-fn attempt(
+pub(crate) fn attempt(
     setting: &Setting,
     candidates: &[Candidate],
     nothing: &Tried,
@@ -347,9 +344,14 @@ fn beside(
     together(candidates, singles, wanted, attempt)
 }
 
-/// What a second candidate could gain beside a first, to first order, from the best of its starts.
-fn promise(setting: &Setting, candidates: &[Candidate], first: &Tried, second: usize) -> f64 {
-    let members = [&candidates[first.which[0]], &candidates[second]];
+/// What another candidate could gain beside those taken, to first order, from the best of its starts.
+pub(crate) fn promise(
+    setting: &Setting,
+    candidates: &[Candidate],
+    first: &Tried,
+    second: usize,
+) -> f64 {
+    let mut members: Vec<&Candidate> = first.which.iter().map(|&k| &candidates[k]).collect();
     // Gain and offset at their tolerance take no more: what a sensor's fault adds there is its own.
     let count = first.fit.jacobian.ncols();
     let free: Vec<usize> = (0..count)
@@ -369,7 +371,8 @@ fn promise(setting: &Setting, candidates: &[Candidate], first: &Tried, second: u
     };
     let clean = setting
         .observed
-        .predict(&setting.hypothesis(&members[..1], &first.fit.values));
+        .predict(&setting.hypothesis(&members, &first.fit.values));
+    members.push(&candidates[second]);
     let of_start = |start: &Vec<f64>| {
         let values = [first.fit.values.clone(), start.clone()].concat();
         let changed = setting
@@ -395,7 +398,8 @@ fn promise(setting: &Setting, candidates: &[Candidate], first: &Tried, second: u
             0.0
         }
     };
-    members[1].starts.iter().map(of_start).fold(0.0, f64::max)
+    let starts = &candidates[second].starts;
+    starts.iter().map(of_start).fold(0.0, f64::max)
 }
 
 /// Gains in a few blocks alone have a large standard error whatever their size; a large one must not rest on one block.
@@ -562,7 +566,7 @@ impl Tried {
 }
 
 /// Log densities over others, block by block.
-fn gain(setting: &Setting, log_density: &[f64], over: &[f64]) -> Gain {
+pub(crate) fn gain(setting: &Setting, log_density: &[f64], over: &[f64]) -> Gain {
     let mut blocks = vec![0.0; setting.noise.blocks];
     for ((a, b), &block) in log_density.iter().zip(over).zip(&setting.noise.block) {
         blocks[block] += a - b;

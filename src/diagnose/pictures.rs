@@ -1,5 +1,7 @@
 //! The figures of a finding: where, along which coordinates, how well.
 
+use diagnosis::campaign::CampaignFinding;
+use diagnosis::campaign::covariates::COORDINATES;
 use diagnosis::finding::Finding;
 use diagnosis::noise::noise;
 use diagnosis::observed::{COVARIATES, Observed};
@@ -23,8 +25,14 @@ const SIGNS: f64 = 2.0;
 const CURVES: usize = 2;
 /// Coordinates that say nearly the same of a sample: one curve of each group.
 const ALIKE: [&[&str]; 6] = [
-    &["s/l", "emitter z m", "height m", "height/half-width"],
-    &["r/l", "xi", "air m/s"],
+    &[
+        "s/l",
+        "depth m",
+        "emitter z m",
+        "height m",
+        "height/half-width",
+    ],
+    &["r/l", "xi", "air m/s", "beside m", "beside/half-width"],
     &["cos az", "sin az"],
     &["time s", "battery V"],
     &["emitter speed m/s", "climb m/s"],
@@ -37,7 +45,9 @@ struct Seen {
     corrected: Vec<f64>,
     noise: Vec<f64>,
     inside: Vec<bool>,
-    /// One column for each of [`COVARIATES`].
+    /// Names of the coordinates.
+    names: Vec<&'static str>,
+    /// One column for each of them.
     covariates: Vec<Vec<f64>>,
 }
 
@@ -46,16 +56,33 @@ pub(super) fn draw(recording: &Recording, finding: &Finding) -> Vec<Figure> {
     let Some(seen) = seen(recording, finding) else {
         return Vec::new();
     };
-    let subtitle = format!(
-        "{}; {}",
-        words::what(recording, finding),
-        words::verdict(finding)
-    );
+    let what = words::what(recording, finding);
+    all(&recording.name, &what, finding, &seen)
+}
+
+/// The same of several flights.
+pub(super) fn draw_campaign(name: &str, what: &str, found: &CampaignFinding) -> Vec<Figure> {
+    let rows = &found.finding.region.sample_indices;
+    let seen = Seen {
+        samples: found.samples.clone(),
+        corrected: found.finding.prediction.clone(),
+        noise: found.noise_n.clone(),
+        inside: (0..found.samples.len())
+            .map(|row| rows.binary_search(&row).is_ok())
+            .collect(),
+        names: COORDINATES.map(|(name, _)| name).to_vec(),
+        covariates: found.columns.clone(),
+    };
+    all(name, what, &found.finding, &seen)
+}
+
+fn all(name: &str, what: &str, finding: &Finding, seen: &Seen) -> Vec<Figure> {
+    let subtitle = format!("{what}; {}", words::verdict(finding));
     let unit = words::unit(finding.channel);
     let figures = [
-        residuals(&recording.name, &subtitle, unit, &seen),
-        signature(&recording.name, &subtitle, finding, &seen),
-        agreement(&recording.name, &subtitle, finding, &seen),
+        residuals(name, &subtitle, unit, seen),
+        signature(name, &subtitle, finding, seen),
+        agreement(name, &subtitle, finding, seen),
     ];
     figures.into_iter().flatten().collect()
 }
@@ -81,6 +108,7 @@ fn seen(recording: &Recording, finding: &Finding) -> Option<Seen> {
             .map(|sample| rows.binary_search(&sample.row).is_ok())
             .collect(),
         corrected,
+        names: COVARIATES.to_vec(),
         covariates: observed.covariates,
         samples: observed.samples,
     })
@@ -160,7 +188,7 @@ fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Opti
     } else {
         seen.samples.iter().map(Sample::residual).collect()
     };
-    let mut shares: Vec<(f64, usize)> = (0..COVARIATES.len())
+    let mut shares: Vec<(f64, usize)> = (0..seen.names.len())
         .map(|column| (share(&seen.covariates[column], &shown), column))
         .filter(|(share, _)| *share > 0.0)
         .collect();
@@ -171,9 +199,9 @@ fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Opti
         .as_ref()
         .and_then(|shape| shape.depends_on.first());
     if let Some((name, _)) = first {
-        shares.sort_by_key(|(_, column)| COVARIATES[*column] != name);
+        shares.sort_by_key(|(_, column)| seen.names[*column] != name);
     }
-    let group = |column: usize| ALIKE.iter().position(|g| g.contains(&COVARIATES[column]));
+    let group = |column: usize| ALIKE.iter().position(|g| g.contains(&seen.names[column]));
     let mut taken: Vec<usize> = Vec::new();
     for (_, column) in shares {
         if taken.len() < CURVES && taken.iter().all(|&other| group(other) != group(column)) {
@@ -211,7 +239,9 @@ fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Opti
 
 /// Places where a column is cut into bins of as many samples; fewer where many values are the same.
 fn bins(column: &[f64]) -> Vec<Vec<usize>> {
-    let mut order: Vec<usize> = (0..column.len()).collect();
+    let mut order: Vec<usize> = (0..column.len())
+        .filter(|&i| column[i].is_finite())
+        .collect();
     order.sort_by(|&a, &b| column[a].total_cmp(&column[b]).then(a.cmp(&b)));
     let each = order.len().div_ceil(BINS).max(LEAST_IN_BIN);
     let mut bins: Vec<Vec<usize>> = Vec::new();
@@ -238,7 +268,9 @@ fn share(column: &[f64], values: &[f64]) -> f64 {
     if bins.len() < 3 {
         return 0.0;
     }
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let inside = || bins.iter().flatten().map(|&i| values[i]);
+    let count = bins.iter().map(Vec::len).sum::<usize>() as f64;
+    let mean = inside().sum::<f64>() / count;
     let all: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
     let between: f64 = bins
         .iter()
@@ -265,7 +297,7 @@ fn curve(column: usize, law: &[f64], seen: &Seen) -> Curve {
         })
     });
     Curve {
-        label: label(COVARIATES[column]).to_owned(),
+        label: label(seen.names[column]).to_owned(),
         bins: bins.collect(),
     }
 }
@@ -283,7 +315,13 @@ fn label(covariate: &str) -> &str {
         "air m/s" => "simulated air there (m/s)",
         "emitter z m" => "height of the drone above (m)",
         "emitter speed m/s" => "speed of the drone above (m/s)",
-        "climb m/s" => "climb of the drone above (m/s)",
+        "climb m/s" | "emitter climb m/s" => "climb of the drone above (m/s)",
+        "depth m" => "depth below the drone above (m)",
+        "beside m" => "distance from its axis (m)",
+        "beside/half-width" => "distance from its axis over the half-width",
+        "own climb m/s" => "own climb (m/s)",
+        "own speed m/s" => "own speed (m/s)",
+        "thrust N" => "thrust (N)",
         "second jet/first" => "second strongest jet over the strongest",
         "battery V" => "battery (V)",
         "height/half-width" => "height above the floor over the half-width",

@@ -4,8 +4,9 @@ use diagnosis::candidates::Kind;
 use diagnosis::finding::{Effect, Finding, HeldOut, Ranked, Smallest};
 use diagnosis::outside::Shape;
 use diagnosis::prove::Verdict;
+use diagnosis::simulate::Channel;
 
-use super::words::{figures, unit};
+use super::words::{amount, figures};
 use crate::page::Table;
 
 /// Candidates shown at a terminal; the report and the JSON have all.
@@ -81,11 +82,17 @@ fn error(finding: &Finding) -> String {
     } else {
         "low"
     };
+    let size = amount(region.mean_error.abs(), finding.channel);
+    // A force has both signs: a share of its mean says nothing.
+    let by = match finding.channel {
+        Channel::VerticalForce => format!("too {direction} by {size} in the mean (up is positive)"),
+        _ => format!(
+            "{:.1} % too {direction} in the mean ({size})",
+            100.0 * region.relative_error.abs()
+        ),
+    };
     format!(
-        "There the simulation is {:.1} % too {direction} in the mean ({}{}); its error is {:.1} times the noise. Chance of as much structure in noise alone: {}.",
-        100.0 * region.relative_error.abs(),
-        figures(region.mean_error.abs()),
-        unit(finding.channel),
+        "There the simulation is {by}; its error is {:.1} times the noise. Chance of as much structure in noise alone: {}.",
         region.error_over_noise,
         chance(finding.chance)
     )
@@ -201,9 +208,10 @@ fn candidates(finding: &Finding, all: bool) -> Vec<Part> {
         rows: finding.candidates.iter().take(shown).map(row).collect(),
     };
     let mut parts = vec![
-        Part::Line(
-            "Gain: log likelihood of blocks that were not fitted, over that of the simulation as it is.".into(),
-        ),
+        Part::Line(format!(
+            "Gain: log likelihood of {} that were not fitted, over that of the simulation as it is.",
+            parts_of(finding.channel)
+        )),
         Part::Table(table),
     ];
     let more = finding.candidates.len().saturating_sub(shown);
@@ -221,15 +229,24 @@ fn fit(finding: &Finding) -> String {
         rms_after_high,
         noise_floor,
     } = finding.held_out;
-    let unit = unit(finding.channel);
+    let amount = |value: f64| amount(value, finding.channel);
     format!(
-        "rms error on blocks that were not fitted: {}{unit} before, {}{unit} after ({} to {}); noise floor {}{unit}.",
-        figures(rms_before),
-        figures(rms_after),
-        figures(rms_after_low),
-        figures(rms_after_high),
-        figures(noise_floor)
+        "rms error on {} that were not fitted: {} before, {} after ({} to {}); noise floor {}.",
+        parts_of(finding.channel),
+        amount(rms_before),
+        amount(rms_after),
+        amount(rms_after_low),
+        amount(rms_after_high),
+        amount(noise_floor)
     )
+}
+
+/// What is held out together: forces are judged over whole flights.
+fn parts_of(channel: Channel) -> &'static str {
+    match channel {
+        Channel::VerticalForce => "flights",
+        _ => "blocks",
+    }
 }
 
 fn not_sure(finding: &Finding) -> Vec<Part> {

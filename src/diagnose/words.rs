@@ -5,7 +5,7 @@ use diagnosis::prove::Verdict;
 use diagnosis::recording::{Recording, Role};
 use diagnosis::simulate::Channel;
 
-use super::sections::{Part, sections};
+use super::sections::{Part, Section};
 use crate::page::Table;
 use crate::wording::count;
 
@@ -22,11 +22,19 @@ pub(super) fn verdict(finding: &Finding) -> String {
         Verdict::Library => format!("{first}, {}", explained(&finding.held_out)),
         Verdict::Ambiguous => {
             let or = finding.effects.iter().map(|effect| {
-                let all = [&[effect.name.clone()], effect.alternatives.as_slice()].concat();
+                let all = [
+                    std::slice::from_ref(&effect.name),
+                    effect.alternatives.as_slice(),
+                ]
+                .concat();
                 all.join(" or ")
             });
             let or: Vec<String> = or.collect();
-            format!("{}: the recording cannot tell", or.join("; and "))
+            let who = match finding.channel {
+                Channel::VerticalForce => "these flights",
+                _ => "the recording",
+            };
+            format!("{}: {who} cannot tell", or.join("; and "))
         }
         Verdict::OutsideLibrary if first.is_empty() => {
             "a mismatch that no candidate explains".into()
@@ -89,6 +97,14 @@ pub(super) fn unit(channel: Channel) -> &'static str {
     }
 }
 
+/// A value of a channel with its unit; forces on small drones in thousandths.
+pub(super) fn amount(value: f64, channel: Channel) -> String {
+    match channel {
+        Channel::VerticalForce => format!("{:.1} mN", 1e3 * value),
+        _ => format!("{}{}", figures(value), unit(channel)),
+    }
+}
+
 /// Three figures, never fewer than the whole number.
 pub(super) fn figures(value: f64) -> String {
     let size = value.abs();
@@ -130,14 +146,9 @@ fn explained(held_out: &HeldOut) -> String {
 }
 
 /// The report for the terminal.
-pub(super) fn text(recording: &Recording, finding: &Finding) -> String {
-    let mut text = format!(
-        "{}: {}\n{}\n",
-        recording.name,
-        verdict(finding),
-        what(recording, finding)
-    );
-    for section in sections(finding, false) {
+pub(super) fn text(name: &str, what: &str, finding: &Finding, sections: &[Section]) -> String {
+    let mut text = format!("{name}: {}\n{what}\n", verdict(finding));
+    for section in sections {
         text += &format!("\n{}\n", section.heading);
         for part in &section.parts {
             match part {

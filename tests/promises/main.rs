@@ -16,6 +16,7 @@ mod neural_swarm;
 mod paper;
 mod planner;
 mod readme;
+mod real_flights;
 mod recordings;
 mod recordings_commands;
 mod scenario;

@@ -13,6 +13,7 @@
 
 mod air_density;
 mod battery_sag;
+mod body_drag;
 mod buoyancy;
 mod ceiling_effect;
 mod climb_descent;
@@ -25,6 +26,7 @@ mod ground_impingement;
 mod jet_merging;
 mod momentum_scale;
 mod near_field;
+mod own_motion;
 mod payload_mass;
 mod profile_tail;
 mod ranges;
@@ -42,6 +44,7 @@ use serde::{Deserialize, Serialize};
 
 pub use air_density::AirDensity;
 pub use battery_sag::BatterySag;
+pub use body_drag::BodyDrag;
 pub use buoyancy::Buoyancy;
 pub use ceiling_effect::CeilingEffect;
 pub use climb_descent::ClimbDescent;
@@ -54,6 +57,7 @@ pub use ground_impingement::GroundImpingement;
 pub use jet_merging::JetMerging;
 pub use momentum_scale::MomentumScale;
 pub use near_field::NearFieldShape;
+pub use own_motion::OwnMotion;
 pub use payload_mass::PayloadMass;
 pub use profile_tail::ProfileTail;
 pub use ranges::{OutOfRange, PARAMETERS, Parameter};
@@ -137,4 +141,8 @@ pub struct Effects {
     /// A battery that weakens.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub battery_sag: Option<BatterySag>,
+    /// Drag of the frame in the air that passes it.
+    pub body_drag: Option<BodyDrag>,
+    /// The receiver's own velocity.
+    pub own_motion: Option<OwnMotion>,
 }

@@ -62,11 +62,9 @@ impl Effects {
         let [x, y] = self
             .crossflow
             .map_or([0.0; 2], |crossflow| crossflow.wind_mps);
-        let (rising_mps, level_mps) = self
-            .recirculation
-            .map_or((Vector3::zeros(), 0.0), |room| {
-                room.draught_mps(since_takeoff_s)
-            });
+        let (rising_mps, level_mps) = self.recirculation.map_or((Vector3::zeros(), 0.0), |room| {
+            room.draught_mps(since_takeoff_s)
+        });
         (Vector3::new(x, y, 0.0) + rising_mps, level_mps)
     }
 }

@@ -226,6 +226,38 @@ pub struct Whitener {
     sd: Vec<f64>,
     /// Of every sample: the one before, and kᵢ.
     before: Vec<Option<(usize, f64)>>,
+    /// In the order in which it is taken out.
+    shared: Vec<Shared>,
+}
+
+/// A pattern of unknown size that runs through a stretch of samples: an offset of one flight, a map that is a little too steep.
+///
+/// Its size is normal with mean 0, so it adds `a aᵀ` to the covariance (`a`: the pattern times its standard deviation, whitened by what
+/// came before), and whitening takes out of every vector most of what lies along `a`.
+#[derive(Clone, Debug)]
+struct Shared {
+    from: usize,
+    pattern: Vec<f64>,
+}
+
+impl Shared {
+    /// Takes it out of whitened values.
+    ///
+    /// ```text
+    /// (1 + a aᵀ)^(-1/2) = 1 - k a aᵀ,   k = (1 - 1/√(1 + a²))/a²
+    /// ```
+    fn take_out(&self, whitened: &mut [f64]) {
+        let stretch = &mut whitened[self.from..self.from + self.pattern.len()];
+        let square: f64 = self.pattern.iter().map(|a| a * a).sum();
+        if square <= 0.0 {
+            return;
+        }
+        let along: f64 = self.pattern.iter().zip(&*stretch).map(|(a, x)| a * x).sum();
+        let share = (1.0 - (1.0 + square).sqrt().recip()) / square * along;
+        for (x, a) in stretch.iter_mut().zip(&self.pattern) {
+            *x -= share * a;
+        }
+    }
 }
 
 impl Whitener {
@@ -245,7 +277,18 @@ impl Whitener {
             // No noise at all would make every residual infinitely surprising; far below any instrument, and squares stay finite.
             sd: flow.iter().map(|&u| noise.sd(u).max(LEAST_SD)).collect(),
             before,
+            shared: Vec::new(),
         }
+    }
+
+    /// Samples `from` to `to` share a pattern of unknown size with this standard deviation, in the channel's unit, beside what they share
+    /// already.
+    pub fn share(&mut self, from: usize, pattern: &[f64]) {
+        let mut values = vec![0.0; self.sd.len()];
+        values[from..from + pattern.len()].copy_from_slice(pattern);
+        let whitened = self.whiten(&values);
+        let pattern = whitened[from..from + pattern.len()].to_vec();
+        self.shared.push(Shared { from, pattern });
     }
 
     /// Standard deviation of every sample, in the channel's unit.
@@ -266,6 +309,9 @@ impl Whitener {
                 }
                 None => own,
             };
+        }
+        for shared in &self.shared {
+            shared.take_out(&mut white);
         }
         white
     }
