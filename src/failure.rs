@@ -3,6 +3,9 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use diagnosis::calibrate::CalibrateError;
+use diagnosis::campaign::CampaignError;
+use diagnosis::diagnose::DiagnoseError;
 use planner::instances::InstanceError;
 use thiserror::Error;
 
@@ -26,10 +29,36 @@ pub(crate) enum Failure {
     /// The scenario's problems, each at its place, ready to print.
     #[error("{0}")]
     Scenario(String),
+    /// The problems of recordings and of their campaign files, ready to print.
+    #[error("{0}")]
+    Recordings(String),
+    #[error(
+        "nothing to compare in {0} recordings: no probe readings below a drone, no throttle, no force that a thrust map allows"
+    )]
+    NothingToCompare(usize),
     #[error("{}: not a plan: {reason}", path.display())]
     NotAPlan { path: PathBuf, reason: String },
+    #[error("recordings are folders: name one to write them to with --out")]
+    NoFolder,
+    #[error("no airframe is called `{0}`; `plan schema` lists them")]
+    NoSuchAirframe(String),
+    #[error(transparent)]
+    Calibrate(#[from] CalibrateError),
+    /// One error a recording.
+    #[error("{}", joined(.0))]
+    Diagnose(Vec<DiagnoseError>),
+    #[error(transparent)]
+    Campaign(#[from] CampaignError),
+    #[error(
+        "{others} of the recordings are no flight logs; diagnose these by themselves: logs are judged together, and --alone, --near-floor and --normal are for them"
+    )]
+    NotOnlyFlightLogs { others: usize },
+    #[error("no flight can be compared: {0}")]
+    NoHardware(String),
     #[error(transparent)]
     Instance(#[from] InstanceError),
+    #[error("nothing can be held out: {0}")]
+    HeldOut(String),
     #[error("cannot start {jobs} threads: {source}")]
     Threads {
         jobs: usize,
@@ -51,10 +80,22 @@ impl Failure {
     pub(crate) fn print(&self) {
         match self {
             // Carries its own "error:" labels.
-            Failure::Scenario(rendered) => tell(rendered.trim_end()),
+            Failure::Scenario(rendered) | Failure::Recordings(rendered) => {
+                tell(rendered.trim_end());
+            }
+            Failure::Diagnose(errors) => {
+                for error in errors {
+                    tell_error(&error.to_string(), &[]);
+                }
+            }
             other => tell_error(&other.to_string(), &[]),
         }
     }
+}
+
+fn joined(errors: &[DiagnoseError]) -> String {
+    let errors: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    errors.join("; ")
 }
 
 /// One error on standard error: what is wrong, then indented lines, the last of them the way out.

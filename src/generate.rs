@@ -1,8 +1,9 @@
 //! `plan generate`: a scenario made by rule and seed, as RON.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use diagnosis::made_up::{HoverGrid, texts};
 use planner::instances;
 
 use crate::failure::{Failure, answer};
@@ -12,7 +13,7 @@ use crate::{Answer, files};
 pub(crate) struct Arguments {
     #[command(subcommand)]
     instance: Instance,
-    /// Write to this file instead of standard output
+    /// Write to this file instead of standard output; recordings: to this folder
     #[arg(long, global = true, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -40,7 +41,31 @@ enum Instance {
         #[arg(long, default_value_t = 20.0, value_name = "METRES")]
         radius: f64,
     },
+    /// Made-up flights over a speed probe, as folders in the format downwash-recording/1; needs --out
+    Recordings(HoverGrids),
 }
+
+#[derive(Args)]
+struct HoverGrids {
+    /// Flights of every drone
+    #[arg(long, default_value_t = 2)]
+    flights: u64,
+    /// Who flies [default: the four uncanted drones of the paper]
+    #[arg(long, value_delimiter = ',', value_name = "AIRFRAME")]
+    drones: Vec<String>,
+    /// Fly above 2.5 motor distances as well, along the body's y axis
+    #[arg(long)]
+    near_field: bool,
+    /// Fewer points: 5 depths, 9 offsets, 2 rows of the track a second
+    #[arg(long)]
+    short: bool,
+    /// Draws weather, gusts and the probe's faults
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
+/// The drones that the paper's fit is made from.
+const UNCANTED: [&str; 4] = ["kolibri", "offboard-1", "offboard-2", "matrice-300"];
 
 #[derive(Args)]
 struct Scattered {
@@ -59,10 +84,64 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Instance::Warehouse(Scattered { drones, seed }) => instances::warehouse(*drones, *seed),
         Instance::Window { drones } => instances::window(*drones),
         Instance::Circle { drones, radius } => instances::circle(*drones, *radius),
+        Instance::Recordings(grids) => {
+            let folder = arguments.out.as_deref().ok_or(Failure::NoFolder)?;
+            return recordings(grids, folder);
+        }
     }?;
     match &arguments.out {
         Some(path) => files::write(&[(path.clone(), text)])?,
         None => answer(&text)?,
     }
     Ok(Answer::Yes)
+}
+
+/// One folder a flight, named by drone and number; nothing is written unless all of it can be.
+fn recordings(grids: &HoverGrids, folder: &Path) -> Result<Answer, Failure> {
+    let names: Vec<&str> = match grids.drones.as_slice() {
+        [] => UNCANTED.to_vec(),
+        named => named.iter().map(String::as_str).collect(),
+    };
+    let mut written = Vec::new();
+    for (index, &name) in (0_u64..).zip(&names) {
+        let unknown = || Failure::NoSuchAirframe(name.to_owned());
+        let mut kinds = vec![("", HoverGrid::over_one_probe(name).ok_or_else(unknown)?)];
+        if grids.near_field {
+            kinds.push(("-near", HoverGrid::near_field(name).ok_or_else(unknown)?));
+        }
+        for (kind, (suffix, mut grid)) in (0_u64..).zip(kinds) {
+            if grids.short {
+                shorten(&mut grid);
+            }
+            for flight in 0..grids.flights {
+                // No two flights of a run share a seed.
+                let seed = ((grids.seed * 64 + index) * 2 + kind) * 4096 + flight;
+                let path = folder.join(format!("{name}{suffix}-{}", flight + 1));
+                for (file, text) in texts(&grid.fly(seed)) {
+                    written.push((path.join(file), text));
+                }
+            }
+        }
+    }
+    for (path, _) in &written {
+        let parent = path.parent().unwrap_or(folder);
+        std::fs::create_dir_all(parent).map_err(Failure::write(parent))?;
+    }
+    files::write(&written)?;
+    Ok(Answer::Yes)
+}
+
+/// Every `n`th of a list, ends included, so that so many are left.
+fn thinned(values: &[f64], left: usize) -> Vec<f64> {
+    let last = values.len().saturating_sub(1);
+    (0..left)
+        .filter_map(|i| values.get((i * last + (left - 1) / 2) / (left - 1)))
+        .copied()
+        .collect()
+}
+
+fn shorten(grid: &mut HoverGrid) {
+    grid.depths_over_l = thinned(&grid.depths_over_l, 5);
+    grid.offsets_over_l = thinned(&grid.offsets_over_l, 9);
+    grid.track_hz = 2.0;
 }

@@ -1,18 +1,26 @@
 //! The `plan` command: files, terminal, exit codes. What a plan is and how it is found lives in the
 //! `planner` crate; here is what a person types and reads.
 
+mod calibrate;
 mod check;
 mod conflicts;
+mod diagnose;
 mod failure;
+mod figures;
 mod files;
 mod generate;
+mod page;
 mod picture;
 mod plan_scenario;
 mod problems;
+mod progress;
+mod prove;
+mod recordings;
 mod report;
 #[cfg(test)]
 mod sample;
 mod schema;
+mod simulate;
 mod watch;
 mod wording;
 
@@ -43,8 +51,16 @@ enum Command {
     Check(check::Arguments),
     /// Print the scenario's fields, units and defaults as JSON Schema
     Schema,
-    /// Print a scenario made by rule and seed
+    /// Print a scenario made by rule and seed, or write made-up recordings
     Generate(generate::Arguments),
+    /// Simulate recordings and compare: what the model says every sample should have read
+    Simulate(simulate::Arguments),
+    /// Calibrate the jet from recordings of hovering drones; exit code 1 where one jet does not describe them
+    Calibrate(calibrate::Arguments),
+    /// Diagnose recordings: where simulation and recording differ, what is missing, how well it is known; exit code 1 where it stays unexplained
+    Diagnose(diagnose::Arguments),
+    /// Prove the diagnosis on made-up recordings with a concealed effect; exit code 1 where a mark is missed
+    Prove(prove::Arguments),
 }
 
 /// How to print an answer.
@@ -75,6 +91,10 @@ fn main() -> ExitCode {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
         (Some(Command::Schema), _) => schema::run(),
         (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
+        (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
+        (Some(Command::Calibrate(arguments)), _) => calibrate::run(&arguments),
+        (Some(Command::Diagnose(arguments)), _) => diagnose::run(&arguments),
+        (Some(Command::Prove(arguments)), _) => prove::run(&arguments),
         (None, Some(arguments)) => plan_scenario::run(&arguments),
         // `arg_required_else_help` has answered already.
         (None, None) => Err(Failure::NothingToDo),

@@ -27,6 +27,9 @@ pub(crate) struct Arguments {
     /// Folder for plan.json, timing.json and plan.svg [default: out/<scenario's file name>]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Finding to fly through, as `plan diagnose` writes it, in place of the scenario's
+    #[arg(long, value_name = "FINDING.ron")]
+    finding: Option<PathBuf>,
     /// Breaks ties and orders restarts, in place of the scenario's seed
     #[arg(long)]
     seed: Option<u64>,
@@ -67,7 +70,7 @@ struct Printed<'a> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let mut world = read_world(&arguments.scenario)?;
+    let mut world = read_world(&arguments.scenario, arguments.finding.as_deref())?;
     if !world.notes.is_empty() {
         tell(problems::draw_notes(&world.notes, problems::colour_on_stderr()).trim_end());
     }
@@ -147,7 +150,7 @@ fn is_standard_input(scenario: &Path) -> bool {
     scenario.as_os_str() == "-"
 }
 
-fn read_world(path: &Path) -> Result<World, Failure> {
+fn read_world(path: &Path, finding: Option<&Path>) -> Result<World, Failure> {
     let text = if is_standard_input(path) {
         let mut text = String::new();
         std::io::stdin().read_to_string(&mut text).map(|_| text)
@@ -155,12 +158,21 @@ fn read_world(path: &Path) -> Result<World, Failure> {
         std::fs::read_to_string(path)
     }
     .map_err(Failure::read(path))?;
-    // Meshes are named relative to the scenario.
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let load_mesh = |source: &str| {
-        std::fs::read_to_string(folder.join(source)).map_err(|error| error.to_string())
+    let finding = match finding {
+        Some(file) => {
+            let text = std::fs::read_to_string(file).map_err(Failure::read(file))?;
+            Some((file.display().to_string(), text))
+        }
+        None => None,
     };
-    planner::scenario::read_world(&text, &load_mesh).map_err(|problems| {
+    // Meshes, the jet and the finding of a scenario are named relative to it; the command line's is not.
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let load = |source: &str| match &finding {
+        Some((file, text)) if file == source => Ok(text.clone()),
+        _ => std::fs::read_to_string(folder.join(source)).map_err(|error| error.to_string()),
+    };
+    let flown = finding.as_ref().map(|(file, _)| file.as_str());
+    planner::scenario::read_world_flying(&text, flown, &load).map_err(|problems| {
         let shown = path.display().to_string();
         Failure::Scenario(problems::draw(
             &problems,

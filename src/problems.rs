@@ -50,6 +50,10 @@ pub(crate) fn draw_notes(notes: &[String], colour: bool) -> String {
 }
 
 fn group<'a>(problem: &'a Problem, path: &'a str, text: &'a str) -> Group<'a> {
+    let (path, text) = match &problem.cited {
+        Some(cited) => (cited.file.as_str(), cited.text.as_str()),
+        None => (path, text),
+    };
     let mut group = Group::with_title(Level::ERROR.primary_title(problem.message.as_str()));
     if let Some(span) = &problem.span {
         // Only the lines concerned: drawing a whole file for every problem would take its time.

@@ -52,6 +52,10 @@ fn heading(plan: &Plan) -> String {
     if !plan.zones.is_empty() {
         text += &format!(", {}", count(plan.zones.len(), "zone", "zones"));
     }
+    if let Some(effects) = &plan.air.effects {
+        let names: Vec<&str> = effects.fates().iter().map(|(name, _)| *name).collect();
+        text += &format!(", air with {}", names.join(", "));
+    }
     text
 }
 

@@ -146,6 +146,7 @@ pub(crate) fn two_above_each_other() -> World {
         air: Air::default(),
         jet: Jet::default(),
         superposition: Superposition::default(),
+        effects: airflow::effects::Effects::default(),
         obstacles: Vec::new(),
         zones: Vec::new(),
         drones: vec![
@@ -177,6 +178,7 @@ fn empty(size_m: [f64; 3]) -> Plan {
                 origin: jet.origin,
             },
             superposition: "momentum".into(),
+            effects: None,
         },
         bounds_m: Corners {
             min: Point3::origin(),

@@ -88,12 +88,14 @@ mod air;
 mod airframe;
 mod discs;
 mod dose;
+pub mod effects;
 mod far_field;
 mod field;
 mod jet;
 mod near_field;
 pub mod power;
 mod rotor_jets;
+mod shape;
 mod wake;
 
 pub use air::{Air, AirError, GRAVITY_MPS2};

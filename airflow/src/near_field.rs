@@ -37,6 +37,8 @@ const INTERVALS: usize = 28;
 #[derive(Clone, Debug)]
 pub(crate) struct NearField {
     diameter: f64,
+    /// `D₀`.
+    shadow: f64,
     momentum: f64,
     far: FarField,
     /// `I_nf` and its derivative at equally spaced depths from 1.8 to 2.5 l.
@@ -55,9 +57,15 @@ fn merged(s: f64) -> [f64; 2] {
 
 impl NearField {
     /// The near field of a quadrotor whose propellers measure `diameter_over_l`, joined to the far field of `jet` and `width_factor`.
-    pub(crate) fn new(diameter_over_l: f64, width_factor: f64, jet: &Jet) -> NearField {
+    pub(crate) fn new(
+        diameter_over_l: f64,
+        width_factor: f64,
+        jet: &Jet,
+        shadow: f64,
+    ) -> NearField {
         let mut near = NearField {
             diameter: diameter_over_l,
+            shadow,
             momentum: jet.momentum(),
             far: FarField::new(1.0, 1.0, width_factor, jet),
             overlap: [[0.0; 2]; INTERVALS + 1],
@@ -76,7 +84,7 @@ impl NearField {
     /// for a Gaussian the integral over the plane is closed; the one over `t` is left to the double-exponential rule.
     fn far_overlap(&self, s: f64) -> f64 {
         const STEP: f64 = 0.25;
-        let jets = RotorJets::new(s, self.diameter);
+        let jets = RotorJets::new(s, self.diameter, self.shadow);
         let level = self.far.level(s);
         let centreline = level.axial_speed_mps(0.0);
         let narrowness = level.gaussian_exponent_per_m2();
@@ -126,7 +134,7 @@ impl NearField {
 
     /// Axial speed at depth `s` (0 to 2.5) and horizontal offset (x, y).
     pub(crate) fn axial_speed(&self, x: f64, y: f64, s: f64) -> f64 {
-        let jets = RotorJets::new(s, self.diameter);
+        let jets = RotorJets::new(s, self.diameter, self.shadow);
         let [w, _] = merged(s);
         let [a, _] = self.amplitude(s, &jets);
         let rotors = (1.0 - w) * a * jets.shape(x, y);
@@ -139,7 +147,7 @@ impl NearField {
 
     /// Horizontal velocity (x, y) that goes with it by continuity.
     pub(crate) fn horizontal_velocity(&self, x: f64, y: f64, s: f64) -> [f64; 2] {
-        let jets = RotorJets::new(s, self.diameter);
+        let jets = RotorJets::new(s, self.diameter, self.shadow);
         let [w, w_prime] = merged(s);
         let [a, a_prime] = self.amplitude(s, &jets);
         let mut v =
@@ -158,11 +166,12 @@ impl NearField {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rotor_jets::SHADOW;
 
     const DIAMETERS: [f64; 3] = [0.4868, 0.6246, 0.9];
 
     fn near(diameter: f64) -> NearField {
-        NearField::new(diameter, 1.0, &Jet::default())
+        NearField::new(diameter, 1.0, &Jet::default(), SHADOW)
     }
 
     /// `∫ f dA` by the trapezoid rule, which converges faster than any power for what decays like a Gaussian.
@@ -183,7 +192,7 @@ mod tests {
         for diameter in DIAMETERS {
             let near = near(diameter);
             for s in [1.8, 1.8125, 2.111, 2.4875, 2.5] {
-                let jets = RotorJets::new(s, diameter);
+                let jets = RotorJets::new(s, diameter, SHADOW);
                 let level = near.far.level(s);
                 let summed =
                     over_the_plane(|x, y| jets.shape(x, y) * level.axial_speed_mps(x * x + y * y));
@@ -204,7 +213,7 @@ mod tests {
             let near = near(diameter);
             for s in [0.1, 0.9, 1.79, 1.95, 2.2, 2.45] {
                 let at = |s: f64| {
-                    let jets = RotorJets::new(s, diameter);
+                    let jets = RotorJets::new(s, diameter, SHADOW);
                     let [a, a_prime] = near.amplitude(s, &jets);
                     let [nn, nn_prime] = jets.self_overlap();
                     let [w, w_prime] = merged(s);

@@ -17,7 +17,7 @@ const ROTOR_SPREADING: f64 = 0.11;
 
 /// Share of the flow that the body takes away on the axis at the rotor plane (`D₀`). Chosen here: gives the slow core that
 /// the paper shows, about 0.5 to 0.7 U_H at 0.5 l.
-const SHADOW: f64 = 0.5;
+pub(crate) const SHADOW: f64 = 0.5;
 
 /// Radius of the body's shadow, in `l` (`r_b`). Chosen here: about the body's own radius.
 const SHADOW_RADIUS: f64 = 0.2;
@@ -49,10 +49,10 @@ struct Gaussian {
 }
 
 impl RotorJets {
-    pub(crate) fn new(s: f64, diameter: f64) -> RotorJets {
+    pub(crate) fn new(s: f64, diameter: f64, shadow_at_rotors: f64) -> RotorJets {
         let half_width = 0.5 * diameter + ROTOR_SPREADING * s;
         let exponent = LN_2 / (half_width * half_width);
-        let shadow = SHADOW * (-s / SHADOW_DEPTH).exp();
+        let shadow = shadow_at_rotors * (-s / SHADOW_DEPTH).exp();
         RotorJets {
             exponent,
             exponent_prime: -2.0 * exponent * ROTOR_SPREADING / half_width,
@@ -142,7 +142,7 @@ impl RotorJets {
         let centre_prime = SHADOW_EXPONENT * p_prime / (sum * sum);
         let reach = SHADOW_EXPONENT * HUB_RADIUS * HUB_RADIUS;
         let taken = -self.shadow * (-reach * centre).exp();
-        let taken_prime = taken * (self.shadow_prime / self.shadow - reach * centre_prime);
+        let taken_prime = taken * (-SHADOW_DEPTH.recip() - reach * centre_prime);
         [
             Gaussian {
                 amplitude: a,
@@ -206,7 +206,7 @@ mod tests {
     fn the_overlap_of_the_rotor_jets_with_themselves_is_that_of_a_quadrature() {
         for diameter in [0.4868, 0.6246, 0.9] {
             for s in [0.0, 0.5, 1.7, 2.4] {
-                let jets = RotorJets::new(s, diameter);
+                let jets = RotorJets::new(s, diameter, SHADOW);
                 let [closed, _] = jets.self_overlap();
                 let summed = over_the_plane(|x, y| jets.shape(x, y).powi(2));
                 assert!((closed / summed - 1.0).abs() < 1e-12); // rounding of 160 000 terms

@@ -5,9 +5,12 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::airframe::Airframe;
+use crate::effects::Effects;
 use crate::far_field::FarField;
 use crate::jet::Jet;
 use crate::near_field::NearField;
+use crate::rotor_jets::SHADOW;
+use crate::shape::Shape;
 
 /// The mean air below one airframe at one mass, hovering in still air of one density. Cheap to clone.
 ///
@@ -26,6 +29,10 @@ pub struct Wake {
     induced_velocity_mps: f64,
     length_m: f64,
     shared: Arc<Shared>,
+    /// What the hover jet leaves out; `None`: nothing.
+    shape: Option<Arc<Shape>>,
+    /// Factor on every speed of a shaped wake.
+    gain: f64,
 }
 
 /// What a change of mass leaves as it is.
@@ -46,7 +53,7 @@ impl Wake {
         let diameter_over_l = airframe.propeller_diameter_m() / airframe.motor_distance_m();
         let near = airframe
             .has_near_field_model()
-            .then(|| NearField::new(diameter_over_l, airframe.width_factor(), jet));
+            .then(|| NearField::new(diameter_over_l, airframe.width_factor(), jet, SHADOW));
         Wake::of(
             Arc::new(Shared {
                 airframe: airframe.clone(),
@@ -61,12 +68,136 @@ impl Wake {
     /// The same airframe in the same air at another mass (kg): no new table.
     #[must_use]
     pub fn with_mass(&self, mass_kg: f64) -> Wake {
-        let wake = Wake::of(Arc::clone(&self.shared), mass_kg);
+        let mut wake = Wake::of(Arc::clone(&self.shared), mass_kg);
         if self.far.is_extrapolated() {
-            wake.extrapolated()
-        } else {
-            wake
+            wake = wake.extrapolated();
         }
+        match &self.shape {
+            Some(shape) => Wake {
+                gain: self.gain,
+                ..wake.with_effects(shape.effects())
+            },
+            None => wake,
+        }
+    }
+
+    /// The same drone with what the hover jet leaves out, as far as it depends on the place below the drone alone; the rest is
+    /// [`Effects::meet`]'s. Made of the plain wake, which effects do not pile up on.
+    #[must_use]
+    pub fn with_effects(&self, effects: &Effects) -> Wake {
+        let airframe = &self.shared.airframe;
+        let diameter_over_l = airframe.propeller_diameter_m() / airframe.motor_distance_m();
+        let plain_mps = match &self.shape {
+            Some(shape) => shape.plain_induced_velocity_mps(),
+            None => self.induced_velocity_mps,
+        };
+        let induced_velocity_mps = plain_mps * Shape::strength(effects, diameter_over_l);
+        let mut far = FarField::new(
+            induced_velocity_mps,
+            self.length_m,
+            airframe.width_factor(),
+            &self.shared.jet,
+        );
+        if self.far.is_extrapolated() {
+            far = far.extrapolated();
+        }
+        let shape = Shape::new(
+            effects,
+            plain_mps,
+            induced_velocity_mps,
+            airframe,
+            &self.shared.jet,
+        );
+        Wake {
+            far,
+            induced_velocity_mps,
+            length_m: self.length_m,
+            shared: Arc::clone(&self.shared),
+            shape: Some(Arc::new(shape)),
+            gain: 1.0,
+        }
+    }
+
+    /// The same wake with every speed this many times as high, and its place unchanged: of a drone that climbs or sinks.
+    #[must_use]
+    pub fn with_gain(&self, gain: f64) -> Wake {
+        let mut wake = match &self.shape {
+            Some(_) => self.clone(),
+            None => self.with_effects(&Effects::default()),
+        };
+        wake.gain = gain;
+        wake
+    }
+
+    /// What [`Wake::with_gain`] was given; 1: nothing.
+    #[must_use]
+    pub fn gain(&self) -> f64 {
+        self.gain
+    }
+
+    /// Whether it is more than the hover jet: then it need not be round, nor below its drone, and the closed forms of the far field do not
+    /// hold for it.
+    #[must_use]
+    pub fn is_shaped(&self) -> bool {
+        self.shape.is_some()
+    }
+
+    /// Induced velocity (m/s) of the drone's own rotors, by which air that it meets is measured: that of the jet unless effects make the
+    /// jet stronger or weaker than the rotors. Never more than the stated mass asks for.
+    #[must_use]
+    pub fn hover_velocity_mps(&self) -> f64 {
+        match &self.shape {
+            None => self.induced_velocity_mps,
+            Some(shape) => shape.hover_velocity_mps(),
+        }
+    }
+
+    /// Radius around the axis (m) within which the far field is faster than half its axis, in the widest direction of a level cut; above
+    /// 2.5 l that of 2.5 l at least. What must be covered to stop it. `None` where the wind has taken the jet away.
+    #[must_use]
+    pub fn spread_m(&self, depth_m: f64) -> Option<f64> {
+        let half_width_m = self.half_width_m(depth_m);
+        match &self.shape {
+            None => Some(half_width_m),
+            Some(shape) => shape
+                .spread(depth_m / self.length_m)
+                .map(|times| times * half_width_m),
+        }
+    }
+
+    /// Radius of the near-field column (m): to the rotor tips, wherever above 2.5 l the jet has been moved and widened to.
+    #[must_use]
+    pub fn column_radius_m(&self) -> f64 {
+        let tips_m = self.tip_radius_m();
+        let Some(shape) = &self.shape else {
+            return tips_m;
+        };
+        let levels = (0..=16).map(|k| f64::from(k) / 16.0 * self.far.from_m() / self.length_m);
+        let radius_m = levels.filter_map(|s| {
+            let [x, y] = shape.axis(s)?;
+            Some(x.hypot(y) * self.length_m + shape.spread(s)?.max(1.0) * tips_m)
+        });
+        radius_m.fold(tips_m, f64::max)
+    }
+
+    /// Where its axis is (m, x and y from the drone) at a depth: below the drone unless wind or tilt move it. `None` where the wind
+    /// has taken the jet away.
+    #[must_use]
+    pub fn axis_m(&self, depth_m: f64) -> Option<[f64; 2]> {
+        match &self.shape {
+            None => Some([0.0; 2]),
+            Some(shape) => shape
+                .axis(depth_m / self.length_m)
+                .map(|axis| axis.map(|x| x * self.length_m)),
+        }
+    }
+
+    /// Depth (m) from which on the wind has taken the jet away, and [`Wake::axis_m`] is `None`; just above it the jet lies nearly level and
+    /// far downwind. `None`: nowhere.
+    #[must_use]
+    pub fn gone_from_m(&self) -> Option<f64> {
+        let shape = self.shape.as_ref()?;
+        shape.gone_from().map(|s| s * self.length_m)
     }
 
     /// The far field's formula in place of any near field, up to the rotor plane. It is wrong there (its centreline exceeds what
@@ -95,6 +226,8 @@ impl Wake {
             induced_velocity_mps,
             length_m,
             shared,
+            shape: None,
+            gain: 1.0,
         }
     }
 
@@ -138,6 +271,14 @@ impl Wake {
     #[must_use]
     #[inline]
     pub fn axial_speed_mps(&self, offset_m: Vector3<f64>) -> f64 {
+        if let Some(shape) = &self.shape {
+            return -self.gain * shape.velocity_mps(self, offset_m).z;
+        }
+        self.plain_axial_speed_mps(offset_m)
+    }
+
+    #[inline]
+    pub(crate) fn plain_axial_speed_mps(&self, offset_m: Vector3<f64>) -> f64 {
         let depth_m = -offset_m.z;
         if depth_m >= self.far.from_m() {
             return self
@@ -183,6 +324,13 @@ impl Wake {
         steps_m: &[[f64; 2]],
         mut found: impl FnMut(usize, f64),
     ) {
+        if let Some(shape) = &self.shape {
+            for (i, step) in steps_m.iter().enumerate() {
+                let at_m = offset_m + Vector3::new(step[0], step[1], 0.0);
+                found(i, -self.gain * shape.velocity_mps(self, at_m).z);
+            }
+            return;
+        }
         if -offset_m.z >= self.far.from_m() {
             let level = self.far.level(-offset_m.z);
             for (i, step) in steps_m.iter().enumerate() {
@@ -203,10 +351,17 @@ impl Wake {
     /// (out of the jet's core, into it from outside). Zero at and above the rotor plane.
     #[must_use]
     pub fn velocity_mps(&self, offset_m: Vector3<f64>) -> Vector3<f64> {
+        match &self.shape {
+            Some(shape) => shape.velocity_mps(self, offset_m) * self.gain,
+            None => self.plain_velocity_mps(offset_m),
+        }
+    }
+
+    pub(crate) fn plain_velocity_mps(&self, offset_m: Vector3<f64>) -> Vector3<f64> {
         if offset_m.z >= 0.0 {
             return Vector3::zeros();
         }
-        let down_mps = self.axial_speed_mps(offset_m);
+        let down_mps = self.plain_axial_speed_mps(offset_m);
         let depth_m = -offset_m.z;
         if depth_m >= self.far.from_m() {
             let radius2_m2 = offset_m.x * offset_m.x + offset_m.y * offset_m.y;

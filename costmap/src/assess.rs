@@ -151,7 +151,7 @@ impl Costmap {
             leg: flight(leg),
             discs: self.fleet().discs(leg.kind),
             mass_kg: self.fleet().kind(leg.kind).mass_kg,
-            induced_velocity_mps: self.fleet().wake(leg.kind).induced_velocity_mps(),
+            induced_velocity_mps: self.fleet().measure_mps(leg.kind),
         }
     }
 
@@ -194,6 +194,8 @@ mod tests {
             density_kg_per_m3: 1.204,
             jet: Jet::default(),
             superposition: Superposition::Momentum,
+            flown: airflow::effects::Flown::default(),
+            fastest_mps: 2.0,
             clearance_m: 0.1,
             deepest_m: 30.0,
             lowest_air_limit: 0.3,

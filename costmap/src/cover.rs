@@ -43,29 +43,63 @@ impl Top {
         }
     }
 
-    /// Whether the whole half-width disc of a wake from here lies on this face.
-    fn covers(&self, wake: &Wake, rotor_m: &Point3<f64>) -> bool {
-        let depth_m = rotor_m.z - self.z_m();
-        if depth_m <= 0.0 {
-            return false;
-        }
+    /// Whether a whole disc (m) about a place lies on this face.
+    fn holds(&self, [x_m, y_m]: [f64; 2], disc_m: f64) -> bool {
         match *self {
             Top::Rectangle { min_m, max_m, .. } => {
-                let margin_m = (rotor_m.x - min_m[0])
-                    .min(max_m[0] - rotor_m.x)
-                    .min(rotor_m.y - min_m[1])
-                    .min(max_m[1] - rotor_m.y);
-                margin_m > 0.0 && wake.half_width_m(depth_m) <= margin_m
+                let margin_m = (x_m - min_m[0])
+                    .min(max_m[0] - x_m)
+                    .min(y_m - min_m[1])
+                    .min(max_m[1] - y_m);
+                margin_m > 0.0 && disc_m <= margin_m
             }
             Top::Disc {
                 centre_m, radius_m, ..
             } => {
-                let off_m = (rotor_m.x - centre_m[0]).hypot(rotor_m.y - centre_m[1]);
-                off_m < radius_m && off_m + wake.half_width_m(depth_m) <= radius_m
+                let off_m = (x_m - centre_m[0]).hypot(y_m - centre_m[1]);
+                off_m < radius_m && off_m + disc_m <= radius_m
             }
         }
     }
+
+    /// Whether the whole half-width disc of a wake from here lies on this face.
+    fn covers(&self, wake: &Wake, rotor_m: &Point3<f64>) -> bool {
+        let depth_m = rotor_m.z - self.z_m();
+        depth_m > 0.0 && self.holds([rotor_m.x, rotor_m.y], wake.half_width_m(depth_m))
+    }
+
+    /// The same for a moved wake, from everywhere between two places. Any place between them is a mixture of both, and a face that
+    /// holds a disc about two places holds it about every mixture: so it is enough that both ends hold every disc that comes up.
+    fn covers_moved(&self, wake: &Wake, ends_m: [&Point3<f64>; 2]) -> bool {
+        let [from_m, to_m] = ends_m.map(|end_m| end_m.z - self.z_m());
+        if from_m <= 0.0 || to_m <= 0.0 {
+            return false;
+        }
+        let steps = if from_m == to_m { 0 } else { MOVED_STEPS };
+        let discs_m = (0..=steps)
+            .map(|k| from_m + f64::from(k) / f64::from(steps.max(1)) * (to_m - from_m))
+            .map(|depth_m| Some((wake.axis_m(depth_m)?, wake.spread_m(depth_m)?)));
+        // Where the wind has taken the jet away there is nothing left to stop.
+        let Some(discs_m) = discs_m.collect::<Option<Vec<_>>>() else {
+            return false;
+        };
+        let gaps_m = discs_m.windows(2).map(|two| {
+            let [(a_m, a), (b_m, b)] = [two[0], two[1]];
+            (a_m[0] - b_m[0]).hypot(a_m[1] - b_m[1]) + (a - b).abs()
+        });
+        // Between two discs looked at it is nowhere farther from one of them than they are apart.
+        let between_m = gaps_m.fold(0.0, f64::max);
+        discs_m.iter().all(|(axis_m, spread_m)| {
+            ends_m.iter().all(|end_m| {
+                let place_m = [end_m.x + axis_m[0], end_m.y + axis_m[1]];
+                self.holds(place_m, spread_m + between_m)
+            })
+        })
+    }
 }
+
+/// Depths looked at where a moved wake falls from different heights; chosen here.
+const MOVED_STEPS: u32 = 8;
 
 /// The floor and every top face of a world.
 #[derive(Clone, Debug, Default)]
@@ -119,6 +153,12 @@ impl Covers {
     /// grows at most linearly with height, so it stops it in between, too. Where it stops the wake on
     /// a part of the way only, the wake is taken to pass: outward.
     pub fn wake_end_z_m(&self, wake: &Wake, from_m: &Point3<f64>, to_m: &Point3<f64>) -> f64 {
+        if wake.is_shaped() {
+            // It may come down on a face that its drone is not above.
+            let raised = self.tops.iter().filter(|top| top.z_m() > self.floor_z_m);
+            let covering = raised.filter(|top| top.covers_moved(wake, [from_m, to_m]));
+            return covering.map(Top::z_m).fold(self.floor_z_m, f64::max);
+        }
         let tops = self.strips.get(self.strip(from_m.x));
         tops.into_iter()
             .flatten()

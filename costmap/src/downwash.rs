@@ -37,21 +37,68 @@ pub fn column(wake: &Wake) -> Section {
     Section {
         from_depth_m: 0.0,
         to_depth_m: wake.near_field_depth_m(),
-        from_radius_m: wake.tip_radius_m(),
-        to_radius_m: wake.tip_radius_m(),
+        from_radius_m: wake.column_radius_m(),
+        to_radius_m: wake.column_radius_m(),
     }
 }
 
 /// All points of the far field within the half-width, `ξ ≤ 1`, down to a depth: exact, since the half-width is
 /// linear in depth. `None` if the depth does not reach the far field.
+///
+/// Of a jet that effects have moved or widened: a frustum that stands upright below the drone and holds all of it.
 pub fn cone(wake: &Wake, to_depth_m: f64) -> Option<Section> {
     let from_depth_m = wake.near_field_depth_m();
+    if wake.is_shaped() {
+        return (to_depth_m > from_depth_m).then(|| upright_around(wake, from_depth_m, to_depth_m));
+    }
     (to_depth_m > from_depth_m).then(|| Section {
         from_depth_m,
         to_depth_m,
         from_radius_m: wake.half_width_m(from_depth_m),
         to_radius_m: wake.half_width_m(to_depth_m),
     })
+}
+
+/// Depths at which a moved jet is looked at; chosen here.
+const MOVED_LEVELS: u32 = 64;
+/// Just above the depth where the wind takes a jet away, as a part of it.
+const JUST_ABOVE: f64 = 1.0 - 1e-9;
+/// What may lie between two of them, on the radius, where tilt and wind pull apart and neither end is the wider: chosen here.
+const MOVED_MARGIN: f64 = 1.02;
+
+/// The frustum over a range of depths that holds a moved jet's half-width discs: that of its ends, lifted until it holds all between.
+fn upright_around(wake: &Wake, from_depth_m: f64, to_depth_m: f64) -> Section {
+    let radius_m = |depth_m: f64| {
+        let [x_m, y_m] = wake.axis_m(depth_m)?;
+        Some(MOVED_MARGIN * (x_m.hypot(y_m) + wake.spread_m(depth_m)?))
+    };
+    // A jet that the wind lays down goes farthest just before it is gone.
+    let last_m = wake
+        .gone_from_m()
+        .map_or(to_depth_m, |gone_m| to_depth_m.min(gone_m * JUST_ABOVE));
+    let height_m = to_depth_m - from_depth_m;
+    let levels = (0..=MOVED_LEVELS).map(|k| f64::from(k) / f64::from(MOVED_LEVELS));
+    let radii_m: Vec<(f64, f64)> = levels
+        .filter_map(|level| {
+            let depth_m = from_depth_m + level * (last_m - from_depth_m);
+            radius_m(depth_m).map(|radius_m| ((depth_m - from_depth_m) / height_m, radius_m))
+        })
+        .collect();
+    // Below that the last radius that it had is kept.
+    let first_m = radii_m.first().map_or(0.0, |(_, radius_m)| *radius_m);
+    let last_m = radii_m.last().map_or(0.0, |(_, radius_m)| *radius_m);
+    let line_m = |share: f64| first_m + share * (last_m - first_m);
+    // Between two levels it is no wider than at the wider of both.
+    let short_m = radii_m
+        .windows(2)
+        .map(|two| two[0].1.max(two[1].1) - line_m(two[0].0).min(line_m(two[1].0)))
+        .fold(0.0, f64::max);
+    Section {
+        from_depth_m,
+        to_depth_m,
+        from_radius_m: first_m + short_m,
+        to_radius_m: last_m + short_m,
+    }
 }
 
 impl Section {

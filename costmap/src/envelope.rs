@@ -11,11 +11,14 @@
 //!
 //! so one number `g²` per wake and place adds up against one budget, `(limit · U_H)²`. Everything is
 //! in units of the emitter's induced velocity: payload scales a table, it does not change it.
+//!
+//! A wake that effects have moved or reshaped is tabulated about its own axis, row by row: see [`crate::moved_jet`].
 
 use airflow::{DiscPoints, Wake};
 use nalgebra::Vector3;
 
-use sample::{Sample, at_middle, at_radius, azimuths, sample_row};
+use crate::moved_jet::{MovedSlab, slabs_m};
+use sample::{Diagonal, Sample, at_middle, at_radius, azimuths, farthest_m, sample_row};
 
 /// Rows this close (in motor distances) down to [`FINE_UNTIL_L`]: chosen here, lobes merge within 1.5 l.
 const FINE_STEP_L: f64 = 0.125;
@@ -27,6 +30,8 @@ const ROW_GROWTH: f64 = 0.04;
 const COLUMNS: usize = 48;
 /// What sampling may miss between nodes, on `g²`. Chosen here: a test compares random places.
 const SLACK: f64 = 1.02;
+/// The same for moved jets, between the bearings and depths looked at as well.
+const MOVED_SLACK: f64 = 1.05;
 
 /// Below this a bound for a whole way will do, and the mean counts as nothing: chosen here, a
 /// fiftieth of the induced velocity.
@@ -38,7 +43,7 @@ pub struct Envelope {
     /// Depths between rows (m), ascending from 0.
     depths_m: Vec<f64>,
     rows: Vec<Row>,
-    /// By depth in steps as high as the lowest row, the row above or there.
+    /// By depth in steps as high as the lowest row, the row above or there; empty where rows are moved.
     row_of_step: Vec<u16>,
     steps_per_m: f64,
     /// Squares over columns, row by row.
@@ -48,12 +53,16 @@ pub struct Envelope {
     reach_m: f64,
     column_depth_m: f64,
     column_radius_m: f64,
+    /// Rows stand about axes of their own.
+    moved: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Row {
     columns_per_m: f64,
     reach_m: f64,
+    /// Its axis, seen from the emitter (m).
+    centre_m: [f64; 2],
 }
 
 /// Air met along a way through one wake, in units of the emitter's induced velocity.
@@ -78,10 +87,18 @@ impl Envelope {
         let l = wake.motor_distance_m();
         let depths_m = row_depths_m(l, deepest_m);
         let azimuths = azimuths(wake, discs);
+        if wake.is_shaped() {
+            return Envelope::of_moved(wake, discs, depths_m, &azimuths, negligible_square);
+        }
         let samples: Vec<(f64, Vec<Sample>)> = depths_m
             .iter()
             .map(|&depth_m| {
-                sample_row(wake, discs, &azimuths, depth_m.max(1e-9), negligible_square)
+                let depth_m = depth_m.max(1e-9);
+                let mut diagonal = Diagonal::new(wake, depth_m);
+                // Nearer than its outermost disc points a large receiver may straddle a jet and meet less.
+                let from_m = wake.half_width_m(depth_m) + farthest_m(discs);
+                let speed = |radius_m: f64| diagonal.speed(radius_m);
+                sample_row(speed, from_m, discs, &azimuths, negligible_square)
             })
             .collect();
         let mut envelope = Envelope {
@@ -94,14 +111,74 @@ impl Envelope {
             column_depth_m: wake.near_field_depth_m(),
             column_radius_m: wake.tip_radius_m(),
             depths_m,
+            moved: false,
         };
         for pair in samples.windows(2) {
-            envelope.push_row(&pair[0], &pair[1]);
+            envelope.push_row(&pair[0], &pair[1], SLACK, [0.0; 2]);
         }
         envelope
     }
 
-    fn push_row(&mut self, upper: &(f64, Vec<Sample>), lower: &(f64, Vec<Sample>)) {
+    fn of_moved(
+        wake: &Wake,
+        discs: &DiscPoints,
+        depths_m: Vec<f64>,
+        azimuths: &[(f64, f64)],
+        negligible_square: f64,
+    ) -> Envelope {
+        let depths_m = slabs_m(wake, &depths_m, negligible_square);
+        let rows: Vec<_> = depths_m
+            .windows(2)
+            .map(|ends_m| {
+                let mut slab = MovedSlab::new(wake, ends_m[0], ends_m[1]);
+                let from_m = slab.spread_m() + farthest_m(discs);
+                let speed = |radius_m: f64| slab.speed(radius_m);
+                let row = sample_row(speed, from_m, discs, azimuths, negligible_square);
+                (row, slab.centre_m)
+            })
+            .collect();
+        let mut envelope = Envelope {
+            rows: Vec::with_capacity(rows.len()),
+            squares: Vec::new(),
+            means: Vec::new(),
+            reach_m: 0.0,
+            column_depth_m: wake.near_field_depth_m(),
+            column_radius_m: wake.column_radius_m(),
+            // Slabs may be thinner than any step.
+            row_of_step: Vec::new(),
+            steps_per_m: 0.0,
+            depths_m,
+            moved: true,
+        };
+        for (row, centre_m) in &rows {
+            // Jets that the wind has laid down are faint long before they end, and far away by then.
+            if MOVED_SLACK * row.1[0].square <= negligible_square {
+                envelope.push_still_row();
+            } else {
+                envelope.push_row(row, row, MOVED_SLACK, *centre_m);
+            }
+        }
+        envelope
+    }
+
+    /// A row of still air, which takes no room.
+    fn push_still_row(&mut self) {
+        self.squares.extend([0.0; COLUMNS]);
+        self.means.extend([0.0; COLUMNS]);
+        self.rows.push(Row {
+            columns_per_m: 0.0,
+            reach_m: 0.0,
+            centre_m: [0.0; 2],
+        });
+    }
+
+    fn push_row(
+        &mut self,
+        upper: &(f64, Vec<Sample>),
+        lower: &(f64, Vec<Sample>),
+        slack: f64,
+        centre_m: [f64; 2],
+    ) {
         let reach_m = upper.0.max(lower.0);
         let columns_per_m = COLUMNS as f64 / reach_m.max(1e-9);
         for column in 0..COLUMNS {
@@ -110,14 +187,15 @@ impl Envelope {
             let middle_m = radius_m + 0.5 / columns_per_m;
             let mean = 0.5 * (at_middle(upper, middle_m) + at_middle(lower, middle_m));
             self.squares
-                .push((SLACK * above.square.max(below.square)) as f32);
+                .push((slack * above.square.max(below.square)) as f32);
             self.means.push(mean as f32);
         }
         self.rows.push(Row {
             columns_per_m,
             reach_m,
+            centre_m,
         });
-        self.reach_m = self.reach_m.max(reach_m);
+        self.reach_m = self.reach_m.max(reach_m + centre_m[0].hypot(centre_m[1]));
     }
 
     /// Beyond this horizontal distance the wake counts as still air (m).
@@ -129,7 +207,13 @@ impl Envelope {
     pub fn radius_of_square_m(&self, square: f64) -> f64 {
         let radius_m = |(index, row): (usize, &Row)| {
             let columns = &self.squares[index * COLUMNS..][..COLUMNS];
-            columns.partition_point(|&s| f64::from(s) >= square) as f64 / row.columns_per_m
+            match columns.partition_point(|&s| f64::from(s) >= square) {
+                0 => 0.0,
+                columns => {
+                    let aside_m = row.centre_m[0].hypot(row.centre_m[1]);
+                    aside_m + columns as f64 / row.columns_per_m
+                }
+            }
         };
         let radii_m = self.rows.iter().enumerate().map(radius_m);
         radii_m.fold(0.0, f64::max)
@@ -137,8 +221,13 @@ impl Envelope {
 
     /// The greatest mean square at this horizontal distance or beyond, at any depth.
     pub fn highest_square(&self, radius_m: f64) -> f64 {
+        let square = |row: usize| {
+            // The jet of this row may be that much nearer.
+            let radius_m = (radius_m - self.aside_m(row).norm()).max(0.0);
+            Some(f64::from(self.squares[self.cell(row, radius_m)?]))
+        };
         (0..self.rows.len())
-            .filter_map(|row| Some(f64::from(self.squares[self.cell(row, radius_m)?])))
+            .filter_map(square)
             .fold(0.0, f64::max)
     }
 
@@ -193,28 +282,66 @@ impl Envelope {
             let b_m = a_m + step_m;
             met.peak_square = met.peak_square.max(self.peak_square(&a_m, &b_m));
             let middle_m = (a_m + b_m) * 0.5;
-            met.mean += self.mean_at(-middle_m.z, middle_m.xy().norm());
+            met.mean += self.mean_at(&middle_m);
         }
         met.mean *= share / pieces;
         met
     }
 
-    fn peak_square(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
+    /// Bound on the mean square at any place as far from the emitter's axis as a way and between its depths, at whatever bearing.
+    pub fn highest_beyond(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
+        if !self.moved {
+            return self.along(from_m, to_m).peak_square;
+        }
         let radius_m = nearest_radius_m(from_m, to_m);
+        let (first, last) = (
+            self.row_at(-from_m.z.max(to_m.z)),
+            self.row_at(-from_m.z.min(to_m.z)),
+        );
+        let square = |row: usize| {
+            // The jet of this row may be that much nearer.
+            let radius_m = (radius_m - self.aside_m(row).norm()).max(0.0);
+            Some(f64::from(self.squares[self.cell(row, radius_m)?]))
+        };
+        (first..=last).filter_map(square).fold(0.0, f64::max)
+    }
+
+    fn peak_square(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
         let shallow_m = -from_m.z.max(to_m.z);
         let deep_m = -from_m.z.min(to_m.z);
         let (first, last) = (self.row_at(shallow_m), self.row_at(deep_m));
+        if self.moved {
+            let square = |row: usize| {
+                let aside_m = self.aside_m(row);
+                let radius_m = nearest_radius_m(&(from_m - aside_m), &(to_m - aside_m));
+                Some(f64::from(self.squares[self.cell(row, radius_m)?]))
+            };
+            return (first..=last).filter_map(square).fold(0.0, f64::max);
+        }
+        let radius_m = nearest_radius_m(from_m, to_m);
         (first..=last)
             .filter_map(|row| Some(f64::from(self.squares[self.cell(row, radius_m)?])))
             .fold(0.0, f64::max)
     }
 
-    fn mean_at(&self, depth_m: f64, radius_m: f64) -> f64 {
-        self.cell(self.row_at(depth_m), radius_m)
+    fn mean_at(&self, at_m: &Vector3<f64>) -> f64 {
+        let row = self.row_at(-at_m.z);
+        let radius_m = (at_m - self.aside_m(row)).xy().norm();
+        self.cell(row, radius_m)
             .map_or(0.0, |cell| f64::from(self.means[cell]))
     }
 
+    /// The axis of a row, seen from the emitter (m).
+    fn aside_m(&self, row: usize) -> Vector3<f64> {
+        let [x_m, y_m] = self.rows[row].centre_m;
+        Vector3::new(x_m, y_m, 0.0)
+    }
+
     fn row_at(&self, depth_m: f64) -> usize {
+        if self.moved {
+            let above = self.depths_m.partition_point(|&edge_m| edge_m <= depth_m);
+            return above.saturating_sub(1).min(self.rows.len() - 1);
+        }
         let step = (depth_m * self.steps_per_m) as usize;
         let mut row = usize::from(self.row_of_step[step.min(self.row_of_step.len() - 1)]);
         while row + 1 < self.rows.len() && self.depths_m[row + 1] <= depth_m {

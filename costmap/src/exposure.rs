@@ -327,6 +327,13 @@ fn pass_knots_s(
     let gap_m = (leg.position_m(from_s) - emitter.leg.position_m(from_s)).xy();
     let velocity_mps = (leg.velocity_mps() - emitter.leg.velocity_mps()).xy();
     let speed_mps = velocity_mps.norm();
+    // A moved jet is met beside its drone: where, is as deep as the pass begins.
+    let first_depth_m = emitter.leg.position_m(from_s).z - leg.position_m(from_s).z;
+    let [x_m, y_m] = emitter
+        .wake
+        .axis_m(first_depth_m.max(0.0))
+        .unwrap_or_default();
+    let gap_m = gap_m - nalgebra::Vector2::new(x_m, y_m);
     let closest_s = from_s - gap_m.dot(&velocity_mps) / (speed_mps * speed_mps);
     let depth_m = emitter.leg.position_m(closest_s).z - leg.position_m(closest_s).z;
     let width_m = emitter.wake.half_width_m(depth_m);

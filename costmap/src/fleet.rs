@@ -1,5 +1,6 @@
 //! What flies: airframes at their masses, and how each one's wake falls on each other.
 
+use airflow::effects::Flown;
 use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -29,6 +30,10 @@ pub struct Conditions {
     pub jet: Jet,
     /// How wakes add up.
     pub superposition: Superposition,
+    /// What is added to the hover jet.
+    pub flown: Flown,
+    /// Highest speed of the fleet: the fastest that any drone sinks (m/s).
+    pub fastest_mps: f64,
     /// Gap between bodies beyond their radii (m).
     pub clearance_m: f64,
     /// Longest fall of a wake (m).
@@ -57,18 +62,30 @@ fn negligible_share(superposition: Superposition) -> f64 {
     }
 }
 
+/// What a draught leaves of a limit. Never nothing: a limit below its draught is refused before anybody plans.
+fn left(limit: f64, draught: f64) -> f64 {
+    if draught == 0.0 {
+        return limit;
+    }
+    (limit - draught).max(1e-6)
+}
+
 /// All kinds of a fleet, with the tables of who blows how on whom.
 #[derive(Clone, Debug)]
 pub struct Fleet {
     kinds: Vec<Kind>,
     wakes: Vec<Wake>,
+    /// What a receiver measures air by, by kind (m/s).
+    measures_mps: Vec<f64>,
     /// Points over the rotor discs, by airframe.
     discs: Vec<DiscPoints>,
-    /// Receiver by receiver, emitter by emitter: `[receiver airframe][emitter airframe]`.
+    /// Receiver by receiver, emitter by emitter: `[receiver airframe][emitter]`.
     envelopes: Vec<Envelope>,
-    /// Speed at a point, by emitter airframe, for zones.
+    /// Speed at a point, by emitter, for zones.
     points: Vec<Envelope>,
-    airframes: usize,
+    /// How many emitters there are, and which each kind is.
+    emitters: usize,
+    emitter_of: Vec<usize>,
     reach_m: Vec<f64>,
     grip_m: Vec<f64>,
     faint: Faint,
@@ -96,44 +113,58 @@ impl Fleet {
     /// Tabulates every airframe's wake over every other's discs.
     pub fn new(airframes: &[Airframe], kinds: Vec<Kind>, conditions: Conditions) -> Fleet {
         let density = conditions.density_kg_per_m3;
+        let flown = &conditions.flown;
         let bare: Vec<Wake> = airframes
             .iter()
             .map(|a| Wake::new(a, a.mass_kg(), density, &conditions.jet))
             .collect();
         let wakes: Vec<Wake> = kinds
             .iter()
-            .map(|kind| bare[kind.airframe].with_mass(kind.mass_kg))
+            .map(|kind| flown.wake(&bare[kind.airframe].with_mass(kind.mass_kg)))
+            // Outward: everybody blows as the one who sinks fastest.
+            .map(|wake| flown.climbing(&wake, -conditions.fastest_mps))
             .collect();
-        let extremes: Vec<(f64, f64)> = (0..airframes.len())
-            .map(|airframe| {
-                let speeds = || {
-                    kinds
-                        .iter()
-                        .zip(&wakes)
-                        .filter(move |(kind, _)| kind.airframe == airframe)
-                        .map(|(_, wake)| wake.induced_velocity_mps())
-                };
-                (
-                    speeds().fold(f64::INFINITY, f64::min),
-                    speeds().fold(0.0, f64::max),
-                )
-            })
+        let measures_mps: Vec<f64> = wakes
+            .iter()
+            .map(|wake| wake.hover_velocity_mps() / flown.felt)
             .collect();
+        // Payload scales the hover jet; how far wind moves a jet depends on how heavy its drone is.
+        let shaped = wakes.iter().any(Wake::is_shaped);
+        let (emitters, emitter_of): (Vec<Wake>, Vec<usize>) = if shaped {
+            (wakes.clone(), (0..kinds.len()).collect())
+        } else {
+            (bare, kinds.iter().map(|kind| kind.airframe).collect())
+        };
+        let slowest = |airframe: usize| {
+            let own = kinds.iter().zip(&measures_mps);
+            own.filter(move |(kind, _)| kind.airframe == airframe)
+                .map(|(_, measure_mps)| *measure_mps)
+                .fold(f64::INFINITY, f64::min)
+        };
+        let fastest = |emitter: usize| {
+            let own = emitter_of.iter().zip(&wakes);
+            own.filter(move |(own, _)| **own == emitter)
+                .map(|(_, wake)| wake.induced_velocity_mps())
+                .fold(0.0, f64::max)
+        };
         let discs: Vec<DiscPoints> = airframes.iter().map(Airframe::disc_points).collect();
         let pairs = if conditions.wakes {
-            airframes.len().pow(2)
+            airframes.len() * emitters.len()
         } else {
             0
         };
         let envelopes = (0..pairs)
             .into_par_iter()
             .map(|pair| {
-                let (receiver, emitter) = (pair / airframes.len(), pair % airframes.len());
-                let budget =
-                    conditions.lowest_air_limit * extremes[receiver].0 / extremes[emitter].1;
+                let (receiver, emitter) = (pair / emitters.len(), pair % emitters.len());
+                let limit = left(
+                    conditions.lowest_air_limit,
+                    flown.draught_mps / slowest(receiver),
+                );
+                let budget = limit * slowest(receiver) / fastest(emitter);
                 let negligible = negligible_share(conditions.superposition) * budget * budget;
                 Envelope::new(
-                    &bare[emitter],
+                    &emitters[emitter],
                     &discs[receiver],
                     conditions.deepest_m,
                     negligible,
@@ -144,11 +175,12 @@ impl Fleet {
             offsets_m: vec![[0.0, 0.0]],
             weights: vec![1.0],
         };
-        let points = bare
-            .iter()
-            .zip(&extremes)
-            .map(|(wake, &(_, fastest))| {
-                let limit = (conditions.lowest_zone_limit_mps / fastest).min(1.0);
+        let points = emitters
+            .par_iter()
+            .enumerate()
+            .map(|(emitter, wake)| {
+                let limit_mps = left(conditions.lowest_zone_limit_mps, flown.draught_mps);
+                let limit = (limit_mps / fastest(emitter)).min(1.0);
                 let negligible = negligible_share(conditions.superposition) * limit * limit;
                 Envelope::new(wake, &point, conditions.deepest_m, negligible)
             })
@@ -156,10 +188,12 @@ impl Fleet {
         let fleet = Fleet {
             kinds,
             wakes,
+            measures_mps,
             discs,
             envelopes,
             points,
-            airframes: airframes.len(),
+            emitters: emitters.len(),
+            emitter_of,
             reach_m: Vec::new(),
             grip_m: Vec::new(),
             faint: Faint::default(),
@@ -185,11 +219,10 @@ impl Fleet {
     /// given the mean square that a whole budget is.
     fn farthest_m(&self, kind: KindId, radius_m: impl Fn(&Envelope, f64) -> f64) -> f64 {
         let wake_m = |emitter: usize, receiver: usize| {
-            let ratio = self.wakes[receiver].induced_velocity_mps()
-                / self.wakes[emitter].induced_velocity_mps();
-            let whole = (self.conditions.lowest_air_limit * ratio).powi(2);
-            let of = |index: usize| self.kinds[index].airframe;
-            radius_m(self.envelope(of(emitter), of(receiver)), whole)
+            let ratio = self.measures_mps[receiver] / self.wakes[emitter].induced_velocity_mps();
+            let draught = self.conditions.flown.draught_mps / self.measures_mps[receiver];
+            let whole = (left(self.conditions.lowest_air_limit, draught) * ratio).powi(2);
+            radius_m(self.envelope(emitter, receiver), whole)
         };
         let me = usize::from(kind.0);
         let mut farthest_m = 0.0_f64;
@@ -203,8 +236,9 @@ impl Fleet {
         farthest_m
     }
 
+    /// Of one kind's wake over another's discs.
     fn envelope(&self, emitter: usize, receiver: usize) -> &Envelope {
-        &self.envelopes[receiver * self.airframes + emitter]
+        &self.envelopes[self.kinds[receiver].airframe * self.emitters + self.emitter_of[emitter]]
     }
 
     /// The kind of this index.
@@ -215,6 +249,11 @@ impl Fleet {
     /// The wake of this kind.
     pub fn wake(&self, kind: KindId) -> &Wake {
         &self.wakes[usize::from(kind.0)]
+    }
+
+    /// What a drone of this kind measures the air it meets by (m/s): the induced velocity of its rotors, unless it feels another part of it.
+    pub fn measure_mps(&self, kind: KindId) -> f64 {
+        self.measures_mps[usize::from(kind.0)]
     }
 
     /// Points over the rotor discs of this kind.
@@ -277,18 +316,19 @@ impl Fleet {
         meeting: &mut Meeting,
         onto_first: bool,
     ) {
-        let envelope = self.envelope(
-            self.kind(emitter.kind).airframe,
-            self.kind(receiver.kind).airframe,
-        );
+        let measure_mps = self.measure_mps(receiver.kind);
+        let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
         meeting.column |= envelope.enters_column(from_m, to_m);
         let met = envelope.along(from_m, to_m);
         if met.peak_square == 0.0 {
             return;
         }
-        let ratio = self.wake(emitter.kind).induced_velocity_mps()
-            / self.wake(receiver.kind).induced_velocity_mps();
-        let load = self.load(met.peak_square.sqrt() * ratio / receiver.air_limit);
+        let ratio = self.wake(emitter.kind).induced_velocity_mps() / measure_mps;
+        let limit = left(
+            receiver.air_limit,
+            self.conditions.flown.draught_mps / measure_mps,
+        );
+        let load = self.load(met.peak_square.sqrt() * ratio / limit);
         let alpha = met.mean * ratio;
         if onto_first {
             (meeting.load_on_first, meeting.alpha_first) = (load, alpha);
@@ -312,7 +352,7 @@ impl Fleet {
         if !self.conditions.wakes || !leg.flying {
             return 0;
         }
-        let envelope = &self.points[self.kind(leg.kind).airframe];
+        let envelope = &self.points[self.emitter_of[usize::from(leg.kind.0)]];
         let offset_m = horizontal_gap_m(&leg.from_m, &leg.to_m, zone);
         let highest_m = leg.from_m.z.max(leg.to_m.z);
         let lowest_m = leg.from_m.z.min(leg.to_m.z);
@@ -325,8 +365,9 @@ impl Fleet {
         }
         let shallow = Vector3::new(offset_m, 0.0, (zone.max_m.z - lowest_m).min(0.0));
         let deep = Vector3::new(offset_m, 0.0, zone.min_m.z - highest_m);
-        let met = envelope.along(&shallow, &deep);
-        self.load(met.peak_square.sqrt() * wake.induced_velocity_mps() / zone.air_limit_mps)
+        let peak_square = envelope.highest_beyond(&shallow, &deep);
+        let limit_mps = left(zone.air_limit_mps, self.conditions.flown.draught_mps);
+        self.load(peak_square.sqrt() * wake.induced_velocity_mps() / limit_mps)
     }
 }
 

@@ -17,7 +17,7 @@
 //! The fleet over time:
 //!
 //! - [`leg`]: one drone, straight, for a whole number of ticks
-//! - [`envelope`]: what one wake brings to another airframe's discs, bounded from above
+//! - [`envelope`]: what one wake brings to another airframe's discs, bounded from above; `moved_jet`: where wind or tilt moved it
 //! - [`cover`]: where a wake ends
 //! - [`fleet`]: all kinds of drones, and what two legs do to each other
 //! - [`ground`]: the floor in bins
@@ -39,6 +39,7 @@ pub mod frame;
 pub mod frustum;
 pub mod ground;
 pub mod leg;
+mod moved_jet;
 mod quadrature;
 pub mod spindle;
 pub mod swept;

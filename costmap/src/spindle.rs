@@ -20,12 +20,17 @@
 //! faster than the limit there, its radius found by search on the azimuth of a hub. N equal Gaussian jets on a ring are, at a fixed
 //! radius, fastest on a hub's azimuth: Σ_k e^{c cos(θ - θ_k)} = N Σ_m I_{Nm}(c) cos(N m θ) with Bessel functions
 //! I > 0, and everything else in the model is round.
+//!
+//! A jet that effects have moved or reshaped has no closed form at all: there the sections are cylinders upright below the drone, out to
+//! the farthest point that is faster than the limit, found by search at every bearing.
 
 use crate::downwash::{Placed, Section};
 use crate::frame::NotFinite;
 use airflow::Wake;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
+
+mod moved;
 
 /// Constant of the profile, `a = √2 - 1`: half the speed at the half-width, by definition.
 const PROFILE_A: f64 = SQRT_2 - 1.0;
@@ -67,6 +72,9 @@ impl Spindle {
         if !(limit_mps.is_finite() && limit_mps > 0.0) {
             return None;
         }
+        if wake.is_shaped() {
+            return Some(moved::spindle(wake, limit_mps, frusta.max(1)));
+        }
         let (far_field, exact_far_field_m3) = FarField::new(wake, limit_mps)
             .map(|far| (far.cover(frusta.max(1)), far.volume_m3()))
             .unwrap_or_default();
@@ -103,7 +111,8 @@ impl Spindle {
         self.sections().any(|section| section.holds(offset_m))
     }
 
-    /// Volume of the far-field frusta over the exact volume of what they cover; 1 where there is nothing.
+    /// Volume of the far-field frusta over the exact volume of what they cover; 1 where there is nothing. For a moved jet that is the volume
+    /// swept as it would turn about the drone, which its cylinders hold.
     pub fn far_field_excess(&self) -> f64 {
         if self.far_field.is_empty() {
             return 1.0;

@@ -9,89 +9,74 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::baseline::Observation;
 use crate::flow::Flow;
+use crate::hypothesis::Sensor;
 use crate::recording::{Environment, Instrument, Measures, ProbeSample};
 
 /// Steps of the low-pass in a time constant. Chosen here: the air is taken as linear within a step, which leaves less than a
 /// hundredth of its change in a time constant.
 const STEPS_PER_TAU: f64 = 5.0;
 
-/// What the makers allow a probe to be off by, as it enters a simulation.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Calibration {
-    /// Relative; 0: as true.
-    pub gain: f64,
-    /// Absolute (m/s); 0: as true.
-    pub offset_mps: f64,
-}
-
-/// The steady reading (m/s) of a true probe in air of a velocity (world frame, z up), ambient and observation as declared.
+/// The steady reading (m/s) of a true probe in air of a velocity (world frame, z up) and an ambient speed without direction.
 #[must_use]
 pub fn steady_reading_mps(
     velocity_mps: Vector3<f64>,
-    environment: &Environment,
+    ambient_mps: f64,
     measures: Measures,
-    observation: Observation,
+    environment: &Environment,
 ) -> f64 {
     if measures == Measures::Axial {
         return -velocity_mps.z;
     }
-    let radial2 = match observation {
-        Observation::AxialAndAmbient => 0.0,
-        Observation::VelocityAndAmbient => {
-            velocity_mps.x * velocity_mps.x + velocity_mps.y * velocity_mps.y
-        }
-    };
-    let ambient_mps = environment.ambient_mps;
-    let magnitude_mps =
-        (velocity_mps.z * velocity_mps.z + radial2 + ambient_mps * ambient_mps).sqrt();
+    let magnitude_mps = (velocity_mps.norm_squared() + ambient_mps * ambient_mps).sqrt();
     if environment.ambient_is_subtracted {
-        magnitude_mps - ambient_mps
+        magnitude_mps - environment.ambient_mps
     } else {
         magnitude_mps
     }
 }
 
-/// Readings (m/s) of one probe, whose samples come in the order of time; `None` where some drone's place is not known.
+/// Readings (m/s) of one probe, whose samples come in the order of time; `None` where some drone's place is not known. `first_s` is
+/// when the recording began, for what drifts.
 #[must_use]
 pub fn readings_mps(
     flow: &Flow,
     environment: &Environment,
-    observation: Observation,
     instrument: &Instrument,
-    calibration: Calibration,
+    sensor: &Sensor,
     samples: &[ProbeSample],
+    first_s: f64,
 ) -> Vec<Option<f64>> {
     let steady = |t_s: f64, point_m: Point3<f64>| {
-        let velocity_mps = flow.velocity_mps(t_s, point_m)?;
+        let velocity_mps = flow.velocity_mps(t_s, point_m, None)?;
         Some(steady_reading_mps(
             velocity_mps,
-            environment,
+            flow.ambient_mps(t_s),
             instrument.measures,
-            observation,
+            environment,
         ))
     };
+    // Two low-passes in a row are nearly one of the summed time constant.
+    let tau_s = instrument.lowpass_tau_s + sensor.lag_s;
     let mut held: Option<(ProbeSample, f64)> = None;
     let mut readings = Vec::with_capacity(samples.len());
     for &sample in samples {
-        let now_mps = steady(sample.t_s, sample.position_m);
-        let lagged_mps = match (now_mps, held) {
-            (None, _) => None,
-            // Nothing to lag behind: the probe has come to rest in the air it is in.
-            (Some(now_mps), None) => Some(now_mps),
-            (Some(now_mps), Some(_)) if instrument.lowpass_tau_s <= 0.0 => Some(now_mps),
-            (Some(_), Some((before, before_mps))) => {
-                lag(before, before_mps, sample, instrument.lowpass_tau_s, steady)
+        let lagged_mps = match held {
+            Some((before, before_mps)) if tau_s > 0.0 => {
+                lag(before, before_mps, sample, tau_s, steady)
             }
+            // Nothing to lag behind: the probe has come to rest in the air it is in.
+            _ => steady(sample.t_s, sample.position_m),
         };
         held = lagged_mps.map(|reading_mps| (sample, reading_mps));
-        let calibrated =
-            |reading_mps| (1.0 + calibration.gain) * reading_mps + calibration.offset_mps;
-        readings.push(lagged_mps.map(calibrated));
+        readings
+            .push(lagged_mps.map(|reading_mps| sensor.reads(reading_mps, sample.t_s - first_s)));
     }
     readings
 }
+
+/// Time constants after which a low-pass has forgotten: e^-8 is 0.0003.
+const MEMORY: f64 = 8.0;
 
 /// Carries a lagged reading from one sample to the next through the air between them.
 fn lag(
@@ -101,16 +86,25 @@ fn lag(
     tau_s: f64,
     steady: impl Fn(f64, Point3<f64>) -> Option<f64>,
 ) -> Option<f64> {
-    let span_s = sample.t_s - before.t_s;
-    let steps = (span_s / tau_s * STEPS_PER_TAU).ceil().clamp(1.0, 1e4);
+    let whole_s = sample.t_s - before.t_s;
+    let span_s = whole_s.min(MEMORY * tau_s);
+    let from_share = 1.0 - span_s / whole_s;
+    let at = |share: f64| {
+        let share = from_share + share * (1.0 - from_share);
+        let point_m = before.position_m + (sample.position_m - before.position_m) * share;
+        steady(before.t_s + whole_s * share, point_m)
+    };
+    let steps = (span_s / tau_s * STEPS_PER_TAU).ceil().max(1.0);
     let step_s = span_s / steps;
     let kept = (-step_s / tau_s).exp();
-    let mut reading_mps = before_mps;
-    let mut x_before_mps = steady(before.t_s, before.position_m)?;
+    let mut x_before_mps = at(0.0)?;
+    let mut reading_mps = if from_share > 0.0 {
+        x_before_mps
+    } else {
+        before_mps
+    };
     for step in 1..=steps as u32 {
-        let share = f64::from(step) / steps;
-        let point_m = before.position_m + (sample.position_m - before.position_m) * share;
-        let x_mps = steady(before.t_s + span_s * share, point_m)?;
+        let x_mps = at(f64::from(step) / steps)?;
         // Exact for air that changes linearly within the step.
         let slope = (x_mps - x_before_mps) / step_s;
         let settled_mps = x_mps - slope * tau_s;

@@ -4,12 +4,14 @@
 //! its power, or faster through the jet than its controller, loses thrust instead. `beta` is the power to *hold* thrust: taken as
 //! thrust lost, `T (1 - 1/beta)`, it predicts far too much.
 
-use airflow::power;
+use airflow::effects::{Effects, Reception};
+use airflow::{DiscPoints, power};
+use nalgebra::{Point3, Vector3};
 
 use crate::baseline::{ReceiverAir, ReceiverLaw};
 use crate::flow::Flow;
-use crate::recording::Vehicle;
-use nalgebra::Point3;
+use crate::hypothesis::Sensor;
+use crate::recording::{ReceiverSample, Recording};
 
 /// Throttle over that of hover in still air.
 #[must_use]
@@ -44,21 +46,74 @@ pub fn thrust_ratio(law: ReceiverLaw, alpha: f64) -> f64 {
 pub fn air_met_mps(
     flow: &Flow,
     air: ReceiverAir,
-    vehicles: &[Vehicle],
     vehicle: usize,
+    discs: &DiscPoints,
     t_s: f64,
     centre_m: Point3<f64>,
 ) -> Option<f64> {
-    let mut sources = Vec::with_capacity(vehicles.len());
-    if !flow.sources_at(t_s, centre_m, Some(vehicle), &mut sources) {
-        return None;
-    }
-    let superposition = flow.superposition();
-    Some(match air {
-        ReceiverAir::Centre => airflow::axial_speed_mps(&sources, centre_m, superposition),
-        ReceiverAir::DiscMean => {
-            let discs = vehicles[vehicle].airframe.disc_points();
-            airflow::mean_over_discs_mps(&sources, &discs, centre_m, superposition)
+    let down_mps = |point_m| Some(-flow.velocity_mps(t_s, point_m, Some(vehicle))?.z);
+    match air {
+        ReceiverAir::Centre => down_mps(centre_m),
+        ReceiverAir::DiscMean if *flow.effects() == Effects::default() => {
+            let mut sources = Vec::new();
+            flow.sources_at(t_s, centre_m, Some(vehicle), &mut sources)
+                .then(|| {
+                    airflow::mean_over_discs_mps(&sources, discs, centre_m, flow.superposition())
+                })
         }
-    })
+        ReceiverAir::DiscMean => {
+            let mut mean_mps = 0.0;
+            for (&[x, y], weight) in discs.offsets_m.iter().zip(&discs.weights) {
+                mean_mps += weight * down_mps(centre_m + Vector3::new(x, y, 0.0))?;
+            }
+            Some(mean_mps)
+        }
+    }
+}
+
+/// Throttle ratios of one receiver, whose samples come in the order of time; `None` where some drone's place is not known.
+#[must_use]
+pub fn throttles(
+    recording: &Recording,
+    flow: &Flow,
+    sensor: &Sensor,
+    samples: &[ReceiverSample],
+    first_s: f64,
+) -> Vec<Option<f64>> {
+    let Some(vehicle_index) = samples.first().map(|sample| sample.vehicle) else {
+        return Vec::new();
+    };
+    let vehicle = &recording.vehicles[vehicle_index];
+    let baseline = &recording.baseline;
+    let airframe = &vehicle.airframe;
+    let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
+    let hover_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3);
+    let discs = airframe.disc_points();
+    let first_v = samples.iter().find_map(|sample| sample.battery_v);
+    let throttle_of = |sample: &ReceiverSample| {
+        let moment = vehicle.track.moment(sample.t_s + sensor.clock_s)?;
+        let centre_m = vehicle.track.position_at(moment);
+        let air = baseline.receiver_air;
+        let air_mps = air_met_mps(flow, air, vehicle_index, &discs, sample.t_s, centre_m)?;
+        let height_m = recording.environment.floor_z_m.map(|z_m| centre_m.z - z_m);
+        let gap_m = recording
+            .environment
+            .ceiling_z_m
+            .map(|z_m| z_m - centre_m.z);
+        let reception = Reception {
+            height_m,
+            gap_m,
+            propeller_radius_m: 0.5 * airframe.propeller_diameter_m(),
+            voltage_ratio: sample
+                .battery_v
+                .zip(first_v)
+                .map(|(now, first)| now / first),
+        };
+        let effects = flow.effects();
+        let alpha = effects.felt(air_mps / hover_mps);
+        let steady =
+            throttle_ratio(baseline.receiver_law, alpha) * effects.throttle_factor(&reception);
+        Some(sensor.reads(steady, sample.t_s - first_s))
+    };
+    samples.iter().map(throttle_of).collect()
 }

@@ -183,7 +183,7 @@ pub struct ProbeSample {
     pub probe_id: u32,
     /// Where it stood (m).
     pub position_m: Point3<f64>,
-    /// What it read (m/s), nothing subtracted.
+    /// What it read (m/s), nothing subtracted; NaN where that cannot be used, which a remark tells.
     pub speed_mps: f64,
 }
 
@@ -194,7 +194,7 @@ pub struct ReceiverSample {
     pub t_s: f64,
     /// Which of [`Recording::vehicles`].
     pub vehicle: usize,
-    /// Throttle over that of hover at the stated mass and density.
+    /// Throttle over that of hover at the stated mass and density; NaN where it cannot be used.
     pub throttle_ratio: f64,
     /// Battery voltage (V), where it was logged.
     pub battery_v: Option<f64>,

@@ -1,5 +1,6 @@
 //! How far recordings are from their simulation, by region: below the rotors, across the jet, over the floor, in time.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::recording::{Instrument, Recording};
@@ -85,23 +86,43 @@ pub fn by_region(recording: &Recording, samples: &[Sample]) -> Vec<Region> {
     for channel in channels {
         let of_channel: Vec<&Sample> = samples.iter().filter(|s| s.channel == channel).collect();
         regions.extend(region(channel, None, None, &of_channel, instrument));
-        for axis in Axis::ALL {
-            let placed: Vec<(f64, &Sample)> = of_channel
-                .iter()
-                .filter_map(|&sample| Some((coordinate(axis, sample, floor_m)?, sample)))
-                .collect();
-            for (from, to) in intervals(axis, &placed) {
-                let within: Vec<&Sample> = placed
-                    .iter()
-                    .filter(|(x, _)| (from..to).contains(x))
-                    .map(|&(_, sample)| sample)
-                    .collect();
-                let interval = Some((from, to));
-                regions.extend(region(channel, Some(axis), interval, &within, instrument));
-            }
-        }
+        // Measured side by side, put down in order.
+        let along: Vec<Vec<Region>> = Axis::ALL
+            .par_iter()
+            .map(|&axis| along(axis, channel, &of_channel, floor_m, instrument))
+            .collect();
+        regions.extend(along.into_iter().flatten());
     }
     regions
+}
+
+/// Residuals of one channel along one coordinate: every sample goes to its interval once.
+fn along(
+    axis: Axis,
+    channel: Channel,
+    of_channel: &[&Sample],
+    floor_m: f64,
+    instrument: Option<&Instrument>,
+) -> Vec<Region> {
+    let placed: Vec<(f64, &Sample)> = of_channel
+        .iter()
+        .filter_map(|&sample| Some((coordinate(axis, sample, floor_m)?, sample)))
+        .collect();
+    let intervals = intervals(axis, &placed);
+    let mut within: Vec<Vec<&Sample>> = vec![Vec::new(); intervals.len()];
+    for (x, sample) in placed {
+        let at = intervals.partition_point(|(_, to)| *to <= x);
+        if intervals.get(at).is_some_and(|(from, _)| *from <= x) {
+            within[at].push(sample);
+        }
+    }
+    intervals
+        .into_iter()
+        .zip(&within)
+        .filter_map(|(interval, within)| {
+            region(channel, Some(axis), Some(interval), within, instrument)
+        })
+        .collect()
 }
 
 fn coordinate(axis: Axis, sample: &Sample, floor_m: f64) -> Option<f64> {

@@ -2,11 +2,12 @@
 
 use nalgebra::Point3;
 
-use crate::anemometer::{self, Calibration};
+use crate::anemometer;
 use crate::baseline::ReceiverLaw;
 use crate::flow::Flow;
+use crate::hypothesis::Sensor;
 use crate::receiver;
-use crate::recording::{ProbeSample, Recording};
+use crate::recording::Recording;
 use crate::remark::{Remark, RemarkKind};
 
 /// A quantity that was recorded and can be simulated.
@@ -78,102 +79,159 @@ pub fn simulate(recording: &Recording) -> Simulation {
         samples: Vec::new(),
         left_out: Vec::new(),
     };
-    simulate_probes(recording, &flow, &mut simulation);
-    simulate_throttles(recording, &flow, &mut simulation);
+    for series in series(recording) {
+        let values = series.simulate(recording, &flow, &Sensor::default());
+        let mut unknown = Unknown::default();
+        for (&row, value) in series.rows.iter().zip(values) {
+            match sample(recording, &flow, &series, row, value) {
+                Some(sample) => simulation.samples.push(sample),
+                None => unknown.note(series.channel.time_s(recording, row)),
+            }
+        }
+        let subject = match series.channel {
+            Channel::Speed => format!("probe {}", series.subject),
+            _ => recording.vehicles[series.subject as usize].id.clone(),
+        };
+        simulation.left_out.extend(unknown.remark(&subject));
+    }
+    let place = |sample: &Sample| (sample.channel, sample.row);
+    simulation.samples.sort_by_key(place);
     simulation
 }
 
-fn simulate_probes(recording: &Recording, flow: &Flow, into: &mut Simulation) {
-    let Some(probes) = &recording.probes else {
-        return;
-    };
-    let mut ids: Vec<u32> = probes.samples.iter().map(|s| s.probe_id).collect();
-    ids.sort_unstable();
-    ids.dedup();
-    let first = into.samples.len();
-    for id in ids {
-        let mut rows: Vec<usize> = (0..probes.samples.len())
-            .filter(|&row| probes.samples[row].probe_id == id)
-            .collect();
-        rows.sort_by(|&a, &b| probes.samples[a].t_s.total_cmp(&probes.samples[b].t_s));
-        let of_probe: Vec<ProbeSample> = rows.iter().map(|&row| probes.samples[row]).collect();
-        let readings_mps = anemometer::readings_mps(
-            flow,
-            &recording.environment,
-            recording.baseline.observation,
-            &probes.instrument,
-            Calibration::default(),
-            &of_probe,
-        );
-        let mut unknown = Unknown::default();
-        for ((&row, sample), reading_mps) in rows.iter().zip(&of_probe).zip(readings_mps) {
-            let velocity_mps = flow.velocity_mps(sample.t_s, sample.position_m);
-            let (Some(simulated), Some(velocity_mps)) = (reading_mps, velocity_mps) else {
-                unknown.note(sample.t_s);
-                continue;
-            };
-            into.samples.push(Sample {
-                channel: Channel::Speed,
-                row,
-                t_s: sample.t_s,
-                subject: id,
-                position_m: sample.position_m,
-                recorded: sample.speed_mps,
-                simulated,
-                air_mps: -velocity_mps.z,
-                place: flow.place(sample.t_s, sample.position_m, None),
-            });
-        }
-        into.left_out
-            .extend(unknown.remark(&format!("probe {id}"), "readings"));
-    }
-    into.samples[first..].sort_by_key(|sample| sample.row);
+/// What one probe or one receiver recorded, in the order of time.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// What it recorded.
+    pub channel: Channel,
+    /// Probe id, or index of the vehicle.
+    pub subject: u32,
+    /// Its rows in the file of the channel, by time.
+    pub rows: Vec<usize>,
 }
 
-fn simulate_throttles(recording: &Recording, flow: &Flow, into: &mut Simulation) {
+/// The series of a recording: probes by id, then receivers by vehicle.
+#[must_use]
+pub fn series(recording: &Recording) -> Vec<Series> {
+    let probes = recording.probes.iter().flat_map(|probes| &probes.samples);
+    let speeds = by_subject(
+        Channel::Speed,
+        probes.map(|s| (s.probe_id, s.t_s, s.speed_mps)),
+    );
     // A drone that holds its power holds its throttle: nothing to compare.
-    let law = recording.baseline.receiver_law;
-    if law == ReceiverLaw::HoldsPower {
-        return;
+    if recording.baseline.receiver_law == ReceiverLaw::HoldsPower {
+        return speeds;
     }
-    let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
-    let mut unknown = vec![Unknown::default(); recording.vehicles.len()];
-    for (row, sample) in recording.receivers.iter().enumerate() {
-        let vehicle = &recording.vehicles[sample.vehicle];
-        let met = vehicle.track.moment(sample.t_s).and_then(|moment| {
-            let centre_m = vehicle.track.position_at(moment);
-            let air_mps = receiver::air_met_mps(
-                flow,
-                recording.baseline.receiver_air,
-                &recording.vehicles,
-                sample.vehicle,
-                sample.t_s,
-                centre_m,
-            )?;
-            Some((centre_m, air_mps))
-        });
-        let Some((position_m, air_mps)) = met else {
-            unknown[sample.vehicle].note(sample.t_s);
-            continue;
-        };
-        let airframe = &vehicle.airframe;
-        let hover_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3);
-        into.samples.push(Sample {
-            channel: Channel::Throttle,
-            row,
-            t_s: sample.t_s,
-            subject: sample.vehicle as u32,
-            position_m,
-            recorded: sample.throttle_ratio,
-            simulated: receiver::throttle_ratio(law, air_mps / hover_mps),
-            air_mps,
-            place: flow.place(sample.t_s, position_m, Some(sample.vehicle)),
-        });
+    let throttles = recording
+        .receivers
+        .iter()
+        .map(|s| (s.vehicle as u32, s.t_s, s.throttle_ratio));
+    [speeds, by_subject(Channel::Throttle, throttles)].concat()
+}
+
+/// From subject, time and value of each row. Values that are no numbers were told where they were read.
+fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) -> Vec<Series> {
+    let samples: Vec<(u32, f64, f64)> = samples.collect();
+    let mut order: Vec<usize> = (0..samples.len())
+        .filter(|&row| samples[row].2.is_finite())
+        .collect();
+    order.sort_by(|&a, &b| {
+        let ((id_a, t_a, _), (id_b, t_b, _)) = (samples[a], samples[b]);
+        id_a.cmp(&id_b).then(t_a.total_cmp(&t_b))
+    });
+    order
+        .chunk_by(|&a, &b| samples[a].0 == samples[b].0)
+        .map(|rows| Series {
+            channel,
+            subject: samples[rows[0]].0,
+            rows: rows.to_vec(),
+        })
+        .collect()
+}
+
+impl Series {
+    /// Its values as they would be in this air through this sensor; `None` where some drone's place is not known.
+    #[must_use]
+    pub fn simulate(
+        &self,
+        recording: &Recording,
+        flow: &Flow,
+        sensor: &Sensor,
+    ) -> Vec<Option<f64>> {
+        match (self.channel, &recording.probes) {
+            (Channel::Speed, Some(probes)) => {
+                let samples: Vec<_> = self.rows.iter().map(|&row| probes.samples[row]).collect();
+                let first_s = probes
+                    .samples
+                    .iter()
+                    .map(|s| s.t_s)
+                    .fold(f64::INFINITY, f64::min);
+                let environment = &recording.environment;
+                let instrument = &probes.instrument;
+                anemometer::readings_mps(flow, environment, instrument, sensor, &samples, first_s)
+            }
+            (Channel::Throttle, _) => {
+                let samples: Vec<_> = self
+                    .rows
+                    .iter()
+                    .map(|&row| recording.receivers[row])
+                    .collect();
+                let first_s = recording
+                    .receivers
+                    .iter()
+                    .map(|s| s.t_s)
+                    .fold(f64::INFINITY, f64::min);
+                receiver::throttles(recording, flow, sensor, &samples, first_s)
+            }
+            _ => vec![None; self.rows.len()],
+        }
     }
-    for (vehicle, unknown) in recording.vehicles.iter().zip(unknown) {
-        into.left_out
-            .extend(unknown.remark(&vehicle.id, "throttle readings"));
+}
+
+impl Channel {
+    fn time_s(self, recording: &Recording, row: usize) -> f64 {
+        match (self, &recording.probes) {
+            (Channel::Speed, Some(probes)) => probes.samples[row].t_s,
+            _ => recording.receivers[row].t_s,
+        }
     }
+}
+
+fn sample(
+    recording: &Recording,
+    flow: &Flow,
+    series: &Series,
+    row: usize,
+    simulated: Option<f64>,
+) -> Option<Sample> {
+    let t_s = series.channel.time_s(recording, row);
+    let vehicle = series.subject as usize;
+    let (position_m, recorded, but) = match (series.channel, &recording.probes) {
+        (Channel::Speed, Some(probes)) => {
+            let sample = &probes.samples[row];
+            (sample.position_m, sample.speed_mps, None)
+        }
+        _ => {
+            let track = &recording.vehicles[vehicle].track;
+            let position_m = track.position_at(track.moment(t_s)?);
+            (
+                position_m,
+                recording.receivers[row].throttle_ratio,
+                Some(vehicle),
+            )
+        }
+    };
+    Some(Sample {
+        channel: series.channel,
+        row,
+        t_s,
+        subject: series.subject,
+        position_m,
+        recorded,
+        simulated: simulated?,
+        air_mps: -flow.velocity_mps(t_s, position_m, but)?.z,
+        place: flow.place(t_s, position_m, but),
+    })
 }
 
 /// Samples at times when some drone's place is not known.
@@ -190,7 +248,7 @@ impl Unknown {
         self.span_s = Some((from_s.min(t_s), to_s.max(t_s)));
     }
 
-    fn remark(self, subject: &str, what: &str) -> Option<Remark> {
+    fn remark(self, subject: &str) -> Option<Remark> {
         let (from_s, to_s) = self.span_s?;
         Some(Remark {
             kind: RemarkKind::Gap,
@@ -198,7 +256,7 @@ impl Unknown {
             samples: self.samples,
             span_s: self.span_s,
             message: format!(
-                "{} {what} between {from_s:.2} and {to_s:.2} s are not simulated: some drone's place is not known then",
+                "{} readings between {from_s:.2} and {to_s:.2} s are not simulated: some drone's place is not known then",
                 self.samples
             ),
         })

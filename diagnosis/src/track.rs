@@ -13,12 +13,15 @@ pub struct Moment {
     pub share: f64,
 }
 
+/// Entries that are looked at beside where even steps would have a time. Chosen here: a search over 4000 looks at twelve.
+const NEAR: usize = 8;
+
 impl Track {
     /// Where a time falls. `None` in gaps and more than half of the longest step before the first or after the last entry; closer
     /// than that the nearest entry answers.
     #[must_use]
     pub fn moment(&self, t_s: f64) -> Option<Moment> {
-        let after = self.t_s.partition_point(|&entry_s| entry_s <= t_s);
+        let after = self.first_after(t_s);
         let reach_s = 0.5 * self.longest_step_s;
         if after == 0 {
             let first_s = self.t_s.first()?;
@@ -39,6 +42,33 @@ impl Track {
             return Some(Moment { entry, share });
         }
         None
+    }
+
+    /// Index of the first entry after a time. Entries come at nearly even steps, so it is looked for where they would have it first.
+    fn first_after(&self, t_s: f64) -> usize {
+        let search = || self.t_s.partition_point(|&entry_s| entry_s <= t_s);
+        let (Some(first_s), Some(last_s)) = (self.t_s.first(), self.t_s.last()) else {
+            return 0;
+        };
+        let last = self.t_s.len() - 1;
+        let share = (t_s - first_s) / (last_s - first_s);
+        if !(0.0..1.0).contains(&share) {
+            return search();
+        }
+        let mut at = (share * last as f64) as usize;
+        for _ in 0..NEAR {
+            if self.t_s[at] > t_s {
+                match at.checked_sub(1) {
+                    Some(before) => at = before,
+                    None => return 0,
+                }
+            } else if at < last && self.t_s[at + 1] <= t_s {
+                at += 1;
+            } else {
+                return at + 1;
+            }
+        }
+        search()
     }
 
     /// Position at a moment (m), linear between entries.
@@ -98,6 +128,21 @@ mod tests {
             attitude: vec![UnitQuaternion::identity(); t_s.len()],
             longest_step_s: 0.5,
             ..Track::default()
+        }
+    }
+
+    #[test]
+    fn entries_are_found_at_uneven_steps_as_a_search_finds_them() {
+        let t_s: Vec<f64> = (0..300)
+            .map(|i| f64::from(i) + 0.4 * f64::from(i % 7) + if i > 150 { 60.0 } else { 0.0 })
+            .collect::<Vec<_>>();
+        let mut t_s = t_s;
+        t_s.sort_by(f64::total_cmp);
+        let track = track(&t_s);
+        for i in -10..2000 {
+            let at_s = 0.25 * f64::from(i);
+            let searched = t_s.partition_point(|&entry_s| entry_s <= at_s);
+            assert_eq!(track.first_after(at_s), searched, "{at_s}");
         }
     }
 

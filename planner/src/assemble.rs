@@ -1,5 +1,6 @@
 //! From paths to the plan that is written down.
 
+use airflow::effects::Effects;
 use costmap::leg::{Leg, Tick};
 use nalgebra::Point3;
 
@@ -53,6 +54,7 @@ pub fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
                 origin: world.jet.origin,
             },
             superposition: world.superposition.as_str().to_owned(),
+            effects: (world.effects != Effects::default()).then_some(world.effects),
         },
         bounds_m: Corners {
             min: world.bounds_m.min,

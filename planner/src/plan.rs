@@ -4,6 +4,7 @@
 //! without its scenario. Positions are rotor-plane centres in metres, z up; times in seconds.
 //! Wall-clock figures are not part of a plan: the same scenario and seed give the same bytes.
 
+use airflow::effects::Effects;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +67,9 @@ pub struct AirModel {
     pub jet: JetEntry,
     /// `momentum`, `linear` or `strongest`.
     pub superposition: String,
+    /// What a finding adds to the hover jet, by name; absent where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effects: Option<Effects>,
 }
 
 /// Constants of the merged jet, in motor distances.

@@ -227,11 +227,15 @@ pub fn empty_costmap(world: &World, lattice: &Lattice, wakes: bool) -> Costmap {
         })
         .collect();
     let limits = world.drones.iter().map(|drone| drone.air_limit);
+    let speeds = world.drones.iter().map(|drone| drone.vehicle.max_speed_mps);
     let zone_limits = world.zones.iter().map(|zone| zone.air_limit_mps);
     let conditions = Conditions {
         density_kg_per_m3: world.air.density_kg_per_m3(),
         jet: world.jet,
         superposition: world.superposition,
+        // A world is checked: nothing in it is refused.
+        flown: world.effects.flown().unwrap_or_default(),
+        fastest_mps: speeds.fold(0.0, f64::max),
         clearance_m: world.planning.clearance_m,
         deepest_m: world.bounds_m.max.z - world.bounds_m.min.z,
         lowest_air_limit: limits.fold(f64::INFINITY, f64::min),

@@ -2,6 +2,7 @@
 //!
 //! Everything here has been checked: every number is finite and in range, every airframe is known.
 
+use airflow::effects::Effects;
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
 use schemars::JsonSchema;
@@ -18,8 +19,10 @@ pub struct World {
     pub air: Air,
     /// The constants of the merged jet.
     pub jet: Jet,
-    /// How several wakes add up at a point.
+    /// How several wakes add up at a point; where a finding says, as it says.
     pub superposition: Superposition,
+    /// What a finding adds to the hover jet; nothing by default.
+    pub effects: Effects,
     /// What no body may touch.
     pub obstacles: Vec<Obstacle>,
     /// Places where the air itself is limited.

@@ -27,6 +27,8 @@ pub(super) struct DrawnWake {
     half_width_m: [f64; 2],
     /// Heights at which the far field begins and the wake ends (m).
     z_m: [f64; 2],
+    /// How far wind or tilt have moved the axis there (m); drawn straight between the two.
+    aside_m: [[f64; 2]; 2],
 }
 
 /// The highest air over anybody's rotor discs.
@@ -115,19 +117,27 @@ fn wake(plan: &Plan, drone: &DronePlan, at_m: Point3<f64>, mass_kg: f64) -> Draw
             column_radius_m: tip_radius_m,
             half_width_m: [tip_radius_m; 2],
             z_m: [floor_m; 2],
+            aside_m: [[0.0; 2]; 2],
         };
     };
     let wake = Wake::new(&airframe, mass_kg, plan.air.density_kg_per_m3, &jet);
+    let flown = plan.air.effects.and_then(|effects| effects.flown().ok());
+    let wake = flown.map_or_else(|| wake.clone(), |flown| flown.wake(&wake));
     let ends_m = end_m(plan, &wake, &at_m);
     let joins_m = (at_m.z - wake.near_field_depth_m()).max(ends_m);
+    // Where the wind takes the jet away it is drawn as it begins.
+    let spread_m = |z_m: f64| wake.spread_m(at_m.z - z_m);
+    let first_m = spread_m(joins_m).unwrap_or(tip_radius_m);
+    let first_aside_m = wake.axis_m(at_m.z - joins_m).unwrap_or_default();
     DrawnWake {
         at_m,
-        column_radius_m: wake.tip_radius_m(),
-        half_width_m: [
-            wake.half_width_m(at_m.z - joins_m),
-            wake.half_width_m(at_m.z - ends_m),
-        ],
+        column_radius_m: wake.column_radius_m(),
+        half_width_m: [first_m, spread_m(ends_m).unwrap_or(first_m)],
         z_m: [joins_m, ends_m],
+        aside_m: [
+            first_aside_m,
+            wake.axis_m(at_m.z - ends_m).unwrap_or(first_aside_m),
+        ],
     }
 }
 
@@ -151,7 +161,13 @@ fn end_m(plan: &Plan, wake: &Wake, at_m: &Point3<f64>) -> f64 {
             ),
             ShapeEntry::Mesh { .. } => continue,
         };
-        if top_m <= at_m.z && top_m > ends_m && wake.half_width_m(at_m.z - top_m) <= room_m {
+        let depth_m = at_m.z - top_m;
+        let (Some([x_m, y_m]), Some(spread_m)) = (wake.axis_m(depth_m), wake.spread_m(depth_m))
+        else {
+            continue;
+        };
+        // A moved jet is stopped for certain where the face holds it and the way aside.
+        if top_m <= at_m.z && top_m > ends_m && spread_m + x_m.hypot(y_m) <= room_m {
             ends_m = top_m;
         }
     }
@@ -231,21 +247,28 @@ fn draw_shape(canvas: &mut Canvas, view: &View, wake: &DrawnWake, fill: &str, ed
     let px = |length_m: f64| length_m * view.px_per_m;
     let column = px(wake.column_radius_m);
     let [upper, lower] = wake.half_width_m.map(px);
+    let at = |k: usize| {
+        let [x_m, y_m] = wake.aside_m[k];
+        view.at(&Point3::new(
+            wake.at_m.x + x_m,
+            wake.at_m.y + y_m,
+            wake.z_m[k],
+        ))
+    };
+    let ((join_x, joins), (end_x, ends)) = (at(0), at(1));
     match view.eye {
         Eye::Above => canvas.put(format_args!(
-            r#"<circle cx="{x:.1}" cy="{y:.1}" r="{lower:.1}" {fill} stroke="{edge}" stroke-opacity="0.45" stroke-width="0.7"/><circle cx="{x:.1}" cy="{y:.1}" r="{column:.1}" {fill}/>"#
+            r#"<circle cx="{end_x:.1}" cy="{ends:.1}" r="{lower:.1}" {fill} stroke="{edge}" stroke-opacity="0.45" stroke-width="0.7"/><circle cx="{x:.1}" cy="{y:.1}" r="{column:.1}" {fill}/>"#
         )),
         Eye::Side => {
-            let joins = view.at(&Point3::new(wake.at_m.x, wake.at_m.y, wake.z_m[0])).1;
-            let ends = view.at(&Point3::new(wake.at_m.x, wake.at_m.y, wake.z_m[1])).1;
             canvas.put(format_args!(
                 r#"<path d="M{:.1} {y:.1}H{:.1}V{joins:.1}H{:.1}L{:.1} {ends:.1}H{:.1}L{:.1} {joins:.1}H{:.1}Z" {fill} stroke="{edge}" stroke-opacity="0.45" stroke-width="0.7"/>"#,
                 x - column,
                 x + column,
-                x + upper,
-                x + lower,
-                x - lower,
-                x - upper,
+                join_x + upper,
+                end_x + lower,
+                end_x - lower,
+                join_x - upper,
                 x - column
             ));
         }

@@ -59,7 +59,7 @@ fn dependencies_run_one_way() {
 
 #[test]
 fn the_air_knows_no_shapes_graphs_or_files() {
-    let expected = ["nalgebra", "thiserror"].map(String::from);
+    let expected = ["nalgebra", "serde", "thiserror"].map(String::from);
     assert_eq!(dependencies("airflow/Cargo.toml"), BTreeSet::from(expected));
     let depends = dependencies("costmap/Cargo.toml");
     for not_for_volumes in ["petgraph", "ron", "serde", "serde_json"] {
@@ -130,12 +130,13 @@ fn the_search_never_evaluates_a_jet() {
 
 #[test]
 fn outside_its_judges_the_planner_takes_descriptions_from_airflow_and_no_wake() {
-    // What is blown (airframe, air, jet constants, how jets add up), and beta for words about a price.
+    // What is blown (airframe, air, jet constants, how jets add up, what a finding adds), and beta for words about a price.
     let allowed = [
         "airflow::Air",
         "airflow::Airframe",
         "airflow::Jet",
         "airflow::Superposition",
+        "airflow::effects",
         "airflow::power::beta",
     ];
     let sources = sources_of("planner/src");
@@ -197,6 +198,34 @@ fn the_verifier_shares_nothing_with_the_search_but_the_plan_itself() {
     {
         assert_none(&named(std::slice::from_ref(source), &["super"]));
     }
+}
+
+#[test]
+fn the_made_up_world_shares_no_code_with_the_physics_that_is_to_find_it() {
+    let world = sources_of("diagnosis/src/prove/world");
+    assert!(world.len() > 5);
+    assert_none(&named(&world, &["airflow"]));
+    let broken: Vec<String> = world
+        .iter()
+        .flat_map(|source| {
+            source
+                .names_below("crate")
+                .filter(|name| {
+                    // `crate` alone is the one in `pub(crate)`.
+                    let module = name.split("::").nth(1);
+                    module.is_some_and(|module| module != "random")
+                })
+                .map(|name| format!("{}: {name}", source.file))
+        })
+        .collect();
+    assert_none(&broken);
+    // Around it, descriptions cross in one file; how good an answer is asks nobody.
+    let mut around = sources_of("diagnosis/src/prove");
+    around.retain(|source| source.file != "diagnosis/src/prove/log.rs");
+    assert_none(&named(
+        &around,
+        &["airflow", "crate::flow", "crate::hypothesis"],
+    ));
 }
 
 #[test]

@@ -5,13 +5,20 @@
 )]
 
 mod boundaries;
+mod calibration;
 mod commands;
+mod diagnosis;
 mod endpoints;
+mod findings;
 mod hover;
 mod near_field;
+mod neural_swarm;
 mod paper;
 mod planner;
 mod readme;
+mod real_flights;
+mod recordings;
+mod recordings_commands;
 mod scenario;
 mod scenarios;
 mod verifier;

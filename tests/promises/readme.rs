@@ -36,13 +36,22 @@ fn blocks(language: &str) -> Vec<String> {
 /// An empty folder with the scenarios in it, as after a clone.
 fn clone() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    fs::create_dir(folder.path().join("scenarios")).unwrap();
-    for entry in fs::read_dir(root().join("scenarios")).unwrap() {
-        let entry = entry.unwrap();
-        let copy = folder.path().join("scenarios").join(entry.file_name());
-        fs::copy(entry.path(), copy).unwrap();
-    }
+    copy(&root().join("scenarios"), &folder.path().join("scenarios"));
     folder
+}
+
+/// A folder with all that is in it.
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let there = to.join(entry.file_name());
+        if entry.file_type().unwrap().is_dir() {
+            copy(&entry.path(), &there);
+        } else {
+            fs::copy(entry.path(), there).unwrap();
+        }
+    }
 }
 
 /// The text with the time that planning took blotted out: it is the only figure that differs between runs.

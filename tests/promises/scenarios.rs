@@ -31,8 +31,9 @@ fn text(name: &str) -> String {
 }
 
 fn world(name: &str) -> World {
-    let no_meshes = |file: &str| Err(format!("{file}: no shipped scenario has a mesh"));
-    planner::scenario::read_world(&text(name), &no_meshes).unwrap()
+    let cited =
+        |file: &str| fs::read_to_string(folder().join(file)).map_err(|error| error.to_string());
+    planner::scenario::read_world(&text(name), &cited).unwrap()
 }
 
 fn planned(world: &World) -> Plan {
@@ -66,6 +67,7 @@ fn the_shipped_scenarios_are_the_ones_that_the_readme_can_name() {
         [
             "circle-16",
             "corridor",
+            "draughty-hall",
             "landing-pads",
             "mixed-fleet",
             "no-blow-zone",

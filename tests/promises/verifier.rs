@@ -1,7 +1,7 @@
 //! The verifier refuses what is wrong, accepts what is right, and misses nothing between samples.
 
 mod air;
-mod plans;
+pub(crate) mod plans;
 mod zones;
 
 use planner::plan::{Plan, Unplanned, ViolationKind};

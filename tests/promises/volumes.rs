@@ -2,6 +2,7 @@
 
 mod bodies;
 mod exposure;
+mod moved;
 mod spindles;
 
 /// SplitMix64: the same random numbers on every machine.

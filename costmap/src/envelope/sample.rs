@@ -32,31 +32,29 @@ pub(super) fn azimuths(wake: &Wake, discs: &DiscPoints) -> Vec<(f64, f64)> {
         .collect()
 }
 
-fn farthest_m(discs: &DiscPoints) -> f64 {
+pub(super) fn farthest_m(discs: &DiscPoints) -> f64 {
     let radii_m = discs.offsets_m.iter().map(|o| o[0].hypot(o[1]));
     radii_m.fold(0.0, f64::max)
 }
 
-/// Samples at `COLUMNS + 1` radii from the axis to the reach, which comes first.
+/// Samples at `COLUMNS + 1` radii from the axis to the reach, which comes first and is at least `from_m`.
 pub(super) fn sample_row(
-    wake: &Wake,
+    mut speed: impl FnMut(f64) -> f64,
+    from_m: f64,
     discs: &DiscPoints,
     azimuths: &[(f64, f64)],
-    depth_m: f64,
     negligible_square: f64,
 ) -> (f64, Vec<Sample>) {
-    let mut diagonal = Diagonal::new(wake, depth_m);
     let mut sample = |radius_m: f64| -> Sample {
         let mut worst = Sample::default();
         for (cos, sin) in azimuths {
-            let (square, mean) = over_discs(&mut diagonal, discs, radius_m * cos, radius_m * sin);
+            let (square, mean) = over_discs(&mut speed, discs, radius_m * cos, radius_m * sin);
             worst.square = worst.square.max(square);
             worst.mean += mean / azimuths.len() as f64;
         }
         worst
     };
-    // Nearer than its outermost disc points a large receiver may straddle a jet and meet less.
-    let mut reach_m = wake.half_width_m(depth_m) + farthest_m(discs);
+    let mut reach_m = from_m;
     while sample(reach_m).square > negligible_square {
         reach_m *= 1.25;
     }
@@ -71,7 +69,7 @@ pub(super) fn sample_row(
 
 /// The speed along the emitter's diagonal at one depth, in units of its induced velocity: at every
 /// radius the highest there is, because rotors sit on the diagonals. Tabulated as far as asked for.
-struct Diagonal<'a> {
+pub(super) struct Diagonal<'a> {
     wake: &'a Wake,
     depth_m: f64,
     steps_per_m: f64,
@@ -79,7 +77,7 @@ struct Diagonal<'a> {
 }
 
 impl Diagonal<'_> {
-    fn new(wake: &Wake, depth_m: f64) -> Diagonal<'_> {
+    pub(super) fn new(wake: &Wake, depth_m: f64) -> Diagonal<'_> {
         Diagonal {
             wake,
             depth_m,
@@ -89,7 +87,7 @@ impl Diagonal<'_> {
         }
     }
 
-    fn speed(&mut self, radius_m: f64) -> f64 {
+    pub(super) fn speed(&mut self, radius_m: f64) -> f64 {
         let place = radius_m * self.steps_per_m;
         let step = place as usize;
         while self.speeds.len() <= step + 1 {
@@ -107,12 +105,17 @@ impl Diagonal<'_> {
 }
 
 /// Mean square and mean of the axial speed over the discs, in units of the induced velocity.
-fn over_discs(diagonal: &mut Diagonal<'_>, discs: &DiscPoints, x_m: f64, y_m: f64) -> (f64, f64) {
+fn over_discs(
+    speed_at: &mut impl FnMut(f64) -> f64,
+    discs: &DiscPoints,
+    x_m: f64,
+    y_m: f64,
+) -> (f64, f64) {
     let mut square = 0.0;
     let mut mean = 0.0;
     for (offset_m, weight) in discs.offsets_m.iter().zip(&discs.weights) {
         let (dx_m, dy_m) = (x_m + offset_m[0], y_m + offset_m[1]);
-        let speed = diagonal.speed((dx_m * dx_m + dy_m * dy_m).sqrt());
+        let speed = speed_at((dx_m * dx_m + dy_m * dy_m).sqrt());
         square += weight * speed * speed;
         mean += weight * speed;
     }

@@ -171,3 +171,112 @@ fn over_discs(wake: &Wake, discs: &DiscPoints, x_m: f64, y_m: f64, depth_m: f64)
         (square + weight * speed * speed, mean + weight * speed)
     })
 }
+
+/// Effects at random, several at once.
+fn effects(seed: u32) -> airflow::effects::Effects {
+    use airflow::effects::{
+        Buoyancy, Crossflow, Effects, MomentumScale, ProfileTail, RotorCant, WakeTilt, Wander,
+    };
+    let at = |n: u32| (f64::from(16 * seed + n) * 0.754_877_666_246_69).fract();
+    let between = |n: u32, low: f64, high: f64| low + (high - low) * at(n);
+    let wind_mps = between(1, 0.1, 2.0);
+    let (sin, cos) = (std::f64::consts::TAU * at(2)).sin_cos();
+    Effects {
+        crossflow: seed.is_multiple_of(2).then_some(Crossflow {
+            wind_mps: [wind_mps * cos, wind_mps * sin],
+        }),
+        wake_tilt: seed.is_multiple_of(3).then_some(WakeTilt {
+            lean: [between(3, -0.3, 0.3), between(4, -0.3, 0.3)],
+        }),
+        rotor_cant: (seed % 3 == 1).then_some(RotorCant {
+            width_factor: between(5, 0.7, 1.45),
+        }),
+        wander: (seed % 4 == 1).then_some(Wander {
+            growth: between(6, -0.3, 3.0),
+        }),
+        profile_tail: (seed % 4 == 2).then_some(ProfileTail {
+            share: between(7, -0.6, 1.6),
+            steepness: between(8, -0.6, 4.0),
+        }),
+        momentum_scale: seed.is_multiple_of(5).then_some(MomentumScale {
+            speed_factor: between(9, 0.7, 1.4),
+        }),
+        buoyancy: (seed % 5 == 3).then_some(Buoyancy {
+            strength: between(10, -0.3, 0.3),
+        }),
+        ..Effects::default()
+    }
+}
+
+#[test]
+fn no_place_meets_more_air_than_the_envelope_of_a_moved_jet_says() {
+    for seed in 1..=24 {
+        let names = PAIRS[seed as usize % PAIRS.len()];
+        let (plain, discs, _) = pair(names);
+        let wake = effects(seed)
+            .flown()
+            .expect("all can be flown")
+            .wake(&plain);
+        let envelope = Envelope::new(&wake, &discs, DEEPEST_M, NEGLIGIBLE_SQUARE);
+        let mut worst = (0.0, Vector3::zeros(), 0.0);
+        for (i, [x, y, z]) in places(20_000).enumerate() {
+            // A third of the places in the near field, the rest about the jet.
+            let depth_m = if i % 3 == 0 {
+                z * 1.2 * wake.near_field_depth_m()
+            } else {
+                z * DEEPEST_M
+            };
+            let Some([axis_x_m, axis_y_m]) = wake.axis_m(depth_m) else {
+                continue;
+            };
+            let out = if i % 2 == 0 { 1.5 } else { 6.0 };
+            let spread_m = out * wake.spread_m(depth_m).expect("it is there")
+                + near_reach_m(&wake, &discs) / 2.0;
+            let offset_m = Vector3::new(
+                axis_x_m + (2.0 * x - 1.0) * spread_m,
+                axis_y_m + (2.0 * y - 1.0) * spread_m,
+                -depth_m,
+            );
+            let (square, _) = over_discs(&wake, &discs, offset_m.x, offset_m.y, depth_m);
+            let bound = at(&envelope, offset_m).max(NEGLIGIBLE_SQUARE);
+            if square / bound > worst.0 {
+                worst = (square / bound, offset_m, square);
+            }
+        }
+        let (ratio, [x, y, z], square) = (worst.0, worst.1.into(), worst.2);
+        println!(
+            "{names:?}, {seed}: {ratio:.4} at ({x:.3}, {y:.3}, {z:.3}) m, mean square {square:.5}"
+        );
+        assert!(
+            ratio <= 1.0,
+            "{ratio} of the bound under {:?}",
+            effects(seed)
+        );
+    }
+}
+
+#[test]
+fn a_way_through_a_moved_jet_meets_no_less_than_any_place_on_it() {
+    for seed in 1..=8 {
+        let (plain, discs, _) = pair(PAIRS[0]);
+        let wake = effects(seed)
+            .flown()
+            .expect("all can be flown")
+            .wake(&plain);
+        let envelope = Envelope::new(&wake, &discs, DEEPEST_M, NEGLIGIBLE_SQUARE);
+        for two in places(600).collect::<Vec<_>>().chunks_exact(2) {
+            let end =
+                |[x, y, z]: [f64; 3]| Vector3::new(5.0 * x - 2.5, 5.0 * y - 2.5, 1.0 - 7.0 * z);
+            let (from_m, to_m) = (end(two[0]), end(two[1]));
+            let whole = envelope.along(&from_m, &to_m).peak_square;
+            for k in 0..=20 {
+                let place_m = from_m + (to_m - from_m) * (f64::from(k) / 20.0);
+                let here = at(&envelope, place_m);
+                assert!(
+                    here <= whole * (1.0 + 1e-9),
+                    "{here} at {place_m}, {whole} on the way"
+                );
+            }
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! Loads by horizontal distance alone, for drones that are not close.
 
-use super::Fleet;
+use super::{Fleet, left};
 use crate::leg::KindId;
 
 /// Distances at which faint loads are tabulated: chosen here (m).
@@ -45,7 +45,7 @@ impl Faint {
                 let strong = |loads: &[u32]| loads.partition_point(|&load| load > FAINT_LOAD);
                 let steps = strong(of(one, other)).max(strong(of(other, one)));
                 let bodies_m = fleet.kind(one).body_radius_m + fleet.kind(other).body_radius_m;
-                let column_m = |kind: KindId| fleet.wake(kind).tip_radius_m();
+                let column_m = |kind: KindId| fleet.wake(kind).column_radius_m();
                 (steps as f64 * FAINT_STEP_M)
                     .max(bodies_m + fleet.conditions.clearance_m)
                     .max(column_m(one))
@@ -99,12 +99,14 @@ impl Fleet {
         if !self.conditions.wakes {
             return Vec::new();
         }
-        let envelope = self.envelope(self.kind(emitter).airframe, self.kind(receiver).airframe);
-        let ratio =
-            self.wake(emitter).induced_velocity_mps() / self.wake(receiver).induced_velocity_mps();
+        let envelope = self.envelope(usize::from(emitter.0), usize::from(receiver.0));
+        let measure_mps = self.measure_mps(receiver);
+        let ratio = self.wake(emitter).induced_velocity_mps() / measure_mps;
+        let draught = self.conditions.flown.draught_mps / measure_mps;
+        let limit = left(self.conditions.lowest_air_limit, draught);
         let load = |step: usize| {
             let square = envelope.highest_square(step as f64 * FAINT_STEP_M);
-            self.load(square.sqrt() * ratio / self.conditions.lowest_air_limit)
+            self.load(square.sqrt() * ratio / limit)
         };
         (0..).map(load).take_while(|&load| load > 0).collect()
     }

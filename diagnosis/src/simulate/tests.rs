@@ -6,8 +6,8 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use super::*;
 use crate::baseline::{Baseline, Delay, Observation, ReceiverAir, Upper};
 use crate::recording::{
-    Clock, Environment, Instrument, Known, Measures, Origin, Probes, ReceiverSample, Role, Track,
-    Vehicle,
+    Clock, Environment, Instrument, Known, Measures, Origin, ProbeSample, Probes, ReceiverSample,
+    Role, Track, Vehicle,
 };
 
 const AMBIENT_MPS: f64 = 0.1;

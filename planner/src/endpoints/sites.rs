@@ -23,6 +23,10 @@ pub(super) struct Scene<'a> {
     stops: Stops,
     /// By airframe: its wake without payload and its discs.
     hangar: Vec<(Airframe, BoundedWake, Arc<DiscPoints>)>,
+    /// Air without any wake (m/s).
+    draught_mps: f64,
+    /// Part of the air that receivers feel.
+    felt: f64,
 }
 
 /// One drone at its endpoint.
@@ -80,6 +84,9 @@ impl<'a> Scene<'a> {
             })
             .collect();
         let density = world.air.density_kg_per_m3();
+        let deepest_m = world.bounds_m.max.z - world.bounds_m.min.z;
+        // A world is checked: nothing in it is refused.
+        let flown = world.effects.flown().unwrap_or_default();
         let mut hangar: Vec<(Airframe, BoundedWake, Arc<DiscPoints>)> = Vec::new();
         for drone in &world.drones {
             let airframe = &drone.vehicle.airframe;
@@ -87,7 +94,7 @@ impl<'a> Scene<'a> {
                 let wake = Wake::new(airframe, airframe.mass_kg(), density, &world.jet);
                 hangar.push((
                     airframe.clone(),
-                    BoundedWake::new(wake),
+                    BoundedWake::new(flown.wake(&wake), deepest_m),
                     Arc::new(airframe.disc_points()),
                 ));
             }
@@ -97,6 +104,8 @@ impl<'a> Scene<'a> {
             stops: Stops::new(world.bounds_m.min.z, &solids),
             solids,
             hangar,
+            draught_mps: flown.draught_mps,
+            felt: flown.felt,
         }
     }
 
@@ -137,7 +146,7 @@ impl<'a> Scene<'a> {
             body_radius_m: drone.vehicle.body_radius_m,
             tip_radius_m: airframe.tip_radius_m(),
             air_limit: drone.air_limit,
-            induced_velocity_mps: wake.wake.induced_velocity_mps(),
+            induced_velocity_mps: wake.wake.hover_velocity_mps() / self.felt,
             wake: Arc::new(wake),
             discs,
             stops: Vec::new(),
@@ -199,7 +208,7 @@ impl<'a> Scene<'a> {
 
     /// Whether that much air is too much for a site.
     pub(super) fn over_limit(&self, site: &Site<'_>, air_mps: f64) -> bool {
-        air_mps > (site.air_limit + ALPHA_TOLERANCE) * site.induced_velocity_mps
+        air_mps > (site.air_limit + ALPHA_TOLERANCE) * site.induced_velocity_mps - self.draught_mps
     }
 
     /// Whether the receiver's centre is in the other's near-field column.
@@ -210,7 +219,7 @@ impl<'a> Scene<'a> {
             && other.airborne
             && depth_m > SAME_PLACE_M
             && depth_m < other.wake.wake.near_field_depth_m() - SAME_PLACE_M
-            && off_axis_m < other.tip_radius_m - SAME_PLACE_M
+            && off_axis_m < other.wake.wake.column_radius_m() - SAME_PLACE_M
             && receiver.place_m.z >= self.source(other).ends_at_z_m - SAME_PLACE_M
     }
 
@@ -247,7 +256,7 @@ impl<'a> Scene<'a> {
             blows,
             &places_m,
             (0.0, 0.0),
-            zone.air_limit_mps,
+            zone.air_limit_mps - self.draught_mps,
         )
     }
 }

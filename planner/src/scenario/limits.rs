@@ -47,6 +47,14 @@ pub(super) const ZONE_AIR_LIMIT_MPS: Limits = from(0.01, 50.0, "m/s");
 pub(super) const TEMPERATURE_C: Limits = from(-90.0, 60.0, "deg C");
 /// From the top of Everest (33 700 Pa, rounded down) to the highest reading at sea level (108 400 Pa, rounded up).
 pub(super) const PRESSURE_PA: Limits = from(30_000.0, 110_000.0, "Pa");
+/// A jet's decay constant: the paper's is 10; a hundredth or ten times that is a slip or another unit.
+pub(super) const CENTRELINE: Limits = from(0.1, 100.0, "");
+/// A jet's spreading rate: round jets have 0.07 to 0.11 (recalled), walls and swirl a few times that.
+pub(super) const SPREADING: Limits = from(0.005, 1.0, "");
+/// A jet's virtual origin: above the rotors, where `airflow` needs it; the paper's is -5.8.
+pub(super) const ORIGIN: Limits = from(-100.0, -0.01, "motor distances below the rotors");
+/// A number of readings or a part of one kind or another that a file merely reports.
+pub(super) const ANY: Limits = from(-1e12, 1e12, "");
 /// Below 1 cm no lattice is meant; above 100 m no building is.
 pub(super) const CELL_M: Limits = from(0.01, 100.0, "m");
 /// A gap; more than 10 m is a mistake.

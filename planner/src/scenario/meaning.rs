@@ -1,12 +1,15 @@
-//! From what was written to what it means: airframes by name, meshes by file, places against solids.
+//! From what was written to what it means: airframes by name, meshes and the jet by file, places against solids.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use airflow::effects::Effects;
 use airflow::{Air, Jet};
 use nalgebra::Point3;
 
 use super::fields::listed;
+use super::finding_file::{self, citation, unfit};
+use super::jet_file;
 use super::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
 use super::mesh::mesh;
 use super::misplacement::misplacement;
@@ -17,23 +20,45 @@ use crate::solid::Solids;
 use crate::world::{Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone};
 
 /// How a scenario's files are had: text by the path that the scenario gives, or why not.
-pub type Meshes<'a> = dyn Fn(&str) -> Result<String, String> + 'a;
+pub type Files<'a> = dyn Fn(&str) -> Result<String, String> + 'a;
 
 /// The world of all that is sound in `written`, and what is not.
 pub(super) fn world(
     written: &Written,
     spoilt_airframes: &[String],
-    meshes: &Meshes<'_>,
+    finding: Option<&str>,
+    files: &Files<'_>,
 ) -> (World, Vec<Problem>) {
     let mut problems = Vec::new();
     let air = Air {
         temperature_c: written.air.temperature_c,
         pressure_pa: written.air.pressure_pa,
     };
+    let (mut jet, mut notes) = (Jet::default(), Vec::new());
+    if let Some(file) = &written.air.jet {
+        match jet_file::read(file, files) {
+            Ok(cited) => {
+                jet = cited.jet;
+                notes.extend(cited.note);
+            }
+            Err(more) => problems.extend(more),
+        }
+    }
+    let citation = citation(written, finding);
+    let mut effects = Effects::default();
+    if let Some(citation) = &citation {
+        match finding_file::read(citation, files) {
+            Ok(cited) => {
+                effects = cited.effects;
+                notes.extend(cited.notes);
+            }
+            Err(more) => problems.extend(more),
+        }
+    }
     let obstacles = written
         .obstacles
         .iter()
-        .filter_map(|obstacle| match shape(obstacle, meshes) {
+        .filter_map(|obstacle| match shape(obstacle, files) {
             Ok(shape) => Some(Obstacle {
                 name: obstacle.name.clone(),
                 shape: shape?,
@@ -57,7 +82,7 @@ pub(super) fn world(
         spoilt_airframes,
         air,
         problems,
-        notes: Vec::new(),
+        notes,
         blown: BTreeSet::new(),
     };
     let (sources, drones) = fleet.drones();
@@ -80,8 +105,11 @@ pub(super) fn world(
             max: written.bounds_m.max.value,
         },
         air,
-        jet: Jet::default(),
-        superposition: written.air.superposition,
+        jet,
+        superposition: (effects.flown().ok())
+            .and_then(|flown| flown.superposition)
+            .unwrap_or(written.air.superposition),
+        effects,
         obstacles,
         zones: written.zones.iter().map(zone).collect(),
         drones,
@@ -97,11 +125,17 @@ pub(super) fn world(
     for found in misplaced(&world, &solids) {
         problems.push(misplacement(&world, sources[found.drone], &found));
     }
+    if let Some(citation) = &citation {
+        problems.extend(unfit(&world).into_iter().map(|why| {
+            let problem = citation.problem("the finding does not fit this fleet".to_owned());
+            problem.label(why)
+        }));
+    }
     (world, problems)
 }
 
 /// `None` where the keys make no shape: that has been noted while reading.
-fn shape(obstacle: &written::Obstacle, meshes: &Meshes<'_>) -> Result<Option<Solid>, Box<Problem>> {
+fn shape(obstacle: &written::Obstacle, files: &Files<'_>) -> Result<Option<Solid>, Box<Problem>> {
     if let (Some(min), Some(max)) = (&obstacle.min_m, &obstacle.max_m) {
         return Ok(Some(Solid::Box(Bounds {
             min: min.value,
@@ -126,7 +160,7 @@ fn shape(obstacle: &written::Obstacle, meshes: &Meshes<'_>) -> Result<Option<Sol
         let message = format!("the mesh of obstacle `{name}` cannot be used");
         Box::new(Problem::at(&file.at, message).label(why))
     };
-    let text = meshes(&source).map_err(unreadable)?;
+    let text = files(&source).map_err(unreadable)?;
     let at_m = obstacle
         .at_m
         .as_ref()

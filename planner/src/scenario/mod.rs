@@ -16,6 +16,8 @@
 
 mod airframes;
 mod fields;
+mod finding_file;
+mod jet_file;
 mod limits;
 mod meaning;
 mod mesh;
@@ -28,8 +30,8 @@ mod source;
 mod tokens;
 mod written;
 
-pub use meaning::Meshes;
-pub use problem::Problem;
+pub use meaning::Files;
+pub use problem::{Cited, Problem};
 pub use schema::schema;
 
 use crate::world::World;
@@ -57,7 +59,19 @@ pub fn parse(text: &str) -> Result<Scenario, Vec<Problem>> {
 ///
 /// # Errors
 /// Everything that is wrong, in the order of the text.
-pub fn read_world(text: &str, meshes: &Meshes<'_>) -> Result<World, Vec<Problem>> {
+pub fn read_world(text: &str, files: &Files<'_>) -> Result<World, Vec<Problem>> {
+    read_world_flying(text, None, files)
+}
+
+/// The same, flown through another finding than the scenario cites: the text of `finding` is asked of `files` by that name.
+///
+/// # Errors
+/// Everything that is wrong, in the order of the text.
+pub fn read_world_flying(
+    text: &str,
+    finding: Option<&str>,
+    files: &Files<'_>,
+) -> Result<World, Vec<Problem>> {
     let read::Reading {
         written,
         spoilt_airframes,
@@ -66,7 +80,7 @@ pub fn read_world(text: &str, meshes: &Meshes<'_>) -> Result<World, Vec<Problem>
     let Some(written) = written else {
         return Err(in_order(problems));
     };
-    let (world, more) = meaning::world(&written, &spoilt_airframes, meshes);
+    let (world, more) = meaning::world(&written, &spoilt_airframes, finding, files);
     problems.extend(more);
     if problems.is_empty() {
         Ok(world)
@@ -92,12 +106,22 @@ impl Scenario {
         files
     }
 
-    /// Looks up airframes and meshes, and checks every place against bounds and obstacles.
+    /// The file of the jet that it cites, if it cites one.
+    pub fn jet(&self) -> Option<&str> {
+        self.0.air.jet.as_ref().map(|file| file.value.as_str())
+    }
+
+    /// The file of the finding that it cites, if it cites one.
+    pub fn finding(&self) -> Option<&str> {
+        self.0.air.finding.as_ref().map(|file| file.value.as_str())
+    }
+
+    /// Looks up airframes, meshes, the jet and the finding, and checks every place against bounds and obstacles.
     ///
     /// # Errors
     /// Everything that is wrong, in the order of the text.
-    pub fn into_world(self, meshes: &Meshes<'_>) -> Result<World, Vec<Problem>> {
-        let (world, problems) = meaning::world(&self.0, &[], meshes);
+    pub fn into_world(self, files: &Files<'_>) -> Result<World, Vec<Problem>> {
+        let (world, problems) = meaning::world(&self.0, &[], None, files);
         if problems.is_empty() {
             Ok(world)
         } else {
@@ -107,11 +131,13 @@ impl Scenario {
 }
 
 fn in_order(mut problems: Vec<Problem>) -> Vec<Problem> {
+    // The scenario's own first, then those of a file that it cites.
     problems.sort_by_key(|problem| {
-        problem
+        let (start, end) = problem
             .span
             .as_ref()
-            .map_or((usize::MAX, 0), |span| (span.start, span.end))
+            .map_or((usize::MAX, 0), |span| (span.start, span.end));
+        (problem.cited.is_some(), start, end)
     });
     problems
 }

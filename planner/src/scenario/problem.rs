@@ -8,14 +8,25 @@ use std::ops::Range;
 pub struct Problem {
     /// What and who, lowercase, no final period.
     pub message: String,
-    /// Where, in bytes of the text; `None` where no place in the text is to blame.
+    /// Where, in bytes of the text (of the cited file where there is one); `None` where no place in the text is to blame.
     pub span: Option<Range<usize>>,
+    /// The file that the place lies in, where that is not the scenario itself.
+    pub cited: Option<Box<Cited>>,
     /// What to say at that place.
     pub label: Option<String>,
     /// What else one must know.
     pub notes: Vec<String>,
     /// The way out.
     pub help: Option<String>,
+}
+
+/// A file that a scenario cites, with its text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cited {
+    /// As the scenario names it.
+    pub file: String,
+    /// What it holds.
+    pub text: String,
 }
 
 impl Problem {
@@ -51,6 +62,9 @@ impl Problem {
 impl fmt::Display for Problem {
     /// One line, for callers who have no text to point into.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(cited) = &self.cited {
+            write!(f, "{}: ", cited.file)?;
+        }
         f.write_str(&self.message)?;
         if let Some(label) = &self.label {
             write!(f, ": {label}")?;

@@ -143,19 +143,10 @@ fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
         ];
         reader.word(field, &choices)
     });
-    for key in ["jet", "finding"] {
-        if let Some(field) = record.optional(key) {
-            let problem = Problem::at(
-                &field.value.head(),
-                format!("`{key}` of `air` is not available yet"),
-            );
-            reader.report(
-                problem
-                    .label("no file of this kind can be used so far")
-                    .help("leave it out: the scenario is then planned with the paper's jet"),
-            );
-        }
-    }
+    let jet = record.optional("jet").and_then(|field| reader.text(field));
+    let finding = record
+        .optional("finding")
+        .and_then(|field| reader.text(field));
     record.close(reader);
     let or = |read: Option<Option<At<f64>>>, default: f64| {
         read.flatten().map_or(default, |read| read.value)
@@ -166,6 +157,8 @@ fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
         superposition: superposition
             .flatten()
             .map_or(default.superposition, |read| read.value),
+        jet,
+        finding,
     })
 }
 

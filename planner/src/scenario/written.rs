@@ -104,6 +104,14 @@ pub(super) struct Air {
     /// strongest alone.
     #[schemars(with = "String", extend("enum" = ["Momentum", "Linear", "Strongest"], "default" = "Momentum"))]
     pub(super) superposition: Superposition,
+    /// A calibrated jet: a file beside the scenario as `plan calibrate` writes it, `Jet(centreline: 10.11, spreading: 0.07668,
+    /// origin: -5.817)` with its intervals and origins.
+    #[schemars(with = "Option<String>", extend("default" = "the paper's jet"))]
+    pub(super) jet: Option<At<String>>,
+    /// A finding: a file beside the scenario as `plan diagnose` writes it, `Finding(effects: (crossflow: Some((wind_mps: (0.38, 0.27)))))` with
+    /// its evidence. The plan is flown through, and checked in, the air that it corrects.
+    #[schemars(with = "Option<String>", extend("default" = "nothing is added to the hover jet"))]
+    pub(super) finding: Option<At<String>>,
 }
 
 /// A solid: a box (`min_m`, `max_m`), an upright cylinder (`base_m`, `radius_m`, `height_m`) or a triangle
@@ -259,6 +267,8 @@ impl Default for Air {
             temperature_c,
             pressure_pa,
             superposition: Superposition::default(),
+            jet: None,
+            finding: None,
         }
     }
 }

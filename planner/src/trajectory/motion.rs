@@ -86,6 +86,11 @@ impl Motion {
         self.velocity_mps.norm()
     }
 
+    /// How fast it climbs (m/s, up positive).
+    pub fn climb_mps(&self) -> f64 {
+        self.velocity_mps.z
+    }
+
     /// Farthest that any place of the window lies from the place at its middle (m), or an upper bound.
     pub fn half_path_m(&self, from_s: f64, until_s: f64) -> f64 {
         0.5 * self.max_speed_mps() * (until_s - from_s)

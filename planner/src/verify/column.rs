@@ -1,5 +1,5 @@
 //! Nobody airborne with its centre in the near-field column of another: 0 to 2.5 motor distances below
-//! its rotor plane, out to its rotor tips, as far down as its wake reaches.
+//! its rotor plane, out to its rotor tips (wherever wind and tilt move the jet to above there), as far down as its wake reaches.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ pub(super) fn check(scene: &Scene<'_>, receiver: &Flight, windows: &[Window<'_>]
     for (k, window) in windows.iter().enumerate() {
         for emission in &window.emissions {
             // On the rim is outside: a micrometre less on every side.
-            let radius_m = emission.wake.wake.tip_radius_m() - SAME_PLACE_M;
+            let radius_m = emission.wake.wake.column_radius_m() - SAME_PLACE_M;
             let heights_m = (
                 SAME_PLACE_M - emission.wake.wake.near_field_depth_m(),
                 -SAME_PLACE_M,
@@ -62,7 +62,7 @@ pub(super) fn check(scene: &Scene<'_>, receiver: &Flight, windows: &[Window<'_>]
                     until_s: scene.until(until_s),
                     position_m,
                     value: off_axis_m,
-                    limit: scene.flights[other].tip_radius_m,
+                    limit: scene.flights[other].column_radius_m(),
                     unit: "m".to_owned(),
                 },
             ));

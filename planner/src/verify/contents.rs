@@ -1,20 +1,17 @@
 //! From the text of a plan to what the checks need; what contradicts itself is named here.
 
 use std::collections::BTreeMap;
-use std::str::FromStr;
 use std::sync::Arc;
 
-use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::Point3;
 
 use super::Found;
 use super::flight::{Flight, Scene};
+use super::hangar::{Hangar, air};
 use super::solid::{RawShape, Solid};
 use super::wake_bound::BoundedWake;
 use super::wake_end::Stops;
-use crate::plan::{
-    AirframeEntry, AtEnd, AtStart, DronePlan, FORMAT, Plan, ShapeEntry, Violation, ViolationKind,
-};
+use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, Plan, ShapeEntry, Violation, ViolationKind};
 use crate::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
 
 /// Those who stay are judged at rest for this long after the last time (s); any length would do.
@@ -130,14 +127,13 @@ pub(super) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         solids,
         zones,
         superposition: air.superposition,
+        felt: air.flown.felt,
+        draught_mps: air.flown.draught_mps,
         last_s,
         horizon_s: last_s + REST_S,
         flights: Vec::with_capacity(plan.drones.len()),
     };
-    let mut hangar = Hangar {
-        air,
-        known: Vec::new(),
-    };
+    let mut hangar = Hangar::new(air, max.z - min.z);
     for (index, drone) in plan.drones.iter().enumerate() {
         let unplanned = plan.unplanned.iter().any(|one| one.name == drone.name);
         match flight(&scene, &mut hangar, index, drone, unplanned) {
@@ -165,73 +161,6 @@ pub(super) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         }
     }
     (Some(scene), found)
-}
-
-/// The air of the plan, checked.
-#[derive(Clone, Copy)]
-struct PlanAir {
-    density_kg_per_m3: f64,
-    jet: Jet,
-    superposition: Superposition,
-}
-
-fn air(plan: &Plan) -> Result<PlanAir, String> {
-    let density_kg_per_m3 = plan.air.density_kg_per_m3;
-    if !(density_kg_per_m3.is_finite() && density_kg_per_m3 > 0.0) {
-        return Err(format!("the air's density is {density_kg_per_m3} kg/m3"));
-    }
-    let entry = plan.air.jet;
-    let jet = Jet {
-        centreline: entry.centreline,
-        spreading: entry.spreading,
-        origin: entry.origin,
-    };
-    if let Some(problem) = jet.problems().first() {
-        return Err(format!("the jet: {problem}"));
-    }
-    let superposition =
-        Superposition::from_str(&plan.air.superposition).map_err(|error| error.to_string())?;
-    Ok(PlanAir {
-        density_kg_per_m3,
-        jet,
-        superposition,
-    })
-}
-
-/// Wakes by airframe: the near field is tabulated once for each.
-struct Hangar {
-    air: PlanAir,
-    known: Vec<(Airframe, Arc<BoundedWake>, Arc<DiscPoints>)>,
-}
-
-impl Hangar {
-    fn get(
-        &mut self,
-        entry: &AirframeEntry,
-    ) -> Result<(Airframe, Arc<BoundedWake>, Arc<DiscPoints>), String> {
-        let airframe = Airframe::new(
-            entry.name.as_str(),
-            entry.mass_kg,
-            entry.propellers,
-            entry.propeller_diameter_m,
-            entry.motor_distance_m,
-            entry.width_factor,
-        )
-        .map_err(|error| format!("its airframe: {error}"))?;
-        if let Some(known) = self.known.iter().find(|known| known.0 == airframe) {
-            return Ok(known.clone());
-        }
-        let wake = Wake::new(
-            &airframe,
-            entry.mass_kg,
-            self.air.density_kg_per_m3,
-            &self.air.jet,
-        );
-        let discs = Arc::new(airframe.disc_points());
-        self.known
-            .push((airframe.clone(), Arc::new(BoundedWake::new(wake)), discs));
-        Ok(self.known[self.known.len() - 1].clone())
-    }
 }
 
 /// One drone and what contradicts itself in it; an error where it cannot be judged at all.
@@ -278,18 +207,27 @@ fn flight(
     }
 
     let mut by_mass: BTreeMap<u64, Arc<BoundedWake>> = BTreeMap::new();
+    let mut hovering = |mass_kg: f64| {
+        if mass_kg == airframe.mass_kg() {
+            return Arc::clone(&bare);
+        }
+        Arc::clone(
+            by_mass
+                .entry(mass_kg.to_bits())
+                .or_insert_with(|| Arc::new(bare.with_mass(mass_kg))),
+        )
+    };
+    let flown = &hangar.air.flown;
     let wakes: Vec<Arc<BoundedWake>> = trajectory
         .pieces()
         .iter()
         .map(|piece| {
-            if piece.mass_kg == airframe.mass_kg() {
-                return Arc::clone(&bare);
+            let wake = hovering(piece.mass_kg);
+            let climb_mps = piece.motion.climb_mps();
+            if climb_mps == 0.0 || !flown.depends_on_climb() {
+                return wake;
             }
-            Arc::clone(
-                by_mass
-                    .entry(piece.mass_kg.to_bits())
-                    .or_insert_with(|| Arc::new(bare.with_mass(piece.mass_kg))),
-            )
+            Arc::new(wake.climbing(flown, climb_mps))
         })
         .collect();
     let stops = trajectory.pieces().iter().zip(&wakes).map(|(piece, wake)| {

@@ -18,6 +18,10 @@ pub(super) struct Scene<'a> {
     pub(super) stops: Stops,
     pub(super) zones: Vec<&'a ZoneEntry>,
     pub(super) superposition: Superposition,
+    /// Part of the air that receivers feel.
+    pub(super) felt: f64,
+    /// Air without any wake (m/s), which every limit is lower by.
+    pub(super) draught_mps: f64,
     /// Last time of any drone (s): from here on everybody rests.
     pub(super) last_s: f64,
     /// Those who stay are judged up to here (s): `last_s` and a second of rest, which stands for ever.
@@ -63,6 +67,12 @@ impl Flight {
             last = Some(wake);
         }
         greatest
+    }
+
+    /// Greatest radius of its near-field column over all its masses (m).
+    pub(super) fn column_radius_m(&self) -> f64 {
+        let radii_m = self.wakes.iter().map(|wake| wake.wake.column_radius_m());
+        radii_m.fold(self.tip_radius_m, f64::max)
     }
 
     /// End of the flight that dose and energy count to (s).

@@ -10,13 +10,17 @@
 //! join, which is smooth): two tables per airframe, the highest speed and the steepest slope at or
 //! beyond a radius, layer by layer; the speed over a short way differs from that at its middle by at
 //! most slope times half the way. All of it closes in on the field as the ranges shrink.
+//!
+//! A wake that effects have moved or reshaped has tables at every depth: see [`super::moved_wake`].
 
 use std::sync::Arc;
 
 use airflow::Wake;
+use airflow::effects::Flown;
 use nalgebra::Vector3;
 
 use super::FAINTEST_WAKE_MPS;
+use super::moved_wake::MovedTable;
 
 /// Layers of the near field, between the rotor plane and 2.5 motor distances: 0.1 motor distances each.
 const LAYERS: usize = 25;
@@ -53,9 +57,22 @@ struct NearTable {
 #[derive(Clone, Debug)]
 pub(crate) struct BoundedWake {
     pub(crate) wake: Wake,
-    near: Arc<NearTable>,
-    /// Radius beyond which it is fainter than [`FAINTEST_WAKE_MPS`], at any depth up to each step (m).
-    reach_m: Arc<[f64]>,
+    bounds: Bounds,
+}
+
+#[derive(Clone, Debug)]
+enum Bounds {
+    Round {
+        near: Arc<NearTable>,
+        /// Radius beyond which it is fainter than [`FAINTEST_WAKE_MPS`], at any depth up to each step (m).
+        reach_m: Arc<[f64]>,
+    },
+    Moved {
+        table: Arc<MovedTable>,
+        deepest_m: f64,
+        /// Factor on the table.
+        gain: f64,
+    },
 }
 
 /// Depth of one step of the table of reaches, in near-field depths.
@@ -64,45 +81,104 @@ const REACH_STEP: f64 = 0.5;
 const REACH_STEPS: usize = 128;
 
 impl BoundedWake {
-    pub(crate) fn new(wake: Wake) -> BoundedWake {
-        let near = Arc::new(NearTable::new(&wake));
-        let reach_m = reaches(&wake);
-        BoundedWake {
-            wake,
-            near,
-            reach_m,
-        }
+    /// Bounds down to a depth (m); only moved wakes end there.
+    pub(crate) fn new(wake: Wake, deepest_m: f64) -> BoundedWake {
+        let bounds = if wake.is_shaped() {
+            Bounds::Moved {
+                table: Arc::new(MovedTable::new(&wake, deepest_m)),
+                deepest_m,
+                gain: 1.0,
+            }
+        } else {
+            Bounds::Round {
+                near: Arc::new(NearTable::new(&wake)),
+                reach_m: reaches(&wake),
+            }
+        };
+        BoundedWake { wake, bounds }
     }
 
     /// The same airframe at another mass.
     pub(crate) fn with_mass(&self, mass_kg: f64) -> BoundedWake {
         let wake = self.wake.with_mass(mass_kg);
-        let reach_m = reaches(&wake);
-        BoundedWake {
-            wake,
-            near: Arc::clone(&self.near),
-            reach_m,
+        match &self.bounds {
+            Bounds::Round { near, .. } => BoundedWake {
+                bounds: Bounds::Round {
+                    near: Arc::clone(near),
+                    reach_m: reaches(&wake),
+                },
+                wake,
+            },
+            // How far wind moves a jet depends on how heavy its drone is.
+            Bounds::Moved { deepest_m, .. } => BoundedWake::new(wake, *deepest_m),
         }
+    }
+
+    /// The same drone while it climbs at a speed (m/s, up positive).
+    pub(crate) fn climbing(&self, flown: &Flown, climb_mps: f64) -> BoundedWake {
+        let Bounds::Moved {
+            table, deepest_m, ..
+        } = &self.bounds
+        else {
+            return self.clone();
+        };
+        let wake = flown.climbing(&self.wake, climb_mps);
+        BoundedWake {
+            bounds: Bounds::Moved {
+                table: Arc::clone(table),
+                deepest_m: *deepest_m,
+                gain: wake.gain(),
+            },
+            wake,
+        }
+    }
+
+    /// Whether it need not be round, nor below its drone.
+    pub(crate) fn is_moved(&self) -> bool {
+        matches!(self.bounds, Bounds::Moved { .. })
     }
 
     /// Radius beyond which it is fainter than [`FAINTEST_WAKE_MPS`] anywhere down to a depth (m).
     pub(crate) fn reach_m(&self, depth_m: f64) -> f64 {
-        let step = (depth_m / (REACH_STEP * self.wake.near_field_depth_m())).max(0.0) as usize;
-        self.reach_m[step.min(REACH_STEPS)]
+        match &self.bounds {
+            Bounds::Round { reach_m, .. } => {
+                let step = depth_m / (REACH_STEP * self.wake.near_field_depth_m());
+                reach_m[(step.max(0.0) as usize).min(REACH_STEPS)]
+            }
+            Bounds::Moved { table, gain, .. } => {
+                let faintest = FAINTEST_WAKE_MPS / (gain * self.wake.induced_velocity_mps());
+                table.reach_m(faintest, depth_m)
+            }
+        }
     }
 
     /// Lowest and highest axial speed (m/s) over ranges of depth below the rotor plane and of distance
-    /// from the axis (m), along a way of which the middle and half the length are known.
+    /// from the axis (m), along a way of which the middle and half the length are known. A moved wake
+    /// goes by the box of offsets instead of the distances.
     pub(crate) fn range_mps(
         &self,
         depth_m: (f64, f64),
         off_axis_m: (f64, f64),
+        places_m: &(Vector3<f64>, Vector3<f64>),
         middle_m: &Vector3<f64>,
         half_path_m: f64,
     ) -> (f64, f64) {
         if depth_m.1 <= 0.0 {
             return (0.0, 0.0);
         }
+        let near = match &self.bounds {
+            Bounds::Round { near, .. } => near,
+            Bounds::Moved { table, gain, .. } => {
+                let unit_mps = gain * self.wake.induced_velocity_mps();
+                let (speed, slope_per_m) = table.highest(places_m);
+                return self.closed_in(
+                    speed * unit_mps,
+                    slope_per_m * unit_mps * half_path_m,
+                    depth_m,
+                    middle_m,
+                );
+            }
+        };
         let near_depth_m = self.wake.near_field_depth_m();
         let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
         if depth_m.1 > near_depth_m {
@@ -121,7 +197,7 @@ impl BoundedWake {
         }
         if depth_m.0 < near_depth_m {
             let u_h = self.wake.induced_velocity_mps();
-            let (speed, slope_per_m) = self.near.highest(
+            let (speed, slope_per_m) = near.highest(
                 depth_m.0.max(0.0),
                 depth_m.1.min(near_depth_m),
                 off_axis_m.0,
@@ -139,13 +215,36 @@ impl BoundedWake {
         (low.min(high), high)
     }
 
+    /// The range about the speed at the middle of a way, along which it changes by so much at most and is so high nowhere.
+    fn closed_in(
+        &self,
+        highest_mps: f64,
+        change_mps: f64,
+        depth_m: (f64, f64),
+        middle_m: &Vector3<f64>,
+    ) -> (f64, f64) {
+        // A way so long that the slope tells no more than the table is not looked at; nor one through the rotor plane, where air begins.
+        if depth_m.0 <= 0.0 || change_mps.is_nan() || change_mps >= highest_mps {
+            return (0.0, highest_mps);
+        }
+        let middle_mps = self.wake.axial_speed_mps(*middle_m);
+        let high_mps = highest_mps.min(middle_mps + change_mps);
+        ((middle_mps - change_mps).clamp(0.0, high_mps), high_mps)
+    }
+
     /// An upper bound over a box of places below it, without a middle to go by (m/s).
-    pub(crate) fn highest_mps(&self, depth_m: (f64, f64), off_axis_m: f64) -> f64 {
+    pub(crate) fn highest_mps(
+        &self,
+        depth_m: (f64, f64),
+        off_axis_m: f64,
+        places_m: &(Vector3<f64>, Vector3<f64>),
+    ) -> f64 {
         if depth_m.1 <= 0.0 {
             return 0.0;
         }
         let nowhere = Vector3::new(0.0, 0.0, -depth_m.1);
-        self.range_mps(depth_m, (off_axis_m, off_axis_m), &nowhere, f64::INFINITY)
+        let off_axis_m = (off_axis_m, off_axis_m);
+        self.range_mps(depth_m, off_axis_m, places_m, &nowhere, f64::INFINITY)
             .1
     }
 }

@@ -93,7 +93,7 @@ pub(super) fn windows<'a>(
         let mut window = Window {
             from_s,
             until_s,
-            induced_velocity_mps: receiver.wakes[piece].wake.induced_velocity_mps(),
+            induced_velocity_mps: receiver.wakes[piece].wake.hover_velocity_mps(),
             mass_kg: receiver.trajectory.pieces()[piece].mass_kg,
             emissions: Vec::new(),
             receiver,
@@ -165,9 +165,14 @@ impl<'a> Window<'a> {
             .relative
             .axis_distance_m(from_s, until_s, [0.0; 2])
             .0;
-        emission
-            .wake
-            .highest_mps(depths_m, (off_axis_m - self.receiver.tip_radius_m).max(0.0))
+        let tip_m = self.receiver.tip_radius_m;
+        let around_m = Vector3::new(tip_m, tip_m, 0.0);
+        let (low_m, high_m) = emission.relative.box_m(from_s, until_s);
+        emission.wake.highest_mps(
+            depths_m,
+            (off_axis_m - tip_m).max(0.0),
+            &(low_m - around_m, high_m + around_m),
+        )
     }
 
     /// Lower and upper bound of the mean air over the discs (m/s) during a part of the window; the upper one is
@@ -207,10 +212,13 @@ impl<'a> Window<'a> {
             for (range, (e, depths_m, at_m, surely, _)) in ranges.iter_mut().zip(&felt) {
                 let off_axis_m = e.relative.axis_distance_m(from_s, until_s, [x, y]);
                 let half_path_m = e.relative.half_path_m(from_s, until_s);
+                let point_m = Vector3::new(x, y, 0.0);
+                let (low_m, high_m) = e.relative.box_m(from_s, until_s);
                 *range = e.wake.range_mps(
                     *depths_m,
                     off_axis_m,
-                    &(at_m + Vector3::new(x, y, 0.0)),
+                    &(low_m + point_m, high_m + point_m),
+                    &(at_m + point_m),
                     half_path_m,
                 );
                 // At the rotor plane itself the wake begins; within rounding of it nothing is certain.
@@ -285,6 +293,10 @@ impl<'a> Window<'a> {
             let way_m = 2.0 * e.relative.half_path_m(from_s, until_s);
             let depths_m = Self::depths_m(e, from_s, until_s);
             let off_axis_m = e.relative.axis_distance_m(from_s, until_s, [0.0; 2]).0;
+            if e.wake.is_moved() {
+                // It may be narrower than the hover jet, and anywhere.
+                return way_m <= e.wake.wake.half_width_m(depths_m.0.max(0.0));
+            }
             way_m
                 <= 2.0
                     * e.wake

@@ -115,7 +115,7 @@ pub(super) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
                 &here,
                 &places_m,
                 (from_s, until_s),
-                zone.air_limit_mps,
+                zone.air_limit_mps - scene.draught_mps,
             );
             let Some(peak) = peak else { continue };
             let before = parts.len();
@@ -145,7 +145,7 @@ pub(super) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
                     .trajectory
                     .position_m(peak.t_s)
                     .unwrap_or_else(|| flight.trajectory.last_m()),
-                value: peak.air_mps,
+                value: peak.air_mps + scene.draught_mps,
                 limit: zone.air_limit_mps,
                 unit: "m/s".to_owned(),
             };
@@ -198,8 +198,15 @@ pub(crate) fn high_mps(
     let half_way_m =
         blow.motion.half_path_m(span_s.0, span_s.1) + 0.5 * (places_m.1 - places_m.0).norm();
     let middle_m = 0.5 * (places_m.0 + places_m.1) - blow.motion.at_m(middle_s);
+    let offsets_m = (places_m.0 - from_m.1, places_m.1 - from_m.0);
     blow.wake
-        .range_mps(depths_m, (near_m, near_m), &middle_m, half_way_m)
+        .range_mps(
+            depths_m,
+            (near_m, near_m),
+            &offsets_m,
+            &middle_m,
+            half_way_m,
+        )
         .1
 }
 

@@ -22,6 +22,7 @@ pub(super) fn room(size_m: [f64; 3], drones: Vec<Drone>) -> World {
         air: Air::default(),
         jet: Jet::default(),
         superposition: Superposition::Momentum,
+        effects: airflow::effects::Effects::default(),
         obstacles: Vec::new(),
         zones: Vec::new(),
         drones,

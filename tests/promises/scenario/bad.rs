@@ -133,10 +133,23 @@ fn keys_and_names_that_are_unknown_missing_or_doubled_are_pointed_at() {
                     "    (name: k1, airframe: \"kolibri\", start_m: (1, 1, 1)),\n",
                 ),
             ),
+        ]),
+    );
+}
+
+#[test]
+fn all_that_is_wrong_with_a_cited_jet_is_pointed_at_in_its_own_file() {
+    let cites =
+        |file: &str| with_fields(&format!("  air: (jet: \"{file}\", temperature_c: 90),\n"));
+    reviewed(
+        "cited_jet",
+        &pages(&[
             (
-                "what is not there yet",
-                with_fields("  air: (jet: \"jet.ron\"),\n"),
+                "a jet with many errors, and one of the scenario's",
+                cites("wrong.ron"),
             ),
+            ("a jet that ends too early", cites("half.ron")),
+            ("no such file", cites("missing.ron")),
         ]),
     );
 }

@@ -85,6 +85,7 @@ pub(crate) fn plan(drones: Vec<DronePlan>) -> Plan {
                 origin: -5.817,
             },
             superposition: "momentum".to_owned(),
+            effects: None,
         },
         bounds_m: Corners {
             min: Point3::origin(),

@@ -1,0 +1,26 @@
+//! Ceiling effect: below a ceiling the rotors draw themselves up.
+//!
+//! ```text
+//! T/T_∞ = 1 / (1 - (1/a₁)(R/(z_c + a₂))²)
+//! ```
+//!
+//! Sanchez-Cuevas et al. 2017 (recalled) with `a₁` about 7 and `a₂` about 4 cm for a small quadrotor; here `a₂ = R/4`, chosen so that it scales. The jet at the same thrust
+//! does not change.
+
+use serde::{Deserialize, Serialize};
+
+/// Thrust gained below the ceiling.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CeilingEffect {
+    /// `1/a₁`, 0 to 0.5.
+    pub strength: f64,
+}
+
+impl CeilingEffect {
+    /// Thrust over that in free air at a distance below the ceiling over the propeller's radius.
+    #[must_use]
+    pub fn thrust_ratio(&self, gap_over_radius: f64) -> f64 {
+        let reach = (gap_over_radius.max(0.0) + 0.25).recip();
+        (1.0 - self.strength * reach * reach).max(0.1).recip()
+    }
+}

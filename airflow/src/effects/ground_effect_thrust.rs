@@ -1,0 +1,26 @@
+//! Ground effect: near the floor the same throttle lifts more.
+//!
+//! ```text
+//! T/T_∞ = 1 + c_a exp(-c_b z/R)
+//! ```
+//!
+//! The exponential form (He, Leang et al., 2019-20, recalled) has no pole, unlike Cheeseman & Bennett's `1/(1 - (R/4z)²)`. `R`: propeller radius. Range: `z` below 5 R.
+
+use serde::{Deserialize, Serialize};
+
+/// Thrust gained near the floor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GroundEffectThrust {
+    /// `c_a`: at the floor.
+    pub gain: f64,
+    /// `c_b`: per propeller radius of height.
+    pub decay: f64,
+}
+
+impl GroundEffectThrust {
+    /// Thrust over that in free air at a height over the propeller's radius.
+    #[must_use]
+    pub fn thrust_ratio(&self, height_over_radius: f64) -> f64 {
+        1.0 + self.gain * (-self.decay * height_over_radius.max(0.0)).exp()
+    }
+}

@@ -1,0 +1,29 @@
+//! Near field: above 2.5 motor distances there are four jets and a slow core, not one.
+//!
+//! For simulations that extrapolate the far field to the rotors. The four rotor jets of [`crate::Wake`] take its place by a share, and the body's shadow has a
+//! depth of its own:
+//!
+//! ```text
+//! U = (1 - λ) U_far + λ U_four(D₀),   s < 2.5 l
+//! ```
+//!
+//! Taken for nothing else: only above 2.5 l, and with the period of the rotors around the axis.
+
+use serde::{Deserialize, Serialize};
+
+/// The four-rotor field in place of the extrapolated far field.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NearFieldShape {
+    /// `λ`; 1: all of it.
+    pub share: f64,
+    /// `D₀`, share of the flow that the body takes away on the axis at the rotors; 0.5 in [`crate::Wake`].
+    pub shadow: f64,
+}
+
+impl NearFieldShape {
+    /// The whole near field as [`crate::Wake`] has it.
+    pub const FULL: NearFieldShape = NearFieldShape {
+        share: 1.0,
+        shadow: 0.5,
+    };
+}

@@ -1,0 +1,25 @@
+//! Inflow: a rotor feels more or less of the air from above than momentum theory has it.
+//!
+//! ```text
+//! α → η α
+//! ```
+//!
+//! At fixed speed of rotation blades lose `dT/dV` between 0 and `T/v_h` (blade elements; recalled); the paper's own controller over-compensates, its mean error changing from -38 to +19 mm,
+//! which says `η < 1`. Range: 0 to 2.5. Taken for: a stronger or weaker emitter, which its throttle would show.
+
+use serde::{Deserialize, Serialize};
+
+/// A factor on the air that a receiver feels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReceiverInflow {
+    /// `η`; 1: momentum theory.
+    pub factor: f64,
+}
+
+impl ReceiverInflow {
+    /// The air that counts, over that of momentum theory.
+    #[must_use]
+    pub fn felt(&self, alpha: f64) -> f64 {
+        self.factor * alpha
+    }
+}

@@ -1,0 +1,38 @@
+//! Recirculation: the jets set a closed room in motion.
+//!
+//! ```text
+//! u_r(t) = u_∞ (1 - exp(-(t - t₀)/τ_r))
+//! ```
+//!
+//! A draught that grows after take-off, everywhere; for a hall of 25 x 25 x 7 m some 0.1 m/s after ten minutes (order of magnitude, recalled). What the jets carry
+//! down must come up between them: the part `e` of the draught rises (against the jets), the rest has no direction that a speed probe could tell and adds in squares.
+//! Taken for: a probe's offset or drift, which do not grow with flight time and stay after landing; wind.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// A growing draught.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Recirculation {
+    /// `u_∞` (m/s).
+    pub speed_mps: f64,
+    /// `τ_r` (s).
+    pub time_s: f64,
+    /// `e`, the sine of its elevation, -1 to 1: upwards positive.
+    #[serde(default)]
+    pub rise: f64,
+}
+
+impl Recirculation {
+    /// The draught at a time since take-off (s): what rises (m/s, world), and the speed (m/s) without direction.
+    #[must_use]
+    pub fn draught_mps(&self, since_takeoff_s: f64) -> (Vector3<f64>, f64) {
+        let speed_mps = self.speed_mps * -(-since_takeoff_s.max(0.0) / self.time_s).exp_m1();
+        let level = (1.0 - self.rise * self.rise).max(0.0).sqrt();
+        (
+            Vector3::new(0.0, 0.0, self.rise * speed_mps),
+            level * speed_mps,
+        )
+    }
+}

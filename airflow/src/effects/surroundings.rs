@@ -1,0 +1,70 @@
+//! How one jet meets its surroundings at one moment.
+
+use nalgebra::Vector3;
+
+use super::Effects;
+use super::ground_impingement::NearFloor;
+use crate::wake::Wake;
+
+/// The moment and the place in which a jet is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surroundings {
+    /// Time (s), the clock that [`super::PayloadMass::since_s`] is on.
+    pub t_s: f64,
+    /// Vertical speed of the drone (m/s), up positive.
+    pub climb_mps: f64,
+    /// Height of the floor (m, world), where there is one.
+    pub floor_z_m: Option<f64>,
+    /// Height of the drone's rotor plane (m, world).
+    pub emitter_z_m: f64,
+}
+
+impl Effects {
+    /// Velocity (m/s, world) of the air at an offset below a drone, from its steady `wake`, with what this moment changes: payload taken
+    /// up in flight, climb, the floor. `wake` is made [`Wake::with_effects`] of the same effects.
+    #[must_use]
+    pub fn meet(&self, wake: &Wake, offset_m: Vector3<f64>, at: &Surroundings) -> Vector3<f64> {
+        let mut velocity_mps = wake.velocity_mps(offset_m);
+        if offset_m.z >= 0.0 {
+            return velocity_mps;
+        }
+        if let Some(payload) = self.payload_mass
+            && !payload.is_constant()
+        {
+            velocity_mps *= payload.factor(at.t_s);
+        }
+        if let Some(climb) = self.climb_descent {
+            velocity_mps *= climb.factor(at.climb_mps / wake.induced_velocity_mps());
+        }
+        if let (Some(ground), Some(floor_z_m)) = (self.ground_impingement, at.floor_z_m) {
+            let emitter_height_m = (at.emitter_z_m - floor_z_m).max(wake.motor_distance_m());
+            let [x, y] = wake.axis_m(-offset_m.z).unwrap_or([0.0; 2]);
+            let (dx, dy) = (offset_m.x - x, offset_m.y - y);
+            let radius_m = dx.hypot(dy);
+            let (kept, outward_mps) = ground.meet(&NearFloor {
+                height: at.emitter_z_m + offset_m.z - floor_z_m,
+                emitter_height: emitter_height_m,
+                radius: radius_m,
+                half_width: wake.half_width_m(emitter_height_m),
+                root_momentum: wake.far_field().momentum_flux_m4_per_s2().sqrt(),
+            });
+            velocity_mps *= kept;
+            if radius_m > 0.0 {
+                velocity_mps += Vector3::new(dx, dy, 0.0) * (outward_mps / radius_m);
+            }
+        }
+        velocity_mps
+    }
+
+    /// The draught (m/s, world) that is there without any jet, and the speed (m/s) without direction beside it.
+    #[must_use]
+    pub fn background_mps(&self, since_takeoff_s: f64) -> (Vector3<f64>, f64) {
+        let [x, y] = self
+            .crossflow
+            .map_or([0.0; 2], |crossflow| crossflow.wind_mps);
+        let (rising_mps, level_mps) = self.recirculation.map_or((Vector3::zeros(), 0.0), |room| {
+            room.draught_mps(since_takeoff_s)
+        });
+        (Vector3::new(x, y, 0.0) + rising_mps, level_mps)
+    }
+}

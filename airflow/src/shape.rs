@@ -1,0 +1,223 @@
+//! One jet with what the hover jet leaves out, as a function of the place below its drone.
+
+use nalgebra::Vector3;
+
+use crate::airframe::Airframe;
+use crate::effects::{Effects, Plume};
+use crate::far_field::FarField;
+use crate::jet::{FAR_FIELD_FROM_S_OVER_L, Jet};
+use crate::near_field::NearField;
+use crate::wake::Wake;
+
+/// Steady effects made ready for one drone.
+#[derive(Debug)]
+pub(crate) struct Shape {
+    effects: Effects,
+    plain_mps: f64,
+    origin: f64,
+    /// The bent jet, and the wind's direction.
+    plume: Option<(Plume, [f64; 2])>,
+    /// The four-rotor field that replaces an extrapolated one.
+    near: Option<NearField>,
+}
+
+/// Where the axis is at a depth and what the jet has become there; lengths in `l`.
+struct Section {
+    axis: [f64; 2],
+    width: f64,
+    speed: f64,
+    /// Sine and cosine of the lean towards the wind.
+    lean: [f64; 2],
+}
+
+impl Shape {
+    /// Factor of all scale effects on `U_H`; that of a payload taken up in flight is [`Effects::meet`]'s.
+    pub(crate) fn strength(effects: &Effects, diameter_over_l: f64) -> f64 {
+        let payload = effects.payload_mass.filter(|payload| payload.is_constant());
+        payload.map_or(1.0, |payload| payload.factor(0.0))
+            * effects.momentum_scale.map_or(1.0, |effect| effect.factor())
+            * effects.air_density.map_or(1.0, |effect| effect.factor())
+            * effects
+                .dl_ratio
+                .map_or(1.0, |effect| effect.factor(diameter_over_l))
+    }
+
+    pub(crate) fn new(
+        effects: &Effects,
+        plain_mps: f64,
+        induced_velocity_mps: f64,
+        airframe: &Airframe,
+        jet: &Jet,
+    ) -> Shape {
+        let plume = effects.crossflow.map(|crossflow| {
+            let [x, y] = crossflow.wind_mps;
+            let wind_mps = x.hypot(y);
+            let towards = if wind_mps > 0.0 {
+                [x / wind_mps, y / wind_mps]
+            } else {
+                [1.0, 0.0]
+            };
+            (Plume::new(jet, wind_mps / induced_velocity_mps), towards)
+        });
+        let near = effects
+            .near_field
+            .filter(|_| airframe.has_near_field_model())
+            .map(|near| {
+                let diameter_over_l = airframe.propeller_diameter_m() / airframe.motor_distance_m();
+                NearField::new(diameter_over_l, airframe.width_factor(), jet, near.shadow)
+            });
+        Shape {
+            effects: *effects,
+            plain_mps,
+            origin: jet.origin,
+            plume,
+            near,
+        }
+    }
+
+    pub(crate) fn effects(&self) -> &Effects {
+        &self.effects
+    }
+
+    /// `U_H` (m/s) without any effect.
+    pub(crate) fn plain_induced_velocity_mps(&self) -> f64 {
+        self.plain_mps
+    }
+
+    /// `U_H` (m/s) of the drone's own rotors. Density changes it; a payload found counts where it lowers it, since a finding may be about
+    /// another drone of the fleet.
+    pub(crate) fn hover_velocity_mps(&self) -> f64 {
+        let effects = &self.effects;
+        let payload = effects
+            .payload_mass
+            .map_or(1.0, |payload| payload.factor(f64::INFINITY).min(1.0));
+        let density = effects.air_density.map_or(1.0, |effect| effect.factor());
+        self.plain_mps * payload * density
+    }
+
+    /// Widening along the longest direction of a level cut, over the jet in still air.
+    pub(crate) fn spread(&self, s: f64) -> Option<f64> {
+        let section = self.section(s)?;
+        let [_, cos] = section.lean;
+        Some(section.width / cos.max(1e-3))
+    }
+
+    /// The axis (l) at a depth (l).
+    pub(crate) fn axis(&self, s: f64) -> Option<[f64; 2]> {
+        Some(self.section(s)?.axis)
+    }
+
+    /// Depth (l) from which on there is no jet.
+    pub(crate) fn gone_from(&self) -> Option<f64> {
+        self.plume.as_ref()?.0.gone_from()
+    }
+
+    fn section(&self, s: f64) -> Option<Section> {
+        let effects = &self.effects;
+        let mut axis = effects.wake_tilt.map_or([0.0; 2], |tilt| tilt.shift(s));
+        let (mut width, mut speed, mut lean) = (1.0, 1.0, [0.0, 1.0]);
+        if let Some((plume, towards)) = &self.plume {
+            let section = plume.at(s)?;
+            axis = [
+                axis[0] + section.drift * towards[0],
+                axis[1] + section.drift * towards[1],
+            ];
+            (width, speed, lean) = (section.width, section.speed, section.lean);
+        }
+        let cant = effects.rotor_cant.map(|cant| cant.factors());
+        let wander = effects.wander.map(|wander| wander.factors(s, self.origin));
+        for [wider, faster] in [cant, wander].into_iter().flatten() {
+            width *= wider;
+            speed *= faster;
+        }
+        speed *= effects.buoyancy.map_or(1.0, |buoyancy| buoyancy.factor(s));
+        Some(Section {
+            axis,
+            width,
+            speed,
+            lean,
+        })
+    }
+
+    /// Velocity (m/s, world) at an offset (m) from the rotor centre; zero at and above the rotor plane, and where the wind has taken
+    /// the jet away. The wind itself is not in it.
+    pub(crate) fn velocity_mps(&self, wake: &Wake, offset_m: Vector3<f64>) -> Vector3<f64> {
+        let length_m = wake.motor_distance_m();
+        let s = -offset_m.z / length_m;
+        if s <= 0.0 {
+            return Vector3::zeros();
+        }
+        let Some(section) = self.section(s) else {
+            return Vector3::zeros();
+        };
+        let [sin, cos] = section.lean;
+        let towards = self
+            .plume
+            .as_ref()
+            .map_or([1.0, 0.0], |(_, towards)| *towards);
+        let from_axis = [
+            offset_m.x - section.axis[0] * length_m,
+            offset_m.y - section.axis[1] * length_m,
+        ];
+        // The cut normal to a leaning axis is shorter along the wind than the level one.
+        let along = from_axis[0] * towards[0] + from_axis[1] * towards[1];
+        let shortened = along * (cos - 1.0);
+        let place_m = Vector3::new(
+            (from_axis[0] + shortened * towards[0]) / section.width,
+            (from_axis[1] + shortened * towards[1]) / section.width,
+            offset_m.z,
+        );
+        let radius_m = place_m.x.hypot(place_m.y);
+        let plain_mps = wake.plain_velocity_mps(place_m);
+        let axial_mps = section.speed * self.profile_mps(wake, place_m, radius_m, -plain_mps.z);
+        let entrained = self
+            .effects
+            .entrainment_radial
+            .map_or(1.0, |effect| effect.on_radial());
+        let mut velocity_mps = Vector3::new(
+            axial_mps * sin * towards[0] + entrained * section.speed * section.width * plain_mps.x,
+            axial_mps * sin * towards[1] + entrained * section.speed * section.width * plain_mps.y,
+            -axial_mps * cos,
+        );
+        if let Some(swirl) = self.effects.swirl {
+            let far = wake.far_field();
+            let depth_m = -place_m.z;
+            let xi = radius_m / wake.half_width_m(depth_m);
+            let centreline_mps = far.extrapolated().centreline_mps(depth_m).unwrap_or(0.0);
+            let around_mps = centreline_mps * swirl.speed(xi, s, self.origin);
+            if radius_m > 0.0 {
+                velocity_mps += Vector3::new(-place_m.y, place_m.x, 0.0) * (around_mps / radius_m);
+            }
+        }
+        velocity_mps
+    }
+
+    /// Axial speed (m/s) of the undeformed jet with its own profile: another edge, another near field.
+    fn profile_mps(
+        &self,
+        wake: &Wake,
+        place_m: Vector3<f64>,
+        radius_m: f64,
+        plain_mps: f64,
+    ) -> f64 {
+        let depth_m = -place_m.z;
+        let s = depth_m / wake.motor_distance_m();
+        let far: FarField = wake.far_field().extrapolated();
+        let mut axial_mps = plain_mps;
+        if let Some(tail) = self.effects.profile_tail {
+            let xi = radius_m / far.half_width_m(depth_m).unwrap_or(f64::INFINITY);
+            let centreline_mps = far.centreline_mps(depth_m).unwrap_or(0.0);
+            let algebraic = far.axial_speed_mps(depth_m, radius_m).unwrap_or(0.0);
+            // In the four-rotor field the edge changes by as much as the far field's would.
+            axial_mps += tail.profile(xi, algebraic / centreline_mps) * centreline_mps - algebraic;
+        }
+        if let (Some(effect), Some(near)) = (self.effects.near_field, &self.near)
+            && s < FAR_FIELD_FROM_S_OVER_L
+        {
+            let [x, y] = [place_m.x, place_m.y].map(|metres| metres / wake.motor_distance_m());
+            let four_mps = wake.induced_velocity_mps() * near.axial_speed(x, y, s);
+            axial_mps += effect.share * (four_mps - plain_mps);
+        }
+        axial_mps.max(0.0)
+    }
+}

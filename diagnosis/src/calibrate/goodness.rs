@@ -1,0 +1,243 @@
+//! Whether one jet describes what was measured, and where not: the misfit of regions against what resampling says that they vary.
+//!
+//! ```text
+//! t_b = Σ_f z_bf / √(Σ_f z_bf²),    z_bf = misfit of region b in flight f, less what flight f does to it through the fitted constants
+//! ```
+//!
+//! If the jet is right each flight's share is as likely up as down. Turning the signs of whole flights at random (all regions of a
+//! flight together) gives the largest `|t|` and the sum of `t²` that chance makes.
+
+use nalgebra::{Matrix2, Vector2, Vector3};
+
+use super::calibration::{Goodness, Misfit, Verdict};
+use super::joint::{Data, Joint};
+use super::operator::xi;
+use super::options::Options;
+use super::units::{Units, units};
+use crate::calibrate::calibration::Unit;
+use crate::random::Random;
+
+/// Edges of the regions in `ξ`. Chosen here: halves where the profile bends, wider where there is little air.
+const XI_EDGES: [f64; 8] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, f64::INFINITY];
+/// Edges in depth over the motor distance. Chosen here, roughly doubling from the virtual origin.
+const S_EDGES: [f64; 5] = [2.5, 4.0, 6.0, 10.0, f64::INFINITY];
+/// Fewest cells of a region that is judged.
+const FEWEST_CELLS: usize = 8;
+/// Fewest flights or blocks: with nine, the 2⁹ patterns of signs cannot show 1 % in two looks from two sides.
+const FEWEST_UNITS: usize = 10;
+/// A jet is called poor where chance makes as much misfit in 1 % of cases or fewer, and ...
+const POOR_P: f64 = 0.01;
+/// ... some region is off by this part of the centreline speed: less could not be flown differently. Chosen here.
+const LEAST_MISFIT: f64 = 0.004;
+
+#[derive(Clone, Debug, Default)]
+struct Region {
+    cells: usize,
+    /// Σ w U_C r and Σ w U_C².
+    weighted: f64,
+    weights: f64,
+    /// Misfit by unit.
+    by_unit: Vec<f64>,
+    /// What the constants do to it: Σ w U_C · freed gradient.
+    by_constants: Vector3<f64>,
+    /// What gain and zero of each flight do to it.
+    by_instrument: Vec<Vector2<f64>>,
+}
+
+pub(super) fn goodness(data: Data<'_>, joint: &Joint, options: &Options) -> Goodness {
+    match units(data, joint, FEWEST_UNITS) {
+        Some(units) => judge(data, joint, &units, options),
+        None => Goodness {
+            verdict: Verdict::Undecided,
+            p: 1.0,
+            rms_over_centreline: 0.0,
+            regions: Vec::new(),
+            sentence: sentence(Verdict::Undecided, 1.0, &[]),
+        },
+    }
+}
+
+fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goodness {
+    let columns = S_EDGES.len() - 1;
+    let mut regions = vec![Region::default(); (XI_EDGES.len() - 1) * columns];
+    let mut squares = 0.0;
+    for (i, (cell, fitted)) in data.cells.iter().zip(&joint.cells).enumerate() {
+        let centre_mps = data.flights[cell.flight]
+            .operator
+            .centreline_mps(&joint.constants, cell.s);
+        squares += (fitted.residual_mps / centre_mps).powi(2);
+        let row = within(&XI_EDGES, xi(&joint.constants, cell.s, cell.r));
+        let region = &mut regions[row * columns + within(&S_EDGES, cell.s)];
+        region.by_unit.resize(units.units.len(), 0.0);
+        region
+            .by_instrument
+            .resize(data.flights.len(), Vector2::zeros());
+        let weight = fitted.weight * centre_mps;
+        region.cells += 1;
+        region.weighted += weight * fitted.residual_mps;
+        region.weights += weight * centre_mps;
+        region.by_unit[units.unit_of[i]] += weight * fitted.residual_mps;
+        region.by_constants += weight * units.freed[i];
+        region.by_instrument[cell.flight] += weight * Vector2::new(fitted.predicted_mps, 1.0);
+    }
+    let judged: Vec<usize> = (0..regions.len())
+        .filter(|b| regions[*b].cells >= FEWEST_CELLS)
+        .collect();
+    let shares: Vec<Vec<f64>> = judged
+        .iter()
+        .map(|b| shares(&regions[*b], data, joint, units))
+        .collect();
+    let errors: Vec<f64> = shares
+        .iter()
+        .map(|shares| shares.iter().map(|share| share * share).sum::<f64>().sqrt())
+        .collect();
+    let t: Vec<f64> = shares
+        .iter()
+        .zip(&errors)
+        .map(|(shares, error)| shares.iter().sum::<f64>() / error.max(f64::MIN_POSITIVE))
+        .collect();
+    let (p, most_by_chance) = against_chance(&shares, &errors, &t, options);
+    let misfits: Vec<Misfit> = judged
+        .iter()
+        .zip(&t)
+        .map(|(b, t)| {
+            let (row, column) = (b / columns, b % columns);
+            Misfit {
+                xi_from: XI_EDGES[row],
+                xi_to: XI_EDGES[row + 1].min(6.0),
+                s_from: S_EDGES[column],
+                s_to: S_EDGES[column + 1].min(deepest(data)),
+                cells: regions[*b].cells,
+                mean: regions[*b].weighted / regions[*b].weights,
+                t: *t,
+                significant: t.abs() > most_by_chance,
+            }
+        })
+        .collect();
+    let verdict = verdict(units.units.len(), p, &misfits);
+    Goodness {
+        verdict,
+        p,
+        rms_over_centreline: (squares / data.cells.len() as f64).sqrt(),
+        sentence: sentence(verdict, p, &misfits),
+        regions: misfits,
+    }
+}
+
+fn within(edges: &[f64], value: f64) -> usize {
+    edges
+        .partition_point(|edge| *edge <= value)
+        .saturating_sub(1)
+        .min(edges.len() - 2)
+}
+
+fn deepest(data: Data<'_>) -> f64 {
+    data.cells.iter().map(|cell| cell.s).fold(0.0, f64::max)
+}
+
+/// What each unit adds to the misfit of a region, its pull on the fitted constants taken off.
+fn shares(region: &Region, data: Data<'_>, joint: &Joint, units: &Units) -> Vec<f64> {
+    let through = units.inverse * region.by_constants;
+    let mut shares: Vec<f64> = region
+        .by_unit
+        .iter()
+        .zip(&units.units)
+        .map(|(own, unit)| own - through.dot(&unit.pull))
+        .collect();
+    if units.unit == Unit::Block {
+        // Blocks of one flight share its gain and zero, which were fitted too.
+        for (i, (cell, fitted)) in data.cells.iter().zip(&joint.cells).enumerate() {
+            let columns = Vector2::new(fitted.predicted_mps, 1.0);
+            let normal: &Matrix2<f64> = &units.instrument_inverse[cell.flight];
+            let moved = region.by_instrument[cell.flight].dot(&(normal * columns));
+            shares[units.unit_of[i]] -= fitted.weight * fitted.residual_mps * moved;
+        }
+    }
+    shares
+}
+
+/// Probability of such a misfit by chance, and the largest `|t|` of all regions that chance exceeds in 5 % of cases.
+fn against_chance(shares: &[Vec<f64>], errors: &[f64], t: &[f64], options: &Options) -> (f64, f64) {
+    let most = |t: &[f64]| t.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
+    let sum = |t: &[f64]| t.iter().map(|t| t * t).sum::<f64>();
+    let units = shares.first().map_or(0, Vec::len);
+    if units < FEWEST_UNITS {
+        return (1.0, f64::INFINITY);
+    }
+    let (seen_most, seen_sum) = (most(t), sum(t));
+    let mut random = Random::new(options.seed ^ 0x676F_6F64_6E65_7373);
+    let (mut more, mut larger) = (0_usize, 0_usize);
+    let mut by_chance = Vec::with_capacity(options.draws);
+    let mut signs = vec![0.0; units];
+    let mut turned = vec![0.0; shares.len()];
+    for _ in 0..options.draws {
+        signs.fill_with(|| random.sign());
+        for ((turned, shares), error) in turned.iter_mut().zip(shares).zip(errors) {
+            let sum: f64 = shares
+                .iter()
+                .zip(&signs)
+                .map(|(share, sign)| share * sign)
+                .sum();
+            *turned = sum / error.max(f64::MIN_POSITIVE);
+        }
+        more += usize::from(most(&turned) >= seen_most);
+        larger += usize::from(sum(&turned) >= seen_sum);
+        by_chance.push(most(&turned));
+    }
+    let part = |count: usize| (1 + count) as f64 / (1 + options.draws) as f64;
+    // Two looks at the same data: the smaller counts twice.
+    let p = (2.0 * part(more).min(part(larger))).min(1.0);
+    (p, super::cells::quantile(&mut by_chance, 0.95))
+}
+
+fn verdict(units: usize, p: f64, misfits: &[Misfit]) -> Verdict {
+    if units < FEWEST_UNITS {
+        return Verdict::Undecided;
+    }
+    let matters = misfits
+        .iter()
+        .any(|misfit| misfit.mean.abs() >= LEAST_MISFIT);
+    if p <= POOR_P && matters {
+        Verdict::Poor
+    } else {
+        Verdict::Fits
+    }
+}
+
+fn sentence(verdict: Verdict, p: f64, misfits: &[Misfit]) -> String {
+    // Where it stands out, the largest; where nothing does by itself, the clearest.
+    let rank = |misfit: &Misfit| match misfit.significant {
+        true => (1, misfit.mean.abs()),
+        false => (0, misfit.t.abs()),
+    };
+    let worst = misfits.iter().max_by(|a, b| {
+        let ((ra, a), (rb, b)) = (rank(a), rank(b));
+        ra.cmp(&rb).then(a.total_cmp(&b))
+    });
+    match (verdict, worst) {
+        (Verdict::Undecided, _) | (_, None) => {
+            "too few flights to say whether one jet describes them".to_owned()
+        }
+        (Verdict::Fits, Some(_)) => {
+            format!(
+                "one jet describes what was measured (p = {p:.2} that chance alone misfits so much)"
+            )
+        }
+        (Verdict::Poor, Some(worst)) => {
+            let side = if worst.mean > 0.0 {
+                "stronger"
+            } else {
+                "weaker"
+            };
+            format!(
+                "the fit is poor (p = {p:.4}): most at xi {} to {}, s/l {} to {:.1}, where the air is {side} than the jet by \
+                 {:.1} % of the centreline speed; the intervals of the constants assume a shape that the data contradict",
+                worst.xi_from,
+                worst.xi_to,
+                worst.s_from,
+                worst.s_to,
+                100.0 * worst.mean.abs()
+            )
+        }
+    }
+}

@@ -1,0 +1,297 @@
+//! Readings beside the state of the drone that blew at that moment; what is left out, by reason.
+
+use airflow::{FAR_FIELD_FROM_S_OVER_L, Jet};
+use nalgebra::{Point3, Vector3};
+
+use super::calibration::{Counts, Dropped, DroppedCount};
+use super::operator::Operator;
+use super::options::Options;
+use crate::baseline::Observation;
+use crate::recording::{Instrument, Measures, ProbeSample, Recording, Role, Track, Vehicle};
+use crate::track::Moment;
+
+/// Readings beyond so many half-widths of the paper's jet are not compared: the paper's own table ends there.
+const FARTHEST_XI: f64 = 6.0;
+/// A jet turns this many of its half-widths (at the floor) above the floor. Free jets are free until 1.5 to 2 (recalled).
+const FLOOR_HALF_WIDTHS: f64 = 2.0;
+
+/// One drone over the probes of one recording.
+#[derive(Clone, Debug)]
+pub(super) struct Flight {
+    pub(super) recording: String,
+    /// Index into the drones.
+    pub(super) drone: usize,
+    pub(super) operator: Operator,
+    /// Accuracies of its probe: part of the reading, and m/s.
+    pub(super) accuracy_rel: f64,
+    pub(super) accuracy_abs_mps: f64,
+    /// Time between readings (s).
+    pub(super) step_s: f64,
+}
+
+/// One reading of known place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    pub(super) flight: usize,
+    pub(super) t_s: f64,
+    pub(super) probe: u32,
+    /// Depth and radius over the motor distance.
+    pub(super) s: f64,
+    pub(super) r: f64,
+    /// Along the body's x and y axes turned level, over the motor distance.
+    pub(super) forward: f64,
+    pub(super) left: f64,
+    /// The reading (m/s), with anything that had been subtracted added again.
+    pub(super) speed_mps: f64,
+}
+
+/// What the recordings hold.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Gathered<'r> {
+    /// One vehicle for every airframe, in order of appearance.
+    pub(super) drones: Vec<&'r Vehicle>,
+    pub(super) flights: Vec<Flight>,
+    /// From 2.5 l down.
+    pub(super) far: Vec<Sample>,
+    /// Above.
+    pub(super) near: Vec<Sample>,
+    pub(super) counts: Counts,
+    /// Whether somebody had taken the ambient speed off the readings.
+    pub(super) ambient_added_again: bool,
+}
+
+pub(super) fn gather<'r>(recordings: &'r [Recording], options: &Options) -> Gathered<'r> {
+    let mut gathered = Gathered::default();
+    let mut dropped = [0_usize; 8];
+    for recording in recordings {
+        let Some(probes) = &recording.probes else {
+            continue;
+        };
+        let emitters: Vec<&Vehicle> = recording
+            .vehicles
+            .iter()
+            .filter(|vehicle| vehicle.role != Role::Receiver)
+            .collect();
+        let mut flights: Vec<Option<usize>> = vec![None; emitters.len()];
+        gathered.counts.read += probes.samples.len();
+        for sample in &probes.samples {
+            let blowing = blowing(recording, &emitters, &probes.instrument, sample);
+            let found = blowing.and_then(|(emitter, state)| {
+                place(recording, emitters[emitter], &state, sample, options)
+                    .map(|placed| (emitter, placed))
+            });
+            let (emitter, mut placed) = match found {
+                Ok(found) => found,
+                Err(reason) => {
+                    dropped[reason as usize] += 1;
+                    continue;
+                }
+            };
+            placed.flight = *flights[emitter].get_or_insert_with(|| {
+                let drone = gathered.drone(emitters[emitter]);
+                gathered.flights.push(flight(
+                    recording,
+                    &probes.instrument,
+                    emitters[emitter],
+                    drone,
+                    options,
+                ));
+                gathered.flights.len() - 1
+            });
+            if recording.environment.ambient_is_subtracted {
+                gathered.ambient_added_again = true;
+                placed.speed_mps += recording.environment.ambient_mps;
+            }
+            if placed.s >= FAR_FIELD_FROM_S_OVER_L {
+                gathered.far.push(placed);
+            } else {
+                gathered.near.push(placed);
+            }
+        }
+    }
+    gathered.counts.far = gathered.far.len();
+    gathered.counts.near = gathered.near.len();
+    let mut counted: Vec<DroppedCount> = REASONS
+        .into_iter()
+        .map(|reason| DroppedCount {
+            reason,
+            samples: dropped[reason as usize],
+        })
+        .filter(|count| count.samples > 0)
+        .collect();
+    counted.sort_by_key(|count| std::cmp::Reverse(count.samples));
+    gathered.counts.dropped = counted;
+    gathered
+}
+
+const REASONS: [Dropped; 8] = [
+    Dropped::NotAReading,
+    Dropped::NoTrack,
+    Dropped::NobodyBlows,
+    Dropped::SeveralBlow,
+    Dropped::Moving,
+    Dropped::Above,
+    Dropped::NearFloor,
+    Dropped::FarOut,
+];
+
+impl<'r> Gathered<'r> {
+    fn drone(&mut self, vehicle: &'r Vehicle) -> usize {
+        let known = |drone: &&Vehicle| drone.airframe == vehicle.airframe;
+        self.drones.iter().position(known).unwrap_or_else(|| {
+            self.drones.push(vehicle);
+            self.drones.len() - 1
+        })
+    }
+}
+
+fn flight(
+    recording: &Recording,
+    instrument: &Instrument,
+    vehicle: &Vehicle,
+    drone: usize,
+    options: &Options,
+) -> Flight {
+    let environment = &recording.environment;
+    let airframe = &vehicle.airframe;
+    let magnitude = instrument.measures == Measures::SpeedMagnitude;
+    let radial = magnitude && recording.baseline.observation == Observation::VelocityAndAmbient;
+    let density = environment.air.density_kg_per_m3();
+    Flight {
+        recording: recording.name.clone(),
+        drone,
+        operator: Operator {
+            // U_H goes with the root of gravity; `airflow` assumes the standard one.
+            induced_velocity_mps: airframe.hover_induced_velocity_mps(airframe.mass_kg(), density)
+                * (environment.gravity_mps2 / airflow::GRAVITY_MPS2).sqrt(),
+            ambient_mps: if magnitude {
+                environment.ambient_mps
+            } else {
+                0.0
+            },
+            radial: f64::from(u8::from(radial)),
+            lateral: if magnitude {
+                options.lateral_turbulence
+            } else {
+                0.0
+            },
+        },
+        accuracy_rel: instrument.accuracy_rel,
+        accuracy_abs_mps: instrument.accuracy_abs_mps,
+        step_s: 1.0 / instrument.rate_hz,
+    }
+}
+
+/// A drone at the moment of a reading.
+struct State {
+    position_m: Point3<f64>,
+    yaw_rad: f64,
+    /// Greatest speed (m/s) while the probe averaged.
+    fastest_mps: f64,
+}
+
+/// The one drone in the air, and its state.
+fn blowing(
+    recording: &Recording,
+    emitters: &[&Vehicle],
+    instrument: &Instrument,
+    sample: &ProbeSample,
+) -> Result<(usize, State), Dropped> {
+    if !(sample.speed_mps.is_finite() && sample.speed_mps >= 0.0 && sample.t_s.is_finite()) {
+        return Err(Dropped::NotAReading);
+    }
+    // What the probe still remembers: its averaging, and three time constants of its low-pass (5 % left).
+    let memory_s = (1.0 / instrument.rate_hz).max(3.0 * instrument.lowpass_tau_s);
+    let mut covered = false;
+    let mut one = None;
+    for (emitter, vehicle) in emitters.iter().enumerate() {
+        let track = &vehicle.track;
+        let Some(moment) = track.moment(sample.t_s) else {
+            continue;
+        };
+        covered = true;
+        let state = state(track, moment, sample.t_s - memory_s);
+        let on_floor = recording.environment.floor_z_m.is_some_and(|floor_z_m| {
+            state.position_m.z - floor_z_m < 0.5 * vehicle.airframe.motor_distance_m()
+        });
+        if on_floor || track.is_idle(moment.entry) {
+            continue;
+        }
+        if one.is_some() {
+            return Err(Dropped::SeveralBlow);
+        }
+        one = Some((emitter, state));
+    }
+    one.ok_or(match covered {
+        true => Dropped::NobodyBlows,
+        false => Dropped::NoTrack,
+    })
+}
+
+fn state(track: &Track, moment: Moment, since_s: f64) -> State {
+    let forward = track.attitude_at(moment) * Vector3::x();
+    // An unknown speed counts as moving.
+    let known = |speed_mps: f64| {
+        if speed_mps.is_nan() {
+            f64::INFINITY
+        } else {
+            speed_mps
+        }
+    };
+    let mut fastest_mps = known(track.velocity_at(moment).norm());
+    for entry in (0..=moment.entry).rev() {
+        fastest_mps = fastest_mps.max(known(track.velocity_mps[entry].norm()));
+        if track.t_s[entry] <= since_s {
+            break;
+        }
+    }
+    State {
+        position_m: track.position_at(moment),
+        yaw_rad: forward.y.atan2(forward.x),
+        fastest_mps,
+    }
+}
+
+fn place(
+    recording: &Recording,
+    vehicle: &Vehicle,
+    state: &State,
+    sample: &ProbeSample,
+    options: &Options,
+) -> Result<Sample, Dropped> {
+    if state.fastest_mps >= options.slower_than_mps {
+        return Err(Dropped::Moving);
+    }
+    let l_m = vehicle.airframe.motor_distance_m();
+    let away = (sample.position_m - state.position_m) / l_m;
+    let (s, r) = (-away.z, away.x.hypot(away.y));
+    if !(s.is_finite() && r.is_finite()) {
+        return Err(Dropped::NoTrack);
+    }
+    if s <= 0.0 {
+        return Err(Dropped::Above);
+    }
+    // The paper's jet draws these two lines, so that which readings count does not depend on the fit.
+    let half_width = |s: f64| Jet::default().spreading * (s - Jet::default().origin);
+    if let Some(floor_z_m) = recording.environment.floor_z_m {
+        let rotor_above_floor = (state.position_m.z - floor_z_m) / l_m;
+        let probe_above_floor = (sample.position_m.z - floor_z_m) / l_m;
+        if probe_above_floor < FLOOR_HALF_WIDTHS * half_width(rotor_above_floor) {
+            return Err(Dropped::NearFloor);
+        }
+    }
+    if r > FARTHEST_XI * half_width(s) {
+        return Err(Dropped::FarOut);
+    }
+    let (sin, cos) = state.yaw_rad.sin_cos();
+    Ok(Sample {
+        flight: 0,
+        t_s: sample.t_s,
+        probe: sample.probe_id,
+        s,
+        r,
+        forward: cos * away.x + sin * away.y,
+        left: cos * away.y - sin * away.x,
+        speed_mps: sample.speed_mps,
+    })
+}

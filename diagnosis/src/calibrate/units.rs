@@ -1,0 +1,166 @@
+//! What each flight or block of time says about the constants: its information and its pull, of which every resampling is made.
+//!
+//! Near the fit the constants answer linearly, so drawing flights anew needs no new fit: a draw in which flight `f` occurs `n_f`
+//! times moves the constants by `(Σ n_f A_f)⁻¹ Σ n_f s_f`, three by three. A flight's own gain and zero are eliminated within its
+//! `A_f` and `s_f`, so they are drawn with it.
+
+use nalgebra::{Matrix2, Matrix3, Matrix3x2, Vector2, Vector3};
+
+use super::calibration::Unit;
+use super::joint::{Data, Joint, precisions};
+
+/// Shortest block (s): three of the paper's dwells, beyond the memory of gusts and of a hovering drone's sway. Chosen here.
+const SHORTEST_BLOCK_S: f64 = 15.0;
+/// Fewest readings that a block spans. Chosen here, for slow probes.
+const BLOCK_READINGS: f64 = 8.0;
+
+/// One flight or one block.
+#[derive(Clone, Debug)]
+pub(super) struct ResamplingUnit {
+    /// `A`: what it knows about the constants.
+    pub(super) information: Matrix3<f64>,
+    /// `s`: where it pulls them.
+    pub(super) pull: Vector3<f64>,
+}
+
+/// All units, and each cell's share in them.
+#[derive(Clone, Debug)]
+pub(super) struct Units {
+    pub(super) unit: Unit,
+    pub(super) block_s: Option<f64>,
+    pub(super) units: Vec<ResamplingUnit>,
+    /// `H⁻¹`, `H` the sum of all information.
+    pub(super) inverse: Matrix3<f64>,
+    /// Covariance that gain and zero of the flights bring where blocks within them are resampled; 0 for flights.
+    pub(super) instrument: Matrix3<f64>,
+    /// Covariance if one gain with the stated accuracy were common to all flights.
+    pub(super) common_gain: Matrix3<f64>,
+    /// For each flight: inverse of the normal matrix of its gain and zero.
+    pub(super) instrument_inverse: Vec<Matrix2<f64>>,
+    /// For each cell: its unit.
+    pub(super) unit_of: Vec<usize>,
+    /// For each cell: gradient freed of what the flight's gain and zero can take over.
+    pub(super) freed: Vec<Vector3<f64>>,
+}
+
+/// Flights where there are at least `fewest_flights`, else blocks. `None` where the cells do not determine the constants.
+pub(super) fn units(data: Data<'_>, joint: &Joint, fewest_flights: usize) -> Option<Units> {
+    let flights = data.flights.len();
+    let mut normal: Vec<Matrix2<f64>> = data
+        .flights
+        .iter()
+        .map(|flight| Matrix2::from_diagonal(&precisions(flight)))
+        .collect();
+    let mut cross = vec![Matrix3x2::zeros(); flights];
+    let mut own = vec![Matrix3::zeros(); flights];
+    let mut used = vec![false; flights];
+    for (cell, fitted) in data.cells.iter().zip(&joint.cells) {
+        let columns = Vector2::new(fitted.predicted_mps, 1.0);
+        normal[cell.flight] += fitted.weight * columns * columns.transpose();
+        cross[cell.flight] += fitted.weight * fitted.gradient * columns.transpose();
+        own[cell.flight] += fitted.weight * fitted.gradient * fitted.gradient.transpose();
+        used[cell.flight] = true;
+    }
+    let instrument_inverse: Vec<Matrix2<f64>> = normal
+        .iter()
+        .map(|normal| normal.try_inverse().unwrap_or_else(Matrix2::zeros))
+        .collect();
+    let taken: Vec<Matrix3x2<f64>> = instrument_inverse
+        .iter()
+        .zip(&cross)
+        .map(|(inverse, cross)| cross * inverse)
+        .collect();
+    let information: Vec<Matrix3<f64>> = (0..flights)
+        .map(|f| own[f] - taken[f] * cross[f].transpose())
+        .collect();
+    let inverse = information.iter().sum::<Matrix3<f64>>().try_inverse()?;
+
+    let by_flight = used.iter().filter(|used| **used).count() >= fewest_flights;
+    let (unit, block_s, unit_of) = if by_flight {
+        (
+            Unit::Flight,
+            None,
+            data.cells.iter().map(|cell| cell.flight).collect(),
+        )
+    } else {
+        let block_s = data
+            .flights
+            .iter()
+            .map(|flight| BLOCK_READINGS * flight.step_s)
+            .fold(SHORTEST_BLOCK_S, f64::max);
+        (Unit::Block, Some(block_s), blocks(data, block_s))
+    };
+    let (numbers, unit_of) = numbered(&unit_of);
+    let blank = ResamplingUnit {
+        information: Matrix3::zeros(),
+        pull: Vector3::zeros(),
+    };
+    let mut units = vec![blank; numbers];
+    let mut freed = Vec::with_capacity(data.cells.len());
+    for ((cell, fitted), unit) in data.cells.iter().zip(&joint.cells).zip(&unit_of) {
+        let gradient =
+            fitted.gradient - taken[cell.flight] * Vector2::new(fitted.predicted_mps, 1.0);
+        if by_flight {
+            // With gain and zero at their best, the slope of the eliminated problem is that of the cells alone.
+            units[*unit].pull += fitted.weight * fitted.residual_mps * fitted.gradient;
+            units[*unit].information = information[cell.flight];
+        } else {
+            units[*unit].pull += fitted.weight * fitted.residual_mps * gradient;
+            units[*unit].information += fitted.weight * gradient * gradient.transpose();
+        }
+        freed.push(gradient);
+    }
+    let mut prior = Matrix3::zeros();
+    let mut towards_gain = Vector3::zeros();
+    for (f, flight) in data.flights.iter().enumerate().filter(|(f, _)| used[*f]) {
+        let precision = precisions(flight);
+        prior += taken[f] * Matrix2::from_diagonal(&precision) * taken[f].transpose();
+        // A gain of the whole flight pulls by C M⁻¹ Λ; a common one by the sum over flights of standard deviations.
+        towards_gain += taken[f].column(0) * precision[0].sqrt();
+    }
+    let shift = inverse * towards_gain;
+    Some(Units {
+        unit,
+        block_s,
+        units,
+        inverse,
+        instrument: match unit {
+            Unit::Flight => Matrix3::zeros(),
+            Unit::Block => inverse * prior * inverse,
+        },
+        common_gain: shift * shift.transpose(),
+        instrument_inverse,
+        unit_of,
+        freed,
+    })
+}
+
+/// A label for each cell: its flight's block of time.
+fn blocks(data: Data<'_>, block_s: f64) -> Vec<usize> {
+    // Cells come in order of flight and time.
+    let mut label = 0;
+    let mut start: Option<(usize, f64)> = None;
+    data.cells
+        .iter()
+        .map(|cell| {
+            match start {
+                Some((flight, t_s)) if flight == cell.flight && cell.t_s < t_s + block_s => {}
+                Some(_) => {
+                    label += 1;
+                    start = Some((cell.flight, cell.t_s));
+                }
+                None => start = Some((cell.flight, cell.t_s)),
+            }
+            label
+        })
+        .collect()
+}
+
+/// How many labels there are, and the labels numbered in order of appearance.
+fn numbered(labels: &[usize]) -> (usize, Vec<usize>) {
+    let mut seen: Vec<usize> = labels.to_vec();
+    seen.sort_unstable();
+    seen.dedup();
+    let number = |label: &usize| seen.binary_search(label).unwrap_or(0);
+    (seen.len(), labels.iter().map(number).collect())
+}

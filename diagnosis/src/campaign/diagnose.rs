@@ -1,0 +1,403 @@
+//! From the flights of a campaign to what their simulation leaves out.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::covariates::{COORDINATES, PLACES};
+use super::forces::Forces;
+use super::forward::{Chosen, Turn, forward};
+use super::library::library;
+use super::options::CampaignOptions;
+use super::scatter::{Scatter, scatter};
+use super::skill::{Curve, Skill, curves, skills};
+use crate::candidates::{Candidate, Kind};
+use crate::diagnose::{effect, ranked, smallest};
+use crate::finding::{Effect, Finding, HeldOut, Region};
+use crate::fit::{Fit, Setting, refit_without};
+use crate::hypothesis::Hypothesis;
+use crate::identify::IdentifyError;
+use crate::intervals;
+use crate::observed::Explained;
+use crate::outside;
+use crate::prove::Verdict;
+use crate::recording::Recording;
+use crate::select::{FOLDS, Gain, flexible, singles};
+use crate::simulate::{Channel, Sample};
+use crate::statistics::scan::{self, Coordinate};
+
+/// Offset (N) that all flights together may have without anybody's fault: 0.2 g.
+const TOLERANCE_N: f64 = 0.002;
+/// Height (m) below which a flight counts as near the floor: what thrust maps are identified above.
+const LOW_M: f64 = 0.35;
+
+/// Why a campaign cannot be diagnosed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CampaignError {
+    /// A thrust map is needed and cannot be had.
+    #[error("no thrust map: {0}")]
+    ThrustMap(#[from] IdentifyError),
+    /// Nothing to compare.
+    #[error("no flight logs specific force, attitude, duty cycles and battery voltage")]
+    NoForce,
+    /// Too few flights to hold any out.
+    #[error("{flights} flights; at least {least} are needed, for whole flights are held out")]
+    TooFew {
+        /// There are.
+        flights: usize,
+        /// Needed.
+        least: usize,
+    },
+}
+
+/// A finding over several flights.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CampaignFinding {
+    /// As of one recording; rows are counted along the judged rows, blocks are flights.
+    #[serde(skip)]
+    pub finding: Finding,
+    /// Flights judged.
+    pub flights: usize,
+    /// The terms in the order in which they were taken.
+    pub taken: Vec<Taken>,
+    /// What would have come next and does not gain enough: its name, its gain over what was taken, and the standard error of that.
+    pub next: Option<(String, f64, f64)>,
+    /// The judged rows as simulated.
+    #[serde(skip)]
+    pub samples: Vec<Sample>,
+    /// Index of the recording that each row is of.
+    #[serde(skip)]
+    pub recording_of: Vec<usize>,
+    /// What each scatters by (N).
+    #[serde(skip)]
+    pub noise_n: Vec<f64>,
+    /// What surrounds each row: one column for each of [`COORDINATES`](super::covariates::COORDINATES).
+    #[serde(skip)]
+    pub columns: Vec<Vec<f64>>,
+    /// How well the force is predicted in flights that were not fitted, by where the rows lie.
+    pub skills: Vec<Skill>,
+    /// Mean force by depth below another drone or by height: recorded, before and after.
+    pub curves: Vec<Curve>,
+    /// The box in which the residual leaves the noise most, found without any candidate.
+    pub located: Option<Located>,
+    /// Held-out gain of any function of the coordinates (boosted trees) before, and on what is left.
+    pub flexible_gain: [f64; 2],
+    /// Its standard error over flights, on what is left.
+    pub flexible_gain_error: f64,
+    /// What flights differ by (N).
+    pub offset_n: f64,
+}
+
+/// One term that was taken.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Taken {
+    /// Canonical name.
+    pub name: String,
+    /// Gain in held-out log density over what stood before.
+    pub gain: f64,
+    /// Its standard error over flights.
+    pub gain_error: f64,
+    /// Names that would have done as well.
+    pub alternatives: Vec<String>,
+    /// Others that were fitted in its place, with their gains.
+    pub rivals: Vec<(String, f64, f64)>,
+}
+
+/// Where a residual leaves the noise.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Located {
+    /// In words.
+    pub description: String,
+    /// Of all rows.
+    pub share: f64,
+    /// Mean of recorded minus simulated there (N).
+    pub mean_error_n: f64,
+    /// Sum of whitened residuals over the root of their number.
+    pub z: f64,
+    /// Chance of as much anywhere, with the signs of whole flights flipped.
+    pub p: f64,
+}
+
+/// Recordings that fly near the floor: more than half of their entries lower than 0.35 m above it.
+#[must_use]
+pub fn near_floor(recordings: &[Recording]) -> Vec<usize> {
+    let is_low = |recording: &Recording| {
+        let Some(floor_z_m) = recording.environment.floor_z_m else {
+            return false;
+        };
+        let heights = || {
+            let tracks = recording.vehicles.iter().map(|vehicle| &vehicle.track);
+            tracks.flat_map(|track| track.position_m.iter().map(|p| p.z - floor_z_m))
+        };
+        2 * heights().filter(|h| *h < LOW_M).count() > heights().count()
+    };
+    (0..recordings.len())
+        .filter(|&index| is_low(&recordings[index]))
+        .collect()
+}
+
+/// Diagnoses the vertical forces of several flights together.
+///
+/// Thrust maps first, each from flights that it is not used on; then the noise; then one effect after another, judged on whole flights that were not
+/// fitted; then where, how well, and how surely.
+///
+/// # Errors
+/// No force, no thrust map, or too few flights.
+pub fn diagnose_campaign(
+    recordings: &[Recording],
+    options: &CampaignOptions,
+) -> Result<CampaignFinding, CampaignError> {
+    let forces = Forces::new(recordings, options)?;
+    if forces.rows == 0 {
+        return Err(CampaignError::NoForce);
+    }
+    let base = Hypothesis::default();
+    let scatter = scatter(&forces, &forces.at_every_step(&base), 1.0 / options.rate_hz);
+    let flights = scatter.noise.blocks;
+    if flights < FOLDS {
+        return Err(CampaignError::TooFew {
+            flights,
+            least: FOLDS,
+        });
+    }
+    let candidates = library(&forces, forces.is_alone());
+    let setting = Setting::within(&forces, &scatter.noise, base, [1e-6, TOLERANCE_N]);
+    let tried = singles(&setting, &candidates);
+    let mut chosen = forward(&setting, &candidates, tried, options.most_effects);
+    let gate = outside::anything(&setting, &candidates, &chosen.selection.nothing.fit);
+    if !gate.passed {
+        chosen.selection.withdraw();
+        chosen.turns.clear();
+    }
+    let best = &chosen.selection.chosen;
+    let members: Vec<&Candidate> = best.which.iter().map(|&k| &candidates[k]).collect();
+    let correction = setting.hypothesis(&members, &best.fit.values);
+    let simulated = forces.predict(&base);
+    let corrected = forces.predict(&correction);
+    let held_out = [
+        predicted_held_out(&setting, &[], &chosen.selection.nothing.fit),
+        predicted_held_out(&setting, &members, &best.fit),
+    ];
+    let columns = forces.circumstances().columns;
+    let skills = skills(&forces, columns, &held_out);
+    let effects = effects(&setting, &candidates, &chosen);
+    let shape = outside::outside(&setting, &candidates, &chosen.selection, &gate);
+    let ambiguous = effects.iter().any(|effect| !effect.alternatives.is_empty());
+    let verdict = match (shape.is_some(), effects.is_empty(), ambiguous) {
+        (true, _, _) => Verdict::OutsideLibrary,
+        (false, true, _) => Verdict::None,
+        (false, false, true) => Verdict::Ambiguous,
+        (false, false, false) => Verdict::Library,
+    };
+    let recorded = forces.recorded();
+    let rest: Vec<f64> = recorded
+        .iter()
+        .zip(&simulated)
+        .map(|(y, f)| y - f)
+        .collect();
+    let [before, left] =
+        [&chosen.selection.nothing, best].map(|of| flexible(&setting, &of.fit).gain);
+    let finding = Finding {
+        recording: format!("{flights} flights"),
+        channel: Channel::VerticalForce,
+        samples: forces.rows,
+        verdict,
+        region: region(columns, &scatter, &recorded, &simulated, &corrected),
+        held_out: skills
+            .first()
+            .map_or_else(HeldOut::default, |skill| HeldOut {
+                rms_before: skill.rms_before_n,
+                rms_after: skill.rms_after_n[1],
+                rms_after_low: skill.rms_after_n[0],
+                rms_after_high: skill.rms_after_n[2],
+                noise_floor: root_mean_square(&scatter.noise.sd),
+            }),
+        // Before a wake is taken, what changes jets changes nothing.
+        candidates: ranked(&candidates, &chosen.selection)
+            .into_iter()
+            .filter(|ranked| ranked.gain_error > 0.0)
+            .collect(),
+        shape,
+        chance: gate.p,
+        advice: advice(&candidates, &chosen),
+        smallest: smallest(&setting, &candidates, &scatter.noise),
+        effects,
+        prediction: corrected,
+        correction,
+    };
+    Ok(CampaignFinding {
+        flights,
+        taken: chosen
+            .turns
+            .iter()
+            .map(|turn| taken(&candidates, turn))
+            .collect(),
+        samples: forces.samples(&simulated),
+        recording_of: forces.judged().map(|(part, _)| part.recording).collect(),
+        noise_n: scatter.noise.sd.clone(),
+        columns: columns.to_vec(),
+        next: chosen
+            .next
+            .map(|(k, gain)| (candidates[k].name.to_owned(), gain.total, gain.error)),
+        curves: curves(&forces, columns, &held_out),
+        located: located(columns, &scatter, &rest),
+        flexible_gain: [before.total, left.total],
+        flexible_gain_error: left.standard_error,
+        offset_n: scatter.offset_n,
+        skills,
+        finding,
+    })
+}
+
+fn root_mean_square(values: &[f64]) -> f64 {
+    let square: f64 = values.iter().map(|x| x * x).sum();
+    (square / values.len().max(1) as f64).sqrt()
+}
+
+/// Predicted force at every judged row by the fit without its flight's fold.
+fn predicted_held_out(setting: &Setting, members: &[&Candidate], fit: &Fit) -> Vec<f64> {
+    let mut predicted = fit.predicted.clone();
+    for fold in 0..FOLDS {
+        let of_fold = refit_without(setting, members, fit, fold, FOLDS);
+        for (i, block) in setting.noise.block.iter().enumerate() {
+            if block % FOLDS == fold {
+                predicted[i] = of_fold[i];
+            }
+        }
+    }
+    predicted
+}
+
+/// The terms with their intervals over flights.
+fn effects(setting: &Setting, candidates: &[Candidate], chosen: &Chosen) -> Vec<Effect> {
+    let best = &chosen.selection.chosen;
+    let members: Vec<&Candidate> = best.which.iter().map(|&k| &candidates[k]).collect();
+    let half_widths = intervals::half_widths(&members, &best.fit, setting.noise);
+    let mut place = 0;
+    let of = |(member, turn): (&&Candidate, &Turn)| {
+        let span = place..place + member.parameters.len();
+        place = span.end;
+        let mut alternatives = turn.alternatives.clone();
+        alternatives.sort_by_key(|&k| candidates[k].kind == Kind::Physics);
+        let names = alternatives.iter().map(|&k| candidates[k].name.to_owned());
+        effect(
+            member,
+            &best.fit.values[span.clone()],
+            &half_widths[span],
+            names.collect(),
+        )
+    };
+    members.iter().zip(&chosen.turns).map(of).collect()
+}
+
+fn taken(candidates: &[Candidate], turn: &Turn) -> Taken {
+    let name = |k: usize| candidates[k].name.to_owned();
+    let rival = |(k, gain): &(usize, Gain)| (name(*k), gain.total, gain.error);
+    Taken {
+        name: name(turn.which),
+        gain: turn.gain.total,
+        gain_error: turn.gain.error,
+        alternatives: turn.alternatives.iter().map(|&k| name(k)).collect(),
+        rivals: turn
+            .fitted
+            .iter()
+            .filter(|(k, gain)| *k != turn.which && gain.error > 0.0)
+            .map(rival)
+            .collect(),
+    }
+}
+
+/// Where the corrected simulation differs from the baseline by more than half a standard deviation.
+fn region(
+    columns: &[Vec<f64>],
+    scatter: &Scatter,
+    recorded: &[f64],
+    simulated: &[f64],
+    corrected: &[f64],
+) -> Region {
+    let sd = &scatter.noise.sd;
+    let marked: Vec<bool> = (0..corrected.len())
+        .map(|i| (corrected[i] - simulated[i]).abs() > 0.5 * sd[i])
+        .collect();
+    let inside: Vec<usize> = (0..marked.len()).filter(|&i| marked[i]).collect();
+    if inside.is_empty() {
+        return Region::default();
+    }
+    let mean = |value: &dyn Fn(usize) -> f64| {
+        inside.iter().map(|&i| value(i)).sum::<f64>() / inside.len() as f64
+    };
+    let mean_error = mean(&|i| recorded[i] - simulated[i]);
+    let mean_square = mean(&|i| ((recorded[i] - simulated[i]) / sd[i]).powi(2));
+    let mut bounds = BTreeMap::new();
+    if let Some(description) = scan::describe(&coordinates(&columns[..PLACES]), &marked) {
+        for interval in description.intervals {
+            let name = COORDINATES[interval.coordinate].0.to_owned();
+            bounds.insert(name, [interval.from, interval.to]);
+        }
+    }
+    Region {
+        description: match bounds.is_empty() {
+            true => "everywhere".into(),
+            false => words(bounds.iter().map(|(name, ends)| (name.as_str(), *ends))),
+        },
+        bounds,
+        share: inside.len() as f64 / marked.len() as f64,
+        mean_error,
+        relative_error: mean_error / mean(&|i| recorded[i]),
+        error_over_noise: mean_square.sqrt(),
+        sample_indices: inside,
+    }
+}
+
+fn coordinates(columns: &[Vec<f64>]) -> Vec<Coordinate<'_>> {
+    let columns = columns.iter().map(Vec::as_slice);
+    columns
+        .map(|values| Coordinate {
+            values,
+            is_cyclic: false,
+        })
+        .collect()
+}
+
+fn words<'n>(ends: impl Iterator<Item = (&'n str, [f64; 2])>) -> String {
+    let words: Vec<String> = ends
+        .map(|(name, [from, to])| format!("{name} {from:.2} to {to:.2}"))
+        .collect();
+    words.join(", ")
+}
+
+/// The box in which whole flights agree most that something is missing.
+fn located(columns: &[Vec<f64>], scatter: &Scatter, rest: &[f64]) -> Option<Located> {
+    let white = scatter.noise.whiten(rest);
+    let blocks = &scatter.noise.sequence_blocks;
+    let found = scan::scan(&coordinates(&columns[..PLACES]), &white, rest, blocks, 1)?;
+    let ends = found.intervals.iter();
+    Some(Located {
+        description: words(ends.map(|i| (COORDINATES[i.coordinate].0, [i.from, i.to]))),
+        share: found.share,
+        mean_error_n: found.mean_error,
+        z: found.z,
+        p: found.p,
+    })
+}
+
+/// Measurements that would part what these flights cannot.
+fn advice(candidates: &[Candidate], chosen: &Chosen) -> Vec<String> {
+    let mut advice = Vec::new();
+    for turn in &chosen.turns {
+        if turn.alternatives.is_empty() {
+            continue;
+        }
+        let others: Vec<&str> = turn
+            .alternatives
+            .iter()
+            .map(|&k| candidates[k].name)
+            .collect();
+        advice.push(format!(
+            "these flights cannot tell {} from {}: hover for 10 s each at 3, 6 and 12 motor distances below a hovering drone, on its axis and 0.1 m beside it, and log the upper drone's throttle",
+            candidates[turn.which].name,
+            others.join(", ")
+        ));
+    }
+    advice
+}

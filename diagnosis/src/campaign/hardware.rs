@@ -1,0 +1,385 @@
+//! One drone alone against its own earlier flights: has a weight or a propeller changed?
+//!
+//! In steady hover each motor is given the voltage that its share of the weight takes. Its logarithm over that of normal flights, `e_m`, is parted into four modes,
+//! motors numbered around the frame, neighbours turning in opposite senses:
+//!
+//! ```text
+//! total (e1+e2+e3+e4)/4     turn (e1-e2+e3-e4)/4     lean (e3-e1)/2, (e4-e2)/2
+//! ```
+//!
+//! - **payload_mass**: all work harder, those near it most. A weight under a motor needs `(-1, 1, 3, 1)` quarters of it, so it leans at most twice
+//!   as far as it is heavy, and does not turn: torque goes with thrust.
+//! - **damaged_propeller**: one motor works harder, `e_k`: total and turn are a quarter of it, the lean half. A shorter blade also takes less torque for its thrust
+//!   (`Q/T` goes with the diameter), and the others make up for it: the turn is larger by up to as much again.
+//!
+//! So the turn alone tells them apart, and of two neighbouring propellers it cancels: then only the set is told. A weight that stands in a propeller's wash takes its
+//! thrust too, and reads as a damaged propeller; no steady duty cycle can tell that.
+
+use serde::Serialize;
+
+use crate::recording::Recording;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// Vertical speed (m/s) and departure of the specific force from gravity (parts) up to which a drone counts as hovering. Chosen here.
+const STEADY_MPS: f64 = 0.1;
+const STEADY_FORCE: f64 = 0.1;
+/// Height (m) above which it does: out of ground effect.
+const ABOVE_FLOOR_M: f64 = 0.4;
+/// Steady rows below which nothing is said: two seconds at 50 Hz.
+const LEAST_ROWS: usize = 100;
+/// Chance below which a flight is not normal. Chosen here: one normal flight in twenty is accused. With a handful of normal flights to
+/// compare with, less asks for changes of more than five of their standard deviations.
+const LEAST_CHANCE: f64 = 0.05;
+/// How far a weight may lean for its total: two under a motor, a fifth more where it hangs outside.
+const MOST_LEAN: f64 = 2.4;
+/// Most extra turn of a damaged propeller, as part of its own.
+const MOST_EXTRA_TURN: f64 = 1.0;
+/// Answers within this of the best, in units of twice the log density, are told with it.
+const TIE: f64 = 4.0;
+
+/// What each motor is given in steady hover.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Effort {
+    /// Mean of duty cycle times battery voltage of each motor (V).
+    pub volts: [f64; 4],
+    /// Steady rows.
+    pub rows: usize,
+}
+
+impl Effort {
+    /// Of the first vehicle of a recording; `None` without duty cycles or battery, or with too little steady hover.
+    #[must_use]
+    pub fn of(recording: &Recording) -> Option<Effort> {
+        let track = &recording.vehicles.first()?.track;
+        let (duty, battery_v) = (track.duty.as_ref()?, track.battery_v.as_ref()?);
+        let floor_z_m = recording.environment.floor_z_m.unwrap_or(0.0);
+        let gravity = recording.environment.gravity_mps2;
+        let force = track.specific_force_mps2.as_ref();
+        let steady = |row: &usize| {
+            let height_m = track.position_m[*row].z - floor_z_m;
+            let is_even = force.is_none_or(|f| (f[*row].z / gravity - 1.0).abs() < STEADY_FORCE);
+            height_m > ABOVE_FLOOR_M
+                && track.velocity_mps[*row].z.abs() < STEADY_MPS
+                && is_even
+                && !track.is_idle(*row)
+                && battery_v[*row].is_finite()
+        };
+        let rows: Vec<usize> = (0..duty.len()).filter(steady).collect();
+        if rows.len() < LEAST_ROWS {
+            return None;
+        }
+        let mean = |motor: usize| {
+            let volts = rows.iter().map(|&row| duty[row][motor] * battery_v[row]);
+            volts.sum::<f64>() / rows.len() as f64
+        };
+        Some(Effort {
+            volts: [0, 1, 2, 3].map(mean),
+            rows: rows.len(),
+        })
+    }
+}
+
+/// What normal flights of some drones look like.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Normal {
+    /// Standard deviations of a flight's total, turn and leans, over all drones.
+    pub scatter: [f64; 4],
+    /// Degrees of freedom behind them.
+    pub freedom: f64,
+}
+
+/// One answer.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Answer {
+    /// `payload_mass` or `damaged_propeller`.
+    pub name: String,
+    /// Motors concerned, from 1; of a weight, the one or two nearest to it.
+    pub motors: Vec<usize>,
+    /// Squared distance that is left, in standard deviations, with two for every number fitted.
+    pub cost: f64,
+}
+
+/// What one flight says about the hardware.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HardwareFinding {
+    /// Change of each motor's voltage over normal flights (logarithm).
+    pub motors: [f64; 4],
+    /// The same by modes: total, turn, and the two leans.
+    pub modes: [f64; 4],
+    /// Chance of a normal flight that far out in any mode.
+    pub chance: f64,
+    /// Empty: normal. Else best first; more than one: it cannot tell.
+    pub answers: Vec<Answer>,
+}
+
+/// Modes of four values.
+#[must_use]
+pub fn modes([a, b, c, d]: [f64; 4]) -> [f64; 4] {
+    [
+        0.25 * (a + b + c + d),
+        0.25 * (a - b + c - d),
+        0.5 * (c - a),
+        0.5 * (d - b),
+    ]
+}
+
+fn logarithms(effort: &Effort, over: &[Effort]) -> [f64; 4] {
+    [0, 1, 2, 3].map(|motor| {
+        let mean = over.iter().map(|one| one.volts[motor].ln()).sum::<f64>() / over.len() as f64;
+        effort.volts[motor].ln() - mean
+    })
+}
+
+impl Normal {
+    /// From the normal flights of each drone; `None` where none has two.
+    #[must_use]
+    pub fn of(by_drone: &[Vec<Effort>]) -> Option<Normal> {
+        let mut squares = [0.0; 4];
+        let mut freedom = 0.0;
+        for flights in by_drone.iter().filter(|flights| flights.len() > 1) {
+            for flight in flights {
+                let modes = modes(logarithms(flight, flights));
+                squares
+                    .iter_mut()
+                    .zip(modes)
+                    .for_each(|(sum, m)| *sum += m * m);
+            }
+            freedom += flights.len() as f64 - 1.0;
+        }
+        if freedom < 1.0 {
+            return None;
+        }
+        let [total, turn, lean, other] = squares.map(|square| (square / freedom).sqrt());
+        // The frame is symmetric: both leans scatter alike.
+        let lean = (0.5 * (lean * lean + other * other)).sqrt();
+        Some(Normal {
+            scatter: [total, turn, lean, lean],
+            freedom,
+        })
+    }
+
+    /// Judges a flight against normal flights of the same drone, of which there is at least one.
+    #[must_use]
+    pub fn judge(&self, flight: &Effort, normal: &[Effort]) -> HardwareFinding {
+        let motors = logarithms(flight, normal);
+        let modes = modes(motors);
+        // The mean of a few flights scatters too.
+        let wider = (1.0 + 1.0 / normal.len().max(1) as f64).sqrt();
+        let sd = self.scatter.map(|sd| wider * sd);
+        let farthest = modes.iter().zip(sd).map(|(m, sd)| (m / sd).abs());
+        let farthest = farthest.fold(0.0, f64::max);
+        let chance = StudentsT::new(0.0, 1.0, self.freedom)
+            .map_or(1.0, |t| (4.0 * 2.0 * t.sf(farthest)).min(1.0));
+        let answers = match chance < LEAST_CHANCE {
+            true => answers(modes, sd),
+            false => Vec::new(),
+        };
+        HardwareFinding {
+            motors,
+            modes,
+            chance,
+            answers,
+        }
+    }
+}
+
+/// Hardware of one flight.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HardwareRow {
+    /// Name of the recording.
+    pub flight: String,
+    /// Whether it is one of the normal flights; it was then left out of what it is compared with.
+    pub is_normal: bool,
+    /// What it says.
+    #[serde(flatten)]
+    pub found: HardwareFinding,
+}
+
+/// Every flight against the normal flights of the same drone: `drone_of` and `is_normal` by recording. A normal flight is compared with the
+/// others, and left out of the scatter too. Flights without steady hover have no row.
+#[must_use]
+pub fn hardware_rows(
+    recordings: &[Recording],
+    drone_of: &[&str],
+    is_normal: &[bool],
+) -> Vec<HardwareRow> {
+    let efforts: Vec<Option<Effort>> = recordings.iter().map(Effort::of).collect();
+    let mut drones: Vec<&str> = drone_of.to_vec();
+    drones.sort_unstable();
+    drones.dedup();
+    let normal_of = |drone: &str, but: usize| -> Vec<Effort> {
+        (0..recordings.len())
+            .filter(|&i| i != but && is_normal[i] && drone_of[i] == drone)
+            .filter_map(|i| efforts[i])
+            .collect()
+    };
+    let judge = |index: usize| {
+        let effort = efforts[index]?;
+        let by_drone: Vec<Vec<Effort>> = drones.iter().map(|d| normal_of(d, index)).collect();
+        let own = normal_of(drone_of[index], index);
+        if own.is_empty() {
+            return None;
+        }
+        let found = Normal::of(&by_drone)?.judge(&effort, &own);
+        Some(HardwareRow {
+            flight: recordings[index].name.clone(),
+            is_normal: is_normal[index],
+            found,
+        })
+    };
+    (0..recordings.len()).filter_map(judge).collect()
+}
+
+/// What explains the modes, best first, with everything that does as well.
+fn answers(modes: [f64; 4], sd: [f64; 4]) -> Vec<Answer> {
+    let mut all = vec![payload(modes, sd)];
+    for a in 0..4 {
+        all.push(propellers(modes, sd, &[a]));
+        for b in a + 1..4 {
+            all.push(propellers(modes, sd, &[a, b]));
+        }
+    }
+    all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let best = all[0].cost;
+    all.retain(|answer| answer.cost < best + TIE);
+    // A second damaged propeller beside one that does alone is no other answer.
+    let alone: Vec<usize> = all
+        .iter()
+        .filter(|answer| answer.name == "damaged_propeller" && answer.motors.len() == 1)
+        .flat_map(|answer| answer.motors.clone())
+        .collect();
+    all.retain(|answer| {
+        answer.motors.len() == 1
+            || answer.name == "payload_mass"
+            || !answer.motors.iter().any(|motor| alone.contains(motor))
+    });
+    // Something fastened under a motor stands in its wash: it takes that propeller's thrust as a cut would.
+    let is_one = all[0].name == "damaged_propeller" && all[0].motors.len() == 1;
+    if is_one && !all.iter().any(|answer| answer.name == "payload_mass") {
+        let under = Answer {
+            name: "payload_mass".into(),
+            ..all[0].clone()
+        };
+        all.insert(1, under);
+    }
+    all
+}
+
+fn distance(modes: [f64; 4], model: [f64; 4], sd: [f64; 4]) -> f64 {
+    let apart = modes.iter().zip(model).zip(sd);
+    apart.map(|((m, f), sd)| ((m - f) / sd).powi(2)).sum()
+}
+
+/// A weight somewhere on the frame: its total and its place.
+fn payload(modes: [f64; 4], sd: [f64; 4]) -> Answer {
+    let [_, _, lean_a, lean_b] = modes;
+    let size = lean_a.hypot(lean_b);
+    // Totals up to 0.3: a weight of more than half the drone.
+    let costs = (0..=600).map(|i| {
+        let total = 5e-4 * f64::from(i);
+        let share = if size > 0.0 {
+            (MOST_LEAN * total / size).min(1.0)
+        } else {
+            0.0
+        };
+        distance(modes, [total, 0.0, share * lean_a, share * lean_b], sd)
+    });
+    // It leans towards one motor, or between two; a motor's direction counts within 30 degrees.
+    let towards = [-lean_a, -lean_b, lean_a, lean_b];
+    let motors = (0..4).filter(|&m| towards[m] > 0.5 * size && size > MOST_LEAN * 0.1 * sd[2]);
+    Answer {
+        name: "payload_mass".into(),
+        motors: motors.map(|m| m + 1).collect(),
+        cost: costs.fold(f64::INFINITY, f64::min) + 2.0 * 3.0,
+    }
+}
+
+/// One or two propellers that give less thrust.
+fn propellers(modes: [f64; 4], sd: [f64; 4], which: &[usize]) -> Answer {
+    let sizes = || (0..=80).map(|i| 5e-3 * f64::from(i));
+    let cost = |strengths: [f64; 4]| {
+        let own = self::modes(strengths);
+        // The extra turn is shared by all damaged ones, in the sense in which each turns.
+        [0.0, 0.5, MOST_EXTRA_TURN]
+            .map(|extra| distance(modes, [own[0], own[1] * (1.0 + extra), own[2], own[3]], sd))
+            .into_iter()
+            .fold(f64::INFINITY, f64::min)
+    };
+    let mut least = f64::INFINITY;
+    for a in sizes() {
+        let mut strengths = [0.0; 4];
+        strengths[which[0]] = a;
+        match which.get(1) {
+            None => least = least.min(cost(strengths)),
+            Some(&second) => {
+                for b in sizes() {
+                    strengths[second] = b;
+                    least = least.min(cost(strengths));
+                }
+            }
+        }
+    }
+    Answer {
+        name: "damaged_propeller".into(),
+        motors: which.iter().map(|m| m + 1).collect(),
+        cost: least + 2.0 * (which.len() as f64 + 0.5),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn effort(changes: [f64; 4]) -> Effort {
+        Effort {
+            volts: changes.map(|change| 2.5 * f64::exp(change)),
+            rows: 500,
+        }
+    }
+
+    fn normal() -> (Normal, Vec<Effort>) {
+        let flights = vec![
+            effort([0.004, -0.002, 0.001, -0.003]),
+            effort([-0.003, 0.003, -0.002, 0.002]),
+            effort([0.002, 0.002, 0.004, -0.001]),
+            effort([-0.003, -0.003, -0.003, 0.002]),
+        ];
+        (
+            Normal::of(std::slice::from_ref(&flights)).expect("four flights"),
+            flights,
+        )
+    }
+
+    #[test]
+    fn one_motor_that_works_harder_alone_has_a_damaged_propeller_or_something_in_its_wash() {
+        let (normal, flights) = normal();
+        let found = normal.judge(&effort([0.0, 0.0, 0.1, 0.0]), &flights);
+        assert_eq!(found.answers[0].name, "damaged_propeller");
+        assert_eq!(found.answers[0].motors, [3]);
+        assert!(
+            found
+                .answers
+                .iter()
+                .any(|answer| answer.name == "payload_mass")
+        );
+    }
+
+    #[test]
+    fn a_weight_under_a_motor_does_not_turn_and_is_named() {
+        let (normal, flights) = normal();
+        let found = normal.judge(&effort([-0.02, 0.02, 0.06, 0.02]), &flights);
+        assert_eq!(found.answers[0].name, "payload_mass");
+        assert_eq!(found.answers[0].motors, [3]);
+    }
+
+    #[test]
+    fn a_normal_flight_is_not_accused() {
+        let (normal, flights) = normal();
+        assert!(
+            normal
+                .judge(&effort([0.002, -0.002, 0.003, 0.0]), &flights)
+                .answers
+                .is_empty()
+        );
+    }
+}

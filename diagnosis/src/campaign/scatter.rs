@@ -1,0 +1,183 @@
+//! How far recorded forces scatter where nothing is missing, and what all rows of one flight share.
+//!
+//! ```text
+//! σ² = σ₀² + σ₁² F²,     k = ρ^Δ  between rows Δ steps apart,     plus for each vehicle in each flight:
+//! an offset ~ N(0, s²),  a thrust map too steep by N(0, (2.5 %)²),  a drift over the flight ~ N(0, (s/2)²)
+//! ```
+//!
+//! `σ₀`, `ρ` and `s` come from steps with nobody above and the floor far away; `σ₁` from how much more a row surprises where the simulated force is large. What a flight
+//! shares is in the covariance, so that no effect is credited with a weak battery or a bent propeller, and no flight counts as hundreds of witnesses.
+
+use super::forces::Forces;
+use crate::noise::Noise;
+use crate::statistics::noise::{NoiseModel, Whitener};
+use crate::statistics::sequence::{Blocks, Sequence};
+
+/// Most that one flight's offset may be (N): a gram.
+pub(super) const MOST_OFFSET_N: f64 = 0.0098;
+/// Least, where flights happen to agree (N).
+const LEAST_OFFSET_N: f64 = 0.001;
+/// How far the thrust map's slope may be off in one flight. Chosen here: what a changed propeller or pack is worth.
+const SLOPE: f64 = 0.025;
+/// A median absolute deviation over a normal's standard deviation.
+const MAD: f64 = 1.4826;
+
+/// The scatter of a campaign's forces, and what it was worked out from.
+#[derive(Clone, Debug)]
+pub struct Scatter {
+    /// For the fits; blocks are whole flights.
+    pub noise: Noise,
+    /// `σ₀`, `σ₁` and `ρ`.
+    pub model: NoiseModel,
+    /// `s` (N).
+    pub offset_n: f64,
+}
+
+/// The scatter around a simulation, which is given at every step of every part; steps are `step_s` apart.
+#[must_use]
+pub fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) -> Scatter {
+    let still = still(forces, simulated_n);
+    let (mut t_s, mut series, mut flow, mut rest, mut block) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for (index, (part, simulated_n)) in forces.parts.iter().zip(simulated_n).enumerate() {
+        for &at in &part.judged {
+            t_s.push(part.steps[at].t_s);
+            series.push(index);
+            flow.push(simulated_n[at].abs());
+            rest.push(part.steps[at].recorded_n - simulated_n[at]);
+            block.push(part.flight);
+        }
+    }
+    let sequence = Sequence::new(&t_s, &series);
+    let mut model = NoiseModel {
+        s0: still.sd_n,
+        s1: 0.0,
+        rho: still.memory,
+        step_s,
+    };
+    model.s1 = per_force(&model, &sequence, &flow, &rest);
+    let mut whitener = Whitener::new(&model, &sequence, &flow);
+    share(forces, &mut whitener, still.offset_n);
+    let blocks = Blocks {
+        follows: vec![false; block.iter().max().map_or(0, |last| last + 1)],
+        of_sample: block,
+    };
+    Scatter {
+        noise: Noise {
+            sd: whitener.sd().to_vec(),
+            block: blocks.of_sample.clone(),
+            blocks: blocks.count(),
+            whitener,
+            sequence_blocks: blocks,
+        },
+        model,
+        offset_n: still.offset_n,
+    }
+}
+
+/// `σ₁`: how much more a row surprises where the simulated force is large.
+fn per_force(still: &NoiseModel, sequence: &Sequence, flow: &[f64], rest: &[f64]) -> f64 {
+    let surprises = Whitener::new(still, sequence, &vec![0.0; flow.len()]).whiten(rest);
+    let large: Vec<usize> = (0..flow.len())
+        .filter(|&i| sequence.previous[i].is_some() && flow[i] > 2.0 * still.s0)
+        .collect();
+    // A hundred surprises tell their spread to 10 %.
+    if large.len() < 100 {
+        return 0.0;
+    }
+    let mut sizes: Vec<f64> = large.iter().map(|&i| surprises[i].abs()).collect();
+    let spread_n = MAD * median(&mut sizes) * still.s0;
+    let more_n2 = (spread_n * spread_n - still.s0 * still.s0).max(0.0);
+    let square_n2: f64 = large.iter().map(|&i| flow[i] * flow[i]).sum();
+    (more_n2 * large.len() as f64 / square_n2).sqrt()
+}
+
+struct Still {
+    sd_n: f64,
+    memory: f64,
+    offset_n: f64,
+}
+
+/// What steps in still air say.
+fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
+    let mut rests: Vec<f64> = Vec::new();
+    let mut offsets: Vec<(f64, f64)> = Vec::new();
+    let (mut product, mut square) = (0.0, 0.0);
+    for (part, simulated_n) in forces.parts.iter().zip(simulated_n) {
+        let rest = |at: usize| part.steps[at].recorded_n - simulated_n[at];
+        let free: Vec<usize> = (0..part.steps.len())
+            .filter(|&at| part.steps[at].is_free)
+            .collect();
+        // Ten seconds: less says little about a flight's offset.
+        if free.len() < 100 {
+            continue;
+        }
+        let mean = free.iter().map(|&at| rest(at)).sum::<f64>() / free.len() as f64;
+        offsets.push((mean, free.len() as f64));
+        rests.extend(free.iter().map(|&at| (rest(at) - mean).abs()));
+        for pair in free.windows(2) {
+            if pair[1] == pair[0] + 1 {
+                let (a, b) = (rest(pair[0]) - mean, rest(pair[1]) - mean);
+                product += a * b;
+                square += 0.5 * (a * a + b * b);
+            }
+        }
+    }
+    let offset_n2 = offsets.iter().map(|(mean, _)| mean * mean).sum::<f64>();
+    let offset_n = (offset_n2 / offsets.len().max(1) as f64).sqrt();
+    // A tenth of a gram: no instrument of these flights knows better.
+    let sd_n = if rests.is_empty() {
+        0.01
+    } else {
+        MAD * median(&mut rests)
+    };
+    Still {
+        sd_n: sd_n.max(0.001),
+        memory: if square > 0.0 {
+            (product / square).clamp(0.0, 0.95)
+        } else {
+            0.0
+        },
+        offset_n: offset_n.clamp(LEAST_OFFSET_N, MOST_OFFSET_N),
+    }
+}
+
+/// Offset, slope and drift of every part.
+fn share(forces: &Forces, whitener: &mut Whitener, offset_n: f64) {
+    let mut from = 0;
+    for part in &forces.parts {
+        let count = part.judged.len();
+        if count == 0 {
+            continue;
+        }
+        let steps = || part.judged.iter().map(|&at| &part.steps[at]);
+        let mean_n = steps().map(|step| step.thrust_n).sum::<f64>() / count as f64;
+        let (first_s, last_s) = match (steps().next(), steps().next_back()) {
+            (Some(first), Some(last)) => (first.t_s, last.t_s),
+            _ => (0.0, 0.0),
+        };
+        let span_s = (last_s - first_s).max(1.0);
+        let patterns: [Vec<f64>; 3] = [
+            vec![offset_n; count],
+            steps()
+                .map(|step| SLOPE * (step.thrust_n - mean_n))
+                .collect(),
+            steps()
+                .map(|step| offset_n * ((step.t_s - first_s) / span_s - 0.5))
+                .collect(),
+        ];
+        for pattern in &patterns {
+            whitener.share(from, pattern);
+        }
+        from += count;
+    }
+}
+
+/// The middle of some values, in place; 0 of none.
+pub(super) fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}

@@ -1,0 +1,83 @@
+//! What a diagnosis answers, as far as it is marked: plain data.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// Whether something is missing, and whether it has a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The simulation explains the recording.
+    None,
+    /// Effects of the library are missing.
+    Library,
+    /// Something is missing that no effect of the library explains.
+    OutsideLibrary,
+    /// One of several effects is missing, and the recording cannot say which.
+    Ambiguous,
+}
+
+impl Verdict {
+    /// As in reports.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Verdict::None => "none",
+            Verdict::Library => "library",
+            Verdict::OutsideLibrary => "outside_library",
+            Verdict::Ambiguous => "ambiguous",
+        }
+    }
+}
+
+/// What a diagnosis says of one recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Answer {
+    /// Whether something is missing.
+    pub verdict: Verdict,
+    /// What, ambiguous or not: the name put first of each effect, and with it those that it cannot be told from.
+    pub effects: Vec<Named>,
+    /// Rows of `probes.csv`, or of `receiver.csv` where there are no probes, in which it says the difference lies.
+    pub region: Vec<usize>,
+    /// The corrected simulation of each of those files' rows; not a number where it has none. Empty: the simulation as it was.
+    pub prediction: Vec<f64>,
+    /// How long it took (s), as its caller measured.
+    pub seconds: f64,
+}
+
+/// One effect that is named.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Named {
+    /// The name put first.
+    pub name: String,
+    /// Names that it cannot be told from.
+    pub alternatives: Vec<String>,
+    /// Its parameters by name.
+    pub parameters: BTreeMap<String, Interval>,
+}
+
+/// A value and its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Interval {
+    /// Best value.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Answer {
+    /// "Nothing is missing", at once.
+    #[must_use]
+    pub fn nothing() -> Answer {
+        Answer {
+            verdict: Verdict::None,
+            effects: Vec::new(),
+            region: Vec::new(),
+            prediction: Vec::new(),
+            seconds: 0.0,
+        }
+    }
+}

@@ -1,0 +1,373 @@
+//! How good answers are, given the truth: one case, then all of them.
+//!
+//! | mark | of | a hit |
+//! | --- | --- | --- |
+//! | false alarms | recordings that conceal nothing | any verdict but none |
+//! | accusations | only an instrument is at fault | an effect of the air is named |
+//! | detected | χ² of 25 (200) and more | any verdict but none |
+//! | named | in the library, 25 and more | every effect has its own name in first place |
+//! | in the set | the same | or among the alternatives printed with one |
+//! | spurious | in the library | more effects than there are, one of them nowhere right |
+//! | location | 25 and more | mean of intersection over union of the rows |
+//! | skill | in the library, 25 and more | `1 - Σ(p - t)²/σ² / Σ(b - t)²/σ²` of prediction, truth, baseline, noise |
+//! | covered | parameters defined alike, effect named | true value within the interval |
+//! | outside | not in the library, 25 and more | verdict outside_library |
+//! | masked | one effect takes back the other, 25 and more | named |
+
+mod practice;
+mod table;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
+
+pub use practice::{PracticeError, practice};
+pub use table::Mark;
+
+use super::answer::{Answer, Interval, Named, Verdict};
+use super::names::{canonical, is_sensor};
+use super::truth::{Concealed, DETECTABLE_CHI2, Truth};
+
+/// From here on (χ²) nearly nothing may be missed.
+const PLAIN_CHI2: f64 = 200.0;
+/// Families of pairs in which one effect takes back what the other does begin with this.
+const MASKED: &str = "masked";
+/// Recordings of so many samples and more count for the time.
+pub const LONG_SAMPLES: usize = 3500;
+
+/// One answer, marked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Marked {
+    /// Kind of recording.
+    pub family: String,
+    /// What was concealed: [`Truth::label`].
+    pub truth: String,
+    /// What was answered: names joined by `+`, `none` or `outside_library`.
+    pub answered: String,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// [`Truth::oracle_chi2`].
+    pub oracle_chi2: f64,
+    /// Whether only an instrument is at fault.
+    pub is_sensor_only: bool,
+    /// Whether it is in no library.
+    pub is_outside: bool,
+    /// Whether something other than "none" was answered.
+    pub detected: bool,
+    /// Whether every effect was named, each by its own first name.
+    pub named: bool,
+    /// Whether every effect was at least among the names printed.
+    pub in_set: bool,
+    /// Whether there were more effects than there are, one of them nowhere right.
+    pub spurious: bool,
+    /// Whether an effect of the air was named that is not there.
+    pub accused: bool,
+    /// Intersection over union of the rows; `None`: the truth has no rows.
+    pub location: Option<f64>,
+    /// Part of the baseline's error that the prediction takes away; `None`: there is none.
+    pub skill: Option<f64>,
+    /// Parameters whose interval holds the true value, of those that are defined alike.
+    pub covered: Share,
+    /// Rows.
+    pub samples: usize,
+    /// Time taken (s).
+    pub seconds: f64,
+}
+
+/// So many of so many.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Share {
+    /// So many.
+    pub hits: usize,
+    /// Of so many.
+    pub of: usize,
+}
+
+impl Share {
+    /// `None` of none.
+    #[must_use]
+    pub fn rate(self) -> Option<f64> {
+        (self.of > 0).then(|| self.hits as f64 / self.of as f64)
+    }
+
+    fn count(&mut self, hit: bool) {
+        self.hits += usize::from(hit);
+        self.of += 1;
+    }
+}
+
+/// All answers, marked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Marks {
+    /// Recordings that conceal nothing and were said to.
+    pub false_alarms: Share,
+    /// Faults of instruments that were put on the air.
+    pub accusations: Share,
+    /// Found, of those that can be.
+    pub detected: Share,
+    /// Found, of those that are plain to see.
+    pub detected_plain: Share,
+    /// Every effect named in first place.
+    pub named: Share,
+    /// Every effect within what is printed.
+    pub in_set: Share,
+    /// An effect too many.
+    pub spurious: Share,
+    /// Mean intersection over union.
+    pub location: Option<f64>,
+    /// Median skill.
+    pub skill_median: Option<f64>,
+    /// Skill that one in ten stays below.
+    pub skill_tenth: Option<f64>,
+    /// Intervals that hold the true value.
+    pub covered: Share,
+    /// Said to be outside the library, of those that are.
+    pub outside: Share,
+    /// Masked pairs with both named.
+    pub masked: Share,
+    /// Longest time (s) for a recording of 3500 samples and more; `None`: there was none, or nobody measured.
+    pub slowest_s: Option<f64>,
+    /// How often each truth got each answer.
+    pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
+    /// Every case, in order.
+    pub cases: Vec<Marked>,
+}
+
+impl Marked {
+    /// Marks one answer.
+    #[must_use]
+    pub fn of(truth: &Truth, answer: &Answer) -> Marked {
+        let effects = match answer.verdict {
+            Verdict::Library | Verdict::Ambiguous => &answer.effects[..],
+            Verdict::None | Verdict::OutsideLibrary => &[],
+        };
+        let first = pairing(&truth.effects, effects, is_right);
+        let within = pairing(&truth.effects, effects, is_within);
+        let is_true = |named: &Named| truth.effects.iter().any(|of| is_right(of, named));
+        let nowhere_right = |named: &&Named| !truth.effects.iter().any(|of| is_within(of, named));
+        let is_complete = |pairs: &[Option<usize>]| {
+            !truth.effects.is_empty() && pairs.iter().all(Option::is_some)
+        };
+        let mut covered = Share::default();
+        for (of, named) in truth.effects.iter().zip(&first) {
+            let Some(named) = named.map(|at| &effects[at]) else {
+                continue;
+            };
+            for (name, value) in &of.parameters {
+                if let Some(Interval { low, high, .. }) = named.parameters.get(name) {
+                    covered.count((*low..=*high).contains(value));
+                }
+            }
+        }
+        Marked {
+            family: truth.family.clone(),
+            truth: truth.label(),
+            answered: label(answer.verdict, effects),
+            verdict: answer.verdict,
+            oracle_chi2: truth.oracle_chi2,
+            is_sensor_only: truth.is_sensor_only(),
+            is_outside: truth.is_outside,
+            detected: answer.verdict != Verdict::None,
+            named: is_complete(&first),
+            in_set: is_complete(&within),
+            spurious: effects.len() > truth.effects.len()
+                && effects.iter().any(|named| nowhere_right(&named)),
+            accused: effects
+                .iter()
+                .any(|named| !is_sensor(&named.name) && !is_true(named)),
+            location: location(&truth.region, &answer.region),
+            skill: skill(truth, &answer.prediction),
+            covered,
+            samples: truth.truth_clean.len(),
+            seconds: answer.seconds,
+        }
+    }
+
+    /// Whether it is worth a look: a false alarm, or something that can be seen and was not said rightly.
+    #[must_use]
+    pub fn is_missed(&self) -> bool {
+        if self.is_null() {
+            return self.detected;
+        }
+        let right = if self.is_outside {
+            self.verdict == Verdict::OutsideLibrary
+        } else {
+            self.named && !self.spurious
+        };
+        !right && (self.detected || self.oracle_chi2 >= DETECTABLE_CHI2)
+    }
+
+    /// Whether nothing was concealed.
+    #[must_use]
+    pub fn is_null(&self) -> bool {
+        self.truth == "none"
+    }
+}
+
+impl Marks {
+    /// Adds cases up, in their order.
+    #[must_use]
+    pub fn over(cases: Vec<Marked>) -> Marks {
+        let share = |among: &dyn Fn(&Marked) -> bool, hit: &dyn Fn(&Marked) -> bool| {
+            let mut share = Share::default();
+            cases
+                .iter()
+                .filter(|case| among(case))
+                .for_each(|case| share.count(hit(case)));
+            share
+        };
+        let conceals = |case: &Marked| !case.is_null();
+        let visible = |case: &Marked| conceals(case) && case.oracle_chi2 >= DETECTABLE_CHI2;
+        let in_library = |case: &Marked| visible(case) && !case.is_outside;
+        let masks = |case: &Marked| visible(case) && case.family.starts_with(MASKED);
+        let detected = |case: &Marked| case.detected;
+        let named = |case: &Marked| case.named;
+        let locations = cases
+            .iter()
+            .filter(|case| visible(case))
+            .filter_map(|case| case.location);
+        let locations: Vec<f64> = locations.collect();
+        let skills = cases
+            .iter()
+            .filter(|case| in_library(case))
+            .filter_map(|case| case.skill);
+        let mut skills: Vec<f64> = skills.collect();
+        skills.sort_by(f64::total_cmp);
+        let long = cases
+            .iter()
+            .filter(|case| case.samples >= LONG_SAMPLES && case.seconds > 0.0);
+        let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
+        for case in &cases {
+            let row = confusion.entry(case.truth.clone()).or_default();
+            *row.entry(case.answered.clone()).or_default() += 1;
+        }
+        let covered = cases.iter().fold(Share::default(), |sum, case| Share {
+            hits: sum.hits + case.covered.hits,
+            of: sum.of + case.covered.of,
+        });
+        Marks {
+            false_alarms: share(&|case| case.is_null(), &detected),
+            accusations: share(&|case| case.is_sensor_only, &|case| case.accused),
+            detected: share(&visible, &detected),
+            detected_plain: share(
+                &|case| conceals(case) && case.oracle_chi2 >= PLAIN_CHI2,
+                &detected,
+            ),
+            named: share(&in_library, &named),
+            in_set: share(&in_library, &|case| case.in_set),
+            spurious: share(&|case| conceals(case) && !case.is_outside, &|case| {
+                case.spurious
+            }),
+            location: (!locations.is_empty())
+                .then(|| locations.iter().sum::<f64>() / locations.len() as f64),
+            skill_median: quantile(&skills, 0.5),
+            skill_tenth: quantile(&skills, 0.1),
+            covered,
+            outside: share(&|case| visible(case) && case.is_outside, &|case| {
+                case.verdict == Verdict::OutsideLibrary
+            }),
+            masked: share(&masks, &named),
+            slowest_s: long.map(|case| case.seconds).max_by(f64::total_cmp),
+            confusion,
+            cases,
+        }
+    }
+}
+
+/// Linear between the two values nearest to it.
+fn quantile(sorted: &[f64], at: f64) -> Option<f64> {
+    let place = at * (sorted.len().checked_sub(1)?) as f64;
+    let low = sorted[place.floor() as usize];
+    let high = sorted[place.ceil() as usize];
+    Some(low + (high - low) * place.fract())
+}
+
+fn is_right(of: &Concealed, named: &Named) -> bool {
+    of.accepted.contains(&named.name)
+}
+
+fn is_within(of: &Concealed, named: &Named) -> bool {
+    is_right(of, named)
+        || named
+            .alternatives
+            .iter()
+            .any(|name| of.accepted.contains(name))
+}
+
+/// For each truth the named effect that is its own, as many as possible: augmenting paths (a handful of each).
+fn pairing(
+    truths: &[Concealed],
+    named: &[Named],
+    fits: fn(&Concealed, &Named) -> bool,
+) -> Vec<Option<usize>> {
+    let mut owner: Vec<Option<usize>> = vec![None; named.len()];
+    for truth in 0..truths.len() {
+        let mut tried = vec![false; named.len()];
+        assign(
+            truth,
+            &|of, at| fits(&truths[of], &named[at]),
+            &mut owner,
+            &mut tried,
+        );
+    }
+    let of_truth = |truth: usize| owner.iter().position(|&of| of == Some(truth));
+    (0..truths.len()).map(of_truth).collect()
+}
+
+fn assign(
+    truth: usize,
+    fits: &dyn Fn(usize, usize) -> bool,
+    owner: &mut [Option<usize>],
+    tried: &mut [bool],
+) -> bool {
+    for at in 0..owner.len() {
+        if tried[at] || !fits(truth, at) {
+            continue;
+        }
+        tried[at] = true;
+        let is_free = match owner[at] {
+            None => true,
+            Some(other) => assign(other, fits, owner, tried),
+        };
+        if is_free {
+            owner[at] = Some(truth);
+            return true;
+        }
+    }
+    false
+}
+
+fn label(verdict: Verdict, effects: &[Named]) -> String {
+    let mut names: Vec<&str> = effects.iter().map(|named| canonical(&named.name)).collect();
+    names.sort_unstable();
+    match verdict {
+        Verdict::None | Verdict::OutsideLibrary => verdict.as_str().to_owned(),
+        Verdict::Library | Verdict::Ambiguous if names.is_empty() => verdict.as_str().to_owned(),
+        Verdict::Library | Verdict::Ambiguous => names.join("+"),
+    }
+}
+
+fn location(truth: &[usize], answer: &[usize]) -> Option<f64> {
+    let truth: BTreeSet<usize> = truth.iter().copied().collect();
+    let answer: BTreeSet<usize> = answer.iter().copied().collect();
+    let both = truth.intersection(&answer).count();
+    let either = truth.len() + answer.len() - both;
+    (!truth.is_empty()).then(|| both as f64 / either as f64)
+}
+
+fn skill(truth: &Truth, prediction: &[f64]) -> Option<f64> {
+    let (mut left, mut before) = (0.0, 0.0);
+    for (row, &true_value) in truth.truth_clean.iter().enumerate() {
+        let (baseline, noise) = (truth.baseline_clean[row], truth.noise[row]);
+        let predicted = prediction
+            .get(row)
+            .copied()
+            .filter(|value| value.is_finite());
+        left += ((predicted.unwrap_or(baseline) - true_value) / noise).powi(2);
+        before += ((baseline - true_value) / noise).powi(2);
+    }
+    (!truth.effects.is_empty() && before > 0.0).then(|| 1.0 - left / before)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,123 @@
+//! Where a drone is: knots joined by straight lines, and a slow swaying about them.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector3;
+
+use crate::random::Random;
+
+/// One knot of a way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Knot {
+    pub(crate) t_s: f64,
+    pub(crate) place_m: Vector3<f64>,
+    pub(crate) yaw_rad: f64,
+    /// Roll and pitch (rad).
+    pub(crate) lean_rad: [f64; 2],
+}
+
+/// A way through space and time; before its first and after its last knot the drone stands there.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Way {
+    knots: Vec<Knot>,
+    /// Amplitude (m), angular speed (rad/s), phase: three for each axis.
+    sways: [[[f64; 3]; 3]; 3],
+}
+
+impl Way {
+    /// A way that sways by a standard deviation (m) on each axis.
+    pub(crate) fn swaying(sway_m: f64, random: &mut Random) -> Way {
+        let sways = [(); 3].map(|()| {
+            [(); 3].map(|()| {
+                // Three sines of equal power; 0.1 to 0.3 Hz is how hovering drones sway (chosen here).
+                let rad_per_s = TAU * random.between(0.1, 0.3);
+                [
+                    sway_m * (2f64 / 3.0).sqrt(),
+                    rad_per_s,
+                    random.between(0.0, TAU),
+                ]
+            })
+        });
+        Way {
+            knots: Vec::new(),
+            sways,
+        }
+    }
+
+    pub(crate) fn end_s(&self) -> f64 {
+        self.knots.last().map_or(0.0, |knot| knot.t_s)
+    }
+
+    /// Flies straight to a place at a speed (m/s); the first call is where it starts.
+    pub(crate) fn go(&mut self, place_m: Vector3<f64>, speed_mps: f64) {
+        let before = self.knots.last().copied();
+        let takes_s = before.map_or(0.0, |knot| (place_m - knot.place_m).norm() / speed_mps);
+        self.knots.push(Knot {
+            t_s: self.end_s() + takes_s.max(1e-3),
+            place_m,
+            yaw_rad: before.map_or(0.0, |knot| knot.yaw_rad),
+            lean_rad: before.map_or([0.0; 2], |knot| knot.lean_rad),
+        });
+    }
+
+    /// Stays where it is.
+    pub(crate) fn stay(&mut self, seconds: f64) {
+        if let Some(&knot) = self.knots.last() {
+            self.knots.push(Knot {
+                t_s: knot.t_s + seconds,
+                ..knot
+            });
+        }
+    }
+
+    /// Turns where it is, within a second.
+    pub(crate) fn turn(&mut self, yaw_rad: f64, lean_rad: [f64; 2]) {
+        self.stay(1.0);
+        if let Some(knot) = self.knots.last_mut() {
+            knot.yaw_rad = yaw_rad;
+            knot.lean_rad = lean_rad;
+        }
+    }
+
+    /// The knot that a drone passes at a time, without its swaying.
+    pub(crate) fn knot(&self, t_s: f64) -> Knot {
+        let after = self.knots.partition_point(|knot| knot.t_s <= t_s);
+        let before = self.knots.get(after.saturating_sub(1)).copied();
+        let resting = Knot {
+            t_s,
+            place_m: Vector3::zeros(),
+            yaw_rad: 0.0,
+            lean_rad: [0.0; 2],
+        };
+        match (before, self.knots.get(after)) {
+            (Some(from), Some(to)) if after > 0 => {
+                let share = (t_s - from.t_s) / (to.t_s - from.t_s);
+                let between = |a: f64, b: f64| a + share * (b - a);
+                Knot {
+                    t_s,
+                    place_m: from.place_m.lerp(&to.place_m, share),
+                    yaw_rad: between(from.yaw_rad, to.yaw_rad),
+                    lean_rad: [0, 1].map(|i| between(from.lean_rad[i], to.lean_rad[i])),
+                }
+            }
+            (Some(only), _) => Knot { t_s, ..only },
+            (None, _) => resting,
+        }
+    }
+
+    /// Position (m).
+    pub(crate) fn position_m(&self, t_s: f64) -> Vector3<f64> {
+        let mut place_m = self.knot(t_s).place_m;
+        for (axis, sways) in self.sways.iter().enumerate() {
+            for [amplitude_m, rad_per_s, phase] in sways {
+                place_m[axis] += amplitude_m * (rad_per_s * t_s + phase).sin();
+            }
+        }
+        place_m
+    }
+
+    /// Velocity (m/s): as a tracker has it, over a tenth of a second.
+    pub(crate) fn velocity_mps(&self, t_s: f64) -> Vector3<f64> {
+        (self.position_m(t_s + 0.05) - self.position_m(t_s - 0.05)) / 0.1
+    }
+}

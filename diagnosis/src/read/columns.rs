@@ -1,0 +1,345 @@
+//! Which column of a table holds what, and in which unit: `x_m`, `ax_g`, `t_us`. The unit ends the name; a column without one is
+//! not guessed at.
+
+use std::collections::BTreeMap;
+
+use super::found::{Found, Place, did_you_mean, listed};
+
+/// What a column may hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Role {
+    Time,
+    Position(usize),
+    Velocity(usize),
+    Acceleration(usize),
+    /// x, y, z, w.
+    Quaternion(usize),
+    Roll,
+    Pitch,
+    Yaw,
+    Duty(usize),
+    Battery,
+    Throttle,
+    Power,
+}
+
+/// From a column's numbers to ours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Unit {
+    /// Times so much is SI.
+    Times(f64),
+    /// In gravities of the recording (m/s²).
+    Gravities,
+}
+
+use Unit::{Gravities, Times};
+
+type Units = &'static [(&'static str, Unit)];
+
+const TIME: Units = &[
+    ("_s", Times(1.0)),
+    ("_ms", Times(1e-3)),
+    ("_us", Times(1e-6)),
+    ("_ns", Times(1e-9)),
+];
+const LENGTH: Units = &[
+    ("_m", Times(1.0)),
+    ("_cm", Times(1e-2)),
+    ("_mm", Times(1e-3)),
+];
+const SPEED: Units = &[
+    ("_mps", Times(1.0)),
+    ("_cmps", Times(1e-2)),
+    ("_mmps", Times(1e-3)),
+];
+const ACCELERATION: Units = &[
+    ("_mps2", Times(1.0)),
+    ("_mmps2", Times(1e-3)),
+    ("_g", Gravities),
+];
+const ANGLE: Units = &[
+    ("_rad", Times(1.0)),
+    ("_deg", Times(std::f64::consts::PI / 180.0)),
+];
+const NONE: Units = &[("", Times(1.0))];
+/// A share of full: 0 to 1 without a unit; `_u16` is over 65 535.
+const SHARE: Units = &[
+    ("", Times(1.0)),
+    ("_ratio", Times(1.0)),
+    ("_percent", Times(1e-2)),
+    ("_u16", Times(1.0 / 65_535.0)),
+];
+const VOLTAGE: Units = &[("_v", Times(1.0)), ("_mv", Times(1e-3))];
+const RATIO: Units = &[("_ratio", Times(1.0)), ("_percent", Times(1e-2))];
+const POWER: Units = &[("_w", Times(1.0)), ("_mw", Times(1e-3))];
+
+/// Every name without its unit, what it means and its units, ours first.
+const ROLES: [(&str, Role, Units); 25] = [
+    ("t", Role::Time, TIME),
+    ("x", Role::Position(0), LENGTH),
+    ("y", Role::Position(1), LENGTH),
+    ("z", Role::Position(2), LENGTH),
+    ("vx", Role::Velocity(0), SPEED),
+    ("vy", Role::Velocity(1), SPEED),
+    ("vz", Role::Velocity(2), SPEED),
+    ("ax", Role::Acceleration(0), ACCELERATION),
+    ("ay", Role::Acceleration(1), ACCELERATION),
+    ("az", Role::Acceleration(2), ACCELERATION),
+    ("qx", Role::Quaternion(0), NONE),
+    ("qy", Role::Quaternion(1), NONE),
+    ("qz", Role::Quaternion(2), NONE),
+    ("qw", Role::Quaternion(3), NONE),
+    ("roll", Role::Roll, ANGLE),
+    ("pitch", Role::Pitch, ANGLE),
+    ("yaw", Role::Yaw, ANGLE),
+    ("pwm1", Role::Duty(0), SHARE),
+    ("pwm2", Role::Duty(1), SHARE),
+    ("pwm3", Role::Duty(2), SHARE),
+    ("pwm4", Role::Duty(3), SHARE),
+    ("vbat", Role::Battery, VOLTAGE),
+    ("battery", Role::Battery, VOLTAGE),
+    ("throttle", Role::Throttle, RATIO),
+    ("power", Role::Power, POWER),
+];
+
+/// Names of the column that says whose row it is.
+const VEHICLE: [&str; 2] = ["vehicle", "vehicle_id"];
+
+/// Without these nothing is where anything was.
+const REQUIRED: [&str; 4] = ["t", "x", "y", "z"];
+
+/// Which column of a table holds what.
+#[derive(Debug, Default)]
+pub(super) struct Columns {
+    /// Column, unit and name by role.
+    pub(super) by_role: BTreeMap<Role, Column>,
+    /// The column that says whose row it is.
+    pub(super) vehicle: Option<usize>,
+    /// Names of the columns that nothing reads.
+    pub(super) unused: Vec<String>,
+}
+
+/// A column that is read.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Column {
+    pub(super) at: usize,
+    pub(super) unit: Unit,
+    pub(super) name: String,
+}
+
+/// The role and unit that a name such as `x_mm` speaks of.
+pub(super) fn meaning(name: &str) -> Option<(Role, Unit)> {
+    ROLES.iter().find_map(|(stem, role, units)| {
+        let suffix = name.strip_prefix(stem)?;
+        let (_, unit) = units.iter().find(|(known, _)| *known == suffix)?;
+        Some((*role, *unit))
+    })
+}
+
+/// Names with their first units, for messages: `t_s`, `x_m`, ...
+pub(super) fn known_names() -> Vec<String> {
+    let ours = |(stem, _, units): &(&str, Role, Units)| format!("{stem}{}", units[0].0);
+    let mut names: Vec<String> = VEHICLE[..1].iter().map(|&name| name.to_owned()).collect();
+    names.extend(ROLES.iter().map(ours));
+    names
+}
+
+/// Finds the columns of `header`; `renamed` gives the table's own name for one of ours (`"x_mm": "pos.x"`).
+pub(super) fn find(
+    file: &str,
+    header: &[String],
+    renamed: &BTreeMap<String, String>,
+    found: &mut Found,
+) -> Columns {
+    let mut columns = Columns::default();
+    for (at, name) in header.iter().enumerate() {
+        let ours = renamed.iter().find(|(_, theirs)| *theirs == name);
+        let ours = ours.map_or(name.as_str(), |(ours, _)| ours.as_str());
+        if VEHICLE.contains(&ours) {
+            match columns.vehicle {
+                None => columns.vehicle = Some(at),
+                Some(first) => twice(file, &header[first], name, found),
+            }
+            continue;
+        }
+        let Some((role, unit)) = meaning(ours) else {
+            columns.unused.push(name.clone());
+            continue;
+        };
+        let column = Column {
+            at,
+            unit,
+            name: name.clone(),
+        };
+        if let Some(first) = columns.by_role.get(&role) {
+            twice(file, &first.name, name, found);
+        } else {
+            columns.by_role.insert(role, column);
+        }
+    }
+    for (ours, theirs) in renamed {
+        if !header.contains(theirs) {
+            found.helped(
+                Place::field(file, theirs).line(1),
+                format!("is not in the header, though `columns` takes `{ours}` from it"),
+                did_you_mean(theirs, header.iter().map(String::as_str)),
+            );
+        }
+    }
+    for stem in REQUIRED {
+        require(file, stem, header, &columns, found);
+    }
+    columns
+}
+
+impl Columns {
+    /// Whether all of these are there.
+    pub(super) fn has(&self, roles: &[Role]) -> bool {
+        roles.iter().all(|role| self.by_role.contains_key(role))
+    }
+
+    /// Takes out a group that is only partly there, and says so.
+    pub(super) fn drop_partial(&mut self, roles: &[Role], found: &mut Found, file: &str) {
+        let there = |role: &&Role| self.by_role.contains_key(*role);
+        let count = roles.iter().filter(there).count();
+        if count == 0 || count == roles.len() {
+            return;
+        }
+        let missing: Vec<&str> = roles
+            .iter()
+            .filter(|role| !self.by_role.contains_key(role))
+            .map(|role| stem_of(*role))
+            .collect();
+        let given: Vec<&str> = roles
+            .iter()
+            .filter_map(|role| self.by_role.get(role).map(|column| column.name.as_str()))
+            .collect();
+        found.problem(
+            Place::file(file).line(1),
+            format!(
+                "has the columns {} but none for {}",
+                listed(given),
+                listed(missing)
+            ),
+        );
+    }
+}
+
+fn twice(file: &str, first: &str, second: &str, found: &mut Found) {
+    let message = format!("says the same as column `{first}`");
+    found.problem(Place::field(file, second).line(1), message);
+}
+
+/// The name of a role without its unit.
+fn stem_of(role: Role) -> &'static str {
+    let entry = ROLES.iter().find(|(_, known, _)| *known == role);
+    entry.map_or("?", |(stem, _, _)| stem)
+}
+
+/// Reports a required column that is missing, or there without a unit, or with one that nobody knows.
+fn require(file: &str, stem: &str, header: &[String], columns: &Columns, found: &mut Found) {
+    let Some((_, role, units)) = ROLES.iter().find(|(known, _, _)| *known == stem) else {
+        return;
+    };
+    if columns.by_role.contains_key(role) {
+        return;
+    }
+    let names: Vec<String> = units
+        .iter()
+        .map(|(unit, _)| format!("{stem}{unit}"))
+        .collect();
+    let names = listed(names.iter().map(String::as_str));
+    let ours = format!("{stem}{}", units[0].0);
+    let unit_less = header.iter().find(|name| *name == stem);
+    let unknown = header.iter().find(|name| {
+        let suffix = name
+            .strip_prefix(stem)
+            .and_then(|rest| rest.strip_prefix('_'));
+        suffix.is_some_and(|suffix| !suffix.is_empty())
+    });
+    let help = |theirs: &str| {
+        Some(format!(
+            "name it one of {names}, or write `columns: {{ \"{ours}\": \"{theirs}\" }}` in the metadata, with the unit that it has"
+        ))
+    };
+    match (unit_less, unknown) {
+        (Some(name), _) => found.helped(
+            Place::field(file, name).line(1),
+            "has no unit in its name",
+            help(name),
+        ),
+        (None, Some(name)) => found.helped(
+            Place::field(file, name).line(1),
+            format!("has a unit that is not known for `{stem}`"),
+            help(name),
+        ),
+        (None, None) => found.helped(
+            Place::field(file, &ours).line(1),
+            "is missing",
+            help("your column"),
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn problems(header: &[&str], renamed: &[(&str, &str)]) -> Vec<String> {
+        let header: Vec<String> = header.iter().map(|name| (*name).to_owned()).collect();
+        let renamed = renamed
+            .iter()
+            .map(|(ours, theirs)| ((*ours).to_owned(), (*theirs).to_owned()))
+            .collect();
+        let mut found = Found::default();
+        find("f.csv", &header, &renamed, &mut found);
+        found.problems.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn units_end_the_names() {
+        assert_eq!(meaning("x_mm"), Some((Role::Position(0), Times(1e-3))));
+        assert_eq!(meaning("az_g"), Some((Role::Acceleration(2), Gravities)));
+        assert_eq!(meaning("pwm3"), Some((Role::Duty(2), Times(1.0))));
+        for unknown in ["x", "x_ft", "xd_m", "motor_cmd1", "t"] {
+            assert_eq!(meaning(unknown), None, "{unknown}");
+        }
+    }
+
+    #[test]
+    fn every_name_of_ours_means_something() {
+        for name in known_names().iter().skip(1) {
+            assert!(meaning(name).is_some(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_required_column_that_is_missing_unitless_or_in_feet_is_an_error_that_names_it() {
+        assert_eq!(
+            problems(&["t", "x_ft", "y_m"], &[]),
+            [
+                "f.csv:1: `t`: has no unit in its name",
+                "f.csv:1: `x_ft`: has a unit that is not known for `x`",
+                "f.csv:1: `z_m`: is missing",
+            ]
+        );
+    }
+
+    #[test]
+    fn columns_of_other_names_are_taken_from_where_the_metadata_say() {
+        let renamed = [("t_us", "timestamp"), ("x_m", "px")];
+        assert!(problems(&["timestamp", "px", "y_m", "z_m"], &renamed).is_empty());
+        assert_eq!(
+            problems(&["t_s", "pz", "x_m", "y_m", "z_m"], &[("vx_mps", "px")]),
+            ["f.csv:1: `px`: is not in the header, though `columns` takes `vx_mps` from it"]
+        );
+    }
+
+    #[test]
+    fn two_columns_for_one_thing_are_an_error() {
+        assert_eq!(
+            problems(&["t_s", "x_m", "x_mm", "y_m", "z_m"], &[]),
+            ["f.csv:1: `x_mm`: says the same as column `x_m`"]
+        );
+    }
+}

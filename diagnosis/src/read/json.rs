@@ -1,0 +1,179 @@
+//! Fields of a JSON object, each fault at its path (`vehicles.v0.mass_kg`), all of them at once.
+
+use std::collections::BTreeSet;
+
+use serde_json::{Map, Value};
+
+use super::found::{Found, Place, did_you_mean};
+
+/// An object whose keys are checked off as they are read.
+pub(super) struct Fields<'a> {
+    file: &'a str,
+    path: String,
+    map: &'a Map<String, Value>,
+    known: BTreeSet<&'static str>,
+}
+
+impl<'a> Fields<'a> {
+    /// The whole file.
+    pub(super) fn root(file: &'a str, value: &'a Value, found: &mut Found) -> Option<Fields<'a>> {
+        Fields::of(file, String::new(), value, found)
+    }
+
+    fn of(file: &'a str, path: String, value: &'a Value, found: &mut Found) -> Option<Fields<'a>> {
+        let Some(map) = value.as_object() else {
+            let field = (!path.is_empty()).then_some(path.as_str());
+            let place = Place {
+                field,
+                ..Place::file(file)
+            };
+            found.problem(
+                place,
+                format!("must be an object `{{...}}`, not {}", kind(value)),
+            );
+            return None;
+        };
+        Some(Fields {
+            file,
+            path,
+            map,
+            known: BTreeSet::new(),
+        })
+    }
+
+    fn path_of(&self, key: &str) -> String {
+        match self.path.as_str() {
+            "" => key.to_owned(),
+            path => format!("{path}.{key}"),
+        }
+    }
+
+    /// A value that is there and not null.
+    fn value(&mut self, key: &'static str) -> Option<&'a Value> {
+        self.known.insert(key);
+        self.map.get(key).filter(|value| !value.is_null())
+    }
+
+    fn required(&mut self, key: &'static str, found: &mut Found) -> Option<&'a Value> {
+        let value = self.value(key);
+        if value.is_none() {
+            let similar = did_you_mean(key, self.map.keys().map(String::as_str));
+            let path = self.path_of(key);
+            found.helped(Place::field(self.file, &path), "is missing", similar);
+        }
+        value
+    }
+
+    /// Says what is wrong with the value of a key.
+    pub(super) fn fault(&self, key: &str, message: impl Into<String>, found: &mut Found) {
+        found.problem(Place::field(self.file, &self.path_of(key)), message);
+    }
+
+    pub(super) fn object(&mut self, key: &'static str, found: &mut Found) -> Option<Fields<'a>> {
+        let value = self.required(key, found)?;
+        Fields::of(self.file, self.path_of(key), value, found)
+    }
+
+    /// Every key with its object, sorted by key: the order of a JSON map depends on how the reader was built.
+    pub(super) fn objects(
+        &mut self,
+        key: &'static str,
+        found: &mut Found,
+    ) -> Vec<(&'a str, Fields<'a>)> {
+        let Some(all) = self.object(key, found) else {
+            return Vec::new();
+        };
+        let of = |(name, value): (&'a String, &'a Value)| {
+            let fields = Fields::of(all.file, all.path_of(name), value, found)?;
+            Some((name.as_str(), fields))
+        };
+        let mut objects: Vec<_> = all.map.iter().filter_map(of).collect();
+        objects.sort_by_key(|(name, _)| *name);
+        objects
+    }
+
+    pub(super) fn number(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
+        let value = self.required(key, found)?;
+        self.as_number(key, value, found)
+    }
+
+    pub(super) fn optional_number(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
+        let value = self.value(key)?;
+        self.as_number(key, value, found)
+    }
+
+    fn as_number(&self, key: &str, value: &Value, found: &mut Found) -> Option<f64> {
+        let number = value.as_f64();
+        if number.is_none() {
+            self.fault(key, format!("must be a number, not {}", kind(value)), found);
+        }
+        number
+    }
+
+    /// A number that must not be below 0.
+    pub(super) fn not_negative(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
+        let number = self.number(key, found)?;
+        if number < 0.0 {
+            self.fault(key, format!("is {number}; it must be 0 or more"), found);
+        }
+        Some(number)
+    }
+
+    pub(super) fn text(&mut self, key: &'static str, found: &mut Found) -> Option<&'a str> {
+        let value = self.required(key, found)?;
+        let text = value.as_str();
+        if text.is_none() {
+            self.fault(key, format!("must be a text, not {}", kind(value)), found);
+        }
+        text
+    }
+
+    pub(super) fn flag(&mut self, key: &'static str, found: &mut Found) -> Option<bool> {
+        let value = self.required(key, found)?;
+        let flag = value.as_bool();
+        if flag.is_none() {
+            self.fault(
+                key,
+                format!("must be true or false, not {}", kind(value)),
+                found,
+            );
+        }
+        flag
+    }
+
+    pub(super) fn texts(&mut self, key: &'static str, found: &mut Found) -> Option<Vec<&'a str>> {
+        let value = self.required(key, found)?;
+        let texts = value
+            .as_array()
+            .and_then(|items| items.iter().map(Value::as_str).collect());
+        if texts.is_none() {
+            self.fault(key, "must be a list of texts", found);
+        }
+        texts
+    }
+
+    /// Whether the key is there.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.map.get(key).is_some_and(|value| !value.is_null())
+    }
+
+    /// Paths of the keys that nobody read.
+    pub(super) fn unread(&self) -> Vec<String> {
+        self.map
+            .keys()
+            .filter(|key| !self.known.contains(key.as_str()))
+            .map(|key| self.path_of(key))
+            .collect()
+    }
+}
+
+fn kind(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "null",
+        Value::Bool(_) => "true or false",
+        Value::Number(_) => "a number",
+        Value::String(_) => "a text",
+        Value::Array(_) => "a list",
+        Value::Object(_) => "an object",
+    }
+}

@@ -1,0 +1,253 @@
+//! A comma-separated table as numbers: only the columns that are asked for, each fault at its line and column.
+
+use super::found::{Found, Place};
+
+/// Most faulty cells reported of one column; the rest are counted. Chosen here: enough to see the pattern.
+const MOST_REPORTED: usize = 5;
+
+/// A table whose header has been read.
+pub(super) struct Table<'b> {
+    file: &'b str,
+    header: Vec<String>,
+    reader: csv::Reader<&'b [u8]>,
+}
+
+/// The columns that were asked for.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    /// Line in the file of each row.
+    pub(super) lines: Vec<u64>,
+    /// In the order asked for; NaN where a cell is empty.
+    pub(super) numbers: Vec<Vec<f64>>,
+    /// Which of `names` stands in the column of names, for each row; empty without such a column.
+    pub(super) named: Vec<usize>,
+    /// The different names, in the order in which they first appear.
+    pub(super) names: Vec<String>,
+}
+
+impl<'b> Table<'b> {
+    /// Reads the header; `None` when there is none that could be used.
+    pub(super) fn open(file: &'b str, bytes: &'b [u8], found: &mut Found) -> Option<Table<'b>> {
+        let before = found.problems.len();
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let mut reader = csv::ReaderBuilder::new()
+            .flexible(true)
+            .trim(csv::Trim::Headers)
+            .from_reader(bytes);
+        let header: Vec<String> = match reader.headers() {
+            Ok(header) => header.iter().map(str::to_owned).collect(),
+            Err(error) => {
+                found.problem(
+                    Place::file(file).line(1),
+                    format!("is no table of text: {error}"),
+                );
+                return None;
+            }
+        };
+        if header.iter().all(String::is_empty) {
+            found.problem(
+                Place::file(file),
+                "is empty; it needs a line of column names",
+            );
+            return None;
+        }
+        if let ([only], Some(separator)) = (header.as_slice(), separator(&header)) {
+            found.helped(
+                Place::file(file).line(1),
+                format!("has one column, `{only}`"),
+                Some(format!("write commas instead of {separator}")),
+            );
+        }
+        for (index, name) in header.iter().enumerate() {
+            if header[..index].contains(name) {
+                found.problem(
+                    Place::field(file, name).line(1),
+                    "stands in the header twice",
+                );
+            }
+        }
+        (found.problems.len() == before).then_some(Table {
+            file,
+            header,
+            reader,
+        })
+    }
+
+    /// Names of the columns.
+    pub(super) fn header(&self) -> &[String] {
+        &self.header
+    }
+
+    /// Place of a column by name.
+    pub(super) fn column(&self, name: &str) -> Option<usize> {
+        self.header.iter().position(|column| column == name)
+    }
+
+    /// Reads all rows; cells that are no numbers and rows of the wrong length are problems.
+    pub(super) fn read(
+        mut self,
+        numbers: &[usize],
+        names: Option<usize>,
+        found: &mut Found,
+    ) -> Rows {
+        let mut rows = Rows {
+            numbers: vec![Vec::new(); numbers.len()],
+            ..Rows::default()
+        };
+        let mut faults = vec![0_usize; numbers.len()];
+        let mut misshapen = 0_usize;
+        let mut record = csv::ByteRecord::new();
+        loop {
+            match self.reader.read_byte_record(&mut record) {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(error) => {
+                    found.problem(Place::file(self.file), error.to_string());
+                    break;
+                }
+            }
+            let line = record.position().map_or(0, csv::Position::line);
+            if record.len() != self.header.len() {
+                misshapen += 1;
+                if misshapen <= MOST_REPORTED {
+                    found.problem(
+                        Place::file(self.file).line(line),
+                        format!(
+                            "has {} fields where the header has {}",
+                            record.len(),
+                            self.header.len()
+                        ),
+                    );
+                }
+                continue;
+            }
+            for (at, &column) in numbers.iter().enumerate() {
+                let number = number(&record[column]).unwrap_or_else(|| {
+                    faults[at] += 1;
+                    if faults[at] <= MOST_REPORTED {
+                        let place = Place::field(self.file, &self.header[column]).line(line);
+                        let cell = String::from_utf8_lossy(&record[column]);
+                        found.problem(place, format!("is not a number: \"{cell}\""));
+                    }
+                    f64::NAN
+                });
+                rows.numbers[at].push(number);
+            }
+            if let Some(column) = names {
+                let which = rows.name(&record[column]);
+                rows.named.push(which);
+            }
+            rows.lines.push(line);
+        }
+        for (&column, &count) in numbers.iter().zip(&faults) {
+            if let Some(more) = count.checked_sub(MOST_REPORTED + 1) {
+                let place = Place::field(self.file, &self.header[column]);
+                found.problem(place, format!("and {} more cells like these", more + 1));
+            }
+        }
+        if let Some(more) = misshapen.checked_sub(MOST_REPORTED + 1) {
+            found.problem(
+                Place::file(self.file),
+                format!("and {} more lines of another length", more + 1),
+            );
+        }
+        if rows.lines.is_empty() && misshapen == 0 {
+            found.problem(Place::file(self.file), "has a header and no rows");
+        }
+        rows
+    }
+}
+
+impl Rows {
+    /// Index of a name; rows of one vehicle mostly follow each other, so the last one is tried first.
+    fn name(&mut self, name: &[u8]) -> usize {
+        let last = self.named.last().copied();
+        if let Some(last) = last
+            && self.names[last].as_bytes() == name
+        {
+            return last;
+        }
+        let known = self.names.iter().position(|known| known.as_bytes() == name);
+        known.unwrap_or_else(|| {
+            self.names.push(String::from_utf8_lossy(name).into_owned());
+            self.names.len() - 1
+        })
+    }
+}
+
+/// The number in a cell: NaN for an empty one, `None` for anything else that is no number.
+fn number(cell: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(cell).ok()?.trim();
+    if text.is_empty() {
+        return Some(f64::NAN);
+    }
+    text.parse().ok()
+}
+
+/// What separates the columns of a table that seems to have only one.
+fn separator(header: &[String]) -> Option<&'static str> {
+    let only = header.first()?;
+    [(';', "semicolons"), ('\t', "tabs")]
+        .into_iter()
+        .find(|(mark, _)| only.contains(*mark))
+        .map(|(_, word)| word)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str, columns: &[usize]) -> (Rows, Vec<String>) {
+        let mut found = Found::default();
+        let rows = Table::open("t.csv", text.as_bytes(), &mut found)
+            .map(|table| table.read(columns, None, &mut found))
+            .unwrap_or_default();
+        (
+            rows,
+            found.problems.iter().map(ToString::to_string).collect(),
+        )
+    }
+
+    #[test]
+    fn a_cell_that_is_no_number_is_named_with_line_and_column() {
+        let (_, problems) = read("t_s,x_m\n0,1\n1,oops\n", &[0, 1]);
+        assert_eq!(problems, ["t.csv:3: `x_m`: is not a number: \"oops\""]);
+    }
+
+    #[test]
+    fn empty_cells_are_missing_values_and_no_problem() {
+        let (rows, problems) = read("\u{feff}t_s,x_m\n0,\n1,2e-1\n", &[1]);
+        assert!(problems.is_empty());
+        assert!(rows.numbers[0][0].is_nan());
+        assert_eq!(rows.numbers[0][1], 0.2);
+    }
+
+    #[test]
+    fn a_row_of_another_length_is_named_with_its_line() {
+        let (_, problems) = read("t_s,x_m\n0,1\n1\n", &[0]);
+        assert_eq!(problems, ["t.csv:3: has 1 fields where the header has 2"]);
+    }
+
+    #[test]
+    fn many_faults_of_one_column_are_counted() {
+        let cells = "a\n".repeat(9);
+        let (_, problems) = read(&format!("t_s\n{cells}"), &[0]);
+        assert_eq!(problems.len(), 6);
+        assert_eq!(problems[5], "t.csv: `t_s`: and 4 more cells like these");
+    }
+
+    #[test]
+    fn empty_files_lone_headers_twins_and_semicolons_are_said() {
+        for (text, said) in [
+            ("", "t.csv: is empty; it needs a line of column names"),
+            ("t_s\n", "t.csv: has a header and no rows"),
+            (
+                "t_s,t_s\n1,2\n",
+                "t.csv:1: `t_s`: stands in the header twice",
+            ),
+            ("t_s;x_m\n1;2\n", "t.csv:1: has one column, `t_s;x_m`"),
+        ] {
+            assert_eq!(read(text, &[0]).1, [said]);
+        }
+    }
+}

@@ -1,0 +1,583 @@
+//! Which candidates are missing: fits of all, gains on blocks that were not fitted, one effect or two, and what cannot be told apart.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use nalgebra::DMatrix;
+
+use crate::candidates::{Candidate, Kind};
+use crate::fit::{Fit, Setting, held_out};
+use crate::intervals::is_closure;
+use crate::statistics::trees::{self, HeldOut};
+
+/// Parts that the blocks are dealt to.
+pub const FOLDS: usize = 6;
+/// Least gain in held-out log density, alone and in standard errors, that a term needs. Chosen here: the standard error is
+/// optimistic by up to two where the model is not quite right.
+const LEAST_GAIN: f64 = 6.0;
+const LEAST_ERRORS: f64 = 2.5;
+/// What a gain that rests on few blocks needs. Chosen here: four times what a term alone needs.
+const LARGE_GAIN: f64 = 25.0;
+/// Least gain where it is known that something is there. Chosen here: twenty to one.
+const FAINT_GAIN: f64 = 3.0;
+/// Least log likelihood over nothing, all samples fitted, of what is seen once. Chosen here: three thousand to one.
+const ONCE: f64 = 8.0;
+/// A second term must bring this share of the whole gain, whatever else; less is enough beside a law that is not itself a closure.
+const LEAST_SHARE: f64 = 0.12;
+/// Beside a closure (known to a tenth or two), this share, and clearly more than any function of the circumstances could still take: a law
+/// that is right needs less to be learnt than trees do, and what only mends a closure does not beat them.
+const BESIDE_A_CLOSURE: f64 = 0.03;
+const BEATS: f64 = 1.25;
+/// Beside any other, this share, and as much as any function could take.
+const BESIDE_A_LAW: f64 = 0.003;
+const MATCHES: f64 = 1.0;
+/// How many are tried beside the best single, and how many singles among themselves.
+const PAIRED: usize = 7;
+const PAIRED_SINGLES: usize = 4;
+/// How many more are tried in the place of each of a chosen pair.
+const RIVALS: usize = 4;
+
+/// What trees over the circumstances predict, held out, of what a fit leaves.
+#[must_use]
+pub fn flexible(setting: &Setting, fit: &Fit) -> HeldOut {
+    let columns = setting.observed.circumstances().columns;
+    let recorded = setting.observed.recorded();
+    let circumstances = DMatrix::from_fn(recorded.len(), columns.len(), |i, j| columns[j][i]);
+    let left: Vec<f64> = recorded
+        .iter()
+        .zip(&fit.predicted)
+        .map(|(y, f)| y - f)
+        .collect();
+    let noise = setting.noise;
+    let (whitener, blocks) = (&noise.whitener, &noise.sequence_blocks);
+    trees::held_out(
+        &circumstances,
+        &left,
+        whitener,
+        blocks,
+        FOLDS,
+        trees::Options::default(),
+    )
+}
+
+/// Held-out gain of one set of candidates.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Gain {
+    /// Sum of log densities over those of the baseline.
+    pub total: f64,
+    /// Its standard error over blocks.
+    pub error: f64,
+    /// The sum without the block that gains most.
+    pub without_best: f64,
+}
+
+/// One set of candidates, fitted.
+#[derive(Clone, Debug)]
+pub struct Tried {
+    /// Indices into the candidates.
+    pub which: Vec<usize>,
+    /// The fit.
+    pub fit: Fit,
+    /// Log density of each sample, held out.
+    pub log_density: Vec<f64>,
+    /// Against the baseline.
+    pub gain: Gain,
+    /// Whether each of its terms is large enough to act on.
+    pub practical: bool,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Selection {
+    /// The baseline with the instrument's tolerance alone.
+    pub nothing: Tried,
+    /// Every candidate alone, best first.
+    pub singles: Vec<Tried>,
+    /// What is taken: no term, one, or two.
+    pub chosen: Tried,
+    /// For each chosen term, the candidates that would do as well in its place, best first.
+    pub alternatives: Vec<Vec<usize>>,
+    /// The same with their fits.
+    pub rivals: Vec<Vec<Tried>>,
+}
+
+impl Selection {
+    /// Takes the choice back: nothing stands.
+    pub fn withdraw(&mut self) {
+        self.chosen = self.nothing.clone();
+        self.alternatives.clear();
+        self.rivals.clear();
+    }
+}
+
+/// Every candidate alone, and none.
+#[derive(Clone, Debug)]
+pub struct Singles {
+    /// The baseline with the instrument's tolerance alone.
+    pub nothing: Tried,
+    /// Every candidate alone, best first.
+    pub singles: Vec<Tried>,
+}
+
+/// Fits every candidate alone.
+#[must_use]
+pub fn singles(setting: &Setting, candidates: &[Candidate]) -> Singles {
+    let nothing = nothing(setting);
+    let attempt = |which: &[usize], starts: &[Vec<f64>]| {
+        attempt(setting, candidates, &nothing, which, starts)
+    };
+    let mut singles: Vec<Tried> = (0..candidates.len())
+        .into_par_iter()
+        .filter_map(|k| attempt(&[k], &candidates[k].starts))
+        .collect();
+    singles.sort_by(|a, b| {
+        let key = |tried: &Tried| (tried.practical, tried.gain.total);
+        let ((pa, ga), (pb, gb)) = (key(a), key(b));
+        pb.cmp(&pa).then(gb.total_cmp(&ga))
+    });
+    Singles { nothing, singles }
+}
+
+/// Tries pairs and chooses. Where it is known that something is there, a faint gain is enough to say what it may be.
+#[must_use]
+pub fn select(
+    setting: &Setting,
+    candidates: &[Candidate],
+    tried: Singles,
+    something_is_there: bool,
+) -> Selection {
+    let Singles { nothing, singles } = tried;
+    let attempt = |which: &[usize], starts: &[Vec<f64>]| {
+        attempt(setting, candidates, &nothing, which, starts)
+    };
+    let none = || Selection {
+        nothing: nothing.clone(),
+        singles: singles.clone(),
+        chosen: nothing.clone(),
+        alternatives: Vec::new(),
+        rivals: Vec::new(),
+    };
+    let Some(first) = singles.first().filter(|tried| tried.practical) else {
+        return none();
+    };
+    // Two effects can mask one another, so pairs are tried even where no single stands out.
+    let pairs = pairs(setting, candidates, &singles, &attempt);
+    let best_pair = pairs
+        .iter()
+        .filter(|tried| tried.practical)
+        .max_by(|a, b| a.gain.total.total_cmp(&b.gain.total));
+    // What a function of the circumstances, without any physics, could still take from the best single.
+    let left = |tried: &Tried| flexible(setting, &tried.fit).gain.total.max(0.0);
+    let chosen = match best_pair {
+        Some(pair) if both_needed(setting, candidates, pair, &singles, left(first)) => pair,
+        _ if enough(&first.gain) => first,
+        _ if something_is_there && faint(&first.gain) => first,
+        _ if something_is_there => match seen_once(&nothing, &singles) {
+            Some(once) => once,
+            None => return none(),
+        },
+        _ => return none(),
+    };
+    let in_place: Vec<Tried> = match chosen.which[..] {
+        [a, b] => beside(setting, candidates, &singles, &pairs, [a, b], &attempt),
+        _ => Vec::new(),
+    };
+    let pool = Pool {
+        singles: &singles,
+        pairs: &[&pairs[..], &in_place].concat(),
+    };
+    let mut chosen = chosen.clone();
+    for place in 0..chosen.which.len() {
+        if let Some(preferred) = pool.preferred(setting, candidates, &chosen, place) {
+            chosen = preferred;
+        }
+    }
+    let ties = (0..chosen.which.len()).map(|place| pool.ties(setting, &chosen, place));
+    let (alternatives, rivals) = ties
+        .map(|ties| {
+            let ties = ties.into_iter();
+            ties.map(|(rival, tried)| (rival, tried.clone())).unzip()
+        })
+        .unzip();
+    Selection {
+        nothing: nothing.clone(),
+        chosen,
+        alternatives,
+        singles,
+        rivals,
+    }
+}
+
+fn nothing(setting: &Setting) -> Tried {
+    let fit = setting.nothing();
+    Tried {
+        which: Vec::new(),
+        log_density: held_out(setting, &[], &fit, FOLDS),
+        fit,
+        gain: Gain {
+            total: 0.0,
+            error: 0.0,
+            without_best: 0.0,
+        },
+        practical: true,
+    }
+}
+
+pub(crate) fn attempt(
+    setting: &Setting,
+    candidates: &[Candidate],
+    nothing: &Tried,
+    which: &[usize],
+    starts: &[Vec<f64>],
+) -> Option<Tried> {
+    let members: Vec<&Candidate> = which.iter().map(|&k| &candidates[k]).collect();
+    let fit = setting.fit(&members, starts)?;
+    let log_density = held_out(setting, &members, &fit, FOLDS);
+    let gain = gain(setting, &log_density, &nothing.log_density);
+    let mut rest = fit.values.as_slice();
+    let mut practical = true;
+    for member in members {
+        let (own, others) = rest.split_at(member.parameters.len());
+        practical &= member.size(own) >= 1.0;
+        rest = others;
+    }
+    Some(Tried {
+        which: which.to_vec(),
+        fit,
+        log_density,
+        gain,
+        practical,
+    })
+}
+
+/// Pairs among the best singles, and of the very best with those that promise most beside it.
+fn pairs(
+    setting: &Setting,
+    candidates: &[Candidate],
+    singles: &[Tried],
+    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
+) -> Vec<Tried> {
+    let Some(best) = singles.first() else {
+        return Vec::new();
+    };
+    let mut promising: Vec<(f64, usize)> = singles[1..]
+        .par_iter()
+        .map(|tried| {
+            (
+                promise(setting, candidates, best, tried.which[0]),
+                tried.which[0],
+            )
+        })
+        .collect();
+    promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut wanted: Vec<[usize; 2]> = promising
+        .iter()
+        .take(PAIRED)
+        .map(|&(_, k)| [best.which[0], k])
+        .collect();
+    for (i, a) in singles.iter().enumerate().take(PAIRED_SINGLES) {
+        for b in &singles[i + 1..PAIRED_SINGLES.min(singles.len()).max(i + 1)] {
+            let pair = [a.which[0], b.which[0]];
+            if !wanted.contains(&pair) {
+                wanted.push(pair);
+            }
+        }
+    }
+    together(candidates, singles, wanted, attempt)
+}
+
+/// Pairs fitted from where each ended alone, and the second also from its own beginning: next to the first it may be another.
+fn together(
+    candidates: &[Candidate],
+    singles: &[Tried],
+    wanted: Vec<[usize; 2]>,
+    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
+) -> Vec<Tried> {
+    let alone = |k: usize| singles.iter().find(|tried| tried.which == [k]);
+    wanted
+        .into_par_iter()
+        .filter_map(|[a, b]| {
+            let (first, second) = (alone(a)?.fit.values.clone(), alone(b)?.fit.values.clone());
+            let fresh = candidates[b].starts.first()?.clone();
+            attempt(
+                &[a, b],
+                &[[first.clone(), second].concat(), [first, fresh].concat()],
+            )
+        })
+        .collect()
+}
+
+/// What might stand in the place of one of a chosen pair: the candidates that promise most beside the other, where not tried yet.
+fn beside(
+    setting: &Setting,
+    candidates: &[Candidate],
+    singles: &[Tried],
+    pairs: &[Tried],
+    chosen: [usize; 2],
+    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
+) -> Vec<Tried> {
+    let mut wanted = Vec::new();
+    for kept in chosen {
+        let Some(first) = singles.iter().find(|tried| tried.which == [kept]) else {
+            continue;
+        };
+        let mut promising: Vec<(f64, usize)> = (0..candidates.len())
+            .into_par_iter()
+            .filter(|k| !chosen.contains(k))
+            .map(|k| (promise(setting, candidates, first, k), k))
+            .collect();
+        promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let is_tried = |k: usize| {
+            pairs
+                .iter()
+                .any(|pair| pair.which.contains(&k) && pair.which.contains(&kept))
+        };
+        wanted.extend(
+            promising
+                .into_iter()
+                .map(|(_, k)| k)
+                .filter(|&k| !is_tried(k))
+                .take(RIVALS)
+                .map(|k| [kept, k]),
+        );
+    }
+    together(candidates, singles, wanted, attempt)
+}
+
+/// What another candidate could gain beside those taken, to first order, from the best of its starts.
+pub(crate) fn promise(
+    setting: &Setting,
+    candidates: &[Candidate],
+    first: &Tried,
+    second: usize,
+) -> f64 {
+    let mut members: Vec<&Candidate> = first.which.iter().map(|&k| &candidates[k]).collect();
+    // Gain and offset at their tolerance take no more: what a sensor's fault adds there is its own.
+    let count = first.fit.jacobian.ncols();
+    let free: Vec<usize> = (0..count)
+        .filter(|&j| {
+            let nuisance = (j + 2).checked_sub(count);
+            nuisance.is_none_or(|which| {
+                !setting.at_tolerance(which, first.fit.tolerance[which])
+            })
+        })
+        .collect();
+    let jacobian = first.fit.jacobian.select_columns(&free);
+    let columns = jacobian.ncols();
+    let gram = jacobian.transpose() * &jacobian;
+    let ridge = DMatrix::identity(columns, columns) * (1e-9 * gram.trace());
+    let Some(gram) = (gram + ridge).cholesky() else {
+        return 0.0;
+    };
+    let clean = setting
+        .observed
+        .predict(&setting.hypothesis(&members, &first.fit.values));
+    members.push(&candidates[second]);
+    let of_start = |start: &Vec<f64>| {
+        let values = [first.fit.values.clone(), start.clone()].concat();
+        let changed = setting
+            .observed
+            .predict(&setting.hypothesis(&members, &values));
+        let change: Vec<f64> = changed
+            .iter()
+            .zip(&clean)
+            .map(|(to, from)| to - from)
+            .collect();
+        let change = nalgebra::DVector::from_vec(setting.noise.whiten(&change));
+        let shared = gram.solve(&(jacobian.transpose() * &change));
+        let own = change - &jacobian * shared;
+        let along: f64 = own
+            .iter()
+            .zip(&first.fit.whitened)
+            .map(|(g, e)| g * e)
+            .sum();
+        let square = own.norm_squared();
+        if square > 1e-9 {
+            along * along / square
+        } else {
+            0.0
+        }
+    };
+    let starts = &candidates[second].starts;
+    starts.iter().map(of_start).fold(0.0, f64::max)
+}
+
+/// Gains in a few blocks alone have a large standard error whatever their size; a large one must not rest on one block.
+fn enough(gain: &Gain) -> bool {
+    let steady = gain.total > LEAST_ERRORS * gain.error;
+    let rare = gain.total > LARGE_GAIN && gain.without_best > LEAST_GAIN;
+    gain.total > LEAST_GAIN && (steady || rare)
+}
+
+/// What is enough where the gate has shown that something is there.
+fn faint(gain: &Gain) -> bool {
+    gain.total > FAINT_GAIN.max(gain.error)
+}
+
+/// The likeliest single where something shows in one place only, so that no held-out block can speak for it.
+fn seen_once<'a>(nothing: &Tried, singles: &'a [Tried]) -> Option<&'a Tried> {
+    let practical = singles.iter().filter(|tried| tried.practical);
+    practical
+        .filter(|tried| 0.5 * (nothing.fit.cost - tried.fit.cost) > ONCE)
+        .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))
+}
+
+/// Whether a pair beats each of its members alone, and the best single, by enough.
+fn both_needed(
+    setting: &Setting,
+    candidates: &[Candidate],
+    pair: &Tried,
+    singles: &[Tried],
+    left: f64,
+) -> bool {
+    if !enough(&pair.gain) {
+        return false;
+    }
+    let others = singles.iter().take(1).chain(
+        singles
+            .iter()
+            .filter(|single| pair.which.contains(&single.which[0])),
+    );
+    let left = left.max(LEAST_GAIN);
+    let mut needed = true;
+    for single in others {
+        let more = gain(setting, &pair.log_density, &single.log_density);
+        let share = more.total / pair.gain.total;
+        let (least, over) = if is_closure(candidates[single.which[0]].name) {
+            (BESIDE_A_CLOSURE, BEATS)
+        } else {
+            (BESIDE_A_LAW, MATCHES)
+        };
+        let beats = share > least && more.total > over * left;
+        needed &= enough(&more) && (share > LEAST_SHARE || beats);
+    }
+    needed
+}
+
+/// Everything that was tried.
+struct Pool<'a> {
+    singles: &'a [Tried],
+    pairs: &'a [Tried],
+}
+
+impl Pool<'_> {
+    /// What does as well with another candidate in the place of one of the chosen, best first: within twice the standard error of the
+    /// difference, 4 % of what the term in question brings, or 2.
+    fn ties(&self, setting: &Setting, chosen: &Tried, place: usize) -> Vec<(usize, &Tried)> {
+        let kept = |k: &usize| *k != chosen.which[place] && chosen.which.contains(k);
+        let pool: &[Tried] = if chosen.which.len() == 1 {
+            self.singles
+        } else {
+            self.pairs
+        };
+        // What the term in question brings.
+        let rest = self
+            .singles
+            .iter()
+            .find(|single| kept(&single.which[0]))
+            .map_or(0.0, |single| single.gain.total.max(0.0));
+        let own = chosen.gain.total - rest;
+        let mut close: Vec<(f64, usize, &Tried)> = Vec::new();
+        for tried in pool.iter().filter(|tried| tried.practical) {
+            let [rival] = tried
+                .which
+                .iter()
+                .copied()
+                .filter(|k| !kept(k))
+                .collect::<Vec<_>>()[..]
+            else {
+                continue;
+            };
+            if chosen.which.contains(&rival) || close.iter().any(|(_, known, _)| *known == rival) {
+                continue;
+            }
+            let lead = gain(setting, &chosen.log_density, &tried.log_density);
+            let tie = (2.0 * lead.error).min(0.5 * own).max(0.04 * own).max(2.0);
+            // What was seen once is compared as fitted.
+            let (lead, tie) = if chosen.gain.total < FAINT_GAIN {
+                (0.5 * (tried.fit.cost - chosen.fit.cost), FAINT_GAIN)
+            } else {
+                (lead.total, tie)
+            };
+            if lead < tie {
+                close.push((lead, rival, tried));
+            }
+        }
+        close.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        close
+            .into_iter()
+            .map(|(_, rival, tried)| (rival, tried))
+            .collect()
+    }
+
+    /// Who is named before one of the chosen that it cannot be told from, within one standard error: an instrument before physics, a
+    /// mechanism before a factor.
+    fn preferred(
+        &self,
+        setting: &Setting,
+        candidates: &[Candidate],
+        chosen: &Tried,
+        place: usize,
+    ) -> Option<Tried> {
+        let own = &candidates[chosen.which[place]];
+        let comes_first = |rival: &Candidate| match (own.kind, rival.kind) {
+            (Kind::Physics, Kind::Sensor) => true,
+            (Kind::Physics, Kind::Physics) => own.name == "momentum_scale",
+            (Kind::Sensor, _) => false,
+        };
+        let (rival, tried) = self.ties(setting, chosen, place).into_iter().find(
+            |(rival, tried)| {
+                let lead = gain(setting, &chosen.log_density, &tried.log_density);
+                let is_even = if chosen.gain.total < FAINT_GAIN {
+                    tried.fit.cost < chosen.fit.cost + 2.0
+                } else {
+                    lead.total < lead.error.max(2.0)
+                };
+                comes_first(&candidates[*rival]) && is_even
+            },
+        )?;
+        let mut preferred = tried.clone();
+        // The same order of terms, values and columns as in the fit that stands.
+        if tried.which.iter().position(|k| *k == rival) != Some(place) {
+            preferred = tried.swapped(candidates);
+        }
+        Some(preferred)
+    }
+}
+
+impl Tried {
+    /// The two terms of a pair in the other order.
+    fn swapped(&self, candidates: &[Candidate]) -> Tried {
+        let [a, b] = self.which[..] else {
+            return self.clone();
+        };
+        let first = candidates[a].parameters.len();
+        let count = self.fit.values.len();
+        let order: Vec<usize> = (first..count)
+            .chain(0..first)
+            .chain(count..count + 2)
+            .collect();
+        let mut swapped = self.clone();
+        swapped.which = vec![b, a];
+        swapped.fit.values = order[..count].iter().map(|&j| self.fit.values[j]).collect();
+        swapped.fit.jacobian = self.fit.jacobian.select_columns(&order);
+        swapped
+    }
+}
+
+/// Log densities over others, block by block.
+pub(crate) fn gain(setting: &Setting, log_density: &[f64], over: &[f64]) -> Gain {
+    let mut blocks = vec![0.0; setting.noise.blocks];
+    for ((a, b), &block) in log_density.iter().zip(over).zip(&setting.noise.block) {
+        blocks[block] += a - b;
+    }
+    let count = blocks.len().max(2) as f64;
+    let total: f64 = blocks.iter().sum();
+    let mean = total / count;
+    let variance = blocks.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0);
+    Gain {
+        total,
+        error: (count * variance).sqrt(),
+        without_best: total - blocks.iter().copied().fold(0.0, f64::max),
+    }
+}

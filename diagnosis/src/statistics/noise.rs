@@ -1,0 +1,445 @@
+//! How far values scatter about any smooth law: a constant part, a part that grows with the flow, and memory.
+//!
+//! ```text
+//! σ²(U) = s₀² + s₁² U²,        corr(εᵢ, εᵢ₊₁) = ρ^(Δt/Δt₀)
+//! ```
+//!
+//! Read from first differences of the residual where the baseline hardly changes: what the simulation gets wrong there is nearly
+//! the same on both sides and drops out, so real signals do not pass for noise. For noise of the first order
+//!
+//! ```text
+//! var(d) = 2 σ² (1 - ρ),       corr(dᵢ, dᵢ₊₁) = -(1 - ρ)/2  =>  ρ = 1 + 2 corr(dᵢ, dᵢ₊₁)
+//! ```
+//!
+//! Variances are Huber's scale ("Proposal 2", Huber 1964, Ann. Math. Stat. 35:73), which a third of wild differences cannot carry
+//! away and which, unlike a median, does not jump with the resolution of the instrument.
+
+use nalgebra::DMatrix;
+
+use super::sequence::Sequence;
+
+/// Noise of one channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseModel {
+    /// Standard deviation in still air, in the channel's unit.
+    pub s0: f64,
+    /// Standard deviation over flow, where the flow rules (turbulence).
+    pub s1: f64,
+    /// Correlation of neighbours at the typical step.
+    pub rho: f64,
+    /// Typical step (s).
+    pub step_s: f64,
+}
+
+/// What is known beforehand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Least standard deviation in still air, in the channel's unit: the resolution over √12, say.
+    pub least_s0: f64,
+    /// Most correlation of neighbours. A pulsation that is slow against the samples looks like memory; this keeps it from being
+    /// taken for noise altogether.
+    pub most_rho: f64,
+}
+
+impl Default for Bounds {
+    /// Nothing known of s₀; ρ at most 0.9: chosen here, memory beyond ten samples belongs to the blocks.
+    fn default() -> Self {
+        Self {
+            least_s0: 0.0,
+            most_rho: 0.9,
+        }
+    }
+}
+
+/// Differences a variance needs. Chosen here: below 20, a bin's variance is off by a third.
+const LEAST_DIFFERENCES: usize = 20;
+/// Bins of flow that σ² is read in. Chosen here.
+const MOST_BINS: usize = 12;
+/// A step is typical within this factor of the typical one: others would need ρ to be read.
+const TYPICAL: std::ops::RangeInclusive<f64> = 0.67..=1.5;
+/// A baseline that changes by less than this share of itself is flat. Chosen here: a law that is wrong by half shows as 1 %.
+const FLAT_SHARE: f64 = 0.02;
+/// Huber's bound on a difference in standard deviations, and the mean of `min(z², k²)` for normal z, which makes it consistent.
+const HUBER_K: f64 = 1.5;
+const HUBER_MEAN: f64 = 0.778_46;
+/// Least standard deviation that values are divided by, in the channel's unit.
+const LEAST_SD: f64 = 1e-12;
+/// Rounds of scale and weights; both settle geometrically.
+const ROUNDS: usize = 60;
+
+/// One first difference of the residual.
+struct Difference {
+    /// The sample that it ends at.
+    at: usize,
+    flow: f64,
+    value: f64,
+    change: f64,
+}
+
+/// Reads the noise from a residual (recorded - simulated) and the baseline flow `U`; `None` below 20 differences of neighbours.
+#[must_use]
+pub fn estimate(
+    sequence: &Sequence,
+    residual: &[f64],
+    flow: &[f64],
+    bounds: Bounds,
+) -> Option<NoiseModel> {
+    let mut differences: Vec<Difference> = sequence
+        .order
+        .iter()
+        .filter_map(|&at| {
+            let before = sequence.previous[at]?;
+            TYPICAL
+                .contains(&(sequence.step_s[at] / sequence.typical_step_s))
+                .then(|| Difference {
+                    at,
+                    flow: 0.5 * (flow[at] + flow[before]).abs(),
+                    value: residual[at] - residual[before],
+                    change: (flow[at] - flow[before]).abs(),
+                })
+        })
+        .collect();
+    if differences.len() < LEAST_DIFFERENCES {
+        return None;
+    }
+    differences.sort_by(|a, b| a.flow.total_cmp(&b.flow).then(a.at.cmp(&b.at)));
+    let bins = (differences.len() / (2 * LEAST_DIFFERENCES)).clamp(1, MOST_BINS);
+    let mut flat = Vec::new();
+    let mut variances = Vec::new();
+    for bin in 0..bins {
+        let part =
+            &differences[bin * differences.len() / bins..(bin + 1) * differences.len() / bins];
+        let mut changes: Vec<f64> = part.iter().map(|d| d.change).collect();
+        changes.sort_by(f64::total_cmp);
+        let median = changes[changes.len() / 2];
+        let kept: Vec<&Difference> = part
+            .iter()
+            .filter(|d| d.change <= median.max(FLAT_SHARE * d.flow))
+            .collect();
+        let values: Vec<f64> = kept.iter().map(|d| d.value).collect();
+        let flow2 = kept.iter().map(|d| d.flow * d.flow).sum::<f64>() / kept.len() as f64;
+        variances.push((flow2, huber_variance(&values), kept.len() as f64));
+        flat.extend(kept);
+    }
+    let (a, b) = constant_and_slope(&variances);
+    let rho = memory(sequence, &flat, a, b).clamp(0.0, bounds.most_rho);
+    let of_value = 1.0 / (2.0 * (1.0 - rho));
+    Some(NoiseModel {
+        s0: (a * of_value).sqrt().max(bounds.least_s0),
+        s1: (b * of_value).sqrt(),
+        rho,
+        step_s: sequence.typical_step_s,
+    })
+}
+
+/// `v` with mean(min(d²/v, k²)) = E min(z², k²), from above.
+fn huber_variance(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mut variance = values.iter().map(|d| d * d).sum::<f64>() / count;
+    for _ in 0..ROUNDS {
+        let most = HUBER_K * HUBER_K * variance;
+        let bounded = values.iter().map(|d| (d * d).min(most)).sum::<f64>() / count;
+        variance = bounded / HUBER_MEAN;
+    }
+    variance
+}
+
+/// `a, b >= 0` of `v = a + b U²`, by least squares weighted with each variance's own error, `√(2/n) v`.
+fn constant_and_slope(variances: &[(f64, f64, f64)]) -> (f64, f64) {
+    let overall = variances.iter().map(|(_, v, n)| v * n).sum::<f64>()
+        / variances.iter().map(|(_, _, n)| n).sum::<f64>();
+    // Nothing varies: a stuck instrument. The caller's least s₀ takes over.
+    if overall <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let (mut a, mut b) = (overall, 0.0);
+    for _ in 0..ROUNDS {
+        let (mut w, mut wx, mut wxx, mut wy, mut wxy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for &(x, y, n) in variances {
+            let expected = (a + b * x).max(1e-6 * overall);
+            let weight = n / (expected * expected);
+            w += weight;
+            wx += weight * x;
+            wxx += weight * x * x;
+            wy += weight * y;
+            wxy += weight * x * y;
+        }
+        let determinant = w * wxx - wx * wx;
+        (a, b) = if determinant > 1e-9 * w * wxx {
+            (
+                (wxx * wy - wx * wxy) / determinant,
+                (w * wxy - wx * wy) / determinant,
+            )
+        } else {
+            (wy / w, 0.0)
+        };
+        if b < 0.0 {
+            (a, b) = (wy / w, 0.0);
+        } else if a < 0.0 {
+            (a, b) = (0.0, wxy / wxx);
+        }
+    }
+    (a, b)
+}
+
+/// ρ from successive differences, each bounded and in units of its own standard deviation; 0 where none follow one another.
+fn memory(sequence: &Sequence, flat: &[&Difference], a: f64, b: f64) -> f64 {
+    let mut scaled = vec![None; sequence.order.len()];
+    for d in flat {
+        let sd = (a + b * d.flow * d.flow).sqrt();
+        if sd > 0.0 {
+            scaled[d.at] = Some((d.value / sd).clamp(-2.0 * HUBER_K, 2.0 * HUBER_K));
+        }
+    }
+    let (mut product, mut square) = (0.0, 0.0);
+    for &at in &sequence.order {
+        let before = sequence.previous[at].and_then(|before| scaled[before]);
+        if let (Some(x), Some(y)) = (before, scaled[at]) {
+            product += x * y;
+            square += 0.5 * (x * x + y * y);
+        }
+    }
+    if square > 0.0 {
+        1.0 + 2.0 * product / square
+    } else {
+        0.0
+    }
+}
+
+impl NoiseModel {
+    /// Standard deviation at a baseline flow, in the channel's unit.
+    #[must_use]
+    pub fn sd(&self, flow: f64) -> f64 {
+        self.s0.hypot(self.s1 * flow)
+    }
+}
+
+/// Takes scale and memory off values: what is left of noise has variance 1 and no correlation.
+///
+/// ```text
+/// eᵢ = (rᵢ/σᵢ - kᵢ rᵢ₋₁/σᵢ₋₁)/√(1 - kᵢ²),    kᵢ = ρ^(Δt/Δt₀);    e = r/σ at the start of a series and after a gap
+/// ```
+///
+/// Linear: columns of a model are whitened as residuals are.
+#[derive(Clone, Debug)]
+pub struct Whitener {
+    sd: Vec<f64>,
+    /// Of every sample: the one before, and kᵢ.
+    before: Vec<Option<(usize, f64)>>,
+    /// In the order in which it is taken out.
+    shared: Vec<Shared>,
+}
+
+/// A pattern of unknown size that runs through a stretch of samples: an offset of one flight, a map that is a little too steep.
+///
+/// Its size is normal with mean 0, so it adds `a aᵀ` to the covariance (`a`: the pattern times its standard deviation, whitened by what
+/// came before), and whitening takes out of every vector most of what lies along `a`.
+#[derive(Clone, Debug)]
+struct Shared {
+    from: usize,
+    pattern: Vec<f64>,
+}
+
+impl Shared {
+    /// Takes it out of whitened values.
+    ///
+    /// ```text
+    /// (1 + a aᵀ)^(-1/2) = 1 - k a aᵀ,   k = (1 - 1/√(1 + a²))/a²
+    /// ```
+    fn take_out(&self, whitened: &mut [f64]) {
+        let stretch = &mut whitened[self.from..self.from + self.pattern.len()];
+        let square: f64 = self.pattern.iter().map(|a| a * a).sum();
+        if square <= 0.0 {
+            return;
+        }
+        let along: f64 = self.pattern.iter().zip(&*stretch).map(|(a, x)| a * x).sum();
+        let share = (1.0 - (1.0 + square).sqrt().recip()) / square * along;
+        for (x, a) in stretch.iter_mut().zip(&self.pattern) {
+            *x -= share * a;
+        }
+    }
+}
+
+impl Whitener {
+    /// For samples at baseline flows, in a sequence.
+    #[must_use]
+    pub fn new(noise: &NoiseModel, sequence: &Sequence, flow: &[f64]) -> Self {
+        let before = sequence
+            .previous
+            .iter()
+            .zip(&sequence.step_s)
+            .map(|(previous, step_s)| {
+                let kept = noise.rho.powf(step_s / noise.step_s);
+                previous.map(|previous| (previous, kept))
+            })
+            .collect();
+        Self {
+            // No noise at all would make every residual infinitely surprising; far below any instrument, and squares stay finite.
+            sd: flow.iter().map(|&u| noise.sd(u).max(LEAST_SD)).collect(),
+            before,
+            shared: Vec::new(),
+        }
+    }
+
+    /// Samples `from` to `to` share a pattern of unknown size with this standard deviation, in the channel's unit, beside what they share
+    /// already.
+    pub fn share(&mut self, from: usize, pattern: &[f64]) {
+        let mut values = vec![0.0; self.sd.len()];
+        values[from..from + pattern.len()].copy_from_slice(pattern);
+        let whitened = self.whiten(&values);
+        let pattern = whitened[from..from + pattern.len()].to_vec();
+        self.shared.push(Shared { from, pattern });
+    }
+
+    /// Standard deviation of every sample, in the channel's unit.
+    #[must_use]
+    pub fn sd(&self) -> &[f64] {
+        &self.sd
+    }
+
+    /// Values, whitened, in the order of samples.
+    #[must_use]
+    pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
+        let mut white = vec![0.0; values.len()];
+        for (at, white) in white.iter_mut().enumerate() {
+            let own = values[at] / self.sd[at];
+            *white = match self.before[at] {
+                Some((before, kept)) => {
+                    (own - kept * values[before] / self.sd[before]) / (1.0 - kept * kept).sqrt()
+                }
+                None => own,
+            };
+        }
+        for shared in &self.shared {
+            shared.take_out(&mut white);
+        }
+        white
+    }
+
+    /// Log density of values, up to a constant; gross ones count as pseudo-Huber has it.
+    #[must_use]
+    pub fn log_density(&self, values: &[f64]) -> f64 {
+        let white = self.whiten(values);
+        let scales = self.sd.iter().zip(&self.before).map(|(sd, before)| {
+            let kept = before.map_or(0.0, |(_, kept)| kept);
+            (sd * (1.0 - kept * kept).sqrt()).ln()
+        });
+        white
+            .iter()
+            .zip(scales)
+            .map(|(e, scale)| -0.5 * crate::fit::loss(*e) - scale)
+            .sum()
+    }
+
+    /// Columns, whitened one by one.
+    #[must_use]
+    pub fn whiten_columns(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut white = DMatrix::zeros(columns.nrows(), columns.ncols());
+        for j in 0..columns.ncols() {
+            let values: Vec<f64> = columns.column(j).iter().copied().collect();
+            for (i, value) in self.whiten(&values).into_iter().enumerate() {
+                white[(i, j)] = value;
+            }
+        }
+        white
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::draws::Draws;
+
+    /// Dwells of 30 samples at flows from 0 to 4, noise of known size, and a residual of half the flow, which is signal.
+    fn made_up(seed: u64, n: usize, truth: NoiseModel) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        let mut draws = Draws::new(seed);
+        let mut state = draws.normal();
+        let mut flow = 0.0;
+        let (mut t_s, mut flows, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
+        for i in 0..n {
+            if i % 30 == 0 {
+                flow = 4.0 * draws.uniform();
+            }
+            state = truth.rho * state + (1.0 - truth.rho * truth.rho).sqrt() * draws.normal();
+            t_s.push(i as f64 * truth.step_s);
+            flows.push(flow);
+            residuals.push(0.5 * flow + truth.sd(flow) * state);
+        }
+        (t_s, flows, residuals)
+    }
+
+    const TRUTH: NoiseModel = NoiseModel {
+        s0: 0.03,
+        s1: 0.12,
+        rho: 0.5,
+        step_s: 1.0,
+    };
+
+    #[test]
+    fn noise_is_read_beside_a_signal_of_half_the_flow() {
+        for seed in 0..10 {
+            let (t_s, flows, residuals) = made_up(seed, 3000, TRUTH);
+            let sequence = Sequence::new(&t_s, &vec![0; t_s.len()]);
+            let noise = estimate(&sequence, &residuals, &flows, Bounds::default())
+                .expect("enough differences");
+            // Three standard errors of a variance from 3000 correlated values, and of a correlation.
+            assert!((noise.s1 / TRUTH.s1 - 1.0).abs() < 0.15, "{noise:?}");
+            assert!((noise.s0 / TRUTH.s0 - 1.0).abs() < 0.6, "{noise:?}");
+            assert!((noise.rho - TRUTH.rho).abs() < 0.1, "{noise:?}");
+        }
+    }
+
+    #[test]
+    fn a_tenth_of_wild_readings_changes_sd_by_less_than_a_third() {
+        let (t_s, flows, mut residuals) = made_up(3, 3000, TRUTH);
+        for residual in residuals.iter_mut().step_by(20) {
+            *residual += 5.0;
+        }
+        let sequence = Sequence::new(&t_s, &vec![0; t_s.len()]);
+        let bounds = Bounds {
+            most_rho: 0.5,
+            ..Bounds::default()
+        };
+        let noise = estimate(&sequence, &residuals, &flows, bounds).expect("enough");
+        // A tenth of the differences are wild; Huber's scale then rises by a sixth, and ρ falls, which the factor 2 covers.
+        assert!(noise.sd(3.0) < 1.34 * TRUTH.sd(3.0), "{noise:?}");
+    }
+
+    #[test]
+    fn whitened_noise_has_variance_one_and_no_memory_at_uneven_steps() {
+        let mut draws = Draws::new(5);
+        let (mut t_s, mut values, mut now_s, mut state) = (Vec::new(), Vec::new(), 0.0, 0.0);
+        for i in 0..20_000 {
+            let step_s = 0.5 + draws.uniform();
+            now_s += step_s;
+            let kept = TRUTH.rho.powf(step_s);
+            state = if i == 0 {
+                draws.normal()
+            } else {
+                kept * state + f64::sqrt(1.0 - kept * kept) * draws.normal()
+            };
+            t_s.push(now_s);
+            values.push(TRUTH.sd(2.0) * state);
+        }
+        let sequence = Sequence::new(&t_s, &vec![0; t_s.len()]);
+        let white = Whitener::new(&TRUTH, &sequence, &vec![2.0; t_s.len()]).whiten(&values);
+        let n = white.len() as f64;
+        let variance = white.iter().map(|e| e * e).sum::<f64>() / n;
+        let memory = white.windows(2).map(|e| e[0] * e[1]).sum::<f64>() / n;
+        // Four standard errors.
+        assert!((variance - 1.0).abs() < 4.0 * (2.0 / n).sqrt());
+        assert!(memory.abs() < 4.0 / n.sqrt());
+    }
+
+    #[test]
+    fn an_instrument_that_is_stuck_has_the_least_noise_that_was_declared() {
+        let t_s: Vec<f64> = (0..100).map(f64::from).collect();
+        let sequence = Sequence::new(&t_s, &[0; 100]);
+        let bounds = Bounds {
+            least_s0: 0.003,
+            ..Bounds::default()
+        };
+        let noise = estimate(&sequence, &[0.2; 100], &[1.0; 100], bounds).expect("enough");
+        assert_eq!((noise.s0, noise.s1), (0.003, 0.0));
+    }
+}

@@ -1,0 +1,193 @@
+//! Does it pulsate? The strongest line of a Lomb-Scargle spectrum against its own neighbourhood.
+//!
+//! Blocks of random sign average a pulsation out, and an estimate of memory swallows it; its spectrum shows it. Power at a
+//! frequency is what a sine and a cosine take off the sum of squares (Lomb 1976, Scargle 1982), so uneven steps and gaps do no harm.
+//! It is held against the median of its neighbours, which follows a spectrum that slopes. For noise that is level over the
+//! neighbourhood, powers are exponential; the median of `n` of them is the `m`-th of `n` order statistics, whose Laplace
+//! transform (Rényi 1953) makes the chance exact:
+//!
+//! ```text
+//! P(power/median > x) = Π_{i<m} (n - i)/(n - i + x)
+//! ```
+//!
+//! Multiplied by the number of frequencies looked at (Bonferroni; Fisher's g test of 1929 with a floor that may slope).
+
+/// A line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Frequency on the given clock (Hz).
+    pub frequency_hz: f64,
+    /// Amplitude of its sine, in the unit of the values.
+    pub amplitude: f64,
+    /// Power over the median of the neighbourhood.
+    pub power_over_floor: f64,
+    /// Chance of one as strong anywhere in the spectrum, where there is only noise.
+    pub p: f64,
+}
+
+/// Slower than this (s) is the business of steps and bins, and of blocks. The length of the shortest block.
+const LONGEST_PERIOD_S: f64 = 15.0;
+/// Frequencies per independent one: a line between two of them loses at most a fifth of its power.
+const OVERSAMPLING: usize = 2;
+/// Independent frequencies on either side that make the neighbourhood, and those that a line itself spills into.
+const NEIGHBOURS: usize = 40;
+const SPILLED: usize = 3;
+/// Samples that a spectrum needs.
+const LEAST_SAMPLES: usize = 64;
+
+/// The strongest line in values at times of any order (s); `None` below 64 samples or where no period below 15 s fits.
+///
+/// The clock may be convected: time since what arrives now left the rotors.
+#[must_use]
+pub fn strongest_line(clock_s: &[f64], values: &[f64]) -> Option<Line> {
+    if clock_s.len() < LEAST_SAMPLES {
+        return None;
+    }
+    let first = clock_s.iter().copied().fold(f64::INFINITY, f64::min);
+    let last = clock_s.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut times: Vec<f64> = clock_s.iter().map(|t| t - first).collect();
+    let mut sorted = times.clone();
+    sorted.sort_by(f64::total_cmp);
+    let mut steps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let step_s = steps[steps.len() / 2];
+    let span_s = last - first;
+    if step_s <= 0.0 || !span_s.is_finite() {
+        return None;
+    }
+    // The middle of the record as origin: rotations stay small.
+    times.iter_mut().for_each(|t| *t -= 0.5 * span_s);
+    let spacing_hz = 1.0 / (span_s * OVERSAMPLING as f64);
+    let lowest = (1.0 / (LONGEST_PERIOD_S * spacing_hz)).ceil() as usize;
+    // Short of the Nyquist frequency by the neighbours that a sine there would be confused with.
+    let highest = (0.5 / (step_s * spacing_hz)).floor() as usize;
+    let highest = highest.saturating_sub(SPILLED * OVERSAMPLING);
+    if highest < lowest + 2 * NEIGHBOURS * OVERSAMPLING {
+        return None;
+    }
+    // Slower ones are neighbours all the same: without them the lowest line would be held against a floor that has sloped away.
+    let first_power = lowest.saturating_sub(NEIGHBOURS * OVERSAMPLING).max(1);
+    let powers = powers(&times, values, first_power, highest, spacing_hz);
+    let (at, ratio, p) = (lowest - first_power..powers.len())
+        .filter_map(|at| {
+            let (ratio, p) = against_neighbours(&powers, at)?;
+            Some((at, ratio, p))
+        })
+        .min_by(|a, b| a.2.total_cmp(&b.2).then(a.0.cmp(&b.0)))?;
+    Some(Line {
+        frequency_hz: (first_power + at) as f64 * spacing_hz,
+        // A sine of amplitude A takes n A²/2 off the sum of squares.
+        amplitude: (2.0 * powers[at] / times.len() as f64).sqrt(),
+        power_over_floor: ratio,
+        p: (p * (highest - lowest + 1) as f64).min(1.0),
+    })
+}
+
+/// Sum of squares that a sine and a cosine explain, at every multiple of the spacing from `lowest` to `highest`.
+fn powers(
+    times: &[f64],
+    values: &[f64],
+    lowest: usize,
+    highest: usize,
+    spacing_hz: f64,
+) -> Vec<f64> {
+    let angle = |t: f64, k: usize| std::f64::consts::TAU * spacing_hz * k as f64 * t;
+    let mut cos: Vec<f64> = times.iter().map(|&t| angle(t, lowest).cos()).collect();
+    let mut sin: Vec<f64> = times.iter().map(|&t| angle(t, lowest).sin()).collect();
+    let turn: Vec<(f64, f64)> = times.iter().map(|&t| angle(t, 1).sin_cos()).collect();
+    let count = times.len() as f64;
+    let mut powers = Vec::with_capacity(highest - lowest + 1);
+    for _ in lowest..=highest {
+        let (mut xc, mut xs, mut cc, mut cs) = (0.0, 0.0, 0.0, 0.0);
+        for (((c, s), &x), &(turn_sin, turn_cos)) in
+            cos.iter_mut().zip(sin.iter_mut()).zip(values).zip(&turn)
+        {
+            xc += x * *c;
+            xs += x * *s;
+            cc += *c * *c;
+            cs += *c * *s;
+            (*c, *s) = (*c * turn_cos - *s * turn_sin, *s * turn_cos + *c * turn_sin);
+        }
+        let ss = count - cc;
+        let determinant = cc * ss - cs * cs;
+        // Sine and cosine are alike at these times: no power can be told.
+        let told = determinant > 0.01 * count * count;
+        powers.push(if told {
+            (xc * xc * ss - 2.0 * xc * xs * cs + xs * xs * cc) / determinant
+        } else {
+            0.0
+        });
+    }
+    powers
+}
+
+/// Power over the median of the neighbourhood, and the chance of as much; `None` in a silent one.
+fn against_neighbours(powers: &[f64], at: usize) -> Option<(f64, f64)> {
+    let reach = NEIGHBOURS * OVERSAMPLING;
+    let spill = SPILLED * OVERSAMPLING;
+    // At an end of the spectrum the neighbourhood moves inwards and keeps its size.
+    let from = at
+        .saturating_sub(reach)
+        .min(powers.len().saturating_sub(2 * reach + 1));
+    let to = (from + 2 * reach + 1).min(powers.len());
+    let mut neighbours: Vec<f64> = (from..to)
+        .filter(|k| k.abs_diff(at) > spill)
+        .map(|k| powers[k])
+        .collect();
+    let middle = neighbours.len() / 2;
+    let (_, median, _) = neighbours.select_nth_unstable_by(middle, f64::total_cmp);
+    if *median <= 0.0 {
+        return None;
+    }
+    let ratio = powers[at] / *median;
+    // Only every second frequency is independent of the others.
+    let n = neighbours.len() / OVERSAMPLING;
+    let p = (0..n.div_ceil(2))
+        .map(|i| (n - i) as f64)
+        .map(|left| left / (left + ratio))
+        .product();
+    Some((ratio, p))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::draws::Draws;
+
+    #[test]
+    fn a_pulsation_of_half_the_noise_is_found_at_its_frequency() {
+        let mut draws = Draws::new(4);
+        let t_s: Vec<f64> = (0..1000)
+            .map(|i| f64::from(i) + 0.3 * draws.uniform())
+            .collect();
+        let values: Vec<f64> = t_s
+            .iter()
+            .map(|t| 0.5 * (std::f64::consts::TAU * 0.237 * t).sin() + draws.normal())
+            .collect();
+        let line = strongest_line(&t_s, &values).expect("long enough");
+        // Half the spacing of independent frequencies, 1/1000 s.
+        assert!((line.frequency_hz - 0.237).abs() < 5e-4, "{line:?}");
+        // Three standard errors, √(2/n), and what the grid of frequencies loses.
+        assert!((line.amplitude - 0.5).abs() < 0.2, "{line:?}");
+        assert!(line.p < 1e-6, "{line:?}");
+    }
+
+    #[test]
+    fn noise_with_memory_makes_no_line() {
+        let mut below = 0;
+        for seed in 0..200 {
+            let mut draws = Draws::new(seed);
+            let mut state = 0.0;
+            let values: Vec<f64> = (0..600)
+                .map(|_| {
+                    state = 0.6 * state + draws.normal();
+                    state
+                })
+                .collect();
+            let t_s: Vec<f64> = (0..600).map(f64::from).collect();
+            below += usize::from(strongest_line(&t_s, &values).is_some_and(|l| l.p < 0.05));
+        }
+        // 10 expected at most; five standard deviations of that more.
+        assert!(below <= 26, "{below}");
+    }
+}

@@ -1,0 +1,329 @@
+//! Receivers in made-up flights, where everything is known: thrust map, lag, clock and force are found again.
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on should say where"
+)]
+
+use airflow::{Air, Airframe, Jet, Wake, mean_over_discs_mps};
+use diagnosis::baseline::Baseline;
+use diagnosis::clock::{self, ClockKnown};
+use diagnosis::flow::Flow;
+use diagnosis::force;
+use diagnosis::held_out::{ForceTest, ForceTestError, clock_offsets, held_out_force};
+use diagnosis::identify::{IdentifyError, Lag, Options, identify};
+use diagnosis::low_pass::LowPass;
+use diagnosis::recording::{Clock, Environment, Known, Origin, Recording, Role, Track, Vehicle};
+use diagnosis::remark::RemarkKind;
+use diagnosis::simulate::Channel;
+use diagnosis::thrust_map::{CUBIC_FROM_ZERO, OFFSET, ThrustMap};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+const AIR: Air = Air {
+    temperature_c: 20.0,
+    pressure_pa: 101_325.0,
+};
+
+const LOW_PASS: LowPass = LowPass { cutoff_hz: 5.0 };
+
+const LAG_S: f64 = 0.06;
+
+fn airframe() -> Airframe {
+    Airframe::preset("crazyflie-2.1-deck").unwrap()
+}
+
+/// About 0.33 N at duty 0.6 and 3.8 V: hover of 34 g.
+fn truth() -> ThrustMap {
+    let newtons = vec![0.05, 0.04, -0.1, 0.12, 0.1];
+    ThrustMap::new(CUBIC_FROM_ZERO.to_vec(), newtons, 4.2, LAG_S, [0.1, 0.9]).unwrap()
+}
+
+/// Numbers between -1 and 1 that look like noise, the same in every run.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+/// 40 s at 50 Hz: duties that wander, a battery that sags, and at each moment the thrust that is left under `air_mps`.
+fn drone(
+    id: &str,
+    seed: u64,
+    place: impl Fn(f64) -> Point3<f64>,
+    air_mps: impl Fn(f64) -> f64,
+) -> Vehicle {
+    let airframe = airframe();
+    let mut noise = Noise(seed);
+    let mut track = Track {
+        longest_step_s: 0.05,
+        ..Track::default()
+    };
+    let (mut duties, mut batteries_v) = (Vec::new(), Vec::new());
+    let phase = noise.next();
+    for step in 0..2000 {
+        let t_s = 0.02 * f64::from(step);
+        track.t_s.push(t_s);
+        track.position_m.push(place(t_s));
+        track.velocity_mps.push(Vector3::zeros());
+        track.attitude.push(UnitQuaternion::from_euler_angles(
+            0.1 * (t_s + phase).sin(),
+            0.05,
+            1.0,
+        ));
+        let wander = 0.2 * (3.0 * t_s + phase).sin() + 0.15 * (7.7 * t_s + 2.0 * phase).sin();
+        duties.push(
+            [0.0, 0.02, -0.01, 0.03].map(|apart| 0.58 + wander + apart + 0.02 * noise.next()),
+        );
+        batteries_v.push(4.1 - 0.012 * t_s + 0.1 * phase - 0.3 * wander);
+    }
+    (track.duty, track.battery_v) = (Some(duties), Some(batteries_v));
+    let hover_mps =
+        airframe.hover_induced_velocity_mps(airframe.mass_kg(), AIR.density_kg_per_m3());
+    let thrust_n = truth().thrust_n(&track).unwrap();
+    let felt = |(row, thrust_n): (usize, &f64)| {
+        let alpha = air_mps(track.t_s[row]) / hover_mps;
+        let left = airflow::power::thrust_ratio_at_constant_power(alpha);
+        let body_axis = track.attitude[row] * Vector3::z();
+        body_axis * (left * thrust_n / airframe.mass_kg()) + Vector3::repeat(0.3 * noise.next())
+    };
+    track.specific_force_mps2 = Some(thrust_n.iter().enumerate().map(felt).collect());
+    let stated = Origin::Stated;
+    Vehicle {
+        id: id.to_owned(),
+        airframe,
+        known: Known {
+            mass: stated,
+            propeller_diameter: stated,
+            motor_distance: stated,
+        },
+        role: Role::Both,
+        track,
+        thrust_map: None,
+        clock: Clock::Own { within_s: 0.04 },
+    }
+}
+
+fn recording(name: &str, vehicles: Vec<Vehicle>) -> Recording {
+    Recording {
+        name: name.to_owned(),
+        environment: Environment {
+            gravity_mps2: 9.81,
+            air: AIR,
+            floor_z_m: Some(0.0),
+            ceiling_z_m: None,
+            ambient_mps: 0.0,
+            ambient_is_subtracted: false,
+        },
+        vehicles,
+        probes: None,
+        receivers: Vec::new(),
+        baseline: Baseline::default(),
+        jet: Jet::default(),
+        remarks: Vec::new(),
+    }
+}
+
+fn alone(seed: u64) -> Recording {
+    recording(
+        &format!("alone {seed}"),
+        vec![drone("a", seed, |_| Point3::new(0.0, 0.0, 1.0), |_| 0.0)],
+    )
+}
+
+/// Where the upper drone is: to and fro over the lower one, which stands at the origin, with two speeds.
+fn upper(t_s: f64) -> Point3<f64> {
+    Point3::new(0.6 * (1.1 * t_s).sin() + 0.1 * (2.9 * t_s).sin(), 0.02, 1.5)
+}
+
+const LOWER: Point3<f64> = Point3::new(0.0, 0.0, 1.0);
+
+/// A drone that stands below another; the upper one's clock is ahead by `clock_s`.
+fn pair(seed: u64, clock_s: f64) -> Recording {
+    let wake = Wake::new(
+        &airframe(),
+        airframe().mass_kg(),
+        AIR.density_kg_per_m3(),
+        &Jet::default(),
+    );
+    let discs = airframe().disc_points();
+    let air_mps = |t_s: f64| {
+        let source = airflow::Source {
+            wake: &wake,
+            position_m: upper(t_s),
+            ends_at_z_m: 0.0,
+        };
+        mean_over_discs_mps(&[source], &discs, LOWER, airflow::Superposition::Momentum)
+    };
+    let lower = drone("a", seed, |_| LOWER, air_mps);
+    let upper = drone("b", seed + 50, |t_s| upper(t_s - clock_s), |_| 0.0);
+    recording(&format!("pair {seed}"), vec![lower, upper])
+}
+
+#[test]
+fn the_thrust_map_of_made_up_flights_is_found_again() {
+    let flights: Vec<Recording> = (1..=6).map(alone).collect();
+    let all: Vec<(usize, usize)> = (0..6).map(|flight| (flight, 0)).collect();
+    let found = identify(&flights, &all, &Options::default()).unwrap();
+    assert_eq!((found.rows, found.flights), (12_000, 6));
+    // The noise is uniform, 0.3 m/s² wide on 34 g: 5.9 mN of scatter, of which a 5 Hz low-pass passed twice leaves less than half.
+    assert!(found.scatter_n < 3e-3, "{} N", found.scatter_n);
+    // Scatter over the root of some 2000 independent rows is 0.07 mN; five terms, and the ends of the range, a few times that.
+    for duty in [0.3, 0.6, 0.8] {
+        for battery_v in [3.7, 4.0] {
+            let apart_n =
+                found.map.steady_n([duty; 4], battery_v) - truth().steady_n([duty; 4], battery_v);
+            assert!(
+                apart_n.abs() < 1e-3,
+                "at {duty}, {battery_v} V: {apart_n} N"
+            );
+        }
+    }
+    let lag_error_s = found.lag_standard_error_s.unwrap();
+    // Four standard errors, and what the parabola through a 10 ms grid leaves.
+    assert!(
+        (found.map.lag_s() - LAG_S).abs() < 4.0 * lag_error_s + 5e-4,
+        "{} s",
+        found.map.lag_s()
+    );
+    assert!(lag_error_s < 2e-3);
+    assert_eq!(found.offset_n, 0.0);
+    let [low, high] = found.map.duty_range();
+    assert!(low > 0.1 && high < 1.0 && found.rows_outside > 0 && found.rows_outside < 480);
+}
+
+#[test]
+fn a_published_map_gets_the_offset_that_it_lacks() {
+    let flights: Vec<Recording> = (1..=3).map(alone).collect();
+    let mut terms: Vec<_> = truth().terms().collect();
+    terms.push((OFFSET[0], -0.004));
+    let (terms, newtons) = terms.into_iter().unzip();
+    let published = ThrustMap::new(terms, newtons, 4.2, LAG_S, [0.1, 0.9]).unwrap();
+    let options = Options {
+        terms: OFFSET.to_vec(),
+        base: Some(published),
+        lag: Lag::Fixed(LAG_S),
+        ..Options::default()
+    };
+    let found = identify(&flights, &[(0, 0), (1, 0), (2, 0)], &options).unwrap();
+    // Four motors; the scatter of some thousand independent rows.
+    assert!(found.offset_n.abs() < 5e-4, "{} N", found.offset_n);
+    assert_eq!(found.lag_standard_error_s, None);
+}
+
+#[test]
+fn under_another_drone_nothing_is_identified() {
+    let flights = [pair(1, 0.0)];
+    let error = identify(&flights, &[(0, 0)], &Options::default()).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            IdentifyError::TooFewRows { .. } | IdentifyError::Degenerate(_)
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_force_of_a_flight_that_obeys_the_model_is_predicted_and_the_disc_mean_beats_the_centre() {
+    let mut flights: Vec<Recording> = (1..=4).map(alone).collect();
+    flights.extend((1..=4).map(|seed| pair(seed, 0.0)));
+    let test = ForceTest {
+        folds: 4,
+        ..ForceTest::default()
+    };
+    let skill = held_out_force(&flights, &[], &test).unwrap();
+    assert_eq!(skill.flights, 4);
+    // Pushes of 0.03 to 0.09 N against 3 mN of noise.
+    assert!(skill.r2_disc_mean > 0.98, "{}", skill.r2_disc_mean);
+    assert!(skill.r2_disc_mean > skill.r2_centre);
+    assert_eq!(
+        held_out_force(&flights, &[], &ForceTest { folds: 1, ..test }),
+        Err(ForceTestError::Folds(1))
+    );
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_answer() {
+    let mut flights: Vec<Recording> = (1..=4).map(alone).collect();
+    flights.extend((1..=4).map(|seed| pair(seed, 0.01)));
+    let test = ForceTest {
+        folds: 2,
+        ..ForceTest::default()
+    };
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let skill = held_out_force(&flights, &[], &test).unwrap();
+            let clocks = clock_offsets(&flights, &skill, &test);
+            (skill, clocks)
+        })
+    };
+    assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn forces_beside_their_simulation_count_what_is_missing_and_what_is_out_of_range() {
+    let mut flight = pair(3, 0.0);
+    flight.vehicles[0].thrust_map = Some(truth());
+    let battery_v = flight.vehicles[0].track.battery_v.as_mut().unwrap();
+    battery_v[100..110].fill(f64::NAN);
+    let (samples, remarks) = force::simulate(&flight, &Flow::new(&flight), LOW_PASS);
+    assert_eq!(samples.len(), 1990);
+    assert!(
+        samples
+            .iter()
+            .all(|sample| sample.channel == Channel::VerticalForce && sample.subject == 0)
+    );
+    // Noise of 3 mN, at its largest in 2000 rows four times that.
+    assert!(samples.iter().all(|sample| sample.residual().abs() < 0.012));
+    let counted: Vec<(RemarkKind, usize)> = remarks
+        .iter()
+        .map(|remark| (remark.kind, remark.samples))
+        .collect();
+    let outside = truth().rows_outside(&flight.vehicles[0].track);
+    assert_eq!(counted[0], (RemarkKind::Gap, 10));
+    assert!(outside == 0 || counted[1] == (RemarkKind::OutOfRange, outside));
+}
+
+#[test]
+fn a_clock_that_the_forces_tell_is_found_and_one_that_they_do_not_stays() {
+    let map = truth();
+    for clock_s in [-0.015, 0.0, 0.025] {
+        let flight = pair(7, clock_s);
+        let found = clock::offsets(&flight, &[Some(&map), Some(&map)], LOW_PASS);
+        assert_eq!(found[0].known, ClockKnown::Shared);
+        assert_eq!(found[1].known, ClockKnown::Told);
+        let [low_s, high_s] = found[1].interval_s;
+        // The interval, and as much again: one flight in twenty lies outside by design.
+        let reach_s = high_s - low_s;
+        assert!(
+            (found[1].offset_s - clock_s).abs() < reach_s,
+            "{clock_s}: {:?}",
+            found[1]
+        );
+        assert!(reach_s < 0.02);
+    }
+    let beyond = clock::offsets(&pair(7, 0.07), &[Some(&map), Some(&map)], LOW_PASS);
+    assert_eq!(
+        (beyond[1].known, beyond[1].offset_s),
+        (ClockKnown::AtBound, 0.04)
+    );
+    let mut apart = pair(7, 0.02);
+    for position_m in &mut apart.vehicles[1].track.position_m {
+        position_m.y += 5.0;
+    }
+    let none = clock::offsets(&apart, &[Some(&map), Some(&map)], LOW_PASS);
+    assert_eq!(
+        (none[1].known, none[1].offset_s),
+        (ClockKnown::CannotBeTold, 0.0)
+    );
+    assert_eq!(none[1].interval_s, [-0.04, 0.04]);
+}

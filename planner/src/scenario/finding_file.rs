@@ -1,0 +1,301 @@
+//! The file of a finding: the effects that a diagnosis found, and that a plan is to be flown through.
+//!
+//! `plan diagnose` writes more into it than is flown: verdict, evidence, advice. All of that is left alone here.
+
+use std::ops::Range;
+
+use airflow::effects::{Effects, Fate, PARAMETERS, Parameter};
+
+use super::fields::{Field, Reader, Record};
+use super::limits::Limits;
+use super::problem::{Cited, Problem};
+use super::source::root;
+use super::written::Written;
+use crate::world::World;
+
+/// Where a scenario cites a finding, or that the command line does.
+#[derive(Clone, Debug)]
+pub(super) struct Citation {
+    pub(super) file: String,
+    /// In the scenario; `None`: the command line does.
+    pub(super) at: Option<Range<usize>>,
+}
+
+/// A finding that is flown.
+pub(super) struct CitedFinding {
+    pub(super) effects: Effects,
+    /// What whoever reads the plan should know of it.
+    pub(super) notes: Vec<String>,
+}
+
+/// The finding that is flown: the command line's before the scenario's.
+pub(super) fn citation(written: &Written, finding: Option<&str>) -> Option<Citation> {
+    let from_scenario = || {
+        let cited = written.air.finding.as_ref()?;
+        Some(Citation {
+            file: cited.value.clone(),
+            at: Some(cited.at.clone()),
+        })
+    };
+    match finding {
+        Some(file) => Some(Citation {
+            file: file.to_owned(),
+            at: None,
+        }),
+        None => from_scenario(),
+    }
+}
+
+/// Why a finding cannot be flown by this fleet: the first reason of each kind.
+pub(super) fn unfit(world: &World) -> Vec<String> {
+    let Ok(flown) = world.effects.flown() else {
+        // Told at its place in the finding.
+        return Vec::new();
+    };
+    let density = world.air.density_kg_per_m3();
+    let wind = world
+        .drones
+        .iter()
+        .find_map(|drone| flown.beyond(&drone.vehicle.airframe, density));
+    let draught_mps = flown.draught_mps;
+    let drone = world.drones.iter().find(|drone| {
+        let airframe = &drone.vehicle.airframe;
+        let own_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density);
+        draught_mps > 0.0 && flown.felt * draught_mps >= drone.air_limit * own_mps
+    });
+    let drone = drone.map(|drone| {
+        format!(
+            "a draught of {draught_mps:.2} m/s alone exceeds the air limit of drone `{}`",
+            drone.name
+        )
+    });
+    let zone = world
+        .zones
+        .iter()
+        .find(|zone| draught_mps > 0.0 && draught_mps >= zone.air_limit_mps);
+    let zone = zone.map(|zone| {
+        format!(
+            "a draught of {draught_mps:.2} m/s alone exceeds the limit of zone `{}`",
+            zone.name
+        )
+    });
+    [wind, drone, zone].into_iter().flatten().collect()
+}
+
+impl Citation {
+    /// A problem of the finding and the scenario together, at the citation where there is one.
+    pub(super) fn problem(&self, message: String) -> Problem {
+        match &self.at {
+            Some(at) => Problem::at(at, message),
+            None => Problem {
+                message,
+                ..Problem::default()
+            },
+        }
+    }
+}
+
+/// Reads the cited file.
+///
+/// # Errors
+/// Everything that is wrong with it, each at its place in it; at the citation, where it cannot be had at all.
+pub(super) fn read(
+    citation: &Citation,
+    files: &super::meaning::Files<'_>,
+) -> Result<CitedFinding, Vec<Problem>> {
+    let file = &citation.file;
+    let text = files(file).map_err(|why| {
+        let problem = citation.problem("the finding of `air` cannot be used".to_owned());
+        vec![
+            problem.label(why).help(
+                "`plan diagnose` writes such a file; without `finding` the air of a hovering drone is flown",
+            ),
+        ]
+    })?;
+    let mut reader = Reader {
+        text: &text,
+        problems: Vec::new(),
+    };
+    let read = match root(&text) {
+        Ok(_) => effects(&mut reader),
+        Err(problem) => {
+            reader.report(*problem);
+            None
+        }
+    };
+    match read {
+        Some(read) if reader.problems.is_empty() => Ok(CitedFinding {
+            notes: notes(&read, file),
+            effects: read.effects,
+        }),
+        _ => {
+            let mut problems = reader.problems;
+            let cited = Box::new(Cited {
+                file: file.clone(),
+                text: text.clone(),
+            });
+            for problem in &mut problems {
+                problem.cited = Some(cited.clone());
+            }
+            Err(problems)
+        }
+    }
+}
+
+/// What of the file counts.
+struct Read {
+    effects: Effects,
+    /// What the diagnosis could not make certain, where it says so.
+    verdict: Option<Uncertain>,
+    /// Whether it corrects instruments, too.
+    sensor: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Uncertain {
+    Ambiguous,
+    OutsideLibrary,
+}
+
+fn effects(reader: &mut Reader<'_>) -> Option<Read> {
+    let value = root(reader.text).ok()?;
+    let mut record = reader.record(value, "Finding", "the finding".to_owned())?;
+    let verdict = record.optional("verdict");
+    let verdict = verdict.and_then(|field| match field.value.text.trim_matches('"') {
+        "ambiguous" => Some(Uncertain::Ambiguous),
+        "outside_library" => Some(Uncertain::OutsideLibrary),
+        _ => None,
+    });
+    let sensor = record.optional("sensor");
+    let sensor = sensor
+        .and_then(|field| field.value.pairs("Sensor"))
+        .is_some_and(|faults| !faults.is_empty());
+    let Some(field) = record.optional("effects") else {
+        if !record.has("effects") {
+            let problem = Problem::at(record.head(), "the finding has no `effects`");
+            reader.report(
+                problem
+                    .label("required here")
+                    .help("effects: () where it names nothing in the air"),
+            );
+        }
+        return None;
+    };
+    let found = field.value;
+    let mut effects = reader.record(found, "Effects", "`effects`".to_owned())?;
+    let before = reader.problems.len();
+    let mut places: Vec<(&'static str, Range<usize>)> = Vec::new();
+    for parameters in PARAMETERS.chunk_by(|a, b| a.effect == b.effect) {
+        let name = parameters[0].effect;
+        let Some(field) = effects.optional(name) else {
+            continue;
+        };
+        places.push((name, field.value.head()));
+        let inner = reader.record(field.value, name, format!("`{name}`"));
+        if let Some(mut inner) = inner {
+            for parameter in parameters {
+                check(reader, &mut inner, parameter);
+            }
+            inner.close(reader);
+        }
+    }
+    effects.close(reader);
+    if reader.problems.len() > before {
+        return None;
+    }
+    let Some(effects) = found.plain::<Effects>() else {
+        // Every key and number has been looked at; what is left is how they are put together.
+        let problem = Problem::at(&found.head(), "`effects` cannot be read");
+        reader.report(problem.label("not as `plan diagnose` writes it"));
+        return None;
+    };
+    if let Err(refused) = effects.flown() {
+        for (name, why) in refused {
+            let at = places.iter().find(|(known, _)| *known == name);
+            let at = at.map_or_else(|| found.head(), |(_, at)| at.clone());
+            let problem = Problem::at(&at, format!("the planner cannot fly `{name}` yet"));
+            reader.report(problem.label(why).help(format!(
+                "without `{name}` in the file the other effects are flown"
+            )));
+        }
+        return None;
+    }
+    Some(Read {
+        effects,
+        verdict,
+        sensor,
+    })
+}
+
+fn check<'t>(reader: &mut Reader<'t>, record: &mut Record<'t>, parameter: &Parameter) {
+    let limits = Limits {
+        low: parameter.low,
+        high: parameter.high,
+        unit: parameter.unit,
+    };
+    let field = if parameter.optional {
+        record.optional(parameter.name)
+    } else {
+        record.required(parameter.name)
+    };
+    let Some(Field { value, key, who }) = field else {
+        return;
+    };
+    if !parameter.pair {
+        // Since ever: a moment that no number is.
+        if parameter.low.is_infinite() && value.text == "-inf" {
+            return;
+        }
+        reader.number(Field { value, key, who }, &limits);
+        return;
+    }
+    match value.tuple().filter(|_| value.text.starts_with('(')) {
+        Some(items) if items.len() == 2 => {
+            for value in items {
+                reader.number(Field { value, key, who }, &limits);
+            }
+        }
+        _ => reader.report(
+            Problem::at(&value.head(), format!("`{key}` of {who} must be (x, y)"))
+                .label("two numbers in round brackets"),
+        ),
+    }
+}
+
+fn notes(read: &Read, file: &str) -> Vec<String> {
+    let fates = read.effects.fates();
+    let mut notes = Vec::new();
+    let uncertain = read.verdict.map(|verdict| match verdict {
+        Uncertain::OutsideLibrary => format!(
+            "the finding of {file} is outside the library: part of what it found in the air has no law here and is not flown; keep drones out \
+             of where it is with a zone, or by lower air limits"
+        ),
+        Uncertain::Ambiguous => format!(
+            "the finding of {file} is ambiguous: what it writes under `effects` is flown, what would explain the recording as well is not"
+        ),
+    });
+    notes.extend(uncertain);
+    let nothing_moves = |(_, fate): &(&str, Fate)| matches!(fate, Fate::Unmoved(_));
+    if fates.iter().all(nothing_moves) {
+        notes.push(format!(
+            "the finding of {file} names nothing that moves the air a limit counts: the plan is flown in the air as it is"
+        ));
+    }
+    notes.extend(fates.into_iter().filter_map(|fate| note(fate, file)));
+    if read.sensor {
+        notes.push(format!(
+            "`sensor` of {file} changes nothing here: it is about instruments, not about the air"
+        ));
+    }
+    notes
+}
+
+fn note((name, fate): (&'static str, Fate), file: &str) -> Option<String> {
+    match fate {
+        Fate::Bounded(how) => Some(format!(
+            "`{name}` of {file} is bounded, not followed: {how}"
+        )),
+        Fate::Unmoved(why) => Some(format!("`{name}` of {file} changes nothing here: {why}")),
+        Fate::Flown | Fate::Refused(_) => None,
+    }
+}

@@ -1,0 +1,213 @@
+//! `plan diagnose RECORDING...`: where simulation and recording differ, what is missing, how well the correction predicts.
+
+mod flights;
+mod hardware;
+mod pictures;
+mod printed;
+pub(crate) mod real;
+mod sections;
+mod words;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use diagnosis::diagnose::{DiagnoseError, diagnose};
+use diagnosis::finding::Finding;
+use diagnosis::finding_file::finding_ron;
+use diagnosis::prove::Verdict;
+use diagnosis::recording::{Recording, Vehicle};
+
+use crate::failure::{Failure, answer};
+use crate::files::OutFolder;
+use crate::page::{Figure, Page};
+use crate::progress::Progress;
+use crate::simulate::{name_of, wrote};
+use crate::{Answer, Format, files, recordings};
+use printed::Printed;
+use sections::{Part, Section};
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Recordings: folders with a meta.json, flight logs (.csv, .csv.gz, .ulg), or folders of either
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// What flight logs leave unsaid (RON) [default: the campaign.ron beside or above them]
+    #[arg(long, value_name = "FILE")]
+    meta: Option<PathBuf>,
+    /// Of flight logs: begin with drones that fly alone, without any wakes
+    #[arg(long, conflicts_with = "normal")]
+    alone: bool,
+    /// Of flight logs: judge flights near the floor only; the others serve the thrust maps
+    #[arg(long, conflicts_with = "normal")]
+    near_floor: bool,
+    /// Of flight logs: those whose names begin with it flew the hardware as stated; each flight is compared with them: has a weight or a propeller changed?
+    #[arg(long, value_name = "NAME")]
+    normal: Option<String>,
+    /// With --normal: parts of names that tell several drones apart
+    #[arg(
+        long,
+        value_name = "NAME,NAME",
+        value_delimiter = ',',
+        requires = "normal"
+    )]
+    drones: Vec<String>,
+    /// How to print the answer: one object, or a list of them where several recordings are diagnosed
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Folder for finding.ron, diagnosis.json, figures and report.html; of several recordings each gets a folder in it [default: out/<name of the first recording>]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+}
+
+/// Answers no where a mismatch stays unexplained.
+///
+/// Recordings of probes and of receivers are diagnosed one by one; flight logs together, with whole flights held out.
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let recordings = recordings::read_all(&arguments.recordings, arguments.meta.as_deref())?;
+    let logs = recordings.iter().filter(|one| is_log(one)).count();
+    if arguments.normal.is_some() && logs == recordings.len() {
+        return hardware::run(arguments, &recordings);
+    }
+    if logs > 0 && logs == recordings.len() {
+        return flights::run(arguments, &recordings);
+    }
+    let for_logs = arguments.alone || arguments.near_floor || arguments.normal.is_some();
+    if logs > 0 || for_logs {
+        return Err(Failure::NotOnlyFlightLogs {
+            others: recordings.len() - logs,
+        });
+    }
+    let (found, errors) = diagnose_all(&recordings);
+    let Some((first, _)) = found.first() else {
+        return Err(Failure::Diagnose(errors));
+    };
+    let name = name_of(arguments.recordings.first(), &first.name);
+    let folder = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("out").join(&name));
+    let several = recordings.len() > 1;
+    let mut written = Vec::new();
+    for (recording, finding) in &found {
+        let path = if several {
+            folder.join(&recording.name)
+        } else {
+            folder.clone()
+        };
+        let path = OutFolder::prepare(path)?.path;
+        let texts = texts(recording, finding);
+        written.extend(
+            texts
+                .into_iter()
+                .map(|(file, text)| (path.join(file), text)),
+        );
+    }
+    files::write(&written)?;
+    let files: Vec<PathBuf> = written.into_iter().map(|(path, _)| path).collect();
+    answer(&match (arguments.format, found.as_slice()) {
+        (Format::Json, [(_, finding)]) if !several => {
+            files::json(&Printed::of(finding, Some(&files)))
+        }
+        (Format::Json, _) => {
+            let all: Vec<Printed> = found
+                .iter()
+                .map(|(_, finding)| Printed::of(finding, None))
+                .collect();
+            files::json(&all)
+        }
+        (Format::Text, [(recording, finding)]) if !several => {
+            let sections = sections::sections(finding, false);
+            let what = words::what(recording, finding);
+            words::text(&recording.name, &what, finding, &sections) + &wrote(&files)
+        }
+        (Format::Text, _) => {
+            let reports = format!(
+                "\nwrote {}/<recording>/report.html  finding.ron  diagnosis.json  and the figures\n",
+                folder.display()
+            );
+            words::summary(&found) + &reports
+        }
+    })?;
+    if !errors.is_empty() {
+        return Err(Failure::Diagnose(errors));
+    }
+    let explained = |finding: &Finding| finding.verdict != Verdict::OutsideLibrary;
+    Ok(Answer::from(
+        found.iter().all(|(_, finding)| explained(finding)),
+    ))
+}
+
+/// Whether it can only be judged by the forces on its drones.
+fn is_log(recording: &Recording) -> bool {
+    let logs_motors = |vehicle: &Vehicle| vehicle.track.duty.is_some();
+    recording.probes.is_none()
+        && recording.receivers.is_empty()
+        && recording.vehicles.iter().any(logs_motors)
+}
+
+/// One after the other: each takes all threads.
+fn diagnose_all(recordings: &[Recording]) -> (Vec<(&Recording, Finding)>, Vec<DiagnoseError>) {
+    let progress = Progress::start("diagnosing", recordings.len());
+    let (mut found, mut errors) = (Vec::new(), Vec::new());
+    for recording in recordings {
+        match diagnose(recording) {
+            Ok(finding) => found.push((recording, finding)),
+            Err(error) => errors.push(error),
+        }
+        progress.done_one();
+    }
+    progress.finish();
+    (found, errors)
+}
+
+/// Names and contents of the files of one recording.
+fn texts(recording: &Recording, finding: &Finding) -> Vec<(String, String)> {
+    let figures = pictures::draw(recording, finding);
+    let mut texts = vec![
+        ("finding.ron".to_owned(), finding_ron(finding)),
+        (
+            "diagnosis.json".to_owned(),
+            files::json(&Printed::of(finding, None)),
+        ),
+    ];
+    for figure in &figures {
+        texts.push((format!("{}.svg", figure.name), figure.svg.clone()));
+    }
+    let report = page(
+        &recording.name,
+        &words::what(recording, finding),
+        finding,
+        &sections::sections(finding, true),
+        &figures,
+    );
+    texts.push(("report.html".to_owned(), report));
+    texts
+}
+
+fn page(
+    name: &str,
+    what: &str,
+    finding: &Finding,
+    sections: &[Section],
+    figures: &[Figure],
+) -> String {
+    let title = format!("{name}: {}", words::verdict(finding));
+    let mut page = Page::new(&title, what);
+    for section in sections {
+        page.section(section.heading);
+        for part in &section.parts {
+            match part {
+                Part::Line(line) => page.paragraph(line),
+                Part::Steps(steps) => page.list(steps),
+                Part::Table(table) => page.table(table),
+            }
+        }
+        for figure in figures
+            .iter()
+            .filter(|figure| figure.name == section.figure)
+        {
+            page.figure(figure);
+        }
+    }
+    page.finish()
+}

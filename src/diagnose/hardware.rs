@@ -1,0 +1,121 @@
+//! Flights of one kind of drone against its normal flights: has a weight or a propeller changed?
+
+use diagnosis::campaign::hardware::{Answer as Said, HardwareRow, hardware_rows};
+use diagnosis::recording::Recording;
+use serde::Serialize;
+
+use super::Arguments;
+use crate::failure::{Failure, answer};
+use crate::page::Table;
+use crate::wording::count;
+use crate::{Answer, Format, files};
+
+#[derive(Serialize)]
+struct Printed<'a> {
+    format: &'static str,
+    flights: &'a [HardwareRow],
+}
+
+/// Answers yes: each flight is normal, or has a change with a name.
+pub(super) fn run(arguments: &Arguments, recordings: &[Recording]) -> Result<Answer, Failure> {
+    let normal = arguments.normal.as_deref().unwrap_or_default();
+    let rows = judge(recordings, normal, &arguments.drones)?;
+    answer(&match arguments.format {
+        Format::Json => files::json(&Printed {
+            format: "hardware/1",
+            flights: &rows,
+        }),
+        Format::Text => text(&rows, recordings.len()),
+    })?;
+    Ok(Answer::Yes)
+}
+
+/// Every flight against the normal ones of its drone.
+pub(super) fn judge(
+    recordings: &[Recording],
+    normal: &str,
+    drones: &[String],
+) -> Result<Vec<HardwareRow>, Failure> {
+    let drone_of = |one: &Recording| {
+        let found = drones
+            .iter()
+            .find(|drone| one.name.contains(drone.as_str()));
+        found.map_or("", String::as_str)
+    };
+    let drone_of: Vec<&str> = recordings.iter().map(drone_of).collect();
+    let is_normal: Vec<bool> = recordings
+        .iter()
+        .map(|one| one.name.starts_with(normal))
+        .collect();
+    let rows = hardware_rows(recordings, &drone_of, &is_normal);
+    if rows.is_empty() {
+        return Err(Failure::NoHardware(format!(
+            "at least two flights of one drone whose names begin with \"{normal}\" are needed, with duty cycles, battery voltage and two seconds of steady hover higher than 0.4 m"
+        )));
+    }
+    Ok(rows)
+}
+
+fn text(rows: &[HardwareRow], read: usize) -> String {
+    let percent = |value: f64| format!("{:+.1} %", 100.0 * value);
+    let row = |row: &HardwareRow| {
+        let mut cells = vec![row.flight.clone()];
+        cells.extend(row.found.motors.map(percent));
+        cells.push(format!("{:.4}", row.found.chance));
+        cells.push(said(row));
+        cells
+    };
+    let headings = [
+        "flight",
+        "M1",
+        "M2",
+        "M3",
+        "M4",
+        "chance",
+        "what has changed",
+    ];
+    let table = Table {
+        headings: headings.map(str::to_owned).to_vec(),
+        rows: rows.iter().map(row).collect(),
+    };
+    let changed = rows
+        .iter()
+        .filter(|row| !row.found.answers.is_empty())
+        .count();
+    let without = match read - rows.len() {
+        0 => String::new(),
+        few => format!(
+            "; {} without enough steady hover",
+            count(few, "flight", "flights")
+        ),
+    };
+    format!(
+        "{}\n  M1 to M4: voltage of each motor over that of normal flights; chance: of a normal flight that far out\n  {} of {} changed{without}\n",
+        table.text(),
+        changed,
+        count(rows.len(), "flight", "flights")
+    )
+}
+
+/// What one flight says.
+pub(super) fn said(row: &HardwareRow) -> String {
+    let words: Vec<String> = row.found.answers.iter().map(in_words).collect();
+    match words.is_empty() {
+        true => "nothing beyond the scatter of normal flights".into(),
+        false => words.join(", or "),
+    }
+}
+
+fn in_words(said: &Said) -> String {
+    let motors: Vec<String> = said
+        .motors
+        .iter()
+        .map(|motor| format!("M{motor}"))
+        .collect();
+    let motors = motors.join(" and ");
+    match (said.name.as_str(), motors.is_empty()) {
+        ("payload_mass", true) => "payload_mass in the middle".into(),
+        ("payload_mass", false) => format!("payload_mass near {motors}"),
+        (name, _) => format!("{name} {motors}"),
+    }
+}

@@ -1,0 +1,163 @@
+//! `plan prove`: made-up recordings with a concealed effect, diagnosed, and the answers marked.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use diagnosis::made_up;
+use diagnosis::prove::marks::{LONG_SAMPLES, Mark, Marks};
+use diagnosis::prove::{self, Answer as Given, Case};
+use serde::Serialize;
+
+use crate::diagnose::real;
+use crate::failure::{Failure, answer};
+use crate::files::OutFolder;
+use crate::progress::Progress;
+use crate::simulate::wrote;
+use crate::{Answer, Format, files};
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Draws flights, weather, instruments and what is concealed
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Recordings to make; two in five conceal nothing
+    #[arg(long, default_value_t = 600)]
+    count: usize,
+    /// Instead: the table of real flights, from a folder with `neural_swarm2` and `crazypad` in it; run it where `recordings/` lies
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "format", "count", "seed"])]
+    flights: Option<PathBuf>,
+    /// How to print the marks
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Write marks.json and marks.txt to this folder
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Write the recordings there as well, and what they conceal to truth/: about 200 kB each
+    #[arg(long, requires = "out")]
+    recordings: bool,
+}
+
+/// What `--format json` prints, and marks.json: the same for the same seed and count.
+#[derive(Serialize)]
+struct Printed<'a> {
+    format: &'static str,
+    seed: u64,
+    count: usize,
+    reached: bool,
+    marks: Vec<Mark>,
+    #[serde(flatten)]
+    all: &'a Marks,
+}
+
+/// Answers no where a mark is missed.
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    if let Some(folder) = &arguments.flights {
+        let (table, is_named) = real::table(folder, Path::new("."))?;
+        answer(&table)?;
+        return Ok(Answer::from(is_named));
+    }
+    let Arguments { seed, count, .. } = *arguments;
+    let out = arguments.out.clone().map(OutFolder::prepare).transpose()?;
+    let progress = Progress::start("proving", count);
+    let mut marks = prove::prove(seed, count, |recording| {
+        let start = Instant::now();
+        let given = prove::ask(recording);
+        progress.done_one();
+        Given {
+            seconds: start.elapsed().as_secs_f64(),
+            ..given
+        }
+    });
+    progress.finish();
+    let time = time(seed, &marks);
+    // What is written does not differ from run to run.
+    marks.slowest_s = None;
+    marks.cases.iter_mut().for_each(|case| case.seconds = 0.0);
+    let printed = Printed {
+        format: "marks/1",
+        seed,
+        count,
+        reached: marks.are_reached(),
+        marks: marks.marks(),
+        all: &marks,
+    };
+    let text = text(seed, &marks);
+    let json = files::json(&printed);
+    let mut written = Vec::new();
+    if let Some(out) = &out {
+        written.push((out.path.join("marks.json"), json.clone()));
+        written.push((out.path.join("marks.txt"), text.clone()));
+        if arguments.recordings {
+            for index in 0..count {
+                written.extend(folder(&out.path, seed, index)?);
+            }
+        }
+    }
+    files::write(&written)?;
+    let named = written.iter().take(2).map(|(path, _)| path.clone());
+    let named: Vec<PathBuf> = named.collect();
+    answer(&match arguments.format {
+        Format::Json => json,
+        Format::Text => text + &time + &wrote(&named),
+    })?;
+    Ok(Answer::from(marks.are_reached()))
+}
+
+/// Side by side, recordings take one another's time: the slowest of the long ones once more, alone.
+fn time(seed: u64, marks: &Marks) -> String {
+    let long = marks
+        .cases
+        .iter()
+        .enumerate()
+        .filter(|(_, case)| case.samples >= LONG_SAMPLES);
+    let Some((index, slowest)) = long.max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds)) else {
+        return String::new();
+    };
+    let Case { recording, .. } = prove::case(seed, index);
+    let start = Instant::now();
+    let _again = prove::ask(&recording);
+    format!(
+        "\ntime: {:.1} s for the slowest recording of {LONG_SAMPLES} samples and more ({}, {} samples), alone; at most 5 s\n",
+        start.elapsed().as_secs_f64(),
+        slowest.family,
+        slowest.samples
+    )
+}
+
+fn text(seed: u64, marks: &Marks) -> String {
+    let mut text = format!(
+        "{} made-up recordings, seed {seed}\n\n{}\nby family\n{}\nwhat was answered how often\n{}",
+        marks.cases.len(),
+        marks.table(),
+        marks.family_table(),
+        marks.confusion_table()
+    );
+    let missed = marks.cases.iter().enumerate();
+    let missed: Vec<String> = missed
+        .filter(|(_, case)| case.is_missed())
+        .map(|(index, case)| format!("{index:>4} {}\n", case.line()))
+        .collect();
+    if !missed.is_empty() {
+        text += &format!("\nmissed, by number of the case\n{}", missed.concat());
+    }
+    text
+}
+
+/// The files of one case: the recording in a folder of its own, what it conceals beside it.
+fn folder(out: &Path, seed: u64, index: usize) -> Result<Vec<(PathBuf, String)>, Failure> {
+    let Case { recording, truth } = prove::case(seed, index);
+    let here = OutFolder::prepare(out.join(&recording.name))?.path;
+    let truths = OutFolder::prepare(out.join("truth"))?.path;
+    let mut files: Vec<(PathBuf, String)> = made_up::texts(&recording)
+        .into_iter()
+        .map(|(name, text)| (here.join(name), text))
+        .collect();
+    // Nobody is asked any more.
+    let truth = truth.open(&Given::nothing());
+    files.push((
+        truths.join(format!("{}.json", recording.name)),
+        serde_json::to_string(&truth).expect("a truth has nothing that JSON cannot say"),
+    ));
+    Ok(files)
+}

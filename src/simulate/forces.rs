@@ -1,0 +1,124 @@
+//! Forces on drones below others: the thrust maps come first, from free flight, then the forces.
+
+use diagnosis::flow::Flow;
+use diagnosis::force;
+use diagnosis::identify::{Identification, Lag, Options, identify};
+use diagnosis::low_pass::LowPass;
+use diagnosis::recording::Recording;
+use diagnosis::remark::{Remark, RemarkKind};
+use diagnosis::simulate::Sample;
+use diagnosis::thrust_map::OFFSET;
+use serde::Serialize;
+
+use crate::progress::Progress;
+
+/// Forces are compared below this frequency. Chosen here: motors and frames shake above it, wakes are met more slowly.
+const LOW_PASS: LowPass = LowPass { cutoff_hz: 5.0 };
+
+/// The thrust map of one kind of drone.
+#[derive(Serialize)]
+pub(crate) struct Map {
+    pub(crate) airframe: String,
+    /// Whether only an offset was added to a map that the metadata state.
+    pub(crate) offset_only: bool,
+    #[serde(flatten)]
+    pub(crate) identification: Identification,
+}
+
+impl Map {
+    pub(crate) fn sentence(&self) -> String {
+        let found = &self.identification;
+        let [low, high] = found.map.duty_range();
+        let [least_v, most_v] = found.battery_range_v;
+        format!(
+            "{}: {}, {:+.4} N at rest, lag {:.0} ms, {:+.1} % thrust a volt; leaves {:.4} N rms of {} rows in {} flights; for duty cycles {low:.2} to {high:.2} ({} rows outside) and {least_v:.2} to {most_v:.2} V",
+            self.airframe,
+            if self.offset_only {
+                "stated thrust map and an offset"
+            } else {
+                "thrust map fitted"
+            },
+            found.offset_n,
+            1000.0 * found.map.lag_s(),
+            100.0 * found.battery_per_v,
+            found.scatter_n,
+            found.rows,
+            found.flights,
+            found.rows_outside,
+        )
+    }
+}
+
+/// Identifies a thrust map for every airframe that logs specific force and duty cycle, over all recordings, and gives it to its
+/// drones. Where that fails the recordings say so, and keep the map that their metadata state, if any.
+pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
+    let mut airframes: Vec<(String, Vec<(usize, usize)>)> = Vec::new();
+    for (recording, of) in recordings.iter().enumerate() {
+        for (vehicle, drone) in of.vehicles.iter().enumerate() {
+            if drone.track.duty.is_none() || drone.track.specific_force_mps2.is_none() {
+                continue;
+            }
+            let name = drone.airframe.name();
+            match airframes.iter_mut().find(|(known, _)| known == name) {
+                Some((_, members)) => members.push((recording, vehicle)),
+                None => airframes.push((name.to_owned(), vec![(recording, vehicle)])),
+            }
+        }
+    }
+    let progress = Progress::start("identifying thrust maps", airframes.len());
+    let mut maps = Vec::new();
+    for (airframe, members) in airframes {
+        let stated = members.iter().find_map(|&(recording, vehicle)| {
+            recordings[recording].vehicles[vehicle].thrust_map.clone()
+        });
+        let options = match &stated {
+            Some(map) => Options {
+                terms: OFFSET.to_vec(),
+                lag: Lag::Fixed(map.lag_s()),
+                base: Some(map.clone()),
+                low_pass: LOW_PASS,
+                ..Options::default()
+            },
+            None => Options {
+                low_pass: LOW_PASS,
+                ..Options::default()
+            },
+        };
+        match identify(recordings, &members, &options) {
+            Ok(identification) => {
+                for &(recording, vehicle) in &members {
+                    recordings[recording].vehicles[vehicle].thrust_map =
+                        Some(identification.map.clone());
+                }
+                maps.push(Map {
+                    airframe,
+                    offset_only: stated.is_some(),
+                    identification,
+                });
+            }
+            Err(error) => {
+                let then = if stated.is_some() {
+                    "forces are simulated with the map that the metadata state, as it is"
+                } else {
+                    "no forces are simulated"
+                };
+                let (recording, _) = members[0];
+                recordings[recording].remarks.push(Remark {
+                    kind: RemarkKind::Assumed,
+                    subject: Some(airframe.clone()),
+                    samples: 0,
+                    span_s: None,
+                    message: format!("thrust map of {airframe}: {error}; {then}"),
+                });
+            }
+        }
+        progress.done_one();
+    }
+    progress.finish();
+    maps
+}
+
+/// Every force that the thrust maps allow, and what was left out.
+pub(super) fn simulate(recording: &Recording) -> (Vec<Sample>, Vec<Remark>) {
+    force::simulate(recording, &Flow::new(recording), LOW_PASS)
+}

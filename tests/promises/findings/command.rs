@@ -1,0 +1,87 @@
+//! A finding at the command line and one that the scenario cites.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use assert_cmd::Command;
+
+const FINDING: &str = "Finding(verdict: library, effects: (crossflow: (wind_mps: (0, 0.5))))";
+
+/// The shipped hall, with or without its citation.
+fn hall(air: &str) -> String {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/draughty-hall.ron");
+    let cites = "  air: (finding: \"findings/draughty-hall.ron\"),\n";
+    let text = fs::read_to_string(file).unwrap();
+    assert!(text.contains(cites));
+    text.replace(cites, air)
+}
+
+fn plan(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(assert_cmd::cargo::cargo_bin!("plan"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn given_or_cited_a_finding_makes_the_same_plan_and_without_it_another() {
+    let desk = tempfile::tempdir().unwrap();
+    let path = |name: &str| desk.path().join(name);
+    fs::write(path("finding.ron"), FINDING).unwrap();
+    fs::write(path("plain.ron"), hall("")).unwrap();
+    fs::write(
+        path("citing.ron"),
+        hall("  air: (finding: \"finding.ron\"),\n"),
+    )
+    .unwrap();
+    let runs: [&[&str]; 3] = [
+        &["plain.ron", "--finding", "finding.ron", "--out", "given"],
+        &["citing.ron", "--out", "cited"],
+        &["plain.ron", "--out", "plain"],
+    ];
+    for arguments in runs {
+        let output = plan(desk.path(), arguments);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+    }
+    let made = |folder: &str| fs::read(path(folder).join("plan.json")).unwrap();
+    assert!(made("given") == made("cited"), "the two plans differ");
+    assert!(made("given") != made("plain"));
+    let text = String::from_utf8(made("given")).unwrap();
+    assert!(text.contains("crossflow") && text.contains("wind_mps"));
+
+    // The check goes by the air that a plan names: the plain plan in the corrected air is blown on.
+    let mut plain: serde_json::Value = serde_json::from_slice(&made("plain")).unwrap();
+    let given: serde_json::Value = serde_json::from_slice(&made("given")).unwrap();
+    plain["air"] = given["air"].clone();
+    fs::write(path("moved.json"), plain.to_string()).unwrap();
+    assert_eq!(
+        plan(desk.path(), &["check", "moved.json"]).status.code(),
+        Some(1)
+    );
+    assert_eq!(
+        plan(desk.path(), &["check", "given/plan.json"])
+            .status
+            .code(),
+        Some(0)
+    );
+}
+
+#[test]
+fn a_finding_that_cannot_be_flown_or_read_is_told_with_exit_code_2() {
+    let desk = tempfile::tempdir().unwrap();
+    fs::write(desk.path().join("plain.ron"), hall("")).unwrap();
+    let lags = "Finding(verdict: library, effects: (wake_transport: (lag_factor: 1)))";
+    fs::write(desk.path().join("lags.ron"), lags).unwrap();
+    for (file, told) in [
+        ("lags.ron", "cannot fly `wake_transport` yet"),
+        ("none.ron", "none.ron"),
+    ] {
+        let output = plan(desk.path(), &["plain.ron", "--finding", file]);
+        assert_eq!(output.status.code(), Some(2));
+        let words = String::from_utf8(output.stderr).unwrap();
+        assert!(words.contains(told), "{words}");
+    }
+    assert!(!desk.path().join("out").exists());
+}

@@ -1,0 +1,114 @@
+//! Column, cone and spindle of jets that a finding has moved or reshaped.
+
+use airflow::Wake;
+use airflow::effects::{
+    Crossflow, Effects, MomentumScale, ProfileTail, RotorCant, WakeTilt, Wander,
+};
+use costmap::downwash::{column, cone};
+use costmap::spindle::Spindle;
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+
+use super::{Random, wake_of};
+
+/// A wake under random effects, several at once.
+fn wake(random: &mut Random, preset: &str) -> Wake {
+    let plain = wake_of(preset);
+    let wind_mps = random.between(0.05, 0.3) * plain.induced_velocity_mps();
+    let (sin, cos) = (TAU * random.unit()).sin_cos();
+    let crossflow = Crossflow {
+        wind_mps: [wind_mps * cos, wind_mps * sin],
+    };
+    let wake_tilt = WakeTilt {
+        lean: [random.between(-0.3, 0.3), random.between(-0.3, 0.3)],
+    };
+    let rotor_cant = RotorCant {
+        width_factor: random.between(0.7, 1.45),
+    };
+    let wander = Wander {
+        growth: random.between(0.0, 3.0),
+    };
+    let profile_tail = ProfileTail {
+        share: random.between(-0.6, 1.6),
+        steepness: random.between(-0.6, 4.0),
+    };
+    let momentum_scale = MomentumScale {
+        speed_factor: random.between(0.7, 1.4),
+    };
+    let mut maybe = || random.unit() < 0.5;
+    let effects = Effects {
+        crossflow: maybe().then_some(crossflow),
+        wake_tilt: maybe().then_some(wake_tilt),
+        rotor_cant: maybe().then_some(rotor_cant),
+        wander: maybe().then_some(wander),
+        profile_tail: maybe().then_some(profile_tail),
+        momentum_scale: Some(momentum_scale),
+        ..Effects::default()
+    };
+    effects.flown().expect("all can be flown").wake(&plain)
+}
+
+#[test]
+fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
+    let mut random = Random(77);
+    for case in 0..24 {
+        let preset = ["kolibri", "offboard-2", "matrice-300"][case % 3];
+        let wake = wake(&mut random, preset);
+        let limit_mps = random.between(0.15, 0.8) * wake.induced_velocity_mps();
+        let spindle = Spindle::new(&wake, limit_mps).expect("a positive limit");
+        let end_m = spindle.sections().map(|s| s.to_depth_m).fold(0.0, f64::max);
+        let mut above = 0;
+        for _ in 0..20_000 {
+            let depth_m = random.between(0.0, 1.3) * end_m;
+            let (Some([x_m, y_m]), Some(spread_m)) = (wake.axis_m(depth_m), wake.spread_m(depth_m))
+            else {
+                continue;
+            };
+            let radius_m = 3.0 * spread_m * random.unit();
+            let (sin, cos) = (TAU * random.unit()).sin_cos();
+            let offset_m = Vector3::new(x_m + radius_m * cos, y_m + radius_m * sin, -depth_m);
+            if wake.axial_speed_mps(offset_m) > limit_mps {
+                above += 1;
+                assert!(
+                    spindle.holds(offset_m),
+                    "case {case}, {preset}: {offset_m:?}"
+                );
+            }
+        }
+        assert!(
+            above > 200,
+            "case {case}: only {above} points tested anything"
+        );
+    }
+}
+
+#[test]
+fn the_half_width_disc_of_a_moved_jet_lies_in_its_cone_and_its_rotor_tips_in_the_column() {
+    let mut random = Random(78);
+    for case in 0..40 {
+        let wake = wake(&mut random, ["kolibri", "matrice-300"][case % 2]);
+        let near_m = wake.near_field_depth_m();
+        let deepest_m = random.between(1.5, 12.0) * near_m;
+        let (column, cone) = (
+            column(&wake),
+            cone(&wake, deepest_m).expect("below the near field"),
+        );
+        for _ in 0..2000 {
+            let depth_m = random.unit() * deepest_m;
+            let (Some([x_m, y_m]), Some(spread_m)) = (wake.axis_m(depth_m), wake.spread_m(depth_m))
+            else {
+                continue;
+            };
+            let (sin, cos) = (TAU * random.unit()).sin_cos();
+            let (section, radius_m) = if depth_m < near_m {
+                (&column, wake.tip_radius_m())
+            } else {
+                (&cone, spread_m)
+            };
+            // Just inside: where nothing moves the axis the tips are the column's edge, to the last bit.
+            let radius_m = radius_m * (1.0 - 1e-12);
+            let offset_m = Vector3::new(x_m + radius_m * cos, y_m + radius_m * sin, -depth_m);
+            assert!(section.holds(offset_m), "case {case}: {offset_m:?}");
+        }
+    }
+}
