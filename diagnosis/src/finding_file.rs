@@ -225,6 +225,7 @@ mod tests {
                 gain: 0.25,
                 ..Sensor::default()
             },
+            ..Hypothesis::default()
         };
         let named = vec![
             effect("crossflow", Kind::Physics),
@@ -248,7 +249,7 @@ mod tests {
         };
         let correction = Hypothesis {
             effects,
-            sensor: Sensor::default(),
+            ..Hypothesis::default()
         };
         let named = vec![effect("magnitude_sensor", Kind::Sensor)];
         assert_eq!(

@@ -24,6 +24,9 @@ const FAINT_GAIN: f64 = 3.0;
 const ONCE: f64 = 8.0;
 /// A second term must bring this share of the whole gain, whatever else; less is enough beside a law that is not itself a closure.
 const LEAST_SHARE: f64 = 0.12;
+/// This share is enough if the term takes most of what any function could still take.
+const LARGE_SHARE: f64 = 0.08;
+const MOST: f64 = 0.8;
 /// Beside a closure (known to a tenth or two), this share, and clearly more than any function of the circumstances could still take: a law
 /// that is right needs less to be learnt than trees do, and what only mends a closure does not beat them.
 const BESIDE_A_CLOSURE: f64 = 0.03;
@@ -449,7 +452,8 @@ fn both_needed(
             (BESIDE_A_LAW, MATCHES)
         };
         let beats = share > least && more.total > over * left;
-        needed &= enough(&more) && (share > LEAST_SHARE || beats);
+        let is_large = share > LEAST_SHARE || share > LARGE_SHARE && more.total > MOST * left;
+        needed &= enough(&more) && (is_large || beats);
     }
     needed
 }
