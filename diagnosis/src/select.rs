@@ -1,11 +1,17 @@
 //! Which candidates are missing: fits of all, gains on blocks that were not fitted, one effect or two, and what cannot be told apart.
 
+mod pairs;
+mod ties;
+
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use nalgebra::DMatrix;
+pub(crate) use pairs::promise;
+use pairs::{beside, pairs};
+use ties::Pool;
 
-use crate::candidates::{Candidate, Kind};
+use crate::candidates::Candidate;
 use crate::fit::{Fit, Setting, held_out};
 use crate::intervals::is_closure;
 use crate::statistics::trees::{self, HeldOut};
@@ -34,12 +40,6 @@ const BEATS: f64 = 1.25;
 /// Beside any other, this share, and as much as any function could take.
 const BESIDE_A_LAW: f64 = 0.003;
 const MATCHES: f64 = 1.0;
-/// How many are tried beside the best single, and how many singles among themselves.
-const PAIRED: usize = 7;
-const PAIRED_SINGLES: usize = 4;
-/// How many more are tried in the place of each of a chosen pair.
-const RIVALS: usize = 4;
-
 /// What trees over the circumstances predict, held out, of what a fit leaves.
 #[must_use]
 pub fn flexible(setting: &Setting, fit: &Fit) -> HeldOut {
@@ -253,158 +253,6 @@ pub(crate) fn attempt(
     })
 }
 
-/// Pairs among the best singles, and of the very best with those that promise most beside it.
-fn pairs(
-    setting: &Setting,
-    candidates: &[Candidate],
-    singles: &[Tried],
-    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
-) -> Vec<Tried> {
-    let Some(best) = singles.first() else {
-        return Vec::new();
-    };
-    let mut promising: Vec<(f64, usize)> = singles[1..]
-        .par_iter()
-        .map(|tried| {
-            (
-                promise(setting, candidates, best, tried.which[0]),
-                tried.which[0],
-            )
-        })
-        .collect();
-    promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut wanted: Vec<[usize; 2]> = promising
-        .iter()
-        .take(PAIRED)
-        .map(|&(_, k)| [best.which[0], k])
-        .collect();
-    for (i, a) in singles.iter().enumerate().take(PAIRED_SINGLES) {
-        for b in &singles[i + 1..PAIRED_SINGLES.min(singles.len()).max(i + 1)] {
-            let pair = [a.which[0], b.which[0]];
-            if !wanted.contains(&pair) {
-                wanted.push(pair);
-            }
-        }
-    }
-    together(candidates, singles, wanted, attempt)
-}
-
-/// Pairs fitted from where each ended alone, and the second also from its own beginning: next to the first it may be another.
-fn together(
-    candidates: &[Candidate],
-    singles: &[Tried],
-    wanted: Vec<[usize; 2]>,
-    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
-) -> Vec<Tried> {
-    let alone = |k: usize| singles.iter().find(|tried| tried.which == [k]);
-    wanted
-        .into_par_iter()
-        .filter_map(|[a, b]| {
-            let (first, second) = (alone(a)?.fit.values.clone(), alone(b)?.fit.values.clone());
-            let fresh = candidates[b].starts.first()?.clone();
-            attempt(
-                &[a, b],
-                &[[first.clone(), second].concat(), [first, fresh].concat()],
-            )
-        })
-        .collect()
-}
-
-/// What might stand in the place of one of a chosen pair: the candidates that promise most beside the other, where not tried yet.
-fn beside(
-    setting: &Setting,
-    candidates: &[Candidate],
-    singles: &[Tried],
-    pairs: &[Tried],
-    chosen: [usize; 2],
-    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
-) -> Vec<Tried> {
-    let mut wanted = Vec::new();
-    for kept in chosen {
-        let Some(first) = singles.iter().find(|tried| tried.which == [kept]) else {
-            continue;
-        };
-        let mut promising: Vec<(f64, usize)> = (0..candidates.len())
-            .into_par_iter()
-            .filter(|k| !chosen.contains(k))
-            .map(|k| (promise(setting, candidates, first, k), k))
-            .collect();
-        promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let is_tried = |k: usize| {
-            pairs
-                .iter()
-                .any(|pair| pair.which.contains(&k) && pair.which.contains(&kept))
-        };
-        wanted.extend(
-            promising
-                .into_iter()
-                .map(|(_, k)| k)
-                .filter(|&k| !is_tried(k))
-                .take(RIVALS)
-                .map(|k| [kept, k]),
-        );
-    }
-    together(candidates, singles, wanted, attempt)
-}
-
-/// What another candidate could gain beside those taken, to first order, from the best of its starts.
-pub(crate) fn promise(
-    setting: &Setting,
-    candidates: &[Candidate],
-    first: &Tried,
-    second: usize,
-) -> f64 {
-    let mut members: Vec<&Candidate> = first.which.iter().map(|&k| &candidates[k]).collect();
-    // Gain and offset at their tolerance take no more: what a sensor's fault adds there is its own.
-    let count = first.fit.jacobian.ncols();
-    let free: Vec<usize> = (0..count)
-        .filter(|&j| {
-            let nuisance = (j + 2).checked_sub(count);
-            nuisance.is_none_or(|which| {
-                !setting.at_tolerance(which, first.fit.tolerance[which])
-            })
-        })
-        .collect();
-    let jacobian = first.fit.jacobian.select_columns(&free);
-    let columns = jacobian.ncols();
-    let gram = jacobian.transpose() * &jacobian;
-    let ridge = DMatrix::identity(columns, columns) * (1e-9 * gram.trace());
-    let Some(gram) = (gram + ridge).cholesky() else {
-        return 0.0;
-    };
-    let clean = setting
-        .observed
-        .predict(&setting.hypothesis(&members, &first.fit.values));
-    members.push(&candidates[second]);
-    let of_start = |start: &Vec<f64>| {
-        let values = [first.fit.values.clone(), start.clone()].concat();
-        let changed = setting
-            .observed
-            .predict(&setting.hypothesis(&members, &values));
-        let change: Vec<f64> = changed
-            .iter()
-            .zip(&clean)
-            .map(|(to, from)| to - from)
-            .collect();
-        let change = nalgebra::DVector::from_vec(setting.noise.whiten(&change));
-        let shared = gram.solve(&(jacobian.transpose() * &change));
-        let own = change - &jacobian * shared;
-        let along: f64 = own
-            .iter()
-            .zip(&first.fit.whitened)
-            .map(|(g, e)| g * e)
-            .sum();
-        let square = own.norm_squared();
-        if square > 1e-9 {
-            along * along / square
-        } else {
-            0.0
-        }
-    };
-    let starts = &candidates[second].starts;
-    starts.iter().map(of_start).fold(0.0, f64::max)
-}
-
 /// Gains in a few blocks alone have a large standard error whatever their size; a large one must not rest on one block.
 fn enough(gain: &Gain) -> bool {
     let steady = gain.total > LEAST_ERRORS * gain.error;
@@ -456,117 +304,6 @@ fn both_needed(
         needed &= enough(&more) && (is_large || beats);
     }
     needed
-}
-
-/// Everything that was tried.
-struct Pool<'a> {
-    singles: &'a [Tried],
-    pairs: &'a [Tried],
-}
-
-impl Pool<'_> {
-    /// What does as well with another candidate in the place of one of the chosen, best first: within twice the standard error of the
-    /// difference, 4 % of what the term in question brings, or 2.
-    fn ties(&self, setting: &Setting, chosen: &Tried, place: usize) -> Vec<(usize, &Tried)> {
-        let kept = |k: &usize| *k != chosen.which[place] && chosen.which.contains(k);
-        let pool: &[Tried] = if chosen.which.len() == 1 {
-            self.singles
-        } else {
-            self.pairs
-        };
-        // What the term in question brings.
-        let rest = self
-            .singles
-            .iter()
-            .find(|single| kept(&single.which[0]))
-            .map_or(0.0, |single| single.gain.total.max(0.0));
-        let own = chosen.gain.total - rest;
-        let mut close: Vec<(f64, usize, &Tried)> = Vec::new();
-        for tried in pool.iter().filter(|tried| tried.practical) {
-            let [rival] = tried
-                .which
-                .iter()
-                .copied()
-                .filter(|k| !kept(k))
-                .collect::<Vec<_>>()[..]
-            else {
-                continue;
-            };
-            if chosen.which.contains(&rival) || close.iter().any(|(_, known, _)| *known == rival) {
-                continue;
-            }
-            let lead = gain(setting, &chosen.log_density, &tried.log_density);
-            let tie = (2.0 * lead.error).min(0.5 * own).max(0.04 * own).max(2.0);
-            // What was seen once is compared as fitted.
-            let (lead, tie) = if chosen.gain.total < FAINT_GAIN {
-                (0.5 * (tried.fit.cost - chosen.fit.cost), FAINT_GAIN)
-            } else {
-                (lead.total, tie)
-            };
-            if lead < tie {
-                close.push((lead, rival, tried));
-            }
-        }
-        close.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        close
-            .into_iter()
-            .map(|(_, rival, tried)| (rival, tried))
-            .collect()
-    }
-
-    /// Who is named before one of the chosen that it cannot be told from, within one standard error: an instrument before physics, a
-    /// mechanism before a factor.
-    fn preferred(
-        &self,
-        setting: &Setting,
-        candidates: &[Candidate],
-        chosen: &Tried,
-        place: usize,
-    ) -> Option<Tried> {
-        let own = &candidates[chosen.which[place]];
-        let comes_first = |rival: &Candidate| match (own.kind, rival.kind) {
-            (Kind::Physics, Kind::Sensor) => true,
-            (Kind::Physics, Kind::Physics) => own.name == "momentum_scale",
-            (Kind::Sensor, _) => false,
-        };
-        let (rival, tried) = self.ties(setting, chosen, place).into_iter().find(
-            |(rival, tried)| {
-                let lead = gain(setting, &chosen.log_density, &tried.log_density);
-                let is_even = if chosen.gain.total < FAINT_GAIN {
-                    tried.fit.cost < chosen.fit.cost + 2.0
-                } else {
-                    lead.total < lead.error.max(2.0)
-                };
-                comes_first(&candidates[*rival]) && is_even
-            },
-        )?;
-        let mut preferred = tried.clone();
-        // The same order of terms, values and columns as in the fit that stands.
-        if tried.which.iter().position(|k| *k == rival) != Some(place) {
-            preferred = tried.swapped(candidates);
-        }
-        Some(preferred)
-    }
-}
-
-impl Tried {
-    /// The two terms of a pair in the other order.
-    fn swapped(&self, candidates: &[Candidate]) -> Tried {
-        let [a, b] = self.which[..] else {
-            return self.clone();
-        };
-        let first = candidates[a].parameters.len();
-        let count = self.fit.values.len();
-        let order: Vec<usize> = (first..count)
-            .chain(0..first)
-            .chain(count..count + 2)
-            .collect();
-        let mut swapped = self.clone();
-        swapped.which = vec![b, a];
-        swapped.fit.values = order[..count].iter().map(|&j| self.fit.values[j]).collect();
-        swapped.fit.jacobian = self.fit.jacobian.select_columns(&order);
-        swapped
-    }
 }
 
 /// Log densities over others, block by block.
