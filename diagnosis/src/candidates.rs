@@ -8,7 +8,7 @@ mod surroundings;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use jet::of_the_jet;
-pub(crate) use receiver::of_the_receiver;
+pub(crate) use receiver::{of_the_receiver, own_motion};
 use sensor::of_the_sensor;
 pub(crate) use surroundings::of_the_surroundings;
 
@@ -114,7 +114,7 @@ pub fn applicable(observed: &Observed) -> Vec<Candidate> {
         candidates.extend(of_the_jet(&shows));
         candidates.extend(of_the_surroundings(&shows));
     }
-    if observed.channel == Channel::Throttle {
+    if matches!(observed.channel, Channel::Throttle | Channel::Power) {
         candidates.extend(of_the_receiver(&shows));
     }
     candidates.extend(of_the_sensor(&shows, observed));
@@ -134,9 +134,25 @@ pub(crate) struct Shows {
     pub(crate) moves: bool,
     pub(crate) climbs: bool,
     pub(crate) battery: bool,
+    pub(crate) receiver_moves: bool,
     pub(crate) axial_only: bool,
     pub(crate) span_s: [f64; 2],
     pub(crate) fastest: f64,
+}
+
+/// Whether a receiver climbs or flies forward at a tenth of its own induced velocity in more than 2 % of the samples.
+fn receiver_moves(observed: &Observed) -> bool {
+    let recording = observed.recording;
+    let density = recording.environment.air.density_kg_per_m3();
+    let moves = |sample: &crate::simulate::Sample| {
+        let vehicle = recording.vehicles.get(sample.subject as usize)?;
+        let moment = vehicle.track.moment(sample.t_s)?;
+        let airframe = &vehicle.airframe;
+        let hover_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density);
+        Some(vehicle.track.velocity_at(moment).norm() > 0.1 * hover_mps)
+    };
+    let moving = observed.samples.iter().filter(|s| moves(s) == Some(true));
+    moving.count() as f64 > 0.02 * observed.samples.len() as f64
 }
 
 impl Shows {
@@ -193,8 +209,9 @@ impl Shows {
             climbs: share("climb m/s", &|v| v.abs() > 0.1) > 0.02,
             battery: {
                 let [low, high] = range("battery V");
-                low > 0.0 && high > 1.01 * low
+                low > 0.0 && high > 1.01 * low && observed.channel != Channel::Power
             },
+            receiver_moves: observed.channel != Channel::Speed && receiver_moves(observed),
             axial_only: recording.baseline.observation == Observation::AxialAndAmbient,
             span_s: range("time s"),
             fastest,

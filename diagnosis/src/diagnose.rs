@@ -16,7 +16,7 @@ use region::region;
 use crate::actuation::{self, Actuation};
 use crate::advice::advice;
 use crate::candidates::{Candidate, applicable};
-use crate::finding::{Effect, Finding};
+use crate::finding::{Effect, Finding, Perhaps};
 use crate::fit::Setting;
 use crate::hypothesis::Hypothesis;
 use crate::noise::{self, Noise};
@@ -25,6 +25,7 @@ use crate::outside;
 use crate::prove::Verdict;
 use crate::recording::Recording;
 use crate::select::{FOLDS, Selection, Singles, select, singles};
+use crate::simulate::Channel;
 
 /// Why a recording cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -60,7 +61,18 @@ const LIKELIER: f64 = 20.0;
 /// # Errors
 /// Nothing that can be compared, or too little to hold any of it out.
 pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
-    let observed = Observed::new(recording)
+    diagnose_channel(recording, None)
+}
+
+/// Diagnoses one channel of a recording: the first that it has where none is named.
+///
+/// # Errors
+/// Nothing of that channel that can be compared, or too little to hold any of it out.
+pub fn diagnose_channel(
+    recording: &Recording,
+    channel: Option<Channel>,
+) -> Result<Finding, DiagnoseError> {
+    let observed = Observed::of(recording, channel)
         .ok_or_else(|| DiagnoseError::NothingToCompare(recording.name.clone()))?;
     let actuation = actuation::actuation(recording);
     let mut base = Hypothesis::default();
@@ -148,6 +160,11 @@ pub fn diagnose(recording: &Recording) -> Result<Finding, DiagnoseError> {
         candidates: ranked(&candidates, &selection),
         shape,
         chance: gate.p,
+        perhaps: selection.withheld.map(|(second, more)| Perhaps {
+            name: candidates[second].name.into(),
+            gain: more.total,
+            gain_error: more.error,
+        }),
         advice: advice(&setting, &observed, &candidates, &selection),
         smallest: smallest(&setting, &candidates, &noise),
         effects,

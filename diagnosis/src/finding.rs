@@ -35,6 +35,8 @@ pub struct Finding {
     pub held_out: HeldOut,
     /// Everything that was tried alone, best first.
     pub candidates: Vec<Ranked>,
+    /// A second effect that would predict more, by no more than the closed form of the first may be off.
+    pub perhaps: Option<Perhaps>,
     /// What it cannot tell apart, and what to measure.
     pub advice: Vec<String>,
     /// The smallest effect of each kind that would have been noticed.
@@ -132,6 +134,17 @@ pub struct Ranked {
     pub practical: bool,
     /// Its fitted parameters by name.
     pub parameters: BTreeMap<String, f64>,
+}
+
+/// An effect that was not taken, and might be there.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Perhaps {
+    /// Canonical name.
+    pub name: String,
+    /// Gain in held-out log density beside what was taken.
+    pub gain: f64,
+    /// Its standard error.
+    pub gain_error: f64,
 }
 
 /// What would have been noticed: 80 % power at the 5 % level.

@@ -197,6 +197,7 @@ mod tests {
             shape: None,
             chance: 1.0,
             candidates: Vec::new(),
+            perhaps: None,
             advice: Vec::new(),
             smallest: Vec::new(),
             correction,

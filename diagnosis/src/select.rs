@@ -102,6 +102,8 @@ pub struct Selection {
     pub alternatives: Vec<Vec<usize>>,
     /// The same with their fits.
     pub rivals: Vec<Vec<Tried>>,
+    /// A second term that would predict more, by no more than the closed form of the first may be off: not taken.
+    pub withheld: Option<(usize, Gain)>,
 }
 
 impl Selection {
@@ -110,6 +112,7 @@ impl Selection {
         self.chosen = self.nothing.clone();
         self.alternatives.clear();
         self.rivals.clear();
+        self.withheld = None;
     }
 }
 
@@ -159,6 +162,7 @@ pub fn select(
         chosen: nothing.clone(),
         alternatives: Vec::new(),
         rivals: Vec::new(),
+        withheld: None,
     };
     let Some(first) = singles.first().filter(|tried| tried.practical) else {
         return none();
@@ -181,6 +185,13 @@ pub fn select(
         },
         _ => return none(),
     };
+    let withheld = best_pair
+        .filter(|pair| chosen.which.len() == 1 && pair.which.contains(&chosen.which[0]))
+        .and_then(|pair| {
+            let second = *pair.which.iter().find(|k| !chosen.which.contains(k))?;
+            let more = gain(setting, &pair.log_density, &chosen.log_density);
+            enough(&more).then_some((second, more))
+        });
     let in_place: Vec<Tried> = match chosen.which[..] {
         [a, b] => beside(setting, candidates, &singles, &pairs, [a, b], &attempt),
         _ => Vec::new(),
@@ -208,6 +219,7 @@ pub fn select(
         alternatives,
         singles,
         rivals,
+        withheld,
     }
 }
 

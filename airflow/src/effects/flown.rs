@@ -79,6 +79,7 @@ impl Effects {
             _ => Flown,
         };
         let sideways = "it moves air sideways only, and limits count vertical air";
+        let own = "it is of a drone's own frame and speed, not the air of others";
         let thrust = "it changes the thrust of a drone, not the air that it meets";
         let all = [
             ("crossflow", self.crossflow.is_some(), Flown),
@@ -135,6 +136,8 @@ impl Effects {
                 self.battery_sag.is_some(),
                 Unmoved("it changes the throttle of a drone, not the air that it meets"),
             ),
+            ("own_motion", self.own_motion.is_some(), Unmoved(own)),
+            ("body_drag", self.body_drag.is_some(), Unmoved(own)),
         ];
         all.into_iter()
             .filter(|(_, there, _)| *there)

@@ -219,6 +219,7 @@ pub fn diagnose_campaign(
             .collect(),
         shape,
         chance: gate.p,
+        perhaps: None,
         advice: advice(&candidates, &chosen),
         smallest: smallest(&setting, &candidates, &scatter.noise),
         effects,

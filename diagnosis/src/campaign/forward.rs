@@ -105,6 +105,7 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], tried: Singles, most
             nothing,
             singles,
             rivals: Vec::new(),
+            withheld: None,
             chosen: best,
             alternatives: turns.iter().map(|turn| turn.alternatives.clone()).collect(),
         },

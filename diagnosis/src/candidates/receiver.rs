@@ -1,8 +1,30 @@
 //! How a drone answers to air.
 
-use airflow::effects::{BatterySag, CeilingEffect, GroundEffectThrust, ReceiverInflow};
+use airflow::effects::{BatterySag, CeilingEffect, GroundEffectThrust, OwnMotion, ReceiverInflow};
 
 use super::{Candidate, Kind, Shows, parameter};
+
+/// What a drone's own speed does to the air that it meets.
+pub(crate) fn own_motion() -> Candidate {
+    Candidate {
+        name: "own_motion",
+        kind: Kind::Physics,
+        equation: "alpha -> alpha + kappa V_z/U_H, T -> T (1 + b (V_h/U_H)^2)",
+        story: "a drone that climbs meets air from above, one that flies forward finds fresh air",
+        parameters: vec![
+            parameter("kappa", "1", [-2.0, 4.0], 0.0, 0.2),
+            parameter("b", "1", [-3.0, 6.0], 0.0, 0.5),
+        ],
+        essential: 2,
+        starts: vec![vec![0.5, 0.2]],
+        set: |p, h| {
+            h.effects.own_motion = Some(OwnMotion {
+                climb: p[0],
+                forward: p[1],
+            });
+        },
+    }
+}
 
 pub(crate) fn of_the_receiver(shows: &Shows) -> Vec<Candidate> {
     let mut candidates = Vec::new();
@@ -17,6 +39,9 @@ pub(crate) fn of_the_receiver(shows: &Shows) -> Vec<Candidate> {
             starts: vec![vec![0.8], vec![1.2]],
             set: |p, h| h.effects.receiver_inflow = Some(ReceiverInflow { factor: p[0] }),
         });
+    }
+    if shows.receiver_moves {
+        candidates.push(own_motion());
     }
     if shows.battery {
         candidates.push(Candidate {
