@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::cover::Covers;
 use crate::envelope::Envelope;
-use crate::leg::{KindId, Leg};
+use crate::leg::{KindId, Leg, Tick};
 
 /// An airframe at one mass.
 #[derive(Clone, Debug)]
@@ -87,6 +87,10 @@ pub struct Fleet {
     emitter_of: Vec<usize>,
     reach_m: Vec<f64>,
     grip_m: Vec<f64>,
+    /// Per kind, the one of the same airframe whose air takes longest.
+    slowest: Vec<usize>,
+    /// How long any wake outlasts its drone (ticks).
+    longest_lag: u32,
     conditions: Conditions,
 }
 
@@ -194,6 +198,8 @@ impl Fleet {
             emitter_of,
             reach_m: Vec::new(),
             grip_m: Vec::new(),
+            slowest: Vec::new(),
+            longest_lag: 0,
             conditions,
         };
         let kinds = 0..fleet.kinds.len() as u16;
@@ -203,9 +209,18 @@ impl Fleet {
         };
         let reach_m = farthest(|envelope, _| envelope.reach_m());
         let grip_m = farthest(Envelope::radius_of_square_m);
-        Fleet {
+        let slowest: Vec<usize> = (kinds.clone().map(usize::from))
+            .map(|kind| fleet.slowest_like(kind))
+            .collect();
+        let fleet = Fleet {
             reach_m,
             grip_m,
+            slowest,
+            ..fleet
+        };
+        let lags = kinds.map(|kind| fleet.lag_ticks(KindId(kind), conditions.deepest_m));
+        Fleet {
+            longest_lag: lags.max().unwrap_or(0),
             ..fleet
         }
     }
@@ -232,7 +247,7 @@ impl Fleet {
     }
 
     /// Of one kind's wake over another's discs.
-    fn envelope(&self, emitter: usize, receiver: usize) -> &Envelope {
+    pub(crate) fn envelope(&self, emitter: usize, receiver: usize) -> &Envelope {
         &self.envelopes[self.kinds[receiver].airframe * self.emitters + self.emitter_of[emitter]]
     }
 
@@ -254,6 +269,32 @@ impl Fleet {
     /// Points over the rotor discs of this kind.
     pub fn discs(&self, kind: KindId) -> &DiscPoints {
         &self.discs[self.kind(kind).airframe]
+    }
+
+    /// The kind of the same airframe whose air takes longest to come down.
+    fn slowest_like(&self, kind: usize) -> usize {
+        let like = |other: &usize| self.kinds[*other].airframe == self.kinds[kind].airframe;
+        let speed_mps = |other: &usize| self.wakes[*other].induced_velocity_mps();
+        (0..self.kinds.len())
+            .filter(like)
+            .min_by(|a, b| speed_mps(a).total_cmp(&speed_mps(b)))
+            .unwrap_or(kind)
+    }
+
+    /// How long air that left a drone of this kind is under way down to a depth, at most (ticks, rounded up); 0 where it takes no time.
+    pub(crate) fn lag_ticks(&self, kind: KindId, depth_m: f64) -> u32 {
+        let conditions = &self.conditions;
+        if !conditions.wakes || conditions.flown.convection.is_none() {
+            return 0;
+        }
+        let wake = &self.wakes[self.slowest[usize::from(kind.0)]];
+        // One more: plans are written with rounded places.
+        Tick::lasting(conditions.flown.lag_s(wake, depth_m)) + 1
+    }
+
+    /// How long any wake of the fleet outlasts its drone, at most (ticks).
+    pub(crate) fn longest_lag(&self) -> u32 {
+        self.longest_lag
     }
 
     /// The air they meet in.
@@ -312,25 +353,29 @@ impl Fleet {
         meeting: &mut Meeting,
         onto_first: bool,
     ) {
-        let measure_mps = self.measure_mps(receiver.kind);
         let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
         meeting.column |= envelope.enters_column(from_m, to_m);
         let met = envelope.along(from_m, to_m);
         if met.peak_square == 0.0 {
             return;
         }
-        let ratio = self.wake(emitter.kind).induced_velocity_mps() / measure_mps;
-        let limit = left(
-            receiver.air_limit,
-            self.conditions.flown.draught_mps / measure_mps,
-        );
-        let load = self.load(met.peak_square.sqrt() * ratio / limit);
+        let load = self.load_of(emitter, receiver, met.peak_square);
+        let ratio =
+            self.wake(emitter.kind).induced_velocity_mps() / self.measure_mps(receiver.kind);
         let alpha = met.mean * ratio;
         if onto_first {
             (meeting.load_on_first, meeting.alpha_first) = (load, alpha);
         } else {
             (meeting.load_on_second, meeting.alpha_second) = (load, alpha);
         }
+    }
+
+    /// Millionths of a receiver's budget that a mean square of an emitter's air fills.
+    pub(crate) fn load_of(&self, emitter: &Leg, receiver: &Leg, peak_square: f64) -> u32 {
+        let measure_mps = self.measure_mps(receiver.kind);
+        let ratio = self.wake(emitter.kind).induced_velocity_mps() / measure_mps;
+        let draught = self.conditions.flown.draught_mps / measure_mps;
+        self.load(peak_square.sqrt() * ratio / left(receiver.air_limit, draught))
     }
 
     /// Millionths of a budget that a speed of this share of a limit fills, so that loads add up.

@@ -239,6 +239,8 @@ impl<'a> Scene<'a> {
             wake: &site.wake,
             motion,
             stops: &site.stops,
+            // Whoever stands has been there for as long as its air needs.
+            late: None,
         };
         let bounds_m = &self.world.zones[zone].bounds_m;
         let places_m = (bounds_m.min.coords, bounds_m.max.coords);

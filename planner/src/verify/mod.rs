@@ -31,6 +31,7 @@ mod column;
 mod contents;
 pub(crate) mod flight;
 mod hangar;
+mod late;
 mod limits;
 mod moved_wake;
 mod nearby;

@@ -5,9 +5,13 @@ use nalgebra::{Point3, Vector3};
 
 use super::FAINTEST_WAKE_MPS;
 use super::flight::{Flight, Scene};
+use super::late::{Late, Left};
 use super::nearby::Near;
 use super::wake_bound::BoundedWake;
 use crate::trajectory::Motion;
+
+/// Lowest and highest corner (m).
+type Places = (Vector3<f64>, Vector3<f64>);
 
 /// A wake that the receiver may feel.
 pub(super) struct Emission<'a> {
@@ -29,6 +33,8 @@ pub(super) struct Window<'a> {
     /// The receiver's mass (kg).
     pub(super) mass_kg: f64,
     pub(super) emissions: Vec<Emission<'a>>,
+    /// Where air takes its time: everybody whose air may arrive in this window, in place of the emissions, which columns go by.
+    late: Vec<Late<'a>>,
     receiver: &'a Flight,
     motion: Motion,
     scene: &'a Scene<'a>,
@@ -96,6 +102,7 @@ pub(super) fn windows<'a>(
             induced_velocity_mps: receiver.wakes[piece].wake.hover_velocity_mps(),
             mass_kg: receiver.trajectory.pieces()[piece].mass_kg,
             emissions: Vec::new(),
+            late: Vec::new(),
             receiver,
             motion,
             scene,
@@ -104,12 +111,81 @@ pub(super) fn windows<'a>(
             .iter()
             .filter_map(|&other| window.emission(other))
             .collect();
+        if scene.convection.is_some() {
+            window.late = others
+                .iter()
+                .filter_map(|&other| Late::new(scene, other))
+                .filter(|late| window.late_high_mps(late, from_s, until_s) > FAINTEST_WAKE_MPS)
+                .collect();
+        }
         windows.push(window);
     }
     windows
 }
 
 impl<'a> Window<'a> {
+    /// Whether no wake is felt in it.
+    pub(super) fn is_calm(&self) -> bool {
+        match self.scene.convection {
+            Some(_) => self.late.is_empty(),
+            None => self.emissions.is_empty(),
+        }
+    }
+
+    /// Air of another flight that may arrive at the receiver's heights in a part of the window.
+    fn arriving(&self, late: &Late<'a>, from_s: f64, until_s: f64) -> Vec<(Left<'a>, Places)> {
+        let heights_m = self.motion.box_m(from_s, until_s);
+        let left = late.left((from_s, until_s), (heights_m.0.z, heights_m.1.z));
+        left.into_iter()
+            .filter(|left| {
+                let (lowest_m, _) =
+                    (self.scene.stops).end_range_m(&left.wake.wake, &left.places_m, left.stops);
+                heights_m.1.z >= lowest_m - airflow::HEIGHT_TOLERANCE_M
+            })
+            .map(|left| {
+                let offsets_m = left.offsets_m(&heights_m);
+                (left, offsets_m)
+            })
+            .collect()
+    }
+
+    /// An upper bound of one late wake anywhere on the receiver's discs (m/s).
+    fn late_high_mps(&self, late: &Late<'a>, from_s: f64, until_s: f64) -> f64 {
+        let tip_m = self.receiver.tip_radius_m;
+        let around_m = Vector3::new(tip_m, tip_m, 0.0);
+        let arriving = self.arriving(late, from_s, until_s);
+        let highs_mps = arriving.iter().map(|(left, (low_m, high_m))| {
+            left.highest_mps(&(low_m - around_m, high_m + around_m))
+        });
+        highs_mps.fold(0.0, f64::max)
+    }
+
+    /// [`Window::bound_mps`] of air that comes late.
+    fn late_bound_mps(&self, from_s: f64, until_s: f64, enough_mps: f64) -> (f64, f64) {
+        let each = self.late.iter();
+        let rough =
+            (self.scene).superpose(each.map(|late| self.late_high_mps(late, from_s, until_s)));
+        if rough <= enough_mps {
+            return (0.0, rough);
+        }
+        let arriving: Vec<_> = (self.late.iter())
+            .map(|late| self.arriving(late, from_s, until_s))
+            .collect();
+        let discs = &self.receiver.discs;
+        let mut high = 0.0;
+        for (&[x, y], weight) in discs.offsets_m.iter().zip(&discs.weights) {
+            let point_m = Vector3::new(x, y, 0.0);
+            let highs_mps = arriving.iter().map(|from_one| {
+                let highs_mps = from_one.iter().map(|(left, (low_m, high_m))| {
+                    left.highest_mps(&(low_m + point_m, high_m + point_m))
+                });
+                highs_mps.fold(0.0, f64::max)
+            });
+            high += weight * self.scene.superpose(highs_mps);
+        }
+        (0.0, high.min(rough))
+    }
+
     /// The wake of another flight, if it can be felt in this window.
     fn emission(&self, other: usize) -> Option<Emission<'a>> {
         let emitter = &self.scene.flights[other];
@@ -178,8 +254,11 @@ impl<'a> Window<'a> {
     /// Lower and upper bound of the mean air over the discs (m/s) during a part of the window; the upper one is
     /// only rough where that already shows it to be at most `enough`.
     pub(super) fn bound_mps(&self, from_s: f64, until_s: f64, enough_mps: f64) -> (f64, f64) {
-        if self.emissions.is_empty() {
+        if self.is_calm() {
             return (0.0, 0.0);
+        }
+        if !self.late.is_empty() {
+            return self.late_bound_mps(from_s, until_s, enough_mps);
         }
         let rough = self.scene.superpose(
             self.emissions
@@ -232,9 +311,20 @@ impl<'a> Window<'a> {
         (low, high.min(rough))
     }
 
-    /// The wakes at a time of the window.
-    fn sources(&self, t_s: f64, sources: &mut Vec<Source<'a>>) {
+    /// The wakes at a time of the window, and whose.
+    fn sources(&self, t_s: f64, sources: &mut Vec<Source<'a>>, from: &mut Vec<usize>) {
         sources.clear();
+        from.clear();
+        for late in &self.late {
+            if let Some(source) = self.late_source(late, t_s) {
+                sources.push(source);
+                from.push(late.other);
+            }
+        }
+        if self.scene.convection.is_some() {
+            return;
+        }
+        from.extend(self.emissions.iter().map(|emission| emission.other));
         sources.extend(self.emissions.iter().map(|emission| {
             let position_m = Point3::from(emission.motion.at_m(t_s));
             let wake = &emission.wake.wake;
@@ -247,6 +337,22 @@ impl<'a> Window<'a> {
         }));
     }
 
+    /// Where the air of another flight that is at the receiver at a time comes from; where it comes from several places, the one that
+    /// blows hardest.
+    fn late_source(&self, late: &Late<'a>, t_s: f64) -> Option<Source<'a>> {
+        let place_m = self.place_m(t_s);
+        let sources = late.sources(&self.scene.stops, t_s, place_m.z);
+        if sources.len() < 2 {
+            return sources.first().copied();
+        }
+        let alone_mps = |source: &Source<'_>| {
+            let one = std::slice::from_ref(source);
+            mean_over_discs_mps(one, &self.receiver.discs, place_m, self.scene.superposition)
+        };
+        let harder = |a: &Source<'_>, b: &Source<'_>| alone_mps(a).total_cmp(&alone_mps(b));
+        sources.into_iter().max_by(harder)
+    }
+
     /// Where the receiver is (m).
     pub(super) fn place_m(&self, t_s: f64) -> Point3<f64> {
         self.motion.at_m(t_s).into()
@@ -254,10 +360,10 @@ impl<'a> Window<'a> {
 
     /// Mean air over the receiver's discs at a time of the window (m/s).
     pub(super) fn mean_mps(&self, t_s: f64, sources: &mut Vec<Source<'a>>) -> f64 {
-        if self.emissions.is_empty() {
+        if self.is_calm() {
             return 0.0;
         }
-        self.sources(t_s, sources);
+        self.sources(t_s, sources, &mut Vec::new());
         mean_over_discs_mps(
             sources,
             &self.receiver.discs,
@@ -268,10 +374,10 @@ impl<'a> Window<'a> {
 
     /// Whose wake alone is the strongest over the discs at a time: index in the scene's flights.
     pub(super) fn strongest(&self, t_s: f64) -> Option<usize> {
-        let mut sources = Vec::new();
-        self.sources(t_s, &mut sources);
+        let (mut sources, mut from) = (Vec::new(), Vec::new());
+        self.sources(t_s, &mut sources, &mut from);
         let mut strongest: Option<(usize, f64)> = None;
-        for (emission, source) in self.emissions.iter().zip(&sources) {
+        for (other, source) in from.iter().zip(&sources) {
             let one = std::slice::from_ref(source);
             let alone_mps = mean_over_discs_mps(
                 one,
@@ -280,7 +386,7 @@ impl<'a> Window<'a> {
                 self.scene.superposition,
             );
             if strongest.is_none_or(|(_, known_mps)| alone_mps > known_mps) {
-                strongest = Some((emission.other, alone_mps));
+                strongest = Some((*other, alone_mps));
             }
         }
         strongest.map(|(other, _)| other)
@@ -289,6 +395,14 @@ impl<'a> Window<'a> {
     /// Whether no wake can rise and fall unseen within a part of the window: the way flown as seen from each
     /// emitter is at most twice the half-width there, or the distance from its axis.
     pub(super) fn is_smooth(&self, from_s: f64, until_s: f64) -> bool {
+        if self.scene.convection.is_some() {
+            let mut arriving =
+                (self.late.iter()).flat_map(|late| self.arriving(late, from_s, until_s));
+            return arriving.all(|(left, (low_m, high_m))| {
+                let way_m = (high_m - low_m).norm();
+                way_m <= left.wake.wake.half_width_m((-high_m.z).max(0.0))
+            });
+        }
         self.emissions.iter().all(|e| {
             let way_m = 2.0 * e.relative.half_path_m(from_s, until_s);
             let depths_m = Self::depths_m(e, from_s, until_s);

@@ -11,6 +11,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::clock::join;
 use super::flight::{Scene, level_gap_m, superpose};
+use super::late::Late;
 use super::wake_bound::BoundedWake;
 use super::wake_end::Stops;
 use super::{FAINTEST_WAKE_MPS, Found};
@@ -43,6 +44,14 @@ pub(crate) struct Blow<'a> {
     pub(crate) wake: &'a BoundedWake,
     pub(crate) motion: Motion,
     pub(crate) stops: &'a [u32],
+    /// Where air takes its time: the whole flight, in place of the wake, its stops and its motion, which lasts as long as its air.
+    pub(crate) late: Option<Late<'a>>,
+}
+
+impl Blow<'_> {
+    fn max_speed_mps(&self) -> f64 {
+        (self.late.as_ref()).map_or_else(|| self.motion.max_speed_mps(), Late::fastest_mps)
+    }
 }
 
 /// What all searches of one caller share.
@@ -97,7 +106,7 @@ pub(super) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
         let here: Vec<&Blow<'_>> = under_way.iter().map(|&k| &blows[k]).collect();
         let speed_mps = here
             .iter()
-            .map(|blow| blow.motion.max_speed_mps())
+            .map(|blow| blow.max_speed_mps())
             .fold(0.0, f64::max);
         let steps = (speed_mps * (span[1] - span[0]) / STEP_WAY_M)
             .ceil()
@@ -158,6 +167,10 @@ pub(super) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
 fn blows<'a>(scene: &'a Scene<'_>, field: &Field<'_>, places_m: &Places) -> Vec<Blow<'a>> {
     let mut blows = Vec::new();
     for (from, flight) in scene.flights.iter().enumerate() {
+        if let Some(late) = Late::new(scene, from) {
+            blows.extend(lasting(scene, late, from));
+            continue;
+        }
         for (k, piece) in flight.trajectory.pieces().iter().enumerate() {
             let from_s = piece.motion.from_s.max(flight.airborne_s.0);
             let until_s = piece.motion.until_s.min(flight.airborne_s.1);
@@ -169,13 +182,32 @@ fn blows<'a>(scene: &'a Scene<'_>, field: &Field<'_>, places_m: &Places) -> Vec<
                 wake: &flight.wakes[k],
                 motion: piece.motion.during(from_s, until_s),
                 stops: &flight.stops[k],
+                late: None,
             };
             if high_mps(field, &blow, places_m, (from_s, until_s)) > FAINTEST_WAKE_MPS {
                 blows.push(blow);
             }
         }
     }
+    blows.retain(|blow| {
+        let span_s = (blow.motion.from_s, blow.motion.until_s);
+        blow.late.is_none() || high_mps(field, blow, places_m, span_s) > FAINTEST_WAKE_MPS
+    });
     blows
+}
+
+/// A whole flight for as long as its air is anywhere.
+fn lasting<'a>(scene: &'a Scene<'_>, late: Late<'a>, from: usize) -> Option<Blow<'a>> {
+    let flight = &scene.flights[from];
+    let (from_s, until_s) = late.lasts_s()?;
+    let at_m = flight.trajectory.pieces().first()?.motion.at_m(from_s);
+    Some(Blow {
+        from,
+        wake: flight.wakes.first()?,
+        motion: Motion::still((from_s, until_s.min(scene.horizon_s)), at_m.into()),
+        stops: &[],
+        late: Some(late),
+    })
 }
 
 /// An upper bound of one wake over places and a span of time (m/s).
@@ -185,6 +217,18 @@ pub(crate) fn high_mps(
     places_m: &Places,
     span_s: (f64, f64),
 ) -> f64 {
+    if let Some(late) = &blow.late {
+        let left = late.left(span_s, (places_m.0.z, places_m.1.z));
+        let highs_mps = left.iter().map(|left| {
+            let (lowest_m, _) =
+                (field.stops).end_range_m(&left.wake.wake, &left.places_m, left.stops);
+            if places_m.1.z < lowest_m - airflow::HEIGHT_TOLERANCE_M {
+                return 0.0;
+            }
+            left.highest_mps(&left.offsets_m(places_m))
+        });
+        return highs_mps.fold(0.0, f64::max);
+    }
     let from_m = blow.motion.box_m(span_s.0, span_s.1);
     let depths_m = (from_m.0.z - places_m.1.z, from_m.1.z - places_m.0.z);
     let (lowest_m, _) = field
@@ -258,7 +302,7 @@ pub(crate) fn highest(
     };
     let speed_mps = blows
         .iter()
-        .map(|blow| blow.motion.max_speed_mps())
+        .map(|blow| blow.max_speed_mps())
         .fold(0.0, f64::max);
     let mut parts = BinaryHeap::new();
     let mut number = 0;
@@ -342,28 +386,29 @@ fn source<'a>(field: &Field<'_>, blow: &'a Blow<'a>, t_s: f64) -> Source<'a> {
     }
 }
 
+/// One wake at one place and time (m/s).
+fn one_mps(field: &Field<'_>, blow: &Blow<'_>, t_s: f64, place_m: Point3<f64>) -> f64 {
+    let alone_mps = |source: Source<'_>| axial_speed_mps(&[source], place_m, field.superposition);
+    let Some(late) = &blow.late else {
+        return alone_mps(source(field, blow, t_s));
+    };
+    let sources = late.sources(field.stops, t_s, place_m.z).into_iter();
+    sources.map(alone_mps).fold(0.0, f64::max)
+}
+
 /// All wakes at one place and time (m/s).
 fn at_mps(field: &Field<'_>, blows: &[&Blow<'_>], t_s: f64, place_m: Point3<f64>) -> f64 {
     superpose(
         field.superposition,
-        blows
-            .iter()
-            .map(|blow| axial_speed_mps(&[source(field, blow, t_s)], place_m, field.superposition)),
+        blows.iter().map(|blow| one_mps(field, blow, t_s, place_m)),
     )
 }
 
 /// Whose wake is the strongest at a peak.
 pub(crate) fn strongest(field: &Field<'_>, blows: &[&Blow<'_>], peak: &Peak) -> Option<usize> {
-    let alone = blows.iter().map(|blow| {
-        (
-            blow.from,
-            axial_speed_mps(
-                &[source(field, blow, peak.t_s)],
-                peak.place_m,
-                field.superposition,
-            ),
-        )
-    });
+    let alone = blows
+        .iter()
+        .map(|blow| (blow.from, one_mps(field, blow, peak.t_s, peak.place_m)));
     alone
         .reduce(|a, b| if b.1 > a.1 { b } else { a })
         .map(|(from, _)| from)
