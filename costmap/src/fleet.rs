@@ -5,7 +5,6 @@ use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::cover::Covers;
 use crate::envelope::Envelope;
 use crate::leg::{KindId, Leg, Tick};
 
@@ -62,7 +61,7 @@ fn negligible_share(superposition: Superposition) -> f64 {
 }
 
 /// What a draught leaves of a limit. Never nothing: a limit below its draught is refused before anybody plans.
-fn left(limit: f64, draught: f64) -> f64 {
+pub(crate) fn left(limit: f64, draught: f64) -> f64 {
     if draught == 0.0 {
         return limit;
     }
@@ -183,7 +182,12 @@ impl Fleet {
             .map(|(emitter, wake)| {
                 let limit_mps = left(conditions.lowest_zone_limit_mps, flown.draught_mps);
                 let limit = (limit_mps / fastest(emitter)).min(1.0);
-                let negligible = negligible_share(conditions.superposition) * limit * limit;
+                // With wall jets among them wakes count by their speed.
+                let superposition = match flown.wall {
+                    Some(_) => Superposition::Linear,
+                    None => conditions.superposition,
+                };
+                let negligible = negligible_share(superposition) * limit * limit;
                 Envelope::new(wake, &point, conditions.deepest_m, negligible)
             })
             .collect();
@@ -249,6 +253,11 @@ impl Fleet {
     /// Of one kind's wake over another's discs.
     pub(crate) fn envelope(&self, emitter: usize, receiver: usize) -> &Envelope {
         &self.envelopes[self.kinds[receiver].airframe * self.emitters + self.emitter_of[emitter]]
+    }
+
+    /// Speed at a point below this kind, for zones.
+    pub(crate) fn points(&self, kind: KindId) -> &Envelope {
+        &self.points[self.emitter_of[usize::from(kind.0)]]
     }
 
     /// The kind of this index.
@@ -387,29 +396,6 @@ impl Fleet {
         };
         (additive * WHOLE).ceil().min(f64::from(u32::MAX / 4)) as u32
     }
-
-    /// Millionths of a zone's limit that a leg's wake fills, at most.
-    pub fn load_on_zone(&self, leg: &Leg, covers: &Covers, zone: &ZoneBox) -> u32 {
-        if !self.conditions.wakes || !leg.flying {
-            return 0;
-        }
-        let envelope = &self.points[self.emitter_of[usize::from(leg.kind.0)]];
-        let offset_m = horizontal_gap_m(&leg.from_m, &leg.to_m, zone);
-        let highest_m = leg.from_m.z.max(leg.to_m.z);
-        let lowest_m = leg.from_m.z.min(leg.to_m.z);
-        if offset_m >= envelope.reach_m() || highest_m <= zone.min_m.z {
-            return 0;
-        }
-        let wake = self.wake(leg.kind);
-        if covers.wake_end_z_m(wake, &leg.from_m, &leg.to_m) >= zone.max_m.z {
-            return 0;
-        }
-        let shallow = Vector3::new(offset_m, 0.0, (zone.max_m.z - lowest_m).min(0.0));
-        let deep = Vector3::new(offset_m, 0.0, zone.min_m.z - highest_m);
-        let peak_square = envelope.highest_beyond(&shallow, &deep);
-        let limit_mps = left(zone.air_limit_mps, self.conditions.flown.draught_mps);
-        self.load(peak_square.sqrt() * wake.induced_velocity_mps() / limit_mps)
-    }
 }
 
 /// A box in which the summed wake speed is limited.
@@ -421,17 +407,6 @@ pub struct ZoneBox {
     pub max_m: Point3<f64>,
     /// m/s.
     pub air_limit_mps: f64,
-}
-
-/// A lower bound of the horizontal distance between a way and a box: exact where either stands for one axis.
-fn horizontal_gap_m(from_m: &Point3<f64>, to_m: &Point3<f64>, zone: &ZoneBox) -> f64 {
-    let along = |axis: usize| {
-        let (low, high) = (from_m[axis].min(to_m[axis]), from_m[axis].max(to_m[axis]));
-        (zone.min_m[axis] - high)
-            .max(low - zone.max_m[axis])
-            .max(0.0)
-    };
-    along(0).hypot(along(1))
 }
 
 /// Smallest distance of a straight way from the origin (m).

@@ -20,6 +20,7 @@
 //! - [`envelope`]: what one wake brings to another airframe's discs, bounded from above; `moved_jet`: where wind or tilt moved it
 //! - [`cover`]: where a wake ends
 //! - [`fleet`]: all kinds of drones, and what two legs do to each other
+//! - `zone`: what blows into zones, wall jets included
 //! - `late`: the same where air takes its time
 //! - [`timeline`]: the legs that exist in each second, in parry trees
 //! - [`costmap`](mod@costmap): a leg against all of them, in bounds: what a search asks
@@ -44,3 +45,4 @@ pub mod spindle;
 pub mod swept;
 pub mod timeline;
 pub mod verdict;
+mod zone;

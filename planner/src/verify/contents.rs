@@ -129,6 +129,7 @@ pub(super) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         superposition: air.superposition,
         felt: air.flown.felt,
         draught_mps: air.flown.draught_mps,
+        wall: air.flown.wall,
         convection: air.flown.convection,
         longest_lag_s: 0.0,
         last_s,

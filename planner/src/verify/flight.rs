@@ -22,6 +22,8 @@ pub(super) struct Scene<'a> {
     pub(super) felt: f64,
     /// Air without any wake (m/s), which every limit is lower by.
     pub(super) draught_mps: f64,
+    /// What jets become along the floor, in zones.
+    pub(super) wall: Option<airflow::effects::GroundImpingement>,
     /// Speed of the air that carries wakes down over that of the centreline, where it takes its time.
     pub(super) convection: Option<f64>,
     /// How long any wake outlasts its drone, at most (s).

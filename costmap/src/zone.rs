@@ -1,0 +1,90 @@
+//! What blows into zones: wakes from above, and along the floor the wall jets that they become.
+
+use nalgebra::Vector3;
+
+use crate::cover::Covers;
+use crate::fleet::{Fleet, WHOLE, ZoneBox, left};
+use crate::leg::Leg;
+
+/// Rings in which the wall jet between the nearest and the farthest place of a zone is looked at; chosen here.
+const RINGS: u32 = 16;
+
+impl Fleet {
+    /// Millionths of a zone's limit that a leg's wake fills, at most.
+    ///
+    /// Wall jets run in many directions, and add up to the sum of their speeds at most; with wakes from above that add by momentum the whole
+    /// is at most the sum of `√(above² + along²)`.
+    pub fn load_on_zone(&self, leg: &Leg, covers: &Covers, zone: &ZoneBox) -> u32 {
+        if !self.conditions().wakes || !leg.flying {
+            return 0;
+        }
+        let limit_mps = left(zone.air_limit_mps, self.conditions().flown.draught_mps);
+        let above_mps = self.from_above_mps(leg, covers, zone);
+        let along_mps = self.along_floor_mps(leg, covers, zone);
+        match along_mps {
+            None => self.load(above_mps / limit_mps),
+            Some(along_mps) => {
+                let share = above_mps.hypot(along_mps) / limit_mps;
+                (share * WHOLE).ceil().min(f64::from(u32::MAX / 4)) as u32
+            }
+        }
+    }
+
+    /// Bound on a leg's wake anywhere in a zone (m/s).
+    fn from_above_mps(&self, leg: &Leg, covers: &Covers, zone: &ZoneBox) -> f64 {
+        let envelope = self.points(leg.kind);
+        let offset_m = horizontal_gap_m(leg, zone);
+        let highest_m = leg.from_m.z.max(leg.to_m.z);
+        let lowest_m = leg.from_m.z.min(leg.to_m.z);
+        if offset_m >= envelope.reach_m() || highest_m <= zone.min_m.z {
+            return 0.0;
+        }
+        let wake = self.wake(leg.kind);
+        if covers.wake_end_z_m(wake, &leg.from_m, &leg.to_m) >= zone.max_m.z {
+            return 0.0;
+        }
+        let shallow = Vector3::new(offset_m, 0.0, (zone.max_m.z - lowest_m).min(0.0));
+        let deep = Vector3::new(offset_m, 0.0, zone.min_m.z - highest_m);
+        envelope.highest_beyond(&shallow, &deep).sqrt() * wake.induced_velocity_mps()
+    }
+
+    /// Bound on a leg's wall jet anywhere in a zone (m/s); `None` where wakes leave no wall jet. It spreads along the floor whatever stands
+    /// there: outward.
+    fn along_floor_mps(&self, leg: &Leg, covers: &Covers, zone: &ZoneBox) -> Option<f64> {
+        let wall = self.conditions().flown.wall?;
+        let wake = self.wake(leg.kind);
+        let emitter_m = (
+            leg.from_m.coords.inf(&leg.to_m.coords),
+            leg.from_m.coords.sup(&leg.to_m.coords),
+        );
+        let (low_m, high_m) = (zone.min_m.coords, zone.max_m.coords);
+        let slice = |k: u32| f64::from(k) / f64::from(RINGS) * (high_m - low_m);
+        // Slices along both sides: near ones are thinner and faster than far ones.
+        let mut highest_mps = [0.0_f64; 2];
+        for (axis, highest_mps) in highest_mps.iter_mut().enumerate() {
+            for k in 0..RINGS {
+                let (mut from_m, mut to_m) = (low_m, high_m);
+                from_m[axis] = low_m[axis] + slice(k)[axis];
+                to_m[axis] = low_m[axis] + slice(k + 1)[axis];
+                let places_m = (from_m, to_m);
+                let floor_z_m = covers.floor_z_m();
+                let here_mps = wall.highest_between_mps(wake, floor_z_m, &emitter_m, &places_m);
+                *highest_mps = highest_mps.max(here_mps);
+            }
+        }
+        // Either way of slicing covers the whole zone.
+        Some(highest_mps[0].min(highest_mps[1]))
+    }
+}
+
+/// A lower bound of the horizontal distance between a way and a box: exact where either stands for one axis.
+fn horizontal_gap_m(leg: &Leg, zone: &ZoneBox) -> f64 {
+    let along = |axis: usize| {
+        let (from_m, to_m) = (leg.from_m[axis], leg.to_m[axis]);
+        let (low, high) = (from_m.min(to_m), from_m.max(to_m));
+        (zone.min_m[axis] - high)
+            .max(low - zone.max_m[axis])
+            .max(0.0)
+    };
+    along(0).hypot(along(1))
+}
