@@ -263,6 +263,74 @@ fn where_air_takes_its_time_only_the_finding_keeps_within_the_limit() {
     assert!(met < 1.005, "{met} of the limit");
 }
 
+/// The fastest air in the one zone of a plan over its limit: of [`Effects::meet`], close to the floor where wall jets are fastest, and above.
+fn most_blown_in(plan: &Plan, effects: &Effects) -> f64 {
+    let drone = &plan.drones[0];
+    let airframe = Airframe::preset(&drone.airframe.name).expect("a preset");
+    let density = plan.air.density_kg_per_m3;
+    let plain = Wake::new(&airframe, airframe.mass_kg(), density, &Jet::default());
+    let wake = plain.with_effects(effects);
+    let zone = &plan.zones[0];
+    let mut most_mps = 0.0_f64;
+    for step in 0..=(drone.arrives_s / STEP_S) as u32 {
+        let from_m = place_m(drone, f64::from(step) * STEP_S);
+        let surroundings = Surroundings {
+            t_s: 0.0,
+            climb_mps: 0.0,
+            floor_z_m: Some(0.0),
+            emitter_z_m: from_m.z,
+        };
+        for point in 0..20 * 20 * 8 {
+            let share = |k: u32, of: u32| f64::from(k) / f64::from(of - 1);
+            let size_m = zone.max_m - zone.min_m;
+            let at_m = zone.min_m
+                + nalgebra::Vector3::new(
+                    share(point % 20, 20) * size_m.x,
+                    share(point / 20 % 20, 20) * size_m.y,
+                    share(point / 400, 8).powi(2) * size_m.z,
+                );
+            most_mps = most_mps.max(effects.meet(&wake, at_m - from_m, &surroundings).norm());
+        }
+    }
+    most_mps / zone.air_limit_mps
+}
+
+#[test]
+fn along_the_floor_only_the_finding_keeps_the_air_of_a_zone_within_its_limit() {
+    let bench = |effects: Effects| {
+        let text = r#"Scenario(
+            name: "bench",
+            bounds_m: (min: (0, 0, 0), max: (20, 12, 6)),
+            zones: [(name: "bench", min_m: (8, 9, 0), max_m: (12, 11, 1.5), air_limit_mps: 0.7)],
+            drones: [(name: "courier", airframe: "offboard-2", start_m: (2, 5, 2), tasks: [(to_m: (18, 5, 2))])],
+        )"#;
+        let mut world =
+            planner::scenario::read_world(text, &|_| Err(String::new())).expect("in order");
+        world.effects = effects;
+        planned(&world)
+    };
+    let real = Effects {
+        ground_impingement: Some(GroundImpingement {
+            reach: 1.0,
+            wall_jet: 1.0,
+        }),
+        ..Effects::default()
+    };
+    let ignorant = bench(Effects::default());
+    assert!(is_safe(&ignorant) && most_blown_in(&ignorant, &Effects::default()) < 1.005);
+    let blown = most_blown_in(&ignorant, &real);
+    assert!(blown > 1.1, "{blown} of the limit");
+    let corrected = bench(real);
+    assert!(
+        is_safe(&corrected),
+        "{:?} {:?}",
+        corrected.unplanned,
+        corrected.violations
+    );
+    let met = most_blown_in(&corrected, &real);
+    assert!(met < 1.005, "{met} of the limit");
+}
+
 /// The floor takes vertical air away, so a plan made without it is safe, too; the wall jet is horizontal, and no drone's limit counts it.
 #[test]
 fn the_floor_blows_on_nobody_who_was_not_blown_on_without_it() {
