@@ -5,27 +5,21 @@ use crate::fleet::{BUDGET, Fleet, Meeting, WHOLE, ZoneBox};
 use crate::leg::{DroneId, Leg, Tick};
 use crate::timeline::{Footprint, Item, Slot, Timeline};
 use crate::verdict::{Blocker, Verdict, Why, block_largest, price};
+use crate::zone::ZoneLoad;
 
 /// Everybody's legs, and what another leg would mean to them.
 #[derive(Clone, Debug)]
 pub struct Costmap {
     fleet: Fleet,
-    covers: Covers,
-    zones: Vec<ZoneBox>,
-    timeline: Timeline,
+    pub(crate) covers: Covers,
+    pub(crate) zones: Vec<ZoneBox>,
+    pub(crate) timeline: Timeline,
     /// Who blows into which zone: `[bucket][zone]`, the last bucket being the time after.
-    zone_loads: Vec<Vec<Vec<ZoneLoad>>>,
+    pub(crate) zone_loads: Vec<Vec<Vec<ZoneLoad>>>,
     /// Per drone, what was inserted.
     legs: Vec<Vec<Leg>>,
     /// What the loads on one drone or zone may add up to, in millionths of its limit.
     budget: u32,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct ZoneLoad {
-    drone: DroneId,
-    load: u32,
-    clear: Tick,
 }
 
 /// A leg of another drone that comes near, as [`Costmap::near`] found it.
@@ -190,32 +184,6 @@ impl Costmap {
             other.load += u64::from(meeting.load_on_second);
         }
         self.timeline.add(bucket, item);
-    }
-
-    /// Counts a leg in every zone that it blows into, for as long as its air lasts.
-    fn blow_into_zones(&mut self, leg: &Leg) {
-        if self.zones.is_empty() {
-            return;
-        }
-        let lag = self.fleet.longest_lag();
-        let clear = leg.end.after(lag);
-        for bucket in self.timeline.buckets(leg.start, clear) {
-            let (start, end) = self.timeline.span(bucket);
-            let part = leg.between(Tick(start.0.saturating_sub(lag)), end);
-            if part.start >= part.end {
-                continue;
-            }
-            for (index, zone) in self.zones.iter().enumerate() {
-                let load = self.fleet.load_on_zone(&part, &self.covers, zone);
-                if load > 0 {
-                    self.zone_loads[bucket as usize][index].push(ZoneLoad {
-                        drone: part.drone,
-                        load,
-                        clear,
-                    });
-                }
-            }
-        }
     }
 
     /// Everyone in a bucket that a part of a leg has to do with.
@@ -384,38 +352,6 @@ impl Costmap {
             return 0.0;
         }
         time.end.seconds() - time.start.seconds()
-    }
-
-    fn judge_zones(&self, leg: &Leg, verdict: &mut Verdict) {
-        for (index, zone) in self.zones.iter().enumerate() {
-            let own = self.fleet.load_on_zone(leg, &self.covers, zone);
-            if own == 0 {
-                continue;
-            }
-            if own > BUDGET {
-                verdict.breaks_zone = Some(index);
-                return;
-            }
-            let until = leg.end.after(self.fleet.longest_lag());
-            for bucket in self.timeline.buckets(leg.start, until) {
-                let Some(zones) = self.zone_loads.get(bucket as usize) else {
-                    continue;
-                };
-                let mut loads: Vec<(u32, Blocker)> = zones[index]
-                    .iter()
-                    .map(|load| {
-                        let blocker = Blocker {
-                            drone: load.drone,
-                            why: Why::Zone,
-                            began: leg.start,
-                            clear: load.clear,
-                        };
-                        (load.load, blocker)
-                    })
-                    .collect();
-                block_largest(&mut loads, own, BUDGET, verdict);
-            }
-        }
     }
 }
 

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::envelope::Envelope;
-use crate::leg::{KindId, Leg, Tick};
+use crate::leg::{KindId, Leg};
 
 /// An airframe at one mass.
 #[derive(Clone, Debug)]
@@ -71,8 +71,8 @@ pub(crate) fn left(limit: f64, draught: f64) -> f64 {
 /// All kinds of a fleet, with the tables of who blows how on whom.
 #[derive(Clone, Debug)]
 pub struct Fleet {
-    kinds: Vec<Kind>,
-    wakes: Vec<Wake>,
+    pub(crate) kinds: Vec<Kind>,
+    pub(crate) wakes: Vec<Wake>,
     /// What a receiver measures air by, by kind (m/s).
     measures_mps: Vec<f64>,
     /// Points over the rotor discs, by airframe.
@@ -87,9 +87,9 @@ pub struct Fleet {
     reach_m: Vec<f64>,
     grip_m: Vec<f64>,
     /// Per kind, the one of the same airframe whose air takes longest.
-    slowest: Vec<usize>,
+    pub(crate) slowest: Vec<usize>,
     /// How long any wake outlasts its drone (ticks).
-    longest_lag: u32,
+    pub(crate) longest_lag: u32,
     conditions: Conditions,
 }
 
@@ -278,32 +278,6 @@ impl Fleet {
     /// Points over the rotor discs of this kind.
     pub fn discs(&self, kind: KindId) -> &DiscPoints {
         &self.discs[self.kind(kind).airframe]
-    }
-
-    /// The kind of the same airframe whose air takes longest to come down.
-    fn slowest_like(&self, kind: usize) -> usize {
-        let like = |other: &usize| self.kinds[*other].airframe == self.kinds[kind].airframe;
-        let speed_mps = |other: &usize| self.wakes[*other].induced_velocity_mps();
-        (0..self.kinds.len())
-            .filter(like)
-            .min_by(|a, b| speed_mps(a).total_cmp(&speed_mps(b)))
-            .unwrap_or(kind)
-    }
-
-    /// How long air that left a drone of this kind is under way down to a depth, at most (ticks, rounded up); 0 where it takes no time.
-    pub(crate) fn lag_ticks(&self, kind: KindId, depth_m: f64) -> u32 {
-        let conditions = &self.conditions;
-        if !conditions.wakes || conditions.flown.convection.is_none() {
-            return 0;
-        }
-        let wake = &self.wakes[self.slowest[usize::from(kind.0)]];
-        // One more: plans are written with rounded places.
-        Tick::lasting(conditions.flown.lag_s(wake, depth_m)) + 1
-    }
-
-    /// How long any wake of the fleet outlasts its drone, at most (ticks).
-    pub(crate) fn longest_lag(&self) -> u32 {
-        self.longest_lag
     }
 
     /// The air they meet in.

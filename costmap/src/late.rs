@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 use crate::costmap::{Costmap, Neighbour};
 use crate::envelope::nearest_radius_m;
 use crate::fleet::{Fleet, Meeting};
-use crate::leg::{DroneId, Leg, Tick};
+use crate::leg::{DroneId, KindId, Leg, Tick};
 use crate::timeline::{Footprint, Item};
 use crate::verdict::{Blocker, Verdict, Why, block_largest, price};
 
@@ -140,6 +140,32 @@ impl Region {
 }
 
 impl Fleet {
+    /// The kind of the same airframe whose air takes longest to come down.
+    pub(crate) fn slowest_like(&self, kind: usize) -> usize {
+        let like = |other: &usize| self.kinds[*other].airframe == self.kinds[kind].airframe;
+        let speed_mps = |other: &usize| self.wakes[*other].induced_velocity_mps();
+        (0..self.kinds.len())
+            .filter(like)
+            .min_by(|a, b| speed_mps(a).total_cmp(&speed_mps(b)))
+            .unwrap_or(kind)
+    }
+
+    /// How long air that left a drone of this kind is under way down to a depth, at most (ticks, rounded up); 0 where it takes no time.
+    pub(crate) fn lag_ticks(&self, kind: KindId, depth_m: f64) -> u32 {
+        let conditions = self.conditions();
+        if !conditions.wakes || conditions.flown.convection.is_none() {
+            return 0;
+        }
+        let wake = &self.wakes[self.slowest[usize::from(kind.0)]];
+        // One more: plans are written with rounded places.
+        Tick::lasting(conditions.flown.lag_s(wake, depth_m)) + 1
+    }
+
+    /// How long any wake of the fleet outlasts its drone, at most (ticks).
+    pub(crate) fn longest_lag(&self) -> u32 {
+        self.longest_lag
+    }
+
     /// How long air is under way from any place of one leg down to any of another, at most (ticks).
     fn lag_between(&self, emitter: &Leg, receiver: &Leg) -> u32 {
         let highest_m = emitter.from_m.z.max(emitter.to_m.z);
@@ -281,7 +307,6 @@ impl Costmap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::leg::KindId;
     use nalgebra::Point3;
 
     fn leg(span: (u32, u32), from_m: [f64; 3], to_m: [f64; 3]) -> Leg {

@@ -2,12 +2,22 @@
 
 use nalgebra::Vector3;
 
+use crate::costmap::Costmap;
 use crate::cover::Covers;
-use crate::fleet::{Fleet, WHOLE, ZoneBox, left};
-use crate::leg::Leg;
+use crate::fleet::{BUDGET, Fleet, WHOLE, ZoneBox, left};
+use crate::leg::{DroneId, Leg, Tick};
+use crate::verdict::{Blocker, Verdict, Why, block_largest};
 
 /// Rings in which the wall jet between the nearest and the farthest place of a zone is looked at; chosen here.
 const RINGS: u32 = 16;
+
+/// What one drone blows into a zone, and when it is clear of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ZoneLoad {
+    pub(crate) drone: DroneId,
+    load: u32,
+    clear: Tick,
+}
 
 impl Fleet {
     /// Millionths of a zone's limit that a leg's wake fills, at most.
@@ -19,8 +29,8 @@ impl Fleet {
             return 0;
         }
         let limit_mps = left(zone.air_limit_mps, self.conditions().flown.draught_mps);
-        let above_mps = self.from_above_mps(leg, covers, zone);
-        let along_mps = self.along_floor_mps(leg, covers, zone);
+        let above_mps = self.wake_in_zone_mps(leg, covers, zone);
+        let along_mps = self.wall_jet_in_zone_mps(leg, covers, zone);
         match along_mps {
             None => self.load(above_mps / limit_mps),
             Some(along_mps) => {
@@ -31,7 +41,7 @@ impl Fleet {
     }
 
     /// Bound on a leg's wake anywhere in a zone (m/s).
-    fn from_above_mps(&self, leg: &Leg, covers: &Covers, zone: &ZoneBox) -> f64 {
+    fn wake_in_zone_mps(&self, leg: &Leg, covers: &Covers, zone: &ZoneBox) -> f64 {
         let envelope = self.points(leg.kind);
         let offset_m = horizontal_gap_m(leg, zone);
         let highest_m = leg.from_m.z.max(leg.to_m.z);
@@ -50,7 +60,7 @@ impl Fleet {
 
     /// Bound on a leg's wall jet anywhere in a zone (m/s); `None` where wakes leave no wall jet. It spreads along the floor whatever stands
     /// there: outward.
-    fn along_floor_mps(&self, leg: &Leg, covers: &Covers, zone: &ZoneBox) -> Option<f64> {
+    fn wall_jet_in_zone_mps(&self, leg: &Leg, covers: &Covers, zone: &ZoneBox) -> Option<f64> {
         let wall = self.conditions().flown.wall?;
         let wake = self.wake(leg.kind);
         let emitter_m = (
@@ -74,6 +84,67 @@ impl Fleet {
         }
         // Either way of slicing covers the whole zone.
         Some(highest_mps[0].min(highest_mps[1]))
+    }
+}
+
+impl Costmap {
+    /// Counts a leg in every zone that it blows into, for as long as its air lasts.
+    pub(crate) fn blow_into_zones(&mut self, leg: &Leg) {
+        if self.zones.is_empty() {
+            return;
+        }
+        let lag = self.fleet().longest_lag();
+        let clear = leg.end.after(lag);
+        for bucket in self.timeline.buckets(leg.start, clear) {
+            let (start, end) = self.timeline.span(bucket);
+            let part = leg.between(Tick(start.0.saturating_sub(lag)), end);
+            if part.start >= part.end {
+                continue;
+            }
+            for (index, zone) in self.zones.iter().enumerate() {
+                let load = self.fleet().load_on_zone(&part, &self.covers, zone);
+                if load > 0 {
+                    self.zone_loads[bucket as usize][index].push(ZoneLoad {
+                        drone: part.drone,
+                        load,
+                        clear,
+                    });
+                }
+            }
+        }
+    }
+
+    /// Whether a leg's own wake, and others' with it, are too strong for a zone.
+    pub(crate) fn judge_zones(&self, leg: &Leg, verdict: &mut Verdict) {
+        for (index, zone) in self.zones.iter().enumerate() {
+            let own = self.fleet().load_on_zone(leg, &self.covers, zone);
+            if own == 0 {
+                continue;
+            }
+            if own > BUDGET {
+                verdict.breaks_zone = Some(index);
+                return;
+            }
+            let until = leg.end.after(self.fleet().longest_lag());
+            for bucket in self.timeline.buckets(leg.start, until) {
+                let Some(zones) = self.zone_loads.get(bucket as usize) else {
+                    continue;
+                };
+                let mut loads: Vec<(u32, Blocker)> = zones[index]
+                    .iter()
+                    .map(|load| {
+                        let blocker = Blocker {
+                            drone: load.drone,
+                            why: Why::Zone,
+                            began: leg.start,
+                            clear: load.clear,
+                        };
+                        (load.load, blocker)
+                    })
+                    .collect();
+                block_largest(&mut loads, own, BUDGET, verdict);
+            }
+        }
     }
 }
 

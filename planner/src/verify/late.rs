@@ -80,7 +80,7 @@ impl<'a> Late<'a> {
     /// While its air is anywhere (s); `None` where it never flies.
     pub(super) fn lasts_s(&self) -> Option<Span> {
         let (from_s, until_s) = self.flight.airborne_s;
-        (from_s < until_s).then(|| (from_s, until_s + self.lag_s))
+        (from_s < until_s).then_some((from_s, until_s + self.lag_s))
     }
 
     /// Its highest speed (m/s).

@@ -76,7 +76,7 @@ fn left_at_m(
 
 /// The most that any drone meets over what it may meet, of [`Effects::meet`] over its rotor discs, wakes added by momentum. A hall
 /// without obstacles, whose floor is at 0.
-fn most_met(plan: &Plan, effects: &Effects) -> f64 {
+pub(super) fn most_met(plan: &Plan, effects: &Effects) -> f64 {
     let frames: Vec<(Airframe, Wake)> = plan
         .drones
         .iter()

@@ -2,17 +2,16 @@
 
 use airflow::effects::{
     ClimbDescent, Effects, GroundImpingement, JetMerging, ReceiverInflow, Recirculation,
-    WakeTransport,
 };
 use airflow::{Airframe, Jet, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::Point3;
 use planner::outcome::{Control, Outcome};
-use planner::plan::{DronePlan, Plan, Status, ViolationKind};
+use planner::plan::{Plan, Status, ViolationKind};
 use planner::verify::verify;
 use planner::world::World;
 
 use super::{heavier, tilt, wind};
-use crate::verifier::plans::{drone, kinds, leaves, plan, with_zone};
+use crate::verifier::plans::{drone, kinds, plan, with_zone};
 
 /// The shipped hall, flown through these effects.
 fn hall(effects: Effects) -> World {
@@ -49,7 +48,7 @@ pub(super) fn planned(world: &World) -> Plan {
 }
 
 /// The same plan in other air than it was made for.
-fn in_air(plan: &Plan, effects: Effects) -> Plan {
+pub(super) fn in_air(plan: &Plan, effects: Effects) -> Plan {
     let mut plan = plan.clone();
     plan.air.effects = Some(effects);
     plan
@@ -147,97 +146,6 @@ fn a_zone_is_blown_into_by_the_jet_where_the_wind_has_taken_it() {
     let (from_m, to_m) = ([9.5, 12.0, 0.0], [10.5, 12.6, 1.5]);
     assert_eq!(zone(Effects::default(), from_m, to_m), []);
     assert_eq!(zone(wind(0.0, 0.5), from_m, to_m), [ViolationKind::Zone]);
-}
-
-/// `m`: the age of the air over that at the centreline's speed.
-fn lagging(lag_factor: f64) -> Effects {
-    Effects {
-        wake_transport: Some(WakeTransport { lag_factor }),
-        ..Effects::default()
-    }
-}
-
-#[test]
-fn air_arrives_after_its_drone_has_left_landed_or_flown_on() {
-    // A Matrice hovers six metres above the place that a Kolibri comes to as it goes; its air takes 0.9 s down there, here 1.8.
-    let crossed = |upper: DronePlan, effects: Effects| {
-        let lower = drone(
-            "lower",
-            "kolibri",
-            &[
-                (0.0, [3.0, 10.0, 2.0]),
-                (3.5, [10.0, 10.0, 2.0]),
-                (7.0, [17.0, 10.0, 2.0]),
-            ],
-        );
-        let found = verify(&in_air(&plan(vec![upper, lower]), effects)).violations;
-        found
-            .iter()
-            .map(|found| (found.kind, found.drone.clone()))
-            .collect::<Vec<_>>()
-    };
-    let caught = [(ViolationKind::Air, "lower".to_owned())];
-    let hovers = [(0.0, [10.0, 10.0, 8.0]), (2.8, [10.0, 10.0, 8.0])];
-    let gone = || leaves(drone("upper", "matrice-300", &hovers));
-    assert_eq!(crossed(gone(), Effects::default()), []);
-    assert_eq!(crossed(gone(), lagging(2.0)), caught);
-    let on = || {
-        drone(
-            "upper",
-            "matrice-300",
-            &[hovers[0], (1.8, hovers[1].1), (3.8, [10.0, 14.0, 8.0])],
-        )
-    };
-    assert_eq!(crossed(on(), Effects::default()), []);
-    assert_eq!(crossed(on(), lagging(2.0)), caught);
-    // And not before it is there: the air of a drone that comes later is still under way.
-    let comes = || {
-        drone(
-            "upper",
-            "matrice-300",
-            &[(0.0, [10.0, 17.6, 8.0]), (3.8, [10.0, 10.0, 8.0])],
-        )
-    };
-    assert_eq!(crossed(comes(), Effects::default()), caught);
-    assert_eq!(crossed(comes(), lagging(2.0)), []);
-}
-
-#[test]
-fn a_drone_that_sinks_faster_than_its_air_blows_no_less_than_its_flight_says() {
-    // Eight metres down in four seconds: deep below, air of several moments arrives at once.
-    let sinks = || {
-        drone(
-            "upper",
-            "kolibri",
-            &[(0.0, [10.0, 10.0, 11.0]), (4.0, [10.0, 10.0, 3.0])],
-        )
-    };
-    let lower = || drone("lower", "kolibri", &[(0.0, [10.0, 10.3, 1.0])]);
-    let worst_mps = |effects: Effects| {
-        let judged = verify(&in_air(&plan(vec![sinks(), lower()]), effects));
-        judged.air_met[1].worst_air_mps
-    };
-    // At rest in the end, both blow alike.
-    assert!(worst_mps(lagging(3.0)) >= worst_mps(Effects::default()) * 0.999);
-}
-
-#[test]
-fn a_zone_is_blown_into_for_as_long_as_air_is_under_way() {
-    let upper = leaves(drone(
-        "upper",
-        "matrice-300",
-        &[(0.0, [10.0, 10.0, 8.0]), (3.0, [10.0, 10.0, 8.0])],
-    ));
-    let plan = with_zone(plan(vec![upper]), [9.5, 9.5, 0.0], [10.5, 10.5, 1.5], 1.0);
-    let until_s = |effects: Effects| {
-        let found = verify(&in_air(&plan, effects)).violations;
-        assert_eq!(found.len(), 1);
-        found[0].until_s.expect("it is gone")
-    };
-    assert_eq!(until_s(Effects::default()), 3.0);
-    assert!(
-        until_s(lagging(1.0)) > 3.5 && until_s(lagging(2.0)) > 2.0 * until_s(lagging(1.0)) - 3.1
-    );
 }
 
 fn floor(wall_jet: f64) -> Effects {
