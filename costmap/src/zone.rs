@@ -15,8 +15,8 @@ const RINGS: u32 = 16;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ZoneLoad {
     pub(crate) drone: DroneId,
-    load: u32,
-    clear: Tick,
+    pub(crate) load: u32,
+    pub(crate) clear: Tick,
 }
 
 impl Fleet {

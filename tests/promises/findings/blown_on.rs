@@ -59,7 +59,7 @@ fn left_at_m(
         let from_s = began_s + f64::from(step) * STEP_S;
         let until_s = (from_s + STEP_S).min(t_s);
         let (a, b) = (early_s(from_s), early_s(until_s));
-        if (a <= 0.0) != (b < 0.0) {
+        if (a <= 0.0) == (b < 0.0) {
             continue;
         }
         let left_s = if a == b {
