@@ -5,27 +5,21 @@ use crate::fleet::{BUDGET, Fleet, Meeting, WHOLE, ZoneBox};
 use crate::leg::{DroneId, Leg, Tick};
 use crate::timeline::{Footprint, Item, Slot, Timeline};
 use crate::verdict::{Blocker, Verdict, Why, block_largest, price};
+use crate::zone::ZoneLoad;
 
 /// Everybody's legs, and what another leg would mean to them.
 #[derive(Clone, Debug)]
 pub struct Costmap {
     fleet: Fleet,
-    covers: Covers,
-    zones: Vec<ZoneBox>,
-    timeline: Timeline,
+    pub(crate) covers: Covers,
+    pub(crate) zones: Vec<ZoneBox>,
+    pub(crate) timeline: Timeline,
     /// Who blows into which zone: `[bucket][zone]`, the last bucket being the time after.
-    zone_loads: Vec<Vec<Vec<ZoneLoad>>>,
+    pub(crate) zone_loads: Vec<Vec<Vec<ZoneLoad>>>,
     /// Per drone, what was inserted.
     legs: Vec<Vec<Leg>>,
     /// What the loads on one drone or zone may add up to, in millionths of its limit.
     budget: u32,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct ZoneLoad {
-    drone: DroneId,
-    load: u32,
-    clear: Tick,
 }
 
 /// A leg of another drone that comes near, as [`Costmap::near`] found it.
@@ -39,6 +33,10 @@ impl Neighbour {
     /// The part of its leg that is near.
     pub fn leg(&self) -> &Leg {
         &self.item.leg
+    }
+
+    pub(crate) fn item(&self) -> &Item {
+        &self.item
     }
 
     /// Height at which its wake ends (m).
@@ -92,9 +90,35 @@ impl Costmap {
         &self.legs[drone.0 as usize]
     }
 
-    /// The end of all legs that end.
+    /// From here on nothing changes any more: the end of all legs that end, and of the air that they leave behind.
     pub fn horizon(&self) -> Tick {
         self.timeline.horizon()
+    }
+
+    pub(crate) fn budget(&self) -> u32 {
+        self.budget
+    }
+
+    pub(crate) fn buckets(&self, start: Tick, end: Tick) -> std::ops::Range<u32> {
+        self.timeline.buckets(start, end)
+    }
+
+    pub(crate) fn span(&self, bucket: u32) -> (Tick, Tick) {
+        self.timeline.span(bucket)
+    }
+
+    /// Everybody's legs near a footprint that a span of time touches.
+    pub(crate) fn items_near(&self, footprint: &Footprint, start: Tick, end: Tick) -> Vec<&Item> {
+        let mut slots = Vec::new();
+        for bucket in self.timeline.buckets(start, end) {
+            self.timeline.near(bucket, footprint, &mut slots);
+        }
+        // Tree order must not reach a result.
+        slots.sort_unstable();
+        slots
+            .into_iter()
+            .map(|slot| self.timeline.item(slot))
+            .collect()
     }
 
     /// Reserves a drone's legs, bodies and wakes, in place of what it had reserved.
@@ -112,7 +136,8 @@ impl Costmap {
                 }
             })
             .max();
-        self.timeline.extend_to(last.unwrap_or_default());
+        let lag = self.fleet.longest_lag();
+        self.timeline.extend_to(last.unwrap_or_default().after(lag));
         self.extend_zones(self.timeline.bucket_count());
         for leg in &legs {
             let end_z_m = self.wake_end_z_m(leg);
@@ -124,6 +149,7 @@ impl Costmap {
                 }
                 self.insert_part(bucket, leg, part, end_z_m);
             }
+            self.blow_into_zones(leg);
         }
         self.legs[drone.0 as usize] = legs;
     }
@@ -146,22 +172,18 @@ impl Costmap {
             wake_end_z_m,
             load: 0,
         };
-        for (slot, meeting) in self.meetings(bucket, &part, wake_end_z_m) {
+        // Air that comes late is added up when it is asked for.
+        let meetings = if self.fleet.longest_lag() == 0 {
+            self.meetings(bucket, &part, wake_end_z_m)
+        } else {
+            Vec::new()
+        };
+        for (slot, meeting) in meetings {
             item.load += u64::from(meeting.load_on_first);
             let other = self.timeline.item_mut(slot);
             other.load += u64::from(meeting.load_on_second);
         }
         self.timeline.add(bucket, item);
-        for (index, zone) in self.zones.iter().enumerate() {
-            let load = self.fleet.load_on_zone(&part, &self.covers, zone);
-            if load > 0 {
-                self.zone_loads[bucket as usize][index].push(ZoneLoad {
-                    drone: part.drone,
-                    load,
-                    clear: whole.end,
-                });
-            }
-        }
     }
 
     /// Everyone in a bucket that a part of a leg has to do with.
@@ -188,9 +210,10 @@ impl Costmap {
         let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
             return;
         };
-        for bucket in self.timeline.buckets(first.start, last.end) {
+        let lag = self.fleet.longest_lag();
+        for bucket in self.timeline.buckets(first.start, last.end.after(lag)) {
             let slots = self.timeline.of(bucket, drone);
-            for &slot in &slots {
+            for &slot in slots.iter().filter(|_| lag == 0) {
                 let item = *self.timeline.item(slot);
                 for (other, meeting) in self.meetings(bucket, &item.leg, item.wake_end_z_m) {
                     let other = self.timeline.item_mut(other);
@@ -222,13 +245,15 @@ impl Costmap {
         found.clear();
         let footprint = Footprint::around(leg, self.fleet.reach_m(leg.kind));
         let mut slots = Vec::new();
-        for bucket in self.timeline.buckets(leg.start, leg.end) {
+        let lag = self.fleet.longest_lag();
+        let (since, until) = (Tick(leg.start.0.saturating_sub(lag)), leg.end.after(lag));
+        for bucket in self.timeline.buckets(since, until) {
             self.timeline.near(bucket, &footprint, &mut slots);
         }
         found.extend(slots.into_iter().filter_map(|slot| {
             let item = *self.timeline.item(slot);
             let concerns =
-                item.leg.drone != leg.drone && item.leg.start < leg.end && leg.start < item.leg.end;
+                item.leg.drone != leg.drone && item.leg.start < until && since < item.leg.end;
             concerns.then_some(Neighbour { slot, item })
         }));
         // Tree order must not reach a sum.
@@ -252,9 +277,13 @@ impl Costmap {
     /// Judges a leg against its neighbours (of [`Costmap::near`]) and the zones.
     pub fn judge(&self, leg: &Leg, neighbours: &[Neighbour], verdict: &mut Verdict) {
         verdict.clear();
-        let mut own_end_z_m = None;
-        for same_bucket in neighbours.chunk_by(|a, b| a.slot.bucket == b.slot.bucket) {
-            self.judge_bucket(leg, same_bucket, &mut own_end_z_m, verdict);
+        if self.fleet.longest_lag() > 0 {
+            self.judge_late(leg, neighbours, verdict);
+        } else {
+            let mut own_end_z_m = None;
+            for same_bucket in neighbours.chunk_by(|a, b| a.slot.bucket == b.slot.bucket) {
+                self.judge_bucket(leg, same_bucket, &mut own_end_z_m, verdict);
+            }
         }
         if leg.flying && self.fleet.conditions().wakes {
             self.judge_zones(leg, verdict);
@@ -317,43 +346,12 @@ impl Costmap {
         block_largest(&mut loads, 0, self.budget, verdict);
     }
 
-    fn shared_s(&self, leg: &Leg, item: &Item) -> f64 {
+    pub(crate) fn shared_s(&self, leg: &Leg, item: &Item) -> f64 {
         let time = leg.overlap(&item.leg);
         if time.end == Tick::FOREVER {
             return 0.0;
         }
         time.end.seconds() - time.start.seconds()
-    }
-
-    fn judge_zones(&self, leg: &Leg, verdict: &mut Verdict) {
-        for (index, zone) in self.zones.iter().enumerate() {
-            let own = self.fleet.load_on_zone(leg, &self.covers, zone);
-            if own == 0 {
-                continue;
-            }
-            if own > BUDGET {
-                verdict.breaks_zone = Some(index);
-                return;
-            }
-            for bucket in self.timeline.buckets(leg.start, leg.end) {
-                let Some(zones) = self.zone_loads.get(bucket as usize) else {
-                    continue;
-                };
-                let mut loads: Vec<(u32, Blocker)> = zones[index]
-                    .iter()
-                    .map(|load| {
-                        let blocker = Blocker {
-                            drone: load.drone,
-                            why: Why::Zone,
-                            began: leg.start,
-                            clear: load.clear,
-                        };
-                        (load.load, blocker)
-                    })
-                    .collect();
-                block_largest(&mut loads, own, BUDGET, verdict);
-            }
-        }
     }
 }
 

@@ -20,6 +20,8 @@
 //! - [`envelope`]: what one wake brings to another airframe's discs, bounded from above; `moved_jet`: where wind or tilt moved it
 //! - [`cover`]: where a wake ends
 //! - [`fleet`]: all kinds of drones, and what two legs do to each other
+//! - `zone`: what blows into zones, wall jets included
+//! - `late`: the same where air takes its time
 //! - [`timeline`]: the legs that exist in each second, in parry trees
 //! - [`costmap`](mod@costmap): a leg against all of them, in bounds: what a search asks
 //! - [`verdict`]: what it says
@@ -35,6 +37,7 @@ pub mod fleet;
 pub mod flight;
 pub mod frame;
 pub mod frustum;
+mod late;
 pub mod leg;
 mod moved_jet;
 mod quadrature;
@@ -42,3 +45,4 @@ pub mod spindle;
 pub mod swept;
 pub mod timeline;
 pub mod verdict;
+mod zone;
