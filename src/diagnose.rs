@@ -58,7 +58,7 @@ pub(crate) struct Arguments {
     /// How to print the answer: one object, or a list of them where several recordings are diagnosed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Folder for finding.ron, diagnosis.json, figures and report.html; of several recordings each gets a folder in it [default: out/<name of the first recording>]
+    /// Folder for finding.ron, diagnosis.json, figures and report.html; of several recordings each gets a folder in it [default: out/NAME, that of the first recording]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

@@ -12,7 +12,7 @@
 //! so one number `g²` per wake and place adds up against one budget, `(limit · U_H)²`. Everything is
 //! in units of the emitter's induced velocity: payload scales a table, it does not change it.
 //!
-//! A wake that effects have moved or reshaped is tabulated about its own axis, row by row: see [`crate::moved_jet`].
+//! A wake that effects have moved or reshaped is tabulated about its own axis, row by row: see `moved_jet`.
 
 use airflow::{DiscPoints, Wake};
 use nalgebra::Vector3;
