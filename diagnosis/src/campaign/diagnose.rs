@@ -71,7 +71,7 @@ pub struct CampaignFinding {
     /// What each scatters by (N).
     #[serde(skip)]
     pub noise_n: Vec<f64>,
-    /// What surrounds each row: one column for each of [`COORDINATES`](super::covariates::COORDINATES).
+    /// What surrounds each row: one column for each of [`super::covariates::COORDINATES`].
     #[serde(skip)]
     pub columns: Vec<Vec<f64>>,
     /// How well the force is predicted in flights that were not fitted, by where the rows lie.
