@@ -31,7 +31,7 @@ pub(super) fn region(observed: &Observed, noise: &Noise, corrected: &[f64]) -> R
     let mut narrow: Vec<(f64, String)> = Vec::new();
     for (name, column) in COVARIATES.iter().zip(&observed.covariates) {
         let within = span(inside.iter().map(|&i| column[i]).collect(), 0.05);
-        let whole = span(column.clone(), 0.0);
+        let whole = span(column.clone(), 0.02);
         let part = (within[1] - within[0]) / (whole[1] - whole[0]);
         // A coordinate that the region covers as widely as the recording says nothing about it.
         if part < 0.7 {
