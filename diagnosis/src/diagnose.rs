@@ -47,8 +47,15 @@ pub enum DiagnoseError {
     },
 }
 
-/// A held-out gain from which a selection stands without the gate: a chance below e^-40.
-pub(crate) const BEYOND_DOUBT: f64 = 40.0;
+/// A held-out gain from which a selection stands without the gate, and how many standard errors it must be: where the scatter is read
+/// too small, a gain alone says little.
+const BEYOND_DOUBT: f64 = 40.0;
+const BEYOND_DOUBT_ERRORS: f64 = 4.0;
+
+/// Whether a held-out gain needs no gate.
+pub(crate) fn is_beyond_doubt(gain: f64, error: f64) -> bool {
+    gain > BEYOND_DOUBT.max(BEYOND_DOUBT_ERRORS * error)
+}
 
 /// Most times that the noise is read again around the best explanation so far, and what a clearly smaller one is, as a share.
 const NOISE_ROUNDS: usize = 2;
@@ -104,7 +111,8 @@ pub fn diagnose_channel(
     let setting = Setting::new(&observed, &noise, base);
     let gate = outside::anything(&setting, &candidates, &tried.nothing.fit);
     let mut selection = select(&setting, &candidates, tried, gate.passed);
-    if !gate.passed && selection.chosen.gain.total < BEYOND_DOUBT {
+    let gain = &selection.chosen.gain;
+    if !gate.passed && !is_beyond_doubt(gain.total, gain.error) {
         selection.withdraw();
     }
     let shape = outside::outside(&setting, &candidates, &selection, &gate);
