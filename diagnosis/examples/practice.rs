@@ -1,0 +1,68 @@
+//! Marks a diagnosis on the practice set: `cargo run --release -p diagnosis --example practice -- FOLDER`.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+use diagnosis::prove::marks::{Marked, Marks, practice};
+use diagnosis::prove::{Answer, Truth};
+use diagnosis::read::read_folder;
+use diagnosis::recording::Recording;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = std::env::args().nth(1).ok_or("which folder?")?;
+    let mut names: Vec<String> = Vec::new();
+    for entry in fs::read_dir(Path::new(&folder).join("truth"))? {
+        let name = entry?
+            .file_name()
+            .into_string()
+            .map_err(|_| "a name that is no text")?;
+        names.extend(name.strip_suffix(".json").map(str::to_owned));
+    }
+    names.sort();
+    let mut marked = Vec::new();
+    for name in names {
+        let recording = recording(&Path::new(&folder).join(&name), &name)?;
+        let started = Instant::now();
+        let mut answer = diagnose(&recording);
+        answer.seconds = started.elapsed().as_secs_f64();
+        // Opened only now.
+        let text = fs::read_to_string(
+            Path::new(&folder)
+                .join("truth")
+                .join(format!("{name}.json")),
+        )?;
+        let truth: Truth = practice(&text, recording.probes.is_none())?;
+        let of_this = Marked::of(&truth, &answer);
+        println!("{name} {}", of_this.line());
+        marked.push(of_this);
+    }
+    let marks = Marks::over(marked);
+    println!(
+        "\n{}{}\n{}",
+        marks.table(),
+        marks.time_line(),
+        marks.confusion_table()
+    );
+    Ok(())
+}
+
+fn recording(folder: &Path, name: &str) -> Result<Recording, Box<dyn Error>> {
+    let mut files = BTreeMap::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let file = entry
+            .file_name()
+            .into_string()
+            .map_err(|_| "a name that is no text")?;
+        files.insert(file, fs::read(entry.path())?);
+    }
+    Ok(read_folder(name, &files)?)
+}
+
+/// Stands for the diagnosis until there is one: it never finds anything.
+fn diagnose(_recording: &Recording) -> Answer {
+    Answer::nothing()
+}
