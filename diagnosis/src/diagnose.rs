@@ -110,7 +110,7 @@ pub fn diagnose_channel(
     }
     let setting = Setting::new(&observed, &noise, base);
     let gate = outside::anything(&setting, &candidates, &tried.nothing.fit);
-    let mut selection = select(&setting, &candidates, tried, gate.passed);
+    let mut selection = select(&setting, &candidates, tried, gate.p);
     let gain = &selection.chosen.gain;
     if !gate.passed && !is_beyond_doubt(gain.total, gain.error) {
         selection.withdraw();

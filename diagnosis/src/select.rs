@@ -24,6 +24,9 @@ const LEAST_GAIN: f64 = 6.0;
 const LEAST_ERRORS: f64 = 2.5;
 /// What a gain that rests on few blocks needs. Chosen here: four times what a term alone needs.
 const LARGE_GAIN: f64 = 25.0;
+/// Chance of as much structure in noise alone below which gains may rest on few blocks, and below which faint ones are enough.
+const RARE_CHANCE: f64 = 1e-4;
+const FAINT_CHANCE: f64 = 0.002;
 /// Least gain where it is known that something is there. Chosen here: twenty to one.
 const FAINT_GAIN: f64 = 3.0;
 /// Least log likelihood over nothing, all samples fitted, of what is seen once. Chosen here: three thousand to one.
@@ -144,13 +147,14 @@ pub fn singles(setting: &Setting, candidates: &[Candidate]) -> Singles {
     Singles { nothing, singles }
 }
 
-/// Tries pairs and chooses. Where it is known that something is there, a faint gain is enough to say what it may be.
+/// Tries pairs and chooses, with the gate's chance of as much structure in noise alone. Where it is all but certain that something is there, a
+/// faint gain is enough to say what it may be.
 #[must_use]
 pub fn select(
     setting: &Setting,
     candidates: &[Candidate],
     tried: Singles,
-    something_is_there: bool,
+    chance: f64,
 ) -> Selection {
     let Singles { nothing, singles } = tried;
     let attempt = |which: &[usize], starts: &[Vec<f64>]| {
@@ -176,10 +180,10 @@ pub fn select(
     // What a function of the circumstances, without any physics, could still take from the best single.
     let left = |tried: &Tried| flexible(setting, &tried.fit).gain.total.max(0.0);
     let chosen = match best_pair {
-        Some(pair) if both_needed(setting, candidates, pair, &singles, left(first)) => pair,
-        _ if enough(&first.gain) => first,
-        _ if something_is_there && faint(&first.gain) => first,
-        _ if something_is_there => match seen_once(&nothing, &singles) {
+        Some(pair) if both_needed(setting, candidates, pair, &singles, left(first), chance) => pair,
+        _ if enough(&first.gain, chance) => first,
+        _ if chance < FAINT_CHANCE && faint(&first.gain) => first,
+        _ if chance < FAINT_CHANCE => match seen_once(&nothing, &singles) {
             Some(once) => once,
             None => return none(),
         },
@@ -190,7 +194,7 @@ pub fn select(
         .and_then(|pair| {
             let second = *pair.which.iter().find(|k| !chosen.which.contains(k))?;
             let more = gain(setting, &pair.log_density, &chosen.log_density);
-            enough(&more).then_some((second, more))
+            enough(&more, chance).then_some((second, more))
         });
     let in_place: Vec<Tried> = match chosen.which[..] {
         [a, b] => beside(setting, candidates, &singles, &pairs, [a, b], &attempt),
@@ -266,9 +270,9 @@ pub(crate) fn attempt(
 }
 
 /// Gains in a few blocks alone have a large standard error whatever their size; a large one must not rest on one block.
-fn enough(gain: &Gain) -> bool {
+fn enough(gain: &Gain, chance: f64) -> bool {
     let steady = gain.total > LEAST_ERRORS * gain.error;
-    let rare = gain.total > LARGE_GAIN && gain.without_best > LEAST_GAIN;
+    let rare = chance < RARE_CHANCE && gain.total > LARGE_GAIN && gain.without_best > LEAST_GAIN;
     gain.total > LEAST_GAIN && (steady || rare)
 }
 
@@ -292,8 +296,9 @@ fn both_needed(
     pair: &Tried,
     singles: &[Tried],
     left: f64,
+    chance: f64,
 ) -> bool {
-    if !enough(&pair.gain) {
+    if !enough(&pair.gain, chance) {
         return false;
     }
     let others = singles.iter().take(1).chain(
@@ -313,7 +318,7 @@ fn both_needed(
         };
         let beats = share > least && more.total > over * left;
         let is_large = share > LEAST_SHARE || share > LARGE_SHARE && more.total > MOST * left;
-        needed &= enough(&more) && (is_large || beats);
+        needed &= enough(&more, chance) && (is_large || beats);
     }
     needed
 }
