@@ -31,7 +31,7 @@ const TURNS: usize = 25;
 /// From more starts than this, only the best few by cost are followed.
 const MOST_STARTS: usize = 6;
 const BEST_STARTS: usize = 3;
-const ENOUGH: f64 = 1e-5;
+const ENOUGH: f64 = 1e-4;
 
 /// What every fit of one recording shares.
 #[derive(Clone, Debug)]

@@ -13,7 +13,7 @@ const PAIRED: usize = 7;
 const PAIRED_SINGLES: usize = 4;
 
 /// How many more are tried in the place of each of a chosen pair.
-const RIVALS: usize = 4;
+const RIVALS: usize = 3;
 
 /// Pairs among the best singles, and of the very best with those that promise most beside it.
 pub(super) fn pairs(
