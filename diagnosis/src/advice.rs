@@ -90,7 +90,7 @@ fn places(
     let floor_m = recording.environment.floor_z_m;
     let began_s = track.t_s.first().copied().unwrap_or(t_s);
     let of = |tried: &Tried| {
-        let members: Vec<&Candidate> = tried.which.iter().map(|&k| &candidates[k]).collect();
+        let members = tried.members(candidates);
         (
             setting.hypothesis(&members, &tried.fit.values),
             tried.fit.tolerance,

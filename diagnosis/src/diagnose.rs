@@ -16,13 +16,12 @@ use region::region;
 use crate::actuation::{self, Actuation};
 use crate::advice::advice;
 use crate::candidates::{Candidate, applicable};
-use crate::finding::{Effect, Finding, Perhaps};
+use crate::finding::{Effect, Finding, Perhaps, verdict};
 use crate::fit::Setting;
 use crate::hypothesis::Hypothesis;
 use crate::noise::{self, Noise};
 use crate::observed::{Explained, Observed};
 use crate::outside;
-use crate::prove::Verdict;
 use crate::recording::Recording;
 use crate::select::{FOLDS, Selection, Singles, select, singles};
 use crate::simulate::Channel;
@@ -117,9 +116,8 @@ pub fn diagnose_channel(
     }
     let shape = outside::outside(&setting, &candidates, &selection, &gate);
     let of_chosen = |selection: &Selection| {
-        let which = selection.chosen.which.iter();
-        let members: Vec<&Candidate> = which.map(|&k| &candidates[k]).collect();
-        setting.hypothesis(&members, &selection.chosen.fit.values)
+        let chosen = &selection.chosen;
+        setting.hypothesis(&chosen.members(&candidates), &chosen.fit.values)
     };
     let mut corrected = observed.predict(&of_chosen(&selection));
     if let Some(shape) = &shape {
@@ -129,25 +127,13 @@ pub fn diagnose_channel(
         selection.withdraw();
     }
     let correction = of_chosen(&selection);
-    let members: Vec<&Candidate> = selection
-        .chosen
-        .which
-        .iter()
-        .map(|&k| &candidates[k])
-        .collect();
+    let members = selection.chosen.members(&candidates);
     let mut effects: Vec<Effect> = actuation
         .and_then(|actuation| actuation.found)
         .map(from_actuation)
         .into_iter()
         .collect();
     effects.extend(named(&candidates, &members, &observed, &selection, &noise));
-    let ambiguous = effects.iter().any(|effect| !effect.alternatives.is_empty());
-    let verdict = match (shape.is_some(), effects.is_empty(), ambiguous) {
-        (true, _, _) => Verdict::OutsideLibrary,
-        (false, true, _) => Verdict::None,
-        (false, false, true) => Verdict::Ambiguous,
-        (false, false, false) => Verdict::Library,
-    };
     let rows = observed
         .samples
         .iter()
@@ -162,7 +148,7 @@ pub fn diagnose_channel(
         recording: recording.name.clone(),
         channel: observed.channel,
         samples: observed.samples.len(),
-        verdict,
+        verdict: verdict(shape.is_some(), &effects),
         region: region(&observed, &noise, &corrected),
         held_out: held_out(&setting, &members, &selection, shape.as_ref(), &noise),
         candidates: ranked(&candidates, &selection),

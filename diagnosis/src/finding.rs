@@ -35,7 +35,7 @@ pub struct Finding {
     pub held_out: HeldOut,
     /// Everything that was tried alone, best first.
     pub candidates: Vec<Ranked>,
-    /// A second effect that would predict more, by no more than the closed form of the first may be off.
+    /// A second effect that would predict more, by too small a part of the whole to be told from an error in the first one's form.
     pub perhaps: Option<Perhaps>,
     /// What it cannot tell apart, and what to measure.
     pub advice: Vec<String>,
@@ -43,6 +43,17 @@ pub struct Finding {
     pub smallest: Vec<Smallest>,
     /// The baseline corrected: everything found, as a hypothesis.
     pub correction: Hypothesis,
+}
+
+/// What a shape outside the library and the effects that were named come to.
+pub(crate) fn verdict(is_outside: bool, effects: &[Effect]) -> Verdict {
+    let is_ambiguous = effects.iter().any(|effect| !effect.alternatives.is_empty());
+    match (is_outside, effects.is_empty(), is_ambiguous) {
+        (true, _, _) => Verdict::OutsideLibrary,
+        (false, true, _) => Verdict::None,
+        (false, false, true) => Verdict::Ambiguous,
+        (false, false, false) => Verdict::Library,
+    }
 }
 
 /// One effect that is missing.

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
 
-pub(crate) use pairs::promise;
+pub(crate) use pairs::promising;
 use pairs::{beside, pairs};
 use ties::Pool;
 
@@ -92,6 +92,13 @@ pub struct Tried {
     pub practical: bool,
 }
 
+impl Tried {
+    /// The candidates that it is made of, in the order of their values.
+    pub(crate) fn members<'c>(&self, candidates: &'c [Candidate]) -> Vec<&'c Candidate> {
+        self.which.iter().map(|&k| &candidates[k]).collect()
+    }
+}
+
 /// What came of it.
 #[derive(Clone, Debug)]
 pub struct Selection {
@@ -105,7 +112,7 @@ pub struct Selection {
     pub alternatives: Vec<Vec<usize>>,
     /// The same with their fits.
     pub rivals: Vec<Vec<Tried>>,
-    /// A second term that would predict more, by no more than the closed form of the first may be off: not taken.
+    /// A second term that would predict more, by too small a part of the whole to be told from an error in the first one's form: not taken.
     pub withheld: Option<(usize, Gain)>,
 }
 

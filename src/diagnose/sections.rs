@@ -266,7 +266,7 @@ fn not_sure(finding: &Finding) -> Vec<Part> {
     }
     if let (Some(perhaps), [effect, ..]) = (&finding.perhaps, finding.effects.as_slice()) {
         parts.push(Part::Line(format!(
-            "Beside {}, {} would gain {:.1} +- {:.1} more on held-out blocks: as much as the form of the first law may be off, so it is not taken.",
+            "Beside {}, {} would gain {:.1} +- {:.1} more on held-out blocks: too small a part of the whole to be told from an error in the form of the first, so it is not taken.",
             effect.name, perhaps.name, perhaps.gain, perhaps.gain_error
         )));
     }

@@ -9,7 +9,6 @@ use crate::fit::Setting;
 
 /// How many are tried beside the best single, and how many singles among themselves.
 const PAIRED: usize = 7;
-
 const PAIRED_SINGLES: usize = 4;
 
 /// How many more are tried in the place of each of a chosen pair.
@@ -25,20 +24,10 @@ pub(super) fn pairs(
     let Some(best) = singles.first() else {
         return Vec::new();
     };
-    let mut promising: Vec<(f64, usize)> = singles[1..]
-        .par_iter()
-        .map(|tried| {
-            (
-                promise(setting, candidates, best, tried.which[0]),
-                tried.which[0],
-            )
-        })
-        .collect();
-    promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut wanted: Vec<[usize; 2]> = promising
-        .iter()
+    let mut wanted: Vec<[usize; 2]> = promising(setting, candidates, best)
+        .into_iter()
         .take(PAIRED)
-        .map(|&(_, k)| [best.which[0], k])
+        .map(|k| [best.which[0], k])
         .collect();
     for (i, a) in singles.iter().enumerate().take(PAIRED_SINGLES) {
         for b in &singles[i + 1..PAIRED_SINGLES.min(singles.len()).max(i + 1)] {
@@ -52,7 +41,7 @@ pub(super) fn pairs(
 }
 
 /// Pairs fitted from where each ended alone, and the second also from its own beginning: next to the first it may be another.
-pub(super) fn together(
+fn together(
     candidates: &[Candidate],
     singles: &[Tried],
     wanted: Vec<[usize; 2]>,
@@ -86,21 +75,15 @@ pub(super) fn beside(
         let Some(first) = singles.iter().find(|tried| tried.which == [kept]) else {
             continue;
         };
-        let mut promising: Vec<(f64, usize)> = (0..candidates.len())
-            .into_par_iter()
-            .filter(|k| !chosen.contains(k))
-            .map(|k| (promise(setting, candidates, first, k), k))
-            .collect();
-        promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let is_tried = |k: usize| {
             pairs
                 .iter()
                 .any(|pair| pair.which.contains(&k) && pair.which.contains(&kept))
         };
         wanted.extend(
-            promising
+            promising(setting, candidates, first)
                 .into_iter()
-                .map(|(_, k)| k)
+                .filter(|k| !chosen.contains(k))
                 .filter(|&k| !is_tried(k))
                 .take(RIVALS)
                 .map(|k| [kept, k]),
@@ -109,14 +92,20 @@ pub(super) fn beside(
     together(candidates, singles, wanted, attempt)
 }
 
+/// The candidates beside those taken, most promising first.
+pub(crate) fn promising(setting: &Setting, candidates: &[Candidate], taken: &Tried) -> Vec<usize> {
+    let mut promising: Vec<(f64, usize)> = (0..candidates.len())
+        .into_par_iter()
+        .filter(|k| !taken.which.contains(k))
+        .map(|k| (promise(setting, candidates, taken, k), k))
+        .collect();
+    promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    promising.into_iter().map(|(_, k)| k).collect()
+}
+
 /// What another candidate could gain beside those taken, to first order, from the best of its starts.
-pub(crate) fn promise(
-    setting: &Setting,
-    candidates: &[Candidate],
-    first: &Tried,
-    second: usize,
-) -> f64 {
-    let mut members: Vec<&Candidate> = first.which.iter().map(|&k| &candidates[k]).collect();
+fn promise(setting: &Setting, candidates: &[Candidate], first: &Tried, second: usize) -> f64 {
+    let mut members = first.members(candidates);
     // Gain and offset at their tolerance take no more: what a sensor's fault adds there is its own.
     let count = first.fit.jacobian.ncols();
     let free: Vec<usize> = (0..count)
