@@ -10,12 +10,13 @@ mod words;
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-use diagnosis::diagnose::{DiagnoseError, diagnose};
+use clap::{Args, ValueEnum};
+use diagnosis::diagnose::{DiagnoseError, diagnose_channel};
 use diagnosis::finding::Finding;
 use diagnosis::finding_file::finding_ron;
 use diagnosis::prove::Verdict;
 use diagnosis::recording::{Recording, Vehicle};
+use diagnosis::simulate::Channel;
 
 use crate::failure::{Failure, answer};
 use crate::files::OutFolder;
@@ -51,12 +52,36 @@ pub(crate) struct Arguments {
         requires = "normal"
     )]
     drones: Vec<String>,
+    /// What to compare, where a recording has several [default: the probes' speed, else a receiver's throttle]
+    #[arg(long, value_enum)]
+    channel: Option<Compared>,
     /// How to print the answer: one object, or a list of them where several recordings are diagnosed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Folder for finding.ron, diagnosis.json, figures and report.html; of several recordings each gets a folder in it [default: out/<name of the first recording>]
+    /// Folder for finding.ron, diagnosis.json, figures and report.html; of several recordings each gets a folder in it [default: out/NAME, that of the first recording]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
+}
+
+/// What is compared with the simulation.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Compared {
+    /// Readings of the probes
+    Speed,
+    /// A receiver's throttle over hover
+    Throttle,
+    /// A receiver's power over that without a wake
+    Power,
+}
+
+impl From<Compared> for Channel {
+    fn from(compared: Compared) -> Channel {
+        match compared {
+            Compared::Speed => Channel::Speed,
+            Compared::Throttle => Channel::Throttle,
+            Compared::Power => Channel::Power,
+        }
+    }
 }
 
 /// Answers no where a mismatch stays unexplained.
@@ -77,7 +102,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             others: recordings.len() - logs,
         });
     }
-    let (found, errors) = diagnose_all(&recordings);
+    let (found, errors) = diagnose_all(&recordings, arguments.channel.map(Channel::from));
     let Some((first, _)) = found.first() else {
         return Err(Failure::Diagnose(errors));
     };
@@ -146,11 +171,14 @@ fn is_log(recording: &Recording) -> bool {
 }
 
 /// One after the other: each takes all threads.
-fn diagnose_all(recordings: &[Recording]) -> (Vec<(&Recording, Finding)>, Vec<DiagnoseError>) {
+fn diagnose_all(
+    recordings: &[Recording],
+    channel: Option<Channel>,
+) -> (Vec<(&Recording, Finding)>, Vec<DiagnoseError>) {
     let progress = Progress::start("diagnosing", recordings.len());
     let (mut found, mut errors) = (Vec::new(), Vec::new());
     for recording in recordings {
-        match diagnose(recording) {
+        match diagnose_channel(recording, channel) {
             Ok(finding) => found.push((recording, finding)),
             Err(error) => errors.push(error),
         }

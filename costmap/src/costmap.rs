@@ -6,6 +6,7 @@ use crate::fleet::{BUDGET, Fleet, WHOLE, ZoneBox};
 use crate::ground::{Footprint, Ground};
 use crate::leg::{DroneId, Leg, Tick};
 use crate::timeline::{BUCKET_TICKS, Incoming, Item, Timeline};
+use crate::zone::ZoneLoad;
 
 /// Legs on the move that last longer are judged and kept in parts: chosen here, a second holds a typical one.
 const PART_TICKS: u32 = 200;
@@ -14,23 +15,16 @@ const PART_TICKS: u32 = 200;
 #[derive(Clone, Debug)]
 pub struct Costmap {
     fleet: Fleet,
-    covers: Covers,
-    zones: Vec<ZoneBox>,
-    timeline: Timeline,
+    pub(crate) covers: Covers,
+    pub(crate) zones: Vec<ZoneBox>,
+    pub(crate) timeline: Timeline,
     draught: Draught,
     /// Who blows into which zone: `[bucket][zone]`, the last bucket being the time after.
-    zone_loads: Vec<Vec<Vec<ZoneLoad>>>,
+    pub(crate) zone_loads: Vec<Vec<Vec<ZoneLoad>>>,
     /// Per drone, what was inserted.
     legs: Vec<Vec<Leg>>,
     /// What the loads on one drone or zone may add up to, in millionths of its limit.
     budget: u32,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct ZoneLoad {
-    drone: DroneId,
-    load: u32,
-    clear: Tick,
 }
 
 impl Costmap {
@@ -75,9 +69,22 @@ impl Costmap {
         &self.legs[drone.0 as usize]
     }
 
-    /// The end of all legs that end.
+    /// From here on nothing changes any more: the end of all legs that end, and of the air that they leave behind.
     pub fn horizon(&self) -> Tick {
         self.timeline.horizon()
+    }
+
+    pub(crate) fn budget(&self) -> u32 {
+        self.budget
+    }
+
+    /// Everybody's legs near a footprint that a span of time touches.
+    pub(crate) fn items_near(&self, around: &Footprint, start: Tick, end: Tick) -> Vec<&Item> {
+        let mut found = Vec::new();
+        self.timeline
+            .around(around, start, end, |_, item| found.push(item));
+        found.sort_unstable_by_key(|item| (item.leg.drone, item.leg.start));
+        found
     }
 
     /// Reserves a drone's legs, bodies and wakes, in place of what it had reserved.
@@ -95,16 +102,17 @@ impl Costmap {
                 }
             })
             .max();
-        self.timeline.extend_to(last.unwrap_or_default());
+        let lag = self.fleet.longest_lag();
+        self.timeline.extend_to(last.unwrap_or_default().after(lag));
         self.extend_zones(self.timeline.bucket_count());
         for leg in &legs {
             let end_z_m = self.wake_end_z_m(leg);
             for part in parts(leg) {
                 self.insert_part(part, [leg.start, leg.end], end_z_m);
             }
-            self.load_zones(leg);
+            self.blow_into_zones(leg);
         }
-        if self.fleet.conditions().wakes {
+        if self.sums_ahead() {
             self.draught.extend_to(self.timeline.bucket_count());
             self.draught.add(&self.fleet, &self.timeline, &legs);
         }
@@ -113,7 +121,11 @@ impl Costmap {
 
     fn insert_part(&mut self, part: Leg, whole: [Tick; 2], wake_end_z_m: f64) {
         let mut met = Vec::new();
+        let sums = self.sums_ahead();
         self.close_to(&part, |other, item| {
+            if !sums {
+                return;
+            }
             let ends = [wake_end_z_m, item.wake_end_z_m];
             if let Some(meeting) = self.fleet.meet(&part, &item.leg, ends) {
                 let on_me = incoming(&part, &item.leg, meeting.load_on_first);
@@ -168,11 +180,12 @@ impl Costmap {
             self.timeline.forget(other, drone);
         }
         self.timeline.remove(drone);
-        if self.fleet.conditions().wakes {
+        if self.sums_ahead() {
             self.draught.take_back(&self.fleet, &self.timeline, &legs);
         }
         if !self.zones.is_empty() {
-            for bucket in self.timeline.buckets(first.start, last.end) {
+            let clear = last.end.after(self.fleet.longest_lag());
+            for bucket in self.timeline.buckets(first.start, clear) {
                 for zone in &mut self.zone_loads[bucket as usize] {
                     zone.retain(|load| load.drone != drone);
                 }
@@ -189,18 +202,19 @@ impl Costmap {
             .wake_end_z_m(self.fleet.wake(leg.kind), &leg.from_m, &leg.to_m)
     }
 
-    /// Everybody that a leg could have to do with while it lasts.
+    /// Everybody that a leg could have to do with while it lasts, and while its air and theirs does.
     pub fn near(&self, leg: &Leg) -> Vec<&Item> {
-        let mut found = Vec::new();
         let around = Footprint::around(leg, self.fleet.reach_m(leg.kind));
-        self.timeline
-            .around(&around, leg.start, leg.end, |_, item| {
-                if item.leg.drone != leg.drone {
-                    found.push(item);
-                }
-            });
-        found.sort_unstable_by_key(|item| (item.leg.drone, item.leg.start));
+        let lag = self.fleet.longest_lag();
+        let since = Tick(leg.start.0.saturating_sub(lag));
+        let mut found = self.items_near(&around, since, leg.end.after(lag));
+        found.retain(|item| item.leg.drone != leg.drone);
         found
+    }
+
+    /// Whether what wakes add up to is kept with each leg. Air that comes late is added up when it is asked for.
+    fn sums_ahead(&self) -> bool {
+        self.fleet.conditions().wakes && self.fleet.longest_lag() == 0
     }
 
     /// Calls `f` with everybody so near while a leg lasts that they could forbid it, or one that begins
@@ -222,29 +236,6 @@ impl Costmap {
         while self.zone_loads.len() < buckets + 1 {
             let after = self.zone_loads.last().cloned().unwrap_or_default();
             self.zone_loads.push(after);
-        }
-    }
-
-    fn load_zones(&mut self, leg: &Leg) {
-        if self.zones.is_empty() {
-            return;
-        }
-        for bucket in self.timeline.buckets(leg.start, leg.end) {
-            let (start, end) = self.timeline.span(bucket);
-            let part = leg.between(start, end);
-            if part.start >= part.end {
-                continue;
-            }
-            for (index, zone) in self.zones.iter().enumerate() {
-                let load = self.fleet.load_on_zone(&part, &self.covers, zone);
-                if load > 0 {
-                    self.zone_loads[bucket as usize][index].push(ZoneLoad {
-                        drone: part.drone,
-                        load,
-                        clear: leg.end,
-                    });
-                }
-            }
         }
     }
 }

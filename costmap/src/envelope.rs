@@ -12,7 +12,7 @@
 //! so one number `g²` per wake and place adds up against one budget, `(limit · U_H)²`. Everything is
 //! in units of the emitter's induced velocity: payload scales a table, it does not change it.
 //!
-//! A wake that effects have moved or reshaped is tabulated about its own axis, row by row: see [`crate::moved_jet`].
+//! A wake that effects have moved or reshaped is tabulated about its own axis, row by row: see `moved_jet`.
 
 use airflow::{DiscPoints, Wake};
 use nalgebra::Vector3;
@@ -304,6 +304,32 @@ impl Envelope {
             Some(f64::from(self.squares[self.cell(row, radius_m)?]))
         };
         (first..=last).filter_map(square).fold(0.0, f64::max)
+    }
+
+    /// Bound on the mean square between two depths (m), given how near any of the places there comes to a vertical axis (m, x and y from
+    /// the emitter).
+    pub(crate) fn highest_among(
+        &self,
+        depths_m: (f64, f64),
+        nearest_m: impl Fn([f64; 2]) -> f64,
+    ) -> f64 {
+        if depths_m.1 <= 0.0 {
+            return 0.0;
+        }
+        let rows = self.row_at(depths_m.0.max(0.0))..=self.row_at(depths_m.1);
+        let below_m = nearest_m([0.0; 2]);
+        if below_m >= self.reach_m {
+            return 0.0;
+        }
+        let square = |row: usize| {
+            let radius_m = if self.moved {
+                nearest_m(self.rows[row].centre_m)
+            } else {
+                below_m
+            };
+            Some(f64::from(self.squares[self.cell(row, radius_m)?]))
+        };
+        rows.filter_map(square).fold(0.0, f64::max)
     }
 
     fn peak_square(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {

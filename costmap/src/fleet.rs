@@ -5,7 +5,6 @@ use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::cover::Covers;
 use crate::envelope::Envelope;
 use crate::leg::{KindId, Leg};
 use faint::Faint;
@@ -63,7 +62,7 @@ fn negligible_share(superposition: Superposition) -> f64 {
 }
 
 /// What a draught leaves of a limit. Never nothing: a limit below its draught is refused before anybody plans.
-fn left(limit: f64, draught: f64) -> f64 {
+pub(crate) fn left(limit: f64, draught: f64) -> f64 {
     if draught == 0.0 {
         return limit;
     }
@@ -73,8 +72,8 @@ fn left(limit: f64, draught: f64) -> f64 {
 /// All kinds of a fleet, with the tables of who blows how on whom.
 #[derive(Clone, Debug)]
 pub struct Fleet {
-    kinds: Vec<Kind>,
-    wakes: Vec<Wake>,
+    pub(crate) kinds: Vec<Kind>,
+    pub(crate) wakes: Vec<Wake>,
     /// What a receiver measures air by, by kind (m/s).
     measures_mps: Vec<f64>,
     /// Points over the rotor discs, by airframe.
@@ -89,6 +88,10 @@ pub struct Fleet {
     reach_m: Vec<f64>,
     grip_m: Vec<f64>,
     faint: Faint,
+    /// Per kind, the one of the same airframe whose air takes longest.
+    pub(crate) slowest: Vec<usize>,
+    /// How long any wake outlasts its drone (ticks).
+    pub(crate) longest_lag: u32,
     conditions: Conditions,
 }
 
@@ -181,7 +184,12 @@ impl Fleet {
             .map(|(emitter, wake)| {
                 let limit_mps = left(conditions.lowest_zone_limit_mps, flown.draught_mps);
                 let limit = (limit_mps / fastest(emitter)).min(1.0);
-                let negligible = negligible_share(conditions.superposition) * limit * limit;
+                // With wall jets among them wakes count by their speed.
+                let superposition = match flown.wall {
+                    Some(_) => Superposition::Linear,
+                    None => conditions.superposition,
+                };
+                let negligible = negligible_share(superposition) * limit * limit;
                 Envelope::new(wake, &point, conditions.deepest_m, negligible)
             })
             .collect();
@@ -197,6 +205,8 @@ impl Fleet {
             reach_m: Vec::new(),
             grip_m: Vec::new(),
             faint: Faint::default(),
+            slowest: Vec::new(),
+            longest_lag: 0,
             conditions,
         };
         let kinds = 0..fleet.kinds.len() as u16;
@@ -206,11 +216,20 @@ impl Fleet {
         };
         let reach_m = farthest(|envelope, _| envelope.reach_m());
         let grip_m = farthest(Envelope::radius_of_square_m);
-        let faint = Faint::new(&fleet);
-        Fleet {
+        let slowest: Vec<usize> = (kinds.clone().map(usize::from))
+            .map(|kind| fleet.slowest_like(kind))
+            .collect();
+        let fleet = Fleet {
             reach_m,
             grip_m,
+            slowest,
+            ..fleet
+        };
+        let faint = Faint::new(&fleet);
+        let lags = kinds.map(|kind| fleet.lag_ticks(KindId(kind), conditions.deepest_m));
+        Fleet {
             faint,
+            longest_lag: lags.max().unwrap_or(0),
             ..fleet
         }
     }
@@ -237,8 +256,13 @@ impl Fleet {
     }
 
     /// Of one kind's wake over another's discs.
-    fn envelope(&self, emitter: usize, receiver: usize) -> &Envelope {
+    pub(crate) fn envelope(&self, emitter: usize, receiver: usize) -> &Envelope {
         &self.envelopes[self.kinds[receiver].airframe * self.emitters + self.emitter_of[emitter]]
+    }
+
+    /// Speed at a point below this kind, for zones.
+    pub(crate) fn points(&self, kind: KindId) -> &Envelope {
+        &self.points[self.emitter_of[usize::from(kind.0)]]
     }
 
     /// The kind of this index.
@@ -316,25 +340,29 @@ impl Fleet {
         meeting: &mut Meeting,
         onto_first: bool,
     ) {
-        let measure_mps = self.measure_mps(receiver.kind);
         let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
         meeting.column |= envelope.enters_column(from_m, to_m);
         let met = envelope.along(from_m, to_m);
         if met.peak_square == 0.0 {
             return;
         }
-        let ratio = self.wake(emitter.kind).induced_velocity_mps() / measure_mps;
-        let limit = left(
-            receiver.air_limit,
-            self.conditions.flown.draught_mps / measure_mps,
-        );
-        let load = self.load(met.peak_square.sqrt() * ratio / limit);
+        let load = self.load_of(emitter, receiver, met.peak_square);
+        let ratio =
+            self.wake(emitter.kind).induced_velocity_mps() / self.measure_mps(receiver.kind);
         let alpha = met.mean * ratio;
         if onto_first {
             (meeting.load_on_first, meeting.alpha_first) = (load, alpha);
         } else {
             (meeting.load_on_second, meeting.alpha_second) = (load, alpha);
         }
+    }
+
+    /// Millionths of a receiver's budget that a mean square of an emitter's air fills.
+    pub(crate) fn load_of(&self, emitter: &Leg, receiver: &Leg, peak_square: f64) -> u32 {
+        let measure_mps = self.measure_mps(receiver.kind);
+        let ratio = self.wake(emitter.kind).induced_velocity_mps() / measure_mps;
+        let draught = self.conditions.flown.draught_mps / measure_mps;
+        self.load(peak_square.sqrt() * ratio / left(receiver.air_limit, draught))
     }
 
     /// Millionths of a budget that a speed of this share of a limit fills, so that loads add up.
@@ -345,29 +373,6 @@ impl Fleet {
             Superposition::Momentum | Superposition::Strongest => share * share,
         };
         (additive * WHOLE).ceil().min(f64::from(u32::MAX / 4)) as u32
-    }
-
-    /// Millionths of a zone's limit that a leg's wake fills, at most.
-    pub fn load_on_zone(&self, leg: &Leg, covers: &Covers, zone: &ZoneBox) -> u32 {
-        if !self.conditions.wakes || !leg.flying {
-            return 0;
-        }
-        let envelope = &self.points[self.emitter_of[usize::from(leg.kind.0)]];
-        let offset_m = horizontal_gap_m(&leg.from_m, &leg.to_m, zone);
-        let highest_m = leg.from_m.z.max(leg.to_m.z);
-        let lowest_m = leg.from_m.z.min(leg.to_m.z);
-        if offset_m >= envelope.reach_m() || highest_m <= zone.min_m.z {
-            return 0;
-        }
-        let wake = self.wake(leg.kind);
-        if covers.wake_end_z_m(wake, &leg.from_m, &leg.to_m) >= zone.max_m.z {
-            return 0;
-        }
-        let shallow = Vector3::new(offset_m, 0.0, (zone.max_m.z - lowest_m).min(0.0));
-        let deep = Vector3::new(offset_m, 0.0, zone.min_m.z - highest_m);
-        let peak_square = envelope.highest_beyond(&shallow, &deep);
-        let limit_mps = left(zone.air_limit_mps, self.conditions.flown.draught_mps);
-        self.load(peak_square.sqrt() * wake.induced_velocity_mps() / limit_mps)
     }
 }
 
@@ -380,17 +385,6 @@ pub struct ZoneBox {
     pub max_m: Point3<f64>,
     /// m/s.
     pub air_limit_mps: f64,
-}
-
-/// A lower bound of the horizontal distance between a way and a box: exact where either stands for one axis.
-fn horizontal_gap_m(from_m: &Point3<f64>, to_m: &Point3<f64>, zone: &ZoneBox) -> f64 {
-    let along = |axis: usize| {
-        let (low, high) = (from_m[axis].min(to_m[axis]), from_m[axis].max(to_m[axis]));
-        (zone.min_m[axis] - high)
-            .max(low - zone.max_m[axis])
-            .max(0.0)
-    };
-    along(0).hypot(along(1))
 }
 
 /// Smallest distance of a straight way from the origin (m).

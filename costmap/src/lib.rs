@@ -20,6 +20,8 @@
 //! - [`envelope`]: what one wake brings to another airframe's discs, bounded from above; `moved_jet`: where wind or tilt moved it
 //! - [`cover`]: where a wake ends
 //! - [`fleet`]: all kinds of drones, and what two legs do to each other
+//! - `zone`: what blows into zones, wall jets included
+//! - `late`: what legs do to one another where air takes its time
 //! - [`ground`]: the floor in bins
 //! - [`timeline`]: the legs over each bin, in order of time
 //! - [`costmap`](mod@costmap): a leg against all of them, in bounds: what a search asks
@@ -38,6 +40,7 @@ pub mod flight;
 pub mod frame;
 pub mod frustum;
 pub mod ground;
+mod late;
 pub mod leg;
 mod moved_jet;
 mod quadrature;
@@ -45,3 +48,4 @@ pub mod spindle;
 pub mod swept;
 pub mod timeline;
 pub mod verdict;
+mod zone;

@@ -22,12 +22,7 @@ const LEAST_APART: f64 = 0.3;
 /// Depths (motor distances), radii (half-widths) and bearings (rad, from east) at which a probe is imagined.
 const DEPTHS: [f64; 9] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0];
 const RADII: [f64; 7] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
-const BEARINGS: [(f64, &str); 4] = [
-    (0.0, "east"),
-    (0.5, "north"),
-    (1.0, "west"),
-    (1.5, "south"),
-];
+const BEARINGS: [(f64, &str); 4] = [(0.0, "east"), (0.5, "north"), (1.0, "west"), (1.5, "south")];
 
 /// Measurements that would decide between what was chosen and what does as well, most telling first; empty where nothing does as well.
 #[must_use]
@@ -95,7 +90,7 @@ fn places(
     let floor_m = recording.environment.floor_z_m;
     let began_s = track.t_s.first().copied().unwrap_or(t_s);
     let of = |tried: &Tried| {
-        let members: Vec<&Candidate> = tried.which.iter().map(|&k| &candidates[k]).collect();
+        let members = tried.members(candidates);
         (
             setting.hypothesis(&members, &tried.fit.values),
             tried.fit.tolerance,

@@ -35,12 +35,25 @@ pub struct Finding {
     pub held_out: HeldOut,
     /// Everything that was tried alone, best first.
     pub candidates: Vec<Ranked>,
+    /// A second effect that would predict more, by too small a part of the whole to be told from an error in the first one's form.
+    pub perhaps: Option<Perhaps>,
     /// What it cannot tell apart, and what to measure.
     pub advice: Vec<String>,
     /// The smallest effect of each kind that would have been noticed.
     pub smallest: Vec<Smallest>,
     /// The baseline corrected: everything found, as a hypothesis.
     pub correction: Hypothesis,
+}
+
+/// What a shape outside the library and the effects that were named come to.
+pub(crate) fn verdict(is_outside: bool, effects: &[Effect]) -> Verdict {
+    let is_ambiguous = effects.iter().any(|effect| !effect.alternatives.is_empty());
+    match (is_outside, effects.is_empty(), is_ambiguous) {
+        (true, _, _) => Verdict::OutsideLibrary,
+        (false, true, _) => Verdict::None,
+        (false, false, true) => Verdict::Ambiguous,
+        (false, false, false) => Verdict::Library,
+    }
 }
 
 /// One effect that is missing.
@@ -132,6 +145,17 @@ pub struct Ranked {
     pub practical: bool,
     /// Its fitted parameters by name.
     pub parameters: BTreeMap<String, f64>,
+}
+
+/// An effect that was not taken, and might be there.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Perhaps {
+    /// Canonical name.
+    pub name: String,
+    /// Gain in held-out log density beside what was taken.
+    pub gain: f64,
+    /// Its standard error.
+    pub gain_error: f64,
 }
 
 /// What would have been noticed: 80 % power at the 5 % level.

@@ -197,6 +197,7 @@ mod tests {
             shape: None,
             chance: 1.0,
             candidates: Vec::new(),
+            perhaps: None,
             advice: Vec::new(),
             smallest: Vec::new(),
             correction,
@@ -225,6 +226,7 @@ mod tests {
                 gain: 0.25,
                 ..Sensor::default()
             },
+            ..Hypothesis::default()
         };
         let named = vec![
             effect("crossflow", Kind::Physics),
@@ -248,7 +250,7 @@ mod tests {
         };
         let correction = Hypothesis {
             effects,
-            sensor: Sensor::default(),
+            ..Hypothesis::default()
         };
         let named = vec![effect("magnitude_sensor", Kind::Sensor)];
         assert_eq!(

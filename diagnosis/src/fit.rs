@@ -8,7 +8,13 @@
 //! Gain `n_g` and offset `n_b` are in every fit, the empty one included, with hard bounds: what the maker allows and no more. Soft
 //! priors alone let an offset swallow half a wind.
 
-use nalgebra::{DMatrix, DVector};
+mod bounded;
+mod left_out;
+
+use nalgebra::DMatrix;
+
+use bounded::bounded_step;
+pub use left_out::{held_out, held_out_residuals, refit_without};
 
 use crate::candidates::{Candidate, Parameter};
 use crate::hypothesis::Hypothesis;
@@ -25,7 +31,7 @@ const TURNS: usize = 25;
 /// From more starts than this, only the best few by cost are followed.
 const MOST_STARTS: usize = 6;
 const BEST_STARTS: usize = 3;
-const ENOUGH: f64 = 1e-5;
+const ENOUGH: f64 = 1e-4;
 
 /// What every fit of one recording shares.
 #[derive(Clone, Debug)]
@@ -278,189 +284,4 @@ pub fn loss(e: f64) -> f64 {
 #[must_use]
 pub fn weight(e: f64) -> f64 {
     (1.0 + (e / GROSS) * (e / GROSS)).sqrt().recip()
-}
-
-/// The damped step that lowers the linearised cost most without leaving the bounds: parameters that would leave are put on their
-/// bound, the rest solved again.
-fn bounded_step(
-    jacobian: &DMatrix<f64>,
-    whitened: &[f64],
-    weights: &[f64],
-    at: &[f64],
-    bounds: &[[f64; 2]],
-    damping: f64,
-) -> DVector<f64> {
-    let (normal, gradient) = normal_equations(jacobian, whitened, weights, at);
-    solve_bounded(&normal, &gradient, at, bounds, damping)
-}
-
-/// `JᵀWJ` and `JᵀWe` with the priors of gain and offset in the last two places.
-fn normal_equations(
-    jacobian: &DMatrix<f64>,
-    whitened: &[f64],
-    weights: &[f64],
-    at: &[f64],
-) -> (DMatrix<f64>, DVector<f64>) {
-    let count = jacobian.ncols();
-    let mut normal = DMatrix::zeros(count, count);
-    let mut gradient = DVector::zeros(count);
-    for a in 0..count {
-        let column_a = jacobian.column(a);
-        for b in a..count {
-            let column_b = jacobian.column(b);
-            let sum: f64 = (0..weights.len())
-                .map(|i| weights[i] * column_a[i] * column_b[i])
-                .sum();
-            normal[(a, b)] = sum;
-            normal[(b, a)] = sum;
-        }
-        gradient[a] = (0..weights.len())
-            .map(|i| weights[i] * column_a[i] * whitened[i])
-            .sum();
-    }
-    let prior = (TOLERANCE_SD * TOLERANCE_SD).recip();
-    for j in count.saturating_sub(2)..count {
-        normal[(j, j)] += prior;
-        gradient[j] -= prior * at[j];
-    }
-    (normal, gradient)
-}
-
-fn solve_bounded(
-    normal: &DMatrix<f64>,
-    gradient: &DVector<f64>,
-    at: &[f64],
-    bounds: &[[f64; 2]],
-    damping: f64,
-) -> DVector<f64> {
-    let count = gradient.len();
-    let mut step = DVector::zeros(count);
-    let mut fixed = vec![false; count];
-    for _ in 0..=count {
-        let free: Vec<usize> = (0..count).filter(|&j| !fixed[j]).collect();
-        if free.is_empty() {
-            break;
-        }
-        let mut matrix =
-            DMatrix::from_fn(free.len(), free.len(), |a, b| normal[(free[a], free[b])]);
-        let right = DVector::from_fn(free.len(), |a, _| {
-            let pulled: f64 = (0..count)
-                .filter(|&j| fixed[j])
-                .map(|j| normal[(free[a], j)] * step[j])
-                .sum();
-            gradient[free[a]] - pulled
-        });
-        for a in 0..free.len() {
-            // Marquardt's scaling, and a floor for parameters that change nothing.
-            matrix[(a, a)] += damping * matrix[(a, a)] + 1e-12;
-        }
-        let Some(solved) = matrix.cholesky().map(|factor| factor.solve(&right)) else {
-            break;
-        };
-        // One at a time, the furthest out for its range first: what it leaves undone may keep the others inside.
-        let mut furthest: Option<(f64, usize)> = None;
-        for (a, &j) in free.iter().enumerate() {
-            let to = at[j] + solved[a];
-            let [low, high] = bounds[j];
-            step[j] = to.clamp(low, high) - at[j];
-            let out = (low - to).max(to - high) / (high - low);
-            if out > 0.0 && furthest.is_none_or(|(most, _)| out > most) {
-                furthest = Some((out, j));
-            }
-        }
-        match furthest {
-            Some((_, j)) => fixed[j] = true,
-            None => break,
-        }
-    }
-    step
-}
-
-/// How well each sample is predicted by what was learnt from the others: blocks go out by turns, the linearised fit is solved again
-/// without them. One log density (up to a constant) for each sample.
-#[must_use]
-pub fn held_out(setting: &Setting, candidates: &[&Candidate], fit: &Fit, folds: usize) -> Vec<f64> {
-    let predicted = held_out_residuals(setting, candidates, fit, folds);
-    predicted.iter().map(|e| -0.5 * loss(*e)).collect()
-}
-
-/// The whitened residuals of the same.
-#[must_use]
-pub fn held_out_residuals(
-    setting: &Setting,
-    candidates: &[&Candidate],
-    fit: &Fit,
-    folds: usize,
-) -> Vec<f64> {
-    let parameters: Vec<Parameter> = candidates
-        .iter()
-        .flat_map(|candidate| candidate.parameters.iter().copied())
-        .collect();
-    let bounds = setting.bounds(&parameters);
-    let mut at = fit.values.clone();
-    at.extend(fit.tolerance);
-    let blocks = &setting.noise.block;
-    let mut residuals = fit.whitened.clone();
-    for fold in 0..folds {
-        let weights: Vec<f64> = fit
-            .whitened
-            .iter()
-            .zip(blocks)
-            .map(|(e, block)| {
-                if block % folds == fold {
-                    0.0
-                } else {
-                    weight(*e)
-                }
-            })
-            .collect();
-        let step = bounded_step(&fit.jacobian, &fit.whitened, &weights, &at, &bounds, 1e-9);
-        for (i, residual) in residuals.iter_mut().enumerate() {
-            if blocks[i] % folds == fold {
-                let moved: f64 = (0..step.len())
-                    .map(|j| fit.jacobian[(i, j)] * step[j])
-                    .sum();
-                *residual = fit.whitened[i] - moved;
-            }
-        }
-    }
-    residuals
-}
-
-/// Predicted readings, gain and offset included, by the fit without one fold's blocks.
-#[must_use]
-pub fn refit_without(
-    setting: &Setting,
-    candidates: &[&Candidate],
-    fit: &Fit,
-    fold: usize,
-    folds: usize,
-) -> Vec<f64> {
-    let parameters: Vec<Parameter> = candidates
-        .iter()
-        .flat_map(|candidate| candidate.parameters.iter().copied())
-        .collect();
-    let bounds = setting.bounds(&parameters);
-    let mut at = fit.values.clone();
-    at.extend(fit.tolerance);
-    let weights: Vec<f64> = fit
-        .whitened
-        .iter()
-        .zip(&setting.noise.block)
-        .map(|(e, block)| {
-            if block % folds == fold {
-                0.0
-            } else {
-                weight(*e)
-            }
-        })
-        .collect();
-    let step = bounded_step(&fit.jacobian, &fit.whitened, &weights, &at, &bounds, 1e-9);
-    let moved: Vec<f64> = at.iter().zip(step.iter()).map(|(x, d)| x + d).collect();
-    let values = &moved[..parameters.len()];
-    let plain = setting
-        .observed
-        .predict(&setting.hypothesis(candidates, values));
-    let [gain, offset] = [moved[parameters.len()], moved[parameters.len() + 1]];
-    plain.iter().map(|f| (1.0 + gain) * f + offset).collect()
 }

@@ -42,11 +42,11 @@ pub fn half_widths(candidates: &[&Candidate], fit: &Fit, noise: &Noise) -> Vec<f
     let weights: Vec<f64> = fit.whitened.iter().map(|e| weight(*e)).collect();
     let mut normal = DMatrix::<f64>::zeros(count, count);
     let mut scores = DMatrix::<f64>::zeros(count, noise.blocks.max(1));
-    for i in 0..weights.len() {
+    for (i, weight) in weights.iter().enumerate() {
         let row = fit.jacobian.row(i);
-        normal += weights[i] * row.transpose() * row;
+        normal += *weight * row.transpose() * row;
         let mut of_block = scores.column_mut(noise.block[i]);
-        of_block += weights[i] * fit.whitened[i] * row.transpose();
+        of_block += weight * fit.whitened[i] * row.transpose();
     }
     for j in count.saturating_sub(2)..count {
         normal[(j, j)] += (TOLERANCE_SD * TOLERANCE_SD).recip();

@@ -109,8 +109,15 @@ impl<'a> Observed<'a> {
     /// The samples of a recording: of its probes where it has any, of its receivers otherwise. `None` without either.
     #[must_use]
     pub fn new(recording: &'a Recording) -> Option<Observed<'a>> {
+        Observed::of(recording, None)
+    }
+
+    /// The samples of one channel; `None` where the recording has none of it.
+    #[must_use]
+    pub fn of(recording: &'a Recording, channel: Option<Channel>) -> Option<Observed<'a>> {
         let simulated = simulate(recording).samples;
-        let channel = simulated.first()?.channel;
+        let channel = channel.or(simulated.first().map(|sample| sample.channel))?;
+        simulated.iter().find(|sample| sample.channel == channel)?;
         let all = series(recording);
         let mut samples = Vec::with_capacity(simulated.len());
         let mut series_of = Vec::with_capacity(simulated.len());
@@ -122,6 +129,7 @@ impl<'a> Observed<'a> {
             };
             let of_series: Vec<Sample> = one.rows.iter().filter_map(find).collect();
             one.rows = of_series.iter().map(|sample| sample.row).collect();
+            one.recorded = of_series.iter().map(|sample| sample.recorded).collect();
             series_of.extend(of_series.iter().map(|_| kept.len()));
             samples.extend(of_series);
             kept.push(one);
@@ -255,7 +263,7 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             .zip(state)
             .map(|(place, (_, _, yaw_rad))| place.azimuth_rad - yaw_rad);
         let battery_v = match sample.channel {
-            Channel::Throttle => recording.receivers[sample.row].battery_v,
+            Channel::Throttle | Channel::Power => recording.receivers[sample.row].battery_v,
             _ => None,
         };
         let row = [

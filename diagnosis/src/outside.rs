@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, Matrix2, Vector2};
 use serde::Serialize;
 
 use crate::candidates::{Candidate, Kind as CandidateKind};
-use crate::diagnose::BEYOND_DOUBT;
+use crate::diagnose::is_beyond_doubt;
 use crate::fit::{Fit, Setting};
 use crate::select::{Selection, flexible};
 use crate::statistics::column::{self, Column, Covariate, Kind};
@@ -134,7 +134,7 @@ pub fn outside(
     let library = chosen.gain.total.max(0.0);
     let gain = &left.gain;
     let enough = gain.total > LEAST_GAIN.max(LEAST_ERRORS * gain.standard_error);
-    let stands = gate.passed || gain.total > BEYOND_DOUBT;
+    let stands = gate.passed || is_beyond_doubt(gain.total, gain.standard_error);
     if enough && gain.total > LEFT_SHARE * (library + gain.total) && stands {
         return Some(shape(setting, candidates, selection, &left));
     }

@@ -1,11 +1,17 @@
 //! Which candidates are missing: fits of all, gains on blocks that were not fitted, one effect or two, and what cannot be told apart.
 
+mod pairs;
+mod ties;
+
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use nalgebra::DMatrix;
+pub(crate) use pairs::promising;
+use pairs::{beside, pairs};
+use ties::Pool;
 
-use crate::candidates::{Candidate, Kind};
+use crate::candidates::Candidate;
 use crate::fit::{Fit, Setting, held_out};
 use crate::intervals::is_closure;
 use crate::statistics::trees::{self, HeldOut};
@@ -18,12 +24,18 @@ const LEAST_GAIN: f64 = 6.0;
 const LEAST_ERRORS: f64 = 2.5;
 /// What a gain that rests on few blocks needs. Chosen here: four times what a term alone needs.
 const LARGE_GAIN: f64 = 25.0;
+/// Chance of as much structure in noise alone below which gains may rest on few blocks, and below which faint ones are enough.
+const RARE_CHANCE: f64 = 1e-4;
+const FAINT_CHANCE: f64 = 0.002;
 /// Least gain where it is known that something is there. Chosen here: twenty to one.
 const FAINT_GAIN: f64 = 3.0;
 /// Least log likelihood over nothing, all samples fitted, of what is seen once. Chosen here: three thousand to one.
 const ONCE: f64 = 8.0;
 /// A second term must bring this share of the whole gain, whatever else; less is enough beside a law that is not itself a closure.
 const LEAST_SHARE: f64 = 0.12;
+/// This share is enough if the term takes most of what any function could still take.
+const LARGE_SHARE: f64 = 0.08;
+const MOST: f64 = 0.8;
 /// Beside a closure (known to a tenth or two), this share, and clearly more than any function of the circumstances could still take: a law
 /// that is right needs less to be learnt than trees do, and what only mends a closure does not beat them.
 const BESIDE_A_CLOSURE: f64 = 0.03;
@@ -31,12 +43,6 @@ const BEATS: f64 = 1.25;
 /// Beside any other, this share, and as much as any function could take.
 const BESIDE_A_LAW: f64 = 0.003;
 const MATCHES: f64 = 1.0;
-/// How many are tried beside the best single, and how many singles among themselves.
-const PAIRED: usize = 7;
-const PAIRED_SINGLES: usize = 4;
-/// How many more are tried in the place of each of a chosen pair.
-const RIVALS: usize = 4;
-
 /// What trees over the circumstances predict, held out, of what a fit leaves.
 #[must_use]
 pub fn flexible(setting: &Setting, fit: &Fit) -> HeldOut {
@@ -86,6 +92,13 @@ pub struct Tried {
     pub practical: bool,
 }
 
+impl Tried {
+    /// The candidates that it is made of, in the order of their values.
+    pub(crate) fn members<'c>(&self, candidates: &'c [Candidate]) -> Vec<&'c Candidate> {
+        self.which.iter().map(|&k| &candidates[k]).collect()
+    }
+}
+
 /// What came of it.
 #[derive(Clone, Debug)]
 pub struct Selection {
@@ -99,6 +112,8 @@ pub struct Selection {
     pub alternatives: Vec<Vec<usize>>,
     /// The same with their fits.
     pub rivals: Vec<Vec<Tried>>,
+    /// A second term that would predict more, by too small a part of the whole to be told from an error in the first one's form: not taken.
+    pub withheld: Option<(usize, Gain)>,
 }
 
 impl Selection {
@@ -107,6 +122,7 @@ impl Selection {
         self.chosen = self.nothing.clone();
         self.alternatives.clear();
         self.rivals.clear();
+        self.withheld = None;
     }
 }
 
@@ -138,13 +154,14 @@ pub fn singles(setting: &Setting, candidates: &[Candidate]) -> Singles {
     Singles { nothing, singles }
 }
 
-/// Tries pairs and chooses. Where it is known that something is there, a faint gain is enough to say what it may be.
+/// Tries pairs and chooses, with the gate's chance of as much structure in noise alone. Where it is all but certain that something is there, a
+/// faint gain is enough to say what it may be.
 #[must_use]
 pub fn select(
     setting: &Setting,
     candidates: &[Candidate],
     tried: Singles,
-    something_is_there: bool,
+    chance: f64,
 ) -> Selection {
     let Singles { nothing, singles } = tried;
     let attempt = |which: &[usize], starts: &[Vec<f64>]| {
@@ -156,6 +173,7 @@ pub fn select(
         chosen: nothing.clone(),
         alternatives: Vec::new(),
         rivals: Vec::new(),
+        withheld: None,
     };
     let Some(first) = singles.first().filter(|tried| tried.practical) else {
         return none();
@@ -169,15 +187,22 @@ pub fn select(
     // What a function of the circumstances, without any physics, could still take from the best single.
     let left = |tried: &Tried| flexible(setting, &tried.fit).gain.total.max(0.0);
     let chosen = match best_pair {
-        Some(pair) if both_needed(setting, candidates, pair, &singles, left(first)) => pair,
-        _ if enough(&first.gain) => first,
-        _ if something_is_there && faint(&first.gain) => first,
-        _ if something_is_there => match seen_once(&nothing, &singles) {
+        Some(pair) if both_needed(setting, candidates, pair, &singles, left(first), chance) => pair,
+        _ if enough(&first.gain, chance) => first,
+        _ if chance < FAINT_CHANCE && faint(&first.gain) => first,
+        _ if chance < FAINT_CHANCE => match seen_once(&nothing, &singles) {
             Some(once) => once,
             None => return none(),
         },
         _ => return none(),
     };
+    let withheld = best_pair
+        .filter(|pair| chosen.which.len() == 1 && pair.which.contains(&chosen.which[0]))
+        .and_then(|pair| {
+            let second = *pair.which.iter().find(|k| !chosen.which.contains(k))?;
+            let more = gain(setting, &pair.log_density, &chosen.log_density);
+            enough(&more, chance).then_some((second, more))
+        });
     let in_place: Vec<Tried> = match chosen.which[..] {
         [a, b] => beside(setting, candidates, &singles, &pairs, [a, b], &attempt),
         _ => Vec::new(),
@@ -205,6 +230,7 @@ pub fn select(
         alternatives,
         singles,
         rivals,
+        withheld,
     }
 }
 
@@ -250,162 +276,10 @@ pub(crate) fn attempt(
     })
 }
 
-/// Pairs among the best singles, and of the very best with those that promise most beside it.
-fn pairs(
-    setting: &Setting,
-    candidates: &[Candidate],
-    singles: &[Tried],
-    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
-) -> Vec<Tried> {
-    let Some(best) = singles.first() else {
-        return Vec::new();
-    };
-    let mut promising: Vec<(f64, usize)> = singles[1..]
-        .par_iter()
-        .map(|tried| {
-            (
-                promise(setting, candidates, best, tried.which[0]),
-                tried.which[0],
-            )
-        })
-        .collect();
-    promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut wanted: Vec<[usize; 2]> = promising
-        .iter()
-        .take(PAIRED)
-        .map(|&(_, k)| [best.which[0], k])
-        .collect();
-    for (i, a) in singles.iter().enumerate().take(PAIRED_SINGLES) {
-        for b in &singles[i + 1..PAIRED_SINGLES.min(singles.len()).max(i + 1)] {
-            let pair = [a.which[0], b.which[0]];
-            if !wanted.contains(&pair) {
-                wanted.push(pair);
-            }
-        }
-    }
-    together(candidates, singles, wanted, attempt)
-}
-
-/// Pairs fitted from where each ended alone, and the second also from its own beginning: next to the first it may be another.
-fn together(
-    candidates: &[Candidate],
-    singles: &[Tried],
-    wanted: Vec<[usize; 2]>,
-    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
-) -> Vec<Tried> {
-    let alone = |k: usize| singles.iter().find(|tried| tried.which == [k]);
-    wanted
-        .into_par_iter()
-        .filter_map(|[a, b]| {
-            let (first, second) = (alone(a)?.fit.values.clone(), alone(b)?.fit.values.clone());
-            let fresh = candidates[b].starts.first()?.clone();
-            attempt(
-                &[a, b],
-                &[[first.clone(), second].concat(), [first, fresh].concat()],
-            )
-        })
-        .collect()
-}
-
-/// What might stand in the place of one of a chosen pair: the candidates that promise most beside the other, where not tried yet.
-fn beside(
-    setting: &Setting,
-    candidates: &[Candidate],
-    singles: &[Tried],
-    pairs: &[Tried],
-    chosen: [usize; 2],
-    attempt: &(impl Fn(&[usize], &[Vec<f64>]) -> Option<Tried> + Sync),
-) -> Vec<Tried> {
-    let mut wanted = Vec::new();
-    for kept in chosen {
-        let Some(first) = singles.iter().find(|tried| tried.which == [kept]) else {
-            continue;
-        };
-        let mut promising: Vec<(f64, usize)> = (0..candidates.len())
-            .into_par_iter()
-            .filter(|k| !chosen.contains(k))
-            .map(|k| (promise(setting, candidates, first, k), k))
-            .collect();
-        promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let is_tried = |k: usize| {
-            pairs
-                .iter()
-                .any(|pair| pair.which.contains(&k) && pair.which.contains(&kept))
-        };
-        wanted.extend(
-            promising
-                .into_iter()
-                .map(|(_, k)| k)
-                .filter(|&k| !is_tried(k))
-                .take(RIVALS)
-                .map(|k| [kept, k]),
-        );
-    }
-    together(candidates, singles, wanted, attempt)
-}
-
-/// What another candidate could gain beside those taken, to first order, from the best of its starts.
-pub(crate) fn promise(
-    setting: &Setting,
-    candidates: &[Candidate],
-    first: &Tried,
-    second: usize,
-) -> f64 {
-    let mut members: Vec<&Candidate> = first.which.iter().map(|&k| &candidates[k]).collect();
-    // Gain and offset at their tolerance take no more: what a sensor's fault adds there is its own.
-    let count = first.fit.jacobian.ncols();
-    let free: Vec<usize> = (0..count)
-        .filter(|&j| {
-            let nuisance = (j + 2).checked_sub(count);
-            nuisance.is_none_or(|which| {
-                !setting.at_tolerance(which, first.fit.tolerance[which])
-            })
-        })
-        .collect();
-    let jacobian = first.fit.jacobian.select_columns(&free);
-    let columns = jacobian.ncols();
-    let gram = jacobian.transpose() * &jacobian;
-    let ridge = DMatrix::identity(columns, columns) * (1e-9 * gram.trace());
-    let Some(gram) = (gram + ridge).cholesky() else {
-        return 0.0;
-    };
-    let clean = setting
-        .observed
-        .predict(&setting.hypothesis(&members, &first.fit.values));
-    members.push(&candidates[second]);
-    let of_start = |start: &Vec<f64>| {
-        let values = [first.fit.values.clone(), start.clone()].concat();
-        let changed = setting
-            .observed
-            .predict(&setting.hypothesis(&members, &values));
-        let change: Vec<f64> = changed
-            .iter()
-            .zip(&clean)
-            .map(|(to, from)| to - from)
-            .collect();
-        let change = nalgebra::DVector::from_vec(setting.noise.whiten(&change));
-        let shared = gram.solve(&(jacobian.transpose() * &change));
-        let own = change - &jacobian * shared;
-        let along: f64 = own
-            .iter()
-            .zip(&first.fit.whitened)
-            .map(|(g, e)| g * e)
-            .sum();
-        let square = own.norm_squared();
-        if square > 1e-9 {
-            along * along / square
-        } else {
-            0.0
-        }
-    };
-    let starts = &candidates[second].starts;
-    starts.iter().map(of_start).fold(0.0, f64::max)
-}
-
 /// Gains in a few blocks alone have a large standard error whatever their size; a large one must not rest on one block.
-fn enough(gain: &Gain) -> bool {
+fn enough(gain: &Gain, chance: f64) -> bool {
     let steady = gain.total > LEAST_ERRORS * gain.error;
-    let rare = gain.total > LARGE_GAIN && gain.without_best > LEAST_GAIN;
+    let rare = chance < RARE_CHANCE && gain.total > LARGE_GAIN && gain.without_best > LEAST_GAIN;
     gain.total > LEAST_GAIN && (steady || rare)
 }
 
@@ -429,8 +303,9 @@ fn both_needed(
     pair: &Tried,
     singles: &[Tried],
     left: f64,
+    chance: f64,
 ) -> bool {
-    if !enough(&pair.gain) {
+    if !enough(&pair.gain, chance) {
         return false;
     }
     let others = singles.iter().take(1).chain(
@@ -449,120 +324,10 @@ fn both_needed(
             (BESIDE_A_LAW, MATCHES)
         };
         let beats = share > least && more.total > over * left;
-        needed &= enough(&more) && (share > LEAST_SHARE || beats);
+        let is_large = share > LEAST_SHARE || share > LARGE_SHARE && more.total > MOST * left;
+        needed &= enough(&more, chance) && (is_large || beats);
     }
     needed
-}
-
-/// Everything that was tried.
-struct Pool<'a> {
-    singles: &'a [Tried],
-    pairs: &'a [Tried],
-}
-
-impl Pool<'_> {
-    /// What does as well with another candidate in the place of one of the chosen, best first: within twice the standard error of the
-    /// difference, 4 % of what the term in question brings, or 2.
-    fn ties(&self, setting: &Setting, chosen: &Tried, place: usize) -> Vec<(usize, &Tried)> {
-        let kept = |k: &usize| *k != chosen.which[place] && chosen.which.contains(k);
-        let pool: &[Tried] = if chosen.which.len() == 1 {
-            self.singles
-        } else {
-            self.pairs
-        };
-        // What the term in question brings.
-        let rest = self
-            .singles
-            .iter()
-            .find(|single| kept(&single.which[0]))
-            .map_or(0.0, |single| single.gain.total.max(0.0));
-        let own = chosen.gain.total - rest;
-        let mut close: Vec<(f64, usize, &Tried)> = Vec::new();
-        for tried in pool.iter().filter(|tried| tried.practical) {
-            let [rival] = tried
-                .which
-                .iter()
-                .copied()
-                .filter(|k| !kept(k))
-                .collect::<Vec<_>>()[..]
-            else {
-                continue;
-            };
-            if chosen.which.contains(&rival) || close.iter().any(|(_, known, _)| *known == rival) {
-                continue;
-            }
-            let lead = gain(setting, &chosen.log_density, &tried.log_density);
-            let tie = (2.0 * lead.error).min(0.5 * own).max(0.04 * own).max(2.0);
-            // What was seen once is compared as fitted.
-            let (lead, tie) = if chosen.gain.total < FAINT_GAIN {
-                (0.5 * (tried.fit.cost - chosen.fit.cost), FAINT_GAIN)
-            } else {
-                (lead.total, tie)
-            };
-            if lead < tie {
-                close.push((lead, rival, tried));
-            }
-        }
-        close.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        close
-            .into_iter()
-            .map(|(_, rival, tried)| (rival, tried))
-            .collect()
-    }
-
-    /// Who is named before one of the chosen that it cannot be told from, within one standard error: an instrument before physics, a
-    /// mechanism before a factor.
-    fn preferred(
-        &self,
-        setting: &Setting,
-        candidates: &[Candidate],
-        chosen: &Tried,
-        place: usize,
-    ) -> Option<Tried> {
-        let own = &candidates[chosen.which[place]];
-        let comes_first = |rival: &Candidate| match (own.kind, rival.kind) {
-            (Kind::Physics, Kind::Sensor) => true,
-            (Kind::Physics, Kind::Physics) => own.name == "momentum_scale",
-            (Kind::Sensor, _) => false,
-        };
-        let (rival, tried) = self.ties(setting, chosen, place).into_iter().find(
-            |(rival, tried)| {
-                let lead = gain(setting, &chosen.log_density, &tried.log_density);
-                let is_even = if chosen.gain.total < FAINT_GAIN {
-                    tried.fit.cost < chosen.fit.cost + 2.0
-                } else {
-                    lead.total < lead.error.max(2.0)
-                };
-                comes_first(&candidates[*rival]) && is_even
-            },
-        )?;
-        let mut preferred = tried.clone();
-        // The same order of terms, values and columns as in the fit that stands.
-        if tried.which.iter().position(|k| *k == rival) != Some(place) {
-            preferred = tried.swapped(candidates);
-        }
-        Some(preferred)
-    }
-}
-
-impl Tried {
-    /// The two terms of a pair in the other order.
-    fn swapped(&self, candidates: &[Candidate]) -> Tried {
-        let [a, b] = self.which[..] else {
-            return self.clone();
-        };
-        let first = candidates[a].parameters.len();
-        let count = self.fit.values.len();
-        let order: Vec<usize> = (first..count)
-            .chain(0..first)
-            .chain(count..count + 2)
-            .collect();
-        let mut swapped = self.clone();
-        swapped.which = vec![b, a];
-        swapped.fit.values = order[..count].iter().map(|&j| self.fit.values[j]).collect();
-        swapped.fit.jacobian = self.fit.jacobian.select_columns(&order);
-        swapped
-    }
 }
 
 /// Log densities over others, block by block.

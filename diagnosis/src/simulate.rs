@@ -82,8 +82,9 @@ pub fn simulate(recording: &Recording) -> Simulation {
     for series in series(recording) {
         let values = series.simulate(recording, &flow, &Sensor::default());
         let mut unknown = Unknown::default();
-        for (&row, value) in series.rows.iter().zip(values) {
-            match sample(recording, &flow, &series, row, value) {
+        let recorded = series.rows.iter().zip(&series.recorded);
+        for ((&row, &recorded), value) in recorded.zip(values) {
+            match sample(recording, &flow, &series, (row, recorded), value) {
                 Some(sample) => simulation.samples.push(sample),
                 None => unknown.note(series.channel.time_s(recording, row)),
             }
@@ -108,6 +109,8 @@ pub struct Series {
     pub subject: u32,
     /// Its rows in the file of the channel, by time.
     pub rows: Vec<usize>,
+    /// What was recorded in each of them.
+    pub recorded: Vec<f64>,
 }
 
 /// The series of a recording: probes by id, then receivers by vehicle.
@@ -126,7 +129,14 @@ pub fn series(recording: &Recording) -> Vec<Series> {
         .receivers
         .iter()
         .map(|s| (s.vehicle as u32, s.t_s, s.throttle_ratio));
-    [speeds, by_subject(Channel::Throttle, throttles)].concat()
+    let throttles = by_subject(Channel::Throttle, throttles);
+    let powers = receiver::recorded_power_ratios(recording);
+    let powers = recording
+        .receivers
+        .iter()
+        .zip(powers)
+        .map(|(s, ratio)| (s.vehicle as u32, s.t_s, ratio));
+    [speeds, throttles, by_subject(Channel::Power, powers)].concat()
 }
 
 /// From subject, time and value of each row. Values that are no numbers were told where they were read.
@@ -144,6 +154,7 @@ fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) 
         .map(|rows| Series {
             channel,
             subject: samples[rows[0]].0,
+            recorded: rows.iter().map(|&row| samples[row].2).collect(),
             rows: rows.to_vec(),
         })
         .collect()
@@ -170,7 +181,7 @@ impl Series {
                 let instrument = &probes.instrument;
                 anemometer::readings_mps(flow, environment, instrument, sensor, &samples, first_s)
             }
-            (Channel::Throttle, _) => {
+            (Channel::Throttle | Channel::Power, _) => {
                 let samples: Vec<_> = self
                     .rows
                     .iter()
@@ -181,7 +192,8 @@ impl Series {
                     .iter()
                     .map(|s| s.t_s)
                     .fold(f64::INFINITY, f64::min);
-                receiver::throttles(recording, flow, sensor, &samples, first_s)
+                let is_power = self.channel == Channel::Power;
+                receiver::ratios(recording, flow, sensor, &samples, first_s, is_power)
             }
             _ => vec![None; self.rows.len()],
         }
@@ -201,24 +213,17 @@ fn sample(
     recording: &Recording,
     flow: &Flow,
     series: &Series,
-    row: usize,
+    (row, recorded): (usize, f64),
     simulated: Option<f64>,
 ) -> Option<Sample> {
     let t_s = series.channel.time_s(recording, row);
     let vehicle = series.subject as usize;
-    let (position_m, recorded, but) = match (series.channel, &recording.probes) {
-        (Channel::Speed, Some(probes)) => {
-            let sample = &probes.samples[row];
-            (sample.position_m, sample.speed_mps, None)
-        }
+    let (position_m, but) = match (series.channel, &recording.probes) {
+        (Channel::Speed, Some(probes)) => (probes.samples[row].position_m, None),
         _ => {
             let track = &recording.vehicles[vehicle].track;
             let position_m = track.position_at(track.moment(t_s)?);
-            (
-                position_m,
-                recording.receivers[row].throttle_ratio,
-                Some(vehicle),
-            )
+            (position_m, Some(vehicle))
         }
     };
     Some(Sample {

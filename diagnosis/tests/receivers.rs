@@ -5,14 +5,16 @@
 )]
 
 use airflow::{Air, Airframe, Jet, Wake, mean_over_discs_mps};
-use diagnosis::baseline::Baseline;
+use diagnosis::baseline::{Baseline, ReceiverLaw};
 use diagnosis::clock::{self, ClockKnown};
 use diagnosis::flow::Flow;
 use diagnosis::force;
 use diagnosis::held_out::{ForceTest, ForceTestError, clock_offsets, held_out_force};
 use diagnosis::identify::{IdentifyError, Lag, Options, identify};
 use diagnosis::low_pass::LowPass;
-use diagnosis::recording::{Clock, Environment, Known, Origin, Recording, Role, Track, Vehicle};
+use diagnosis::recording::{
+    Clock, Environment, Known, Origin, ReceiverSample, Recording, Role, Track, Vehicle,
+};
 use diagnosis::remark::RemarkKind;
 use diagnosis::simulate::Channel;
 use diagnosis::thrust_map::{CUBIC_FROM_ZERO, OFFSET, ThrustMap};
@@ -326,4 +328,79 @@ fn a_clock_that_the_forces_tell_is_found_and_one_that_they_do_not_stays() {
         (ClockKnown::CannotBeTold, 0.0)
     );
     assert_eq!(none[1].interval_s, [-0.04, 0.04]);
+}
+
+/// The lower drone's power in the wake of the upper one that passes, `eta` times the air of momentum theory felt, with 1 % noise.
+fn powered(eta: f64) -> Recording {
+    let mut recording = pair(3, 0.0);
+    let density = AIR.density_kg_per_m3();
+    let airframe = airframe();
+    let hover_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density);
+    let wake = Wake::new(&airframe, airframe.mass_kg(), density, &Jet::default());
+    let discs = airframe.disc_points();
+    let mut noise = Noise(7);
+    let baseline = &mut recording.baseline;
+    baseline.receiver_law = ReceiverLaw::HoldsThrust { exponent: 0.5 };
+    let lower = &mut recording.vehicles[0];
+    lower.track.duty = None;
+    let powers_w = lower.track.t_s.iter().map(|&t_s| {
+        let source = airflow::Source {
+            wake: &wake,
+            position_m: upper(t_s),
+            ends_at_z_m: 0.0,
+        };
+        let sources = [source];
+        let sum = airflow::Superposition::Momentum;
+        let air_mps = mean_over_discs_mps(&sources, &discs, LOWER, sum);
+        9.0 * airflow::power::beta(eta * air_mps / hover_mps) * (1.0 + 0.01 * noise.next())
+    });
+    lower.track.power_w = Some(powers_w.collect());
+    recording.vehicles[1].track.duty = None;
+    // Ten times slower, so that there are blocks to hold out.
+    for vehicle in &mut recording.vehicles {
+        vehicle.track.t_s.iter_mut().for_each(|t_s| *t_s *= 10.0);
+        vehicle.track.longest_step_s *= 10.0;
+    }
+    // Every fifth moment: a throttle that nobody could read.
+    let moments = recording.vehicles[0].track.t_s.iter().step_by(5);
+    recording.receivers = moments
+        .map(|&t_s| ReceiverSample {
+            t_s,
+            vehicle: 0,
+            throttle_ratio: f64::NAN,
+            battery_v: None,
+        })
+        .collect();
+    recording
+}
+
+#[test]
+fn the_power_of_a_drone_in_a_wake_is_simulated_over_its_power_without_one() {
+    let recording = powered(1.0);
+    let samples = diagnosis::simulate::simulate(&recording).samples;
+    let of_power: Vec<_> = samples
+        .iter()
+        .filter(|sample| sample.channel == Channel::Power)
+        .collect();
+    assert_eq!(of_power.len(), recording.receivers.len());
+    let most = of_power.iter().map(|s| s.recorded).fold(0.0, f64::max);
+    assert!(most > 1.3, "the wake is met: {most}");
+    for sample in of_power {
+        // 1 % noise on the sample, and a third of it on the reference.
+        let apart = sample.residual().abs() / sample.simulated;
+        assert!(apart < 0.02, "{apart} at {} s", sample.t_s);
+    }
+}
+
+#[test]
+fn a_power_that_feels_less_of_the_wake_is_named_so() {
+    let finding =
+        diagnosis::diagnose::diagnose_channel(&powered(0.7), Some(Channel::Power)).unwrap();
+    let [effect] = &finding.effects[..] else {
+        panic!("one effect: {:?}", finding.effects);
+    };
+    assert_eq!(effect.name, "receiver_inflow");
+    let eta = &effect.parameters["eta"];
+    assert!((eta.low..=eta.high).contains(&0.7), "{eta:?}");
+    assert!(finding.held_out.rms_after < 0.5 * finding.held_out.rms_before);
 }

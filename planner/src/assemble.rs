@@ -45,7 +45,7 @@ pub fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
         format: FORMAT.to_owned(),
         scenario: world.name.clone(),
         status: Status::Safe,
-        quasi_static: true,
+        quasi_static: world.effects.wake_transport.is_none(),
         air: AirModel {
             density_kg_per_m3: world.air.density_kg_per_m3(),
             jet: JetEntry {

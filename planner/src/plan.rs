@@ -20,7 +20,7 @@ pub struct Plan {
     pub scenario: String,
     /// The answer in one word.
     pub status: Status,
-    /// Wakes are attached to their drones without delay.
+    /// Wakes are attached to their drones without delay; `false` where a finding says that their air takes its time.
     pub quasi_static: bool,
     /// The air that the plan assumes.
     pub air: AirModel,

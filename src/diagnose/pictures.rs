@@ -88,7 +88,7 @@ fn all(name: &str, what: &str, finding: &Finding, seen: &Seen) -> Vec<Figure> {
 }
 
 fn seen(recording: &Recording, finding: &Finding) -> Option<Seen> {
-    let observed = Observed::new(recording)?;
+    let observed = Observed::of(recording, Some(finding.channel))?;
     let corrected: Vec<f64> = observed
         .samples
         .iter()

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use diagnosis::candidates::Kind;
-use diagnosis::finding::{Effect, Estimate, Finding, HeldOut, Ranked, Region, Smallest};
+use diagnosis::finding::{Effect, Estimate, Finding, HeldOut, Perhaps, Ranked, Region, Smallest};
 use diagnosis::outside::Shape;
 use diagnosis::prove::Verdict;
 use diagnosis::simulate::Channel;
@@ -26,6 +26,8 @@ pub(super) struct Printed<'a> {
     shape: Option<&'a Shape>,
     heldout: &'a HeldOut,
     candidates: &'a [Ranked],
+    /// A second effect that was not taken, and might be there.
+    perhaps: Option<&'a Perhaps>,
     advice: &'a [String],
     smallest: &'a [Smallest],
     /// One value a row of the file; null where none can be simulated.
@@ -66,6 +68,7 @@ impl<'a> Printed<'a> {
             shape: finding.shape.as_ref(),
             heldout: &finding.held_out,
             candidates: &finding.candidates,
+            perhaps: finding.perhaps.as_ref(),
             advice: &finding.advice,
             smallest: &finding.smallest,
             prediction: &finding.prediction,

@@ -264,6 +264,12 @@ fn not_sure(finding: &Finding) -> Vec<Part> {
             _ => format!("{} cannot be told from {others} here.", effect.name),
         }));
     }
+    if let (Some(perhaps), [effect, ..]) = (&finding.perhaps, finding.effects.as_slice()) {
+        parts.push(Part::Line(format!(
+            "Beside {}, {} would gain {:.1} +- {:.1} more on held-out blocks: too small a part of the whole to be told from an error in the form of the first, so it is not taken.",
+            effect.name, perhaps.name, perhaps.gain, perhaps.gain_error
+        )));
+    }
     if parts.is_empty() {
         parts.push(Part::Line(match rival(finding) {
             Some(line) => line,

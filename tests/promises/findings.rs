@@ -3,6 +3,7 @@
 mod blown_on;
 mod command;
 mod corrected_air;
+mod late_air;
 mod reading;
 
 use airflow::effects::{Crossflow, Effects, PayloadMass, WakeTilt};

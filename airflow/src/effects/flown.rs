@@ -1,11 +1,11 @@
 //! What of the effects a planner can fly through: all of each, a bound of it, nothing because it is not of the air that limits count,
 //! or not yet.
 //!
-//! Limits count the vertical air over rotor discs and in zones, and a wake that hangs below its drone without delay. An effect that only
-//! moves air sideways, or that changes how a drone answers, leaves them as they are. One that would need more than that is bounded from
-//! above or, where there is no bound, refused: never left out in silence.
+//! Limits count the vertical air over rotor discs and in zones, and in zones the wall jet along the floor. An effect that only
+//! moves air sideways otherwise, or that changes how a drone answers, leaves them as they are. What has no bound is refused: nothing is
+//! left out in silence.
 
-use super::{ClimbDescent, Effects, PayloadMass};
+use super::{ClimbDescent, Effects, GroundImpingement, PayloadMass};
 use crate::airframe::Airframe;
 use crate::field::Superposition;
 use crate::shape::Shape;
@@ -39,6 +39,10 @@ pub struct Flown {
     pub felt: f64,
     /// Air that is there without any jet, in whatever direction (m/s).
     pub draught_mps: f64,
+    /// Speed of the air that carries wakes down over that of the centreline, where it takes its time.
+    pub convection: Option<f64>,
+    /// The wall jet along the floor.
+    pub wall: Option<GroundImpingement>,
 }
 
 impl Default for Flown {
@@ -49,6 +53,8 @@ impl Default for Flown {
             superposition: None,
             felt: 1.0,
             draught_mps: 0.0,
+            convection: None,
+            wall: None,
         }
     }
 }
@@ -71,14 +77,8 @@ impl Effects {
             q if q > 1.0 => Bounded("jets add up linearly, which is more"),
             _ => Refused("jets that add up to more than their sum have no bound here"),
         };
-        let transport = match self.wake_transport {
-            Some(transport) if transport.lag_factor > 0.0 => Refused(
-                "a wake that lags behind its drone would need every drone's past beside its present; plans take wakes to \
-                 hang below their drones without delay",
-            ),
-            _ => Flown,
-        };
         let sideways = "it moves air sideways only, and limits count vertical air";
+        let own = "it is of a drone's own frame and speed, not the air of others";
         let thrust = "it changes the thrust of a drone, not the air that it meets";
         let all = [
             ("crossflow", self.crossflow.is_some(), Flown),
@@ -99,7 +99,14 @@ impl Effects {
                 Unmoved(sideways),
             ),
             ("jet_merging", self.jet_merging.is_some(), merging),
-            ("wake_transport", self.wake_transport.is_some(), transport),
+            (
+                "wake_transport",
+                self.wake_transport.is_some(),
+                Bounded(
+                    "while the plan is sought every wake stays below wherever its drone has been for as long as its air needs; the check \
+                     takes it from where the air left its drone",
+                ),
+            ),
             (
                 "climb_descent",
                 self.climb_descent.is_some(),
@@ -111,7 +118,8 @@ impl Effects {
                 "ground_impingement",
                 self.ground_impingement.is_some(),
                 Bounded(
-                    "wakes keep their speed down to the floor; the wall jet along it is horizontal, and limits count vertical air",
+                    "wakes keep their speed down to the floor; the wall jet along it counts in zones, and not for drones, whose limits \
+                     count vertical air",
                 ),
             ),
             (
@@ -135,6 +143,8 @@ impl Effects {
                 self.battery_sag.is_some(),
                 Unmoved("it changes the throttle of a drone, not the air that it meets"),
             ),
+            ("own_motion", self.own_motion.is_some(), Unmoved(own)),
+            ("body_drag", self.body_drag.is_some(), Unmoved(own)),
         ];
         all.into_iter()
             .filter(|(_, there, _)| *there)
@@ -187,6 +197,10 @@ impl Effects {
             }),
             felt: self.felt(1.0),
             draught_mps: self.recirculation.map_or(0.0, |room| room.speed_mps),
+            convection: (self.wake_transport).and_then(|transport| transport.convection()),
+            wall: self
+                .ground_impingement
+                .filter(|ground| ground.wall_jet > 0.0),
         })
     }
 }
@@ -208,6 +222,14 @@ impl Flown {
             None => wake.clone(),
             Some(climb) => wake.with_gain(climb.factor(climb_mps / wake.induced_velocity_mps())),
         }
+    }
+
+    /// How long the air of a wake (of [`Flown::wake`]) is under way down to a depth (s); 0 where it takes no time.
+    #[must_use]
+    pub fn lag_s(&self, wake: &Wake, depth_m: f64) -> f64 {
+        self.convection.map_or(0.0, |convection| {
+            wake.far_field().transport_time_s(depth_m, convection)
+        })
     }
 
     /// Whether wakes depend on how fast their drones climb.
@@ -274,15 +296,26 @@ mod tests {
     #[test]
     fn what_cannot_be_flown_is_refused_by_name() {
         let effects = Effects {
-            wake_transport: Some(WakeTransport { lag_factor: 1.5 }),
             jet_merging: Some(JetMerging { exponent: 0.8 }),
             ..Effects::default()
         };
-        let refused = effects.flown().expect_err("two of them");
+        let refused = effects.flown().expect_err("one of them");
         assert_eq!(
             refused.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
-            ["jet_merging", "wake_transport"]
+            ["jet_merging"]
         );
+    }
+
+    #[test]
+    fn air_that_takes_its_time_takes_longer_the_deeper_it_is() {
+        let effects = Effects {
+            wake_transport: Some(WakeTransport { lag_factor: 1.5 }),
+            ..Effects::default()
+        };
+        let flown = effects.flown().expect("flown");
+        let lag_s = |depth_m: f64| flown.lag_s(&flown.wake(&plain()), depth_m);
+        assert!(lag_s(0.0) == 0.0 && lag_s(2.0) < lag_s(4.0));
+        assert_eq!(Flown::default().lag_s(&plain(), 4.0), 0.0);
     }
 
     #[test]

@@ -101,6 +101,9 @@ pub const PARAMETERS: &[Parameter] = &[
     ratio("ceiling_effect", "strength", -10.0, 10.0),
     ratio("receiver_inflow", "factor", 0.0, 2.5),
     ratio("battery_sag", "sensitivity", -2.0, 4.0),
+    ratio("own_motion", "climb", -2.0, 4.0),
+    ratio("own_motion", "forward", -3.0, 6.0),
+    ratio("body_drag", "area_over_l2", 0.0, 10.0),
 ];
 
 /// A parameter that is not what it may be.
@@ -169,6 +172,8 @@ impl Effects {
             ceiling_effect: strength;
             receiver_inflow: factor;
             battery_sag: sensitivity;
+            own_motion: climb, forward;
+            body_drag: area_over_l2;
         }
     }
 }

@@ -43,4 +43,10 @@ impl Effects {
         self.thrust_ratio(at).recip().max(0.0).sqrt()
             * battery.map_or(1.0, |(effect, ratio)| effect.throttle_factor(ratio))
     }
+
+    /// Factor on the power that holds a drone up, over that far from floor and ceiling: induced power goes with `T^1.5`.
+    #[must_use]
+    pub fn power_factor(&self, at: &Reception) -> f64 {
+        self.thrust_ratio(at).recip().max(0.0).powf(1.5)
+    }
 }

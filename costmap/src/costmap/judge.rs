@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::{Costmap, incoming, parts};
-use crate::fleet::BUDGET;
 use crate::ground::Footprint;
 use crate::leg::{Leg, Tick};
 use crate::timeline::{Incoming, Item};
@@ -12,6 +11,14 @@ use crate::verdict::{Blocker, Verdict, Why, block_largest, price};
 impl Costmap {
     /// Judges a leg against everybody near and the zones.
     pub fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
+        if self.fleet.longest_lag() > 0 {
+            verdict.clear();
+            self.judge_late(leg, &self.near(leg), verdict);
+            if leg.flying && self.fleet.conditions().wakes {
+                self.judge_zones(leg, verdict);
+            }
+            return;
+        }
         self.judge_parts(leg, verdict, |part, verdict| {
             self.judge_fully(part, verdict)
         });
@@ -20,6 +27,9 @@ impl Costmap {
     /// The same in a tenth of the time: by bounds for those who are not close, and without a look at what the
     /// leg's own weak wake adds far off. Ask [`Costmap::is_borne`] once a whole way is known.
     pub fn judge_nearby(&self, leg: &Leg, verdict: &mut Verdict) {
+        if self.fleet.longest_lag() > 0 {
+            return self.judge(leg, verdict);
+        }
         self.judge_parts(leg, verdict, |part, verdict| {
             let before = (verdict.blockers.len(), verdict.price_s);
             if !self.judge_close(part, false, verdict) {
@@ -42,6 +52,9 @@ impl Costmap {
 
     /// Whether everybody farther off bears what these legs bring them.
     pub fn is_borne(&self, legs: &[Leg]) -> bool {
+        if self.fleet.longest_lag() > 0 {
+            return true;
+        }
         let parts = legs.iter().filter(|leg| leg.flying).flat_map(parts);
         parts.into_iter().all(|part| {
             let own = Footprint::around(&part, 0.0);
@@ -197,36 +210,5 @@ impl Costmap {
             }
         }
         self.block_sums(part, 0, true, &met, verdict);
-    }
-
-    fn judge_zones(&self, leg: &Leg, verdict: &mut Verdict) {
-        for (index, zone) in self.zones.iter().enumerate() {
-            let own = self.fleet.load_on_zone(leg, &self.covers, zone);
-            if own == 0 {
-                continue;
-            }
-            if own > BUDGET {
-                verdict.breaks_zone = Some(index);
-                return;
-            }
-            for bucket in self.timeline.buckets(leg.start, leg.end) {
-                let Some(zones) = self.zone_loads.get(bucket as usize) else {
-                    continue;
-                };
-                let mut loads: Vec<(u32, Blocker)> = zones[index]
-                    .iter()
-                    .map(|load| {
-                        let blocker = Blocker {
-                            drone: load.drone,
-                            why: Why::Zone,
-                            began: leg.start,
-                            clear: load.clear,
-                        };
-                        (load.load, blocker)
-                    })
-                    .collect();
-                block_largest(&mut loads, own, BUDGET, verdict);
-            }
-        }
     }
 }

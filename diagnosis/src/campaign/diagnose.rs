@@ -13,14 +13,13 @@ use super::scatter::{Scatter, scatter};
 use super::skill::{Curve, Skill, curves, skills};
 use crate::candidates::{Candidate, Kind};
 use crate::diagnose::{effect, ranked, smallest};
-use crate::finding::{Effect, Finding, HeldOut, Region};
+use crate::finding::{Effect, Finding, HeldOut, Region, verdict};
 use crate::fit::{Fit, Setting, refit_without};
 use crate::hypothesis::Hypothesis;
 use crate::identify::IdentifyError;
 use crate::intervals;
 use crate::observed::Explained;
 use crate::outside;
-use crate::prove::Verdict;
 use crate::recording::Recording;
 use crate::select::{FOLDS, Gain, flexible, singles};
 use crate::simulate::{Channel, Sample};
@@ -71,7 +70,7 @@ pub struct CampaignFinding {
     /// What each scatters by (N).
     #[serde(skip)]
     pub noise_n: Vec<f64>,
-    /// What surrounds each row: one column for each of [`COORDINATES`](super::covariates::COORDINATES).
+    /// What surrounds each row: one column for each of [`super::covariates::COORDINATES`].
     #[serde(skip)]
     pub columns: Vec<Vec<f64>>,
     /// How well the force is predicted in flights that were not fitted, by where the rows lie.
@@ -170,7 +169,7 @@ pub fn diagnose_campaign(
         chosen.turns.clear();
     }
     let best = &chosen.selection.chosen;
-    let members: Vec<&Candidate> = best.which.iter().map(|&k| &candidates[k]).collect();
+    let members = best.members(&candidates);
     let correction = setting.hypothesis(&members, &best.fit.values);
     let simulated = forces.predict(&base);
     let corrected = forces.predict(&correction);
@@ -182,13 +181,6 @@ pub fn diagnose_campaign(
     let skills = skills(&forces, columns, &held_out);
     let effects = effects(&setting, &candidates, &chosen);
     let shape = outside::outside(&setting, &candidates, &chosen.selection, &gate);
-    let ambiguous = effects.iter().any(|effect| !effect.alternatives.is_empty());
-    let verdict = match (shape.is_some(), effects.is_empty(), ambiguous) {
-        (true, _, _) => Verdict::OutsideLibrary,
-        (false, true, _) => Verdict::None,
-        (false, false, true) => Verdict::Ambiguous,
-        (false, false, false) => Verdict::Library,
-    };
     let recorded = forces.recorded();
     let rest: Vec<f64> = recorded
         .iter()
@@ -201,7 +193,7 @@ pub fn diagnose_campaign(
         recording: format!("{flights} flights"),
         channel: Channel::VerticalForce,
         samples: forces.rows,
-        verdict,
+        verdict: verdict(shape.is_some(), &effects),
         region: region(columns, &scatter, &recorded, &simulated, &corrected),
         held_out: skills
             .first()
@@ -219,6 +211,7 @@ pub fn diagnose_campaign(
             .collect(),
         shape,
         chance: gate.p,
+        perhaps: None,
         advice: advice(&candidates, &chosen),
         smallest: smallest(&setting, &candidates, &scatter.noise),
         effects,
@@ -271,7 +264,7 @@ fn predicted_held_out(setting: &Setting, members: &[&Candidate], fit: &Fit) -> V
 /// The terms with their intervals over flights.
 fn effects(setting: &Setting, candidates: &[Candidate], chosen: &Chosen) -> Vec<Effect> {
     let best = &chosen.selection.chosen;
-    let members: Vec<&Candidate> = best.which.iter().map(|&k| &candidates[k]).collect();
+    let members = best.members(candidates);
     let half_widths = intervals::half_widths(&members, &best.fit, setting.noise);
     let mut place = 0;
     let of = |(member, turn): (&&Candidate, &Turn)| {

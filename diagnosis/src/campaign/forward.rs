@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::candidates::{Candidate, Kind};
 use crate::fit::Setting;
-use crate::select::{Gain, Selection, Singles, Tried, attempt, gain, promise};
+use crate::select::{Gain, Selection, Singles, Tried, attempt, gain, promising};
 
 /// Least gain of a term in held-out log density, alone, in standard errors over flights, and as part of the whole gain. Chosen here:
 /// standard errors over flights are honest about flights but not about forms, so three of them; and terms of less than 2 % mend the form of
@@ -105,6 +105,7 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], tried: Singles, most
             nothing,
             singles,
             rivals: Vec::new(),
+            withheld: None,
             chosen: best,
             alternatives: turns.iter().map(|turn| turn.alternatives.clone()).collect(),
         },
@@ -200,18 +201,10 @@ fn beside(
     nothing: &Tried,
     best: &Tried,
 ) -> Vec<Tried> {
-    let mut promising: Vec<(f64, usize)> = (0..candidates.len())
+    promising(setting, candidates, best)
         .into_par_iter()
-        .filter(|k| !best.which.contains(k))
-        .map(|k| (promise(setting, candidates, best, k), k))
-        .collect();
-    promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    promising
-        .into_iter()
         .take(FITTED)
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .filter_map(|(_, k)| {
+        .filter_map(|k| {
             let which = [best.which.clone(), vec![k]].concat();
             let starts: Vec<Vec<f64>> = candidates[k]
                 .starts

@@ -1,10 +1,10 @@
 //! What may be missing in the vertical force on a drone.
 
-use airflow::effects::{BodyDrag, OwnMotion};
+use airflow::effects::BodyDrag;
 
 use super::forces::Forces;
 use crate::candidates::{
-    Candidate, Kind, Shows, of_the_jet, of_the_receiver, of_the_surroundings, parameter,
+    Candidate, Kind, Shows, of_the_jet, of_the_receiver, of_the_surroundings, own_motion, parameter,
 };
 
 /// Effects of the jet that no vertical force can show, or that another name here stands for.
@@ -88,6 +88,7 @@ fn shows(forces: &Forces, alone: bool) -> Shows {
         moves: true,
         climbs: true,
         battery: true,
+        receiver_moves: false,
         axial_only: false,
         span_s: [0.0, 60.0],
         fastest: 1.0,
@@ -128,24 +129,7 @@ fn impingement(shows: &Shows) -> Option<Candidate> {
 
 fn of_motion() -> Vec<Candidate> {
     vec![
-        Candidate {
-            name: "own_motion",
-            kind: Kind::Physics,
-            equation: "alpha -> alpha + kappa V_z/U_H, T -> T (1 + b (V_h/U_H)^2)",
-            story: "a drone that climbs meets air from above, one that flies forward finds fresh air",
-            parameters: vec![
-                parameter("kappa", "1", [-2.0, 4.0], 0.0, 0.2),
-                parameter("b", "1", [-3.0, 6.0], 0.0, 0.5),
-            ],
-            essential: 2,
-            starts: vec![vec![0.5, 0.2]],
-            set: |p, h| {
-                h.effects.own_motion = Some(OwnMotion {
-                    climb: p[0],
-                    forward: p[1],
-                });
-            },
-        },
+        own_motion(),
         Candidate {
             name: "body_drag",
             kind: Kind::Physics,

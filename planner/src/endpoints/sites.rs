@@ -13,7 +13,7 @@ use crate::verify::air::ALPHA_TOLERANCE;
 use crate::verify::solid::{RawShape, Solid as Body};
 use crate::verify::wake_bound::BoundedWake;
 use crate::verify::wake_end::Stops;
-use crate::verify::zone::{self, Blow, Field, Peak};
+use crate::verify::zone::{self, Blow, Field, Peak, Wall};
 use crate::world::{AtEnd, AtStart, Drone, Solid, World};
 
 /// The world with its wakes and solids made ready.
@@ -25,6 +25,7 @@ pub(super) struct Scene<'a> {
     hangar: Vec<(Airframe, BoundedWake, Arc<DiscPoints>)>,
     /// Air without any wake (m/s).
     draught_mps: f64,
+    wall: Option<Wall>,
     /// Part of the air that receivers feel.
     felt: f64,
 }
@@ -105,6 +106,10 @@ impl<'a> Scene<'a> {
             solids,
             hangar,
             draught_mps: flown.draught_mps,
+            wall: flown.wall.map(|effect| Wall {
+                effect,
+                floor_z_m: world.bounds_m.min.z,
+            }),
             felt: flown.felt,
         }
     }
@@ -228,6 +233,7 @@ impl<'a> Scene<'a> {
         Field {
             stops: &self.stops,
             superposition: self.world.superposition,
+            wall: self.wall,
         }
     }
 
@@ -239,6 +245,8 @@ impl<'a> Scene<'a> {
             wake: &site.wake,
             motion,
             stops: &site.stops,
+            // Whoever stands has been there for as long as its air needs.
+            late: None,
         };
         let bounds_m = &self.world.zones[zone].bounds_m;
         let places_m = (bounds_m.min.coords, bounds_m.max.coords);

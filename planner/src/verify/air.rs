@@ -43,7 +43,7 @@ pub(super) fn judge(scene: &Scene<'_>, near: &[Vec<Near>], k: usize) -> (Vec<Fou
         let u_h_mps = window.induced_velocity_mps;
         own_energy_j +=
             window.mass_kg * airflow::GRAVITY_MPS2 * u_h_mps * (window.until_s - window.from_s);
-        if window.emissions.is_empty() {
+        if window.is_calm() {
             continue;
         }
         let mut sources = Vec::new();
@@ -98,7 +98,7 @@ fn highest(
             window.from_s.max(within_s.0),
             window.until_s.min(within_s.1),
         );
-        if window.emissions.is_empty() || span_s.0 >= span_s.1 {
+        if window.is_calm() || span_s.0 >= span_s.1 {
             continue;
         }
         let floor_mps = WORST_FLOOR * window.induced_velocity_mps;
@@ -131,7 +131,7 @@ fn over_limit(
     met: &mut AirMet,
 ) -> Vec<Found> {
     let mut parts = Vec::new();
-    for window in windows.iter().filter(|window| !window.emissions.is_empty()) {
+    for window in windows.iter().filter(|window| !window.is_calm()) {
         let measure_mps = window.induced_velocity_mps / scene.felt;
         let limit_mps = (receiver.air_limit + ALPHA_TOLERANCE) * measure_mps - scene.draught_mps;
         if met.worst_air_mps * (1.0 + WORST_TOLERANCE) + WORST_FLOOR * window.induced_velocity_mps

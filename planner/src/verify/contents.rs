@@ -129,11 +129,17 @@ pub(super) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         superposition: air.superposition,
         felt: air.flown.felt,
         draught_mps: air.flown.draught_mps,
+        wall: air.flown.wall,
+        convection: air.flown.convection,
+        longest_lag_s: 0.0,
         last_s,
         horizon_s: last_s + REST_S,
         flights: Vec::with_capacity(plan.drones.len()),
     };
     let mut hangar = Hangar::new(air, max.z - min.z);
+    // Those who come lighter than their airframe are told of, and judged all the same.
+    scene.longest_lag_s = longest_lag_s(plan, &mut hangar, max.z - min.z);
+    scene.horizon_s += scene.longest_lag_s;
     for (index, drone) in plan.drones.iter().enumerate() {
         let unplanned = plan.unplanned.iter().any(|one| one.name == drone.name);
         match flight(&scene, &mut hangar, index, drone, unplanned) {
@@ -161,6 +167,24 @@ pub(super) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         }
     }
     (Some(scene), found)
+}
+
+/// How long air may be under way down to a depth below any drone that can be read (s).
+fn longest_lag_s(plan: &Plan, hangar: &mut Hangar, depth_m: f64) -> f64 {
+    let mut longest_s = 0.0_f64;
+    if hangar.air.flown.convection.is_none() {
+        return longest_s;
+    }
+    for drone in &plan.drones {
+        let Ok((_, bare, _)) = hangar.get(&drone.airframe) else {
+            continue;
+        };
+        for &mass_kg in drone.trajectory.mass_kg.iter().filter(|kg| **kg > 0.0) {
+            let wake = bare.wake.with_mass(mass_kg);
+            longest_s = longest_s.max(hangar.air.flown.lag_s(&wake, depth_m));
+        }
+    }
+    longest_s
 }
 
 /// One drone and what contradicts itself in it; an error where it cannot be judged at all.

@@ -22,9 +22,15 @@ pub(super) struct Scene<'a> {
     pub(super) felt: f64,
     /// Air without any wake (m/s), which every limit is lower by.
     pub(super) draught_mps: f64,
+    /// What jets become along the floor, in zones.
+    pub(super) wall: Option<airflow::effects::GroundImpingement>,
+    /// Speed of the air that carries wakes down over that of the centreline, where it takes its time.
+    pub(super) convection: Option<f64>,
+    /// How long any wake outlasts its drone, at most (s).
+    pub(super) longest_lag_s: f64,
     /// Last time of any drone (s): from here on everybody rests.
     pub(super) last_s: f64,
-    /// Those who stay are judged up to here (s): `last_s` and a second of rest, which stands for ever.
+    /// Those who stay are judged up to here (s): `last_s`, the time for all air to come down, and a second of rest, which stands for ever.
     pub(super) horizon_s: f64,
     pub(super) flights: Vec<Flight>,
 }

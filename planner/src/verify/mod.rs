@@ -13,7 +13,7 @@
 //! | collision | balls of two drones apart | relative motion, closed form | 1 mm |
 //! | column | no airborne centre in the near-field column of another airborne drone, as far down as its wake reaches | relative motion, closed form | 1 µm |
 //! | air | mean over the rotor discs of all wakes superposed, at most `air_limit` U_H | subdivision on an upper bound | 0.001 U_H, 1 ms |
-//! | zone | the wakes superposed at every point of the box | subdivision of box and time on an upper bound | 0.5 %, 1 cm |
+//! | zone | the wakes superposed at every point of the box, and the wall jets along the floor | subdivision of box and time on an upper bound | 0.5 %, 1 cm |
 //!
 //! `clearance_m` is the planner's margin, not a rule: bodies are judged by their radii alone, because
 //! a landing drone comes within any clearance of what it lands on. The smallest gap between two bodies
@@ -25,12 +25,15 @@
 //! ([`AirMet`]).
 
 pub(crate) mod air;
+mod arrival;
+mod blow;
 mod clock;
 mod collision;
 mod column;
 mod contents;
 pub(crate) mod flight;
 mod hangar;
+mod late;
 mod limits;
 mod moved_wake;
 mod nearby;

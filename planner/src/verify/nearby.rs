@@ -52,7 +52,9 @@ pub(super) fn encounters(scene: &Scene<'_>) -> Vec<Vec<Near>> {
             .fold(0.0, f64::max);
     let pairs: Vec<Vec<(usize, usize)>> = spans
         .par_iter()
-        .map(|&span_s| pairs_during(&scene.flights, span_s, farthest, &reaches))
+        // Air that comes late comes from where its drone was.
+        .map(|&(from_s, until_s)| (from_s - scene.longest_lag_s, until_s))
+        .map(|span_s| pairs_during(&scene.flights, span_s, farthest, &reaches))
         .collect();
 
     let mut near: Vec<Vec<Near>> = vec![Vec::new(); scene.flights.len()];

@@ -5,6 +5,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::FAINTEST_WAKE_MPS;
 use super::flight::{Flight, Scene};
+use super::late::Late;
 use super::nearby::Near;
 use super::wake_bound::BoundedWake;
 use crate::trajectory::Motion;
@@ -29,9 +30,11 @@ pub(super) struct Window<'a> {
     /// The receiver's mass (kg).
     pub(super) mass_kg: f64,
     pub(super) emissions: Vec<Emission<'a>>,
-    receiver: &'a Flight,
-    motion: Motion,
-    scene: &'a Scene<'a>,
+    /// Where air takes its time: everybody whose air may arrive in this window, in place of the emissions, which columns go by.
+    pub(super) late: Vec<Late<'a>>,
+    pub(super) receiver: &'a Flight,
+    pub(super) motion: Motion,
+    pub(super) scene: &'a Scene<'a>,
 }
 
 /// The windows of one receiver while it is airborne, in order of time, those without any wake included.
@@ -96,6 +99,7 @@ pub(super) fn windows<'a>(
             induced_velocity_mps: receiver.wakes[piece].wake.hover_velocity_mps(),
             mass_kg: receiver.trajectory.pieces()[piece].mass_kg,
             emissions: Vec::new(),
+            late: Vec::new(),
             receiver,
             motion,
             scene,
@@ -104,12 +108,27 @@ pub(super) fn windows<'a>(
             .iter()
             .filter_map(|&other| window.emission(other))
             .collect();
+        if scene.convection.is_some() {
+            window.late = others
+                .iter()
+                .filter_map(|&other| Late::new(scene, other))
+                .filter(|late| window.late_high_mps(late, from_s, until_s) > FAINTEST_WAKE_MPS)
+                .collect();
+        }
         windows.push(window);
     }
     windows
 }
 
 impl<'a> Window<'a> {
+    /// Whether no wake is felt in it.
+    pub(super) fn is_calm(&self) -> bool {
+        match self.scene.convection {
+            Some(_) => self.late.is_empty(),
+            None => self.emissions.is_empty(),
+        }
+    }
+
     /// The wake of another flight, if it can be felt in this window.
     fn emission(&self, other: usize) -> Option<Emission<'a>> {
         let emitter = &self.scene.flights[other];
@@ -178,8 +197,11 @@ impl<'a> Window<'a> {
     /// Lower and upper bound of the mean air over the discs (m/s) during a part of the window; the upper one is
     /// only rough where that already shows it to be at most `enough`.
     pub(super) fn bound_mps(&self, from_s: f64, until_s: f64, enough_mps: f64) -> (f64, f64) {
-        if self.emissions.is_empty() {
+        if self.is_calm() {
             return (0.0, 0.0);
+        }
+        if !self.late.is_empty() {
+            return self.late_bound_mps(from_s, until_s, enough_mps);
         }
         let rough = self.scene.superpose(
             self.emissions
@@ -232,9 +254,20 @@ impl<'a> Window<'a> {
         (low, high.min(rough))
     }
 
-    /// The wakes at a time of the window.
-    fn sources(&self, t_s: f64, sources: &mut Vec<Source<'a>>) {
+    /// The wakes at a time of the window, and whose.
+    fn sources(&self, t_s: f64, sources: &mut Vec<Source<'a>>, from: &mut Vec<usize>) {
         sources.clear();
+        from.clear();
+        for late in &self.late {
+            if let Some(source) = self.late_source(late, t_s) {
+                sources.push(source);
+                from.push(late.other);
+            }
+        }
+        if self.scene.convection.is_some() {
+            return;
+        }
+        from.extend(self.emissions.iter().map(|emission| emission.other));
         sources.extend(self.emissions.iter().map(|emission| {
             let position_m = Point3::from(emission.motion.at_m(t_s));
             let wake = &emission.wake.wake;
@@ -254,10 +287,10 @@ impl<'a> Window<'a> {
 
     /// Mean air over the receiver's discs at a time of the window (m/s).
     pub(super) fn mean_mps(&self, t_s: f64, sources: &mut Vec<Source<'a>>) -> f64 {
-        if self.emissions.is_empty() {
+        if self.is_calm() {
             return 0.0;
         }
-        self.sources(t_s, sources);
+        self.sources(t_s, sources, &mut Vec::new());
         mean_over_discs_mps(
             sources,
             &self.receiver.discs,
@@ -268,10 +301,10 @@ impl<'a> Window<'a> {
 
     /// Whose wake alone is the strongest over the discs at a time: index in the scene's flights.
     pub(super) fn strongest(&self, t_s: f64) -> Option<usize> {
-        let mut sources = Vec::new();
-        self.sources(t_s, &mut sources);
+        let (mut sources, mut from) = (Vec::new(), Vec::new());
+        self.sources(t_s, &mut sources, &mut from);
         let mut strongest: Option<(usize, f64)> = None;
-        for (emission, source) in self.emissions.iter().zip(&sources) {
+        for (other, source) in from.iter().zip(&sources) {
             let one = std::slice::from_ref(source);
             let alone_mps = mean_over_discs_mps(
                 one,
@@ -280,7 +313,7 @@ impl<'a> Window<'a> {
                 self.scene.superposition,
             );
             if strongest.is_none_or(|(_, known_mps)| alone_mps > known_mps) {
-                strongest = Some((emission.other, alone_mps));
+                strongest = Some((*other, alone_mps));
             }
         }
         strongest.map(|(other, _)| other)
@@ -289,6 +322,9 @@ impl<'a> Window<'a> {
     /// Whether no wake can rise and fall unseen within a part of the window: the way flown as seen from each
     /// emitter is at most twice the half-width there, or the distance from its axis.
     pub(super) fn is_smooth(&self, from_s: f64, until_s: f64) -> bool {
+        if self.scene.convection.is_some() {
+            return self.late_is_smooth(from_s, until_s);
+        }
         self.emissions.iter().all(|e| {
             let way_m = 2.0 * e.relative.half_path_m(from_s, until_s);
             let depths_m = Self::depths_m(e, from_s, until_s);

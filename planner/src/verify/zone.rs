@@ -1,4 +1,5 @@
-//! The air in a zone: all airborne wakes superposed, highest over the box and over time.
+//! The air in a zone: all airborne wakes superposed, and the wall jets along the floor where a finding names them, highest over the box
+//! and over time.
 //!
 //! The box and the time are divided together, always where the upper bound is highest, until no part of
 //! them can exceed the limit or a place that does has been found.
@@ -6,13 +7,13 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use airflow::{Source, Superposition, axial_speed_mps};
 use nalgebra::{Point3, Vector3};
 
+pub(crate) use super::blow::{Blow, Field, Wall, high_mps, strongest};
+use super::blow::{at_mps, together_mps};
 use super::clock::join;
-use super::flight::{Scene, level_gap_m, superpose};
-use super::wake_bound::BoundedWake;
-use super::wake_end::Stops;
+use super::flight::Scene;
+use super::late::Late;
 use super::{FAINTEST_WAKE_MPS, Found};
 use crate::plan::{Violation, ViolationKind, ZoneEntry};
 use crate::trajectory::Motion;
@@ -36,22 +37,6 @@ const PARTS_ONCE_VIOLATED: usize = 400;
 
 type Places = (Vector3<f64>, Vector3<f64>);
 
-/// A wake that may blow into a box.
-pub(crate) struct Blow<'a> {
-    /// Whose: an index of the caller's.
-    pub(crate) from: usize,
-    pub(crate) wake: &'a BoundedWake,
-    pub(crate) motion: Motion,
-    pub(crate) stops: &'a [u32],
-}
-
-/// What all searches of one caller share.
-#[derive(Clone, Copy)]
-pub(crate) struct Field<'a> {
-    pub(crate) stops: &'a Stops,
-    pub(crate) superposition: Superposition,
-}
-
 /// The place and moment of the highest air found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Peak {
@@ -65,6 +50,10 @@ pub(super) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
     let field = Field {
         stops: &scene.stops,
         superposition: scene.superposition,
+        wall: scene.wall.map(|effect| Wall {
+            effect,
+            floor_z_m: scene.bounds_m.min.z,
+        }),
     };
     let blows = blows(scene, &field, &places_m);
     let mut cuts_s: Vec<f64> = blows
@@ -97,7 +86,7 @@ pub(super) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
         let here: Vec<&Blow<'_>> = under_way.iter().map(|&k| &blows[k]).collect();
         let speed_mps = here
             .iter()
-            .map(|blow| blow.motion.max_speed_mps())
+            .map(|blow| blow.max_speed_mps())
             .fold(0.0, f64::max);
         let steps = (speed_mps * (span[1] - span[0]) / STEP_WAY_M)
             .ceil()
@@ -158,6 +147,10 @@ pub(super) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
 fn blows<'a>(scene: &'a Scene<'_>, field: &Field<'_>, places_m: &Places) -> Vec<Blow<'a>> {
     let mut blows = Vec::new();
     for (from, flight) in scene.flights.iter().enumerate() {
+        if let Some(late) = Late::new(scene, from) {
+            blows.extend(lasting(scene, late, from));
+            continue;
+        }
         for (k, piece) in flight.trajectory.pieces().iter().enumerate() {
             let from_s = piece.motion.from_s.max(flight.airborne_s.0);
             let until_s = piece.motion.until_s.min(flight.airborne_s.1);
@@ -169,45 +162,32 @@ fn blows<'a>(scene: &'a Scene<'_>, field: &Field<'_>, places_m: &Places) -> Vec<
                 wake: &flight.wakes[k],
                 motion: piece.motion.during(from_s, until_s),
                 stops: &flight.stops[k],
+                late: None,
             };
             if high_mps(field, &blow, places_m, (from_s, until_s)) > FAINTEST_WAKE_MPS {
                 blows.push(blow);
             }
         }
     }
+    blows.retain(|blow| {
+        let span_s = (blow.motion.from_s, blow.motion.until_s);
+        blow.late.is_none() || high_mps(field, blow, places_m, span_s) > FAINTEST_WAKE_MPS
+    });
     blows
 }
 
-/// An upper bound of one wake over places and a span of time (m/s).
-pub(crate) fn high_mps(
-    field: &Field<'_>,
-    blow: &Blow<'_>,
-    places_m: &Places,
-    span_s: (f64, f64),
-) -> f64 {
-    let from_m = blow.motion.box_m(span_s.0, span_s.1);
-    let depths_m = (from_m.0.z - places_m.1.z, from_m.1.z - places_m.0.z);
-    let (lowest_m, _) = field
-        .stops
-        .end_range_m(&blow.wake.wake, &from_m, blow.stops);
-    if depths_m.1 <= 0.0 || places_m.1.z < lowest_m - airflow::HEIGHT_TOLERANCE_M {
-        return 0.0;
-    }
-    let near_m = level_gap_m(&from_m, places_m);
-    let middle_s = 0.5 * (span_s.0 + span_s.1);
-    let half_way_m =
-        blow.motion.half_path_m(span_s.0, span_s.1) + 0.5 * (places_m.1 - places_m.0).norm();
-    let middle_m = 0.5 * (places_m.0 + places_m.1) - blow.motion.at_m(middle_s);
-    let offsets_m = (places_m.0 - from_m.1, places_m.1 - from_m.0);
-    blow.wake
-        .range_mps(
-            depths_m,
-            (near_m, near_m),
-            &offsets_m,
-            &middle_m,
-            half_way_m,
-        )
-        .1
+/// A whole flight for as long as its air is anywhere.
+fn lasting<'a>(scene: &'a Scene<'_>, late: Late<'a>, from: usize) -> Option<Blow<'a>> {
+    let flight = &scene.flights[from];
+    let (from_s, until_s) = late.lasts_s()?;
+    let at_m = flight.trajectory.pieces().first()?.motion.at_m(from_s);
+    Some(Blow {
+        from,
+        wake: flight.wakes.first()?,
+        motion: Motion::still((from_s, until_s.min(scene.horizon_s)), at_m.into()),
+        stops: &[],
+        late: Some(late),
+    })
 }
 
 /// A part of box and time, ordered by its upper bound.
@@ -248,17 +228,11 @@ pub(crate) fn highest(
     span_s: (f64, f64),
     limit_mps: f64,
 ) -> Option<Peak> {
-    let bound = |places_m: &Places, span_s: (f64, f64)| {
-        superpose(
-            field.superposition,
-            blows
-                .iter()
-                .map(|blow| high_mps(field, blow, places_m, span_s)),
-        )
-    };
+    let bound =
+        |places_m: &Places, span_s: (f64, f64)| together_mps(field, blows, places_m, span_s);
     let speed_mps = blows
         .iter()
-        .map(|blow| blow.motion.max_speed_mps())
+        .map(|blow| blow.max_speed_mps())
         .fold(0.0, f64::max);
     let mut parts = BinaryHeap::new();
     let mut number = 0;
@@ -330,41 +304,4 @@ fn halves(
     first.1[axis] = middle_m;
     second.0[axis] = middle_m;
     [(first, part.span_s), (second, part.span_s)]
-}
-
-fn source<'a>(field: &Field<'_>, blow: &'a Blow<'a>, t_s: f64) -> Source<'a> {
-    let position_m = Point3::from(blow.motion.at_m(t_s));
-    let wake = &blow.wake.wake;
-    Source {
-        wake,
-        position_m,
-        ends_at_z_m: field.stops.end_z_m(wake, &position_m, blow.stops),
-    }
-}
-
-/// All wakes at one place and time (m/s).
-fn at_mps(field: &Field<'_>, blows: &[&Blow<'_>], t_s: f64, place_m: Point3<f64>) -> f64 {
-    superpose(
-        field.superposition,
-        blows
-            .iter()
-            .map(|blow| axial_speed_mps(&[source(field, blow, t_s)], place_m, field.superposition)),
-    )
-}
-
-/// Whose wake is the strongest at a peak.
-pub(crate) fn strongest(field: &Field<'_>, blows: &[&Blow<'_>], peak: &Peak) -> Option<usize> {
-    let alone = blows.iter().map(|blow| {
-        (
-            blow.from,
-            axial_speed_mps(
-                &[source(field, blow, peak.t_s)],
-                peak.place_m,
-                field.superposition,
-            ),
-        )
-    });
-    alone
-        .reduce(|a, b| if b.1 > a.1 { b } else { a })
-        .map(|(from, _)| from)
 }

@@ -1,11 +1,12 @@
 //! Planned with and without a finding, judged by neither side of the planner: the field itself, with the effects on, sampled densely.
 
 use airflow::effects::{
-    Effects, GroundImpingement, MomentumScale, PayloadMass, RotorCant, Surroundings,
+    Effects, GroundImpingement, MomentumScale, PayloadMass, RotorCant, Surroundings, WakeTransport,
 };
 use airflow::{Airframe, Jet, Wake};
 use nalgebra::Point3;
 use planner::plan::{DronePlan, Plan};
+use planner::world::World;
 
 use super::corrected_air::{hall_at, is_safe, planned};
 use super::{tilt, wind};
@@ -31,9 +32,51 @@ fn flies(drone: &DronePlan, t_s: f64) -> bool {
     drone.airborne_s.0 <= t_s && drone.airborne_s.1.is_none_or(|until_s| t_s < until_s)
 }
 
+/// Where the air of a drone that is at a height at a time left it: every time `t'` at which what leaves it then is as old as it should be,
+/// `t' + m τ(depth) = t`, by steps; where it began, if even that air is younger. Where it was, if there is no delay.
+fn left_at_m(
+    drone: &DronePlan,
+    wake: &Wake,
+    lag_factor: f64,
+    t_s: f64,
+    z_m: f64,
+) -> Vec<Point3<f64>> {
+    if lag_factor == 0.0 {
+        let here = flies(drone, t_s).then(|| place_m(drone, t_s));
+        return here.into_iter().collect();
+    }
+    let early_s = |left_s: f64| {
+        let depth_m = place_m(drone, left_s).z - z_m;
+        left_s + lag_factor * wake.far_field().transport_time_s(depth_m, 1.0) - t_s
+    };
+    let began_s = drone.airborne_s.0;
+    let mut found = Vec::new();
+    if t_s >= began_s && early_s(began_s) > 0.0 {
+        found.push(place_m(drone, began_s));
+    }
+    let steps = ((t_s - began_s) / STEP_S).ceil().max(0.0) as u32;
+    for step in 0..steps {
+        let from_s = began_s + f64::from(step) * STEP_S;
+        let until_s = (from_s + STEP_S).min(t_s);
+        let (a, b) = (early_s(from_s), early_s(until_s));
+        if (a <= 0.0) == (b < 0.0) {
+            continue;
+        }
+        let left_s = if a == b {
+            from_s
+        } else {
+            from_s + (until_s - from_s) * a / (a - b)
+        };
+        if flies(drone, left_s) {
+            found.push(place_m(drone, left_s));
+        }
+    }
+    found
+}
+
 /// The most that any drone meets over what it may meet, of [`Effects::meet`] over its rotor discs, wakes added by momentum. A hall
 /// without obstacles, whose floor is at 0.
-fn most_met(plan: &Plan, effects: &Effects) -> f64 {
+pub(super) fn most_met(plan: &Plan, effects: &Effects) -> f64 {
     let frames: Vec<(Airframe, Wake)> = plan
         .drones
         .iter()
@@ -54,6 +97,9 @@ fn most_met(plan: &Plan, effects: &Effects) -> f64 {
         .iter()
         .map(|drone| drone.arrives_s)
         .fold(0.0, f64::max);
+    let lag_factor = effects
+        .wake_transport
+        .map_or(0.0, |transport| transport.lag_factor);
     let mut most = 0.0_f64;
     for step in 0..=(last_s / STEP_S) as u32 {
         let t_s = f64::from(step) * STEP_S;
@@ -66,21 +112,39 @@ fn most_met(plan: &Plan, effects: &Effects) -> f64 {
             .filter(|&k| flies(&plan.drones[k], t_s))
             .collect();
         for &me in &flying {
+            // Nobody blows upwards.
+            let lowest_m = places_m[me].z;
+            let highest_m = |other: usize| {
+                let knots_m = plan.drones[other].trajectory.position_m.iter();
+                knots_m.map(|knot_m| knot_m.z).fold(0.0, f64::max)
+            };
+            let others =
+                (0..plan.drones.len()).filter(|&other| other != me && highest_m(other) > lowest_m);
+            let left_m: Vec<(usize, Vec<Point3<f64>>)> = others
+                .map(|other| {
+                    let (drone, wake) = (&plan.drones[other], &frames[other].1);
+                    (
+                        other,
+                        left_at_m(drone, wake, lag_factor, t_s, places_m[me].z),
+                    )
+                })
+                .collect();
             let mut mean_mps = 0.0;
             for (&[x, y], weight) in discs[me].offsets_m.iter().zip(&discs[me].weights) {
                 let at_m = places_m[me] + nalgebra::Vector3::new(x, y, 0.0);
-                let squares = flying.iter().filter(|&&other| other != me).map(|&other| {
-                    let surroundings = Surroundings {
-                        t_s,
-                        climb_mps: 0.0,
-                        floor_z_m: Some(0.0),
-                        emitter_z_m: places_m[other].z,
-                    };
-                    let offset_m = at_m - places_m[other];
-                    effects
-                        .meet(&frames[other].1, offset_m, &surroundings)
-                        .z
-                        .powi(2)
+                let squares = left_m.iter().map(|(other, left_m)| {
+                    let speeds_mps = left_m.iter().map(|left_m| {
+                        let surroundings = Surroundings {
+                            t_s,
+                            climb_mps: 0.0,
+                            floor_z_m: Some(0.0),
+                            emitter_z_m: left_m.z,
+                        };
+                        -effects
+                            .meet(&frames[*other].1, at_m - left_m, &surroundings)
+                            .z
+                    });
+                    speeds_mps.fold(0.0, f64::max).powi(2)
                 });
                 mean_mps += weight * squares.sum::<f64>().sqrt();
             }
@@ -157,7 +221,117 @@ fn under_canted_rotors_only_the_finding_keeps_within_the_limit() {
     only_the_finding_keeps_within_the_limit(6.7, 0.1, real);
 }
 
-/// The floor takes vertical air away, so a plan made without it is safe, too; the wall jet is horizontal, and no limit counts it.
+/// A hall that three surveyors cross under the roof while couriers cross below, just behind them.
+fn crossing(effects: Effects) -> World {
+    let text = r#"Scenario(
+        name: "crossing",
+        bounds_m: (min: (0, 0, 0), max: (28, 12, 9)),
+        drones: [
+            (name: "survey-1", airframe: "matrice-300", start_m: (8, 2, 8), tasks: [(to_m: (8, 11, 8))]),
+            (name: "survey-2", airframe: "matrice-300", start_m: (14, 2, 7), tasks: [(to_m: (14, 11, 7))]),
+            (name: "survey-3", airframe: "matrice-300", start_m: (20, 10, 8), tasks: [(to_m: (20, 1, 8))]),
+            (name: "courier-1", airframe: "kolibri", start_m: (2, 6, 2), tasks: [(to_m: (26, 6, 2))]),
+            (name: "courier-2", airframe: "kolibri", start_m: (8, 7, 3.5), tasks: [(to_m: (22, 7, 3.5))]),
+            (name: "courier-3", airframe: "kolibri", start_m: (26, 5, 1), tasks: [(to_m: (4, 5, 1))], at_end: Land),
+            (name: "courier-4", airframe: "kolibri", start_m: (10.5, 4.5, 4), tasks: [(to_m: (24, 4.5, 4))]),
+        ],
+    )"#;
+    let mut world = planner::scenario::read_world(text, &|_| Err(String::new())).expect("in order");
+    world.effects = effects;
+    world
+}
+
+#[test]
+fn where_air_takes_its_time_only_the_finding_keeps_within_the_limit() {
+    let real = Effects {
+        wake_transport: Some(WakeTransport { lag_factor: 1.6 }),
+        ..Effects::default()
+    };
+    let ignorant = planned(&crossing(Effects::default()));
+    assert!(is_safe(&ignorant), "{:?}", ignorant.violations);
+    assert!(most_met(&ignorant, &Effects::default()) < 1.005);
+    let blown = most_met(&ignorant, &real);
+    assert!(blown > 1.1, "{blown} of the limit");
+    let corrected = planned(&crossing(real));
+    assert!(
+        is_safe(&corrected),
+        "{:?} {:?}",
+        corrected.unplanned,
+        corrected.violations
+    );
+    let met = most_met(&corrected, &real);
+    assert!(met < 1.005, "{met} of the limit");
+}
+
+/// The fastest air in the one zone of a plan over its limit: of [`Effects::meet`], close to the floor where wall jets are fastest, and above.
+fn most_blown_in(plan: &Plan, effects: &Effects) -> f64 {
+    let drone = &plan.drones[0];
+    let airframe = Airframe::preset(&drone.airframe.name).expect("a preset");
+    let density = plan.air.density_kg_per_m3;
+    let plain = Wake::new(&airframe, airframe.mass_kg(), density, &Jet::default());
+    let wake = plain.with_effects(effects);
+    let zone = &plan.zones[0];
+    let mut most_mps = 0.0_f64;
+    for step in 0..=(drone.arrives_s / STEP_S) as u32 {
+        let from_m = place_m(drone, f64::from(step) * STEP_S);
+        let surroundings = Surroundings {
+            t_s: 0.0,
+            climb_mps: 0.0,
+            floor_z_m: Some(0.0),
+            emitter_z_m: from_m.z,
+        };
+        for point in 0..20 * 20 * 8 {
+            let share = |k: u32, of: u32| f64::from(k) / f64::from(of - 1);
+            let size_m = zone.max_m - zone.min_m;
+            let at_m = zone.min_m
+                + nalgebra::Vector3::new(
+                    share(point % 20, 20) * size_m.x,
+                    share(point / 20 % 20, 20) * size_m.y,
+                    share(point / 400, 8).powi(2) * size_m.z,
+                );
+            most_mps = most_mps.max(effects.meet(&wake, at_m - from_m, &surroundings).norm());
+        }
+    }
+    most_mps / zone.air_limit_mps
+}
+
+#[test]
+fn along_the_floor_only_the_finding_keeps_the_air_of_a_zone_within_its_limit() {
+    let bench = |effects: Effects| {
+        let text = r#"Scenario(
+            name: "bench",
+            bounds_m: (min: (0, 0, 0), max: (20, 12, 6)),
+            zones: [(name: "bench", min_m: (8, 9, 0), max_m: (12, 11, 1.5), air_limit_mps: 0.7)],
+            drones: [(name: "courier", airframe: "offboard-2", start_m: (2, 5, 2), tasks: [(to_m: (18, 5, 2))])],
+        )"#;
+        let mut world =
+            planner::scenario::read_world(text, &|_| Err(String::new())).expect("in order");
+        world.effects = effects;
+        planned(&world)
+    };
+    let real = Effects {
+        ground_impingement: Some(GroundImpingement {
+            reach: 1.0,
+            wall_jet: 1.0,
+        }),
+        ..Effects::default()
+    };
+    let ignorant = bench(Effects::default());
+    assert!(is_safe(&ignorant) && most_blown_in(&ignorant, &Effects::default()) < 1.005);
+    let blown = most_blown_in(&ignorant, &real);
+    assert!(blown > 1.1, "{blown} of the limit");
+    let corrected = bench(real);
+    assert!(
+        is_safe(&corrected),
+        "{:?} {:?}",
+        corrected.unplanned,
+        corrected.violations
+    );
+    let met = most_blown_in(&corrected, &real);
+    assert!(met < 1.005, "{met} of the limit");
+}
+
+/// The floor takes vertical air away, so a plan made without it is safe, too; the wall jet is horizontal, and no drone's limit counts it.
 #[test]
 fn the_floor_blows_on_nobody_who_was_not_blown_on_without_it() {
     let real = Effects {

@@ -72,10 +72,10 @@ fn given_or_cited_a_finding_makes_the_same_plan_and_without_it_another() {
 fn a_finding_that_cannot_be_flown_or_read_is_told_with_exit_code_2() {
     let desk = tempfile::tempdir().unwrap();
     fs::write(desk.path().join("plain.ron"), hall("")).unwrap();
-    let lags = "Finding(verdict: library, effects: (wake_transport: (lag_factor: 1)))";
-    fs::write(desk.path().join("lags.ron"), lags).unwrap();
+    let merging = "Finding(verdict: library, effects: (jet_merging: (exponent: 0.8)))";
+    fs::write(desk.path().join("merging.ron"), merging).unwrap();
     for (file, told) in [
-        ("lags.ron", "cannot fly `wake_transport` yet"),
+        ("merging.ron", "cannot fly `jet_merging` yet"),
         ("none.ron", "none.ron"),
     ] {
         let output = plan(desk.path(), &["plain.ron", "--finding", file]);

@@ -1,6 +1,8 @@
 //! Plans through corrected air, judged in the air that is really there.
 
-use airflow::effects::{ClimbDescent, Effects, JetMerging, ReceiverInflow, Recirculation};
+use airflow::effects::{
+    ClimbDescent, Effects, GroundImpingement, JetMerging, ReceiverInflow, Recirculation,
+};
 use airflow::{Airframe, Jet, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::Point3;
 use planner::outcome::{Control, Outcome};
@@ -46,7 +48,7 @@ pub(super) fn planned(world: &World) -> Plan {
 }
 
 /// The same plan in other air than it was made for.
-fn in_air(plan: &Plan, effects: Effects) -> Plan {
+pub(super) fn in_air(plan: &Plan, effects: Effects) -> Plan {
     let mut plan = plan.clone();
     plan.air.effects = Some(effects);
     plan
@@ -144,6 +146,39 @@ fn a_zone_is_blown_into_by_the_jet_where_the_wind_has_taken_it() {
     let (from_m, to_m) = ([9.5, 12.0, 0.0], [10.5, 12.6, 1.5]);
     assert_eq!(zone(Effects::default(), from_m, to_m), []);
     assert_eq!(zone(wind(0.0, 0.5), from_m, to_m), [ViolationKind::Zone]);
+}
+
+fn floor(wall_jet: f64) -> Effects {
+    Effects {
+        ground_impingement: Some(GroundImpingement {
+            reach: 1.0,
+            wall_jet,
+        }),
+        ..Effects::default()
+    }
+}
+
+#[test]
+fn a_zone_at_the_floor_is_blown_into_along_it_by_a_drone_that_is_not_above_it() {
+    // 1.39 m/s along the floor three metres from below an Offboard 2 three metres up.
+    let zone = |effects: Effects, lift_m: f64, limit_mps: f64| {
+        let upper = drone("upper", "offboard-2", &[(0.0, [10.0, 10.0, 3.0])]);
+        let (from_m, to_m) = ([13.0, 9.0, lift_m], [15.0, 11.0, lift_m + 1.0]);
+        verify(&in_air(
+            &with_zone(plan(vec![upper]), from_m, to_m, limit_mps),
+            effects,
+        ))
+        .violations
+    };
+    assert!(zone(Effects::default(), 0.0, 1.2).is_empty());
+    let found = zone(floor(1.0), 0.0, 1.2);
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].kind, ViolationKind::Zone);
+    assert!((found[0].value - 1.39).abs() < 0.03, "{}", found[0].value);
+    assert!(zone(floor(1.0), 0.0, 1.45).is_empty());
+    // Above the wall jet, and where it is half as strong.
+    assert!(zone(floor(1.0), 2.0, 1.2).is_empty());
+    assert!(zone(floor(0.5), 0.0, 1.2).is_empty());
 }
 
 #[test]
