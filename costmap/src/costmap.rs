@@ -64,6 +64,11 @@ impl Costmap {
         &self.fleet
     }
 
+    /// Whether there are zones.
+    pub fn has_zones(&self) -> bool {
+        !self.zones.is_empty()
+    }
+
     /// What a drone has reserved; empty if it is not planned.
     pub fn legs(&self, drone: DroneId) -> &[Leg] {
         &self.legs[drone.0 as usize]

@@ -55,7 +55,8 @@ impl Verdict {
         self.blockers.is_empty() && self.breaks_zone.is_none()
     }
 
-    pub(crate) fn clear(&mut self) {
+    /// Forgets everything.
+    pub fn clear(&mut self) {
         self.blockers.clear();
         self.breaks_zone = None;
         self.price_s = 0.0;
@@ -95,7 +96,7 @@ pub(crate) fn block_largest(
 }
 
 /// Extra power over the power of hovering in still air.
-pub(crate) fn price(alpha: f64) -> f64 {
+pub fn price(alpha: f64) -> f64 {
     if alpha < PRICELESS_ALPHA {
         0.0
     } else {

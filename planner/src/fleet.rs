@@ -72,6 +72,7 @@ fn kept_out_by_zones(
     let scene = Scene {
         roadmap: &job.roadmap,
         costmap: empty,
+        crowd: None,
         weights: &weights,
         energy_weight: 0.0,
         careful: true,

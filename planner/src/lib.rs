@@ -28,6 +28,7 @@
 //! ```
 
 pub mod assemble;
+pub mod crowd;
 pub mod distances;
 pub mod endpoints;
 pub mod errand;

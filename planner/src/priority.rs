@@ -12,6 +12,7 @@ use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::Verdict;
 
+use crate::crowd::{Crowd, Habits};
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;
 use crate::outcome::{Control, Effort};
@@ -67,6 +68,7 @@ pub fn plan_fleet(
     control: &Control<'_>,
     effort: &mut Effort,
 ) -> Paths {
+    let habits = Habits::new(&job.roadmap, &job.errands, costmap);
     let mut best: Option<Paths> = None;
     for order in 0..ORDERS {
         let mut attempt = Attempt::new(
@@ -76,6 +78,7 @@ pub fn plan_fleet(
             control,
             effort,
         );
+        attempt.crowd = habits.as_ref().map(Crowd::new);
         attempt.exclude(excluded);
         attempt.settle_who_stays();
         attempt.run(order_of(job, order, planning.seed));
@@ -168,6 +171,8 @@ mod batch;
 struct Attempt<'a> {
     job: &'a Job,
     costmap: Costmap,
+    /// What the costmap says, in brief; `None`: searches ask the costmap itself.
+    crowd: Option<Crowd<'a>>,
     energy_weight: f64,
     control: &'a Control<'a>,
     effort: &'a mut Effort,
@@ -192,6 +197,7 @@ impl<'a> Attempt<'a> {
         Attempt {
             job,
             costmap,
+            crowd: None,
             energy_weight,
             control,
             effort,
@@ -219,7 +225,7 @@ impl<'a> Attempt<'a> {
         let staying: Vec<&Errand> = self.job.errands.iter().filter(stays).collect();
         for errand in staying {
             let legs = vec![stays_at_start(errand, &self.job.roadmap)];
-            self.costmap.insert(legs.clone());
+            self.reserve(legs.clone());
             self.weights[errand.drone.0 as usize] = IMMOVABLE;
             self.paths[errand.drone.0 as usize] = Some(Path {
                 legs,
@@ -233,6 +239,7 @@ impl<'a> Attempt<'a> {
         Scene {
             roadmap: &self.job.roadmap,
             costmap: &self.costmap,
+            crowd: None,
             weights: &self.weights,
             energy_weight: self.energy_weight,
             careful: false,
@@ -288,11 +295,28 @@ impl<'a> Attempt<'a> {
                 queue.push_front(other);
             }
         }
-        self.costmap.insert(vec![stay]);
+        self.reserve(vec![stay]);
+    }
+
+    fn reserve(&mut self, legs: Vec<Leg>) {
+        if let Some(first) = legs.first() {
+            self.release(first.drone);
+        }
+        if let Some(crowd) = &mut self.crowd {
+            crowd.insert(&self.costmap, &legs);
+        }
+        self.costmap.insert(legs);
+    }
+
+    fn release(&mut self, drone: DroneId) {
+        if let Some(crowd) = &mut self.crowd {
+            crowd.remove(&self.costmap, self.costmap.legs(drone));
+        }
+        self.costmap.remove(drone);
     }
 
     fn take_back(&mut self, drone: DroneId) {
-        self.costmap.remove(drone);
+        self.release(drone);
         self.paths[drone.0 as usize] = None;
         self.effort.evictions += 1;
     }
@@ -307,7 +331,7 @@ impl<'a> Attempt<'a> {
                 continue;
             }
             let stay = self.costmap.legs(drone).to_vec();
-            self.costmap.remove(drone);
+            self.release(drone);
             let scene = Scene {
                 weights: &immovable,
                 careful: true,
@@ -317,12 +341,12 @@ impl<'a> Attempt<'a> {
             self.effort.searches += 1;
             self.effort.expansions += searched.expansions;
             if let Found::Path(path) = searched.found {
-                self.costmap.insert(path.legs.clone());
+                self.reserve(path.legs.clone());
                 self.paths[drone.0 as usize] = Some(path);
                 self.stranded.remove(index - 1);
                 index = 0;
             } else {
-                self.costmap.insert(stay);
+                self.reserve(stay);
             }
         }
     }

@@ -250,6 +250,7 @@ fn in_the_way(
     let scene = Scene {
         roadmap: &job.roadmap,
         costmap: &paths.costmap,
+        crowd: None,
         weights: &weights,
         energy_weight: 0.0,
         careful: true,

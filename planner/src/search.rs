@@ -13,11 +13,13 @@
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
-use costmap::verdict::{Verdict, Why};
+use costmap::verdict::{Blocker, Verdict, Why};
 use nalgebra::Point3;
+use rustc_hash::FxHashSet;
 
+use crate::crowd::Crowd;
 use crate::errand::Errand;
-use crate::roadmap::Roadmap;
+use crate::roadmap::{Roadmap, Vertex};
 
 mod label;
 mod node;
@@ -44,6 +46,8 @@ pub struct Scene<'a> {
     pub roadmap: &'a Roadmap,
     /// Everybody planned so far.
     pub costmap: &'a Costmap,
+    /// The same in brief, for searches whose answer is judged afterwards.
+    pub crowd: Option<&'a Crowd<'a>>,
     /// Price in ticks of meeting each drone, or [`IMMOVABLE`].
     pub weights: &'a [u32],
     /// Seconds of delay that a second's worth of hover energy is worth.
@@ -119,12 +123,71 @@ pub struct Searched {
     pub expansions: u64,
 }
 
+/// Ways tried by the crowd's intervals before every step is judged; chosen here.
+const MOST_TRIES: usize = 8;
+
+/// Steps and stays that looked free in brief and are not: from where and to where.
+pub(crate) type Doubts = FxHashSet<(Vertex, Vertex)>;
+
 /// Finds the cheapest way for one errand.
+///
+/// With a crowd it is looked for in brief, and judged in the end; steps that were taken for free are judged
+/// at once when it is looked for again.
 pub fn search(scene: Scene<'_>, errand: &Errand) -> Searched {
+    let mut doubts = Doubts::default();
+    let mut expansions = 0;
+    for _ in 0..MOST_TRIES {
+        if scene.crowd.is_none() {
+            break;
+        }
+        let searched = look(scene, errand, &doubts);
+        expansions += searched.expansions;
+        let known = doubts.len();
+        match &searched.found {
+            Found::Stopped => return Searched { expansions, ..searched },
+            Found::Blocked(_) => break,
+            Found::Path(path) => {
+                if is_as_thought(&scene, path, &mut doubts) {
+                    return Searched { expansions, ..searched };
+                }
+            }
+        }
+        if doubts.len() == known {
+            break;
+        }
+    }
+    let whole = Scene { crowd: None, ..scene };
+    let searched = look(whole, errand, &Doubts::default());
+    Searched {
+        expansions: expansions + searched.expansions,
+        ..searched
+    }
+}
+
+/// Whether the costmap says of a path what was thought of it; if not, what is in doubt.
+fn is_as_thought(scene: &Scene<'_>, path: &Path, doubts: &mut Doubts) -> bool {
+    let lattice = scene.roadmap.lattice();
+    let mut verdict = Verdict::default();
+    let mut sound = true;
+    for leg in &path.legs {
+        scene.judge(leg, &mut verdict);
+        let met = |it: &Blocker| path.met.contains(&it.drone);
+        if verdict.breaks_zone.is_some() || !verdict.blockers.iter().all(met) {
+            sound = false;
+            let ends = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
+            if let (Some(from), Some(to)) = ends {
+                doubts.insert((from, to));
+            }
+        }
+    }
+    sound
+}
+
+fn look(scene: Scene<'_>, errand: &Errand, doubts: &Doubts) -> Searched {
     let mut expansions = 0;
     for (impatience_shift, most_expansions) in PATIENCE {
         let most_expansions = most_expansions.min(scene.most_expansions);
-        let mut search = Search::new(scene, errand, impatience_shift);
+        let mut search = Search::new(scene, errand, doubts, impatience_shift);
         let found = search.run(most_expansions);
         expansions += search.expansions;
         let gave_up = search.expansions > most_expansions;

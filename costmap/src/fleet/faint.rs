@@ -69,8 +69,8 @@ impl Fleet {
         self.faint.tight_m[self.pair(one, other)]
     }
 
-    /// The largest of these distances in the fleet (m).
-    pub(crate) fn near_m(&self) -> f64 {
+    /// The largest of these distances in the fleet (m): beyond it nobody forbids anybody anything alone.
+    pub fn near_m(&self) -> f64 {
         self.faint.near_m
     }
 

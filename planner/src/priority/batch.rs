@@ -38,8 +38,13 @@ impl Attempt<'_> {
                 .par_iter()
                 .map(|drone| {
                     let careful = self.careful[drone.0 as usize];
+                    let crowd = self.crowd.as_ref().filter(|_| !careful);
                     search(
-                        Scene { careful, ..scene },
+                        Scene {
+                            careful,
+                            crowd,
+                            ..scene
+                        },
                         &self.job.errands[drone.0 as usize],
                     )
                 })
@@ -101,6 +106,7 @@ impl Attempt<'_> {
             // Stranded meanwhile.
             return true;
         }
+        let index = drone.0 as usize;
         match searched.found {
             Found::Stopped => self.strand(drone, Stranded::Stopped, queue),
             Found::Blocked(by) => self.strand(drone, Stranded::Obstructed(by), queue),
@@ -123,8 +129,8 @@ impl Attempt<'_> {
                     queue.push_front(drone);
                     return true;
                 }
-                self.costmap.insert(path.legs.clone());
-                self.paths[drone.0 as usize] = Some(path);
+                self.reserve(path.legs.clone());
+                self.paths[index] = Some(path);
             }
         }
         true

@@ -5,8 +5,9 @@ use costmap::leg::{Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use rustc_hash::FxHashMap;
 
-use super::Scene;
+use super::{Doubts, Scene};
 use super::label::{Label, Step};
+use crate::crowd::Crowd;
 use crate::errand::Errand;
 use crate::roadmap::Vertex;
 
@@ -35,6 +36,7 @@ struct Hover {
 pub(super) struct Nodes<'a> {
     scene: Scene<'a>,
     errand: &'a Errand,
+    doubts: &'a Doubts,
     /// By stage and vertex, one more than the index of the node; 0: none.
     flying: Vec<u32>,
     /// On the ground, where it starts.
@@ -43,10 +45,11 @@ pub(super) struct Nodes<'a> {
 }
 
 impl<'a> Nodes<'a> {
-    pub(super) fn new(scene: Scene<'a>, errand: &'a Errand) -> Nodes<'a> {
+    pub(super) fn new(scene: Scene<'a>, errand: &'a Errand, doubts: &'a Doubts) -> Nodes<'a> {
         Nodes {
             scene,
             errand,
+            doubts,
             flying: vec![0; scene.roadmap.place_count() * (errand.stages.len() + 1)],
             grounded: FxHashMap::default(),
             all: Vec::new(),
@@ -124,6 +127,10 @@ impl<'a> Nodes<'a> {
 
     /// Until when a state's place is free to hover at from a moment on, and when it is again.
     pub(super) fn free_until(&mut self, node: usize, label: &Label, from: Tick) -> (Tick, Tick) {
+        if let Some(crowd) = self.crowd_at(label) {
+            let kind = self.errand.kinds[usize::from(label.stage)];
+            return crowd.free_until(kind, self.errand.air_limit, label.vertex, from);
+        }
         let hover = self.hover(node, label);
         if hover.breaks_zone.is_some() {
             return (from, Tick::FOREVER);
@@ -143,10 +150,24 @@ impl<'a> Nodes<'a> {
         [from, to]: [Tick; 2],
         verdict: &mut Verdict,
     ) {
+        if let Some(crowd) = self.crowd_at(label) {
+            let kind = self.errand.kinds[usize::from(label.stage)];
+            let limit = self.errand.air_limit;
+            return crowd.stay(kind, limit, label.vertex, [from, to], verdict);
+        }
         let hover = self.hover(node, label);
         verdict.breaks_zone = verdict.breaks_zone.or(hover.breaks_zone);
         let meets = |it: &&Blocker| it.began < to && from < it.clear;
         verdict.blockers.extend(hover.blockers.iter().filter(meets));
+    }
+
+    /// What is known of a state's place in brief, if anything is.
+    fn crowd_at(&self, label: &Label) -> Option<&'a Crowd<'a>> {
+        let stay = (label.vertex, label.vertex);
+        let known = |crowd: &&Crowd<'_>| {
+            !label.grounded && crowd.knows(label.vertex) && !self.doubts.contains(&stay)
+        };
+        self.scene.crowd.filter(known)
     }
 
     fn hover(&mut self, node: usize, label: &Label) -> &Hover {

@@ -86,9 +86,11 @@ impl Search<'_> {
 }
 
 /// The first moment after `departs` at which none of these may be in the way any more; `None` if one stays.
+/// Times known `roughly` are those of whole legs.
 pub(super) fn clear_after(
     departs: Tick,
     blockers: &[Blocker],
+    roughly: bool,
     is_met: impl Fn(DroneId) -> bool,
 ) -> Option<Tick> {
     let mut latest = None;
@@ -98,7 +100,8 @@ pub(super) fn clear_after(
         }
         // A drone on its leg may be out of the way half-way already.
         let half = Tick(blocker.began.0.midpoint(blocker.clear.0));
-        let clear = if half > departs { half } else { blocker.clear };
+        let early = roughly && half > departs;
+        let clear = if early { half } else { blocker.clear };
         latest = latest.max(Some(clear));
     }
     latest

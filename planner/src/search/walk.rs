@@ -9,14 +9,16 @@ use nalgebra::Point3;
 use super::label::{Label, Open, Step};
 use super::node::Nodes;
 use super::wait::clear_after;
-use super::{Found, Hindrance, Obstruction, Scene};
+use super::{Doubts, Found, Hindrance, Obstruction, Scene};
 use crate::distances::UNREACHABLE;
-use crate::errand::Errand;
+use crate::crowd::Crowd;
+use crate::errand::{Ending, Errand};
 use crate::stay_price::{StayPrice, stays};
 
 pub(super) struct Search<'a> {
     pub(super) scene: Scene<'a>,
     pub(super) errand: &'a Errand,
+    doubts: &'a Doubts,
     pub(super) labels: Vec<Label>,
     open: BinaryHeap<Open>,
     pub(super) nodes: Nodes<'a>,
@@ -24,22 +26,30 @@ pub(super) struct Search<'a> {
     /// Of dwelling at each task, and of the end.
     pub(super) stays: Vec<StayPrice>,
     pub(super) verdict: Verdict,
+    all: Verdict,
     pub(super) obstruction: Option<Obstruction>,
     impatience_shift: u32,
     pub(super) expansions: u64,
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(scene: Scene<'a>, errand: &'a Errand, impatience_shift: u32) -> Search<'a> {
+    pub(super) fn new(
+        scene: Scene<'a>,
+        errand: &'a Errand,
+        doubts: &'a Doubts,
+        impatience_shift: u32,
+    ) -> Search<'a> {
         Search {
             scene,
             errand,
+            doubts,
             labels: Vec::new(),
             open: BinaryHeap::new(),
-            nodes: Nodes::new(scene, errand),
+            nodes: Nodes::new(scene, errand, doubts),
             met: vec![(DroneId(u32::MAX), 0)],
             stays: stays(&scene, errand),
             verdict: Verdict::default(),
+            all: Verdict::default(),
             obstruction: None,
             impatience_shift,
             expansions: 0,
@@ -185,25 +195,33 @@ impl<'a> Search<'a> {
             return true;
         }
         let from = self.labels[label.parent as usize];
-        let mut all = Verdict::default();
-        for leg in self.doing(&from, &label) {
-            self.scene.judge(&leg, &mut self.verdict);
-            all.breaks_zone = all.breaks_zone.or(self.verdict.breaks_zone);
-            all.price_s += self.verdict.price_s;
-            all.blockers.append(&mut self.verdict.blockers);
+        let mut all = std::mem::take(&mut self.all);
+        all.clear();
+        // A step that looks free is looked at again: the crowd knows of places, not of ways.
+        let in_brief = self.judge_in_brief(&from, &label, &mut all)
+            && (label.step != Step::Move || !all.blockers.is_empty());
+        if !in_brief {
+            all.clear();
+            for leg in self.doing(&from, &label) {
+                self.scene.judge(&leg, &mut self.verdict);
+                all.breaks_zone = all.breaks_zone.or(self.verdict.breaks_zone);
+                all.price_s += self.verdict.price_s;
+                all.blockers.append(&mut self.verdict.blockers);
+            }
         }
         let is_met = |drone| self.has_met(label.met, drone);
-        let again = clear_after(label.departs, &all.blockers, is_met);
+        let again = clear_after(label.departs, &all.blockers, !in_brief, is_met);
         if from.at < label.departs {
             let node = self.nodes.at(&from);
             let time = [from.at, label.departs];
             self.nodes.judge_stay(node, &from, time, &mut all);
         }
-        self.verdict = all;
+        std::mem::swap(&mut self.verdict, &mut all);
         let settled = self.settled(Label {
             judged: true,
             ..label
         });
+        self.all = all;
         if let Some(again) = again {
             self.postpone(&label, again);
         }
@@ -225,6 +243,35 @@ impl<'a> Search<'a> {
             });
         }
         false
+    }
+
+    /// Judges what leads to a state by the crowd's intervals, if they know of it.
+    fn judge_in_brief(&self, from: &Label, label: &Label, verdict: &mut Verdict) -> bool {
+        let known = |crowd: &&Crowd<'_>| {
+            !from.grounded
+                && crowd.knows(from.vertex)
+                && crowd.knows(label.vertex)
+                && !self.doubts.contains(&(from.vertex, label.vertex))
+        };
+        let Some(crowd) = self.scene.crowd.filter(known) else {
+            return false;
+        };
+        let (kind, limit) = (self.kind(label.stage), self.errand.air_limit);
+        let time = [label.departs, label.at];
+        match label.step {
+            Step::Move => crowd.step(kind, limit, [from.vertex, label.vertex], time, verdict),
+            Step::Dwell => crowd.stay(kind, limit, label.vertex, time, verdict),
+            Step::End => match self.errand.ending {
+                Ending::Hover => {
+                    let time = [label.at, Tick::FOREVER];
+                    crowd.stay(kind, limit, label.vertex, time, verdict);
+                }
+                Ending::Leave => {}
+                Ending::Land { .. } => return false,
+            },
+            Step::Start | Step::Wait | Step::Later => {}
+        }
+        true
     }
 
     fn expand(&mut self, index: u32, total: u32) {
