@@ -69,6 +69,33 @@ impl Costmap {
         !self.zones.is_empty()
     }
 
+    /// Whether there is anything above the floor that stops a wake.
+    pub fn has_covers(&self) -> bool {
+        self.covers.has_tops()
+    }
+
+    /// Whether air takes its time to come down.
+    pub fn has_late_air(&self) -> bool {
+        self.fleet.longest_lag() > 0
+    }
+
+    /// A drone's leg, or part of one, at a moment; whatever there is if it has none then.
+    pub fn item_at(&self, drone: DroneId, at: Tick) -> u32 {
+        let items = self.timeline.of(drone);
+        let after = items.partition_point(|&item| self.timeline.item(item).leg.start <= at);
+        items.get(after.saturating_sub(1)).copied().unwrap_or(0)
+    }
+
+    /// What others' wakes that are close fill of the budget of a leg of [`Costmap::item_at`], at most.
+    pub fn filled(&self, item: u32) -> f64 {
+        self.timeline.item(item).peak as f64 / f64::from(self.budget)
+    }
+
+    /// For how many drones there is room.
+    pub fn drone_count(&self) -> usize {
+        self.legs.len()
+    }
+
     /// What a drone has reserved; empty if it is not planned.
     pub fn legs(&self, drone: DroneId) -> &[Leg] {
         &self.legs[drone.0 as usize]

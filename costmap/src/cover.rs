@@ -142,6 +142,11 @@ impl Covers {
         covers
     }
 
+    /// Whether there is a face above the floor.
+    pub(crate) fn has_tops(&self) -> bool {
+        !self.strips.is_empty()
+    }
+
     /// Where a wake falls from within a face, the face is in the list of that strip.
     fn strip(&self, x_m: f64) -> usize {
         ((x_m - self.low_x_m) / STRIP_M) as usize

@@ -62,7 +62,7 @@ impl Item {
 }
 
 /// The greatest sum of loads at one moment between two ticks.
-fn peak(met: &[Incoming], start: Tick, end: Tick) -> u64 {
+pub(crate) fn peak(met: &[Incoming], start: Tick, end: Tick) -> u64 {
     let at = |moment: Tick| -> u64 {
         met.iter()
             .filter(|it| it.start <= moment && moment < it.end)
@@ -193,6 +193,7 @@ impl Timeline {
     }
 
     /// What has this index.
+    #[inline]
     pub fn item(&self, index: u32) -> &Item {
         &self.items[index as usize]
     }

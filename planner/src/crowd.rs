@@ -1,278 +1,450 @@
-//! Who is in the way of hovering where, and when, kept up to date leg by leg.
+//! Who is in the way of what on the lattice, and when: what searches ask millions of times, by table.
 //!
-//! Searches ask of every place they think of who is in the way there, and again from one search to the next.
-//! On the lattice that is a matter of a table: a step in some direction forbids hovering at some offsets from
-//! where it began, for some part of its time. So every reservation writes its intervals to the places around
-//! it, and a search reads them: SIPP's safe intervals (M. Phillips and M. Likhachev, ICRA 2011), shared.
+//! Everybody's steps are kept by the column of the floor in which they begin, in order of time; whoever steps
+//! looks up those around it. Of hovering at a place the answer is written down there, leg by leg as it is
+//! reserved, since searches ask for it again and again: SIPP's safe intervals (M. Phillips and M. Likhachev, ICRA
+//! 2011), shared by all searches.
 //!
-//! A step is taken to be at its beginning for the first part of its time and at its end for the last. That is
-//! guidance, not a verdict: pairs only, and no ways. Whoever plans with it has the [`Costmap`] judge
-//! what was found.
+//! It serves to find ways: pairs only, no sums, and legs off the lattice count as standing still at the places next
+//! to them in turn. Whoever plans with it has the [`Costmap`] judge what was found.
 
 use costmap::costmap::Costmap;
-use costmap::leg::{DroneId, KindId, Leg, Tick};
+use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
 use crate::lattice::Lattice;
 use crate::roadmap::Vertex;
 
-pub use habits::Habits;
-use habits::{PARTS, STILL};
+mod span;
+mod steps;
+#[cfg(test)]
+mod tests;
+
+pub use steps::Steps;
+use steps::{LOADS, STILL, Span, cells};
+
+/// Somebody's step, or stay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Record {
+    start: Tick,
+    end: Tick,
+    /// Latest end of this and all before it in the column.
+    latest: Tick,
+    drone: DroneId,
+    /// In the costmap.
+    item: u32,
+    layer: i16,
+    way: u8,
+    class: u8,
+    flying: bool,
+}
 
 /// Somebody's leg, as it concerns hovering at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Entry {
-    drone: DroneId,
+struct Taken {
     began: Tick,
     clear: Tick,
-    hold: Hold,
+    drone: DroneId,
+    /// Thousandths of a second a second; [`FORBIDDEN`].
+    price: u16,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Hold {
-    /// Forbidden.
-    Forbids(Why),
-    /// At a price (s/s).
-    Costs(f32),
-}
+/// The price of what may not be.
+const FORBIDDEN: u16 = u16::MAX;
 
-/// Everybody's intervals.
+/// What wakes may fill of a budget here, those farther off left out (parts of `LOADS`): chosen here, nine tenths.
+const MOST_LOADS: u32 = 225;
+
+/// Everybody's steps.
 #[derive(Clone, Debug)]
 pub struct Crowd<'a> {
-    habits: &'a Habits,
-    /// By class and place.
-    entries: Vec<Vec<Vec<Entry>>>,
+    steps: &'a Steps,
+    /// By column: x first, then y.
+    columns: Vec<Vec<Record>>,
+    /// By class and place, in order of beginning.
+    taken: Vec<Vec<Vec<Taken>>>,
 }
 
-const WHYS: [Why; 3] = [Why::Bodies, Why::OwnLimit, Why::TheirLimit];
+/// A step that is thought of.
+#[derive(Clone, Copy, Debug)]
+pub struct Thought {
+    /// Class of who steps.
+    pub class: usize,
+    /// From where and to where: neighbours on the lattice.
+    pub way: [Vertex; 2],
+    /// From when and until when.
+    pub time: [Tick; 2],
+}
 
 impl<'a> Crowd<'a> {
-    /// Nobody is there yet.
-    pub fn new(habits: &'a Habits) -> Crowd<'a> {
-        let places = habits.lattice.place_count();
-        Crowd {
-            habits,
-            entries: vec![vec![Vec::new(); places]; habits.classes.len()],
+    /// Those who are in a costmap already.
+    pub fn new(steps: &'a Steps, costmap: &Costmap) -> Crowd<'a> {
+        let [nx, ny, _] = steps.lattice.counts();
+        let mut crowd = Crowd {
+            steps,
+            columns: vec![Vec::new(); nx * ny],
+            taken: vec![vec![Vec::new(); steps.lattice.place_count()]; steps.class_count()],
+        };
+        for drone in 0..costmap.drone_count() as u32 {
+            crowd.insert(costmap, DroneId(drone));
         }
+        crowd
     }
 
-    /// Writes down what a drone's legs forbid.
-    pub fn insert(&mut self, costmap: &Costmap, legs: &[Leg]) {
-        self.around(costmap, legs, |entries, entry| {
-            // What lasts on is one interval; whoever is there once more comes later.
-            let last = entries.iter().rposition(|known| known.drone == entry.drone);
-            if let Some(known) = last.map(|last| &mut entries[last])
-                && known.hold == entry.hold
-                && known.began <= entry.began
-                && entry.began <= known.clear
-            {
-                known.clear = known.clear.max(entry.clear);
-                return;
-            }
-            let at = entries.partition_point(|known| known.began <= entry.began);
-            entries.insert(at, entry);
-        });
+    /// Whether it knows of a place.
+    pub fn knows(&self, place: Vertex) -> bool {
+        (place as usize) < self.steps.lattice.place_count()
     }
 
-    /// Takes it back.
-    pub fn remove(&mut self, costmap: &Costmap, legs: &[Leg]) {
-        self.around(costmap, legs, |entries, entry| {
-            entries.retain(|known| known.drone != entry.drone);
-        });
+    /// The class of a drone as it flies now.
+    pub fn class(&self, drone: DroneId, kind: costmap::leg::KindId) -> Option<usize> {
+        self.steps.class(drone, kind)
     }
 
-    fn around(
-        &mut self,
-        costmap: &Costmap,
-        legs: &[Leg],
-        mut change: impl FnMut(&mut Vec<Entry>, Entry),
-    ) {
-        let habits = self.habits;
-        for leg in legs {
-            let Some(other) = habits.class(leg.kind, leg.air_limit) else {
+    fn column(&self, [i, j]: [i32; 2]) -> Option<usize> {
+        let [nx, ny, _] = self.steps.lattice.counts();
+        let inside = (0..nx as i32).contains(&i) && (0..ny as i32).contains(&j);
+        inside.then(|| i as usize + nx * j as usize)
+    }
+
+    /// Adds what a drone has reserved.
+    pub fn insert(&mut self, costmap: &Costmap, drone: DroneId) {
+        for leg in costmap.legs(drone) {
+            let Some(class) = self.steps.class(leg.drone, leg.kind) else {
                 continue;
             };
-            let end_z_m = costmap.wake_end_z_m(leg);
-            for (piece, way, [start, end]) in pieces(&habits.lattice, leg) {
-                let from = habits.lattice.steps(piece);
-                let highest_z_m = leg.from_m.z.max(leg.to_m.z);
-                let ticks = |part: u32| {
-                    if leg.end == Tick::FOREVER {
-                        return if part == 0 { start } else { end };
-                    }
-                    let ticks = u64::from(end.0 - start.0) * u64::from(part);
-                    // Who follows a step one cell behind it is not in its way.
-                    start.after(ticks.div_ceil(u64::from(PARTS)) as u32)
+            pieces(&self.steps.lattice, leg, |at, way, [start, end]| {
+                let record = Record {
+                    start,
+                    end,
+                    latest: end,
+                    drone: leg.drone,
+                    item: costmap.item_at(drone, start),
+                    layer: at[2] as i16,
+                    way: way as u8,
+                    class: class as u8,
+                    flying: leg.flying,
                 };
-                for me in 0..habits.classes.len() {
-                    for effect in &habits.effects[habits.table(me, other, way)] {
-                        let at = [0, 1, 2].map(|axis| from[axis] + effect.offset[axis]);
-                        let Some(place) = habits.lattice.at(at) else {
-                            continue;
-                        };
-                        let own_z_m = habits.lattice.position_m(place).z;
-                        let own_end_z_m = habits.wake_end_z_m[me][place as usize];
-                        let reaches = [
-                            true,
-                            leg.flying && own_z_m >= end_z_m - 1e-6,
-                            leg.flying && highest_z_m >= own_end_z_m - 1e-6,
-                        ];
-                        let mut span: Option<([u32; 2], Why)> = None;
-                        let mut cost = 0.0;
-                        for index in (0..3).filter(|index| reaches[*index]) {
-                            if let Some([first, last]) = effect.spans[index] {
-                                let (known, why) = span.unwrap_or(([first, last], WHYS[index]));
-                                span = Some(([known[0].min(first), known[1].max(last)], why));
-                            }
-                            if index > 0 {
-                                cost += effect.prices[index - 1];
-                            }
-                        }
-                        let ([first, last], hold) = match span {
-                            Some((span, why)) => (span, Hold::Forbids(why)),
-                            None if cost > 0.0 => ([0, PARTS], Hold::Costs(cost)),
-                            None => continue,
-                        };
-                        let entry = Entry {
-                            drone: leg.drone,
-                            began: ticks(first),
-                            clear: ticks(last),
-                            hold,
-                        };
-                        change(&mut self.entries[me][place as usize], entry);
-                    }
+                let Some(column) = self.column([at[0], at[1]]) else {
+                    return;
+                };
+                let records = &mut self.columns[column];
+                let index = records.partition_point(|known| known.start <= start);
+                records.insert(index, record);
+                settle_latest(records, index);
+                self.take_places(at, &record);
+            });
+        }
+    }
+
+    fn take_places(&mut self, at: [i32; 3], record: &Record) {
+        for me in 0..self.steps.class_count() {
+            self.around(me, at, record, |crowd, place, taken| {
+                let all = &mut crowd.taken[me][place as usize];
+                // What lasts on is one interval.
+                let last = all.iter().rposition(|known| known.drone == taken.drone);
+                if let Some(known) = last.map(|last| &mut all[last])
+                    && known.price == taken.price
+                    && known.began <= taken.began
+                    && taken.began <= known.clear
+                {
+                    known.clear = known.clear.max(taken.clear);
+                    return;
                 }
+                let index = all.partition_point(|known| known.began <= taken.began);
+                all.insert(index, taken);
+            });
+        }
+    }
+
+    /// Takes a drone's legs back.
+    pub fn remove(&mut self, legs: &[Leg]) {
+        for leg in legs {
+            let Some(class) = self.steps.class(leg.drone, leg.kind) else {
+                continue;
+            };
+            pieces(&self.steps.lattice, leg, |at, way, [start, end]| {
+                let Some(column) = self.column([at[0], at[1]]) else {
+                    return;
+                };
+                let records = &mut self.columns[column];
+                records.retain(|record| record.drone != leg.drone);
+                settle_latest(records, 0);
+                let record = Record {
+                    start,
+                    end,
+                    latest: end,
+                    drone: leg.drone,
+                    item: u32::MAX,
+                    layer: at[2] as i16,
+                    way: way as u8,
+                    class: class as u8,
+                    flying: leg.flying,
+                };
+                for me in 0..self.steps.class_count() {
+                    self.around(me, at, &record, |crowd, place, _| {
+                        crowd.taken[me][place as usize].retain(|known| known.drone != leg.drone);
+                    });
+                }
+            });
+        }
+    }
+
+    /// Calls `f` with all places at which hovering is forbidden, or costs, because of a step.
+    fn around(
+        &mut self,
+        me: usize,
+        at: [i32; 3],
+        record: &Record,
+        mut f: impl FnMut(&mut Self, Vertex, Taken),
+    ) {
+        let steps = self.steps;
+        let other = usize::from(record.class);
+        let way = usize::from(record.way);
+        let layers = steps.layers(me, other);
+        // What is near to who stands still is where somebody who stands still is near.
+        for column in steps.near(me, other, STILL) {
+            let (i, j) = (at[0] - column[0], at[1] - column[1]);
+            let Some(first) = steps.lattice.at([i, j, 0]) else {
+                continue;
+            };
+            let layer_count = steps.lattice.counts()[2] as i32;
+            let floor = first as i32;
+            let stride = (steps.lattice.counts()[0] * steps.lattice.counts()[1]) as i32;
+            for k in (at[2] - layers).max(0)..(at[2] + layers + 1).min(layer_count) {
+                let offset = [column[0], column[1], at[2] - k];
+                let span = steps.span([me, other], [STILL, way], offset);
+                if span.is_empty() && span.price == 0 {
+                    continue;
+                }
+                if !self.reaches([me, other], [i, j, k], STILL, at, record) {
+                    continue;
+                }
+                let time = if span.is_empty() || way == STILL {
+                    [record.start, record.end]
+                } else {
+                    [span.from, span.to].map(|ticks| record.start.after(ticks as u32))
+                };
+                let taken = Taken {
+                    began: time[0],
+                    clear: time[1].min(record.end),
+                    drone: record.drone,
+                    price: if span.is_empty() {
+                        span.price
+                    } else {
+                        FORBIDDEN
+                    },
+                };
+                f(self, (floor + k * stride) as Vertex, taken);
             }
         }
     }
 
-    /// Whether it knows of drones of this kind at this place.
-    pub fn knows(&self, place: Vertex) -> bool {
-        (place as usize) < self.habits.lattice.place_count()
-    }
-
-    fn at(&self, kind: KindId, air_limit: f64, place: Vertex) -> &[Entry] {
-        self.habits
-            .class(kind, air_limit)
-            .map_or(&[], |class| &self.entries[class][place as usize])
+    /// Whether what keeps two steps apart is there: bodies, or air that no cover stops.
+    fn reaches(
+        &self,
+        [me, other]: [usize; 2],
+        at: [i32; 3],
+        way: usize,
+        others: [i32; 3],
+        record: &Record,
+    ) -> bool {
+        let steps = self.steps;
+        let (mine, theirs) = (cells(way)[2], cells(usize::from(record.way))[2]);
+        let heights = [0, mine, -theirs, mine - theirs].map(|rise| at[2] - others[2] + rise);
+        let least = heights.iter().map(|height| height.abs()).min();
+        if !steps.is_air_alone(me, other, least.unwrap_or(0)) {
+            return true;
+        }
+        if !record.flying {
+            return false;
+        }
+        // Whoever is higher blows, down to where its wake ends.
+        if heights[0] < 0 {
+            at[2].max(at[2] + mine) >= steps.wake_end(other, others, usize::from(record.way))
+        } else {
+            others[2].max(others[2] + theirs) >= steps.wake_end(me, at, way)
+        }
     }
 
     /// Until when a place is free to hover at from a moment on, and when it is again.
-    pub fn free_until(&self, kind: KindId, air_limit: f64, place: Vertex, from: Tick) -> (Tick, Tick) {
-        let mut entries = self.at(kind, air_limit, place).iter();
-        let next = entries.find(|it| it.clear > from && matches!(it.hold, Hold::Forbids(_)));
-        next.map_or((Tick::FOREVER, Tick::FOREVER), |it| (it.began.max(from), it.clear))
+    pub fn free_until(&self, class: usize, place: Vertex, from: Tick) -> (Tick, Tick) {
+        let mut taken = self.taken[class][place as usize].iter();
+        let next = taken.find(|it| it.clear > from && it.price == FORBIDDEN);
+        next.map_or((Tick::FOREVER, Tick::FOREVER), |it| {
+            (it.began.max(from), it.clear)
+        })
     }
 
     /// Adds who is in the way of hovering at a place between two moments, and what it costs.
-    pub fn stay(
-        &self,
-        kind: KindId,
-        air_limit: f64,
-        place: Vertex,
-        [from, to]: [Tick; 2],
-        verdict: &mut Verdict,
-    ) {
-        self.during(kind, air_limit, place, [from, to], 0, verdict);
-    }
-
-    /// Adds who is in the way of a step, and what it costs. Their times are those of its departure.
-    pub fn step(
-        &self,
-        kind: KindId,
-        air_limit: f64,
-        [here, there]: [Vertex; 2],
-        [from, to]: [Tick; 2],
-        verdict: &mut Verdict,
-    ) {
-        let Some(class) = self.habits.class(kind, air_limit) else {
-            return;
-        };
-        let ticks = f64::from(to.0 - from.0);
-        let arrives = (self.habits.lingers[class] * ticks).ceil() as u32;
-        let leaves = ((1.0 - self.habits.lingers[class]) * ticks).floor() as u32;
-        let first = [from, from.after(leaves.max(1))];
-        self.during(kind, air_limit, here, first, 0, verdict);
-        let last = [from.after(arrives.min(to.0 - from.0 - 1)), to];
-        self.during(kind, air_limit, there, last, arrives, verdict);
-    }
-
-    #[allow(clippy::too_many_arguments, reason = "one place and one time, of one class")]
-    fn during(
-        &self,
-        kind: KindId,
-        air_limit: f64,
-        place: Vertex,
-        [from, to]: [Tick; 2],
-        shift: u32,
-        verdict: &mut Verdict,
-    ) {
-        for it in self.at(kind, air_limit, place) {
+    pub fn stay(&self, class: usize, place: Vertex, [from, to]: [Tick; 2], verdict: &mut Verdict) {
+        for it in &self.taken[class][place as usize] {
             if it.began >= to {
                 break;
             }
             if it.clear <= from {
                 continue;
             }
-            match it.hold {
-                Hold::Forbids(why) => {
-                    verdict.blockers.push(Blocker {
-                        drone: it.drone,
-                        why,
-                        began: Tick(it.began.0.saturating_sub(shift)),
-                        clear: if it.clear == Tick::FOREVER {
-                            Tick::FOREVER
-                        } else {
-                            Tick(it.clear.0.saturating_sub(shift))
-                        },
-                    });
-                }
-                Hold::Costs(cost) if to != Tick::FOREVER => {
-                    let seconds = it.clear.min(to).seconds() - it.began.max(from).seconds();
-                    verdict.price_s += f64::from(cost) * seconds;
-                }
-                _ => {}
+            if it.price == FORBIDDEN {
+                verdict.blockers.push(Blocker {
+                    drone: it.drone,
+                    why: Why::OwnLimit,
+                    began: it.began,
+                    clear: it.clear,
+                });
+            } else if to != Tick::FOREVER {
+                let seconds = it.clear.min(to).seconds() - it.began.max(from).seconds();
+                verdict.price_s += f64::from(it.price) / 1000.0 * seconds;
             }
         }
     }
+
+    /// Adds who is in the way of a step, and what it costs. Their times are those of its departure.
+    ///
+    /// `false` if nobody is in the way, but wakes may add up to too much: it has to be judged in full.
+    pub fn step(&self, costmap: &Costmap, thought: &Thought, verdict: &mut Verdict) -> bool {
+        let mut loads = Loads::default();
+        let lattice = &self.steps.lattice;
+        let [at, to] = thought.way.map(|place| lattice.steps(place));
+        let [from, until] = thought.time;
+        let way = {
+            let d = [0, 1, 2].map(|axis| to[axis] - at[axis] + 1);
+            (d[0] + 3 * d[1] + 9 * d[2]) as usize
+        };
+        for other in 0..self.steps.class_count() {
+            let layers = self.steps.layers(thought.class, other);
+            for aside in self.steps.near(thought.class, other, way) {
+                let Some(column) = self.column([at[0] + aside[0], at[1] + aside[1]]) else {
+                    continue;
+                };
+                let records = &self.columns[column];
+                let first = records.partition_point(|record| record.latest <= from);
+                for record in &records[first..] {
+                    if record.start >= until {
+                        break;
+                    }
+                    let dz = i32::from(record.layer) - at[2];
+                    if record.end <= from || usize::from(record.class) != other || dz.abs() > layers
+                    {
+                        continue;
+                    }
+                    let offset = [aside[0], aside[1], dz];
+                    let span = self.against(thought, way, at, offset, record, verdict);
+                    loads.on_me += u32::from(span.on_first);
+                    if span.on_second > 0 && !loads.is_too_much_for_others {
+                        let there = costmap.filled(record.item) * LOADS;
+                        let all = there + f64::from(span.on_second);
+                        loads.is_too_much_for_others = all > f64::from(MOST_LOADS);
+                    }
+                }
+            }
+        }
+        !verdict.blockers.is_empty() || loads.on_me <= MOST_LOADS && !loads.is_too_much_for_others
+    }
+
+    fn against(
+        &self,
+        thought: &Thought,
+        way: usize,
+        at: [i32; 3],
+        offset: [i32; 3],
+        record: &Record,
+        verdict: &mut Verdict,
+    ) -> Span {
+        let (me, other) = (thought.class, usize::from(record.class));
+        let others = usize::from(record.way);
+        let span = self.steps.span([me, other], [way, others], offset);
+        let [from, until] = thought.time;
+        if span.is_empty() {
+            if span.price > 0 {
+                let seconds = record.end.min(until).seconds() - record.start.max(from).seconds();
+                verdict.price_s += f64::from(span.price) / 1000.0 * seconds;
+            }
+            return span;
+        }
+        // Departures from `began` until `clear` are too near.
+        let (began, clear) = if others == STILL {
+            (
+                i64::from(record.start.0) - i64::from(span.to),
+                if record.end == Tick::FOREVER {
+                    i64::from(u32::MAX)
+                } else {
+                    i64::from(record.end.0) - i64::from(span.from)
+                },
+            )
+        } else {
+            let start = i64::from(record.start.0);
+            (start + i64::from(span.from), start + i64::from(span.to))
+        };
+        let departs = i64::from(from.0);
+        if departs <= began || clear <= departs {
+            return span;
+        }
+        let there = [0, 1, 2].map(|axis| at[axis] + offset[axis]);
+        if !self.reaches([me, other], at, way, there, record) {
+            return Span::default();
+        }
+        verdict.blockers.push(Blocker {
+            drone: record.drone,
+            why: Why::OwnLimit,
+            began: Tick(began.max(0) as u32),
+            clear: Tick(clear as u32),
+        });
+        Span::default()
+    }
 }
 
-/// A leg as steps on the lattice: where each begins, its direction, and when. A leg off the lattice counts as
-/// staying at the places around it in turn.
-fn pieces(lattice: &Lattice, leg: &Leg) -> Vec<(Vertex, usize, [Tick; 2])> {
-    let nearest = |at_m: &Point3<f64>| {
-        let half_m = Vector3::from([0.5 * lattice.cell_m(); 3]);
-        let cell = lattice.cell_of(&(at_m + half_m));
-        let counts = lattice.counts();
-        lattice.at([0, 1, 2].map(|axis| cell[axis].clamp(0, counts[axis] as i32 - 1)))
+/// What wakes add up to around a step.
+#[derive(Default)]
+struct Loads {
+    on_me: u32,
+    is_too_much_for_others: bool,
+}
+
+fn settle_latest(records: &mut [Record], from: usize) {
+    let mut latest = match from.checked_sub(1) {
+        Some(before) => records[before].latest,
+        None => Tick(0),
     };
+    for record in &mut records[from..] {
+        latest = latest.max(record.end);
+        record.latest = latest;
+    }
+}
+
+/// Calls `f` with a leg as steps on the lattice: where each begins, its direction, and when. A leg off the lattice
+/// counts as standing still at the places next to it in turn.
+fn pieces(lattice: &Lattice, leg: &Leg, mut f: impl FnMut([i32; 3], usize, [Tick; 2])) {
     let exact = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
     if let (Some(from), Some(to)) = exact {
         let (a, b) = (lattice.steps(from), lattice.steps(to));
         let d = [0, 1, 2].map(|axis| b[axis] - a[axis] + 1);
         if d.iter().all(|d| (0..3).contains(d)) {
             let way = (d[0] + 3 * d[1] + 9 * d[2]) as usize;
-            return vec![(from, way, [leg.start, leg.end])];
+            return f(a, way, [leg.start, leg.end]);
         }
     }
     let length_m = (leg.to_m - leg.from_m).norm();
     let count = (2.0 * length_m / lattice.cell_m()).ceil().max(1.0) as u32;
     if leg.end == Tick::FOREVER || count == 1 {
-        let place = nearest(&nalgebra::center(&leg.from_m, &leg.to_m));
-        return Vec::from_iter(place.map(|place| (place, STILL, [leg.start, leg.end])));
+        let middle_m = nalgebra::center(&leg.from_m, &leg.to_m);
+        return f(nearest(lattice, &middle_m), STILL, [leg.start, leg.end]);
     }
     let ticks = leg.end.0 - leg.start.0;
-    (0..count)
-        .filter_map(|k| {
-            let [start, end] = [k, k + 1].map(|k| leg.start.after(ticks * k / count));
+    for k in 0..count {
+        let [start, end] = [k, k + 1].map(|k| leg.start.after(ticks * k / count));
+        if start < end {
             let part = leg.between(start, end);
-            let place = nearest(&nalgebra::center(&part.from_m, &part.to_m))?;
-            (start < end).then_some((place, STILL, [start, end]))
-        })
-        .collect()
+            let middle_m = nalgebra::center(&part.from_m, &part.to_m);
+            f(nearest(lattice, &middle_m), STILL, [start, end]);
+        }
+    }
 }
 
-mod habits;
-#[cfg(test)]
-mod tests;
+fn nearest(lattice: &Lattice, at_m: &Point3<f64>) -> [i32; 3] {
+    let half_m = nalgebra::Vector3::from([0.5 * lattice.cell_m(); 3]);
+    let cell = lattice.cell_of(&(at_m + half_m));
+    let counts = lattice.counts();
+    [0, 1, 2].map(|axis| cell[axis].clamp(0, counts[axis] as i32 - 1))
+}

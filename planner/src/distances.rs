@@ -55,6 +55,11 @@ impl Mover {
         ))
     }
 
+    /// Ticks of a step of the lattice along one, two and three axes.
+    pub(crate) fn step_ticks(&self) -> [u32; 3] {
+        self.steps.map(|(_, ticks)| ticks)
+    }
+
     /// Whole ticks that a length takes, at least one.
     fn duration(&self, length_m: f64) -> u32 {
         Tick::lasting(length_m / self.speed_mps).max(1)

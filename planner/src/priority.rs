@@ -12,7 +12,7 @@ use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::Verdict;
 
-use crate::crowd::{Crowd, Habits};
+use crate::crowd::{Crowd, Steps};
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;
 use crate::outcome::{Control, Effort};
@@ -68,7 +68,7 @@ pub fn plan_fleet(
     control: &Control<'_>,
     effort: &mut Effort,
 ) -> Paths {
-    let habits = Habits::new(&job.roadmap, &job.errands, costmap);
+    let steps = Steps::new(job.roadmap.lattice(), &job.errands, costmap);
     let mut best: Option<Paths> = None;
     for order in 0..ORDERS {
         let mut attempt = Attempt::new(
@@ -78,7 +78,7 @@ pub fn plan_fleet(
             control,
             effort,
         );
-        attempt.crowd = habits.as_ref().map(Crowd::new);
+        attempt.crowd = steps.as_ref().map(|steps| Crowd::new(steps, costmap));
         attempt.exclude(excluded);
         attempt.settle_who_stays();
         attempt.run(order_of(job, order, planning.seed));
@@ -302,15 +302,16 @@ impl<'a> Attempt<'a> {
         if let Some(first) = legs.first() {
             self.release(first.drone);
         }
-        if let Some(crowd) = &mut self.crowd {
-            crowd.insert(&self.costmap, &legs);
-        }
+        let drone = legs.first().map(|leg| leg.drone);
         self.costmap.insert(legs);
+        if let (Some(crowd), Some(drone)) = (&mut self.crowd, drone) {
+            crowd.insert(&self.costmap, drone);
+        }
     }
 
     fn release(&mut self, drone: DroneId) {
         if let Some(crowd) = &mut self.crowd {
-            crowd.remove(&self.costmap, self.costmap.legs(drone));
+            crowd.remove(self.costmap.legs(drone));
         }
         self.costmap.remove(drone);
     }

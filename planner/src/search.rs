@@ -144,11 +144,19 @@ pub fn search(scene: Scene<'_>, errand: &Errand) -> Searched {
         expansions += searched.expansions;
         let known = doubts.len();
         match &searched.found {
-            Found::Stopped => return Searched { expansions, ..searched },
+            Found::Stopped => {
+                return Searched {
+                    expansions,
+                    ..searched
+                };
+            }
             Found::Blocked(_) => break,
             Found::Path(path) => {
                 if is_as_thought(&scene, path, &mut doubts) {
-                    return Searched { expansions, ..searched };
+                    return Searched {
+                        expansions,
+                        ..searched
+                    };
                 }
             }
         }
@@ -156,7 +164,10 @@ pub fn search(scene: Scene<'_>, errand: &Errand) -> Searched {
             break;
         }
     }
-    let whole = Scene { crowd: None, ..scene };
+    let whole = Scene {
+        crowd: None,
+        ..scene
+    };
     let searched = look(whole, errand, &Doubts::default());
     Searched {
         expansions: expansions + searched.expansions,

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::{Costmap, incoming, parts};
 use crate::ground::Footprint;
 use crate::leg::{Leg, Tick};
-use crate::timeline::{Incoming, Item};
+use crate::timeline::{Incoming, Item, peak};
 use crate::verdict::{Blocker, Verdict, Why, block_largest, price};
 
 impl Costmap {
@@ -32,10 +32,15 @@ impl Costmap {
         }
         self.judge_parts(leg, verdict, |part, verdict| {
             let before = (verdict.blockers.len(), verdict.price_s);
-            if !self.judge_close(part, false, verdict) {
+            let enough = [false, true].into_iter().any(|exactly| {
                 verdict.blockers.truncate(before.0);
                 verdict.price_s = before.1;
-                self.judge_close(part, true, verdict);
+                self.judge_close(part, exactly, verdict)
+            });
+            if !enough {
+                verdict.blockers.truncate(before.0);
+                verdict.price_s = before.1;
+                self.judge_fully(part, verdict);
             }
         });
     }
@@ -91,14 +96,31 @@ impl Costmap {
     fn bears(&self, item: &Item, time: &Range<Tick>, load: u32) -> bool {
         let (budget, load) = (u64::from(self.budget), u64::from(load));
         let draught = &self.draught;
-        item.peak + draught.worst(&item.footprint) + load <= budget || {
-            let weak = draught.on(&self.timeline, &item.footprint, time.start, time.end);
-            item.filled(time.start, time.end) + weak + load <= budget
-        }
+        item.peak + draught.worst(&item.footprint) + load <= budget
+            || {
+                let weak = draught.on(&self.timeline, &item.footprint, time.start, time.end);
+                item.filled(time.start, time.end) + weak + load <= budget
+            }
+            || load <= budget && self.summed(item, time) + load <= budget
+    }
+
+    /// The most that everybody's wakes fill of somebody's budget at any moment of a time, each looked at, in
+    /// millionths.
+    fn summed(&self, item: &Item, time: &Range<Tick>) -> u64 {
+        let part = item.leg.between(time.start, time.end);
+        let met: Vec<Incoming> = (self.near(&part).into_iter())
+            .filter_map(|other| {
+                let ends = [item.wake_end_z_m, other.wake_end_z_m];
+                let meeting = self.fleet.meet(&part, &other.leg, ends)?;
+                let load = meeting.load_on_first;
+                (load > 0).then(|| incoming(&part, &other.leg, load))
+            })
+            .collect();
+        peak(&met, part.start, part.end)
     }
 
     /// Looks at those who are close, and takes bounds for the rest. `false` if bounds will not do: `exactly`
-    /// they serve for nobody close, and the heaviest loads give way to the others.
+    /// they serve for nobody close.
     fn judge_close(&self, part: &Leg, exactly: bool, verdict: &mut Verdict) -> bool {
         let own = Footprint::around(part, 0.0);
         let mut own_end_z_m = None;
@@ -126,7 +148,7 @@ impl Costmap {
             let weak = u32::try_from(weak).unwrap_or(u32::MAX);
             let all = met.iter().map(|(incoming, _)| u64::from(incoming.load));
             all.sum::<u64>() + u64::from(weak) <= u64::from(self.budget)
-                || self.block_sums(part, weak, exactly, &met, verdict)
+                || self.block_sums(part, weak, false, &met, verdict)
         };
         verdict.met = met;
         enough

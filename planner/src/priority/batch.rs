@@ -38,7 +38,7 @@ impl Attempt<'_> {
                 .par_iter()
                 .map(|drone| {
                     let careful = self.careful[drone.0 as usize];
-                    let crowd = self.crowd.as_ref().filter(|_| !careful);
+                    let crowd = self.crowd.as_ref();
                     search(
                         Scene {
                             careful,

@@ -5,8 +5,8 @@ use costmap::leg::{Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use rustc_hash::FxHashMap;
 
-use super::{Doubts, Scene};
 use super::label::{Label, Step};
+use super::{Doubts, Scene};
 use crate::crowd::Crowd;
 use crate::errand::Errand;
 use crate::roadmap::Vertex;
@@ -127,9 +127,8 @@ impl<'a> Nodes<'a> {
 
     /// Until when a state's place is free to hover at from a moment on, and when it is again.
     pub(super) fn free_until(&mut self, node: usize, label: &Label, from: Tick) -> (Tick, Tick) {
-        if let Some(crowd) = self.crowd_at(label) {
-            let kind = self.errand.kinds[usize::from(label.stage)];
-            return crowd.free_until(kind, self.errand.air_limit, label.vertex, from);
+        if let Some((crowd, class)) = self.crowd_at(label) {
+            return crowd.free_until(class, label.vertex, from);
         }
         let hover = self.hover(node, label);
         if hover.breaks_zone.is_some() {
@@ -150,10 +149,8 @@ impl<'a> Nodes<'a> {
         [from, to]: [Tick; 2],
         verdict: &mut Verdict,
     ) {
-        if let Some(crowd) = self.crowd_at(label) {
-            let kind = self.errand.kinds[usize::from(label.stage)];
-            let limit = self.errand.air_limit;
-            return crowd.stay(kind, limit, label.vertex, [from, to], verdict);
+        if let Some((crowd, class)) = self.crowd_at(label) {
+            return crowd.stay(class, label.vertex, [from, to], verdict);
         }
         let hover = self.hover(node, label);
         verdict.breaks_zone = verdict.breaks_zone.or(hover.breaks_zone);
@@ -162,12 +159,13 @@ impl<'a> Nodes<'a> {
     }
 
     /// What is known of a state's place in brief, if anything is.
-    fn crowd_at(&self, label: &Label) -> Option<&'a Crowd<'a>> {
+    fn crowd_at(&self, label: &Label) -> Option<(&'a Crowd<'a>, usize)> {
         let stay = (label.vertex, label.vertex);
-        let known = |crowd: &&Crowd<'_>| {
-            !label.grounded && crowd.knows(label.vertex) && !self.doubts.contains(&stay)
-        };
-        self.scene.crowd.filter(known)
+        let crowd = self.scene.crowd?;
+        let known = !label.grounded && crowd.knows(label.vertex) && !self.doubts.contains(&stay);
+        let kind = self.errand.kinds[usize::from(label.stage)];
+        let class = known.then(|| crowd.class(self.errand.drone, kind))?;
+        Some((crowd, class?))
     }
 
     fn hover(&mut self, node: usize, label: &Label) -> &Hover {

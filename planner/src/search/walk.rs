@@ -10,8 +10,8 @@ use super::label::{Label, Open, Step};
 use super::node::Nodes;
 use super::wait::clear_after;
 use super::{Doubts, Found, Hindrance, Obstruction, Scene};
+use crate::crowd::Thought;
 use crate::distances::UNREACHABLE;
-use crate::crowd::Crowd;
 use crate::errand::{Ending, Errand};
 use crate::stay_price::{StayPrice, stays};
 
@@ -197,9 +197,7 @@ impl<'a> Search<'a> {
         let from = self.labels[label.parent as usize];
         let mut all = std::mem::take(&mut self.all);
         all.clear();
-        // A step that looks free is looked at again: the crowd knows of places, not of ways.
-        let in_brief = self.judge_in_brief(&from, &label, &mut all)
-            && (label.step != Step::Move || !all.blockers.is_empty());
+        let in_brief = self.judge_in_brief(&from, &label, &mut all);
         if !in_brief {
             all.clear();
             for leg in self.doing(&from, &label) {
@@ -245,26 +243,30 @@ impl<'a> Search<'a> {
         false
     }
 
-    /// Judges what leads to a state by the crowd's intervals, if they know of it.
+    /// Judges what leads to a state by the crowd's tables, if they know of it.
     fn judge_in_brief(&self, from: &Label, label: &Label, verdict: &mut Verdict) -> bool {
-        let known = |crowd: &&Crowd<'_>| {
-            !from.grounded
-                && crowd.knows(from.vertex)
-                && crowd.knows(label.vertex)
-                && !self.doubts.contains(&(from.vertex, label.vertex))
-        };
-        let Some(crowd) = self.scene.crowd.filter(known) else {
+        let Some(crowd) = self.scene.crowd else {
             return false;
         };
-        let (kind, limit) = (self.kind(label.stage), self.errand.air_limit);
+        let known = !from.grounded
+            && crowd.knows(from.vertex)
+            && crowd.knows(label.vertex)
+            && !self.doubts.contains(&(from.vertex, label.vertex));
+        let class = crowd.class(self.errand.drone, self.kind(label.stage));
+        let Some(class) = class.filter(|_| known) else {
+            return false;
+        };
         let time = [label.departs, label.at];
         match label.step {
-            Step::Move => crowd.step(kind, limit, [from.vertex, label.vertex], time, verdict),
-            Step::Dwell => crowd.stay(kind, limit, label.vertex, time, verdict),
+            Step::Move => {
+                let way = [from.vertex, label.vertex];
+                return crowd.step(self.scene.costmap, &Thought { class, way, time }, verdict);
+            }
+            Step::Dwell => crowd.stay(class, label.vertex, time, verdict),
             Step::End => match self.errand.ending {
                 Ending::Hover => {
                     let time = [label.at, Tick::FOREVER];
-                    crowd.stay(kind, limit, label.vertex, time, verdict);
+                    crowd.stay(class, label.vertex, time, verdict);
                 }
                 Ending::Leave => {}
                 Ending::Land { .. } => return false,
