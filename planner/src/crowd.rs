@@ -64,6 +64,8 @@ pub struct Crowd<'a> {
     columns: Vec<Vec<Record>>,
     /// By class and place, in order of beginning.
     taken: Vec<Vec<Vec<Taken>>>,
+    /// By class and place, from when on hovering there is forbidden for good.
+    closed: Vec<Vec<Tick>>,
 }
 
 /// A step that is thought of.
@@ -85,6 +87,7 @@ impl<'a> Crowd<'a> {
             steps,
             columns: vec![Vec::new(); nx * ny],
             taken: vec![vec![Vec::new(); steps.lattice.place_count()]; steps.class_count()],
+            closed: vec![vec![Tick::FOREVER; steps.lattice.place_count()]; steps.class_count()],
         };
         for drone in 0..costmap.drone_count() as u32 {
             crowd.insert(costmap, DroneId(drone));
@@ -142,6 +145,10 @@ impl<'a> Crowd<'a> {
         for me in 0..self.steps.class_count() {
             self.around(me, at, record, |crowd, place, taken| {
                 let all = &mut crowd.taken[me][place as usize];
+                if taken.clear == Tick::FOREVER && taken.price == FORBIDDEN {
+                    let closed = &mut crowd.closed[me][place as usize];
+                    *closed = taken.began.min(*closed);
+                }
                 // What lasts on is one interval.
                 let last = all.iter().rposition(|known| known.drone == taken.drone);
                 if let Some(known) = last.map(|last| &mut all[last])
@@ -184,7 +191,13 @@ impl<'a> Crowd<'a> {
                 };
                 for me in 0..self.steps.class_count() {
                     self.around(me, at, &record, |crowd, place, _| {
-                        crowd.taken[me][place as usize].retain(|known| known.drone != leg.drone);
+                        let all = &mut crowd.taken[me][place as usize];
+                        all.retain(|known| known.drone != leg.drone);
+                        let closing = all
+                            .iter()
+                            .filter(|it| it.clear == Tick::FOREVER && it.price == FORBIDDEN);
+                        let first = closing.map(|it| it.began).min();
+                        crowd.closed[me][place as usize] = first.unwrap_or(Tick::FOREVER);
                     });
                 }
             });
@@ -266,6 +279,11 @@ impl<'a> Crowd<'a> {
         } else {
             others[2].max(others[2] + theirs) >= steps.wake_end(me, at, way)
         }
+    }
+
+    /// From when on hovering at a place is forbidden for good; [`Tick::FOREVER`] if it is not.
+    pub(crate) fn closed_from(&self, class: usize, place: Vertex) -> Tick {
+        self.closed[class][place as usize]
     }
 
     /// Until when a place is free to hover at from a moment on, and when it is again.

@@ -11,7 +11,7 @@ use std::sync::{Mutex, PoisonError};
 use costmap::leg::Tick;
 use nalgebra::Point3;
 
-use crate::lattice::Lattice;
+use crate::lattice::{AXES, Lattice, NEIGHBOURS};
 use crate::roadmap::{Roadmap, Vertex, Way};
 
 /// What limits a drone on a roadmap.
@@ -60,6 +60,12 @@ impl Mover {
         self.steps.map(|(_, ticks)| ticks)
     }
 
+    /// By lattice place, which steps are open, if it uses no stops beyond.
+    fn open_steps<'a>(&self, roadmap: &'a Roadmap) -> Option<&'a [u32]> {
+        let on_lattice = self.stops.is_empty() && self.diagonal_steps().is_some();
+        roadmap.open_steps(self.radius_m).filter(|_| on_lattice)
+    }
+
     /// Whole ticks that a length takes, at least one.
     fn duration(&self, length_m: f64) -> u32 {
         Tick::lasting(length_m / self.speed_mps).max(1)
@@ -81,6 +87,7 @@ pub struct Distances {
     anchors: Vec<([i32; 3], u32)>,
     /// Where the answer is closed, ticks of a step along one, two and three axes.
     closed_form: Option<[u32; 3]>,
+    lead: Lead,
     backwards: Mutex<Backwards>,
 }
 
@@ -109,7 +116,8 @@ impl Distances {
         Distances {
             goal,
             closed_form: mover.diagonal_steps().filter(|_| plain),
-            backwards: Mutex::new(Backwards::new(roadmap, towards, &mover)),
+            lead: Lead::new(roadmap, towards, &mover),
+            backwards: Mutex::default(),
             mover,
             anchors,
         }
@@ -133,7 +141,32 @@ impl Distances {
             .backwards
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        backwards.ticks(roadmap, &self.mover, self.goal, from)
+        backwards.lead = self.lead;
+        backwards.ticks(roadmap, &self.mover, self.goal, from, |_, _| true)
+    }
+
+    /// Forgets what was worked out; it is worked out anew when it is asked for.
+    pub(crate) fn forget(&self) {
+        let mut backwards = self
+            .backwards
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        backwards.forget();
+    }
+
+    /// The same search from the goal from its beginning, for whoever knows more places that are closed.
+    pub(crate) fn backwards(&self, roadmap: &Roadmap) -> Backwards {
+        let mut backwards = Backwards {
+            lead: self.lead,
+            ..Backwards::default()
+        };
+        backwards.begin(roadmap, self.goal);
+        backwards
+    }
+
+    /// What moves.
+    pub(crate) fn mover(&self) -> &Mover {
+        &self.mover
     }
 
     /// Closed form, where nothing is in between.
@@ -172,8 +205,8 @@ impl Distances {
 }
 
 /// A search from the goal that can be resumed.
-#[derive(Debug)]
-struct Backwards {
+#[derive(Debug, Default)]
+pub(crate) struct Backwards {
     lead: Lead,
     /// Ticks known so far; exact where `done`.
     ticks: Vec<u32>,
@@ -184,8 +217,11 @@ struct Backwards {
 }
 
 /// A consistent lower bound of the ticks from where the drone comes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 enum Lead {
+    /// Nothing is known.
+    #[default]
+    None,
     /// On the lattice alone: diagonals first.
     Steps([i32; 3], [u32; 3]),
     /// With stops beyond it: the straight line (m, ticks per metre).
@@ -193,8 +229,22 @@ enum Lead {
 }
 
 impl Lead {
+    fn new(roadmap: &Roadmap, towards: Vertex, mover: &Mover) -> Lead {
+        match mover.diagonal_steps() {
+            Some(steps) if mover.stops.is_empty() => {
+                Lead::Steps(roadmap.lattice().steps(towards), steps)
+            }
+            // A part in 10⁶ forgives lengths kept in single precision.
+            _ => Lead::Line(
+                roadmap.position_m(towards),
+                (1.0 - 1e-6) * Tick::PER_SECOND / mover.speed_mps,
+            ),
+        }
+    }
+
     fn ticks(&self, roadmap: &Roadmap, place: Vertex) -> u32 {
         match self {
+            Lead::None => 0,
             Lead::Steps(towards, steps) => {
                 diagonals_first(roadmap.lattice().steps(place), *towards, *steps)
             }
@@ -206,47 +256,70 @@ impl Lead {
 }
 
 impl Backwards {
-    fn new(roadmap: &Roadmap, towards: Vertex, mover: &Mover) -> Backwards {
-        let lead = match mover.diagonal_steps() {
-            Some(steps) if mover.stops.is_empty() => {
-                Lead::Steps(roadmap.lattice().steps(towards), steps)
-            }
-            // A part in 10⁶ forgives lengths kept in single precision.
-            _ => Lead::Line(
-                roadmap.position_m(towards),
-                (1.0 - 1e-6) * Tick::PER_SECOND / mover.speed_mps,
-            ),
-        };
-        Backwards {
-            lead,
-            ticks: Vec::new(),
-            done: Vec::new(),
-            buckets: Vec::new(),
-            now: 0,
-        }
+    fn begin(&mut self, roadmap: &Roadmap, goal: Vertex) {
+        self.ticks = vec![UNREACHABLE; roadmap.place_count()];
+        self.done = vec![false; roadmap.place_count()];
+        self.ticks[goal as usize] = 0;
+        let lead = self.lead.ticks(roadmap, goal);
+        self.queue(goal, lead);
     }
 
-    fn ticks(&mut self, roadmap: &Roadmap, mover: &Mover, goal: Vertex, from: Vertex) -> u32 {
+    fn forget(&mut self) {
+        *self = Backwards::default();
+    }
+
+    /// Ticks to the goal through places that are open, or [`UNREACHABLE`]. Whether a place is, `is_open` is asked with the
+    /// least ticks to it from where the drone comes.
+    pub(crate) fn ticks(
+        &mut self,
+        roadmap: &Roadmap,
+        mover: &Mover,
+        goal: Vertex,
+        from: Vertex,
+        is_open: impl Fn(Vertex, u32) -> bool,
+    ) -> u32 {
         if self.ticks.is_empty() {
-            self.ticks = vec![UNREACHABLE; roadmap.place_count()];
-            self.done = vec![false; roadmap.place_count()];
-            self.ticks[goal as usize] = 0;
-            self.queue(roadmap, goal, 0);
+            self.begin(roadmap, goal);
         }
         while !self.done[from as usize] && self.now < self.buckets.len() {
             match self.buckets[self.now].pop() {
-                Some(place) => self.settle(roadmap, mover, place),
+                Some(place) => self.settle(roadmap, mover, place, &is_open),
                 None => self.now += 1,
             }
         }
-        self.ticks[from as usize]
+        if self.done[from as usize] {
+            self.ticks[from as usize]
+        } else {
+            UNREACHABLE
+        }
     }
 
-    fn settle(&mut self, roadmap: &Roadmap, mover: &Mover, place: Vertex) {
+    /// What [`Backwards::ticks`] will say at least, and whether it is known.
+    pub(crate) fn at_least(&self, roadmap: &Roadmap, from: Vertex) -> (u32, bool) {
+        if self.done[from as usize] {
+            return (self.ticks[from as usize], true);
+        }
+        if self.now >= self.buckets.len() {
+            return (UNREACHABLE, true);
+        }
+        let lead = self.lead.ticks(roadmap, from);
+        ((self.now as u32).saturating_sub(lead), false)
+    }
+
+    fn settle(
+        &mut self,
+        roadmap: &Roadmap,
+        mover: &Mover,
+        place: Vertex,
+        is_open: &impl Fn(Vertex, u32) -> bool,
+    ) {
         if std::mem::replace(&mut self.done[place as usize], true) {
             return;
         }
         let here = self.ticks[place as usize];
+        if let Some(open) = mover.open_steps(roadmap) {
+            return self.settle_on_lattice(roadmap.lattice(), mover, place, open, is_open);
+        }
         for (to, way) in roadmap.ways(place) {
             if self.done[to as usize] {
                 continue;
@@ -255,14 +328,51 @@ impl Backwards {
                 continue;
             };
             if here + duration < self.ticks[to as usize] {
-                self.ticks[to as usize] = here + duration;
-                self.queue(roadmap, to, here + duration);
+                let lead = self.lead.ticks(roadmap, to);
+                if is_open(to, lead) {
+                    self.ticks[to as usize] = here + duration;
+                    self.queue(to, here + duration + lead);
+                }
             }
         }
     }
 
-    fn queue(&mut self, roadmap: &Roadmap, place: Vertex, ticks: u32) {
-        let bucket = (ticks + self.lead.ticks(roadmap, place)) as usize;
+    /// The same where there are no stops: twice as fast.
+    fn settle_on_lattice(
+        &mut self,
+        lattice: &Lattice,
+        mover: &Mover,
+        place: Vertex,
+        open: &[u32],
+        is_open: &impl Fn(Vertex, u32) -> bool,
+    ) {
+        let here = self.ticks[place as usize];
+        let [i, j, k] = lattice.steps(place);
+        let mut steps = open[place as usize];
+        while steps != 0 {
+            let n = steps.trailing_zeros() as usize;
+            steps &= steps - 1;
+            let d = NEIGHBOURS[n];
+            let to = lattice.neighbour(place, n);
+            let ticks = here + mover.steps[AXES[n]].1;
+            // Whoever is done is not farther.
+            if ticks < self.ticks[to as usize] {
+                let lead = match &self.lead {
+                    Lead::Steps(towards, steps) => {
+                        diagonals_first([i + d[0], j + d[1], k + d[2]], *towards, *steps)
+                    }
+                    _ => 0,
+                };
+                if is_open(to, lead) {
+                    self.ticks[to as usize] = ticks;
+                    self.queue(to, ticks + lead);
+                }
+            }
+        }
+    }
+
+    fn queue(&mut self, place: Vertex, bucket: u32) {
+        let bucket = bucket as usize;
         if self.buckets.len() <= bucket {
             self.buckets.resize_with(bucket + 1, Vec::new);
         }

@@ -30,6 +30,20 @@ const fn neighbours() -> [[i32; 3]; 26] {
     steps
 }
 
+/// Along how many axes each of [`NEIGHBOURS`] is, less one.
+pub const AXES: [usize; 26] = axes();
+
+const fn axes() -> [usize; 26] {
+    let mut axes = [0; 26];
+    let mut n = 0;
+    while n < 26 {
+        let [x, y, z] = NEIGHBOURS[n];
+        axes[n] = (x * x + y * y + z * z) as usize - 1;
+        n += 1;
+    }
+    axes
+}
+
 impl Lattice {
     /// Fits a lattice into the bounds, shifted on each axis so that it meets most of `places`:
     /// cells centred between the bounds' faces, unless more places lie on whole cells from them, or most
@@ -103,6 +117,13 @@ impl Lattice {
             (row - layer * ny) as i32,
             layer as i32,
         ]
+    }
+
+    /// The place that one of [`NEIGHBOURS`] leads to from a place; it has to be inside.
+    pub fn neighbour(&self, place: u32, n: usize) -> u32 {
+        let [nx, ny, _] = self.counts.map(|count| count as i32);
+        let [x, y, z] = NEIGHBOURS[n];
+        place.wrapping_add_signed(x + nx * (y + ny * z))
     }
 
     /// The place at these steps from the first one, if there is one.

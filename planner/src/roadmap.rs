@@ -46,6 +46,8 @@ pub struct Roadmap {
     places_m: Vec<Point3<f64>>,
     /// For each radius asked for, the lattice places from which some step is blocked.
     narrow: Vec<(f64, BoxCount)>,
+    /// For each radius asked for, by place, which of [`NEIGHBOURS`] it may step to, as bits.
+    open: Vec<(f64, Vec<u32>)>,
 }
 
 /// A place beyond the lattice that a drone must be able to reach.
@@ -87,6 +89,10 @@ impl Roadmap {
                 (radius_m, BoxCount::new(&lattice, marked))
             })
             .collect();
+        let open = radii_m
+            .iter()
+            .map(|&radius_m| (radius_m, open_steps(&lattice, &forward, radius_m)))
+            .collect();
         let mut links = Links::new(&survey, bounds);
         let vertices = stops
             .iter()
@@ -99,6 +105,7 @@ impl Roadmap {
             lattice,
             places_m,
             narrow,
+            open,
         };
         (roadmap, vertices)
     }
@@ -138,6 +145,15 @@ impl Roadmap {
         to.iter().copied().zip(ways.iter().copied())
     }
 
+    /// By lattice place, the steps that a ball of this radius may take, as bits in the order of [`NEIGHBOURS`]; `None` if
+    /// nobody asked for the radius.
+    pub(crate) fn open_steps(&self, radius_m: f64) -> Option<&[u32]> {
+        self.open
+            .iter()
+            .find(|(known_m, _)| *known_m == radius_m)
+            .map(|(_, open)| open.as_slice())
+    }
+
     /// Lattice places where a ball of this radius cannot take every step; `None` if nobody asked for the radius.
     pub(crate) fn narrow(&self, radius_m: f64) -> Option<&BoxCount> {
         self.narrow
@@ -165,6 +181,29 @@ fn around<'a>(
         };
         Some((to, clearance_m))
     })
+}
+
+fn open_steps(lattice: &Lattice, forward: &Forward, radius_m: f64) -> Vec<u32> {
+    let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= radius_m && c > 0.0;
+    let of_place = |place: Vertex| {
+        let [i, j, k] = lattice.steps(place);
+        let mut open = 0;
+        for (n, d) in NEIGHBOURS.iter().enumerate() {
+            let Some(to) = lattice.at([i + d[0], j + d[1], k + d[2]]) else {
+                continue;
+            };
+            let clearance_m = match n.checked_sub(13) {
+                Some(ahead) => forward[place as usize][ahead],
+                None => forward[to as usize][12 - n],
+            };
+            open |= u32::from(wide(clearance_m)) << n;
+        }
+        open
+    };
+    (0..lattice.place_count() as Vertex)
+        .into_par_iter()
+        .map(of_place)
+        .collect()
 }
 
 /// What is needed to measure clearances.

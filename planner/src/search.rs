@@ -11,6 +11,8 @@
 //! safe-interval path planning (M. Phillips and M. Likhachev, "SIPP", ICRA 2011): later arrivals within it
 //! are dropped, and the neighbouring places are reached in each of their own intervals.
 
+use std::rc::Rc;
+
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
@@ -23,11 +25,13 @@ use crate::roadmap::{Roadmap, Vertex};
 
 mod label;
 mod node;
+mod outlook;
 mod path;
 mod settle;
 mod wait;
 mod walk;
 
+use outlook::Outlook;
 use walk::Search;
 
 /// A drone that nobody can make give way.
@@ -134,13 +138,16 @@ pub(crate) type Doubts = FxHashSet<(Vertex, Vertex)>;
 /// With a crowd it is looked for in brief, and judged in the end; steps that were taken for free are judged
 /// at once when it is looked for again.
 pub fn search(scene: Scene<'_>, errand: &Errand) -> Searched {
-    let mut doubts = Doubts::default();
+    let mut doubts = Rc::new(Doubts::default());
     let mut expansions = 0;
+    let patience = scene.weights.iter().copied().min().unwrap_or(0);
+    let mut outlook = Outlook::new(scene, errand, patience);
     for _ in 0..MOST_TRIES {
         if scene.crowd.is_none() {
             break;
         }
-        let searched = look(scene, errand, &doubts);
+        let searched;
+        (searched, outlook) = look(scene, errand, &doubts, outlook);
         expansions += searched.expansions;
         let known = doubts.len();
         match &searched.found {
@@ -152,7 +159,7 @@ pub fn search(scene: Scene<'_>, errand: &Errand) -> Searched {
             }
             Found::Blocked(_) => break,
             Found::Path(path) => {
-                if is_as_thought(&scene, path, &mut doubts) {
+                if is_as_thought(&scene, path, Rc::make_mut(&mut doubts)) {
                     return Searched {
                         expansions,
                         ..searched
@@ -168,7 +175,8 @@ pub fn search(scene: Scene<'_>, errand: &Errand) -> Searched {
         crowd: None,
         ..scene
     };
-    let searched = look(whole, errand, &Doubts::default());
+    let plain = Outlook::new(whole, errand, 0);
+    let (searched, _) = look(whole, errand, &Rc::default(), plain);
     Searched {
         expansions: expansions + searched.expansions,
         ..searched
@@ -194,20 +202,27 @@ fn is_as_thought(scene: &Scene<'_>, path: &Path, doubts: &mut Doubts) -> bool {
     sound
 }
 
-fn look(scene: Scene<'_>, errand: &Errand, doubts: &Doubts) -> Searched {
+fn look<'a>(
+    scene: Scene<'a>,
+    errand: &'a Errand,
+    doubts: &Rc<Doubts>,
+    mut outlook: Outlook<'a>,
+) -> (Searched, Outlook<'a>) {
     let mut expansions = 0;
     for (impatience_shift, most_expansions) in PATIENCE {
         let most_expansions = most_expansions.min(scene.most_expansions);
-        let mut search = Search::new(scene, errand, doubts, impatience_shift);
+        let mut search = Search::new(scene, errand, doubts.clone(), outlook, impatience_shift);
         let found = search.run(most_expansions);
         expansions += search.expansions;
         let gave_up = search.expansions > most_expansions;
+        outlook = search.nodes.into_outlook();
         if !gave_up || most_expansions == scene.most_expansions {
-            return Searched { found, expansions };
+            return (Searched { found, expansions }, outlook);
         }
     }
-    Searched {
+    let searched = Searched {
         found: Found::Blocked(None),
         expansions,
-    }
+    };
+    (searched, outlook)
 }

@@ -40,7 +40,7 @@ pub(super) fn passing(way: &Way, radius: f64) -> Option<[f64; 2]> {
 pub(super) fn least_distance(way: &Way) -> f64 {
     let [x, y] = way.from;
     let [u, v] = way.by;
-    nearest_on(x, y, u, v)
+    nearest_square_on(x, y, u, v).sqrt()
 }
 
 /// How much later, in ticks, the first way may not begin than the second: from and to. And their least distance
@@ -58,7 +58,8 @@ pub(super) fn meeting(first: &Way, second: &Way, radius: f64, far: f64) -> (Opti
     if gap >= far {
         return (None, gap);
     }
-    let least = |delta: f64| nearest(first, second, delta);
+    let least = |delta: f64| nearest_square(first, second, delta);
+    let square = radius * radius;
     let (mut low, mut high) = (-first.ticks, second.ticks);
     let ends = [low, high];
     for _ in 0..ROUNDS {
@@ -70,19 +71,19 @@ pub(super) fn meeting(first: &Way, second: &Way, radius: f64, far: f64) -> (Opti
         }
     }
     let middle = 0.5 * (low + high);
-    let distance = least(middle);
+    let distance = least(middle).sqrt();
     if distance >= radius {
         return (None, distance);
     }
     // From within outwards.
     let edge = |outside: f64| {
-        if least(outside) < radius {
+        if least(outside) < square {
             return outside;
         }
         let (mut inside, mut outside) = (middle, outside);
         for _ in 0..ROUNDS / 2 {
             let between = 0.5 * (inside + outside);
-            if least(between) < radius {
+            if least(between) < square {
                 inside = between;
             } else {
                 outside = between;
@@ -93,8 +94,8 @@ pub(super) fn meeting(first: &Way, second: &Way, radius: f64, far: f64) -> (Opti
     (Some(ends.map(edge)), distance)
 }
 
-/// Least distance while both last, if the first begins `delta` ticks later.
-fn nearest(first: &Way, second: &Way, delta: f64) -> f64 {
+/// Square of the least distance while both last, if the first begins `delta` ticks later.
+fn nearest_square(first: &Way, second: &Way, delta: f64) -> f64 {
     let time = [delta.max(0.0), second.ticks.min(delta + first.ticks)];
     let apart = |at: f64| {
         [0, 1].map(|axis| {
@@ -104,18 +105,18 @@ fn nearest(first: &Way, second: &Way, delta: f64) -> f64 {
         })
     };
     let ([x, y], [p, q]) = (apart(time[0]), apart(time[1]));
-    nearest_on(x, y, p - x, q - y)
+    nearest_square_on(x, y, p - x, q - y)
 }
 
-/// Least distance from the origin of a way that begins at `x`, `y` and leads on by `u`, `v`.
-fn nearest_on(x: f64, y: f64, u: f64, v: f64) -> f64 {
+/// Square of the least distance from the origin of a way that begins at `x`, `y` and leads on by `u`, `v`.
+fn nearest_square_on(x: f64, y: f64, u: f64, v: f64) -> f64 {
     let square = u * u + v * v;
     let share = if square == 0.0 {
         0.0
     } else {
         (-(x * u + y * v) / square).clamp(0.0, 1.0)
     };
-    (x + share * u).hypot(y + share * v)
+    (x + share * u).powi(2) + (y + share * v).powi(2)
 }
 
 #[cfg(test)]
@@ -159,11 +160,11 @@ mod tests {
             let (found, least) = meeting(&first, &second, radius, 2.0);
             for delta in -(first.ticks as i32)..=second.ticks as i32 {
                 let delta = f64::from(delta);
-                let near = nearest(&first, &second, delta) < radius;
+                let near = nearest_square(&first, &second, delta).sqrt() < radius;
                 let said = found.is_some_and(|[from, to]| from <= delta && delta <= to);
                 assert!(said || !near, "case {case}, {delta} ticks");
                 // A search ends within a hundredth of a tick or two.
-                assert!(nearest(&first, &second, delta) >= least - 1e-3);
+                assert!(nearest_square(&first, &second, delta).sqrt() >= least - 1e-3);
             }
         }
     }

@@ -11,6 +11,7 @@ use costmap::leg::{DroneId, KindId, Leg, Tick};
 use costmap::verdict::price;
 use nalgebra::Point3;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::span::{Way, least_distance, meeting, passing};
 use crate::errand::Errand;
@@ -24,6 +25,9 @@ const MOST_ENTRIES: usize = 8 << 20;
 const ONE_WAKES_SHARE: f64 = 0.4;
 /// Prices below this are left to the verdict: chosen here, three hundredths of a second a step (s/s).
 const LEAST_PRICE: f64 = 0.0625;
+/// Loads below this share of a budget are left to the verdict: chosen here, three of them fit into what is left
+/// for wakes farther off.
+const LEAST_LOAD: f64 = 0.04;
 /// Azimuths at which a wake is asked for: chosen here, moved jets are not round.
 const AZIMUTHS: u32 = 8;
 
@@ -36,6 +40,22 @@ pub(super) const STILL: usize = 13;
 pub(super) const fn cells(way: usize) -> [i32; 3] {
     let way = way as i32;
     [way % 3 - 1, way / 3 % 3 - 1, way / 9 - 1]
+}
+
+/// Ways to turn and mirror a square.
+const TURNS: usize = 8;
+
+/// A direction or offset, turned by quarters and mirrored.
+fn turned([x, y, z]: [i32; 3], turn: usize) -> [i32; 3] {
+    let (x, y) = if turn & 1 == 0 { (x, y) } else { (y, x) };
+    let x = if turn & 2 == 0 { x } else { -x };
+    let y = if turn & 4 == 0 { y } else { -y };
+    [x, y, z]
+}
+
+/// Number of a direction.
+pub(super) const fn index([x, y, z]: [i32; 3]) -> usize {
+    (x + 1 + 3 * (y + 1) + 9 * (z + 1)) as usize
 }
 
 /// What flies alike as others are concerned.
@@ -51,7 +71,7 @@ struct Class {
 ///
 /// Both move: the delays of the first against the second, in ticks, at which they are too near. One stands still: when
 /// the other is too near, in ticks since it began. Nobody moves: not empty if they are too near.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Span {
     pub(super) from: i16,
     pub(super) to: i16,
@@ -92,7 +112,8 @@ struct Pair {
     layers: i32,
     /// Layers between two drones from which on only air matters.
     bodies: i32,
-    /// `[direction][direction][dz][dy][dx]`.
+    /// `[direction][direction][dz][dy][dx]`, which of `spans` it is.
+    kinds: Vec<u16>,
     spans: Vec<Span>,
     /// By direction of the first: columns in which something can matter.
     near: Vec<Vec<[i32; 2]>>,
@@ -194,7 +215,9 @@ impl Steps {
     ) -> Span {
         let pair = &self.pairs[me * self.classes.len() + other];
         pair.index(way, others, offset)
-            .map_or(Span::default(), |index| pair.spans[index])
+            .map_or(Span::default(), |index| {
+                pair.spans[usize::from(pair.kinds[index])]
+            })
     }
 
     /// Whether only air keeps two drones apart with so many layers between them.
@@ -355,7 +378,7 @@ impl Shape {
         let counts = |ring: &usize| {
             let both = loads_at.iter().chain(&loads_between);
             both.flat_map(|rings| rings[*ring])
-                .any(|load| load * LOADS >= 1.0)
+                .any(|load| load >= LEAST_LOAD)
         };
         let far = rings.clone().rev().find(counts).map_or(0, |ring| ring + 1) as f64 / RINGS as f64;
         let matters = |index: usize| {
@@ -429,8 +452,7 @@ impl Shape {
     fn pair(&self) -> Pair {
         let wide = 2 * self.reach + 1;
         let count = (wide * wide * (2 * self.layers + 1)) as usize;
-        let of_ways = |ways: usize| {
-            let (way, others) = (ways / WAYS, ways % WAYS);
+        let of_ways = |&(way, others): &(usize, usize)| {
             let mut spans = Vec::with_capacity(count);
             for dz in -self.layers..=self.layers {
                 for dy in -self.reach..=self.reach {
@@ -441,16 +463,49 @@ impl Shape {
             }
             spans
         };
-        let spans: Vec<Vec<Span>> = (0..WAYS * WAYS).into_par_iter().map(of_ways).collect();
+        // Turned and mirrored about the vertical all is the same: what is worked out is one of each eight.
+        let alike: Vec<(usize, (usize, usize))> = (0..WAYS * WAYS)
+            .map(|ways| {
+                let turned = |turn| (turned(cells(ways / WAYS), turn), turned(cells(ways % WAYS), turn));
+                let first = (0..TURNS).map(|turn| (index(turned(turn).0), index(turned(turn).1), turn));
+                let (way, others, turn) = first.min().unwrap_or_default();
+                (turn, (way, others))
+            })
+            .collect();
+        let mut distinct: Vec<(usize, usize)> = alike.iter().map(|(_, ways)| *ways).collect();
+        distinct.sort_unstable();
+        distinct.dedup();
+        let worked_out: Vec<Vec<Span>> = distinct.par_iter().map(of_ways).collect();
+        let at = |ways: usize, [dx, dy, dz]: [i32; 3]| {
+            let (turn, ways) = alike[ways];
+            let [dx, dy, dz] = turned([dx, dy, dz], turn);
+            let offset = (dx + self.reach) + wide * ((dy + self.reach) + wide * (dz + self.layers));
+            let known = distinct.binary_search(&ways).unwrap_or_default();
+            worked_out[known][offset as usize]
+        };
+        let mut spans: Vec<Span> = Vec::new();
+        let mut known: FxHashMap<Span, u16> = FxHashMap::default();
+        let mut kinds = Vec::with_capacity(count * WAYS * WAYS);
+        for ways in 0..WAYS * WAYS {
+            for dz in -self.layers..=self.layers {
+                for dy in -self.reach..=self.reach {
+                    for dx in -self.reach..=self.reach {
+                        let span = at(ways, [dx, dy, dz]);
+                        let kind = known.entry(span).or_insert_with(|| {
+                            spans.push(span);
+                            (spans.len() - 1) as u16
+                        });
+                        kinds.push(*kind);
+                    }
+                }
+            }
+        }
+        let nothing = known.get(&Span::default()).copied();
         let matters = |way: usize, [dx, dy]: [i32; 2]| {
             let column = (dx + self.reach) + wide * (dy + self.reach);
-            (0..WAYS).any(|others| {
-                let own = &spans[way * WAYS + others];
-                let mut layers = (0..count)
-                    .skip(column as usize)
-                    .step_by((wide * wide) as usize);
-                layers.any(|index| own[index] != Span::default())
-            })
+            let own = &kinds[way * WAYS * count..(way + 1) * WAYS * count];
+            let mut layers = own.iter().skip(column as usize).step_by((wide * wide) as usize);
+            layers.any(|kind| Some(*kind) != nothing)
         };
         let aside = -self.reach..=self.reach;
         let columns: Vec<[i32; 2]> = aside
@@ -466,7 +521,8 @@ impl Shape {
             layers: self.layers,
             bodies: self.bodies,
             near: (0..WAYS).map(near_to).collect(),
-            spans: spans.concat(),
+            kinds,
+            spans,
         }
     }
 

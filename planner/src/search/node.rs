@@ -1,11 +1,14 @@
 //! Places on the way to a task: how far they are from the end, when they have been reached, and when they
 //! are free to hover at.
 
+use std::rc::Rc;
+
 use costmap::leg::{Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use rustc_hash::FxHashMap;
 
 use super::label::{Label, Step};
+use super::outlook::Outlook;
 use super::{Doubts, Scene};
 use crate::crowd::Crowd;
 use crate::errand::Errand;
@@ -21,6 +24,8 @@ struct Visit {
 
 struct Node {
     remaining: u32,
+    /// Whether that is more than a bound.
+    is_final: bool,
     visits: Vec<Visit>,
     /// Who is in the way of hovering there, whenever; `None`: nobody has asked.
     hover: Option<Hover>,
@@ -36,7 +41,8 @@ struct Hover {
 pub(super) struct Nodes<'a> {
     scene: Scene<'a>,
     errand: &'a Errand,
-    doubts: &'a Doubts,
+    doubts: Rc<Doubts>,
+    outlook: Outlook<'a>,
     /// By stage and vertex, one more than the index of the node; 0: none.
     flying: Vec<u32>,
     /// On the ground, where it starts.
@@ -45,8 +51,14 @@ pub(super) struct Nodes<'a> {
 }
 
 impl<'a> Nodes<'a> {
-    pub(super) fn new(scene: Scene<'a>, errand: &'a Errand, doubts: &'a Doubts) -> Nodes<'a> {
+    pub(super) fn new(
+        scene: Scene<'a>,
+        errand: &'a Errand,
+        doubts: Rc<Doubts>,
+        outlook: Outlook<'a>,
+    ) -> Nodes<'a> {
         Nodes {
+            outlook,
             scene,
             errand,
             doubts,
@@ -74,10 +86,10 @@ impl<'a> Nodes<'a> {
         };
         if known == next {
             let stage = usize::from(label.stage);
+            let (remaining, is_final) = self.outlook.at_least(stage, label.vertex);
             self.all.push(Node {
-                remaining: self
-                    .errand
-                    .remaining(self.scene.roadmap, stage, label.vertex),
+                remaining,
+                is_final,
                 visits: Vec::new(),
                 hover: None,
             });
@@ -85,9 +97,24 @@ impl<'a> Nodes<'a> {
         known
     }
 
-    /// Ticks from there to the end of the last dwell.
+    /// Ticks from there to the end of the last dwell, as far as they are known.
     pub(super) fn remaining(&self, node: usize) -> u32 {
         self.all[node].remaining
+    }
+
+    /// The same for good.
+    pub(super) fn settle(&mut self, node: usize, label: &Label) -> u32 {
+        if !self.all[node].is_final {
+            let stage = usize::from(label.stage);
+            let remaining = self.outlook.settled(stage, label.vertex);
+            (self.all[node].remaining, self.all[node].is_final) = (remaining, true);
+        }
+        self.all[node].remaining
+    }
+
+    /// What was looked ahead by, for the next search.
+    pub(super) fn into_outlook(self) -> Outlook<'a> {
+        self.outlook
     }
 
     pub(super) fn visit(&mut self, node: usize, from: Tick) {

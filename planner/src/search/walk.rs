@@ -1,6 +1,7 @@
 //! The search itself: states have their turn in order, and lead to steps, waits, dwells and the end.
 
 use std::collections::BinaryHeap;
+use std::rc::Rc;
 
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use costmap::verdict::Verdict;
@@ -8,6 +9,7 @@ use nalgebra::Point3;
 
 use super::label::{Label, Open, Step};
 use super::node::Nodes;
+use super::outlook::Outlook;
 use super::wait::clear_after;
 use super::{Doubts, Found, Hindrance, Obstruction, Scene};
 use crate::crowd::Thought;
@@ -18,7 +20,7 @@ use crate::stay_price::{StayPrice, stays};
 pub(super) struct Search<'a> {
     pub(super) scene: Scene<'a>,
     pub(super) errand: &'a Errand,
-    doubts: &'a Doubts,
+    doubts: Rc<Doubts>,
     pub(super) labels: Vec<Label>,
     open: BinaryHeap<Open>,
     pub(super) nodes: Nodes<'a>,
@@ -36,16 +38,17 @@ impl<'a> Search<'a> {
     pub(super) fn new(
         scene: Scene<'a>,
         errand: &'a Errand,
-        doubts: &'a Doubts,
+        doubts: Rc<Doubts>,
+        outlook: Outlook<'a>,
         impatience_shift: u32,
     ) -> Search<'a> {
         Search {
             scene,
             errand,
-            doubts,
+            doubts: doubts.clone(),
             labels: Vec::new(),
             open: BinaryHeap::new(),
-            nodes: Nodes::new(scene, errand, doubts),
+            nodes: Nodes::new(scene, errand, doubts, outlook),
             met: vec![(DroneId(u32::MAX), 0)],
             stays: stays(&scene, errand),
             verdict: Verdict::default(),
@@ -78,7 +81,12 @@ impl<'a> Search<'a> {
             judged: true,
             offered: None,
         });
-        while let Some(Open { label, total, .. }) = self.open.pop() {
+        while let Some(Open {
+            label,
+            total,
+            remaining,
+        }) = self.open.pop()
+        {
             let found = self.labels[label as usize];
             if found.offered.is_some() {
                 self.offer(label, total);
@@ -89,6 +97,17 @@ impl<'a> Search<'a> {
                 continue;
             }
             let node = self.nodes.at(&found);
+            if self.nodes.settle(node, &found) > remaining {
+                // It was thought of by a bound.
+                if let Some((total, remaining)) = self.total(&found) {
+                    self.open.push(Open {
+                        total,
+                        remaining,
+                        label,
+                    });
+                }
+                continue;
+            }
             if self.nodes.is_reached(node, &found) {
                 continue;
             }
