@@ -349,11 +349,12 @@ impl Backwards {
         let here = self.ticks[place as usize];
         let [i, j, k] = lattice.steps(place);
         let mut steps = open[place as usize];
+        let strides = lattice.strides();
         while steps != 0 {
             let n = steps.trailing_zeros() as usize;
             steps &= steps - 1;
             let d = NEIGHBOURS[n];
-            let to = lattice.neighbour(place, n);
+            let to = place.wrapping_add_signed(strides[n]);
             let ticks = here + mover.steps[AXES[n]].1;
             // Whoever is done is not farther.
             if ticks < self.ticks[to as usize] {
@@ -381,9 +382,10 @@ impl Backwards {
 }
 
 fn diagonals_first(a: [i32; 3], b: [i32; 3], [one, two, three]: [u32; 3]) -> u32 {
-    let mut d = [0, 1, 2].map(|axis| a[axis].abs_diff(b[axis]));
-    d.sort_unstable();
-    d[0] * three + (d[1] - d[0]) * two + (d[2] - d[1]) * one
+    let [x, y, z] = [0, 1, 2].map(|axis| a[axis].abs_diff(b[axis]));
+    let (least, most) = (x.min(y).min(z), x.max(y).max(z));
+    let middle = x + y + z - least - most;
+    least * three + (middle - least) * two + (most - middle) * one
 }
 
 #[cfg(test)]

@@ -97,6 +97,13 @@ impl Errand {
         }
     }
 
+    /// Forgets the distances, which take more room than all else; they are worked out anew when they are asked for.
+    pub(crate) fn forget(&self) {
+        for stage in &self.stages {
+            stage.distances.forget();
+        }
+    }
+
     /// Ticks from the start to the end of the last dwell with nobody else there.
     pub fn alone(&self, roadmap: &Roadmap) -> u32 {
         self.remaining(roadmap, 0, self.start)

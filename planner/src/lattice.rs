@@ -12,6 +12,7 @@ pub struct Lattice {
     counts: [usize; 3],
     /// Coordinates on each axis (m).
     along_m: [Vec<f64>; 3],
+    strides: [i32; 26],
 }
 
 /// Steps to the 26 neighbours, in ascending order of their numbers.
@@ -80,11 +81,13 @@ impl Lattice {
                 .map(|step| to_the_nanometre(at_m(step)))
                 .collect()
         });
+        let [nx, ny, _] = counts.map(|count| count as i32);
         Lattice {
             origin_m,
             cell_m,
             counts,
             along_m,
+            strides: NEIGHBOURS.map(|[x, y, z]| x + nx * (y + ny * z)),
         }
     }
 
@@ -119,11 +122,9 @@ impl Lattice {
         ]
     }
 
-    /// The place that one of [`NEIGHBOURS`] leads to from a place; it has to be inside.
-    pub fn neighbour(&self, place: u32, n: usize) -> u32 {
-        let [nx, ny, _] = self.counts.map(|count| count as i32);
-        let [x, y, z] = NEIGHBOURS[n];
-        place.wrapping_add_signed(x + nx * (y + ny * z))
+    /// How much farther on in number each of [`NEIGHBOURS`] is; those outside, too.
+    pub fn strides(&self) -> &[i32; 26] {
+        &self.strides
     }
 
     /// The place at these steps from the first one, if there is one.

@@ -60,6 +60,7 @@ pub fn prepare(world: &World) -> Job {
     errands.par_iter_mut().for_each(|errand| {
         errand.chain(&roadmap);
         errand.alone_ticks = errand.alone(&roadmap);
+        errand.forget();
     });
     Job {
         roadmap,

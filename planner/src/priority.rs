@@ -124,7 +124,7 @@ pub fn plan_group(
 
 fn known_hopeless(job: &Job, excluded: &[(DroneId, Stranded)]) -> usize {
     let unreachable = |errand: &&Errand| {
-        errand.alone(&job.roadmap) == UNREACHABLE
+        errand.alone_ticks == UNREACHABLE
             && !excluded.iter().any(|(drone, _)| *drone == errand.drone)
     };
     excluded.len() + job.errands.iter().filter(unreachable).count()

@@ -37,11 +37,22 @@ use walk::Search;
 /// A drone that nobody can make give way.
 pub const IMMOVABLE: u32 = u32::MAX;
 
-/// How hard to look: what is left to fly counts one part in 2ⁿ more than it takes, so that of ways that
-/// differ by less the one found first will do; and after how many states to be less choosy. The part
-/// bounds the excess of an answer over the best: 1/32, then 1/4, then twice. Chosen here: the first
-/// level answers nearly always, and the others keep a crowd from costing seconds a drone.
-const PATIENCE: [(u32, u64); 3] = [(5, 1_000), (2, 4_000), (0, u64::MAX)];
+/// How hard to look: by what it looks ahead; what is left to fly counts one part in 2ⁿ more than it takes, so that of
+/// ways that differ by less the one found first will do; and after how many states to be less choosy. The part bounds
+/// the excess of an answer over the best: 1/32, then 1/4, then twice. Chosen here: where hardly anybody is in the way
+/// the first level answers, in a crowd nearly always the second, and the others keep it from costing seconds a drone.
+const PATIENCE: [(Ahead, u32, u64); 4] = [
+    (Ahead::Plain, 5, 64),
+    (Ahead::PastThoseWhoStay, 5, 1_000),
+    (Ahead::PastThoseWhoStay, 2, 4_000),
+    (Ahead::PastThoseWhoStay, 0, u64::MAX),
+];
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Ahead {
+    Plain,
+    PastThoseWhoStay,
+}
 
 /// What a search works on.
 #[derive(Clone, Copy)]
@@ -140,14 +151,12 @@ pub(crate) type Doubts = FxHashSet<(Vertex, Vertex)>;
 pub fn search(scene: Scene<'_>, errand: &Errand) -> Searched {
     let mut doubts = Rc::new(Doubts::default());
     let mut expansions = 0;
-    let patience = scene.weights.iter().copied().min().unwrap_or(0);
-    let mut outlook = Outlook::new(scene, errand, patience);
+    let mut outlook = None;
     for _ in 0..MOST_TRIES {
         if scene.crowd.is_none() {
             break;
         }
-        let searched;
-        (searched, outlook) = look(scene, errand, &doubts, outlook);
+        let searched = look(scene, errand, &doubts, &mut outlook);
         expansions += searched.expansions;
         let known = doubts.len();
         match &searched.found {
@@ -175,8 +184,7 @@ pub fn search(scene: Scene<'_>, errand: &Errand) -> Searched {
         crowd: None,
         ..scene
     };
-    let plain = Outlook::new(whole, errand, 0);
-    let (searched, _) = look(whole, errand, &Rc::default(), plain);
+    let searched = look(whole, errand, &Rc::default(), &mut None);
     Searched {
         expansions: expansions + searched.expansions,
         ..searched
@@ -206,23 +214,30 @@ fn look<'a>(
     scene: Scene<'a>,
     errand: &'a Errand,
     doubts: &Rc<Doubts>,
-    mut outlook: Outlook<'a>,
-) -> (Searched, Outlook<'a>) {
+    outlook: &mut Option<Outlook<'a>>,
+) -> Searched {
     let mut expansions = 0;
-    for (impatience_shift, most_expansions) in PATIENCE {
+    for (ahead, impatience_shift, most_expansions) in PATIENCE {
         let most_expansions = most_expansions.min(scene.most_expansions);
-        let mut search = Search::new(scene, errand, doubts.clone(), outlook, impatience_shift);
+        let by = match ahead {
+            Ahead::Plain => Outlook::plain(scene, errand),
+            Ahead::PastThoseWhoStay => outlook
+                .take()
+                .unwrap_or_else(|| Outlook::new(scene, errand)),
+        };
+        let mut search = Search::new(scene, errand, doubts.clone(), by, impatience_shift);
         let found = search.run(most_expansions);
         expansions += search.expansions;
         let gave_up = search.expansions > most_expansions;
-        outlook = search.nodes.into_outlook();
+        if ahead == Ahead::PastThoseWhoStay {
+            *outlook = Some(search.nodes.into_outlook());
+        }
         if !gave_up || most_expansions == scene.most_expansions {
-            return (Searched { found, expansions }, outlook);
+            return Searched { found, expansions };
         }
     }
-    let searched = Searched {
+    Searched {
         found: Found::Blocked(None),
         expansions,
-    };
-    (searched, outlook)
+    }
 }

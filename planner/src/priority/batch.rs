@@ -83,7 +83,7 @@ impl Attempt<'_> {
             if self.weights[drone.0 as usize] == IMMOVABLE {
                 continue;
             }
-            if self.job.errands[drone.0 as usize].alone(&self.job.roadmap) == UNREACHABLE {
+            if self.job.errands[drone.0 as usize].alone_ticks == UNREACHABLE {
                 self.strand(drone, Stranded::NoWay, queue);
                 continue;
             }

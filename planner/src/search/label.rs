@@ -37,17 +37,26 @@ pub(super) struct Label {
     pub(super) offered: Option<u32>,
 }
 
-/// Cheapest first; among equals the nearest to the end, then the newest.
+/// Cheapest first; among equals what is known for good, then the nearest to the end, then the newest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Open {
     pub(super) total: u32,
     pub(super) remaining: u32,
+    /// What remains may be more.
+    pub(super) is_bound: bool,
     pub(super) label: u32,
 }
 
 impl Ord for Open {
     fn cmp(&self, other: &Open) -> Ordering {
-        let key = |open: &Open| (Reverse(open.total), Reverse(open.remaining), open.label);
+        let key = |open: &Open| {
+            (
+                Reverse(open.total),
+                !open.is_bound,
+                Reverse(open.remaining),
+                open.label,
+            )
+        };
         key(self).cmp(&key(other))
     }
 }

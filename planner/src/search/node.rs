@@ -102,6 +102,11 @@ impl<'a> Nodes<'a> {
         self.all[node].remaining
     }
 
+    /// Whether they are known for good.
+    pub(super) fn is_final(&self, node: usize) -> bool {
+        self.all[node].is_final
+    }
+
     /// The same for good.
     pub(super) fn settle(&mut self, node: usize, label: &Label) -> u32 {
         if !self.all[node].is_final {

@@ -26,13 +26,19 @@ struct Ahead {
 }
 
 impl<'a> Outlook<'a> {
-    /// Around those who stay, but for detours of more ticks than `patience`.
-    pub(super) fn new(scene: Scene<'a>, errand: &'a Errand, patience: u32) -> Outlook<'a> {
-        let mut outlook = Outlook {
+    /// As if nobody were there.
+    pub(super) fn plain(scene: Scene<'a>, errand: &'a Errand) -> Outlook<'a> {
+        Outlook {
             scene,
             errand,
             stages: Vec::new(),
-        };
+        }
+    }
+
+    /// Around those who stay, but for detours that are dearer than making one of them give way.
+    pub(super) fn new(scene: Scene<'a>, errand: &'a Errand) -> Outlook<'a> {
+        let mut outlook = Outlook::plain(scene, errand);
+        let patience = scene.weights.iter().copied().min().unwrap_or(0);
         let Some(crowd) = scene.crowd else {
             return outlook;
         };
@@ -47,7 +53,11 @@ impl<'a> Outlook<'a> {
                     begins,
                 });
             outlook.stages.push(ahead);
-            let plain = stage.distances.ticks(scene.roadmap, from);
+            let plain = match errand.stages.len() {
+                // Known, but for air in zones, and then there is no crowd.
+                1 => errand.alone_ticks.saturating_sub(stage.rest_ticks),
+                _ => stage.distances.ticks(scene.roadmap, from),
+            };
             let past = outlook.settled(index, from);
             if past.saturating_sub(stage.rest_ticks) > plain.saturating_add(patience) {
                 outlook.stages[index] = None;

@@ -85,6 +85,7 @@ impl<'a> Search<'a> {
             label,
             total,
             remaining,
+            ..
         }) = self.open.pop()
         {
             let found = self.labels[label as usize];
@@ -103,6 +104,7 @@ impl<'a> Search<'a> {
                     self.open.push(Open {
                         total,
                         remaining,
+                        is_bound: false,
                         label,
                     });
                 }
@@ -137,11 +139,18 @@ impl<'a> Search<'a> {
 
     fn push_at(&mut self, label: Label, total: u32, remaining: u32) {
         self.labels.push(label);
+        let is_bound = self.is_bound(&label);
         self.open.push(Open {
             total,
             remaining,
+            is_bound,
             label: self.labels.len() as u32 - 1,
         });
+    }
+
+    fn is_bound(&mut self, label: &Label) -> bool {
+        let node = self.nodes.at(label);
+        !self.nodes.is_final(node)
     }
 
     /// What a way through this state costs at least, and how long the rest takes; `None` if there is no
@@ -256,6 +265,7 @@ impl<'a> Search<'a> {
             self.open.push(Open {
                 total,
                 remaining,
+                is_bound: false,
                 label: index,
             });
         }
@@ -362,6 +372,7 @@ impl<'a> Search<'a> {
             self.open.push(Open {
                 total: next,
                 remaining: self.nodes.remaining(node),
+                is_bound: true,
                 label: index,
             });
         }
