@@ -47,6 +47,8 @@ const PATIENCE: [(Ahead, u32, u64); 4] = [
     (Ahead::PastThoseWhoStay, 2, 4_000),
     (Ahead::PastThoseWhoStay, 0, u64::MAX),
 ];
+/// A plain look may take a state more for each of these ticks of the way: chosen here, two a step of 1 m at 2 m/s.
+const TICKS_A_STATE: u64 = 25;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Ahead {
@@ -218,7 +220,11 @@ fn look<'a>(
 ) -> Searched {
     let mut expansions = 0;
     for (ahead, impatience_shift, most_expansions) in PATIENCE {
-        let most_expansions = most_expansions.min(scene.most_expansions);
+        let far = match ahead {
+            Ahead::Plain => u64::from(errand.alone_ticks) / TICKS_A_STATE,
+            Ahead::PastThoseWhoStay => 0,
+        };
+        let most_expansions = (most_expansions + far).min(scene.most_expansions);
         let by = match ahead {
             Ahead::Plain => Outlook::plain(scene, errand),
             Ahead::PastThoseWhoStay => outlook
