@@ -466,8 +466,14 @@ impl Shape {
         // Turned and mirrored about the vertical all is the same: what is worked out is one of each eight.
         let alike: Vec<(usize, (usize, usize))> = (0..WAYS * WAYS)
             .map(|ways| {
-                let turned = |turn| (turned(cells(ways / WAYS), turn), turned(cells(ways % WAYS), turn));
-                let first = (0..TURNS).map(|turn| (index(turned(turn).0), index(turned(turn).1), turn));
+                let turned = |turn| {
+                    (
+                        turned(cells(ways / WAYS), turn),
+                        turned(cells(ways % WAYS), turn),
+                    )
+                };
+                let first =
+                    (0..TURNS).map(|turn| (index(turned(turn).0), index(turned(turn).1), turn));
                 let (way, others, turn) = first.min().unwrap_or_default();
                 (turn, (way, others))
             })
@@ -504,7 +510,10 @@ impl Shape {
         let matters = |way: usize, [dx, dy]: [i32; 2]| {
             let column = (dx + self.reach) + wide * (dy + self.reach);
             let own = &kinds[way * WAYS * count..(way + 1) * WAYS * count];
-            let mut layers = own.iter().skip(column as usize).step_by((wide * wide) as usize);
+            let mut layers = own
+                .iter()
+                .skip(column as usize)
+                .step_by((wide * wide) as usize);
             layers.any(|kind| Some(*kind) != nothing)
         };
         let aside = -self.reach..=self.reach;

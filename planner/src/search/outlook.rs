@@ -62,7 +62,9 @@ impl<'a> Outlook<'a> {
             if past.saturating_sub(stage.rest_ticks) > plain.saturating_add(patience) {
                 outlook.stages[index] = None;
             }
-            begins = begins.saturating_add(plain).saturating_add(stage.dwell_ticks);
+            begins = begins
+                .saturating_add(plain)
+                .saturating_add(stage.dwell_ticks);
             from = stage.distances.goal();
         }
         outlook
