@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     /// Threads [default: one per core]; the plan does not depend on it
     #[arg(long)]
     jobs: Option<NonZeroUsize>,
-    /// Stop after this long with the best plan so far
+    /// Stop after this long with the best plan so far; time left over makes it better
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     time_limit: Option<Duration>,
 }
@@ -93,6 +93,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let watch = Watch::start(arguments.time_limit);
     let control = Control {
         stop: &|| watch.stop(),
+        improve: &|| watch.improve(),
         progress: &|progress| watch.progress(progress),
     };
     match planner::plan_world(&world, &control) {
@@ -222,7 +223,7 @@ fn deliver(
                 "\nwrote {}  timing.json  plan.svg\n",
                 written[0].0.display()
             );
-            answer(&(report::text(plan, durations) + &wrote))?;
+            answer(&(report::text(plan, durations, effort.improved_s()) + &wrote))?;
         }
     }
     conflicts::print(conflicts);

@@ -14,11 +14,12 @@ const LIST_MOST_AFFECTED: usize = 15;
 const NO_AIR_MPS: f64 = 0.05;
 
 /// The whole report, ready for standard output.
-pub(crate) fn text(plan: &Plan, durations: &Durations) -> String {
+pub(crate) fn text(plan: &Plan, durations: &Durations, improved_s: Option<f64>) -> String {
     let mut lines = vec![heading(plan), String::new()];
     lines.extend(table(plan));
     lines.push(String::new());
     lines.push(summary(plan, durations));
+    lines.extend(improved_s.map(|improved_s| improved(plan, improved_s)));
     lines.push(format!("  {}", contrast(plan.ignoring_downwash.as_ref())));
     lines.join("\n") + "\n"
 }
@@ -195,6 +196,18 @@ fn summary(plan: &Plan, durations: &Durations) -> String {
     )
 }
 
+/// What the time left before the limit was good for.
+fn improved(plan: &Plan, improved_s: f64) -> String {
+    if improved_s == 0.0 {
+        return "  No better plan was found in the time left.".into();
+    }
+    let sum_s = plan.fleet.sum_of_arrivals_s;
+    format!(
+        "  Made better in the time left: arrivals {improved_s:.1} s earlier in sum ({:.1} %), {sum_s:.1} s now.",
+        100.0 * improved_s / (sum_s + improved_s)
+    )
+}
+
 /// What the same fleet would meet with nobody minding the air: always said.
 pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
     let Some(ignoring) = ignoring else {
@@ -255,7 +268,7 @@ mod tests {
 
     #[test]
     fn a_small_fleet_is_listed_whole_in_its_order_with_the_contrast_below() {
-        let text = text(&sample::warehouse(), &durations());
+        let text = text(&sample::warehouse(), &durations(), None);
         let expected = "\
 sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
 
@@ -273,12 +286,14 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
 
     #[test]
     fn of_a_large_fleet_the_most_delayed_are_listed_and_the_rest_counted() {
-        let text = text(&sample::hall(200), &durations());
+        let text = text(&sample::hall(200), &durations(), Some(3.5));
         assert_eq!(
             text.lines().filter(|line| line.starts_with("  d")).count(),
             LIST_MOST_AFFECTED + 1
         );
         assert!(text.contains("... and 185 more, delayed less"), "{text}");
+        let better = "arrivals 3.5 s earlier in sum";
+        assert!(text.contains(better), "{text}");
     }
 
     #[test]

@@ -11,6 +11,9 @@ use crate::failure::tell;
 
 /// A bar before this would only flicker.
 const SHOW_PROGRESS_AFTER: Duration = Duration::from_secs(1);
+/// Share of a time limit after which a plan that is complete is not made better any more: chosen here, checks take less than
+/// planning does.
+const IMPROVING_SHARE: f64 = 0.6;
 /// Exit code of a process ended by a second interrupt: 128 + SIGINT, as shells have it.
 const INTERRUPTED: i32 = 130;
 
@@ -79,10 +82,22 @@ impl Watch {
             || self.deadline.is_some_and(|end| Instant::now() >= end)
     }
 
+    /// Whether there is a limit, and time to make a plan better before it: the last part of it is for the check, and for the
+    /// plan that ignores downwash.
+    pub(crate) fn improve(&self) -> bool {
+        !self.interrupted.load(Ordering::Relaxed)
+            && self.deadline.is_some_and(|end| {
+                let limit = end - self.started;
+                self.started.elapsed() < limit.mul_f64(IMPROVING_SHARE)
+            })
+    }
+
     /// Takes what the planner tells.
     pub(crate) fn progress(&self, progress: Progress) {
         self.enter(match progress {
-            Progress::Preparing | Progress::Searching { .. } => Phase::Planning,
+            Progress::Preparing | Progress::Searching { .. } | Progress::Improving => {
+                Phase::Planning
+            }
             Progress::Verifying => Phase::Verification,
             Progress::IgnoringDownwash => Phase::IgnoringDownwash,
         });
@@ -137,6 +152,7 @@ impl Watch {
                 self.bar.set_position(planned as u64);
                 format!("{planned} of {drones} drones have a path, {evictions} taken back")
             }
+            Progress::Improving => "looking for better ways in the time that is left".into(),
             Progress::Verifying => "verifying".into(),
             Progress::IgnoringDownwash => "planning once more, ignoring downwash".into(),
         };

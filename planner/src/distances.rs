@@ -145,6 +145,11 @@ impl Distances {
         backwards.ticks(roadmap, &self.mover, self.goal, from, |_, _| true)
     }
 
+    /// Whether the answer from there is closed.
+    pub(crate) fn is_straight(&self, roadmap: &Roadmap, from: Vertex) -> bool {
+        self.straight(roadmap, from).is_some()
+    }
+
     /// Forgets what was worked out; it is worked out anew when it is asked for.
     pub(crate) fn forget(&self) {
         let mut backwards = self

@@ -97,6 +97,12 @@ impl Errand {
         }
     }
 
+    /// Whether distances from its start are known without a search.
+    pub(crate) fn is_straight(&self, roadmap: &Roadmap) -> bool {
+        let first = self.stages.first();
+        first.is_none_or(|stage| stage.distances.is_straight(roadmap, self.start))
+    }
+
     /// Forgets the distances, which take more room than all else; they are worked out anew when they are asked for.
     pub(crate) fn forget(&self) {
         for stage in &self.stages {

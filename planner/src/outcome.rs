@@ -37,6 +37,16 @@ pub struct Effort {
     pub expansions: u64,
     /// Drones whose plan was taken back for another's.
     pub evictions: u64,
+    /// By how much the sum of arrivals fell once everybody had a way (ticks of 1/100 s); `None`: nobody asked for it.
+    pub improved_ticks: Option<u64>,
+}
+
+impl Effort {
+    /// By how much the sum of arrivals fell once everybody had a way (s); `None`: nobody asked for it.
+    pub fn improved_s(&self) -> Option<f64> {
+        let ticks = self.improved_ticks?;
+        Some(ticks as f64 / costmap::leg::Tick::PER_SECOND)
+    }
 }
 
 /// Two places, or a place and a zone, that exclude one another.
@@ -107,6 +117,8 @@ pub enum Exclusion {
 pub struct Control<'a> {
     /// Asked often; once it says `true` the best safe plan so far is returned.
     pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Asked when everybody has a way: whether to go on and make the plan better.
+    pub improve: &'a (dyn Fn() -> bool + Sync),
     /// Told now and then.
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
@@ -125,6 +137,8 @@ pub enum Progress {
         /// Taken back so far.
         evictions: u64,
     },
+    /// Everybody has a way; better ones are looked for while there is time.
+    Improving,
     /// The continuous-time check.
     Verifying,
     /// The second plan, without wakes.
@@ -135,6 +149,7 @@ impl Control<'_> {
     /// Never stops, tells nobody.
     pub const QUIET: Control<'static> = Control {
         stop: &|| false,
+        improve: &|| false,
         progress: &|_| {},
     };
 }

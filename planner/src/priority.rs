@@ -82,6 +82,9 @@ pub fn plan_fleet(
         attempt.exclude(excluded);
         attempt.settle_who_stays();
         attempt.run(order_of(job, order, planning.seed));
+        if attempt.stranded.len() == known_hopeless(job, excluded) {
+            attempt.improve_while_there_is_time();
+        }
         let paths = attempt.into_paths();
         let better = |known: &Paths| score(&paths) < score(known);
         if best.as_ref().is_none_or(better) {
@@ -167,6 +170,7 @@ fn splitmix64(seed: u64) -> u64 {
 }
 
 mod batch;
+mod improve;
 
 struct Attempt<'a> {
     job: &'a Job,

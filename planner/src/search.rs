@@ -40,7 +40,7 @@ pub const IMMOVABLE: u32 = u32::MAX;
 /// How hard to look: by what it looks ahead; what is left to fly counts one part in 2ⁿ more than it takes, so that of
 /// ways that differ by less the one found first will do; and after how many states to be less choosy. The part bounds
 /// the excess of an answer over the best: 1/32, then 1/4, then twice. Chosen here: where hardly anybody is in the way
-/// the first level answers, in a crowd nearly always the second, and the others keep it from costing seconds a drone.
+/// and nothing in between the first level answers, in a crowd nearly always the second, and the others keep it from costing seconds a drone.
 const PATIENCE: [(Ahead, u32, u64); 4] = [
     (Ahead::Plain, 5, 64),
     (Ahead::PastThoseWhoStay, 5, 1_000),
@@ -151,6 +151,12 @@ pub(crate) type Doubts = FxHashSet<(Vertex, Vertex)>;
 /// With a crowd it is looked for in brief, and judged in the end; steps that were taken for free are judged
 /// at once when it is looked for again.
 pub fn search(scene: Scene<'_>, errand: &Errand) -> Searched {
+    let searched = find(scene, errand);
+    errand.forget();
+    searched
+}
+
+fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
     let mut doubts = Rc::new(Doubts::default());
     let mut expansions = 0;
     let mut outlook = None;
@@ -220,6 +226,9 @@ fn look<'a>(
 ) -> Searched {
     let mut expansions = 0;
     for (ahead, impatience_shift, most_expansions) in PATIENCE {
+        if ahead == Ahead::Plain && scene.crowd.is_some() && !errand.is_straight(scene.roadmap) {
+            continue;
+        }
         let far = match ahead {
             Ahead::Plain => u64::from(errand.alone_ticks) / TICKS_A_STATE,
             Ahead::PastThoseWhoStay => 0,

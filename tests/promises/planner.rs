@@ -21,7 +21,7 @@ fn planned(world: &World) -> Plan {
     let asked = AtomicUsize::new(0);
     let control = Control {
         stop: &|| asked.fetch_add(1, Ordering::Relaxed) >= PATIENCE,
-        progress: &|_| {},
+        ..Control::QUIET
     };
     match plan_world(world, &control) {
         Outcome::Planned { plan, .. } => plan,

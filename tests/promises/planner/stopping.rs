@@ -36,7 +36,7 @@ fn a_planner_told_to_stop_leaves_drones_out_and_is_still_safe() {
         let asked = AtomicUsize::new(0);
         let control = Control {
             stop: &|| asked.fetch_add(1, Ordering::Relaxed) >= calls,
-            progress: &|_| {},
+            ..Control::QUIET
         };
         match plan_world(&world, &control) {
             Outcome::Planned { plan, .. } => {
@@ -56,7 +56,7 @@ fn a_planner_told_to_stop_leaves_drones_out_and_is_still_safe() {
 fn a_stopped_planner_says_so() {
     let control = Control {
         stop: &|| true,
-        progress: &|_| {},
+        ..Control::QUIET
     };
     match plan_world(&crossing(), &control) {
         Outcome::Planned { plan, .. } => {
