@@ -66,6 +66,8 @@ pub struct Crowd<'a> {
     taken: Vec<Vec<Vec<Taken>>>,
     /// By class and place, from when on hovering there is forbidden for good.
     closed: Vec<Vec<Tick>>,
+    /// By class, how many places that are.
+    closed_count: Vec<u32>,
 }
 
 /// A step that is thought of.
@@ -88,6 +90,7 @@ impl<'a> Crowd<'a> {
             columns: vec![Vec::new(); nx * ny],
             taken: vec![vec![Vec::new(); steps.lattice.place_count()]; steps.class_count()],
             closed: vec![vec![Tick::FOREVER; steps.lattice.place_count()]; steps.class_count()],
+            closed_count: vec![0; steps.class_count()],
         };
         for drone in 0..costmap.drone_count() as u32 {
             crowd.insert(costmap, DroneId(drone));
@@ -147,6 +150,7 @@ impl<'a> Crowd<'a> {
                 let all = &mut crowd.taken[me][place as usize];
                 if taken.clear == Tick::FOREVER && taken.price == FORBIDDEN {
                     let closed = &mut crowd.closed[me][place as usize];
+                    crowd.closed_count[me] += u32::from(*closed == Tick::FOREVER);
                     *closed = taken.began.min(*closed);
                 }
                 // What lasts on is one interval.
@@ -197,7 +201,11 @@ impl<'a> Crowd<'a> {
                             .iter()
                             .filter(|it| it.clear == Tick::FOREVER && it.price == FORBIDDEN);
                         let first = closing.map(|it| it.began).min();
-                        crowd.closed[me][place as usize] = first.unwrap_or(Tick::FOREVER);
+                        let first = first.unwrap_or(Tick::FOREVER);
+                        let closed = &mut crowd.closed[me][place as usize];
+                        let opens = *closed != Tick::FOREVER && first == Tick::FOREVER;
+                        crowd.closed_count[me] -= u32::from(opens);
+                        *closed = first;
                     });
                 }
             });
@@ -281,6 +289,11 @@ impl<'a> Crowd<'a> {
         }
     }
 
+    /// The share of all places that are closed for good at some time, to a class.
+    pub(crate) fn closed_share(&self, class: usize) -> f64 {
+        f64::from(self.closed_count[class]) / self.steps.lattice.place_count() as f64
+    }
+
     /// From when on hovering at a place is forbidden for good; [`Tick::FOREVER`] if it is not.
     pub(crate) fn closed_from(&self, class: usize, place: Vertex) -> Tick {
         self.closed[class][place as usize]
@@ -314,6 +327,34 @@ impl<'a> Crowd<'a> {
             } else if to != Tick::FOREVER {
                 let seconds = it.clear.min(to).seconds() - it.began.max(from).seconds();
                 verdict.price_s += f64::from(it.price) / 1000.0 * seconds;
+            }
+        }
+    }
+
+    /// Adds who is in the way of being at a place at the end of a step. Their times are those of its departure.
+    pub fn arrive(
+        &self,
+        class: usize,
+        place: Vertex,
+        [from, to]: [Tick; 2],
+        verdict: &mut Verdict,
+    ) {
+        let ticks = to.0 - from.0;
+        for it in &self.taken[class][place as usize] {
+            if it.began > to {
+                break;
+            }
+            if it.clear > to && it.price == FORBIDDEN {
+                let clear = match it.clear {
+                    Tick::FOREVER => Tick::FOREVER,
+                    clear => Tick(clear.0 - ticks),
+                };
+                verdict.blockers.push(Blocker {
+                    drone: it.drone,
+                    why: Why::OwnLimit,
+                    began: Tick(it.began.0.saturating_sub(ticks)),
+                    clear,
+                });
             }
         }
     }

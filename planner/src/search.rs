@@ -47,6 +47,8 @@ const PATIENCE: [(Ahead, u32, u64); 4] = [
     (Ahead::PastThoseWhoStay, 2, 4_000),
     (Ahead::PastThoseWhoStay, 0, u64::MAX),
 ];
+/// Where more of all places than this are closed for good there is no plain look: chosen here.
+const PLAIN_SHARE: f64 = 0.12;
 /// A plain look may take a state more for each of these ticks of the way: chosen here, two a step of 1 m at 2 m/s.
 const TICKS_A_STATE: u64 = 25;
 
@@ -199,6 +201,16 @@ fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
     }
 }
 
+/// Whether a plain look is in vain, or takes as long as one past those who stay.
+fn is_crowded(scene: &Scene<'_>, errand: &Errand) -> bool {
+    let Some(crowd) = scene.crowd else {
+        return false;
+    };
+    let class = crowd.class(errand.drone, errand.kinds[0]);
+    let share = class.map_or(0.0, |class| crowd.closed_share(class));
+    share > PLAIN_SHARE || !errand.is_straight(scene.roadmap)
+}
+
 /// Whether the costmap says of a path what was thought of it; if not, what is in doubt.
 fn is_as_thought(scene: &Scene<'_>, path: &Path, doubts: &mut Doubts) -> bool {
     let lattice = scene.roadmap.lattice();
@@ -226,7 +238,7 @@ fn look<'a>(
 ) -> Searched {
     let mut expansions = 0;
     for (ahead, impatience_shift, most_expansions) in PATIENCE {
-        if ahead == Ahead::Plain && scene.crowd.is_some() && !errand.is_straight(scene.roadmap) {
+        if ahead == Ahead::Plain && is_crowded(&scene, errand) {
             continue;
         }
         let far = match ahead {

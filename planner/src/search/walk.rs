@@ -288,6 +288,12 @@ impl<'a> Search<'a> {
         let time = [label.departs, label.at];
         match label.step {
             Step::Move => {
+                // Mostly it is the place it leads to that is taken.
+                crowd.arrive(class, label.vertex, time, verdict);
+                if (verdict.blockers.iter()).any(|it| !self.has_met(label.met, it.drone)) {
+                    return true;
+                }
+                verdict.clear();
                 let way = [from.vertex, label.vertex];
                 return crowd.step(self.scene.costmap, &Thought { class, way, time }, verdict);
             }
