@@ -170,6 +170,32 @@ impl FarField {
         Some(factor * self.decay_m2_per_s / (self.spreading * sigma_m * sigma_m))
     }
 
+    /// A bound on `|grad U|/U` (1/m) at a depth and below, at any radius; with `y = √a ξ`, which nothing but the two quotients depends on:
+    ///
+    /// ```text
+    /// |∂U/∂r|/U = 4 √a/r_half · y/(1 + y²) <= 2 √a/r_half,   |∂U/∂s|/U = |3 y² - 1|/(σ (1 + y²)) <= 3/σ
+    /// ```
+    #[must_use]
+    pub fn steepest_over_speed_per_m(&self, depth_m: f64) -> Option<f64> {
+        let sigma_m = self.sigma_m(depth_m)?;
+        Some((4.0 * self.steepness + 9.0).sqrt() / sigma_m)
+    }
+
+    /// A bound on `(u'²/u + |u''|)/u` (1/m²) along straight ways at a depth and below, a prime being a derivative with the length of the
+    /// way. With `u = N σ³/q²`, `q = σ² + A r²` and `A = a σ²/r_half²`, the steepness,
+    ///
+    /// ```text
+    /// u'/u = 3 σ'/σ - 2 q'/q               (u'/u)² <= (4 A + 9)/σ²
+    /// (u'/u)' = -3 σ'²/σ² - 2 q''/q + 2 q'²/q²,   q'² <= 4 q (σ'² + A (1 - σ'²)) = 2 q q''
+    ///         so it lies within ±(4 A + 7)/σ²
+    /// u''/u = (u'/u)' + (u'/u)²
+    /// ```
+    #[must_use]
+    pub fn bent_over_speed_per_m2(&self, depth_m: f64) -> Option<f64> {
+        let sigma_m = self.sigma_m(depth_m)?;
+        Some((12.0 * self.steepness + 25.0) / (sigma_m * sigma_m))
+    }
+
     /// Volume flux (m³/s) through the whole plane at a depth; it grows by entrainment.
     ///
     /// ```text
@@ -368,6 +394,47 @@ mod tests {
             );
             let in_words = 0.666 * jet().centreline_mps(s).expect("deep") / half_width_m;
             assert!((bound_per_s / in_words - 1.0).abs() < 1e-3); // three digits
+        }
+    }
+
+    #[test]
+    fn no_gradient_is_steeper_over_its_speed_than_the_bound() {
+        for s in DEPTHS_M {
+            let bound_per_m = jet().steepest_over_speed_per_m(s).expect("deep");
+            let half_width_m = jet().half_width_m(s).expect("deep");
+            for r in (0..1000).map(|i| 0.01 * f64::from(i) * half_width_m) {
+                let across = jet().radial_gradient_per_s(s, r).expect("deep");
+                let along = jet().axial_gradient_per_s(s, r).expect("deep");
+                let speed_mps = jet().axial_speed_mps(s, r).expect("deep");
+                assert!(across.hypot(along) <= bound_per_m * speed_mps);
+            }
+        }
+    }
+
+    #[test]
+    fn no_straight_way_is_bent_more_than_the_bound() {
+        let h = 1e-4; // m
+        for (s, r) in points() {
+            let bound_per_m2 = jet().bent_over_speed_per_m2(s).expect("deep");
+            for k in 0..16 {
+                let (up, level) = (0.1 * f64::from(k)).sin_cos();
+                for turn in [0.0, 0.6, 1.2, 1.571] {
+                    let at_mps = |way_m: f64| {
+                        let (x, y) = (
+                            r + way_m * level * f64::cos(turn),
+                            way_m * level * f64::sin(turn),
+                        );
+                        jet()
+                            .axial_speed_mps(s + way_m * up + 2.0 * h, x.hypot(y))
+                            .expect("deep")
+                    };
+                    let [before, here, after] = [-h, 0.0, h].map(at_mps);
+                    let slope = (after - before) / (2.0 * h);
+                    let bent = (after - 2.0 * here + before) / (h * h);
+                    // Rounding of 10 m/s over h² leaves 1e-6 / s² or so.
+                    assert!(slope * slope / here + bent.abs() <= bound_per_m2 * here + 1e-5);
+                }
+            }
         }
     }
 

@@ -56,7 +56,8 @@ impl Superposition {
 
     /// One more wake on what has been gathered so far.
     #[inline]
-    fn gather(self, so_far: f64, speed_mps: f64) -> f64 {
+    #[must_use]
+    pub fn gather(self, so_far: f64, speed_mps: f64) -> f64 {
         match self {
             Superposition::Momentum => so_far + speed_mps * speed_mps,
             Superposition::Linear => so_far + speed_mps,
@@ -72,7 +73,8 @@ impl Superposition {
 
     /// From what has been gathered to a speed (m/s).
     #[inline]
-    fn finish(self, gathered: f64) -> f64 {
+    #[must_use]
+    pub fn finish(self, gathered: f64) -> f64 {
         match self {
             Superposition::Momentum => gathered.sqrt(),
             Superposition::Linear | Superposition::Strongest => gathered,
@@ -151,11 +153,8 @@ pub fn mean_over_discs_mps(
         let mut gathered = [0.0; CHUNK];
         for source in sources.iter().filter(|source| source.reaches(centre_m.z)) {
             let offset_m = centre_m - source.position_m;
-            source
-                .wake
-                .for_each_level_speed(offset_m, offsets_m, |i, speed_mps| {
-                    gathered[i] = superposition.gather(gathered[i], speed_mps);
-                });
+            let cut = source.wake.cut(-offset_m.z);
+            cut.gather(offset_m.xy(), offsets_m, superposition, &mut gathered);
         }
         for (&gathered, weight) in gathered.iter().zip(weights) {
             mean += weight * superposition.finish(gathered);

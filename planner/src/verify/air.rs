@@ -2,7 +2,7 @@
 
 use airflow::power;
 
-use super::clock::{above, integrate, join, maximise};
+use super::clock::{Span, above, integrate, join, maximise};
 use super::flight::{Flight, Scene};
 use super::nearby::Near;
 use super::window::{Window, windows};
@@ -27,12 +27,12 @@ struct Moment {
 }
 
 /// Judges the air of flight `k` and its stays in columns.
-pub(super) fn judge(scene: &Scene<'_>, near: &[Vec<Near>], k: usize) -> (Vec<Found>, AirMet) {
+pub(super) fn judge(scene: &Scene<'_>, near: &[Near], k: usize) -> (Vec<Found>, AirMet) {
     let receiver = &scene.flights[k];
     if receiver.airborne_s.1 <= receiver.airborne_s.0 {
         return (Vec::new(), AirMet::default());
     }
-    let windows = windows(scene, &near[k], receiver);
+    let windows = windows(scene, near, receiver);
     let mut met = AirMet::default();
     let mut seed: Option<Moment> = None;
     let mut own_energy_j = 0.0;
@@ -89,11 +89,11 @@ pub(super) fn judge(scene: &Scene<'_>, near: &[Vec<Near>], k: usize) -> (Vec<Fou
 fn highest(
     windows: &[Window<'_>],
     seed: Option<Moment>,
-    within_s: Option<(f64, f64)>,
+    within: Option<(f64, f64)>,
 ) -> Option<Moment> {
     let mut best = seed;
     for (index, window) in windows.iter().enumerate() {
-        let within_s = within_s.unwrap_or((window.from_s, window.until_s));
+        let within_s = within.unwrap_or((window.from_s, window.until_s));
         let span_s = (
             window.from_s.max(within_s.0),
             window.until_s.min(within_s.1),
@@ -105,13 +105,13 @@ fn highest(
         let mut sources = Vec::new();
         let mut here = (span_s.0, best.map_or(0.0, |known| known.value));
         let before = here.1;
-        maximise(
-            span_s,
-            &mut here,
-            &mut |t_s| window.mean_mps(t_s, &mut sources),
-            &mut |a, b, enough| window.bound_mps(a, b, enough),
-            &|value| WORST_TOLERANCE * value + floor_mps,
-        );
+        let mut air = match within {
+            Some(_) => window.mean_by_chords(&mut sources),
+            None => window.mean(&mut sources),
+        };
+        maximise(Span::new(span_s), &mut here, &mut air, &|value| {
+            WORST_TOLERANCE * value + floor_mps
+        });
         if here.1 > before {
             best = Some(Moment {
                 window: index,
@@ -142,10 +142,9 @@ fn over_limit(
         let mut sources = Vec::new();
         let mut here = Vec::new();
         above(
-            (window.from_s, window.until_s),
+            Span::new((window.from_s, window.until_s)),
             limit_mps,
-            &mut |t_s| window.mean_mps(t_s, &mut sources),
-            &mut |a, b, enough| window.bound_mps(a, b, enough),
+            &mut window.mean_by_chords(&mut sources),
             &mut here,
         );
         for span_s in here {

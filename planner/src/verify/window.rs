@@ -15,10 +15,10 @@ pub(super) struct Emission<'a> {
     /// Index in the scene's flights.
     pub(super) other: usize,
     pub(super) wake: &'a BoundedWake,
-    motion: Motion,
+    pub(super) motion: Motion,
     /// The receiver's centre as seen from the emitter's.
     pub(super) relative: Motion,
-    stops: &'a [u32],
+    pub(super) stops: &'a [u32],
 }
 
 /// A receiver and the wakes it may feel; neither side changes its piece within the span.
@@ -112,7 +112,7 @@ pub(super) fn windows<'a>(
             window.late = others
                 .iter()
                 .filter_map(|&other| Late::new(scene, other))
-                .filter(|late| window.late_high_mps(late, from_s, until_s) > FAINTEST_WAKE_MPS)
+                .filter(|late| window.late_alone_mps(late, from_s, until_s) > FAINTEST_WAKE_MPS)
                 .collect();
         }
         windows.push(window);
@@ -120,7 +120,27 @@ pub(super) fn windows<'a>(
     windows
 }
 
+/// Whether a receiver may feel the air of somebody among those near it who count, or come into the column of one.
+pub(super) fn feels(
+    scene: &Scene<'_>,
+    near: &[Near],
+    receiver: &Flight,
+    counts: impl Fn(usize) -> bool,
+) -> bool {
+    (near.iter())
+        .filter(|encounter| counts(encounter.other))
+        .any(|encounter| {
+            let alone = windows(scene, std::slice::from_ref(encounter), receiver);
+            (alone.iter()).any(|window| !window.is_calm() || !window.emissions.is_empty())
+        })
+}
+
 impl<'a> Window<'a> {
+    /// Whether air takes its time in it.
+    pub(super) fn is_late(&self) -> bool {
+        !self.late.is_empty()
+    }
+
     /// Whether no wake is felt in it.
     pub(super) fn is_calm(&self) -> bool {
         match self.scene.convection {
@@ -155,13 +175,18 @@ impl<'a> Window<'a> {
     }
 
     /// Depths of the receiver below an emitter (m).
-    fn depths_m(emission: &Emission<'_>, from_s: f64, until_s: f64) -> (f64, f64) {
+    pub(super) fn depths_m(emission: &Emission<'_>, from_s: f64, until_s: f64) -> (f64, f64) {
         let (low_m, high_m) = emission.relative.box_m(from_s, until_s);
         (-high_m.z, -low_m.z)
     }
 
     /// Whether the wake surely reaches the receiver's height, and whether it may.
-    fn reaches(&self, emission: &Emission<'_>, from_s: f64, until_s: f64) -> (bool, bool) {
+    pub(super) fn reaches(
+        &self,
+        emission: &Emission<'_>,
+        from_s: f64,
+        until_s: f64,
+    ) -> (bool, bool) {
         let heights_m = self.motion.box_m(from_s, until_s);
         let places_m = emission.motion.box_m(from_s, until_s);
         let (lowest_m, highest_m) =
@@ -175,83 +200,31 @@ impl<'a> Window<'a> {
     }
 
     /// An upper bound of one wake anywhere on the receiver's discs (m/s).
-    fn rough_high_mps(&self, emission: &Emission<'_>, from_s: f64, until_s: f64) -> f64 {
+    pub(super) fn rough_high_mps(&self, emission: &Emission<'_>, from_s: f64, until_s: f64) -> f64 {
         let depths_m = Self::depths_m(emission, from_s, until_s);
         if depths_m.1 <= 0.0 || !self.reaches(emission, from_s, until_s).1 {
             return 0.0;
         }
-        let off_axis_m = emission
-            .relative
-            .axis_distance_m(from_s, until_s, [0.0; 2])
-            .0;
+        let (off_axis_m, places_m) = self.around_discs_m(emission, from_s, until_s);
+        emission.wake.highest_mps(depths_m, off_axis_m, &places_m)
+    }
+
+    /// Smallest distance of the receiver's discs from an emitter's axis, and the box of their offsets from it (m).
+    pub(super) fn around_discs_m(
+        &self,
+        emission: &Emission<'_>,
+        from_s: f64,
+        until_s: f64,
+    ) -> (f64, (Vector3<f64>, Vector3<f64>)) {
+        let way = emission.relative.level_way(from_s, until_s);
+        let off_axis_m = way.extremes_m([0.0; 2]).0.norm();
         let tip_m = self.receiver.tip_radius_m;
         let around_m = Vector3::new(tip_m, tip_m, 0.0);
         let (low_m, high_m) = emission.relative.box_m(from_s, until_s);
-        emission.wake.highest_mps(
-            depths_m,
+        (
             (off_axis_m - tip_m).max(0.0),
-            &(low_m - around_m, high_m + around_m),
+            (low_m - around_m, high_m + around_m),
         )
-    }
-
-    /// Lower and upper bound of the mean air over the discs (m/s) during a part of the window; the upper one is
-    /// only rough where that already shows it to be at most `enough`.
-    pub(super) fn bound_mps(&self, from_s: f64, until_s: f64, enough_mps: f64) -> (f64, f64) {
-        if self.is_calm() {
-            return (0.0, 0.0);
-        }
-        if !self.late.is_empty() {
-            return self.late_bound_mps(from_s, until_s, enough_mps);
-        }
-        let rough = self.scene.superpose(
-            self.emissions
-                .iter()
-                .map(|e| self.rough_high_mps(e, from_s, until_s)),
-        );
-        if rough <= enough_mps {
-            return (0.0, rough);
-        }
-        let middle_s = 0.5 * (from_s + until_s);
-        let felt: Vec<_> = self
-            .emissions
-            .iter()
-            .map(|e| {
-                let (surely, maybe) = self.reaches(e, from_s, until_s);
-                (
-                    e,
-                    Self::depths_m(e, from_s, until_s),
-                    e.relative.at_m(middle_s),
-                    surely,
-                    maybe,
-                )
-            })
-            .filter(|(_, depths_m, _, _, maybe)| *maybe && depths_m.1 > 0.0)
-            .collect();
-        let (mut low, mut high) = (0.0, 0.0);
-        let discs = &self.receiver.discs;
-        let mut ranges = vec![(0.0, 0.0); felt.len()];
-        for (&[x, y], weight) in discs.offsets_m.iter().zip(&discs.weights) {
-            for (range, (e, depths_m, at_m, surely, _)) in ranges.iter_mut().zip(&felt) {
-                let off_axis_m = e.relative.axis_distance_m(from_s, until_s, [x, y]);
-                let half_path_m = e.relative.half_path_m(from_s, until_s);
-                let point_m = Vector3::new(x, y, 0.0);
-                let (low_m, high_m) = e.relative.box_m(from_s, until_s);
-                *range = e.wake.range_mps(
-                    *depths_m,
-                    off_axis_m,
-                    &(low_m + point_m, high_m + point_m),
-                    &(at_m + point_m),
-                    half_path_m,
-                );
-                // At the rotor plane itself the wake begins; within rounding of it nothing is certain.
-                if !surely || depths_m.0 <= airflow::HEIGHT_TOLERANCE_M {
-                    range.0 = 0.0;
-                }
-            }
-            low += weight * self.scene.superpose(ranges.iter().map(|range| range.0));
-            high += weight * self.scene.superpose(ranges.iter().map(|range| range.1));
-        }
-        (low, high.min(rough))
     }
 
     /// The wakes at a time of the window, and whose.
