@@ -77,12 +77,7 @@ impl Place {
 
     /// As the command line has it.
     fn word(self) -> &'static str {
-        match self {
-            Place::Hall => "hall",
-            Place::MixedHall => "mixed-hall",
-            Place::Warehouse => "warehouse",
-            Place::Field => "field",
-        }
+        self.floor().name()
     }
 }
 
@@ -111,8 +106,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         answer(&files::json(&figures))?;
         return Ok(Answer::from(figures.is_safe()));
     }
-    let rows = rows(arguments, asked);
     let machine = Machine::here(arguments.jobs);
+    let rows = rows(arguments, asked);
     let command = arguments.command();
     answer(&match arguments.format {
         Format::Text => table::text(&command, &machine, &rows, arguments.seeds.len()),

@@ -12,6 +12,9 @@ pub(super) struct Machine {
     /// The processor's name for itself; only Linux tells.
     pub(super) processor: Option<String>,
     pub(super) system: String,
+    /// Processes that ran or waited to run, mean of the last minute before the first instance: above a half,
+    /// other work took its share, and times are too long; only Linux tells.
+    pub(super) load_before: Option<f64>,
     /// Threads asked for; `null`: one a core.
     pub(super) threads: Option<usize>,
     /// `release`, or a build with assertions, whose times say little.
@@ -30,6 +33,7 @@ impl Machine {
             cores: cores.ok().map(NonZeroUsize::get),
             processor: name,
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            load_before: load(),
             threads: jobs.map(NonZeroUsize::get),
             build: if cfg!(debug_assertions) {
                 "with assertions"
@@ -40,7 +44,15 @@ impl Machine {
     }
 }
 
-/// "2 cores of an AMD EPYC, linux x86_64, release build"
+/// Chosen here: half a process, about what an idle desktop does.
+const BUSY_FROM: f64 = 0.5;
+
+fn load() -> Option<f64> {
+    let told = std::fs::read_to_string("/proc/loadavg").ok()?;
+    told.split_whitespace().next()?.parse().ok()
+}
+
+/// "2 cores, AMD EPYC, linux x86_64, release build"
 impl fmt::Display for Machine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.cores {
@@ -59,8 +71,17 @@ impl fmt::Display for Machine {
             write!(f, ", threads limited to {threads}")?;
         }
         match self.build {
-            "release" => write!(f, ", release build"),
-            build => write!(f, ", build {build}: times say little"),
+            "release" => write!(f, ", release build")?,
+            build => write!(f, ", build {build}: times say little")?,
+        }
+        match self.load_before {
+            Some(load) if load > BUSY_FROM => {
+                write!(
+                    f,
+                    "; not idle before (load {load:.1}): times may be too long"
+                )
+            }
+            _ => Ok(()),
         }
     }
 }

@@ -126,3 +126,15 @@ fn what_does_not_fit_is_refused_before_anything_is_planned() {
     assert_eq!(code, 2);
     assert!(stderr.contains("not 2"), "{stderr}");
 }
+
+#[test]
+fn the_table_in_the_readme_has_the_columns_that_are_printed() {
+    let (_, printed, _) = bench(&["hall", "--drones", "2", "--seeds", "1"]);
+    let head = printed.lines().find(|line| line.starts_with('|')).unwrap();
+    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
+    let readme = std::fs::read_to_string(readme).unwrap();
+    assert!(
+        readme.contains(head),
+        "print it again, by `plan bench`: {head}"
+    );
+}

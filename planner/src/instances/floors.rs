@@ -85,7 +85,9 @@ impl Floor {
         })
     }
 
-    fn name(self) -> &'static str {
+    /// One word, the first of every instance's name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Floor::Hall => "hall",
             Floor::MixedHall => "mixed-hall",
