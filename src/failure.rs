@@ -38,8 +38,10 @@ pub(crate) enum Failure {
     NothingToCompare(usize),
     #[error("{}: not a plan: {reason}", path.display())]
     NotAPlan { path: PathBuf, reason: String },
-    #[error("recordings are folders: name one to write them to with --out")]
-    NoFolder,
+    #[error("{0}: name a folder to write to with --out")]
+    NoFolder(&'static str),
+    #[error("--one takes one place, one size and one seed, which would be 1 instance, not {0}")]
+    NotOneInstance(usize),
     #[error("no airframe is called `{0}`; `plan schema` lists them")]
     NoSuchAirframe(String),
     #[error(transparent)]

@@ -2,18 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use diagnosis::made_up::{HoverGrid, texts};
-use planner::instances;
+use planner::instances::{self, Floor};
 
+use crate::Answer;
 use crate::failure::{Failure, answer};
-use crate::{Answer, files};
+use crate::files::{self, OutFolder};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     instance: Instance,
-    /// Write to this file instead of standard output; recordings: to this folder
+    /// Write to this file instead of standard output; recordings and other formats: to this folder
     #[arg(long, global = true, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -21,7 +22,13 @@ pub(crate) struct Arguments {
 #[derive(Subcommand)]
 enum Instance {
     /// Empty hall, 64 x 64 x 8 m, random starts and goals
-    Hall(Scattered),
+    Hall {
+        #[command(flatten)]
+        scattered: Scattered,
+        /// Make every tenth drone one of these; it keeps the eight columns around its start and its goal free
+        #[arg(long, value_enum, value_name = "AIRFRAME")]
+        every_tenth: Option<Heavy>,
+    },
     /// Empty field, 160 x 160 x 8 m, random starts and goals
     Field(Scattered),
     /// 80 x 60 x 8 m with 76 shelves, random starts and goals in the aisles
@@ -75,24 +82,88 @@ struct Scattered {
     /// Draws the starts and goals
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// What to write
+    #[arg(long, value_enum, default_value_t = Form::Scenario)]
+    format: Form,
+}
+
+/// What an instance is written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Form {
+    /// A scenario for this command, as RON
+    Scenario,
+    /// .3dmap and .3dscen in voxels of 1 m, .map and .scen of the floor seen from above; needs --out
+    Movingai,
+    /// YAML with x, y and z of every cell; needs --out
+    #[value(name = "libmultirobotplanning")]
+    LibMultiRobotPlanning,
+}
+
+/// Who can fly among Offboards 2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Heavy {
+    /// 6.3 kg, 0.89 m from motor to motor
+    #[value(name = "matrice-300")]
+    Matrice300,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let text = match &arguments.instance {
-        Instance::Hall(Scattered { drones, seed }) => instances::hall(*drones, *seed),
-        Instance::Field(Scattered { drones, seed }) => instances::field(*drones, *seed),
-        Instance::Warehouse(Scattered { drones, seed }) => instances::warehouse(*drones, *seed),
+        Instance::Hall {
+            scattered,
+            every_tenth,
+        } => {
+            let floor = match every_tenth {
+                Some(Heavy::Matrice300) => Floor::MixedHall,
+                None => Floor::Hall,
+            };
+            return over(floor, scattered, arguments.out.as_deref());
+        }
+        Instance::Field(scattered) => {
+            return over(Floor::Field, scattered, arguments.out.as_deref());
+        }
+        Instance::Warehouse(scattered) => {
+            return over(Floor::Warehouse, scattered, arguments.out.as_deref());
+        }
         Instance::Window { drones } => instances::window(*drones),
         Instance::Circle { drones, radius } => instances::circle(*drones, *radius),
         Instance::Recordings(grids) => {
-            let folder = arguments.out.as_deref().ok_or(Failure::NoFolder)?;
+            let out = arguments.out.as_deref();
+            let folder = out.ok_or(Failure::NoFolder("recordings are folders"))?;
             return recordings(grids, folder);
         }
     }?;
-    match &arguments.out {
-        Some(path) => files::write(&[(path.clone(), text)])?,
+    scenario(text, arguments.out.as_deref())
+}
+
+fn scenario(text: String, out: Option<&Path>) -> Result<Answer, Failure> {
+    match out {
+        Some(path) => files::write(&[(path.to_owned(), text)])?,
         None => answer(&text)?,
     }
+    Ok(Answer::Yes)
+}
+
+/// Random flights over a floor, in the form asked for.
+fn over(floor: Floor, scattered: &Scattered, out: Option<&Path>) -> Result<Answer, Failure> {
+    let Scattered {
+        drones,
+        seed,
+        format,
+    } = *scattered;
+    if format == Form::Scenario {
+        return scenario(floor.scenario(drones, seed)?, out);
+    }
+    let grid = floor.grid(drones, seed)?;
+    let folder = out.ok_or(Failure::NoFolder("this format is files by name"))?;
+    let texts = if format == Form::Movingai {
+        instances::movingai(&grid).to_vec()
+    } else {
+        vec![instances::lib_multi_robot_planning(&grid)]
+    };
+    let folder = OutFolder::prepare(folder.to_owned())?.path;
+    let named = |(name, text)| (folder.join(name), text);
+    files::write(&texts.into_iter().map(named).collect::<Vec<_>>())?;
     Ok(Answer::Yes)
 }
 

@@ -1,6 +1,7 @@
 //! The `plan` command: files, terminal, exit codes. What a plan is and how it is found lives in the
 //! `planner` crate; here is what a person types and reads.
 
+mod bench;
 mod calibrate;
 mod check;
 mod conflicts;
@@ -53,6 +54,8 @@ enum Command {
     Schema,
     /// Print a scenario made by rule and seed, or write made-up recordings
     Generate(generate::Arguments),
+    /// Print how planning time, memory and cost grow with the fleet, in Markdown; exit code 1 where somebody is left out or a plan is not verified
+    Bench(bench::Arguments),
     /// Simulate recordings and compare: what the model says every sample should have read
     Simulate(simulate::Arguments),
     /// Calibrate the jet from recordings of hovering drones; exit code 1 where one jet does not describe them
@@ -91,6 +94,7 @@ fn main() -> ExitCode {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
         (Some(Command::Schema), _) => schema::run(),
         (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
+        (Some(Command::Bench(arguments)), _) => bench::run(&arguments),
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),
         (Some(Command::Calibrate(arguments)), _) => calibrate::run(&arguments),
         (Some(Command::Diagnose(arguments)), _) => diagnose::run(&arguments),

@@ -1,11 +1,13 @@
-//! A generated scenario before it is text, and the generator that draws it.
+//! A generated scenario before it is text.
 
 use std::fmt::Write as _;
 
-use super::InstanceError;
+use super::Grid;
 
 /// Fleet-wide limit of the air over the rotor discs, over the induced velocity: +16 % power.
 pub(super) const AIR_LIMIT: f64 = 0.3;
+/// Who flies unless a scene says otherwise.
+pub(super) const OFFBOARD_2: &str = "offboard-2";
 
 /// What a scenario says, before it is text.
 #[derive(Default)]
@@ -15,40 +17,28 @@ pub(super) struct Scene {
     pub(super) name: String,
     pub(super) size_m: [f64; 3],
     pub(super) boxes: Vec<(String, [f64; 3], [f64; 3])>,
-    pub(super) flights: Vec<([f64; 3], [f64; 3])>,
+    pub(super) flights: Vec<Flight>,
+}
+
+/// One drone of a scene.
+pub(super) struct Flight {
+    pub(super) airframe: &'static str,
+    pub(super) start_m: [f64; 3],
+    pub(super) goal_m: [f64; 3],
 }
 
 impl Scene {
-    /// Starts in distinct columns, goals in distinct columns, heights free.
-    pub(super) fn scatter(
-        &mut self,
-        name: &'static str,
-        columns: Vec<[f64; 2]>,
-        drones: usize,
-        seed: u64,
-    ) -> Result<(), InstanceError> {
-        if drones > columns.len() {
-            return Err(InstanceError::TooMany {
-                name,
-                drones,
-                room: columns.len(),
-            });
+    /// The same in cells of 1 m, for scenes whose obstacles and flights lie on them.
+    pub(super) fn grid(&self) -> Grid {
+        let cell = |place_m: [f64; 3]| place_m.map(|at_m| at_m as usize);
+        let mut grid = Grid::open(self.name.clone(), cell(self.size_m));
+        for (_, low_m, high_m) in &self.boxes {
+            grid.block(cell(*low_m), cell(*high_m));
         }
-        let mut random = SplitMix64(seed);
-        let mut places = || -> Vec<[f64; 3]> {
-            let mut columns = columns.clone();
-            (0..drones)
-                .map(|taken| {
-                    let chosen = taken + random.below(columns.len() - taken);
-                    columns.swap(taken, chosen);
-                    let [x, y] = columns[taken];
-                    [x, y, random.below(self.size_m[2] as usize) as f64 + 0.5]
-                })
-                .collect()
-        };
-        let (starts, goals) = (places(), places());
-        self.flights = starts.into_iter().zip(goals).collect();
-        Ok(())
+        for (index, flight) in self.flights.iter().enumerate() {
+            grid.add(name_of(index), cell(flight.start_m), cell(flight.goal_m));
+        }
+        grid
     }
 
     pub(super) fn to_ron(&self) -> String {
@@ -76,10 +66,15 @@ impl Scene {
             put(format_args!("  ],\n"));
         }
         put(format_args!("  drones: [\n"));
-        for (index, ([x0, y0, z0], [x1, y1, z1])) in self.flights.iter().enumerate() {
+        for (index, flight) in self.flights.iter().enumerate() {
+            let Flight {
+                airframe,
+                start_m: [x0, y0, z0],
+                goal_m: [x1, y1, z1],
+            } = flight;
             put(format_args!(
-                "    (name: \"d{}\", airframe: \"offboard-2\", start_m: ({x0}, {y0}, {z0}), tasks: [(to_m: ({x1}, {y1}, {z1}))]),\n",
-                index + 1
+                "    (name: \"{}\", airframe: \"{airframe}\", start_m: ({x0}, {y0}, {z0}), tasks: [(to_m: ({x1}, {y1}, {z1}))]),\n",
+                name_of(index)
             ));
         }
         put(format_args!(
@@ -89,35 +84,6 @@ impl Scene {
     }
 }
 
-/// SplitMix64: Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014,
-/// with the mixing constants of S. Vigna's public-domain implementation.
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
-    /// One of `0..end`, by multiplication; its bias, below `end` / 2⁶⁴, does not matter here.
-    fn below(&mut self, end: usize) -> usize {
-        ((u128::from(self.next()) * end as u128) >> 64) as usize
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_generator_is_splitmix64() {
-        // First outputs for seed 1234567, as listed with the public reference implementation [recalled].
-        let mut random = SplitMix64(1_234_567);
-        assert_eq!(
-            [random.next(), random.next()],
-            [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]
-        );
-    }
+fn name_of(index: usize) -> String {
+    format!("d{}", index + 1)
 }

@@ -1,0 +1,140 @@
+//! `plan bench` as a person or a script meets it, at sizes that take no time.
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+fn bench(arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("plan"));
+    let output = command.arg("bench").args(arguments).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (
+        output.status.code().unwrap(),
+        text(output.stdout),
+        text(output.stderr),
+    )
+}
+
+/// The cells of the table's rows, without its head.
+fn rows(markdown: &str) -> Vec<Vec<String>> {
+    let lines = markdown.lines().filter(|line| line.starts_with('|'));
+    let cells = |line: &str| -> Vec<String> {
+        let inner = line.trim_matches('|');
+        inner
+            .split('|')
+            .map(|cell| cell.trim().to_owned())
+            .collect()
+    };
+    lines.skip(2).map(cells).collect()
+}
+
+#[test]
+fn the_table_has_a_row_for_every_place_and_size_and_says_how_to_get_it_again() {
+    let (code, printed, stderr) =
+        bench(&["hall", "field", "--drones", "2,4,6", "--seeds", "1,2,3"]);
+    assert_eq!((code, stderr.as_str()), (0, ""), "{printed}");
+    assert!(
+        printed.starts_with("`plan bench hall field --drones 2,4,6 --seeds 1,2,3`\n"),
+        "{printed}"
+    );
+    assert!(printed.contains(" core"), "{printed}");
+    let rows = rows(&printed);
+    let asked: Vec<(&str, &str)> = rows
+        .iter()
+        .map(|row| (row[0].as_str(), row[1].as_str()))
+        .collect();
+    let places = ["hall", "field"];
+    let sizes = ["2", "4", "6"];
+    let all = places
+        .iter()
+        .flat_map(|place| sizes.map(|size| (*place, size)));
+    assert_eq!(asked, all.collect::<Vec<_>>());
+    for row in &rows {
+        assert_eq!(row.len(), 13, "{row:?}");
+        assert_eq!(row[3], "3 of 3", "{row:?}");
+        for figure in [4, 5, 6, 7, 8, 9] {
+            assert!(row[figure].parse::<f64>().is_ok(), "{row:?}");
+        }
+    }
+    for place in places {
+        let growth = format!("Growth in the {place}: planning time ");
+        assert!(printed.contains(&growth), "{printed}");
+    }
+    assert!(
+        printed.contains(", p = ") && printed.contains("R²"),
+        "{printed}"
+    );
+}
+
+#[test]
+fn two_sizes_are_not_made_into_a_law() {
+    let (_, printed, _) = bench(&["hall", "--drones", "2,4", "--seeds", "1"]);
+    assert!(
+        printed.ends_with("Growth in the hall: not fitted, 3 rows are needed and there are 2.\n"),
+        "{printed}"
+    );
+}
+
+#[test]
+fn a_fleet_that_is_not_planned_in_time_keeps_its_row_and_the_answer_is_no() {
+    let limit = ["--seeds", "1", "--time-limit", "0.000001"];
+    let (code, printed, _) = bench(&[&["hall", "--drones", "20"], &limit[..]].concat());
+    assert_eq!(code, 1, "{printed}");
+    let rows = rows(&printed);
+    assert_eq!(rows.len(), 1);
+    assert!(rows[0][3].starts_with("0 of 1; seed 1: "), "{printed}");
+    assert!(printed.contains("without N = 20"), "{printed}");
+}
+
+#[test]
+fn as_json_every_run_is_there_with_what_the_table_is_made_of() {
+    let small = ["mixed-hall", "--drones", "10", "--seeds", "3,4"];
+    let (code, printed, _) = bench(&[&small[..], &["--format", "json"]].concat());
+    assert_eq!(code, 0, "{printed}");
+    let printed: Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!(printed["format"], "bench/1");
+    let row = &printed["rows"][0];
+    assert_eq!(
+        (&row["place"], &row["drones"]),
+        (&"mixed-hall".into(), &10.into())
+    );
+    let seeds: Vec<&Value> = row["runs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|run| &run["seed"])
+        .collect();
+    assert_eq!(seeds, [3, 4]);
+    let figures = &row["runs"][1]["figures"];
+    assert_eq!(figures["status"], "safe");
+    assert!(figures["over_limit_ignoring_downwash"].is_u64());
+    assert!(figures["sum_of_arrivals_s"].as_f64() >= figures["sum_alone_s"].as_f64());
+    // A run by itself plans the same.
+    let (code, alone, _) = bench(&["mixed-hall", "--drones", "10", "--seeds", "4", "--one"]);
+    assert_eq!(code, 0, "{alone}");
+    let alone: Value = serde_json::from_str(&alone).unwrap();
+    for figure in ["sum_of_arrivals_s", "extra_energy_j", "expansions"] {
+        assert_eq!(alone[figure], figures[figure], "{figure}");
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_refused_before_anything_is_planned() {
+    let (code, printed, stderr) = bench(&["field", "hall", "--drones", "5000", "--seeds", "1"]);
+    assert_eq!((code, printed.as_str()), (2, ""));
+    assert!(stderr.contains("4096 free columns"), "{stderr}");
+    let (code, _, stderr) = bench(&["hall", "--drones", "2,3", "--seeds", "1", "--one"]);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("not 2"), "{stderr}");
+}
+
+#[test]
+fn the_table_in_the_readme_has_the_columns_that_are_printed() {
+    let (_, printed, _) = bench(&["hall", "--drones", "2", "--seeds", "1"]);
+    let head = printed.lines().find(|line| line.starts_with('|')).unwrap();
+    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
+    let readme = std::fs::read_to_string(readme).unwrap();
+    assert!(
+        readme.contains(head),
+        "print it again, by `plan bench`: {head}"
+    );
+}
