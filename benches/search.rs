@@ -23,6 +23,7 @@ use std::hint::black_box;
 use costmap::costmap::Costmap;
 use costmap::leg::DroneId;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use planner::crowd::{Crowd, Steps};
 use planner::outcome::Effort;
 use planner::prepare::{Job, empty_costmap, prepare};
 use planner::priority::plan_fleet;
@@ -76,17 +77,24 @@ fn one_drone(c: &mut Criterion) {
         full,
     } = bench();
     let errand = &job.errands[one.0 as usize];
+    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &full);
+    let crowd = |costmap| {
+        let steps = steps.as_ref().expect("one kind of drone, no zones");
+        Crowd::new(steps, costmap)
+    };
+    let (nobody, everybody) = (crowd(&empty), crowd(&full));
     let firm = vec![IMMOVABLE; PLANNED + 1];
     let yielding = vec![500; PLANNED + 1];
     let mut group = c.benchmark_group("one_drone");
-    for (name, costmap, weights) in [
-        ("alone", &empty, &firm),
-        ("among_a_hundred_firm", &full, &firm),
-        ("among_a_hundred_yielding", &full, &yielding),
+    for (name, costmap, crowd, weights) in [
+        ("alone", &empty, &nobody, &firm),
+        ("among_a_hundred_firm", &full, &everybody, &firm),
+        ("among_a_hundred_yielding", &full, &everybody, &yielding),
     ] {
         let scene = Scene {
             roadmap: &job.roadmap,
             costmap,
+            crowd: Some(crowd),
             weights,
             energy_weight: 1.0,
             careful: false,
@@ -100,6 +108,7 @@ fn one_drone(c: &mut Criterion) {
     let scene = Scene {
         roadmap: &job.roadmap,
         costmap: &full,
+        crowd: Some(&everybody),
         weights: &firm,
         energy_weight: 1.0,
         careful: false,

@@ -94,6 +94,7 @@ pub(super) fn plan(one: &One) -> Result<Figures, Failure> {
         &Control {
             stop: &|| clock.stop(),
             progress: &|progress| clock.progress(progress),
+            ..Control::QUIET
         },
     );
     Ok(clock.figures(outcome, world.drones.len()))
