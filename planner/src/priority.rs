@@ -171,6 +171,7 @@ fn splitmix64(seed: u64) -> u64 {
 
 mod batch;
 mod improve;
+mod wind_up;
 
 struct Attempt<'a> {
     job: &'a Job,

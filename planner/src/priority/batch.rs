@@ -23,11 +23,7 @@ impl Attempt<'_> {
         let mut most = 1;
         loop {
             if (self.control.stop)() {
-                while let Some(drone) = queue.pop_front() {
-                    if self.weights[drone.0 as usize] != IMMOVABLE {
-                        self.strand(drone, Stranded::Stopped, &mut queue);
-                    }
-                }
+                return self.wind_up(queue);
             }
             let batch = self.next_batch(&mut queue, most);
             if batch.is_empty() {
@@ -108,7 +104,8 @@ impl Attempt<'_> {
         }
         let index = drone.0 as usize;
         match searched.found {
-            Found::Stopped => self.strand(drone, Stranded::Stopped, queue),
+            // It waits for the next look at whether to stop.
+            Found::Stopped => queue.push_front(drone),
             Found::Blocked(by) => self.strand(drone, Stranded::Obstructed(by), queue),
             Found::Path(path) => {
                 if !is_first && !self.meets_only_those_it_knows(drone, &path) {
