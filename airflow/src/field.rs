@@ -56,7 +56,8 @@ impl Superposition {
 
     /// One more wake on what has been gathered so far.
     #[inline]
-    fn gather(self, so_far: f64, speed_mps: f64) -> f64 {
+    #[must_use]
+    pub fn gather(self, so_far: f64, speed_mps: f64) -> f64 {
         match self {
             Superposition::Momentum => so_far + speed_mps * speed_mps,
             Superposition::Linear => so_far + speed_mps,
@@ -72,7 +73,8 @@ impl Superposition {
 
     /// From what has been gathered to a speed (m/s).
     #[inline]
-    fn finish(self, gathered: f64) -> f64 {
+    #[must_use]
+    pub fn finish(self, gathered: f64) -> f64 {
         match self {
             Superposition::Momentum => gathered.sqrt(),
             Superposition::Linear | Superposition::Strongest => gathered,

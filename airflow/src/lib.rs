@@ -82,10 +82,11 @@
 //! # In reading order
 //!
 //! `air` and `airframe`: what blows. `jet`, `far_field` and `dose`: the paper's fit, below 2.5 l. `rotor_jets`
-//! and `near_field`: four jets that merge, above it. `wake`: both joined. `discs` and `field`: several drones, and a receiver. [`power`]: what it costs.
+//! and `near_field`: four jets that merge, above it. `wake`: both joined; `cut`: at one depth. `discs` and `field`: several drones, and a receiver. [`power`]: what it costs.
 
 mod air;
 mod airframe;
+mod cut;
 mod discs;
 mod dose;
 pub mod effects;
@@ -100,6 +101,7 @@ mod wake;
 
 pub use air::{Air, AirError, GRAVITY_MPS2};
 pub use airframe::{Airframe, AirframeError, WIDTH_FACTOR_RANGE};
+pub use cut::Cut;
 pub use discs::DiscPoints;
 pub use far_field::FarField;
 pub use field::{

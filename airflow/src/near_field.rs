@@ -20,7 +20,7 @@
 //!
 //! `rotor_jets` holds `n` and its integrals.
 
-use crate::far_field::FarField;
+use crate::far_field::{FarField, Level};
 use crate::jet::{FAR_FIELD_FROM_S_OVER_L, Jet};
 use crate::rotor_jets::RotorJets;
 
@@ -132,17 +132,21 @@ impl NearField {
         [a, -rest / by_a]
     }
 
-    /// Axial speed at depth `s` (0 to 2.5) and horizontal offset (x, y).
-    pub(crate) fn axial_speed(&self, x: f64, y: f64, s: f64) -> f64 {
+    /// The flow at depth `s` (0 to 2.5), prepared for many points.
+    pub(crate) fn level(&self, s: f64) -> NearLevel {
         let jets = RotorJets::new(s, self.diameter, self.shadow);
         let [w, _] = merged(s);
         let [a, _] = self.amplitude(s, &jets);
-        let rotors = (1.0 - w) * a * jets.shape(x, y);
-        if w > 0.0 {
-            rotors + w * self.far.level(s).axial_speed_mps(x * x + y * y)
-        } else {
-            rotors
+        NearLevel {
+            jets,
+            strength: (1.0 - w) * a,
+            far: (w > 0.0).then(|| (w, self.far.level(s))),
         }
+    }
+
+    /// Axial speed at depth `s` (0 to 2.5) and horizontal offset (x, y).
+    pub(crate) fn axial_speed(&self, x: f64, y: f64, s: f64) -> f64 {
+        self.level(s).axial_speed(x, y)
     }
 
     /// Horizontal velocity (x, y) that goes with it by continuity.
@@ -160,6 +164,27 @@ impl NearField {
             v[1] += per_radius * y;
         }
         v
+    }
+}
+
+/// A horizontal cut of the near field.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearLevel {
+    jets: RotorJets,
+    /// `(1 - w) A`.
+    strength: f64,
+    /// `w` and the far field, where it is mixed in.
+    far: Option<(f64, Level)>,
+}
+
+impl NearLevel {
+    /// Axial speed at a horizontal offset (x, y).
+    pub(crate) fn axial_speed(&self, x: f64, y: f64) -> f64 {
+        let rotors = self.strength * self.jets.shape(x, y);
+        match &self.far {
+            Some((w, far)) => rotors + w * far.axial_speed_mps(x * x + y * y),
+            None => rotors,
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::airframe::Airframe;
+use crate::cut::Cut;
 use crate::effects::Effects;
 use crate::far_field::FarField;
 use crate::jet::Jet;
@@ -309,6 +310,17 @@ impl Wake {
         }
     }
 
+    /// The wake at one depth (m) below the rotor plane, for many points of it.
+    #[must_use]
+    #[inline]
+    pub fn cut(&self, depth_m: f64) -> Cut<'_> {
+        Cut::new(self, depth_m)
+    }
+
+    pub(crate) fn near_field(&self) -> Option<&NearField> {
+        self.shared.near.as_ref()
+    }
+
     /// [`Wake::axial_speed_mps`] at many offsets, in order; as many as the shorter of the two slices holds.
     pub fn axial_speeds_mps(&self, offsets_m: &[Vector3<f64>], out_mps: &mut [f64]) {
         for (speed_mps, &offset_m) in out_mps.iter_mut().zip(offsets_m) {
@@ -324,25 +336,11 @@ impl Wake {
         steps_m: &[[f64; 2]],
         mut found: impl FnMut(usize, f64),
     ) {
-        if let Some(shape) = &self.shape {
-            for (i, step) in steps_m.iter().enumerate() {
-                let at_m = offset_m + Vector3::new(step[0], step[1], 0.0);
-                found(i, -self.gain * shape.velocity_mps(self, at_m).z);
-            }
-            return;
-        }
-        if -offset_m.z >= self.far.from_m() {
-            let level = self.far.level(-offset_m.z);
-            for (i, step) in steps_m.iter().enumerate() {
-                let (x, y) = (offset_m.x + step[0], offset_m.y + step[1]);
-                found(i, level.axial_speed_mps(x * x + y * y));
-            }
-            return;
-        }
+        let cut = self.cut(-offset_m.z);
         for (i, step) in steps_m.iter().enumerate() {
             found(
                 i,
-                self.near_axial_speed_mps(offset_m + Vector3::new(step[0], step[1], 0.0)),
+                cut.axial_speed_mps(offset_m.x + step[0], offset_m.y + step[1]),
             );
         }
     }

@@ -11,7 +11,7 @@ mod motion;
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-pub use motion::Motion;
+pub use motion::{LevelWay, Motion};
 
 use crate::plan::TrajectoryEntry;
 

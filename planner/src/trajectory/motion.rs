@@ -1,6 +1,6 @@
 //! One motion: straight, with its questions answered in closed form.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Vector2, Vector3};
 
 use super::SAME_TIME_S;
 
@@ -99,17 +99,20 @@ impl Motion {
     /// Smallest and greatest horizontal distance from the vertical axis through minus
     /// `shift_m`, over a time window (m): closed form.
     pub fn axis_distance_m(&self, from_s: f64, until_s: f64, shift_m: [f64; 2]) -> (f64, f64) {
-        let shift = Vector3::new(shift_m[0], shift_m[1], 0.0);
-        let (a, b) = (self.at_m(from_s) + shift, self.at_m(until_s) + shift);
-        let (a, b) = (a.xy(), b.xy());
-        let along = b - a;
-        let length2 = along.norm_squared();
-        let nearest = if length2 > 0.0 {
-            a + along * (-a.dot(&along) / length2).clamp(0.0, 1.0)
-        } else {
-            a
-        };
-        (nearest.norm(), a.norm().max(b.norm()))
+        let (nearest_m, farthest_m) = self.level_way(from_s, until_s).extremes_m(shift_m);
+        (nearest_m.norm(), farthest_m.norm())
+    }
+
+    /// The motion over a time window as seen from above, made ready for many axes.
+    pub fn level_way(&self, from_s: f64, until_s: f64) -> LevelWay {
+        let (begin_m, end_m) = (self.at_m(from_s).xy(), self.at_m(until_s).xy());
+        let along_m = end_m - begin_m;
+        LevelWay {
+            begin_m,
+            end_m,
+            along_m,
+            length2_m2: along_m.norm_squared(),
+        }
     }
 
     /// When and how near it comes to the origin (s, m): closed form.
@@ -166,6 +169,35 @@ impl Motion {
             .filter(|(a, b)| a <= b)
             .into_iter()
             .collect()
+    }
+}
+
+/// A motion over a window of time as seen from above.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelWay {
+    begin_m: Vector2<f64>,
+    end_m: Vector2<f64>,
+    along_m: Vector2<f64>,
+    length2_m2: f64,
+}
+
+impl LevelWay {
+    /// Its nearest and its farthest place from the vertical axis through minus `shift_m`, as seen from there (m): closed form.
+    #[inline]
+    pub fn extremes_m(&self, shift_m: [f64; 2]) -> (Vector2<f64>, Vector2<f64>) {
+        let shift = Vector2::from(shift_m);
+        let (a, b) = (self.begin_m + shift, self.end_m + shift);
+        if self.length2_m2 <= 0.0 {
+            return (a, a);
+        }
+        let nearest =
+            a + self.along_m * (-a.dot(&self.along_m) / self.length2_m2).clamp(0.0, 1.0);
+        let farthest = if a.norm_squared() >= b.norm_squared() {
+            a
+        } else {
+            b
+        };
+        (nearest, farthest)
     }
 }
 

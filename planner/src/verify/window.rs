@@ -10,6 +10,9 @@ use super::nearby::Near;
 use super::wake_bound::BoundedWake;
 use crate::trajectory::Motion;
 
+/// Points of the discs that are looked at together; a quadrotor's 28 fit.
+const CHUNK: usize = 32;
+
 /// A wake that the receiver may feel.
 pub(super) struct Emission<'a> {
     /// Index in the scene's flights.
@@ -211,47 +214,57 @@ impl<'a> Window<'a> {
         if rough <= enough_mps {
             return (0.0, rough);
         }
-        let middle_s = 0.5 * (from_s + until_s);
-        let felt: Vec<_> = self
-            .emissions
-            .iter()
-            .map(|e| {
-                let (surely, maybe) = self.reaches(e, from_s, until_s);
-                (
-                    e,
-                    Self::depths_m(e, from_s, until_s),
-                    e.relative.at_m(middle_s),
-                    surely,
-                    maybe,
-                )
-            })
-            .filter(|(_, depths_m, _, _, maybe)| *maybe && depths_m.1 > 0.0)
-            .collect();
-        let (mut low, mut high) = (0.0, 0.0);
         let discs = &self.receiver.discs;
-        let mut ranges = vec![(0.0, 0.0); felt.len()];
-        for (&[x, y], weight) in discs.offsets_m.iter().zip(&discs.weights) {
-            for (range, (e, depths_m, at_m, surely, _)) in ranges.iter_mut().zip(&felt) {
-                let off_axis_m = e.relative.axis_distance_m(from_s, until_s, [x, y]);
-                let half_path_m = e.relative.half_path_m(from_s, until_s);
-                let point_m = Vector3::new(x, y, 0.0);
-                let (low_m, high_m) = e.relative.box_m(from_s, until_s);
-                *range = e.wake.range_mps(
-                    *depths_m,
-                    off_axis_m,
-                    &(low_m + point_m, high_m + point_m),
-                    &(at_m + point_m),
-                    half_path_m,
-                );
-                // At the rotor plane itself the wake begins; within rounding of it nothing is certain.
-                if !surely || depths_m.0 <= airflow::HEIGHT_TOLERANCE_M {
-                    range.0 = 0.0;
-                }
+        let (mut low, mut high) = (0.0, 0.0);
+        for (points_m, weights) in discs.offsets_m.chunks(CHUNK).zip(discs.weights.chunks(CHUNK)) {
+            let mut gathered = [(0.0, 0.0); CHUNK];
+            for emission in &self.emissions {
+                self.gather(emission, (from_s, until_s), points_m, &mut gathered);
             }
-            low += weight * self.scene.superpose(ranges.iter().map(|range| range.0));
-            high += weight * self.scene.superpose(ranges.iter().map(|range| range.1));
+            for (&(lowest, highest), weight) in gathered.iter().zip(weights) {
+                low += weight * self.scene.superposition.finish(lowest);
+                high += weight * self.scene.superposition.finish(highest);
+            }
         }
         (low, high.min(rough))
+    }
+
+    /// Adds the range of one wake at each of some points of the discs to what has been gathered there.
+    fn gather(
+        &self,
+        emission: &Emission<'_>,
+        (from_s, until_s): (f64, f64),
+        points_m: &[[f64; 2]],
+        gathered: &mut [(f64, f64); CHUNK],
+    ) {
+        let relative = &emission.relative;
+        let (low_m, high_m) = relative.box_m(from_s, until_s);
+        let (surely, maybe) = self.reaches(emission, from_s, until_s);
+        if !maybe || low_m.z >= 0.0 {
+            return;
+        }
+        // At the rotor plane itself the wake begins; within rounding of it nothing is certain.
+        let surely = surely && -high_m.z > airflow::HEIGHT_TOLERANCE_M;
+        let way = relative.level_way(from_s, until_s);
+        let middle_m = relative.at_m(0.5 * (from_s + until_s));
+        let mut passage = emission.wake.passage(
+            (-high_m.z, -low_m.z),
+            relative.half_path_m(from_s, until_s),
+            -middle_m.z,
+        );
+        let superposition = self.scene.superposition;
+        for (so_far, &[x, y]) in gathered.iter_mut().zip(points_m) {
+            let point_m = Vector3::new(x, y, 0.0);
+            let (low_mps, high_mps) = passage.range_mps(
+                way.extremes_m([x, y]),
+                &(low_m + point_m, high_m + point_m),
+                middle_m.xy() + point_m.xy(),
+            );
+            if surely {
+                so_far.0 = superposition.gather(so_far.0, low_mps);
+            }
+            so_far.1 = superposition.gather(so_far.1, high_mps);
+        }
     }
 
     /// The wakes at a time of the window, and whose.
