@@ -170,6 +170,17 @@ impl FarField {
         Some(factor * self.decay_m2_per_s / (self.spreading * sigma_m * sigma_m))
     }
 
+    /// A bound on `|grad U|/U` (1/m) at a depth and below, at any radius; with `y = √a ξ`, which nothing but the two quotients depends on:
+    ///
+    /// ```text
+    /// |∂U/∂r|/U = 4 √a/r_half · y/(1 + y²) <= 2 √a/r_half,   |∂U/∂s|/U = |3 y² - 1|/(σ (1 + y²)) <= 3/σ
+    /// ```
+    #[must_use]
+    pub fn steepest_over_speed_per_m(&self, depth_m: f64) -> Option<f64> {
+        let sigma_m = self.sigma_m(depth_m)?;
+        Some((4.0 * self.steepness + 9.0).sqrt() / sigma_m)
+    }
+
     /// Volume flux (m³/s) through the whole plane at a depth; it grows by entrainment.
     ///
     /// ```text
@@ -368,6 +379,20 @@ mod tests {
             );
             let in_words = 0.666 * jet().centreline_mps(s).expect("deep") / half_width_m;
             assert!((bound_per_s / in_words - 1.0).abs() < 1e-3); // three digits
+        }
+    }
+
+    #[test]
+    fn no_gradient_is_steeper_over_its_speed_than_the_bound() {
+        for s in DEPTHS_M {
+            let bound_per_m = jet().steepest_over_speed_per_m(s).expect("deep");
+            let half_width_m = jet().half_width_m(s).expect("deep");
+            for r in (0..1000).map(|i| 0.01 * f64::from(i) * half_width_m) {
+                let across = jet().radial_gradient_per_s(s, r).expect("deep");
+                let along = jet().axial_gradient_per_s(s, r).expect("deep");
+                let speed_mps = jet().axial_speed_mps(s, r).expect("deep");
+                assert!(across.hypot(along) <= bound_per_m * speed_mps);
+            }
         }
     }
 

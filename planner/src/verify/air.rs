@@ -108,8 +108,7 @@ fn highest(
         maximise(
             span_s,
             &mut here,
-            &mut |t_s| window.mean_mps(t_s, &mut sources),
-            &mut |a, b, enough| window.bound_mps(a, b, enough),
+            &mut window.mean(&mut sources),
             &|value| WORST_TOLERANCE * value + floor_mps,
         );
         if here.1 > before {
@@ -144,8 +143,7 @@ fn over_limit(
         above(
             (window.from_s, window.until_s),
             limit_mps,
-            &mut |t_s| window.mean_mps(t_s, &mut sources),
-            &mut |a, b, enough| window.bound_mps(a, b, enough),
+            &mut window.mean(&mut sources),
             &mut here,
         );
         for span_s in here {

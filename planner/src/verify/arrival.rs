@@ -28,7 +28,7 @@ impl<'a> Window<'a> {
     }
 
     /// An upper bound of one late wake anywhere on the receiver's discs (m/s).
-    pub(super) fn late_high_mps(&self, late: &Late<'a>, from_s: f64, until_s: f64) -> f64 {
+    pub(super) fn late_alone_mps(&self, late: &Late<'a>, from_s: f64, until_s: f64) -> f64 {
         let tip_m = self.receiver.tip_radius_m;
         let around_m = Vector3::new(tip_m, tip_m, 0.0);
         let arriving = self.arriving(late, from_s, until_s);
@@ -38,14 +38,14 @@ impl<'a> Window<'a> {
         highs_mps.fold(0.0, f64::max)
     }
 
-    /// [`Window::bound_mps`] of air that comes late.
-    pub(super) fn late_bound_mps(&self, from_s: f64, until_s: f64, enough_mps: f64) -> (f64, f64) {
-        let each = self.late.iter();
-        let rough =
-            (self.scene).superpose(each.map(|late| self.late_high_mps(late, from_s, until_s)));
-        if rough <= enough_mps {
-            return (0.0, rough);
-        }
+    /// An upper bound of all late wakes together that costs little (m/s).
+    pub(super) fn late_rough_mps(&self, from_s: f64, until_s: f64) -> f64 {
+        let each_mps = (self.late.iter()).map(|late| self.late_alone_mps(late, from_s, until_s));
+        self.scene.superpose(each_mps)
+    }
+
+    /// An upper bound of the mean of late air over the discs that closes in on it (m/s).
+    pub(super) fn late_high_mps(&self, from_s: f64, until_s: f64) -> f64 {
         let arriving: Vec<_> = (self.late.iter())
             .map(|late| self.arriving(late, from_s, until_s))
             .collect();
@@ -61,7 +61,7 @@ impl<'a> Window<'a> {
             });
             high += weight * self.scene.superpose(highs_mps);
         }
-        (0.0, high.min(rough))
+        high
     }
 
     /// Where the air of another flight that is at the receiver at a time comes from; where it comes from several places, the one that

@@ -1,8 +1,19 @@
 //! Where a function of time is highest, where it exceeds a limit, and what it sums to, by
 //! subdivision on bounds.
 //!
-//! Every function here takes `bound(from_s, until_s, enough)`, a lower and an upper bound over a span
-//! that close in on the value as the span shrinks; an upper bound at or below `enough` need not be tight.
+//! Bounds are over a span `(from_s, until_s)` and close in on the value as the span shrinks.
+
+/// What is known of a function of time over spans.
+pub(super) trait Bounded {
+    /// The value at a time.
+    fn value(&mut self, t_s: f64) -> f64;
+    /// An upper bound that costs little.
+    fn rough(&mut self, from_s: f64, until_s: f64) -> f64;
+    /// An upper bound that closes in on the value.
+    fn high(&mut self, from_s: f64, until_s: f64) -> f64;
+    /// A lower and an upper bound that close in on the value; an upper bound at or below `enough` need not be tight.
+    fn range(&mut self, from_s: f64, until_s: f64, enough: f64) -> (f64, f64);
+}
 
 /// Shortest span that is still divided (s). What is judged by its middle alone lasts no longer than
 /// this; at 2 m/s it is 2 mm of way, a hundredth of the half-width of the narrowest wake known here.
@@ -13,17 +24,20 @@ pub(super) const SHORTEST_S: f64 = 1e-3;
 pub(super) fn maximise(
     span_s: (f64, f64),
     best: &mut (f64, f64),
-    value: &mut impl FnMut(f64) -> f64,
-    bound: &mut impl FnMut(f64, f64, f64) -> (f64, f64),
+    air: &mut impl Bounded,
     tolerance: &impl Fn(f64) -> f64,
 ) {
     let (from_s, until_s) = span_s;
     let enough = best.1 + tolerance(best.1);
-    if bound(from_s, until_s, enough).1 <= enough {
+    if air.rough(from_s, until_s) <= enough {
         return;
     }
     let middle_s = 0.5 * (from_s + until_s);
-    let here = value(middle_s);
+    let here = air.value(middle_s);
+    // No bound is below the value: it is not asked for where the value already is too high.
+    if here <= enough && air.high(from_s, until_s) <= enough {
+        return;
+    }
     if here > best.1 {
         *best = (middle_s, here);
     }
@@ -31,32 +45,31 @@ pub(super) fn maximise(
     if until_s - from_s <= 0.1 * SHORTEST_S {
         return;
     }
-    maximise((from_s, middle_s), best, value, bound, tolerance);
-    maximise((middle_s, until_s), best, value, bound, tolerance);
+    maximise((from_s, middle_s), best, air, tolerance);
+    maximise((middle_s, until_s), best, air, tolerance);
 }
 
 /// Appends the parts of a span where the value exceeds `limit`, in order; adjacent parts are joined.
 pub(super) fn above(
     span_s: (f64, f64),
     limit: f64,
-    value: &mut impl FnMut(f64) -> f64,
-    bound: &mut impl FnMut(f64, f64, f64) -> (f64, f64),
+    air: &mut impl Bounded,
     parts: &mut Vec<(f64, f64)>,
 ) {
     let (from_s, until_s) = span_s;
-    let (low, high) = bound(from_s, until_s, limit);
+    let (low, high) = air.range(from_s, until_s, limit);
     if high <= limit {
         return;
     }
     let middle_s = 0.5 * (from_s + until_s);
     if low > limit || until_s - from_s <= SHORTEST_S {
-        if low > limit || value(middle_s) > limit {
+        if low > limit || air.value(middle_s) > limit {
             join(parts, span_s);
         }
         return;
     }
-    above((from_s, middle_s), limit, value, bound, parts);
-    above((middle_s, until_s), limit, value, bound, parts);
+    above((from_s, middle_s), limit, air, parts);
+    above((middle_s, until_s), limit, air, parts);
 }
 
 /// Appends a span, or lengthens the last one where they touch.

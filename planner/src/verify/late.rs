@@ -56,13 +56,11 @@ impl Left<'_> {
     /// An upper bound over a box of offsets (m/s).
     pub(super) fn highest_mps(&self, offsets_m: &Places) -> f64 {
         let gap = |axis: usize| offsets_m.0[axis].max(-offsets_m.1[axis]).max(0.0);
-        let far = |axis: usize| offsets_m.0[axis].abs().max(offsets_m.1[axis].abs());
-        let off_axis_m = (gap(0).hypot(gap(1)), far(0).hypot(far(1)));
+        let off_axis_m = gap(0).hypot(gap(1));
         let middle_m = 0.5 * (offsets_m.0 + offsets_m.1);
         let half_m = 0.5 * (offsets_m.1 - offsets_m.0).norm();
         let depths_m = (-offsets_m.1.z, -offsets_m.0.z);
-        let range = (self.wake).range_mps(depths_m, off_axis_m, offsets_m, &middle_m, half_m);
-        range.1
+        (self.wake).high_mps(depths_m, off_axis_m, offsets_m, &middle_m, half_m)
     }
 }
 

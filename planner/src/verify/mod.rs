@@ -35,6 +35,7 @@ pub(crate) mod flight;
 mod hangar;
 mod late;
 mod limits;
+mod mean;
 mod moved_wake;
 mod near_table;
 mod nearby;

@@ -1,13 +1,13 @@
-//! The speed of one wake over ranges of depths and distances, from above and from below: what a receiver passes through on a short way,
-//! made ready for many points of it.
+//! The highest speed of one wake over ranges of depths and distances: what a receiver passes through on a short way, made ready for many
+//! points of it.
 //!
 //! Far field: the centreline falls and the half-width grows with depth, the profile falls outwards, so
 //!
 //! ```text
-//! U_C(s_hi) f(r_hi / r_half(s_lo)) <= U <= U_C(s_lo) f(r_lo / r_half(s_hi))
+//! U <= U_C(s_lo) f(r_lo / r_half(s_hi))
 //! ```
 //!
-//! and both sides are one value of the field times a ratio of centreline speeds. Near field (and the
+//! and that is one value of the field times a ratio of centreline speeds. Near field (and the
 //! join, which is smooth) and moved wakes: from tables, the highest speed and the steepest slope; the speed over a short way differs from
 //! that at its middle by at most slope times half the way. All of it closes in on the field as the ranges shrink.
 
@@ -45,8 +45,7 @@ enum Kind<'a> {
 }
 
 /// The far field's part of the depths.
-struct Far<'a> {
-    top: Cut<'a>,
+pub(super) struct Far<'a> {
     bottom: Cut<'a>,
     /// Centreline speed at the top over that at the bottom.
     ratio: f64,
@@ -89,59 +88,46 @@ impl<'a> Passage<'a> {
         }
     }
 
-    /// Lowest and highest axial speed (m/s) between the nearest and the farthest place from the axis, as seen from the drone from above
-    /// (m), along a way with a known middle. A moved wake goes by the box of offsets instead of the two places.
-    #[inline]
-    pub(super) fn range_mps(
-        &mut self,
-        level_m: (Vector2<f64>, Vector2<f64>),
-        places_m: &(Vector3<f64>, Vector3<f64>),
-        middle_m: Vector2<f64>,
-    ) -> (f64, f64) {
-        let (table, unit_mps) = match &self.kind {
-            Kind::Calm => return (0.0, 0.0),
-            Kind::Round { far, near: None } => {
-                return far.as_ref().map_or((0.0, 0.0), |far| far.range_mps(level_m));
-            }
-            Kind::Round {
-                near: Some((near, layers)),
-                far,
-            } => {
-                let unit_mps = self.wake.induced_velocity_mps();
-                let (speed, slope_per_m) = near.highest(layers.clone(), level_m.0.norm());
-                let far_mps = far.as_ref().map_or(0.0, |far| far.range_mps(level_m).1);
-                return self.closed_in(
-                    far_mps.max(speed * unit_mps),
-                    slope_per_m * unit_mps * self.half_path_m,
-                    middle_m,
-                );
-            }
-            Kind::Moved { table, unit_mps } => (table, *unit_mps),
-        };
-        let (speed, slope_per_m) = table.highest(places_m);
-        self.closed_in(
-            speed * unit_mps,
-            slope_per_m * unit_mps * self.half_path_m,
-            middle_m,
-        )
+    /// The far field's part, where nothing else counts.
+    pub(super) fn far_alone(&self) -> Option<&Far<'a>> {
+        match &self.kind {
+            Kind::Round { far, near: None } => far.as_ref(),
+            _ => None,
+        }
     }
 
-    /// The range about the speed at the middle of a way, along which it changes by so much at most and is so high nowhere.
-    fn closed_in(
+    /// Highest axial speed (m/s) at and beyond a place, as seen from the drone from above (m), along a way with a known middle. A moved
+    /// wake goes by the box of offsets instead.
+    pub(super) fn highest_mps(
         &mut self,
-        highest_mps: f64,
-        change_mps: f64,
+        nearest_m: Vector2<f64>,
+        places_m: &(Vector3<f64>, Vector3<f64>),
         middle_m: Vector2<f64>,
-    ) -> (f64, f64) {
+    ) -> f64 {
+        let (speed_mps, slope_per_s) = match &self.kind {
+            Kind::Calm => return 0.0,
+            Kind::Round { far, near } => {
+                let far_mps = far.as_ref().map_or(0.0, |far| far.highest_mps(nearest_m));
+                let Some((near, layers)) = near else {
+                    return far_mps;
+                };
+                let unit_mps = self.wake.induced_velocity_mps();
+                let (speed, slope_per_m) = near.highest(layers.clone(), nearest_m.norm());
+                (far_mps.max(speed * unit_mps), slope_per_m * unit_mps)
+            }
+            Kind::Moved { table, unit_mps } => {
+                let (speed, slope_per_m) = table.highest(places_m);
+                (speed * unit_mps, slope_per_m * unit_mps)
+            }
+        };
+        let change_mps = slope_per_s * self.half_path_m;
         // A way so long that the slope tells no more than the table is not looked at; nor one through the rotor plane, where air begins.
-        if !self.below || change_mps.is_nan() || change_mps >= highest_mps {
-            return (0.0, highest_mps);
+        if !self.below || change_mps.is_nan() || change_mps >= speed_mps {
+            return speed_mps;
         }
         let (wake, depth_m) = (self.wake, self.middle_depth_m);
         let middle = self.middle.get_or_insert_with(|| wake.cut(depth_m));
-        let middle_mps = middle.axial_speed_mps(middle_m.x, middle_m.y);
-        let high_mps = highest_mps.min(middle_mps + change_mps);
-        ((middle_mps - change_mps).clamp(0.0, high_mps), high_mps)
+        speed_mps.min(middle.axial_speed_mps(middle_m.x, middle_m.y) + change_mps)
     }
 }
 
@@ -154,16 +140,14 @@ impl<'a> Far<'a> {
             _ => 1.0,
         };
         Far {
-            top: wake.cut(top_m),
             bottom: wake.cut(bottom_m),
             ratio,
         }
     }
 
+    /// Highest axial speed (m/s) at and beyond a place, as seen from the drone from above (m).
     #[inline]
-    fn range_mps(&self, (nearest_m, farthest_m): (Vector2<f64>, Vector2<f64>)) -> (f64, f64) {
-        let high_mps = self.bottom.axial_speed_mps(nearest_m.x, nearest_m.y) * self.ratio;
-        let low_mps = self.top.axial_speed_mps(farthest_m.x, farthest_m.y) / self.ratio;
-        (low_mps.min(high_mps), high_mps)
+    pub(super) fn highest_mps(&self, nearest_m: Vector2<f64>) -> f64 {
+        self.bottom.axial_speed_mps(nearest_m.x, nearest_m.y) * self.ratio
     }
 }

@@ -128,23 +128,18 @@ impl BoundedWake {
         Passage::new(&self.wake, &self.bounds, depth_m, half_path_m, middle_depth_m)
     }
 
-    /// Lowest and highest axial speed (m/s) over ranges of depth below the rotor plane and of distance
-    /// from the axis (m), along a way of which the middle and half the length are known. A moved wake
-    /// goes by the box of offsets instead of the distances.
-    pub(crate) fn range_mps(
+    /// Highest axial speed (m/s) over a range of depths below the rotor plane and beyond a distance from the axis (m), along a way of which
+    /// the middle and half the length are known. A moved wake goes by the box of offsets instead of the distance.
+    pub(crate) fn high_mps(
         &self,
         depth_m: (f64, f64),
-        off_axis_m: (f64, f64),
+        off_axis_m: f64,
         places_m: &(Vector3<f64>, Vector3<f64>),
         middle_m: &Vector3<f64>,
         half_path_m: f64,
-    ) -> (f64, f64) {
-        let along_x = |r_m: f64| Vector2::new(r_m, 0.0);
-        self.passage(depth_m, half_path_m, -middle_m.z).range_mps(
-            (along_x(off_axis_m.0), along_x(off_axis_m.1)),
-            places_m,
-            middle_m.xy(),
-        )
+    ) -> f64 {
+        let mut passage = self.passage(depth_m, half_path_m, -middle_m.z);
+        passage.highest_mps(Vector2::new(off_axis_m, 0.0), places_m, middle_m.xy())
     }
 
     /// An upper bound over a box of places below it, without a middle to go by (m/s).
@@ -154,13 +149,38 @@ impl BoundedWake {
         off_axis_m: f64,
         places_m: &(Vector3<f64>, Vector3<f64>),
     ) -> f64 {
-        if depth_m.1 <= 0.0 {
-            return 0.0;
-        }
         let nowhere = Vector3::new(0.0, 0.0, -depth_m.1);
-        let off_axis_m = (off_axis_m, off_axis_m);
-        self.range_mps(depth_m, off_axis_m, places_m, &nowhere, f64::INFINITY)
-            .1
+        self.high_mps(depth_m, off_axis_m, places_m, &nowhere, f64::INFINITY)
+    }
+
+    /// Steepest change of the axial speed with place (1/s) over a range of depths below the rotor plane and beyond a distance from the
+    /// axis (m); a moved wake goes by the box of offsets. It holds along ways that stay below the rotor plane.
+    pub(crate) fn steepest_per_s(
+        &self,
+        depth_m: (f64, f64),
+        off_axis_m: f64,
+        places_m: &(Vector3<f64>, Vector3<f64>),
+    ) -> f64 {
+        let unit_mps = self.wake.induced_velocity_mps();
+        let near = match &self.bounds {
+            Bounds::Moved { table, gain, .. } => {
+                return table.highest(places_m).1 * unit_mps * gain;
+            }
+            Bounds::Round { near, .. } => near,
+        };
+        let near_depth_m = self.wake.near_field_depth_m();
+        let mut steepest = 0.0_f64;
+        if depth_m.1 > near_depth_m {
+            let top_m = depth_m.0.max(near_depth_m * JUST_BELOW);
+            let far_mps = self.highest_mps((top_m, depth_m.1), off_axis_m, places_m);
+            let over_speed = self.wake.far_field().steepest_over_speed_per_m(top_m);
+            steepest = far_mps * over_speed.unwrap_or(f64::INFINITY);
+        }
+        if depth_m.0 < near_depth_m {
+            let layers = near.layers(depth_m.0.max(0.0), depth_m.1.min(near_depth_m));
+            steepest = steepest.max(near.highest(layers, off_axis_m).1 * unit_mps);
+        }
+        steepest
     }
 }
 

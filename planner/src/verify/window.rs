@@ -10,18 +10,15 @@ use super::nearby::Near;
 use super::wake_bound::BoundedWake;
 use crate::trajectory::Motion;
 
-/// Points of the discs that are looked at together; a quadrotor's 28 fit.
-const CHUNK: usize = 32;
-
 /// A wake that the receiver may feel.
 pub(super) struct Emission<'a> {
     /// Index in the scene's flights.
     pub(super) other: usize,
     pub(super) wake: &'a BoundedWake,
-    motion: Motion,
+    pub(super) motion: Motion,
     /// The receiver's centre as seen from the emitter's.
     pub(super) relative: Motion,
-    stops: &'a [u32],
+    pub(super) stops: &'a [u32],
 }
 
 /// A receiver and the wakes it may feel; neither side changes its piece within the span.
@@ -115,7 +112,7 @@ pub(super) fn windows<'a>(
             window.late = others
                 .iter()
                 .filter_map(|&other| Late::new(scene, other))
-                .filter(|late| window.late_high_mps(late, from_s, until_s) > FAINTEST_WAKE_MPS)
+                .filter(|late| window.late_alone_mps(late, from_s, until_s) > FAINTEST_WAKE_MPS)
                 .collect();
         }
         windows.push(window);
@@ -124,6 +121,11 @@ pub(super) fn windows<'a>(
 }
 
 impl<'a> Window<'a> {
+    /// Whether air takes its time in it.
+    pub(super) fn is_late(&self) -> bool {
+        !self.late.is_empty()
+    }
+
     /// Whether no wake is felt in it.
     pub(super) fn is_calm(&self) -> bool {
         match self.scene.convection {
@@ -158,13 +160,13 @@ impl<'a> Window<'a> {
     }
 
     /// Depths of the receiver below an emitter (m).
-    fn depths_m(emission: &Emission<'_>, from_s: f64, until_s: f64) -> (f64, f64) {
+    pub(super) fn depths_m(emission: &Emission<'_>, from_s: f64, until_s: f64) -> (f64, f64) {
         let (low_m, high_m) = emission.relative.box_m(from_s, until_s);
         (-high_m.z, -low_m.z)
     }
 
     /// Whether the wake surely reaches the receiver's height, and whether it may.
-    fn reaches(&self, emission: &Emission<'_>, from_s: f64, until_s: f64) -> (bool, bool) {
+    pub(super) fn reaches(&self, emission: &Emission<'_>, from_s: f64, until_s: f64) -> (bool, bool) {
         let heights_m = self.motion.box_m(from_s, until_s);
         let places_m = emission.motion.box_m(from_s, until_s);
         let (lowest_m, highest_m) =
@@ -178,93 +180,31 @@ impl<'a> Window<'a> {
     }
 
     /// An upper bound of one wake anywhere on the receiver's discs (m/s).
-    fn rough_high_mps(&self, emission: &Emission<'_>, from_s: f64, until_s: f64) -> f64 {
+    pub(super) fn rough_high_mps(&self, emission: &Emission<'_>, from_s: f64, until_s: f64) -> f64 {
         let depths_m = Self::depths_m(emission, from_s, until_s);
         if depths_m.1 <= 0.0 || !self.reaches(emission, from_s, until_s).1 {
             return 0.0;
         }
-        let off_axis_m = emission
-            .relative
-            .axis_distance_m(from_s, until_s, [0.0; 2])
-            .0;
+        let (off_axis_m, places_m) = self.around_discs_m(emission, from_s, until_s);
+        emission.wake.highest_mps(depths_m, off_axis_m, &places_m)
+    }
+
+    /// Smallest distance of the receiver's discs from an emitter's axis, and the box of their offsets from it (m).
+    pub(super) fn around_discs_m(
+        &self,
+        emission: &Emission<'_>,
+        from_s: f64,
+        until_s: f64,
+    ) -> (f64, (Vector3<f64>, Vector3<f64>)) {
+        let way = emission.relative.level_way(from_s, until_s);
+        let off_axis_m = way.extremes_m([0.0; 2]).0.norm();
         let tip_m = self.receiver.tip_radius_m;
         let around_m = Vector3::new(tip_m, tip_m, 0.0);
         let (low_m, high_m) = emission.relative.box_m(from_s, until_s);
-        emission.wake.highest_mps(
-            depths_m,
+        (
             (off_axis_m - tip_m).max(0.0),
-            &(low_m - around_m, high_m + around_m),
+            (low_m - around_m, high_m + around_m),
         )
-    }
-
-    /// Lower and upper bound of the mean air over the discs (m/s) during a part of the window; the upper one is
-    /// only rough where that already shows it to be at most `enough`.
-    pub(super) fn bound_mps(&self, from_s: f64, until_s: f64, enough_mps: f64) -> (f64, f64) {
-        if self.is_calm() {
-            return (0.0, 0.0);
-        }
-        if !self.late.is_empty() {
-            return self.late_bound_mps(from_s, until_s, enough_mps);
-        }
-        let rough = self.scene.superpose(
-            self.emissions
-                .iter()
-                .map(|e| self.rough_high_mps(e, from_s, until_s)),
-        );
-        if rough <= enough_mps {
-            return (0.0, rough);
-        }
-        let discs = &self.receiver.discs;
-        let (mut low, mut high) = (0.0, 0.0);
-        for (points_m, weights) in discs.offsets_m.chunks(CHUNK).zip(discs.weights.chunks(CHUNK)) {
-            let mut gathered = [(0.0, 0.0); CHUNK];
-            for emission in &self.emissions {
-                self.gather(emission, (from_s, until_s), points_m, &mut gathered);
-            }
-            for (&(lowest, highest), weight) in gathered.iter().zip(weights) {
-                low += weight * self.scene.superposition.finish(lowest);
-                high += weight * self.scene.superposition.finish(highest);
-            }
-        }
-        (low, high.min(rough))
-    }
-
-    /// Adds the range of one wake at each of some points of the discs to what has been gathered there.
-    fn gather(
-        &self,
-        emission: &Emission<'_>,
-        (from_s, until_s): (f64, f64),
-        points_m: &[[f64; 2]],
-        gathered: &mut [(f64, f64); CHUNK],
-    ) {
-        let relative = &emission.relative;
-        let (low_m, high_m) = relative.box_m(from_s, until_s);
-        let (surely, maybe) = self.reaches(emission, from_s, until_s);
-        if !maybe || low_m.z >= 0.0 {
-            return;
-        }
-        // At the rotor plane itself the wake begins; within rounding of it nothing is certain.
-        let surely = surely && -high_m.z > airflow::HEIGHT_TOLERANCE_M;
-        let way = relative.level_way(from_s, until_s);
-        let middle_m = relative.at_m(0.5 * (from_s + until_s));
-        let mut passage = emission.wake.passage(
-            (-high_m.z, -low_m.z),
-            relative.half_path_m(from_s, until_s),
-            -middle_m.z,
-        );
-        let superposition = self.scene.superposition;
-        for (so_far, &[x, y]) in gathered.iter_mut().zip(points_m) {
-            let point_m = Vector3::new(x, y, 0.0);
-            let (low_mps, high_mps) = passage.range_mps(
-                way.extremes_m([x, y]),
-                &(low_m + point_m, high_m + point_m),
-                middle_m.xy() + point_m.xy(),
-            );
-            if surely {
-                so_far.0 = superposition.gather(so_far.0, low_mps);
-            }
-            so_far.1 = superposition.gather(so_far.1, high_mps);
-        }
     }
 
     /// The wakes at a time of the window, and whose.
