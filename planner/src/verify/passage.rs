@@ -132,7 +132,7 @@ impl<'a> Passage<'a> {
 }
 
 impl<'a> Far<'a> {
-    fn new(wake: &'a Wake, depth_m: (f64, f64)) -> Far<'a> {
+    pub(super) fn new(wake: &'a Wake, depth_m: (f64, f64)) -> Far<'a> {
         let top_m = depth_m.0.max(wake.near_field_depth_m() * JUST_BELOW);
         let bottom_m = depth_m.1.max(top_m);
         let ratio = match (wake.centreline_mps(top_m), wake.centreline_mps(bottom_m)) {

@@ -12,7 +12,7 @@ use nalgebra::{Vector2, Vector3};
 use super::FAINTEST_WAKE_MPS;
 use super::moved_wake::MovedTable;
 use super::near_table::NearTable;
-use super::passage::Passage;
+use super::passage::{Far, Passage};
 
 /// Depth below the end of the near field from which the far-field bound is taken, as a factor on it:
 /// rounding must not ask for a centreline above its range.
@@ -149,8 +149,24 @@ impl BoundedWake {
         off_axis_m: f64,
         places_m: &(Vector3<f64>, Vector3<f64>),
     ) -> f64 {
-        let nowhere = Vector3::new(0.0, 0.0, -depth_m.1);
-        self.high_mps(depth_m, off_axis_m, places_m, &nowhere, f64::INFINITY)
+        if depth_m.1 <= 0.0 {
+            return 0.0;
+        }
+        let unit_mps = self.wake.induced_velocity_mps();
+        let near = match &self.bounds {
+            Bounds::Moved { table, gain, .. } => return table.highest(places_m).0 * unit_mps * gain,
+            Bounds::Round { near, .. } => near,
+        };
+        let near_depth_m = self.wake.near_field_depth_m();
+        let mut high_mps = 0.0_f64;
+        if depth_m.1 > near_depth_m {
+            high_mps = Far::new(&self.wake, depth_m).highest_mps(Vector2::new(off_axis_m, 0.0));
+        }
+        if depth_m.0 < near_depth_m {
+            let layers = near.layers(depth_m.0.max(0.0), depth_m.1.min(near_depth_m));
+            high_mps = high_mps.max(near.highest(layers, off_axis_m).0 * unit_mps);
+        }
+        high_mps
     }
 
     /// Steepest change of the axial speed with place (1/s) over a range of depths below the rotor plane and beyond a distance from the
