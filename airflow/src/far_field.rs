@@ -181,6 +181,21 @@ impl FarField {
         Some((4.0 * self.steepness + 9.0).sqrt() / sigma_m)
     }
 
+    /// A bound on `(u'²/u + |u''|)/u` (1/m²) along straight ways at a depth and below, a prime being a derivative with the length of the
+    /// way. With `u = N σ³/q²`, `q = σ² + A r²` and `A = a σ²/r_half²`, the steepness,
+    ///
+    /// ```text
+    /// u'/u = 3 σ'/σ - 2 q'/q               (u'/u)² <= (4 A + 9)/σ²
+    /// (u'/u)' = -3 σ'²/σ² - 2 q''/q + 2 q'²/q²,   q'² <= 4 q (σ'² + A (1 - σ'²)) = 2 q q''
+    ///         so it lies within ±(4 A + 7)/σ²
+    /// u''/u = (u'/u)' + (u'/u)²
+    /// ```
+    #[must_use]
+    pub fn bent_over_speed_per_m2(&self, depth_m: f64) -> Option<f64> {
+        let sigma_m = self.sigma_m(depth_m)?;
+        Some((12.0 * self.steepness + 25.0) / (sigma_m * sigma_m))
+    }
+
     /// Volume flux (m³/s) through the whole plane at a depth; it grows by entrainment.
     ///
     /// ```text
@@ -392,6 +407,28 @@ mod tests {
                 let along = jet().axial_gradient_per_s(s, r).expect("deep");
                 let speed_mps = jet().axial_speed_mps(s, r).expect("deep");
                 assert!(across.hypot(along) <= bound_per_m * speed_mps);
+            }
+        }
+    }
+
+    #[test]
+    fn no_straight_way_is_bent_more_than_the_bound() {
+        let h = 1e-4; // m
+        for (s, r) in points() {
+            let bound_per_m2 = jet().bent_over_speed_per_m2(s).expect("deep");
+            for k in 0..16 {
+                let (up, level) = (0.1 * f64::from(k)).sin_cos();
+                for turn in [0.0, 0.6, 1.2, 1.571] {
+                    let at_mps = |way_m: f64| {
+                        let (x, y) = (r + way_m * level * f64::cos(turn), way_m * level * f64::sin(turn));
+                        jet().axial_speed_mps(s + way_m * up + 2.0 * h, x.hypot(y)).expect("deep")
+                    };
+                    let [before, here, after] = [-h, 0.0, h].map(at_mps);
+                    let slope = (after - before) / (2.0 * h);
+                    let bent = (after - 2.0 * here + before) / (h * h);
+                    // Rounding of 10 m/s over h² leaves 1e-6 / s² or so.
+                    assert!(slope * slope / here + bent.abs() <= bound_per_m2 * here + 1e-5);
+                }
             }
         }
     }

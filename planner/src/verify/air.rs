@@ -2,7 +2,7 @@
 
 use airflow::power;
 
-use super::clock::{above, integrate, join, maximise};
+use super::clock::{Span, above, integrate, join, maximise};
 use super::flight::{Flight, Scene};
 use super::nearby::Near;
 use super::window::{Window, windows};
@@ -89,11 +89,11 @@ pub(super) fn judge(scene: &Scene<'_>, near: &[Vec<Near>], k: usize) -> (Vec<Fou
 fn highest(
     windows: &[Window<'_>],
     seed: Option<Moment>,
-    within_s: Option<(f64, f64)>,
+    within: Option<(f64, f64)>,
 ) -> Option<Moment> {
     let mut best = seed;
     for (index, window) in windows.iter().enumerate() {
-        let within_s = within_s.unwrap_or((window.from_s, window.until_s));
+        let within_s = within.unwrap_or((window.from_s, window.until_s));
         let span_s = (
             window.from_s.max(within_s.0),
             window.until_s.min(within_s.1),
@@ -105,10 +105,14 @@ fn highest(
         let mut sources = Vec::new();
         let mut here = (span_s.0, best.map_or(0.0, |known| known.value));
         let before = here.1;
+        let mut air = match within {
+            Some(_) => window.mean_by_chords(&mut sources),
+            None => window.mean(&mut sources),
+        };
         maximise(
-            span_s,
+            Span::new(span_s),
             &mut here,
-            &mut window.mean(&mut sources),
+            &mut air,
             &|value| WORST_TOLERANCE * value + floor_mps,
         );
         if here.1 > before {
@@ -141,9 +145,9 @@ fn over_limit(
         let mut sources = Vec::new();
         let mut here = Vec::new();
         above(
-            (window.from_s, window.until_s),
+            Span::new((window.from_s, window.until_s)),
             limit_mps,
-            &mut window.mean(&mut sources),
+            &mut window.mean_by_chords(&mut sources),
             &mut here,
         );
         for span_s in here {

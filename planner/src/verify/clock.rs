@@ -11,8 +11,55 @@ pub(super) trait Bounded {
     fn rough(&mut self, from_s: f64, until_s: f64) -> f64;
     /// An upper bound that closes in on the value.
     fn high(&mut self, from_s: f64, until_s: f64) -> f64;
-    /// A lower and an upper bound that close in on the value; an upper bound at or below `enough` need not be tight.
-    fn range(&mut self, from_s: f64, until_s: f64, enough: f64) -> (f64, f64);
+    /// A lower and an upper bound that close in on the value.
+    fn range(&mut self, from_s: f64, until_s: f64) -> (f64, f64);
+    /// How far it may be from its chord over the span; `None`: not known.
+    fn bulge(&mut self, from_s: f64, until_s: f64) -> Option<f64>;
+}
+
+/// A span and, where they have been looked at, the values at its ends.
+#[derive(Clone, Copy)]
+pub(super) struct Span {
+    pub(super) from_s: f64,
+    pub(super) until_s: f64,
+    ends: Option<(f64, f64)>,
+}
+
+impl Span {
+    pub(super) fn new((from_s, until_s): (f64, f64)) -> Span {
+        Span {
+            from_s,
+            until_s,
+            ends: None,
+        }
+    }
+
+    /// Bounds from the values at the ends; `None` where nothing is known of what lies between.
+    fn range_by_ends(&mut self, air: &mut impl Bounded) -> Option<(f64, f64)> {
+        let bulge = air.bulge(self.from_s, self.until_s)?;
+        let ends = match self.ends {
+            Some(ends) => ends,
+            None => (air.value(self.from_s), air.value(self.until_s)),
+        };
+        self.ends = Some(ends);
+        Some((
+            ends.0.min(ends.1) - bulge,
+            ends.0.max(ends.1) + bulge,
+        ))
+    }
+
+    /// Its halves; `here` is the value between them.
+    fn halves(&self, middle_s: f64, here: f64) -> [Span; 2] {
+        let part = |from_s, until_s, ends| Span {
+            from_s,
+            until_s,
+            ends,
+        };
+        [
+            part(self.from_s, middle_s, self.ends.map(|(from, _)| (from, here))),
+            part(middle_s, self.until_s, self.ends.map(|(_, until)| (here, until))),
+        ]
+    }
 }
 
 /// Shortest span that is still divided (s). What is judged by its middle alone lasts no longer than
@@ -22,20 +69,24 @@ pub(super) const SHORTEST_S: f64 = 1e-3;
 /// Raises `best` (time, value) to the highest value on a span, to within `tolerance` of it (a function
 /// of the value).
 pub(super) fn maximise(
-    span_s: (f64, f64),
+    mut span: Span,
     best: &mut (f64, f64),
     air: &mut impl Bounded,
     tolerance: &impl Fn(f64) -> f64,
 ) {
-    let (from_s, until_s) = span_s;
+    let (from_s, until_s) = (span.from_s, span.until_s);
     let enough = best.1 + tolerance(best.1);
     if air.rough(from_s, until_s) <= enough {
+        return;
+    }
+    let by_ends = span.range_by_ends(air);
+    if by_ends.is_some_and(|(_, high)| high <= enough) {
         return;
     }
     let middle_s = 0.5 * (from_s + until_s);
     let here = air.value(middle_s);
     // No bound is below the value: it is not asked for where the value already is too high.
-    if here <= enough && air.high(from_s, until_s) <= enough {
+    if by_ends.is_none() && here <= enough && air.high(from_s, until_s) <= enough {
         return;
     }
     if here > best.1 {
@@ -45,31 +96,40 @@ pub(super) fn maximise(
     if until_s - from_s <= 0.1 * SHORTEST_S {
         return;
     }
-    maximise((from_s, middle_s), best, air, tolerance);
-    maximise((middle_s, until_s), best, air, tolerance);
+    for half in span.halves(middle_s, here) {
+        maximise(half, best, air, tolerance);
+    }
 }
 
 /// Appends the parts of a span where the value exceeds `limit`, in order; adjacent parts are joined.
 pub(super) fn above(
-    span_s: (f64, f64),
+    mut span: Span,
     limit: f64,
     air: &mut impl Bounded,
     parts: &mut Vec<(f64, f64)>,
 ) {
-    let (from_s, until_s) = span_s;
-    let (low, high) = air.range(from_s, until_s, limit);
+    let (from_s, until_s) = (span.from_s, span.until_s);
+    if air.rough(from_s, until_s) <= limit {
+        return;
+    }
+    let by_ends = span.range_by_ends(air);
+    let (low, high) = by_ends.unwrap_or_else(|| air.range(from_s, until_s));
     if high <= limit {
         return;
     }
     let middle_s = 0.5 * (from_s + until_s);
-    if low > limit || until_s - from_s <= SHORTEST_S {
-        if low > limit || air.value(middle_s) > limit {
-            join(parts, span_s);
-        }
+    let shortest = until_s - from_s <= SHORTEST_S;
+    if low > limit || shortest && air.value(middle_s) > limit {
+        join(parts, (from_s, until_s));
         return;
     }
-    above((from_s, middle_s), limit, air, parts);
-    above((middle_s, until_s), limit, air, parts);
+    if shortest {
+        return;
+    }
+    let here = if by_ends.is_some() { air.value(middle_s) } else { 0.0 };
+    for half in span.halves(middle_s, here) {
+        above(half, limit, air, parts);
+    }
 }
 
 /// Appends a span, or lengthens the last one where they touch.

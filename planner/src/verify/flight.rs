@@ -61,18 +61,16 @@ impl Flight {
         self.airborne_s.0 <= middle_s && middle_s < self.airborne_s.1
     }
 
-    /// Greatest distance at which its wake can matter down to a depth (m), over all its masses.
-    pub(super) fn reach_m(&self, depth_m: f64) -> f64 {
+    /// Its wakes without those that repeat.
+    pub(super) fn different_wakes(&self) -> Vec<Arc<BoundedWake>> {
+        let mut different: Vec<Arc<BoundedWake>> = Vec::new();
         // Consecutive pieces share one wake while the mass stays the same.
-        let mut greatest = 0.0_f64;
-        let mut last: Option<&Arc<BoundedWake>> = None;
         for wake in &self.wakes {
-            if last.is_none_or(|known| !Arc::ptr_eq(known, wake)) {
-                greatest = greatest.max(wake.reach_m(depth_m));
+            if !different.iter().rev().any(|known| Arc::ptr_eq(known, wake)) {
+                different.push(Arc::clone(wake));
             }
-            last = Some(wake);
         }
-        greatest
+        different
     }
 
     /// Greatest radius of its near-field column over all its masses (m).

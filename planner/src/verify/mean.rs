@@ -1,6 +1,6 @@
 //! The mean air over a receiver's discs as a function of time within a window: its value and its bounds.
 
-use airflow::Source;
+use airflow::{Source, Superposition};
 use nalgebra::Vector3;
 
 use super::clock::Bounded;
@@ -13,6 +13,7 @@ const CHUNK: usize = 32;
 pub(super) struct Mean<'w, 'a> {
     window: &'w Window<'a>,
     sources: &'w mut Vec<Source<'a>>,
+    chords: bool,
 }
 
 impl<'a> Window<'a> {
@@ -21,6 +22,16 @@ impl<'a> Window<'a> {
         Mean {
             window: self,
             sources,
+            chords: false,
+        }
+    }
+
+    /// The same, also bounded by chords: far fewer spans then follow a peak. The worst of a flight is found without, so that the figures
+    /// of a plan stay those of earlier versions to the byte.
+    pub(super) fn mean_by_chords<'w>(&'w self, sources: &'w mut Vec<Source<'a>>) -> Mean<'w, 'a> {
+        Mean {
+            chords: true,
+            ..self.mean(sources)
         }
     }
 }
@@ -65,24 +76,38 @@ impl Bounded for Mean<'_, '_> {
 
     /// From the value at the middle, by how much each wake may change on the way from there: superposed, changes are no more than
     /// the changes superposed.
-    fn range(&mut self, from_s: f64, until_s: f64, enough: f64) -> (f64, f64) {
-        let rough = self.rough(from_s, until_s);
-        if rough <= enough {
-            return (0.0, rough);
-        }
+    fn range(&mut self, from_s: f64, until_s: f64) -> (f64, f64) {
         let window = self.window;
-        if window.is_late() {
-            return (0.0, self.high(from_s, until_s).min(rough));
-        }
-        let changes: Option<Vec<f64>> = (window.emissions.iter())
-            .map(|e| window.change_mps(e, from_s, until_s))
-            .collect();
+        let changes: Option<Vec<f64>> = (!window.is_late())
+            .then(|| (window.emissions.iter()).map(|e| window.change_mps(e, from_s, until_s)))
+            .and_then(Iterator::collect);
         let Some(changes_mps) = changes else {
-            return (0.0, self.high(from_s, until_s).min(rough));
+            return (0.0, self.high(from_s, until_s));
         };
         let change = window.scene.superpose(changes_mps.into_iter());
         let middle = self.value(0.5 * (from_s + until_s));
-        ((middle - change).max(0.0), (middle + change).min(rough))
+        ((middle - change).max(0.0), middle + change)
+    }
+
+    /// In far fields, by how much each of them bends on the way. Along straight ways two places `L` apart a function stays within
+    /// `max |f''| L²/8` of its chord; of superposed wakes
+    ///
+    /// ```text
+    /// f = √(Σ u²):   f f'' = Σ (u'² + u u'') - f'²,   0 <= Σ u'² - f'²   so   |f''| <= √(Σ (u'²/u + |u''|)²)
+    /// ```
+    ///
+    /// and for sums alike, with sums in place of roots.
+    fn bulge(&mut self, from_s: f64, until_s: f64) -> Option<f64> {
+        let window = self.window;
+        if !self.chords || window.is_late() || window.scene.superposition == Superposition::Strongest {
+            return None;
+        }
+        let mut gathered = 0.0;
+        for emission in &window.emissions {
+            let bend_mps = window.bend_mps(emission, from_s, until_s)?;
+            gathered = window.scene.superposition.gather(gathered, bend_mps);
+        }
+        Some(window.scene.superposition.finish(gathered) / 8.0)
     }
 }
 
@@ -108,6 +133,27 @@ impl Window<'_> {
             .wake
             .steepest_per_s(depths_m, off_axis_m, &places_m);
         Some(steepest * half_path_m)
+    }
+
+    /// `u'²/u + |u''|` of one wake anywhere on the receiver's discs, by the square of the way through a part of the window (m/s); `None` outside
+    /// the far field, and where the wake may begin or end.
+    fn bend_mps(&self, emission: &Emission<'_>, from_s: f64, until_s: f64) -> Option<f64> {
+        let depths_m = Self::depths_m(emission, from_s, until_s);
+        let (surely, maybe) = self.reaches(emission, from_s, until_s);
+        if depths_m.1 <= 0.0 || !maybe {
+            return Some(0.0);
+        }
+        if !surely {
+            return None;
+        }
+        let bent_per_m2 = emission.wake.bent_over_speed_per_m2(depths_m.0)?;
+        let way_m = 2.0 * emission.relative.half_path_m(from_s, until_s);
+        if way_m == 0.0 {
+            return Some(0.0);
+        }
+        let (off_axis_m, places_m) = self.around_discs_m(emission, from_s, until_s);
+        let high_mps = emission.wake.highest_mps(depths_m, off_axis_m, &places_m);
+        Some(bent_per_m2 * way_m * way_m * high_mps)
     }
 
     /// Adds the highest of one wake at each of some points of the discs to what has been gathered there.

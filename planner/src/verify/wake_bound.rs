@@ -169,6 +169,14 @@ impl BoundedWake {
         high_mps
     }
 
+    /// `u'²/u + |u''|` over the speed `u` (1/m²) along any straight way in the far field at and below a depth (m); `None` elsewhere.
+    pub(crate) fn bent_over_speed_per_m2(&self, depth_m: f64) -> Option<f64> {
+        if self.is_moved() {
+            return None;
+        }
+        self.wake.far_field().bent_over_speed_per_m2(depth_m)
+    }
+
     /// Steepest change of the axial speed with place (1/s) over a range of depths below the rotor plane and beyond a distance from the
     /// axis (m); a moved wake goes by the box of offsets. It holds along ways that stay below the rotor plane.
     pub(crate) fn steepest_per_s(
