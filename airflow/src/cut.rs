@@ -1,8 +1,9 @@
 //! One wake at one depth: what the points of a level disc share is worked out once for all of them.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use crate::far_field::Level;
+use crate::field::Superposition;
 use crate::near_field::NearLevel;
 use crate::wake::Wake;
 
@@ -57,6 +58,52 @@ impl<'a> Cut<'a> {
         match &self.0 {
             Kind::Far(level) => level.axial_speed_mps(x_m * x_m + y_m * y_m),
             other => other.elsewhere_mps(x_m, y_m),
+        }
+    }
+
+    /// Adds the axial speed at each of several steps (m, x and y) from an offset (m) to what has been gathered there.
+    pub(crate) fn gather(
+        &self,
+        offset_m: Vector2<f64>,
+        steps_m: &[[f64; 2]],
+        superposition: Superposition,
+        gathered: &mut [f64],
+    ) {
+        // One loop for each way to add: without a choice inside, the far field's divisions go in pairs.
+        match superposition {
+            Superposition::Momentum => {
+                self.each(offset_m, steps_m, gathered, |so_far, mps| {
+                    Superposition::Momentum.gather(so_far, mps)
+                });
+            }
+            Superposition::Linear | Superposition::Strongest => {
+                self.each(offset_m, steps_m, gathered, |so_far, mps| {
+                    superposition.gather(so_far, mps)
+                });
+            }
+        }
+    }
+
+    #[inline]
+    fn each(
+        &self,
+        offset_m: Vector2<f64>,
+        steps_m: &[[f64; 2]],
+        gathered: &mut [f64],
+        add: impl Fn(f64, f64) -> f64,
+    ) {
+        let places_m = steps_m
+            .iter()
+            .map(|&[x, y]| (offset_m.x + x, offset_m.y + y));
+        let points = gathered.iter_mut().zip(places_m);
+        if let Kind::Far(level) = self.0 {
+            for (so_far, (x, y)) in points {
+                *so_far = add(*so_far, level.axial_speed_mps(x * x + y * y));
+            }
+            return;
+        }
+        for (so_far, (x, y)) in points {
+            *so_far = add(*so_far, self.0.elsewhere_mps(x, y));
         }
     }
 }

@@ -420,8 +420,13 @@ mod tests {
                 let (up, level) = (0.1 * f64::from(k)).sin_cos();
                 for turn in [0.0, 0.6, 1.2, 1.571] {
                     let at_mps = |way_m: f64| {
-                        let (x, y) = (r + way_m * level * f64::cos(turn), way_m * level * f64::sin(turn));
-                        jet().axial_speed_mps(s + way_m * up + 2.0 * h, x.hypot(y)).expect("deep")
+                        let (x, y) = (
+                            r + way_m * level * f64::cos(turn),
+                            way_m * level * f64::sin(turn),
+                        );
+                        jet()
+                            .axial_speed_mps(s + way_m * up + 2.0 * h, x.hypot(y))
+                            .expect("deep")
                     };
                     let [before, here, after] = [-h, 0.0, h].map(at_mps);
                     let slope = (after - before) / (2.0 * h);

@@ -153,11 +153,8 @@ pub fn mean_over_discs_mps(
         let mut gathered = [0.0; CHUNK];
         for source in sources.iter().filter(|source| source.reaches(centre_m.z)) {
             let offset_m = centre_m - source.position_m;
-            source
-                .wake
-                .for_each_level_speed(offset_m, offsets_m, |i, speed_mps| {
-                    gathered[i] = superposition.gather(gathered[i], speed_mps);
-                });
+            let cut = source.wake.cut(-offset_m.z);
+            cut.gather(offset_m.xy(), offsets_m, superposition, &mut gathered);
         }
         for (&gathered, weight) in gathered.iter().zip(weights) {
             mean += weight * superposition.finish(gathered);

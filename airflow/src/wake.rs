@@ -328,23 +328,6 @@ impl Wake {
         }
     }
 
-    /// Axial speeds at points of one height, given as steps (x, y) from an offset: the depth is worked out once.
-    #[inline]
-    pub(crate) fn for_each_level_speed(
-        &self,
-        offset_m: Vector3<f64>,
-        steps_m: &[[f64; 2]],
-        mut found: impl FnMut(usize, f64),
-    ) {
-        let cut = self.cut(-offset_m.z);
-        for (i, step) in steps_m.iter().enumerate() {
-            found(
-                i,
-                cut.axial_speed_mps(offset_m.x + step[0], offset_m.y + step[1]),
-            );
-        }
-    }
-
     /// Mean velocity (m/s) at an offset, world frame: z negative is down, x and y the radial flow that continuity asks for
     /// (out of the jet's core, into it from outside). Zero at and above the rotor plane.
     #[must_use]

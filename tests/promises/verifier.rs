@@ -1,6 +1,7 @@
 //! The verifier refuses what is wrong, accepts what is right, and misses nothing between samples.
 
 mod air;
+mod changed;
 pub(crate) mod plans;
 mod zones;
 

@@ -190,8 +190,7 @@ impl LevelWay {
         if self.length2_m2 <= 0.0 {
             return (a, a);
         }
-        let nearest =
-            a + self.along_m * (-a.dot(&self.along_m) / self.length2_m2).clamp(0.0, 1.0);
+        let nearest = a + self.along_m * (-a.dot(&self.along_m) / self.length2_m2).clamp(0.0, 1.0);
         let farthest = if a.norm_squared() >= b.norm_squared() {
             a
         } else {

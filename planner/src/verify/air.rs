@@ -27,12 +27,12 @@ struct Moment {
 }
 
 /// Judges the air of flight `k` and its stays in columns.
-pub(super) fn judge(scene: &Scene<'_>, near: &[Vec<Near>], k: usize) -> (Vec<Found>, AirMet) {
+pub(super) fn judge(scene: &Scene<'_>, near: &[Near], k: usize) -> (Vec<Found>, AirMet) {
     let receiver = &scene.flights[k];
     if receiver.airborne_s.1 <= receiver.airborne_s.0 {
         return (Vec::new(), AirMet::default());
     }
-    let windows = windows(scene, &near[k], receiver);
+    let windows = windows(scene, near, receiver);
     let mut met = AirMet::default();
     let mut seed: Option<Moment> = None;
     let mut own_energy_j = 0.0;
@@ -109,12 +109,9 @@ fn highest(
             Some(_) => window.mean_by_chords(&mut sources),
             None => window.mean(&mut sources),
         };
-        maximise(
-            Span::new(span_s),
-            &mut here,
-            &mut air,
-            &|value| WORST_TOLERANCE * value + floor_mps,
-        );
+        maximise(Span::new(span_s), &mut here, &mut air, &|value| {
+            WORST_TOLERANCE * value + floor_mps
+        });
         if here.1 > before {
             best = Some(Moment {
                 window: index,

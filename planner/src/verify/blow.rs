@@ -120,13 +120,9 @@ fn highs_mps(field: &Field<'_>, blow: &Blow<'_>, places_m: &Places, span_s: (f64
         blow.motion.half_path_m(span_s.0, span_s.1) + 0.5 * (places_m.1 - places_m.0).norm();
     let middle_m = 0.5 * (places_m.0 + places_m.1) - blow.motion.at_m(middle_s);
     let offsets_m = (places_m.0 - from_m.1, places_m.1 - from_m.0);
-    let above_mps = blow.wake.high_mps(
-        depths_m,
-        near_m,
-        &offsets_m,
-        &middle_m,
-        half_way_m,
-    );
+    let above_mps = blow
+        .wake
+        .high_mps(depths_m, near_m, &offsets_m, &middle_m, half_way_m);
     (above_mps, along_mps)
 }
 

@@ -42,10 +42,7 @@ impl Span {
             None => (air.value(self.from_s), air.value(self.until_s)),
         };
         self.ends = Some(ends);
-        Some((
-            ends.0.min(ends.1) - bulge,
-            ends.0.max(ends.1) + bulge,
-        ))
+        Some((ends.0.min(ends.1) - bulge, ends.0.max(ends.1) + bulge))
     }
 
     /// Its halves; `here` is the value between them.
@@ -56,8 +53,16 @@ impl Span {
             ends,
         };
         [
-            part(self.from_s, middle_s, self.ends.map(|(from, _)| (from, here))),
-            part(middle_s, self.until_s, self.ends.map(|(_, until)| (here, until))),
+            part(
+                self.from_s,
+                middle_s,
+                self.ends.map(|(from, _)| (from, here)),
+            ),
+            part(
+                middle_s,
+                self.until_s,
+                self.ends.map(|(_, until)| (here, until)),
+            ),
         ]
     }
 }
@@ -126,7 +131,11 @@ pub(super) fn above(
     if shortest {
         return;
     }
-    let here = if by_ends.is_some() { air.value(middle_s) } else { 0.0 };
+    let here = if by_ends.is_some() {
+        air.value(middle_s)
+    } else {
+        0.0
+    };
     for half in span.halves(middle_s, here) {
         above(half, limit, air, parts);
     }

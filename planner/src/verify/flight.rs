@@ -115,5 +115,5 @@ pub(crate) fn level_gap_m(
     b: &(Vector3<f64>, Vector3<f64>),
 ) -> f64 {
     let gap = |k: usize| (a.0[k] - b.1[k]).max(b.0[k] - a.1[k]).max(0.0);
-    gap(0).hypot(gap(1))
+    (gap(0) * gap(0) + gap(1) * gap(1)).sqrt()
 }

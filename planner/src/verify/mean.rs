@@ -46,7 +46,8 @@ impl Bounded for Mean<'_, '_> {
         if window.is_late() {
             return window.late_rough_mps(from_s, until_s);
         }
-        let highs_mps = (window.emissions.iter()).map(|e| window.rough_high_mps(e, from_s, until_s));
+        let highs_mps =
+            (window.emissions.iter()).map(|e| window.rough_high_mps(e, from_s, until_s));
         window.scene.superpose(highs_mps)
     }
 
@@ -99,7 +100,10 @@ impl Bounded for Mean<'_, '_> {
     /// and for sums alike, with sums in place of roots.
     fn bulge(&mut self, from_s: f64, until_s: f64) -> Option<f64> {
         let window = self.window;
-        if !self.chords || window.is_late() || window.scene.superposition == Superposition::Strongest {
+        if !self.chords
+            || window.is_late()
+            || window.scene.superposition == Superposition::Strongest
+        {
             return None;
         }
         let mut gathered = 0.0;

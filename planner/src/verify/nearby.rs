@@ -113,7 +113,10 @@ impl Reach {
 }
 
 fn reach_m(wakes: &[Arc<BoundedWake>], depth_m: f64) -> f64 {
-    wakes.iter().map(|wake| wake.reach_m(depth_m)).fold(0.0, f64::max)
+    wakes
+        .iter()
+        .map(|wake| wake.reach_m(depth_m))
+        .fold(0.0, f64::max)
 }
 
 /// Lowest and highest corner (m).
@@ -201,8 +204,7 @@ fn meet(
         return false;
     }
     let blows = |from: usize, on: &Flight, above: f64, below: f64| {
-        above > below
-            && gap_m <= reach.down_to_m(from, above - below) + on.tip_radius_m
+        above > below && gap_m <= reach.down_to_m(from, above - below) + on.tip_radius_m
     };
     gap_m <= flights[a].body_radius_m + flights[b].body_radius_m
         || blows(a, &flights[b], places_a.1.z, places_b.0.z)

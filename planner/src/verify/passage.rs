@@ -69,8 +69,7 @@ impl<'a> Passage<'a> {
                 },
                 Bounds::Round { near, .. } => {
                     let near_depth_m = wake.near_field_depth_m();
-                    let layers =
-                        || near.layers(depth_m.0.max(0.0), depth_m.1.min(near_depth_m));
+                    let layers = || near.layers(depth_m.0.max(0.0), depth_m.1.min(near_depth_m));
                     Kind::Round {
                         far: (depth_m.1 > near_depth_m).then(|| Far::new(wake, depth_m)),
                         near: (depth_m.0 < near_depth_m).then(|| (&**near, layers())),

@@ -125,7 +125,13 @@ impl BoundedWake {
         half_path_m: f64,
         middle_depth_m: f64,
     ) -> Passage<'_> {
-        Passage::new(&self.wake, &self.bounds, depth_m, half_path_m, middle_depth_m)
+        Passage::new(
+            &self.wake,
+            &self.bounds,
+            depth_m,
+            half_path_m,
+            middle_depth_m,
+        )
     }
 
     /// Highest axial speed (m/s) over a range of depths below the rotor plane and beyond a distance from the axis (m), along a way of which
@@ -154,7 +160,9 @@ impl BoundedWake {
         }
         let unit_mps = self.wake.induced_velocity_mps();
         let near = match &self.bounds {
-            Bounds::Moved { table, gain, .. } => return table.highest(places_m).0 * unit_mps * gain,
+            Bounds::Moved { table, gain, .. } => {
+                return table.highest(places_m).0 * unit_mps * gain;
+            }
             Bounds::Round { near, .. } => near,
         };
         let near_depth_m = self.wake.near_field_depth_m();

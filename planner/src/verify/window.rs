@@ -120,6 +120,21 @@ pub(super) fn windows<'a>(
     windows
 }
 
+/// Whether a receiver may feel the air of somebody among those near it who count, or come into the column of one.
+pub(super) fn feels(
+    scene: &Scene<'_>,
+    near: &[Near],
+    receiver: &Flight,
+    counts: impl Fn(usize) -> bool,
+) -> bool {
+    (near.iter())
+        .filter(|encounter| counts(encounter.other))
+        .any(|encounter| {
+            let alone = windows(scene, std::slice::from_ref(encounter), receiver);
+            (alone.iter()).any(|window| !window.is_calm() || !window.emissions.is_empty())
+        })
+}
+
 impl<'a> Window<'a> {
     /// Whether air takes its time in it.
     pub(super) fn is_late(&self) -> bool {
@@ -166,7 +181,12 @@ impl<'a> Window<'a> {
     }
 
     /// Whether the wake surely reaches the receiver's height, and whether it may.
-    pub(super) fn reaches(&self, emission: &Emission<'_>, from_s: f64, until_s: f64) -> (bool, bool) {
+    pub(super) fn reaches(
+        &self,
+        emission: &Emission<'_>,
+        from_s: f64,
+        until_s: f64,
+    ) -> (bool, bool) {
         let heights_m = self.motion.box_m(from_s, until_s);
         let places_m = emission.motion.box_m(from_s, until_s);
         let (lowest_m, highest_m) =
