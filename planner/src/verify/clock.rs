@@ -84,16 +84,15 @@ pub(super) fn maximise(
     if air.rough(from_s, until_s) <= enough {
         return;
     }
-    let by_ends = span.range_by_ends(air);
-    if by_ends.is_some_and(|(_, high)| high <= enough) {
+    let high = match span.range_by_ends(air) {
+        Some((_, high)) => high,
+        None => air.high(from_s, until_s),
+    };
+    if high <= enough {
         return;
     }
     let middle_s = 0.5 * (from_s + until_s);
     let here = air.value(middle_s);
-    // No bound is below the value: it is not asked for where the value already is too high.
-    if by_ends.is_none() && here <= enough && air.high(from_s, until_s) <= enough {
-        return;
-    }
     if here > best.1 {
         *best = (middle_s, here);
     }
