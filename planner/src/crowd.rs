@@ -11,7 +11,6 @@
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
-use nalgebra::Point3;
 
 use crate::lattice::Lattice;
 use crate::roadmap::Vertex;
@@ -488,7 +487,7 @@ fn pieces(lattice: &Lattice, leg: &Leg, mut f: impl FnMut([i32; 3], usize, [Tick
     let count = (2.0 * length_m / lattice.cell_m()).ceil().max(1.0) as u32;
     if leg.end == Tick::FOREVER || count == 1 {
         let middle_m = nalgebra::center(&leg.from_m, &leg.to_m);
-        return f(nearest(lattice, &middle_m), STILL, [leg.start, leg.end]);
+        return f(lattice.nearest(&middle_m), STILL, [leg.start, leg.end]);
     }
     let ticks = leg.end.0 - leg.start.0;
     for k in 0..count {
@@ -496,14 +495,7 @@ fn pieces(lattice: &Lattice, leg: &Leg, mut f: impl FnMut([i32; 3], usize, [Tick
         if start < end {
             let part = leg.between(start, end);
             let middle_m = nalgebra::center(&part.from_m, &part.to_m);
-            f(nearest(lattice, &middle_m), STILL, [start, end]);
+            f(lattice.nearest(&middle_m), STILL, [start, end]);
         }
     }
-}
-
-fn nearest(lattice: &Lattice, at_m: &Point3<f64>) -> [i32; 3] {
-    let half_m = nalgebra::Vector3::from([0.5 * lattice.cell_m(); 3]);
-    let cell = lattice.cell_of(&(at_m + half_m));
-    let counts = lattice.counts();
-    [0, 1, 2].map(|axis| cell[axis].clamp(0, counts[axis] as i32 - 1))
 }

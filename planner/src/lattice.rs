@@ -1,6 +1,6 @@
 //! The regular grid of places that a roadmap connects.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use crate::world::Bounds;
 
@@ -147,6 +147,13 @@ impl Lattice {
             ((point_m[axis] - self.origin_m[axis]) / self.cell_m + 1e-6).floor() as i32
         };
         [of(0), of(1), of(2)]
+    }
+
+    /// The steps of the place next to a point.
+    pub fn nearest(&self, point_m: &Point3<f64>) -> [i32; 3] {
+        let half_m = Vector3::from([0.5 * self.cell_m; 3]);
+        let cell = self.cell_of(&(point_m + half_m));
+        [0, 1, 2].map(|axis| cell[axis].clamp(0, self.counts[axis] as i32 - 1))
     }
 
     /// The place that is at exactly this point.

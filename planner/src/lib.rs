@@ -29,6 +29,7 @@
 
 pub mod assemble;
 pub mod crowd;
+pub mod density;
 pub mod distances;
 pub mod endpoints;
 pub mod errand;

@@ -5,6 +5,7 @@ use costmap::verdict::Why;
 use nalgebra::Point3;
 
 use crate::assemble::assemble;
+use crate::density::Density;
 use crate::outcome::{Blocker, Control, EndpointConflict, EndpointKind, Exclusion};
 use crate::plan::{Plan, Unplanned, Violation, ViolationKind};
 use crate::prepare::Job;
@@ -13,6 +14,9 @@ use crate::search::{Found, Hindrance, IMMOVABLE, Obstruction, Scene, search};
 use crate::verify::verify;
 use crate::world::World;
 
+/// From this share of columns held on a crowd is named as a reason: chosen here, a quarter of them costs a hall of a
+/// thousand drones seconds to plan, a half of them more than a minute.
+const CROWDED_SHARE: f64 = 0.25;
 /// For how many groups the gentlest pass is looked for: chosen here, some dozens of searches each.
 const MOST_PASSES: usize = 3;
 /// Groups larger than this are not looked at as one: chosen here.
@@ -40,6 +44,7 @@ pub fn reasons(
             small.then(|| gentlest_pass(world, job, paths, group, control))
         })
         .collect();
+    let crowd = crowd(job, paths);
     paths
         .stranded
         .iter()
@@ -52,7 +57,7 @@ pub fn reasons(
                      move the task sideways, or end with Hover or Leave"
                 ),
                 Stranded::Zone(by) => obstruction(world, &by),
-                Stranded::Stopped => "planning was stopped before its turn".to_owned(),
+                Stranded::Stopped => format!("planning was stopped before its turn{crowd}"),
                 Stranded::Obstructed(_) => {
                     let (group, by) = groups.of_drone(drone);
                     let who = by.map_or_else(
@@ -65,7 +70,7 @@ pub fn reasons(
                             format!("{who}; see `{}`", name(world, first))
                         }
                         (Some(pass), _) => format!("{who}; {pass}"),
-                        (None, _) => who,
+                        (None, _) => format!("{who}{crowd}"),
                     }
                 }
             };
@@ -75,6 +80,18 @@ pub fn reasons(
             }
         })
         .collect()
+}
+
+/// What a crowd has to do with it; nothing where there is none.
+fn crowd(job: &Job, paths: &Paths) -> String {
+    let Density { held, open } = Density::of(job, paths);
+    if (held as f64) < CROWDED_SHARE * open as f64 {
+        return String::new();
+    }
+    let percent = 100.0 * held as f64 / open as f64;
+    format!(
+        "; {held} of the floor's {open} columns ({percent:.0} %) are under drones that hover for ever:          let some of them land or leave, or give the fleet more floor"
+    )
 }
 
 /// Stranded drones with those in their way: each group is a question of its own.
