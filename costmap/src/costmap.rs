@@ -64,6 +64,11 @@ impl Costmap {
         &self.fleet
     }
 
+    /// How many drones it has room for.
+    pub fn drone_count(&self) -> usize {
+        self.legs.len()
+    }
+
     /// What a drone has reserved; empty if it is not planned.
     pub fn legs(&self, drone: DroneId) -> &[Leg] {
         &self.legs[drone.0 as usize]

@@ -1,19 +1,25 @@
 //! One drone's job on the roadmap: where it starts, what it passes, how it ends, and how long that
 //! takes with nobody else there.
 
-use costmap::leg::{DroneId, KindId};
+use std::sync::Arc;
+
+use costmap::leg::{DroneId, KindId, Leg, Tick};
 use nalgebra::Point3;
 
 use crate::distances::{Distances, Mover, UNREACHABLE};
 use crate::roadmap::{Roadmap, Vertex};
 
 /// One drone's job.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Errand {
     /// Who.
     pub drone: DroneId,
     /// Where it starts.
     pub start: Vertex,
+    /// When: its legs begin then.
+    pub departs: Tick,
+    /// What it is flying until then, whatever is planned; empty where planning begins with it.
+    pub begun: Vec<Leg>,
     /// It starts on the ground, without a wake.
     pub grounded: bool,
     /// Its tasks in order.
@@ -32,10 +38,10 @@ pub struct Errand {
 }
 
 /// A task on the roadmap.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Stage {
     /// Ticks to it from anywhere.
-    pub distances: Distances,
+    pub distances: Arc<Distances>,
     /// How long it hovers there.
     pub dwell_ticks: u32,
     /// From arriving there to the end of the last dwell, with nobody else there.

@@ -73,6 +73,7 @@ fn kept_out_by_zones(
         roadmap: &job.roadmap,
         costmap: empty,
         weights: &weights,
+        under_way: &[],
         energy_weight: 0.0,
         careful: true,
         most_expansions: u64::MAX,

@@ -40,6 +40,7 @@ pub mod prepare;
 pub mod priority;
 pub mod reason;
 pub mod roadmap;
+pub mod rolling;
 pub mod scenario;
 pub mod search;
 pub mod solid;

@@ -163,7 +163,10 @@ fn splitmix64(seed: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+mod affected;
 mod batch;
+
+pub(crate) use affected::{Affected, plan_affected};
 
 struct Attempt<'a> {
     job: &'a Job,
@@ -176,6 +179,10 @@ struct Attempt<'a> {
     /// Whose weak wakes were too much for somebody: their steps are judged in full.
     careful: Vec<bool>,
     most_evictions: u32,
+    /// See [`Scene::under_way`].
+    under_way: Vec<Tick>,
+    /// What each drone flies if it finds no way; none or empty: it stays at its start.
+    kept: Vec<Vec<Leg>>,
     paths: Vec<Option<Path>>,
     stranded: Vec<(DroneId, Stranded)>,
 }
@@ -189,16 +196,21 @@ impl<'a> Attempt<'a> {
         effort: &'a mut Effort,
     ) -> Attempt<'a> {
         let drones = job.errands.len();
+        // Whoever is in the costmap without an errand gives way to nobody.
+        let mut weights = vec![FIRST_WEIGHT; drones];
+        weights.resize(costmap.drone_count().max(drones), IMMOVABLE);
         Attempt {
             job,
             costmap,
             energy_weight,
             control,
             effort,
-            weights: vec![FIRST_WEIGHT; drones],
+            weights,
             evicted: vec![0; drones],
             careful: vec![false; drones],
             most_evictions: MOST_EVICTIONS,
+            under_way: Vec::new(),
+            kept: Vec::new(),
             paths: vec![None; drones],
             stranded: Vec::new(),
         }
@@ -234,6 +246,7 @@ impl<'a> Attempt<'a> {
             roadmap: &self.job.roadmap,
             costmap: &self.costmap,
             weights: &self.weights,
+            under_way: &self.under_way,
             energy_weight: self.energy_weight,
             careful: false,
             most_expansions: MOST_EXPANSIONS,
@@ -261,15 +274,23 @@ impl<'a> Attempt<'a> {
 
     /// Leaves a drone at its start for ever, and takes back whoever is in conflict with that.
     fn strand(&mut self, drone: DroneId, why: Stranded, queue: &mut VecDeque<DroneId>) {
-        let stay = stays_at_start(&self.job.errands[drone.0 as usize], &self.job.roadmap);
+        let stay = self.without_way(drone);
         self.weights[drone.0 as usize] = IMMOVABLE;
         self.stranded.push((drone, why));
         let mut verdict = Verdict::default();
         loop {
-            self.costmap.judge(&stay, &mut verdict);
-            let movable = |other: &DroneId| self.weights[other.0 as usize] != IMMOVABLE;
-            let mut hit: Vec<DroneId> = verdict.blockers.iter().map(|b| b.drone).collect();
-            if !hit.iter().any(movable) && !verdict.is_allowed() {
+            let movable = |other: &DroneId| {
+                let index = other.0 as usize;
+                self.weights[index] != IMMOVABLE && self.paths[index].is_some()
+            };
+            let mut hit: Vec<DroneId> = Vec::new();
+            let mut allowed = true;
+            for leg in &stay {
+                self.costmap.judge(leg, &mut verdict);
+                hit.extend(verdict.blockers.iter().map(|b| b.drone));
+                allowed &= verdict.is_allowed();
+            }
+            if !hit.iter().any(movable) && !allowed {
                 // Those who stay would bear one another, were nobody else near them.
                 for &other in &hit.clone() {
                     for leg in self.costmap.legs(other) {
@@ -288,11 +309,21 @@ impl<'a> Attempt<'a> {
                 queue.push_front(other);
             }
         }
-        self.costmap.insert(vec![stay]);
+        self.costmap.insert(stay);
+    }
+
+    /// What a drone flies that finds no way.
+    fn without_way(&self, drone: DroneId) -> Vec<Leg> {
+        match self.kept.get(drone.0 as usize) {
+            Some(kept) if !kept.is_empty() => kept.clone(),
+            _ => vec![stays_at_start(&self.job.errands[drone.0 as usize], &self.job.roadmap)],
+        }
     }
 
     fn take_back(&mut self, drone: DroneId) {
         self.costmap.remove(drone);
+        // What it is flying it goes on with.
+        self.costmap.insert(self.job.errands[drone.0 as usize].begun.clone());
         self.paths[drone.0 as usize] = None;
         self.effort.evictions += 1;
     }
@@ -303,7 +334,8 @@ impl<'a> Attempt<'a> {
         let mut index = 0;
         while let Some(&(drone, why)) = self.stranded.get(index) {
             index += 1;
-            if !matches!(why, Stranded::Obstructed(_)) || (self.control.stop)() {
+            let keeps = self.evicted[drone.0 as usize] > 0 && !self.kept.is_empty();
+            if keeps || !matches!(why, Stranded::Obstructed(_)) || (self.control.stop)() {
                 continue;
             }
             let stay = self.costmap.legs(drone).to_vec();

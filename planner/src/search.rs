@@ -13,7 +13,7 @@
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
-use costmap::verdict::{Verdict, Why};
+use costmap::verdict::{Blocker, Verdict, Why};
 use nalgebra::Point3;
 
 use crate::errand::Errand;
@@ -46,6 +46,8 @@ pub struct Scene<'a> {
     pub costmap: &'a Costmap,
     /// Price in ticks of meeting each drone, or [`IMMOVABLE`].
     pub weights: &'a [u32],
+    /// Until when each drone goes on as it does, whatever its price; empty: nobody is under way.
+    pub under_way: &'a [Tick],
     /// Seconds of delay that a second's worth of hover energy is worth.
     pub energy_weight: f64,
     /// Whether every step is judged in full, weak wakes on those far off included.
@@ -57,6 +59,20 @@ pub struct Scene<'a> {
 }
 
 impl Scene<'_> {
+    /// What is in the way is flown already, and cannot be taken back.
+    fn is_under_way(&self, blocker: &Blocker) -> bool {
+        let until = self.under_way.get(blocker.drone.0 as usize);
+        until.is_some_and(|until| blocker.clear <= *until)
+    }
+
+    /// Price of what is in the way.
+    pub(crate) fn weight(&self, blocker: &Blocker) -> u32 {
+        if self.is_under_way(blocker) {
+            return IMMOVABLE;
+        }
+        self.weights[blocker.drone.0 as usize]
+    }
+
     pub(crate) fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
         if self.careful {
             self.costmap.judge(leg, verdict);
@@ -69,7 +85,7 @@ impl Scene<'_> {
 /// A way from start to end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    /// Back to back from tick 0; the last one may last for ever.
+    /// Back to back from where its errand begins; the last one may last for ever.
     pub legs: Vec<Leg>,
     /// End of the last dwell.
     pub arrives: Tick,

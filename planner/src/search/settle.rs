@@ -18,11 +18,12 @@ impl Search<'_> {
         let price = self.verdict.price_s * self.scene.energy_weight * Tick::PER_SECOND;
         label.paid = label.paid.saturating_add(price.round() as u32);
         for position in 0..self.verdict.blockers.len() {
-            let Blocker { drone, why, .. } = self.verdict.blockers[position];
-            if self.has_met(label.met, drone) {
+            let blocker = self.verdict.blockers[position];
+            let Blocker { drone, why, .. } = blocker;
+            if self.has_met(label.met, drone) && !self.scene.is_under_way(&blocker) {
                 continue;
             }
-            let weight = self.scene.weights[drone.0 as usize];
+            let weight = self.scene.weight(&blocker);
             if weight == IMMOVABLE {
                 self.obstructed(&came_from, Hindrance::Drone(drone, why));
                 return None;
