@@ -5,7 +5,7 @@
 //! history. From there on only those change who are asked to, and whoever has to give way to them;
 //! everybody else keeps their trajectory to the last byte. A drone between two places flies on to the next
 //! one before it does anything else, and a dwell that has begun is not interrupted, but by a new task.
-//! Whoever finds no way goes on with the one it had, or stays where it is if it had none.
+//! Whoever finds no way goes on with the one it had, or stays where it is if that is no way any more.
 //!
 //! ```
 //! use planner::rolling::{Change, Running};
@@ -107,7 +107,7 @@ pub struct Replanned {
     /// Whose trajectory is another one now, in the order of the plan.
     pub changed: Vec<Changed>,
     /// For whom there is no way, in the order of the plan: who was given another task goes on with what it
-    /// had, who is late follows its plan as late as it is, and who comes stays at its start.
+    /// had, who is late stops at the next place on its way, and who comes stays at its start.
     pub refused: Vec<Unplanned>,
     /// Violations that begin before those in them could be made to do anything else, as of a late drone that
     /// is in somebody's way already. They are in the plan, too.

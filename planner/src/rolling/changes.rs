@@ -152,7 +152,6 @@ pub(super) fn problems(
                 });
             }
             (Change::Retasked { tasks, .. }, Some(index)) => {
-                // Where it is now is not asked: it is there.
                 let drone = Drone {
                     tasks: tasks.clone(),
                     start_m: tasks.first().map_or(world.drones[index].start_m, |task| task.to_m),
@@ -170,7 +169,12 @@ pub(super) fn problems(
         tasks.chain([drone.start_m]).all(|at_m| at_m.iter().all(|c| c.is_finite()))
     };
     placed.drones.retain(finite);
-    found.extend(misplacements(&placed, solids));
+    // Where the others are is not asked: they are there.
+    let comes = |name: &str| {
+        let added = |change: &Change| matches!(change, Change::Added(_)) && change.drone() == name;
+        changes.iter().any(added)
+    };
+    found.extend(misplacements(&placed, solids, comes));
     found
 }
 
@@ -203,9 +207,16 @@ fn numbers(drone: &Drone) -> Vec<ChangeError> {
     found
 }
 
-fn misplacements(placed: &World, solids: &Solids) -> Vec<ChangeError> {
+fn misplacements(
+    placed: &World,
+    solids: &Solids,
+    comes: impl Fn(&str) -> bool,
+) -> Vec<ChangeError> {
     let mut found: Vec<ChangeError> = Vec::new();
     for it in misplaced(placed, solids) {
+        if it.spot == Spot::Start && !comes(&placed.drones[it.drone].name) {
+            continue;
+        }
         let at = format!(
             "({:.2}, {:.2}, {:.2})",
             it.place_m.x, it.place_m.y, it.place_m.z

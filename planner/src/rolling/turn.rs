@@ -15,9 +15,9 @@ use crate::errand::{Ending, Errand, Stage};
 use crate::outcome::{Control, Effort};
 use crate::plan::{AtEnd, Unplanned};
 use crate::prepare::{ending_from, with_lifts};
-use crate::priority::{Affected, Paths, Stranded, plan_affected};
+use crate::priority::{Affected, Paths, Stranded, plan_affected, stays_at_start};
 use crate::reason::obstruction;
-use crate::roadmap::{Stop, Vertex};
+use crate::roadmap::{Roadmap, Stop, Vertex};
 use crate::world::{AtStart, Drone, Task, World};
 
 /// Names, and when each could be made to do something else.
@@ -93,6 +93,9 @@ pub(super) fn take(
         if let Some((before, _)) = &asked.before {
             kept[index] = before.rest(at);
         }
+        if asked.cause == Cause::Late && !asked.settled {
+            kept[index] = stops(&running.job.errands[index], &running.job.roadmap);
+        }
         if asked.settled {
             kept[index] = running.tracks[index].rest(at);
             settled.push(id(index));
@@ -139,6 +142,15 @@ fn ready(running: &Running, track: &Track, state: State) -> Option<Errand> {
         grounded,
         ..track.errand_after(done)
     })
+}
+
+/// What a drone flies that stops where it can.
+fn stops(errand: &Errand, roadmap: &Roadmap) -> Vec<Leg> {
+    let stay = Leg {
+        start: errand.departs,
+        ..stays_at_start(errand, roadmap)
+    };
+    errand.begun.iter().copied().chain([stay]).collect()
 }
 
 fn apply(running: &mut Running, at: Tick, change: &Change, asked: &mut BTreeMap<usize, Asked>) {
@@ -445,18 +457,18 @@ fn write(
                     *track = before.clone();
                     running.world.drones[index].tasks.clone_from(tasks);
                 } else {
+                    track.go_on(running.costmap.legs(id(index)));
                     write_legs(entry, &track.legs, &running.kinds);
                 }
                 if let Some(why) = why {
                     let reason = words(&running.world, why);
                     let reason = format!("{reason}; {}", instead(cause));
                     let out = Unplanned { name: name.clone(), reason };
-                    if cause == Cause::Added {
+                    if cause != Cause::Retasked {
                         track.planned = false;
-                        entry.arrives_s = running.known.seconds();
-                        if !track.legs.iter().any(|leg| leg.flying) {
-                            entry.at_end = AtEnd::Land;
-                        }
+                        entry.arrives_s = running.job.errands[index].departs.seconds();
+                        let flying = track.legs.last().is_some_and(|leg| leg.flying);
+                        entry.at_end = if flying { AtEnd::Hover } else { AtEnd::Land };
                         running.plan.unplanned.push(out.clone());
                     }
                     refused.push(out);
@@ -478,7 +490,7 @@ fn write(
 fn instead(cause: Cause) -> &'static str {
     match cause {
         Cause::Retasked | Cause::GaveWay => "it goes on with what it had to do",
-        Cause::Late => "it follows its plan as late as it is",
+        Cause::Late => "it stops at the next place on its way",
         Cause::Added | Cause::Removed => "it stays at its start",
     }
 }
