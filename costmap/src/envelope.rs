@@ -226,9 +226,7 @@ impl Envelope {
             let radius_m = (radius_m - self.aside_m(row).norm()).max(0.0);
             Some(f64::from(self.squares[self.cell(row, radius_m)?]))
         };
-        (0..self.rows.len())
-            .filter_map(square)
-            .fold(0.0, f64::max)
+        (0..self.rows.len()).filter_map(square).fold(0.0, f64::max)
     }
 
     /// Whether a way relative to the emitter (receiver minus emitter, z up) enters the near-field

@@ -16,8 +16,8 @@ use nalgebra::Vector3;
 use crate::costmap::Costmap;
 use crate::envelope::nearest_radius_m;
 use crate::fleet::{Fleet, Meeting};
-use crate::leg::{DroneId, KindId, Leg, Tick};
 use crate::ground::Footprint;
+use crate::leg::{DroneId, KindId, Leg, Tick};
 use crate::timeline::Item;
 use crate::verdict::{Blocker, Verdict, Why, block_largest, price};
 

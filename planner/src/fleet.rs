@@ -62,7 +62,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
 }
 
 /// Plans every drone alone among the zones: how long that takes, and who has no way at all.
-fn kept_out_by_zones(
+pub(crate) fn kept_out_by_zones(
     job: &mut Job,
     empty: &Costmap,
     excluded: &[(DroneId, Stranded)],
@@ -178,7 +178,7 @@ fn ignoring_downwash(
 
 /// Drones that stay at their starts whatever the search finds: blocked landings, and enough drones
 /// that no two goals exclude each other any more, those in most conflicts first.
-fn excluded(
+pub(crate) fn excluded(
     job: &Job,
     conflicts: &[EndpointConflict],
     counts: impl Fn(&EndpointConflict) -> bool,

@@ -39,6 +39,7 @@ pub mod plan;
 pub mod prepare;
 pub mod priority;
 pub mod reason;
+pub mod region;
 pub mod roadmap;
 pub mod rolling;
 pub mod scenario;

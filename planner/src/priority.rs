@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
-use costmap::verdict::Verdict;
+use costmap::verdict::{Blocker, Verdict};
 
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;
@@ -181,7 +181,8 @@ struct Attempt<'a> {
     most_evictions: u32,
     /// See [`Scene::under_way`].
     under_way: Vec<Tick>,
-    /// What each drone flies if it finds no way; none or empty: it stays at its start.
+    /// What each drone flies if it finds no way: it is not there at all if that is nothing. Not even a list
+    /// of them: everybody stays at the start.
     kept: Vec<Vec<Leg>>,
     paths: Vec<Option<Path>>,
     stranded: Vec<(DroneId, Stranded)>,
@@ -287,10 +288,12 @@ impl<'a> Attempt<'a> {
             let mut allowed = true;
             for leg in &stay {
                 self.costmap.judge(leg, &mut verdict);
-                hit.extend(verdict.blockers.iter().map(|b| b.drone));
+                let scene = self.scene();
+                let takeable = |b: &&Blocker| scene.weight(b) != IMMOVABLE || self.kept.is_empty();
+                hit.extend(verdict.blockers.iter().filter(takeable).map(|b| b.drone));
                 allowed &= verdict.is_allowed();
             }
-            if !hit.iter().any(movable) && !allowed {
+            if !hit.iter().any(movable) && !allowed && self.kept.is_empty() {
                 // Those who stay would bear one another, were nobody else near them.
                 for &other in &hit.clone() {
                     for leg in self.costmap.legs(other) {
@@ -315,15 +318,19 @@ impl<'a> Attempt<'a> {
     /// What a drone flies that finds no way.
     fn without_way(&self, drone: DroneId) -> Vec<Leg> {
         match self.kept.get(drone.0 as usize) {
-            Some(kept) if !kept.is_empty() => kept.clone(),
-            _ => vec![stays_at_start(&self.job.errands[drone.0 as usize], &self.job.roadmap)],
+            Some(kept) => kept.clone(),
+            None => vec![stays_at_start(
+                &self.job.errands[drone.0 as usize],
+                &self.job.roadmap,
+            )],
         }
     }
 
     fn take_back(&mut self, drone: DroneId) {
         self.costmap.remove(drone);
         // What it is flying it goes on with.
-        self.costmap.insert(self.job.errands[drone.0 as usize].begun.clone());
+        self.costmap
+            .insert(self.job.errands[drone.0 as usize].begun.clone());
         self.paths[drone.0 as usize] = None;
         self.effort.evictions += 1;
     }

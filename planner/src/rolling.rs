@@ -5,7 +5,8 @@
 //! history. From there on only those change who are asked to, and whoever has to give way to them;
 //! everybody else keeps their trajectory to the last byte. A drone between two places flies on to the next
 //! one before it does anything else, and a dwell that has begun is not interrupted, but by a new task.
-//! Whoever finds no way goes on with the one it had, or stays where it is if that is no way any more.
+//! Whoever finds no way goes on with the one it had, or stops if that is no way any more; who comes and
+//! finds none is not let in.
 //!
 //! ```
 //! use planner::rolling::{Change, Running};
@@ -35,7 +36,7 @@ mod changes;
 pub(crate) mod legs;
 mod splice;
 mod track;
-mod turn;
+pub(crate) mod turn;
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
@@ -107,7 +108,8 @@ pub struct Replanned {
     /// Whose trajectory is another one now, in the order of the plan.
     pub changed: Vec<Changed>,
     /// For whom there is no way, in the order of the plan: who was given another task goes on with what it
-    /// had, who is late stops at the next place on its way, and who comes stays at its start.
+    /// had, who is late follows its plan as late as it is, or stops where others are in the way of that, and
+    /// who comes is not let in.
     pub refused: Vec<Unplanned>,
     /// Violations that begin before those in them could be made to do anything else, as of a late drone that
     /// is in somebody's way already. They are in the plan, too.
@@ -208,9 +210,8 @@ impl Running {
         control: &Control<'_>,
     ) -> Result<Replanned, Vec<ChangeError>> {
         let at = self.moment(at_s).map_err(|error| vec![error])?;
-        let there = |index: usize| {
-            self.tracks[index].state(&self.job.roadmap, at, false) != State::Absent
-        };
+        let there =
+            |index: usize| self.tracks[index].state(&self.job.roadmap, at, false) != State::Absent;
         let widest_m = self.job.roadmap.widest_m();
         let problems = changes::problems(&self.world, &self.solids, widest_m, changes, there);
         if !problems.is_empty() {
@@ -264,7 +265,12 @@ impl Running {
     fn judge(&mut self) {
         let unplanned = std::mem::take(&mut self.plan.unplanned);
         let left_out = |name: &str| unplanned.iter().any(|one| one.name == name);
-        let flying = || self.plan.drones.iter().filter(|drone| !left_out(&drone.name));
+        let flying = || {
+            self.plan
+                .drones
+                .iter()
+                .filter(|drone| !left_out(&drone.name))
+        };
         self.plan.fleet = Fleet {
             makespan_s: flying().map(|drone| drone.arrives_s).fold(0.0, f64::max),
             sum_of_arrivals_s: rounded(flying().map(|drone| drone.arrives_s).sum()),

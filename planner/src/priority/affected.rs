@@ -16,6 +16,7 @@ use crate::search::{IMMOVABLE, Path};
 const UNASKED_WEIGHT: u32 = 2_000;
 
 /// What is given when a few are planned anew.
+#[derive(Clone)]
 pub(crate) struct Affected<'a> {
     /// Who is planned, wherever they are in the costmap.
     pub(crate) group: &'a [DroneId],
@@ -25,7 +26,8 @@ pub(crate) struct Affected<'a> {
     pub(crate) costmap: Costmap,
     /// Until when each drone goes on as it does.
     pub(crate) under_way: Vec<Tick>,
-    /// What each drone goes on with if it finds no way; empty for those who cannot be made to give way.
+    /// What each drone goes on with if it finds no way; nothing for those who cannot be made to give way,
+    /// and in the group for those who are not let in then.
     pub(crate) kept: Vec<Vec<Leg>>,
 }
 
@@ -74,7 +76,9 @@ pub(crate) fn plan_affected(
         attempt.clear_the_way(&begun, &mut queue);
     }
     attempt.run(queue);
-    attempt.stranded.retain(|(drone, _)| !settled.contains(drone));
+    attempt
+        .stranded
+        .retain(|(drone, _)| !settled.contains(drone));
     for (index, path) in attempt.paths.iter_mut().enumerate() {
         // Those who never had to give way.
         let kept = |path: &Path| path.legs == attempt.kept[index];
@@ -102,7 +106,10 @@ impl Attempt<'_> {
         for leg in begun {
             self.costmap.judge(leg, &mut verdict);
             let scene = self.scene();
-            let movable = verdict.blockers.iter().filter(|b| scene.weight(b) != IMMOVABLE);
+            let movable = verdict
+                .blockers
+                .iter()
+                .filter(|b| scene.weight(b) != IMMOVABLE);
             hit.extend(movable.map(|blocker| blocker.drone));
         }
         hit.sort_unstable();

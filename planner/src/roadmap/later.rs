@@ -24,7 +24,8 @@ impl Roadmap {
             floor_z_m: bounds.min.z,
             widest_m: self.widest_m,
         };
-        let open = |place: Vertex, radius_m: f64| self.ways(place).any(|(_, way)| way.fits(radius_m));
+        let open =
+            |place: Vertex, radius_m: f64| self.ways(place).any(|(_, way)| way.fits(radius_m));
         let mut links = Links::new(&survey, bounds, &open, self.places_m.clone());
         let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
         let (places_m, ways) = (links.places_m, links.ways);

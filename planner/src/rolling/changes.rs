@@ -39,9 +39,9 @@ impl Change {
     /// Whom it is about.
     pub fn drone(&self) -> &str {
         match self {
-            Change::Late { drone, .. } | Change::Removed { drone } | Change::Retasked { drone, .. } => {
-                drone
-            }
+            Change::Late { drone, .. }
+            | Change::Removed { drone }
+            | Change::Retasked { drone, .. } => drone,
             Change::Added(drone) => &drone.name,
         }
     }
@@ -154,7 +154,9 @@ pub(super) fn problems(
             (Change::Retasked { tasks, .. }, Some(index)) => {
                 let drone = Drone {
                     tasks: tasks.clone(),
-                    start_m: tasks.first().map_or(world.drones[index].start_m, |task| task.to_m),
+                    start_m: tasks
+                        .first()
+                        .map_or(world.drones[index].start_m, |task| task.to_m),
                     at_start: AtStart::Hover,
                     ..world.drones[index].clone()
                 };
@@ -166,7 +168,9 @@ pub(super) fn problems(
     }
     let finite = |drone: &Drone| {
         let tasks = drone.tasks.iter().map(|task| task.to_m);
-        tasks.chain([drone.start_m]).all(|at_m| at_m.iter().all(|c| c.is_finite()))
+        tasks
+            .chain([drone.start_m])
+            .all(|at_m| at_m.iter().all(|c| c.is_finite()))
     };
     placed.drones.retain(finite);
     // Where the others are is not asked: they are there.
@@ -202,8 +206,16 @@ fn numbers(drone: &Drone) -> Vec<ChangeError> {
     }
     asked("air limit", drone.air_limit, drone.air_limit >= 0.0);
     let vehicle = &drone.vehicle;
-    asked("highest speed (m/s)", vehicle.max_speed_mps, vehicle.max_speed_mps > 0.0);
-    asked("body radius (m)", vehicle.body_radius_m, vehicle.body_radius_m > 0.0);
+    asked(
+        "highest speed (m/s)",
+        vehicle.max_speed_mps,
+        vehicle.max_speed_mps > 0.0,
+    );
+    asked(
+        "body radius (m)",
+        vehicle.body_radius_m,
+        vehicle.body_radius_m > 0.0,
+    );
     found
 }
 
@@ -230,7 +242,11 @@ fn misplacements(
             },
             why: match it.why {
                 Misfit::OutOfBounds { by_m } => format!("{by_m:.2} m out of bounds"),
-                Misfit::Obstacle { obstacle, distance_m, needs_m } => format!(
+                Misfit::Obstacle {
+                    obstacle,
+                    distance_m,
+                    needs_m,
+                } => format!(
                     "{distance_m:.2} m to `{}`, it needs {needs_m:.2} m",
                     placed.obstacles[obstacle].name
                 ),
@@ -239,9 +255,7 @@ fn misplacements(
     }
     for drone in &placed.drones {
         let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
-        let known = |error: &ChangeError| {
-            matches!(error, ChangeError::Misplaced { drone: name, .. } if *name == drone.name)
-        };
+        let known = |error: &ChangeError| matches!(error, ChangeError::Misplaced { drone: name, .. } if *name == drone.name);
         if let Err(short_m) = ending_from(placed, solids, drone, last_m)
             && !found.iter().any(known)
         {

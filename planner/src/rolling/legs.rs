@@ -27,7 +27,9 @@ pub(crate) fn legs_of(
     let begins = plan.enters_s.map_or(0, |_| whole(*first_s).0);
     let until_s = plan.airborne_s.1.unwrap_or(f64::INFINITY);
     let times_s = entry.t_s.iter().copied();
-    let switches_s = [plan.airborne_s.0, until_s].into_iter().filter(|t_s| t_s.is_finite());
+    let switches_s = [plan.airborne_s.0, until_s]
+        .into_iter()
+        .filter(|t_s| t_s.is_finite());
     let mut ticks: Vec<u32> = times_s
         .chain(switches_s)
         .flat_map(|t_s| {
@@ -40,7 +42,10 @@ pub(crate) fn legs_of(
     ticks.sort_unstable();
     ticks.dedup();
     let place_m = |tick: u32| {
-        let known = entry.t_s.iter().rposition(|t_s| whole(*t_s) == (tick, tick));
+        let known = entry
+            .t_s
+            .iter()
+            .rposition(|t_s| whole(*t_s) == (tick, tick));
         known
             .map(|index| entry.position_m[index])
             .or_else(|| entry.position_m(Tick(tick).seconds()))
@@ -68,7 +73,14 @@ pub(crate) fn legs_of(
     };
     let mut legs: Vec<Leg> = ticks
         .windows(2)
-        .map(|pair| leg(Tick(pair[0]), Tick(pair[1]), place_m(pair[0]), place_m(pair[1])))
+        .map(|pair| {
+            leg(
+                Tick(pair[0]),
+                Tick(pair[1]),
+                place_m(pair[0]),
+                place_m(pair[1]),
+            )
+        })
         .collect();
     if stays || plan.at_end != AtEnd::Leave {
         let rests = Tick(ticks.last().copied().unwrap_or(0));
@@ -94,14 +106,26 @@ pub(super) fn cut(leg: &Leg, lattice: &Lattice, stops_m: &[Point3<f64>]) -> Vec<
     if !leg.stays() {
         for tick in leg.start.0 + 1..leg.end.0 {
             let here_m = leg.position_m(Tick(tick));
-            let on_lattice = lattice.at(lattice.cell_of(&here_m)).map(|at| lattice.position_m(at));
+            let on_lattice = lattice
+                .at(lattice.cell_of(&here_m))
+                .map(|at| lattice.position_m(at));
             let known = on_lattice.iter().chain(stops_m);
-            let Some(place_m) = known.copied().find(|at_m| (at_m - here_m).norm() < SAME_PLACE_M)
+            let Some(place_m) = known
+                .copied()
+                .find(|at_m| (at_m - here_m).norm() < SAME_PLACE_M)
             else {
                 continue;
             };
-            parts.push(Leg { end: Tick(tick), to_m: place_m, ..rest });
-            rest = Leg { start: Tick(tick), from_m: place_m, ..rest };
+            parts.push(Leg {
+                end: Tick(tick),
+                to_m: place_m,
+                ..rest
+            });
+            rest = Leg {
+                start: Tick(tick),
+                from_m: place_m,
+                ..rest
+            };
         }
     }
     parts.push(rest);

@@ -87,7 +87,10 @@ fn others_keep_theirs(before: &Plan, after: &Plan, told: &Replanned) {
     for (old, new) in before.drones.iter().zip(&after.drones) {
         if told.changed.iter().all(|changed| changed.drone != old.name) {
             assert_eq!(old.trajectory, new.trajectory, "{}", old.name);
-            assert_eq!((old.airborne_s, old.arrives_s), (new.airborne_s, new.arrives_s));
+            assert_eq!(
+                (old.airborne_s, old.arrives_s),
+                (new.airborne_s, new.arrives_s)
+            );
         }
     }
 }
@@ -96,12 +99,19 @@ fn history_is_kept(old: &DronePlan, new: &DronePlan, until_s: f64) {
     for step in 0..=20 {
         let at_s = until_s * f64::from(step) / 20.0;
         let place = |drone: &DronePlan| drone.trajectory.position_m(at_s).expect("it is there");
-        assert!((place(old) - place(new)).norm() < 1e-9, "{} at {at_s} s", old.name);
+        assert!(
+            (place(old) - place(new)).norm() < 1e-9,
+            "{} at {at_s} s",
+            old.name
+        );
     }
 }
 
 fn find<'a>(plan: &'a Plan, name: &str) -> &'a DronePlan {
-    plan.drones.iter().find(|drone| drone.name == name).expect("in the plan")
+    plan.drones
+        .iter()
+        .find(|drone| drone.name == name)
+        .expect("in the plan")
 }
 
 fn ten_changes(world: &World, plan: &Plan) -> Vec<Change> {
@@ -192,7 +202,12 @@ fn a_drone_that_comes_is_nowhere_before() {
     shared.drones[0].trajectory.mass_kg.truncate(1);
     shared.drones[0].at_end = AtEnd::Leave;
     shared.drones[0].airborne_s = (0.0, Some(0.0));
-    assert_eq!(verify(&shared).violations, [], "{}", shared.drones[index].name);
+    assert_eq!(
+        verify(&shared).violations,
+        [],
+        "{}",
+        shared.drones[index].name
+    );
 }
 
 #[test]
@@ -202,7 +217,10 @@ fn a_drone_taken_out_is_gone() {
         replan(&world, &plan, 5.0, &[removed("d4")], &Control::QUIET).expect("in order");
     sound(&running);
     let gone = find(running.plan(), "d4");
-    assert_eq!((gone.at_end, gone.trajectory.t_s.last()), (AtEnd::Leave, Some(&5.0)));
+    assert_eq!(
+        (gone.at_end, gone.trajectory.t_s.last()),
+        (AtEnd::Leave, Some(&5.0))
+    );
     history_is_kept(find(&plan, "d4"), gone, 5.0);
 }
 
@@ -214,20 +232,30 @@ fn a_replan_of_a_replan_of_a_replan_is_sound() {
     for (turn, some) in changes.chunks(3).enumerate() {
         let before = running.plan().clone();
         let at_s = 2.0 + 1.37 * turn as f64;
-        let told = running.replan(at_s, some, &Control::QUIET).expect("in order");
+        let told = running
+            .replan(at_s, some, &Control::QUIET)
+            .expect("in order");
         assert_eq!(told.refused, []);
         sound(&running);
         others_keep_theirs(&before, running.plan(), &told);
     }
     // The same drones again, who have been changed already.
     let [x, y] = free_column(running.plan(), 9);
-    let again = [late("d1", 1.0), retasked("new-1", vec![task(x, y, 4.5)]), removed("d5")];
-    running.replan(9.0, &again, &Control::QUIET).expect("in order");
+    let again = [
+        late("d1", 1.0),
+        retasked("new-1", vec![task(x, y, 4.5)]),
+        removed("d5"),
+    ];
+    running
+        .replan(9.0, &again, &Control::QUIET)
+        .expect("in order");
     sound(&running);
     // A plan that was changed is a plan like any other.
     let taken_over = Running::new(running.world().clone(), running.plan().clone());
     let mut taken_over = taken_over.expect("its plan");
-    taken_over.replan(10.0, &[late("d9", 0.5)], &Control::QUIET).expect("in order");
+    taken_over
+        .replan(10.0, &[late("d9", 0.5)], &Control::QUIET)
+        .expect("in order");
     sound(&taken_over);
 }
 
@@ -236,11 +264,17 @@ fn any_number_of_threads_gives_the_same_bytes() {
     let (world, plan) = hall(60);
     let changes = ten_changes(&world, &plan);
     let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
         pool.install(|| {
             let told = replan(&world, &plan, 6.0, &changes, &Control::QUIET);
             let (running, told) = told.expect("in order");
-            (serde_json::to_string(running.plan()).expect("plain data"), told)
+            (
+                serde_json::to_string(running.plan()).expect("plain data"),
+                told,
+            )
         })
     };
     assert_eq!(on(1), on(4));
@@ -256,12 +290,24 @@ fn whoever_is_in_the_way_gives_way() {
             (name: "b", airframe: "kolibri", start_m: (21.5, 3.5, 1.5), tasks: [(to_m: (3.5, 3.5, 1.5))]),
           ])"#,
     );
-    let change = retasked("a", vec![Task { dwell_s: 600.0, ..task(3.5, 3.5, 1.5) }, task(20.5, 1.5, 1.5)]);
+    let change = retasked(
+        "a",
+        vec![
+            Task {
+                dwell_s: 600.0,
+                ..task(3.5, 3.5, 1.5)
+            },
+            task(20.5, 1.5, 1.5),
+        ],
+    );
     let (running, told) = replan(&world, &plan, 2.0, &[change], &Control::QUIET).expect("in order");
     sound(&running);
     // Either has to wait for the other, and it is not the one that nobody asked.
     assert_eq!(told.refused.len() + told.changed.len(), 1, "{told:#?}");
-    assert_eq!(find(running.plan(), "b").trajectory, find(&plan, "b").trajectory);
+    assert_eq!(
+        find(running.plan(), "b").trajectory,
+        find(&plan, "b").trajectory
+    );
 }
 
 #[test]
@@ -283,12 +329,66 @@ fn a_late_drone_that_is_in_conflict_already_is_told_of() {
 #[test]
 fn whoever_finds_no_way_goes_on_with_what_it_had() {
     let (world, plan) = hall(20);
-    let goal = find(&plan, "d2").trajectory.position_m.last().copied().expect("it flies");
-    let change = retasked("d1", vec![Task { dwell_s: 0.0, ..task(goal.x, goal.y, goal.z) }]);
-    let (running, told) = replan(&world, &plan, 30.0, &[change], &Control::QUIET).expect("in order");
+    let goal = find(&plan, "d2")
+        .trajectory
+        .position_m
+        .last()
+        .copied()
+        .expect("it flies");
+    let change = retasked(
+        "d1",
+        vec![Task {
+            dwell_s: 0.0,
+            ..task(goal.x, goal.y, goal.z)
+        }],
+    );
+    let (running, told) =
+        replan(&world, &plan, 30.0, &[change], &Control::QUIET).expect("in order");
     assert_eq!(told.refused[0].name, "d1");
     assert_eq!(told.changed, []);
-    assert_eq!(find(running.plan(), "d1").trajectory, find(&plan, "d1").trajectory);
+    assert_eq!(
+        find(running.plan(), "d1").trajectory,
+        find(&plan, "d1").trajectory
+    );
+    sound(&running);
+}
+
+#[test]
+fn whoever_comes_and_finds_no_way_is_not_let_in() {
+    let (world, plan) = hall(20);
+    let goal = |name: &str| {
+        find(&plan, name)
+            .trajectory
+            .position_m
+            .last()
+            .copied()
+            .expect("it flies")
+    };
+    let taken = goal("d2");
+    let [x, y] = free_column(&plan, 1);
+    let [u, v] = free_column(&plan, 4);
+    let changes = [
+        another(
+            &world,
+            "shut-out",
+            [x, y, 6.5],
+            task(taken.x, taken.y, taken.z),
+        ),
+        another(&world, "let-in", [u, v, 6.5], task(u, v, 2.5)),
+        retasked("d5", vec![task(x, y, 3.5)]),
+    ];
+    let (running, told) = replan(&world, &plan, 30.0, &changes, &Control::QUIET).expect("in order");
+    assert_eq!(told.refused.len(), 1, "{told:#?}");
+    assert_eq!(told.refused[0].name, "shut-out");
+    assert!(
+        running
+            .plan()
+            .drones
+            .iter()
+            .all(|drone| drone.name != "shut-out")
+    );
+    assert_eq!(running.plan().drones.len(), running.world().drones.len());
+    assert_eq!(find(running.plan(), "let-in").enters_s, Some(30.0));
     sound(&running);
 }
 
@@ -303,11 +403,15 @@ fn all_that_is_wrong_is_said_and_nothing_changes() {
         retasked("d2", vec![task(99.0, 1.5, 1.5)]),
         another(&world, "d3", [1.5, 1.5, 1.5], task(2.5, 2.5, 2.5)),
     ];
-    let errors = running.replan(3.0, &changes, &Control::QUIET).expect_err("five mistakes");
+    let errors = running
+        .replan(3.0, &changes, &Control::QUIET)
+        .expect_err("five mistakes");
     assert_eq!(errors.len(), 5, "{errors:#?}");
     assert_eq!(*running.plan(), plan);
     assert!(running.replan(f64::INFINITY, &[], &Control::QUIET).is_err());
-    running.replan(3.0, &[], &Control::QUIET).expect("nothing to do");
+    running
+        .replan(3.0, &[], &Control::QUIET)
+        .expect("nothing to do");
     assert!(running.replan(2.0, &[], &Control::QUIET).is_err());
 }
 
@@ -326,23 +430,44 @@ fn loads_landings_and_grounded_drones_go_on_as_they_are() {
     let mut running = Running::new(world, plan.clone()).expect("its plan");
     // Between its tasks it carries a kilogram, and goes on carrying it where it is sent instead.
     let carried = find(&plan, "carrier").clone();
-    let loaded_s = carried.trajectory.t_s[carried.trajectory.mass_kg.iter().position(|kg| *kg > 6.5).unwrap_or(0)];
+    let loaded_s = carried.trajectory.t_s[carried
+        .trajectory
+        .mass_kg
+        .iter()
+        .position(|kg| *kg > 6.5)
+        .unwrap_or(0)];
     let at_s = loaded_s + 4.5;
     let send = retasked("carrier", vec![task(12.5, 5.5, 3.5)]);
-    running.replan(at_s, &[send, late("sleeper", 0.5)], &Control::QUIET).expect("in order");
+    running
+        .replan(at_s, &[send, late("sleeper", 0.5)], &Control::QUIET)
+        .expect("in order");
     sound(&running);
     let carrier = find(running.plan(), "carrier");
-    let last_kg = carrier.trajectory.mass_kg.last().copied().expect("it flies");
+    let last_kg = carrier
+        .trajectory
+        .mass_kg
+        .last()
+        .copied()
+        .expect("it flies");
     assert!((last_kg - carried.airframe.mass_kg - 1.0).abs() < 1e-9);
     assert_eq!(carrier.at_end, AtEnd::Land);
     // Once down it rises again.
-    let down_s = carrier.airborne_s.1.expect("it lands").max(find(&plan, "leaver").arrives_s) + 1.0;
+    let down_s = carrier
+        .airborne_s
+        .1
+        .expect("it lands")
+        .max(find(&plan, "leaver").arrives_s)
+        + 1.0;
     assert!(matches!(
-        running.replan(down_s, &[late("leaver", 1.0)], &Control::QUIET).as_deref_err(),
+        running
+            .replan(down_s, &[late("leaver", 1.0)], &Control::QUIET)
+            .as_deref_err(),
         Some([ChangeError::Gone(_)])
     ));
     let rise = retasked("carrier", vec![task(4.5, 5.5, 3.5)]);
-    let told = running.replan(down_s, &[rise], &Control::QUIET).expect("in order");
+    let told = running
+        .replan(down_s, &[rise], &Control::QUIET)
+        .expect("in order");
     assert_eq!(told.refused, []);
     sound(&running);
 }

@@ -72,15 +72,28 @@ impl Track {
         let begun: Vec<Leg> = self.legs[index..]
             .iter()
             .filter(|leg| leg.start < departs)
-            .map(|leg| if leg.stays() { leg.between(leg.start, departs) } else { *leg })
+            .map(|leg| {
+                if leg.stays() {
+                    leg.between(leg.start, departs)
+                } else {
+                    *leg
+                }
+            })
             .collect();
         let at_m = begun.last().map_or(leg.from_m, |leg| leg.to_m);
         // A leg down or up counts as flown: on the ground is who stays there before or after it.
         let past = self.legs.partition_point(|leg| leg.end <= departs);
         let around = [past.checked_sub(1), Some(past)];
-        let around = around.into_iter().flatten().filter_map(|at| self.legs.get(at));
+        let around = around
+            .into_iter()
+            .flatten()
+            .filter_map(|at| self.legs.get(at));
         let mut stands = around.filter(|leg| leg.stays()).map(|leg| !leg.flying);
-        let grounded = if past == 0 { !leg.flying || self.errand.grounded } else { stands.any(|it| it) };
+        let grounded = if past == 0 {
+            !leg.flying || self.errand.grounded
+        } else {
+            stands.any(|it| it)
+        };
         State::Flies {
             done: dwells.iter().filter(|dwell| dwell.1 <= departs).count(),
             // A descent ends on the ground.
@@ -174,14 +187,23 @@ impl Track {
                 continue;
             }
             if leg.stays() {
-                legs.push(Leg { end: leg.end.after(by), ..*leg });
+                legs.push(Leg {
+                    end: leg.end.after(by),
+                    ..*leg
+                });
                 continue;
             }
             let here_m = leg.position_m(was);
             if leg.start < was {
                 legs.push(leg.between(leg.start, was));
             }
-            legs.push(Leg { start: was, end: at, from_m: here_m, to_m: here_m, ..*leg });
+            legs.push(Leg {
+                start: was,
+                end: at,
+                from_m: here_m,
+                to_m: here_m,
+                ..*leg
+            });
             legs.push(later(leg.between(was, leg.end)));
         }
         self.legs = joined(legs);
@@ -189,7 +211,11 @@ impl Track {
 
     /// The legs that end after a moment.
     pub(super) fn rest(&self, at: Tick) -> Vec<Leg> {
-        self.legs.iter().filter(|leg| leg.end > at).copied().collect()
+        self.legs
+            .iter()
+            .filter(|leg| leg.end > at)
+            .copied()
+            .collect()
     }
 
     /// Goes on with these legs from where they begin.
@@ -230,4 +256,3 @@ fn joined(legs: Vec<Leg>) -> Vec<Leg> {
     }
     joined
 }
-

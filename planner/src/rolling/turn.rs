@@ -1,9 +1,11 @@
 //! One turn of a running plan: the changes are applied, those affected planned, and the plan written on.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use costmap::costmap::Costmap;
 use costmap::leg::{KindId, Leg, Tick};
+use costmap::verdict::{Blocker, Verdict};
 use nalgebra::Point3;
 
 use super::splice::{at_end, blank, write_errand, write_legs};
@@ -32,13 +34,53 @@ struct Asked {
     settled: bool,
 }
 
-/// Applies the changes, which are in order, and plans those affected.
+/// Applies the changes, which are in order, and plans those affected. Who comes and finds no way is not
+/// let in: the others are planned without it.
 pub(super) fn take(
     running: &mut Running,
     at: Tick,
     changes: &[Change],
     control: &Control<'_>,
 ) -> (Replanned, Released) {
+    let comes = |change: &Change| matches!(change, Change::Added(_));
+    let mut changes = changes.to_vec();
+    let mut turned_away = Vec::new();
+    loop {
+        let before = changes.iter().any(comes).then(|| {
+            (
+                running.world.clone(),
+                running.plan.clone(),
+                running.tracks.clone(),
+            )
+        });
+        match turn(running, at, &changes, control) {
+            Ok((mut told, released)) => {
+                told.refused.extend(turned_away);
+                return (told, released);
+            }
+            Err(refused) => {
+                changes.retain(|change| {
+                    !(comes(change) && refused.iter().any(|out| out.name == change.drone()))
+                });
+                turned_away.extend(refused);
+                if let Some((world, plan, tracks)) = before {
+                    running.world = world;
+                    running.plan = plan;
+                    running.tracks = tracks;
+                    renew_distances(running);
+                }
+            }
+        }
+    }
+}
+
+/// One try; an error names those who come and find no way.
+fn turn(
+    running: &mut Running,
+    at: Tick,
+    changes: &[Change],
+    control: &Control<'_>,
+) -> Result<(Replanned, Released), Vec<Unplanned>> {
     let kinds_before = running.kinds.kinds.len();
     let conditions_before = *running.costmap.fleet().conditions();
     let mut asked: BTreeMap<usize, Asked> = BTreeMap::new();
@@ -46,7 +88,11 @@ pub(super) fn take(
         apply(running, at, change, &mut asked);
     }
     let limits = running.world.drones.iter().map(|drone| drone.air_limit);
-    let speeds = running.world.drones.iter().map(|drone| drone.vehicle.max_speed_mps);
+    let speeds = running
+        .world
+        .drones
+        .iter()
+        .map(|drone| drone.vehicle.max_speed_mps);
     let outgrown = running.kinds.kinds.len() > kinds_before
         || running.tracks.len() > running.costmap.drone_count()
         || limits.fold(f64::INFINITY, f64::min) < conditions_before.lowest_air_limit
@@ -66,7 +112,10 @@ pub(super) fn take(
     for (index, (track, state)) in running.tracks.iter().zip(states).enumerate() {
         let told = asked.get_mut(&index).filter(|asked| !asked.settled);
         let ready = match told {
-            Some(Asked { cause: Cause::Added | Cause::Retasked, .. }) => Some(track.errand.clone()),
+            Some(Asked {
+                cause: Cause::Added | Cause::Retasked,
+                ..
+            }) => Some(track.errand.clone()),
             told => {
                 let ready = ready(running, track, state);
                 if let Some(late) = told {
@@ -93,8 +142,14 @@ pub(super) fn take(
         if let Some((before, _)) = &asked.before {
             kept[index] = before.rest(at);
         }
+        if asked.cause == Cause::Added {
+            kept[index].clear();
+        }
         if asked.cause == Cause::Late && !asked.settled {
-            kept[index] = stops(&running.job.errands[index], &running.job.roadmap);
+            let errand = &mut running.job.errands[index];
+            fly_out_of_conflict(&running.costmap, errand, &kept[index], &mut under_way);
+            let start = running.tracks[index].vertex_at(&running.job.roadmap, &last_m(errand));
+            errand.start = start.unwrap_or(errand.start);
         }
         if asked.settled {
             kept[index] = running.tracks[index].rest(at);
@@ -109,7 +164,7 @@ pub(super) fn take(
         .map(|(tick, drone)| (drone.name.clone(), *tick))
         .collect();
     let mut effort = Effort::default();
-    let affected = Affected {
+    let mut affected = Affected {
         group: &group,
         settled: &settled,
         costmap: running.costmap.clone(),
@@ -117,20 +172,52 @@ pub(super) fn take(
         kept,
     };
     let weight = running.world.planning.energy_weight;
-    let paths = plan_affected(&running.job, affected, weight, control, &mut effort);
-    let (changed, refused) = write(running, &asked, paths);
+    let mut stopped = BTreeSet::new();
+    let paths = loop {
+        let paths = plan_affected(&running.job, affected.clone(), weight, control, &mut effort);
+        let outside = |index: usize| asked.get(&index).is_some_and(|it| it.cause == Cause::Added);
+        let turned_away = paths
+            .stranded
+            .iter()
+            .filter(|(drone, _)| outside(drone.0 as usize));
+        let turned_away: Vec<Unplanned> = turned_away
+            .map(|(drone, why)| Unplanned {
+                name: running.world.drones[drone.0 as usize].name.clone(),
+                reason: format!("{}; it is not let in", words(&running.world, *why)),
+            })
+            .collect();
+        if !turned_away.is_empty() {
+            return Err(turned_away);
+        }
+        let stuck = clashing(&asked, &paths, &affected.under_way, &stopped);
+        if stuck.is_empty() {
+            break paths;
+        }
+        for index in stuck {
+            affected.kept[index] = stops(&running.job.errands[index], &running.job.roadmap);
+            stopped.insert(index);
+        }
+    };
+    let (changed, refused) = write(running, &asked, &stopped, paths);
     let told = Replanned {
         changed,
         refused,
         unavoidable: Vec::new(),
         effort,
     };
-    (told, released)
+    Ok((told, released))
 }
 
 /// What a drone that can be planned anew has to do from where it can.
 fn ready(running: &Running, track: &Track, state: State) -> Option<Errand> {
-    let State::Flies { done, begun, departs, at_m, grounded } = state else {
+    let State::Flies {
+        done,
+        begun,
+        departs,
+        at_m,
+        grounded,
+    } = state
+    else {
         return None;
     };
     let start = track.vertex_at(&running.job.roadmap, &at_m)?;
@@ -144,6 +231,71 @@ fn ready(running: &Running, track: &Track, state: State) -> Option<Errand> {
     })
 }
 
+/// Who is late, has found no way, and would run into others if it followed its plan.
+fn clashing(
+    asked: &BTreeMap<usize, Asked>,
+    paths: &Paths,
+    under_way: &[Tick],
+    stopped: &BTreeSet<usize>,
+) -> Vec<usize> {
+    let mut verdict = Verdict::default();
+    let stranded = paths.stranded.iter().map(|(drone, _)| drone.0 as usize);
+    let late = |index: &usize| {
+        asked.get(index).is_some_and(|it| it.cause == Cause::Late) && !stopped.contains(index)
+    };
+    let mut clashes = |index: &usize| {
+        let ahead = |leg: &&Leg| leg.end > under_way[*index];
+        paths
+            .costmap
+            .legs(id(*index))
+            .iter()
+            .filter(ahead)
+            .any(|leg| {
+                paths.costmap.judge(leg, &mut verdict);
+                let met = |it: &Blocker| it.clear > under_way[it.drone.0 as usize];
+                verdict.blockers.iter().any(met)
+            })
+    };
+    let mut found: Vec<usize> = stranded.filter(late).collect();
+    found.retain(|index| clashes(index));
+    found
+}
+
+/// A late drone that is in conflict with what others fly already follows its plan until that is over:
+/// nothing else would be better.
+fn fly_out_of_conflict(
+    costmap: &Costmap,
+    errand: &mut Errand,
+    ahead: &[Leg],
+    under_way: &mut [Tick],
+) {
+    let mut verdict = Verdict::default();
+    let first = errand.departs;
+    for leg in ahead.iter().filter(|leg| leg.start >= first) {
+        let now = Leg {
+            start: errand.departs,
+            end: errand.departs.after(1),
+            from_m: leg.from_m,
+            to_m: leg.from_m,
+            ..*leg
+        };
+        costmap.judge(&now, &mut verdict);
+        let flown = |it: &Blocker| it.clear <= under_way[it.drone.0 as usize];
+        if leg.stays() || leg.kind != errand.kinds[0] || !verdict.blockers.iter().any(flown) {
+            return;
+        }
+        errand.begun.push(*leg);
+        errand.departs = leg.end;
+        under_way[errand.drone.0 as usize] = leg.end;
+    }
+}
+
+/// Where a drone is when it can do something else (m), if it flies until then.
+fn last_m(errand: &Errand) -> Point3<f64> {
+    let far = Point3::new(f64::NAN, f64::NAN, f64::NAN);
+    errand.begun.last().map_or(far, |leg| leg.to_m)
+}
+
 /// What a drone flies that stops where it can.
 fn stops(errand: &Errand, roadmap: &Roadmap) -> Vec<Leg> {
     let stay = Leg {
@@ -154,7 +306,13 @@ fn stops(errand: &Errand, roadmap: &Roadmap) -> Vec<Leg> {
 }
 
 fn apply(running: &mut Running, at: Tick, change: &Change, asked: &mut BTreeMap<usize, Asked>) {
-    let known = |name: &str| running.world.drones.iter().position(|drone| drone.name == name);
+    let known = |name: &str| {
+        running
+            .world
+            .drones
+            .iter()
+            .position(|drone| drone.name == name)
+    };
     match change {
         Change::Late { drone, by_s } => {
             let Some(index) = known(drone) else { return };
@@ -227,7 +385,9 @@ fn add(running: &mut Running, at: Tick, drone: &Drone, asked: &mut BTreeMap<usiz
             grounded,
         }],
     )[0];
-    let kind = running.kinds.kind(&drone.vehicle, drone.vehicle.airframe.mass_kg());
+    let kind = running
+        .kinds
+        .kind(&drone.vehicle, drone.vehicle.airframe.mass_kg());
     running.world.drones.push(drone.clone());
     let mut errand = errand(running, index, start, kind, &drone.tasks);
     errand.grounded = grounded;
@@ -269,16 +429,24 @@ fn retask(
     asked: &mut BTreeMap<usize, Asked>,
 ) {
     let track = &running.tracks[index];
-    let State::Flies { begun, departs, at_m, grounded, .. } =
-        track.state(&running.job.roadmap, at, true)
+    let State::Flies {
+        begun,
+        departs,
+        at_m,
+        grounded,
+        ..
+    } = track.state(&running.job.roadmap, at, true)
     else {
         return;
     };
     let now = track.legs.iter().find(|leg| leg.end > at);
-    let kind = begun.last().or(now).map_or(track.errand.kinds[0], |leg| leg.kind);
+    let kind = begun
+        .last()
+        .or(now)
+        .map_or(track.errand.kinds[0], |leg| leg.kind);
     let before = (track.clone(), running.world.drones[index].tasks.clone());
-    let radius_m = running.world.drones[index].vehicle.body_radius_m
-        + running.world.planning.clearance_m;
+    let radius_m =
+        running.world.drones[index].vehicle.body_radius_m + running.world.planning.clearance_m;
     let start = match track.vertex_at(&running.job.roadmap, &at_m) {
         Some(vertex) => vertex,
         None => {
@@ -331,19 +499,23 @@ fn connect(running: &mut Running, stops: &[Stop]) -> Vec<Vertex> {
     let solids = (!running.world.obstacles.is_empty()).then_some(&running.solids);
     let vertices = roadmap.connect(&running.world.bounds_m, solids, stops);
     if roadmap.place_count() > known {
-        // What is known of ways to a goal is kept by place, and there are more places now.
-        for track in &mut running.tracks {
-            let mover = track.errand.mover.clone();
-            let mut from = track.errand.start;
-            for stage in &mut track.errand.stages {
-                let goal = stage.distances.goal();
-                let anew = Distances::new(roadmap, goal, from, mover.clone());
-                stage.distances = Arc::new(anew);
-                from = goal;
-            }
-        }
+        renew_distances(running);
     }
     vertices
+}
+
+/// What is known of ways to a goal is kept by place, and there are more places now.
+fn renew_distances(running: &mut Running) {
+    for track in &mut running.tracks {
+        let mover = track.errand.mover.clone();
+        let mut from = track.errand.start;
+        for stage in &mut track.errand.stages {
+            let goal = stage.distances.goal();
+            let anew = Distances::new(&running.job.roadmap, goal, from, mover.clone());
+            stage.distances = Arc::new(anew);
+            from = goal;
+        }
+    }
 }
 
 /// What a drone has to do from a vertex on, carrying what it carries.
@@ -373,11 +545,14 @@ fn errand(
         radius_m,
         with_lifts(roadmap, &vertices),
     );
-    let stages = tasks.iter().zip(vertices.windows(2)).map(|(task, way)| Stage {
-        distances: Arc::new(Distances::new(roadmap, way[1], way[0], mover.clone())),
-        dwell_ticks: Tick::lasting(task.dwell_s),
-        rest_ticks: 0,
-    });
+    let stages = tasks
+        .iter()
+        .zip(vertices.windows(2))
+        .map(|(task, way)| Stage {
+            distances: Arc::new(Distances::new(roadmap, way[1], way[0], mover.clone())),
+            dwell_ticks: Tick::lasting(task.dwell_s),
+            rest_ticks: 0,
+        });
     let stages = stages.collect();
     let mut kinds = vec![kind];
     for task in tasks {
@@ -412,6 +587,7 @@ fn errand(
 fn write(
     running: &mut Running,
     asked: &BTreeMap<usize, Asked>,
+    stopped: &BTreeSet<usize>,
     mut paths: Paths,
 ) -> (Vec<Changed>, Vec<Unplanned>) {
     let mut changed = Vec::new();
@@ -462,9 +638,12 @@ fn write(
                 }
                 if let Some(why) = why {
                     let reason = words(&running.world, why);
-                    let reason = format!("{reason}; {}", instead(cause));
-                    let out = Unplanned { name: name.clone(), reason };
-                    if cause != Cause::Retasked {
+                    let reason = format!("{reason}; {}", instead(cause, stopped.contains(&index)));
+                    let out = Unplanned {
+                        name: name.clone(),
+                        reason,
+                    };
+                    if stopped.contains(&index) {
                         track.planned = false;
                         entry.arrives_s = running.job.errands[index].departs.seconds();
                         let flying = track.legs.last().is_some_and(|leg| leg.flying);
@@ -487,18 +666,19 @@ fn write(
     (changed, refused)
 }
 
-fn instead(cause: Cause) -> &'static str {
+fn instead(cause: Cause, stops: bool) -> &'static str {
     match cause {
-        Cause::Retasked | Cause::GaveWay => "it goes on with what it had to do",
-        Cause::Late => "it stops at the next place on its way",
-        Cause::Added | Cause::Removed => "it stays at its start",
+        Cause::Late if stops => "it stops at the next place on its way",
+        Cause::Late => "it follows its plan as late as it is",
+        _ => "it goes on with what it had to do",
     }
 }
 
-fn words(world: &World, why: Stranded) -> String {
+pub(crate) fn words(world: &World, why: Stranded) -> String {
     match why {
         Stranded::NoWay => {
-            "there is no way through free space to one of its tasks that its body fits through".to_owned()
+            "there is no way through free space to one of its tasks that its body fits through"
+                .to_owned()
         }
         Stranded::Obstructed(Some(by)) | Stranded::Zone(by) => obstruction(world, &by),
         Stranded::Stopped => "planning was stopped before its turn".to_owned(),
