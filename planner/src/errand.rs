@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use costmap::leg::{DroneId, KindId, Leg, Tick};
+use costmap::verdict::{Blocker, Why};
 use nalgebra::Point3;
 
 use crate::distances::{Distances, Mover, UNREACHABLE};
@@ -22,6 +23,8 @@ pub struct Errand {
     pub begun: Vec<Leg>,
     /// It starts on the ground, without a wake.
     pub grounded: bool,
+    /// Whose air it is in when it departs, and cannot but fly out of; see [`Errand::forgives`].
+    pub forgiven: Vec<DroneId>,
     /// Its tasks in order.
     pub stages: Vec<Stage>,
     /// What flies towards each task, and after the last.
@@ -64,7 +67,18 @@ pub enum Ending {
     Leave,
 }
 
+/// How long after it departs a drone may take to fly out of the air that it is in: chosen here, 2 s, two to
+/// four cells.
+pub const FORGIVEN_TICKS: u32 = 200;
+
 impl Errand {
+    /// Whether a leg from `departs` on may be in somebody's way because it was before: never body to body.
+    pub fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
+        blocker.why != Why::Bodies
+            && departs < self.departs.after(FORGIVEN_TICKS)
+            && self.forgiven.contains(&blocker.drone)
+    }
+
     /// It has nothing to do but to stay where it is, in the air or on the ground.
     pub fn stays(&self) -> bool {
         self.stages.is_empty()

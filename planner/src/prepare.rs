@@ -116,6 +116,7 @@ fn errand(
         start: vertices[0],
         departs: Tick(0),
         begun: Vec::new(),
+        forgiven: Vec::new(),
         grounded: drone.at_start == AtStart::Landed,
         stages,
         kinds: kinds.of_drone(index),

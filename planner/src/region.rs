@@ -31,7 +31,7 @@ use crate::plan::{AtStart, DronePlan, Unplanned};
 use crate::prepare::{Kinds, costmap_for, prepare};
 use crate::priority::plan_fleet;
 use crate::rolling::legs::legs_of;
-use crate::rolling::turn::words;
+use crate::rolling::outcome::words;
 use crate::trajectory::{Tail, Trajectory};
 use crate::verify::verify;
 use crate::world::{self, Drone, Vehicle, World};

@@ -118,7 +118,7 @@ impl Roadmap {
 
     /// Number of places.
     pub fn place_count(&self) -> usize {
-        self.lattice.place_count() + self.places_m.len()
+        self.graph.node_count()
     }
 
     /// Number of ways, each direction counted.
@@ -141,15 +141,8 @@ impl Roadmap {
 
     /// Ways out of a vertex, in ascending order of where they lead.
     pub fn ways(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Way)> + '_ {
-        let known = (vertex as usize) < self.graph.node_count();
-        let (to, ways) = if known {
-            (
-                self.graph.neighbors_slice(vertex),
-                self.graph.edges_slice(vertex),
-            )
-        } else {
-            (&[][..], &[][..])
-        };
+        let to = self.graph.neighbors_slice(vertex);
+        let ways = self.graph.edges_slice(vertex);
         let later = (!self.later.is_empty()).then(|| self.later.get(&vertex));
         let later = later.flatten().into_iter().flatten();
         to.iter()

@@ -32,11 +32,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod apply;
 mod changes;
 pub(crate) mod legs;
+pub(crate) mod outcome;
 mod splice;
 mod track;
-pub(crate) mod turn;
+mod turn;
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};

@@ -1,37 +1,33 @@
 //! One turn of a running plan: the changes are applied, those affected planned, and the plan written on.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 use costmap::costmap::Costmap;
-use costmap::leg::{KindId, Leg, Tick};
+use costmap::leg::{DroneId, Leg, Tick};
+use costmap::timeline::BUCKET_TICKS;
 use costmap::verdict::{Blocker, Verdict};
-use nalgebra::Point3;
 
-use super::splice::{at_end, blank, write_errand, write_legs};
+use super::apply::{apply, renew_distances};
+use super::outcome::{words, write};
 use super::track::{State, Track};
-use super::{Cause, Change, Changed, Replanned, Running, id};
-use crate::assemble::rounded;
-use crate::distances::{Distances, Mover, UNREACHABLE};
-use crate::errand::{Ending, Errand, Stage};
+use super::{Cause, Change, Replanned, Running, id};
+use crate::errand::{Errand, FORGIVEN_TICKS};
 use crate::outcome::{Control, Effort};
-use crate::plan::{AtEnd, Unplanned};
-use crate::prepare::{ending_from, with_lifts};
-use crate::priority::{Affected, Paths, Stranded, plan_affected, stays_at_start};
-use crate::reason::obstruction;
-use crate::roadmap::{Roadmap, Stop, Vertex};
-use crate::world::{AtStart, Drone, Task, World};
+use crate::plan::Unplanned;
+use crate::priority::{Affected, Paths, plan_affected, stays_at_start};
+use crate::roadmap::Roadmap;
+use crate::world::Task;
 
 /// Names, and when each could be made to do something else.
 pub(super) type Released = Vec<(String, Tick)>;
 
 /// What is remembered of a drone until it is known whether its change can be.
-struct Asked {
-    cause: Cause,
+pub(super) struct Asked {
+    pub(super) cause: Cause,
     /// As it was, if it goes on with that when there is no way.
-    before: Option<(Track, Vec<Task>)>,
+    pub(super) before: Option<(Track, Vec<Task>)>,
     /// No way is looked for: what it flies is settled.
-    settled: bool,
+    pub(super) settled: bool,
 }
 
 /// Applies the changes, which are in order, and plans those affected. Who comes and finds no way is not
@@ -146,10 +142,12 @@ fn turn(
             kept[index].clear();
         }
         if asked.cause == Cause::Late && !asked.settled {
+            let gives_way = |it: &Blocker| {
+                let other = it.drone.0 as usize;
+                it.clear > under_way[other] && !kept[other].is_empty()
+            };
             let errand = &mut running.job.errands[index];
-            fly_out_of_conflict(&running.costmap, errand, &kept[index], &mut under_way);
-            let start = running.tracks[index].vertex_at(&running.job.roadmap, &last_m(errand));
-            errand.start = start.unwrap_or(errand.start);
+            errand.forgiven = in_its_way(&running.costmap, errand, &running.job.roadmap, gives_way);
         }
         if asked.settled {
             kept[index] = running.tracks[index].rest(at);
@@ -161,7 +159,15 @@ fn turn(
     let released = under_way
         .iter()
         .zip(&running.world.drones)
-        .map(|(tick, drone)| (drone.name.clone(), *tick))
+        .zip(&running.job.errands)
+        .map(|((tick, drone), errand)| {
+            let out = if errand.forgiven.is_empty() {
+                0
+            } else {
+                FORGIVEN_TICKS
+            };
+            (drone.name.clone(), tick.after(out))
+        })
         .collect();
     let mut effort = Effort::default();
     let mut affected = Affected {
@@ -261,39 +267,29 @@ fn clashing(
     found
 }
 
-/// A late drone that is in conflict with what others fly already follows its plan until that is over:
-/// nothing else would be better.
-fn fly_out_of_conflict(
+/// Who is in the way of a late drone where it can do something else first, and does not give way: it has to
+/// get away from them first.
+fn in_its_way(
     costmap: &Costmap,
-    errand: &mut Errand,
-    ahead: &[Leg],
-    under_way: &mut [Tick],
-) {
+    errand: &Errand,
+    roadmap: &Roadmap,
+    gives_way: impl Fn(&Blocker) -> bool,
+) -> Vec<DroneId> {
+    let now = Leg {
+        start: errand.departs,
+        end: errand.departs.after(BUCKET_TICKS),
+        ..stays_at_start(errand, roadmap)
+    };
     let mut verdict = Verdict::default();
-    let first = errand.departs;
-    for leg in ahead.iter().filter(|leg| leg.start >= first) {
-        let now = Leg {
-            start: errand.departs,
-            end: errand.departs.after(1),
-            from_m: leg.from_m,
-            to_m: leg.from_m,
-            ..*leg
-        };
-        costmap.judge(&now, &mut verdict);
-        let flown = |it: &Blocker| it.clear <= under_way[it.drone.0 as usize];
-        if leg.stays() || leg.kind != errand.kinds[0] || !verdict.blockers.iter().any(flown) {
-            return;
-        }
-        errand.begun.push(*leg);
-        errand.departs = leg.end;
-        under_way[errand.drone.0 as usize] = leg.end;
-    }
-}
-
-/// Where a drone is when it can do something else (m), if it flies until then.
-fn last_m(errand: &Errand) -> Point3<f64> {
-    let far = Point3::new(f64::NAN, f64::NAN, f64::NAN);
-    errand.begun.last().map_or(far, |leg| leg.to_m)
+    costmap.judge(&now, &mut verdict);
+    let firm = verdict
+        .blockers
+        .iter()
+        .filter(|blocker| !gives_way(blocker));
+    let mut found: Vec<DroneId> = firm.map(|blocker| blocker.drone).collect();
+    found.sort_unstable();
+    found.dedup();
+    found
 }
 
 /// What a drone flies that stops where it can.
@@ -303,387 +299,4 @@ fn stops(errand: &Errand, roadmap: &Roadmap) -> Vec<Leg> {
         ..stays_at_start(errand, roadmap)
     };
     errand.begun.iter().copied().chain([stay]).collect()
-}
-
-fn apply(running: &mut Running, at: Tick, change: &Change, asked: &mut BTreeMap<usize, Asked>) {
-    let known = |name: &str| {
-        running
-            .world
-            .drones
-            .iter()
-            .position(|drone| drone.name == name)
-    };
-    match change {
-        Change::Late { drone, by_s } => {
-            let Some(index) = known(drone) else { return };
-            late(running, at, index, *by_s, asked);
-        }
-        Change::Added(drone) => add(running, at, drone, asked),
-        Change::Removed { drone } => {
-            let Some(index) = known(drone) else { return };
-            running.tracks[index].cut(at);
-            running.tracks[index].errand.stages.clear();
-            running.tracks[index].errand.kinds.truncate(1);
-            running.world.drones[index].tasks.clear();
-            running.costmap.remove(id(index));
-            asked.insert(
-                index,
-                Asked {
-                    cause: Cause::Removed,
-                    before: None,
-                    settled: true,
-                },
-            );
-        }
-        Change::Retasked { drone, tasks } => {
-            let Some(index) = known(drone) else { return };
-            retask(running, at, index, tasks, asked);
-        }
-    }
-}
-
-fn late(
-    running: &mut Running,
-    at: Tick,
-    index: usize,
-    by_s: f64,
-    asked: &mut BTreeMap<usize, Asked>,
-) {
-    let roadmap = &running.job.roadmap;
-    let track = &mut running.tracks[index];
-    let first = track.legs.first().map_or(at, |leg| leg.start);
-    let by = Tick::lasting(by_s).min(at.0 - first.0);
-    let was = Tick(at.0 - by);
-    let rests = track.rest(was).iter().all(Leg::stays);
-    if by == 0 || !track.planned || rests && track.state(roadmap, was, false) == State::Ends {
-        // It is where it stays.
-        return;
-    }
-    track.fall_behind(roadmap, at, by);
-    let settled = track.state(roadmap, at, false) == State::Ends;
-    let entry = &mut running.plan.drones[index];
-    entry.arrives_s = rounded(entry.arrives_s + Tick(by).seconds());
-    asked.insert(
-        index,
-        Asked {
-            cause: Cause::Late,
-            before: None,
-            settled,
-        },
-    );
-}
-
-fn add(running: &mut Running, at: Tick, drone: &Drone, asked: &mut BTreeMap<usize, Asked>) {
-    let index = running.tracks.len();
-    let grounded = drone.at_start == AtStart::Landed;
-    let radius_m = drone.vehicle.body_radius_m + running.world.planning.clearance_m;
-    let start = connect(
-        running,
-        &[Stop {
-            point_m: drone.start_m,
-            radius_m,
-            grounded,
-        }],
-    )[0];
-    let kind = running
-        .kinds
-        .kind(&drone.vehicle, drone.vehicle.airframe.mass_kg());
-    running.world.drones.push(drone.clone());
-    let mut errand = errand(running, index, start, kind, &drone.tasks);
-    errand.grounded = grounded;
-    errand.departs = at;
-    let stay = Leg {
-        drone: id(index),
-        kind,
-        start: at,
-        end: Tick::FOREVER,
-        from_m: drone.start_m,
-        to_m: drone.start_m,
-        flying: !grounded,
-        air_limit: drone.air_limit,
-    };
-    running.tracks.push(Track {
-        legs: vec![stay],
-        errand,
-        since: at,
-        planned: true,
-    });
-    let mut entry = blank(&running.world, drone);
-    entry.enters_s = (at > Tick(0)).then(|| at.seconds());
-    running.plan.drones.push(entry);
-    asked.insert(
-        index,
-        Asked {
-            cause: Cause::Added,
-            before: None,
-            settled: false,
-        },
-    );
-}
-
-fn retask(
-    running: &mut Running,
-    at: Tick,
-    index: usize,
-    tasks: &[Task],
-    asked: &mut BTreeMap<usize, Asked>,
-) {
-    let track = &running.tracks[index];
-    let State::Flies {
-        begun,
-        departs,
-        at_m,
-        grounded,
-        ..
-    } = track.state(&running.job.roadmap, at, true)
-    else {
-        return;
-    };
-    let now = track.legs.iter().find(|leg| leg.end > at);
-    let kind = begun
-        .last()
-        .or(now)
-        .map_or(track.errand.kinds[0], |leg| leg.kind);
-    let before = (track.clone(), running.world.drones[index].tasks.clone());
-    let radius_m =
-        running.world.drones[index].vehicle.body_radius_m + running.world.planning.clearance_m;
-    let start = match track.vertex_at(&running.job.roadmap, &at_m) {
-        Some(vertex) => vertex,
-        None => {
-            let stop = Stop {
-                point_m: at_m,
-                radius_m,
-                grounded,
-            };
-            connect(running, &[stop])[0]
-        }
-    };
-    running.world.drones[index].tasks = tasks.to_vec();
-    let errand = errand(running, index, start, kind, tasks);
-    let track = &mut running.tracks[index];
-    track.errand = Errand {
-        departs,
-        begun: begun.clone(),
-        grounded,
-        ..errand
-    };
-    track.since = departs;
-    track.planned = true;
-    // Until there is a way it is one that ends where it can turn.
-    track.cut(departs);
-    let stay = Leg {
-        start: departs,
-        end: Tick::FOREVER,
-        from_m: at_m,
-        to_m: at_m,
-        flying: !grounded,
-        kind,
-        drone: id(index),
-        air_limit: running.world.drones[index].air_limit,
-    };
-    track.go_on(&[stay]);
-    asked.insert(
-        index,
-        Asked {
-            cause: Cause::Retasked,
-            before: Some(before),
-            settled: false,
-        },
-    );
-}
-
-/// Vertices of these stops; those that are new to the roadmap are connected.
-fn connect(running: &mut Running, stops: &[Stop]) -> Vec<Vertex> {
-    let roadmap = &mut running.job.roadmap;
-    let known = roadmap.place_count();
-    let solids = (!running.world.obstacles.is_empty()).then_some(&running.solids);
-    let vertices = roadmap.connect(&running.world.bounds_m, solids, stops);
-    if roadmap.place_count() > known {
-        renew_distances(running);
-    }
-    vertices
-}
-
-/// What is known of ways to a goal is kept by place, and there are more places now.
-fn renew_distances(running: &mut Running) {
-    for track in &mut running.tracks {
-        let mover = track.errand.mover.clone();
-        let mut from = track.errand.start;
-        for stage in &mut track.errand.stages {
-            let goal = stage.distances.goal();
-            let anew = Distances::new(&running.job.roadmap, goal, from, mover.clone());
-            stage.distances = Arc::new(anew);
-            from = goal;
-        }
-    }
-}
-
-/// What a drone has to do from a vertex on, carrying what it carries.
-fn errand(
-    running: &mut Running,
-    index: usize,
-    start: Vertex,
-    kind: KindId,
-    tasks: &[Task],
-) -> Errand {
-    let drone = running.world.drones[index].clone();
-    let radius_m = drone.vehicle.body_radius_m + running.world.planning.clearance_m;
-    let stops: Vec<Stop> = tasks
-        .iter()
-        .map(|task| Stop {
-            point_m: task.to_m,
-            radius_m,
-            grounded: false,
-        })
-        .collect();
-    let mut vertices = vec![start];
-    vertices.extend(connect(running, &stops));
-    let roadmap = &running.job.roadmap;
-    let mover = Mover::new(
-        roadmap.lattice(),
-        drone.vehicle.max_speed_mps,
-        radius_m,
-        with_lifts(roadmap, &vertices),
-    );
-    let stages = tasks
-        .iter()
-        .zip(vertices.windows(2))
-        .map(|(task, way)| Stage {
-            distances: Arc::new(Distances::new(roadmap, way[1], way[0], mover.clone())),
-            dwell_ticks: Tick::lasting(task.dwell_s),
-            rest_ticks: 0,
-        });
-    let stages = stages.collect();
-    let mut kinds = vec![kind];
-    for task in tasks {
-        let before = kinds[kinds.len() - 1];
-        let bare_kg = drone.vehicle.airframe.mass_kg();
-        kinds.push(task.load_kg.map_or(before, |load_kg| {
-            running.kinds.kind(&drone.vehicle, bare_kg + load_kg)
-        }));
-    }
-    let last = vertices[vertices.len() - 1];
-    let last_m: Point3<f64> = roadmap.position_m(last);
-    let ending = ending_from(&running.world, &running.solids, &drone, last_m);
-    let mut errand = Errand {
-        drone: id(index),
-        start,
-        departs: Tick(0),
-        begun: Vec::new(),
-        grounded: false,
-        stages,
-        kinds,
-        // Checked before for the last task; above whatever it passes now it may have to stay.
-        ending: ending.unwrap_or(Ending::Hover),
-        mover,
-        air_limit: drone.air_limit,
-        alone_ticks: UNREACHABLE,
-    };
-    errand.chain(roadmap);
-    errand
-}
-
-/// Writes what was found into tracks and plan: who has changed, and for whom there is no way.
-fn write(
-    running: &mut Running,
-    asked: &BTreeMap<usize, Asked>,
-    stopped: &BTreeSet<usize>,
-    mut paths: Paths,
-) -> (Vec<Changed>, Vec<Unplanned>) {
-    let mut changed = Vec::new();
-    let mut refused = Vec::new();
-    running.costmap = paths.costmap;
-    for index in 0..running.tracks.len() {
-        let path = paths.paths.get_mut(index).and_then(Option::take);
-        let cause = asked.get(&index).map(|asked| asked.cause);
-        let name = running.world.drones[index].name.clone();
-        let entry = &mut running.plan.drones[index];
-        let track = &mut running.tracks[index];
-        let left_out = paths.stranded.iter().find(|(drone, _)| *drone == id(index));
-        match (path, cause) {
-            (Some(path), _) => {
-                let errand = &running.job.errands[index];
-                if path.legs.is_empty() {
-                    track.cut(errand.departs);
-                } else {
-                    track.go_on(&path.legs);
-                }
-                write_legs(entry, &track.legs, &running.kinds);
-                write_errand(entry, &running.job.roadmap, track, errand, path.arrives);
-                entry.at_end = at_end(&running.world.drones[index]);
-                running.plan.unplanned.retain(|one| one.name != name);
-            }
-            (None, Some(Cause::Removed)) => {
-                if track.legs.is_empty() {
-                    // Gone before it began.
-                    entry.trajectory.t_s.truncate(1);
-                    entry.trajectory.position_m.truncate(1);
-                    entry.trajectory.mass_kg.truncate(1);
-                    entry.airborne_s = (0.0, Some(0.0));
-                } else {
-                    write_legs(entry, &track.legs, &running.kinds);
-                }
-                entry.at_end = AtEnd::Leave;
-                entry.arrives_s = entry.arrives_s.min(running.known.seconds());
-                running.plan.unplanned.retain(|one| one.name != name);
-            }
-            (None, Some(cause)) => {
-                let why = left_out.map(|(_, why)| *why);
-                if let (Cause::Retasked, Some((before, tasks))) = (cause, &asked[&index].before) {
-                    *track = before.clone();
-                    running.world.drones[index].tasks.clone_from(tasks);
-                } else {
-                    track.go_on(running.costmap.legs(id(index)));
-                    write_legs(entry, &track.legs, &running.kinds);
-                }
-                if let Some(why) = why {
-                    let reason = words(&running.world, why);
-                    let reason = format!("{reason}; {}", instead(cause, stopped.contains(&index)));
-                    let out = Unplanned {
-                        name: name.clone(),
-                        reason,
-                    };
-                    if stopped.contains(&index) {
-                        track.planned = false;
-                        entry.arrives_s = running.job.errands[index].departs.seconds();
-                        let flying = track.legs.last().is_some_and(|leg| leg.flying);
-                        entry.at_end = if flying { AtEnd::Hover } else { AtEnd::Land };
-                        running.plan.unplanned.push(out.clone());
-                    }
-                    refused.push(out);
-                }
-                if cause == Cause::Retasked {
-                    continue;
-                }
-            }
-            (None, None) => continue,
-        }
-        changed.push(Changed {
-            drone: name,
-            cause: cause.unwrap_or(Cause::GaveWay),
-        });
-    }
-    (changed, refused)
-}
-
-fn instead(cause: Cause, stops: bool) -> &'static str {
-    match cause {
-        Cause::Late if stops => "it stops at the next place on its way",
-        Cause::Late => "it follows its plan as late as it is",
-        _ => "it goes on with what it had to do",
-    }
-}
-
-pub(crate) fn words(world: &World, why: Stranded) -> String {
-    match why {
-        Stranded::NoWay => {
-            "there is no way through free space to one of its tasks that its body fits through"
-                .to_owned()
-        }
-        Stranded::Obstructed(Some(by)) | Stranded::Zone(by) => obstruction(world, &by),
-        Stranded::Stopped => "planning was stopped before its turn".to_owned(),
-        Stranded::EndpointConflict | Stranded::Landing(_) | Stranded::Obstructed(None) => {
-            "it and others kept taking each other's way".to_owned()
-        }
-    }
 }

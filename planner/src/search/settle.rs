@@ -20,6 +20,9 @@ impl Search<'_> {
         for position in 0..self.verdict.blockers.len() {
             let blocker = self.verdict.blockers[position];
             let Blocker { drone, why, .. } = blocker;
+            if self.errand.forgives(&blocker, label.departs) {
+                continue;
+            }
             if self.has_met(label.met, drone) && !self.scene.is_under_way(&blocker) {
                 continue;
             }
