@@ -97,8 +97,7 @@ impl Roadmap {
         };
         let mut links = Links::new(&survey, bounds, &open, Vec::new());
         let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
-        let graph = links.into_graph(&forward);
-        let (graph, places_m) = (graph.0, graph.1);
+        let (graph, places_m) = links.into_graph(&forward);
         let widest_m = survey.widest_m;
         let roadmap = Roadmap {
             graph,
@@ -254,10 +253,10 @@ impl<'a> Links<'a> {
 
     fn connect(&mut self, stop: &Stop) -> Vertex {
         let lattice = self.survey.lattice;
-        if let Some(place) = lattice.place_at(&stop.point_m) {
-            if (self.open)(place, stop.radius_m) {
-                return place;
-            }
+        if let Some(place) = lattice.place_at(&stop.point_m)
+            && (self.open)(place, stop.radius_m)
+        {
+            return place;
         }
         let p = stop.point_m;
         let key = [
