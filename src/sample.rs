@@ -219,6 +219,7 @@ fn drone(name: &str, airframe: &str, points: &[[f64; 3]]) -> DronePlan {
             hover_induced_velocity_mps: frame.hover_induced_velocity_mps(frame.mass_kg(), 1.204),
         },
         air_limit: 0.3,
+        enters_s: None,
         at_start: AtStart::Hover,
         at_end: AtEnd::Hover,
         airborne_s: (0.0, None),

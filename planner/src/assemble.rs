@@ -147,6 +147,7 @@ fn drone_plan(
         name: drone.name.clone(),
         airframe: airframe_entry(&drone.vehicle, world.air.density_kg_per_m3()),
         air_limit: drone.air_limit,
+        enters_s: None,
         at_start: match drone.at_start {
             world::AtStart::Hover => AtStart::Hover,
             world::AtStart::Landed => AtStart::Landed,
@@ -180,7 +181,7 @@ fn at_end(drone: &Drone, path: Option<&Path>) -> AtEnd {
 }
 
 /// Length of a shortest way with nobody else there (m).
-fn alone_length_m(roadmap: &Roadmap, errand: &Errand) -> f64 {
+pub(crate) fn alone_length_m(roadmap: &Roadmap, errand: &Errand) -> f64 {
     let mut length_m = 0.0;
     let mut at = errand.start;
     for stage in &errand.stages {
@@ -207,6 +208,18 @@ fn trajectory(drone: &Drone, errand: &Errand, job: &Job, legs: &[Leg]) -> Trajec
         let stage = errand.kinds.iter().position(|kind| *kind == leg.kind);
         masses_kg[stage.unwrap_or(0)]
     };
+    if legs.is_empty() {
+        return TrajectoryEntry {
+            t_s: vec![0.0],
+            position_m: vec![job.roadmap.position_m(errand.start)],
+            mass_kg: vec![masses_kg[0]],
+        };
+    }
+    break_points(legs, mass_kg)
+}
+
+/// Legs back to back as break points.
+pub(crate) fn break_points(legs: &[Leg], mass_kg: impl Fn(&Leg) -> f64) -> TrajectoryEntry {
     let mut entry = TrajectoryEntry::default();
     let mut push = |at: Tick, position_m: Point3<f64>, mass_kg: f64| {
         entry.t_s.push(at.seconds());
@@ -226,10 +239,10 @@ fn trajectory(drone: &Drone, errand: &Errand, job: &Job, legs: &[Leg]) -> Trajec
         }
         previous = Some(leg);
     }
-    match previous {
-        Some(last) if last.end != Tick::FOREVER => push(last.end, last.to_m, mass_kg(last)),
-        Some(_) => {}
-        None => push(Tick(0), job.roadmap.position_m(errand.start), masses_kg[0]),
+    if let Some(last) = previous
+        && last.end != Tick::FOREVER
+    {
+        push(last.end, last.to_m, mass_kg(last));
     }
     entry
 }
@@ -245,7 +258,7 @@ fn masses_kg(drone: &Drone) -> Vec<f64> {
     masses_kg
 }
 
-fn airframe_entry(vehicle: &Vehicle, density_kg_per_m3: f64) -> AirframeEntry {
+pub(crate) fn airframe_entry(vehicle: &Vehicle, density_kg_per_m3: f64) -> AirframeEntry {
     let airframe = &vehicle.airframe;
     AirframeEntry {
         name: airframe.name().to_owned(),
@@ -293,6 +306,6 @@ fn obstacle_entry(obstacle: &world::Obstacle) -> ObstacleEntry {
 }
 
 /// Sums of ticks and lengths, without the digits that only adding made.
-fn rounded(value: f64) -> f64 {
+pub(crate) fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }

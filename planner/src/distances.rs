@@ -40,6 +40,11 @@ impl Mover {
         mover
     }
 
+    /// The stops beyond the lattice that it may use.
+    pub(crate) fn stops(&self) -> &[Vertex] {
+        &self.stops
+    }
+
     /// Whole ticks that a way takes; `None` where it may not go.
     pub fn ticks(&self, roadmap: &Roadmap, to: Vertex, way: Way) -> Option<u32> {
         if !way.fits(self.radius_m) || (roadmap.is_stop(to) && !self.stops.contains(&to)) {

@@ -1,21 +1,30 @@
 //! One drone's job on the roadmap: where it starts, what it passes, how it ends, and how long that
 //! takes with nobody else there.
 
-use costmap::leg::{DroneId, KindId};
+use std::sync::Arc;
+
+use costmap::leg::{DroneId, KindId, Leg, Tick};
+use costmap::verdict::{Blocker, Why};
 use nalgebra::Point3;
 
 use crate::distances::{Distances, Mover, UNREACHABLE};
 use crate::roadmap::{Roadmap, Vertex};
 
 /// One drone's job.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Errand {
     /// Who.
     pub drone: DroneId,
     /// Where it starts.
     pub start: Vertex,
+    /// When: its legs begin then.
+    pub departs: Tick,
+    /// What it is flying until then, whatever is planned; empty where planning begins with it.
+    pub begun: Vec<Leg>,
     /// It starts on the ground, without a wake.
     pub grounded: bool,
+    /// Whose air it is in when it departs, and cannot but fly out of; see [`Errand::forgives`].
+    pub forgiven: Vec<DroneId>,
     /// Its tasks in order.
     pub stages: Vec<Stage>,
     /// What flies towards each task, and after the last.
@@ -32,10 +41,10 @@ pub struct Errand {
 }
 
 /// A task on the roadmap.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Stage {
     /// Ticks to it from anywhere.
-    pub distances: Distances,
+    pub distances: Arc<Distances>,
     /// How long it hovers there.
     pub dwell_ticks: u32,
     /// From arriving there to the end of the last dwell, with nobody else there.
@@ -58,7 +67,18 @@ pub enum Ending {
     Leave,
 }
 
+/// How long after it departs a drone may take to fly out of the air that it is in: chosen here, 2 s, two to
+/// four cells.
+pub const FORGIVEN_TICKS: u32 = 200;
+
 impl Errand {
+    /// Whether a leg from `departs` on may be in somebody's way because it was before: never body to body.
+    pub fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
+        blocker.why != Why::Bodies
+            && departs < self.departs.after(FORGIVEN_TICKS)
+            && self.forgiven.contains(&blocker.drone)
+    }
+
     /// It has nothing to do but to stay where it is, in the air or on the ground.
     pub fn stays(&self) -> bool {
         self.stages.is_empty()

@@ -62,7 +62,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
 }
 
 /// Plans every drone alone among the zones: how long that takes, and who has no way at all.
-fn kept_out_by_zones(
+pub(crate) fn kept_out_by_zones(
     job: &mut Job,
     empty: &Costmap,
     excluded: &[(DroneId, Stranded)],
@@ -74,6 +74,7 @@ fn kept_out_by_zones(
         costmap: empty,
         crowd: None,
         weights: &weights,
+        under_way: &[],
         energy_weight: 0.0,
         careful: true,
         most_expansions: u64::MAX,
@@ -178,7 +179,7 @@ fn ignoring_downwash(
 
 /// Drones that stay at their starts whatever the search finds: blocked landings, and enough drones
 /// that no two goals exclude each other any more, those in most conflicts first.
-fn excluded(
+pub(crate) fn excluded(
     job: &Job,
     conflicts: &[EndpointConflict],
     counts: impl Fn(&EndpointConflict) -> bool,

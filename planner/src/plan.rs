@@ -155,7 +155,10 @@ pub struct DronePlan {
     pub airframe: AirframeEntry,
     /// Highest mean air over its rotor discs, over its induced velocity at its current mass.
     pub air_limit: f64,
-    /// `hover` or `landed`.
+    /// When it comes (s): before, neither body nor wake is there. Absent: it is there from time 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub enters_s: Option<f64>,
+    /// `hover` or `landed`, when it comes.
     pub at_start: AtStart,
     /// `hover`, `land` or `leave`.
     pub at_end: AtEnd,

@@ -1,11 +1,14 @@
 //! From a world to what the search needs: roadmap, errands, and an empty costmap.
 
+use std::sync::Arc;
+
 use airflow::Airframe;
 use costmap::costmap::Costmap;
 use costmap::cover::{Covers, Top};
 use costmap::fleet::{Conditions, Fleet, Kind, ZoneBox};
 use costmap::ground::Ground;
 use costmap::leg::{DroneId, KindId, Tick};
+use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::distances::{Distances, Mover, UNREACHABLE};
@@ -69,7 +72,7 @@ pub fn prepare(world: &World) -> Job {
     }
 }
 
-fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = Stop> + '_ {
+pub(crate) fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = Stop> + '_ {
     let radius_m = drone.vehicle.body_radius_m + clearance_m;
     let start = Stop {
         point_m: drone.start_m,
@@ -104,7 +107,7 @@ fn errand(
         .iter()
         .zip(vertices.windows(2))
         .map(|(task, way)| Stage {
-            distances: Distances::new(roadmap, way[1], way[0], mover.clone()),
+            distances: Arc::new(Distances::new(roadmap, way[1], way[0], mover.clone())),
             dwell_ticks: Tick::lasting(task.dwell_s),
             rest_ticks: 0,
         })
@@ -112,6 +115,9 @@ fn errand(
     Errand {
         drone: DroneId(index as u32),
         start: vertices[0],
+        departs: Tick(0),
+        begun: Vec::new(),
+        forgiven: Vec::new(),
         grounded: drone.at_start == AtStart::Landed,
         stages,
         kinds: kinds.of_drone(index),
@@ -123,7 +129,7 @@ fn errand(
 }
 
 /// Own stops beyond the lattice, and the places right above those on the ground.
-fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
+pub(crate) fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
     let mut stops: Vec<Vertex> = Vec::new();
     for &vertex in vertices.iter().filter(|v| roadmap.is_stop(**v)) {
         stops.push(vertex);
@@ -141,11 +147,21 @@ fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
 
 /// How a drone ends; an error tells how much room a landing lacks (m).
 fn ending(world: &World, solids: &Solids, drone: &Drone) -> Result<Ending, f64> {
+    let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
+    ending_from(world, solids, drone, last_m)
+}
+
+/// How a drone ends that is here after its last dwell; an error tells how much room a landing lacks (m).
+pub(crate) fn ending_from(
+    world: &World,
+    solids: &Solids,
+    drone: &Drone,
+    from_m: Point3<f64>,
+) -> Result<Ending, f64> {
     match drone.at_end {
         AtEnd::Hover => Ok(Ending::Hover),
         AtEnd::Leave => Ok(Ending::Leave),
         AtEnd::Land => {
-            let from_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
             let radius_m = drone.vehicle.body_radius_m;
             let rest_m = landing_place_m(&world.bounds_m, solids, from_m, radius_m);
             let way_m = from_m.z - rest_m.z;
@@ -161,16 +177,17 @@ fn ending(world: &World, solids: &Solids, drone: &Drone) -> Result<Ending, f64> 
     }
 }
 
-/// Distinct airframes, and distinct vehicles at distinct masses.
-struct Kinds {
+/// Distinct airframes, and distinct vehicles at distinct masses (kg).
+#[derive(Clone, Debug)]
+pub(crate) struct Kinds {
     airframes: Vec<Airframe>,
-    kinds: Vec<(Vehicle, f64)>,
+    pub(crate) kinds: Vec<(Vehicle, f64)>,
     /// Per drone: towards each task, and after the last.
     of_drones: Vec<Vec<KindId>>,
 }
 
 impl Kinds {
-    fn of(world: &World) -> Kinds {
+    pub(crate) fn of(world: &World) -> Kinds {
         let mut all = Kinds {
             airframes: Vec::new(),
             kinds: Vec::new(),
@@ -191,7 +208,7 @@ impl Kinds {
         all
     }
 
-    fn kind(&mut self, vehicle: &Vehicle, mass_kg: f64) -> KindId {
+    pub(crate) fn kind(&mut self, vehicle: &Vehicle, mass_kg: f64) -> KindId {
         let known = self
             .kinds
             .iter()
@@ -213,7 +230,17 @@ impl Kinds {
 
 /// An empty costmap for a world; `wakes: false` for a fleet that ignores downwash.
 pub fn empty_costmap(world: &World, lattice: &Lattice, wakes: bool) -> Costmap {
-    let all = Kinds::of(world);
+    costmap_for(world, &Kinds::of(world), lattice, wakes, world.drones.len())
+}
+
+/// An empty costmap with these kinds, for this many drones.
+pub(crate) fn costmap_for(
+    world: &World,
+    all: &Kinds,
+    lattice: &Lattice,
+    wakes: bool,
+    drones: usize,
+) -> Costmap {
     let kinds = all
         .kinds
         .iter()
@@ -274,7 +301,7 @@ pub fn empty_costmap(world: &World, lattice: &Lattice, wakes: bool) -> Costmap {
         Covers::new(world.bounds_m.min.z, tops),
         zones.collect(),
         ground(world, lattice),
-        world.drones.len(),
+        drones,
     )
 }
 

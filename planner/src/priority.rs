@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
-use costmap::verdict::Verdict;
+use costmap::verdict::{Blocker, Verdict};
 
 use crate::crowd::{Crowd, Steps};
 use crate::distances::UNREACHABLE;
@@ -169,9 +169,12 @@ fn splitmix64(seed: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+mod affected;
 mod batch;
 mod improve;
 mod wind_up;
+
+pub(crate) use affected::{Affected, plan_affected};
 
 struct Attempt<'a> {
     job: &'a Job,
@@ -186,6 +189,11 @@ struct Attempt<'a> {
     /// Whose weak wakes were too much for somebody: their steps are judged in full.
     careful: Vec<bool>,
     most_evictions: u32,
+    /// See [`Scene::under_way`].
+    under_way: Vec<Tick>,
+    /// What each drone flies if it finds no way: it is not there at all if that is nothing. Not even a list
+    /// of them: everybody stays at the start.
+    kept: Vec<Vec<Leg>>,
     paths: Vec<Option<Path>>,
     stranded: Vec<(DroneId, Stranded)>,
 }
@@ -199,6 +207,9 @@ impl<'a> Attempt<'a> {
         effort: &'a mut Effort,
     ) -> Attempt<'a> {
         let drones = job.errands.len();
+        // Whoever is in the costmap without an errand gives way to nobody.
+        let mut weights = vec![FIRST_WEIGHT; drones];
+        weights.resize(costmap.drone_count().max(drones), IMMOVABLE);
         Attempt {
             job,
             costmap,
@@ -206,10 +217,12 @@ impl<'a> Attempt<'a> {
             energy_weight,
             control,
             effort,
-            weights: vec![FIRST_WEIGHT; drones],
+            weights,
             evicted: vec![0; drones],
             careful: vec![false; drones],
             most_evictions: MOST_EVICTIONS,
+            under_way: Vec::new(),
+            kept: Vec::new(),
             paths: vec![None; drones],
             stranded: Vec::new(),
         }
@@ -246,6 +259,7 @@ impl<'a> Attempt<'a> {
             costmap: &self.costmap,
             crowd: None,
             weights: &self.weights,
+            under_way: &self.under_way,
             energy_weight: self.energy_weight,
             careful: false,
             most_expansions: MOST_EXPANSIONS,
@@ -273,15 +287,25 @@ impl<'a> Attempt<'a> {
 
     /// Leaves a drone at its start for ever, and takes back whoever is in conflict with that.
     fn strand(&mut self, drone: DroneId, why: Stranded, queue: &mut VecDeque<DroneId>) {
-        let stay = stays_at_start(&self.job.errands[drone.0 as usize], &self.job.roadmap);
+        let stay = self.without_way(drone);
         self.weights[drone.0 as usize] = IMMOVABLE;
         self.stranded.push((drone, why));
         let mut verdict = Verdict::default();
         loop {
-            self.costmap.judge(&stay, &mut verdict);
-            let movable = |other: &DroneId| self.weights[other.0 as usize] != IMMOVABLE;
-            let mut hit: Vec<DroneId> = verdict.blockers.iter().map(|b| b.drone).collect();
-            if !hit.iter().any(movable) && !verdict.is_allowed() {
+            let movable = |other: &DroneId| {
+                let index = other.0 as usize;
+                self.weights[index] != IMMOVABLE && self.paths[index].is_some()
+            };
+            let mut hit: Vec<DroneId> = Vec::new();
+            let mut allowed = true;
+            for leg in &stay {
+                self.costmap.judge(leg, &mut verdict);
+                let scene = self.scene();
+                let takeable = |b: &&Blocker| scene.weight(b) != IMMOVABLE || self.kept.is_empty();
+                hit.extend(verdict.blockers.iter().filter(takeable).map(|b| b.drone));
+                allowed &= verdict.is_allowed();
+            }
+            if !hit.iter().any(movable) && !allowed && self.kept.is_empty() {
                 // Those who stay would bear one another, were nobody else near them.
                 for &other in &hit.clone() {
                     for leg in self.costmap.legs(other) {
@@ -300,7 +324,7 @@ impl<'a> Attempt<'a> {
                 queue.push_front(other);
             }
         }
-        self.reserve(vec![stay]);
+        self.reserve(stay);
     }
 
     fn reserve(&mut self, legs: Vec<Leg>) {
@@ -321,8 +345,21 @@ impl<'a> Attempt<'a> {
         self.costmap.remove(drone);
     }
 
+    /// What a drone flies that finds no way.
+    fn without_way(&self, drone: DroneId) -> Vec<Leg> {
+        match self.kept.get(drone.0 as usize) {
+            Some(kept) => kept.clone(),
+            None => vec![stays_at_start(
+                &self.job.errands[drone.0 as usize],
+                &self.job.roadmap,
+            )],
+        }
+    }
+
     fn take_back(&mut self, drone: DroneId) {
         self.release(drone);
+        // What it is flying it goes on with.
+        self.reserve(self.job.errands[drone.0 as usize].begun.clone());
         self.paths[drone.0 as usize] = None;
         self.effort.evictions += 1;
     }
@@ -333,7 +370,8 @@ impl<'a> Attempt<'a> {
         let mut index = 0;
         while let Some(&(drone, why)) = self.stranded.get(index) {
             index += 1;
-            if !matches!(why, Stranded::Obstructed(_)) || (self.control.stop)() {
+            let keeps = self.evicted[drone.0 as usize] > 0 && !self.kept.is_empty();
+            if keeps || !matches!(why, Stranded::Obstructed(_)) || (self.control.stop)() {
                 continue;
             }
             let stay = self.costmap.legs(drone).to_vec();

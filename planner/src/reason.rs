@@ -229,7 +229,7 @@ fn endpoint(world: &World, conflicts: &[EndpointConflict], drone: DroneId) -> St
     }
 }
 
-fn obstruction(world: &World, by: &Obstruction) -> String {
+pub(crate) fn obstruction(world: &World, by: &Obstruction) -> String {
     let at = format!("at {} from {:.1} s on", place(&by.at_m), by.at.seconds());
     match by.by {
         Hindrance::Zone(zone) => {
@@ -269,6 +269,7 @@ fn in_the_way(
         costmap: &paths.costmap,
         crowd: None,
         weights: &weights,
+        under_way: &[],
         energy_weight: 0.0,
         careful: true,
         most_expansions: MOST_EXPANSIONS,

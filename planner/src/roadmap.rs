@@ -48,6 +48,10 @@ pub struct Roadmap {
     narrow: Vec<(f64, BoxCount)>,
     /// For each radius asked for, by place, which of [`NEIGHBOURS`] it may step to, as bits.
     open: Vec<(f64, Vec<u32>)>,
+    /// Up to where clearances were measured (m).
+    widest_m: f64,
+    /// Ways from and to stops that came later.
+    later: BTreeMap<Vertex, Vec<(Vertex, Way)>>,
 }
 
 /// A place beyond the lattice that a drone must be able to reach.
@@ -93,19 +97,22 @@ impl Roadmap {
             .iter()
             .map(|&radius_m| (radius_m, open_steps(&lattice, &forward, radius_m)))
             .collect();
-        let mut links = Links::new(&survey, bounds);
-        let vertices = stops
-            .iter()
-            .map(|stop| links.connect(stop, &forward))
-            .collect();
-        let graph = links.into_graph(&forward);
-        let (graph, places_m) = (graph.0, graph.1);
+        let opens = |place: Vertex, radius_m: f64| {
+            let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= radius_m;
+            around(&lattice, &forward, place).any(|(_, c)| wide(c))
+        };
+        let mut links = Links::new(&survey, bounds, &opens, Vec::new());
+        let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
+        let (graph, places_m) = links.into_graph(&forward);
+        let widest_m = survey.widest_m;
         let roadmap = Roadmap {
             graph,
             lattice,
             places_m,
             narrow,
             open,
+            widest_m,
+            later: BTreeMap::new(),
         };
         (roadmap, vertices)
     }
@@ -122,7 +129,7 @@ impl Roadmap {
 
     /// Number of ways, each direction counted.
     pub fn way_count(&self) -> usize {
-        self.graph.edge_count()
+        self.graph.edge_count() + self.later.values().map(Vec::len).sum::<usize>()
     }
 
     /// Whether a vertex is one of the stops beyond the lattice.
@@ -142,7 +149,12 @@ impl Roadmap {
     pub fn ways(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Way)> + '_ {
         let to = self.graph.neighbors_slice(vertex);
         let ways = self.graph.edges_slice(vertex);
-        to.iter().copied().zip(ways.iter().copied())
+        let later = (!self.later.is_empty()).then(|| self.later.get(&vertex));
+        let later = later.flatten().into_iter().flatten();
+        to.iter()
+            .copied()
+            .zip(ways.iter().copied())
+            .chain(later.copied())
     }
 
     /// By lattice place, the steps that a ball of this radius may take, as bits in the order of [`NEIGHBOURS`]; `None` if
@@ -254,29 +266,36 @@ impl Survey<'_> {
 struct Links<'a> {
     survey: &'a Survey<'a>,
     bounds: &'a Bounds,
+    /// Whether a body of some radius can leave a lattice place at all.
+    open: &'a dyn Fn(Vertex, f64) -> bool,
     places_m: Vec<Point3<f64>>,
     known: BTreeMap<[u64; 5], Vertex>,
     ways: BTreeMap<(Vertex, Vertex), Way>,
 }
 
 impl<'a> Links<'a> {
-    fn new(survey: &'a Survey<'a>, bounds: &'a Bounds) -> Links<'a> {
+    fn new(
+        survey: &'a Survey<'a>,
+        bounds: &'a Bounds,
+        open: &'a dyn Fn(Vertex, f64) -> bool,
+        places_m: Vec<Point3<f64>>,
+    ) -> Links<'a> {
         Links {
             survey,
             bounds,
-            places_m: Vec::new(),
+            open,
+            places_m,
             known: BTreeMap::new(),
             ways: BTreeMap::new(),
         }
     }
 
-    fn connect(&mut self, stop: &Stop, forward: &Forward) -> Vertex {
+    fn connect(&mut self, stop: &Stop) -> Vertex {
         let lattice = self.survey.lattice;
-        if let Some(place) = lattice.place_at(&stop.point_m) {
-            let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= stop.radius_m;
-            if around(lattice, forward, place).any(|(_, c)| wide(c)) {
-                return place;
-            }
+        if let Some(place) = lattice.place_at(&stop.point_m)
+            && (self.open)(place, stop.radius_m)
+        {
+            return place;
         }
         let p = stop.point_m;
         let key = [
@@ -295,7 +314,7 @@ impl<'a> Links<'a> {
         let clear_m = self.survey.clearance_m(p, p);
         if stop.grounded && clear_m < stop.radius_m {
             if let Some(lifted) = self.lift(stop, clear_m) {
-                let above = self.connect(&lifted, forward);
+                let above = self.connect(&lifted);
                 self.link(vertex, above, stop.point_m, lifted.point_m, stop.radius_m);
             }
             return vertex;
@@ -415,5 +434,6 @@ fn cube(low: i32, high: i32) -> impl Iterator<Item = (i32, i32, i32)> {
         .flat_map(move |z| (low..=high).flat_map(move |y| (low..=high).map(move |x| (x, y, z))))
 }
 
+mod later;
 #[cfg(test)]
 mod tests;

@@ -69,6 +69,8 @@ pub struct Scene<'a> {
     pub crowd: Option<&'a Crowd<'a>>,
     /// Price in ticks of meeting each drone, or [`IMMOVABLE`].
     pub weights: &'a [u32],
+    /// Until when each drone goes on as it does, whatever its price; empty: nobody is under way.
+    pub under_way: &'a [Tick],
     /// Seconds of delay that a second's worth of hover energy is worth.
     pub energy_weight: f64,
     /// Whether every step is judged in full, weak wakes on those far off included.
@@ -80,6 +82,20 @@ pub struct Scene<'a> {
 }
 
 impl Scene<'_> {
+    /// What is in the way is flown already, and cannot be taken back.
+    fn is_under_way(&self, blocker: &Blocker) -> bool {
+        let until = self.under_way.get(blocker.drone.0 as usize);
+        until.is_some_and(|until| blocker.clear <= *until)
+    }
+
+    /// Price of what is in the way.
+    pub(crate) fn weight(&self, blocker: &Blocker) -> u32 {
+        if self.is_under_way(blocker) {
+            return IMMOVABLE;
+        }
+        self.weights[blocker.drone.0 as usize]
+    }
+
     pub(crate) fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
         if self.careful {
             self.costmap.judge(leg, verdict);
@@ -92,7 +108,7 @@ impl Scene<'_> {
 /// A way from start to end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    /// Back to back from tick 0; the last one may last for ever.
+    /// Back to back from where its errand begins; the last one may last for ever.
     pub legs: Vec<Leg>,
     /// End of the last dwell.
     pub arrives: Tick,
@@ -152,7 +168,11 @@ pub(crate) type Doubts = FxHashSet<(Vertex, Vertex)>;
 ///
 /// With a crowd it is looked for in brief, and judged in the end; steps that were taken for free are judged
 /// at once when it is looked for again.
-pub fn search(scene: Scene<'_>, errand: &Errand) -> Searched {
+pub fn search(mut scene: Scene<'_>, errand: &Errand) -> Searched {
+    if !errand.forgiven.is_empty() {
+        // What is forgiven depends on how somebody is in the way.
+        scene.crowd = None;
+    }
     let searched = find(scene, errand);
     errand.forget();
     searched
@@ -218,7 +238,7 @@ fn is_as_thought(scene: &Scene<'_>, path: &Path, doubts: &mut Doubts) -> bool {
     let mut sound = true;
     for leg in &path.legs {
         scene.judge(leg, &mut verdict);
-        let met = |it: &Blocker| path.met.contains(&it.drone);
+        let met = |it: &Blocker| path.met.contains(&it.drone) && !scene.is_under_way(it);
         if verdict.breaks_zone.is_some() || !verdict.blockers.iter().all(met) {
             sound = false;
             let ends = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));

@@ -47,6 +47,7 @@ pub enum Tail {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     pieces: Vec<Piece>,
+    first_s: f64,
     last_s: f64,
     last_m: Point3<f64>,
 }
@@ -144,9 +145,20 @@ impl Trajectory {
         }
         Ok(Trajectory {
             pieces,
+            first_s: entry.t_s[0],
             last_s,
             last_m,
         })
+    }
+
+    /// The same for a drone that comes at its first break point, and is nowhere before.
+    #[must_use]
+    pub fn entering(mut self) -> Trajectory {
+        // What it holds until then is its first piece.
+        if self.first_s > SAME_TIME_S {
+            self.pieces.remove(0);
+        }
+        self
     }
 
     /// The pieces, in order of time.

@@ -42,7 +42,7 @@ impl<'a> Outlook<'a> {
         let Some(crowd) = scene.crowd else {
             return outlook;
         };
-        let mut begins = 0;
+        let mut begins = errand.departs.0;
         let mut from = errand.start;
         for (index, stage) in errand.stages.iter().enumerate() {
             let ahead = crowd

@@ -14,7 +14,7 @@ impl Search<'_> {
             chain.push(*parent);
         }
         chain.reverse();
-        let mut legs: Vec<Leg> = Vec::new();
+        let mut legs: Vec<Leg> = self.errand.begun.clone();
         for pair in chain.windows(2) {
             let (from, to) = (&pair[0], &pair[1]);
             legs.extend(self.stay(from, to.departs));

@@ -18,11 +18,15 @@ impl Search<'_> {
         let price = self.verdict.price_s * self.scene.energy_weight * Tick::PER_SECOND;
         label.paid = label.paid.saturating_add(price.round() as u32);
         for position in 0..self.verdict.blockers.len() {
-            let Blocker { drone, why, .. } = self.verdict.blockers[position];
-            if self.has_met(label.met, drone) {
+            let blocker = self.verdict.blockers[position];
+            let Blocker { drone, why, .. } = blocker;
+            if self.errand.forgives(&blocker, label.departs) {
                 continue;
             }
-            let weight = self.scene.weights[drone.0 as usize];
+            if self.passes(label.met, &blocker) {
+                continue;
+            }
+            let weight = self.scene.weight(&blocker);
             if weight == IMMOVABLE {
                 self.obstructed(&came_from, Hindrance::Drone(drone, why));
                 return None;
@@ -32,6 +36,11 @@ impl Search<'_> {
             label.met = self.met.len() as u32 - 1;
         }
         Some(label)
+    }
+
+    /// Whether what is in the way is to give way already.
+    pub(super) fn passes(&self, met: u32, blocker: &Blocker) -> bool {
+        self.has_met(met, blocker.drone) && !self.scene.is_under_way(blocker)
     }
 
     pub(super) fn has_met(&self, mut met: u32, drone: DroneId) -> bool {

@@ -4,7 +4,7 @@
 //! thought of for the first moment; one that is blocked then is thought of again for when it may be free,
 //! and one that is not for when the place it leads to is free the next time.
 
-use costmap::leg::{DroneId, Tick};
+use costmap::leg::Tick;
 use costmap::verdict::Blocker;
 
 use super::label::{Label, Step};
@@ -91,10 +91,10 @@ pub(super) fn clear_after(
     departs: Tick,
     blockers: &[Blocker],
     roughly: bool,
-    is_met: impl Fn(DroneId) -> bool,
+    is_met: impl Fn(&Blocker) -> bool,
 ) -> Option<Tick> {
     let mut latest = None;
-    for blocker in blockers.iter().filter(|blocker| !is_met(blocker.drone)) {
+    for blocker in blockers.iter().filter(|blocker| !is_met(blocker)) {
         if blocker.clear == Tick::FOREVER {
             return None;
         }

@@ -4,7 +4,7 @@ use std::collections::BinaryHeap;
 use std::rc::Rc;
 
 use costmap::leg::{DroneId, KindId, Leg, Tick};
-use costmap::verdict::Verdict;
+use costmap::verdict::{Blocker, Verdict};
 use nalgebra::Point3;
 
 use super::label::{Label, Open, Step};
@@ -73,8 +73,8 @@ impl<'a> Search<'a> {
             stage: 0,
             grounded: self.errand.grounded,
             step: Step::Start,
-            departs: Tick(0),
-            at: Tick(0),
+            departs: self.errand.departs,
+            at: self.errand.departs,
             paid: 0,
             parent: u32::MAX,
             met: 0,
@@ -235,7 +235,7 @@ impl<'a> Search<'a> {
                 all.blockers.append(&mut self.verdict.blockers);
             }
         }
-        let is_met = |drone| self.has_met(label.met, drone);
+        let is_met = |blocker: &Blocker| self.passes(label.met, blocker);
         let again = clear_after(label.departs, &all.blockers, !in_brief, is_met);
         if from.at < label.departs {
             let node = self.nodes.at(&from);
@@ -290,7 +290,7 @@ impl<'a> Search<'a> {
             Step::Move => {
                 // Mostly it is the place it leads to that is taken.
                 crowd.arrive(class, label.vertex, time, verdict);
-                if (verdict.blockers.iter()).any(|it| !self.has_met(label.met, it.drone)) {
+                if !verdict.blockers.iter().all(|it| self.passes(label.met, it)) {
                     return true;
                 }
                 verdict.clear();

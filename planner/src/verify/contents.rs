@@ -219,7 +219,17 @@ fn flight(
     } else {
         Tail::Gone
     };
-    let trajectory = Trajectory::new(&drone.trajectory, tail).map_err(|error| error.to_string())?;
+    let mut trajectory =
+        Trajectory::new(&drone.trajectory, tail).map_err(|error| error.to_string())?;
+    if let Some(enters_s) = drone.enters_s {
+        let first_s = drone.trajectory.t_s[0];
+        if (enters_s - first_s).abs() > SAME_TIME_S {
+            return Err(format!(
+                "it comes at {enters_s:.3} s, but its trajectory begins at {first_s:.3} s"
+            ));
+        }
+        trajectory = trajectory.entering();
+    }
     let mut doubts = airborne_doubts(scene, drone, &trajectory, unplanned);
     if drone
         .trajectory
@@ -310,7 +320,8 @@ fn airborne_doubts(
         }
         return doubts;
     }
-    if drone.at_start == AtStart::Hover && from_s > SAME_TIME_S {
+    let enters_s = drone.enters_s.unwrap_or(0.0);
+    if drone.at_start == AtStart::Hover && from_s > enters_s + SAME_TIME_S {
         doubts.push(format!(
             "it starts in the air but is said to be airborne from {from_s:.3} s only"
         ));
@@ -332,6 +343,8 @@ fn airborne_doubts(
                 "it hovers at its end but is said to be airborne until {until_s:.3} s only"
             ));
         }
+        // Who has landed may leave later.
+        AtEnd::Leave if until_s.is_finite() && rests(scene, drone, trajectory) => {}
         AtEnd::Land | AtEnd::Leave if until_s < trajectory.last_s() - SAME_TIME_S => {
             doubts.push(format!(
                 "it is said to be airborne until {until_s:.3} s only, before its last time"

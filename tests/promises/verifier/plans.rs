@@ -34,6 +34,7 @@ pub(crate) fn drone(name: &str, airframe: &str, knots: &[Knot]) -> DronePlan {
     DronePlan {
         name: name.to_owned(),
         air_limit: 0.3,
+        enters_s: None,
         at_start: AtStart::Hover,
         at_end: AtEnd::Hover,
         airborne_s: (0.0, None),

@@ -1,0 +1,116 @@
+//! What was found, written into tracks and plan.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::splice::{at_end, write_errand, write_legs};
+use super::turn::Asked;
+use super::{Cause, Changed, Running, id};
+use crate::plan::{AtEnd, Unplanned};
+use crate::priority::{Paths, Stranded};
+use crate::reason::obstruction;
+use crate::world::World;
+
+/// Writes what was found into tracks and plan: who has changed, and for whom there is no way.
+pub(super) fn write(
+    running: &mut Running,
+    asked: &BTreeMap<usize, Asked>,
+    stopped: &BTreeSet<usize>,
+    mut paths: Paths,
+) -> (Vec<Changed>, Vec<Unplanned>) {
+    let mut changed = Vec::new();
+    let mut refused = Vec::new();
+    running.costmap = paths.costmap;
+    for index in 0..running.tracks.len() {
+        let path = paths.paths.get_mut(index).and_then(Option::take);
+        let cause = asked.get(&index).map(|asked| asked.cause);
+        let name = running.world.drones[index].name.clone();
+        let entry = &mut running.plan.drones[index];
+        let track = &mut running.tracks[index];
+        let left_out = paths.stranded.iter().find(|(drone, _)| *drone == id(index));
+        match (path, cause) {
+            (Some(path), _) => {
+                let errand = &running.job.errands[index];
+                if path.legs.is_empty() {
+                    track.cut(errand.departs);
+                } else {
+                    track.go_on(&path.legs);
+                }
+                write_legs(entry, &track.legs, &running.kinds);
+                write_errand(entry, &running.job.roadmap, track, errand, path.arrives);
+                entry.at_end = at_end(&running.world.drones[index]);
+                running.plan.unplanned.retain(|one| one.name != name);
+            }
+            (None, Some(Cause::Removed)) => {
+                if track.legs.is_empty() {
+                    // Gone before it began.
+                    entry.trajectory.t_s.truncate(1);
+                    entry.trajectory.position_m.truncate(1);
+                    entry.trajectory.mass_kg.truncate(1);
+                    entry.airborne_s = (0.0, Some(0.0));
+                } else {
+                    write_legs(entry, &track.legs, &running.kinds);
+                }
+                entry.at_end = AtEnd::Leave;
+                entry.arrives_s = entry.arrives_s.min(running.known.seconds());
+                running.plan.unplanned.retain(|one| one.name != name);
+            }
+            (None, Some(cause)) => {
+                let why = left_out.map(|(_, why)| *why);
+                if let (Cause::Retasked, Some((before, tasks))) = (cause, &asked[&index].before) {
+                    *track = before.clone();
+                    running.world.drones[index].tasks.clone_from(tasks);
+                } else {
+                    track.go_on(running.costmap.legs(id(index)));
+                    write_legs(entry, &track.legs, &running.kinds);
+                }
+                if let Some(why) = why {
+                    let reason = words(&running.world, why);
+                    let reason = format!("{reason}; {}", instead(cause, stopped.contains(&index)));
+                    let out = Unplanned {
+                        name: name.clone(),
+                        reason,
+                    };
+                    if stopped.contains(&index) {
+                        track.planned = false;
+                        entry.arrives_s = running.job.errands[index].departs.seconds();
+                        let flying = track.legs.last().is_some_and(|leg| leg.flying);
+                        entry.at_end = if flying { AtEnd::Hover } else { AtEnd::Land };
+                        running.plan.unplanned.push(out.clone());
+                    }
+                    refused.push(out);
+                }
+                if cause == Cause::Retasked {
+                    continue;
+                }
+            }
+            (None, None) => continue,
+        }
+        changed.push(Changed {
+            drone: name,
+            cause: cause.unwrap_or(Cause::GaveWay),
+        });
+    }
+    (changed, refused)
+}
+
+fn instead(cause: Cause, stops: bool) -> &'static str {
+    match cause {
+        Cause::Late if stops => "it stops at the next place on its way",
+        Cause::Late => "it follows its plan as late as it is",
+        _ => "it goes on with what it had to do",
+    }
+}
+
+pub(crate) fn words(world: &World, why: Stranded) -> String {
+    match why {
+        Stranded::NoWay => {
+            "there is no way through free space to one of its tasks that its body fits through"
+                .to_owned()
+        }
+        Stranded::Obstructed(Some(by)) | Stranded::Zone(by) => obstruction(world, &by),
+        Stranded::Stopped => "planning was stopped before its turn".to_owned(),
+        Stranded::EndpointConflict | Stranded::Landing(_) | Stranded::Obstructed(None) => {
+            "it and others kept taking each other's way".to_owned()
+        }
+    }
+}

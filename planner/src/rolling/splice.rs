@@ -1,0 +1,88 @@
+//! What has been flown and what will be, as one drone's part of a plan.
+
+use costmap::leg::{Leg, Tick};
+
+use super::track::Track;
+use crate::assemble::{airframe_entry, alone_length_m, break_points, rounded};
+use crate::distances::UNREACHABLE;
+use crate::errand::Errand;
+use crate::plan::{AtEnd, AtStart, DronePlan};
+use crate::prepare::Kinds;
+use crate::roadmap::Roadmap;
+use crate::world::{self, Drone, World};
+
+/// One drone's part of the plan before anything is known of its flight.
+pub(super) fn blank(world: &World, drone: &Drone) -> DronePlan {
+    DronePlan {
+        name: drone.name.clone(),
+        airframe: airframe_entry(&drone.vehicle, world.air.density_kg_per_m3()),
+        air_limit: drone.air_limit,
+        enters_s: None,
+        at_start: match drone.at_start {
+            world::AtStart::Hover => AtStart::Hover,
+            world::AtStart::Landed => AtStart::Landed,
+        },
+        at_end: AtEnd::Hover,
+        airborne_s: (0.0, None),
+        trajectory: crate::plan::TrajectoryEntry::default(),
+        arrives_s: 0.0,
+        alone_s: 0.0,
+        waits_s: 0.0,
+        detour_m: 0.0,
+        worst_air_mps: 0.0,
+        worst_air_from: None,
+        worst_air_at_s: None,
+        dose_m: 0.0,
+        extra_energy_j: 0.0,
+        extra_energy_percent: 0.0,
+    }
+}
+
+/// Writes down where a drone is when, and whether it blows there.
+pub(super) fn write_legs(entry: &mut DronePlan, legs: &[Leg], kinds: &Kinds) {
+    entry.trajectory = break_points(legs, |leg| kinds.kinds[usize::from(leg.kind.0)].1);
+    let flying = || legs.iter().filter(|leg| leg.flying);
+    let finite = |tick: Tick| (tick != Tick::FOREVER).then(|| tick.seconds());
+    // One span in the air: who lands and rises again counts as airborne in between.
+    entry.airborne_s = match (flying().next(), flying().next_back()) {
+        (Some(first), Some(last)) => (first.start.seconds(), finite(last.end)),
+        _ => {
+            let begins_s = entry.enters_s.unwrap_or(0.0);
+            (begins_s, Some(begins_s))
+        }
+    };
+}
+
+/// Writes down how the errand goes that a drone has from `errand.departs` on.
+pub(super) fn write_errand(
+    entry: &mut DronePlan,
+    roadmap: &Roadmap,
+    track: &Track,
+    errand: &Errand,
+    arrives: Tick,
+) {
+    let alone = errand.alone(roadmap);
+    entry.arrives_s = arrives.seconds();
+    entry.alone_s = if alone == UNREACHABLE {
+        0.0
+    } else {
+        errand.departs.after(alone).seconds()
+    };
+    let ahead = |leg: &&Leg| leg.start >= errand.departs && leg.start < arrives;
+    let still = track.legs.iter().filter(ahead).filter(|leg| leg.stays());
+    let still: u32 = still.map(|leg| leg.end.min(arrives).0 - leg.start.0).sum();
+    let dwells: u32 = errand.stages.iter().map(|stage| stage.dwell_ticks).sum();
+    let flown = track.legs.iter().filter(ahead);
+    let flown_m: f64 = flown.map(|leg| (leg.to_m - leg.from_m).norm()).sum();
+    entry.waits_s = Tick(still.saturating_sub(dwells)).seconds();
+    entry.detour_m = rounded((flown_m - alone_length_m(roadmap, errand)).max(0.0));
+}
+
+/// How a drone that has a way ends.
+pub(super) fn at_end(drone: &Drone) -> AtEnd {
+    match drone.at_end {
+        world::AtEnd::Hover => AtEnd::Hover,
+        world::AtEnd::Land => AtEnd::Land,
+        world::AtEnd::Leave => AtEnd::Leave,
+    }
+}
