@@ -34,6 +34,15 @@ pub(super) struct Search<'a> {
     pub(super) expansions: u64,
 }
 
+/// What is known of a step by the crowd's tables.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Brief {
+    Nothing,
+    /// Who is in the way of being where it leads to; there may be others on the way.
+    WhereItLeads,
+    Everything,
+}
+
 impl<'a> Search<'a> {
     pub(super) fn new(
         scene: Scene<'a>,
@@ -225,7 +234,8 @@ impl<'a> Search<'a> {
         let from = self.labels[label.parent as usize];
         let mut all = std::mem::take(&mut self.all);
         all.clear();
-        let in_brief = self.judge_in_brief(&from, &label, &mut all);
+        let brief = self.judge_in_brief(&from, &label, &mut all);
+        let in_brief = brief != Brief::Nothing;
         if !in_brief {
             all.clear();
             for leg in self.doing(&from, &label) {
@@ -244,7 +254,7 @@ impl<'a> Search<'a> {
         }
         std::mem::swap(&mut self.verdict, &mut all);
         let settled = self.settled(Label {
-            judged: true,
+            judged: brief != Brief::WhereItLeads,
             ..label
         });
         self.all = all;
@@ -273,9 +283,9 @@ impl<'a> Search<'a> {
     }
 
     /// Judges what leads to a state by the crowd's tables, if they know of it.
-    fn judge_in_brief(&self, from: &Label, label: &Label, verdict: &mut Verdict) -> bool {
+    fn judge_in_brief(&self, from: &Label, label: &Label, verdict: &mut Verdict) -> Brief {
         let Some(crowd) = self.scene.crowd else {
-            return false;
+            return Brief::Nothing;
         };
         let known = !from.grounded
             && crowd.knows(from.vertex)
@@ -283,7 +293,7 @@ impl<'a> Search<'a> {
             && !self.doubts.contains(&(from.vertex, label.vertex));
         let class = crowd.class(self.errand.drone, self.kind(label.stage));
         let Some(class) = class.filter(|_| known) else {
-            return false;
+            return Brief::Nothing;
         };
         let time = [label.departs, label.at];
         match label.step {
@@ -291,11 +301,14 @@ impl<'a> Search<'a> {
                 // Mostly it is the place it leads to that is taken.
                 crowd.arrive(class, label.vertex, time, verdict);
                 if !verdict.blockers.iter().all(|it| self.passes(label.met, it)) {
-                    return true;
+                    return Brief::WhereItLeads;
                 }
                 verdict.clear();
                 let way = [from.vertex, label.vertex];
-                return crowd.step(self.scene.costmap, &Thought { class, way, time }, verdict);
+                let thought = Thought { class, way, time };
+                if !crowd.step(self.scene.costmap, &thought, verdict) {
+                    return Brief::Nothing;
+                }
             }
             Step::Dwell => crowd.stay(class, label.vertex, time, verdict),
             Step::End => match self.errand.ending {
@@ -304,11 +317,11 @@ impl<'a> Search<'a> {
                     crowd.stay(class, label.vertex, time, verdict);
                 }
                 Ending::Leave => {}
-                Ending::Land { .. } => return false,
+                Ending::Land { .. } => return Brief::Nothing,
             },
             Step::Start | Step::Wait | Step::Later => {}
         }
-        true
+        Brief::Everything
     }
 
     fn expand(&mut self, index: u32, total: u32) {
