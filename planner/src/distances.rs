@@ -9,10 +9,14 @@
 use std::sync::{Mutex, PoisonError};
 
 use costmap::leg::Tick;
-use nalgebra::Point3;
 
-use crate::lattice::{AXES, Lattice, NEIGHBOURS};
+use crate::lattice::Lattice;
 use crate::roadmap::{Roadmap, Vertex, Way};
+
+mod backwards;
+
+pub(crate) use backwards::Backwards;
+use backwards::Lead;
 
 /// What limits a drone on a roadmap.
 #[derive(Clone, Debug, PartialEq)]
@@ -166,10 +170,8 @@ impl Distances {
 
     /// The same search from the goal from its beginning, for whoever knows more places that are closed.
     pub(crate) fn backwards(&self, roadmap: &Roadmap) -> Backwards {
-        let mut backwards = Backwards {
-            lead: self.lead,
-            ..Backwards::default()
-        };
+        let mut backwards = Backwards::default();
+        backwards.lead = self.lead;
         backwards.begin(roadmap, self.goal);
         backwards
     }
@@ -211,183 +213,6 @@ impl Distances {
             best = Some(best.map_or(total, |known: u32| known.min(total)));
         }
         best
-    }
-}
-
-/// A search from the goal that can be resumed.
-#[derive(Debug, Default)]
-pub(crate) struct Backwards {
-    lead: Lead,
-    /// Ticks known so far; exact where `done`.
-    ticks: Vec<u32>,
-    done: Vec<bool>,
-    /// Places by ticks so far plus the least that may be missing to where the drone comes from.
-    buckets: Vec<Vec<Vertex>>,
-    now: usize,
-}
-
-/// A consistent lower bound of the ticks from where the drone comes.
-#[derive(Clone, Copy, Debug, Default)]
-enum Lead {
-    /// Nothing is known.
-    #[default]
-    None,
-    /// On the lattice alone: diagonals first.
-    Steps([i32; 3], [u32; 3]),
-    /// With stops beyond it: the straight line (m, ticks per metre).
-    Line(Point3<f64>, f64),
-}
-
-impl Lead {
-    fn new(roadmap: &Roadmap, towards: Vertex, mover: &Mover) -> Lead {
-        match mover.diagonal_steps() {
-            Some(steps) if mover.stops.is_empty() => {
-                Lead::Steps(roadmap.lattice().steps(towards), steps)
-            }
-            // A part in 10⁶ forgives lengths kept in single precision.
-            _ => Lead::Line(
-                roadmap.position_m(towards),
-                (1.0 - 1e-6) * Tick::PER_SECOND / mover.speed_mps,
-            ),
-        }
-    }
-
-    fn ticks(&self, roadmap: &Roadmap, place: Vertex) -> u32 {
-        match self {
-            Lead::None => 0,
-            Lead::Steps(towards, steps) => {
-                diagonals_first(roadmap.lattice().steps(place), *towards, *steps)
-            }
-            Lead::Line(towards_m, ticks_per_m) => {
-                ((roadmap.position_m(place) - towards_m).norm() * ticks_per_m) as u32
-            }
-        }
-    }
-}
-
-impl Backwards {
-    fn begin(&mut self, roadmap: &Roadmap, goal: Vertex) {
-        self.ticks = vec![UNREACHABLE; roadmap.place_count()];
-        self.done = vec![false; roadmap.place_count()];
-        self.ticks[goal as usize] = 0;
-        let lead = self.lead.ticks(roadmap, goal);
-        self.queue(goal, lead);
-    }
-
-    fn forget(&mut self) {
-        *self = Backwards::default();
-    }
-
-    /// Ticks to the goal through places that are open, or [`UNREACHABLE`]. Whether a place is, `is_open` is asked with the
-    /// least ticks to it from where the drone comes.
-    pub(crate) fn ticks(
-        &mut self,
-        roadmap: &Roadmap,
-        mover: &Mover,
-        goal: Vertex,
-        from: Vertex,
-        is_open: impl Fn(Vertex, u32) -> bool,
-    ) -> u32 {
-        if self.ticks.is_empty() {
-            self.begin(roadmap, goal);
-        }
-        while !self.done[from as usize] && self.now < self.buckets.len() {
-            match self.buckets[self.now].pop() {
-                Some(place) => self.settle(roadmap, mover, place, &is_open),
-                None => self.now += 1,
-            }
-        }
-        if self.done[from as usize] {
-            self.ticks[from as usize]
-        } else {
-            UNREACHABLE
-        }
-    }
-
-    /// What [`Backwards::ticks`] will say at least, and whether it is known.
-    pub(crate) fn at_least(&self, roadmap: &Roadmap, from: Vertex) -> (u32, bool) {
-        if self.done[from as usize] {
-            return (self.ticks[from as usize], true);
-        }
-        if self.now >= self.buckets.len() {
-            return (UNREACHABLE, true);
-        }
-        let lead = self.lead.ticks(roadmap, from);
-        ((self.now as u32).saturating_sub(lead), false)
-    }
-
-    fn settle(
-        &mut self,
-        roadmap: &Roadmap,
-        mover: &Mover,
-        place: Vertex,
-        is_open: &impl Fn(Vertex, u32) -> bool,
-    ) {
-        if std::mem::replace(&mut self.done[place as usize], true) {
-            return;
-        }
-        let here = self.ticks[place as usize];
-        if let Some(open) = mover.open_steps(roadmap) {
-            return self.settle_on_lattice(roadmap.lattice(), mover, place, open, is_open);
-        }
-        for (to, way) in roadmap.ways(place) {
-            if self.done[to as usize] {
-                continue;
-            }
-            let Some(duration) = mover.ticks(roadmap, to, way) else {
-                continue;
-            };
-            if here + duration < self.ticks[to as usize] {
-                let lead = self.lead.ticks(roadmap, to);
-                if is_open(to, lead) {
-                    self.ticks[to as usize] = here + duration;
-                    self.queue(to, here + duration + lead);
-                }
-            }
-        }
-    }
-
-    /// The same where there are no stops: twice as fast.
-    fn settle_on_lattice(
-        &mut self,
-        lattice: &Lattice,
-        mover: &Mover,
-        place: Vertex,
-        open: &[u32],
-        is_open: &impl Fn(Vertex, u32) -> bool,
-    ) {
-        let here = self.ticks[place as usize];
-        let [i, j, k] = lattice.steps(place);
-        let mut steps = open[place as usize];
-        let strides = lattice.strides();
-        while steps != 0 {
-            let n = steps.trailing_zeros() as usize;
-            steps &= steps - 1;
-            let d = NEIGHBOURS[n];
-            let to = place.wrapping_add_signed(strides[n]);
-            let ticks = here + mover.steps[AXES[n]].1;
-            // Whoever is done is not farther.
-            if ticks < self.ticks[to as usize] {
-                let lead = match &self.lead {
-                    Lead::Steps(towards, steps) => {
-                        diagonals_first([i + d[0], j + d[1], k + d[2]], *towards, *steps)
-                    }
-                    _ => 0,
-                };
-                if is_open(to, lead) {
-                    self.ticks[to as usize] = ticks;
-                    self.queue(to, ticks + lead);
-                }
-            }
-        }
-    }
-
-    fn queue(&mut self, place: Vertex, bucket: u32) {
-        let bucket = bucket as usize;
-        if self.buckets.len() <= bucket {
-            self.buckets.resize_with(bucket + 1, Vec::new);
-        }
-        self.buckets[bucket].push(place);
     }
 }
 

@@ -1,3 +1,5 @@
+use costmap::verdict::Verdict;
+
 use super::*;
 use crate::prepare::{Job, empty_costmap, prepare};
 use crate::scenario::read_world;

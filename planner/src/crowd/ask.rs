@@ -1,0 +1,196 @@
+//! What a search asks of the crowd.
+
+use costmap::costmap::Costmap;
+use costmap::leg::Tick;
+use costmap::verdict::{Blocker, Verdict, Why};
+
+use super::steps::{LOADS, STILL, Span};
+use super::{Crowd, FORBIDDEN, Record};
+use crate::roadmap::Vertex;
+
+/// What wakes may fill of a budget here, those farther off left out (parts of `LOADS`): chosen here, nine tenths.
+const MOST_LOADS: u32 = 225;
+
+/// A step that is thought of.
+#[derive(Clone, Copy, Debug)]
+pub struct Thought {
+    /// Class of who steps.
+    pub class: usize,
+    /// From where and to where: neighbours on the lattice.
+    pub way: [Vertex; 2],
+    /// From when and until when.
+    pub time: [Tick; 2],
+}
+
+impl Crowd<'_> {
+    /// The share of all places that are closed for good at some time, to a class.
+    pub(crate) fn closed_share(&self, class: usize) -> f64 {
+        f64::from(self.closed_count[class]) / self.steps.lattice.place_count() as f64
+    }
+
+    /// From when on hovering at a place is forbidden for good; [`Tick::FOREVER`] if it is not.
+    pub(crate) fn closed_from(&self, class: usize, place: Vertex) -> Tick {
+        self.closed[class][place as usize]
+    }
+
+    /// Until when a place is free to hover at from a moment on, and when it is again.
+    pub fn free_until(&self, class: usize, place: Vertex, from: Tick) -> (Tick, Tick) {
+        let mut taken = self.taken[class][place as usize].iter();
+        let next = taken.find(|it| it.clear > from && it.price == FORBIDDEN);
+        next.map_or((Tick::FOREVER, Tick::FOREVER), |it| {
+            (it.began.max(from), it.clear)
+        })
+    }
+
+    /// Adds who is in the way of hovering at a place between two moments, and what it costs.
+    pub fn stay(&self, class: usize, place: Vertex, [from, to]: [Tick; 2], verdict: &mut Verdict) {
+        for it in &self.taken[class][place as usize] {
+            if it.began >= to {
+                break;
+            }
+            if it.clear <= from {
+                continue;
+            }
+            if it.price == FORBIDDEN {
+                verdict.blockers.push(Blocker {
+                    drone: it.drone,
+                    why: Why::OwnLimit,
+                    began: it.began,
+                    clear: it.clear,
+                });
+            } else if to != Tick::FOREVER {
+                let seconds = it.clear.min(to).seconds() - it.began.max(from).seconds();
+                verdict.price_s += f64::from(it.price) / 1000.0 * seconds;
+            }
+        }
+    }
+
+    /// Adds who is in the way of being at a place at the end of a step. Their times are those of its departure.
+    pub fn arrive(
+        &self,
+        class: usize,
+        place: Vertex,
+        [from, to]: [Tick; 2],
+        verdict: &mut Verdict,
+    ) {
+        let ticks = to.0 - from.0;
+        for it in &self.taken[class][place as usize] {
+            if it.began > to {
+                break;
+            }
+            if it.clear > to && it.price == FORBIDDEN {
+                let clear = match it.clear {
+                    Tick::FOREVER => Tick::FOREVER,
+                    clear => Tick(clear.0 - ticks),
+                };
+                verdict.blockers.push(Blocker {
+                    drone: it.drone,
+                    why: Why::OwnLimit,
+                    began: Tick(it.began.0.saturating_sub(ticks)),
+                    clear,
+                });
+            }
+        }
+    }
+
+    /// Adds who is in the way of a step, and what it costs. Their times are those of its departure.
+    ///
+    /// `false` if nobody is in the way, but wakes may add up to too much: it has to be judged in full.
+    pub fn step(&self, costmap: &Costmap, thought: &Thought, verdict: &mut Verdict) -> bool {
+        let mut loads = Loads::default();
+        let lattice = &self.steps.lattice;
+        let [at, to] = thought.way.map(|place| lattice.steps(place));
+        let [from, until] = thought.time;
+        let way = {
+            let d = [0, 1, 2].map(|axis| to[axis] - at[axis] + 1);
+            (d[0] + 3 * d[1] + 9 * d[2]) as usize
+        };
+        for other in 0..self.steps.class_count() {
+            let layers = self.steps.layers(thought.class, other);
+            for aside in self.steps.near(thought.class, other, way) {
+                let Some(column) = self.column([at[0] + aside[0], at[1] + aside[1]]) else {
+                    continue;
+                };
+                let records = &self.columns[column];
+                let first = records.partition_point(|record| record.latest <= from);
+                for record in &records[first..] {
+                    if record.start >= until {
+                        break;
+                    }
+                    let dz = i32::from(record.layer) - at[2];
+                    if record.end <= from || usize::from(record.class) != other || dz.abs() > layers
+                    {
+                        continue;
+                    }
+                    let offset = [aside[0], aside[1], dz];
+                    let span = self.against(thought, way, at, offset, record, verdict);
+                    loads.on_me += u32::from(span.on_first);
+                    if span.on_second > 0 && !loads.is_too_much_for_others {
+                        let there = costmap.filled(record.item) * LOADS;
+                        let all = there + f64::from(span.on_second);
+                        loads.is_too_much_for_others = all > f64::from(MOST_LOADS);
+                    }
+                }
+            }
+        }
+        !verdict.blockers.is_empty() || loads.on_me <= MOST_LOADS && !loads.is_too_much_for_others
+    }
+
+    fn against(
+        &self,
+        thought: &Thought,
+        way: usize,
+        at: [i32; 3],
+        offset: [i32; 3],
+        record: &Record,
+        verdict: &mut Verdict,
+    ) -> Span {
+        let (me, other) = (thought.class, usize::from(record.class));
+        let others = usize::from(record.way);
+        let span = self.steps.span([me, other], [way, others], offset);
+        let [from, until] = thought.time;
+        if span.is_empty() {
+            if span.price > 0 {
+                let seconds = record.end.min(until).seconds() - record.start.max(from).seconds();
+                verdict.price_s += f64::from(span.price) / 1000.0 * seconds;
+            }
+            return span;
+        }
+        // Departures from `began` until `clear` are too near.
+        let (began, clear) = if others == STILL {
+            (
+                i64::from(record.start.0) - i64::from(span.to),
+                if record.end == Tick::FOREVER {
+                    i64::from(u32::MAX)
+                } else {
+                    i64::from(record.end.0) - i64::from(span.from)
+                },
+            )
+        } else {
+            let start = i64::from(record.start.0);
+            (start + i64::from(span.from), start + i64::from(span.to))
+        };
+        let departs = i64::from(from.0);
+        if departs <= began || clear <= departs {
+            return span;
+        }
+        let there = [0, 1, 2].map(|axis| at[axis] + offset[axis]);
+        if !self.reaches([me, other], at, way, there, record) {
+            return Span::default();
+        }
+        verdict.blockers.push(Blocker {
+            drone: record.drone,
+            why: Why::OwnLimit,
+            began: Tick(began.max(0) as u32),
+            clear: Tick(clear as u32),
+        });
+        Span::default()
+    }
+}
+
+/// What wakes add up to around a step.
+#[derive(Default)]
+struct Loads {
+    on_me: u32,
+    is_too_much_for_others: bool,
+}

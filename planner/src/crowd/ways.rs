@@ -1,0 +1,28 @@
+//! Directions of a step, and what turning does to them.
+
+/// Number of directions, standing still included.
+pub(super) const WAYS: usize = 27;
+/// The direction of who stands still.
+pub(super) const STILL: usize = 13;
+
+/// Cells of a direction along x, y and z.
+pub(super) const fn cells(way: usize) -> [i32; 3] {
+    let way = way as i32;
+    [way % 3 - 1, way / 3 % 3 - 1, way / 9 - 1]
+}
+
+/// Ways to turn and mirror a square.
+pub(super) const TURNS: usize = 8;
+
+/// A direction or offset, turned by quarters and mirrored.
+pub(super) fn turned([x, y, z]: [i32; 3], turn: usize) -> [i32; 3] {
+    let (x, y) = if turn & 1 == 0 { (x, y) } else { (y, x) };
+    let x = if turn & 2 == 0 { x } else { -x };
+    let y = if turn & 4 == 0 { y } else { -y };
+    [x, y, z]
+}
+
+/// Number of a direction.
+pub(super) const fn index([x, y, z]: [i32; 3]) -> usize {
+    (x + 1 + 3 * (y + 1) + 9 * (z + 1)) as usize
+}
