@@ -212,42 +212,30 @@ impl<'a> Crowd<'a> {
         let steps = self.steps;
         let other = usize::from(record.class);
         let way = usize::from(record.way);
-        let layers = steps.layers(me, other);
-        // What is near to who stands still is where somebody who stands still is near.
-        for column in steps.near(me, other, STILL) {
-            let (i, j) = (at[0] - column[0], at[1] - column[1]);
-            let Some(first) = steps.lattice.at([i, j, 0]) else {
+        for (offset, span) in steps.hovering(me, other, way) {
+            let here = [0, 1, 2].map(|axis| at[axis] - offset[axis]);
+            let Some(place) = steps.lattice.at(here) else {
                 continue;
             };
-            let layer_count = steps.lattice.counts()[2] as i32;
-            let floor = first as i32;
-            let stride = (steps.lattice.counts()[0] * steps.lattice.counts()[1]) as i32;
-            for k in (at[2] - layers).max(0)..(at[2] + layers + 1).min(layer_count) {
-                let offset = [column[0], column[1], at[2] - k];
-                let span = steps.span([me, other], [STILL, way], offset);
-                if span.is_empty() && span.price == 0 {
-                    continue;
-                }
-                if !self.reaches([me, other], [i, j, k], STILL, at, record) {
-                    continue;
-                }
-                let time = if span.is_empty() || way == STILL {
-                    [record.start, record.end]
-                } else {
-                    [span.from, span.to].map(|ticks| record.start.after(ticks as u32))
-                };
-                let taken = Taken {
-                    began: time[0],
-                    clear: time[1].min(record.end),
-                    drone: record.drone,
-                    price: if span.is_empty() {
-                        span.price
-                    } else {
-                        FORBIDDEN
-                    },
-                };
-                f(self, (floor + k * stride) as Vertex, taken);
+            if !self.reaches([me, other], here, STILL, at, record) {
+                continue;
             }
+            let time = if span.is_empty() || way == STILL {
+                [record.start, record.end]
+            } else {
+                [span.from, span.to].map(|ticks| record.start.after(ticks as u32))
+            };
+            let taken = Taken {
+                began: time[0],
+                clear: time[1].min(record.end),
+                drone: record.drone,
+                price: if span.is_empty() {
+                    span.price
+                } else {
+                    FORBIDDEN
+                },
+            };
+            f(self, place, taken);
         }
     }
 

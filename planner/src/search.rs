@@ -24,6 +24,7 @@ use crate::errand::Errand;
 use crate::roadmap::{Roadmap, Vertex};
 
 mod label;
+mod met;
 mod node;
 mod outlook;
 mod path;

@@ -1,7 +1,7 @@
 //! What a search asks of the crowd.
 
 use costmap::costmap::Costmap;
-use costmap::leg::Tick;
+use costmap::leg::{DroneId, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
 
 use super::steps::{LOADS, STILL, Span};
@@ -33,10 +33,17 @@ impl Crowd<'_> {
         self.closed[class][place as usize]
     }
 
-    /// Until when a place is free to hover at from a moment on, and when it is again.
-    pub fn free_until(&self, class: usize, place: Vertex, from: Tick) -> (Tick, Tick) {
+    /// Until when a place is free to hover at from a moment on but for those who give way, and when it is again.
+    pub fn free_until(
+        &self,
+        class: usize,
+        place: Vertex,
+        from: Tick,
+        gives_way: impl Fn(DroneId) -> bool,
+    ) -> (Tick, Tick) {
         let mut taken = self.taken[class][place as usize].iter();
-        let next = taken.find(|it| it.clear > from && it.price == FORBIDDEN);
+        let next =
+            taken.find(|it| it.clear > from && it.price == FORBIDDEN && !gives_way(it.drone));
         next.map_or((Tick::FOREVER, Tick::FOREVER), |it| {
             (it.began.max(from), it.clear)
         })

@@ -251,11 +251,20 @@ impl Shape {
             let near = columns.iter().copied();
             near.filter(|column| matters(way, *column)).collect()
         };
+        let hovering = |others: usize| {
+            let layers = -self.layers..=self.layers;
+            let offsets = layers.flat_map(|dz| columns.iter().map(move |[dx, dy]| [*dx, *dy, dz]));
+            offsets
+                .map(|offset| (offset, at(STILL * WAYS + others, offset)))
+                .filter(|(_, span)| !span.is_empty() || span.price > 0)
+                .collect()
+        };
         Pair {
             reach: self.reach,
             layers: self.layers,
             bodies: self.bodies,
             near: (0..WAYS).map(near_to).collect(),
+            hovering: (0..WAYS).map(hovering).collect(),
             kinds,
             spans,
         }

@@ -77,6 +77,8 @@ pub(super) struct Pair {
     /// `[direction][direction][dz][dy][dx]`, which of `spans` it is.
     pub(super) kinds: Vec<u16>,
     pub(super) spans: Vec<Span>,
+    /// By direction of the second: what it does to who hovers, if anything.
+    pub(super) hovering: Vec<Vec<([i32; 3], Span)>>,
     /// By direction of the first: columns in which something can matter.
     pub(super) near: Vec<Vec<[i32; 2]>>,
 }
@@ -156,6 +158,11 @@ impl Steps {
         let own = self.of_drones.get(drone.0 as usize)?;
         let found = own.iter().find(|(known, _)| *known == kind);
         found.map(|(_, class)| *class)
+    }
+
+    /// Beginnings of a step, from where somebody hovers, with which it forbids or costs something there.
+    pub(super) fn hovering(&self, me: usize, other: usize, way: usize) -> &[([i32; 3], Span)] {
+        &self.pairs[me * self.classes.len() + other].hovering[way]
     }
 
     /// Columns around the beginning of a step in which others can matter to it.

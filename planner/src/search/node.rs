@@ -3,11 +3,12 @@
 
 use std::rc::Rc;
 
-use costmap::leg::{Leg, Tick};
+use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use rustc_hash::FxHashMap;
 
 use super::label::{Label, Step};
+use super::met::Met;
 use super::outlook::Outlook;
 use super::{Doubts, Scene};
 use crate::crowd::Crowd;
@@ -20,6 +21,8 @@ struct Visit {
     from: Tick,
     /// Until when it is free to hover at; `None`: nobody has asked.
     to: Option<Tick>,
+    /// Who gives way by then, in `Search::met`.
+    met: u32,
 }
 
 struct Node {
@@ -122,8 +125,12 @@ impl<'a> Nodes<'a> {
         self.outlook
     }
 
-    pub(super) fn visit(&mut self, node: usize, from: Tick) {
-        self.all[node].visits.push(Visit { from, to: None });
+    pub(super) fn visit(&mut self, node: usize, label: &Label) {
+        self.all[node].visits.push(Visit {
+            from: label.at,
+            to: None,
+            met: label.met,
+        });
     }
 
     /// Whether a state is known to be no news.
@@ -141,7 +148,7 @@ impl<'a> Nodes<'a> {
     }
 
     /// Whether a state can as well be reached by waiting there.
-    pub(super) fn is_reached(&mut self, node: usize, label: &Label) -> bool {
+    pub(super) fn is_reached(&mut self, node: usize, label: &Label, met: &Met) -> bool {
         let others = if label.step == Step::Wait {
             0
         } else {
@@ -150,7 +157,8 @@ impl<'a> Nodes<'a> {
         for index in 0..others {
             let visit = self.all[node].visits[index];
             if visit.to.is_none() && visit.from < label.at {
-                let to = self.free_until(node, label, visit.from).0;
+                let gives_way = |drone| met.has(visit.met, drone);
+                let to = self.free_until(node, label, visit.from, gives_way).0;
                 self.all[node].visits[index].to = Some(to);
             }
         }
@@ -158,15 +166,22 @@ impl<'a> Nodes<'a> {
     }
 
     /// Until when a state's place is free to hover at from a moment on, and when it is again.
-    pub(super) fn free_until(&mut self, node: usize, label: &Label, from: Tick) -> (Tick, Tick) {
+    pub(super) fn free_until(
+        &mut self,
+        node: usize,
+        label: &Label,
+        from: Tick,
+        gives_way: impl Fn(DroneId) -> bool,
+    ) -> (Tick, Tick) {
         if let Some((crowd, class)) = self.crowd_at(label) {
-            return crowd.free_until(class, label.vertex, from);
+            return crowd.free_until(class, label.vertex, from, gives_way);
         }
         let hover = self.hover(node, label);
         if hover.breaks_zone.is_some() {
             return (from, Tick::FOREVER);
         }
-        let ahead = hover.blockers.iter().filter(|blocker| blocker.clear > from);
+        let ahead = (hover.blockers.iter())
+            .filter(|blocker| blocker.clear > from && !gives_way(blocker.drone));
         let first = ahead.min_by_key(|blocker| (blocker.began, blocker.clear));
         first.map_or((Tick::FOREVER, Tick::FOREVER), |blocker| {
             (blocker.began.max(from), blocker.clear)

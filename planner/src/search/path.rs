@@ -21,12 +21,7 @@ impl Search<'_> {
             legs.extend(self.doing(from, to));
         }
         let last = &self.labels[end as usize];
-        let mut met = Vec::new();
-        let mut at = last.met;
-        while at != 0 {
-            met.push(self.met[at as usize].0);
-            at = self.met[at as usize].1;
-        }
+        let mut met: Vec<_> = self.met.of(last.met).collect();
         met.sort_unstable();
         let arrives = chain
             .iter()

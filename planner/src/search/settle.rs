@@ -1,6 +1,6 @@
 //! What a verdict makes of a state: forbidden, dearer, or as thought.
 
-use costmap::leg::{DroneId, Tick};
+use costmap::leg::Tick;
 use costmap::verdict::Blocker;
 
 use super::label::Label;
@@ -32,26 +32,14 @@ impl Search<'_> {
                 return None;
             }
             label.paid = label.paid.saturating_add(weight);
-            self.met.push((drone, label.met));
-            label.met = self.met.len() as u32 - 1;
+            label.met = self.met.with(label.met, drone);
         }
         Some(label)
     }
 
     /// Whether what is in the way is to give way already.
     pub(super) fn passes(&self, met: u32, blocker: &Blocker) -> bool {
-        self.has_met(met, blocker.drone) && !self.scene.is_under_way(blocker)
-    }
-
-    pub(super) fn has_met(&self, mut met: u32, drone: DroneId) -> bool {
-        while met != 0 {
-            let (known, before) = self.met[met as usize];
-            if known == drone {
-                return true;
-            }
-            met = before;
-        }
-        false
+        self.met.has(met, blocker.drone) && !self.scene.is_under_way(blocker)
     }
 
     fn obstructed(&mut self, label: &Label, by: Hindrance) {

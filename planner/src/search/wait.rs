@@ -51,7 +51,8 @@ impl Search<'_> {
     pub(super) fn step_later(&mut self, index: u32) {
         let label = self.labels[self.labels[index as usize].parent as usize];
         let node = self.nodes.at(&label);
-        let (until, again) = self.nodes.free_until(node, &label, label.at);
+        let gives_way = |drone| self.met.has(label.met, drone);
+        let (until, again) = (self.nodes).free_until(node, &label, label.at, gives_way);
         if until < Tick::FOREVER && again < Tick::FOREVER {
             let later = again.0.saturating_sub(label.at.0).max(1);
             self.postpone(&label, label.departs.after(later));

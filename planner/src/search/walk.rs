@@ -3,11 +3,12 @@
 use std::collections::BinaryHeap;
 use std::rc::Rc;
 
-use costmap::leg::{DroneId, KindId, Leg, Tick};
+use costmap::leg::{KindId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use nalgebra::Point3;
 
 use super::label::{Label, Open, Step};
+use super::met::Met;
 use super::node::Nodes;
 use super::outlook::Outlook;
 use super::wait::clear_after;
@@ -24,7 +25,7 @@ pub(super) struct Search<'a> {
     pub(super) labels: Vec<Label>,
     open: BinaryHeap<Open>,
     pub(super) nodes: Nodes<'a>,
-    pub(super) met: Vec<(DroneId, u32)>,
+    pub(super) met: Met,
     /// Of dwelling at each task, and of the end.
     pub(super) stays: Vec<StayPrice>,
     pub(super) verdict: Verdict,
@@ -58,7 +59,7 @@ impl<'a> Search<'a> {
             labels: Vec::new(),
             open: BinaryHeap::new(),
             nodes: Nodes::new(scene, errand, doubts, outlook),
-            met: vec![(DroneId(u32::MAX), 0)],
+            met: Met::new(),
             stays: stays(&scene, errand),
             verdict: Verdict::default(),
             all: Verdict::default(),
@@ -119,7 +120,7 @@ impl<'a> Search<'a> {
                 }
                 continue;
             }
-            if self.nodes.is_reached(node, &found) {
+            if self.nodes.is_reached(node, &found, &self.met) {
                 continue;
             }
             self.expansions += 1;
@@ -327,7 +328,7 @@ impl<'a> Search<'a> {
     fn expand(&mut self, index: u32, total: u32) {
         let label = self.labels[index as usize];
         let node = self.nodes.at(&label);
-        self.nodes.visit(node, label.at);
+        self.nodes.visit(node, &label);
         let stage = self.errand.stages.get(usize::from(label.stage));
         let done = Label {
             departs: label.at,
