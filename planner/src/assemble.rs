@@ -12,7 +12,6 @@ use crate::plan::{
 };
 use crate::prepare::Job;
 use crate::priority::Paths;
-use crate::roadmap::Roadmap;
 use crate::search::Path;
 use crate::verify::Report;
 use crate::world::{self, Drone, Solid, Vehicle, World};
@@ -137,7 +136,7 @@ fn drone_plan(
             .filter(before)
             .map(|leg| (leg.to_m - leg.from_m).norm())
             .sum();
-        let detour_m = (flown_m - alone_length_m(&job.roadmap, errand)).max(0.0);
+        let detour_m = (flown_m - errand.alone_m).max(0.0);
         (
             Tick(still.saturating_sub(dwells)).seconds(),
             rounded(detour_m),
@@ -178,28 +177,6 @@ fn at_end(drone: &Drone, path: Option<&Path>) -> AtEnd {
         (None, _, world::AtStart::Hover) | (Some(_), world::AtEnd::Hover, _) => AtEnd::Hover,
         (Some(_), world::AtEnd::Leave, _) => AtEnd::Leave,
     }
-}
-
-/// Length of a shortest way with nobody else there (m).
-pub(crate) fn alone_length_m(roadmap: &Roadmap, errand: &Errand) -> f64 {
-    let mut length_m = 0.0;
-    let mut at = errand.start;
-    for stage in &errand.stages {
-        while at != stage.distances.goal() {
-            let next = roadmap
-                .ways(at)
-                .filter_map(|(to, way)| {
-                    let ticks = errand.mover.ticks(roadmap, to, way)?;
-                    let rest = stage.distances.ticks(roadmap, to);
-                    Some((ticks.saturating_add(rest), to))
-                })
-                .min();
-            let Some((_, to)) = next else { return length_m };
-            length_m += (roadmap.position_m(to) - roadmap.position_m(at)).norm();
-            at = to;
-        }
-    }
-    length_m
 }
 
 fn trajectory(drone: &Drone, errand: &Errand, job: &Job, legs: &[Leg]) -> TrajectoryEntry {

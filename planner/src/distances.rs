@@ -154,6 +154,20 @@ impl Distances {
         backwards.ticks(roadmap, &self.mover, self.goal, from, |_, _| true)
     }
 
+    /// Ticks to the goal, if they are known without looking farther.
+    pub(crate) fn known(&self, roadmap: &Roadmap, from: Vertex) -> Option<u32> {
+        if from == self.goal {
+            return Some(0);
+        }
+        self.straight(roadmap, from).or_else(|| {
+            let backwards = self
+                .backwards
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            backwards.known(from)
+        })
+    }
+
     /// Whether the answer from there is closed.
     pub(crate) fn is_straight(&self, roadmap: &Roadmap, from: Vertex) -> bool {
         self.straight(roadmap, from).is_some()

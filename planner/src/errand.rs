@@ -38,6 +38,8 @@ pub struct Errand {
     /// Ticks to the end of its last dwell with nobody else there, its wake kept out of the zones;
     /// [`UNREACHABLE`] if there is no way.
     pub alone_ticks: u32,
+    /// Length of that way (m).
+    pub alone_m: f64,
 }
 
 /// A task on the roadmap.
@@ -115,6 +117,35 @@ impl Errand {
             Some(stage) => add(stage.distances.ticks(roadmap, from), stage.rest_ticks),
             None => 0,
         }
+    }
+
+    /// Works out how long its way is with nobody else there, in time and in metres.
+    pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
+        self.alone_ticks = self.alone(roadmap);
+        self.alone_m = self.alone_length_m(roadmap);
+        self.forget();
+    }
+
+    /// Length of a shortest way (m), along places that the distances have been asked about already.
+    fn alone_length_m(&self, roadmap: &Roadmap) -> f64 {
+        let mut length_m = 0.0;
+        let mut at = self.start;
+        for stage in &self.stages {
+            while at != stage.distances.goal() {
+                let next = roadmap
+                    .ways(at)
+                    .filter_map(|(to, way)| {
+                        let ticks = self.mover.ticks(roadmap, to, way)?;
+                        let rest = stage.distances.known(roadmap, to)?;
+                        Some((ticks.saturating_add(rest), to))
+                    })
+                    .min();
+                let Some((_, to)) = next else { return length_m };
+                length_m += (roadmap.position_m(to) - roadmap.position_m(at)).norm();
+                at = to;
+            }
+        }
+        length_m
     }
 
     /// Whether distances from its start are known without a search.

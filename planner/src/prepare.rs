@@ -62,8 +62,7 @@ pub fn prepare(world: &World) -> Job {
     }
     errands.par_iter_mut().for_each(|errand| {
         errand.chain(&roadmap);
-        errand.alone_ticks = errand.alone(&roadmap);
-        errand.forget();
+        errand.measure_alone(&roadmap);
     });
     Job {
         roadmap,
@@ -125,6 +124,7 @@ fn errand(
         mover,
         air_limit: drone.air_limit,
         alone_ticks: UNREACHABLE,
+        alone_m: 0.0,
     }
 }
 

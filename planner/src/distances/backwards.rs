@@ -97,6 +97,12 @@ impl Backwards {
         }
     }
 
+    /// Ticks to the goal, if they are worked out.
+    pub(super) fn known(&self, from: Vertex) -> Option<u32> {
+        let is_done = self.done.get(from as usize).copied().unwrap_or(false);
+        is_done.then(|| self.ticks[from as usize])
+    }
+
     /// What [`Backwards::ticks`] will say at least, and whether it is known.
     pub(crate) fn at_least(&self, roadmap: &Roadmap, from: Vertex) -> (u32, bool) {
         if self.done[from as usize] {

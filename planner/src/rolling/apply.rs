@@ -297,6 +297,7 @@ fn errand(
         mover,
         air_limit: drone.air_limit,
         alone_ticks: UNREACHABLE,
+        alone_m: 0.0,
     };
     errand.chain(roadmap);
     errand

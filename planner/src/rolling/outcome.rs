@@ -29,14 +29,19 @@ pub(super) fn write(
         let left_out = paths.stranded.iter().find(|(drone, _)| *drone == id(index));
         match (path, cause) {
             (Some(path), _) => {
-                let errand = &running.job.errands[index];
+                let job = &mut running.job;
+                let errand = &mut job.errands[index];
+                if cause.is_none() {
+                    errand.measure_alone(&job.roadmap);
+                }
+                let errand = &job.errands[index];
                 if path.legs.is_empty() {
                     track.cut(errand.departs);
                 } else {
                     track.go_on(&path.legs);
                 }
                 write_legs(entry, &track.legs, &running.kinds);
-                write_errand(entry, &running.job.roadmap, track, errand, path.arrives);
+                write_errand(entry, track, errand, path.arrives);
                 entry.at_end = at_end(&running.world.drones[index]);
                 running.plan.unplanned.retain(|one| one.name != name);
             }

@@ -3,12 +3,11 @@
 use costmap::leg::{Leg, Tick};
 
 use super::track::Track;
-use crate::assemble::{airframe_entry, alone_length_m, break_points, rounded};
+use crate::assemble::{airframe_entry, break_points, rounded};
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;
 use crate::plan::{AtEnd, AtStart, DronePlan};
 use crate::prepare::Kinds;
-use crate::roadmap::Roadmap;
 use crate::world::{self, Drone, World};
 
 /// One drone's part of the plan before anything is known of its flight.
@@ -54,14 +53,8 @@ pub(super) fn write_legs(entry: &mut DronePlan, legs: &[Leg], kinds: &Kinds) {
 }
 
 /// Writes down how the errand goes that a drone has from `errand.departs` on.
-pub(super) fn write_errand(
-    entry: &mut DronePlan,
-    roadmap: &Roadmap,
-    track: &Track,
-    errand: &Errand,
-    arrives: Tick,
-) {
-    let alone = errand.alone(roadmap);
+pub(super) fn write_errand(entry: &mut DronePlan, track: &Track, errand: &Errand, arrives: Tick) {
+    let alone = errand.alone_ticks;
     entry.arrives_s = arrives.seconds();
     entry.alone_s = if alone == UNREACHABLE {
         0.0
@@ -75,7 +68,7 @@ pub(super) fn write_errand(
     let flown = track.legs.iter().filter(ahead);
     let flown_m: f64 = flown.map(|leg| (leg.to_m - leg.from_m).norm()).sum();
     entry.waits_s = Tick(still.saturating_sub(dwells)).seconds();
-    entry.detour_m = rounded((flown_m - alone_length_m(roadmap, errand)).max(0.0));
+    entry.detour_m = rounded((flown_m - errand.alone_m).max(0.0));
 }
 
 /// How a drone that has a way ends.

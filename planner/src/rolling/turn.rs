@@ -125,7 +125,12 @@ fn turn(
             begun: Vec::new(),
             ..track.errand.clone()
         });
-        errand.alone_ticks = errand.alone(&running.job.roadmap);
+        if asked.contains_key(&index) {
+            errand.measure_alone(&running.job.roadmap);
+        } else {
+            // Of those who are not asked hardly any is planned anew: measured then.
+            errand.alone_ticks = 0;
+        }
         under_way.push(errand.departs.max(at));
         running.job.errands.push(errand);
     }
