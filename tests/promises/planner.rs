@@ -3,6 +3,7 @@
 
 mod answers;
 mod duties;
+mod improving;
 mod random;
 mod sampler;
 mod stopping;

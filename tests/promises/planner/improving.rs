@@ -1,0 +1,95 @@
+//! Time that is left makes a plan better, and never less safe.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use planner::outcome::Effort;
+use planner::plan::Plan;
+use planner::world::World;
+use planner::{Control, Outcome, plan_world};
+
+use super::duties;
+
+/// A crowd: a hundred drones on a floor of twenty metres by twenty, a quarter of its columns in the end.
+fn crowd() -> World {
+    let text = planner::instances::hall(100, 3).unwrap();
+    // The cells of the hall folded into a corner of it: each keeps a column of its own.
+    let mut world = planner::scenario::read_world(&text, &|file| Err(file.to_owned())).unwrap();
+    let side = 20;
+    let place = |index: usize, salt: usize| {
+        let column = (index * 77 + salt) % (side * side);
+        [(column % side) as f64 + 0.5, (column / side) as f64 + 0.5]
+    };
+    for (index, drone) in world.drones.iter_mut().enumerate() {
+        let ([x, y], [u, v]) = (place(index, 0), place(index, 231));
+        (drone.start_m.x, drone.start_m.y) = (x, y);
+        (drone.tasks[0].to_m.x, drone.tasks[0].to_m.y) = (u, v);
+    }
+    world.bounds_m.max.x = side as f64;
+    world.bounds_m.max.y = side as f64;
+    world
+}
+
+/// Plans, and goes on for so many looks at the clock.
+fn planned_for(world: &World, looks: usize) -> (Plan, Effort) {
+    let asked = AtomicUsize::new(0);
+    let control = Control {
+        improve: &|| asked.fetch_add(1, Ordering::Relaxed) < looks,
+        ..Control::QUIET
+    };
+    match plan_world(world, &control) {
+        Outcome::Planned { plan, effort, .. } => (plan, effort),
+        other => panic!("no plan but {other:#?}"),
+    }
+}
+
+/// By the verifier alone: a sampler would take minutes for so many.
+fn assert_safe(world: &World, plan: &Plan) {
+    assert!(plan.violations.is_empty(), "{:#?}", plan.violations);
+    duties::assert_done(world, plan);
+}
+
+#[test]
+fn time_that_is_left_makes_a_plan_better_by_what_is_told() {
+    let world = crowd();
+    let (first, effort) = planned_for(&world, 0);
+    assert_eq!(effort.improved_s(), None);
+    assert!(first.unplanned.is_empty(), "{:?}", first.unplanned);
+    let (better, effort) = planned_for(&world, 80);
+    let gained_s = first.fleet.sum_of_arrivals_s - better.fleet.sum_of_arrivals_s;
+    assert!(gained_s > 0.0, "{gained_s}");
+    // Both sums are rounded to a millisecond or less.
+    assert!((effort.improved_s().unwrap() - gained_s).abs() < 2e-3);
+    assert_safe(&world, &better);
+}
+
+#[test]
+fn the_number_of_threads_does_not_change_how_a_plan_gets_better() {
+    let world = crowd();
+    let [one, four] = [1, 4].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let plan = || planned_for(&world, 30).0;
+        serde_json::to_string(&pool.build().unwrap().install(plan)).unwrap()
+    });
+    assert_eq!(one, four);
+}
+
+#[test]
+fn a_crowd_stopped_on_the_way_is_safe_and_leaves_most_of_those_flying_who_had_a_way() {
+    let world = crowd();
+    let mut planned = Vec::new();
+    for looks in [0, 10, 25] {
+        let asked = AtomicUsize::new(0);
+        let control = Control {
+            stop: &|| asked.fetch_add(1, Ordering::Relaxed) >= looks,
+            ..Control::QUIET
+        };
+        let Outcome::Planned { plan, .. } = plan_world(&world, &control) else {
+            panic!("no plan");
+        };
+        assert_safe(&world, &plan);
+        planned.push(plan.drones.len() - plan.unplanned.len());
+    }
+    assert!(planned.is_sorted(), "{planned:?}");
+    assert_eq!(planned[0], 0);
+    assert!(planned[2] > world.drones.len() / 2, "{planned:?}");
+}
