@@ -90,7 +90,8 @@ fn crowd(job: &Job, paths: &Paths) -> String {
     }
     let percent = 100.0 * held as f64 / open as f64;
     format!(
-        "; {held} of the floor's {open} columns ({percent:.0} %) are under drones that hover for ever:          let some of them land or leave, or give the fleet more floor"
+        "; {held} of the floor's {open} columns ({percent:.0} %) are under drones that hover for ever: \
+         let some of them land or leave, or give the fleet more floor"
     )
 }
 

@@ -9,7 +9,7 @@ use super::{Attempt, Stranded};
 use crate::search::{Found, IMMOVABLE, Scene, search};
 
 /// States of all searches after the stop: chosen here, about a second of work.
-const ALL_EXPANSIONS: u64 = 200_000;
+const ALL_EXPANSIONS: u64 = 60_000;
 /// States of one of them.
 const MOST_EXPANSIONS: u64 = 4_000;
 /// Whoever is in the way more often than this stays at its start.
