@@ -153,11 +153,11 @@ impl Costmap {
 
     fn insert_part(&mut self, part: Leg, whole: [Tick; 2], wake_end_z_m: f64) {
         let mut met = Vec::new();
-        let sums = self.sums_ahead();
+        if !self.sums_ahead() {
+            self.timeline.add(part, whole, wake_end_z_m);
+            return;
+        }
         self.close_to(&part, |other, item| {
-            if !sums {
-                return;
-            }
             let ends = [wake_end_z_m, item.wake_end_z_m];
             if let Some(meeting) = self.fleet.meet(&part, &item.leg, ends) {
                 let on_me = incoming(&part, &item.leg, meeting.load_on_first);
@@ -247,18 +247,6 @@ impl Costmap {
     /// Whether what wakes add up to is kept with each leg. Air that comes late is added up when it is asked for.
     fn sums_ahead(&self) -> bool {
         self.fleet.conditions().wakes && self.fleet.longest_lag() == 0
-    }
-
-    /// Calls `f` with everybody so near while a leg lasts that they could forbid it, or one that begins
-    /// within `around_m` of it, all by themselves: when their leg began, and when it ends.
-    pub fn gripping(&self, leg: &Leg, around_m: f64, mut f: impl FnMut(Tick, Tick)) {
-        let around = Footprint::around(leg, self.fleet.grip_m(leg.kind) + around_m);
-        self.timeline
-            .around(&around, leg.start, leg.end, |_, item| {
-                if item.leg.drone != leg.drone && item.footprint.gap_m(&around) == 0.0 {
-                    f(item.began, item.clear);
-                }
-            });
     }
 
     fn extend_zones(&mut self, buckets: usize) {

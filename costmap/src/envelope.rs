@@ -203,22 +203,6 @@ impl Envelope {
         self.reach_m
     }
 
-    /// Largest horizontal distance at which the mean square may still be this large (m).
-    pub fn radius_of_square_m(&self, square: f64) -> f64 {
-        let radius_m = |(index, row): (usize, &Row)| {
-            let columns = &self.squares[index * COLUMNS..][..COLUMNS];
-            match columns.partition_point(|&s| f64::from(s) >= square) {
-                0 => 0.0,
-                columns => {
-                    let aside_m = row.centre_m[0].hypot(row.centre_m[1]);
-                    aside_m + columns as f64 / row.columns_per_m
-                }
-            }
-        };
-        let radii_m = self.rows.iter().enumerate().map(radius_m);
-        radii_m.fold(0.0, f64::max)
-    }
-
     /// The greatest mean square at this horizontal distance or beyond, at any depth.
     pub fn highest_square(&self, radius_m: f64) -> f64 {
         let square = |row: usize| {

@@ -86,7 +86,6 @@ pub struct Fleet {
     emitters: usize,
     emitter_of: Vec<usize>,
     reach_m: Vec<f64>,
-    grip_m: Vec<f64>,
     faint: Faint,
     /// Per kind, the one of the same airframe whose air takes longest.
     pub(crate) slowest: Vec<usize>,
@@ -203,25 +202,19 @@ impl Fleet {
             emitters: emitters.len(),
             emitter_of,
             reach_m: Vec::new(),
-            grip_m: Vec::new(),
             faint: Faint::default(),
             slowest: Vec::new(),
             longest_lag: 0,
             conditions,
         };
         let kinds = 0..fleet.kinds.len() as u16;
-        let farthest = |radius_m: fn(&Envelope, f64) -> f64| {
-            let of = |kind| fleet.farthest_m(KindId(kind), radius_m);
-            kinds.clone().map(of).collect::<Vec<f64>>()
-        };
-        let reach_m = farthest(|envelope, _| envelope.reach_m());
-        let grip_m = farthest(Envelope::radius_of_square_m);
+        let farthest = kinds.clone().map(|kind| fleet.farthest_m(KindId(kind)));
+        let reach_m: Vec<f64> = farthest.collect();
         let slowest: Vec<usize> = (kinds.clone().map(usize::from))
             .map(|kind| fleet.slowest_like(kind))
             .collect();
         let fleet = Fleet {
             reach_m,
-            grip_m,
             slowest,
             ..fleet
         };
@@ -234,15 +227,9 @@ impl Fleet {
         }
     }
 
-    /// Largest distance, over all others, at which bodies touch or a wake has the radius asked for,
-    /// given the mean square that a whole budget is.
-    fn farthest_m(&self, kind: KindId, radius_m: impl Fn(&Envelope, f64) -> f64) -> f64 {
-        let wake_m = |emitter: usize, receiver: usize| {
-            let ratio = self.measures_mps[receiver] / self.wakes[emitter].induced_velocity_mps();
-            let draught = self.conditions.flown.draught_mps / self.measures_mps[receiver];
-            let whole = (left(self.conditions.lowest_air_limit, draught) * ratio).powi(2);
-            radius_m(self.envelope(emitter, receiver), whole)
-        };
+    /// Largest distance, over all others, at which bodies touch or a wake counts.
+    fn farthest_m(&self, kind: KindId) -> f64 {
+        let wake_m = |emitter, receiver| self.envelope(emitter, receiver).reach_m();
         let me = usize::from(kind.0);
         let mut farthest_m = 0.0_f64;
         for other in 0..self.kinds.len() {
@@ -293,11 +280,6 @@ impl Fleet {
     /// Beyond this horizontal distance, a drone of this kind and any other have nothing to do with each other (m).
     pub fn reach_m(&self, kind: KindId) -> f64 {
         self.reach_m[usize::from(kind.0)]
-    }
-
-    /// Beyond this horizontal distance, no single drone forbids one of this kind anything (m).
-    pub fn grip_m(&self, kind: KindId) -> f64 {
-        self.grip_m[usize::from(kind.0)]
     }
 
     /// What two legs do to each other during the time they share; `None` where that is nothing.
