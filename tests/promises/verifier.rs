@@ -1,7 +1,6 @@
 //! The verifier refuses what is wrong, accepts what is right, and misses nothing between samples.
 
 mod air;
-mod changed;
 pub(crate) mod plans;
 mod zones;
 

@@ -7,22 +7,14 @@ use super::nearby::Near;
 use super::obstacle::TOUCH_M;
 use crate::plan::{Violation, ViolationKind};
 
-/// Collisions of one flight with those after it that count, and the smallest gap between their bodies (m).
-pub(super) fn check(
-    scene: &Scene<'_>,
-    near: &[Near],
-    k: usize,
-    counts: impl Fn(usize) -> bool,
-) -> (Vec<Found>, Option<f64>) {
+/// Collisions of one flight with those after it, and the smallest gap between their bodies (m).
+pub(super) fn check(scene: &Scene<'_>, near: &[Near], k: usize) -> (Vec<Found>, Option<f64>) {
     let one = &scene.flights[k];
     let mut found = Vec::new();
     let mut smallest_m: Option<f64> = None;
     // By drone and then by time: see `nearby`.
     let after = near.partition_point(|encounter| encounter.other <= k);
     for same in near[after..].chunk_by(|a, b| a.other == b.other) {
-        if !counts(same[0].other) {
-            continue;
-        }
         let other = &scene.flights[same[0].other];
         let sum_m = one.body_radius_m + other.body_radius_m;
         let mut parts = Vec::new();

@@ -71,15 +71,7 @@ impl Hangar {
         &mut self,
         entry: &AirframeEntry,
     ) -> Result<(Airframe, Arc<BoundedWake>, Arc<DiscPoints>), String> {
-        let airframe = Airframe::new(
-            entry.name.as_str(),
-            entry.mass_kg,
-            entry.propellers,
-            entry.propeller_diameter_m,
-            entry.motor_distance_m,
-            entry.width_factor,
-        )
-        .map_err(|error| format!("its airframe: {error}"))?;
+        let airframe = entry.airframe()?;
         if let Some(known) = self.known.iter().find(|known| known.0 == airframe) {
             return Ok(known.clone());
         }

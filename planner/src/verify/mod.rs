@@ -91,56 +91,19 @@ type Found = (usize, Violation);
 
 /// Judges a plan.
 pub fn verify(plan: &Plan) -> Report {
-    judge(plan, None).report
-}
-
-/// What [`verify_changed`] found.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PartReport {
-    /// As [`verify`] reports it, of what was judged: zeros in `air_met` for everybody else, and the smallest gap among the pairs looked at.
-    pub report: Report,
-    /// Whose air was judged: those given, and all on whom they blow. Indices in the plan, ascending.
-    pub judged: Vec<usize>,
-}
-
-/// Judges a plan of which only some drones (indices in it) have changed since it was judged: every check of these drones alone, every pair
-/// with one of them, the air of everybody on whom one of them blows, and every zone into which one does.
-///
-/// [`verify`] would find nothing else that is new: whoever meets none of their wakes meets what it met before, or less where one of them
-/// has gone. Who meets less is not told here, it is among those judged of the plan as it was. Where the plan contradicts itself is told of
-/// everybody. Much the same work as [`verify`] for a small part of the drones, but for reading the plan and finding who is near.
-///
-/// # Panics
-///
-/// If an index is not in the plan.
-pub fn verify_changed(plan: &Plan, changed: &[usize]) -> PartReport {
-    judge(plan, Some(changed))
-}
-
-fn judge(plan: &Plan, changed: Option<&[usize]>) -> PartReport {
     let (scene, mut found) = contents::read(plan);
     let mut air_met = vec![AirMet::default(); plan.drones.len()];
     let Some(scene) = scene else {
-        let report = Report {
+        return Report {
             violations: sorted(found),
             air_met,
             smallest_gap_m: None,
         };
-        return PartReport {
-            report,
-            judged: Vec::new(),
-        };
     };
     let near = nearby::encounters(&scene);
-    let mut in_plan = vec![changed.is_none(); plan.drones.len()];
-    for &drone in changed.unwrap_or_default() {
-        in_plan[drone] = true;
-    }
-    let given: Vec<bool> = scene.flights.iter().map(|one| in_plan[one.index]).collect();
 
-    let alone: Vec<Vec<Found>> = (scene.flights.par_iter().zip(&given))
-        .filter(|(_, given)| **given)
-        .map(|(flight, _)| {
+    let alone: Vec<Vec<Found>> = (scene.flights.par_iter())
+        .map(|flight| {
             let mut found = limits::check(&scene, flight);
             found.extend(obstacle::check(&scene, flight));
             found
@@ -150,37 +113,29 @@ fn judge(plan: &Plan, changed: Option<&[usize]>) -> PartReport {
 
     let met: Vec<_> = (near.par_iter().enumerate())
         .map(|(k, near)| {
-            let counts = |other: usize| given[k] || given[other];
-            let collisions = collision::check(&scene, near, k, counts);
-            let felt = || window::feels(&scene, near, &scene.flights[k], |other| given[other]);
-            let air = (given[k] || felt()).then(|| air::judge(&scene, near, k));
-            (collisions, air)
+            let collisions = collision::check(&scene, near, k);
+            (collisions, air::judge(&scene, near, k))
         })
         .collect();
-    let mut judged = Vec::new();
     let mut smallest_gap_m: Option<f64> = None;
-    for (flight, ((collisions, gap_m), air)) in scene.flights.iter().zip(met) {
+    for (flight, ((collisions, gap_m), (air, met))) in scene.flights.iter().zip(met) {
         found.extend(collisions);
-        if let Some((air, met)) = air {
-            found.extend(air);
-            air_met[flight.index] = met;
-            judged.push(flight.index);
-        }
+        found.extend(air);
+        air_met[flight.index] = met;
         smallest_gap_m = smallest_gap_m.into_iter().chain(gap_m).reduce(f64::min);
     }
 
     let zones: Vec<Vec<Found>> = scene
         .zones
         .par_iter()
-        .map(|zone| zone::check(&scene, zone, |from| given[from]))
+        .map(|zone| zone::check(&scene, zone))
         .collect();
     found.extend(zones.into_iter().flatten());
-    let report = Report {
+    Report {
         violations: sorted(found),
         air_met,
         smallest_gap_m,
-    };
-    PartReport { report, judged }
+    }
 }
 
 fn sorted(mut found: Vec<Found>) -> Vec<Violation> {

@@ -120,21 +120,6 @@ pub(super) fn windows<'a>(
     windows
 }
 
-/// Whether a receiver may feel the air of somebody among those near it who count, or come into the column of one.
-pub(super) fn feels(
-    scene: &Scene<'_>,
-    near: &[Near],
-    receiver: &Flight,
-    counts: impl Fn(usize) -> bool,
-) -> bool {
-    (near.iter())
-        .filter(|encounter| counts(encounter.other))
-        .any(|encounter| {
-            let alone = windows(scene, std::slice::from_ref(encounter), receiver);
-            (alone.iter()).any(|window| !window.is_calm() || !window.emissions.is_empty())
-        })
-}
-
 impl<'a> Window<'a> {
     /// Whether air takes its time in it.
     pub(super) fn is_late(&self) -> bool {

@@ -45,12 +45,8 @@ pub(crate) struct Peak {
     pub(crate) place_m: Point3<f64>,
 }
 
-/// The spans over the limit of a zone; nothing is looked for where none of those who blow into it counts.
-pub(super) fn check(
-    scene: &Scene<'_>,
-    zone: &ZoneEntry,
-    counts: impl Fn(usize) -> bool,
-) -> Vec<Found> {
+/// The spans over the limit of a zone.
+pub(super) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
     let places_m = (zone.min_m.coords, zone.max_m.coords);
     let field = Field {
         stops: &scene.stops,
@@ -61,9 +57,6 @@ pub(super) fn check(
         }),
     };
     let blows = blows(scene, &field, &places_m);
-    if !blows.iter().any(|blow| counts(blow.from)) {
-        return Vec::new();
-    }
     let mut cuts_s: Vec<f64> = blows
         .iter()
         .flat_map(|blow| [blow.motion.from_s, blow.motion.until_s])
