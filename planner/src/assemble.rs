@@ -143,14 +143,6 @@ fn drone_plan(
         )
     });
     DronePlan {
-        name: drone.name.clone(),
-        airframe: airframe_entry(&drone.vehicle, world.air.density_kg_per_m3()),
-        air_limit: drone.air_limit,
-        enters_s: None,
-        at_start: match drone.at_start {
-            world::AtStart::Hover => AtStart::Hover,
-            world::AtStart::Landed => AtStart::Landed,
-        },
         at_end: at_end(drone, path),
         airborne_s: match (flying().next(), flying().next_back()) {
             (Some(first), Some(last)) => (first.start.seconds(), finite(last.end)),
@@ -161,6 +153,28 @@ fn drone_plan(
         alone_s,
         waits_s,
         detour_m,
+        ..blank(world, drone)
+    }
+}
+
+/// One drone's part of the plan before anything is known of its flight.
+pub(crate) fn blank(world: &World, drone: &Drone) -> DronePlan {
+    DronePlan {
+        name: drone.name.clone(),
+        airframe: airframe_entry(&drone.vehicle, world.air.density_kg_per_m3()),
+        air_limit: drone.air_limit,
+        enters_s: None,
+        at_start: match drone.at_start {
+            world::AtStart::Hover => AtStart::Hover,
+            world::AtStart::Landed => AtStart::Landed,
+        },
+        at_end: AtEnd::Hover,
+        airborne_s: (0.0, None),
+        trajectory: TrajectoryEntry::default(),
+        arrives_s: 0.0,
+        alone_s: 0.0,
+        waits_s: 0.0,
+        detour_m: 0.0,
         worst_air_mps: 0.0,
         worst_air_from: None,
         worst_air_at_s: None,

@@ -4,6 +4,7 @@
 //! without its scenario. Positions are rotor-plane centres in metres, z up; times in seconds.
 //! Wall-clock figures are not part of a plan: the same scenario and seed give the same bytes.
 
+use airflow::Airframe;
 use airflow::effects::Effects;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
@@ -233,6 +234,25 @@ pub struct AirframeEntry {
     pub max_speed_mps: f64,
     /// At its mass without payload (m/s).
     pub hover_induced_velocity_mps: f64,
+}
+
+impl AirframeEntry {
+    /// What it says flies.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, in words.
+    pub fn airframe(&self) -> Result<Airframe, String> {
+        Airframe::new(
+            self.name.as_str(),
+            self.mass_kg,
+            self.propellers,
+            self.propeller_diameter_m,
+            self.motor_distance_m,
+            self.width_factor,
+        )
+        .map_err(|error| format!("its airframe: {error}"))
+    }
 }
 
 /// Break points of a motion that is straight between them.

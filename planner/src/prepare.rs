@@ -17,7 +17,7 @@ use crate::lattice::Lattice;
 use crate::placement::landing_place_m;
 use crate::roadmap::{Roadmap, Stop, Vertex};
 use crate::solid::Solids;
-use crate::world::{AtEnd, AtStart, Drone, Solid, Vehicle, World};
+use crate::world::{AtEnd, AtStart, Drone, Solid, Task, Vehicle, World};
 
 /// Descents end on what they land on: a body may come this close to it (m), the verifier's own tolerance.
 const TOUCH_M: f64 = 1e-3;
@@ -95,15 +95,47 @@ fn errand(
     ending: Ending,
 ) -> Errand {
     let drone = &world.drones[index];
+    let id = DroneId(index as u32);
+    let duties = Duties {
+        roadmap,
+        tasks: &drone.tasks,
+        vertices,
+        clearance_m: world.planning.clearance_m,
+    };
+    Errand {
+        grounded: drone.at_start == AtStart::Landed,
+        ..errand_of(id, drone, &duties, kinds.of_drone(index), ending)
+    }
+}
+
+/// What a drone has to do, and where on the roadmap.
+pub(crate) struct Duties<'a> {
+    pub(crate) roadmap: &'a Roadmap,
+    pub(crate) tasks: &'a [Task],
+    /// Where it begins, and where each task is.
+    pub(crate) vertices: &'a [Vertex],
+    /// That its body keeps from obstacles (m).
+    pub(crate) clearance_m: f64,
+}
+
+/// The errand of a drone that is in the air and does its tasks; how long it takes is not worked out yet.
+pub(crate) fn errand_of(
+    id: DroneId,
+    drone: &Drone,
+    duties: &Duties<'_>,
+    kinds: Vec<KindId>,
+    ending: Ending,
+) -> Errand {
+    let Duties {
+        roadmap, vertices, ..
+    } = *duties;
     let mover = Mover::new(
         roadmap.lattice(),
         drone.vehicle.max_speed_mps,
-        drone.vehicle.body_radius_m + world.planning.clearance_m,
+        drone.vehicle.body_radius_m + duties.clearance_m,
         with_lifts(roadmap, vertices),
     );
-    let stages = drone
-        .tasks
-        .iter()
+    let stages = (duties.tasks.iter())
         .zip(vertices.windows(2))
         .map(|(task, way)| Stage {
             distances: Arc::new(Distances::new(roadmap, way[1], way[0], mover.clone())),
@@ -112,14 +144,14 @@ fn errand(
         })
         .collect();
     Errand {
-        drone: DroneId(index as u32),
+        drone: id,
         start: vertices[0],
         departs: Tick(0),
         begun: Vec::new(),
         forgiven: Vec::new(),
-        grounded: drone.at_start == AtStart::Landed,
+        grounded: false,
         stages,
-        kinds: kinds.of_drone(index),
+        kinds,
         ending,
         mover,
         air_limit: drone.air_limit,
@@ -129,7 +161,7 @@ fn errand(
 }
 
 /// Own stops beyond the lattice, and the places right above those on the ground.
-pub(crate) fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
+fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
     let mut stops: Vec<Vertex> = Vec::new();
     for &vertex in vertices.iter().filter(|v| roadmap.is_stop(**v)) {
         stops.push(vertex);

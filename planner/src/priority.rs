@@ -232,7 +232,7 @@ impl<'a> Attempt<'a> {
         Scene {
             roadmap: &self.job.roadmap,
             costmap: &self.costmap,
-            crowd: None,
+            crowd: self.crowd.as_ref(),
             weights: &self.weights,
             under_way: &self.under_way,
             energy_weight: self.energy_weight,
@@ -352,6 +352,7 @@ impl<'a> Attempt<'a> {
             let stay = self.costmap.legs(drone).to_vec();
             self.release(drone);
             let scene = Scene {
+                crowd: None,
                 weights: &immovable,
                 careful: true,
                 ..self.scene()

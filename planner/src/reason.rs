@@ -52,16 +52,12 @@ pub fn reasons(
             let reason = match why {
                 Stranded::NoWay => no_way(world, job, drone),
                 Stranded::EndpointConflict => endpoint(world, conflicts, drone),
-                Stranded::Landing(short_m) => format!(
-                    "the descent from its last task lacks {short_m:.2} m of room beside an obstacle; \
-                     move the task sideways, or end with Hover or Leave"
-                ),
-                Stranded::Zone(by) => obstruction(world, &by),
-                Stranded::Stopped => format!("planning was stopped before its turn{crowd}"),
+                Stranded::Landing(_) | Stranded::Zone(_) => briefly(world, why),
+                Stranded::Stopped => format!("{}{crowd}", briefly(world, why)),
                 Stranded::Obstructed(_) => {
                     let (group, by) = groups.of_drone(drone);
                     let who = by.map_or_else(
-                        || "it and others kept taking each other's way".to_owned(),
+                        || briefly(world, Stranded::Obstructed(None)),
                         |by| obstruction(world, &by),
                     );
                     let first = group.map(|group| groups.first_stranded(group, &paths.stranded));
@@ -80,6 +76,24 @@ pub fn reasons(
             }
         })
         .collect()
+}
+
+/// The reason as far as it is known without looking for a way out.
+pub(crate) fn briefly(world: &World, why: Stranded) -> String {
+    match why {
+        Stranded::NoWay => {
+            "there is no way through free space to one of its tasks that its body fits through"
+                .to_owned()
+        }
+        Stranded::EndpointConflict => "its end and another's exclude one another".to_owned(),
+        Stranded::Landing(short_m) => format!(
+            "the descent from its last task lacks {short_m:.2} m of room beside an obstacle; \
+             move the task sideways, or end with Hover or Leave"
+        ),
+        Stranded::Obstructed(Some(by)) | Stranded::Zone(by) => obstruction(world, &by),
+        Stranded::Obstructed(None) => "it and others kept taking each other's way".to_owned(),
+        Stranded::Stopped => "planning was stopped before its turn".to_owned(),
+    }
 }
 
 /// What a crowd has to do with it; nothing where there is none.
@@ -230,7 +244,7 @@ fn endpoint(world: &World, conflicts: &[EndpointConflict], drone: DroneId) -> St
     }
 }
 
-pub(crate) fn obstruction(world: &World, by: &Obstruction) -> String {
+fn obstruction(world: &World, by: &Obstruction) -> String {
     let at = format!("at {} from {:.1} s on", place(&by.at_m), by.at.seconds());
     match by.by {
         Hindrance::Zone(zone) => {

@@ -19,7 +19,6 @@
 //! # Ok::<(), Vec<planner::region::RegionError>>(())
 //! ```
 
-use airflow::Airframe;
 use costmap::leg::DroneId;
 use thiserror::Error;
 
@@ -30,8 +29,8 @@ use crate::outcome::{Control, Effort, EndpointKind, Outcome, Progress};
 use crate::plan::{AtStart, DronePlan, Unplanned};
 use crate::prepare::{Kinds, costmap_for, prepare};
 use crate::priority::plan_fleet;
+use crate::reason::briefly;
 use crate::rolling::legs::legs_of;
-use crate::rolling::outcome::words;
 use crate::trajectory::{Tail, Trajectory};
 use crate::verify::verify;
 use crate::world::{self, Drone, Vehicle, World};
@@ -99,7 +98,7 @@ pub fn plan_region(
     let paths = plan_fleet(&job, &costmap, &left_out, planning, control, &mut effort);
     let unplanned = paths.stranded.iter().map(|&(drone, why)| Unplanned {
         name: everybody.drones[drone.0 as usize].name.clone(),
-        reason: words(&everybody, why),
+        reason: briefly(&everybody, why),
     });
     let unplanned = unplanned.collect();
 
@@ -143,15 +142,7 @@ fn joined(world: &World, others: &[DronePlan]) -> Result<World, Vec<RegionError>
 fn drone(entry: &DronePlan) -> Result<Drone, String> {
     Trajectory::new(&entry.trajectory, Tail::Gone).map_err(|error| error.to_string())?;
     let frame = &entry.airframe;
-    let airframe = Airframe::new(
-        frame.name.as_str(),
-        frame.mass_kg,
-        frame.propellers,
-        frame.propeller_diameter_m,
-        frame.motor_distance_m,
-        frame.width_factor,
-    )
-    .map_err(|error| format!("its airframe: {error}"))?;
+    let airframe = frame.airframe()?;
     let positive = |value: f64| value.is_finite() && value > 0.0;
     let sizes = [frame.body_radius_m, frame.max_speed_mps];
     if !sizes

@@ -35,7 +35,7 @@
 mod apply;
 mod changes;
 pub(crate) mod legs;
-pub(crate) mod outcome;
+mod outcome;
 mod splice;
 mod track;
 mod turn;

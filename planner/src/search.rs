@@ -1,7 +1,8 @@
 //! Space-time A* for one drone among those already planned.
 //!
 //! A state is a place, a task and a moment. From there the drone steps to a neighbouring place, dwells, or
-//! ends. What it meets is judged by the costmap. A drone in the way does not forbid a step: it may be met,
+//! ends. Who is in the way is asked of the crowd's tables, where there are any, and the way that was found is judged by the costmap; without them
+//! every step is. A drone in the way does not forbid a step: it may be met,
 //! once, at a price, and gives way afterwards (ejection chains: F. Glover, "Ejection chains, reference
 //! structures and alternating path methods for traveling salesman problems", Discrete Applied Mathematics
 //! 65, 1996; here as penalties in the search, as in PBS and LNS2 for multi-agent path finding). An
@@ -22,6 +23,7 @@ use rustc_hash::FxHashSet;
 use crate::crowd::Crowd;
 use crate::errand::Errand;
 use crate::roadmap::{Roadmap, Vertex};
+use crate::stay_price::{StayPrice, stays};
 
 mod label;
 mod met;
@@ -33,6 +35,7 @@ mod wait;
 mod walk;
 
 use outlook::Outlook;
+pub(crate) use path::joined;
 use walk::Search;
 
 /// A drone that nobody can make give way.
@@ -183,11 +186,12 @@ fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
     let mut doubts = Rc::new(Doubts::default());
     let mut expansions = 0;
     let mut outlook = None;
+    let stays: Rc<[StayPrice]> = stays(&scene, errand).into();
     for _ in 0..MOST_TRIES {
         if scene.crowd.is_none() {
             break;
         }
-        let searched = look(scene, errand, &doubts, &mut outlook);
+        let searched = look(scene, errand, &doubts, &stays, &mut outlook);
         expansions += searched.expansions;
         let known = doubts.len();
         match &searched.found {
@@ -215,7 +219,7 @@ fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
         crowd: None,
         ..scene
     };
-    let searched = look(whole, errand, &Rc::default(), &mut None);
+    let searched = look(whole, errand, &Rc::default(), &stays, &mut None);
     Searched {
         expansions: expansions + searched.expansions,
         ..searched
@@ -255,6 +259,7 @@ fn look<'a>(
     scene: Scene<'a>,
     errand: &'a Errand,
     doubts: &Rc<Doubts>,
+    stays: &Rc<[StayPrice]>,
     outlook: &mut Option<Outlook<'a>>,
 ) -> Searched {
     let mut expansions = 0;
@@ -273,7 +278,8 @@ fn look<'a>(
                 .take()
                 .unwrap_or_else(|| Outlook::new(scene, errand)),
         };
-        let mut search = Search::new(scene, errand, doubts.clone(), by, impatience_shift);
+        let (doubts, stays) = (doubts.clone(), stays.clone());
+        let mut search = Search::new(scene, errand, doubts, by, stays, impatience_shift);
         let found = search.run(most_expansions);
         expansions += search.expansions;
         let gave_up = search.expansions > most_expansions;

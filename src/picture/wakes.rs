@@ -1,6 +1,6 @@
 //! Where drones hover and what they blow: near-field column, half-width cone, and the worst moment.
 
-use airflow::{Airframe, Jet, Wake};
+use airflow::{Jet, Wake};
 use nalgebra::Point3;
 use planner::plan::{DronePlan, Plan, ShapeEntry};
 
@@ -102,15 +102,7 @@ fn wake(plan: &Plan, drone: &DronePlan, at_m: Point3<f64>, mass_kg: f64) -> Draw
     };
     let floor_m = plan.bounds_m.min.z;
     let tip_radius_m = (entry.motor_distance_m + entry.propeller_diameter_m) / 2.0;
-    let airframe = Airframe::new(
-        entry.name.clone(),
-        entry.mass_kg,
-        entry.propellers,
-        entry.propeller_diameter_m,
-        entry.motor_distance_m,
-        entry.width_factor,
-    );
-    let Ok(airframe) = airframe else {
+    let Ok(airframe) = entry.airframe() else {
         // A made-up frame in a plan from elsewhere: its column is all that can be drawn.
         return DrawnWake {
             at_m,

@@ -34,13 +34,8 @@ impl Attempt<'_> {
                 .par_iter()
                 .map(|drone| {
                     let careful = self.careful[drone.0 as usize];
-                    let crowd = self.crowd.as_ref();
                     search(
-                        Scene {
-                            careful,
-                            crowd,
-                            ..scene
-                        },
+                        Scene { careful, ..scene },
                         &self.job.errands[drone.0 as usize],
                     )
                 })
@@ -102,7 +97,6 @@ impl Attempt<'_> {
             // Stranded meanwhile.
             return true;
         }
-        let index = drone.0 as usize;
         match searched.found {
             // It waits for the next look at whether to stop.
             Found::Stopped => queue.push_front(drone),
@@ -127,7 +121,7 @@ impl Attempt<'_> {
                     return true;
                 }
                 self.reserve(path.legs.clone());
-                self.paths[index] = Some(path);
+                self.paths[drone.0 as usize] = Some(path);
             }
         }
         true

@@ -17,6 +17,9 @@ const PRICES: [u32; 3] = [10, 50, 200];
 /// Drones planned again for one: chosen here, more of them hardly ever all find a way.
 const MOST_OTHERS: usize = 6;
 
+/// States of one search: chosen here, a fraction of what a first search may take.
+const MOST_EXPANSIONS: u64 = 20_000;
+
 /// What one drone had before.
 struct Before {
     drone: DroneId,
@@ -25,7 +28,7 @@ struct Before {
 }
 
 impl Attempt<'_> {
-    /// The same for as long as the caller says, and by how much.
+    /// Makes a plan in which everybody has a way better for as long as the caller says, and notes by how much.
     pub(super) fn improve_while_there_is_time(&mut self) {
         if !(self.control.improve)() {
             return;
@@ -42,7 +45,7 @@ impl Attempt<'_> {
     }
 
     /// Makes the sum of arrivals less while it `goes_on`, or until a whole round finds nothing any more.
-    pub(super) fn improve(&mut self, goes_on: &(dyn Fn() -> bool + Sync)) {
+    fn improve(&mut self, goes_on: &(dyn Fn() -> bool + Sync)) {
         loop {
             let mut found = false;
             for price in PRICES {
@@ -70,12 +73,14 @@ impl Attempt<'_> {
     /// Plans one again, and those in its way. Whether that was worth it.
     fn gain(&mut self, drone: DroneId, price: u32) -> bool {
         let mut before = vec![self.take_out(drone)];
-        let prices = vec![price; self.weights.len()];
-        let held = |weight: &u32| *weight == IMMOVABLE;
-        let weights: Vec<u32> = (self.weights.iter())
-            .zip(prices)
-            .map(|(known, price)| if held(known) { IMMOVABLE } else { price })
-            .collect();
+        let asked = |weight: &u32| {
+            if *weight == IMMOVABLE {
+                IMMOVABLE
+            } else {
+                price
+            }
+        };
+        let weights: Vec<u32> = self.weights.iter().map(asked).collect();
         let gained = match self.searched(drone, &weights) {
             Some(path) if path.met.len() <= MOST_OTHERS => {
                 before.extend(path.met.iter().map(|other| self.take_out(*other)));
@@ -118,7 +123,6 @@ impl Attempt<'_> {
     fn searched(&mut self, drone: DroneId, weights: &[u32]) -> Option<Path> {
         let scene = Scene {
             weights,
-            crowd: self.crowd.as_ref(),
             careful: self.careful[drone.0 as usize],
             most_expansions: MOST_EXPANSIONS,
             ..self.scene()
@@ -154,6 +158,3 @@ impl Attempt<'_> {
         true
     }
 }
-
-/// States of one search: chosen here, a fraction of what a first search may take.
-const MOST_EXPANSIONS: u64 = 20_000;

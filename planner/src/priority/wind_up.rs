@@ -36,7 +36,6 @@ impl Attempt<'_> {
             if left > 0 && times[index] <= MOST_EVICTIONS {
                 let scene = Scene {
                     weights: &immovable,
-                    crowd: self.crowd.as_ref(),
                     most_expansions: left.min(MOST_EXPANSIONS),
                     stop: &|| false,
                     ..self.scene()

@@ -6,14 +6,14 @@ use std::sync::Arc;
 use costmap::leg::{KindId, Leg, Tick};
 use nalgebra::Point3;
 
-use super::splice::blank;
 use super::track::{State, Track};
 use super::turn::Asked;
 use super::{Cause, Change, Running, id};
+use crate::assemble::blank;
 use crate::assemble::rounded;
-use crate::distances::{Distances, Mover, UNREACHABLE};
-use crate::errand::{Ending, Errand, Stage};
-use crate::prepare::{ending_from, with_lifts};
+use crate::distances::Distances;
+use crate::errand::{Ending, Errand};
+use crate::prepare::{Duties, ending_from, errand_of};
 use crate::roadmap::{Stop, Vertex};
 use crate::world::{AtStart, Drone, Task};
 
@@ -257,21 +257,6 @@ fn errand(
     let mut vertices = vec![start];
     vertices.extend(connect(running, &stops));
     let roadmap = &running.job.roadmap;
-    let mover = Mover::new(
-        roadmap.lattice(),
-        drone.vehicle.max_speed_mps,
-        radius_m,
-        with_lifts(roadmap, &vertices),
-    );
-    let stages = tasks
-        .iter()
-        .zip(vertices.windows(2))
-        .map(|(task, way)| Stage {
-            distances: Arc::new(Distances::new(roadmap, way[1], way[0], mover.clone())),
-            dwell_ticks: Tick::lasting(task.dwell_s),
-            rest_ticks: 0,
-        });
-    let stages = stages.collect();
     let mut kinds = vec![kind];
     for task in tasks {
         let before = kinds[kinds.len() - 1];
@@ -283,22 +268,15 @@ fn errand(
     let last = vertices[vertices.len() - 1];
     let last_m: Point3<f64> = roadmap.position_m(last);
     let ending = ending_from(&running.world, &running.solids, &drone, last_m);
-    let mut errand = Errand {
-        drone: id(index),
-        start,
-        departs: Tick(0),
-        begun: Vec::new(),
-        forgiven: Vec::new(),
-        grounded: false,
-        stages,
-        kinds,
-        // Checked before for the last task; above whatever it passes now it may have to stay.
-        ending: ending.unwrap_or(Ending::Hover),
-        mover,
-        air_limit: drone.air_limit,
-        alone_ticks: UNREACHABLE,
-        alone_m: 0.0,
+    let duties = Duties {
+        roadmap,
+        tasks,
+        vertices: &vertices,
+        clearance_m: running.world.planning.clearance_m,
     };
+    // Checked before for the last task; above whatever it passes now it may have to stay.
+    let ending = ending.unwrap_or(Ending::Hover);
+    let mut errand = errand_of(id(index), &drone, &duties, kinds, ending);
     errand.chain(roadmap);
     errand
 }

@@ -6,9 +6,8 @@ use super::splice::{at_end, write_errand, write_legs};
 use super::turn::Asked;
 use super::{Cause, Changed, Running, id};
 use crate::plan::{AtEnd, Unplanned};
-use crate::priority::{Paths, Stranded};
-use crate::reason::obstruction;
-use crate::world::World;
+use crate::priority::Paths;
+use crate::reason::briefly;
 
 /// Writes what was found into tracks and plan: who has changed, and for whom there is no way.
 pub(super) fn write(
@@ -69,7 +68,7 @@ pub(super) fn write(
                     write_legs(entry, &track.legs, &running.kinds);
                 }
                 if let Some(why) = why {
-                    let reason = words(&running.world, why);
+                    let reason = briefly(&running.world, why);
                     let reason = format!("{reason}; {}", instead(cause, stopped.contains(&index)));
                     let out = Unplanned {
                         name: name.clone(),
@@ -103,19 +102,5 @@ fn instead(cause: Cause, stops: bool) -> &'static str {
         Cause::Late if stops => "it stops at the next place on its way",
         Cause::Late => "it follows its plan as late as it is",
         _ => "it goes on with what it had to do",
-    }
-}
-
-pub(crate) fn words(world: &World, why: Stranded) -> String {
-    match why {
-        Stranded::NoWay => {
-            "there is no way through free space to one of its tasks that its body fits through"
-                .to_owned()
-        }
-        Stranded::Obstructed(Some(by)) | Stranded::Zone(by) => obstruction(world, &by),
-        Stranded::Stopped => "planning was stopped before its turn".to_owned(),
-        Stranded::EndpointConflict | Stranded::Landing(_) | Stranded::Obstructed(None) => {
-            "it and others kept taking each other's way".to_owned()
-        }
     }
 }

@@ -3,39 +3,12 @@
 use costmap::leg::{Leg, Tick};
 
 use super::track::Track;
-use crate::assemble::{airframe_entry, break_points, rounded};
+use crate::assemble::{break_points, rounded};
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;
-use crate::plan::{AtEnd, AtStart, DronePlan};
+use crate::plan::{AtEnd, DronePlan};
 use crate::prepare::Kinds;
-use crate::world::{self, Drone, World};
-
-/// One drone's part of the plan before anything is known of its flight.
-pub(super) fn blank(world: &World, drone: &Drone) -> DronePlan {
-    DronePlan {
-        name: drone.name.clone(),
-        airframe: airframe_entry(&drone.vehicle, world.air.density_kg_per_m3()),
-        air_limit: drone.air_limit,
-        enters_s: None,
-        at_start: match drone.at_start {
-            world::AtStart::Hover => AtStart::Hover,
-            world::AtStart::Landed => AtStart::Landed,
-        },
-        at_end: AtEnd::Hover,
-        airborne_s: (0.0, None),
-        trajectory: crate::plan::TrajectoryEntry::default(),
-        arrives_s: 0.0,
-        alone_s: 0.0,
-        waits_s: 0.0,
-        detour_m: 0.0,
-        worst_air_mps: 0.0,
-        worst_air_from: None,
-        worst_air_at_s: None,
-        dose_m: 0.0,
-        extra_energy_j: 0.0,
-        extra_energy_percent: 0.0,
-    }
-}
+use crate::world::{self, Drone};
 
 /// Writes down where a drone is when, and whether it blows there.
 pub(super) fn write_legs(entry: &mut DronePlan, legs: &[Leg], kinds: &Kinds) {

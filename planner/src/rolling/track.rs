@@ -5,6 +5,7 @@ use nalgebra::Point3;
 
 use crate::errand::Errand;
 use crate::roadmap::{Roadmap, Vertex};
+use crate::search::joined;
 
 /// One drone of a running plan.
 #[derive(Clone, Debug)]
@@ -235,24 +236,4 @@ impl Track {
             *last = last.between(last.start, at);
         }
     }
-}
-
-/// Joins stays that follow one another.
-fn joined(legs: Vec<Leg>) -> Vec<Leg> {
-    let mut joined: Vec<Leg> = Vec::with_capacity(legs.len());
-    for leg in legs {
-        match joined.last_mut() {
-            Some(last)
-                if last.stays()
-                    && leg.stays()
-                    && last.from_m == leg.from_m
-                    && last.kind == leg.kind
-                    && last.flying == leg.flying =>
-            {
-                last.end = leg.end;
-            }
-            _ => joined.push(leg),
-        }
-    }
-    joined
 }

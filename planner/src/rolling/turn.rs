@@ -8,13 +8,14 @@ use costmap::timeline::BUCKET_TICKS;
 use costmap::verdict::{Blocker, Verdict};
 
 use super::apply::{apply, renew_distances};
-use super::outcome::{words, write};
+use super::outcome::write;
 use super::track::{State, Track};
 use super::{Cause, Change, Replanned, Running, id};
 use crate::errand::{Errand, FORGIVEN_TICKS};
 use crate::outcome::{Control, Effort};
 use crate::plan::Unplanned;
 use crate::priority::{Affected, Paths, plan_affected, stays_at_start};
+use crate::reason::briefly;
 use crate::roadmap::Roadmap;
 use crate::world::Task;
 
@@ -194,7 +195,7 @@ fn turn(
         let turned_away: Vec<Unplanned> = turned_away
             .map(|(drone, why)| Unplanned {
                 name: running.world.drones[drone.0 as usize].name.clone(),
-                reason: format!("{}; it is not let in", words(&running.world, *why)),
+                reason: format!("{}; it is not let in", briefly(&running.world, *why)),
             })
             .collect();
         if !turned_away.is_empty() {

@@ -89,14 +89,15 @@ impl Search<'_> {
     }
 }
 
-/// Joins stays that follow one another.
-fn joined(legs: Vec<Leg>) -> Vec<Leg> {
+/// Joins stays that follow one another at one place.
+pub(crate) fn joined(legs: Vec<Leg>) -> Vec<Leg> {
     let mut joined: Vec<Leg> = Vec::with_capacity(legs.len());
     for leg in legs {
         match joined.last_mut() {
             Some(last)
                 if last.stays()
                     && leg.stays()
+                    && last.from_m == leg.from_m
                     && last.kind == leg.kind
                     && last.flying == leg.flying =>
             {

@@ -16,7 +16,7 @@ use super::{Doubts, Found, Hindrance, Obstruction, Scene};
 use crate::crowd::Thought;
 use crate::distances::UNREACHABLE;
 use crate::errand::{Ending, Errand};
-use crate::stay_price::{StayPrice, stays};
+use crate::stay_price::StayPrice;
 
 pub(super) struct Search<'a> {
     pub(super) scene: Scene<'a>,
@@ -27,7 +27,7 @@ pub(super) struct Search<'a> {
     pub(super) nodes: Nodes<'a>,
     pub(super) met: Met,
     /// Of dwelling at each task, and of the end.
-    pub(super) stays: Vec<StayPrice>,
+    pub(super) stays: Rc<[StayPrice]>,
     pub(super) verdict: Verdict,
     all: Verdict,
     pub(super) obstruction: Option<Obstruction>,
@@ -50,6 +50,7 @@ impl<'a> Search<'a> {
         errand: &'a Errand,
         doubts: Rc<Doubts>,
         outlook: Outlook<'a>,
+        stays: Rc<[StayPrice]>,
         impatience_shift: u32,
     ) -> Search<'a> {
         Search {
@@ -60,7 +61,7 @@ impl<'a> Search<'a> {
             open: BinaryHeap::new(),
             nodes: Nodes::new(scene, errand, doubts, outlook),
             met: Met::new(),
-            stays: stays(&scene, errand),
+            stays,
             verdict: Verdict::default(),
             all: Verdict::default(),
             obstruction: None,
