@@ -4,13 +4,12 @@
 //! that flies farthest is taken out and searched for as if nobody could be made to give way, and as if everybody could. For
 //! comparison: alone in the hall, and reserving a path.
 //!
-//! On two shared virtual cores of an AMD EPYC, rustc 1.95, bench profile (thin LTO), others compiling
-//! beside it:
+//! On two shared virtual cores of an AMD EPYC, rustc 1.95, bench profile (thin LTO):
 //!
 //! | | states | time |
 //! | --- | ---: | ---: |
-//! | alone in the hall | 56 | 0.11 ms |
-//! | among a hundred, nobody gives way / everybody may | 57 | 0.55 / 0.54 ms |
+//! | alone in the hall | 57 | 0.07 ms |
+//! | among a hundred, nobody gives way / everybody may | 63 | 0.10 / 0.11 ms |
 //! | reserving its path and taking it back | | 0.42 ms |
 
 #![allow(
