@@ -21,6 +21,7 @@ pub(crate) struct Draught {
     after: Vec<u32>,
     /// By block of bins, the greatest sum of weak loads there has ever been.
     worst: Vec<u32>,
+    worst_of_all: u32,
     blocks: Ground,
 }
 
@@ -38,6 +39,7 @@ impl Draught {
             sums: Vec::new(),
             after: vec![0; ground.count()],
             worst: vec![0; blocks.count()],
+            worst_of_all: 0,
             blocks,
         }
     }
@@ -57,6 +59,7 @@ impl Draught {
             let worst = &mut worst[timeline.ground().coarse(bin, BLOCK, &blocks)];
             *worst = (*sum).max(*worst);
         });
+        self.worst_of_all = worst.iter().copied().max().unwrap_or(0);
         self.worst = worst;
     }
 
@@ -99,6 +102,11 @@ impl Draught {
             }
         }
         u64::from(most)
+    }
+
+    /// The most that weak wakes bring, or have brought, to anybody anywhere.
+    pub(crate) fn worst_of_all(&self) -> u64 {
+        u64::from(self.worst_of_all)
     }
 
     /// The most that weak wakes bring, or have brought, to anybody within a footprint.
@@ -154,25 +162,16 @@ fn loads(fleet: &Fleet, ground: &Ground, parts: &[Leg]) -> Vec<(usize, u32)> {
     let Some(around) = around else {
         return Vec::new();
     };
-    let own: Vec<(Footprint, &Leg)> = parts
-        .iter()
-        .map(|part| (Footprint::around(part, 0.0), part))
-        .collect();
-    let mut loads = Vec::new();
-    for bin in ground.rows(ground.bins(&around)).flatten() {
-        let place = ground.footprint(bin);
-        let on_it = |(at, part): &(Footprint, &Leg)| {
-            let gap_m = at.gap_m(&place);
-            if gap_m < fleet.near_m() {
-                0
-            } else {
-                fleet.faint_load_on_any(part.kind, gap_m)
+    let bins = ground.bins(&around);
+    let mut loads: Vec<(usize, u32)> = ground.rows(bins).flatten().map(|bin| (bin, 0)).collect();
+    for part in parts {
+        let gaps_m = ground.gaps_m(&Footprint::around(part, 0.0), bins);
+        for ((_, most), gap_m) in loads.iter_mut().zip(gaps_m) {
+            if gap_m >= fleet.near_m() {
+                *most = fleet.faint_load_on_any(part.kind, gap_m).max(*most);
             }
-        };
-        let load = own.iter().map(on_it).max().unwrap_or(0);
-        if load > 0 {
-            loads.push((bin, load));
         }
     }
+    loads.retain(|(_, load)| *load > 0);
     loads
 }

@@ -48,15 +48,14 @@ impl Footprint {
                 .max(other.min_m[axis] - self.max_m[axis])
                 .max(0.0)
         };
-        let (x_m, y_m) = (along(0), along(1));
-        if x_m == 0.0 {
-            y_m
-        } else if y_m == 0.0 {
-            x_m
-        } else {
-            x_m.hypot(y_m)
-        }
+        length_m(along(0), along(1))
     }
+}
+
+/// Of what is this far along one axis and the other (m); `hypot`, which guards against lengths that no floor has, takes
+/// five times as long.
+fn length_m(x_m: f64, y_m: f64) -> f64 {
+    (x_m * x_m + y_m * y_m).sqrt()
 }
 
 /// A floor cut into bins; what lies outside counts to the bins at its edge.
@@ -153,24 +152,42 @@ impl Ground {
         }
     }
 
-    /// What a bin covers; at the edge of the floor also all beyond.
-    pub fn footprint(&self, bin: usize) -> Footprint {
-        let at = [bin % self.counts[0], bin / self.counts[0]];
-        let low = |axis: usize| match at[axis] {
-            0 => f64::NEG_INFINITY,
-            k => self.low_m[axis] + k as f64 * self.bin_m,
+    /// Horizontal distances between a footprint and these bins, in the order of [`Ground::rows`] (m). Bins at the edge of
+    /// the floor cover all beyond.
+    pub(crate) fn gaps_m(&self, from: &Footprint, bins: Bins) -> Vec<f64> {
+        let along = |axis: usize| {
+            let numbers = usize::from(bins.low[axis])..=usize::from(bins.high[axis]);
+            numbers.map(move |number| {
+                let [low_m, high_m] = self.edges_m(number, axis);
+                (from.min_m[axis] - high_m)
+                    .max(low_m - from.max_m[axis])
+                    .max(0.0)
+            })
         };
-        let high = |axis: usize| {
-            if at[axis] + 1 == self.counts[axis] {
+        let x_m: Vec<f64> = along(0).collect();
+        let mut gaps_m = Vec::new();
+        for y_m in along(1) {
+            gaps_m.extend(x_m.iter().map(|x_m| length_m(*x_m, y_m)));
+        }
+        gaps_m
+    }
+
+    /// Where a column or row of bins begins and ends (m).
+    fn edges_m(&self, number: usize, axis: usize) -> [f64; 2] {
+        let edge_m = |number: usize| self.low_m[axis] + number as f64 * self.bin_m;
+        let is_last = number + 1 == self.counts[axis];
+        [
+            if number == 0 {
+                f64::NEG_INFINITY
+            } else {
+                edge_m(number)
+            },
+            if is_last {
                 f64::INFINITY
             } else {
-                self.low_m[axis] + (at[axis] + 1) as f64 * self.bin_m
-            }
-        };
-        Footprint {
-            min_m: [low(0), low(1)],
-            max_m: [high(0), high(1)],
-        }
+                edge_m(number + 1)
+            },
+        ]
     }
 }
 
@@ -189,10 +206,8 @@ mod tests {
                 max_m: [corner_m[0] + 3.0 * at(3), corner_m[1] + 3.0 * at(4)],
             };
             let bins: Vec<usize> = ground.rows(ground.bins(&footprint)).flatten().collect();
-            assert!(
-                bins.iter()
-                    .all(|&bin| ground.footprint(bin).gap_m(&footprint) == 0.0)
-            );
+            let gaps_m = ground.gaps_m(&footprint, ground.bins(&footprint));
+            assert_eq!(gaps_m, vec![0.0; bins.len()]);
             for corner in 0..4 {
                 let pick = |axis: usize| match corner >> axis & 1 {
                     0 => footprint.min_m[axis],

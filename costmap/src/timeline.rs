@@ -91,6 +91,8 @@ struct Visit {
 pub struct Timeline {
     ground: Ground,
     bins: Vec<Vec<Visit>>,
+    /// By bin, the greatest [`Item::peak`] there has ever been.
+    fullest: Vec<u64>,
     items: Vec<Item>,
     unused: Vec<u32>,
     /// Per drone, its items in order of time.
@@ -104,6 +106,7 @@ impl Timeline {
         Timeline {
             ground,
             bins: vec![Vec::new(); ground.count()],
+            fullest: vec![0; ground.count()],
             items: Vec::new(),
             unused: Vec::new(),
             of_drones: vec![Vec::new(); drones],
@@ -200,7 +203,16 @@ impl Timeline {
 
     /// Notes that an item meets a wake.
     pub fn meets(&mut self, index: u32, incoming: Incoming) {
-        self.items[index as usize].meets(incoming);
+        let item = &mut self.items[index as usize];
+        item.meets(incoming);
+        for bin in self.ground.rows(item.bins).flatten() {
+            self.fullest[bin] = self.fullest[bin].max(item.peak);
+        }
+    }
+
+    /// The most that wakes that are close fill, or have filled, of the budget of a leg over a bin, in millionths.
+    pub fn fullest(&self, bin: usize) -> u64 {
+        self.fullest[bin]
     }
 
     /// Items of a drone, in order of time.
@@ -239,21 +251,23 @@ impl Timeline {
     ) {
         let bins = self.ground.bins(footprint);
         for bin in self.ground.rows(bins).flatten() {
-            let visits = &self.bins[bin];
-            let first = visits.partition_point(|visit| visit.latest <= start);
-            for visit in &visits[first..] {
-                if visit.start >= end {
-                    break;
-                }
-                if visit.end <= start {
-                    continue;
-                }
-                let item = &self.items[visit.item as usize];
+            for (index, item) in self.over(bin, start, end) {
                 if self.ground.is_first_common(bin, bins, item.bins) {
-                    f(visit.item, item);
+                    f(index, item);
                 }
             }
         }
+    }
+
+    /// Every item over a bin between two ticks, in order of time.
+    pub fn over(&self, bin: usize, start: Tick, end: Tick) -> impl Iterator<Item = (u32, &Item)> {
+        let visits = &self.bins[bin];
+        let first = visits.partition_point(|visit| visit.latest <= start);
+        visits[first..]
+            .iter()
+            .take_while(move |visit| visit.start < end)
+            .filter(move |visit| visit.end > start)
+            .map(|visit| (visit.item, &self.items[visit.item as usize]))
     }
 }
 

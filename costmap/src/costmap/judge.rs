@@ -60,28 +60,37 @@ impl Costmap {
         if self.fleet.longest_lag() > 0 {
             return true;
         }
-        let parts = legs.iter().filter(|leg| leg.flying).flat_map(parts);
-        parts.into_iter().all(|part| {
-            let own = Footprint::around(&part, 0.0);
-            let reach = own.grown(self.fleet.wake_reach_m(part.kind));
-            let mut own_end_z_m = None;
-            let mut borne = true;
-            self.timeline
-                .around(&reach, part.start, part.end, |_, item| {
-                    if !borne
-                        || item.leg.drone == part.drone
-                        || self.bears_easily(&part, &own, item)
-                    {
-                        return;
-                    }
-                    let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(&part));
-                    let ends = [end_z_m, item.wake_end_z_m];
-                    let meeting = self.fleet.meet(&part, &item.leg, ends);
-                    let load = meeting.map_or(0, |meeting| meeting.load_on_second);
-                    borne &= load == 0 || self.bears(item, &part.overlap(&item.leg), load);
-                });
-            borne
-        })
+        let mut parts = legs.iter().filter(|leg| leg.flying).flat_map(parts);
+        parts.all(|part| self.is_borne_far_off(&part))
+    }
+
+    /// Whether everybody bears a part's wake whom [`Costmap::close_to`] leaves out.
+    fn is_borne_far_off(&self, part: &Leg) -> bool {
+        let ground = self.timeline.ground();
+        let own = Footprint::around(part, 0.0);
+        let bins = ground.bins(&own.grown(self.fleet.wake_reach_m(part.kind)));
+        let room = u64::from(self.budget).saturating_sub(self.draught.worst_of_all());
+        let mut own_end_z_m = None;
+        for (bin, gap_m) in ground.rows(bins).flatten().zip(ground.gaps_m(&own, bins)) {
+            let load = u64::from(self.fleet.faint_load_on_any(part.kind, gap_m));
+            let is_close = gap_m < self.fleet.near_m();
+            if is_close || load == 0 || self.timeline.fullest(bin) + load <= room {
+                continue;
+            }
+            for (_, item) in self.timeline.over(bin, part.start, part.end) {
+                if item.leg.drone == part.drone || self.bears_easily(part, &own, item) {
+                    continue;
+                }
+                let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(part));
+                let ends = [end_z_m, item.wake_end_z_m];
+                let meeting = self.fleet.meet(part, &item.leg, ends);
+                let load = meeting.map_or(0, |meeting| meeting.load_on_second);
+                if load > 0 && !self.bears(item, &part.overlap(&item.leg), load) {
+                    return false;
+                }
+            }
+        }
+        true
     }
 
     /// Whether somebody planned bears a part's wake, to judge by their distance alone.

@@ -32,6 +32,8 @@ impl Attempt<'_> {
             let scene = self.scene();
             let searched: Vec<Searched> = batch
                 .par_iter()
+                // Some take a hundred times as long as others.
+                .with_max_len(1)
                 .map(|drone| {
                     let careful = self.careful[drone.0 as usize];
                     search(
