@@ -9,9 +9,6 @@ use crate::ground::{Footprint, Ground};
 use crate::leg::{Leg, Tick};
 use crate::timeline::Timeline;
 
-/// Bins along the side of a block: chosen here, about a weak wake's reach.
-const BLOCK: usize = 4;
-
 /// Sums of weak loads, in millionths of the lowest budget of the fleet.
 #[derive(Clone, Debug)]
 pub(crate) struct Draught {
@@ -19,10 +16,8 @@ pub(crate) struct Draught {
     sums: Vec<Vec<u32>>,
     /// After the last bucket, by bin.
     after: Vec<u32>,
-    /// By block of bins, the greatest sum of weak loads there has ever been.
+    /// By bin, the greatest sum of weak loads there has ever been.
     worst: Vec<u32>,
-    worst_of_all: u32,
-    blocks: Ground,
 }
 
 /// From and to which bucket (`u32::MAX`: for ever) how much falls into which bin.
@@ -34,13 +29,10 @@ struct Spread {
 
 impl Draught {
     pub(crate) fn new(ground: &Ground) -> Draught {
-        let blocks = ground.coarser(BLOCK);
         Draught {
             sums: Vec::new(),
             after: vec![0; ground.count()],
-            worst: vec![0; blocks.count()],
-            worst_of_all: 0,
-            blocks,
+            worst: vec![0; ground.count()],
         }
     }
 
@@ -52,14 +44,11 @@ impl Draught {
 
     /// Adds what a drone on these legs brings to others.
     pub(crate) fn add(&mut self, fleet: &Fleet, timeline: &Timeline, legs: &[Leg]) {
-        let blocks = self.blocks;
         let mut worst = std::mem::take(&mut self.worst);
         self.change(fleet, timeline, legs, |bin, sum, load| {
             *sum += load;
-            let worst = &mut worst[timeline.ground().coarse(bin, BLOCK, &blocks)];
-            *worst = (*sum).max(*worst);
+            worst[bin] = (*sum).max(worst[bin]);
         });
-        self.worst_of_all = worst.iter().copied().max().unwrap_or(0);
         self.worst = worst;
     }
 
@@ -104,16 +93,15 @@ impl Draught {
         u64::from(most)
     }
 
-    /// The most that weak wakes bring, or have brought, to anybody anywhere.
-    pub(crate) fn worst_of_all(&self) -> u64 {
-        u64::from(self.worst_of_all)
+    /// The most that weak wakes bring, or have brought, to anybody in a bin.
+    pub(crate) fn worst_in(&self, bin: usize) -> u64 {
+        u64::from(self.worst[bin])
     }
 
-    /// The most that weak wakes bring, or have brought, to anybody within a footprint.
-    pub(crate) fn worst(&self, at: &Footprint) -> u64 {
-        let rows = self.blocks.rows(self.blocks.bins(at));
-        let worst = rows.flat_map(|row| &self.worst[row]).max();
-        worst.map_or(0, |worst| u64::from(*worst))
+    /// The same within a footprint.
+    pub(crate) fn worst(&self, ground: &Ground, at: &Footprint) -> u64 {
+        let bins = ground.rows(ground.bins(at)).flatten();
+        bins.map(|bin| self.worst_in(bin)).max().unwrap_or(0)
     }
 }
 

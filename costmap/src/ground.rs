@@ -91,21 +91,6 @@ impl Ground {
         }
     }
 
-    /// The same floor in bins so many times as large.
-    pub(crate) fn coarser(&self, times: usize) -> Ground {
-        Ground {
-            low_m: self.low_m,
-            bin_m: self.bin_m * times as f64,
-            counts: self.counts.map(|count| count.div_ceil(times)),
-        }
-    }
-
-    /// The bin that one of these lies in, on the same floor in bins so many times as large.
-    pub(crate) fn coarse(&self, bin: usize, times: usize, coarser: &Ground) -> usize {
-        let (x, y) = (bin % self.counts[0], bin / self.counts[0]);
-        x / times + y / times * coarser.counts[0]
-    }
-
     /// How many there are.
     pub fn count(&self) -> usize {
         self.counts[0] * self.counts[1]

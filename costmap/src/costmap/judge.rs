@@ -69,12 +69,12 @@ impl Costmap {
         let ground = self.timeline.ground();
         let own = Footprint::around(part, 0.0);
         let bins = ground.bins(&own.grown(self.fleet.wake_reach_m(part.kind)));
-        let room = u64::from(self.budget).saturating_sub(self.draught.worst_of_all());
         let mut own_end_z_m = None;
         for (bin, gap_m) in ground.rows(bins).flatten().zip(ground.gaps_m(&own, bins)) {
             let load = u64::from(self.fleet.faint_load_on_any(part.kind, gap_m));
+            let filled = self.timeline.fullest(bin) + self.draught.worst_in(bin);
             let is_close = gap_m < self.fleet.near_m();
-            if is_close || load == 0 || self.timeline.fullest(bin) + load <= room {
+            if is_close || load == 0 || filled + load <= u64::from(self.budget) {
                 continue;
             }
             for (_, item) in self.timeline.over(bin, part.start, part.end) {
@@ -97,7 +97,7 @@ impl Costmap {
     fn bears_easily(&self, part: &Leg, own: &Footprint, item: &Item) -> bool {
         let gap_m = own.gap_m(&item.footprint);
         let load = u64::from(self.fleet.faint_load(part.kind, item.leg.kind, gap_m));
-        let worst = self.draught.worst(&item.footprint);
+        let worst = self.draught.worst(self.timeline.ground(), &item.footprint);
         !item.leg.flying || load == 0 || item.peak + worst + load <= u64::from(self.budget)
     }
 
@@ -105,7 +105,7 @@ impl Costmap {
     fn bears(&self, item: &Item, time: &Range<Tick>, load: u32) -> bool {
         let (budget, load) = (u64::from(self.budget), u64::from(load));
         let draught = &self.draught;
-        item.peak + draught.worst(&item.footprint) + load <= budget
+        item.peak + draught.worst(self.timeline.ground(), &item.footprint) + load <= budget
             || {
                 let weak = draught.on(&self.timeline, &item.footprint, time.start, time.end);
                 item.filled(time.start, time.end) + weak + load <= budget
