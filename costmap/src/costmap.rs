@@ -91,6 +91,11 @@ impl Costmap {
         self.timeline.item(item).peak as f64 / f64::from(self.budget)
     }
 
+    /// The same between two ticks.
+    pub fn filled_between(&self, item: u32, [start, end]: [Tick; 2]) -> f64 {
+        self.timeline.item(item).filled(start, end) as f64 / f64::from(self.budget)
+    }
+
     /// For how many drones there is room.
     pub fn drone_count(&self) -> usize {
         self.legs.len()

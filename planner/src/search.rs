@@ -41,26 +41,18 @@ use walk::Search;
 /// A drone that nobody can make give way.
 pub const IMMOVABLE: u32 = u32::MAX;
 
-/// How hard to look: by what it looks ahead; what is left to fly counts one part in 2ⁿ more than it takes, so that of
-/// ways that differ by less the one found first will do; and after how many states to be less choosy. The part bounds
-/// the excess of an answer over the best: 1/32, then 1/4, then twice. Chosen here: where hardly anybody is in the way
-/// and nothing in between the first level answers, in a crowd nearly always the second, and the others keep it from costing seconds a drone.
-const PATIENCE: [(Ahead, u32, u64); 4] = [
-    (Ahead::Plain, 5, 64),
-    (Ahead::PastThoseWhoStay, 5, 1_000),
-    (Ahead::PastThoseWhoStay, 2, 4_000),
-    (Ahead::PastThoseWhoStay, 0, u64::MAX),
-];
+/// What is left to fly counts one part in 2ⁿ more than it takes, so that of ways that differ by less the one found first
+/// will do. The part bounds the excess of an answer over the best. Chosen here.
+const PLAIN_SHIFT: u32 = 5;
+/// A plain look, where hardly anybody is in the way and nothing in between, takes so many states: chosen here.
+const PLAIN_STATES: u64 = 64;
+/// Past those who stay the search is in more of a hurry the longer it takes: the part, and up to how many states. Chosen here: the
+/// first nearly always answers, and the others keep a crowd from costing seconds a drone.
+const PATIENCE: [(u32, u64); 4] = [(5, 500), (3, 1_500), (2, 5_000), (0, u64::MAX)];
 /// Where more of all places than this are closed for good there is no plain look: chosen here.
 const PLAIN_SHARE: f64 = 0.12;
 /// A plain look may take a state more for each of these ticks of the way: chosen here, two a step of 1 m at 2 m/s.
 const TICKS_A_STATE: u64 = 25;
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Ahead {
-    Plain,
-    PastThoseWhoStay,
-}
 
 /// What a search works on.
 #[derive(Clone, Copy)]
@@ -263,35 +255,34 @@ fn look<'a>(
     outlook: &mut Option<Outlook<'a>>,
 ) -> Searched {
     let mut expansions = 0;
-    for (ahead, impatience_shift, most_expansions) in PATIENCE {
-        if ahead == Ahead::Plain && is_crowded(&scene, errand) {
-            continue;
-        }
-        let far = match ahead {
-            Ahead::Plain => u64::from(errand.alone_ticks) / TICKS_A_STATE,
-            Ahead::PastThoseWhoStay => 0,
-        };
-        let most_expansions = (most_expansions + far).min(scene.most_expansions);
-        let by = match ahead {
-            Ahead::Plain => Outlook::plain(scene, errand),
-            Ahead::PastThoseWhoStay => outlook
-                .take()
-                .unwrap_or_else(|| Outlook::new(scene, errand)),
-        };
+    if !is_crowded(&scene, errand) {
+        let far = u64::from(errand.alone_ticks) / TICKS_A_STATE;
+        let by = Outlook::plain(scene, errand);
         let (doubts, stays) = (doubts.clone(), stays.clone());
-        let mut search = Search::new(scene, errand, doubts, by, stays, impatience_shift);
-        let found = search.run(most_expansions);
-        expansions += search.expansions;
-        let gave_up = search.expansions > most_expansions;
-        if ahead == Ahead::PastThoseWhoStay {
-            *outlook = Some(search.nodes.into_outlook());
-        }
-        if !gave_up || most_expansions == scene.most_expansions {
+        let mut search = Search::new(scene, errand, doubts, by, stays, PLAIN_SHIFT);
+        let found = search.run(scene.most_expansions.min(PLAIN_STATES + far));
+        expansions = search.expansions;
+        if let Some(found) = found {
             return Searched { found, expansions };
         }
     }
+    let by = outlook
+        .take()
+        .unwrap_or_else(|| Outlook::new(scene, errand));
+    let (doubts, stays) = (doubts.clone(), stays.clone());
+    let mut search = Search::new(scene, errand, doubts, by, stays, PATIENCE[0].0);
+    let mut found = None;
+    for (impatience_shift, most_expansions) in PATIENCE {
+        search.hurry(impatience_shift);
+        found = search.run(most_expansions.min(scene.most_expansions));
+        if found.is_some() {
+            break;
+        }
+    }
+    expansions += search.expansions;
+    *outlook = Some(search.nodes.into_outlook());
     Searched {
-        found: Found::Blocked(None),
+        found: found.unwrap_or(Found::Blocked(None)),
         expansions,
     }
 }

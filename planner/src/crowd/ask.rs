@@ -133,9 +133,10 @@ impl Crowd<'_> {
                     let span = self.against(thought, way, at, offset, record, verdict);
                     loads.on_me += u32::from(span.on_first);
                     if span.on_second > 0 && !loads.is_too_much_for_others {
-                        let there = costmap.filled(record.item) * LOADS;
-                        let all = there + f64::from(span.on_second);
-                        loads.is_too_much_for_others = all > f64::from(MOST_LOADS);
+                        let most = f64::from(MOST_LOADS) - f64::from(span.on_second);
+                        // Mostly it is little at any time.
+                        loads.is_too_much_for_others = costmap.filled(record.item) * LOADS > most
+                            && costmap.filled_between(record.item, thought.time) * LOADS > most;
                     }
                 }
             }

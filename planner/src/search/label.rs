@@ -17,6 +17,25 @@ pub(super) enum Step {
     End,
 }
 
+/// Steps that have been thought of: up to a total, as it was reckoned then.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Offered {
+    pub(super) upto: u32,
+    pub(super) impatience_shift: u32,
+}
+
+impl Offered {
+    /// Whether a step that costs so much has not been thought of.
+    pub(super) fn leaves_out(&self, cost: u32, remaining: u32) -> bool {
+        hurried(cost, remaining, self.impatience_shift) > self.upto
+    }
+}
+
+/// A cost with what is left to fly counted one part in 2ⁿ more.
+pub(super) fn hurried(cost: u32, remaining: u32, impatience_shift: u32) -> u32 {
+    cost.saturating_add(remaining >> impatience_shift)
+}
+
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Label {
     pub(super) vertex: Vertex,
@@ -33,8 +52,8 @@ pub(super) struct Label {
     pub(super) met: u32,
     /// The costmap has been asked about what leads here.
     pub(super) judged: bool,
-    /// Steps up to this total have been thought of.
-    pub(super) offered: Option<u32>,
+    /// Which of its steps have been thought of.
+    pub(super) offered: Option<Offered>,
 }
 
 /// Cheapest first; among equals what is known for good, then the nearest to the end, then the newest.

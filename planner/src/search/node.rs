@@ -31,7 +31,7 @@ struct Node {
     is_final: bool,
     visits: Vec<Visit>,
     /// Who is in the way of hovering there, whenever; `None`: nobody has asked.
-    hover: Option<Hover>,
+    hover: Option<Box<Hover>>,
 }
 
 #[derive(Clone, Default)]
@@ -231,10 +231,10 @@ impl<'a> Nodes<'a> {
             };
             let mut verdict = Verdict::default();
             scene.judge(&stay, &mut verdict);
-            Hover {
+            Box::new(Hover {
                 breaks_zone: verdict.breaks_zone,
                 blockers: verdict.blockers,
-            }
+            })
         })
     }
 }

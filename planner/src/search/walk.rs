@@ -7,7 +7,7 @@ use costmap::leg::{KindId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use nalgebra::Point3;
 
-use super::label::{Label, Open, Step};
+use super::label::{Label, Offered, Open, Step, hurried};
 use super::met::Met;
 use super::node::Nodes;
 use super::outlook::Outlook;
@@ -70,15 +70,31 @@ impl<'a> Search<'a> {
         }
     }
 
-    pub(super) fn run(&mut self, most_expansions: u64) -> Found {
+    /// Looks until it has expanded so many states in all; `None` if it is to go on from there.
+    pub(super) fn run(&mut self, most_expansions: u64) -> Option<Found> {
         if let Some(never) = self.stays.iter().find_map(|stay| stay.never) {
-            return Found::Blocked(Some(Obstruction {
+            return Some(Found::Blocked(Some(Obstruction {
                 by: Hindrance::Drone(never.0, never.1),
                 at_m: self.scene.roadmap.position_m(self.errand.last_vertex()),
                 at: Tick(0),
                 remaining: 0,
-            }));
+            })));
         }
+        if self.labels.is_empty() {
+            self.begin();
+        }
+        while self.expansions < most_expansions {
+            let Some(open) = self.open.pop() else {
+                return Some(Found::Blocked(self.obstruction));
+            };
+            if let Some(found) = self.take_turn(open) {
+                return Some(found);
+            }
+        }
+        None
+    }
+
+    fn begin(&mut self) {
         self.push(Label {
             vertex: self.errand.start,
             stage: 0,
@@ -92,54 +108,65 @@ impl<'a> Search<'a> {
             judged: true,
             offered: None,
         });
-        while let Some(Open {
-            label,
-            total,
-            remaining,
-            ..
-        }) = self.open.pop()
-        {
-            let found = self.labels[label as usize];
-            if found.offered.is_some() {
-                self.offer(label, total);
-                continue;
+    }
+
+    /// Counts what is left to fly one part in 2ⁿ more from here on. What is known stays known; what is open is put in the
+    /// order that this makes.
+    pub(super) fn hurry(&mut self, impatience_shift: u32) {
+        self.impatience_shift = impatience_shift;
+        for open in std::mem::take(&mut self.open) {
+            let label = self.labels[open.label as usize];
+            let node = self.nodes.at(&label);
+            if let Some((cost, remaining)) = self.cost(node, &label) {
+                self.open.push(Open {
+                    total: hurried(cost, remaining, impatience_shift),
+                    remaining,
+                    is_bound: !self.nodes.is_final(node),
+                    label: open.label,
+                });
             }
-            if found.step == Step::Later {
-                self.step_later(label);
-                continue;
-            }
-            let node = self.nodes.at(&found);
-            if self.nodes.settle(node, &found) > remaining {
-                // It was thought of by a bound.
-                if let Some((total, remaining)) = self.total(&found) {
-                    self.open.push(Open {
-                        total,
-                        remaining,
-                        is_bound: false,
-                        label,
-                    });
-                }
-                continue;
-            }
-            if self.nodes.is_reached(node, &found, &self.met) {
-                continue;
-            }
-            self.expansions += 1;
-            if self.expansions > most_expansions {
-                break;
-            }
-            if self.expansions.is_multiple_of(1024) && (self.scene.stop)() {
-                return Found::Stopped;
-            }
-            if !self.is_confirmed(label) {
-                continue;
-            }
-            if found.step == Step::End {
-                return Found::Path(self.path(label));
-            }
-            self.expand(label, total);
         }
-        Found::Blocked(self.obstruction)
+    }
+
+    fn take_turn(&mut self, open: Open) -> Option<Found> {
+        let Open { label, total, .. } = open;
+        let found = self.labels[label as usize];
+        if found.offered.is_some() {
+            self.offer(label, total);
+            return None;
+        }
+        if found.step == Step::Later {
+            self.step_later(label);
+            return None;
+        }
+        let node = self.nodes.at(&found);
+        if self.nodes.settle(node, &found) > open.remaining {
+            // It was thought of by a bound.
+            if let Some((total, remaining)) = self.total(&found) {
+                self.open.push(Open {
+                    total,
+                    remaining,
+                    is_bound: false,
+                    label,
+                });
+            }
+            return None;
+        }
+        if self.nodes.is_reached(node, &found, &self.met) {
+            return None;
+        }
+        self.expansions += 1;
+        if self.expansions.is_multiple_of(1024) && (self.scene.stop)() {
+            return Some(Found::Stopped);
+        }
+        if !self.is_confirmed(label) {
+            return None;
+        }
+        if found.step == Step::End {
+            return Some(Found::Path(self.path(label)));
+        }
+        self.expand(label, total);
+        None
     }
 
     pub(super) fn push(&mut self, label: Label) {
@@ -171,6 +198,12 @@ impl<'a> Search<'a> {
         if self.nodes.is_covered(node, label) {
             return None;
         }
+        let (cost, remaining) = self.cost(node, label)?;
+        Some((hurried(cost, remaining, self.impatience_shift), remaining))
+    }
+
+    /// The same whether there is need to go there or not, and without haste.
+    fn cost(&self, node: usize, label: &Label) -> Option<(u32, u32)> {
         let remaining = self.nodes.remaining(node);
         if remaining == UNREACHABLE {
             return None;
@@ -182,13 +215,12 @@ impl<'a> Search<'a> {
         } else {
             None
         };
-        let total = label
+        let cost = label
             .paid
             .saturating_add(ends)
-            .saturating_add(excess.unwrap_or(0))
-            .saturating_add(remaining >> self.impatience_shift);
+            .saturating_add(excess.unwrap_or(0));
         // The highest: somebody who never leaves is where it has to stay.
-        (total < u32::MAX).then_some((total, remaining))
+        (cost < u32::MAX).then_some((cost, remaining))
     }
 
     /// Prices of the stays that are still to come, each with the least tick at which it can begin.
@@ -364,6 +396,12 @@ impl<'a> Search<'a> {
         }
         let roadmap = self.scene.roadmap;
         let mut next = u32::MAX;
+        // What was offered in less haste is offered whole.
+        let known = label.offered;
+        let most = match known {
+            Some(known) if known.impatience_shift != self.impatience_shift => u32::MAX,
+            _ => most,
+        };
         for (to, way) in roadmap.ways(label.vertex) {
             let Some(ticks) = self.errand.mover.ticks(roadmap, to, way) else {
                 continue;
@@ -379,15 +417,24 @@ impl<'a> Search<'a> {
                 offered: None,
                 ..label
             };
-            match self.total(&step) {
-                Some((total, _)) if total > most => next = next.min(total),
-                Some((total, remaining)) if label.offered.is_none_or(|upto| total > upto) => {
-                    self.push_at(step, total, remaining);
-                }
-                _ => {}
+            let node = self.nodes.at(&step);
+            if self.nodes.is_covered(node, &step) {
+                continue;
+            }
+            let Some((cost, remaining)) = self.cost(node, &step) else {
+                continue;
+            };
+            let total = hurried(cost, remaining, self.impatience_shift);
+            if total > most {
+                next = next.min(total);
+            } else if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
+                self.push_at(step, total, remaining);
             }
         }
-        self.labels[index as usize].offered = Some(most);
+        self.labels[index as usize].offered = Some(Offered {
+            upto: most,
+            impatience_shift: self.impatience_shift,
+        });
         if next < u32::MAX {
             let node = self.nodes.at(&label);
             self.open.push(Open {
