@@ -86,11 +86,41 @@ struct Visit {
     item: u32,
 }
 
+/// The legs over a bin.
+#[derive(Clone, Debug, Default)]
+struct Bin {
+    /// Those that end.
+    passing: Vec<Visit>,
+    /// Those that do not: kept apart, or else nothing that begins later would ever be over.
+    staying: Vec<Visit>,
+}
+
+impl Bin {
+    fn insert(&mut self, visit: Visit) {
+        let kept = match visit.end {
+            Tick::FOREVER => &mut self.staying,
+            _ => &mut self.passing,
+        };
+        let at = kept.partition_point(|known| known.start <= visit.start);
+        kept.insert(at, visit);
+        settle_latest(kept, at);
+    }
+
+    fn remove(&mut self, item: u32) {
+        for kept in [&mut self.passing, &mut self.staying] {
+            if let Some(at) = kept.iter().position(|visit| visit.item == item) {
+                kept.remove(at);
+                settle_latest(kept, at);
+            }
+        }
+    }
+}
+
 /// All legs of a fleet over time.
 #[derive(Clone, Debug)]
 pub struct Timeline {
     ground: Ground,
-    bins: Vec<Vec<Visit>>,
+    bins: Vec<Bin>,
     /// By bin, the greatest [`Item::peak`] there has ever been.
     fullest: Vec<u64>,
     items: Vec<Item>,
@@ -105,7 +135,7 @@ impl Timeline {
     pub fn new(ground: Ground, drones: usize) -> Timeline {
         Timeline {
             ground,
-            bins: vec![Vec::new(); ground.count()],
+            bins: vec![Bin::default(); ground.count()],
             fullest: vec![0; ground.count()],
             items: Vec::new(),
             unused: Vec::new(),
@@ -181,16 +211,12 @@ impl Timeline {
         };
         self.of_drones[leg.drone.0 as usize].push(index);
         for bin in self.ground.rows(bins).flatten() {
-            let visits = &mut self.bins[bin];
-            let at = visits.partition_point(|visit| visit.start <= leg.start);
-            let visit = Visit {
+            self.bins[bin].insert(Visit {
                 start: leg.start,
                 end: leg.end,
                 latest: leg.end,
                 item: index,
-            };
-            visits.insert(at, visit);
-            settle_latest(visits, at);
+            });
         }
         index
     }
@@ -224,11 +250,7 @@ impl Timeline {
     pub fn remove(&mut self, drone: DroneId) {
         for index in std::mem::take(&mut self.of_drones[drone.0 as usize]) {
             for bin in self.ground.rows(self.items[index as usize].bins).flatten() {
-                let visits = &mut self.bins[bin];
-                if let Some(at) = visits.iter().position(|visit| visit.item == index) {
-                    visits.remove(at);
-                    settle_latest(visits, at);
-                }
+                self.bins[bin].remove(index);
             }
             self.items[index as usize].met = Vec::new();
             self.unused.push(index);
@@ -240,8 +262,8 @@ impl Timeline {
         self.items[index as usize].forgets(drone);
     }
 
-    /// Calls `f` with every item over the bins of a footprint between two ticks, each once: bin by bin, in
-    /// order of time.
+    /// Calls `f` with every item over the bins of a footprint between two ticks, each once: bin by
+    /// bin, as [`Timeline::over`] has them.
     pub fn around<'a>(
         &'a self,
         footprint: &Footprint,
@@ -259,15 +281,16 @@ impl Timeline {
         }
     }
 
-    /// Every item over a bin between two ticks, in order of time.
+    /// Every item over a bin between two ticks: in order of time, those that never end last.
     pub fn over(&self, bin: usize, start: Tick, end: Tick) -> impl Iterator<Item = (u32, &Item)> {
-        let visits = &self.bins[bin];
-        let first = visits.partition_point(|visit| visit.latest <= start);
-        visits[first..]
+        let Bin { passing, staying } = &self.bins[bin];
+        let first = passing.partition_point(|visit| visit.latest <= start);
+        let visits = passing[first..]
             .iter()
             .take_while(move |visit| visit.start < end)
             .filter(move |visit| visit.end > start)
-            .map(|visit| (visit.item, &self.items[visit.item as usize]))
+            .chain(staying.iter().take_while(move |visit| visit.start < end));
+        visits.map(|visit| (visit.item, &self.items[visit.item as usize]))
     }
 }
 

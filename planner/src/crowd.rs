@@ -14,6 +14,7 @@ use costmap::leg::{DroneId, Leg, Tick};
 use crate::roadmap::Vertex;
 
 mod ask;
+mod column;
 mod pieces;
 mod shape;
 mod span;
@@ -23,25 +24,10 @@ mod tests;
 mod ways;
 
 pub use ask::Thought;
+use column::{Column, Record};
 use pieces::pieces;
 pub use steps::Steps;
 use steps::{STILL, cells};
-
-/// Somebody's step, or stay.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Record {
-    start: Tick,
-    end: Tick,
-    /// Latest end of this and all before it in the column.
-    latest: Tick,
-    drone: DroneId,
-    /// In the costmap.
-    item: u32,
-    layer: i16,
-    way: u8,
-    class: u8,
-    flying: bool,
-}
 
 /// Somebody's leg, as it concerns hovering at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +47,7 @@ const FORBIDDEN: u16 = u16::MAX;
 pub struct Crowd<'a> {
     steps: &'a Steps,
     /// By column: x first, then y.
-    columns: Vec<Vec<Record>>,
+    columns: Vec<Column>,
     /// By class and place, in order of beginning.
     taken: Vec<Vec<Vec<Taken>>>,
     /// By class and place, from when on hovering there is forbidden for good.
@@ -76,7 +62,7 @@ impl<'a> Crowd<'a> {
         let [nx, ny, _] = steps.lattice.counts();
         let mut crowd = Crowd {
             steps,
-            columns: vec![Vec::new(); nx * ny],
+            columns: vec![Column::default(); nx * ny],
             taken: vec![vec![Vec::new(); steps.lattice.place_count()]; steps.class_count()],
             closed: vec![vec![Tick::FOREVER; steps.lattice.place_count()]; steps.class_count()],
             closed_count: vec![0; steps.class_count()],
@@ -113,7 +99,6 @@ impl<'a> Crowd<'a> {
                 let record = Record {
                     start,
                     end,
-                    latest: end,
                     drone: leg.drone,
                     item: costmap.item_at(drone, start),
                     layer: at[2] as i16,
@@ -124,10 +109,7 @@ impl<'a> Crowd<'a> {
                 let Some(column) = self.column([at[0], at[1]]) else {
                     return;
                 };
-                let records = &mut self.columns[column];
-                let index = records.partition_point(|known| known.start <= start);
-                records.insert(index, record);
-                settle_latest(records, index);
+                self.columns[column].insert(record);
                 self.take_places(at, &record);
             });
         }
@@ -168,13 +150,10 @@ impl<'a> Crowd<'a> {
                 let Some(column) = self.column([at[0], at[1]]) else {
                     return;
                 };
-                let records = &mut self.columns[column];
-                records.retain(|record| record.drone != leg.drone);
-                settle_latest(records, 0);
+                self.columns[column].remove(leg.drone);
                 let record = Record {
                     start,
                     end,
-                    latest: end,
                     drone: leg.drone,
                     item: u32::MAX,
                     layer: at[2] as i16,
@@ -264,16 +243,5 @@ impl<'a> Crowd<'a> {
         } else {
             others[2].max(others[2] + theirs) >= steps.wake_end(me, at, way)
         }
-    }
-}
-
-fn settle_latest(records: &mut [Record], from: usize) {
-    let mut latest = match from.checked_sub(1) {
-        Some(before) => records[before].latest,
-        None => Tick(0),
-    };
-    for record in &mut records[from..] {
-        latest = latest.max(record.end);
-        record.latest = latest;
     }
 }

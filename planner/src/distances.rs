@@ -10,10 +10,11 @@ use std::sync::{Mutex, PoisonError};
 
 use costmap::leg::Tick;
 
-use crate::lattice::Lattice;
+use crate::lattice::{AXES, Lattice};
 use crate::roadmap::{Roadmap, Vertex, Way};
 
 mod backwards;
+mod buckets;
 
 pub(crate) use backwards::Backwards;
 use backwards::Lead;
@@ -73,6 +74,30 @@ impl Mover {
     fn open_steps<'a>(&self, roadmap: &'a Roadmap) -> Option<&'a [u32]> {
         let on_lattice = self.stops.is_empty() && self.diagonal_steps().is_some();
         roadmap.open_steps(self.radius_m).filter(|_| on_lattice)
+    }
+
+    /// Calls `f` with the places that it may step to, in ascending order, and the ticks that each takes.
+    pub(crate) fn steps_from(
+        &self,
+        roadmap: &Roadmap,
+        from: Vertex,
+        mut f: impl FnMut(Vertex, u32),
+    ) {
+        let Some(open) = self.open_steps(roadmap) else {
+            for (to, way) in roadmap.ways(from) {
+                if let Some(ticks) = self.ticks(roadmap, to, way) {
+                    f(to, ticks);
+                }
+            }
+            return;
+        };
+        let strides = roadmap.lattice().strides();
+        let mut open = open[from as usize];
+        while open != 0 {
+            let n = open.trailing_zeros() as usize;
+            open &= open - 1;
+            f(from.wrapping_add_signed(strides[n]), self.steps[AXES[n]].1);
+        }
     }
 
     /// Whole ticks that a length takes, at least one.

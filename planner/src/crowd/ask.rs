@@ -5,6 +5,7 @@ use costmap::leg::{DroneId, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
 
 use super::steps::{LOADS, STILL, Span};
+use super::ways::index;
 use super::{Crowd, FORBIDDEN, Record};
 use crate::roadmap::Vertex;
 
@@ -28,9 +29,9 @@ impl Crowd<'_> {
         f64::from(self.closed_count[class]) / self.steps.lattice.place_count() as f64
     }
 
-    /// From when on hovering at a place is forbidden for good; [`Tick::FOREVER`] if it is not.
-    pub(crate) fn closed_from(&self, class: usize, place: Vertex) -> Tick {
-        self.closed[class][place as usize]
+    /// By place, from when on hovering there is forbidden for good; [`Tick::FOREVER`] if it is not.
+    pub(crate) fn closed_from(&self, class: usize) -> &[Tick] {
+        &self.closed[class]
     }
 
     /// Until when a place is free to hover at from a moment on but for those who give way, and when it is again.
@@ -107,62 +108,49 @@ impl Crowd<'_> {
         let mut loads = Loads::default();
         let lattice = &self.steps.lattice;
         let [at, to] = thought.way.map(|place| lattice.steps(place));
-        let [from, until] = thought.time;
-        let way = {
-            let d = [0, 1, 2].map(|axis| to[axis] - at[axis] + 1);
-            (d[0] + 3 * d[1] + 9 * d[2]) as usize
-        };
+        let way = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
         for other in 0..self.steps.class_count() {
-            let layers = self.steps.layers(thought.class, other);
-            for aside in self.steps.near(thought.class, other, way) {
+            let pair = self.steps.pair(thought.class, other);
+            for near in &pair.near[way] {
+                let aside = near.aside;
                 let Some(column) = self.column([at[0] + aside[0], at[1] + aside[1]]) else {
                     continue;
                 };
-                let records = &self.columns[column];
-                let first = records.partition_point(|record| record.latest <= from);
-                for record in &records[first..] {
-                    if record.start >= until {
-                        break;
-                    }
+                for record in self.columns[column].between(thought.time) {
                     let dz = i32::from(record.layer) - at[2];
-                    if record.end <= from || usize::from(record.class) != other || dz.abs() > layers
-                    {
+                    if usize::from(record.class) != other || dz.abs() > pair.layers {
                         continue;
                     }
-                    let offset = [aside[0], aside[1], dz];
-                    let span = self.against(thought, way, at, offset, record, verdict);
-                    loads.on_me += u32::from(span.on_first);
-                    if span.on_second > 0 && !loads.is_too_much_for_others {
-                        let most = f64::from(MOST_LOADS) - f64::from(span.on_second);
-                        // Mostly it is little at any time.
-                        loads.is_too_much_for_others = costmap.filled(record.item) * LOADS > most
-                            && costmap.filled_between(record.item, thought.time) * LOADS > most;
+                    let span = pair.span(near, dz, usize::from(record.way));
+                    let there = [at[0] + aside[0], at[1] + aside[1], at[2] + dz];
+                    if !self.is_against(thought, [at, there], way, &span, record, verdict) {
+                        loads.add(costmap, thought, &span, record);
                     }
                 }
             }
         }
-        !verdict.blockers.is_empty() || loads.on_me <= MOST_LOADS && !loads.is_too_much_for_others
+        !verdict.blockers.is_empty() || loads.are_borne()
     }
 
-    fn against(
+    /// Whether somebody's step is in the way, or would be if its wake reached; adds that, or what it costs.
+    fn is_against(
         &self,
         thought: &Thought,
+        [at, there]: [[i32; 3]; 2],
         way: usize,
-        at: [i32; 3],
-        offset: [i32; 3],
+        span: &Span,
         record: &Record,
         verdict: &mut Verdict,
-    ) -> Span {
+    ) -> bool {
         let (me, other) = (thought.class, usize::from(record.class));
         let others = usize::from(record.way);
-        let span = self.steps.span([me, other], [way, others], offset);
         let [from, until] = thought.time;
         if span.is_empty() {
             if span.price > 0 {
                 let seconds = record.end.min(until).seconds() - record.start.max(from).seconds();
                 verdict.price_s += f64::from(span.price) / 1000.0 * seconds;
             }
-            return span;
+            return false;
         }
         // Departures from `began` until `clear` are too near.
         let (began, clear) = if others == STILL {
@@ -180,11 +168,10 @@ impl Crowd<'_> {
         };
         let departs = i64::from(from.0);
         if departs <= began || clear <= departs {
-            return span;
+            return false;
         }
-        let there = [0, 1, 2].map(|axis| at[axis] + offset[axis]);
         if !self.reaches([me, other], at, way, there, record) {
-            return Span::default();
+            return true;
         }
         verdict.blockers.push(Blocker {
             drone: record.drone,
@@ -192,13 +179,46 @@ impl Crowd<'_> {
             began: Tick(began.max(0) as u32),
             clear: Tick(clear as u32),
         });
-        Span::default()
+        true
     }
 }
 
 /// What wakes add up to around a step.
 #[derive(Default)]
 struct Loads {
-    on_me: u32,
+    /// What they bring who steps, and when.
+    on_me: Vec<([Tick; 2], u32)>,
+    sum: u32,
     is_too_much_for_others: bool,
+}
+
+impl Loads {
+    fn add(&mut self, costmap: &Costmap, thought: &Thought, span: &Span, record: &Record) {
+        if span.on_first > 0 {
+            let load = u32::from(span.on_first);
+            self.on_me.push(([record.start, record.end], load));
+            self.sum += load;
+        }
+        if span.on_second > 0 && !self.is_too_much_for_others {
+            let most = f64::from(MOST_LOADS) - f64::from(span.on_second);
+            // Mostly it is little at any time.
+            self.is_too_much_for_others = costmap.filled(record.item) * LOADS > most
+                && costmap.filled_between(record.item, thought.time) * LOADS > most;
+        }
+    }
+
+    fn are_borne(&self) -> bool {
+        !self.is_too_much_for_others && (self.sum <= MOST_LOADS || self.peak() <= MOST_LOADS)
+    }
+
+    /// The most that they are at any moment: it only grows where one begins.
+    fn peak(&self) -> u32 {
+        let at = |moment: Tick| -> u32 {
+            let lasts = |[start, end]: [Tick; 2]| start <= moment && moment < end;
+            let loads = self.on_me.iter().filter(|(time, _)| lasts(*time));
+            loads.map(|(_, load)| load).sum()
+        };
+        let begins = self.on_me.iter().map(|([start, _], _)| at(*start));
+        begins.max().unwrap_or(0)
+    }
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::span::{Way, least_distance, meeting, passing};
-use super::steps::{Class, LOADS, Pair, Span};
+use super::steps::{Class, LOADS, Near, Pair, Span};
 use super::ways::{STILL, TURNS, WAYS, cells, index, turned};
 use crate::lattice::Lattice;
 
@@ -215,14 +215,21 @@ impl Shape {
             let known = distinct.binary_search(&ways).unwrap_or_default();
             worked_out[known][offset as usize]
         };
-        let mut spans: Vec<Span> = Vec::new();
-        let mut known: FxHashMap<Span, u16> = FxHashMap::default();
+        let aside = -self.reach..=self.reach;
+        let columns: Vec<[i32; 2]> = aside
+            .clone()
+            .flat_map(|dy| aside.clone().map(move |dx| [dx, dy]))
+            .collect();
+        let mut spans: Vec<Span> = vec![Span::default()];
+        let mut known: FxHashMap<Span, u16> = FxHashMap::from_iter([(Span::default(), 0)]);
         let mut kinds = Vec::with_capacity(count * WAYS * WAYS);
-        for ways in 0..WAYS * WAYS {
-            for dz in -self.layers..=self.layers {
-                for dy in -self.reach..=self.reach {
-                    for dx in -self.reach..=self.reach {
-                        let span = at(ways, [dx, dy, dz]);
+        let mut near: Vec<Vec<Near>> = vec![Vec::new(); WAYS];
+        for way in 0..WAYS {
+            for aside in &columns {
+                let first = kinds.len();
+                for dz in -self.layers..=self.layers {
+                    for others in 0..WAYS {
+                        let span = at(way * WAYS + others, [aside[0], aside[1], dz]);
                         let kind = known.entry(span).or_insert_with(|| {
                             spans.push(span);
                             (spans.len() - 1) as u16
@@ -230,27 +237,14 @@ impl Shape {
                         kinds.push(*kind);
                     }
                 }
+                if kinds[first..].iter().any(|kind| *kind != 0) {
+                    let aside = *aside;
+                    near[way].push(Near { aside, first });
+                } else {
+                    kinds.truncate(first);
+                }
             }
         }
-        let nothing = known.get(&Span::default()).copied();
-        let matters = |way: usize, [dx, dy]: [i32; 2]| {
-            let column = (dx + self.reach) + wide * (dy + self.reach);
-            let own = &kinds[way * WAYS * count..(way + 1) * WAYS * count];
-            let mut layers = own
-                .iter()
-                .skip(column as usize)
-                .step_by((wide * wide) as usize);
-            layers.any(|kind| Some(*kind) != nothing)
-        };
-        let aside = -self.reach..=self.reach;
-        let columns: Vec<[i32; 2]> = aside
-            .clone()
-            .flat_map(|dy| aside.clone().map(move |dx| [dx, dy]))
-            .collect();
-        let near_to = |way: usize| {
-            let near = columns.iter().copied();
-            near.filter(|column| matters(way, *column)).collect()
-        };
         let hovering = |others: usize| {
             let layers = -self.layers..=self.layers;
             let offsets = layers.flat_map(|dz| columns.iter().map(move |[dx, dy]| [*dx, *dy, dz]));
@@ -260,10 +254,9 @@ impl Shape {
                 .collect()
         };
         Pair {
-            reach: self.reach,
             layers: self.layers,
             bodies: self.bodies,
-            near: (0..WAYS).map(near_to).collect(),
+            near,
             hovering: (0..WAYS).map(hovering).collect(),
             kinds,
             spans,

@@ -69,18 +69,26 @@ pub struct Steps {
 
 #[derive(Debug, Default)]
 pub(super) struct Pair {
-    /// How many columns aside, and how many layers above and below, anything matters.
-    pub(super) reach: i32,
+    /// How many layers above and below anything matters.
     pub(super) layers: i32,
     /// Layers between two drones from which on only air matters.
     pub(super) bodies: i32,
-    /// `[direction][direction][dz][dy][dx]`, which of `spans` it is.
+    /// `[direction][column][dz][direction of the second]`, which of `spans` it is.
     pub(super) kinds: Vec<u16>,
     pub(super) spans: Vec<Span>,
     /// By direction of the second: what it does to who hovers, if anything.
     pub(super) hovering: Vec<Vec<([i32; 3], Span)>>,
     /// By direction of the first: columns in which something can matter.
-    pub(super) near: Vec<Vec<[i32; 2]>>,
+    pub(super) near: Vec<Vec<Near>>,
+}
+
+/// A column of the floor beside a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Near {
+    /// How far from the beginning of the step.
+    pub(super) aside: [i32; 2],
+    /// Where in [`Pair::kinds`] it begins.
+    pub(super) first: usize,
 }
 
 impl Steps {
@@ -162,36 +170,17 @@ impl Steps {
 
     /// Beginnings of a step, from where somebody hovers, with which it forbids or costs something there.
     pub(super) fn hovering(&self, me: usize, other: usize, way: usize) -> &[([i32; 3], Span)] {
-        &self.pairs[me * self.classes.len() + other].hovering[way]
+        &self.pair(me, other).hovering[way]
     }
 
-    /// Columns around the beginning of a step in which others can matter to it.
-    pub(super) fn near(&self, me: usize, other: usize, way: usize) -> &[[i32; 2]] {
-        &self.pairs[me * self.classes.len() + other].near[way]
-    }
-
-    /// How many layers above and below matter.
-    pub(super) fn layers(&self, me: usize, other: usize) -> i32 {
-        self.pairs[me * self.classes.len() + other].layers
-    }
-
-    /// What a step does to another, that begins at an offset from it.
-    pub(super) fn span(
-        &self,
-        [me, other]: [usize; 2],
-        [way, others]: [usize; 2],
-        offset: [i32; 3],
-    ) -> Span {
-        let pair = &self.pairs[me * self.classes.len() + other];
-        pair.index(way, others, offset)
-            .map_or(Span::default(), |index| {
-                pair.spans[usize::from(pair.kinds[index])]
-            })
+    /// What two classes are to one another.
+    pub(super) fn pair(&self, me: usize, other: usize) -> &Pair {
+        &self.pairs[me * self.classes.len() + other]
     }
 
     /// Whether only air keeps two drones apart with so many layers between them.
     pub(super) fn is_air_alone(&self, me: usize, other: usize, layers: i32) -> bool {
-        layers.abs() >= self.pairs[me * self.classes.len() + other].bodies
+        layers.abs() >= self.pair(me, other).bodies
     }
 
     /// The lowest layer that the wake of a drone on its way from a place reaches.
@@ -252,14 +241,9 @@ impl Class {
 }
 
 impl Pair {
-    fn index(&self, way: usize, others: usize, [dx, dy, dz]: [i32; 3]) -> Option<usize> {
-        let (reach, layers) = (self.reach, self.layers);
-        if dx.abs() > reach || dy.abs() > reach || dz.abs() > layers {
-            return None;
-        }
-        let (wide, tall) = (2 * reach + 1, 2 * layers + 1);
-        let offset = (dx + reach) + wide * ((dy + reach) + wide * (dz + layers));
-        let of_ways = (way * WAYS + others) * (wide * wide * tall) as usize;
-        Some(of_ways + offset as usize)
+    /// What a step does to another that begins so many layers above it in a column, at most [`Pair::layers`].
+    pub(super) fn span(&self, near: &Near, layers: i32, others: usize) -> Span {
+        let index = near.first + (layers + self.layers) as usize * WAYS + others;
+        self.spans[usize::from(self.kinds[index])]
     }
 }

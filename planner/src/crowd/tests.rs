@@ -160,9 +160,9 @@ fn who_is_taken_back_leaves_nothing_behind() {
         .expect("a place");
     let below = job.roadmap.lattice().at([3, 4, 6]).expect("a place");
     let class = crowd.class(first.drone, first.kind).expect("known");
-    assert_eq!(crowd.closed_from(class, place), hover.start);
+    assert_eq!(crowd.closed_from(class)[place as usize], hover.start);
     assert_ne!(crowd.taken, before.taken);
-    assert!(crowd.closed_from(class, below) <= hover.start);
+    assert!(crowd.closed_from(class)[below as usize] <= hover.start);
     crowd.remove(costmap.legs(second.drone));
     assert_eq!(crowd.columns, before.columns);
     assert_eq!(crowd.taken, before.taken);

@@ -3,6 +3,7 @@
 use costmap::leg::Tick;
 use nalgebra::Point3;
 
+use super::buckets::Buckets;
 use super::{Mover, UNREACHABLE, diagonals_first};
 use crate::lattice::{AXES, Lattice, NEIGHBOURS};
 use crate::roadmap::{Roadmap, Vertex};
@@ -11,11 +12,11 @@ use crate::roadmap::{Roadmap, Vertex};
 #[derive(Debug, Default)]
 pub(crate) struct Backwards {
     pub(super) lead: Lead,
-    /// Ticks known so far; exact where `done`.
+    /// Ticks known so far; exact where `done`, and nothing where it is closed.
     ticks: Vec<u32>,
     done: Vec<bool>,
     /// Places by ticks so far plus the least that may be missing to where the drone comes from.
-    buckets: Vec<Vec<Vertex>>,
+    buckets: Buckets,
     now: usize,
 }
 
@@ -64,7 +65,7 @@ impl Backwards {
         self.done = vec![false; roadmap.place_count()];
         self.ticks[goal as usize] = 0;
         let lead = self.lead.ticks(roadmap, goal);
-        self.queue(goal, lead);
+        self.buckets.push(lead as usize, goal);
     }
 
     pub(super) fn forget(&mut self) {
@@ -85,7 +86,7 @@ impl Backwards {
             self.begin(roadmap, goal);
         }
         while !self.done[from as usize] && self.now < self.buckets.len() {
-            match self.buckets[self.now].pop() {
+            match self.buckets.pop(self.now) {
                 Some(place) => self.settle(roadmap, mover, place, &is_open),
                 None => self.now += 1,
             }
@@ -140,7 +141,8 @@ impl Backwards {
                 let lead = self.lead.ticks(roadmap, to);
                 if is_open(to, lead) {
                     self.ticks[to as usize] = here + duration;
-                    self.queue(to, here + duration + lead);
+                    let bucket = here + duration + lead;
+                    self.buckets.push(bucket as usize, to);
                 }
             }
         }
@@ -175,17 +177,12 @@ impl Backwards {
                 };
                 if is_open(to, lead) {
                     self.ticks[to as usize] = ticks;
-                    self.queue(to, ticks + lead);
+                    self.buckets.push((ticks + lead) as usize, to);
+                } else {
+                    // Nothing is less: it is not asked for again.
+                    self.ticks[to as usize] = 0;
                 }
             }
         }
-    }
-
-    fn queue(&mut self, place: Vertex, bucket: u32) {
-        let bucket = bucket as usize;
-        if self.buckets.len() <= bucket {
-            self.buckets.resize_with(bucket + 1, Vec::new);
-        }
-        self.buckets[bucket].push(place);
     }
 }

@@ -96,11 +96,10 @@ impl<'a> Outlook<'a> {
         let goal = stage.distances.goal();
         let crowd = self.scene.crowd;
         let (class, begins) = (ahead.class, ahead.begins);
+        let closed = crowd.map_or(&[][..], |crowd| crowd.closed_from(class));
         let is_open = |place: Vertex, lead: u32| {
-            crowd.is_none_or(|crowd| {
-                !crowd.knows(place)
-                    || crowd.closed_from(class, place).0 > begins.saturating_add(lead)
-            })
+            let closed = closed.get(place as usize);
+            closed.is_none_or(|closed| closed.0 > begins.saturating_add(lead))
         };
         let mover = stage.distances.mover();
         let ticks = (ahead.backwards).ticks(roadmap, mover, goal, from, is_open);

@@ -402,10 +402,8 @@ impl<'a> Search<'a> {
             Some(known) if known.impatience_shift != self.impatience_shift => u32::MAX,
             _ => most,
         };
-        for (to, way) in roadmap.ways(label.vertex) {
-            let Some(ticks) = self.errand.mover.ticks(roadmap, to, way) else {
-                continue;
-            };
+        let errand = self.errand;
+        errand.mover.steps_from(roadmap, label.vertex, |to, ticks| {
             let step = Label {
                 vertex: to,
                 grounded: false,
@@ -419,10 +417,10 @@ impl<'a> Search<'a> {
             };
             let node = self.nodes.at(&step);
             if self.nodes.is_covered(node, &step) {
-                continue;
+                return;
             }
             let Some((cost, remaining)) = self.cost(node, &step) else {
-                continue;
+                return;
             };
             let total = hurried(cost, remaining, self.impatience_shift);
             if total > most {
@@ -430,7 +428,7 @@ impl<'a> Search<'a> {
             } else if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
                 self.push_at(step, total, remaining);
             }
-        }
+        });
         self.labels[index as usize].offered = Some(Offered {
             upto: most,
             impatience_shift: self.impatience_shift,
