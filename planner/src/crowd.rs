@@ -15,6 +15,7 @@ use crate::roadmap::Vertex;
 
 mod ask;
 mod column;
+mod pair;
 mod pieces;
 mod shape;
 mod span;
@@ -24,7 +25,7 @@ mod tests;
 mod ways;
 
 pub use ask::Thought;
-use column::{Column, Record};
+use column::{Column, Glance, Record};
 use pieces::pieces;
 pub use steps::Steps;
 use steps::{STILL, cells};
@@ -48,6 +49,8 @@ pub struct Crowd<'a> {
     steps: &'a Steps,
     /// By column: x first, then y.
     columns: Vec<Column>,
+    /// Of each, when somebody may be there.
+    glances: Vec<Glance>,
     /// By class and place, in order of beginning.
     taken: Vec<Vec<Vec<Taken>>>,
     /// By class and place, from when on hovering there is forbidden for good.
@@ -63,6 +66,7 @@ impl<'a> Crowd<'a> {
         let mut crowd = Crowd {
             steps,
             columns: vec![Column::default(); nx * ny],
+            glances: vec![Glance::default(); nx * ny],
             taken: vec![vec![Vec::new(); steps.lattice.place_count()]; steps.class_count()],
             closed: vec![vec![Tick::FOREVER; steps.lattice.place_count()]; steps.class_count()],
             closed_count: vec![0; steps.class_count()],
@@ -110,6 +114,7 @@ impl<'a> Crowd<'a> {
                     return;
                 };
                 self.columns[column].insert(record);
+                self.glances[column].add(&record);
                 self.take_places(at, &record);
             });
         }
@@ -151,6 +156,7 @@ impl<'a> Crowd<'a> {
                     return;
                 };
                 self.columns[column].remove(leg.drone);
+                self.glances[column] = self.columns[column].glance();
                 let record = Record {
                     start,
                     end,

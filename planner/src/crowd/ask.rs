@@ -4,6 +4,7 @@ use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
 
+use super::column::spells;
 use super::steps::{LOADS, STILL, Span};
 use super::ways::index;
 use super::{Crowd, FORBIDDEN, Record};
@@ -109,6 +110,7 @@ impl Crowd<'_> {
         let lattice = &self.steps.lattice;
         let [at, to] = thought.way.map(|place| lattice.steps(place));
         let way = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
+        let spells = spells(thought.time);
         for other in 0..self.steps.class_count() {
             let pair = self.steps.pair(thought.class, other);
             for near in &pair.near[way] {
@@ -116,12 +118,15 @@ impl Crowd<'_> {
                 let Some(column) = self.column([at[0] + aside[0], at[1] + aside[1]]) else {
                     continue;
                 };
+                if !self.glances[column].may_hold(spells, thought.time) {
+                    continue;
+                }
                 for record in self.columns[column].between(thought.time) {
                     let dz = i32::from(record.layer) - at[2];
-                    if usize::from(record.class) != other || dz.abs() > pair.layers {
+                    if usize::from(record.class) != other || dz.abs() > pair.extent.layers {
                         continue;
                     }
-                    let span = pair.span(near, dz, usize::from(record.way));
+                    let span = pair.span([way, usize::from(record.way)], near, dz);
                     let there = [at[0] + aside[0], at[1] + aside[1], at[2] + dz];
                     if !self.is_against(thought, [at, there], way, &span, record, verdict) {
                         loads.add(costmap, thought, &span, record);

@@ -3,12 +3,11 @@
 use costmap::fleet::{BUDGET, Fleet, Meeting};
 use costmap::verdict::price;
 use nalgebra::Point3;
-use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
+use super::pair::{Extent, Pair};
 use super::span::{Way, least_distance, meeting, passing};
-use super::steps::{Class, LOADS, Near, Pair, Span};
-use super::ways::{STILL, TURNS, WAYS, cells, index, turned};
+use super::steps::{Class, LOADS, Span};
+use super::ways::{STILL, WAYS, cells};
 use crate::lattice::Lattice;
 
 /// Share of a budget that one wake may fill here: chosen here, the rest is for wakes farther off.
@@ -176,91 +175,12 @@ impl Shape {
     }
 
     pub(super) fn pair(&self) -> Pair {
-        let wide = 2 * self.reach + 1;
-        let count = (wide * wide * (2 * self.layers + 1)) as usize;
-        let of_ways = |&(way, others): &(usize, usize)| {
-            let mut spans = Vec::with_capacity(count);
-            for dz in -self.layers..=self.layers {
-                for dy in -self.reach..=self.reach {
-                    for dx in -self.reach..=self.reach {
-                        spans.push(self.span(way, others, [dx, dy, dz]));
-                    }
-                }
-            }
-            spans
-        };
-        // Turned and mirrored about the vertical all is the same: what is worked out is one of each eight.
-        let alike: Vec<(usize, (usize, usize))> = (0..WAYS * WAYS)
-            .map(|ways| {
-                let turned = |turn| {
-                    (
-                        turned(cells(ways / WAYS), turn),
-                        turned(cells(ways % WAYS), turn),
-                    )
-                };
-                let first =
-                    (0..TURNS).map(|turn| (index(turned(turn).0), index(turned(turn).1), turn));
-                let (way, others, turn) = first.min().unwrap_or_default();
-                (turn, (way, others))
-            })
-            .collect();
-        let mut distinct: Vec<(usize, usize)> = alike.iter().map(|(_, ways)| *ways).collect();
-        distinct.sort_unstable();
-        distinct.dedup();
-        let worked_out: Vec<Vec<Span>> = distinct.par_iter().map(of_ways).collect();
-        let at = |ways: usize, [dx, dy, dz]: [i32; 3]| {
-            let (turn, ways) = alike[ways];
-            let [dx, dy, dz] = turned([dx, dy, dz], turn);
-            let offset = (dx + self.reach) + wide * ((dy + self.reach) + wide * (dz + self.layers));
-            let known = distinct.binary_search(&ways).unwrap_or_default();
-            worked_out[known][offset as usize]
-        };
-        let aside = -self.reach..=self.reach;
-        let columns: Vec<[i32; 2]> = aside
-            .clone()
-            .flat_map(|dy| aside.clone().map(move |dx| [dx, dy]))
-            .collect();
-        let mut spans: Vec<Span> = vec![Span::default()];
-        let mut known: FxHashMap<Span, u16> = FxHashMap::from_iter([(Span::default(), 0)]);
-        let mut kinds = Vec::with_capacity(count * WAYS * WAYS);
-        let mut near: Vec<Vec<Near>> = vec![Vec::new(); WAYS];
-        for way in 0..WAYS {
-            for aside in &columns {
-                let first = kinds.len();
-                for dz in -self.layers..=self.layers {
-                    for others in 0..WAYS {
-                        let span = at(way * WAYS + others, [aside[0], aside[1], dz]);
-                        let kind = known.entry(span).or_insert_with(|| {
-                            spans.push(span);
-                            (spans.len() - 1) as u16
-                        });
-                        kinds.push(*kind);
-                    }
-                }
-                if kinds[first..].iter().any(|kind| *kind != 0) {
-                    let aside = *aside;
-                    near[way].push(Near { aside, first });
-                } else {
-                    kinds.truncate(first);
-                }
-            }
-        }
-        let hovering = |others: usize| {
-            let layers = -self.layers..=self.layers;
-            let offsets = layers.flat_map(|dz| columns.iter().map(move |[dx, dy]| [*dx, *dy, dz]));
-            offsets
-                .map(|offset| (offset, at(STILL * WAYS + others, offset)))
-                .filter(|(_, span)| !span.is_empty() || span.price > 0)
-                .collect()
-        };
-        Pair {
+        let extent = Extent {
+            reach: self.reach,
             layers: self.layers,
             bodies: self.bodies,
-            near,
-            hovering: (0..WAYS).map(hovering).collect(),
-            kinds,
-            spans,
-        }
+        };
+        Pair::new(extent, |way, others, offset| self.span(way, others, offset))
     }
 
     /// `offset`: the second's beginning from the first's.

@@ -9,15 +9,15 @@ use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use nalgebra::Point3;
 
+use super::pair::Pair;
 use super::shape::Shape;
-use super::ways::WAYS;
 pub(super) use super::ways::{STILL, cells};
 use crate::errand::Errand;
 use crate::lattice::Lattice;
 
 /// Fleets of more classes than this are planned without. Chosen here: every class keeps intervals of its own.
 const MOST_CLASSES: usize = 4;
-/// Tables of more entries than this are not made. Chosen here: 64 MiB.
+/// Tables of more entries than this are not made. Chosen here: an eighth of them is worked out and kept, 2 MiB.
 const MOST_ENTRIES: usize = 8 << 20;
 
 /// What flies alike as others are concerned.
@@ -65,30 +65,6 @@ pub struct Steps {
     pairs: Vec<Pair>,
     /// By class and place, the lowest layer that the wake of who hovers there reaches; empty without covers.
     wake_ends: Vec<Vec<u16>>,
-}
-
-#[derive(Debug, Default)]
-pub(super) struct Pair {
-    /// How many layers above and below anything matters.
-    pub(super) layers: i32,
-    /// Layers between two drones from which on only air matters.
-    pub(super) bodies: i32,
-    /// `[direction][column][dz][direction of the second]`, which of `spans` it is.
-    pub(super) kinds: Vec<u16>,
-    pub(super) spans: Vec<Span>,
-    /// By direction of the second: what it does to who hovers, if anything.
-    pub(super) hovering: Vec<Vec<([i32; 3], Span)>>,
-    /// By direction of the first: columns in which something can matter.
-    pub(super) near: Vec<Vec<Near>>,
-}
-
-/// A column of the floor beside a step.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Near {
-    /// How far from the beginning of the step.
-    pub(super) aside: [i32; 2],
-    /// Where in [`Pair::kinds`] it begins.
-    pub(super) first: usize,
 }
 
 impl Steps {
@@ -180,7 +156,7 @@ impl Steps {
 
     /// Whether only air keeps two drones apart with so many layers between them.
     pub(super) fn is_air_alone(&self, me: usize, other: usize, layers: i32) -> bool {
-        layers.abs() >= self.pair(me, other).bodies
+        layers.abs() >= self.pair(me, other).extent.bodies
     }
 
     /// The lowest layer that the wake of a drone on its way from a place reaches.
@@ -237,13 +213,5 @@ impl Class {
     pub(super) fn ticks(&self, way: usize) -> f64 {
         let axes = cells(way).iter().filter(|cells| **cells != 0).count();
         f64::from(self.ticks[axes.max(1) - 1])
-    }
-}
-
-impl Pair {
-    /// What a step does to another that begins so many layers above it in a column, at most [`Pair::layers`].
-    pub(super) fn span(&self, near: &Near, layers: i32, others: usize) -> Span {
-        let index = near.first + (layers + self.layers) as usize * WAYS + others;
-        self.spans[usize::from(self.kinds[index])]
     }
 }

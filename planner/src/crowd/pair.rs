@@ -1,0 +1,160 @@
+//! What two classes do to one another: by the directions of two steps, and how far one begins from the other.
+//!
+//! Turned by quarters and mirrored about the vertical all is the same, so that one of each eight pairs of directions is
+//! worked out and kept: a table that stays close to the processor, where searches ask it all the time.
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::steps::Span;
+use super::ways::{STILL, TURNS, WAYS, cells, index, turned};
+
+/// How far two classes matter to one another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    /// Columns aside.
+    pub(super) reach: i32,
+    /// Layers above and below.
+    pub(super) layers: i32,
+    /// Layers between two drones from which on only air matters.
+    pub(super) bodies: i32,
+}
+
+#[derive(Debug)]
+pub(super) struct Pair {
+    pub(super) extent: Extent,
+    /// `[directions kept][column][dz]`, which of `spans` it is.
+    kinds: Vec<u16>,
+    /// The first is nothing.
+    spans: Vec<Span>,
+    /// By direction and direction: how they are turned, and which of those that are kept they are then.
+    alike: Vec<(u8, u16)>,
+    /// By turn and column, which column it becomes.
+    turned: Vec<u16>,
+    columns: usize,
+    /// By direction of the second: what it does to who hovers, if anything.
+    pub(super) hovering: Vec<Vec<([i32; 3], Span)>>,
+    /// By direction of the first: columns in which something can matter.
+    pub(super) near: Vec<Vec<Near>>,
+}
+
+/// A column of the floor beside a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Near {
+    /// How far from the beginning of the step.
+    pub(super) aside: [i32; 2],
+    column: usize,
+}
+
+impl Pair {
+    /// `span` is asked for direction, direction and the offset of the second.
+    pub(super) fn new(
+        extent: Extent,
+        span: impl Fn(usize, usize, [i32; 3]) -> Span + Sync,
+    ) -> Pair {
+        let aside = -extent.reach..=extent.reach;
+        let columns: Vec<[i32; 2]> = aside
+            .clone()
+            .flat_map(|dy| aside.clone().map(move |dx| [dx, dy]))
+            .collect();
+        let layers = -extent.layers..=extent.layers;
+        let first_alike = |ways: usize| {
+            let all = (0..TURNS).map(|turn| {
+                let turned = |way: usize| index(turned(cells(way), turn));
+                (turned(ways / WAYS), turned(ways % WAYS), turn)
+            });
+            let (way, others, turn) = all.min().unwrap_or_default();
+            ((way, others), turn)
+        };
+        let mut kept: Vec<(usize, usize)> =
+            (0..WAYS * WAYS).map(|ways| first_alike(ways).0).collect();
+        kept.sort_unstable();
+        kept.dedup();
+        let alike = |ways: usize| {
+            let (ways, turn) = first_alike(ways);
+            let kept = kept.binary_search(&ways).unwrap_or_default();
+            (turn as u8, kept as u16)
+        };
+        let of_ways = |&(way, others): &(usize, usize)| -> Vec<Span> {
+            let offsets = columns
+                .iter()
+                .flat_map(|[dx, dy]| layers.clone().map(move |dz| [*dx, *dy, dz]));
+            offsets.map(|offset| span(way, others, offset)).collect()
+        };
+        let worked_out: Vec<Vec<Span>> = kept.par_iter().map(of_ways).collect();
+        let mut spans = vec![Span::default()];
+        let mut known = FxHashMap::from_iter([(Span::default(), 0)]);
+        let kind = |span: Span| {
+            *known.entry(span).or_insert_with(|| {
+                spans.push(span);
+                (spans.len() - 1) as u16
+            })
+        };
+        let kinds = worked_out.into_iter().flatten().map(kind).collect();
+        let becomes = |turn: usize| {
+            let at = move |[dx, dy]: &[i32; 2]| {
+                let [dx, dy, _] = turned([*dx, *dy, 0], turn);
+                (dx + extent.reach + (2 * extent.reach + 1) * (dy + extent.reach)) as u16
+            };
+            columns.iter().map(at)
+        };
+        let mut pair = Pair {
+            extent,
+            kinds,
+            spans,
+            alike: (0..WAYS * WAYS).map(alike).collect(),
+            turned: (0..TURNS).flat_map(becomes).collect(),
+            columns: columns.len(),
+            hovering: Vec::new(),
+            near: Vec::new(),
+        };
+        let all_near = columns.iter().enumerate();
+        let all_near: Vec<Near> = all_near
+            .map(|(column, &aside)| Near { aside, column })
+            .collect();
+        let hovering = |others: usize| {
+            let offsets = layers
+                .clone()
+                .flat_map(|dz| all_near.iter().map(move |near| (near, dz)));
+            offsets
+                .map(|(near, dz)| {
+                    let [dx, dy] = near.aside;
+                    ([dx, dy, dz], pair.span([STILL, others], near, dz))
+                })
+                .filter(|(_, span)| !span.is_empty() || span.price > 0)
+                .collect()
+        };
+        let near_to = |way: usize| {
+            let matters = |near: &&Near| {
+                (0..WAYS).any(|others| pair.layers_of([way, others], near).any(|kind| *kind != 0))
+            };
+            all_near.iter().filter(matters).copied().collect()
+        };
+        (pair.hovering, pair.near) = (
+            (0..WAYS).map(hovering).collect(),
+            (0..WAYS).map(near_to).collect(),
+        );
+        pair
+    }
+
+    /// What a step does to another that begins so many layers above it in a column.
+    pub(super) fn span(&self, ways: [usize; 2], near: &Near, layers: i32) -> Span {
+        let kind = self.kinds[self.first(ways, near) + (layers + self.extent.layers) as usize];
+        self.spans[usize::from(kind)]
+    }
+
+    fn layers_of(&self, ways: [usize; 2], near: &Near) -> impl Iterator<Item = &u16> {
+        let first = self.first(ways, near);
+        self.kinds[first..].iter().take(self.tall())
+    }
+
+    fn first(&self, [way, others]: [usize; 2], near: &Near) -> usize {
+        let (turn, kept) = self.alike[way * WAYS + others];
+        let column = self.turned[usize::from(turn) * self.columns + near.column];
+        (usize::from(kept) * self.columns + usize::from(column)) * self.tall()
+    }
+
+    fn tall(&self) -> usize {
+        (2 * self.extent.layers + 1) as usize
+    }
+}
