@@ -1,7 +1,7 @@
 //! A leg against the fleet: free, priced or forbidden, and by whom.
 
 use crate::cover::Covers;
-use crate::draught::Draught;
+use crate::draught::{Draught, Spread, spreads};
 use crate::fleet::{BUDGET, Fleet, WHOLE, ZoneBox};
 use crate::ground::{Footprint, Ground};
 use crate::leg::{DroneId, Leg, Tick};
@@ -25,6 +25,20 @@ pub struct Costmap {
     legs: Vec<Vec<Leg>>,
     /// What the loads on one drone or zone may add up to, in millionths of its limit.
     budget: u32,
+}
+
+/// A drone's legs, ready to be reserved.
+#[derive(Clone, Debug)]
+pub struct Reservation {
+    legs: Vec<Leg>,
+    spreads: Vec<Spread>,
+}
+
+impl Reservation {
+    /// Whose legs they are; `None` if there are none.
+    pub fn drone(&self) -> Option<DroneId> {
+        self.legs.first().map(|leg| leg.drone)
+    }
 }
 
 impl Costmap {
@@ -126,6 +140,22 @@ impl Costmap {
 
     /// Reserves a drone's legs, bodies and wakes, in place of what it had reserved.
     pub fn insert(&mut self, legs: Vec<Leg>) {
+        self.reserve(self.reservation(legs));
+    }
+
+    /// What there is to know of a drone's legs whoever else is there: it can be worked out for several drones at a time.
+    pub fn reservation(&self, legs: Vec<Leg>) -> Reservation {
+        let spreads = if self.sums_ahead() {
+            spreads(&self.fleet, self.timeline.ground(), &legs)
+        } else {
+            Vec::new()
+        };
+        Reservation { legs, spreads }
+    }
+
+    /// [`Costmap::insert`] of what is known already.
+    pub fn reserve(&mut self, reservation: Reservation) {
+        let Reservation { legs, spreads } = reservation;
         let Some(first) = legs.first() else { return };
         let drone = first.drone;
         self.remove(drone);
@@ -151,7 +181,7 @@ impl Costmap {
         }
         if self.sums_ahead() {
             self.draught.extend_to(self.timeline.bucket_count());
-            self.draught.add(&self.fleet, &self.timeline, &legs);
+            self.draught.add(&spreads);
         }
         self.legs[drone.0 as usize] = legs;
     }
@@ -218,7 +248,8 @@ impl Costmap {
         }
         self.timeline.remove(drone);
         if self.sums_ahead() {
-            self.draught.take_back(&self.fleet, &self.timeline, &legs);
+            let spreads = spreads(&self.fleet, self.timeline.ground(), &legs);
+            self.draught.take_back(&spreads);
         }
         if !self.zones.is_empty() {
             let clear = last.end.after(self.fleet.longest_lag());

@@ -7,7 +7,7 @@
 use crate::fleet::Fleet;
 use crate::ground::{Footprint, Ground};
 use crate::leg::{Leg, Tick};
-use crate::timeline::Timeline;
+use crate::timeline::{BUCKET_TICKS, Timeline};
 
 /// Sums of weak loads, in millionths of the lowest budget of the fleet.
 #[derive(Clone, Debug)]
@@ -21,7 +21,8 @@ pub(crate) struct Draught {
 }
 
 /// From and to which bucket (`u32::MAX`: for ever) how much falls into which bin.
-struct Spread {
+#[derive(Clone, Debug)]
+pub(crate) struct Spread {
     from: u32,
     to: u32,
     loads: Vec<(usize, u32)>,
@@ -42,10 +43,10 @@ impl Draught {
         }
     }
 
-    /// Adds what a drone on these legs brings to others.
-    pub(crate) fn add(&mut self, fleet: &Fleet, timeline: &Timeline, legs: &[Leg]) {
+    /// Adds what a drone brings to others.
+    pub(crate) fn add(&mut self, spreads: &[Spread]) {
         let mut worst = std::mem::take(&mut self.worst);
-        self.change(fleet, timeline, legs, |bin, sum, load| {
+        self.change(spreads, |bin, sum, load| {
             *sum += load;
             worst[bin] = (*sum).max(worst[bin]);
         });
@@ -53,18 +54,12 @@ impl Draught {
     }
 
     /// Takes it back.
-    pub(crate) fn take_back(&mut self, fleet: &Fleet, timeline: &Timeline, legs: &[Leg]) {
-        self.change(fleet, timeline, legs, |_, sum, load| *sum -= load);
+    pub(crate) fn take_back(&mut self, spreads: &[Spread]) {
+        self.change(spreads, |_, sum, load| *sum -= load);
     }
 
-    fn change(
-        &mut self,
-        fleet: &Fleet,
-        timeline: &Timeline,
-        legs: &[Leg],
-        mut change: impl FnMut(usize, &mut u32, u32),
-    ) {
-        for spread in spreads(fleet, timeline, legs) {
+    fn change(&mut self, spreads: &[Spread], mut change: impl FnMut(usize, &mut u32, u32)) {
+        for spread in spreads {
             let last = (spread.to as usize).min(self.sums.len());
             for sums in &mut self.sums[(spread.from as usize).min(last)..last] {
                 for &(bin, load) in &spread.loads {
@@ -105,19 +100,27 @@ impl Draught {
     }
 }
 
-/// What a drone brings to every bin that it is not near to, at most, bucket by bucket.
-fn spreads(fleet: &Fleet, timeline: &Timeline, legs: &[Leg]) -> Vec<Spread> {
+/// What a drone on these legs brings to every bin that it is not near to, at most, bucket by bucket.
+pub(crate) fn spreads(fleet: &Fleet, ground: &Ground, legs: &[Leg]) -> Vec<Spread> {
     let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
         return Vec::new();
     };
     let mut spreads = Vec::new();
     let mut next = 0;
-    for bucket in timeline.buckets(first.start, last.end) {
-        let (start, end) = timeline.span(bucket);
+    for bucket in first.start.0 / BUCKET_TICKS.. {
+        let start = Tick(bucket * BUCKET_TICKS);
+        if last.end <= start {
+            break;
+        }
+        let lasts = last.end == Tick::FOREVER && last.start <= start;
+        let end = if lasts {
+            Tick::FOREVER
+        } else {
+            start.after(BUCKET_TICKS)
+        };
         while legs[next].end <= start && next + 1 < legs.len() {
             next += 1;
         }
-        let lasts = next + 1 == legs.len() && last.end == Tick::FOREVER && last.start <= start;
         let parts: Vec<Leg> = legs[next..]
             .iter()
             .take_while(|leg| leg.start < end)
@@ -125,16 +128,11 @@ fn spreads(fleet: &Fleet, timeline: &Timeline, legs: &[Leg]) -> Vec<Spread> {
             .map(|leg| leg.between(start, end))
             .filter(|part| part.start < part.end)
             .collect();
-        let spread = Spread {
+        spreads.push(Spread {
             from: bucket,
-            to: if lasts || bucket as usize == timeline.bucket_count() {
-                u32::MAX
-            } else {
-                bucket + 1
-            },
-            loads: loads(fleet, timeline.ground(), &parts),
-        };
-        spreads.push(spread);
+            to: if lasts { u32::MAX } else { bucket + 1 },
+            loads: loads(fleet, ground, &parts),
+        });
         if lasts {
             break;
         }

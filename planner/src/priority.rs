@@ -8,7 +8,7 @@
 
 use std::collections::VecDeque;
 
-use costmap::costmap::Costmap;
+use costmap::costmap::{Costmap, Reservation};
 use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 
@@ -303,11 +303,15 @@ impl<'a> Attempt<'a> {
     }
 
     fn reserve(&mut self, legs: Vec<Leg>) {
-        if let Some(first) = legs.first() {
-            self.release(first.drone);
+        self.take_over(self.costmap.reservation(legs));
+    }
+
+    fn take_over(&mut self, reservation: Reservation) {
+        let drone = reservation.drone();
+        if let Some(drone) = drone {
+            self.release(drone);
         }
-        let drone = legs.first().map(|leg| leg.drone);
-        self.costmap.insert(legs);
+        self.costmap.reserve(reservation);
         if let (Some(crowd), Some(drone)) = (&mut self.crowd, drone) {
             crowd.insert(&self.costmap, drone);
         }

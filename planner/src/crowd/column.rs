@@ -19,8 +19,10 @@ pub(super) struct Record {
 /// All of them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Column {
-    /// What ends, each with the latest end of this and all before it.
-    passing: Vec<(Tick, Record)>,
+    /// What ends.
+    passing: Vec<Record>,
+    /// Latest end of each of these and all before it: apart, so that a bisection meets nothing else.
+    latest: Vec<Tick>,
     /// What does not: kept apart, or else nothing that begins later would ever be over.
     staying: Vec<Record>,
 }
@@ -30,32 +32,31 @@ impl Column {
         if record.end == Tick::FOREVER {
             return self.staying.push(record);
         }
-        let begun = |(_, known): &(Tick, Record)| known.start <= record.start;
+        let begun = |known: &Record| known.start <= record.start;
         let index = self.passing.partition_point(begun);
-        self.passing.insert(index, (record.end, record));
+        self.passing.insert(index, record);
         self.settle_latest(index);
     }
 
     pub(super) fn remove(&mut self, drone: DroneId) {
         self.staying.retain(|record| record.drone != drone);
-        self.passing.retain(|(_, record)| record.drone != drone);
+        self.passing.retain(|record| record.drone != drone);
         self.settle_latest(0);
     }
 
     fn settle_latest(&mut self, from: usize) {
-        let before = from.checked_sub(1).map(|before| self.passing[before].0);
-        let mut latest = before.unwrap_or_default();
-        for (known, record) in &mut self.passing[from..] {
+        self.latest.truncate(from);
+        let mut latest = self.latest.last().copied().unwrap_or_default();
+        for record in &self.passing[from..] {
             latest = latest.max(record.end);
-            *known = latest;
+            self.latest.push(latest);
         }
     }
 
     /// When somebody may be there.
     pub(super) fn glance(&self) -> Glance {
         let mut glance = Glance::default();
-        let passing = self.passing.iter().map(|(_, record)| record);
-        for record in passing.chain(&self.staying) {
+        for record in self.passing.iter().chain(&self.staying) {
             glance.add(record);
         }
         glance
@@ -63,9 +64,9 @@ impl Column {
 
     /// What lasts between two ticks: in order of time, those who stay last.
     pub(super) fn between(&self, [from, until]: [Tick; 2]) -> impl Iterator<Item = &Record> {
-        let first = self.passing.partition_point(|(latest, _)| *latest <= from);
-        let passing = self.passing[first..].iter().map(|(_, record)| record);
-        passing
+        let first = self.latest.partition_point(|latest| *latest <= from);
+        self.passing[first..]
+            .iter()
             .take_while(move |record| record.start < until)
             .filter(move |record| record.end > from)
             .chain(self.staying.iter().filter(move |it| it.start < until))

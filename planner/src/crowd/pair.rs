@@ -138,6 +138,7 @@ impl Pair {
     }
 
     /// What a step does to another that begins so many layers above it in a column.
+    #[inline]
     pub(super) fn span(&self, ways: [usize; 2], near: &Near, layers: i32) -> Span {
         let kind = self.kinds[self.first(ways, near) + (layers + self.extent.layers) as usize];
         self.spans[usize::from(kind)]
@@ -148,12 +149,14 @@ impl Pair {
         self.kinds[first..].iter().take(self.tall())
     }
 
+    #[inline]
     fn first(&self, [way, others]: [usize; 2], near: &Near) -> usize {
         let (turn, kept) = self.alike[way * WAYS + others];
         let column = self.turned[usize::from(turn) * self.columns + near.column];
         (usize::from(kept) * self.columns + usize::from(column)) * self.tall()
     }
 
+    #[inline]
     fn tall(&self) -> usize {
         (2 * self.extent.layers + 1) as usize
     }

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use costmap::costmap::Reservation;
 use costmap::leg::DroneId;
 use costmap::verdict::{Blocker, Verdict};
 use rayon::prelude::*;
@@ -30,16 +31,19 @@ impl Attempt<'_> {
                 break;
             }
             let scene = self.scene();
-            let searched: Vec<Searched> = batch
+            let searched: Vec<(Searched, Option<Reservation>)> = batch
                 .par_iter()
                 // Some take a hundred times as long as others.
                 .with_max_len(1)
                 .map(|drone| {
                     let careful = self.careful[drone.0 as usize];
-                    search(
-                        Scene { careful, ..scene },
-                        &self.job.errands[drone.0 as usize],
-                    )
+                    let errand = &self.job.errands[drone.0 as usize];
+                    let searched = search(Scene { careful, ..scene }, errand);
+                    let reservation = match &searched.found {
+                        Found::Path(path) => Some(scene.costmap.reservation(path.legs.clone())),
+                        _ => None,
+                    };
+                    (searched, reservation)
                 })
                 .collect();
             let mut again = Vec::new();
@@ -89,7 +93,7 @@ impl Attempt<'_> {
     fn take(
         &mut self,
         drone: DroneId,
-        searched: Searched,
+        (searched, reservation): (Searched, Option<Reservation>),
         is_first: bool,
         queue: &mut VecDeque<DroneId>,
     ) -> bool {
@@ -122,7 +126,9 @@ impl Attempt<'_> {
                     queue.push_front(drone);
                     return true;
                 }
-                self.reserve(path.legs.clone());
+                if let Some(reservation) = reservation {
+                    self.take_over(reservation);
+                }
                 self.paths[drone.0 as usize] = Some(path);
             }
         }
