@@ -230,14 +230,19 @@ struct Survey<'a> {
 impl Survey<'_> {
     fn forward_clearances(&self) -> Forward {
         let step_m = self.lattice.cell_m() * 3.0_f64.sqrt();
-        (0..self.lattice.place_count() as u32)
+        let places = 0..self.lattice.place_count() as u32;
+        let far_m = self.widest_m + step_m;
+        let at_place_m = |place: u32| {
+            let here_m = self.lattice.position_m(place);
+            self.solids.map_or(far_m, |solids| {
+                solids.segment_clearance_m(here_m, here_m, far_m)
+            })
+        };
+        let at_places_m: Vec<f64> = places.clone().into_par_iter().map(at_place_m).collect();
+        places
             .into_par_iter()
             .map(|place| {
                 let from_m = self.lattice.position_m(place);
-                let solids = self.solids.filter(|solids| {
-                    let far_m = self.widest_m + step_m;
-                    solids.segment_clearance_m(from_m, from_m, far_m) < far_m
-                });
                 let [i, j, k] = self.lattice.steps(place);
                 std::array::from_fn(|ahead| {
                     let d = NEIGHBOURS[13 + ahead];
@@ -247,9 +252,18 @@ impl Survey<'_> {
                     let to_m = self.lattice.position_m(to);
                     // Bodies keep off the floor too, though bounds limit only their centres.
                     let floor_m = from_m.z.min(to_m.z) - self.floor_z_m;
-                    let free_m = solids.map_or(self.widest_m, |solids| {
-                        solids.segment_clearance_m(from_m, to_m, self.widest_m)
-                    });
+                    let [a_m, b_m] = [place, to].map(|end| at_places_m[end as usize]);
+                    let ends_m = a_m.min(b_m);
+                    let between_m = 0.5 * (a_m + b_m - (to_m - from_m).norm());
+                    let free_m = if ends_m <= 0.0 {
+                        // Nobody fits, wherever the way is narrowest.
+                        ends_m
+                    } else if between_m >= self.widest_m {
+                        // Distances change by no more than one moves.
+                        self.widest_m
+                    } else {
+                        self.clearance_m(from_m, to_m)
+                    };
                     free_m.min(floor_m) as f32
                 })
             })
