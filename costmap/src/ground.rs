@@ -202,10 +202,8 @@ mod tests {
                     min_m: [pick(0), pick(1)],
                     max_m: [pick(0), pick(1)],
                 };
-                assert!(
-                    bins.iter()
-                        .any(|&bin| ground.footprint(bin).gap_m(&point) == 0.0)
-                );
+                let gaps_m = ground.gaps_m(&point, ground.bins(&footprint));
+                assert!(gaps_m.contains(&0.0));
             }
         }
     }

@@ -17,7 +17,7 @@ pub(super) struct Record {
 }
 
 /// All of them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Column {
     /// What ends.
     passing: Vec<Record>,
@@ -85,7 +85,7 @@ pub(super) fn spells([from, until]: [Tick; 2]) -> u64 {
 }
 
 /// When somebody may be in a column: what is known of it without a look at its steps, which are elsewhere.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Glance {
     passing: u64,
     stays_from: Tick,

@@ -165,6 +165,7 @@ fn who_is_taken_back_leaves_nothing_behind() {
     assert!(crowd.closed_from(class)[below as usize] <= hover.start);
     crowd.remove(costmap.legs(second.drone));
     assert_eq!(crowd.columns, before.columns);
+    assert_eq!(crowd.glances, before.glances);
     assert_eq!(crowd.taken, before.taken);
     assert_eq!(crowd.closed, before.closed);
 }
