@@ -134,11 +134,8 @@ fn known_hopeless(job: &Job, excluded: &[(DroneId, Stranded)]) -> usize {
 }
 
 fn score(paths: &Paths) -> (usize, u64) {
-    let arrivals = paths
-        .paths
-        .iter()
-        .flatten()
-        .map(|path| u64::from(path.arrives.0));
+    let known = paths.paths.iter().flatten();
+    let arrivals = known.map(|path| u64::from(path.arrives.0));
     (paths.stranded.len(), arrivals.sum())
 }
 
@@ -307,12 +304,12 @@ impl<'a> Attempt<'a> {
     }
 
     fn take_over(&mut self, reservation: Reservation) {
-        let drone = reservation.drone();
-        if let Some(drone) = drone {
-            self.release(drone);
-        }
+        let Some(drone) = reservation.drone() else {
+            return;
+        };
+        self.release(drone);
         self.costmap.reserve(reservation);
-        if let (Some(crowd), Some(drone)) = (&mut self.crowd, drone) {
+        if let Some(crowd) = &mut self.crowd {
             crowd.insert(&self.costmap, drone);
         }
     }

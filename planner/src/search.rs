@@ -25,6 +25,7 @@ use crate::errand::Errand;
 use crate::roadmap::{Roadmap, Vertex};
 use crate::stay_price::{StayPrice, stays};
 
+mod confirm;
 mod label;
 mod met;
 mod node;

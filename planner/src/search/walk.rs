@@ -4,44 +4,33 @@ use std::collections::BinaryHeap;
 use std::rc::Rc;
 
 use costmap::leg::{KindId, Leg, Tick};
-use costmap::verdict::{Blocker, Verdict};
+use costmap::verdict::Verdict;
 use nalgebra::Point3;
 
 use super::label::{Label, Offered, Open, Step, hurried};
 use super::met::Met;
 use super::node::Nodes;
 use super::outlook::Outlook;
-use super::wait::clear_after;
 use super::{Doubts, Found, Hindrance, Obstruction, Scene};
-use crate::crowd::Thought;
 use crate::distances::UNREACHABLE;
-use crate::errand::{Ending, Errand};
+use crate::errand::Errand;
 use crate::stay_price::StayPrice;
 
 pub(super) struct Search<'a> {
     pub(super) scene: Scene<'a>,
     pub(super) errand: &'a Errand,
-    doubts: Rc<Doubts>,
+    pub(super) doubts: Rc<Doubts>,
     pub(super) labels: Vec<Label>,
-    open: BinaryHeap<Open>,
+    pub(super) open: BinaryHeap<Open>,
     pub(super) nodes: Nodes<'a>,
     pub(super) met: Met,
     /// Of dwelling at each task, and of the end.
     pub(super) stays: Rc<[StayPrice]>,
     pub(super) verdict: Verdict,
-    all: Verdict,
+    pub(super) all: Verdict,
     pub(super) obstruction: Option<Obstruction>,
     impatience_shift: u32,
     pub(super) expansions: u64,
-}
-
-/// What is known of a step by the crowd's tables.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Brief {
-    Nothing,
-    /// Who is in the way of being where it leads to; there may be others on the way.
-    WhereItLeads,
-    Everything,
 }
 
 impl<'a> Search<'a> {
@@ -193,7 +182,7 @@ impl<'a> Search<'a> {
 
     /// What a way through this state costs at least, and how long the rest takes; `None` if there is no
     /// way, or no need to go there.
-    fn total(&mut self, label: &Label) -> Option<(u32, u32)> {
+    pub(super) fn total(&mut self, label: &Label) -> Option<(u32, u32)> {
         let node = self.nodes.at(label);
         if self.nodes.is_covered(node, label) {
             return None;
@@ -254,108 +243,6 @@ impl<'a> Search<'a> {
             flying: !label.grounded,
             air_limit: self.errand.air_limit,
         }
-    }
-
-    /// Judges what leads to a state when its turn comes, not when it is thought of: most never have their
-    /// turn. Thinks of the same later, too.
-    ///
-    /// `false` if it is forbidden, or dearer than thought: then it waits for its turn again.
-    fn is_confirmed(&mut self, index: u32) -> bool {
-        let label = self.labels[index as usize];
-        if label.judged {
-            return true;
-        }
-        let from = self.labels[label.parent as usize];
-        let mut all = std::mem::take(&mut self.all);
-        all.clear();
-        let brief = self.judge_in_brief(&from, &label, &mut all);
-        let in_brief = brief != Brief::Nothing;
-        if !in_brief {
-            all.clear();
-            for leg in self.doing(&from, &label) {
-                self.scene.judge(&leg, &mut self.verdict);
-                all.breaks_zone = all.breaks_zone.or(self.verdict.breaks_zone);
-                all.price_s += self.verdict.price_s;
-                all.blockers.append(&mut self.verdict.blockers);
-            }
-        }
-        let is_met = |blocker: &Blocker| self.passes(label.met, blocker);
-        let again = clear_after(label.departs, &all.blockers, !in_brief, is_met);
-        if from.at < label.departs {
-            let node = self.nodes.at(&from);
-            let time = [from.at, label.departs];
-            self.nodes.judge_stay(node, &from, time, &mut all);
-        }
-        std::mem::swap(&mut self.verdict, &mut all);
-        let settled = self.settled(Label {
-            judged: brief != Brief::WhereItLeads,
-            ..label
-        });
-        self.all = all;
-        if let Some(again) = again {
-            self.postpone(&label, again);
-        }
-        let Some(settled) = settled else {
-            return false;
-        };
-        self.labels[index as usize] = settled;
-        if settled.step == Step::Move && again.is_none() {
-            self.remember(index);
-        }
-        if settled.paid == label.paid && settled.met == label.met {
-            return true;
-        }
-        if let Some((total, remaining)) = self.total(&settled) {
-            self.open.push(Open {
-                total,
-                remaining,
-                is_bound: false,
-                label: index,
-            });
-        }
-        false
-    }
-
-    /// Judges what leads to a state by the crowd's tables, if they know of it.
-    fn judge_in_brief(&self, from: &Label, label: &Label, verdict: &mut Verdict) -> Brief {
-        let Some(crowd) = self.scene.crowd else {
-            return Brief::Nothing;
-        };
-        let known = !from.grounded
-            && crowd.knows(from.vertex)
-            && crowd.knows(label.vertex)
-            && !self.doubts.contains(&(from.vertex, label.vertex));
-        let class = crowd.class(self.errand.drone, self.kind(label.stage));
-        let Some(class) = class.filter(|_| known) else {
-            return Brief::Nothing;
-        };
-        let time = [label.departs, label.at];
-        match label.step {
-            Step::Move => {
-                // Mostly it is the place it leads to that is taken.
-                crowd.arrive(class, label.vertex, time, verdict);
-                if !verdict.blockers.iter().all(|it| self.passes(label.met, it)) {
-                    return Brief::WhereItLeads;
-                }
-                verdict.clear();
-                let way = [from.vertex, label.vertex];
-                let thought = Thought { class, way, time };
-                if !crowd.step(self.scene.costmap, &thought, verdict) {
-                    return Brief::Nothing;
-                }
-            }
-            Step::Dwell => crowd.stay(class, label.vertex, time, verdict),
-            Step::End => match self.errand.ending {
-                Ending::Hover => {
-                    let time = [label.at, Tick::FOREVER];
-                    crowd.stay(class, label.vertex, time, verdict);
-                }
-                Ending::Leave => {}
-                Ending::Land { .. } => return Brief::Nothing,
-            },
-            Step::Start | Step::Wait | Step::Later => {}
-        }
-        Brief::Everything
     }
 
     fn expand(&mut self, index: u32, total: u32) {
