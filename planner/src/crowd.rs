@@ -13,13 +13,14 @@ use costmap::leg::{DroneId, Leg, Tick};
 
 use crate::roadmap::Vertex;
 
+pub(crate) mod abreast;
 mod ask;
 mod column;
 mod pair;
 mod pieces;
 mod shape;
 mod span;
-mod steps;
+pub(crate) mod steps;
 #[cfg(test)]
 mod tests;
 mod ways;
@@ -28,7 +29,7 @@ pub use ask::Thought;
 use column::{Column, Glance, Record};
 use pieces::pieces;
 pub use steps::Steps;
-use steps::{STILL, cells};
+use steps::{Pace, STILL, cells};
 
 /// Somebody's leg, as it concerns hovering at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -233,21 +234,16 @@ impl<'a> Crowd<'a> {
         others: [i32; 3],
         record: &Record,
     ) -> bool {
-        let steps = self.steps;
-        let (mine, theirs) = (cells(way)[2], cells(usize::from(record.way))[2]);
-        let heights = [0, mine, -theirs, mine - theirs].map(|rise| at[2] - others[2] + rise);
-        let least = heights.iter().map(|height| height.abs()).min();
-        if !steps.is_air_alone(me, other, least.unwrap_or(0)) {
-            return true;
-        }
-        if !record.flying {
-            return false;
-        }
-        // Whoever is higher blows, down to where its wake ends.
-        if heights[0] < 0 {
-            at[2].max(at[2] + mine) >= steps.wake_end(other, others, usize::from(record.way))
-        } else {
-            others[2].max(others[2] + theirs) >= steps.wake_end(me, at, way)
-        }
+        let mine = Pace {
+            class: me,
+            at,
+            by: cells(way),
+        };
+        let theirs = Pace {
+            class: other,
+            at: others,
+            by: cells(usize::from(record.way)),
+        };
+        self.steps.can_touch(&mine, &theirs) || record.flying && self.steps.can_blow(&mine, &theirs)
     }
 }

@@ -5,8 +5,10 @@
 
 use std::collections::BTreeSet;
 
-use costmap::leg::{DroneId, Tick};
+use costmap::leg::{Leg, Tick};
+use nalgebra::Point3;
 
+use crate::errand::{Ending, Errand};
 use crate::prepare::Job;
 use crate::priority::Paths;
 
@@ -22,6 +24,20 @@ pub struct Density {
 impl Density {
     /// Of what a fleet does in the end.
     pub fn of(job: &Job, paths: &Paths) -> Density {
+        let last = |errand: &Errand| paths.costmap.legs(errand.drone).last();
+        let hover = |leg: &&Leg| leg.flying && leg.end == Tick::FOREVER;
+        let ends = job.errands.iter().filter_map(last).filter(hover);
+        Density::under(job, ends.map(|leg| leg.to_m))
+    }
+
+    /// Of what a fleet is to do in the end.
+    pub fn of_goals(job: &Job) -> Density {
+        let hovers = |errand: &&Errand| errand.ending == Ending::Hover;
+        let goal_m = |errand: &Errand| job.roadmap.position_m(errand.last_vertex());
+        Density::under(job, job.errands.iter().filter(hovers).map(goal_m))
+    }
+
+    fn under(job: &Job, ends_m: impl Iterator<Item = Point3<f64>>) -> Density {
         let lattice = job.roadmap.lattice();
         let [nx, ny, nz] = lattice.counts().map(|count| count as i32);
         let is_open = |i: i32, j: i32| {
@@ -29,14 +45,11 @@ impl Density {
             places.any(|place| job.roadmap.ways(place).next().is_some())
         };
         let columns = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j)));
-        let held: BTreeSet<[i32; 2]> = (0..job.errands.len() as u32)
-            .filter_map(|drone| paths.costmap.legs(DroneId(drone)).last())
-            .filter(|leg| leg.flying && leg.end == Tick::FOREVER)
-            .map(|leg| {
-                let [i, j, _] = lattice.nearest(&leg.to_m);
-                [i, j]
-            })
-            .collect();
+        let column = |end_m: Point3<f64>| {
+            let [i, j, _] = lattice.nearest(&end_m);
+            [i, j]
+        };
+        let held: BTreeSet<[i32; 2]> = ends_m.map(column).collect();
         Density {
             held: held.len(),
             open: columns.filter(|(i, j)| is_open(*i, *j)).count(),

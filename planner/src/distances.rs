@@ -50,6 +50,11 @@ impl Mover {
         &self.stops
     }
 
+    /// Of the ball that it needs (m).
+    pub(crate) fn radius_m(&self) -> f64 {
+        self.radius_m
+    }
+
     /// Whole ticks that a way takes; `None` where it may not go.
     pub fn ticks(&self, roadmap: &Roadmap, to: Vertex, way: Way) -> Option<u32> {
         if !way.fits(self.radius_m) || (roadmap.is_stop(to) && !self.stops.contains(&to)) {

@@ -52,6 +52,7 @@ pub mod verify;
 pub mod world;
 
 mod fleet;
+mod lockstep;
 mod stay_price;
 
 pub use fleet::{contrast, plan_world};

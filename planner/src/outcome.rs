@@ -37,6 +37,8 @@ pub struct Effort {
     pub expansions: u64,
     /// Drones whose plan was taken back for another's.
     pub evictions: u64,
+    /// Steps of everybody at once that were tried, where one after another found no way.
+    pub rounds: u64,
     /// By how much the sum of arrivals fell once everybody had a way (ticks of 1/100 s); `None`: nobody asked for it.
     pub improved_ticks: Option<u64>,
 }

@@ -13,11 +13,14 @@ use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 
 use crate::crowd::{Crowd, Steps};
+use crate::density::Density;
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;
 use crate::outcome::{Control, Effort};
 use crate::prepare::Job;
+use crate::roadmap::Roadmap;
 use crate::search::{Found, IMMOVABLE, Obstruction, Path, Scene, search};
+use crate::world::Planning;
 
 /// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
 const FIRST_WEIGHT: u32 = 500;
@@ -28,6 +31,12 @@ const WEIGHT_GROWTH: u32 = 250;
 const MOST_EVICTIONS: u32 = 24;
 /// States of one search; chosen here, seconds of work.
 const MOST_EXPANSIONS: u64 = 400_000;
+/// States a drone, over the whole fleet, after which the plan that there is will do. Chosen here: 1500 drones in a warehouse are through
+/// after 1300, 2000 never.
+const MOST_EXPANSIONS_A_DRONE: u64 = 2_000;
+/// Where more than this share of all columns is held in the end, everybody is planned at once first. Chosen here: where
+/// less is, one after another nearly always find ways, and better ones.
+const CROWDED_SHARE: f64 = 0.4;
 /// Orders tried when somebody is left out; chosen here.
 const ORDERS: u64 = 4;
 
@@ -64,42 +73,103 @@ pub fn plan_fleet(
     job: &Job,
     costmap: &Costmap,
     excluded: &[(DroneId, Stranded)],
-    planning: &crate::world::Planning,
+    planning: &Planning,
     control: &Control<'_>,
     effort: &mut Effort,
 ) -> Paths {
     let steps = Steps::new(job.roadmap.lattice(), &job.errands, costmap);
-    let mut best: Option<Paths> = None;
+    let hopeless = known_hopeless(job, excluded);
+    let setting = Setting {
+        job,
+        costmap,
+        steps: steps.as_ref(),
+        excluded,
+        planning,
+        control,
+    };
+    let has_all = |best: &Option<Paths>| {
+        let left_out = best.as_ref().map(|paths| paths.stranded.len());
+        left_out == Some(hopeless)
+    };
+    let better = |one: Option<Paths>, other| one.into_iter().chain(other).min_by_key(score);
+    let wakes = costmap.fleet().conditions().wakes;
+    let is_crowded = wakes && Density::of_goals(job).share() > CROWDED_SHARE;
+    let mut best = None;
+    if is_crowded {
+        best = plan_together(&setting, effort);
+    }
     for order in 0..ORDERS {
-        let mut attempt = Attempt::new(
-            job,
-            costmap.clone(),
-            planning.energy_weight,
-            control,
-            effort,
-        );
-        attempt.crowd = steps.as_ref().map(|steps| Crowd::new(steps, costmap));
-        attempt.exclude(excluded);
-        attempt.settle_who_stays();
-        attempt.run(order_of(job, order, planning.seed));
-        if attempt.stranded.len() == known_hopeless(job, excluded) {
-            attempt.improve_while_there_is_time();
+        let found = setting.in_order(order, best.is_some(), effort);
+        best = better(best, found);
+        if order == 0 && !is_crowded && !has_all(&best) && !(control.stop)() {
+            best = better(best, plan_together(&setting, effort));
         }
-        let paths = attempt.into_paths();
-        let better = |known: &Paths| score(&paths) < score(known);
-        if best.as_ref().is_none_or(better) {
-            best = Some(paths);
-        }
-        let left_out = best.as_ref().map_or(0, |paths| paths.stranded.len());
-        if left_out == known_hopeless(job, excluded) || (control.stop)() {
+        if has_all(&best) || (control.stop)() {
             break;
         }
     }
-    best.unwrap_or_else(|| Paths {
+    let best = best.unwrap_or_else(|| Paths {
         paths: Vec::new(),
         stranded: Vec::new(),
         costmap: costmap.clone(),
-    })
+    });
+    if best.stranded.len() == hopeless && (control.improve)() {
+        setting.improved(best, effort)
+    } else {
+        best
+    }
+}
+
+/// What a fleet is planned with.
+struct Setting<'a> {
+    job: &'a Job,
+    /// With nobody in it.
+    costmap: &'a Costmap,
+    steps: Option<&'a Steps>,
+    excluded: &'a [(DroneId, Stranded)],
+    planning: &'a Planning,
+    control: &'a Control<'a>,
+}
+
+impl Setting<'_> {
+    /// One after another; `None` if that takes too long for one that `has_another` plan.
+    fn in_order(&self, order: u64, has_another: bool, effort: &mut Effort) -> Option<Paths> {
+        let mut attempt = self.attempt(self.costmap.clone(), effort);
+        if has_another {
+            let most = MOST_EXPANSIONS_A_DRONE * self.job.errands.len() as u64;
+            attempt.gives_up_at = Some(attempt.effort.expansions + most);
+        }
+        attempt.exclude(self.excluded);
+        attempt.settle_who_stays();
+        let is_through = attempt.run(order_of(self.job, order, self.planning.seed));
+        is_through.then(|| attempt.into_paths())
+    }
+
+    /// The same plan, better by as much as there is time for.
+    fn improved(&self, paths: Paths, effort: &mut Effort) -> Paths {
+        let mut attempt = self.attempt(paths.costmap, effort);
+        for (drone, _) in &paths.stranded {
+            attempt.weights[drone.0 as usize] = IMMOVABLE;
+        }
+        (attempt.paths, attempt.stranded) = (paths.paths, paths.stranded);
+        attempt.improve_while_there_is_time();
+        attempt.into_paths()
+    }
+
+    fn attempt<'b>(&'b self, costmap: Costmap, effort: &'b mut Effort) -> Attempt<'b> {
+        let (roadmap, errands) = (&self.job.roadmap, &self.job.errands);
+        let energy_weight = self.planning.energy_weight;
+        let mut attempt = Attempt::new(
+            roadmap,
+            errands,
+            costmap,
+            energy_weight,
+            self.control,
+            effort,
+        );
+        attempt.crowd = self.steps.map(|steps| Crowd::new(steps, &attempt.costmap));
+        attempt
+    }
 }
 
 /// Plans a few drones among others that stay as they are; `None` unless all of them find a way.
@@ -114,7 +184,14 @@ pub fn plan_group(
         progress: &|_| {},
         ..*control
     };
-    let mut attempt = Attempt::new(job, others.clone(), 0.0, &quiet, &mut effort);
+    let mut attempt = Attempt::new(
+        &job.roadmap,
+        &job.errands,
+        others.clone(),
+        0.0,
+        &quiet,
+        &mut effort,
+    );
     attempt.most_evictions = MOST_EVICTIONS / 3;
     attempt.weights.fill(IMMOVABLE);
     for drone in group {
@@ -133,6 +210,7 @@ fn known_hopeless(job: &Job, excluded: &[(DroneId, Stranded)]) -> usize {
     excluded.len() + job.errands.iter().filter(unreachable).count()
 }
 
+/// Those left out, then the sum of arrivals.
 fn score(paths: &Paths) -> (usize, u64) {
     let known = paths.paths.iter().flatten();
     let arrivals = known.map(|path| u64::from(path.arrives.0));
@@ -143,13 +221,16 @@ mod affected;
 mod batch;
 mod improve;
 mod order;
+mod together;
 mod wind_up;
 
 pub(crate) use affected::{Affected, plan_affected};
 use order::order_of;
+use together::plan_together;
 
 struct Attempt<'a> {
-    job: &'a Job,
+    roadmap: &'a Roadmap,
+    errands: &'a [Errand],
     costmap: Costmap,
     /// What the costmap says, in brief; `None`: searches ask the costmap itself.
     crowd: Option<Crowd<'a>>,
@@ -161,6 +242,8 @@ struct Attempt<'a> {
     /// Whose weak wakes were too much for somebody: their steps are judged in full.
     careful: Vec<bool>,
     most_evictions: u32,
+    /// After how many states in all it gives up.
+    gives_up_at: Option<u64>,
     /// See [`Scene::under_way`].
     under_way: Vec<Tick>,
     /// What each drone flies if it finds no way: it is not there at all if that is nothing. Not even a list
@@ -172,18 +255,20 @@ struct Attempt<'a> {
 
 impl<'a> Attempt<'a> {
     fn new(
-        job: &'a Job,
+        roadmap: &'a Roadmap,
+        errands: &'a [Errand],
         costmap: Costmap,
         energy_weight: f64,
         control: &'a Control<'a>,
         effort: &'a mut Effort,
     ) -> Attempt<'a> {
-        let drones = job.errands.len();
+        let drones = errands.len();
         // Whoever is in the costmap without an errand gives way to nobody.
         let mut weights = vec![FIRST_WEIGHT; drones];
         weights.resize(costmap.drone_count().max(drones), IMMOVABLE);
         Attempt {
-            job,
+            roadmap,
+            errands,
             costmap,
             crowd: None,
             energy_weight,
@@ -193,6 +278,7 @@ impl<'a> Attempt<'a> {
             evicted: vec![0; drones],
             careful: vec![false; drones],
             most_evictions: MOST_EVICTIONS,
+            gives_up_at: None,
             under_way: Vec::new(),
             kept: Vec::new(),
             paths: vec![None; drones],
@@ -212,9 +298,9 @@ impl<'a> Attempt<'a> {
         let weights = &self.weights;
         let stays =
             |errand: &&Errand| errand.stays() && weights[errand.drone.0 as usize] != IMMOVABLE;
-        let staying: Vec<&Errand> = self.job.errands.iter().filter(stays).collect();
+        let staying: Vec<&Errand> = self.errands.iter().filter(stays).collect();
         for errand in staying {
-            let legs = vec![stays_at_start(errand, &self.job.roadmap)];
+            let legs = vec![stays_at_start(errand, self.roadmap)];
             self.reserve(legs.clone());
             self.weights[errand.drone.0 as usize] = IMMOVABLE;
             self.paths[errand.drone.0 as usize] = Some(Path {
@@ -227,7 +313,7 @@ impl<'a> Attempt<'a> {
 
     fn scene(&self) -> Scene<'_> {
         Scene {
-            roadmap: &self.job.roadmap,
+            roadmap: self.roadmap,
             costmap: &self.costmap,
             crowd: self.crowd.as_ref(),
             weights: &self.weights,
@@ -326,8 +412,8 @@ impl<'a> Attempt<'a> {
         match self.kept.get(drone.0 as usize) {
             Some(kept) => kept.clone(),
             None => vec![stays_at_start(
-                &self.job.errands[drone.0 as usize],
-                &self.job.roadmap,
+                &self.errands[drone.0 as usize],
+                self.roadmap,
             )],
         }
     }
@@ -335,7 +421,7 @@ impl<'a> Attempt<'a> {
     fn take_back(&mut self, drone: DroneId) {
         self.release(drone);
         // What it is flying it goes on with.
-        self.reserve(self.job.errands[drone.0 as usize].begun.clone());
+        self.reserve(self.errands[drone.0 as usize].begun.clone());
         self.paths[drone.0 as usize] = None;
         self.effort.evictions += 1;
     }
@@ -358,7 +444,7 @@ impl<'a> Attempt<'a> {
                 careful: true,
                 ..self.scene()
             };
-            let searched = search(scene, &self.job.errands[drone.0 as usize]);
+            let searched = search(scene, &self.errands[drone.0 as usize]);
             self.effort.searches += 1;
             self.effort.expansions += searched.expansions;
             if let Found::Path(path) = searched.found {

@@ -21,11 +21,12 @@ const LEAST_LOAD: f64 = 0.04;
 const AZIMUTHS: u32 = 8;
 
 /// How far two classes keep from one another, by the layers between them.
+#[derive(Debug)]
 pub(super) struct Shape {
     me: Class,
     other: Class,
-    layers: i32,
-    reach: i32,
+    pub(super) layers: i32,
+    pub(super) reach: i32,
     bodies: i32,
     /// Radius (cells) at `k` layers above the other and between `k` and `k + 1`, from the lowest on.
     at: Vec<f64>,
@@ -187,13 +188,9 @@ impl Shape {
     fn span(&self, way: usize, others: usize, offset: [i32; 3]) -> Span {
         let (mine, theirs) = (cells(way), cells(others));
         // Heights of the first over the second: at the beginning, and when either or both have arrived.
-        let rises = [0, mine[2], -theirs[2], mine[2] - theirs[2]];
-        let heights = rises.map(|rise| rise - offset[2]);
-        let (low, high) = heights
-            .iter()
-            .fold((i32::MAX, i32::MIN), |(low, high), &height| {
-                (low.min(height), high.max(height))
-            });
+        let [low, high] = lowest_and_highest(
+            [0, mine[2], -theirs[2], mine[2] - theirs[2]].map(|rise| rise - offset[2]),
+        );
         let radius = self.radius(low, high);
         let on_floor = |cells: [i32; 3]| [f64::from(cells[0]), f64::from(cells[1])];
         let first = Way {
@@ -240,6 +237,37 @@ impl Shape {
         }
         span
     }
+
+    /// Loads on both of two steps that begin together and last as long; `None`: they are too near one another.
+    pub(super) fn abreast(
+        &self,
+        [mine, theirs]: [[i32; 3]; 2],
+        offset: [i32; 3],
+    ) -> Option<[u8; 2]> {
+        // Seen from the first, the second moves straight on: as high as at the ends, or between.
+        let rise = theirs[2] - mine[2];
+        let (low, high) = (
+            (-offset[2]).min(-offset[2] - rise),
+            (-offset[2]).max(-offset[2] - rise),
+        );
+        let past = Way {
+            from: [f64::from(offset[0]), f64::from(offset[1])],
+            by: [0, 1].map(|axis| f64::from(theirs[axis] - mine[axis])),
+            ticks: 1.0,
+        };
+        let distance = least_distance(&past);
+        if distance < self.radius(low, high) {
+            return None;
+        }
+        let loads = self.loads(low, high, distance);
+        Some(loads.map(|load| if load < 3 { 0 } else { load }))
+    }
+}
+
+/// Heights of one over another between which they are on the way.
+fn lowest_and_highest(heights: [i32; 4]) -> [i32; 2] {
+    let [a, b, c, d] = heights;
+    [a.min(b).min(c).min(d), a.max(b).max(c).max(d)]
 }
 
 /// What two drones are to one another, one this far aside of the other, at heights over it between these: at all azimuths.

@@ -63,8 +63,20 @@ pub struct Steps {
     of_drones: Vec<Vec<(KindId, usize)>>,
     /// `[class][other class]`.
     pairs: Vec<Pair>,
+    pub(super) shapes: Vec<Shape>,
     /// By class and place, the lowest layer that the wake of who hovers there reaches; empty without covers.
     wake_ends: Vec<Vec<u16>>,
+}
+
+/// A step, or a stay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Pace {
+    /// What steps.
+    pub(crate) class: usize,
+    /// Where it begins, in steps of the lattice.
+    pub(crate) at: [i32; 3],
+    /// Where it leads from there.
+    pub(crate) by: [i32; 3],
 }
 
 impl Steps {
@@ -129,16 +141,22 @@ impl Steps {
             classes,
             of_drones,
             pairs,
+            shapes,
             wake_ends,
         })
     }
 
-    pub(super) fn class_count(&self) -> usize {
+    /// Places along x, y and z.
+    pub(crate) fn counts(&self) -> [usize; 3] {
+        self.lattice.counts()
+    }
+
+    pub(crate) fn class_count(&self) -> usize {
         self.classes.len()
     }
 
     /// The class of a drone as it flies now.
-    pub(super) fn class(&self, drone: DroneId, kind: KindId) -> Option<usize> {
+    pub(crate) fn class(&self, drone: DroneId, kind: KindId) -> Option<usize> {
         let own = self.of_drones.get(drone.0 as usize)?;
         let found = own.iter().find(|(known, _)| *known == kind);
         found.map(|(_, class)| *class)
@@ -154,22 +172,36 @@ impl Steps {
         &self.pairs[me * self.classes.len() + other]
     }
 
-    /// Whether only air keeps two drones apart with so many layers between them.
-    pub(super) fn is_air_alone(&self, me: usize, other: usize, layers: i32) -> bool {
-        layers.abs() >= self.pair(me, other).extent.bodies
+    /// Whether bodies can come near one another, by the layers between them.
+    pub(super) fn can_touch(&self, one: &Pace, other: &Pace) -> bool {
+        let (mine, theirs) = (one.by[2], other.by[2]);
+        // At the beginning, and when either or both have arrived.
+        let rises = [0, mine, -theirs, mine - theirs];
+        let heights = rises.map(|rise| one.at[2] - other.at[2] + rise);
+        let bodies = self.pair(one.class, other.class).extent.bodies;
+        heights.iter().any(|height| height.abs() < bodies)
     }
 
-    /// The lowest layer that the wake of a drone on its way from a place reaches.
-    pub(super) fn wake_end(&self, class: usize, at: [i32; 3], way: usize) -> i32 {
-        let Some(ends) = self.wake_ends.get(class) else {
+    /// Whether the wake of whoever is higher reaches down to the other.
+    pub(super) fn can_blow(&self, one: &Pace, other: &Pace) -> bool {
+        let (above, below) = if one.at[2] < other.at[2] {
+            (other, one)
+        } else {
+            (one, other)
+        };
+        below.at[2].max(below.at[2] + below.by[2]) >= self.wake_end(above)
+    }
+
+    /// The lowest layer that the wake of a drone on its way reaches.
+    fn wake_end(&self, pace: &Pace) -> i32 {
+        let Some(ends) = self.wake_ends.get(pace.class) else {
             return 0;
         };
-        let to = cells(way);
         let end = |at: [i32; 3]| {
             let place = self.lattice.at(at);
             place.map_or(0, |place| i32::from(ends[place as usize]))
         };
-        end(at).min(end([0, 1, 2].map(|axis| at[axis] + to[axis])))
+        end(pace.at).min(end([0, 1, 2].map(|axis| pace.at[axis] + pace.by[axis])))
     }
 }
 

@@ -42,7 +42,14 @@ pub(crate) fn plan_affected(
     effort: &mut Effort,
 ) -> Paths {
     let group = affected.group;
-    let mut attempt = Attempt::new(job, affected.costmap, energy_weight, control, effort);
+    let mut attempt = Attempt::new(
+        &job.roadmap,
+        &job.errands,
+        affected.costmap,
+        energy_weight,
+        control,
+        effort,
+    );
     for (index, kept) in affected.kept.iter().enumerate() {
         let drone = DroneId(index as u32);
         if group.contains(&drone) {

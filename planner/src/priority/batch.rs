@@ -19,12 +19,17 @@ const LARGEST_BATCH: usize = 16;
 impl Attempt<'_> {
     /// Plans all in the queue, several at a time as if the others of the batch were not there. They are taken
     /// in order, and whoever is in the way of one before it is planned again. How many there are in a batch
-    /// depends on how that went before, and not on the number of threads.
-    pub(super) fn run(&mut self, mut queue: VecDeque<DroneId>) {
+    /// depends on how that went before, and not on the number of threads. `false` if it gave up.
+    pub(super) fn run(&mut self, mut queue: VecDeque<DroneId>) -> bool {
         let mut most = 1;
         loop {
+            let is_spent = |most: u64| self.effort.expansions > most || (self.control.stop)();
+            if self.gives_up_at.is_some_and(is_spent) {
+                return false;
+            }
             if (self.control.stop)() {
-                return self.wind_up(queue);
+                self.wind_up(queue);
+                return true;
             }
             let batch = self.next_batch(&mut queue, most);
             if batch.is_empty() {
@@ -37,7 +42,7 @@ impl Attempt<'_> {
                 .with_max_len(1)
                 .map(|drone| {
                     let careful = self.careful[drone.0 as usize];
-                    let errand = &self.job.errands[drone.0 as usize];
+                    let errand = &self.errands[drone.0 as usize];
                     let searched = search(Scene { careful, ..scene }, errand);
                     let reservation = match &searched.found {
                         Found::Path(path) => Some(scene.costmap.reservation(path.legs.clone())),
@@ -69,6 +74,7 @@ impl Attempt<'_> {
             });
         }
         self.rescue();
+        true
     }
 
     fn next_batch(&mut self, queue: &mut VecDeque<DroneId>, most: usize) -> Vec<DroneId> {
@@ -80,7 +86,7 @@ impl Attempt<'_> {
             if self.weights[drone.0 as usize] == IMMOVABLE {
                 continue;
             }
-            if self.job.errands[drone.0 as usize].alone_ticks == UNREACHABLE {
+            if self.errands[drone.0 as usize].alone_ticks == UNREACHABLE {
                 self.strand(drone, Stranded::NoWay, queue);
                 continue;
             }

@@ -30,9 +30,6 @@ struct Before {
 impl Attempt<'_> {
     /// Makes a plan in which everybody has a way better for as long as the caller says, and notes by how much.
     pub(super) fn improve_while_there_is_time(&mut self) {
-        if !(self.control.improve)() {
-            return;
-        }
         (self.control.progress)(Progress::Improving);
         let before = self.sum_of_arrivals();
         self.improve(self.control.improve);
@@ -49,7 +46,7 @@ impl Attempt<'_> {
         loop {
             let mut found = false;
             for price in PRICES {
-                let mut delayed: Vec<(u32, DroneId)> = (self.job.errands.iter())
+                let mut delayed: Vec<(u32, DroneId)> = (self.errands.iter())
                     .filter_map(|errand| {
                         let path = self.paths[errand.drone.0 as usize].as_ref()?;
                         let delay = path.arrives.0.saturating_sub(errand.alone_ticks);
@@ -127,7 +124,7 @@ impl Attempt<'_> {
             most_expansions: MOST_EXPANSIONS,
             ..self.scene()
         };
-        let searched = search(scene, &self.job.errands[drone.0 as usize]);
+        let searched = search(scene, &self.errands[drone.0 as usize]);
         self.effort.searches += 1;
         self.effort.expansions += searched.expansions;
         match searched.found {

@@ -40,7 +40,7 @@ impl Attempt<'_> {
                     stop: &|| false,
                     ..self.scene()
                 };
-                let searched = search(scene, &self.job.errands[index]);
+                let searched = search(scene, &self.errands[index]);
                 self.effort.searches += 1;
                 self.effort.expansions += searched.expansions;
                 left = left.saturating_sub(searched.expansions);

@@ -1,0 +1,62 @@
+//! How many steps along the axes it is to a goal.
+
+use crate::lattice::{Lattice, NEIGHBOURS};
+use crate::roadmap::{Roadmap, Vertex};
+
+/// Steps from everywhere to one goal.
+pub(super) enum Far {
+    /// Nothing is in the way: steps of the goal from the lattice's first place.
+    Straight([i32; 3]),
+    /// By place.
+    Table(Vec<u16>),
+    /// Not known yet.
+    Nowhere,
+}
+
+/// No way.
+const UNREACHED: u16 = u16::MAX;
+
+impl Far {
+    /// For a ball of this radius; `None` if nobody asked the roadmap for it.
+    pub(super) fn new(roadmap: &Roadmap, goal: Vertex, radius_m: f64) -> Option<Far> {
+        let lattice = roadmap.lattice();
+        let narrow = roadmap.narrow(radius_m)?;
+        let last = lattice.counts().map(|count| count as i32 - 1);
+        if narrow.is_free([0; 3], last) {
+            return Some(Far::Straight(lattice.steps(goal)));
+        }
+        let open = roadmap.open_steps(radius_m)?;
+        let mut table = vec![UNREACHED; lattice.place_count()];
+        table[goal as usize] = 0;
+        let mut reached = vec![goal];
+        let mut next = 0;
+        while let Some(&place) = reached.get(next) {
+            next += 1;
+            let mut steps = open[place as usize];
+            while steps != 0 {
+                let n = steps.trailing_zeros() as usize;
+                steps &= steps - 1;
+                if NEIGHBOURS[n].iter().map(|d| d.abs()).sum::<i32>() > 1 {
+                    continue;
+                }
+                let to = place.wrapping_add_signed(lattice.strides()[n]);
+                if table[to as usize] == UNREACHED {
+                    table[to as usize] = table[place as usize].saturating_add(1).min(UNREACHED - 1);
+                    reached.push(to);
+                }
+            }
+        }
+        Some(Far::Table(table))
+    }
+
+    pub(super) fn steps(&self, lattice: &Lattice, from: Vertex) -> u32 {
+        match self {
+            Far::Straight(goal) => {
+                let from = lattice.steps(from);
+                (0..3).map(|axis| from[axis].abs_diff(goal[axis])).sum()
+            }
+            Far::Table(table) => u32::from(table[from as usize]),
+            Far::Nowhere => u32::from(UNREACHED),
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! A fleet that steps together until nearly everybody is home; who is not is planned among those who are.
+
+use costmap::leg::{DroneId, Leg, Tick};
+
+use super::{Attempt, MOST_EXPANSIONS_A_DRONE, Paths, Setting, known_hopeless};
+use crate::crowd::Crowd;
+use crate::errand::Errand;
+use crate::lockstep::step_together;
+use crate::outcome::Effort;
+use crate::roadmap::Roadmap;
+use crate::search::{IMMOVABLE, Path};
+
+/// Ways for everybody but those who are excluded, or `None`.
+pub(super) fn plan_together(setting: &Setting<'_>, effort: &mut Effort) -> Option<Paths> {
+    let Setting {
+        job,
+        costmap,
+        excluded,
+        control,
+        ..
+    } = *setting;
+    let steps = setting.steps?;
+    if known_hopeless(job, excluded) > excluded.len() {
+        return None;
+    }
+    let fixed: Vec<DroneId> = excluded.iter().map(|(drone, _)| *drone).collect();
+    let seed = setting.planning.seed;
+    let together = step_together(job, costmap, steps, &fixed, seed, control, effort)?;
+    let most = effort.expansions + MOST_EXPANSIONS_A_DRONE * job.errands.len() as u64;
+    let mut attempt = Attempt::new(
+        &job.roadmap,
+        &together.errands,
+        costmap.clone(),
+        setting.planning.energy_weight,
+        control,
+        effort,
+    );
+    attempt.gives_up_at = Some(most);
+    attempt.crowd = Some(Crowd::new(steps, costmap));
+    let mut waiting = Vec::new();
+    for (errand, home) in together.errands.iter().zip(&together.home) {
+        let index = errand.drone.0 as usize;
+        if *home {
+            let legs = vec![stays(errand, &job.roadmap)];
+            attempt.reserve(legs.clone());
+            attempt.paths[index] = Some(Path {
+                legs,
+                arrives: errand.departs,
+                met: Vec::new(),
+            });
+        } else {
+            waiting.push((errand.alone_ticks, errand.drone));
+        }
+    }
+    for drone in fixed {
+        attempt.weights[drone.0 as usize] = IMMOVABLE;
+    }
+    waiting.sort_unstable();
+    let is_through = attempt.run(waiting.into_iter().map(|(_, drone)| drone).collect());
+    if !is_through || !attempt.stranded.is_empty() {
+        return None;
+    }
+    let moved = |(path, errand): (Option<Path>, &Errand)| {
+        path.filter(|path| path.legs != [stays(errand, &job.roadmap)])
+    };
+    let planned = attempt.paths.into_iter().zip(&together.errands).map(moved);
+    let planned = planned.collect();
+    let (paths, costmap) = together.whole(job, costmap, planned)?;
+    let mut paths: Vec<Option<Path>> = paths.into_iter().map(Some).collect();
+    for (drone, _) in excluded {
+        paths[drone.0 as usize] = None;
+    }
+    Some(Paths {
+        paths,
+        stranded: excluded.to_vec(),
+        costmap,
+    })
+}
+
+/// What a drone does that is home.
+fn stays(errand: &Errand, roadmap: &Roadmap) -> Leg {
+    let at_m = roadmap.position_m(errand.start);
+    Leg {
+        drone: errand.drone,
+        kind: errand.kinds[errand.kinds.len() - 1],
+        start: errand.departs,
+        end: Tick::FOREVER,
+        from_m: at_m,
+        to_m: at_m,
+        flying: true,
+        air_limit: errand.air_limit,
+    }
+}
