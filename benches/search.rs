@@ -45,9 +45,11 @@ fn bench() -> Bench {
     let job = prepare(&world);
     let empty = empty_costmap(&world, job.roadmap.lattice(), true);
     let mut effort = Effort::default();
+    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &empty);
     let paths = plan_fleet(
         &job,
         &empty,
+        steps.as_ref(),
         &[],
         &world.planning,
         &Control::QUIET,

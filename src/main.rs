@@ -23,6 +23,7 @@ mod sample;
 mod schema;
 mod simulate;
 mod watch;
+mod well_formed;
 mod wording;
 
 use std::process::ExitCode;

@@ -8,6 +8,7 @@ use std::time::Duration;
 use clap::Args;
 use planner::outcome::{Control, Effort, Outcome};
 use planner::plan::{IgnoringDownwash, Plan, Status};
+use planner::well_formed::WellFormed;
 use planner::world::World;
 use serde::Serialize;
 
@@ -15,6 +16,7 @@ use crate::conflicts::{self, ConflictEntry};
 use crate::failure::{Failure, answer, tell, tell_error};
 use crate::files::OutFolder;
 use crate::watch::{Durations, Watch, peak_memory_bytes};
+use crate::well_formed::{self, WellFormedEntry};
 use crate::{Answer, Format, files, picture, problems, report, wording};
 
 #[derive(Args)]
@@ -56,6 +58,8 @@ struct Timing {
     expansions: u64,
     /// Drones whose path was taken back for another's.
     evictions: u64,
+    /// Steps of everybody at once, where the floor is crowded.
+    rounds: u64,
 }
 
 /// What `--format json` prints.
@@ -65,6 +69,8 @@ struct Printed<'a> {
     status: &'static str,
     plan: Option<&'a Plan>,
     conflicts: &'a [ConflictEntry],
+    /// Whether any order of the fleet leads to a plan; `null` where that is not examined.
+    well_formed: Option<WellFormedEntry<'a>>,
     timing: Option<&'a Timing>,
     files: Vec<PathBuf>,
 }
@@ -100,6 +106,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Outcome::Planned {
             plan,
             conflicts,
+            well_formed,
             effort,
         } => {
             let durations = watch.finish();
@@ -110,7 +117,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
                 &plan,
                 &conflicts,
                 &durations,
-                effort,
+                (effort, well_formed.as_ref()),
             )
         }
         Outcome::Blocked { conflicts } => {
@@ -192,7 +199,7 @@ fn deliver(
     plan: &Plan,
     conflicts: &[ConflictEntry],
     durations: &Durations,
-    effort: Effort,
+    (effort, well_formed): (Effort, Option<&WellFormed>),
 ) -> Result<Answer, Failure> {
     let timing = Timing {
         planning_time_s: durations.planning.as_secs_f64(),
@@ -203,6 +210,7 @@ fn deliver(
         searches: effort.searches,
         expansions: effort.expansions,
         evictions: effort.evictions,
+        rounds: effort.rounds,
     };
     let written = [
         ("plan.json", files::json(plan)),
@@ -216,6 +224,7 @@ fn deliver(
             status: wording::status(plan.status),
             plan: Some(plan),
             conflicts,
+            well_formed: well_formed.map(|known| well_formed::describe(known, plan)),
             timing: Some(&timing),
             files: written.iter().map(|(path, _)| path.clone()).collect(),
         }))?,
@@ -224,7 +233,7 @@ fn deliver(
                 "\nwrote {}  timing.json  plan.svg\n",
                 written[0].0.display()
             );
-            answer(&(report::text(plan, durations, effort.improved_s()) + &wrote))?;
+            answer(&(report::text(plan, durations, well_formed, effort.improved_s()) + &wrote))?;
         }
     }
     conflicts::print(conflicts);
@@ -260,6 +269,7 @@ fn blocked(
             status: "blocked",
             plan: None,
             conflicts,
+            well_formed: None,
             timing: None,
             files: Vec::new(),
         }))?,
@@ -285,6 +295,7 @@ fn stopped(format: Format) -> Result<Answer, Failure> {
             status: "stopped",
             plan: None,
             conflicts: &[],
+            well_formed: None,
             timing: None,
             files: Vec::new(),
         }))?;

@@ -2,6 +2,7 @@
 //! would have meant.
 
 use planner::plan::{DronePlan, IgnoringDownwash, Plan};
+use planner::well_formed::WellFormed;
 
 use crate::watch::Durations;
 use crate::wording::{count, metres};
@@ -14,11 +15,19 @@ const LIST_MOST_AFFECTED: usize = 15;
 const NO_AIR_MPS: f64 = 0.05;
 
 /// The whole report, ready for standard output.
-pub(crate) fn text(plan: &Plan, durations: &Durations, improved_s: Option<f64>) -> String {
+pub(crate) fn text(
+    plan: &Plan,
+    durations: &Durations,
+    well_formed: Option<&WellFormed>,
+    improved_s: Option<f64>,
+) -> String {
     let mut lines = vec![heading(plan), String::new()];
     lines.extend(table(plan));
     lines.push(String::new());
     lines.push(summary(plan, durations));
+    lines.extend(
+        well_formed.map(|known| format!("  {}", crate::well_formed::in_a_line(known, plan))),
+    );
     lines.extend(improved_s.map(|improved_s| improved(plan, improved_s)));
     lines.push(format!("  {}", contrast(plan.ignoring_downwash.as_ref())));
     lines.join("\n") + "\n"
@@ -268,7 +277,7 @@ mod tests {
 
     #[test]
     fn a_small_fleet_is_listed_whole_in_its_order_with_the_contrast_below() {
-        let text = text(&sample::warehouse(), &durations(), None);
+        let text = text(&sample::warehouse(), &durations(), None, None);
         let expected = "\
 sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
 
@@ -286,7 +295,7 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
 
     #[test]
     fn of_a_large_fleet_the_most_delayed_are_listed_and_the_rest_counted() {
-        let text = text(&sample::hall(200), &durations(), Some(3.5));
+        let text = text(&sample::hall(200), &durations(), None, Some(3.5));
         assert_eq!(
             text.lines().filter(|line| line.starts_with("  d")).count(),
             LIST_MOST_AFFECTED + 1

@@ -7,6 +7,7 @@ use costmap::leg::DroneId;
 use rayon::prelude::*;
 
 use crate::assemble::{assemble, judged};
+use crate::crowd::Steps;
 use crate::distances::UNREACHABLE;
 use crate::endpoints;
 use crate::outcome::{
@@ -18,6 +19,7 @@ use crate::priority::{Stranded, plan_fleet};
 use crate::reason::reasons;
 use crate::search::{Found, IMMOVABLE, Scene, search};
 use crate::verify::verify;
+use crate::well_formed::examine;
 use crate::world::World;
 
 /// Plans a fleet out of its own downwash and verifies the plan.
@@ -37,9 +39,12 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
     if !world.zones.is_empty() {
         excluded.extend(kept_out_by_zones(&mut job, &costmap, &excluded, control));
     }
+    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
+    let well_formed = steps.as_ref().and_then(|steps| examine(&job, steps));
     let paths = plan_fleet(
         &job,
         &costmap,
+        steps.as_ref(),
         &excluded,
         &world.planning,
         control,
@@ -57,6 +62,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
     Outcome::Planned {
         plan,
         conflicts,
+        well_formed,
         effort,
     }
 }
@@ -132,9 +138,11 @@ fn ignoring_downwash(
         progress: &|_| {},
         ..*control
     };
+    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
     let paths = plan_fleet(
         job,
         &costmap,
+        steps.as_ref(),
         &excluded,
         &world.planning,
         &quiet,

@@ -49,6 +49,7 @@ pub mod search;
 pub mod solid;
 pub mod trajectory;
 pub mod verify;
+pub mod well_formed;
 pub mod world;
 
 mod fleet;

@@ -1,6 +1,7 @@
 //! What planning answers, and how a caller watches and stops it.
 
 use crate::plan::Plan;
+use crate::well_formed::WellFormed;
 use nalgebra::Point3;
 
 /// The answer to "plan this world".
@@ -16,6 +17,9 @@ pub enum Outcome {
         plan: Plan,
         /// Goals that exclude one another; the drones dropped for it are in [`Plan::unplanned`].
         conflicts: Vec<EndpointConflict>,
+        /// Whether every order of the fleet leads to a plan; `None` where that is not examined: among zones, in air that
+        /// takes its time, around others' fixed ways, and where somebody starts or ends beside the lattice.
+        well_formed: Option<WellFormed>,
         /// What the search did.
         effort: Effort,
     },

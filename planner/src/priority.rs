@@ -12,15 +12,12 @@ use costmap::costmap::{Costmap, Reservation};
 use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 
-use crate::crowd::{Crowd, Steps};
-use crate::density::Density;
-use crate::distances::UNREACHABLE;
+use crate::crowd::Crowd;
 use crate::errand::Errand;
 use crate::outcome::{Control, Effort};
 use crate::prepare::Job;
 use crate::roadmap::Roadmap;
 use crate::search::{Found, IMMOVABLE, Obstruction, Path, Scene, search};
-use crate::world::Planning;
 
 /// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
 const FIRST_WEIGHT: u32 = 500;
@@ -31,14 +28,6 @@ const WEIGHT_GROWTH: u32 = 250;
 const MOST_EVICTIONS: u32 = 24;
 /// States of one search; chosen here, seconds of work.
 const MOST_EXPANSIONS: u64 = 400_000;
-/// States a drone, over the whole fleet, after which the plan that there is will do. Chosen here: 1500 drones in a warehouse are through
-/// after 1300, 2000 never.
-const MOST_EXPANSIONS_A_DRONE: u64 = 2_000;
-/// Where more than this share of all columns is held in the end, everybody is planned at once first. Chosen here: where
-/// less is, one after another nearly always find ways, and better ones.
-const CROWDED_SHARE: f64 = 0.4;
-/// Orders tried when somebody is left out; chosen here.
-const ORDERS: u64 = 4;
 
 /// Paths of a fleet.
 #[derive(Clone, Debug)]
@@ -66,110 +55,6 @@ pub enum Stranded {
     Zone(Obstruction),
     /// Planning was stopped before its turn.
     Stopped,
-}
-
-/// Plans the whole fleet; those in `excluded` stay at their starts from the beginning.
-pub fn plan_fleet(
-    job: &Job,
-    costmap: &Costmap,
-    excluded: &[(DroneId, Stranded)],
-    planning: &Planning,
-    control: &Control<'_>,
-    effort: &mut Effort,
-) -> Paths {
-    let steps = Steps::new(job.roadmap.lattice(), &job.errands, costmap);
-    let hopeless = known_hopeless(job, excluded);
-    let setting = Setting {
-        job,
-        costmap,
-        steps: steps.as_ref(),
-        excluded,
-        planning,
-        control,
-    };
-    let has_all = |best: &Option<Paths>| {
-        let left_out = best.as_ref().map(|paths| paths.stranded.len());
-        left_out == Some(hopeless)
-    };
-    let better = |one: Option<Paths>, other| one.into_iter().chain(other).min_by_key(score);
-    let wakes = costmap.fleet().conditions().wakes;
-    let is_crowded = wakes && Density::of_goals(job).share() > CROWDED_SHARE;
-    let mut best = None;
-    if is_crowded {
-        best = plan_together(&setting, effort);
-    }
-    for order in 0..ORDERS {
-        let found = setting.in_order(order, best.is_some(), effort);
-        best = better(best, found);
-        if order == 0 && !is_crowded && !has_all(&best) && !(control.stop)() {
-            best = better(best, plan_together(&setting, effort));
-        }
-        if has_all(&best) || (control.stop)() {
-            break;
-        }
-    }
-    let best = best.unwrap_or_else(|| Paths {
-        paths: Vec::new(),
-        stranded: Vec::new(),
-        costmap: costmap.clone(),
-    });
-    if best.stranded.len() == hopeless && (control.improve)() {
-        setting.improved(best, effort)
-    } else {
-        best
-    }
-}
-
-/// What a fleet is planned with.
-struct Setting<'a> {
-    job: &'a Job,
-    /// With nobody in it.
-    costmap: &'a Costmap,
-    steps: Option<&'a Steps>,
-    excluded: &'a [(DroneId, Stranded)],
-    planning: &'a Planning,
-    control: &'a Control<'a>,
-}
-
-impl Setting<'_> {
-    /// One after another; `None` if that takes too long for one that `has_another` plan.
-    fn in_order(&self, order: u64, has_another: bool, effort: &mut Effort) -> Option<Paths> {
-        let mut attempt = self.attempt(self.costmap.clone(), effort);
-        if has_another {
-            let most = MOST_EXPANSIONS_A_DRONE * self.job.errands.len() as u64;
-            attempt.gives_up_at = Some(attempt.effort.expansions + most);
-        }
-        attempt.exclude(self.excluded);
-        attempt.settle_who_stays();
-        let is_through = attempt.run(order_of(self.job, order, self.planning.seed));
-        is_through.then(|| attempt.into_paths())
-    }
-
-    /// The same plan, better by as much as there is time for.
-    fn improved(&self, paths: Paths, effort: &mut Effort) -> Paths {
-        let mut attempt = self.attempt(paths.costmap, effort);
-        for (drone, _) in &paths.stranded {
-            attempt.weights[drone.0 as usize] = IMMOVABLE;
-        }
-        (attempt.paths, attempt.stranded) = (paths.paths, paths.stranded);
-        attempt.improve_while_there_is_time();
-        attempt.into_paths()
-    }
-
-    fn attempt<'b>(&'b self, costmap: Costmap, effort: &'b mut Effort) -> Attempt<'b> {
-        let (roadmap, errands) = (&self.job.roadmap, &self.job.errands);
-        let energy_weight = self.planning.energy_weight;
-        let mut attempt = Attempt::new(
-            roadmap,
-            errands,
-            costmap,
-            energy_weight,
-            self.control,
-            effort,
-        );
-        attempt.crowd = self.steps.map(|steps| Crowd::new(steps, &attempt.costmap));
-        attempt
-    }
 }
 
 /// Plans a few drones among others that stay as they are; `None` unless all of them find a way.
@@ -202,31 +87,16 @@ pub fn plan_group(
     all.then(|| attempt.paths.into_iter().flatten().collect())
 }
 
-fn known_hopeless(job: &Job, excluded: &[(DroneId, Stranded)]) -> usize {
-    let unreachable = |errand: &&Errand| {
-        errand.alone_ticks == UNREACHABLE
-            && !excluded.iter().any(|(drone, _)| *drone == errand.drone)
-    };
-    excluded.len() + job.errands.iter().filter(unreachable).count()
-}
-
-/// Those left out, then the sum of arrivals.
-fn score(paths: &Paths) -> (usize, u64) {
-    let known = paths.paths.iter().flatten();
-    let arrivals = known.map(|path| u64::from(path.arrives.0));
-    (paths.stranded.len(), arrivals.sum())
-}
-
 mod affected;
 mod batch;
 mod improve;
 mod order;
 mod together;
+mod whole;
 mod wind_up;
 
 pub(crate) use affected::{Affected, plan_affected};
-use order::order_of;
-use together::plan_together;
+pub use whole::plan_fleet;
 
 struct Attempt<'a> {
     roadmap: &'a Roadmap,

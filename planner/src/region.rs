@@ -23,6 +23,7 @@ use costmap::leg::DroneId;
 use thiserror::Error;
 
 use crate::assemble::{assemble, judged};
+use crate::crowd::Steps;
 use crate::endpoints;
 use crate::fleet::{excluded, kept_out_by_zones};
 use crate::outcome::{Control, Effort, EndpointKind, Outcome, Progress};
@@ -95,7 +96,17 @@ pub fn plan_region(
     }
     let mut effort = Effort::default();
     let planning = &world.planning;
-    let paths = plan_fleet(&job, &costmap, &left_out, planning, control, &mut effort);
+    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
+    let steps = steps.as_ref();
+    let paths = plan_fleet(
+        &job,
+        &costmap,
+        steps,
+        &left_out,
+        planning,
+        control,
+        &mut effort,
+    );
     let unplanned = paths.stranded.iter().map(|&(drone, why)| Unplanned {
         name: everybody.drones[drone.0 as usize].name.clone(),
         reason: briefly(&everybody, why),
@@ -112,6 +123,7 @@ pub fn plan_region(
     Ok(Outcome::Planned {
         plan,
         conflicts,
+        well_formed: None,
         effort,
     })
 }

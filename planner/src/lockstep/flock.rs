@@ -6,32 +6,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::far::Far;
-use crate::crowd::abreast::{Abreast, STAYS, WAYS};
+use crate::crowd::abreast::{AMONG_NEIGHBOURS, Abreast, STAYS, WAYS};
 use crate::crowd::steps::Pace;
 use crate::errand::Errand;
-use crate::lattice::NEIGHBOURS;
 use crate::prepare::Job;
 use crate::roadmap::{Roadmap, Vertex};
-
-/// Which of [`NEIGHBOURS`] each of [`WAYS`] leads to; staying counts for nothing.
-const AMONG_NEIGHBOURS: [usize; 7] = among_neighbours();
-
-const fn among_neighbours() -> [usize; 7] {
-    let mut among = [0; 7];
-    let mut way = 1;
-    while way < 7 {
-        let mut n = 0;
-        while n < 26 {
-            let ([a, b, c], [x, y, z]) = (WAYS[way], NEIGHBOURS[n]);
-            if a == x && b == y && c == z {
-                among[way] = n;
-            }
-            n += 1;
-        }
-        way += 1;
-    }
-    among
-}
 
 /// Where a drone is between two steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

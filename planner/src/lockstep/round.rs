@@ -5,12 +5,9 @@
 //! of more than their own place: one step may push several, so that what a push in vain has changed is taken back.
 
 use super::flock::{Flock, Whereabouts};
-use crate::crowd::abreast::STAYS;
+use crate::crowd::abreast::{MOST_LOADS, STAYS};
 use crate::roadmap::Vertex;
 
-/// What wakes of those who are close may fill of a budget, parts of `LOADS`. Chosen here: three fifths, the rest is for the many farther
-/// off; with nine tenths one way in forty of 2000 drones on half the columns of a hall was too near others, with three fifths none.
-const MOST_LOADS: i32 = 150;
 /// Steps tried for one drone and all whom it pushes: chosen here, mostly a few are enough.
 const MOST_TRIES: u32 = 200;
 const NOBODY: u32 = u32::MAX;

@@ -2,7 +2,8 @@
 
 use costmap::leg::{DroneId, Leg, Tick};
 
-use super::{Attempt, MOST_EXPANSIONS_A_DRONE, Paths, Setting, known_hopeless};
+use super::whole::{MOST_EXPANSIONS_A_DRONE, Setting, known_hopeless};
+use super::{Attempt, Paths};
 use crate::crowd::Crowd;
 use crate::errand::Errand;
 use crate::lockstep::step_together;

@@ -1,0 +1,157 @@
+//! Whether every order of the fleet leads to a plan, shown before any search.
+//!
+//! Endpoints are well-formed if every drone has a way from its start to its goal that all others leave free, wherever each
+//! of them is, at its start or at its goal: then whoever waits at its start until those before it are home has a way, in
+//! any order (M. Čáp, P. Novák, A. Kleiner, M. Selecký, "Prioritized planning algorithms for trajectory coordination of
+//! multiple mobile robots", IEEE Transactions on Automation Science and Engineering 12, 2015). Wake-well-formed: what is to be left
+//! free is the room for the body and for both wakes, and no start lies in the wake of another's goal.
+//!
+//! Shown for steps along the axes of the lattice, with the tables of the crowd, and room to spare for the sums of wakes
+//! farther off. What is not shown may be so all the same: a fleet that is not well-formed depends on order, and mostly has a plan.
+
+use std::collections::BTreeSet;
+
+use costmap::leg::KindId;
+use rayon::prelude::*;
+
+use crate::crowd::Steps;
+use crate::crowd::abreast::Abreast;
+use crate::errand::{Ending, Errand};
+use crate::prepare::Job;
+use crate::roadmap::{Roadmap, Vertex};
+
+mod marks;
+mod rooms;
+
+use marks::Marks;
+use rooms::Rooms;
+
+/// What is known of a fleet's endpoints.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct WellFormed {
+    /// Drones examined: the whole fleet.
+    pub drones: usize,
+    /// Those among them that may have to wait for others, indices in the world's drones.
+    pub waiting: Vec<usize>,
+    /// What keeps the endpoints from being well-formed, by drone.
+    pub offences: Vec<Offence>,
+}
+
+/// Two drones whose endpoints make one of them wait for the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Offence {
+    /// Who has to wait, an index in the world's drones.
+    pub drone: usize,
+    /// For whom.
+    pub other: usize,
+    /// What it is about.
+    pub kind: OffenceKind,
+}
+
+/// How two drones' endpoints are in one another's way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum OffenceKind {
+    /// The goal of the first and the start of the other exclude one another.
+    GoalAtStart,
+    /// The start or the goal of the other is beside the room that the first cannot leave.
+    Enclosed,
+}
+
+impl WellFormed {
+    /// Whether every order leads to a plan.
+    pub fn is_proven(&self) -> bool {
+        self.waiting.is_empty()
+    }
+}
+
+/// Where somebody can be while another flies.
+pub(crate) struct Endpoint {
+    drone: usize,
+    class: usize,
+    place: Vertex,
+    is_goal: bool,
+}
+
+/// Examines a fleet; `None` where somebody starts or ends beside the lattice, which the tables do not know.
+pub fn examine(job: &Job, steps: &Steps) -> Option<WellFormed> {
+    let abreast = Abreast::new(steps);
+    let ends = endpoints(job, steps)?;
+    let (marks, mut offences) = Marks::new(job, &abreast, &ends);
+    let rooms = |class: usize| {
+        let of_class = |errand: &Errand| {
+            let mut kinds = errand.kinds.iter();
+            kinds.any(|kind| steps.class(errand.drone, *kind) == Some(class))
+        };
+        let errand = job.errands.iter().find(|errand| of_class(errand));
+        errand.map(|errand| Rooms::new(&job.roadmap, &marks, class, errand))
+    };
+    let rooms: Option<Vec<Rooms>> = (0..steps.class_count()).map(rooms).collect();
+    let rooms = rooms?;
+    let enclosed = |errand: &Errand| -> Option<BTreeSet<u32>> {
+        let mut by = None;
+        let mut from = errand.start;
+        for (stage, kind) in errand.stages.iter().zip(&errand.kinds) {
+            let class = steps.class(errand.drone, *kind)?;
+            let to = stage.distances.goal();
+            let around = rooms[class].between(&job.roadmap, &marks, errand, [from, to]);
+            by = by
+                .into_iter()
+                .chain(around)
+                .reduce(|mut all: BTreeSet<u32>, more| {
+                    all.extend(more);
+                    all
+                });
+            from = to;
+        }
+        by
+    };
+    let enclosed: Vec<Option<BTreeSet<u32>>> = job.errands.par_iter().map(enclosed).collect();
+    let mut waiting: BTreeSet<usize> = offences.iter().map(|offence| offence.drone).collect();
+    waiting.extend((0..enclosed.len()).filter(|drone| enclosed[*drone].is_some()));
+    for (drone, by) in enclosed.into_iter().enumerate() {
+        offences.extend(by.into_iter().flatten().map(|other| Offence {
+            drone,
+            other: other as usize,
+            kind: OffenceKind::Enclosed,
+        }));
+    }
+    offences.sort_unstable();
+    offences.dedup();
+    Some(WellFormed {
+        drones: job.errands.len(),
+        waiting: waiting.into_iter().collect(),
+        offences,
+    })
+}
+
+fn class(steps: &Steps, errand: &Errand, kind: KindId) -> Option<usize> {
+    steps.class(errand.drone, kind)
+}
+
+/// Everybody's start and goal; those on the ground count as if they hovered.
+fn endpoints(job: &Job, steps: &Steps) -> Option<Vec<Endpoint>> {
+    let mut ends = Vec::with_capacity(2 * job.errands.len());
+    for (drone, errand) in job.errands.iter().enumerate() {
+        let goal = (errand.ending != Ending::Leave).then_some(errand.last_vertex());
+        let places = std::iter::once((errand.start, errand.kinds.first(), false))
+            .chain(goal.map(|goal| (goal, errand.kinds.last(), true)));
+        for (place, kind, is_goal) in places {
+            if job.roadmap.is_stop(place) {
+                return None;
+            }
+            ends.push(Endpoint {
+                drone,
+                class: class(steps, errand, *kind?)?,
+                place,
+                is_goal,
+            });
+        }
+    }
+    Some(ends)
+}
+
+/// Whether a drone of this errand can take a step along an axis.
+fn is_open(roadmap: &Roadmap, errand: &Errand, place: Vertex, neighbour: usize) -> bool {
+    let open = roadmap.open_steps(errand.mover.radius_m());
+    open.is_some_and(|open| open[place as usize] >> neighbour & 1 != 0)
+}
