@@ -22,6 +22,8 @@ use crate::roadmap::{Roadmap, Vertex};
 
 mod marks;
 mod rooms;
+#[cfg(test)]
+mod tests;
 
 use marks::Marks;
 use rooms::Rooms;

@@ -2,6 +2,7 @@
 //! shares no formula with it; and worlds made for one promise each.
 
 mod answers;
+mod crowded;
 mod duties;
 mod improving;
 mod random;
