@@ -6,9 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
-use planner::outcome::{Control, Effort, Outcome};
+use planner::outcome::{Control, Effort, Outcome, WellFormed};
 use planner::plan::{IgnoringDownwash, Plan, Status};
-use planner::well_formed::WellFormed;
 use planner::world::World;
 use serde::Serialize;
 
@@ -58,8 +57,8 @@ struct Timing {
     expansions: u64,
     /// Drones whose path was taken back for another's.
     evictions: u64,
-    /// Steps of everybody at once, where the floor is crowded.
-    rounds: u64,
+    /// Steps that everybody took at once, where the floor is crowded.
+    steps_together: u64,
 }
 
 /// What `--format json` prints.
@@ -210,7 +209,7 @@ fn deliver(
         searches: effort.searches,
         expansions: effort.expansions,
         evictions: effort.evictions,
-        rounds: effort.rounds,
+        steps_together: effort.rounds,
     };
     let written = [
         ("plan.json", files::json(plan)),

@@ -1,8 +1,8 @@
 //! The answer as a table: who arrives when, what the others cost it, and what ignoring downwash
 //! would have meant.
 
+use planner::outcome::WellFormed;
 use planner::plan::{DronePlan, IgnoringDownwash, Plan};
-use planner::well_formed::WellFormed;
 
 use crate::watch::Durations;
 use crate::wording::{count, metres};

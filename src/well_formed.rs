@@ -1,7 +1,7 @@
 //! Endpoints that make drones wait for one another, in words.
 
+use planner::outcome::{Offence, OffenceKind, WellFormed};
 use planner::plan::Plan;
-use planner::well_formed::{OffenceKind, WellFormed};
 use serde::Serialize;
 
 use crate::wording::count;
@@ -30,7 +30,7 @@ struct PairEntry<'a> {
 
 /// All of it, with names.
 pub(crate) fn describe<'a>(known: &WellFormed, plan: &'a Plan) -> WellFormedEntry<'a> {
-    let pair = |offence: &planner::well_formed::Offence| PairEntry {
+    let pair = |offence: &Offence| PairEntry {
         drone: &plan.drones[offence.drone].name,
         with: &plan.drones[offence.other].name,
         why: match offence.kind {

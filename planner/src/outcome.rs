@@ -1,7 +1,6 @@
 //! What planning answers, and how a caller watches and stops it.
 
 use crate::plan::Plan;
-use crate::well_formed::WellFormed;
 use nalgebra::Point3;
 
 /// The answer to "plan this world".
@@ -116,6 +115,44 @@ pub enum Exclusion {
         /// The zone's limit (m/s).
         limit_mps: f64,
     },
+}
+
+/// Whether every order of the fleet leads to a plan; see [`crate::well_formed`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct WellFormed {
+    /// Drones examined: the whole fleet.
+    pub drones: usize,
+    /// Those among them that may have to wait for others, indices in the world's drones.
+    pub waiting: Vec<usize>,
+    /// What keeps the endpoints from being well-formed, by drone.
+    pub offences: Vec<Offence>,
+}
+
+/// Two drones whose endpoints make one of them wait for the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Offence {
+    /// Who has to wait, an index in the world's drones.
+    pub drone: usize,
+    /// For whom.
+    pub other: usize,
+    /// What it is about.
+    pub kind: OffenceKind,
+}
+
+/// How two drones' endpoints are in one another's way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum OffenceKind {
+    /// The goal of the first and the start of the other exclude one another.
+    GoalAtStart,
+    /// The start or the goal of the other is beside the room that the first cannot leave.
+    Enclosed,
+}
+
+impl WellFormed {
+    /// Whether every order leads to a plan.
+    pub fn is_proven(&self) -> bool {
+        self.waiting.is_empty()
+    }
 }
 
 /// How a caller watches and stops a planner that reads no clock itself.

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use crate::crowd::Steps;
 use crate::crowd::abreast::Abreast;
 use crate::errand::{Ending, Errand};
+use crate::outcome::{Offence, OffenceKind, WellFormed};
 use crate::prepare::Job;
 use crate::roadmap::{Roadmap, Vertex};
 
@@ -27,44 +28,6 @@ mod tests;
 
 use marks::Marks;
 use rooms::Rooms;
-
-/// What is known of a fleet's endpoints.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct WellFormed {
-    /// Drones examined: the whole fleet.
-    pub drones: usize,
-    /// Those among them that may have to wait for others, indices in the world's drones.
-    pub waiting: Vec<usize>,
-    /// What keeps the endpoints from being well-formed, by drone.
-    pub offences: Vec<Offence>,
-}
-
-/// Two drones whose endpoints make one of them wait for the other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Offence {
-    /// Who has to wait, an index in the world's drones.
-    pub drone: usize,
-    /// For whom.
-    pub other: usize,
-    /// What it is about.
-    pub kind: OffenceKind,
-}
-
-/// How two drones' endpoints are in one another's way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum OffenceKind {
-    /// The goal of the first and the start of the other exclude one another.
-    GoalAtStart,
-    /// The start or the goal of the other is beside the room that the first cannot leave.
-    Enclosed,
-}
-
-impl WellFormed {
-    /// Whether every order leads to a plan.
-    pub fn is_proven(&self) -> bool {
-        self.waiting.is_empty()
-    }
-}
 
 /// Where somebody can be while another flies.
 pub(crate) struct Endpoint {

@@ -46,6 +46,8 @@ pub(super) struct Figures {
     pub(super) expansions: u64,
     /// Drones whose path was taken back for another's.
     pub(super) evictions: u64,
+    /// Steps that everybody took at once, where the floor is crowded.
+    pub(super) steps_together: u64,
     pub(super) sum_of_arrivals_s: f64,
     /// Of the same drones, each with nobody else there, on the same roadmap.
     pub(super) sum_alone_s: f64,
@@ -183,6 +185,7 @@ impl Clock {
             searches: effort.searches,
             expansions: effort.expansions,
             evictions: effort.evictions,
+            steps_together: effort.rounds,
             sum_of_arrivals_s: fleet.map_or(0.0, |fleet| fleet.sum_of_arrivals_s),
             sum_alone_s: fleet.map_or(0.0, |fleet| fleet.sum_alone_s),
             extra_energy_j: fleet.map_or(0.0, |fleet| fleet.extra_energy_j),

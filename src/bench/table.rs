@@ -11,8 +11,8 @@ const PER_DRONES: f64 = 100.0;
 
 pub(super) fn text(command: &str, machine: &Machine, rows: &[Row], instances: usize) -> String {
     let mut text = format!("`{command}`\n\n{machine}.\n\n");
-    text += "| place | drones | of the open columns | planned and verified | planning (s) | verification (s) | searches | evictions | arrivals / alone | extra energy (J) | of hovering | over the limit if downwash is ignored | peak memory (MiB) |\n";
-    text += "| --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
+    text += "| place | drones | of the open columns | planned and verified | planning (s) | verification (s) | searches | evictions | steps together | arrivals / alone | extra energy (J) | of hovering | over the limit if downwash is ignored | peak memory (MiB) |\n";
+    text += "| --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
     for row in rows {
         text += &line(row);
     }
@@ -43,6 +43,7 @@ fn line(row: &Row) -> String {
         time(row.median(|run| Some(run.verification_time_s))),
         shown(row.median(|run| Some(run.searches as f64)), 0),
         shown(row.median(|run| Some(run.evictions as f64)), 0),
+        shown(row.median(|run| Some(run.steps_together as f64)), 0),
         shown(
             row.median(|run| ratio(run.sum_of_arrivals_s, run.sum_alone_s)),
             4,

@@ -9,8 +9,6 @@ pub(super) enum Far {
     Straight([i32; 3]),
     /// By place.
     Table(Vec<u16>),
-    /// Not known yet.
-    Nowhere,
 }
 
 /// No way.
@@ -56,7 +54,6 @@ impl Far {
                 (0..3).map(|axis| from[axis].abs_diff(goal[axis])).sum()
             }
             Far::Table(table) => u32::from(table[from as usize]),
-            Far::Nowhere => u32::from(UNREACHED),
         }
     }
 }

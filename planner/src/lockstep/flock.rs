@@ -1,6 +1,6 @@
 //! Who flies from where to where, in whole steps of the lattice.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -11,6 +11,9 @@ use crate::crowd::steps::Pace;
 use crate::errand::Errand;
 use crate::prepare::Job;
 use crate::roadmap::{Roadmap, Vertex};
+
+/// Places times goals; fleets with more are not planned together. Chosen here: half a gigabyte where there are obstacles, none where not.
+const MOST_ENTRIES: usize = 256 << 20;
 
 /// Where a drone is between two steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -30,6 +33,8 @@ struct Member {
     rests: Vec<u16>,
     /// Steps to each of them.
     far: Vec<Arc<Far>>,
+    /// Steps from each of them to the last.
+    after: Vec<u32>,
     /// By task, what flies towards it.
     classes: Vec<usize>,
     radius_m: f64,
@@ -53,25 +58,32 @@ impl<'a> Flock<'a> {
         step_ticks: u32,
     ) -> Option<Flock<'a>> {
         let roadmap = &job.roadmap;
-        let mut wanted: BTreeMap<(Vertex, u64), Vec<(usize, usize)>> = BTreeMap::new();
-        let mut members = Vec::with_capacity(job.errands.len());
-        for (drone, errand) in job.errands.iter().enumerate() {
-            let member = member(roadmap, abreast.steps, errand, fixed[drone], step_ticks)?;
-            for (stage, goal) in member.goals.iter().enumerate() {
-                let key = (*goal, member.radius_m.to_bits());
-                wanted.entry(key).or_default().push((drone, stage));
-            }
-            members.push(member);
+        let members = job.errands.iter().zip(fixed);
+        let members = members
+            .map(|(errand, fixed)| member(roadmap, abreast.steps, errand, *fixed, step_ticks));
+        let mut members: Vec<Member> = members.collect::<Option<_>>()?;
+        let of_member = |member: &Member| {
+            let radius = member.radius_m.to_bits();
+            let goals = member.goals.iter();
+            goals.map(move |goal| (*goal, radius)).collect::<Vec<_>>()
+        };
+        let wanted: BTreeSet<(Vertex, u64)> = members.iter().flat_map(of_member).collect();
+        if wanted.len() * roadmap.lattice().place_count() > MOST_ENTRIES {
+            return None;
         }
-        let far: Vec<Option<Far>> = wanted
-            .par_iter()
-            .map(|((goal, radius), _)| Far::new(roadmap, *goal, f64::from_bits(*radius)))
-            .collect();
-        for (places, far) in wanted.values().zip(far) {
-            let far = Arc::new(far?);
-            for &(drone, stage) in places {
-                let member: &mut Member = &mut members[drone];
-                member.far[stage] = far.clone();
+        let far = |(goal, radius): &(Vertex, u64)| {
+            let far = Far::new(roadmap, *goal, f64::from_bits(*radius))?;
+            Some(((*goal, *radius), Arc::new(far)))
+        };
+        let far: Option<BTreeMap<_, _>> = wanted.par_iter().map(far).collect();
+        let far = far?;
+        for member in &mut members {
+            let keys = of_member(member);
+            member.far = keys.iter().map(|key| far[key].clone()).collect();
+            for stage in (1..keys.len()).rev() {
+                let (from, to) = (member.goals[stage - 1], &member.far[stage]);
+                let steps = to.steps(roadmap.lattice(), from) + u32::from(member.rests[stage - 1]);
+                member.after[stage - 1] = steps + member.after[stage];
             }
         }
         Some(Flock {
@@ -109,12 +121,13 @@ impl<'a> Flock<'a> {
         usize::from(at.stage) + 1 == member.goals.len() && Some(&at.place) == member.goals.last()
     }
 
-    /// Steps to the drone's next task.
+    /// Steps to the drone's last task past all before it, with nobody else there.
     pub(super) fn steps_left(&self, drone: usize, at: &Whereabouts) -> u32 {
-        self.steps_from(drone, at, at.place)
+        let after = self.members[drone].after[usize::from(at.stage)];
+        self.steps_from(drone, at, at.place) + after
     }
 
-    /// The same from a place nearby.
+    /// Steps to its next task from a place nearby.
     pub(super) fn steps_from(&self, drone: usize, at: &Whereabouts, place: Vertex) -> u32 {
         self.members[drone].far[usize::from(at.stage)].steps(self.roadmap.lattice(), place)
     }
@@ -201,7 +214,8 @@ fn member(
         |stage: &crate::errand::Stage| u16::try_from(stage.dwell_ticks.div_ceil(step_ticks)).ok();
     let rests: Option<Vec<u16>> = errand.stages.iter().map(rest).collect();
     Some(Member {
-        far: vec![Arc::new(Far::Nowhere); goals.len()],
+        after: vec![0; goals.len()],
+        far: Vec::new(),
         goals,
         rests: rests?,
         classes: classes?,

@@ -92,3 +92,63 @@ fn stays(errand: &Errand, roadmap: &Roadmap) -> Leg {
         air_limit: errand.air_limit,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assemble::assemble;
+    use crate::crowd::Steps;
+    use crate::outcome::Control;
+    use crate::prepare::{empty_costmap, prepare};
+    use crate::verify::verify;
+
+    /// Sixty drones on twelve metres by twelve, two tasks each, the first with a dwell.
+    #[test]
+    fn steps_together_and_those_left_make_a_plan_that_the_verifier_finds_nothing_in() {
+        let text = crate::instances::hall(60, 2).expect("there is room");
+        let mut world =
+            crate::scenario::read_world(&text, &|file| Err(file.to_owned())).expect("in order");
+        let column = |index: usize| {
+            (
+                (index * 53 % 144 % 12) as f64 + 0.5,
+                (index * 53 % 144 / 12) as f64 + 0.5,
+            )
+        };
+        for (index, drone) in world.drones.iter_mut().enumerate() {
+            (drone.start_m.x, drone.start_m.y) = column(index);
+            let mut first = drone.tasks[0].clone();
+            (first.to_m.x, first.to_m.y) = column(index + 31);
+            first.dwell_s = 0.7 * (index % 3) as f64;
+            (drone.tasks[0].to_m.x, drone.tasks[0].to_m.y) = column(index + 83);
+            drone.tasks.insert(0, first);
+        }
+        (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
+        let job = prepare(&world);
+        let costmap = empty_costmap(&world, job.roadmap.lattice(), true);
+        let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
+        let setting = Setting {
+            job: &job,
+            costmap: &costmap,
+            steps: steps.as_ref(),
+            excluded: &[],
+            planning: &world.planning,
+            control: &Control::QUIET,
+        };
+        let mut effort = Effort::default();
+        let paths = plan_together(&setting, &mut effort).expect("everybody comes home");
+        assert!(effort.rounds > 0);
+        let report = verify(&assemble(&world, &job, &paths));
+        assert!(report.violations.is_empty(), "{:#?}", report.violations);
+        for (path, errand) in paths.paths.iter().flatten().zip(&job.errands) {
+            let last = path.legs.last().expect("it flies");
+            assert_eq!(last.to_m, job.roadmap.position_m(errand.last_vertex()));
+            let passes = |leg: &Leg| {
+                leg.stays()
+                    && leg.from_m == job.roadmap.position_m(errand.stages[0].distances.goal())
+            };
+            let dwells = path.legs.iter().filter(|leg| passes(leg));
+            let longest = dwells.map(|leg| leg.end.0 - leg.start.0).max();
+            assert!(longest.unwrap_or(0) >= errand.stages[0].dwell_ticks);
+        }
+    }
+}

@@ -1,8 +1,9 @@
 //! What everybody's endpoints leave free: places to hover at, and steps along the axes between them.
 
-use super::{Endpoint, Offence, OffenceKind};
+use super::Endpoint;
 use crate::crowd::abreast::{Abreast, MOST_LOADS, STAYS, WAYS};
 use crate::crowd::steps::Pace;
+use crate::outcome::{Offence, OffenceKind};
 use crate::prepare::Job;
 use crate::roadmap::Vertex;
 

@@ -1,8 +1,8 @@
 use costmap::leg::{Leg, Tick};
 
-use super::{OffenceKind, WellFormed, examine};
+use super::examine;
 use crate::crowd::Steps;
-use crate::outcome::Control;
+use crate::outcome::{Control, OffenceKind, WellFormed};
 use crate::prepare::{Job, empty_costmap, prepare};
 use crate::search::{Found, IMMOVABLE, Scene, search};
 use crate::world::World;

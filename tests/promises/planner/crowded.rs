@@ -7,25 +7,22 @@ use planner::{Control, Outcome, plan_world};
 
 use super::duties;
 
-/// Side of the floor (m), and drones on it: one on every other column, at the start and in the end.
-const SIDE: usize = 14;
-const DRONES: usize = 98;
-
-fn full_floor() -> World {
-    let text = planner::instances::hall(DRONES, 5).unwrap();
+/// So many drones on a square floor, each in a column of its own, at the start and in the end.
+fn full_floor(drones: usize, side: usize) -> World {
+    let text = planner::instances::hall(drones, 5).unwrap();
     let mut world = planner::scenario::read_world(&text, &|file| Err(file.to_owned())).unwrap();
     let place = |index: usize, salt: usize| {
-        // 53 and the number of columns have no factor in common: each has a column of its own.
-        let column = (index * 53 + salt) % (SIDE * SIDE);
-        [(column % SIDE) as f64 + 0.5, (column / SIDE) as f64 + 0.5]
+        // 53 is prime and no side a multiple of it: no column comes twice.
+        let column = (index * 53 + salt) % (side * side);
+        [(column % side) as f64 + 0.5, (column / side) as f64 + 0.5]
     };
     for (index, drone) in world.drones.iter_mut().enumerate() {
         let ([x, y], [u, v]) = (place(index, 0), place(index, 87));
         (drone.start_m.x, drone.start_m.y) = (x, y);
         (drone.tasks[0].to_m.x, drone.tasks[0].to_m.y) = (u, v);
     }
-    world.bounds_m.max.x = SIDE as f64;
-    world.bounds_m.max.y = SIDE as f64;
+    world.bounds_m.max.x = side as f64;
+    world.bounds_m.max.y = side as f64;
     world
 }
 
@@ -38,7 +35,7 @@ fn planned(world: &World) -> (Plan, Effort) {
 
 #[test]
 fn with_half_of_all_columns_held_everybody_gets_home_at_any_number_of_threads() {
-    let world = full_floor();
+    let world = full_floor(98, 14);
     let [one, three] = [1, 3].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| planned(&world))
@@ -50,4 +47,23 @@ fn with_half_of_all_columns_held_everybody_gets_home_at_any_number_of_threads() 
     duties::assert_done(&world, plan);
     let text = |plan: &Plan| serde_json::to_string(plan).unwrap();
     assert_eq!(text(plan), text(&three.0));
+}
+
+#[test]
+fn what_is_to_be_done_on_the_way_is_done_on_a_full_floor_too() {
+    let mut world = full_floor(60, 12);
+    let places: Vec<_> = world.drones.iter().map(|drone| drone.start_m).collect();
+    for (index, drone) in world.drones.iter_mut().enumerate() {
+        // Past where another one started, for a while.
+        let mut on_the_way = drone.tasks[0].clone();
+        on_the_way.to_m = places[(index + 7) % places.len()];
+        on_the_way.dwell_s = 0.5 * (index % 4) as f64;
+        drone.tasks.insert(0, on_the_way);
+        drone.tasks[1].dwell_s = 1.0;
+    }
+    let (plan, effort) = planned(&world);
+    assert!(effort.rounds > 0, "nobody had to step together: {effort:?}");
+    assert!(plan.unplanned.is_empty(), "{:?}", plan.unplanned);
+    assert!(plan.violations.is_empty(), "{:#?}", plan.violations);
+    duties::assert_done(&world, &plan);
 }
