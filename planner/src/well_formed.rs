@@ -37,7 +37,7 @@ pub(crate) struct Endpoint {
     is_goal: bool,
 }
 
-/// Examines a fleet; `None` where somebody starts or ends beside the lattice, which the tables do not know.
+/// Examines a fleet; `None` where a start or a task lies beside the lattice, which the tables do not know.
 pub fn examine(job: &Job, steps: &Steps) -> Option<WellFormed> {
     let abreast = Abreast::new(steps);
     let ends = endpoints(job, steps)?;
@@ -100,6 +100,10 @@ fn endpoints(job: &Job, steps: &Steps) -> Option<Vec<Endpoint>> {
         let goal = (errand.ending != Ending::Leave).then_some(errand.last_vertex());
         let places = std::iter::once((errand.start, errand.kinds.first(), false))
             .chain(goal.map(|goal| (goal, errand.kinds.last(), true)));
+        let mut tasks = errand.stages.iter().map(|stage| stage.distances.goal());
+        if tasks.any(|task| job.roadmap.is_stop(task)) {
+            return None;
+        }
         for (place, kind, is_goal) in places {
             if job.roadmap.is_stop(place) {
                 return None;

@@ -47,6 +47,18 @@ fn drones_with_room_around_everybody_need_no_order() {
 }
 
 #[test]
+fn tasks_beside_the_lattice_are_not_examined() {
+    let mut world = world([10, 8, 4], &[([1.5, 1.5, 1.5], [8.5, 6.5, 1.5])]);
+    let mut on_the_way = world.drones[0].tasks[0].clone();
+    on_the_way.to_m.x = 4.25;
+    world.drones[0].tasks.insert(0, on_the_way);
+    let job = prepare(&world);
+    let costmap = empty_costmap(&world, job.roadmap.lattice(), true);
+    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap).expect("no zones");
+    assert_eq!(examine(&job, &steps), None);
+}
+
+#[test]
 fn who_ends_above_anothers_start_waits_for_it() {
     let world = world(
         [10, 8, 4],
