@@ -98,9 +98,11 @@ mod tests {
     use super::*;
     use crate::assemble::assemble;
     use crate::crowd::Steps;
+    use crate::errand::Ending;
     use crate::outcome::Control;
     use crate::prepare::{empty_costmap, prepare};
     use crate::verify::verify;
+    use crate::world::AtEnd;
 
     /// Sixty drones on twelve metres by twelve, two tasks each, the first with a dwell.
     #[test]
@@ -121,6 +123,11 @@ mod tests {
             first.dwell_s = 0.7 * (index % 3) as f64;
             (drone.tasks[0].to_m.x, drone.tasks[0].to_m.y) = column(index + 83);
             drone.tasks.insert(0, first);
+            drone.at_end = match index % 6 {
+                0 => AtEnd::Land,
+                3 => AtEnd::Leave,
+                _ => AtEnd::Hover,
+            };
         }
         (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
         let job = prepare(&world);
@@ -141,7 +148,14 @@ mod tests {
         assert!(report.violations.is_empty(), "{:#?}", report.violations);
         for (path, errand) in paths.paths.iter().flatten().zip(&job.errands) {
             let last = path.legs.last().expect("it flies");
-            assert_eq!(last.to_m, job.roadmap.position_m(errand.last_vertex()));
+            let goal_m = job.roadmap.position_m(errand.last_vertex());
+            match errand.ending {
+                Ending::Hover => assert_eq!((last.to_m, last.end), (goal_m, Tick::FOREVER)),
+                Ending::Leave => assert_eq!(last.to_m, goal_m),
+                Ending::Land { rest_m, .. } => {
+                    assert_eq!((last.to_m, last.flying), (rest_m, false))
+                }
+            }
             let passes = |leg: &Leg| {
                 leg.stays()
                     && leg.from_m == job.roadmap.position_m(errand.stages[0].distances.goal())
