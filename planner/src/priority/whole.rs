@@ -17,7 +17,7 @@ use crate::world::Planning;
 
 /// States a drone, over the whole fleet, after which the plan that there is will do. Chosen here: 1500 drones in a warehouse are through
 /// after 1300, 2000 never.
-pub(super) const MOST_EXPANSIONS_A_DRONE: u64 = 2_000;
+pub(super) const MOST_EXPANSIONS_A_DRONE: u64 = 1_500;
 /// Where more than this share of all columns is held in the end, everybody is planned at once first. Chosen here: where
 /// less is, one after another nearly always find ways, and better ones.
 const CROWDED_SHARE: f64 = 0.4;
