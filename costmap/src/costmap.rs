@@ -35,6 +35,11 @@ pub struct Reservation {
 }
 
 impl Reservation {
+    /// The legs.
+    pub fn legs(&self) -> &[Leg] {
+        &self.legs
+    }
+
     /// Whose legs they are; `None` if there are none.
     pub fn drone(&self) -> Option<DroneId> {
         self.legs.first().map(|leg| leg.drone)
@@ -93,21 +98,24 @@ impl Costmap {
         self.fleet.longest_lag() > 0
     }
 
-    /// A drone's leg, or part of one, at a moment; whatever there is if it has none then.
-    pub fn item_at(&self, drone: DroneId, at: Tick) -> u32 {
-        let items = self.timeline.of(drone);
-        let after = items.partition_point(|&item| self.timeline.item(item).leg.start <= at);
-        items.get(after.saturating_sub(1)).copied().unwrap_or(0)
-    }
-
-    /// What others' wakes that are close fill of the budget of a leg of [`Costmap::item_at`], at most.
-    pub fn filled(&self, item: u32) -> f64 {
-        self.timeline.item(item).peak as f64 / f64::from(self.budget)
+    /// What others' wakes that are close fill, at most, of the budget of a drone in one of its parts: those of its legs
+    /// in turn, see [`part_at`].
+    pub fn filled(&self, drone: DroneId, part: u32) -> f64 {
+        let item = self.part(drone, part);
+        item.map_or(0.0, |item| item.peak as f64 / f64::from(self.budget))
     }
 
     /// The same between two ticks.
-    pub fn filled_between(&self, item: u32, [start, end]: [Tick; 2]) -> f64 {
-        self.timeline.item(item).filled(start, end) as f64 / f64::from(self.budget)
+    pub fn filled_between(&self, drone: DroneId, part: u32, [start, end]: [Tick; 2]) -> f64 {
+        let filled = |item: &Item| item.filled(start, end) as f64 / f64::from(self.budget);
+        self.part(drone, part).map_or(0.0, filled)
+    }
+
+    fn part(&self, drone: DroneId, part: u32) -> Option<&Item> {
+        let items = self.timeline.of(drone);
+        items
+            .get(part as usize)
+            .map(|&item| self.timeline.item(item))
     }
 
     /// For how many drones there is room.
@@ -309,7 +317,7 @@ fn incoming(on: &Leg, from: &Leg, load: u32) -> Incoming {
 
 /// A leg that stays, whole; others in parts of a second, if they last for more than two.
 fn parts(leg: &Leg) -> impl Iterator<Item = Leg> + '_ {
-    let whole = leg.stays() || leg.end.0 - leg.start.0 <= PART_TICKS;
+    let whole = is_whole(leg);
     let step = if whole { u32::MAX } else { BUCKET_TICKS };
     let mut next = Some(leg.start);
     std::iter::from_fn(move || {
@@ -318,6 +326,19 @@ fn parts(leg: &Leg) -> impl Iterator<Item = Leg> + '_ {
         next = (end < leg.end).then_some(end);
         Some(if whole { *leg } else { leg.between(start, end) })
     })
+}
+
+/// Which of the parts in which a leg is kept lasts at a moment.
+pub fn part_at(leg: &Leg, at: Tick) -> u32 {
+    if is_whole(leg) {
+        0
+    } else {
+        (at.0 - leg.start.0) / BUCKET_TICKS
+    }
+}
+
+fn is_whole(leg: &Leg) -> bool {
+    leg.stays() || leg.end.0 - leg.start.0 <= PART_TICKS
 }
 
 mod judge;

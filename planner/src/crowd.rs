@@ -8,7 +8,7 @@
 //! It serves to find ways: pairs only, no sums, and legs off the lattice count as standing still at the places next
 //! to them in turn. Whoever plans with it has the [`Costmap`] judge what was found.
 
-use costmap::costmap::Costmap;
+use costmap::costmap::{Costmap, part_at};
 use costmap::leg::{DroneId, Leg, Tick};
 
 use crate::roadmap::Vertex;
@@ -73,7 +73,7 @@ impl<'a> Crowd<'a> {
             closed_count: vec![0; steps.class_count()],
         };
         for drone in 0..costmap.drone_count() as u32 {
-            crowd.insert(costmap, DroneId(drone));
+            crowd.insert(costmap.legs(DroneId(drone)));
         }
         crowd
     }
@@ -94,9 +94,12 @@ impl<'a> Crowd<'a> {
         inside.then(|| i as usize + nx * j as usize)
     }
 
-    /// Adds what a drone has reserved.
-    pub fn insert(&mut self, costmap: &Costmap, drone: DroneId) {
-        for leg in costmap.legs(drone) {
+    /// Adds a drone's legs: all that it reserves.
+    pub fn insert(&mut self, legs: &[Leg]) {
+        let mut next_part = 0;
+        for leg in legs {
+            let first_part = next_part;
+            next_part += 1 + part_at(leg, Tick(leg.end.0.saturating_sub(1)));
             let Some(class) = self.steps.class(leg.drone, leg.kind) else {
                 continue;
             };
@@ -105,7 +108,7 @@ impl<'a> Crowd<'a> {
                     start,
                     end,
                     drone: leg.drone,
-                    item: costmap.item_at(drone, start),
+                    part: first_part + part_at(leg, start),
                     layer: at[2] as i16,
                     way: way as u8,
                     class: class as u8,
@@ -162,7 +165,7 @@ impl<'a> Crowd<'a> {
                     start,
                     end,
                     drone: leg.drone,
-                    item: u32::MAX,
+                    part: u32::MAX,
                     layer: at[2] as i16,
                     way: way as u8,
                     class: class as u8,

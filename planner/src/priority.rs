@@ -264,10 +264,12 @@ impl<'a> Attempt<'a> {
             return;
         };
         self.release(drone);
-        self.costmap.reserve(reservation);
-        if let Some(crowd) = &mut self.crowd {
-            crowd.insert(&self.costmap, drone);
-        }
+        let Some(crowd) = &mut self.crowd else {
+            return self.costmap.reserve(reservation);
+        };
+        let legs = reservation.legs().to_vec();
+        let costmap = &mut self.costmap;
+        rayon::join(|| costmap.reserve(reservation), || crowd.insert(&legs));
     }
 
     fn release(&mut self, drone: DroneId) {

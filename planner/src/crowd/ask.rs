@@ -207,8 +207,9 @@ impl Loads {
         if span.on_second > 0 && !self.is_too_much_for_others {
             let most = f64::from(MOST_LOADS) - f64::from(span.on_second);
             // Mostly it is little at any time.
-            self.is_too_much_for_others = costmap.filled(record.item) * LOADS > most
-                && costmap.filled_between(record.item, thought.time) * LOADS > most;
+            let (drone, part) = (record.drone, record.part);
+            self.is_too_much_for_others = costmap.filled(drone, part) * LOADS > most
+                && costmap.filled_between(drone, part, thought.time) * LOADS > most;
         }
     }
 

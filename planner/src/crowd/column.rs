@@ -8,8 +8,8 @@ pub(super) struct Record {
     pub(super) start: Tick,
     pub(super) end: Tick,
     pub(super) drone: DroneId,
-    /// In the costmap.
-    pub(super) item: u32,
+    /// Which of its parts in the costmap.
+    pub(super) part: u32,
     pub(super) layer: i16,
     pub(super) way: u8,
     pub(super) class: u8,

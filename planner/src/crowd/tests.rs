@@ -152,7 +152,7 @@ fn who_is_taken_back_leaves_nothing_behind() {
     let before = Crowd::new(&steps, &costmap);
     costmap.insert(vec![second, hover]);
     let mut crowd = before.clone();
-    crowd.insert(&costmap, second.drone);
+    crowd.insert(costmap.legs(second.drone));
     let place = job
         .roadmap
         .lattice()

@@ -20,7 +20,12 @@ impl Attempt<'_> {
     /// Plans all in the queue, several at a time as if the others of the batch were not there. They are taken
     /// in order, and whoever is in the way of one before it is planned again. How many there are in a batch
     /// depends on how that went before, and not on the number of threads. `false` if it gave up.
-    pub(super) fn run(&mut self, mut queue: VecDeque<DroneId>) -> bool {
+    pub(super) fn run(&mut self, queue: VecDeque<DroneId>) -> bool {
+        // Among the threads that share the work: little of it can be handed on from outside.
+        rayon::scope(|_| self.run_here(queue))
+    }
+
+    fn run_here(&mut self, mut queue: VecDeque<DroneId>) -> bool {
         let mut most = 1;
         loop {
             let is_spent = |most: u64| self.effort.expansions > most || (self.control.stop)();
@@ -114,7 +119,11 @@ impl Attempt<'_> {
             Found::Stopped => queue.push_front(drone),
             Found::Blocked(by) => self.strand(drone, Stranded::Obstructed(by), queue),
             Found::Path(path) => {
-                if !is_first && !self.meets_only_those_it_knows(drone, &path) {
+                let (is_as_thought, is_borne) = rayon::join(
+                    || is_first || self.meets_only_those_it_knows(drone, &path),
+                    || self.is_borne(drone, &path),
+                );
+                if !is_as_thought {
                     return false;
                 }
                 for &met in &path.met {
@@ -126,9 +135,9 @@ impl Attempt<'_> {
                     queue.push_front(drone);
                     return true;
                 }
-                let careful = &mut self.careful[drone.0 as usize];
-                if !*careful && !self.costmap.is_borne(&path.legs) {
-                    *careful = true;
+                // Fewer are left to bear it now.
+                if !is_borne && !self.is_borne(drone, &path) {
+                    self.careful[drone.0 as usize] = true;
                     queue.push_front(drone);
                     return true;
                 }
@@ -139,6 +148,11 @@ impl Attempt<'_> {
             }
         }
         true
+    }
+
+    /// Whether everybody farther off bears what a path brings them, so far as that was not asked of every step.
+    fn is_borne(&self, drone: DroneId, path: &Path) -> bool {
+        self.careful[drone.0 as usize] || self.costmap.is_borne(&path.legs)
     }
 
     /// Whether a path is as its search thought, now that others of its batch are there.
