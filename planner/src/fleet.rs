@@ -28,11 +28,10 @@ use crate::world::World;
 /// number of threads.
 pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
     (control.progress)(Progress::Preparing);
-    let conflicts = endpoints::check(world);
+    let (conflicts, mut job) = rayon::join(|| endpoints::check(world), || prepare(world));
     if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
         return Outcome::Blocked { conflicts };
     }
-    let mut job = prepare(world);
     let mut effort = Effort::default();
     let costmap = empty_costmap(world, job.roadmap.lattice(), true);
     let mut excluded = excluded(&job, &conflicts, |_| true);
@@ -40,16 +39,19 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
         excluded.extend(kept_out_by_zones(&mut job, &costmap, &excluded, control));
     }
     let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
-    let well_formed = steps.as_ref().and_then(|steps| examine(&job, steps));
-    let paths = plan_fleet(
-        &job,
-        &costmap,
-        steps.as_ref(),
-        &excluded,
-        &world.planning,
-        control,
-        &mut effort,
-    );
+    let search = || {
+        plan_fleet(
+            &job,
+            &costmap,
+            steps.as_ref(),
+            &excluded,
+            &world.planning,
+            control,
+            &mut effort,
+        )
+    };
+    let examination = || steps.as_ref().and_then(|steps| examine(&job, steps));
+    let (paths, well_formed) = rayon::join(search, examination);
     let unplanned = reasons(world, &job, &paths, &conflicts, control);
 
     (control.progress)(Progress::Verifying);

@@ -86,25 +86,24 @@ impl Roadmap {
             widest_m: radii_m.last().copied().unwrap_or(0.0),
         };
         let forward = survey.forward_clearances();
-        let narrow = radii_m
-            .iter()
-            .map(|&radius_m| {
-                let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= radius_m;
-                let marked = |place| !around(&lattice, &forward, place).all(|(_, c)| wide(c));
-                (radius_m, BoxCount::new(&lattice, marked))
-            })
-            .collect();
-        let open = radii_m
-            .iter()
-            .map(|&radius_m| (radius_m, open_steps(&lattice, &forward, radius_m)))
-            .collect();
+        let of_radius = |radius_m: &f64| {
+            let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= *radius_m;
+            let marked = |place| !around(&lattice, &forward, place).all(|(_, c)| wide(c));
+            let narrow = BoxCount::new(&lattice, marked);
+            let open = open_steps(&lattice, &forward, *radius_m);
+            ((*radius_m, narrow), (*radius_m, open))
+        };
         let opens = |place: Vertex, radius_m: f64| {
             let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= radius_m;
             around(&lattice, &forward, place).any(|(_, c)| wide(c))
         };
-        let mut links = Links::new(&survey, bounds, &opens, Vec::new());
-        let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
-        let (graph, places_m) = links.into_graph(&forward);
+        let connected = || {
+            let mut links = Links::new(&survey, bounds, &opens, Vec::new());
+            let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
+            (links.into_graph(&forward), vertices)
+        };
+        let (((graph, places_m), vertices), (narrow, open)) =
+            rayon::join(connected, || radii_m.iter().map(of_radius).unzip());
         let widest_m = survey.widest_m;
         let roadmap = Roadmap {
             graph,
