@@ -85,6 +85,10 @@ impl Pair {
         let mut spans = vec![Span::default()];
         let mut known = FxHashMap::from_iter([(Span::default(), 0)]);
         let kind = |span: Span| {
+            if span == Span::default() {
+                // Most of them.
+                return 0;
+            }
             *known.entry(span).or_insert_with(|| {
                 spans.push(span);
                 (spans.len() - 1) as u16
@@ -131,8 +135,8 @@ impl Pair {
             all_near.iter().filter(matters).copied().collect()
         };
         (pair.hovering, pair.near) = (
-            (0..WAYS).map(hovering).collect(),
-            (0..WAYS).map(near_to).collect(),
+            (0..WAYS).into_par_iter().map(hovering).collect(),
+            (0..WAYS).into_par_iter().map(near_to).collect(),
         );
         pair
     }

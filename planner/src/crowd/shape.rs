@@ -3,6 +3,7 @@
 use costmap::fleet::{BUDGET, Fleet, Meeting};
 use costmap::verdict::price;
 use nalgebra::Point3;
+use rayon::prelude::*;
 
 use super::pair::{Extent, Pair};
 use super::span::{Way, least_distance, meeting, passing};
@@ -67,11 +68,8 @@ impl Shape {
             outside_m / cell_m
         };
         let all: Vec<i32> = (-most..=most).collect();
-        let at = all.iter().map(|k| radius(*k, *k, true)).collect::<Vec<_>>();
-        let between = all
-            .iter()
-            .map(|k| radius(*k, k + 1, true))
-            .collect::<Vec<_>>();
+        let at: Vec<f64> = all.par_iter().map(|k| radius(*k, *k, true)).collect();
+        let between: Vec<f64> = all.par_iter().map(|k| radius(*k, k + 1, true)).collect();
         let bodies = (1..most).find(|k| radius(*k - 1, *k, false) == 0.0);
         let rings = 0..=(near_m / cell_m * RINGS as f64).ceil() as usize;
         let cost = |k: &i32| {
@@ -88,7 +86,7 @@ impl Shape {
             };
             rings.clone().map(at_price).collect()
         };
-        let prices: Vec<Vec<f64>> = all.iter().map(cost).collect();
+        let prices: Vec<Vec<f64>> = all.par_iter().map(cost).collect();
         let loads = |low: i32, high: i32| -> Vec<[f64; 2]> {
             let z_m = [low, high].map(|layers| f64::from(layers) * cell_m);
             let at_ring = |ring: usize| {
@@ -99,8 +97,8 @@ impl Shape {
             };
             rings.clone().map(at_ring).collect()
         };
-        let loads_at: Vec<Vec<[f64; 2]>> = all.iter().map(|k| loads(*k, *k)).collect();
-        let loads_between: Vec<Vec<[f64; 2]>> = all.iter().map(|k| loads(*k, k + 1)).collect();
+        let loads_at: Vec<Vec<[f64; 2]>> = all.par_iter().map(|k| loads(*k, *k)).collect();
+        let loads_between: Vec<Vec<[f64; 2]>> = all.par_iter().map(|k| loads(*k, k + 1)).collect();
         let counts = |ring: &usize| {
             let both = loads_at.iter().chain(&loads_between);
             both.flat_map(|rings| rings[*ring])
