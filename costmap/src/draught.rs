@@ -149,7 +149,8 @@ fn loads(fleet: &Fleet, ground: &Ground, parts: &[Leg]) -> Vec<(usize, u32)> {
         return Vec::new();
     };
     let bins = ground.bins(&around);
-    let mut loads: Vec<(usize, u32)> = ground.rows(bins).flatten().map(|bin| (bin, 0)).collect();
+    let mut loads: Vec<(usize, u32)> = Vec::with_capacity(bins.count());
+    loads.extend(ground.rows(bins).flatten().map(|bin| (bin, 0)));
     for part in parts {
         let gaps_m = ground.gaps_m(&Footprint::around(part, 0.0), bins);
         for ((_, most), gap_m) in loads.iter_mut().zip(gaps_m) {

@@ -73,6 +73,14 @@ pub struct Bins {
     high: [u16; 2],
 }
 
+impl Bins {
+    /// How many they are.
+    pub(crate) fn count(&self) -> usize {
+        let along = |axis: usize| usize::from(self.high[axis] - self.low[axis]) + 1;
+        along(0) * along(1)
+    }
+}
+
 /// Chosen here: a table over all bins is then 256 kB.
 const MOST_BINS: f64 = 65_536.0;
 
@@ -150,7 +158,7 @@ impl Ground {
             })
         };
         let x_m: Vec<f64> = along(0).collect();
-        let mut gaps_m = Vec::new();
+        let mut gaps_m = Vec::with_capacity(bins.count());
         for y_m in along(1) {
             gaps_m.extend(x_m.iter().map(|x_m| length_m(*x_m, y_m)));
         }
