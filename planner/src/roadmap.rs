@@ -88,14 +88,14 @@ impl Roadmap {
         let forward = survey.forward_clearances();
         let of_radius = |radius_m: &f64| {
             let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= *radius_m;
-            let marked = |place| !around(&lattice, &forward, place).all(|(_, c)| wide(c));
+            let marked = |place| !around(&lattice, &forward, place).all(|(_, _, c)| wide(c));
             let narrow = BoxCount::new(&lattice, marked);
             let open = open_steps(&lattice, &forward, *radius_m);
             ((*radius_m, narrow), (*radius_m, open))
         };
         let opens = |place: Vertex, radius_m: f64| {
             let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= radius_m;
-            around(&lattice, &forward, place).any(|(_, c)| wide(c))
+            around(&lattice, &forward, place).any(|(_, _, c)| wide(c))
         };
         let connected = || {
             let mut links = Links::new(&survey, bounds, &opens, Vec::new());
@@ -178,12 +178,12 @@ impl Roadmap {
 /// Clearance of the 13 ways from a lattice place to neighbours of higher number; the others are theirs.
 type Forward = Vec<[f32; 13]>;
 
-/// Neighbours of a lattice place with the clearance of the way there, in ascending order.
+/// Neighbours of a lattice place, in ascending order: which of [`NEIGHBOURS`] each is, and the clearance of the way there.
 fn around<'a>(
     lattice: &'a Lattice,
     forward: &'a Forward,
     place: Vertex,
-) -> impl Iterator<Item = (Vertex, f32)> + 'a {
+) -> impl Iterator<Item = (usize, Vertex, f32)> + 'a {
     let [i, j, k] = lattice.steps(place);
     NEIGHBOURS.iter().enumerate().filter_map(move |(n, d)| {
         let to = lattice.at([i + d[0], j + d[1], k + d[2]])?;
@@ -191,26 +191,15 @@ fn around<'a>(
             Some(ahead) => forward[place as usize][ahead],
             None => forward[to as usize][12 - n],
         };
-        Some((to, clearance_m))
+        Some((n, to, clearance_m))
     })
 }
 
 fn open_steps(lattice: &Lattice, forward: &Forward, radius_m: f64) -> Vec<u32> {
     let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= radius_m && c > 0.0;
     let of_place = |place: Vertex| {
-        let [i, j, k] = lattice.steps(place);
-        let mut open = 0;
-        for (n, d) in NEIGHBOURS.iter().enumerate() {
-            let Some(to) = lattice.at([i + d[0], j + d[1], k + d[2]]) else {
-                continue;
-            };
-            let clearance_m = match n.checked_sub(13) {
-                Some(ahead) => forward[place as usize][ahead],
-                None => forward[to as usize][12 - n],
-            };
-            open |= u32::from(wide(clearance_m)) << n;
-        }
-        open
+        let open = around(lattice, forward, place).filter(|(_, _, c)| wide(*c));
+        open.fold(0, |open, (n, _, _)| open | 1 << n)
     };
     (0..lattice.place_count() as Vertex)
         .into_par_iter()
