@@ -16,6 +16,7 @@
 
 use airflow::{DiscPoints, Wake};
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 use crate::moved_jet::{MovedSlab, slabs_m};
 use sample::{Diagonal, Sample, at_middle, at_radius, azimuths, farthest_m, sample_row};
@@ -91,7 +92,7 @@ impl Envelope {
             return Envelope::of_moved(wake, discs, depths_m, &azimuths, negligible_square);
         }
         let samples: Vec<(f64, Vec<Sample>)> = depths_m
-            .iter()
+            .par_iter()
             .map(|&depth_m| {
                 let depth_m = depth_m.max(1e-9);
                 let mut diagonal = Diagonal::new(wake, depth_m);
