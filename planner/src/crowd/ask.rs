@@ -118,10 +118,12 @@ impl Crowd<'_> {
                 let Some(column) = self.column([at[0] + aside[0], at[1] + aside[1]]) else {
                     continue;
                 };
-                if !self.glances[column].may_hold(spells, thought.time) {
+                let glance = &self.glances[column];
+                if !glance.may_hold(spells, thought.time) {
                     continue;
                 }
-                for record in self.columns[column].between(thought.time) {
+                let all = glance.may_be_passed(spells);
+                for record in self.columns[column].between(thought.time, all) {
                     let dz = i32::from(record.layer) - at[2];
                     if usize::from(record.class) != other || dz.abs() > pair.extent.layers {
                         continue;

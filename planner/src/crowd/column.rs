@@ -62,9 +62,17 @@ impl Column {
         glance
     }
 
-    /// What lasts between two ticks: in order of time, those who stay last.
-    pub(super) fn between(&self, [from, until]: [Tick; 2]) -> impl Iterator<Item = &Record> {
-        let first = self.latest.partition_point(|latest| *latest <= from);
+    /// What lasts between two ticks: in order of time, those who stay last. Not `all`: those who stay alone.
+    pub(super) fn between(
+        &self,
+        [from, until]: [Tick; 2],
+        all: bool,
+    ) -> impl Iterator<Item = &Record> {
+        let first = if all {
+            self.latest.partition_point(|latest| *latest <= from)
+        } else {
+            self.passing.len()
+        };
         self.passing[first..]
             .iter()
             .take_while(move |record| record.start < until)
@@ -111,6 +119,11 @@ impl Glance {
 
     /// Whether there may be somebody in a time that has these spells.
     pub(super) fn may_hold(&self, spells: u64, [_, until]: [Tick; 2]) -> bool {
-        self.passing & spells != 0 || self.stays_from < until
+        self.may_be_passed(spells) || self.stays_from < until
+    }
+
+    /// Whether there may be somebody then who does not stay.
+    pub(super) fn may_be_passed(&self, spells: u64) -> bool {
+        self.passing & spells != 0
     }
 }
