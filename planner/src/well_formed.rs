@@ -1,4 +1,4 @@
-//! Whether every order of the fleet leads to a plan, shown before any search.
+//! Whether every order of the fleet leads to a plan, shown without any search.
 //!
 //! Endpoints are well-formed if every drone has a way from its start to its goal that all others leave free, wherever each
 //! of them is, at its start or at its goal: then whoever waits at its start until those before it are home has a way, in
