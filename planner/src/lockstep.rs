@@ -36,12 +36,14 @@ pub(crate) struct Together {
     pub(crate) errands: Vec<Errand>,
     /// Whether each is where it stays.
     pub(crate) home: Vec<bool>,
-    fixed: Vec<bool>,
+    /// Whether each stays at its start whatever happens.
+    pub(crate) fixed: Vec<bool>,
     /// Everybody's legs up to then; of those at home, up to when they came there for the last time.
     legs: Vec<Vec<Leg>>,
 }
 
-/// Moves everybody as far towards their goals as steps at the same time get them; those in `fixed` stay at their starts.
+/// Moves everybody as far towards their goals as steps at the same time get them; those in `fixed` stay at their starts, and
+/// so do those without tasks.
 ///
 /// `None` where it was told to stop, and where steps along the lattice are not all that somebody does: starts on the ground
 /// or beside the lattice, tasks beside it, flights begun already.
@@ -62,7 +64,7 @@ pub(crate) fn step_together(
         .iter()
         .map(|errand| errand.mover.step_ticks()[0]);
     let ticks = ticks.max()?;
-    let mut is_fixed = vec![false; job.errands.len()];
+    let mut is_fixed: Vec<bool> = job.errands.iter().map(Errand::stays).collect();
     for drone in fixed {
         is_fixed[drone.0 as usize] = true;
     }

@@ -53,8 +53,10 @@ pub(super) fn plan_together(setting: &Setting<'_>, effort: &mut Effort) -> Optio
             waiting.push((errand.alone_ticks, errand.drone));
         }
     }
-    for drone in fixed {
-        attempt.weights[drone.0 as usize] = IMMOVABLE;
+    for (weight, fixed) in attempt.weights.iter_mut().zip(&together.fixed) {
+        if *fixed {
+            *weight = IMMOVABLE;
+        }
     }
     waiting.sort_unstable();
     let is_through = attempt.run(waiting.into_iter().map(|(_, drone)| drone).collect());
@@ -129,6 +131,7 @@ mod tests {
                 _ => AtEnd::Hover,
             };
         }
+        world.drones[7].tasks.clear();
         (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
         let job = prepare(&world);
         let costmap = empty_costmap(&world, job.roadmap.lattice(), true);
@@ -155,6 +158,10 @@ mod tests {
                 Ending::Land { rest_m, .. } => {
                     assert_eq!((last.to_m, last.flying), (rest_m, false))
                 }
+            }
+            if errand.stages.is_empty() {
+                assert_eq!(path.legs.len(), 1, "nobody without a task is pushed");
+                continue;
             }
             let passes = |leg: &Leg| {
                 leg.stays()

@@ -107,6 +107,9 @@ impl Setting<'_> {
         for (drone, _) in &paths.stranded {
             attempt.weights[drone.0 as usize] = IMMOVABLE;
         }
+        for errand in self.job.errands.iter().filter(|errand| errand.stays()) {
+            attempt.weights[errand.drone.0 as usize] = IMMOVABLE;
+        }
         (attempt.paths, attempt.stranded) = (paths.paths, paths.stranded);
         attempt.improve_while_there_is_time();
         attempt.into_paths()
