@@ -69,6 +69,38 @@ pub enum Ending {
     Leave,
 }
 
+impl Ending {
+    /// What is flown after the last dwell, given how it would stay where that ended for ever.
+    pub fn legs(&self, stay: Leg) -> Vec<Leg> {
+        match *self {
+            Ending::Leave => Vec::new(),
+            Ending::Hover => vec![stay],
+            Ending::Land { rest_m, ticks } => {
+                let rest = Leg {
+                    from_m: rest_m,
+                    to_m: rest_m,
+                    flying: false,
+                    ..stay
+                };
+                if ticks == 0 || !stay.flying {
+                    return vec![rest];
+                }
+                let landed = stay.start.after(ticks);
+                let down = Leg {
+                    end: landed,
+                    to_m: rest_m,
+                    ..stay
+                };
+                let rest = Leg {
+                    start: landed,
+                    ..rest
+                };
+                vec![down, rest]
+            }
+        }
+    }
+}
+
 /// How long after it departs a drone may take to fly out of the air that it is in: chosen here, 2 s, two to
 /// four cells.
 pub const FORGIVEN_TICKS: u32 = 200;

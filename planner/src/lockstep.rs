@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::crowd::Steps;
 use crate::crowd::abreast::Abreast;
-use crate::errand::{Ending, Errand};
+use crate::errand::Errand;
 use crate::outcome::{Control, Effort};
 use crate::prepare::Job;
 use crate::priority::stays_at_start;
@@ -110,6 +110,10 @@ impl Together {
         let mut paths = Vec::with_capacity(self.legs.len());
         for (index, (mut legs, planned)) in self.legs.into_iter().zip(planned).enumerate() {
             let arrives = match planned {
+                _ if self.fixed[index] => {
+                    legs = vec![stays_at_start(&job.errands[index], &job.roadmap)];
+                    Tick(0)
+                }
                 Some(path) => {
                     if let Some(last) = legs.last()
                         && last.end < self.at
@@ -125,10 +129,6 @@ impl Together {
                     }
                     legs.extend(path.legs);
                     path.arrives
-                }
-                None if self.fixed[index] => {
-                    legs = vec![stays_at_start(&job.errands[index], &job.roadmap)];
-                    Tick(0)
                 }
                 None => stay_home(job, &job.errands[index], &mut legs),
             };
@@ -186,7 +186,7 @@ fn legs(job: &Job, errand: &Errand, places: &[Whereabouts], is_home: bool, ticks
 
 /// What a drone has still to do when it is there; a dwell that has begun is begun again.
 fn rest_of(job: &Job, errand: &Errand, last: &Whereabouts, at: Tick) -> Errand {
-    let stage = usize::from(last.stage).min(errand.stages.len());
+    let stage = usize::from(last.stage);
     let mut rest = Errand {
         start: last.place,
         departs: at,
@@ -222,28 +222,9 @@ fn stay_home(job: &Job, errand: &Errand, legs: &mut Vec<Leg>) -> Tick {
     if dwell > 0 {
         legs.push(dwelling);
     }
-    match errand.ending {
-        Ending::Hover => legs.push(Leg {
-            start: arrives,
-            ..stay
-        }),
-        Ending::Leave => {}
-        Ending::Land { rest_m, ticks } => {
-            let landed = arrives.after(ticks);
-            legs.push(Leg {
-                start: arrives,
-                end: landed,
-                to_m: rest_m,
-                ..stay
-            });
-            legs.push(Leg {
-                start: landed,
-                from_m: rest_m,
-                to_m: rest_m,
-                flying: false,
-                ..stay
-            });
-        }
-    }
+    legs.extend(errand.ending.legs(Leg {
+        start: arrives,
+        ..stay
+    }));
     arrives
 }

@@ -3,7 +3,7 @@
 use costmap::leg::{DroneId, Leg, Tick};
 
 use super::whole::{MOST_EXPANSIONS_A_DRONE, Setting, known_hopeless};
-use super::{Attempt, Paths};
+use super::{Attempt, Paths, stays_at_start};
 use crate::crowd::Crowd;
 use crate::errand::Errand;
 use crate::lockstep::step_together;
@@ -39,9 +39,11 @@ pub(super) fn plan_together(setting: &Setting<'_>, effort: &mut Effort) -> Optio
     attempt.gives_up_at = Some(most);
     attempt.crowd = Some(Crowd::new(steps, costmap));
     let mut waiting = Vec::new();
-    for (errand, home) in together.errands.iter().zip(&together.home) {
-        let index = errand.drone.0 as usize;
-        if *home {
+    for (index, errand) in together.errands.iter().enumerate() {
+        if together.fixed[index] {
+            attempt.reserve(vec![stays_at_start(errand, &job.roadmap)]);
+            attempt.weights[index] = IMMOVABLE;
+        } else if together.home[index] {
             let legs = vec![stays(errand, &job.roadmap)];
             attempt.reserve(legs.clone());
             attempt.paths[index] = Some(Path {
@@ -51,11 +53,6 @@ pub(super) fn plan_together(setting: &Setting<'_>, effort: &mut Effort) -> Optio
             });
         } else {
             waiting.push((errand.alone_ticks, errand.drone));
-        }
-    }
-    for (weight, fixed) in attempt.weights.iter_mut().zip(&together.fixed) {
-        if *fixed {
-            *weight = IMMOVABLE;
         }
     }
     waiting.sort_unstable();

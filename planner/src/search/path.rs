@@ -5,7 +5,6 @@ use costmap::leg::{Leg, Tick};
 use super::Path;
 use super::label::{Label, Step};
 use super::walk::Search;
-use crate::errand::Ending;
 
 impl Search<'_> {
     pub(super) fn path(&self, end: u32) -> Path {
@@ -65,27 +64,7 @@ impl Search<'_> {
             end: Tick::FOREVER,
             ..self.leg(label, here_m, 0)
         };
-        match self.errand.ending {
-            Ending::Leave => Vec::new(),
-            Ending::Hover => vec![stay],
-            Ending::Land { rest_m, ticks } => {
-                let down = self.leg(label, rest_m, ticks);
-                let rest = Leg {
-                    start: down.end,
-                    from_m: rest_m,
-                    to_m: rest_m,
-                    flying: false,
-                    ..stay
-                };
-                if ticks == 0 || label.grounded {
-                    return vec![Leg {
-                        start: label.at,
-                        ..rest
-                    }];
-                }
-                vec![down, rest]
-            }
-        }
+        self.errand.ending.legs(stay)
     }
 }
 
