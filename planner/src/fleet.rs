@@ -39,19 +39,16 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
         excluded.extend(kept_out_by_zones(&mut job, &costmap, &excluded, control));
     }
     let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
-    let search = || {
-        plan_fleet(
-            &job,
-            &costmap,
-            steps.as_ref(),
-            &excluded,
-            &world.planning,
-            control,
-            &mut effort,
-        )
-    };
-    let examination = || steps.as_ref().and_then(|steps| examine(&job, steps));
-    let (paths, well_formed) = rayon::join(search, examination);
+    let well_formed = steps.as_ref().and_then(|steps| examine(&job, steps));
+    let paths = plan_fleet(
+        &job,
+        &costmap,
+        steps.as_ref(),
+        &excluded,
+        &world.planning,
+        control,
+        &mut effort,
+    );
     let unplanned = reasons(world, &job, &paths, &conflicts, control);
 
     (control.progress)(Progress::Verifying);

@@ -17,7 +17,7 @@ pub enum Outcome {
         /// Goals that exclude one another; the drones dropped for it are in [`Plan::unplanned`].
         conflicts: Vec<EndpointConflict>,
         /// Whether every order of the fleet leads to a plan; `None` where that is not examined: among zones, in air that
-        /// takes its time, around others' fixed ways, and where a start or a task lies beside the lattice.
+        /// takes its time, around others' fixed ways, where somebody lands, and where a start or a task lies beside the lattice.
         well_formed: Option<WellFormed>,
         /// What the search did.
         effort: Effort,

@@ -37,7 +37,7 @@ pub(crate) struct Endpoint {
     is_goal: bool,
 }
 
-/// Examines a fleet; `None` where a start or a task lies beside the lattice, which the tables do not know.
+/// Examines a fleet; `None` where somebody lands, and where a start or a task lies beside the lattice, which the tables do not know.
 pub fn examine(job: &Job, steps: &Steps) -> Option<WellFormed> {
     let abreast = Abreast::new(steps);
     let ends = endpoints(job, steps)?;
@@ -52,23 +52,20 @@ pub fn examine(job: &Job, steps: &Steps) -> Option<WellFormed> {
     };
     let rooms: Option<Vec<Rooms>> = (0..steps.class_count()).map(rooms).collect();
     let rooms = rooms?;
+    // Who stands around it, on one of its ways at least; `None`: it has them all.
     let enclosed = |errand: &Errand| -> Option<BTreeSet<u32>> {
-        let mut by = None;
-        let mut from = errand.start;
-        for (stage, kind) in errand.stages.iter().zip(&errand.kinds) {
-            let class = steps.class(errand.drone, *kind)?;
-            let to = stage.distances.goal();
-            let around = rooms[class].between(&job.roadmap, &marks, errand, [from, to]);
-            by = by
-                .into_iter()
-                .chain(around)
-                .reduce(|mut all: BTreeSet<u32>, more| {
-                    all.extend(more);
-                    all
-                });
-            from = to;
-        }
-        by
+        let goals = errand.stages.iter().map(|stage| stage.distances.goal());
+        let starts = std::iter::once(errand.start).chain(goals.clone());
+        let around = starts
+            .zip(goals)
+            .zip(&errand.kinds)
+            .filter_map(
+                |((from, to), kind)| match steps.class(errand.drone, *kind) {
+                    Some(class) => rooms[class].between(&job.roadmap, &marks, errand, [from, to]),
+                    None => Some(BTreeSet::new()),
+                },
+            );
+        around.reduce(|all, more| &all | &more)
     };
     let enclosed: Vec<Option<BTreeSet<u32>>> = job.errands.par_iter().map(enclosed).collect();
     let mut waiting: BTreeSet<usize> = offences.iter().map(|offence| offence.drone).collect();
@@ -89,31 +86,27 @@ pub fn examine(job: &Job, steps: &Steps) -> Option<WellFormed> {
     })
 }
 
-fn class(steps: &Steps, errand: &Errand, kind: KindId) -> Option<usize> {
-    steps.class(errand.drone, kind)
-}
-
-/// Everybody's start and goal; those on the ground count as if they hovered.
+/// Everybody's start and goal; those on the ground count as if they hovered. `None` where somebody lands: the way down is no step.
 fn endpoints(job: &Job, steps: &Steps) -> Option<Vec<Endpoint>> {
     let mut ends = Vec::with_capacity(2 * job.errands.len());
     for (drone, errand) in job.errands.iter().enumerate() {
-        let goal = (errand.ending != Ending::Leave).then_some(errand.last_vertex());
-        let places = std::iter::once((errand.start, errand.kinds.first(), false))
-            .chain(goal.map(|goal| (goal, errand.kinds.last(), true)));
-        let mut tasks = errand.stages.iter().map(|stage| stage.distances.goal());
-        if tasks.any(|task| job.roadmap.is_stop(task)) {
+        let tasks = errand.stages.iter().map(|stage| stage.distances.goal());
+        let mut places = std::iter::once(errand.start).chain(tasks);
+        let lands = matches!(errand.ending, Ending::Land { .. });
+        if lands || places.any(|place| job.roadmap.is_stop(place)) {
             return None;
         }
-        for (place, kind, is_goal) in places {
-            if job.roadmap.is_stop(place) {
-                return None;
-            }
-            ends.push(Endpoint {
+        let end = |place, kind: Option<&KindId>, is_goal| {
+            Some(Endpoint {
                 drone,
-                class: class(steps, errand, *kind?)?,
+                class: steps.class(errand.drone, *kind?)?,
                 place,
                 is_goal,
-            });
+            })
+        };
+        ends.push(end(errand.start, errand.kinds.first(), false)?);
+        if errand.ending != Ending::Leave {
+            ends.push(end(errand.last_vertex(), errand.kinds.last(), true)?);
         }
     }
     Some(ends)

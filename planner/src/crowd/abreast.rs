@@ -17,6 +17,10 @@ pub(crate) const WAYS: [[i32; 3]; 7] = [
 /// The direction of who stays.
 pub(crate) const STAYS: usize = 0;
 
+/// Which of [`WAYS`] leads forwards along each axis, and which back.
+pub(crate) const FORWARDS: [usize; 3] = [4, 5, 6];
+pub(crate) const BACK: [usize; 3] = [3, 2, 1];
+
 /// Which of [`NEIGHBOURS`] each of [`WAYS`] leads to; staying counts for nothing.
 pub(crate) const AMONG_NEIGHBOURS: [usize; 7] = among_neighbours();
 
@@ -57,8 +61,8 @@ struct Pair {
 }
 
 /// What wakes of those who are close may fill of a budget, parts of [`super::steps::LOADS`]. Chosen here: three fifths, the rest is
-/// for the many farther off; with nine tenths one way in forty of 2000 drones on half the columns of a hall was too near
-/// others, with three fifths none.
+/// for the many farther off: with nine tenths the costmap found some nine hundred legs of 2000 drones on half the columns of a hall
+/// too near others, with three fifths none.
 pub(crate) const MOST_LOADS: i32 = 150;
 
 const TOO_NEAR: [u8; 2] = [u8::MAX; 2];

@@ -18,6 +18,9 @@ const LEAST_PRICE: f64 = 0.0625;
 /// Loads below this share of a budget are left to the verdict: chosen here, three of them fit into what is left
 /// for wakes farther off.
 const LEAST_LOAD: f64 = 0.04;
+/// Loads of steps at the same moment below this are left to what is kept for those farther off: chosen here, about a hundredth of a
+/// budget (parts of [`LOADS`]).
+const LEAST_ABREAST: u8 = 3;
 /// Azimuths at which a wake is asked for: chosen here, moved jets are not round.
 const AZIMUTHS: u32 = 8;
 
@@ -258,7 +261,7 @@ impl Shape {
             return None;
         }
         let loads = self.loads(low, high, distance);
-        Some(loads.map(|load| if load < 3 { 0 } else { load }))
+        Some(loads.map(|load| if load < LEAST_ABREAST { 0 } else { load }))
     }
 }
 

@@ -1,7 +1,7 @@
 //! What everybody's endpoints leave free: places to hover at, and steps along the axes between them.
 
 use super::Endpoint;
-use crate::crowd::abreast::{Abreast, MOST_LOADS, STAYS, WAYS};
+use crate::crowd::abreast::{Abreast, FORWARDS, MOST_LOADS, STAYS, WAYS};
 use crate::crowd::steps::Pace;
 use crate::outcome::{Offence, OffenceKind};
 use crate::prepare::Job;
@@ -9,8 +9,6 @@ use crate::roadmap::Vertex;
 
 /// A place, and the steps from it to the next place along x, y and z.
 const SLOTS: usize = 4;
-/// The direction of the first of these steps in [`WAYS`].
-const FIRST: usize = 4;
 const NOBODY: u32 = u32::MAX;
 /// More than two.
 const MANY: u32 = u32::MAX - 1;
@@ -144,7 +142,8 @@ fn slot_of(way: usize) -> Option<usize> {
         return Some(0);
     }
     // Steps back are those of the place that they lead to.
-    way.checked_sub(FIRST).map(|axis| axis + 1)
+    let axis = FORWARDS.iter().position(|forwards| *forwards == way);
+    axis.map(|axis| axis + 1)
 }
 
 impl<'a> Columns<'a> {

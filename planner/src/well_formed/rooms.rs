@@ -7,7 +7,7 @@ use rustc_hash::FxHashSet;
 
 use super::is_open;
 use super::marks::{Marks, is_free, others};
-use crate::crowd::abreast::AMONG_NEIGHBOURS;
+use crate::crowd::abreast::{AMONG_NEIGHBOURS, BACK, FORWARDS};
 use crate::errand::Errand;
 use crate::lattice::Lattice;
 use crate::roadmap::{Roadmap, Vertex};
@@ -22,10 +22,6 @@ pub(super) struct Rooms {
     /// By place, the room; its own for those that are not free.
     room: Vec<Vertex>,
 }
-
-/// The directions along the axes, forwards and back, by axis.
-const FORWARDS: [usize; 3] = [4, 5, 6];
-const BACK: [usize; 3] = [3, 2, 1];
 
 impl Rooms {
     pub(super) fn new(roadmap: &Roadmap, marks: &Marks, class: usize, errand: &Errand) -> Rooms {
@@ -132,8 +128,8 @@ impl View<'_> {
                 around.is_whole = false;
                 break;
             }
-            for (axis, ways) in [0, 1, 2].into_iter().zip(FORWARDS.into_iter().zip(BACK)) {
-                for (way, is_back) in [(ways.0, false), (ways.1, true)] {
+            for axis in 0..3 {
+                for (way, is_back) in [(FORWARDS[axis], false), (BACK[axis], true)] {
                     let n = AMONG_NEIGHBOURS[way];
                     if !is_open(self.roadmap, self.errand, place, n) {
                         continue;
