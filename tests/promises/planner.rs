@@ -31,6 +31,25 @@ fn planned(world: &World) -> Plan {
     }
 }
 
+/// The drones of a hall moved to a smaller floor, each in a column of its own at the start and in the end: every so many columns, the goals
+/// so many on. The first number has no factor in common with the side.
+fn packed(drones: usize, seed: u64, side: usize, [every, goals_on]: [usize; 2]) -> World {
+    let text = planner::instances::hall(drones, seed).unwrap();
+    let mut world = planner::scenario::read_world(&text, &|file| Err(file.to_owned())).unwrap();
+    let place = |index: usize, on: usize| {
+        let column = (index * every + on) % (side * side);
+        [(column % side) as f64 + 0.5, (column / side) as f64 + 0.5]
+    };
+    for (index, drone) in world.drones.iter_mut().enumerate() {
+        let ([x, y], [u, v]) = (place(index, 0), place(index, goals_on));
+        (drone.start_m.x, drone.start_m.y) = (x, y);
+        (drone.tasks[0].to_m.x, drone.tasks[0].to_m.y) = (u, v);
+    }
+    world.bounds_m.max.x = side as f64;
+    world.bounds_m.max.y = side as f64;
+    world
+}
+
 /// Everything a plan must be, whoever is left out of it.
 fn assert_sound(world: &World, plan: &Plan) {
     assert!(plan.violations.is_empty(), "{:#?}", plan.violations);

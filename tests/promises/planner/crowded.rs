@@ -7,23 +7,9 @@ use planner::{Control, Outcome, plan_world};
 
 use super::duties;
 
-/// So many drones on a square floor, each in a column of its own, at the start and in the end.
+/// So many drones on a square floor, every other column theirs or nearly so.
 fn full_floor(drones: usize, side: usize) -> World {
-    let text = planner::instances::hall(drones, 5).unwrap();
-    let mut world = planner::scenario::read_world(&text, &|file| Err(file.to_owned())).unwrap();
-    let place = |index: usize, salt: usize| {
-        // 53 is prime and no side a multiple of it: no column comes twice.
-        let column = (index * 53 + salt) % (side * side);
-        [(column % side) as f64 + 0.5, (column / side) as f64 + 0.5]
-    };
-    for (index, drone) in world.drones.iter_mut().enumerate() {
-        let ([x, y], [u, v]) = (place(index, 0), place(index, 87));
-        (drone.start_m.x, drone.start_m.y) = (x, y);
-        (drone.tasks[0].to_m.x, drone.tasks[0].to_m.y) = (u, v);
-    }
-    world.bounds_m.max.x = side as f64;
-    world.bounds_m.max.y = side as f64;
-    world
+    super::packed(drones, 5, side, [53, 87])
 }
 
 fn planned(world: &World) -> (Plan, Effort) {

@@ -11,22 +11,7 @@ use super::duties;
 
 /// A crowd: a hundred drones on a floor of twenty metres by twenty, a quarter of its columns in the end.
 fn crowd() -> World {
-    let text = planner::instances::hall(100, 3).unwrap();
-    // The cells of the hall folded into a corner of it: each keeps a column of its own.
-    let mut world = planner::scenario::read_world(&text, &|file| Err(file.to_owned())).unwrap();
-    let side = 20;
-    let place = |index: usize, salt: usize| {
-        let column = (index * 77 + salt) % (side * side);
-        [(column % side) as f64 + 0.5, (column / side) as f64 + 0.5]
-    };
-    for (index, drone) in world.drones.iter_mut().enumerate() {
-        let ([x, y], [u, v]) = (place(index, 0), place(index, 231));
-        (drone.start_m.x, drone.start_m.y) = (x, y);
-        (drone.tasks[0].to_m.x, drone.tasks[0].to_m.y) = (u, v);
-    }
-    world.bounds_m.max.x = side as f64;
-    world.bounds_m.max.y = side as f64;
-    world
+    super::packed(100, 3, 20, [77, 231])
 }
 
 /// Plans, and goes on for so many looks at the clock.
