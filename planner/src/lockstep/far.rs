@@ -1,7 +1,7 @@
 //! How many steps along the axes it is to a goal.
 //!
 //! Where nothing is in the way, all fly in the middle layer: who is as high as another does not blow on it, and the fewer
-//! layers there are between two, the less. In a hall 8 m high it takes 2000 drones 206 steps, and 358 if they fly at any height.
+//! layers there are between two, the less. `plan bench hall --drones 2000 --seeds 1` takes 206 steps, and took 358 at any height.
 
 use crate::lattice::{Lattice, NEIGHBOURS};
 use crate::roadmap::{Roadmap, Vertex};
