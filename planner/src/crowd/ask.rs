@@ -5,6 +5,7 @@ use costmap::leg::{DroneId, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
 
 use super::column::spells;
+use super::pair::Near;
 use super::steps::{LOADS, STILL, Span};
 use super::ways::index;
 use super::{Crowd, FORBIDDEN, Record};
@@ -111,32 +112,47 @@ impl Crowd<'_> {
         let [at, to] = thought.way.map(|place| lattice.steps(place));
         let way = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
         let spells = spells(thought.time);
+        let until = thought.time[1];
         for other in 0..self.steps.class_count() {
             let pair = self.steps.pair(thought.class, other);
-            for near in &pair.near[way] {
-                let aside = near.aside;
-                let Some(column) = self.column([at[0] + aside[0], at[1] + aside[1]]) else {
-                    continue;
-                };
-                let glance = &self.glances[column];
-                if !glance.may_hold(spells, thought.time) {
-                    continue;
+            let mut look_at = |near: &Near, record: &Record| {
+                let [dx, dy] = near.aside;
+                let dz = i32::from(record.layer) - at[2];
+                if usize::from(record.class) != other || dz.abs() > pair.extent.layers {
+                    return;
                 }
-                let all = glance.may_be_passed(spells);
-                for record in self.columns[column].between(thought.time, all) {
-                    let dz = i32::from(record.layer) - at[2];
-                    if usize::from(record.class) != other || dz.abs() > pair.extent.layers {
-                        continue;
-                    }
-                    let span = pair.span([way, usize::from(record.way)], near, dz);
-                    let there = [at[0] + aside[0], at[1] + aside[1], at[2] + dz];
-                    if !self.is_against(thought, [at, there], way, &span, record, verdict) {
-                        loads.add(costmap, thought, &span, record);
-                    }
+                let span = pair.span([way, usize::from(record.way)], near, dz);
+                let there = [at[0] + dx, at[1] + dy, at[2] + dz];
+                if !self.is_against(thought, [at, there], way, &span, record, verdict) {
+                    loads.add(costmap, thought, &span, record);
+                }
+            };
+            for (near, column) in self.columns_near(&pair.near[way], at) {
+                if self.glances[column].may_be_passed(spells) {
+                    let passing = self.columns[column].passing(thought.time);
+                    passing.for_each(|record| look_at(near, record));
+                }
+            }
+            for (near, column) in self.columns_near(&pair.near_still[way], at) {
+                if self.glances[column].is_held(until) {
+                    let staying = self.columns[column].staying(until);
+                    staying.for_each(|record| look_at(near, record));
                 }
             }
         }
         !verdict.blockers.is_empty() || loads.are_borne()
+    }
+
+    /// Those of the columns beside a place that there are.
+    fn columns_near<'b>(
+        &self,
+        near: &'b [Near],
+        [x, y, _]: [i32; 3],
+    ) -> impl Iterator<Item = (&'b Near, usize)> {
+        near.iter().filter_map(move |near| {
+            let [dx, dy] = near.aside;
+            Some((near, self.column([x + dx, y + dy])?))
+        })
     }
 
     /// Whether somebody's step is in the way, or would be if its wake reached; adds that, or what it costs.

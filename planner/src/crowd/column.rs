@@ -62,22 +62,18 @@ impl Column {
         glance
     }
 
-    /// What lasts between two ticks: in order of time, those who stay last. Not `all`: those who stay alone.
-    pub(super) fn between(
-        &self,
-        [from, until]: [Tick; 2],
-        all: bool,
-    ) -> impl Iterator<Item = &Record> {
-        let first = if all {
-            self.latest.partition_point(|latest| *latest <= from)
-        } else {
-            self.passing.len()
-        };
-        self.passing[first..]
-            .iter()
+    /// What lasts between two ticks and ends, in order of time.
+    pub(super) fn passing(&self, [from, until]: [Tick; 2]) -> impl Iterator<Item = &Record> {
+        let first = self.latest.partition_point(|latest| *latest <= from);
+        let begun = self.passing[first..].iter();
+        begun
             .take_while(move |record| record.start < until)
             .filter(move |record| record.end > from)
-            .chain(self.staying.iter().filter(move |it| it.start < until))
+    }
+
+    /// What begins before a tick and does not end.
+    pub(super) fn staying(&self, until: Tick) -> impl Iterator<Item = &Record> {
+        (self.staying.iter()).filter(move |record| record.start < until)
     }
 }
 
@@ -117,13 +113,13 @@ impl Glance {
         }
     }
 
-    /// Whether there may be somebody in a time that has these spells.
-    pub(super) fn may_hold(&self, spells: u64, [_, until]: [Tick; 2]) -> bool {
-        self.may_be_passed(spells) || self.stays_from < until
-    }
-
-    /// Whether there may be somebody then who does not stay.
+    /// Whether somebody may pass in a time that has these spells.
     pub(super) fn may_be_passed(&self, spells: u64) -> bool {
         self.passing & spells != 0
+    }
+
+    /// Whether somebody is there before a tick who stays.
+    pub(super) fn is_held(&self, until: Tick) -> bool {
+        self.stays_from < until
     }
 }

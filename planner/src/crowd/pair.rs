@@ -34,8 +34,10 @@ pub(super) struct Pair {
     columns: usize,
     /// By direction of the second: what it does to who hovers, if anything.
     pub(super) hovering: Vec<Vec<([i32; 3], Span)>>,
-    /// By direction of the first: columns in which something can matter.
+    /// By direction of the first: columns in which somebody can matter.
     pub(super) near: Vec<Vec<Near>>,
+    /// By direction of the first: columns in which somebody who hovers can matter.
+    pub(super) near_still: Vec<Vec<Near>>,
 }
 
 /// A column of the floor beside a step.
@@ -111,6 +113,7 @@ impl Pair {
             columns: columns.len(),
             hovering: Vec::new(),
             near: Vec::new(),
+            near_still: Vec::new(),
         };
         let all_near = columns.iter().enumerate();
         let all_near: Vec<Near> = all_near
@@ -128,15 +131,18 @@ impl Pair {
                 .filter(|(_, span)| !span.is_empty() || span.price > 0)
                 .collect()
         };
-        let near_to = |way: usize| {
+        let near_to = |way: usize, others: std::ops::Range<usize>| -> Vec<Near> {
+            let is_something = |kind: &u16| *kind != 0;
             let matters = |near: &&Near| {
-                (0..WAYS).any(|others| pair.layers_of([way, others], near).any(|kind| *kind != 0))
+                (others.clone()).any(|others| pair.layers_of([way, others], near).any(is_something))
             };
             all_near.iter().filter(matters).copied().collect()
         };
-        (pair.hovering, pair.near) = (
-            (0..WAYS).into_par_iter().map(hovering).collect(),
-            (0..WAYS).into_par_iter().map(near_to).collect(),
+        let ways = (0..WAYS).into_par_iter();
+        (pair.hovering, pair.near, pair.near_still) = (
+            ways.clone().map(hovering).collect(),
+            ways.clone().map(|way| near_to(way, 0..WAYS)).collect(),
+            ways.map(|way| near_to(way, STILL..STILL + 1)).collect(),
         );
         pair
     }

@@ -15,12 +15,9 @@ use crate::lattice::Lattice;
 const ONE_WAKES_SHARE: f64 = 0.4;
 /// Prices below this are left to the verdict: chosen here, three hundredths of a second a step (s/s).
 const LEAST_PRICE: f64 = 0.0625;
-/// Loads below this share of a budget are left to the verdict: chosen here, three of them fit into what is left
+/// Loads below this share of a budget are left to the verdict: chosen here, five of them fit into what is left
 /// for wakes farther off.
-const LEAST_LOAD: f64 = 0.04;
-/// Loads of steps at the same moment below this are left to what is kept for those farther off: chosen here, about a hundredth of a
-/// budget (parts of [`LOADS`]).
-const LEAST_ABREAST: u8 = 3;
+const LEAST_LOAD: f64 = 0.02;
 /// Azimuths at which a wake is asked for: chosen here, moved jets are not round.
 const AZIMUTHS: u32 = 8;
 
@@ -170,6 +167,9 @@ impl Shape {
         let most_of = |side: usize| {
             let loads = rows.clone().filter_map(|row| row.get(ring));
             let load = loads.map(|both| both[side]).fold(0.0, f64::max);
+            if load < LEAST_LOAD {
+                return 0;
+            }
             // What is more is forbidden.
             (load.min(ONE_WAKES_SHARE) * LOADS).ceil() as u8
         };
@@ -260,8 +260,7 @@ impl Shape {
         if distance < self.radius(low, high) {
             return None;
         }
-        let loads = self.loads(low, high, distance);
-        Some(loads.map(|load| if load < LEAST_ABREAST { 0 } else { load }))
+        Some(self.loads(low, high, distance))
     }
 }
 
