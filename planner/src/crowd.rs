@@ -58,6 +58,10 @@ pub struct Crowd<'a> {
     closed: Vec<Vec<Tick>>,
     /// By class, how many places that are.
     closed_count: Vec<u32>,
+    /// By class and column, from when on hovering is forbidden for good at all of its places.
+    closed_columns: Vec<Vec<Tick>>,
+    /// By class, how many columns that are.
+    whole_columns: Vec<u32>,
 }
 
 impl<'a> Crowd<'a> {
@@ -71,6 +75,8 @@ impl<'a> Crowd<'a> {
             taken: vec![vec![Vec::new(); steps.lattice.place_count()]; steps.class_count()],
             closed: vec![vec![Tick::FOREVER; steps.lattice.place_count()]; steps.class_count()],
             closed_count: vec![0; steps.class_count()],
+            closed_columns: vec![vec![Tick::FOREVER; nx * ny]; steps.class_count()],
+            whole_columns: vec![0; steps.class_count()],
         };
         for drone in 0..costmap.drone_count() as u32 {
             crowd.insert(costmap.legs(DroneId(drone)));
@@ -127,12 +133,13 @@ impl<'a> Crowd<'a> {
     fn take_places(&mut self, at: [i32; 3], record: &Record) {
         for me in 0..self.steps.class_count() {
             self.around(me, at, record, |crowd, place, taken| {
-                let all = &mut crowd.taken[me][place as usize];
                 if taken.clear == Tick::FOREVER && taken.price == FORBIDDEN {
                     let closed = &mut crowd.closed[me][place as usize];
                     crowd.closed_count[me] += u32::from(*closed == Tick::FOREVER);
                     *closed = taken.began.min(*closed);
+                    crowd.settle_column(me, place);
                 }
+                let all = &mut crowd.taken[me][place as usize];
                 // What lasts on is one interval.
                 let last = all.iter().rposition(|known| known.drone == taken.drone);
                 if let Some(known) = last.map(|last| &mut all[last])
@@ -147,6 +154,17 @@ impl<'a> Crowd<'a> {
                 all.insert(index, taken);
             });
         }
+    }
+
+    fn settle_column(&mut self, class: usize, place: Vertex) {
+        let column = self.steps.lattice.column(place);
+        let places = self.closed[class].iter().skip(column);
+        let last = places.step_by(self.columns.len()).max();
+        let known = &mut self.closed_columns[class][column];
+        let is_whole = last.is_some_and(|last| *last != Tick::FOREVER);
+        self.whole_columns[class] -= u32::from(*known != Tick::FOREVER);
+        self.whole_columns[class] += u32::from(is_whole);
+        *known = last.copied().unwrap_or(Tick::FOREVER);
     }
 
     /// Takes a drone's legs back.
@@ -184,6 +202,7 @@ impl<'a> Crowd<'a> {
                         let opens = *closed != Tick::FOREVER && first == Tick::FOREVER;
                         crowd.closed_count[me] -= u32::from(opens);
                         *closed = first;
+                        crowd.settle_column(me, place);
                     });
                 }
             });

@@ -15,9 +15,11 @@ use crate::roadmap::{Roadmap, Vertex, Way};
 
 mod backwards;
 mod buckets;
+mod floor;
 
 pub(crate) use backwards::Backwards;
 use backwards::Lead;
+pub(crate) use floor::Floor;
 
 /// What limits a drone on a roadmap.
 #[derive(Clone, Debug, PartialEq)]
@@ -218,6 +220,13 @@ impl Distances {
         backwards.lead = self.lead;
         backwards.begin(roadmap, self.goal);
         backwards
+    }
+
+    /// A search on the floor for a drone that comes from a place, where nothing solid is in between.
+    pub(crate) fn floor<'a>(&self, roadmap: &'a Roadmap, from: Vertex) -> Option<Floor<'a>> {
+        let steps = self.closed_form.filter(|_| self.mover.stops.is_empty())?;
+        let is_straight = self.is_straight(roadmap, from);
+        is_straight.then(|| Floor::new(roadmap.lattice(), [from, self.goal], steps))
     }
 
     /// What moves.

@@ -122,6 +122,11 @@ impl Lattice {
         ]
     }
 
+    /// Number of the column of the floor that a place is in: x first, then y.
+    pub fn column(&self, place: u32) -> usize {
+        place as usize % (self.counts[0] * self.counts[1])
+    }
+
     /// How much farther on in number each of [`NEIGHBOURS`] is; those outside, too.
     pub fn strides(&self) -> &[i32; 26] {
         &self.strides

@@ -14,6 +14,10 @@ use crate::roadmap::Vertex;
 /// What wakes may fill of a budget here, those farther off left out (parts of `LOADS`): chosen here, nine tenths.
 const MOST_LOADS: u32 = 225;
 
+/// Where more than this share of closed places is in columns closed from bottom to top, one may as well look at the floor
+/// alone: chosen here.
+const WHOLE_SHARE: f64 = 0.8;
+
 /// A step that is thought of.
 #[derive(Clone, Copy, Debug)]
 pub struct Thought {
@@ -34,6 +38,14 @@ impl Crowd<'_> {
     /// By place, from when on hovering there is forbidden for good; [`Tick::FOREVER`] if it is not.
     pub(crate) fn closed_from(&self, class: usize) -> &[Tick] {
         &self.closed[class]
+    }
+
+    /// By column, from when on hovering is forbidden for good at all of its places, if nearly all closed places are in such columns.
+    pub(crate) fn closed_columns(&self, class: usize) -> Option<&[Tick]> {
+        let tall = self.steps.lattice.counts()[2] as f64;
+        let (whole, all) = (self.whole_columns[class], self.closed_count[class]);
+        let share = f64::from(whole) * tall / f64::from(all.max(1));
+        (share > WHOLE_SHARE).then_some(&self.closed_columns[class])
     }
 
     /// Until when a place is free to hover at from a moment on but for those who give way, and when it is again.

@@ -23,15 +23,20 @@ struct Visit {
     to: Option<Tick>,
     /// Who gives way by then, in `Search::met`.
     met: u32,
+    /// The visit before at the same place.
+    before: u32,
 }
 
+/// No visit.
+const NEVER: u32 = u32::MAX;
+
+#[derive(Clone, Copy)]
 struct Node {
     remaining: u32,
     /// Whether that is more than a bound.
     is_final: bool,
-    visits: Vec<Visit>,
-    /// Who is in the way of hovering there, whenever; `None`: nobody has asked.
-    hover: Option<Box<Hover>>,
+    /// Its last visit.
+    last: u32,
 }
 
 #[derive(Clone, Default)]
@@ -51,6 +56,10 @@ pub(super) struct Nodes<'a> {
     /// On the ground, where it starts.
     grounded: FxHashMap<(Vertex, u16), usize>,
     all: Vec<Node>,
+    /// Those of all places.
+    visits: Vec<Visit>,
+    /// By node, who is in the way of hovering there, whenever, where somebody has asked.
+    hovers: FxHashMap<usize, Hover>,
 }
 
 impl<'a> Nodes<'a> {
@@ -68,6 +77,8 @@ impl<'a> Nodes<'a> {
             flying: vec![0; scene.roadmap.place_count() * (errand.stages.len() + 1)],
             grounded: FxHashMap::default(),
             all: Vec::new(),
+            visits: Vec::new(),
+            hovers: FxHashMap::default(),
         }
     }
 
@@ -93,8 +104,7 @@ impl<'a> Nodes<'a> {
             self.all.push(Node {
                 remaining,
                 is_final,
-                visits: Vec::new(),
-                hover: None,
+                last: NEVER,
             });
         }
         known
@@ -126,21 +136,30 @@ impl<'a> Nodes<'a> {
     }
 
     pub(super) fn visit(&mut self, node: usize, label: &Label) {
-        self.all[node].visits.push(Visit {
+        let next = self.visits.len() as u32;
+        let before = std::mem::replace(&mut self.all[node].last, next);
+        self.visits.push(Visit {
             from: label.at,
             to: None,
             met: label.met,
+            before,
         });
+    }
+
+    /// When a place was reached, the last time first.
+    fn visits(&self, node: usize) -> impl Iterator<Item = &Visit> + '_ {
+        let last = self.visits.get(self.all[node].last as usize);
+        std::iter::successors(last, |visit| self.visits.get(visit.before as usize))
     }
 
     /// Whether a state is known to be no news.
     pub(super) fn is_covered(&self, node: usize, label: &Label) -> bool {
-        let visits = &self.all[node].visits;
+        let mut visits = self.visits(node);
         match label.step {
             Step::Later | Step::End => false,
             // A wait is news though its place is free: somebody will have passed elsewhere.
-            Step::Wait => visits.iter().any(|visit| visit.from == label.at),
-            _ => visits.iter().any(|visit| {
+            Step::Wait => visits.any(|visit| visit.from == label.at),
+            _ => visits.any(|visit| {
                 visit.from == label.at
                     || visit.from < label.at && visit.to.is_some_and(|to| label.at <= to)
             }),
@@ -149,18 +168,16 @@ impl<'a> Nodes<'a> {
 
     /// Whether a state can as well be reached by waiting there.
     pub(super) fn is_reached(&mut self, node: usize, label: &Label, met: &Met) -> bool {
-        let others = if label.step == Step::Wait {
-            0
-        } else {
-            self.all[node].visits.len()
-        };
-        for index in 0..others {
-            let visit = self.all[node].visits[index];
+        let mut next = self.all[node].last as usize;
+        while label.step != Step::Wait
+            && let Some(&visit) = self.visits.get(next)
+        {
             if visit.to.is_none() && visit.from < label.at {
                 let gives_way = |drone| met.has(visit.met, drone);
                 let to = self.free_until(node, label, visit.from, gives_way).0;
-                self.all[node].visits[index].to = Some(to);
+                self.visits[next].to = Some(to);
             }
+            next = visit.before as usize;
         }
         self.is_covered(node, label)
     }
@@ -217,7 +234,7 @@ impl<'a> Nodes<'a> {
 
     fn hover(&mut self, node: usize, label: &Label) -> &Hover {
         let (scene, errand) = (self.scene, self.errand);
-        self.all[node].hover.get_or_insert_with(|| {
+        self.hovers.entry(node).or_insert_with(|| {
             let here_m = scene.roadmap.position_m(label.vertex);
             let stay = Leg {
                 drone: errand.drone,
@@ -231,10 +248,10 @@ impl<'a> Nodes<'a> {
             };
             let mut verdict = Verdict::default();
             scene.judge(&stay, &mut verdict);
-            Box::new(Hover {
+            Hover {
                 breaks_zone: verdict.breaks_zone,
                 blockers: verdict.blockers,
-            })
+            }
         })
     }
 }

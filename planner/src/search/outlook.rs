@@ -3,26 +3,56 @@
 //! In a crowd most who are in the way hover at their goals already. A place where somebody hovers for ever, and has
 //! begun to before one can be there, is closed; the distances around such places are worked out from the goal as far as
 //! they are asked for, which takes less than all the states of a search that runs into them. Who could be made
-//! to give way is closed as well: where that is a detour dearer than the price, nothing is closed.
+//! to give way is closed as well: where that is a detour dearer than the price, nothing is closed. Where whoever stays closes
+//! whole columns and nothing is solid in between, it is enough to look at the floor.
+
+use costmap::leg::Tick;
 
 use super::Scene;
-use crate::distances::{Backwards, UNREACHABLE};
-use crate::errand::Errand;
-use crate::roadmap::Vertex;
+use crate::crowd::Crowd;
+use crate::distances::{Backwards, Floor, UNREACHABLE};
+use crate::errand::{Errand, Stage};
+use crate::roadmap::{Roadmap, Vertex};
 
 /// What a search looks ahead by.
 pub(super) struct Outlook<'a> {
     scene: Scene<'a>,
     errand: &'a Errand,
     /// By stage, where it pays.
-    stages: Vec<Option<Ahead>>,
+    stages: Vec<Option<Ahead<'a>>>,
 }
 
-struct Ahead {
-    backwards: Backwards,
-    class: usize,
+struct Ahead<'a> {
+    map: Map<'a>,
+    /// From when on each place of the map is closed.
+    closed: &'a [Tick],
     /// The least ticks until it begins.
     begins: u32,
+}
+
+/// What is searched backwards from the goal.
+enum Map<'a> {
+    /// All places of the roadmap: exact.
+    Air(Backwards),
+    /// Columns of the floor: a bound.
+    Floor(Floor<'a>),
+}
+
+impl<'a> Ahead<'a> {
+    /// From a place to a task.
+    fn new(roadmap: &'a Roadmap, crowd: &'a Crowd<'a>, class: usize, stage: &Stage, from: Vertex) -> Ahead<'a> {
+        let columns = crowd.closed_columns(class);
+        let floor = columns.and_then(|columns| {
+            let floor = stage.distances.floor(roadmap, from)?;
+            Some((Map::Floor(floor), columns))
+        });
+        let air = || {
+            let backwards = stage.distances.backwards(roadmap);
+            (Map::Air(backwards), crowd.closed_from(class))
+        };
+        let (map, closed) = floor.unwrap_or_else(air);
+        Ahead { map, closed, begins: 0 }
+    }
 }
 
 impl<'a> Outlook<'a> {
@@ -45,13 +75,11 @@ impl<'a> Outlook<'a> {
         let mut begins = errand.departs.0;
         let mut from = errand.start;
         for (index, stage) in errand.stages.iter().enumerate() {
-            let ahead = crowd
-                .class(errand.drone, errand.kinds[index])
-                .map(|class| Ahead {
-                    backwards: stage.distances.backwards(scene.roadmap),
-                    class,
-                    begins,
-                });
+            let class = crowd.class(errand.drone, errand.kinds[index]);
+            let ahead = class.map(|class| Ahead {
+                begins,
+                ..Ahead::new(scene.roadmap, crowd, class, stage, from)
+            });
             outlook.stages.push(ahead);
             let plain = match errand.stages.len() {
                 // Known, but for air in zones, and then there is no crowd.
@@ -74,7 +102,10 @@ impl<'a> Outlook<'a> {
     pub(super) fn at_least(&self, stage: usize, from: Vertex) -> (u32, bool) {
         match (self.stages.get(stage), self.errand.stages.get(stage)) {
             (Some(Some(ahead)), Some(stage)) => {
-                let (ticks, is_final) = ahead.backwards.at_least(self.scene.roadmap, from);
+                let (ticks, is_final) = match &ahead.map {
+                    Map::Air(backwards) => backwards.at_least(self.scene.roadmap, from),
+                    Map::Floor(floor) => floor.at_least(from),
+                };
                 let all = match ticks {
                     UNREACHABLE => UNREACHABLE,
                     _ => ticks.saturating_add(stage.rest_ticks),
@@ -93,16 +124,18 @@ impl<'a> Outlook<'a> {
         else {
             return self.errand.remaining(roadmap, index, from);
         };
-        let goal = stage.distances.goal();
-        let crowd = self.scene.crowd;
-        let (class, begins) = (ahead.class, ahead.begins);
-        let closed = crowd.map_or(&[][..], |crowd| crowd.closed_from(class));
+        let (closed, begins) = (ahead.closed, ahead.begins);
         let is_open = |place: Vertex, lead: u32| {
             let closed = closed.get(place as usize);
             closed.is_none_or(|closed| closed.0 > begins.saturating_add(lead))
         };
-        let mover = stage.distances.mover();
-        let ticks = (ahead.backwards).ticks(roadmap, mover, goal, from, is_open);
+        let ticks = match &mut ahead.map {
+            Map::Air(backwards) => {
+                let (mover, goal) = (stage.distances.mover(), stage.distances.goal());
+                backwards.ticks(roadmap, mover, goal, from, is_open)
+            }
+            Map::Floor(floor) => floor.ticks(from, is_open),
+        };
         match ticks {
             UNREACHABLE => UNREACHABLE,
             _ => ticks.saturating_add(stage.rest_ticks),
