@@ -90,13 +90,11 @@ impl Mover {
         from: Vertex,
         mut f: impl FnMut(Vertex, u32),
     ) {
-        let Some(open) = self.open_steps(roadmap) else {
-            for (to, way) in roadmap.ways(from) {
-                if let Some(ticks) = self.ticks(roadmap, to, way) {
-                    f(to, ticks);
-                }
-            }
-            return;
+        let fitting = |(to, way): (Vertex, Way)| Some((to, self.ticks(roadmap, to, way)?));
+        let open = roadmap.open_steps(self.radius_m);
+        let Some(open) = open.filter(|_| !roadmap.is_stop(from)) else {
+            let ways = roadmap.ways(from).filter_map(fitting);
+            return ways.for_each(|(to, ticks)| f(to, ticks));
         };
         let strides = roadmap.lattice().strides();
         let mut open = open[from as usize];
@@ -104,6 +102,10 @@ impl Mover {
             let n = open.trailing_zeros() as usize;
             open &= open - 1;
             f(from.wrapping_add_signed(strides[n]), self.steps[AXES[n]].1);
+        }
+        if !self.stops.is_empty() {
+            let ways = roadmap.ways_beyond(from).filter_map(fitting);
+            ways.for_each(|(to, ticks)| f(to, ticks));
         }
     }
 

@@ -1,17 +1,15 @@
-//! The ways through free space: a petgraph of a 26-connected lattice and of every place that a drone
+//! The ways through free space: a 26-connected lattice, and a petgraph of the ways to every place beyond it that a drone
 //! starts from or is sent to.
 //!
-//! One graph serves all sizes of drones: each way carries its clearance, and a drone uses those that
+//! One roadmap serves all sizes of drones: each way carries its clearance, and a drone uses those that
 //! are wide enough for its body. Lattice places come first and keep their numbers, blocked or not.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Point3;
-use petgraph::Directed;
-use petgraph::csr::Csr;
+use petgraph::graphmap::DiGraphMap;
 use rayon::prelude::*;
+use rustc_hash::FxBuildHasher;
 
-use crate::lattice::{BoxCount, Lattice, NEIGHBOURS};
+use crate::lattice::{AXES, BoxCount, Lattice, NEIGHBOURS};
 use crate::solid::Solids;
 use crate::world::Bounds;
 use links::Links;
@@ -41,8 +39,9 @@ impl Way {
 /// Ways through free space.
 #[derive(Debug)]
 pub struct Roadmap {
-    graph: Csr<(), Way, Directed, Vertex>,
     lattice: Lattice,
+    forward: Forward,
+    beyond: Beyond,
     /// Where the places beyond the lattice are (m).
     places_m: Vec<Point3<f64>>,
     /// For each radius asked for, the lattice places from which some step is blocked.
@@ -51,9 +50,10 @@ pub struct Roadmap {
     open: Vec<(f64, Vec<u32>)>,
     /// Up to where clearances were measured (m).
     widest_m: f64,
-    /// Ways from and to stops that came later.
-    later: BTreeMap<Vertex, Vec<(Vertex, Way)>>,
 }
+
+/// Ways from and to the stops beyond the lattice, in ascending order of where they lead.
+type Beyond = DiGraphMap<Vertex, Way, FxBuildHasher>;
 
 /// A place beyond the lattice that a drone must be able to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,20 +100,21 @@ impl Roadmap {
         let connected = || {
             let mut links = Links::new(&survey, bounds, &opens, Vec::new());
             let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
-            (links.into_graph(&forward), vertices)
+            (links.places_m, links.ways, vertices)
         };
-        let (((graph, places_m), vertices), (narrow, open)) =
+        let ((places_m, ways, vertices), (narrow, open)) =
             rayon::join(connected, || radii_m.iter().map(of_radius).unzip());
         let widest_m = survey.widest_m;
-        let roadmap = Roadmap {
-            graph,
+        let mut roadmap = Roadmap {
             lattice,
+            forward,
+            beyond: Beyond::default(),
             places_m,
             narrow,
             open,
             widest_m,
-            later: BTreeMap::new(),
         };
+        roadmap.add(ways);
         (roadmap, vertices)
     }
 
@@ -124,12 +125,7 @@ impl Roadmap {
 
     /// Number of places.
     pub fn place_count(&self) -> usize {
-        self.graph.node_count()
-    }
-
-    /// Number of ways, each direction counted.
-    pub fn way_count(&self) -> usize {
-        self.graph.edge_count() + self.later.values().map(Vec::len).sum::<usize>()
+        self.lattice.place_count() + self.places_m.len()
     }
 
     /// Whether a vertex is one of the stops beyond the lattice.
@@ -147,14 +143,32 @@ impl Roadmap {
 
     /// Ways out of a vertex, in ascending order of where they lead.
     pub fn ways(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Way)> + '_ {
-        let to = self.graph.neighbors_slice(vertex);
-        let ways = self.graph.edges_slice(vertex);
-        let later = (!self.later.is_empty()).then(|| self.later.get(&vertex));
-        let later = later.flatten().into_iter().flatten();
-        to.iter()
-            .copied()
-            .zip(ways.iter().copied())
-            .chain(later.copied())
+        let lengths_m = self.lattice.step_lengths_m();
+        let on_lattice =
+            (!self.is_stop(vertex)).then(|| around(&self.lattice, &self.forward, vertex));
+        let on_lattice = on_lattice.into_iter().flatten();
+        let free = on_lattice.filter(|(_, _, clearance_m)| *clearance_m > 0.0);
+        free.map(move |(n, to, clearance_m)| {
+            let length_m = lengths_m[AXES[n]];
+            let way = Way {
+                length_m,
+                clearance_m,
+            };
+            (to, way)
+        })
+        .chain(self.ways_beyond(vertex))
+    }
+
+    /// Of these the ways that are not the lattice's own.
+    pub(crate) fn ways_beyond(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Way)> + '_ {
+        let ways = self.beyond.edges(vertex);
+        ways.map(|(_, to, way)| (to, *way))
+    }
+
+    fn add(&mut self, ways: impl IntoIterator<Item = ((Vertex, Vertex), Way)>) {
+        for ((from, to), way) in ways {
+            self.beyond.add_edge(from, to, way);
+        }
     }
 
     /// By lattice place, the steps that a ball of this radius may take, as bits in the order of [`NEIGHBOURS`]; `None` if

@@ -130,13 +130,8 @@ impl Backwards {
         if let Some(open) = mover.open_steps(roadmap) {
             return self.settle_on_lattice(roadmap.lattice(), mover, place, open, is_open);
         }
-        for (to, way) in roadmap.ways(place) {
-            if self.done[to as usize] {
-                continue;
-            }
-            let Some(duration) = mover.ticks(roadmap, to, way) else {
-                continue;
-            };
+        mover.steps_from(roadmap, place, |to, duration| {
+            // Whoever is done is not farther.
             if here + duration < self.ticks[to as usize] {
                 let lead = self.lead.ticks(roadmap, to);
                 if is_open(to, lead) {
@@ -145,7 +140,7 @@ impl Backwards {
                     self.buckets.push(bucket as usize, to);
                 }
             }
-        }
+        });
     }
 
     /// The same where there are no stops: twice as fast.

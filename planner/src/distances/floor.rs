@@ -38,11 +38,7 @@ const AROUND: [[i32; 2]; 8] = [
 
 impl<'a> Floor<'a> {
     /// From a place to a goal on a lattice, given the ticks of a step along one, two and three axes.
-    pub(super) fn new(
-        lattice: &'a Lattice,
-        [from, goal]: [u32; 2],
-        steps: [u32; 3],
-    ) -> Floor<'a> {
+    pub(super) fn new(lattice: &'a Lattice, [from, goal]: [u32; 2], steps: [u32; 3]) -> Floor<'a> {
         let [nx, ny, _] = lattice.counts();
         let mut floor = Floor {
             lattice,

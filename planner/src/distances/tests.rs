@@ -152,3 +152,49 @@ fn the_closed_form_never_exceeds_a_way_through_own_stops() {
         }
     }
 }
+
+#[test]
+fn the_floor_never_exceeds_the_way_through_the_air_past_closed_columns() {
+    let bounds = Bounds {
+        min: Point3::origin(),
+        max: [12.0, 11.0, 6.0].into(),
+    };
+    let stop = Stop {
+        point_m: Point3::new(0.5, 0.5, 0.5),
+        radius_m: RADIUS_M,
+        grounded: false,
+    };
+    let (roadmap, _) = Roadmap::new(&bounds, 1.0, None, &[stop]);
+    let lattice = roadmap.lattice();
+    let mut farther = 0;
+    for seed in 0..40 {
+        let place = |i: u32| (at(100 * seed + i) * lattice.place_count() as f64) as Vertex;
+        let (from, goal) = (place(0), place(1));
+        let closed: Vec<usize> = (2..50).map(|i| lattice.column(place(i))).collect();
+        // Some are closed only for who comes late.
+        let is_open = |column: usize, lead: u32| {
+            let index = closed.iter().position(|closed| *closed == column);
+            index.is_none_or(|index| index % 4 == 0 && lead < 300)
+        };
+        let mover = Mover::new(lattice, 0.7 + at(seed), RADIUS_M, Vec::new());
+        let distances = Distances::new(&roadmap, goal, from, mover);
+        let mut floor = distances.floor(&roadmap, from).expect("nothing is solid");
+        let mut air = distances.backwards(&roadmap);
+        for asked in [from].into_iter().chain((50..80).map(place)) {
+            let known_before = floor.at_least(asked).0;
+            let bound = floor.ticks(asked, |column, lead| is_open(column as usize, lead));
+            let exact = air.ticks(&roadmap, &distances.mover, goal, asked, |place, lead| {
+                is_open(lattice.column(place), lead)
+            });
+            assert!(
+                known_before <= bound && bound <= exact,
+                "{seed}: from {asked} to {goal}: {known_before}, {bound}, {exact}"
+            );
+            farther += u32::from(
+                bound != UNREACHABLE && bound > distances.ticks(&roadmap, asked) && asked != goal,
+            );
+        }
+    }
+    // It knows of detours.
+    assert!(farther > 100, "{farther}");
+}

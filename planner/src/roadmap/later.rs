@@ -29,14 +29,9 @@ impl Roadmap {
         let mut links = Links::new(&survey, bounds, &open, self.places_m.clone());
         let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
         let (places_m, ways) = (links.places_m, links.ways);
-        for _ in self.places_m.len()..places_m.len() {
-            self.graph.add_node(());
-        }
         self.places_m = places_m;
-        for ((from, to), way) in ways {
-            // In ascending order: stops of later come after all others.
-            self.later.entry(from).or_default().push((to, way));
-        }
+        // In ascending order still: stops of later come after all others.
+        self.add(ways);
         vertices
     }
 }

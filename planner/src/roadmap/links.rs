@@ -3,12 +3,8 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Point3;
-use petgraph::Directed;
-use petgraph::csr::Csr;
-use rayon::prelude::*;
 
-use super::{CLEARANCE_TOLERANCE_M, Forward, Stop, Survey, Vertex, Way, around};
-use crate::lattice::AXES;
+use super::{CLEARANCE_TOLERANCE_M, Stop, Survey, Vertex, Way};
 use crate::world::Bounds;
 
 /// The stops beyond the lattice and their ways, while a roadmap is being made.
@@ -140,43 +136,6 @@ impl<'a> Links<'a> {
         };
         self.ways.insert((a, b), way);
         self.ways.insert((b, a), way);
-    }
-
-    pub(super) fn into_graph(
-        self,
-        forward: &Forward,
-    ) -> (Csr<(), Way, Directed, Vertex>, Vec<Point3<f64>>) {
-        let lattice = self.survey.lattice;
-        let lengths_m = lattice.step_lengths_m();
-        let ways = &self.ways;
-        let of_vertex = |from: Vertex| {
-            let on_lattice = (from < lattice.place_count() as Vertex)
-                .then(|| around(lattice, forward, from))
-                .into_iter()
-                .flatten()
-                .filter(|(_, _, clearance_m)| *clearance_m > 0.0)
-                .map(move |(n, to, clearance_m)| {
-                    let length_m = lengths_m[AXES[n]];
-                    (
-                        from,
-                        to,
-                        Way {
-                            length_m,
-                            clearance_m,
-                        },
-                    )
-                });
-            let beyond = ways.range((from, 0)..=(from, Vertex::MAX));
-            on_lattice.chain(beyond.map(|((from, to), way)| (*from, *to, *way)))
-        };
-        let vertices = 0..(lattice.place_count() + self.places_m.len()) as Vertex;
-        let edges: Vec<(Vertex, Vertex, Way)> =
-            vertices.into_par_iter().flat_map_iter(of_vertex).collect();
-        let mut graph = Csr::from_sorted_edges(&edges).unwrap_or_default();
-        while graph.node_count() < lattice.place_count() + self.places_m.len() {
-            graph.add_node(());
-        }
-        (graph, self.places_m)
     }
 }
 

@@ -40,7 +40,13 @@ enum Map<'a> {
 
 impl<'a> Ahead<'a> {
     /// From a place to a task.
-    fn new(roadmap: &'a Roadmap, crowd: &'a Crowd<'a>, class: usize, stage: &Stage, from: Vertex) -> Ahead<'a> {
+    fn new(
+        roadmap: &'a Roadmap,
+        crowd: &'a Crowd<'a>,
+        class: usize,
+        stage: &Stage,
+        from: Vertex,
+    ) -> Ahead<'a> {
         let columns = crowd.closed_columns(class);
         let floor = columns.and_then(|columns| {
             let floor = stage.distances.floor(roadmap, from)?;
@@ -51,7 +57,11 @@ impl<'a> Ahead<'a> {
             (Map::Air(backwards), crowd.closed_from(class))
         };
         let (map, closed) = floor.unwrap_or_else(air);
-        Ahead { map, closed, begins: 0 }
+        Ahead {
+            map,
+            closed,
+            begins: 0,
+        }
     }
 }
 
