@@ -49,10 +49,10 @@ pub(super) struct Near {
 }
 
 impl Pair {
-    /// `span` is asked for direction, direction and the offset of the second.
+    /// `spans_of` is asked for direction, direction and the column of the second; it says by layer.
     pub(super) fn new(
         extent: Extent,
-        span: impl Fn(usize, usize, [i32; 3]) -> Span + Sync,
+        spans_of: impl Fn(usize, usize, [i32; 2]) -> Vec<Span> + Sync,
     ) -> Pair {
         let aside = -extent.reach..=extent.reach;
         let columns: Vec<[i32; 2]> = aside
@@ -78,10 +78,8 @@ impl Pair {
             (turn as u8, kept as u16)
         };
         let of_ways = |&(way, others): &(usize, usize)| -> Vec<Span> {
-            let offsets = columns
-                .iter()
-                .flat_map(|[dx, dy]| layers.clone().map(move |dz| [*dx, *dy, dz]));
-            offsets.map(|offset| span(way, others, offset)).collect()
+            let of_column = |aside: &[i32; 2]| spans_of(way, others, *aside);
+            columns.iter().flat_map(of_column).collect()
         };
         let worked_out: Vec<Vec<Span>> = kept.par_iter().map(of_ways).collect();
         let mut spans = vec![Span::default()];

@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use super::pair::{Extent, Pair};
-use super::span::{Way, least_distance, meeting, passing};
+use super::span::{Way, least_distance, nearest, passing, too_near};
 use super::steps::{Class, LOADS, Span};
 use super::ways::{STILL, WAYS, cells};
 use crate::lattice::Lattice;
@@ -182,61 +182,72 @@ impl Shape {
             layers: self.layers,
             bodies: self.bodies,
         };
-        Pair::new(extent, |way, others, offset| self.span(way, others, offset))
+        Pair::new(extent, |way, others, aside| self.spans(way, others, aside))
     }
 
-    /// `offset`: the second's beginning from the first's.
-    fn span(&self, way: usize, others: usize, offset: [i32; 3]) -> Span {
-        let (mine, theirs) = (cells(way), cells(others));
-        // Heights of the first over the second: at the beginning, and when either or both have arrived.
-        let [low, high] = lowest_and_highest(
-            [0, mine[2], -theirs[2], mine[2] - theirs[2]].map(|rise| rise - offset[2]),
-        );
-        let radius = self.radius(low, high);
-        let on_floor = |cells: [i32; 3]| [f64::from(cells[0]), f64::from(cells[1])];
+    /// By layer, from the lowest on in which the second may begin.
+    fn spans(&self, way: usize, others: usize, aside: [i32; 2]) -> Vec<Span> {
+        let on_floor = |[x, y]: [i32; 2]| [f64::from(x), f64::from(y)];
+        let along = |way: usize| {
+            let [x, y, _] = cells(way);
+            on_floor([x, y])
+        };
         let first = Way {
             from: [0.0; 2],
-            by: on_floor(mine),
+            by: along(way),
             ticks: self.me.ticks(way),
         };
         let second = Way {
-            from: on_floor(offset),
-            by: on_floor(theirs),
+            from: on_floor(aside),
+            by: along(others),
             ticks: self.other.ticks(others),
         };
-        let (found, distance) = match (way == STILL, others == STILL) {
-            (true, true) => {
-                let [x, y] = second.from;
-                let distance = x.hypot(y);
-                ((distance < radius).then_some([0.0, 1.0]), distance)
-            }
-            (false, true) => {
-                let past = Way {
-                    from: second.from.map(|at| -at),
-                    ..first
+        let past = Way {
+            from: second.from.map(|at| -at),
+            ..first
+        };
+        // The same whatever the height between them.
+        let (delta, distance) = match (way == STILL, others == STILL) {
+            (true, true) => (0.0, second.from[0].hypot(second.from[1])),
+            (false, true) => (0.0, least_distance(&past)),
+            (true, false) => (0.0, least_distance(&second)),
+            (false, false) => nearest(&first, &second, self.far),
+        };
+        let within = |radius: f64| match (way == STILL, others == STILL) {
+            _ if distance >= radius => None,
+            (true, true) => Some([0.0, 1.0]),
+            (false, true) => passing(&past, radius),
+            (true, false) => passing(&second, radius),
+            (false, false) => Some(too_near(&first, &second, delta, radius)),
+        };
+        let (mine, theirs) = (cells(way), cells(others));
+        let at_layer = |layer: i32| {
+            let offset = [aside[0], aside[1], layer];
+            // Heights of the first over the second: at the beginning, and when either or both have arrived.
+            let [low, high] = lowest_and_highest(
+                [0, mine[2], -theirs[2], mine[2] - theirs[2]].map(|rise| rise - layer),
+            );
+            let radius = self.radius(low, high);
+            let [on_first, on_second] = self.loads(low, high, distance.max(radius));
+            let mut span = Span {
+                on_first,
+                on_second,
+                ..Span::default()
+            };
+            if let Some([from, to]) = within(radius) {
+                (span.from, span.to) = (from.floor() as i16, to.ceil() as i16);
+            } else {
+                let middle = |axis: usize| {
+                    f64::from(offset[axis]) + 0.5 * f64::from(theirs[axis] - mine[axis])
                 };
-                (passing(&past, radius), least_distance(&past))
+                let price = self.price(-middle(2), middle(0).hypot(middle(1)));
+                if price >= LEAST_PRICE {
+                    span.price = (price * 1000.0).min(f64::from(u16::MAX)) as u16;
+                }
             }
-            (true, false) => (passing(&second, radius), least_distance(&second)),
-            (false, false) => meeting(&first, &second, radius, self.far),
+            span
         };
-        let [on_first, on_second] = self.loads(low, high, distance.max(radius));
-        let mut span = Span {
-            on_first,
-            on_second,
-            ..Span::default()
-        };
-        if let Some([from, to]) = found {
-            (span.from, span.to) = (from.floor() as i16, to.ceil() as i16);
-        } else {
-            let middle =
-                |axis: usize| f64::from(offset[axis]) + 0.5 * f64::from(theirs[axis] - mine[axis]);
-            let price = self.price(-middle(2), middle(0).hypot(middle(1)));
-            if price >= LEAST_PRICE {
-                span.price = (price * 1000.0).min(f64::from(u16::MAX)) as u16;
-            }
-        }
-        span
+        (-self.layers..=self.layers).map(at_layer).collect()
     }
 
     /// Loads on both of two steps that begin together and last as long; `None`: they are too near one another.

@@ -46,9 +46,9 @@ pub(super) fn least_distance(way: &Way) -> f64 {
     nearest_square_on(x, y, u, v).sqrt()
 }
 
-/// How much later, in ticks, the first way may not begin than the second: from and to. And their least distance
-/// whenever they begin, if it is less than `far`; else a bound.
-pub(super) fn meeting(first: &Way, second: &Way, radius: f64, far: f64) -> (Option<[f64; 2]>, f64) {
+/// How much later, in ticks, the first way begins than the second when they come nearest, and their least distance
+/// then, if it is less than `far`; else a bound.
+pub(super) fn nearest(first: &Way, second: &Way, far: f64) -> (f64, f64) {
     let range = |axis: usize, way: &Way| {
         let ends = [way.from[axis], way.from[axis] + way.by[axis]];
         [ends[0].min(ends[1]), ends[0].max(ends[1])]
@@ -58,13 +58,11 @@ pub(super) fn meeting(first: &Way, second: &Way, radius: f64, far: f64) -> (Opti
         (a - d).max(c - b).max(0.0)
     };
     let gap = apart(0).hypot(apart(1));
+    let (mut low, mut high) = (-first.ticks, second.ticks);
     if gap >= far {
-        return (None, gap);
+        return (low, gap);
     }
     let least = |delta: f64| nearest_square(first, second, delta);
-    let square = radius * radius;
-    let (mut low, mut high) = (-first.ticks, second.ticks);
-    let ends = [low, high];
     // By golden sections: one of two looks serves the next round too (J. Kiefer, "Sequential minimax search for a maximum",
     // Proceedings of the American Mathematical Society 4, 1953).
     let section = 0.5 * (5.0_f64.sqrt() - 1.0);
@@ -85,16 +83,19 @@ pub(super) fn meeting(first: &Way, second: &Way, radius: f64, far: f64) -> (Opti
         }
     }
     let middle = 0.5 * (low + high);
-    let distance = least(middle).sqrt();
-    if distance >= radius {
-        return (None, distance);
-    }
+    (middle, least(middle).sqrt())
+}
+
+/// How much later, in ticks, the first way may not begin than the second: from and to. They are too near if it begins `delta` later.
+pub(super) fn too_near(first: &Way, second: &Way, delta: f64, radius: f64) -> [f64; 2] {
+    let least = |delta: f64| nearest_square(first, second, delta);
+    let square = radius * radius;
     // From within outwards.
     let edge = |outside: f64| {
         if least(outside) < square {
             return outside;
         }
-        let (mut inside, mut outside) = (middle, outside);
+        let (mut inside, mut outside) = (delta, outside);
         for _ in 0..EDGE_ROUNDS {
             let between = 0.5 * (inside + outside);
             if least(between) < square {
@@ -105,7 +106,7 @@ pub(super) fn meeting(first: &Way, second: &Way, radius: f64, far: f64) -> (Opti
         }
         outside
     };
-    (Some(ends.map(edge)), distance)
+    [-first.ticks, second.ticks].map(edge)
 }
 
 /// Square of the least distance while both last, if the first begins `delta` ticks later.
@@ -158,7 +159,9 @@ mod tests {
         // Both one cell in 50 ticks along x, the first one cell behind: half a cell apart from 25 ticks on.
         let behind = way([-1.0, 0.0], [1.0, 0.0], 50.0);
         let ahead = way([0.0, 0.0], [1.0, 0.0], 50.0);
-        let [from, to] = meeting(&behind, &ahead, 0.5, 2.0).0.expect("too early");
+        let (delta, least) = nearest(&behind, &ahead, 2.0);
+        assert!(least < 0.5);
+        let [from, to] = too_near(&behind, &ahead, delta, 0.5);
         assert!((to + 25.0).abs() < 0.1, "{from} {to}");
     }
 
@@ -171,7 +174,8 @@ mod tests {
             let ticks = |k: i32| [50.0, 71.0, 87.0][(k % 3) as usize];
             let first = way([0.0, 0.0], by(a), ticks(a));
             let second = way([f64::from(case % 5 - 2), 1.0], by(b), ticks(b));
-            let (found, least) = meeting(&first, &second, radius, 2.0);
+            let (at_best, least) = nearest(&first, &second, 2.0);
+            let found = (least < radius).then(|| too_near(&first, &second, at_best, radius));
             for delta in -(first.ticks as i32)..=second.ticks as i32 {
                 let delta = f64::from(delta);
                 let near = nearest_square(&first, &second, delta).sqrt() < radius;
