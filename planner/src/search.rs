@@ -23,7 +23,7 @@ use rustc_hash::FxHashSet;
 use crate::crowd::Crowd;
 use crate::errand::Errand;
 use crate::roadmap::{Roadmap, Vertex};
-use crate::stay_price::{StayPrice, stays};
+use crate::stay_price::Stays;
 
 mod confirm;
 mod label;
@@ -179,7 +179,7 @@ fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
     let mut doubts = Rc::new(Doubts::default());
     let mut expansions = 0;
     let mut outlook = None;
-    let stays: Rc<[StayPrice]> = stays(&scene, errand).into();
+    let stays = Rc::new(Stays::new(&scene, errand));
     for _ in 0..MOST_TRIES {
         if scene.crowd.is_none() {
             break;
@@ -252,7 +252,7 @@ fn look<'a>(
     scene: Scene<'a>,
     errand: &'a Errand,
     doubts: &Rc<Doubts>,
-    stays: &Rc<[StayPrice]>,
+    stays: &Rc<Stays>,
     outlook: &mut Option<Outlook<'a>>,
 ) -> Searched {
     let mut expansions = 0;

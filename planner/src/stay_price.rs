@@ -10,20 +10,38 @@ use crate::errand::{Ending, Errand};
 use crate::roadmap::Vertex;
 use crate::search::{IMMOVABLE, Scene};
 
-/// Least time plus price of a stay, as a function of the arrival.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct StayPrice {
-    /// From when on, and the price of all who are met by a stay that begins then.
-    steps: Vec<(u32, u32)>,
-    /// Least total of any later step.
-    later: Vec<u32>,
+/// What it costs to dwell at each task, and to end.
+#[derive(Debug)]
+pub(crate) struct Stays {
+    /// In order; those that cost nothing are left out.
+    priced: Vec<Stay>,
     /// Who cannot be made to give way and never leaves.
     pub(crate) never: Option<(DroneId, Why)>,
 }
 
+#[derive(Debug)]
+struct Stay {
+    /// After which it begins.
+    stage: u16,
+    /// From its beginning to the end of the last dwell, with nobody else there.
+    rest_ticks: u32,
+    price: StayPrice,
+}
+
+/// Least time plus price of a stay, as a function of the arrival.
+#[derive(Clone, Debug, Default)]
+struct StayPrice {
+    /// From when on, and the price of all who are met by a stay that begins then.
+    steps: Vec<(u32, u32)>,
+    /// Least total of any later step.
+    later: Vec<u32>,
+    /// See [`Stays::never`].
+    never: Option<(DroneId, Why)>,
+}
+
 impl StayPrice {
     /// The price of `stay`, whenever it begins, for `ticks`; [`Tick::FOREVER`]'s for ever.
-    pub(crate) fn new(scene: &Scene<'_>, stay: Leg, ticks: u32) -> StayPrice {
+    fn new(scene: &Scene<'_>, stay: Leg, ticks: u32) -> StayPrice {
         let stay = Leg {
             start: Tick(0),
             end: Tick::FOREVER,
@@ -52,7 +70,7 @@ impl StayPrice {
     }
 
     /// Whenever it begins, it costs nothing.
-    pub(crate) fn is_free(&self) -> bool {
+    fn is_free(&self) -> bool {
         self.steps.is_empty()
     }
 
@@ -63,7 +81,7 @@ impl StayPrice {
     }
 
     /// Least of later arrival and price, beyond arriving at this tick.
-    pub(crate) fn excess(&self, arrives: u32) -> u32 {
+    fn excess(&self, arrives: u32) -> u32 {
         self.step(arrives).map_or(0, |step| {
             self.steps[step]
                 .1
@@ -72,7 +90,7 @@ impl StayPrice {
     }
 
     /// How much later it is best to arrive.
-    pub(crate) fn slack(&self, arrives: u32) -> u32 {
+    fn slack(&self, arrives: u32) -> u32 {
         let Some(step) = self.step(arrives) else {
             return 0;
         };
@@ -86,38 +104,72 @@ impl StayPrice {
     }
 }
 
-/// What it costs to dwell at each task, and to end.
-pub(crate) fn stays(scene: &Scene<'_>, errand: &Errand) -> Vec<StayPrice> {
-    let stay = |at: Vertex, kind: KindId, flying: bool| {
-        let at_m = scene.roadmap.position_m(at);
-        Leg {
-            drone: errand.drone,
-            kind,
-            start: Tick(0),
-            end: Tick::FOREVER,
-            from_m: at_m,
-            to_m: at_m,
-            flying,
-            air_limit: errand.air_limit,
+impl Stays {
+    /// Those of an errand among everybody planned.
+    pub(crate) fn new(scene: &Scene<'_>, errand: &Errand) -> Stays {
+        let stay = |at: Vertex, kind: KindId, flying: bool| {
+            let at_m = scene.roadmap.position_m(at);
+            Leg {
+                drone: errand.drone,
+                kind,
+                start: Tick(0),
+                end: Tick::FOREVER,
+                from_m: at_m,
+                to_m: at_m,
+                flying,
+                air_limit: errand.air_limit,
+            }
+        };
+        let dwells = errand.stages.iter().zip(&errand.kinds[1..]);
+        let dwells = dwells.map(|(stage, &kind)| {
+            let price = match stage.dwell_ticks {
+                0 => StayPrice::default(),
+                ticks => StayPrice::new(scene, stay(stage.distances.goal(), kind, true), ticks),
+            };
+            (stage.rest_ticks, price)
+        });
+        let flies = !errand.stages.is_empty() || !errand.grounded;
+        let end = match (errand.ending, errand.kinds.last()) {
+            (Ending::Hover, Some(&kind)) => {
+                StayPrice::new(scene, stay(errand.last_vertex(), kind, flies), u32::MAX)
+            }
+            _ => StayPrice::default(),
+        };
+        let mut never = None;
+        let all = dwells.chain(std::iter::once((0, end)));
+        let priced = (0..).zip(all).filter_map(|(stage, (rest_ticks, price))| {
+            never = never.or(price.never);
+            (!price.is_free()).then_some(Stay {
+                stage,
+                rest_ticks,
+                price,
+            })
+        });
+        Stays {
+            priced: priced.collect(),
+            never,
         }
-    };
-    let mut stays: Vec<StayPrice> = errand
-        .stages
-        .iter()
-        .zip(&errand.kinds[1..])
-        .map(|(stage, &kind)| match stage.dwell_ticks {
-            0 => StayPrice::default(),
-            ticks => StayPrice::new(scene, stay(stage.distances.goal(), kind, true), ticks),
-        })
-        .collect();
-    let flies = !errand.stages.is_empty() || !errand.grounded;
-    stays.push(match (errand.ending, errand.kinds.last()) {
-        (Ending::Hover, Some(&kind)) => {
-            StayPrice::new(scene, stay(errand.last_vertex(), kind, flies), u32::MAX)
-        }
-        _ => StayPrice::default(),
-    });
-    stays
+    }
+
+    /// Least of later arrivals and prices that is still to come after a stage, beyond `ends`: the end of the last dwell at the earliest.
+    pub(crate) fn excess(&self, stage: u16, ends: u32) -> u32 {
+        let excess = self.ahead(stage, ends).map(|(stay, at)| stay.excess(at));
+        excess.max().unwrap_or(0)
+    }
+
+    /// How much later it is best to arrive.
+    pub(crate) fn slack(&self, stage: u16, ends: u32) -> u32 {
+        let dearest = self
+            .ahead(stage, ends)
+            .max_by_key(|(stay, at)| stay.excess(*at));
+        dearest.map_or(0, |(stay, at)| stay.slack(at))
+    }
+
+    /// Prices of the stays that are still to come, each with the least tick at which it can begin.
+    fn ahead(&self, stage: u16, ends: u32) -> impl Iterator<Item = (&StayPrice, u32)> {
+        let ahead = self.priced.iter().filter(move |stay| stay.stage >= stage);
+        ahead.map(move |stay| (&stay.price, ends.saturating_sub(stay.rest_ticks)))
+    }
 }
 
 /// Beginnings of a stay between which the same drones are met, and what they cost together.

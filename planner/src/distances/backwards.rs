@@ -85,16 +85,25 @@ impl Backwards {
         if self.ticks.is_empty() {
             self.begin(roadmap, goal);
         }
-        while !self.done[from as usize] && self.now < self.buckets.len() {
+        self.look_on(roadmap, mover, from, u32::MAX, is_open);
+        self.at_least(roadmap, from).0
+    }
+
+    /// Raises what is known of a place by so many ticks, if it is not known for good before.
+    pub(crate) fn look_on(
+        &mut self,
+        roadmap: &Roadmap,
+        mover: &Mover,
+        from: Vertex,
+        by: u32,
+        is_open: impl Fn(Vertex, u32) -> bool,
+    ) {
+        let until = self.now.saturating_add(by as usize);
+        while !self.done[from as usize] && self.now < until.min(self.buckets.len()) {
             match self.buckets.pop(self.now) {
                 Some(place) => self.settle(roadmap, mover, place, &is_open),
                 None => self.now += 1,
             }
-        }
-        if self.done[from as usize] {
-            self.ticks[from as usize]
-        } else {
-            UNREACHABLE
         }
     }
 

@@ -60,14 +60,20 @@ impl<'a> Floor<'a> {
     /// Ticks from a place to the goal at least, or [`UNREACHABLE`]. Whether a column is open is asked with the least ticks
     /// to it from where the drone comes.
     pub(crate) fn ticks(&mut self, place: u32, is_open: impl Fn(u32, u32) -> bool) -> u32 {
+        self.look_on(place, u32::MAX, is_open);
+        self.at_least(place).0
+    }
+
+    /// Raises what is known of a place by so many ticks, if it is not known for good before.
+    pub(crate) fn look_on(&mut self, place: u32, by: u32, is_open: impl Fn(u32, u32) -> bool) {
         let column = self.lattice.column(place);
-        while !self.done[column] && self.now < self.buckets.len() {
+        let until = self.now.saturating_add(by as usize);
+        while !self.done[column] && self.now < until.min(self.buckets.len()) {
             match self.buckets.pop(self.now) {
                 Some(column) => self.settle(column, &is_open),
                 None => self.now += 1,
             }
         }
-        self.at_least(place).0
     }
 
     /// What [`Floor::ticks`] will say at least, and whether it is known.

@@ -27,6 +27,9 @@ struct Visit {
     before: u32,
 }
 
+/// What is known of the way on is raised by so much at a time: chosen here, half a step of 1 m at 2 m/s.
+const LOOK_TICKS: u32 = 25;
+
 /// No visit.
 const NEVER: u32 = u32::MAX;
 
@@ -53,8 +56,8 @@ pub(super) struct Nodes<'a> {
     outlook: Outlook<'a>,
     /// By stage and vertex, one more than the index of the node; 0: none.
     flying: Vec<u32>,
-    /// On the ground, where it starts.
-    grounded: FxHashMap<(Vertex, u16), usize>,
+    /// On the ground, where it starts, and after the last stage, where it ends.
+    standing: FxHashMap<(Vertex, u16, bool), usize>,
     all: Vec<Node>,
     /// Those of all places.
     visits: Vec<Visit>,
@@ -74,8 +77,8 @@ impl<'a> Nodes<'a> {
             scene,
             errand,
             doubts,
-            flying: vec![0; scene.roadmap.place_count() * (errand.stages.len() + 1)],
-            grounded: FxHashMap::default(),
+            flying: vec![0; scene.roadmap.place_count() * errand.stages.len()],
+            standing: FxHashMap::default(),
             all: Vec::new(),
             visits: Vec::new(),
             hovers: FxHashMap::default(),
@@ -85,11 +88,10 @@ impl<'a> Nodes<'a> {
     /// The node of a state.
     pub(super) fn at(&mut self, label: &Label) -> usize {
         let next = self.all.len();
-        let known = if label.grounded {
-            *self
-                .grounded
-                .entry((label.vertex, label.stage))
-                .or_insert(next)
+        let is_over = usize::from(label.stage) == self.errand.stages.len();
+        let known = if label.grounded || is_over {
+            let key = (label.vertex, label.stage, label.grounded);
+            *self.standing.entry(key).or_insert(next)
         } else {
             let place = usize::from(label.stage) * self.scene.roadmap.place_count();
             let node = &mut self.flying[place + label.vertex as usize];
@@ -120,14 +122,19 @@ impl<'a> Nodes<'a> {
         self.all[node].is_final
     }
 
-    /// The same for good.
-    pub(super) fn settle(&mut self, node: usize, label: &Label) -> u32 {
-        if !self.all[node].is_final {
+    /// The same, more than is known so far, or for good.
+    pub(super) fn look_on(&mut self, node: usize, label: &Label) -> (u32, bool) {
+        let known = self.all[node];
+        if !known.is_final {
             let stage = usize::from(label.stage);
-            let remaining = self.outlook.settled(stage, label.vertex);
-            (self.all[node].remaining, self.all[node].is_final) = (remaining, true);
+            let (mut remaining, mut is_final) = self.outlook.at_least(stage, label.vertex);
+            if !is_final && remaining <= known.remaining {
+                self.outlook.look_on(stage, label.vertex, LOOK_TICKS);
+                (remaining, is_final) = self.outlook.at_least(stage, label.vertex);
+            }
+            (self.all[node].remaining, self.all[node].is_final) = (remaining, is_final);
         }
-        self.all[node].remaining
+        (self.all[node].remaining, self.all[node].is_final)
     }
 
     /// What was looked ahead by, for the next search.

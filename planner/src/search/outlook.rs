@@ -127,28 +127,29 @@ impl<'a> Outlook<'a> {
     }
 
     /// The same, final.
-    pub(super) fn settled(&mut self, index: usize, from: Vertex) -> u32 {
-        let roadmap = self.scene.roadmap;
+    fn settled(&mut self, stage: usize, from: Vertex) -> u32 {
+        self.look_on(stage, from, u32::MAX);
+        self.at_least(stage, from).0
+    }
+
+    /// Raises what is known of a place by so many ticks, if it is not final before.
+    pub(super) fn look_on(&mut self, index: usize, from: Vertex, by: u32) {
         let (Some(Some(ahead)), Some(stage)) =
             (self.stages.get_mut(index), self.errand.stages.get(index))
         else {
-            return self.errand.remaining(roadmap, index, from);
+            return;
         };
         let (closed, begins) = (ahead.closed, ahead.begins);
         let is_open = |place: Vertex, lead: u32| {
             let closed = closed.get(place as usize);
             closed.is_none_or(|closed| closed.0 > begins.saturating_add(lead))
         };
-        let ticks = match &mut ahead.map {
+        match &mut ahead.map {
             Map::Air(backwards) => {
-                let (mover, goal) = (stage.distances.mover(), stage.distances.goal());
-                backwards.ticks(roadmap, mover, goal, from, is_open)
+                let mover = stage.distances.mover();
+                backwards.look_on(self.scene.roadmap, mover, from, by, is_open);
             }
-            Map::Floor(floor) => floor.ticks(from, is_open),
-        };
-        match ticks {
-            UNREACHABLE => UNREACHABLE,
-            _ => ticks.saturating_add(stage.rest_ticks),
+            Map::Floor(floor) => floor.look_on(from, by, is_open),
         }
     }
 }

@@ -67,10 +67,7 @@ impl Search<'_> {
         }
         let node = self.nodes.at(&label);
         let ends = label.at.0.saturating_add(self.nodes.remaining(node));
-        let slack = self
-            .stays_ahead(label.stage, ends)
-            .max_by_key(|(stay, arrives)| stay.excess(*arrives))
-            .map_or(0, |(stay, arrives)| stay.slack(arrives));
+        let slack = self.stays.slack(label.stage, ends);
         if slack > 0 {
             let at = label.at.after(slack);
             self.push(Label {

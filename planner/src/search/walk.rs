@@ -14,7 +14,7 @@ use super::outlook::Outlook;
 use super::{Doubts, Found, Hindrance, Obstruction, Scene};
 use crate::distances::UNREACHABLE;
 use crate::errand::Errand;
-use crate::stay_price::StayPrice;
+use crate::stay_price::Stays;
 
 pub(super) struct Search<'a> {
     pub(super) scene: Scene<'a>,
@@ -25,7 +25,7 @@ pub(super) struct Search<'a> {
     pub(super) nodes: Nodes<'a>,
     pub(super) met: Met,
     /// Of dwelling at each task, and of the end.
-    pub(super) stays: Rc<[StayPrice]>,
+    pub(super) stays: Rc<Stays>,
     pub(super) verdict: Verdict,
     pub(super) all: Verdict,
     pub(super) obstruction: Option<Obstruction>,
@@ -39,7 +39,7 @@ impl<'a> Search<'a> {
         errand: &'a Errand,
         doubts: Rc<Doubts>,
         outlook: Outlook<'a>,
-        stays: Rc<[StayPrice]>,
+        stays: Rc<Stays>,
         impatience_shift: u32,
     ) -> Search<'a> {
         Search {
@@ -61,7 +61,7 @@ impl<'a> Search<'a> {
 
     /// Looks until it has expanded so many states in all; `None` if it is to go on from there.
     pub(super) fn run(&mut self, most_expansions: u64) -> Option<Found> {
-        if let Some(never) = self.stays.iter().find_map(|stay| stay.never) {
+        if let Some(never) = self.stays.never {
             return Some(Found::Blocked(Some(Obstruction {
                 by: Hindrance::Drone(never.0, never.1),
                 at_m: self.scene.roadmap.position_m(self.errand.last_vertex()),
@@ -129,13 +129,14 @@ impl<'a> Search<'a> {
             return None;
         }
         let node = self.nodes.at(&found);
-        if self.nodes.settle(node, &found) > open.remaining {
+        let (remaining, is_final) = self.nodes.look_on(node, &found);
+        if remaining > open.remaining || !is_final {
             // It was thought of by a bound.
             if let Some((total, remaining)) = self.total(&found) {
                 self.open.push(Open {
                     total,
                     remaining,
-                    is_bound: false,
+                    is_bound: !is_final,
                     label,
                 });
             }
@@ -199,33 +200,16 @@ impl<'a> Search<'a> {
         }
         let ends = label.at.0.saturating_add(remaining);
         let excess = if label.met == 0 && label.step != Step::End {
-            let excess = |(stay, arrives): (&StayPrice, u32)| stay.excess(arrives);
-            self.stays_ahead(label.stage, ends).map(excess).max()
+            self.stays.excess(label.stage, ends)
         } else {
-            None
+            0
         };
         let cost = label
             .paid
             .saturating_add(ends)
-            .saturating_add(excess.unwrap_or(0));
+            .saturating_add(excess);
         // The highest: somebody who never leaves is where it has to stay.
         (cost < u32::MAX).then_some((cost, remaining))
-    }
-
-    /// Prices of the stays that are still to come, each with the least tick at which it can begin.
-    pub(super) fn stays_ahead(
-        &self,
-        stage: u16,
-        ends: u32,
-    ) -> impl Iterator<Item = (&StayPrice, u32)> {
-        let priced = self.stays.iter().enumerate().skip(usize::from(stage));
-        priced
-            .filter(|(_, stay)| !stay.is_free())
-            .map(move |(index, stay)| {
-                let stage = self.errand.stages.get(index);
-                let rest = stage.map_or(0, |stage| stage.rest_ticks);
-                (stay, ends.saturating_sub(rest))
-            })
     }
 
     pub(super) fn kind(&self, stage: u16) -> KindId {
