@@ -57,14 +57,8 @@ impl<'a> Floor<'a> {
         floor
     }
 
-    /// Ticks from a place to the goal at least, or [`UNREACHABLE`]. Whether a column is open is asked with the least ticks
-    /// to it from where the drone comes.
-    pub(crate) fn ticks(&mut self, place: u32, is_open: impl Fn(u32, u32) -> bool) -> u32 {
-        self.look_on(place, u32::MAX, is_open);
-        self.at_least(place).0
-    }
-
-    /// Raises what is known of a place by so many ticks, if it is not known for good before.
+    /// Raises what is known of a place by so many ticks, if it is not known for good before. Whether a column is open is
+    /// asked with the least ticks to it from where the drone comes.
     pub(crate) fn look_on(&mut self, place: u32, by: u32, is_open: impl Fn(u32, u32) -> bool) {
         let column = self.lattice.column(place);
         let until = self.now.saturating_add(by as usize);
@@ -76,7 +70,7 @@ impl<'a> Floor<'a> {
         }
     }
 
-    /// What [`Floor::ticks`] will say at least, and whether it is known.
+    /// Ticks from a place to the goal at least, or [`UNREACHABLE`], as far as they are known, and whether that is for good.
     pub(crate) fn at_least(&self, place: u32) -> (u32, bool) {
         let column = self.lattice.column(place);
         let at = self.lattice.steps(place);

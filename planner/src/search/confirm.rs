@@ -3,7 +3,7 @@
 use costmap::leg::Tick;
 use costmap::verdict::{Blocker, Verdict};
 
-use super::label::{Label, Open, Step};
+use super::label::{Label, Step};
 use super::wait::clear_after;
 use super::walk::Search;
 use crate::crowd::Thought;
@@ -68,14 +68,8 @@ impl Search<'_> {
         if settled.paid == label.paid && settled.met == label.met {
             return true;
         }
-        if let Some((total, remaining)) = self.total(&settled) {
-            self.open.push(Open {
-                total,
-                remaining,
-                is_bound: false,
-                label: index,
-            });
-        }
+        let turn = self.turn(index, &settled);
+        self.open.extend(turn);
         false
     }
 

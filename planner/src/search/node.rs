@@ -87,29 +87,36 @@ impl<'a> Nodes<'a> {
 
     /// The node of a state.
     pub(super) fn at(&mut self, label: &Label) -> usize {
-        let next = self.all.len();
         let is_over = usize::from(label.stage) == self.errand.stages.len();
-        let known = if label.grounded || is_over {
-            let key = (label.vertex, label.stage, label.grounded);
-            *self.standing.entry(key).or_insert(next)
-        } else {
-            let place = usize::from(label.stage) * self.scene.roadmap.place_count();
-            let node = &mut self.flying[place + label.vertex as usize];
-            if *node == 0 {
-                *node = next as u32 + 1;
-            }
-            *node as usize - 1
-        };
+        if !label.grounded && !is_over {
+            return self.flying(label.stage, label.vertex);
+        }
+        let next = self.all.len();
+        let key = (label.vertex, label.stage, label.grounded);
+        let known = *self.standing.entry(key).or_insert(next);
         if known == next {
-            let stage = usize::from(label.stage);
-            let (remaining, is_final) = self.outlook.at_least(stage, label.vertex);
-            self.all.push(Node {
-                remaining,
-                is_final,
-                last: NEVER,
-            });
+            self.add(label.stage, label.vertex);
         }
         known
+    }
+
+    /// The node of flying at a place before the last stage is over.
+    pub(super) fn flying(&mut self, stage: u16, vertex: Vertex) -> usize {
+        let index = usize::from(stage) * self.scene.roadmap.place_count() + vertex as usize;
+        if self.flying[index] == 0 {
+            self.add(stage, vertex);
+            self.flying[index] = self.all.len() as u32;
+        }
+        self.flying[index] as usize - 1
+    }
+
+    fn add(&mut self, stage: u16, vertex: Vertex) {
+        let (remaining, is_final) = self.outlook.at_least(usize::from(stage), vertex);
+        self.all.push(Node {
+            remaining,
+            is_final,
+            last: NEVER,
+        });
     }
 
     /// Ticks from there to the end of the last dwell, as far as they are known.

@@ -106,14 +106,7 @@ impl<'a> Search<'a> {
         for open in std::mem::take(&mut self.open) {
             let label = self.labels[open.label as usize];
             let node = self.nodes.at(&label);
-            if let Some((cost, remaining)) = self.cost(node, &label) {
-                self.open.push(Open {
-                    total: hurried(cost, remaining, impatience_shift),
-                    remaining,
-                    is_bound: !self.nodes.is_final(node),
-                    label: open.label,
-                });
-            }
+            self.open.extend(self.turn_at(node, open.label, &label));
         }
     }
 
@@ -132,14 +125,8 @@ impl<'a> Search<'a> {
         let (remaining, is_final) = self.nodes.look_on(node, &found);
         if remaining > open.remaining || !is_final {
             // It was thought of by a bound.
-            if let Some((total, remaining)) = self.total(&found) {
-                self.open.push(Open {
-                    total,
-                    remaining,
-                    is_bound: !is_final,
-                    label,
-                });
-            }
+            let turn = self.turn(label, &found);
+            self.open.extend(turn);
             return None;
         }
         if self.nodes.is_reached(node, &found, &self.met) {
@@ -160,56 +147,53 @@ impl<'a> Search<'a> {
     }
 
     pub(super) fn push(&mut self, label: Label) {
-        if let Some((total, remaining)) = self.total(&label) {
-            self.push_at(label, total, remaining);
+        let index = self.labels.len() as u32;
+        if let Some(open) = self.turn(index, &label) {
+            self.labels.push(label);
+            self.open.push(open);
         }
     }
 
-    fn push_at(&mut self, label: Label, total: u32, remaining: u32) {
-        self.labels.push(label);
-        let is_bound = self.is_bound(&label);
-        self.open.push(Open {
-            total,
-            remaining,
-            is_bound,
-            label: self.labels.len() as u32 - 1,
-        });
-    }
-
-    fn is_bound(&mut self, label: &Label) -> bool {
-        let node = self.nodes.at(label);
-        !self.nodes.is_final(node)
-    }
-
-    /// What a way through this state costs at least, and how long the rest takes; `None` if there is no
-    /// way, or no need to go there.
-    pub(super) fn total(&mut self, label: &Label) -> Option<(u32, u32)> {
+    /// When a state has its turn: by what a way through it costs at least. `None` if there is no way, or no need to go there.
+    pub(super) fn turn(&mut self, index: u32, label: &Label) -> Option<Open> {
         let node = self.nodes.at(label);
         if self.nodes.is_covered(node, label) {
             return None;
         }
-        let (cost, remaining) = self.cost(node, label)?;
-        Some((hurried(cost, remaining, self.impatience_shift), remaining))
+        self.turn_at(node, index, label)
     }
 
-    /// The same whether there is need to go there or not, and without haste.
-    fn cost(&self, node: usize, label: &Label) -> Option<(u32, u32)> {
+    /// The same whether there is need to go there or not.
+    fn turn_at(&self, node: usize, index: u32, label: &Label) -> Option<Open> {
+        let cost = self.cost(node, label)?;
+        let remaining = self.nodes.remaining(node);
+        Some(Open {
+            total: hurried(cost, remaining, self.impatience_shift),
+            remaining,
+            is_bound: !self.nodes.is_final(node),
+            label: index,
+        })
+    }
+
+    /// Without haste.
+    fn cost(&self, node: usize, label: &Label) -> Option<u32> {
+        let least = self.least(node, label.paid, label.at)?;
+        if label.met != 0 || label.step == Step::End {
+            return Some(least);
+        }
+        let excess = self.stays.excess(label.stage, least - label.paid);
+        // The highest: somebody who never leaves is where it has to stay.
+        least.checked_add(excess).filter(|cost| *cost < u32::MAX)
+    }
+
+    /// The same but for stays that others are in the way of.
+    fn least(&self, node: usize, paid: u32, at: Tick) -> Option<u32> {
         let remaining = self.nodes.remaining(node);
         if remaining == UNREACHABLE {
             return None;
         }
-        let ends = label.at.0.saturating_add(remaining);
-        let excess = if label.met == 0 && label.step != Step::End {
-            self.stays.excess(label.stage, ends)
-        } else {
-            0
-        };
-        let cost = label
-            .paid
-            .saturating_add(ends)
-            .saturating_add(excess);
-        // The highest: somebody who never leaves is where it has to stay.
-        (cost < u32::MAX).then_some((cost, remaining))
+        let least = paid.saturating_add(at.0).saturating_add(remaining);
+        (least < u32::MAX).then_some(least)
     }
 
     pub(super) fn kind(&self, stage: u16) -> KindId {
@@ -275,29 +259,46 @@ impl<'a> Search<'a> {
         };
         let errand = self.errand;
         errand.mover.steps_from(roadmap, label.vertex, |to, ticks| {
+            let at = label.at.after(ticks);
+            let node = self.nodes.flying(label.stage, to);
+            let Some(least) = self.least(node, label.paid, at) else {
+                return;
+            };
+            // Mostly that alone is too dear.
+            let remaining = self.nodes.remaining(node);
+            let total = hurried(least, remaining, self.impatience_shift);
+            if total > most {
+                next = next.min(total);
+                return;
+            }
             let step = Label {
                 vertex: to,
                 grounded: false,
                 step: Step::Move,
                 departs: label.at,
-                at: label.at.after(ticks),
+                at,
                 parent: index,
                 judged: false,
                 offered: None,
                 ..label
             };
-            let node = self.nodes.at(&step);
             if self.nodes.is_covered(node, &step) {
                 return;
             }
-            let Some((cost, remaining)) = self.cost(node, &step) else {
+            let Some(cost) = self.cost(node, &step) else {
                 return;
             };
             let total = hurried(cost, remaining, self.impatience_shift);
             if total > most {
                 next = next.min(total);
             } else if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
-                self.push_at(step, total, remaining);
+                self.open.push(Open {
+                    total,
+                    remaining,
+                    is_bound: !self.nodes.is_final(node),
+                    label: self.labels.len() as u32,
+                });
+                self.labels.push(step);
             }
         });
         self.labels[index as usize].offered = Some(Offered {
