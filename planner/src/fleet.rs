@@ -81,6 +81,7 @@ pub(crate) fn kept_out_by_zones(
         weights: &weights,
         under_way: &[],
         energy_weight: 0.0,
+        detours: true,
         careful: true,
         most_expansions: u64::MAX,
         stop: control.stop,

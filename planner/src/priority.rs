@@ -112,6 +112,8 @@ struct Attempt<'a> {
     /// Whose weak wakes were too much for somebody: their steps are judged in full.
     careful: Vec<bool>,
     most_evictions: u32,
+    /// See [`Scene::detours`].
+    detours: bool,
     /// After how many states in all it gives up.
     gives_up_at: Option<u64>,
     /// See [`Scene::under_way`].
@@ -148,6 +150,7 @@ impl<'a> Attempt<'a> {
             evicted: vec![0; drones],
             careful: vec![false; drones],
             most_evictions: MOST_EVICTIONS,
+            detours: true,
             gives_up_at: None,
             under_way: Vec::new(),
             kept: Vec::new(),
@@ -189,6 +192,7 @@ impl<'a> Attempt<'a> {
             weights: &self.weights,
             under_way: &self.under_way,
             energy_weight: self.energy_weight,
+            detours: self.detours,
             careful: false,
             most_expansions: MOST_EXPANSIONS,
             stop: self.control.stop,

@@ -286,6 +286,7 @@ fn in_the_way(
         weights: &weights,
         under_way: &[],
         energy_weight: 0.0,
+        detours: true,
         careful: true,
         most_expansions: MOST_EXPANSIONS,
         stop: control.stop,

@@ -70,6 +70,9 @@ pub struct Scene<'a> {
     pub under_way: &'a [Tick],
     /// Seconds of delay that a second's worth of hover energy is worth.
     pub energy_weight: f64,
+    /// Whether a detour around those who stay for good is looked for before any of them gives way. Where half of the floor is held
+    /// for good, those who are led around others end up in their way, and quarrels do not end.
+    pub detours: bool,
     /// Whether every step is judged in full, weak wakes on those far off included.
     pub careful: bool,
     /// States after which the search gives up.

@@ -15,9 +15,10 @@ use crate::lattice::Lattice;
 const ONE_WAKES_SHARE: f64 = 0.4;
 /// Prices below this are left to the verdict: chosen here, three hundredths of a second a step (s/s).
 const LEAST_PRICE: f64 = 0.0625;
-/// Loads below this share of a budget are left to the verdict: chosen here, five of them fit into what is left
-/// for wakes farther off.
-const LEAST_LOAD: f64 = 0.02;
+/// Loads below this share of a budget are left to the verdict: chosen here, an eighth of the most that one wake may fill.
+const LEAST_LOAD: f64 = 0.05;
+/// The same where everybody steps at once, and nothing is looked for again: chosen here, a hundredth.
+const LEAST_ABREAST: f64 = 0.012;
 /// Azimuths at which a wake is asked for: chosen here, moved jets are not round.
 const AZIMUTHS: u32 = 8;
 
@@ -155,8 +156,9 @@ impl Shape {
         row.get(ring).copied().unwrap_or(0.0)
     }
 
-    /// Loads on both at a distance, while the height of the first over the second is between these layers.
-    fn loads(&self, low: i32, high: i32, distance: f64) -> [u8; 2] {
+    /// Loads on both at a distance, while the height of the first over the second is between these layers; nothing where it is
+    /// less than this share of a budget.
+    fn loads(&self, low: i32, high: i32, distance: f64, least: f64) -> [u8; 2] {
         let most = (self.at.len() / 2) as i32;
         let index = |k: i32| (k + most).clamp(0, 2 * most) as usize;
         let ring = (distance * RINGS as f64) as usize;
@@ -167,7 +169,7 @@ impl Shape {
         let most_of = |side: usize| {
             let loads = rows.clone().filter_map(|row| row.get(ring));
             let load = loads.map(|both| both[side]).fold(0.0, f64::max);
-            if load < LEAST_LOAD {
+            if load < least {
                 return 0;
             }
             // What is more is forbidden.
@@ -228,7 +230,7 @@ impl Shape {
                 [0, mine[2], -theirs[2], mine[2] - theirs[2]].map(|rise| rise - layer),
             );
             let radius = self.radius(low, high);
-            let [on_first, on_second] = self.loads(low, high, distance.max(radius));
+            let [on_first, on_second] = self.loads(low, high, distance.max(radius), LEAST_LOAD);
             let mut span = Span {
                 on_first,
                 on_second,
@@ -271,7 +273,7 @@ impl Shape {
         if distance < self.radius(low, high) {
             return None;
         }
-        Some(self.loads(low, high, distance))
+        Some(self.loads(low, high, distance, LEAST_ABREAST))
     }
 }
 

@@ -37,6 +37,7 @@ pub(super) fn plan_together(setting: &Setting<'_>, effort: &mut Effort) -> Optio
         effort,
     );
     attempt.gives_up_at = Some(most);
+    attempt.detours = false;
     attempt.crowd = Some(Crowd::new(steps, costmap));
     let mut waiting = Vec::new();
     for (index, errand) in together.errands.iter().enumerate() {

@@ -79,7 +79,7 @@ impl<'a> Outlook<'a> {
     pub(super) fn new(scene: Scene<'a>, errand: &'a Errand) -> Outlook<'a> {
         let mut outlook = Outlook::plain(scene, errand);
         let patience = scene.weights.iter().copied().min().unwrap_or(0);
-        let Some(crowd) = scene.crowd else {
+        let Some(crowd) = scene.crowd.filter(|_| scene.detours) else {
             return outlook;
         };
         let mut begins = errand.departs.0;

@@ -151,6 +151,7 @@ fn who_is_said_not_to_wait_has_a_way_past_everybody_at_start_and_goal_at_once() 
                 weights: &weights,
                 under_way: &[],
                 energy_weight: 0.0,
+                detours: true,
                 careful: true,
                 most_expansions: u64::MAX,
                 stop: Control::QUIET.stop,
