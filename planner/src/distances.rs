@@ -188,18 +188,31 @@ impl Distances {
         backwards.ticks(roadmap, &self.mover, self.goal, from, |_, _| true)
     }
 
-    /// Ticks to the goal, if they are known without looking farther.
-    pub(crate) fn known(&self, roadmap: &Roadmap, from: Vertex) -> Option<u32> {
-        if from == self.goal {
-            return Some(0);
+    /// Length of a shortest way (m) from a place that has been asked about already; as far as it is known.
+    pub(crate) fn length_m(&self, roadmap: &Roadmap, from: Vertex) -> f64 {
+        // A panic elsewhere leaves at worst a search begun anew.
+        let backwards = self
+            .backwards
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let known = |at: Vertex| match backwards.known(at) {
+            _ if at == self.goal => Some(0),
+            None => self.straight(roadmap, at),
+            known => known,
+        };
+        let mut length_m = 0.0;
+        let mut at = from;
+        while at != self.goal {
+            let mut next = None;
+            self.mover.steps_from(roadmap, at, |to, ticks| {
+                let way = known(to).map(|rest| (ticks.saturating_add(rest), to));
+                next = next.into_iter().chain(way).min();
+            });
+            let Some((_, to)) = next else { break };
+            length_m += (roadmap.position_m(to) - roadmap.position_m(at)).norm();
+            at = to;
         }
-        self.straight(roadmap, from).or_else(|| {
-            let backwards = self
-                .backwards
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
-            backwards.known(from)
-        })
+        length_m
     }
 
     /// Whether the answer from there is closed.

@@ -154,30 +154,13 @@ impl Errand {
     /// Works out how long its way is with nobody else there, in time and in metres.
     pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
         self.alone_ticks = self.alone(roadmap);
-        self.alone_m = self.alone_length_m(roadmap);
+        let starts = std::iter::once(self.start)
+            .chain(self.stages.iter().map(|stage| stage.distances.goal()));
+        let ways = starts.zip(&self.stages);
+        self.alone_m = ways
+            .map(|(from, stage)| stage.distances.length_m(roadmap, from))
+            .sum();
         self.forget();
-    }
-
-    /// Length of a shortest way (m), along places that the distances have been asked about already.
-    fn alone_length_m(&self, roadmap: &Roadmap) -> f64 {
-        let mut length_m = 0.0;
-        let mut at = self.start;
-        for stage in &self.stages {
-            while at != stage.distances.goal() {
-                let next = roadmap
-                    .ways(at)
-                    .filter_map(|(to, way)| {
-                        let ticks = self.mover.ticks(roadmap, to, way)?;
-                        let rest = stage.distances.known(roadmap, to)?;
-                        Some((ticks.saturating_add(rest), to))
-                    })
-                    .min();
-                let Some((_, to)) = next else { return length_m };
-                length_m += (roadmap.position_m(to) - roadmap.position_m(at)).norm();
-                at = to;
-            }
-        }
-        length_m
     }
 
     /// Whether distances from its start are known without a search.

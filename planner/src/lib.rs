@@ -54,6 +54,7 @@ pub mod world;
 
 mod fleet;
 mod lockstep;
+mod sheet;
 mod stay_price;
 
 pub use fleet::{contrast, plan_world};

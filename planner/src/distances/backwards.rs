@@ -7,14 +7,14 @@ use super::buckets::Buckets;
 use super::{Mover, UNREACHABLE, diagonals_first};
 use crate::lattice::{AXES, Lattice, NEIGHBOURS};
 use crate::roadmap::{Roadmap, Vertex};
+use crate::sheet::Sheet;
 
 /// A search from the goal that can be resumed.
 #[derive(Debug, Default)]
 pub(crate) struct Backwards {
     pub(super) lead: Lead,
-    /// Ticks known so far; exact where `done`, and nothing where it is closed.
-    ticks: Vec<u32>,
-    done: Vec<bool>,
+    /// Ticks known so far, twice one more than these, one more where they are exact; nothing where it is closed.
+    known: Sheet,
     /// Places by ticks so far plus the least that may be missing to where the drone comes from.
     buckets: Buckets,
     now: usize,
@@ -61,9 +61,8 @@ impl Lead {
 
 impl Backwards {
     pub(super) fn begin(&mut self, roadmap: &Roadmap, goal: Vertex) {
-        self.ticks = vec![UNREACHABLE; roadmap.place_count()];
-        self.done = vec![false; roadmap.place_count()];
-        self.ticks[goal as usize] = 0;
+        self.known = Sheet::new(roadmap.place_count());
+        self.set(goal, 0);
         let lead = self.lead.ticks(roadmap, goal);
         self.buckets.push(lead as usize, goal);
     }
@@ -82,7 +81,7 @@ impl Backwards {
         from: Vertex,
         is_open: impl Fn(Vertex, u32) -> bool,
     ) -> u32 {
-        if self.ticks.is_empty() {
+        if self.known.is_empty() {
             self.begin(roadmap, goal);
         }
         self.look_on(roadmap, mover, from, u32::MAX, is_open);
@@ -99,7 +98,7 @@ impl Backwards {
         is_open: impl Fn(Vertex, u32) -> bool,
     ) {
         let until = self.now.saturating_add(by as usize);
-        while !self.done[from as usize] && self.now < until.min(self.buckets.len()) {
+        while !self.is_done(from) && self.now < until.min(self.buckets.len()) {
             match self.buckets.pop(self.now) {
                 Some(place) => self.settle(roadmap, mover, place, &is_open),
                 None => self.now += 1,
@@ -109,14 +108,29 @@ impl Backwards {
 
     /// Ticks to the goal, if they are worked out.
     pub(super) fn known(&self, from: Vertex) -> Option<u32> {
-        let is_done = self.done.get(from as usize).copied().unwrap_or(false);
-        is_done.then(|| self.ticks[from as usize])
+        let is_done = !self.known.is_empty() && self.is_done(from);
+        is_done.then(|| self.least(from))
+    }
+
+    /// What has been found so far, or [`UNREACHABLE`].
+    #[inline]
+    fn least(&self, place: Vertex) -> u32 {
+        (self.known.get(place) / 2).wrapping_sub(1)
+    }
+
+    #[inline]
+    fn is_done(&self, place: Vertex) -> bool {
+        self.known.get(place) % 2 == 1
+    }
+
+    fn set(&mut self, place: Vertex, ticks: u32) {
+        self.known.set(place, 2 * (ticks + 1));
     }
 
     /// What [`Backwards::ticks`] will say at least, and whether it is known.
     pub(crate) fn at_least(&self, roadmap: &Roadmap, from: Vertex) -> (u32, bool) {
-        if self.done[from as usize] {
-            return (self.ticks[from as usize], true);
+        if self.is_done(from) {
+            return (self.least(from), true);
         }
         if self.now >= self.buckets.len() {
             return (UNREACHABLE, true);
@@ -132,19 +146,20 @@ impl Backwards {
         place: Vertex,
         is_open: &impl Fn(Vertex, u32) -> bool,
     ) {
-        if std::mem::replace(&mut self.done[place as usize], true) {
+        if self.is_done(place) {
             return;
         }
-        let here = self.ticks[place as usize];
+        self.known.set(place, self.known.get(place) + 1);
+        let here = self.least(place);
         if let Some(open) = mover.open_steps(roadmap) {
             return self.settle_on_lattice(roadmap.lattice(), mover, place, open, is_open);
         }
         mover.steps_from(roadmap, place, |to, duration| {
             // Whoever is done is not farther.
-            if here + duration < self.ticks[to as usize] {
+            if here + duration < self.least(to) {
                 let lead = self.lead.ticks(roadmap, to);
                 if is_open(to, lead) {
-                    self.ticks[to as usize] = here + duration;
+                    self.set(to, here + duration);
                     let bucket = here + duration + lead;
                     self.buckets.push(bucket as usize, to);
                 }
@@ -161,7 +176,7 @@ impl Backwards {
         open: &[u32],
         is_open: &impl Fn(Vertex, u32) -> bool,
     ) {
-        let here = self.ticks[place as usize];
+        let here = self.least(place);
         let [i, j, k] = lattice.steps(place);
         let mut steps = open[place as usize];
         let strides = lattice.strides();
@@ -172,7 +187,7 @@ impl Backwards {
             let to = place.wrapping_add_signed(strides[n]);
             let ticks = here + mover.steps[AXES[n]].1;
             // Whoever is done is not farther.
-            if ticks < self.ticks[to as usize] {
+            if ticks < self.least(to) {
                 let lead = match &self.lead {
                     Lead::Steps(towards, steps) => {
                         diagonals_first([i + d[0], j + d[1], k + d[2]], *towards, *steps)
@@ -180,11 +195,11 @@ impl Backwards {
                     _ => 0,
                 };
                 if is_open(to, lead) {
-                    self.ticks[to as usize] = ticks;
+                    self.set(to, ticks);
                     self.buckets.push((ticks + lead) as usize, to);
                 } else {
                     // Nothing is less: it is not asked for again.
-                    self.ticks[to as usize] = 0;
+                    self.set(to, 0);
                 }
             }
         }

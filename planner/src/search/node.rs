@@ -14,6 +14,7 @@ use super::{Doubts, Scene};
 use crate::crowd::Crowd;
 use crate::errand::Errand;
 use crate::roadmap::Vertex;
+use crate::sheet::Sheet;
 
 /// A moment at which a place is known to be reached.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +56,7 @@ pub(super) struct Nodes<'a> {
     doubts: Rc<Doubts>,
     outlook: Outlook<'a>,
     /// By stage and vertex, one more than the index of the node; 0: none.
-    flying: Vec<u32>,
+    flying: Sheet,
     /// On the ground, where it starts, and after the last stage, where it ends.
     standing: FxHashMap<(Vertex, u16, bool), usize>,
     all: Vec<Node>,
@@ -77,7 +78,7 @@ impl<'a> Nodes<'a> {
             scene,
             errand,
             doubts,
-            flying: vec![0; scene.roadmap.place_count() * errand.stages.len()],
+            flying: Sheet::new(scene.roadmap.place_count() * errand.stages.len()),
             standing: FxHashMap::default(),
             all: Vec::new(),
             visits: Vec::new(),
@@ -102,12 +103,14 @@ impl<'a> Nodes<'a> {
 
     /// The node of flying at a place before the last stage is over.
     pub(super) fn flying(&mut self, stage: u16, vertex: Vertex) -> usize {
-        let index = usize::from(stage) * self.scene.roadmap.place_count() + vertex as usize;
-        if self.flying[index] == 0 {
-            self.add(stage, vertex);
-            self.flying[index] = self.all.len() as u32;
+        let index = u32::from(stage) * self.scene.roadmap.place_count() as u32 + vertex;
+        let known = self.flying.get(index);
+        if known > 0 {
+            return known as usize - 1;
         }
-        self.flying[index] as usize - 1
+        self.add(stage, vertex);
+        self.flying.set(index, self.all.len() as u32);
+        self.all.len() - 1
     }
 
     fn add(&mut self, stage: u16, vertex: Vertex) {
