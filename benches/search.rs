@@ -8,9 +8,9 @@
 //!
 //! | | states | time |
 //! | --- | ---: | ---: |
-//! | alone in the hall | 57 | 0.07 ms |
-//! | among a hundred, nobody gives way / everybody may | 63 | 0.10 / 0.11 ms |
-//! | reserving its path and taking it back | | 0.42 ms |
+//! | alone in the hall | 57 | 0.05 ms |
+//! | among a hundred, nobody gives way / everybody may | 63 | 0.07 / 0.07 ms |
+//! | reserving its path and taking it back | | 0.20 ms |
 
 #![allow(
     missing_docs,
