@@ -1,4 +1,4 @@
-use airflow::{Airframe, Jet};
+use airflow::{Airframe, DiscPoints, Jet, Wake};
 
 use super::*;
 
