@@ -110,8 +110,8 @@ pub struct Replanned {
     /// Whose trajectory is another one now, in the order of the plan.
     pub changed: Vec<Changed>,
     /// For whom there is no way, in the order of the plan: who was given another task goes on with what it
-    /// had, who is late follows its plan as late as it is, or stops where others are in the way of that, and
-    /// who comes is not let in.
+    /// had, who is late follows its plan as late as it is, and who comes is not let in. Whoever would run into others
+    /// like that, or had to give way to one who stops, stops as well.
     pub refused: Vec<Unplanned>,
     /// Violations that begin before those in them could be made to do anything else, as of a late drone that
     /// is in somebody's way already. They are in the plan, too.

@@ -26,6 +26,7 @@ pub(super) fn write(
         let entry = &mut running.plan.drones[index];
         let track = &mut running.tracks[index];
         let left_out = paths.stranded.iter().find(|(drone, _)| *drone == id(index));
+        let stops = left_out.is_some() && stopped.contains(&index);
         match (path, cause) {
             (Some(path), _) => {
                 let job = &mut running.job;
@@ -58,23 +59,25 @@ pub(super) fn write(
                 entry.arrives_s = entry.arrives_s.min(running.known.seconds());
                 running.plan.unplanned.retain(|one| one.name != name);
             }
-            (None, Some(cause)) => {
-                let why = left_out.map(|(_, why)| *why);
-                if let (Cause::Retasked, Some((before, tasks))) = (cause, &asked[&index].before) {
+            (None, None) if !stops => continue,
+            (None, cause) => {
+                let before = asked.get(&index).and_then(|asked| asked.before.as_ref());
+                let before = before.filter(|_| cause == Some(Cause::Retasked));
+                if let Some((before, tasks)) = before {
                     *track = before.clone();
                     running.world.drones[index].tasks.clone_from(tasks);
-                } else {
+                }
+                if stops || before.is_none() {
                     track.go_on(running.costmap.legs(id(index)));
                     write_legs(entry, &track.legs, &running.kinds);
                 }
-                if let Some(why) = why {
-                    let reason = briefly(&running.world, why);
-                    let reason = format!("{reason}; {}", instead(cause, stopped.contains(&index)));
+                if let Some((_, why)) = left_out {
+                    let reason = briefly(&running.world, *why);
                     let out = Unplanned {
                         name: name.clone(),
-                        reason,
+                        reason: format!("{reason}; {}", instead(cause, stops)),
                     };
-                    if stopped.contains(&index) {
+                    if stops {
                         track.planned = false;
                         entry.arrives_s = running.job.errands[index].departs.seconds();
                         let flying = track.legs.last().is_some_and(|leg| leg.flying);
@@ -83,11 +86,10 @@ pub(super) fn write(
                     }
                     refused.push(out);
                 }
-                if cause == Cause::Retasked {
+                if cause == Some(Cause::Retasked) && !stops {
                     continue;
                 }
             }
-            (None, None) => continue,
         }
         changed.push(Changed {
             drone: name,
@@ -97,10 +99,10 @@ pub(super) fn write(
     (changed, refused)
 }
 
-fn instead(cause: Cause, stops: bool) -> &'static str {
+fn instead(cause: Option<Cause>, stops: bool) -> &'static str {
     match cause {
-        Cause::Late if stops => "it stops at the next place on its way",
-        Cause::Late => "it follows its plan as late as it is",
+        _ if stops => "it stops at the next place on its way",
+        Some(Cause::Late) => "it follows its plan as late as it is",
         _ => "it goes on with what it had to do",
     }
 }

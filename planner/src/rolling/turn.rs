@@ -243,7 +243,7 @@ fn ready(running: &Running, track: &Track, state: State) -> Option<Errand> {
     })
 }
 
-/// Who is late, has found no way, and would run into others if it followed its plan.
+/// Who has found no way, and would run into others if it went on as it is to: late, or as it had to.
 fn clashing(
     asked: &BTreeMap<usize, Asked>,
     paths: &Paths,
@@ -252,8 +252,9 @@ fn clashing(
 ) -> Vec<usize> {
     let mut verdict = Verdict::default();
     let stranded = paths.stranded.iter().map(|(drone, _)| drone.0 as usize);
-    let late = |index: &usize| {
-        asked.get(index).is_some_and(|it| it.cause == Cause::Late) && !stopped.contains(index)
+    let can_stop = |index: &usize| {
+        let is_settled = asked.get(index).is_some_and(|it| it.settled);
+        !is_settled && !stopped.contains(index)
     };
     let mut clashes = |index: &usize| {
         let ahead = |leg: &&Leg| leg.end > under_way[*index];
@@ -268,7 +269,7 @@ fn clashing(
                 verdict.blockers.iter().any(met)
             })
     };
-    let mut found: Vec<usize> = stranded.filter(late).collect();
+    let mut found: Vec<usize> = stranded.filter(can_stop).collect();
     found.retain(|index| clashes(index));
     found
 }

@@ -48,6 +48,34 @@ fn a_late_drone_that_is_in_conflict_already_is_told_of() {
     assert_eq!(running.plan().violations, told.unavoidable);
 }
 
+/// A late drone finds no way and stops, above the goal of another: that one stops before it gets there.
+#[test]
+fn whoever_would_end_under_one_that_stops_stops_as_well() {
+    let (world, plan) = planned(&crate::instances::hall(500, 2).expect("the hall has room"));
+    let changes = [
+        late("d115", 5.9),
+        late("d317", 2.2),
+        late("d338", 0.7),
+        late("d339", 3.5),
+        late("d363", 7.8),
+        late("d404", 8.0),
+        late("d407", 1.2),
+        late("d455", 6.1),
+        late("d46", 2.6),
+        late("d52", 6.2),
+    ];
+    let (running, told) = replan(&world, &plan, 3.0, &changes, &Control::QUIET).expect("in order");
+    let asked = |name: &str| changes.iter().any(|change| change.drone() == name);
+    let stops = told.refused.iter().find(|out| !asked(&out.name));
+    let stops = stops.expect("d293, where this was written");
+    assert!(stops.reason.contains("it stops"), "{stops:?}");
+    let cause = told.changed.iter().find(|one| one.drone == stops.name);
+    assert_eq!(cause.map(|one| one.cause), Some(Cause::GaveWay));
+    assert!(running.plan().unplanned.contains(stops));
+    assert_eq!(running.plan().violations, told.unavoidable);
+    assert_eq!(verify(running.plan()).violations, told.unavoidable);
+}
+
 #[test]
 fn whoever_finds_no_way_goes_on_with_what_it_had() {
     let (world, plan) = hall(20);
