@@ -6,7 +6,7 @@
 //! (D. Silver, "Cooperative pathfinding", AIIDE 2005). Its queue is an array of buckets, one a tick
 //! (R. Dial, "Algorithm 360", Communications of the ACM 12, 1969): durations are small whole numbers.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use costmap::leg::Tick;
 
@@ -179,22 +179,14 @@ impl Distances {
         if let Some(ticks) = self.straight(roadmap, from) {
             return ticks;
         }
-        // A panic elsewhere leaves at worst a search begun anew.
-        let mut backwards = self
-            .backwards
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut backwards = self.worked_out();
         backwards.lead = self.lead;
         backwards.ticks(roadmap, &self.mover, self.goal, from, |_, _| true)
     }
 
     /// Length of a shortest way (m) from a place that has been asked about already; as far as it is known.
     pub(crate) fn length_m(&self, roadmap: &Roadmap, from: Vertex) -> f64 {
-        // A panic elsewhere leaves at worst a search begun anew.
-        let backwards = self
-            .backwards
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let backwards = self.worked_out();
         let known = |at: Vertex| match backwards.known(at) {
             _ if at == self.goal => Some(0),
             None => self.straight(roadmap, at),
@@ -222,17 +214,19 @@ impl Distances {
 
     /// Forgets what was worked out; it is worked out anew when it is asked for.
     pub(crate) fn forget(&self) {
-        let mut backwards = self
-            .backwards
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        backwards.forget();
+        self.worked_out().forget();
     }
 
-    /// The same search from the goal from its beginning, for whoever knows more places that are closed.
-    pub(crate) fn backwards(&self, roadmap: &Roadmap) -> Backwards {
+    fn worked_out(&self) -> MutexGuard<'_, Backwards> {
+        // A panic elsewhere leaves at worst a search begun anew.
+        let backwards = self.backwards.lock();
+        backwards.unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The same search from the goal from its beginning, for whoever comes from a place and knows more places that are closed.
+    pub(crate) fn backwards(&self, roadmap: &Roadmap, from: Vertex) -> Backwards {
         let mut backwards = Backwards::default();
-        backwards.lead = self.lead;
+        backwards.lead = Lead::new(roadmap, from, &self.mover);
         backwards.begin(roadmap, self.goal);
         backwards
     }

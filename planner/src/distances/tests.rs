@@ -179,7 +179,7 @@ fn the_floor_never_exceeds_the_way_through_the_air_past_closed_columns() {
         let mover = Mover::new(lattice, 0.7 + at(seed), RADIUS_M, Vec::new());
         let distances = Distances::new(&roadmap, goal, from, mover);
         let mut floor = distances.floor(&roadmap, from).expect("nothing is solid");
-        let mut air = distances.backwards(&roadmap);
+        let mut air = distances.backwards(&roadmap, from);
         for asked in [from].into_iter().chain((50..80).map(place)) {
             let known_before = floor.at_least(asked).0;
             floor.look_on(asked, u32::MAX, |column, lead| {

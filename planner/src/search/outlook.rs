@@ -39,13 +39,13 @@ enum Map<'a> {
 }
 
 impl<'a> Ahead<'a> {
-    /// From a place to a task.
+    /// From a place to a task, from a moment on.
     fn new(
         roadmap: &'a Roadmap,
-        crowd: &'a Crowd<'a>,
-        class: usize,
+        (crowd, class): (&'a Crowd<'a>, usize),
         stage: &Stage,
         from: Vertex,
+        begins: u32,
     ) -> Ahead<'a> {
         let columns = crowd.closed_columns(class);
         let floor = columns.and_then(|columns| {
@@ -53,14 +53,14 @@ impl<'a> Ahead<'a> {
             Some((Map::Floor(floor), columns))
         });
         let air = || {
-            let backwards = stage.distances.backwards(roadmap);
+            let backwards = stage.distances.backwards(roadmap, from);
             (Map::Air(backwards), crowd.closed_from(class))
         };
         let (map, closed) = floor.unwrap_or_else(air);
         Ahead {
             map,
             closed,
-            begins: 0,
+            begins,
         }
     }
 }
@@ -86,10 +86,8 @@ impl<'a> Outlook<'a> {
         let mut from = errand.start;
         for (index, stage) in errand.stages.iter().enumerate() {
             let class = crowd.class(errand.drone, errand.kinds[index]);
-            let ahead = class.map(|class| Ahead {
-                begins,
-                ..Ahead::new(scene.roadmap, crowd, class, stage, from)
-            });
+            let ahead =
+                class.map(|class| Ahead::new(scene.roadmap, (crowd, class), stage, from, begins));
             outlook.stages.push(ahead);
             let plain = match errand.stages.len() {
                 // Known, but for air in zones, and then there is no crowd.
