@@ -75,12 +75,9 @@ impl StayPrice {
     }
 
     fn step(&self, arrives: u32) -> Option<usize> {
-        let begun = |(from, _): &(u32, u32)| *from <= arrives;
-        // Mostly it is the last: others are through before.
-        match self.steps.last() {
-            Some(last) if begun(last) => Some(self.steps.len() - 1),
-            _ => self.steps.partition_point(begun).checked_sub(1),
-        }
+        self.steps
+            .partition_point(|(from, _)| *from <= arrives)
+            .checked_sub(1)
     }
 
     /// Least of later arrival and price, beyond arriving at this tick.
