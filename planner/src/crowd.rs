@@ -5,8 +5,8 @@
 //! reserved, since searches ask for it again and again: SIPP's safe intervals (M. Phillips and M. Likhachev, ICRA
 //! 2011), shared by all searches.
 //!
-//! It serves to find ways: pairs only, no sums, and legs off the lattice count as standing still at the places next
-//! to them in turn. Whoever plans with it has the [`Costmap`] judge what was found.
+//! It serves to find ways: pairs, of sums only whether they may be too much, and legs off the lattice count as standing still at
+//! the places next to them in turn. Whoever plans with it has the [`Costmap`] judge what was found.
 
 use costmap::costmap::{Costmap, part_at};
 use costmap::leg::{DroneId, Leg, Tick};

@@ -17,7 +17,7 @@ const ONE_WAKES_SHARE: f64 = 0.4;
 const LEAST_PRICE: f64 = 0.0625;
 /// Loads below this share of a budget are left to the verdict: chosen here, an eighth of the most that one wake may fill.
 const LEAST_LOAD: f64 = 0.05;
-/// The same where everybody steps at once, and nothing is looked for again: chosen here, a hundredth.
+/// The same where everybody steps at once, and nothing is looked for again: chosen here, three parts of [`LOADS`].
 const LEAST_ABREAST: f64 = 0.012;
 /// Azimuths at which a wake is asked for: chosen here, moved jets are not round.
 const AZIMUTHS: u32 = 8;
@@ -38,7 +38,7 @@ pub(super) struct Shape {
     /// Loads on both, in the same way, at `k` layers above the other and between `k` and `k + 1`.
     loads_at: Vec<Vec<[f64; 2]>>,
     loads_between: Vec<Vec<[f64; 2]>>,
-    /// From this distance on there is no load (cells).
+    /// From this distance on there is no load of [`LEAST_LOAD`] (cells).
     far: f64,
 }
 
