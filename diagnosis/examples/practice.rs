@@ -1,4 +1,4 @@
-//! Marks a diagnosis on the practice set: `cargo run --release -p diagnosis --example practice -- FOLDER`.
+//! Marks a diagnosis on the practice set: `cargo run --release -p leeward-diagnosis --example practice -- FOLDER`.
 
 use std::collections::BTreeMap;
 use std::error::Error;

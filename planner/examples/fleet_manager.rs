@@ -1,7 +1,7 @@
 //! A fleet manager in one file: plan a shift, fly four seconds of it, take a new order, plan again.
 //!
 //! ```text
-//! cargo run --release -p planner --example fleet_manager
+//! cargo run --release -p leeward-planner --example fleet_manager
 //! ```
 //!
 //! Nothing is read and nothing is written: a scenario goes in as text, plans come out as plain data.

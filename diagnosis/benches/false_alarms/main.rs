@@ -1,6 +1,6 @@
 //! How often does noise alone pass the gate, how much of an effect does, and how long do the parts of a diagnosis take?
 //!
-//! `cargo bench -p diagnosis --bench false_alarms -- 240` (made-up recordings of each sort; 200 without the number). Measured on two
+//! `cargo bench -p leeward-diagnosis --bench false_alarms -- 240` (made-up recordings of each sort; 200 without the number). Measured on two
 //! virtual cores (AMD EPYC) that were shared with other work, 240 of each null and 60 of each effect:
 //!
 //! ```text

@@ -89,7 +89,8 @@ impl From<bool> for Answer {
     }
 }
 
-fn main() -> ExitCode {
+/// Reads the command line, runs the subcommand, and answers with its exit code: 0 yes, 1 no, 2 a broken question.
+pub fn main() -> ExitCode {
     let line = CommandLine::parse();
     let answer = match (line.command, line.plan) {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),

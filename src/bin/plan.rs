@@ -1,0 +1,5 @@
+//! The command under the name `plan`.
+
+fn main() -> std::process::ExitCode {
+    leeward::main()
+}

@@ -1,0 +1,1 @@
+//! Synthetic scenarios and benchmark tables; the command alone uses them.
