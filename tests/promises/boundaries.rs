@@ -37,7 +37,9 @@ fn named(sources: &[Source], paths: &[&str]) -> Vec<String> {
 #[test]
 fn dependencies_run_one_way() {
     assert!(
-        read("Cargo.toml").contains(r#"members = ["airflow", "costmap", "planner", "diagnosis", "tools", "validation"]"#),
+        read("Cargo.toml").contains(
+            r#"members = ["airflow", "costmap", "planner", "diagnosis", "tools", "validation"]"#
+        ),
         "a new crate needs its line here and in ARCHITECTURE.md"
     );
     for (crate_name, below) in [
