@@ -1,36 +1,20 @@
 //! The `plan` command: files, terminal, exit codes. What a plan is and how it is found lives in the
 //! `planner` crate; here is what a person types and reads.
 
-mod bench;
-mod calibrate;
-mod check;
-mod conflicts;
-mod diagnose;
-mod failure;
+mod commands;
 mod figures;
-mod files;
-mod generate;
-mod page;
+mod io;
 mod picture;
-mod plan_scenario;
-mod problems;
-mod progress;
-mod prove;
-mod recordings;
 mod report;
 #[cfg(test)]
 mod sample;
-mod schema;
-mod simulate;
-mod watch;
-mod well_formed;
-mod wording;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
-use crate::failure::Failure;
+use commands::{bench, calibrate, check, diagnose, generate, plan, prove, schema, simulate};
+use io::failure::Failure;
 
 /// Plan a fleet of drones out of each other's downwash.
 ///
@@ -44,7 +28,7 @@ struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
-    plan: Option<plan_scenario::Arguments>,
+    plan: Option<plan::Arguments>,
 }
 
 #[derive(Subcommand)]
@@ -101,7 +85,7 @@ pub fn main() -> ExitCode {
         (Some(Command::Calibrate(arguments)), _) => calibrate::run(&arguments),
         (Some(Command::Diagnose(arguments)), _) => diagnose::run(&arguments),
         (Some(Command::Prove(arguments)), _) => prove::run(&arguments),
-        (None, Some(arguments)) => plan_scenario::run(&arguments),
+        (None, Some(arguments)) => plan::run(&arguments),
         // `arg_required_else_help` has answered already.
         (None, None) => Err(Failure::NothingToDo),
     };

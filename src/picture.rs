@@ -18,7 +18,7 @@ use labels::Labels;
 use view::{Layout, View};
 use wakes::{WorstMoment, hovering_wakes, worst_moment};
 
-use crate::wording::count;
+use crate::report::words::count;
 
 /// Colours of Paul Tol's "muted" scheme for lines (personal.sron.nl/~pault), told apart by people
 /// with any common colour vision; its sand and cyan are left out, too pale on this sheet.

@@ -6,14 +6,14 @@ use diagnosis::recording::Recording;
 use diagnosis::simulate::simulate;
 use rayon::prelude::*;
 
+use crate::commands::simulate::{drones, slices, speed_readings};
 use crate::figures::expansion::{self, Expansion, Uncertainty};
 use crate::figures::near_field::{self, Lobe};
 use crate::figures::profiles::{self, Profile, ProfileSeries, Words};
 use crate::figures::readings::{Reading, Spread};
 use crate::figures::residual_map;
-use crate::page::Figure;
-use crate::simulate::{drones, slices, speed_readings};
-use crate::wording::count;
+use crate::report::page::Figure;
+use crate::report::words::count;
 
 /// Distance over half-width that the profiles show.
 const WIDEST_XI: f64 = 4.0;

@@ -13,7 +13,7 @@ use crate::figures::agreement;
 use crate::figures::before_after::{self, Spot, Words};
 use crate::figures::readings::spread;
 use crate::figures::signature::{self, Bin, Curve};
-use crate::page::Figure;
+use crate::report::page::Figure;
 
 /// Bins of a signature curve, with as many samples each.
 const BINS: usize = 16;

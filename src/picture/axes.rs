@@ -2,7 +2,7 @@
 
 use super::canvas::Canvas;
 use super::view::{Eye, View};
-use crate::wording::metres;
+use crate::report::words::metres;
 
 /// Ticks are at least this far apart (px): numbers beside one another need more than stacked ones.
 const TICK_RIGHT_PX: f64 = 64.0;

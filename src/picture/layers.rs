@@ -7,7 +7,7 @@ use super::canvas::{Canvas, escape};
 use super::labels::{Labels, Spot, Style};
 use super::line_style;
 use super::view::{Eye, View};
-use crate::wording::metres;
+use crate::report::words::metres;
 
 /// Closer than this two spots are one (px).
 const INVISIBLE_PX: f64 = 0.05;

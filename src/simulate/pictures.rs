@@ -13,8 +13,8 @@ use crate::figures::profiles::{self, Profile, ProfileSeries, Words};
 use crate::figures::readings::{Reading, radial_slices};
 use crate::figures::receiver::{self, Trace};
 use crate::figures::{field, residual_map};
-use crate::page::Figure;
-use crate::wording::count;
+use crate::report::page::Figure;
+use crate::report::words::count;
 
 /// Panels and points of the radial profiles.
 const SLICES: usize = 6;

@@ -4,7 +4,7 @@ use planner::scenario::{Problem, parse, read_world, schema};
 use planner::world::{AtEnd, AtStart, Solid, World};
 use proptest::prelude::*;
 
-#[path = "../../src/problems.rs"]
+#[path = "../../src/io/problems.rs"]
 #[allow(dead_code, reason = "the command uses the rest")]
 mod problems;
 

@@ -5,8 +5,8 @@ use planner::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion};
 use planner::world::{Drone, World};
 use serde::Serialize;
 
-use crate::failure::tell_error;
-use crate::wording::{metres, place};
+use crate::io::failure::tell_error;
+use crate::report::words::{metres, place};
 
 /// One conflict, ready to print or to hand on as JSON.
 #[derive(Debug, PartialEq, Serialize)]

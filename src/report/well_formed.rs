@@ -4,7 +4,7 @@ use planner::outcome::{Offence, OffenceKind, WellFormed};
 use planner::plan::Plan;
 use serde::Serialize;
 
-use crate::wording::count;
+use crate::report::words::count;
 
 /// Ready to hand on as JSON.
 #[derive(Debug, Serialize)]

@@ -15,12 +15,13 @@ use serde::Serialize;
 use super::printed::Printed;
 use super::sections::{Part, Section, sections};
 use super::{Arguments, page, pictures, words};
-use crate::failure::{Failure, answer};
-use crate::files::OutFolder;
-use crate::page::Table;
-use crate::progress::Progress;
-use crate::simulate::{name_of, wrote};
-use crate::{Answer, Format, files};
+use crate::commands::simulate::{name_of, wrote};
+use crate::io::failure::{Failure, answer};
+use crate::io::files;
+use crate::io::files::OutFolder;
+use crate::io::progress::Progress;
+use crate::report::page::Table;
+use crate::{Answer, Format};
 
 /// What `--format json` prints of flights: a diagnosis, with what only several flights can say.
 #[derive(Serialize)]

@@ -4,7 +4,7 @@ use super::fit::{FEWEST_ROWS, Growth, Line, growth};
 use super::listed;
 use super::machine::Machine;
 use super::row::Row;
-use crate::wording::count;
+use crate::report::words::count;
 
 /// Growth is stated for so many drones: a number that one can picture.
 const PER_DRONES: f64 = 100.0;

@@ -6,8 +6,8 @@ use diagnosis::recording::{Recording, Role};
 use diagnosis::simulate::Channel;
 
 use super::sections::{Part, Section};
-use crate::page::Table;
-use crate::wording::count;
+use crate::report::page::Table;
+use crate::report::words::count;
 
 /// The answer in a line.
 pub(super) fn verdict(finding: &Finding) -> String {

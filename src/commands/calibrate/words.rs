@@ -2,8 +2,8 @@
 
 use diagnosis::calibrate::{Calibration, Dropped, Estimate, Interval, ResidualTest, Unit, Verdict};
 
-use crate::page::Table;
-use crate::wording::count;
+use crate::report::page::Table;
+use crate::report::words::count;
 
 fn table(headings: &[&str], rows: Vec<Vec<String>>) -> Table {
     Table {

@@ -10,7 +10,7 @@ use diagnosis::simulate::Sample;
 use diagnosis::thrust_map::OFFSET;
 use serde::Serialize;
 
-use crate::progress::Progress;
+use crate::io::progress::Progress;
 
 /// Forces are compared below this frequency. Chosen here: motors and frames shake above it, wakes are met more slowly.
 const LOW_PASS: LowPass = LowPass { cutoff_hz: 5.0 };

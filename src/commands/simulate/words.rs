@@ -9,8 +9,8 @@ use diagnosis::simulate::Channel;
 
 use super::Simulated;
 use super::forces::Map;
-use crate::page::Table;
-use crate::wording::count;
+use crate::report::page::Table;
+use crate::report::words::count;
 
 /// More remarks of a kind than these are counted, not printed; residuals.json has all.
 const REMARKS_OF_A_KIND: usize = 6;

@@ -5,10 +5,11 @@ use diagnosis::recording::Recording;
 use serde::Serialize;
 
 use super::Arguments;
-use crate::failure::{Failure, answer};
-use crate::page::Table;
-use crate::wording::count;
-use crate::{Answer, Format, files};
+use crate::io::failure::{Failure, answer};
+use crate::io::files;
+use crate::report::page::Table;
+use crate::report::words::count;
+use crate::{Answer, Format};
 
 #[derive(Serialize)]
 struct Printed<'a> {

@@ -9,12 +9,13 @@ use diagnosis::prove::marks::{LONG_SAMPLES, Mark, Marks};
 use diagnosis::prove::{self, Answer as Given, Case};
 use serde::Serialize;
 
-use crate::diagnose::real;
-use crate::failure::{Failure, answer};
-use crate::files::OutFolder;
-use crate::progress::Progress;
-use crate::simulate::wrote;
-use crate::{Answer, Format, files};
+use crate::commands::diagnose::real;
+use crate::commands::simulate::wrote;
+use crate::io::failure::{Failure, answer};
+use crate::io::files;
+use crate::io::files::OutFolder;
+use crate::io::progress::Progress;
+use crate::{Answer, Format};
 
 #[derive(Args)]
 pub(crate) struct Arguments {

@@ -5,8 +5,8 @@ use diagnosis::held_out::{ForceSkill, ForceTest, clock_offsets, held_out_force};
 use diagnosis::recording::Recording;
 use serde::Serialize;
 
-use crate::progress::Progress;
-use crate::wording::count;
+use crate::io::progress::Progress;
+use crate::report::words::count;
 
 /// The answer of `--held-out`.
 #[derive(Serialize)]

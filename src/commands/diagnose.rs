@@ -2,6 +2,7 @@
 
 mod flights;
 mod hardware;
+#[path = "../diagnose/pictures.rs"]
 mod pictures;
 mod printed;
 pub(crate) mod real;
@@ -18,12 +19,14 @@ use diagnosis::prove::Verdict;
 use diagnosis::recording::{Recording, Vehicle};
 use diagnosis::simulate::Channel;
 
-use crate::failure::{Failure, answer};
-use crate::files::OutFolder;
-use crate::page::{Figure, Page};
-use crate::progress::Progress;
-use crate::simulate::{name_of, wrote};
-use crate::{Answer, Format, files, recordings};
+use crate::commands::simulate::{name_of, wrote};
+use crate::io::failure::{Failure, answer};
+use crate::io::files;
+use crate::io::files::OutFolder;
+use crate::io::progress::Progress;
+use crate::io::recordings;
+use crate::report::page::{Figure, Page};
+use crate::{Answer, Format};
 use printed::Printed;
 use sections::{Part, Section};
 

@@ -1,7 +1,8 @@
 //! `plan schema`: the scenario format as a JSON schema, with every default and every preset.
 
-use crate::failure::{Failure, answer};
-use crate::{Answer, files};
+use crate::Answer;
+use crate::io::failure::{Failure, answer};
+use crate::io::files;
 
 /// Prints one JSON object. `defaults` and `presets` come first, for readers; the rest is the schema
 /// itself, for editors.

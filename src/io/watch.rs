@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use planner::outcome::Progress;
 
-use crate::failure::tell;
+use crate::io::failure::tell;
 
 /// A bar before this would only flicker.
 const SHOW_PROGRESS_AFTER: Duration = Duration::from_secs(1);

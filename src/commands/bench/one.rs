@@ -10,10 +10,10 @@ use planner::plan::{Plan, Status};
 use serde::{Deserialize, Serialize};
 
 use super::Place;
-use crate::failure::Failure;
-use crate::problems;
-use crate::watch::{Durations, Watch, peak_memory_bytes};
-use crate::wording;
+use crate::io::failure::Failure;
+use crate::io::problems;
+use crate::io::watch::{Durations, Watch, peak_memory_bytes};
+use crate::report::words;
 
 /// What is to be planned, and how.
 pub(super) struct One {
@@ -64,7 +64,7 @@ pub(super) struct Figures {
 
 impl Figures {
     pub(super) fn is_safe(&self) -> bool {
-        self.status == wording::status(Status::Safe) && self.left_out == 0 && self.violations == 0
+        self.status == words::status(Status::Safe) && self.left_out == 0 && self.violations == 0
     }
 
     /// There is a plan, whatever it is worth.
@@ -169,7 +169,7 @@ impl Clock {
         } = self.watch.finish();
         let (status, plan, effort) = match outcome {
             Outcome::Planned { plan, effort, .. } => {
-                (wording::status(plan.status), Some(plan), effort)
+                (words::status(plan.status), Some(plan), effort)
             }
             Outcome::Blocked { .. } => ("blocked", None, Effort::default()),
             Outcome::Stopped => ("stopped", None, Effort::default()),

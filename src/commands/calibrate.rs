@@ -1,5 +1,6 @@
 //! `plan calibrate RECORDING...`: the constants of the jet from recordings of hovering drones, as the paper found them.
 
+#[path = "../calibrate/pictures.rs"]
 mod pictures;
 mod words;
 
@@ -9,12 +10,14 @@ use clap::Args;
 use diagnosis::calibrate::{Calibration, Options, Verdict, calibrate, jet_ron};
 use serde::Serialize;
 
-use crate::failure::{Failure, answer};
-use crate::files::OutFolder;
-use crate::page::{Figure, Page};
-use crate::progress::Progress;
-use crate::simulate::{name_of, wrote};
-use crate::{Answer, Format, files, recordings};
+use crate::commands::simulate::{name_of, wrote};
+use crate::io::failure::{Failure, answer};
+use crate::io::files;
+use crate::io::files::OutFolder;
+use crate::io::progress::Progress;
+use crate::io::recordings;
+use crate::report::page::{Figure, Page};
+use crate::{Answer, Format};
 
 #[derive(Args)]
 pub(crate) struct Arguments {

@@ -7,7 +7,7 @@ use diagnosis::prove::Verdict;
 use diagnosis::simulate::Channel;
 
 use super::words::{amount, figures};
-use crate::page::Table;
+use crate::report::page::Table;
 
 /// Candidates shown at a terminal; the report and the JSON have all.
 const SHOWN: usize = 8;

@@ -6,9 +6,9 @@ use diagnosis::campaign::hardware::HardwareRow;
 use diagnosis::campaign::{CampaignFinding, diagnose_campaign};
 
 use super::{flights, hardware, words};
-use crate::failure::Failure;
-use crate::recordings;
-use crate::wording::count;
+use crate::io::failure::Failure;
+use crate::io::recordings;
+use crate::report::words::count;
 
 /// The sets, with what logs leave unsaid: by folder, and the file that ships.
 const SWARM: [&str; 2] = ["neural_swarm2", "recordings/neural_swarm2.ron"];

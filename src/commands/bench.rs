@@ -14,11 +14,12 @@ use clap::{Args, ValueEnum};
 use planner::instances::Floor;
 use serde::Serialize;
 
-use crate::failure::{Failure, answer};
-use crate::plan_scenario::seconds;
-use crate::progress::Progress;
-use crate::watch::Watch;
-use crate::{Answer, Format, files};
+use crate::commands::plan::seconds;
+use crate::io::failure::{Failure, answer};
+use crate::io::files;
+use crate::io::progress::Progress;
+use crate::io::watch::Watch;
+use crate::{Answer, Format};
 use machine::Machine;
 use one::One;
 use row::{Row, Run};

@@ -11,8 +11,8 @@ use diagnosis::read::{self, Campaign};
 use diagnosis::recording::Recording;
 use rayon::prelude::*;
 
-use crate::failure::Failure;
-use crate::problems::colour_on_stderr;
+use crate::io::failure::Failure;
+use crate::io::problems::colour_on_stderr;
 
 /// What makes a folder a `downwash-recording/1`.
 const META: &str = "meta.json";

@@ -7,9 +7,10 @@ use planner::plan::{FORMAT, Plan, Violation};
 use planner::verify::verify;
 use serde::Serialize;
 
-use crate::failure::{Failure, answer};
-use crate::wording::{count, violation};
-use crate::{Answer, Format, files};
+use crate::io::failure::{Failure, answer};
+use crate::io::files;
+use crate::report::words::{count, violation};
+use crate::{Answer, Format};
 
 #[derive(Args)]
 pub(crate) struct Arguments {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::failure::Failure;
+use crate::io::failure::Failure;
 
 /// The folder that a run writes to, made before the planning so that a folder which cannot be made
 /// is known at once.

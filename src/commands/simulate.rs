@@ -2,6 +2,7 @@
 
 mod csv;
 mod forces;
+#[path = "../simulate/pictures.rs"]
 mod pictures;
 mod skill;
 mod words;
@@ -16,11 +17,13 @@ use diagnosis::simulate::{Channel, Sample, simulate};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::failure::{Failure, answer};
-use crate::files::OutFolder;
-use crate::page::{Figure, Page};
-use crate::progress::Progress;
-use crate::{Answer, Format, files, recordings};
+use crate::io::failure::{Failure, answer};
+use crate::io::files;
+use crate::io::files::OutFolder;
+use crate::io::progress::Progress;
+use crate::io::recordings;
+use crate::report::page::{Figure, Page};
+use crate::{Answer, Format};
 use forces::Map;
 pub(crate) use pictures::{drones, slices, speed_readings};
 use skill::Skill;

@@ -7,8 +7,8 @@ use diagnosis::made_up::{HoverGrid, texts};
 use planner::instances::{self, Floor};
 
 use crate::Answer;
-use crate::failure::{Failure, answer};
-use crate::files::{self, OutFolder};
+use crate::io::failure::{Failure, answer};
+use crate::io::files::{self, OutFolder};
 
 #[derive(Args)]
 pub(crate) struct Arguments {

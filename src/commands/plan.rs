@@ -11,12 +11,17 @@ use planner::plan::{IgnoringDownwash, Plan, Status};
 use planner::world::World;
 use serde::Serialize;
 
-use crate::conflicts::{self, ConflictEntry};
-use crate::failure::{Failure, answer, tell, tell_error};
-use crate::files::OutFolder;
-use crate::watch::{Durations, Watch, peak_memory_bytes};
-use crate::well_formed::{self, WellFormedEntry};
-use crate::{Answer, Format, files, picture, problems, report, wording};
+use crate::io::failure::{Failure, answer, tell, tell_error};
+use crate::io::files;
+use crate::io::files::OutFolder;
+use crate::io::problems;
+use crate::io::watch::{Durations, Watch, peak_memory_bytes};
+use crate::picture;
+use crate::report::conflicts::{self, ConflictEntry};
+use crate::report::plan as report;
+use crate::report::well_formed::{self, WellFormedEntry};
+use crate::report::words;
+use crate::{Answer, Format};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -220,7 +225,7 @@ fn deliver(
     files::write(&written)?;
     match format {
         Format::Json => answer(&files::json_with_plan_inside(&Printed {
-            status: wording::status(plan.status),
+            status: words::status(plan.status),
             plan: Some(plan),
             conflicts,
             well_formed: well_formed.map(|known| well_formed::describe(known, plan)),
@@ -247,7 +252,7 @@ fn deliver(
     }
     for found in &plan.violations {
         tell_error(
-            &format!("the plan fails its check: {}", wording::violation(found)),
+            &format!("the plan fails its check: {}", words::violation(found)),
             &[],
         );
     }
@@ -280,7 +285,7 @@ fn blocked(
             answer(&format!(
                 "{}: no plan can be safe, {} at the start exclude one another\n  {contrast}\n",
                 world.name,
-                wording::count(conflicts.len(), "pair", "pairs")
+                words::count(conflicts.len(), "pair", "pairs")
             ))?;
         }
     }

@@ -1,0 +1,8 @@
+//! Files, standard output and error, the clock and interrupts: all that the libraries leave to the command.
+
+pub(crate) mod failure;
+pub(crate) mod files;
+pub(crate) mod problems;
+pub(crate) mod progress;
+pub(crate) mod recordings;
+pub(crate) mod watch;

@@ -1,0 +1,343 @@
+//! The answer as a table: who arrives when, what the others cost it, and what ignoring downwash
+//! would have meant.
+
+use planner::outcome::WellFormed;
+use planner::plan::{DronePlan, IgnoringDownwash, Plan};
+
+use crate::io::watch::Durations;
+use crate::report::words::{count, metres};
+
+/// Fleets up to this size are listed whole; it fits on a screen or two.
+const LIST_ALL_UP_TO: usize = 40;
+/// How many of a larger fleet are listed.
+const LIST_MOST_AFFECTED: usize = 15;
+/// Less air than this (m/s) prints as none: half of the last digit shown.
+const NO_AIR_MPS: f64 = 0.05;
+
+/// The whole report, ready for standard output.
+pub(crate) fn text(
+    plan: &Plan,
+    durations: &Durations,
+    well_formed: Option<&WellFormed>,
+    improved_s: Option<f64>,
+) -> String {
+    let mut lines = vec![heading(plan), String::new()];
+    lines.extend(table(plan));
+    lines.push(String::new());
+    lines.push(summary(plan, durations));
+    lines.extend(
+        well_formed
+            .map(|known| format!("  {}", crate::report::well_formed::in_a_line(known, plan))),
+    );
+    lines.extend(improved_s.map(|improved_s| improved(plan, improved_s)));
+    lines.push(format!("  {}", contrast(plan.ignoring_downwash.as_ref())));
+    lines.join("\n") + "\n"
+}
+
+/// "warehouse: 12 drones (8 kolibri, 4 offboard-1), 30 x 20 x 8 m, 9 obstacles"
+fn heading(plan: &Plan) -> String {
+    let mut kinds: Vec<(&str, usize)> = Vec::new();
+    for name in plan.drones.iter().map(|drone| drone.airframe.name.as_str()) {
+        match kinds.iter_mut().find(|(kind, _)| *kind == name) {
+            Some((_, number)) => *number += 1,
+            None => kinds.push((name, 1)),
+        }
+    }
+    let kinds: Vec<String> = kinds
+        .iter()
+        .map(|(kind, number)| format!("{number} {kind}"))
+        .collect();
+    let size = plan.bounds_m.max - plan.bounds_m.min;
+    let mut text = format!(
+        "{}: {} ({}), {} x {} x {} m",
+        plan.scenario,
+        count(plan.drones.len(), "drone", "drones"),
+        kinds.join(", "),
+        metres(size.x),
+        metres(size.y),
+        metres(size.z)
+    );
+    if !plan.obstacles.is_empty() {
+        text += &format!(", {}", count(plan.obstacles.len(), "obstacle", "obstacles"));
+    }
+    if !plan.zones.is_empty() {
+        text += &format!(", {}", count(plan.zones.len(), "zone", "zones"));
+    }
+    if let Some(effects) = &plan.air.effects {
+        let names: Vec<&str> = effects.fates().iter().map(|(name, _)| *name).collect();
+        text += &format!(", air with {}", names.join(", "));
+    }
+    text
+}
+
+fn table(plan: &Plan) -> Vec<String> {
+    let listed = most_affected_first(plan);
+    let hidden = plan.drones.len() - listed.len();
+    let mut rows = vec![
+        [
+            "drone",
+            "arrives",
+            "waits",
+            "detour",
+            "worst air from above",
+            "extra energy",
+        ]
+        .map(String::from),
+    ];
+    for drone in &listed {
+        let left_out = plan.unplanned.iter().any(|entry| entry.name == drone.name);
+        rows.push(if left_out { stays(drone) } else { row(drone) });
+    }
+    let widths: Vec<usize> = (0..6)
+        .map(|column| {
+            rows.iter()
+                .map(|row| row[column].chars().count())
+                .max()
+                .unwrap_or(0)
+        })
+        .collect();
+    let mut lines: Vec<String> = rows
+        .iter()
+        .map(|[drone, arrives, waits, detour, air, energy]| {
+            format!(
+                "  {drone:w0$}  {arrives:>w1$}  {waits:>w2$}  {detour:>w3$}  {air:w4$}  {energy:>w5$}",
+                w0 = widths[0],
+                w1 = widths[1],
+                w2 = widths[2],
+                w3 = widths[3],
+                w4 = widths[4],
+                w5 = widths[5]
+            )
+        })
+        .map(|line| line.trim_end().to_owned())
+        .collect();
+    if hidden > 0 {
+        lines.push(format!(
+            "  ... and {hidden} more, delayed less; plan.json has them all"
+        ));
+    }
+    lines
+}
+
+/// All drones in the scenario's order; of a large fleet those left out and those delayed most, most
+/// delayed first, ties by extra energy, then in the scenario's order.
+fn most_affected_first(plan: &Plan) -> Vec<&DronePlan> {
+    let mut drones: Vec<&DronePlan> = plan.drones.iter().collect();
+    if drones.len() <= LIST_ALL_UP_TO {
+        return drones;
+    }
+    let delay_s = |drone: &DronePlan| {
+        let left_out = plan.unplanned.iter().any(|entry| entry.name == drone.name);
+        if left_out {
+            f64::INFINITY
+        } else {
+            drone.arrives_s - drone.alone_s
+        }
+    };
+    let mut ranked: Vec<(f64, &DronePlan)> = drones
+        .drain(..)
+        .map(|drone| (delay_s(drone), drone))
+        .collect();
+    ranked.sort_by(|(delay_a, a), (delay_b, b)| {
+        delay_b
+            .total_cmp(delay_a)
+            .then(b.extra_energy_percent.total_cmp(&a.extra_energy_percent))
+    });
+    ranked
+        .into_iter()
+        .take(LIST_MOST_AFFECTED)
+        .map(|(_, drone)| drone)
+        .collect()
+}
+
+fn row(drone: &DronePlan) -> [String; 6] {
+    [
+        drone.name.clone(),
+        if drone.trajectory.t_s.len() == 1 && drone.arrives_s == 0.0 {
+            "parked".to_owned()
+        } else {
+            format!("{:.1} s", drone.arrives_s)
+        },
+        format!("{:.1} s", positive_zero(drone.waits_s)),
+        format!("{:+.1} m", positive_zero(drone.detour_m)),
+        air(drone),
+        format!("{:+.1} %", positive_zero(drone.extra_energy_percent)),
+    ]
+}
+
+fn stays(drone: &DronePlan) -> [String; 6] {
+    let nothing = || "-".to_owned();
+    [
+        drone.name.clone(),
+        "stays".into(),
+        nothing(),
+        nothing(),
+        air(drone),
+        nothing(),
+    ]
+}
+
+/// "0.2 m/s (m1, t=7.1 s)"
+fn air(drone: &DronePlan) -> String {
+    if drone.worst_air_mps < NO_AIR_MPS {
+        return "none".into();
+    }
+    let from = drone.worst_air_from.as_deref().unwrap_or("several");
+    let when = drone
+        .worst_air_at_s
+        .map(|at_s| format!(", t={at_s:.1} s"))
+        .unwrap_or_default();
+    format!("{:.1} m/s ({from}{when})", drone.worst_air_mps)
+}
+
+/// What rounds to zero loses its minus.
+fn positive_zero(value: f64) -> f64 {
+    if value.abs() < 0.05 { 0.0 } else { value }
+}
+
+fn summary(plan: &Plan, durations: &Durations) -> String {
+    let fleet = plan.drones.len();
+    format!(
+        "  {} of {fleet} reach their goals   makespan {:.1} s   planned in {:.2} s   verified: {}",
+        fleet - plan.unplanned.len(),
+        plan.fleet.makespan_s,
+        durations.planning.as_secs_f64(),
+        count(plan.violations.len(), "violation", "violations")
+    )
+}
+
+/// What the time left before the limit was good for.
+fn improved(plan: &Plan, improved_s: f64) -> String {
+    if improved_s == 0.0 {
+        return "  No better plan was found in the time left.".into();
+    }
+    let sum_s = plan.fleet.sum_of_arrivals_s;
+    format!(
+        "  Made better in the time left: arrivals {improved_s:.1} s earlier in sum ({:.1} %), {sum_s:.1} s now.",
+        100.0 * improved_s / (sum_s + improved_s)
+    )
+}
+
+/// What the same fleet would meet with nobody minding the air: always said.
+pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
+    let Some(ignoring) = ignoring else {
+        return "Ignoring downwash: not known, there was no time for the second plan.".into();
+    };
+    let IgnoringDownwash {
+        makespan_s,
+        drones_over_limit,
+        worst_air_mps,
+        time_over_limit_s,
+        zones_over_limit,
+        worst_zone_air_mps,
+        unplanned,
+    } = ignoring;
+    let left_out = match unplanned {
+        0 => String::new(),
+        _ => format!(
+            " {} no way even so.",
+            count(*unplanned, "drone finds", "drones find")
+        ),
+    };
+    let mut harm = Vec::new();
+    if *drones_over_limit > 0 {
+        harm.push(format!(
+            "{} through up to {worst_air_mps:.1} m/s for {time_over_limit_s:.1} s",
+            count(*drones_over_limit, "drone flies", "drones fly")
+        ));
+    }
+    if *zones_over_limit > 0 {
+        harm.push(format!(
+            "the air in {} reaches {worst_zone_air_mps:.1} m/s",
+            count(*zones_over_limit, "zone", "zones")
+        ));
+    }
+    if harm.is_empty() {
+        return format!(
+            "Ignoring downwash: makespan {makespan_s:.1} s, and no drone would exceed its limit (worst air {worst_air_mps:.1} m/s).{left_out}"
+        );
+    }
+    format!(
+        "Ignoring downwash: makespan {makespan_s:.1} s, but {}.{left_out}",
+        harm.join(", and ")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+    use std::time::Duration;
+
+    fn durations() -> Durations {
+        Durations {
+            planning: Duration::from_millis(310),
+            ..Durations::default()
+        }
+    }
+
+    #[test]
+    fn a_small_fleet_is_listed_whole_in_its_order_with_the_contrast_below() {
+        let text = text(&sample::warehouse(), &durations(), None, None);
+        let expected = "\
+sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
+
+  drone  arrives  waits  detour  worst air from above   extra energy
+  k1      18.4 s  0.0 s  +0.6 m  0.2 m/s (m1, t=7.1 s)        +0.1 %
+  k2      23.0 s  2.0 s  +0.0 m  none                         +0.0 %
+  m1      12.0 s  0.0 s  +0.0 m  none                         +0.0 %
+  m2       stays      -       -  none                              -
+
+  3 of 4 reach their goals   makespan 23.0 s   planned in 0.31 s   verified: 0 violations
+  Ignoring downwash: makespan 20.0 s, but 2 drones fly through up to 6.1 m/s for 9.4 s.
+";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn of_a_large_fleet_the_most_delayed_are_listed_and_the_rest_counted() {
+        let text = text(&sample::hall(200), &durations(), None, Some(3.5));
+        assert_eq!(
+            text.lines().filter(|line| line.starts_with("  d")).count(),
+            LIST_MOST_AFFECTED + 1
+        );
+        assert!(text.contains("... and 185 more, delayed less"), "{text}");
+        let better = "arrivals 3.5 s earlier in sum";
+        assert!(text.contains(better), "{text}");
+    }
+
+    #[test]
+    fn where_nobody_would_be_exposed_the_contrast_says_so() {
+        let harmless = IgnoringDownwash {
+            makespan_s: 8.0,
+            drones_over_limit: 0,
+            worst_air_mps: 0.4,
+            time_over_limit_s: 0.0,
+            zones_over_limit: 0,
+            worst_zone_air_mps: 0.0,
+            unplanned: 1,
+        };
+        assert_eq!(
+            contrast(Some(&harmless)),
+            "Ignoring downwash: makespan 8.0 s, and no drone would exceed its limit (worst air 0.4 m/s). 1 drone finds no way even so."
+        );
+        assert!(contrast(None).starts_with("Ignoring downwash: "));
+    }
+
+    #[test]
+    fn a_zone_that_would_be_blown_on_is_part_of_the_contrast() {
+        let gusty = IgnoringDownwash {
+            makespan_s: 8.0,
+            drones_over_limit: 2,
+            worst_air_mps: 4.0,
+            time_over_limit_s: 3.0,
+            zones_over_limit: 1,
+            worst_zone_air_mps: 6.5,
+            unplanned: 0,
+        };
+        assert_eq!(
+            contrast(Some(&gusty)),
+            "Ignoring downwash: makespan 8.0 s, but 2 drones fly through up to 4.0 m/s for 3.0 s, and the air in 1 zone reaches 6.5 m/s."
+        );
+    }
+}
