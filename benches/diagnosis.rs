@@ -22,10 +22,10 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use diagnosis::calibrate::{Options, calibrate};
-use diagnosis::diagnose::diagnose;
+use diagnosis::infer::diagnose::diagnose;
 use diagnosis::made_up::HoverGrid;
 use diagnosis::prove;
-use diagnosis::recording::Recording;
+use diagnosis::record::recording::Recording;
 
 const DRONES: usize = 6;
 

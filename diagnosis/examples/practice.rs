@@ -8,8 +8,8 @@ use std::time::Instant;
 
 use diagnosis::prove::marks::{Marked, Marks, practice};
 use diagnosis::prove::{Truth, ask};
-use diagnosis::read::read_folder;
-use diagnosis::recording::Recording;
+use diagnosis::record::read::read_folder;
+use diagnosis::record::recording::Recording;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).ok_or("which folder?")?;

@@ -5,19 +5,19 @@
 )]
 
 use airflow::{Air, Airframe, Jet, Wake, mean_over_discs_mps};
-use diagnosis::baseline::{Baseline, ReceiverLaw};
-use diagnosis::clock::{self, ClockKnown};
-use diagnosis::flow::Flow;
-use diagnosis::force;
-use diagnosis::held_out::{ForceTest, ForceTestError, clock_offsets, held_out_force};
-use diagnosis::identify::{IdentifyError, Lag, Options, identify};
-use diagnosis::low_pass::LowPass;
-use diagnosis::recording::{
+use diagnosis::forward::flow::Flow;
+use diagnosis::forward::force;
+use diagnosis::forward::low_pass::LowPass;
+use diagnosis::forward::simulate::Channel;
+use diagnosis::record::baseline::{Baseline, ReceiverLaw};
+use diagnosis::record::recording::{
     Clock, Environment, Known, Origin, ReceiverSample, Recording, Role, Track, Vehicle,
 };
-use diagnosis::remark::RemarkKind;
-use diagnosis::simulate::Channel;
-use diagnosis::thrust_map::{CUBIC_FROM_ZERO, OFFSET, ThrustMap};
+use diagnosis::record::remark::RemarkKind;
+use diagnosis::thrust::clock::{self, ClockKnown};
+use diagnosis::thrust::held_out::{ForceTest, ForceTestError, clock_offsets, held_out_force};
+use diagnosis::thrust::identify::{IdentifyError, Lag, Options, identify};
+use diagnosis::thrust::thrust_map::{CUBIC_FROM_ZERO, OFFSET, ThrustMap};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 const AIR: Air = Air {
@@ -377,7 +377,7 @@ fn powered(eta: f64) -> Recording {
 #[test]
 fn the_power_of_a_drone_in_a_wake_is_simulated_over_its_power_without_one() {
     let recording = powered(1.0);
-    let samples = diagnosis::simulate::simulate(&recording).samples;
+    let samples = diagnosis::forward::simulate::simulate(&recording).samples;
     let of_power: Vec<_> = samples
         .iter()
         .filter(|sample| sample.channel == Channel::Power)
@@ -395,7 +395,7 @@ fn the_power_of_a_drone_in_a_wake_is_simulated_over_its_power_without_one() {
 #[test]
 fn a_power_that_feels_less_of_the_wake_is_named_so() {
     let finding =
-        diagnosis::diagnose::diagnose_channel(&powered(0.7), Some(Channel::Power)).unwrap();
+        diagnosis::infer::diagnose::diagnose_channel(&powered(0.7), Some(Channel::Power)).unwrap();
     let [effect] = &finding.effects[..] else {
         panic!("one effect: {:?}", finding.effects);
     };

@@ -2,8 +2,8 @@
 
 use airflow::Jet;
 use diagnosis::calibrate::{Calibration, DroneFit, FittedJet};
-use diagnosis::recording::Recording;
-use diagnosis::simulate::simulate;
+use diagnosis::forward::simulate::simulate;
+use diagnosis::record::recording::Recording;
 use rayon::prelude::*;
 
 use crate::commands::simulate::{drones, slices, speed_readings};

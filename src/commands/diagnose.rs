@@ -12,12 +12,12 @@ mod words;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use diagnosis::diagnose::{DiagnoseError, diagnose_channel};
-use diagnosis::finding::Finding;
-use diagnosis::finding_file::finding_ron;
-use diagnosis::prove::Verdict;
-use diagnosis::recording::{Recording, Vehicle};
-use diagnosis::simulate::Channel;
+use diagnosis::forward::simulate::Channel;
+use diagnosis::infer::diagnose::{DiagnoseError, diagnose_channel};
+use diagnosis::infer::finding::Finding;
+use diagnosis::infer::finding::Verdict;
+use diagnosis::infer::finding_file::finding_ron;
+use diagnosis::record::recording::{Recording, Vehicle};
 
 use crate::commands::simulate::{name_of, wrote};
 use crate::io::failure::{Failure, answer};

@@ -10,10 +10,10 @@ mod words;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use diagnosis::recording::Recording;
-use diagnosis::remark::Remark;
-use diagnosis::residuals::{Region, by_region};
-use diagnosis::simulate::{Channel, Sample, simulate};
+use diagnosis::forward::residuals::{Region, by_region};
+use diagnosis::forward::simulate::{Channel, Sample, simulate};
+use diagnosis::record::recording::Recording;
+use diagnosis::record::remark::Remark;
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -2,11 +2,11 @@
 
 use diagnosis::campaign::CampaignFinding;
 use diagnosis::campaign::covariates::COORDINATES;
-use diagnosis::finding::Finding;
-use diagnosis::noise::noise;
-use diagnosis::observed::{COVARIATES, Observed};
-use diagnosis::recording::Recording;
-use diagnosis::simulate::{Channel, Sample};
+use diagnosis::forward::observed::{COVARIATES, Observed};
+use diagnosis::forward::simulate::{Channel, Sample};
+use diagnosis::infer::finding::Finding;
+use diagnosis::infer::noise::noise;
+use diagnosis::record::recording::Recording;
 
 use super::words;
 use crate::figures::agreement;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use diagnosis::calibrate::CalibrateError;
 use diagnosis::campaign::CampaignError;
-use diagnosis::diagnose::DiagnoseError;
+use diagnosis::infer::diagnose::DiagnoseError;
 use planner::instances::InstanceError;
 use thiserror::Error;
 

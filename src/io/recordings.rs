@@ -6,9 +6,9 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use annotate_snippets::{Group, Level, Renderer};
-use diagnosis::problem::{Problem, Problems};
-use diagnosis::read::{self, Campaign};
-use diagnosis::recording::Recording;
+use diagnosis::record::problem::{Problem, Problems};
+use diagnosis::record::read::{self, Campaign};
+use diagnosis::record::recording::Recording;
 use rayon::prelude::*;
 
 use crate::io::failure::Failure;

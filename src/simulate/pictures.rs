@@ -1,10 +1,10 @@
 //! The figures of a simulation, by channel: fields, residuals and profiles below drones; receivers over time.
 
 use airflow::Jet;
-use diagnosis::baseline::Upper;
 use diagnosis::calibrate::{self, Calibration, Options};
-use diagnosis::recording::Recording;
-use diagnosis::simulate::{Channel, Sample};
+use diagnosis::forward::simulate::{Channel, Sample};
+use diagnosis::record::baseline::Upper;
+use diagnosis::record::recording::Recording;
 
 use super::forces::Map;
 use super::{Simulated, channels, words};

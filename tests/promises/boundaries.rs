@@ -224,10 +224,7 @@ fn the_made_up_world_shares_no_code_with_the_physics_that_is_to_find_it() {
     // Around it, descriptions cross in one file; how good an answer is asks nobody.
     let mut around = sources_of("diagnosis/src/prove");
     around.retain(|source| source.file != "diagnosis/src/prove/log.rs");
-    assert_none(&named(
-        &around,
-        &["airflow", "crate::flow", "crate::hypothesis"],
-    ));
+    assert_none(&named(&around, &["airflow", "crate::forward"]));
 }
 
 #[test]

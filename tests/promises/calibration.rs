@@ -4,7 +4,7 @@ use diagnosis::calibrate::{
     CalibrateError, Calibration, Dropped, Estimate, Options, Unit, Verdict, calibrate, jet_ron,
 };
 use diagnosis::made_up::{HoverGrid, TrueJet, TrueProfile};
-use diagnosis::recording::Recording;
+use diagnosis::record::recording::Recording;
 use rayon::prelude::*;
 
 /// The paper's drones without cant.

@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use assert_cmd::Command;
+use diagnosis::infer::finding::Verdict;
+use diagnosis::prove;
 use diagnosis::prove::marks::{Marked, Marks, practice};
-use diagnosis::prove::{self, Verdict};
-use diagnosis::read;
+use diagnosis::record::read;
 use rayon::prelude::*;
 use serde_json::Value;
 

@@ -8,11 +8,11 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use airflow::Superposition;
-use diagnosis::clock::{ClockKnown, ClockOffset};
-use diagnosis::force_sums::ForceSums;
-use diagnosis::held_out::{ForceSkill, ForceTest, clock_offsets, held_out_force};
-use diagnosis::read::{Campaign, read_flight};
-use diagnosis::recording::Recording;
+use diagnosis::forward::force_sums::ForceSums;
+use diagnosis::record::read::{Campaign, read_flight};
+use diagnosis::record::recording::Recording;
+use diagnosis::thrust::clock::{ClockKnown, ClockOffset};
+use diagnosis::thrust::held_out::{ForceSkill, ForceTest, clock_offsets, held_out_force};
 use rayon::prelude::*;
 
 /// Where the flights lie, or `None`, said aloud.

@@ -7,9 +7,9 @@ use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use diagnosis::read::{self, Campaign};
-use diagnosis::recording::{Clock, Origin, Recording};
-use diagnosis::remark::RemarkKind;
+use diagnosis::record::read::{self, Campaign};
+use diagnosis::record::recording::{Clock, Origin, Recording};
+use diagnosis::record::remark::RemarkKind;
 use rayon::prelude::*;
 
 /// A set of recordings, or a line that says that it is not there.

@@ -18,7 +18,7 @@ use super::profiles::{Measured, profiles};
 use super::residual_tests::residual_tests;
 use super::samples::{Gathered, gather};
 use super::units::{Units, units};
-use crate::recording::Recording;
+use crate::record::recording::Recording;
 
 /// Fewest cells that three constants, a gain and a zero are fitted to.
 const FEWEST_CELLS: usize = 12;

@@ -6,9 +6,11 @@ use nalgebra::{Point3, Vector3};
 use super::calibration::{Counts, Dropped, DroppedCount};
 use super::operator::Operator;
 use super::options::Options;
-use crate::baseline::Observation;
-use crate::recording::{Instrument, Measures, ProbeSample, Recording, Role, Track, Vehicle};
-use crate::track::Moment;
+use crate::record::baseline::Observation;
+use crate::record::recording::{
+    Instrument, Measures, ProbeSample, Recording, Role, Track, Vehicle,
+};
+use crate::record::track::Moment;
 
 /// Readings beyond so many half-widths of the paper's jet are not compared: the paper's own table ends there.
 const FARTHEST_XI: f64 = 6.0;

@@ -10,11 +10,11 @@ use rayon::prelude::*;
 
 use super::forces::Forces;
 use super::steps::{Above, Part, Step};
-use crate::baseline::{Delay, ReceiverAir, Upper};
-use crate::hypothesis::Hypothesis;
-use crate::low_pass;
-use crate::receiver::thrust_ratio;
-use crate::recording::{Recording, Role};
+use crate::forward::hypothesis::Hypothesis;
+use crate::forward::low_pass;
+use crate::forward::receiver::thrust_ratio;
+use crate::record::baseline::{Delay, ReceiverAir, Upper};
+use crate::record::recording::{Recording, Role};
 
 /// Effects of the air and a clock (s), and the air (m/s) that they make at every step of every part.
 pub(super) type Kept = ((Effects, f64), Arc<Vec<Vec<f64>>>);

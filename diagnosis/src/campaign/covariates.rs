@@ -1,7 +1,7 @@
 //! What surrounds each judged row of a campaign: the coordinates that regions and curves are told in.
 
 use super::forces::Forces;
-use crate::simulate::Place;
+use crate::forward::simulate::Place;
 
 /// How many of them, from the first, say where a row is: what regions are told in.
 pub const PLACES: usize = 4;

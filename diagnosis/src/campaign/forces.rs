@@ -17,15 +17,15 @@ use super::air_met::{Kept, wakes};
 use super::covariates::{COORDINATES, covariates};
 use super::options::CampaignOptions;
 use super::steps::{Part, Step, part};
-use crate::free_flight::{self, Trace};
-use crate::held_out::deal;
-use crate::hypothesis::Hypothesis;
-use crate::identify::{Bench, IdentifyError};
-use crate::low_pass::LowPass;
-use crate::observed::{Circumstances, Explained};
-use crate::recording::Recording;
-use crate::select::FOLDS;
-use crate::simulate::{Channel, Place, Sample};
+use crate::forward::hypothesis::Hypothesis;
+use crate::forward::low_pass::LowPass;
+use crate::forward::observed::{Circumstances, Explained};
+use crate::forward::simulate::{Channel, Place, Sample};
+use crate::infer::select::FOLDS;
+use crate::record::recording::Recording;
+use crate::thrust::free_flight::{self, Trace};
+use crate::thrust::held_out::deal;
+use crate::thrust::identify::{Bench, IdentifyError};
 
 /// Of steps where nothing is near, one in so many is judged, and of the others. Chosen here: half a second and a fifth of one, in which the
 /// scatter forgets most.

@@ -5,9 +5,9 @@
 
 use rayon::prelude::*;
 
-use crate::candidates::{Candidate, Kind};
-use crate::fit::Setting;
-use crate::select::{Gain, Selection, Singles, Tried, attempt, gain, promising};
+use crate::infer::candidates::{Candidate, Kind};
+use crate::infer::fit::Setting;
+use crate::infer::select::{Gain, Selection, Singles, Tried, attempt, gain, promising};
 
 /// Least gain of a term in held-out log density, alone, in standard errors over flights, and as part of the whole gain. Chosen here:
 /// standard errors over flights are honest about flights but not about forms, so three of them; and terms of less than 2 % mend the form of

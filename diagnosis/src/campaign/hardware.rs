@@ -17,7 +17,7 @@
 
 use serde::Serialize;
 
-use crate::recording::Recording;
+use crate::record::recording::Recording;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Vertical speed (m/s) and departure of the specific force from gravity (parts) up to which a drone counts as hovering. Chosen here.

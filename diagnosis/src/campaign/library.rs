@@ -3,7 +3,7 @@
 use airflow::effects::BodyDrag;
 
 use super::forces::Forces;
-use crate::candidates::{
+use crate::infer::candidates::{
     Candidate, Kind, Shows, of_the_jet, of_the_receiver, of_the_surroundings, own_motion, parameter,
 };
 
@@ -65,7 +65,7 @@ fn edge(candidate: &mut Candidate) {
 
 fn shows(forces: &Forces, alone: bool) -> Shows {
     let vehicles = || forces.recordings.iter().flat_map(|r| &r.vehicles);
-    let ratio = |v: &crate::recording::Vehicle| {
+    let ratio = |v: &crate::record::recording::Vehicle| {
         v.airframe.propeller_diameter_m() / v.airframe.motor_distance_m()
     };
     let low = vehicles().map(ratio).fold(f64::INFINITY, f64::min);

@@ -1,8 +1,8 @@
 //! What of a campaign is diagnosed, and from which beginning.
 
-use crate::held_out::Share;
-use crate::identify;
-use crate::low_pass::LowPass;
+use crate::forward::low_pass::LowPass;
+use crate::thrust::held_out::Share;
+use crate::thrust::identify;
 
 /// How a campaign is diagnosed.
 #[derive(Clone, Debug, PartialEq)]

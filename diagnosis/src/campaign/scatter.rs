@@ -9,7 +9,7 @@
 //! shares is in the covariance, so that no effect is credited with a weak battery or a bent propeller, and no flight counts as hundreds of witnesses.
 
 use super::forces::Forces;
-use crate::noise::Noise;
+use crate::infer::noise::Noise;
 use crate::statistics::noise::{NoiseModel, Whitener};
 use crate::statistics::sequence::{Blocks, Sequence};
 

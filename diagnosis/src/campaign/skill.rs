@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::forces::Forces;
 use super::scatter::{MOST_OFFSET_N, median};
-use crate::observed::Explained;
+use crate::forward::observed::Explained;
 use crate::random::Random;
 
 /// Draws of flights with replacement. Chosen here: enough for two digits of a 95 % interval.

@@ -4,10 +4,10 @@ use airflow::DiscPoints;
 use nalgebra::{Point3, Vector3};
 
 use super::options::CampaignOptions;
-use crate::force;
-use crate::free_flight::{Around, Trace};
-use crate::low_pass;
-use crate::recording::{Recording, Role};
+use crate::forward::force;
+use crate::forward::low_pass;
+use crate::record::recording::{Recording, Role};
+use crate::thrust::free_flight::{Around, Trace};
 
 /// Half-widths from its axis beyond which a drone above is taken to be without any effect, beside the receiver's own size. Chosen here: the
 /// hover jet has less than half a percent of its speed there.

@@ -6,9 +6,9 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::hover_grid::HoverGrid;
 use super::true_jet::Blown;
-use crate::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
 use crate::random::Random;
-use crate::recording::{
+use crate::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
+use crate::record::recording::{
     Clock, Environment, Instrument, Known, Measures, Origin, ProbeSample, Probes, Recording, Role,
     Track, Vehicle,
 };

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, json};
 
-use crate::baseline::{Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
-use crate::recording::{Measures, Recording, Role};
+use crate::record::baseline::{Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
+use crate::record::recording::{Measures, Recording, Role};
 
 /// File names and texts: `meta.json`, `vehicles.csv`, and `probes.csv` and `receiver.csv` where there are probes and receivers.
 ///

@@ -5,7 +5,7 @@ use nalgebra::Point3;
 
 use super::flight;
 use super::true_jet::TrueJet;
-use crate::recording::Recording;
+use crate::record::recording::Recording;
 
 /// A made-up grid flight. Every number may be changed before it is flown.
 #[derive(Clone, Debug)]

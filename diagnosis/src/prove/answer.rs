@@ -4,32 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Whether something is missing, and whether it has a name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The simulation explains the recording.
-    None,
-    /// Effects of the library are missing.
-    Library,
-    /// Something is missing that no effect of the library explains.
-    OutsideLibrary,
-    /// One of several effects is missing, and the recording cannot say which.
-    Ambiguous,
-}
-
-impl Verdict {
-    /// As in reports.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Verdict::None => "none",
-            Verdict::Library => "library",
-            Verdict::OutsideLibrary => "outside_library",
-            Verdict::Ambiguous => "ambiguous",
-        }
-    }
-}
+use crate::infer::finding::{Interval, Verdict};
 
 /// What a diagnosis says of one recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,17 +30,6 @@ pub struct Named {
     pub alternatives: Vec<String>,
     /// Its parameters by name.
     pub parameters: BTreeMap<String, Interval>,
-}
-
-/// A value and its 95 % interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Interval {
-    /// Best value.
-    pub value: f64,
-    /// Lower end.
-    pub low: f64,
-    /// Upper end.
-    pub high: f64,
 }
 
 impl Answer {

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::answer::{Answer, Named};
-use crate::diagnose::diagnose;
-use crate::finding::{Effect, Finding};
-use crate::recording::Recording;
+use crate::infer::diagnose::diagnose;
+use crate::infer::finding::{Effect, Finding};
+use crate::record::recording::Recording;
 
 /// What [`diagnose`] answers; a recording that cannot be diagnosed is one in which nothing was found.
 #[must_use]

@@ -6,9 +6,9 @@ use nalgebra::{Point3, UnitQuaternion};
 
 use super::scene::{ACCURACY_ABS_MPS, ACCURACY_REL, Row, Scene, TrackRow};
 use super::world::Drone;
-use crate::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
 use crate::random::Random;
-use crate::recording::{
+use crate::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
+use crate::record::recording::{
     Clock, Environment, Instrument, Known, Measures, Origin, ProbeSample, Probes, ReceiverSample,
     Recording, Role, Track, Vehicle,
 };

@@ -28,13 +28,13 @@ mod world;
 
 use rayon::prelude::*;
 
-pub use answer::{Answer, Interval, Named, Verdict};
+pub use answer::{Answer, Named};
 pub use ask::{answer, ask};
 pub use names::{canonical, is_sensor};
 pub use truth::{Concealed, DETECTABLE_CHI2, Sealed, Size, Truth};
 
 use crate::random::Random;
-use crate::recording::Recording;
+use crate::record::recording::Recording;
 use families::{Family, NULLS, concealing, concealing_families};
 use marks::{Marked, Marks};
 

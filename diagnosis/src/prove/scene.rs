@@ -9,7 +9,7 @@ use super::world::{
     Way, World, density, detectable,
 };
 use crate::random::Random;
-use crate::recording::Recording;
+use crate::record::recording::Recording;
 
 /// White noise of a logged throttle and power, relative.
 const THROTTLE_NOISE: f64 = 0.015;

@@ -327,7 +327,7 @@ impl Whitener {
         white
             .iter()
             .zip(scales)
-            .map(|(e, scale)| -0.5 * crate::fit::loss(*e) - scale)
+            .map(|(e, scale)| -0.5 * crate::infer::fit::loss(*e) - scale)
             .sum()
     }
 

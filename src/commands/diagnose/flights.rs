@@ -6,10 +6,10 @@ use diagnosis::campaign::skill::{Curve, Skill};
 use diagnosis::campaign::{
     CampaignError, CampaignFinding, CampaignOptions, diagnose_campaign, near_floor,
 };
-use diagnosis::finding_file::finding_ron;
-use diagnosis::prove::Verdict;
-use diagnosis::recording::Recording;
-use diagnosis::simulate::{Channel, Sample};
+use diagnosis::forward::simulate::{Channel, Sample};
+use diagnosis::infer::finding::Verdict;
+use diagnosis::infer::finding_file::finding_ron;
+use diagnosis::record::recording::Recording;
 use serde::Serialize;
 
 use super::printed::Printed;

@@ -1,7 +1,7 @@
 //! Flights of one kind of drone against its normal flights: has a weight or a propeller changed?
 
 use diagnosis::campaign::hardware::{Answer as Said, HardwareRow, hardware_rows};
-use diagnosis::recording::Recording;
+use diagnosis::record::recording::Recording;
 use serde::Serialize;
 
 use super::Arguments;

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use diagnosis::candidates::Kind;
-use diagnosis::finding::{Effect, Estimate, Finding, HeldOut, Perhaps, Ranked, Region, Smallest};
-use diagnosis::outside::Shape;
-use diagnosis::prove::Verdict;
-use diagnosis::simulate::Channel;
+use diagnosis::forward::simulate::Channel;
+use diagnosis::infer::candidates::Kind;
+use diagnosis::infer::finding::Verdict;
+use diagnosis::infer::finding::{
+    Effect, Estimate, Finding, HeldOut, Perhaps, Ranked, Region, Smallest,
+};
+use diagnosis::infer::outside::Shape;
 use serde::Serialize;
 
 /// What `--format json` prints. Rows count from 0 and are those of probes.csv, or of receiver.csv where there are no probes.

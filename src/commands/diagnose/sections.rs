@@ -1,10 +1,10 @@
 //! The sections of a report on a finding: where, what, candidates, fit, doubts, and what would have been noticed.
 
-use diagnosis::candidates::Kind;
-use diagnosis::finding::{Effect, Finding, HeldOut, Ranked, Smallest};
-use diagnosis::outside::Shape;
-use diagnosis::prove::Verdict;
-use diagnosis::simulate::Channel;
+use diagnosis::forward::simulate::Channel;
+use diagnosis::infer::candidates::Kind;
+use diagnosis::infer::finding::Verdict;
+use diagnosis::infer::finding::{Effect, Finding, HeldOut, Ranked, Smallest};
+use diagnosis::infer::outside::Shape;
 
 use super::words::{amount, figures};
 use crate::report::page::Table;

@@ -1,9 +1,9 @@
 //! Findings as people read them: where, what, how surely, and what to do next.
 
-use diagnosis::finding::{Finding, HeldOut};
-use diagnosis::prove::Verdict;
-use diagnosis::recording::{Recording, Role};
-use diagnosis::simulate::Channel;
+use diagnosis::forward::simulate::Channel;
+use diagnosis::infer::finding::Verdict;
+use diagnosis::infer::finding::{Finding, HeldOut};
+use diagnosis::record::recording::{Recording, Role};
 
 use super::sections::{Part, Section};
 use crate::report::page::Table;

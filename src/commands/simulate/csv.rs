@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use diagnosis::simulate::{Channel, Sample};
+use diagnosis::forward::simulate::{Channel, Sample};
 use rayon::prelude::*;
 
 use super::{Simulated, words};

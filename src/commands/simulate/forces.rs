@@ -1,13 +1,13 @@
 //! Forces on drones below others: the thrust maps come first, from free flight, then the forces.
 
-use diagnosis::flow::Flow;
-use diagnosis::force;
-use diagnosis::identify::{Identification, Lag, Options, identify};
-use diagnosis::low_pass::LowPass;
-use diagnosis::recording::Recording;
-use diagnosis::remark::{Remark, RemarkKind};
-use diagnosis::simulate::Sample;
-use diagnosis::thrust_map::OFFSET;
+use diagnosis::forward::flow::Flow;
+use diagnosis::forward::force;
+use diagnosis::forward::low_pass::LowPass;
+use diagnosis::forward::simulate::Sample;
+use diagnosis::record::recording::Recording;
+use diagnosis::record::remark::{Remark, RemarkKind};
+use diagnosis::thrust::identify::{Identification, Lag, Options, identify};
+use diagnosis::thrust::thrust_map::OFFSET;
 use serde::Serialize;
 
 use crate::io::progress::Progress;

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use airflow::Superposition;
-use diagnosis::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
-use diagnosis::residuals::{Axis, Region};
-use diagnosis::simulate::Channel;
+use diagnosis::forward::residuals::{Axis, Region};
+use diagnosis::forward::simulate::Channel;
+use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
 
 use super::Simulated;
 use super::forces::Map;

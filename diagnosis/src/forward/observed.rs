@@ -1,0 +1,299 @@
+//! A recording made ready to be explained: its samples beside the baseline's, with everything that a residual may depend on.
+
+use crate::forward::flow::{Flow, Wakes};
+use crate::forward::hypothesis::Hypothesis;
+use crate::forward::simulate::{Channel, Sample, Series, series, simulate};
+use crate::record::recording::Recording;
+
+/// Names of the covariates, in the order of [`Observed::covariates`].
+pub const COVARIATES: [&str; 18] = [
+    "s/l",
+    "r/l",
+    "xi",
+    "cos az",
+    "sin az",
+    "height m",
+    "time s",
+    "air m/s",
+    "emitter z m",
+    "emitter speed m/s",
+    "climb m/s",
+    "second jet/first",
+    "battery V",
+    "height/half-width",
+    "cos az body",
+    "sin az body",
+    "x m",
+    "y m",
+];
+
+/// Values recorded, what a hypothesis makes of them, and what surrounds each: all that a diagnosis needs to know.
+pub trait Explained: std::fmt::Debug + Sync {
+    /// Recorded values.
+    fn recorded(&self) -> Vec<f64>;
+
+    /// What they would be under a hypothesis, in their order.
+    fn predict(&self, hypothesis: &Hypothesis) -> Vec<f64>;
+
+    /// Times (s).
+    fn times_s(&self) -> Vec<f64>;
+
+    /// What surrounds each value.
+    fn circumstances(&self) -> Circumstances<'_>;
+
+    /// For each series that a pulsation of the rotors would show in: its samples, and when the air there was released (s).
+    fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)>;
+}
+
+/// Quantities known at every value beside it.
+#[derive(Clone, Copy, Debug)]
+pub struct Circumstances<'a> {
+    /// What they are called, with the unit, and their letters in an expression.
+    pub names: &'static [(&'static str, &'static str)],
+    /// One column for each, one entry a value; not a number where it has none.
+    pub columns: &'a [Vec<f64>],
+}
+
+impl Circumstances<'_> {
+    /// Azimuth (rad) about the drone that blows on a value: in the world from east, or in the drone's body from its nose. `None` where nobody
+    /// knows; not a number below no drone.
+    #[must_use]
+    pub fn azimuth_rad(&self, in_body: bool) -> Option<Vec<f64>> {
+        let [cos, sin] = match in_body {
+            true => ["cos az body", "sin az body"],
+            false => ["cos az", "sin az"],
+        }
+        .map(|name| self.names.iter().position(|(known, _)| *known == name));
+        let (cos, sin) = (&self.columns[cos?], &self.columns[sin?]);
+        let angle = |(&cos, &sin): (&f64, &f64)| match cos.hypot(sin) > 0.5 {
+            true => sin.atan2(cos),
+            false => f64::NAN,
+        };
+        Some(cos.iter().zip(sin).map(angle).collect())
+    }
+}
+
+/// [`COVARIATES`] with their letters.
+const LETTERED: [(&str, &str); COVARIATES.len()] = {
+    let letters = [
+        "s", "r", "xi", "cos", "sin", "h", "t", "U", "z_e", "v_e", "v_z", "U2/U1", "V", "h/r_half",
+        "cos_b", "sin_b", "x", "y",
+    ];
+    let mut all = [("", ""); COVARIATES.len()];
+    let mut at = 0;
+    while at < all.len() {
+        all[at] = (COVARIATES[at], letters[at]);
+        at += 1;
+    }
+    all
+};
+
+/// Samples of one recording, one channel, and what surrounds each of them.
+#[derive(Clone, Debug)]
+pub struct Observed<'a> {
+    /// The recording.
+    pub recording: &'a Recording,
+    /// What was recorded: one channel only.
+    pub channel: Channel,
+    /// Samples in the order of series, then time; the baseline's value in each.
+    pub samples: Vec<Sample>,
+    /// Which series (probe or receiver) a sample belongs to.
+    pub series_of: Vec<usize>,
+    /// One column for each of [`COVARIATES`], one entry a sample.
+    pub covariates: Vec<Vec<f64>>,
+    wakes: Wakes,
+    series: Vec<Series>,
+}
+
+impl<'a> Observed<'a> {
+    /// The samples of a recording: of its probes where it has any, of its receivers otherwise. `None` without either.
+    #[must_use]
+    pub fn new(recording: &'a Recording) -> Option<Observed<'a>> {
+        Observed::of(recording, None)
+    }
+
+    /// The samples of one channel; `None` where the recording has none of it.
+    #[must_use]
+    pub fn of(recording: &'a Recording, channel: Option<Channel>) -> Option<Observed<'a>> {
+        let simulated = simulate(recording).samples;
+        let channel = channel.or(simulated.first().map(|sample| sample.channel))?;
+        simulated.iter().find(|sample| sample.channel == channel)?;
+        let all = series(recording);
+        let mut samples = Vec::with_capacity(simulated.len());
+        let mut series_of = Vec::with_capacity(simulated.len());
+        let mut kept = Vec::new();
+        for mut one in all.into_iter().filter(|series| series.channel == channel) {
+            let find = |row: &usize| {
+                let at = simulated.binary_search_by_key(&(channel, *row), |s| (s.channel, s.row));
+                at.ok().map(|at| simulated[at])
+            };
+            let of_series: Vec<Sample> = one.rows.iter().filter_map(find).collect();
+            one.rows = of_series.iter().map(|sample| sample.row).collect();
+            one.recorded = of_series.iter().map(|sample| sample.recorded).collect();
+            series_of.extend(of_series.iter().map(|_| kept.len()));
+            samples.extend(of_series);
+            kept.push(one);
+        }
+        let mut observed = Observed {
+            recording,
+            channel,
+            samples,
+            series_of,
+            covariates: Vec::new(),
+            wakes: Wakes::new(recording),
+            series: kept,
+        };
+        observed.covariates = covariates(&observed);
+        Some(observed)
+    }
+
+    /// How long ago (s) the air at a sample left its drone, at the centreline's speed; 0 below none.
+    #[must_use]
+    pub fn age_s(&self, sample: usize) -> f64 {
+        let sample = &self.samples[sample];
+        let age = sample.place.and_then(|place| {
+            let airframe = &self.recording.vehicles[place.emitter].airframe;
+            let wake = self.wakes.of(place.emitter)?;
+            let depth_m = place.s_over_l * airframe.motor_distance_m();
+            Some(wake.far_field().transport_time_s(depth_m, 1.0))
+        });
+        age.unwrap_or(0.0)
+    }
+
+    /// Smallest step of a reading, in the channel's unit; 0 where none is declared.
+    #[must_use]
+    pub fn resolution(&self) -> f64 {
+        let probes = self.recording.probes.as_ref();
+        probes
+            .filter(|_| self.channel == Channel::Speed)
+            .map_or(0.0, |probes| probes.instrument.resolution_mps)
+    }
+
+    /// The baseline's values.
+    #[must_use]
+    pub fn simulated(&self) -> Vec<f64> {
+        self.samples.iter().map(|sample| sample.simulated).collect()
+    }
+
+    /// One covariate by name.
+    #[must_use]
+    pub fn covariate(&self, name: &str) -> Option<&[f64]> {
+        let at = COVARIATES.iter().position(|known| *known == name)?;
+        self.covariates.get(at).map(Vec::as_slice)
+    }
+}
+
+impl Explained for Observed<'_> {
+    fn recorded(&self) -> Vec<f64> {
+        self.samples.iter().map(|sample| sample.recorded).collect()
+    }
+
+    /// Where a hypothesis asks for a drone's place in a gap, the baseline's value stands.
+    fn predict(&self, hypothesis: &Hypothesis) -> Vec<f64> {
+        let flow = Flow::supposing(self.recording, &self.wakes, hypothesis);
+        let mut predicted = Vec::with_capacity(self.samples.len());
+        for series in &self.series {
+            let values = series.simulate(self.recording, &flow, &hypothesis.sensor);
+            for value in values {
+                predicted.push(value.unwrap_or_else(|| self.samples[predicted.len()].simulated));
+            }
+        }
+        predicted
+    }
+
+    fn times_s(&self) -> Vec<f64> {
+        self.samples.iter().map(|sample| sample.t_s).collect()
+    }
+
+    fn circumstances(&self) -> Circumstances<'_> {
+        Circumstances {
+            names: &LETTERED,
+            columns: &self.covariates,
+        }
+    }
+
+    fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)> {
+        let last = self.series_of.iter().copied().max().unwrap_or(0);
+        let of_series = |series: usize| {
+            let samples: Vec<usize> = (0..self.samples.len())
+                .filter(|&i| self.series_of[i] == series)
+                .collect();
+            let clock_s = samples
+                .iter()
+                .map(|&i| self.samples[i].t_s - self.age_s(i))
+                .collect();
+            (samples, clock_s)
+        };
+        (0..=last).map(of_series).collect()
+    }
+}
+
+fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
+    let recording = observed.recording;
+    let flow = Flow::new(recording);
+    let floor_m = recording.environment.floor_z_m.unwrap_or(0.0);
+    let mut columns = vec![Vec::with_capacity(observed.samples.len()); COVARIATES.len()];
+    for sample in &observed.samples {
+        let but = (sample.channel != Channel::Speed).then_some(sample.subject as usize);
+        let place = sample.place;
+        let emitter = place.map(|place| &recording.vehicles[place.emitter]);
+        let state = emitter.and_then(|emitter| {
+            let moment = emitter.track.moment(sample.t_s)?;
+            let (_, _, yaw_rad) = emitter.track.attitude_at(moment).euler_angles();
+            Some((
+                emitter.track.position_at(moment),
+                emitter.track.velocity_at(moment),
+                yaw_rad,
+            ))
+        });
+        let [first_mps, second_mps] = flow.strongest_mps(sample.t_s, sample.position_m, but);
+        let height_m = sample.position_m.z - floor_m;
+        let half_width_m = place
+            .zip(emitter)
+            .map_or(f64::INFINITY, |(place, emitter)| {
+                let over_l = if place.xi > 0.0 {
+                    place.r_over_l / place.xi
+                } else {
+                    0.0
+                };
+                let fallback = recording.jet.spreading * (place.s_over_l - recording.jet.origin);
+                emitter.airframe.motor_distance_m() * if over_l > 0.0 { over_l } else { fallback }
+            });
+        let body_rad = place
+            .zip(state)
+            .map(|(place, (_, _, yaw_rad))| place.azimuth_rad - yaw_rad);
+        let battery_v = match sample.channel {
+            Channel::Throttle | Channel::Power => recording.receivers[sample.row].battery_v,
+            _ => None,
+        };
+        let row = [
+            place.map_or(-1.0, |place| place.s_over_l),
+            place.map_or(-1.0, |place| place.r_over_l),
+            place.map_or(-1.0, |place| place.xi),
+            place.map_or(0.0, |place| place.azimuth_rad.cos()),
+            place.map_or(0.0, |place| place.azimuth_rad.sin()),
+            height_m,
+            sample.t_s,
+            sample.air_mps,
+            state.map_or(0.0, |(position_m, ..)| position_m.z),
+            state.map_or(0.0, |(_, velocity_mps, _)| velocity_mps.norm()),
+            state.map_or(0.0, |(_, velocity_mps, _)| velocity_mps.z),
+            if first_mps > 0.0 {
+                second_mps / first_mps
+            } else {
+                0.0
+            },
+            battery_v.unwrap_or(0.0),
+            (height_m / half_width_m).min(20.0),
+            body_rad.map_or(0.0, f64::cos),
+            body_rad.map_or(0.0, f64::sin),
+            sample.position_m.x,
+            sample.position_m.y,
+        ];
+        columns
+            .iter_mut()
+            .zip(row)
+            .for_each(|(column, value)| column.push(value));
+    }
+    columns
+}

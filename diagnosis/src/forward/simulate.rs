@@ -1,0 +1,280 @@
+//! What the declared simulation would have recorded, at every sample that was.
+
+use nalgebra::Point3;
+
+use crate::forward::anemometer;
+use crate::forward::flow::Flow;
+use crate::forward::hypothesis::Sensor;
+use crate::forward::receiver;
+use crate::record::baseline::ReceiverLaw;
+use crate::record::recording::Recording;
+use crate::record::remark::{Remark, RemarkKind};
+
+/// A quantity that was recorded and can be simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Channel {
+    /// Reading of a speed probe (m/s).
+    Speed,
+    /// A receiver's throttle over that of its hover.
+    Throttle,
+    /// A receiver's power over that of its hover.
+    Power,
+    /// Vertical force on a receiver beyond thrust and weight (N), up positive.
+    VerticalForce,
+}
+
+/// One recorded value beside the simulated one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// What it is of.
+    pub channel: Channel,
+    /// Data row, from 0, in the file that holds the channel.
+    pub row: usize,
+    /// Time (s).
+    pub t_s: f64,
+    /// Probe id, or index of the vehicle.
+    pub subject: u32,
+    /// Where it was measured (m).
+    pub position_m: Point3<f64>,
+    /// What was recorded.
+    pub recorded: f64,
+    /// What the simulation gives.
+    pub simulated: f64,
+    /// Axial speed of the air that is simulated there (m/s).
+    pub air_mps: f64,
+    /// Place in the wake that blows hardest there; `None`: no drone above.
+    pub place: Option<Place>,
+}
+
+/// A place in one drone's wake.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Index of the vehicle that blows.
+    pub emitter: usize,
+    /// Depth below its rotor plane over its motor distance.
+    pub s_over_l: f64,
+    /// Distance from its axis over its motor distance.
+    pub r_over_l: f64,
+    /// The same distance over the half-width at that depth.
+    pub xi: f64,
+    /// Azimuth around its axis in the world (rad), from x towards y.
+    pub azimuth_rad: f64,
+}
+
+/// A recording, simulated.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    /// In the order of the channels, then of the rows.
+    pub samples: Vec<Sample>,
+    /// What could not be simulated, and why.
+    pub left_out: Vec<Remark>,
+}
+
+/// Simulates every probe and every receiver of a recording as its baseline declares.
+#[must_use]
+pub fn simulate(recording: &Recording) -> Simulation {
+    let flow = Flow::new(recording);
+    let mut simulation = Simulation {
+        samples: Vec::new(),
+        left_out: Vec::new(),
+    };
+    for series in series(recording) {
+        let values = series.simulate(recording, &flow, &Sensor::default());
+        let mut unknown = Unknown::default();
+        let recorded = series.rows.iter().zip(&series.recorded);
+        for ((&row, &recorded), value) in recorded.zip(values) {
+            match sample(recording, &flow, &series, (row, recorded), value) {
+                Some(sample) => simulation.samples.push(sample),
+                None => unknown.note(series.channel.time_s(recording, row)),
+            }
+        }
+        let subject = match series.channel {
+            Channel::Speed => format!("probe {}", series.subject),
+            _ => recording.vehicles[series.subject as usize].id.clone(),
+        };
+        simulation.left_out.extend(unknown.remark(&subject));
+    }
+    let place = |sample: &Sample| (sample.channel, sample.row);
+    simulation.samples.sort_by_key(place);
+    simulation
+}
+
+/// What one probe or one receiver recorded, in the order of time.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// What it recorded.
+    pub channel: Channel,
+    /// Probe id, or index of the vehicle.
+    pub subject: u32,
+    /// Its rows in the file of the channel, by time.
+    pub rows: Vec<usize>,
+    /// What was recorded in each of them.
+    pub recorded: Vec<f64>,
+}
+
+/// The series of a recording: probes by id, then receivers by vehicle.
+#[must_use]
+pub fn series(recording: &Recording) -> Vec<Series> {
+    let probes = recording.probes.iter().flat_map(|probes| &probes.samples);
+    let speeds = by_subject(
+        Channel::Speed,
+        probes.map(|s| (s.probe_id, s.t_s, s.speed_mps)),
+    );
+    // A drone that holds its power holds its throttle: nothing to compare.
+    if recording.baseline.receiver_law == ReceiverLaw::HoldsPower {
+        return speeds;
+    }
+    let throttles = recording
+        .receivers
+        .iter()
+        .map(|s| (s.vehicle as u32, s.t_s, s.throttle_ratio));
+    let throttles = by_subject(Channel::Throttle, throttles);
+    let powers = receiver::recorded_power_ratios(recording);
+    let powers = recording
+        .receivers
+        .iter()
+        .zip(powers)
+        .map(|(s, ratio)| (s.vehicle as u32, s.t_s, ratio));
+    [speeds, throttles, by_subject(Channel::Power, powers)].concat()
+}
+
+/// From subject, time and value of each row. Values that are no numbers were told where they were read.
+fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) -> Vec<Series> {
+    let samples: Vec<(u32, f64, f64)> = samples.collect();
+    let mut order: Vec<usize> = (0..samples.len())
+        .filter(|&row| samples[row].2.is_finite())
+        .collect();
+    order.sort_by(|&a, &b| {
+        let ((id_a, t_a, _), (id_b, t_b, _)) = (samples[a], samples[b]);
+        id_a.cmp(&id_b).then(t_a.total_cmp(&t_b))
+    });
+    order
+        .chunk_by(|&a, &b| samples[a].0 == samples[b].0)
+        .map(|rows| Series {
+            channel,
+            subject: samples[rows[0]].0,
+            recorded: rows.iter().map(|&row| samples[row].2).collect(),
+            rows: rows.to_vec(),
+        })
+        .collect()
+}
+
+impl Series {
+    /// Its values as they would be in this air through this sensor; `None` where some drone's place is not known.
+    #[must_use]
+    pub fn simulate(
+        &self,
+        recording: &Recording,
+        flow: &Flow,
+        sensor: &Sensor,
+    ) -> Vec<Option<f64>> {
+        match (self.channel, &recording.probes) {
+            (Channel::Speed, Some(probes)) => {
+                let samples: Vec<_> = self.rows.iter().map(|&row| probes.samples[row]).collect();
+                let first_s = probes
+                    .samples
+                    .iter()
+                    .map(|s| s.t_s)
+                    .fold(f64::INFINITY, f64::min);
+                let environment = &recording.environment;
+                let instrument = &probes.instrument;
+                anemometer::readings_mps(flow, environment, instrument, sensor, &samples, first_s)
+            }
+            (Channel::Throttle | Channel::Power, _) => {
+                let samples: Vec<_> = self
+                    .rows
+                    .iter()
+                    .map(|&row| recording.receivers[row])
+                    .collect();
+                let first_s = recording
+                    .receivers
+                    .iter()
+                    .map(|s| s.t_s)
+                    .fold(f64::INFINITY, f64::min);
+                let is_power = self.channel == Channel::Power;
+                receiver::ratios(recording, flow, sensor, &samples, first_s, is_power)
+            }
+            _ => vec![None; self.rows.len()],
+        }
+    }
+}
+
+impl Channel {
+    fn time_s(self, recording: &Recording, row: usize) -> f64 {
+        match (self, &recording.probes) {
+            (Channel::Speed, Some(probes)) => probes.samples[row].t_s,
+            _ => recording.receivers[row].t_s,
+        }
+    }
+}
+
+fn sample(
+    recording: &Recording,
+    flow: &Flow,
+    series: &Series,
+    (row, recorded): (usize, f64),
+    simulated: Option<f64>,
+) -> Option<Sample> {
+    let t_s = series.channel.time_s(recording, row);
+    let vehicle = series.subject as usize;
+    let (position_m, but) = match (series.channel, &recording.probes) {
+        (Channel::Speed, Some(probes)) => (probes.samples[row].position_m, None),
+        _ => {
+            let track = &recording.vehicles[vehicle].track;
+            let position_m = track.position_at(track.moment(t_s)?);
+            (position_m, Some(vehicle))
+        }
+    };
+    Some(Sample {
+        channel: series.channel,
+        row,
+        t_s,
+        subject: series.subject,
+        position_m,
+        recorded,
+        simulated: simulated?,
+        air_mps: -flow.velocity_mps(t_s, position_m, but)?.z,
+        place: flow.place(t_s, position_m, but),
+    })
+}
+
+/// Samples at times when some drone's place is not known.
+#[derive(Clone, Debug, Default)]
+struct Unknown {
+    samples: usize,
+    span_s: Option<(f64, f64)>,
+}
+
+impl Unknown {
+    fn note(&mut self, t_s: f64) {
+        self.samples += 1;
+        let (from_s, to_s) = self.span_s.unwrap_or((t_s, t_s));
+        self.span_s = Some((from_s.min(t_s), to_s.max(t_s)));
+    }
+
+    fn remark(self, subject: &str) -> Option<Remark> {
+        let (from_s, to_s) = self.span_s?;
+        Some(Remark {
+            kind: RemarkKind::Gap,
+            subject: Some(subject.to_owned()),
+            samples: self.samples,
+            span_s: self.span_s,
+            message: format!(
+                "{} readings between {from_s:.2} and {to_s:.2} s are not simulated: some drone's place is not known then",
+                self.samples
+            ),
+        })
+    }
+}
+
+impl Sample {
+    /// Recorded minus simulated.
+    #[must_use]
+    pub fn residual(&self) -> f64 {
+        self.recorded - self.simulated
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,194 @@
+//! What the drones' own throttle and power say about mass and density, before any air is judged.
+//!
+//! ```text
+//! throttle t ~ √(m/ρ),  power p ~ m^1.5 ρ^-0.5   =>   m = p/t,  ρ = m/t²        each over what the metadata give
+//! ```
+//!
+//! Speeds alone cannot tell a heavier drone from thinner air or from a probe that reads too much; this can, and it reveals pairs that
+//! cancel one another in the speeds.
+
+use airflow::effects::{AirDensity, PayloadMass};
+
+use crate::forward::hypothesis::Hypothesis;
+use crate::record::recording::{Recording, Role, Vehicle};
+use crate::statistics::change_point::{self, Options};
+
+/// Departure of the throttle from hover that counts. A hover's mean throttle is known to less than a percent.
+const LEAST: f64 = 0.025;
+/// Least change at a step.
+const LEAST_STEP: f64 = 0.03;
+/// Share of the electrical power that ends as the induced power of momentum theory. Chosen here, as small electric quadrotors have it
+/// (0.5 to 0.7, recalled); it matters only where a mass is told from a density.
+const EFFICIENCY: f64 = 0.6;
+
+/// How many entries the moment of a step may be off. Chosen here: a throttle settles in one or two.
+const CHANGE_WITHIN: f64 = 2.0;
+
+/// What throttle and power say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Actuation {
+    /// Mean throttle over that of hover, of all who blow.
+    pub throttle_ratio: f64,
+    /// Mean power over that of hover, where it is logged.
+    pub power_ratio: Option<f64>,
+    /// What that means.
+    pub found: Option<Found>,
+}
+
+/// A cause in the drones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Found {
+    /// Mass over the stated one, from a moment on (s).
+    Payload {
+        /// `m/m₀`.
+        mass_factor: f64,
+        /// Negative infinity: always.
+        since_s: f64,
+        /// How far off that moment may be (s).
+        since_within_s: f64,
+        /// Infinity: for good.
+        until_s: f64,
+        /// Standard error of the factor.
+        error: f64,
+    },
+    /// Density over the stated one.
+    Density {
+        /// `ρ/ρ₀`.
+        density_factor: f64,
+        /// Standard error of the factor.
+        error: f64,
+    },
+}
+
+impl Found {
+    /// Puts it into a hypothesis.
+    pub fn set(&self, hypothesis: &mut Hypothesis) {
+        match *self {
+            Found::Payload {
+                mass_factor,
+                since_s,
+                until_s,
+                ..
+            } => {
+                hypothesis.effects.payload_mass = Some(PayloadMass {
+                    mass_factor,
+                    since_s,
+                    until_s,
+                });
+            }
+            Found::Density { density_factor, .. } => {
+                hypothesis.effects.air_density = Some(AirDensity { density_factor });
+            }
+        }
+    }
+}
+
+/// Reads throttle and power of the drones that blow. `None` where no throttle is logged.
+#[must_use]
+pub fn actuation(recording: &Recording) -> Option<Actuation> {
+    let emitters = recording
+        .vehicles
+        .iter()
+        .filter(|vehicle| vehicle.role == Role::Emitter);
+    let with_throttle: Vec<&Vehicle> = emitters
+        .filter(|vehicle| vehicle.track.throttle_ratio.is_some())
+        .collect();
+    let vehicle = *with_throttle.first()?;
+    let ratios = with_throttle.iter().filter_map(|vehicle| {
+        let column = vehicle.track.throttle_ratio.as_ref()?;
+        Some(mean(column))
+    });
+    let throttle_ratio = mean(&ratios.collect::<Vec<_>>());
+    let density = recording.environment.air.density_kg_per_m3();
+    let hover_w = vehicle
+        .airframe
+        .hover_power_w(vehicle.airframe.mass_kg(), density)
+        / EFFICIENCY;
+    let power_ratio = vehicle
+        .track
+        .power_w
+        .as_ref()
+        .map(|power_w| mean(power_w) / hover_w);
+    Some(Actuation {
+        throttle_ratio,
+        power_ratio,
+        found: step(vehicle).or_else(|| always(vehicle, throttle_ratio, power_ratio)),
+    })
+}
+
+/// A constant departure.
+fn always(vehicle: &Vehicle, throttle: f64, power: Option<f64>) -> Option<Found> {
+    if (throttle - 1.0).abs() < LEAST {
+        return None;
+    }
+    let column = vehicle.track.throttle_ratio.as_ref()?;
+    let error = 2.0 * throttle * standard_error(column);
+    let mass_factor = power.map_or(throttle * throttle, |power| power / throttle);
+    let density_factor = mass_factor / (throttle * throttle);
+    // Whichever departs more is taken for the cause, alone.
+    if power.is_some() && (density_factor - 1.0).abs() > (mass_factor - 1.0).abs() {
+        return Some(Found::Density {
+            density_factor: (throttle * throttle).recip(),
+            error,
+        });
+    }
+    Some(Found::Payload {
+        mass_factor: throttle * throttle,
+        since_s: f64::NEG_INFINITY,
+        since_within_s: 0.0,
+        until_s: f64::INFINITY,
+        error,
+    })
+}
+
+/// A step from the stated mass to another, and back where there is a second one.
+fn step(vehicle: &Vehicle) -> Option<Found> {
+    let track = &vehicle.track;
+    let column = track.throttle_ratio.as_ref()?;
+    let options = Options {
+        least_step: LEAST_STEP,
+        ..Options::default()
+    };
+    let steps = change_point::steps(column, options);
+    let first = steps.first()?;
+    let end = steps.get(1).map_or(column.len(), |second| second.index);
+    // The level that is nearer to hover is the stated mass.
+    let starts_loaded = (first.before - 1.0).abs() > (first.after - 1.0).abs();
+    let (loaded, plain) = if starts_loaded {
+        (0..first.index, first.after)
+    } else {
+        (first.index..end, first.before)
+    };
+    let since_s = if starts_loaded {
+        f64::NEG_INFINITY
+    } else {
+        track.t_s[loaded.start]
+    };
+    let until_s = track.t_s.get(loaded.end).copied().unwrap_or(f64::INFINITY);
+    let step_s = (track.t_s[track.t_s.len() - 1] - track.t_s[0]) / track.t_s.len().max(2) as f64;
+    let part = &column[loaded];
+    let ratio = mean(part) / plain;
+    Some(Found::Payload {
+        mass_factor: ratio * ratio,
+        since_s,
+        since_within_s: CHANGE_WITHIN * step_s,
+        until_s,
+        error: 2.0 * standard_error(part),
+    })
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Of the mean, neighbours taken as independent in tens.
+fn standard_error(values: &[f64]) -> f64 {
+    let middle = mean(values);
+    let count = values.len().max(2) as f64;
+    let variance = values
+        .iter()
+        .map(|x| (x - middle) * (x - middle))
+        .sum::<f64>()
+        / (count - 1.0);
+    (10.0 * variance / count).sqrt()
+}

@@ -1,0 +1,224 @@
+//! What to measure next, where a recording cannot tell two explanations apart.
+//!
+//! A measurement decides between rivals where their predictions differ most for its noise (T-optimality, Atkinson & Fedorov 1975,
+//! Biometrika 62:57): both are asked for the reading of a probe at places below a hovering drone. Rivals that agree everywhere in the air
+//! differ in what a drone or an instrument logs; what settles those is known beforehand.
+
+use nalgebra::Vector3;
+
+use crate::forward::anemometer::steady_reading_mps;
+use crate::forward::flow::{Flow, Wakes};
+use crate::forward::hypothesis::Hypothesis;
+use crate::forward::observed::Observed;
+use crate::infer::candidates::Candidate;
+use crate::infer::fit::Setting;
+use crate::infer::select::{Selection, Tried};
+use crate::record::recording::Role;
+
+/// Measurements that are named.
+const MOST: usize = 3;
+/// Readings that differ by less than this share of one reading's noise decide nothing in an hour. Chosen here.
+const LEAST_APART: f64 = 0.3;
+/// Depths (motor distances), radii (half-widths) and bearings (rad, from east) at which a probe is imagined.
+const DEPTHS: [f64; 9] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0];
+const RADII: [f64; 7] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
+const BEARINGS: [(f64, &str); 4] = [(0.0, "east"), (0.5, "north"), (1.0, "west"), (1.5, "south")];
+
+/// Measurements that would decide between what was chosen and what does as well, most telling first; empty where nothing does as well.
+#[must_use]
+pub fn advice(
+    setting: &Setting,
+    observed: &Observed,
+    candidates: &[Candidate],
+    selection: &Selection,
+) -> Vec<String> {
+    let chosen = &selection.chosen;
+    let mut lines = Vec::new();
+    for (place, rivals) in selection.rivals.iter().enumerate() {
+        let Some(rival) = rivals.first() else {
+            continue;
+        };
+        lines.extend(places(setting, observed, candidates, chosen, rival));
+        let Some(&name) = chosen.which.get(place) else {
+            continue;
+        };
+        let other = rival.which.iter().find(|k| !chosen.which.contains(k));
+        let names = [Some(&name), other];
+        for name in names.into_iter().flatten().map(|&k| candidates[k].name) {
+            let known = SETTLES.iter().find(|(of, _)| of.contains(&name));
+            lines.extend(known.map(|(_, line)| (*line).to_owned()));
+        }
+    }
+    let mut kept: Vec<String> = Vec::new();
+    for line in lines {
+        if !kept.contains(&line) {
+            kept.push(line);
+        }
+    }
+    kept.truncate(MOST);
+    kept
+}
+
+/// The two places at which a probe would tell one explanation from another best.
+fn places(
+    setting: &Setting,
+    observed: &Observed,
+    candidates: &[Candidate],
+    chosen: &Tried,
+    rival: &Tried,
+) -> Vec<String> {
+    let recording = observed.recording;
+    let Some(instrument) = recording.probes.as_ref().map(|probes| &probes.instrument) else {
+        return Vec::new();
+    };
+    let wakes = Wakes::new(recording);
+    let emitter = recording
+        .vehicles
+        .iter()
+        .position(|vehicle| vehicle.role != Role::Receiver);
+    let Some((index, wake)) = emitter.and_then(|index| Some((index, wakes.of(index)?))) else {
+        return Vec::new();
+    };
+    let track = &recording.vehicles[index].track;
+    let Some(&t_s) = track.t_s.get(track.t_s.len() / 2) else {
+        return Vec::new();
+    };
+    let Some(moment) = track.moment(t_s) else {
+        return Vec::new();
+    };
+    let drone_m = track.position_at(moment);
+    let floor_m = recording.environment.floor_z_m;
+    let began_s = track.t_s.first().copied().unwrap_or(t_s);
+    let of = |tried: &Tried| {
+        let members = tried.members(candidates);
+        (
+            setting.hypothesis(&members, &tried.fit.values),
+            tried.fit.tolerance,
+        )
+    };
+    let both = [of(chosen), of(rival)];
+    let flows: Vec<(Flow, &Hypothesis, [f64; 2])> = both
+        .iter()
+        .map(|(hypothesis, tolerance)| {
+            let flow = Flow::supposing(recording, &wakes, hypothesis);
+            (flow, hypothesis, *tolerance)
+        })
+        .collect();
+    let length_m = wake.motor_distance_m();
+    let mut found: Vec<(f64, f64, f64, f64, &str, f64)> = Vec::new();
+    for depth in DEPTHS {
+        let depth_m = depth * length_m;
+        if floor_m.is_some_and(|floor_m| drone_m.z - depth_m < floor_m + 0.05) {
+            continue;
+        }
+        for radius in RADII {
+            for (half_turns, bearing) in BEARINGS {
+                let (sin, cos) = (half_turns * std::f64::consts::PI).sin_cos();
+                let radius_m = radius * wake.half_width_m(depth_m);
+                let point_m = drone_m + Vector3::new(radius_m * cos, radius_m * sin, -depth_m);
+                let readings = flows.iter().map(|(flow, hypothesis, tolerance)| {
+                    let velocity_mps = flow.velocity_mps(t_s, point_m, None)?;
+                    let steady_mps = steady_reading_mps(
+                        velocity_mps,
+                        flow.ambient_mps(t_s),
+                        instrument.measures,
+                        &recording.environment,
+                    );
+                    let read = hypothesis.sensor.reads(steady_mps, t_s - began_s);
+                    Some((1.0 + tolerance[0]) * read + tolerance[1])
+                });
+                let Some(readings) = readings.collect::<Option<Vec<f64>>>() else {
+                    continue;
+                };
+                let apart = (readings[0] - readings[1]).abs();
+                let noise = noise_at(setting, observed, readings[0]);
+                found.push((apart / noise, apart, depth, radius, bearing, depth_m));
+                if radius == 0.0 {
+                    break;
+                }
+            }
+        }
+    }
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut taken: Vec<(f64, f64)> = Vec::new();
+    let mut lines = Vec::new();
+    for (over_noise, apart, depth, radius, bearing, depth_m) in found {
+        let is_near = |&(d, r): &(f64, f64)| d == depth || r == radius;
+        if over_noise < LEAST_APART || lines.len() == 2 || taken.iter().any(is_near) {
+            continue;
+        }
+        taken.push((depth, radius));
+        let beside = if radius == 0.0 {
+            "on the axis".to_owned()
+        } else {
+            format!("{radius} half-widths {bearing} of the axis")
+        };
+        lines.push(format!(
+            "a probe {depth_m:.1} m below a hovering drone ({depth} motor distances), {beside}: the two differ by {apart:.2} m/s there, {over_noise:.1} times the noise of a reading"
+        ));
+    }
+    lines
+}
+
+/// Noise of a reading: that of the sample that reads most alike.
+fn noise_at(setting: &Setting, observed: &Observed, reading: f64) -> f64 {
+    let samples = observed.samples.iter().zip(&setting.noise.sd);
+    samples
+        .min_by(|(a, _), (b, _)| {
+            let off = |simulated: f64| (simulated - reading).abs();
+            off(a.simulated).total_cmp(&off(b.simulated))
+        })
+        .map_or(1.0, |(_, sd)| *sd)
+}
+
+/// What settles a suspicion, whatever the air.
+const SETTLES: &[(&[&str], &str)] = &[
+    (
+        &["sensor_gain"],
+        "the same hover with a second probe beside the first, or the probe in a calibrated stream at two speeds",
+    ),
+    (
+        &["sensor_offset", "recirculation"],
+        "a minute with the motors off before take-off and one after landing, the probe running",
+    ),
+    (
+        &["sensor_drift"],
+        "the first hover once more at the end of the flight",
+    ),
+    (
+        &["sensor_lag", "clock_misalignment", "wake_transport"],
+        "a pass over the probe and back at two speeds: a clock shifts both ways alike, a slow sensor and slow air do not",
+    ),
+    (
+        &["sensor_saturation"],
+        "a hover closer above the probe, where it should read more",
+    ),
+    (
+        &["magnitude_sensor", "entrainment_radial", "swirl"],
+        "the same places with a probe of one axis, held down the jet and across it",
+    ),
+    (
+        &["payload_mass", "air_density", "momentum_scale", "dl_ratio"],
+        "the weight of the drone on a scale, and its throttle and power in hover",
+    ),
+    (
+        &["receiver_inflow"],
+        "a speed probe in the place of the receiver",
+    ),
+    (
+        &["battery_sag"],
+        "the same passes with a fresh battery, in the other order",
+    ),
+    (
+        &["wander"],
+        "a probe of 20 Hz or more on the axis: a wandering jet is gusty there",
+    ),
+    (
+        &["crossflow", "wake_tilt"],
+        "the wind beside the jet, ten motor distances from it, and the same hover turned by half a turn",
+    ),
+    (
+        &["ground_effect_thrust", "ceiling_effect"],
+        "a hover at three heights with nobody above",
+    ),
+];

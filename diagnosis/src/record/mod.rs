@@ -1,0 +1,8 @@
+//! What was recorded, and from the bytes of files to it.
+
+pub mod baseline;
+pub mod problem;
+pub mod read;
+pub mod recording;
+pub mod remark;
+pub mod track;

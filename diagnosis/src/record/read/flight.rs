@@ -1,0 +1,265 @@
+//! A flight log: one table, a row for each vehicle and time, or all of one vehicle; its campaign says the rest.
+
+use std::collections::BTreeMap;
+
+use airflow::{Air, Airframe, GRAVITY_MPS2, Jet};
+use nalgebra::Vector3;
+
+use super::checks::FlightLimits;
+use super::columns::{self, Columns, Role as Column};
+use super::folder::{CRASH_TILT_DEG, split, unknown, unused};
+use super::found::{Found, Place, listed};
+use super::samples::{GROUPS, Samples};
+use super::table::Table;
+use super::track::{Conventions, track};
+use super::written::{Campaign, Sourced, VehicleType, WrittenClock};
+use crate::record::problem::Problems;
+use crate::record::recording::{Clock, Environment, Known, Origin, Recording, Role, Vehicle};
+use crate::record::remark::RemarkKind;
+
+/// A recording from one table in CSV; `file` is what messages call it.
+///
+/// # Errors
+/// Everything that keeps it from being read, in the order of its lines.
+pub fn read_flight(
+    name: &str,
+    file: &str,
+    bytes: &[u8],
+    campaign: &Campaign,
+) -> Result<Recording, Problems> {
+    let mut found = Found::default();
+    let vehicles = vehicles(file, bytes, campaign, &mut found);
+    let recording =
+        vehicles.and_then(|vehicles| recording(name, file, vehicles, campaign, &mut found));
+    let (mut recording, remarks) = found.into_result(recording)?;
+    recording.remarks = remarks;
+    Ok(recording)
+}
+
+/// The recording of some vehicles; a problem where there are none.
+pub(super) fn recording(
+    name: &str,
+    file: &str,
+    mut vehicles: Vec<Vehicle>,
+    campaign: &Campaign,
+    found: &mut Found,
+) -> Option<Recording> {
+    if vehicles.is_empty() && found.problems.is_empty() {
+        let help = found.remarks.last().map(|remark| remark.message.clone());
+        found.helped(Place::file(file), "no vehicle ever flew", help);
+    }
+    if vehicles.is_empty() {
+        return None;
+    }
+    vehicles.sort_by(|a, b| a.id.cmp(&b.id));
+    if campaign.clock.is_none() && vehicles.len() > 1 {
+        let message = "the vehicles are taken to share one clock";
+        found.remark(RemarkKind::Assumed, None, message);
+    }
+    Some(Recording {
+        name: name.to_owned(),
+        environment: environment(campaign, found),
+        vehicles,
+        probes: None,
+        receivers: Vec::new(),
+        baseline: campaign.baseline(),
+        jet: Jet::default(),
+        remarks: Vec::new(),
+    })
+}
+
+fn environment(campaign: &Campaign, found: &mut Found) -> Environment {
+    let air = match campaign.air {
+        Some(air) => Air {
+            temperature_c: air.temperature_c.0,
+            pressure_pa: air.pressure_pa.0,
+        },
+        None => {
+            let message = "the air is not stated: taken as 20 °C and 101325 Pa";
+            found.remark(RemarkKind::Assumed, None, message);
+            Air::default()
+        }
+    };
+    Environment {
+        gravity_mps2: gravity_mps2(campaign),
+        air,
+        floor_z_m: campaign.floor_z_m.map(|floor| floor.0),
+        ceiling_z_m: campaign.ceiling_z_m.map(|ceiling| ceiling.0),
+        ambient_mps: 0.0,
+        ambient_is_subtracted: false,
+    }
+}
+
+pub(super) fn gravity_mps2(campaign: &Campaign) -> f64 {
+    campaign
+        .gravity_mps2
+        .map_or(GRAVITY_MPS2, |gravity| gravity.0)
+}
+
+fn vehicles(
+    file: &str,
+    bytes: &[u8],
+    campaign: &Campaign,
+    found: &mut Found,
+) -> Option<Vec<Vehicle>> {
+    let table = Table::open(file, bytes, found)?;
+    let before = found.problems.len();
+    let renamed: BTreeMap<String, String> = campaign.columns.0.iter().cloned().collect();
+    let mut columns = columns::find(file, table.header(), &renamed, found);
+    for group in GROUPS {
+        columns.drop_partial(group, found, file);
+    }
+    let only = only_vehicle(file, &columns, campaign, found);
+    what_acceleration_is(file, &columns, campaign, found);
+    if found.problems.len() > before {
+        return None;
+    }
+    unused(file, &columns, found);
+    let wanted: Vec<usize> = columns.by_role.values().map(|column| column.at).collect();
+    let mut rows = table.read(&wanted, columns.vehicle, found);
+    if let Some(only) = only {
+        rows.names = vec![only.to_owned()];
+        rows.named = vec![0; rows.lines.len()];
+    }
+    let by_vehicle = split(&rows);
+    unknown(file, &rows, &by_vehicle, campaign.vehicles.keys(), found);
+    let mut vehicles = Vec::with_capacity(by_vehicle.len());
+    for (id, mine) in rows.names.iter().zip(&by_vehicle) {
+        let Some(kind) = campaign
+            .vehicles
+            .get(id)
+            .and_then(|kind| campaign.types.get(kind))
+        else {
+            continue; // told above
+        };
+        let samples = Samples::gather(id, &rows, &columns, mine, gravity_mps2(campaign), found);
+        vehicles.extend(vehicle(id, file, samples, kind, campaign, found));
+    }
+    Some(vehicles)
+}
+
+/// The one vehicle that a table without a column of vehicles is of.
+fn only_vehicle<'c>(
+    file: &str,
+    columns: &Columns,
+    campaign: &'c Campaign,
+    found: &mut Found,
+) -> Option<&'c str> {
+    match (columns.vehicle, campaign.vehicles.0.as_slice()) {
+        (Some(_), _) => None,
+        (None, [(only, _)]) => Some(only),
+        (None, several) => {
+            let ids = listed(several.iter().map(|(id, _)| id.as_str()));
+            let message = format!("is missing, and the campaign has several vehicles: {ids}");
+            found.problem(Place::field(file, "vehicle").line(1), message);
+            None
+        }
+    }
+}
+
+/// Without its kind an acceleration is one gravity off, or not.
+fn what_acceleration_is(file: &str, columns: &Columns, campaign: &Campaign, found: &mut Found) {
+    let Some(column) = columns.by_role.get(&Column::Acceleration(0)) else {
+        return;
+    };
+    if campaign.acceleration.is_none() {
+        found.helped(
+            Place::field(file, &column.name).line(1),
+            "is an acceleration, and the metadata do not say of which kind",
+            Some("write `acceleration: SpecificForceInWorld` (at hover az is +g), `SpecificForceInBody`, `GravityRemovedInWorld` (at hover az is 0) or `GravityRemovedInBody`".to_owned()),
+        );
+    }
+}
+
+/// One vehicle with its track; `None` where nothing of it is left.
+pub(super) fn vehicle(
+    id: &str,
+    file: &str,
+    samples: Samples,
+    kind: &VehicleType,
+    campaign: &Campaign,
+    found: &mut Found,
+) -> Option<Vehicle> {
+    let is_unusable = campaign
+        .acceleration_unusable
+        .iter()
+        .any(|other| other == id);
+    if is_unusable && samples.acceleration_mps2.is_some() {
+        let message = "its acceleration is not used: the campaign says so";
+        found.remark(RemarkKind::Unused, Some(id), message);
+    }
+    let offset = kind.rotor_offset_m.map(|offset| offset.value());
+    let how = Conventions {
+        frame: campaign.frame,
+        acceleration: campaign.acceleration.filter(|_| !is_unusable),
+        rotation: campaign.quaternion,
+        pitch: campaign.pitch,
+        gravity_mps2: gravity_mps2(campaign),
+        rotor_offset_m: offset.map_or_else(Vector3::zeros, |o| Vector3::from(o.map(|axis| axis.0))),
+        limits: FlightLimits {
+            floor_z_m: campaign.floor_z_m.map(|floor| floor.0),
+            touch_z_m: kind.touch_z_m.map(|touch| touch.0),
+            tilt_rad: campaign
+                .crash_tilt_deg
+                .map_or(CRASH_TILT_DEG, |tilt| tilt.0)
+                .to_radians(),
+        },
+    };
+    assumptions(id, kind, found);
+    let track = track(id, file, samples, &how, found)?;
+    let airframe = Airframe::new(
+        campaign.vehicles.get(id)?,
+        kind.mass_kg.value().0,
+        kind.propellers,
+        kind.propeller_diameter_m.value().0,
+        kind.motor_distance_m.value().0,
+        kind.width_factor.0,
+    );
+    Some(Vehicle {
+        id: id.to_owned(),
+        // Every number of it was checked with the campaign.
+        airframe: airframe.ok()?,
+        known: Known {
+            mass: kind.mass_kg.origin(),
+            propeller_diameter: kind.propeller_diameter_m.origin(),
+            motor_distance: kind.motor_distance_m.origin(),
+        },
+        role: Role::Both,
+        track,
+        // Its numbers too.
+        thrust_map: kind.thrust_map.as_ref().and_then(|map| map.meaning().ok()),
+        clock: match campaign.clock {
+            None | Some(WrittenClock::Shared) => Clock::Shared,
+            Some(WrittenClock::Own { within_s }) => Clock::Own {
+                within_s: within_s.0,
+            },
+        },
+    })
+}
+
+/// Values taken for lack of better.
+fn assumptions(id: &str, kind: &VehicleType, found: &mut Found) {
+    let mut tell = |what: String| found.remark(RemarkKind::Assumed, Some(id), what);
+    for (name, value) in [
+        ("mass", (kind.mass_kg, "kg")),
+        ("propeller diameter", (kind.propeller_diameter_m, "m")),
+        ("motor distance", (kind.motor_distance_m, "m")),
+    ] {
+        if let (Sourced::Assumed(number), unit) = value {
+            tell(format!("its {name} is assumed: {} {unit}", number.0));
+        }
+    }
+    match kind.rotor_offset_m {
+        None => tell("the logged point is taken as the centre of the rotor plane".to_owned()),
+        Some(offset) if offset.origin() == Origin::Assumed => {
+            let [x, y, z] = offset.value().map(|axis| axis.0);
+            tell(format!(
+                "the rotor plane is assumed ({x}, {y}, {z}) m from the logged point"
+            ));
+        }
+        Some(_) => {}
+    }
+}
+
+#[cfg(test)]
+mod tests;

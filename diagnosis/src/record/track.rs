@@ -1,0 +1,162 @@
+//! Where a vehicle was between two entries of its track.
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+use crate::record::recording::Track;
+
+/// A moment between two entries: the entry before it and the share of the step that has passed, 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Index of the entry at or before it.
+    pub entry: usize,
+    /// Share of the step to the next entry.
+    pub share: f64,
+}
+
+/// Entries that are looked at beside where even steps would have a time. Chosen here: a search over 4000 looks at twelve.
+const NEAR: usize = 8;
+
+impl Track {
+    /// Where a time falls. `None` in gaps and more than half of the longest step before the first or after the last entry; closer
+    /// than that the nearest entry answers.
+    #[must_use]
+    pub fn moment(&self, t_s: f64) -> Option<Moment> {
+        let after = self.first_after(t_s);
+        let reach_s = 0.5 * self.longest_step_s;
+        if after == 0 {
+            let first_s = self.t_s.first()?;
+            let near = first_s - t_s <= reach_s;
+            return near.then_some(Moment {
+                entry: 0,
+                share: 0.0,
+            });
+        }
+        let entry = after - 1;
+        let since_s = t_s - self.t_s[entry];
+        let Some(next_s) = self.t_s.get(after) else {
+            return (since_s <= reach_s).then_some(Moment { entry, share: 0.0 });
+        };
+        let step_s = next_s - self.t_s[entry];
+        if since_s == 0.0 || step_s <= self.longest_step_s {
+            let share = since_s / step_s;
+            return Some(Moment { entry, share });
+        }
+        None
+    }
+
+    /// Index of the first entry after a time. Entries come at nearly even steps, so it is looked for where they would have it first.
+    fn first_after(&self, t_s: f64) -> usize {
+        let search = || self.t_s.partition_point(|&entry_s| entry_s <= t_s);
+        let (Some(first_s), Some(last_s)) = (self.t_s.first(), self.t_s.last()) else {
+            return 0;
+        };
+        let last = self.t_s.len() - 1;
+        let share = (t_s - first_s) / (last_s - first_s);
+        if !(0.0..1.0).contains(&share) {
+            return search();
+        }
+        let mut at = (share * last as f64) as usize;
+        for _ in 0..NEAR {
+            if self.t_s[at] > t_s {
+                match at.checked_sub(1) {
+                    Some(before) => at = before,
+                    None => return 0,
+                }
+            } else if at < last && self.t_s[at + 1] <= t_s {
+                at += 1;
+            } else {
+                return at + 1;
+            }
+        }
+        search()
+    }
+
+    /// Position at a moment (m), linear between entries.
+    #[must_use]
+    pub fn position_at(&self, moment: Moment) -> Point3<f64> {
+        let from_m = self.position_m[moment.entry];
+        match self.position_m.get(moment.entry + 1) {
+            Some(to_m) if moment.share > 0.0 => from_m + (to_m - from_m) * moment.share,
+            _ => from_m,
+        }
+    }
+
+    /// Velocity at a moment (m/s), linear between entries.
+    #[must_use]
+    pub fn velocity_at(&self, moment: Moment) -> Vector3<f64> {
+        let from_mps = self.velocity_mps[moment.entry];
+        match self.velocity_mps.get(moment.entry + 1) {
+            Some(to_mps) if moment.share > 0.0 => from_mps.lerp(to_mps, moment.share),
+            _ => from_mps,
+        }
+    }
+
+    /// Attitude at a moment, along the shortest turn between entries.
+    #[must_use]
+    pub fn attitude_at(&self, moment: Moment) -> UnitQuaternion<f64> {
+        let from = self.attitude[moment.entry];
+        match self.attitude.get(moment.entry + 1) {
+            // Opposite attitudes have no shortest turn between them.
+            Some(to) if moment.share > 0.0 => {
+                from.try_slerp(to, moment.share, 1e-9).unwrap_or(from)
+            }
+            _ => from,
+        }
+    }
+
+    /// One of its columns at a moment, linear between entries.
+    #[must_use]
+    pub fn value_at(column: &[f64], moment: Moment) -> f64 {
+        let from = column[moment.entry];
+        match column.get(moment.entry + 1) {
+            Some(to) if moment.share > 0.0 => from + (to - from) * moment.share,
+            _ => from,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn track(t_s: &[f64]) -> Track {
+        let along = |&t_s: &f64| Point3::new(t_s, 0.0, 1.0);
+        Track {
+            t_s: t_s.to_vec(),
+            position_m: t_s.iter().map(along).collect(),
+            velocity_mps: vec![Vector3::x(); t_s.len()],
+            attitude: vec![UnitQuaternion::identity(); t_s.len()],
+            longest_step_s: 0.5,
+            ..Track::default()
+        }
+    }
+
+    #[test]
+    fn entries_are_found_at_uneven_steps_as_a_search_finds_them() {
+        let t_s: Vec<f64> = (0..300)
+            .map(|i| f64::from(i) + 0.4 * f64::from(i % 7) + if i > 150 { 60.0 } else { 0.0 })
+            .collect::<Vec<_>>();
+        let mut t_s = t_s;
+        t_s.sort_by(f64::total_cmp);
+        let track = track(&t_s);
+        for i in -10..2000 {
+            let at_s = 0.25 * f64::from(i);
+            let searched = t_s.partition_point(|&entry_s| entry_s <= at_s);
+            assert_eq!(track.first_after(at_s), searched, "{at_s}");
+        }
+    }
+
+    #[test]
+    fn between_entries_it_is_linear_and_in_gaps_there_is_no_answer() {
+        let track = track(&[0.0, 0.4, 2.0, 2.4]);
+        let x_m = |t_s| Some(track.position_at(track.moment(t_s)?).x);
+        assert_eq!(x_m(0.4), Some(0.4));
+        assert_eq!(x_m(0.1), Some(0.1));
+        assert_eq!(x_m(1.0), None, "a gap");
+        assert_eq!(x_m(2.0), Some(2.0));
+        assert_eq!(x_m(2.6), Some(2.4), "within half a step of the last entry");
+        assert_eq!(x_m(2.7), None);
+        assert_eq!(x_m(-0.2), Some(0.0));
+        assert_eq!(x_m(-0.3), None);
+    }
+}

@@ -1,0 +1,237 @@
+//! Rows at which a drone's thrust can be told from its specific force alone: nobody above, the floor far away.
+//!
+//! There, `m a_z = T z_z` with `a` the specific force and `z_z` the vertical part of the body's axis: whatever is left over is
+//! the thrust map's fault, not the air's.
+
+use nalgebra::{DMatrix, Vector3};
+
+use crate::forward::low_pass::{self, LowPass};
+use crate::record::recording::{Recording, Vehicle};
+use crate::thrust::thrust_map::{self, Term, ThrustMap};
+
+/// Where a drone counts as flying in undisturbed air.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FreeFlight {
+    /// No other drone is closer than this, measured horizontally (m) ...
+    pub beside_m: f64,
+    /// ... unless it is lower by more than this (m).
+    pub below_m: f64,
+    /// Height above the floor (m) that is more than this.
+    pub floor_m: f64,
+}
+
+/// Chosen here, for drones of 0.1 m: half a jet's width at 3 m to the side, ground effect below a tenth of a percent
+/// (`(R/4z)²` with `R` a rotor's radius).
+impl Default for FreeFlight {
+    fn default() -> FreeFlight {
+        FreeFlight {
+            beside_m: 0.8,
+            below_m: 0.1,
+            floor_m: 0.35,
+        }
+    }
+}
+
+/// What is around a vehicle at an entry of its track.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Around {
+    /// In undisturbed air, as [`FreeFlight`] says.
+    Free,
+    /// A drone is above, close to its axis.
+    Below,
+    /// Neither.
+    Between,
+    /// Some drone's place is not known.
+    Unknown,
+}
+
+/// What is around a vehicle at every entry of its track; "below" is with another drone higher and horizontally closer than
+/// `under_m`.
+#[must_use]
+pub fn around(
+    recording: &Recording,
+    vehicle: usize,
+    free: &FreeFlight,
+    under_m: f64,
+) -> Vec<Around> {
+    let track = &recording.vehicles[vehicle].track;
+    let floor_z_m = recording.environment.floor_z_m.unwrap_or(0.0);
+    let others = || {
+        let all = recording.vehicles.iter().enumerate();
+        all.filter(move |&(other, _)| other != vehicle)
+    };
+    let entry = |(&t_s, position_m): (&f64, &nalgebra::Point3<f64>)| {
+        let mut clear = position_m.z - floor_z_m > free.floor_m;
+        let mut below = false;
+        for (_, other) in others() {
+            let Some(moment) = other.track.moment(t_s) else {
+                return Around::Unknown;
+            };
+            let apart_m: Vector3<f64> = other.track.position_at(moment) - position_m;
+            let beside_m = apart_m.x.hypot(apart_m.y);
+            below |= apart_m.z > 0.0 && beside_m < under_m;
+            clear &= beside_m > free.beside_m || apart_m.z < -free.below_m;
+        }
+        match (below, clear) {
+            (true, _) => Around::Below,
+            (false, true) => Around::Free,
+            (false, false) => Around::Between,
+        }
+    };
+    track.t_s.iter().zip(&track.position_m).map(entry).collect()
+}
+
+/// One vehicle's flight, ready to identify its thrust map and to judge the force on it.
+#[derive(Clone, Debug)]
+pub(crate) struct Trace<'a> {
+    pub(crate) recording: usize,
+    pub(crate) vehicle: usize,
+    pub(crate) of: &'a Vehicle,
+    pub(crate) around: Vec<Around>,
+    /// Mass times vertical specific force (N), low-passed; not a number where it is not known.
+    pub(crate) lift_n: Vec<f64>,
+    /// Vertical part of the body's axis.
+    pub(crate) upright: Vec<f64>,
+    duty: &'a [[f64; 4]],
+    battery_v: &'a [f64],
+    runs: Vec<std::ops::Range<usize>>,
+}
+
+impl<'a> Trace<'a> {
+    /// `None` without specific force, duty cycles or battery voltage.
+    pub(crate) fn new(
+        recordings: &'a [Recording],
+        (recording, vehicle): (usize, usize),
+        around: Vec<Around>,
+        low_pass: LowPass,
+    ) -> Option<Trace<'a>> {
+        let of = recordings.get(recording)?.vehicles.get(vehicle)?;
+        let track = &of.track;
+        let duty = track.duty.as_deref()?;
+        let battery_v = track.battery_v.as_deref()?;
+        let mass_kg = of.airframe.mass_kg();
+        let force = track.specific_force_mps2.as_ref()?;
+        let mut lift_n: Vec<f64> = force.iter().map(|a_mps2| mass_kg * a_mps2.z).collect();
+        let upright: Vec<f64> = track
+            .attitude
+            .iter()
+            .map(|body_to_world| (body_to_world * Vector3::z()).z)
+            .collect();
+        let runs = low_pass::runs(&track.t_s, track.longest_step_s, |row| {
+            let motors = duty[row].iter().sum::<f64>();
+            (lift_n[row] + upright[row] + battery_v[row] + motors).is_finite()
+        });
+        let mut known = vec![false; lift_n.len()];
+        for run in &runs {
+            low_pass.smooth(&track.t_s[run.clone()], &mut lift_n[run.clone()]);
+            known[run.clone()].fill(true);
+        }
+        for (lift_n, known) in lift_n.iter_mut().zip(known) {
+            if !known {
+                *lift_n = f64::NAN;
+            }
+        }
+        Some(Trace {
+            recording,
+            vehicle,
+            of,
+            around,
+            lift_n,
+            upright,
+            duty,
+            battery_v,
+            runs,
+        })
+    }
+
+    /// Entries at which the thrust map can be identified, in order.
+    pub(crate) fn free_rows(&self) -> impl Iterator<Item = usize> + '_ {
+        let rows = self.around.iter().zip(&self.lift_n).enumerate();
+        rows.filter(|(_, (around, lift_n))| **around == Around::Free && lift_n.is_finite())
+            .map(|(row, _)| row)
+    }
+
+    /// Duty cycles and battery voltages of [`Trace::free_rows`].
+    pub(crate) fn free_duty(&self) -> impl Iterator<Item = ([f64; 4], f64)> + '_ {
+        self.free_rows()
+            .map(|row| (self.duty[row], self.battery_v[row]))
+    }
+
+    /// Vertical part of the thrust (N) by a map, as flown, lag and all; low-passed only where asked for.
+    pub(crate) fn thrust_n(&self, map: &ThrustMap) -> Option<Vec<f64>> {
+        let mut thrust_n = map.thrust_n(&self.of.track)?;
+        for (thrust_n, upright) in thrust_n.iter_mut().zip(&self.upright) {
+            *thrust_n *= upright;
+        }
+        Some(thrust_n)
+    }
+
+    /// Low-passes a series within the runs of this trace.
+    pub(crate) fn smooth(&self, low_pass: LowPass, values: &mut [f64]) {
+        for run in &self.runs {
+            low_pass.smooth(&self.of.track.t_s[run.clone()], &mut values[run.clone()]);
+        }
+    }
+
+    /// Products over the free rows of everything that a least-squares fit needs: `Σ z zᵀ` with `z` the terms' values (lagged, made
+    /// vertical, low-passed), the lift minus what `base` gives, and 1.
+    pub(crate) fn gram(
+        &self,
+        terms: &[Term],
+        base: Option<&ThrustMap>,
+        reference_v: f64,
+        lag_s: f64,
+        low_pass: LowPass,
+    ) -> DMatrix<f64> {
+        let ready = |mut column: Vec<f64>| {
+            for run in &self.runs {
+                let t_s = &self.of.track.t_s[run.clone()];
+                low_pass::lag(lag_s, t_s, &mut column[run.clone()]);
+            }
+            for (value, upright) in column.iter_mut().zip(&self.upright) {
+                *value *= upright;
+            }
+            self.smooth(low_pass, &mut column);
+            column
+        };
+        let mut columns: Vec<Vec<f64>> = terms
+            .iter()
+            .map(|&term| {
+                ready(thrust_map::column(
+                    term,
+                    self.duty,
+                    self.battery_v,
+                    reference_v,
+                ))
+            })
+            .collect();
+        let mut left_n = self.lift_n.clone();
+        if let Some(base) = base {
+            let steady_n = self.duty.iter().zip(self.battery_v);
+            let steady_n = steady_n.map(|(&duty, &v)| base.steady_n(duty, v)).collect();
+            for (left_n, base_n) in left_n.iter_mut().zip(ready(steady_n)) {
+                *left_n -= base_n;
+            }
+        }
+        columns.push(left_n);
+        let width = columns.len() + 1;
+        let mut gram = DMatrix::zeros(width, width);
+        let mut row_of = vec![1.0; width];
+        for row in self.free_rows() {
+            for (value, column) in row_of.iter_mut().zip(&columns) {
+                *value = column[row];
+            }
+            for i in 0..width {
+                for j in 0..=i {
+                    gram[(i, j)] += row_of[i] * row_of[j];
+                }
+            }
+        }
+        for i in 0..width {
+            for j in 0..i {
+                gram[(j, i)] = gram[(i, j)];
+            }
+        }
+        gram
+    }
+}

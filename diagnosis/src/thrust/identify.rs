@@ -1,0 +1,372 @@
+//! The thrust map of a kind of drone, by least squares over its free flight: coefficients, lag, scatter, and how well they are known.
+//!
+//! Thrust is linear in the coefficients, and stays so through lag and low-pass; the lag itself is searched for. Rows of one flight are
+//! anything but independent, so standard errors are clustered by flight: with `X` the terms' values and `e` what is left,
+//!
+//! ```text
+//! cov = F/(F-1) · (XᵀX)⁻¹ ( Σ_flights Xᵀe eᵀX ) (XᵀX)⁻¹           F flights
+//! ```
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::forward::low_pass::LowPass;
+use crate::record::recording::Recording;
+use crate::thrust::free_flight::{self, FreeFlight, Trace};
+use crate::thrust::least_squares::{Solved, lag_standard_error_s};
+use crate::thrust::thrust_map::{CUBIC_FROM_ZERO, Term, ThrustMap, ThrustMapError};
+
+/// Step of the search for the lag (s). Chosen here: the square error is smooth in the lag on this scale, and the vertex of the
+/// parabola through the best three is taken.
+const LAG_STEP_S: f64 = 0.01;
+
+/// Half the step of the differences that the lag's standard error is worked out from (s). Chosen here: half that of the search.
+const HALF_STEP_S: f64 = 0.5 * LAG_STEP_S;
+
+/// Share of the duty cycles that is left outside the fitted range, half at each end. Chosen here: the few that lie beyond say nothing.
+const OUTSIDE_SHARE: f64 = 0.01;
+
+/// Rows below which nothing is identified, for each term. Chosen here.
+const ROWS_PER_TERM: usize = 20;
+
+/// How a thrust map is identified.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// What is fitted.
+    pub terms: Vec<Term>,
+    /// What the fitted terms are added to: a published map, when only an offset is to be found.
+    pub base: Option<ThrustMap>,
+    /// Voltage (V) that the battery is divided by; that of `base` where there is one.
+    pub battery_reference_v: f64,
+    /// The rotors' lag.
+    pub lag: Lag,
+    /// Applied to specific force and thrust alike, so that what is left is what the low-pass leaves of the difference.
+    pub low_pass: LowPass,
+    /// Which rows count.
+    pub free: FreeFlight,
+}
+
+/// How the lag of a thrust map is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lag {
+    /// It is known (s).
+    Fixed(f64),
+    /// The one that leaves least, between 0 and this (s).
+    UpTo(f64),
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            terms: CUBIC_FROM_ZERO.to_vec(),
+            base: None,
+            battery_reference_v: 4.2, // a full lithium-polymer cell
+            lag: Lag::UpTo(0.15),
+            low_pass: LowPass { cutoff_hz: 5.0 },
+            free: FreeFlight::default(),
+        }
+    }
+}
+
+/// A thrust map, and what is known about it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Identification {
+    /// The map.
+    pub map: ThrustMap,
+    /// Standard errors of the fitted terms (N), clustered by flight, in the order of [`Options::terms`]; none with one flight.
+    pub standard_errors_n: Option<Vec<f64>>,
+    /// Standard error of the lag (s), clustered by flight; none where the lag was given or lies at an end of its search.
+    pub lag_standard_error_s: Option<f64>,
+    /// Root mean square of what is left (N).
+    pub scatter_n: f64,
+    /// Thrust (N) that the map gives at zero duty.
+    pub offset_n: f64,
+    /// Relative change of thrust per volt (1/V) at the median duty cycle and voltage.
+    pub battery_per_v: f64,
+    /// Least and largest battery voltage (V) met.
+    pub battery_range_v: [f64; 2],
+    /// Rows fitted.
+    pub rows: usize,
+    /// Of these, rows with a motor outside the range of the map.
+    pub rows_outside: usize,
+    /// Flights that they come from.
+    pub flights: usize,
+    /// What is left in each flight.
+    pub left_by_flight: Vec<FlightRest>,
+}
+
+/// What a thrust map leaves of one vehicle's free flight.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FlightRest {
+    /// Index of the recording.
+    pub recording: usize,
+    /// Index of the vehicle in it.
+    pub vehicle: usize,
+    /// Free rows.
+    pub rows: usize,
+    /// Mean force (N) that is left, up positive.
+    pub mean_n: f64,
+    /// Root mean square (N) about that mean.
+    pub scatter_n: f64,
+}
+
+/// Why no thrust map could be identified.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum IdentifyError {
+    /// Too little free flight.
+    #[error(
+        "{rows} rows with nobody above and away from the floor; {needed} are needed to identify {terms} terms"
+    )]
+    TooFewRows {
+        /// What there is.
+        rows: usize,
+        /// What there should be.
+        needed: usize,
+        /// Terms to be fitted.
+        terms: usize,
+    },
+    /// Terms that these rows cannot tell apart.
+    #[error(
+        "the rows do not tell the {0} terms of the thrust map apart; fit fewer, or fly more varied"
+    )]
+    Degenerate(usize),
+    /// The fitted numbers make no map.
+    #[error(transparent)]
+    Map(#[from] ThrustMapError),
+}
+
+/// Identifies one thrust map for the given vehicles, each `(recording, vehicle)` by index. Those that lack specific force, duty cycle or
+/// battery voltage are passed over; they have no rows in the result.
+///
+/// # Errors
+/// Too few rows, terms that cannot be told apart, or numbers that make no map.
+pub fn identify(
+    recordings: &[Recording],
+    vehicles: &[(usize, usize)],
+    options: &Options,
+) -> Result<Identification, IdentifyError> {
+    let traces: Vec<Trace> = vehicles
+        .par_iter()
+        .filter_map(|&(recording, vehicle)| {
+            let around =
+                free_flight::around(recordings.get(recording)?, vehicle, &options.free, 0.0);
+            Trace::new(recordings, (recording, vehicle), around, options.low_pass)
+        })
+        .collect();
+    let traces: Vec<&Trace> = traces.iter().collect();
+    Bench::new(traces, options).fit(|_| true)
+}
+
+/// Free flights with the sums that fits need, at every lag of the search: many fits over different flights cost little more than one.
+pub(crate) struct Bench<'a> {
+    traces: Vec<&'a Trace<'a>>,
+    options: &'a Options,
+    lags_s: Vec<f64>,
+    /// By lag, then by trace.
+    grams: Vec<Vec<DMatrix<f64>>>,
+}
+
+impl<'a> Bench<'a> {
+    pub(crate) fn new(traces: Vec<&'a Trace<'a>>, options: &'a Options) -> Bench<'a> {
+        let lags_s: Vec<f64> = match options.lag {
+            Lag::Fixed(lag_s) => vec![lag_s],
+            Lag::UpTo(most_s) => {
+                let steps = (most_s / LAG_STEP_S).round().max(2.0) as u32;
+                (0..=steps).map(|i| f64::from(i) * LAG_STEP_S).collect()
+            }
+        };
+        let mut bench = Bench {
+            traces,
+            options,
+            lags_s,
+            grams: Vec::new(),
+        };
+        let all: Vec<usize> = (0..bench.traces.len()).collect();
+        bench.grams = bench
+            .lags_s
+            .iter()
+            .map(|&lag_s| bench.grams_at(lag_s, &all))
+            .collect();
+        bench
+    }
+
+    fn reference_v(&self) -> f64 {
+        let base = self.options.base.as_ref();
+        base.map_or(
+            self.options.battery_reference_v,
+            ThrustMap::battery_reference_v,
+        )
+    }
+
+    fn grams_at(&self, lag_s: f64, members: &[usize]) -> Vec<DMatrix<f64>> {
+        let options = self.options;
+        let gram = |&member: &usize| {
+            let base = options.base.as_ref();
+            self.traces[member].gram(
+                &options.terms,
+                base,
+                self.reference_v(),
+                lag_s,
+                options.low_pass,
+            )
+        };
+        members.par_iter().map(gram).collect()
+    }
+
+    /// The map of the flights whose recording is to be used.
+    pub(crate) fn fit(
+        &self,
+        used: impl Fn(usize) -> bool,
+    ) -> Result<Identification, IdentifyError> {
+        let members: Vec<usize> = (0..self.traces.len())
+            .filter(|&member| used(self.traces[member].recording))
+            .collect();
+        let terms = self.options.terms.len();
+        let pick = |lag: usize| -> Vec<&DMatrix<f64>> {
+            members
+                .iter()
+                .map(|&member| &self.grams[lag][member])
+                .collect()
+        };
+        let rows: usize = members
+            .iter()
+            .map(|&member| self.traces[member].free_rows().count())
+            .sum();
+        let needed = ROWS_PER_TERM * terms.max(1);
+        if rows < needed {
+            return Err(IdentifyError::TooFewRows {
+                rows,
+                needed,
+                terms,
+            });
+        }
+        let degenerate = || IdentifyError::Degenerate(terms);
+        let square_n2 = |lag| Some(Solved::new(&pick(lag), terms)?.square_n2);
+        let squares: Option<Vec<f64>> = (0..self.lags_s.len()).map(square_n2).collect();
+        let squares = squares.ok_or_else(degenerate)?;
+        let best = (0..squares.len()).fold(0, |best, lag| match squares[lag] < squares[best] {
+            true => lag,
+            false => best,
+        });
+        let inside = best > 0 && best + 1 < squares.len();
+        let lag_s = match inside {
+            true => self.lags_s[best] + LAG_STEP_S * vertex(&squares[best - 1..=best + 1]),
+            false => self.lags_s[best],
+        };
+        let grams_n2 = self.grams_at(lag_s, &members);
+        let grams: Vec<&DMatrix<f64>> = grams_n2.iter().collect();
+        let solved = Solved::new(&grams, terms).ok_or_else(degenerate)?;
+        let lag_standard_error_s = match inside {
+            true => {
+                let [before, after] = [-HALF_STEP_S, HALF_STEP_S]
+                    .map(|shift_s| self.grams_at(lag_s + shift_s, &members));
+                let [before, after] =
+                    [&before, &after].map(|grams| grams.iter().collect::<Vec<_>>());
+                let flights = self.clusters(&members);
+                lag_standard_error_s(&solved, &before, &after, &flights, HALF_STEP_S)
+            }
+            false => None,
+        };
+        self.report(&members, &grams, &solved, lag_s, lag_standard_error_s)
+    }
+
+    /// Which flight each member belongs to: recordings in order, counted from 0.
+    fn clusters(&self, members: &[usize]) -> Vec<usize> {
+        let mut recordings: Vec<usize> =
+            members.iter().map(|&m| self.traces[m].recording).collect();
+        recordings.sort_unstable();
+        recordings.dedup();
+        let place = |&m: &usize| recordings.partition_point(|&r| r < self.traces[m].recording);
+        members.iter().map(place).collect()
+    }
+
+    fn report(
+        &self,
+        members: &[usize],
+        grams: &[&DMatrix<f64>],
+        solved: &Solved,
+        lag_s: f64,
+        lag_standard_error_s: Option<f64>,
+    ) -> Result<Identification, IdentifyError> {
+        let mut duties: Vec<f64> = Vec::new();
+        let mut batteries_v: Vec<f64> = Vec::new();
+        for &member in members {
+            for (duty, battery_v) in self.traces[member].free_duty() {
+                duties.extend(duty);
+                batteries_v.push(battery_v);
+            }
+        }
+        duties.sort_unstable_by(f64::total_cmp);
+        batteries_v.sort_unstable_by(f64::total_cmp);
+        let fitted = [0.5 * OUTSIDE_SHARE, 1.0 - 0.5 * OUTSIDE_SHARE].map(|p| quantile(&duties, p));
+        let base = self.options.base.as_ref();
+        let map = self.map(solved, lag_s, base.map_or(fitted, ThrustMap::duty_range))?;
+        let free = members
+            .iter()
+            .flat_map(|&member| self.traces[member].free_duty());
+        let flights = self.clusters(members);
+        let rest = |(&member, gram): (&usize, &&DMatrix<f64>)| {
+            let trace = self.traces[member];
+            let [rows, sum_n, square_n2] = solved.rest(gram);
+            let mean_n = if rows > 0.0 { sum_n / rows } else { 0.0 };
+            FlightRest {
+                recording: trace.recording,
+                vehicle: trace.vehicle,
+                rows: rows as usize,
+                mean_n,
+                scatter_n: (square_n2 / rows.max(1.0) - mean_n * mean_n)
+                    .max(0.0)
+                    .sqrt(),
+            }
+        };
+        Ok(Identification {
+            standard_errors_n: solved.standard_errors(grams, &flights),
+            lag_standard_error_s,
+            scatter_n: (solved.square_n2 / batteries_v.len() as f64).sqrt(),
+            offset_n: map.offset_n(),
+            battery_per_v: map
+                .battery_sensitivity_per_v(quantile(&duties, 0.5), quantile(&batteries_v, 0.5)),
+            battery_range_v: [quantile(&batteries_v, 0.0), quantile(&batteries_v, 1.0)],
+            rows: batteries_v.len(),
+            rows_outside: free.filter(|&(duty, _)| !map.covers(duty)).count(),
+            flights: flights.iter().max().map_or(0, |last| last + 1),
+            left_by_flight: members.iter().zip(grams).map(rest).collect(),
+            map,
+        })
+    }
+
+    /// The base with the fitted terms added.
+    fn map(
+        &self,
+        solved: &Solved,
+        lag_s: f64,
+        range: [f64; 2],
+    ) -> Result<ThrustMap, ThrustMapError> {
+        let mut terms: Vec<(Term, f64)> = Vec::new();
+        terms.extend(self.options.base.iter().flat_map(ThrustMap::terms));
+        for (&term, &newtons) in self.options.terms.iter().zip(solved.newtons.iter()) {
+            match terms.iter_mut().find(|(known, _)| *known == term) {
+                Some((_, sum_n)) => *sum_n += newtons,
+                None => terms.push((term, newtons)),
+            }
+        }
+        let (terms, newtons) = terms.into_iter().unzip();
+        ThrustMap::new(terms, newtons, self.reference_v(), lag_s, range)
+    }
+}
+
+/// Where a parabola through three equally spaced values is least, in steps from the middle one.
+fn vertex(values: &[f64]) -> f64 {
+    let (fall, rise) = (values[0] - values[1], values[2] - values[1]);
+    0.5 * (fall - rise) / (fall + rise)
+}
+
+/// Value below which a share of sorted values lies; the nearest of them.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let last = sorted.len().saturating_sub(1);
+    sorted
+        .get((share * last as f64).round() as usize)
+        .copied()
+        .unwrap_or(f64::NAN)
+}
