@@ -15,8 +15,8 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use planner::instances::Floor;
 use planner::{Control, plan_world, scenario};
+use tools::instances::Floor;
 
 const FLEETS: [usize; 5] = [10, 50, 100, 200, 500];
 const SEED: u64 = 1;

@@ -3,8 +3,8 @@
 //!
 //! The hall of `plan generate hall`, 64 x 64 x 8 m, seed 1, five seconds after its beginning: three drones
 //! late by 1.3 to 1.9 s, three sent elsewhere, two taken out, two that come. `take over` is
-//! [`planner::rolling::Running::new`], once for each plan; `ten changes` is one
-//! [`planner::rolling::Running::replan`], the verification included; `without the check` the same up to the
+//! [`planner::replan::rolling::Running::new`], once for each plan; `ten changes` is one
+//! [`planner::replan::rolling::Running::replan`], the verification included; `without the check` the same up to the
 //! verification.
 //!
 //! `cargo bench --bench rolling`; takes about a minute. On two shared virtual cores of an AMD EPYC, rustc 1.95: 0.11 s, 0.15 s and
@@ -20,17 +20,17 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use planner::outcome::Progress;
 use planner::plan::Plan;
-use planner::rolling::{Change, Running};
-use planner::world::{Drone, Task, World};
-use planner::{Control, Outcome, instances, plan_world, scenario};
+use planner::plan::outcome::Progress;
+use planner::replan::rolling::{Change, Running};
+use planner::scenario::world::{Drone, Task, World};
+use planner::{Control, Outcome, plan_world, scenario};
 
 const DRONES: usize = 500;
 const AT_S: f64 = 5.0;
 
 fn planned() -> (World, Plan) {
-    let text = instances::hall(DRONES, 1).expect("the hall has room");
+    let text = tools::instances::hall(DRONES, 1).expect("the hall has room");
     let read = scenario::read_world(&text, &|file| Err(format!("there is no {file}")));
     let world = read.expect("in order");
     match plan_world(&world, &Control::QUIET) {

@@ -22,12 +22,12 @@ use std::hint::black_box;
 use costmap::costmap::Costmap;
 use costmap::leg::DroneId;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use planner::crowd::{Crowd, Steps};
-use planner::outcome::Effort;
-use planner::prepare::{Job, empty_costmap, prepare};
-use planner::priority::plan_fleet;
-use planner::search::{Found, IMMOVABLE, Scene, search};
-use planner::{Control, instances, scenario};
+use planner::plan::outcome::Effort;
+use planner::sipp::conflicts::{Crowd, Steps};
+use planner::sipp::search::{Found, IMMOVABLE, Scene, search};
+use planner::solver::prepare::{Job, empty_costmap, prepare};
+use planner::solver::priority::plan_fleet;
+use planner::{Control, scenario};
 
 const PLANNED: usize = 100;
 
@@ -39,7 +39,7 @@ struct Bench {
 }
 
 fn bench() -> Bench {
-    let text = instances::hall(PLANNED + 1, 1).expect("the hall has room");
+    let text = tools::instances::hall(PLANNED + 1, 1).expect("the hall has room");
     let world =
         scenario::read_world(&text, &|file| Err(format!("there is no {file}"))).expect("in order");
     let job = prepare(&world);

@@ -6,7 +6,7 @@ use planner::plan::{
     AirModel, AirframeEntry, AtEnd, AtStart, Corners, DronePlan, FORMAT, Fleet, IgnoringDownwash,
     JetEntry, ObstacleEntry, Plan, ShapeEntry, Status, TrajectoryEntry, Unplanned, ZoneEntry,
 };
-use planner::world::{self, Bounds, Drone, Planning, Task, Vehicle, World};
+use planner::scenario::world::{self, Bounds, Drone, Planning, Task, Vehicle, World};
 
 /// Four drones, two shelves, a column and a desk.
 pub(crate) fn warehouse() -> Plan {

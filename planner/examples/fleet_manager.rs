@@ -9,10 +9,10 @@
 use std::process::ExitCode;
 
 use nalgebra::Point3;
-use planner::outcome::{Control, Outcome};
+use planner::plan::outcome::{Control, Outcome};
 use planner::plan::{Plan, Status};
 use planner::scenario::read_world;
-use planner::world::{AtStart, Task, World};
+use planner::scenario::world::{AtStart, Task, World};
 
 /// Two scouts count stock on their sides of a rack while a heavy drone crosses the hall above them.
 const SHIFT: &str = r#"Scenario(

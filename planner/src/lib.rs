@@ -2,7 +2,7 @@
 //! search, and the plan as plain data ([`plan`](mod@plan)) that [`verify`](mod@verify) judges.
 //!
 //! ```
-//! use planner::outcome::{Control, Outcome};
+//! use planner::plan::outcome::{Control, Outcome};
 //!
 //! let text = r#"Scenario(
 //!     name: "hand-over",
@@ -27,35 +27,13 @@
 //! }
 //! ```
 
-pub mod assemble;
-pub mod crowd;
-pub mod density;
-pub mod distances;
-pub mod endpoints;
-pub mod errand;
-pub mod instances;
-pub mod lattice;
-pub mod outcome;
-pub mod placement;
+pub mod graph;
 pub mod plan;
-pub mod prepare;
-pub mod priority;
-pub mod reason;
-pub mod region;
-pub mod roadmap;
-pub mod rolling;
+pub mod replan;
 pub mod scenario;
-pub mod search;
-pub mod solid;
-pub mod trajectory;
+pub mod sipp;
+pub mod solver;
 pub mod verify;
-pub mod well_formed;
-pub mod world;
 
-mod fleet;
-mod lockstep;
-mod sheet;
-mod stay_price;
-
-pub use fleet::{contrast, plan_world};
-pub use outcome::{Control, Outcome};
+pub use plan::outcome::{Control, Outcome};
+pub use solver::fleet::{contrast, plan_world};

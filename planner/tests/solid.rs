@@ -5,8 +5,8 @@
 )]
 
 use nalgebra::Point3;
-use planner::solid::Solids;
-use planner::world::{Bounds, Obstacle, Solid};
+use planner::scenario::solid::Solids;
+use planner::scenario::world::{Bounds, Obstacle, Solid};
 use proptest::prelude::*;
 
 fn block(min: [f64; 3], max: [f64; 3]) -> Obstacle {

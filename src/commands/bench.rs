@@ -11,8 +11,8 @@ use std::num::NonZeroUsize;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use planner::instances::Floor;
 use serde::Serialize;
+use tools::instances::Floor;
 
 use crate::commands::plan::seconds;
 use crate::io::failure::{Failure, answer};

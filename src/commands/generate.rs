@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
 use diagnosis::made_up::{HoverGrid, texts};
-use planner::instances::{self, Floor};
+use tools::instances::{self, Floor};
 
 use crate::Answer;
 use crate::io::failure::{Failure, answer};

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
-use planner::outcome::{Control, Effort, Outcome, WellFormed};
+use planner::plan::outcome::{Control, Effort, Outcome, WellFormed};
 use planner::plan::{IgnoringDownwash, Plan, Status};
-use planner::world::World;
+use planner::scenario::world::World;
 use serde::Serialize;
 
 use crate::io::failure::{Failure, answer, tell, tell_error};

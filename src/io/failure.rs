@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use diagnosis::calibrate::CalibrateError;
 use diagnosis::campaign::CampaignError;
 use diagnosis::infer::diagnose::DiagnoseError;
-use planner::instances::InstanceError;
 use thiserror::Error;
+use tools::instances::InstanceError;
 
 /// What keeps a command from answering.
 #[derive(Debug, Error)]

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, Once};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use planner::outcome::Progress;
+use planner::plan::outcome::Progress;
 
 use crate::io::failure::tell;
 

@@ -1,8 +1,8 @@
 //! Endpoints that exclude one another, in words: what is wrong, by how much, and the smallest way out.
 
 use nalgebra::Point3;
-use planner::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion};
-use planner::world::{Drone, World};
+use planner::plan::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion};
+use planner::scenario::world::{Drone, World};
 use serde::Serialize;
 
 use crate::io::failure::tell_error;

@@ -1,7 +1,7 @@
 //! The answer as a table: who arrives when, what the others cost it, and what ignoring downwash
 //! would have meant.
 
-use planner::outcome::WellFormed;
+use planner::plan::outcome::WellFormed;
 use planner::plan::{DronePlan, IgnoringDownwash, Plan};
 
 use crate::io::watch::Durations;

@@ -1,7 +1,7 @@
 //! Endpoints that make drones wait for one another, in words.
 
-use planner::outcome::{Offence, OffenceKind, WellFormed};
 use planner::plan::Plan;
+use planner::plan::outcome::{Offence, OffenceKind, WellFormed};
 use serde::Serialize;
 
 use crate::report::words::count;

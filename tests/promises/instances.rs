@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use assert_cmd::Command;
-use planner::instances::{Floor, InstanceError};
+use tools::instances::{Floor, InstanceError};
 
-fn world(floor: Floor, drones: usize, seed: u64) -> planner::world::World {
+fn world(floor: Floor, drones: usize, seed: u64) -> planner::scenario::world::World {
     let text = floor.scenario(drones, seed).unwrap();
     planner::scenario::read_world(&text, &|file| Err(format!("there is no {file}"))).unwrap()
 }
@@ -21,7 +21,7 @@ fn nobody_starts_or_ends_in_the_air_of_another_however_many_they_are() {
         (Floor::Field, 5000),
         (Floor::MixedHall, 500),
     ] {
-        let found = planner::endpoints::check(&world(floor, drones, 1));
+        let found = planner::solver::endpoints::check(&world(floor, drones, 1));
         assert!(found.is_empty(), "{floor:?} {drones}: {:?}", found[0]);
     }
 }
@@ -42,7 +42,7 @@ fn a_mixed_hall_filled_to_the_last_column_still_has_endpoints_in_order() {
                 .into_iter()
                 .all(|drone| drone.vehicle.airframe.name() == "matrice-300")
         );
-        let found = planner::endpoints::check(&world);
+        let found = planner::solver::endpoints::check(&world);
         assert!(found.is_empty(), "seed {seed}: {:?}", found[0]);
     }
 }
@@ -89,7 +89,9 @@ fn cell(place_m: &nalgebra::Point3<f64>) -> [usize; 3] {
 /// Starts and goals of the scenario itself.
 fn flights() -> Vec<([usize; 3], [usize; 3])> {
     let world = world(Floor::Warehouse, 40, 3);
-    let ends = |drone: &planner::world::Drone| (cell(&drone.start_m), cell(&drone.tasks[0].to_m));
+    let ends = |drone: &planner::scenario::world::Drone| {
+        (cell(&drone.start_m), cell(&drone.tasks[0].to_m))
+    };
     world.drones.iter().map(ends).collect()
 }
 

@@ -13,7 +13,7 @@ mod worlds;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use planner::plan::Plan;
-use planner::world::World;
+use planner::scenario::world::World;
 use planner::{Control, Outcome, plan_world};
 
 /// Plans and expects a plan, patiently: it may take seconds of searching, not minutes.
@@ -34,7 +34,7 @@ fn planned(world: &World) -> Plan {
 /// The drones of a hall moved to a smaller floor, each in a column of its own at the start and in the end: every so many columns, the goals
 /// so many on. The first number has no factor in common with the side.
 fn packed(drones: usize, seed: u64, side: usize, [every, goals_on]: [usize; 2]) -> World {
-    let text = planner::instances::hall(drones, seed).unwrap();
+    let text = tools::instances::hall(drones, seed).unwrap();
     let mut world = planner::scenario::read_world(&text, &|file| Err(file.to_owned())).unwrap();
     let place = |index: usize, on: usize| {
         let column = (index * every + on) % (side * side);

@@ -1,7 +1,7 @@
 //! Scenarios are read as the format says, and a bad one is told so at every place, all at once.
 
+use planner::scenario::world::{AtEnd, AtStart, Solid, World};
 use planner::scenario::{Problem, parse, read_world, schema};
-use planner::world::{AtEnd, AtStart, Solid, World};
 use proptest::prelude::*;
 
 #[path = "../../src/io/problems.rs"]

@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use planner::outcome::{Control, Outcome};
+use planner::plan::outcome::{Control, Outcome};
 use planner::plan::{DronePlan, Plan, Status, ViolationKind};
+use planner::scenario::world::{AtEnd, AtStart, World};
 use planner::verify::verify;
-use planner::world::{AtEnd, AtStart, World};
 
 /// The verifier's arithmetic and the file's agree far below the digits that anybody reads.
 const SAME: f64 = 1e-9;

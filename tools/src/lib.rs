@@ -1,1 +1,3 @@
 //! Synthetic scenarios and benchmark tables; the command alone uses them.
+
+pub mod instances;

@@ -11,7 +11,7 @@ use super::limits::Limits;
 use super::problem::{Cited, Problem};
 use super::source::root;
 use super::written::Written;
-use crate::world::World;
+use crate::scenario::world::World;
 
 /// Where a scenario cites a finding, or that the command line does.
 #[derive(Clone, Debug)]

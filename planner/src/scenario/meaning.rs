@@ -15,9 +15,11 @@ use super::mesh::mesh;
 use super::misplacement::misplacement;
 use super::problem::{Problem, did_you_mean, nearest};
 use super::written::{self, Written};
-use crate::placement::misplaced;
-use crate::solid::Solids;
-use crate::world::{Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone};
+use crate::scenario::placement::misplaced;
+use crate::scenario::solid::Solids;
+use crate::scenario::world::{
+    Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone,
+};
 
 /// How a scenario's files are had: text by the path that the scenario gives, or why not.
 pub type Files<'a> = dyn Fn(&str) -> Result<String, String> + 'a;

@@ -2,8 +2,8 @@
 
 use super::problem::Problem;
 use super::written;
-use crate::placement::{Misfit, Misplaced, Spot};
-use crate::world::World;
+use crate::scenario::placement::{Misfit, Misplaced, Spot};
+use crate::scenario::world::World;
 
 pub(super) fn misplacement(world: &World, source: &written::Drone, found: &Misplaced) -> Problem {
     let name = &source.name;

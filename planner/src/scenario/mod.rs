@@ -14,6 +14,10 @@
 //! assert_eq!(world.drones[1].air_limit, 0.3); // a default; `schema()` lists them all
 //! ```
 
+pub mod placement;
+pub mod solid;
+pub mod world;
+
 mod airframes;
 mod fields;
 mod finding_file;
@@ -34,7 +38,7 @@ pub use meaning::Files;
 pub use problem::{Cited, Problem};
 pub use schema::schema;
 
-use crate::world::World;
+use crate::scenario::world::World;
 
 /// A scenario whose text is in order: every key known, every number in range, every name unique.
 /// Its airframes, files and places have still to be looked up: [`Scenario::into_world`].

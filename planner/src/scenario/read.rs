@@ -16,7 +16,7 @@ use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
 use super::source::{Value, line, root};
 use super::written::{self, Air, At, Bounds, Drone, Planning, Task, Written};
-use crate::world::{AtEnd, AtStart};
+use crate::scenario::world::{AtEnd, AtStart};
 
 /// What could be read, and what was wrong.
 ///

@@ -15,7 +15,7 @@ use super::limits::{
     MAX_SPEED_MPS, MOTOR_DISTANCE_M, PRESSURE_PA, PROPELLER_DIAMETER_M, SIZE_M, TEMPERATURE_C,
     WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS,
 };
-use crate::world::{AtEnd, AtStart};
+use crate::scenario::world::{AtEnd, AtStart};
 
 /// Highest speed of an airframe that states none (m/s). Chosen here: indoor flights among racks are flown at
 /// walking pace.

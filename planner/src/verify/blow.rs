@@ -12,7 +12,7 @@ use super::late::Late;
 use super::wake_bound::BoundedWake;
 use super::wake_end::Stops;
 use super::zone::Peak;
-use crate::trajectory::Motion;
+use crate::plan::trajectory::Motion;
 
 type Places = (Vector3<f64>, Vector3<f64>);
 

@@ -7,8 +7,8 @@ use super::Found;
 use super::clock::{SHORTEST_S, join};
 use super::flight::{Flight, Scene};
 use super::window::{Emission, Window};
+use crate::plan::trajectory::SAME_PLACE_M;
 use crate::plan::{Violation, ViolationKind};
-use crate::trajectory::SAME_PLACE_M;
 
 /// Spans in one emitter's column, and the moment nearest to its axis: window, time, distance.
 #[derive(Default)]

@@ -11,8 +11,8 @@ use super::hangar::{Hangar, air};
 use super::solid::{RawShape, Solid};
 use super::wake_bound::BoundedWake;
 use super::wake_end::Stops;
+use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
 use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, Plan, ShapeEntry, Violation, ViolationKind};
-use crate::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
 
 /// Those who stay are judged at rest for this long after the last time (s); any length would do.
 const REST_S: f64 = 1.0;

@@ -8,8 +8,8 @@ use nalgebra::Vector3;
 use super::solid::Solid;
 use super::wake_bound::BoundedWake;
 use super::wake_end::Stops;
+use crate::plan::trajectory::Trajectory;
 use crate::plan::{Corners, ZoneEntry};
-use crate::trajectory::Trajectory;
 
 /// All that the checks need, read once.
 pub(super) struct Scene<'a> {

@@ -17,7 +17,7 @@ use nalgebra::{Point3, Vector3};
 use super::flight::{Flight, Scene};
 use super::wake_bound::BoundedWake;
 use super::wake_end::Stops;
-use crate::trajectory::Piece;
+use crate::plan::trajectory::Piece;
 
 /// Spans of leaving no longer than this are not divided (s), chosen here: 0.2 mm of way at 2 m/s.
 const SHORTEST_S: f64 = 1e-4;

@@ -4,8 +4,8 @@ use nalgebra::{Point3, Vector3};
 
 use super::Found;
 use super::flight::{Flight, Scene};
+use crate::plan::trajectory::SAME_PLACE_M;
 use crate::plan::{Violation, ViolationKind};
-use crate::trajectory::SAME_PLACE_M;
 
 pub(super) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
     let mut found = Vec::new();

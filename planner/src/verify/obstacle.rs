@@ -8,8 +8,8 @@ use super::Found;
 use super::clock::join;
 use super::flight::{Flight, Scene};
 use super::solid::Solid;
+use crate::plan::trajectory::Motion;
 use crate::plan::{Violation, ViolationKind};
-use crate::trajectory::Motion;
 
 /// How deep two bodies may sink into one another before it counts (m), chosen here: the files carry
 /// rounded numbers.

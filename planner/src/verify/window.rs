@@ -8,7 +8,7 @@ use super::flight::{Flight, Scene};
 use super::late::Late;
 use super::nearby::Near;
 use super::wake_bound::BoundedWake;
-use crate::trajectory::Motion;
+use crate::plan::trajectory::Motion;
 
 /// A wake that the receiver may feel.
 pub(super) struct Emission<'a> {
@@ -72,7 +72,7 @@ pub(super) fn windows<'a>(
     }
     cuts_s.retain(|&t_s| t_s >= up_s && t_s <= down_s);
     cuts_s.sort_by(f64::total_cmp);
-    cuts_s.dedup_by(|b, a| *b - *a <= crate::trajectory::SAME_TIME_S);
+    cuts_s.dedup_by(|b, a| *b - *a <= crate::plan::trajectory::SAME_TIME_S);
     let mut by_start: Vec<&Near> = near.iter().collect();
     by_start.sort_by(|a, b| a.from_s.total_cmp(&b.from_s).then(a.other.cmp(&b.other)));
 

@@ -15,8 +15,8 @@ use super::clock::join;
 use super::flight::Scene;
 use super::late::Late;
 use super::{FAINTEST_WAKE_MPS, Found};
+use crate::plan::trajectory::Motion;
 use crate::plan::{Violation, ViolationKind, ZoneEntry};
-use crate::trajectory::Motion;
 
 /// A zone is violated above this part of its limit, chosen here.
 const VIOLATED: f64 = 1.005;

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use planner::outcome::{Control, Effort, Outcome, Progress};
+use planner::plan::outcome::{Control, Effort, Outcome, Progress};
 use planner::plan::{Plan, Status};
 use serde::{Deserialize, Serialize};
 

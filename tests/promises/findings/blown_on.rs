@@ -6,7 +6,7 @@ use airflow::effects::{
 use airflow::{Airframe, Jet, Wake};
 use nalgebra::Point3;
 use planner::plan::{DronePlan, Plan};
-use planner::world::World;
+use planner::scenario::world::World;
 
 use super::corrected_air::{hall_at, is_safe, planned};
 use super::{tilt, wind};

@@ -5,10 +5,10 @@ use airflow::effects::{
 };
 use airflow::{Airframe, Jet, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::Point3;
-use planner::outcome::{Control, Outcome};
+use planner::plan::outcome::{Control, Outcome};
 use planner::plan::{Plan, Status, ViolationKind};
+use planner::scenario::world::World;
 use planner::verify::verify;
-use planner::world::World;
 
 use super::{heavier, tilt, wind};
 use crate::verifier::plans::{drone, kinds, plan, with_zone};

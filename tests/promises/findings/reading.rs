@@ -1,8 +1,8 @@
 //! The file of a finding: cited or given, with every error at its place in it.
 
 use airflow::effects::Effects;
+use planner::scenario::world::World;
 use planner::scenario::{Problem, read_world, read_world_flying};
-use planner::world::World;
 
 use super::wind;
 

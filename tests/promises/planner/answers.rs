@@ -1,12 +1,12 @@
 //! Worlds made for one answer each: blocked, left out and why, and drones that give way.
 
-use planner::outcome::EndpointKind;
 use planner::plan::Status;
+use planner::plan::outcome::EndpointKind;
 use planner::{Control, Outcome, plan_world};
 
 use super::worlds::{block, drone, room, task};
 use super::{assert_sound, planned};
-use planner::world::World;
+use planner::scenario::world::World;
 
 #[test]
 fn starts_that_exclude_each_other_are_named_before_any_search() {
@@ -143,7 +143,7 @@ fn a_gap_too_narrow_for_the_body_is_named_with_the_way_out() {
 
 #[test]
 fn a_drone_without_tasks_stays_and_one_that_leaves_at_once_is_gone() {
-    use planner::world::{AtEnd, AtStart};
+    use planner::scenario::world::{AtEnd, AtStart};
     for (at_start, at_end) in [
         (AtStart::Hover, AtEnd::Hover),
         (AtStart::Hover, AtEnd::Land),

@@ -1,8 +1,8 @@
 //! A floor so full that nobody has a way past all others: everybody gets home all the same.
 
-use planner::outcome::Effort;
 use planner::plan::Plan;
-use planner::world::World;
+use planner::plan::outcome::Effort;
+use planner::scenario::world::World;
 use planner::{Control, Outcome, plan_world};
 
 use super::duties;

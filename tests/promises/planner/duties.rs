@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 use planner::plan::{self, DronePlan, Plan, Status, TrajectoryEntry};
-use planner::world::{AtEnd, AtStart, Drone, World};
+use planner::scenario::world::{AtEnd, AtStart, Drone, World};
 
 /// Rounding of a place that is computed twice (m).
 const SAME_PLACE_M: f64 = 1e-6;
@@ -203,7 +203,7 @@ fn assert_ended(world: &World, drone: &Drone, done: &DronePlan, last_m: Point3<f
 }
 
 fn height_above_support_m(world: &World, at_m: Point3<f64>) -> f64 {
-    use planner::world::Solid;
+    use planner::scenario::world::Solid;
     let tops = world
         .obstacles
         .iter()

@@ -2,9 +2,9 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use planner::outcome::Effort;
 use planner::plan::Plan;
-use planner::world::World;
+use planner::plan::outcome::Effort;
+use planner::scenario::world::World;
 use planner::{Control, Outcome, plan_world};
 
 use super::duties;

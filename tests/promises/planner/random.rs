@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-use planner::world::World;
+use planner::scenario::world::World;
 
 use super::worlds::any_world;
 use super::{assert_sound, planned};

@@ -6,7 +6,7 @@ use planner::{Control, Outcome, plan_world};
 
 use super::assert_sound;
 use super::worlds::{block, drone, room};
-use planner::world::World;
+use planner::scenario::world::World;
 
 /// Ten drones that cross each other's ways around a pillar.
 fn crossing() -> World {

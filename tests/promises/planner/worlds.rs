@@ -2,13 +2,13 @@
 
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
-use planner::endpoints;
-use planner::outcome::{Blocker, EndpointKind};
-use planner::placement::{Spot, landing_place_m, misplaced};
-use planner::solid::Solids;
-use planner::world::{
+use planner::plan::outcome::{Blocker, EndpointKind};
+use planner::scenario::placement::{Spot, landing_place_m, misplaced};
+use planner::scenario::solid::Solids;
+use planner::scenario::world::{
     AtEnd, AtStart, Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone,
 };
+use planner::solver::endpoints;
 use proptest::prelude::*;
 
 /// An empty room from the origin, cells of 1 m.

@@ -2,11 +2,11 @@
 
 use airflow::{Air, Airframe, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::Point3;
+use planner::plan::trajectory::{Tail, Trajectory};
 use planner::plan::{
     AirModel, AirframeEntry, AtEnd, AtStart, Corners, DronePlan, FORMAT, Fleet, JetEntry,
     ObstacleEntry, Plan, ShapeEntry, Status, TrajectoryEntry, ViolationKind, ZoneEntry,
 };
-use planner::trajectory::{Tail, Trajectory};
 
 /// A point (m) at a time (s).
 pub(crate) type Knot = (f64, [f64; 3]);

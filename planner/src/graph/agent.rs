@@ -1,0 +1,191 @@
+//! One drone's job on the roadmap: where it starts, what it passes, how it ends, and how long that
+//! takes with nobody else there.
+
+use std::sync::Arc;
+
+use costmap::leg::{DroneId, KindId, Leg, Tick};
+use costmap::verdict::{Blocker, Why};
+use nalgebra::Point3;
+
+use crate::graph::distances::{Distances, Mover, UNREACHABLE};
+use crate::graph::roadmap::{Roadmap, Vertex};
+
+/// One drone's job.
+#[derive(Clone, Debug)]
+pub struct Errand {
+    /// Who.
+    pub drone: DroneId,
+    /// Where it starts.
+    pub start: Vertex,
+    /// When: its legs begin then.
+    pub departs: Tick,
+    /// What it is flying until then, whatever is planned; empty where planning begins with it.
+    pub begun: Vec<Leg>,
+    /// It starts on the ground, without a wake.
+    pub grounded: bool,
+    /// Whose air it is in when it departs, and cannot but fly out of; see [`Errand::forgives`].
+    pub forgiven: Vec<DroneId>,
+    /// Its tasks in order.
+    pub stages: Vec<Stage>,
+    /// What flies towards each task, and after the last.
+    pub kinds: Vec<KindId>,
+    /// What it does after the last dwell.
+    pub ending: Ending,
+    /// Its speed, size and stops.
+    pub mover: Mover,
+    /// Highest mean air over its discs, over its induced velocity.
+    pub air_limit: f64,
+    /// Ticks to the end of its last dwell with nobody else there, its wake kept out of the zones;
+    /// [`UNREACHABLE`] if there is no way.
+    pub alone_ticks: u32,
+    /// Length of that way (m).
+    pub alone_m: f64,
+}
+
+/// A task on the roadmap.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// Ticks to it from anywhere.
+    pub distances: Arc<Distances>,
+    /// How long it hovers there.
+    pub dwell_ticks: u32,
+    /// From arriving there to the end of the last dwell, with nobody else there.
+    pub rest_ticks: u32,
+}
+
+/// What a drone does after its last dwell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ending {
+    /// Stays in the air for ever.
+    Hover,
+    /// Descends straight down and rests without a wake.
+    Land {
+        /// Where it comes to rest (m).
+        rest_m: Point3<f64>,
+        /// Duration of the descent.
+        ticks: u32,
+    },
+    /// Body and wake vanish.
+    Leave,
+}
+
+impl Ending {
+    /// What is flown after the last dwell, given how it would stay where that ended for ever.
+    pub fn legs(&self, stay: Leg) -> Vec<Leg> {
+        match *self {
+            Ending::Leave => Vec::new(),
+            Ending::Hover => vec![stay],
+            Ending::Land { rest_m, ticks } => {
+                let rest = Leg {
+                    from_m: rest_m,
+                    to_m: rest_m,
+                    flying: false,
+                    ..stay
+                };
+                if ticks == 0 || !stay.flying {
+                    return vec![rest];
+                }
+                let landed = stay.start.after(ticks);
+                let down = Leg {
+                    end: landed,
+                    to_m: rest_m,
+                    ..stay
+                };
+                let rest = Leg {
+                    start: landed,
+                    ..rest
+                };
+                vec![down, rest]
+            }
+        }
+    }
+}
+
+/// How long after it departs a drone may take to fly out of the air that it is in: chosen here, 2 s, two to
+/// four cells.
+pub const FORGIVEN_TICKS: u32 = 200;
+
+impl Errand {
+    /// Whether a leg from `departs` on may be in somebody's way because it was before: never body to body.
+    pub fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
+        blocker.why != Why::Bodies
+            && departs < self.departs.after(FORGIVEN_TICKS)
+            && self.forgiven.contains(&blocker.drone)
+    }
+
+    /// It has nothing to do but to stay where it is, in the air or on the ground.
+    pub fn stays(&self) -> bool {
+        self.stages.is_empty()
+            && match self.ending {
+                Ending::Hover => true,
+                Ending::Land { .. } => self.grounded,
+                Ending::Leave => false,
+            }
+    }
+
+    /// Where it is after its last dwell.
+    pub fn last_vertex(&self) -> Vertex {
+        self.stages
+            .last()
+            .map_or(self.start, |stage| stage.distances.goal())
+    }
+
+    /// Works out, from the last task backwards, how long the rest takes; unreachable tasks stay so.
+    pub fn chain(&mut self, roadmap: &Roadmap) {
+        let mut rest: u32 = 0;
+        for index in (0..self.stages.len()).rev() {
+            if let Some(next) = self.stages.get(index + 1) {
+                let from = self.stages[index].distances.goal();
+                rest = add(rest, next.distances.ticks(roadmap, from));
+            }
+            rest = add(rest, self.stages[index].dwell_ticks);
+            self.stages[index].rest_ticks = rest;
+        }
+    }
+
+    /// Ticks from a vertex, on the way to a stage, to the end of the last dwell; [`UNREACHABLE`] if there is no way.
+    pub fn remaining(&self, roadmap: &Roadmap, stage: usize, from: Vertex) -> u32 {
+        match self.stages.get(stage) {
+            Some(stage) => add(stage.distances.ticks(roadmap, from), stage.rest_ticks),
+            None => 0,
+        }
+    }
+
+    /// Works out how long its way is with nobody else there, in time and in metres.
+    pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
+        self.alone_ticks = self.alone(roadmap);
+        let starts = std::iter::once(self.start)
+            .chain(self.stages.iter().map(|stage| stage.distances.goal()));
+        let ways = starts.zip(&self.stages);
+        self.alone_m = ways
+            .map(|(from, stage)| stage.distances.length_m(roadmap, from))
+            .sum();
+        self.forget();
+    }
+
+    /// Whether distances from its start are known without a search.
+    pub(crate) fn is_straight(&self, roadmap: &Roadmap) -> bool {
+        let first = self.stages.first();
+        first.is_none_or(|stage| stage.distances.is_straight(roadmap, self.start))
+    }
+
+    /// Forgets the distances, which take more room than all else; they are worked out anew when they are asked for.
+    pub(crate) fn forget(&self) {
+        for stage in &self.stages {
+            stage.distances.forget();
+        }
+    }
+
+    /// Ticks from the start to the end of the last dwell with nobody else there.
+    pub fn alone(&self, roadmap: &Roadmap) -> u32 {
+        self.remaining(roadmap, 0, self.start)
+    }
+}
+
+fn add(a: u32, b: u32) -> u32 {
+    if a == UNREACHABLE || b == UNREACHABLE {
+        UNREACHABLE
+    } else {
+        a.saturating_add(b)
+    }
+}

@@ -1,0 +1,289 @@
+//! How long the rest of the way takes: the search's heuristic, exact on an empty roadmap.
+//!
+//! Between two lattice places with nothing in the box between them the answer is closed (diagonal
+//! steps first). Otherwise it comes from a Dijkstra search backwards from the goal that is led towards
+//! the place the drone comes from and stops as soon as it knows what is asked: "reverse resumable A*"
+//! (D. Silver, "Cooperative pathfinding", AIIDE 2005). Its queue is an array of buckets, one a tick
+//! (R. Dial, "Algorithm 360", Communications of the ACM 12, 1969): durations are small whole numbers.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use costmap::leg::Tick;
+
+use crate::graph::lattice::{AXES, Lattice};
+use crate::graph::roadmap::{Roadmap, Vertex, Way};
+
+mod backwards;
+mod buckets;
+mod floor;
+
+pub(crate) use backwards::Backwards;
+use backwards::Lead;
+pub(crate) use floor::Floor;
+
+/// What limits a drone on a roadmap.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mover {
+    speed_mps: f64,
+    radius_m: f64,
+    /// The stops it may use; others' are not for it.
+    stops: Vec<Vertex>,
+    /// Lengths of the lattice's steps along one, two and three axes (m), and their ticks.
+    steps: [(f32, u32); 3],
+}
+
+impl Mover {
+    /// A ball of `radius_m` at `speed_mps` that may use these stops beyond the lattice.
+    pub fn new(lattice: &Lattice, speed_mps: f64, radius_m: f64, stops: Vec<Vertex>) -> Mover {
+        let mut mover = Mover {
+            speed_mps,
+            radius_m,
+            stops,
+            steps: [(0.0, 0); 3],
+        };
+        mover.steps = lattice
+            .step_lengths_m()
+            .map(|length_m| (length_m, mover.duration(f64::from(length_m))));
+        mover
+    }
+
+    /// The stops beyond the lattice that it may use.
+    pub(crate) fn stops(&self) -> &[Vertex] {
+        &self.stops
+    }
+
+    /// Of the ball that it needs (m).
+    pub(crate) fn radius_m(&self) -> f64 {
+        self.radius_m
+    }
+
+    /// Whole ticks that a way takes; `None` where it may not go.
+    pub fn ticks(&self, roadmap: &Roadmap, to: Vertex, way: Way) -> Option<u32> {
+        if !way.fits(self.radius_m) || (roadmap.is_stop(to) && !self.stops.contains(&to)) {
+            return None;
+        }
+        let step = self
+            .steps
+            .iter()
+            .find(|(length_m, _)| *length_m == way.length_m);
+        Some(step.map_or_else(
+            || self.duration(f64::from(way.length_m)),
+            |(_, ticks)| *ticks,
+        ))
+    }
+
+    /// Ticks of a step of the lattice along one, two and three axes.
+    pub(crate) fn step_ticks(&self) -> [u32; 3] {
+        self.steps.map(|(_, ticks)| ticks)
+    }
+
+    /// By lattice place, which steps are open, if it uses no stops beyond.
+    fn open_steps<'a>(&self, roadmap: &'a Roadmap) -> Option<&'a [u32]> {
+        let on_lattice = self.stops.is_empty() && self.diagonal_steps().is_some();
+        roadmap.open_steps(self.radius_m).filter(|_| on_lattice)
+    }
+
+    /// Calls `f` with the places that it may step to, in ascending order, and the ticks that each takes.
+    pub(crate) fn steps_from(
+        &self,
+        roadmap: &Roadmap,
+        from: Vertex,
+        mut f: impl FnMut(Vertex, u32),
+    ) {
+        let fitting = |(to, way): (Vertex, Way)| Some((to, self.ticks(roadmap, to, way)?));
+        let open = roadmap.open_steps(self.radius_m);
+        let Some(open) = open.filter(|_| !roadmap.is_stop(from)) else {
+            let ways = roadmap.ways(from).filter_map(fitting);
+            return ways.for_each(|(to, ticks)| f(to, ticks));
+        };
+        let strides = roadmap.lattice().strides();
+        let mut open = open[from as usize];
+        while open != 0 {
+            let n = open.trailing_zeros() as usize;
+            open &= open - 1;
+            f(from.wrapping_add_signed(strides[n]), self.steps[AXES[n]].1);
+        }
+        if !self.stops.is_empty() {
+            let ways = roadmap.ways_beyond(from).filter_map(fitting);
+            ways.for_each(|(to, ticks)| f(to, ticks));
+        }
+    }
+
+    /// Whole ticks that a length takes, at least one.
+    fn duration(&self, length_m: f64) -> u32 {
+        Tick::lasting(length_m / self.speed_mps).max(1)
+    }
+
+    /// Ticks of a step along one, two and three axes, if diagonals first is always shortest.
+    fn diagonal_steps(&self) -> Option<[u32; 3]> {
+        let [a, b, c] = self.steps.map(|(_, ticks)| ticks);
+        (b <= 2 * a && c <= a + b && a + c <= 2 * b).then_some([a, b, c])
+    }
+}
+
+/// Ticks from anywhere to one goal for one drone with nobody else there.
+#[derive(Debug)]
+pub struct Distances {
+    goal: Vertex,
+    mover: Mover,
+    /// Lattice places next to the goal, and the ticks from there.
+    anchors: Vec<([i32; 3], u32)>,
+    /// Where the answer is closed, ticks of a step along one, two and three axes.
+    closed_form: Option<[u32; 3]>,
+    lead: Lead,
+    backwards: Mutex<Backwards>,
+}
+
+/// No way at all.
+pub const UNREACHABLE: u32 = u32::MAX;
+
+impl Distances {
+    /// Nothing is computed yet; the drone will come from `towards`.
+    pub fn new(roadmap: &Roadmap, goal: Vertex, towards: Vertex, mover: Mover) -> Distances {
+        let lattice = roadmap.lattice();
+        let anchors = if roadmap.is_stop(goal) {
+            roadmap
+                .ways(goal)
+                .filter(|(to, _)| !roadmap.is_stop(*to))
+                .filter_map(|(to, way)| {
+                    let ticks = mover.ticks(roadmap, to, way)?;
+                    Some((lattice.steps(to), ticks))
+                })
+                .collect()
+        } else {
+            vec![(lattice.steps(goal), 0)]
+        };
+        // A stop with ways to other stops is left to the search.
+        let plain =
+            !roadmap.is_stop(goal) || roadmap.ways(goal).all(|(to, _)| !roadmap.is_stop(to));
+        Distances {
+            goal,
+            closed_form: mover.diagonal_steps().filter(|_| plain),
+            lead: Lead::new(roadmap, towards, &mover),
+            backwards: Mutex::default(),
+            mover,
+            anchors,
+        }
+    }
+
+    /// The goal.
+    pub fn goal(&self) -> Vertex {
+        self.goal
+    }
+
+    /// Ticks to the goal, or [`UNREACHABLE`].
+    pub fn ticks(&self, roadmap: &Roadmap, from: Vertex) -> u32 {
+        if from == self.goal {
+            return 0;
+        }
+        if let Some(ticks) = self.straight(roadmap, from) {
+            return ticks;
+        }
+        let mut backwards = self.worked_out();
+        backwards.lead = self.lead;
+        backwards.ticks(roadmap, &self.mover, self.goal, from, |_, _| true)
+    }
+
+    /// Length of a shortest way (m) from a place that has been asked about already; as far as it is known.
+    pub(crate) fn length_m(&self, roadmap: &Roadmap, from: Vertex) -> f64 {
+        let backwards = self.worked_out();
+        let known = |at: Vertex| match backwards.known(at) {
+            _ if at == self.goal => Some(0),
+            None => self.straight(roadmap, at),
+            known => known,
+        };
+        let mut length_m = 0.0;
+        let mut at = from;
+        while at != self.goal {
+            let mut next = None;
+            self.mover.steps_from(roadmap, at, |to, ticks| {
+                let way = known(to).map(|rest| (ticks.saturating_add(rest), to));
+                next = next.into_iter().chain(way).min();
+            });
+            let Some((_, to)) = next else { break };
+            length_m += (roadmap.position_m(to) - roadmap.position_m(at)).norm();
+            at = to;
+        }
+        length_m
+    }
+
+    /// Whether the answer from there is closed.
+    pub(crate) fn is_straight(&self, roadmap: &Roadmap, from: Vertex) -> bool {
+        self.straight(roadmap, from).is_some()
+    }
+
+    /// Forgets what was worked out; it is worked out anew when it is asked for.
+    pub(crate) fn forget(&self) {
+        self.worked_out().forget();
+    }
+
+    fn worked_out(&self) -> MutexGuard<'_, Backwards> {
+        // A panic elsewhere leaves at worst a search begun anew.
+        let backwards = self.backwards.lock();
+        backwards.unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The same search from the goal from its beginning, for whoever comes from a place and knows more places that are closed.
+    pub(crate) fn backwards(&self, roadmap: &Roadmap, from: Vertex) -> Backwards {
+        let mut backwards = Backwards::default();
+        backwards.lead = Lead::new(roadmap, from, &self.mover);
+        backwards.begin(roadmap, self.goal);
+        backwards
+    }
+
+    /// A search on the floor for a drone that comes from a place, where nothing solid is in between.
+    pub(crate) fn floor<'a>(&self, roadmap: &'a Roadmap, from: Vertex) -> Option<Floor<'a>> {
+        let steps = self.closed_form.filter(|_| self.mover.stops.is_empty())?;
+        let is_straight = self.is_straight(roadmap, from);
+        is_straight.then(|| Floor::new(roadmap.lattice(), [from, self.goal], steps))
+    }
+
+    /// What moves.
+    pub(crate) fn mover(&self) -> &Mover {
+        &self.mover
+    }
+
+    /// Closed form, where nothing is in between.
+    fn straight(&self, roadmap: &Roadmap, from: Vertex) -> Option<u32> {
+        if !roadmap.is_stop(from) {
+            return self.straight_from_lattice(roadmap, from);
+        }
+        let mut best = None;
+        for (to, way) in roadmap.ways(from) {
+            let Some(ticks) = self.mover.ticks(roadmap, to, way) else {
+                continue;
+            };
+            if roadmap.is_stop(to) {
+                return None;
+            }
+            let total = ticks + self.straight_from_lattice(roadmap, to)?;
+            best = Some(best.map_or(total, |known: u32| known.min(total)));
+        }
+        best
+    }
+
+    fn straight_from_lattice(&self, roadmap: &Roadmap, from: Vertex) -> Option<u32> {
+        let steps = self.closed_form?;
+        let narrow = roadmap.narrow(self.mover.radius_m)?;
+        let from = roadmap.lattice().steps(from);
+        let mut best = None;
+        for (anchor, ticks) in &self.anchors {
+            if !narrow.is_free(from, *anchor) {
+                return None;
+            }
+            let total = ticks + diagonals_first(from, *anchor, steps);
+            best = Some(best.map_or(total, |known: u32| known.min(total)));
+        }
+        best
+    }
+}
+
+fn diagonals_first(a: [i32; 3], b: [i32; 3], [one, two, three]: [u32; 3]) -> u32 {
+    let [x, y, z] = [0, 1, 2].map(|axis| a[axis].abs_diff(b[axis]));
+    let (least, most) = (x.min(y).min(z), x.max(y).max(z));
+    let middle = x + y + z - least - most;
+    least * three + (middle - least) * two + (most - middle) * one
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,6 @@
+//! Where drones can go and how long it takes: the lattice, the roadmap beyond it, times to every goal.
+
+pub mod agent;
+pub mod distances;
+pub mod lattice;
+pub mod roadmap;

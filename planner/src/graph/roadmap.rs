@@ -1,0 +1,285 @@
+//! The ways through free space: a 26-connected lattice, and a petgraph of the ways to every place beyond it that a drone
+//! starts from or is sent to.
+//!
+//! One roadmap serves all sizes of drones: each way carries its clearance, and a drone uses those that
+//! are wide enough for its body. Lattice places come first and keep their numbers, blocked or not.
+
+use nalgebra::Point3;
+use petgraph::graphmap::DiGraphMap;
+use rayon::prelude::*;
+use rustc_hash::FxBuildHasher;
+
+use crate::graph::lattice::{AXES, BoxCount, Lattice, NEIGHBOURS};
+use crate::scenario::solid::Solids;
+use crate::scenario::world::Bounds;
+use links::Links;
+
+/// A place in a [`Roadmap`].
+pub type Vertex = u32;
+
+/// Clearances are kept to a tenth of a millimetre, below what the verifier forgives (m).
+const CLEARANCE_TOLERANCE_M: f64 = 1e-4;
+
+/// A straight way between two places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Way {
+    /// m.
+    pub length_m: f32,
+    /// Distance to the nearest obstacle, and of its ends to the floor (m); capped at what the largest drone needs.
+    pub clearance_m: f32,
+}
+
+impl Way {
+    /// Whether a ball of this radius fits all along.
+    pub fn fits(&self, radius_m: f64) -> bool {
+        f64::from(self.clearance_m) + CLEARANCE_TOLERANCE_M >= radius_m
+    }
+}
+
+/// Ways through free space.
+#[derive(Debug)]
+pub struct Roadmap {
+    lattice: Lattice,
+    forward: Forward,
+    beyond: Beyond,
+    /// Where the places beyond the lattice are (m).
+    places_m: Vec<Point3<f64>>,
+    /// For each radius asked for, the lattice places from which some step is blocked.
+    narrow: Vec<(f64, BoxCount)>,
+    /// For each radius asked for, by place, which of [`NEIGHBOURS`] it may step to, as bits.
+    open: Vec<(f64, Vec<u32>)>,
+    /// Up to where clearances were measured (m).
+    widest_m: f64,
+}
+
+/// Ways from and to the stops beyond the lattice, in ascending order of where they lead.
+type Beyond = DiGraphMap<Vertex, Way, FxBuildHasher>;
+
+/// A place beyond the lattice that a drone must be able to reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
+    /// m.
+    pub point_m: Point3<f64>,
+    /// Radius of the ball that must stay clear on the ways from and to here (m).
+    pub radius_m: f64,
+    /// Smaller clearance forgiven on the way straight up from here: the drone stands on something.
+    pub grounded: bool,
+}
+
+impl Roadmap {
+    /// Connects the lattice and the stops around the obstacles; returns the vertex of each stop.
+    pub fn new(
+        bounds: &Bounds,
+        cell_m: f64,
+        solids: Option<&Solids>,
+        stops: &[Stop],
+    ) -> (Roadmap, Vec<Vertex>) {
+        let points_m: Vec<Point3<f64>> = stops.iter().map(|stop| stop.point_m).collect();
+        let lattice = Lattice::new(bounds, cell_m, &points_m);
+        let mut radii_m: Vec<f64> = stops.iter().map(|stop| stop.radius_m).collect();
+        radii_m.sort_by(f64::total_cmp);
+        radii_m.dedup();
+        let survey = Survey {
+            lattice: &lattice,
+            solids,
+            floor_z_m: bounds.min.z,
+            widest_m: radii_m.last().copied().unwrap_or(0.0),
+        };
+        let forward = survey.forward_clearances();
+        let of_radius = |radius_m: &f64| {
+            let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= *radius_m;
+            let marked = |place| !around(&lattice, &forward, place).all(|(_, _, c)| wide(c));
+            let narrow = BoxCount::new(&lattice, marked);
+            let open = open_steps(&lattice, &forward, *radius_m);
+            ((*radius_m, narrow), (*radius_m, open))
+        };
+        let opens = |place: Vertex, radius_m: f64| {
+            let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= radius_m;
+            around(&lattice, &forward, place).any(|(_, _, c)| wide(c))
+        };
+        let connected = || {
+            let mut links = Links::new(&survey, bounds, &opens, Vec::new());
+            let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
+            (links.places_m, links.ways, vertices)
+        };
+        let ((places_m, ways, vertices), (narrow, open)) =
+            rayon::join(connected, || radii_m.iter().map(of_radius).unzip());
+        let widest_m = survey.widest_m;
+        let mut roadmap = Roadmap {
+            lattice,
+            forward,
+            beyond: Beyond::default(),
+            places_m,
+            narrow,
+            open,
+            widest_m,
+        };
+        roadmap.add(ways);
+        (roadmap, vertices)
+    }
+
+    /// The lattice within.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// Number of places.
+    pub fn place_count(&self) -> usize {
+        self.lattice.place_count() + self.places_m.len()
+    }
+
+    /// Whether a vertex is one of the stops beyond the lattice.
+    pub fn is_stop(&self, vertex: Vertex) -> bool {
+        vertex as usize >= self.lattice.place_count()
+    }
+
+    /// Where a vertex is (m).
+    pub fn position_m(&self, vertex: Vertex) -> Point3<f64> {
+        match (vertex as usize).checked_sub(self.lattice.place_count()) {
+            Some(stop) => self.places_m[stop],
+            None => self.lattice.position_m(vertex),
+        }
+    }
+
+    /// Ways out of a vertex, in ascending order of where they lead.
+    pub fn ways(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Way)> + '_ {
+        let lengths_m = self.lattice.step_lengths_m();
+        let on_lattice =
+            (!self.is_stop(vertex)).then(|| around(&self.lattice, &self.forward, vertex));
+        let on_lattice = on_lattice.into_iter().flatten();
+        let free = on_lattice.filter(|(_, _, clearance_m)| *clearance_m > 0.0);
+        free.map(move |(n, to, clearance_m)| {
+            let length_m = lengths_m[AXES[n]];
+            let way = Way {
+                length_m,
+                clearance_m,
+            };
+            (to, way)
+        })
+        .chain(self.ways_beyond(vertex))
+    }
+
+    /// Of these the ways that are not the lattice's own.
+    pub(crate) fn ways_beyond(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Way)> + '_ {
+        let ways = self.beyond.edges(vertex);
+        ways.map(|(_, to, way)| (to, *way))
+    }
+
+    fn add(&mut self, ways: impl IntoIterator<Item = ((Vertex, Vertex), Way)>) {
+        for ((from, to), way) in ways {
+            self.beyond.add_edge(from, to, way);
+        }
+    }
+
+    /// By lattice place, the steps that a ball of this radius may take, as bits in the order of [`NEIGHBOURS`]; `None` if
+    /// nobody asked for the radius.
+    pub(crate) fn open_steps(&self, radius_m: f64) -> Option<&[u32]> {
+        self.open
+            .iter()
+            .find(|(known_m, _)| *known_m == radius_m)
+            .map(|(_, open)| open.as_slice())
+    }
+
+    /// Lattice places where a ball of this radius cannot take every step; `None` if nobody asked for the radius.
+    pub(crate) fn narrow(&self, radius_m: f64) -> Option<&BoxCount> {
+        self.narrow
+            .iter()
+            .find(|(known_m, _)| *known_m == radius_m)
+            .map(|(_, count)| count)
+    }
+}
+
+/// Clearance of the 13 ways from a lattice place to neighbours of higher number; the others are theirs.
+type Forward = Vec<[f32; 13]>;
+
+/// Neighbours of a lattice place, in ascending order: which of [`NEIGHBOURS`] each is, and the clearance of the way there.
+fn around<'a>(
+    lattice: &'a Lattice,
+    forward: &'a Forward,
+    place: Vertex,
+) -> impl Iterator<Item = (usize, Vertex, f32)> + 'a {
+    let [i, j, k] = lattice.steps(place);
+    NEIGHBOURS.iter().enumerate().filter_map(move |(n, d)| {
+        let to = lattice.at([i + d[0], j + d[1], k + d[2]])?;
+        let clearance_m = match n.checked_sub(13) {
+            Some(ahead) => forward[place as usize][ahead],
+            None => forward[to as usize][12 - n],
+        };
+        Some((n, to, clearance_m))
+    })
+}
+
+fn open_steps(lattice: &Lattice, forward: &Forward, radius_m: f64) -> Vec<u32> {
+    let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= radius_m && c > 0.0;
+    let of_place = |place: Vertex| {
+        let open = around(lattice, forward, place).filter(|(_, _, c)| wide(*c));
+        open.fold(0, |open, (n, _, _)| open | 1 << n)
+    };
+    (0..lattice.place_count() as Vertex)
+        .into_par_iter()
+        .map(of_place)
+        .collect()
+}
+
+/// What is needed to measure clearances.
+struct Survey<'a> {
+    lattice: &'a Lattice,
+    solids: Option<&'a Solids>,
+    floor_z_m: f64,
+    widest_m: f64,
+}
+
+impl Survey<'_> {
+    fn forward_clearances(&self) -> Forward {
+        let step_m = self.lattice.cell_m() * 3.0_f64.sqrt();
+        let places = 0..self.lattice.place_count() as u32;
+        let far_m = self.widest_m + step_m;
+        let at_place_m = |place: u32| {
+            let here_m = self.lattice.position_m(place);
+            self.solids.map_or(far_m, |solids| {
+                solids.segment_clearance_m(here_m, here_m, far_m)
+            })
+        };
+        let at_places_m: Vec<f64> = places.clone().into_par_iter().map(at_place_m).collect();
+        places
+            .into_par_iter()
+            .map(|place| {
+                let from_m = self.lattice.position_m(place);
+                let [i, j, k] = self.lattice.steps(place);
+                std::array::from_fn(|ahead| {
+                    let d = NEIGHBOURS[13 + ahead];
+                    let Some(to) = self.lattice.at([i + d[0], j + d[1], k + d[2]]) else {
+                        return f32::NEG_INFINITY;
+                    };
+                    let to_m = self.lattice.position_m(to);
+                    // Bodies keep off the floor too, though bounds limit only their centres.
+                    let floor_m = from_m.z.min(to_m.z) - self.floor_z_m;
+                    let [a_m, b_m] = [place, to].map(|end| at_places_m[end as usize]);
+                    let ends_m = a_m.min(b_m);
+                    let between_m = 0.5 * (a_m + b_m - (to_m - from_m).norm());
+                    let free_m = if ends_m <= 0.0 {
+                        // Nobody fits, wherever the way is narrowest.
+                        ends_m
+                    } else if between_m >= self.widest_m {
+                        // Distances change by no more than one moves.
+                        self.widest_m
+                    } else {
+                        self.clearance_m(from_m, to_m)
+                    };
+                    free_m.min(floor_m) as f32
+                })
+            })
+            .collect()
+    }
+
+    fn clearance_m(&self, a_m: Point3<f64>, b_m: Point3<f64>) -> f64 {
+        self.solids.map_or(self.widest_m, |solids| {
+            solids.segment_clearance_m(a_m, b_m, self.widest_m)
+        })
+    }
+}
+
+mod later;
+mod links;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,145 @@
+//! Stops beyond the lattice, and the ways between them and the places around.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Point3;
+
+use super::{CLEARANCE_TOLERANCE_M, Stop, Survey, Vertex, Way};
+use crate::scenario::world::Bounds;
+
+/// The stops beyond the lattice and their ways, while a roadmap is being made.
+pub(super) struct Links<'a> {
+    survey: &'a Survey<'a>,
+    bounds: &'a Bounds,
+    /// Whether a body of some radius can leave a lattice place at all.
+    open: &'a dyn Fn(Vertex, f64) -> bool,
+    pub(super) places_m: Vec<Point3<f64>>,
+    known: BTreeMap<[u64; 5], Vertex>,
+    pub(super) ways: BTreeMap<(Vertex, Vertex), Way>,
+}
+
+impl<'a> Links<'a> {
+    pub(super) fn new(
+        survey: &'a Survey<'a>,
+        bounds: &'a Bounds,
+        open: &'a dyn Fn(Vertex, f64) -> bool,
+        places_m: Vec<Point3<f64>>,
+    ) -> Links<'a> {
+        Links {
+            survey,
+            bounds,
+            open,
+            places_m,
+            known: BTreeMap::new(),
+            ways: BTreeMap::new(),
+        }
+    }
+
+    pub(super) fn connect(&mut self, stop: &Stop) -> Vertex {
+        let lattice = self.survey.lattice;
+        if let Some(place) = lattice.place_at(&stop.point_m)
+            && (self.open)(place, stop.radius_m)
+        {
+            return place;
+        }
+        let p = stop.point_m;
+        let key = [
+            p.x,
+            p.y,
+            p.z,
+            stop.radius_m,
+            f64::from(u8::from(stop.grounded)),
+        ]
+        .map(f64::to_bits);
+        if let Some(&vertex) = self.known.get(&key) {
+            return vertex;
+        }
+        let vertex = self.add(p);
+        self.known.insert(key, vertex);
+        let clear_m = self.survey.clearance_m(p, p);
+        if stop.grounded && clear_m < stop.radius_m {
+            if let Some(lifted) = self.lift(stop, clear_m) {
+                let above = self.connect(&lifted);
+                self.link(vertex, above, stop.point_m, lifted.point_m, stop.radius_m);
+            }
+            return vertex;
+        }
+        self.link_to_lattice(vertex, stop);
+        vertex
+    }
+
+    fn add(&mut self, point_m: Point3<f64>) -> Vertex {
+        self.places_m.push(point_m);
+        (self.survey.lattice.place_count() + self.places_m.len() - 1) as Vertex
+    }
+
+    /// The lowest place straight above where the body is as clear as it must be.
+    fn lift(&self, stop: &Stop, clear_m: f64) -> Option<Stop> {
+        /// Chosen here: finer than any clearance worth asking for.
+        const RISE_M: f64 = 0.02;
+        let mut point_m = stop.point_m;
+        while point_m.z + RISE_M <= self.bounds.max.z {
+            point_m.z += RISE_M;
+            // It may leave what it stands on, but come closer to nothing.
+            if self.survey.clearance_m(stop.point_m, point_m) < clear_m - CLEARANCE_TOLERANCE_M {
+                return None;
+            }
+            if self.survey.clearance_m(point_m, point_m) >= stop.radius_m {
+                return Some(Stop {
+                    point_m,
+                    grounded: false,
+                    ..*stop
+                });
+            }
+        }
+        None
+    }
+
+    /// Ways to the corners of the stop's cell or, where one of them is blocked, to those around as well.
+    fn link_to_lattice(&mut self, vertex: Vertex, stop: &Stop) {
+        let lattice = self.survey.lattice;
+        let [i, j, k] = lattice.cell_of(&stop.point_m);
+        let mut linked = 0;
+        for (low, high) in [(0, 1), (-1, 2), (-2, 3)] {
+            let mut open = true;
+            for (dx, dy, dz) in cube(low, high) {
+                let inner = (low + 1..high).contains(&dx)
+                    && (low + 1..high).contains(&dy)
+                    && (low + 1..high).contains(&dz);
+                if low < 0 && inner {
+                    continue;
+                }
+                let Some(to) = lattice.at([i + dx, j + dy, k + dz]) else {
+                    continue;
+                };
+                let to_m = lattice.position_m(to);
+                let clearance_m = self.survey.clearance_m(stop.point_m, to_m).min(
+                    (to_m.z - self.survey.floor_z_m).max(stop.point_m.z - self.survey.floor_z_m),
+                );
+                if clearance_m + CLEARANCE_TOLERANCE_M < stop.radius_m {
+                    open = false;
+                    continue;
+                }
+                self.link(vertex, to, stop.point_m, to_m, clearance_m);
+                linked += 1;
+            }
+            if open && linked > 0 {
+                return;
+            }
+        }
+    }
+
+    fn link(&mut self, a: Vertex, b: Vertex, a_m: Point3<f64>, b_m: Point3<f64>, clearance_m: f64) {
+        let way = Way {
+            length_m: (b_m - a_m).norm() as f32,
+            clearance_m: clearance_m as f32,
+        };
+        self.ways.insert((a, b), way);
+        self.ways.insert((b, a), way);
+    }
+}
+
+fn cube(low: i32, high: i32) -> impl Iterator<Item = (i32, i32, i32)> {
+    (low..=high)
+        .flat_map(move |z| (low..=high).flat_map(move |y| (low..=high).map(move |x| (x, y, z))))
+}

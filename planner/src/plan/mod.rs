@@ -1,0 +1,383 @@
+//! A plan as plain data: the contents of `plan.json`, format `plan/1`.
+//!
+//! A plan holds all that a judge needs (air, airframes, obstacles, zones), so that it can be checked
+//! without its scenario. Positions are rotor-plane centres in metres, z up; times in seconds.
+//! Wall-clock figures are not part of a plan: the same scenario and seed give the same bytes.
+
+pub mod outcome;
+pub mod trajectory;
+
+use airflow::Airframe;
+use airflow::effects::Effects;
+use nalgebra::Point3;
+use serde::{Deserialize, Serialize};
+
+/// The value of [`Plan::format`].
+pub const FORMAT: &str = "plan/1";
+
+/// What a planner answers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Always [`FORMAT`].
+    pub format: String,
+    /// The scenario's name.
+    pub scenario: String,
+    /// The answer in one word.
+    pub status: Status,
+    /// Wakes are attached to their drones without delay; `false` where a finding says that their air takes its time.
+    pub quasi_static: bool,
+    /// The air that the plan assumes.
+    pub air: AirModel,
+    /// Limits of every rotor-plane centre.
+    pub bounds_m: Corners,
+    /// What no body may touch.
+    pub obstacles: Vec<ObstacleEntry>,
+    /// Places where the air is limited.
+    pub zones: Vec<ZoneEntry>,
+    /// Gap kept between bodies and to obstacles, beyond the body radii (m).
+    #[serde(default)]
+    pub clearance_m: f64,
+    /// Every drone of the scenario, in its order, the unplanned ones included.
+    pub drones: Vec<DronePlan>,
+    /// Those that stay at their start, and why.
+    pub unplanned: Vec<Unplanned>,
+    /// Sums over the fleet.
+    pub fleet: Fleet,
+    /// The same fleet planned without wakes, judged with them; absent where nobody asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ignoring_downwash: Option<IgnoringDownwash>,
+    /// What the verifier found.
+    pub violations: Vec<Violation>,
+}
+
+/// The answer in one word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Everybody planned, nothing violated.
+    Safe,
+    /// Nothing violated, but somebody stays at the start.
+    Partial,
+    /// The verifier found violations.
+    Unsafe,
+}
+
+/// The air that a plan assumes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AirModel {
+    /// kg/m³.
+    pub density_kg_per_m3: f64,
+    /// Constants of the merged jet.
+    pub jet: JetEntry,
+    /// `momentum`, `linear` or `strongest`.
+    pub superposition: String,
+    /// What a finding adds to the hover jet, by name; absent where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effects: Option<Effects>,
+}
+
+/// Constants of the merged jet, in motor distances.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JetEntry {
+    /// `B d`.
+    pub centreline: f64,
+    /// `S`.
+    pub spreading: f64,
+    /// `s₀`.
+    pub origin: f64,
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Corners {
+    /// Lowest corner (m).
+    pub min: Point3<f64>,
+    /// Highest corner (m).
+    pub max: Point3<f64>,
+}
+
+/// A box, an upright cylinder or a mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ObstacleEntry {
+    /// The scenario's name for it.
+    pub name: String,
+    /// Its shape.
+    #[serde(flatten)]
+    pub shape: ShapeEntry,
+}
+
+/// The shape of an obstacle, told apart by its keys.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum ShapeEntry {
+    /// Axis-aligned box.
+    Box {
+        /// Lowest corner (m).
+        min_m: Point3<f64>,
+        /// Highest corner (m).
+        max_m: Point3<f64>,
+    },
+    /// Upright cylinder.
+    Cylinder {
+        /// Centre of the lower face (m).
+        base_m: Point3<f64>,
+        /// Radius (m).
+        radius_m: f64,
+        /// Height (m).
+        height_m: f64,
+    },
+    /// Triangle mesh, in world coordinates.
+    Mesh {
+        /// The file it came from.
+        mesh: String,
+        /// Vertices (m).
+        vertices_m: Vec<Point3<f64>>,
+        /// Corner indices.
+        triangles: Vec<[u32; 3]>,
+    },
+}
+
+/// A box with a limit on the air in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ZoneEntry {
+    /// The scenario's name for it.
+    pub name: String,
+    /// Lowest corner (m).
+    pub min_m: Point3<f64>,
+    /// Highest corner (m).
+    pub max_m: Point3<f64>,
+    /// Limit of the summed axial wake speed at every point (m/s).
+    pub air_limit_mps: f64,
+}
+
+/// What one drone does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DronePlan {
+    /// The scenario's name for it.
+    pub name: String,
+    /// What flies.
+    pub airframe: AirframeEntry,
+    /// Highest mean air over its rotor discs, over its induced velocity at its current mass.
+    pub air_limit: f64,
+    /// When it comes (s): before, neither body nor wake is there. Absent: it is there from time 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub enters_s: Option<f64>,
+    /// `hover` or `landed`, when it comes.
+    pub at_start: AtStart,
+    /// `hover`, `land` or `leave`.
+    pub at_end: AtEnd,
+    /// When its wake is on: from, until (`null`: for ever). From 0 until 0: never.
+    pub airborne_s: (f64, Option<f64>),
+    /// Where it is when.
+    pub trajectory: TrajectoryEntry,
+    /// End of the last dwell (s).
+    pub arrives_s: f64,
+    /// The same with nobody else there (s).
+    pub alone_s: f64,
+    /// Time spent waiting beyond its dwells (s).
+    #[serde(default)]
+    pub waits_s: f64,
+    /// Length flown beyond the way it takes when alone (m).
+    #[serde(default)]
+    pub detour_m: f64,
+    /// Highest mean air over its rotor discs (m/s).
+    pub worst_air_mps: f64,
+    /// Whose wake contributed most to that.
+    pub worst_air_from: Option<String>,
+    /// When.
+    pub worst_air_at_s: Option<f64>,
+    /// Integral of the air met over time (m).
+    pub dose_m: f64,
+    /// Energy that the air met costs (J).
+    pub extra_energy_j: f64,
+    /// The same over its own still-air hover energy during its flight (%).
+    pub extra_energy_percent: f64,
+}
+
+/// How a drone begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AtStart {
+    /// In the air.
+    Hover,
+    /// On the ground, without a wake.
+    Landed,
+}
+
+/// How a drone ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AtEnd {
+    /// Blows on for ever.
+    Hover,
+    /// Rests without a wake.
+    Land,
+    /// Is gone.
+    Leave,
+}
+
+/// An airframe, complete enough to judge its wake.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AirframeEntry {
+    /// Preset or the scenario's own name.
+    pub name: String,
+    /// Without payload (kg).
+    pub mass_kg: f64,
+    /// Number of propellers.
+    pub propellers: u32,
+    /// m.
+    pub propeller_diameter_m: f64,
+    /// Diagonal, motor to motor (m).
+    pub motor_distance_m: f64,
+    /// Multiplies the half-width, divides the centreline.
+    pub width_factor: f64,
+    /// Radius of the ball that stays clear (m).
+    pub body_radius_m: f64,
+    /// m/s.
+    pub max_speed_mps: f64,
+    /// At its mass without payload (m/s).
+    pub hover_induced_velocity_mps: f64,
+}
+
+impl AirframeEntry {
+    /// What it says flies.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, in words.
+    pub fn airframe(&self) -> Result<Airframe, String> {
+        Airframe::new(
+            self.name.as_str(),
+            self.mass_kg,
+            self.propellers,
+            self.propeller_diameter_m,
+            self.motor_distance_m,
+            self.width_factor,
+        )
+        .map_err(|error| format!("its airframe: {error}"))
+    }
+}
+
+/// Break points of a motion that is straight between them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrajectoryEntry {
+    /// Ascending (s).
+    pub t_s: Vec<f64>,
+    /// Rotor-plane centre at each time (m).
+    pub position_m: Vec<Point3<f64>>,
+    /// Mass from each time to the next (kg).
+    pub mass_kg: Vec<f64>,
+}
+
+impl TrajectoryEntry {
+    /// Where the drone is at a time (s): held before the first point and after the last (m).
+    ///
+    /// `None` where the entry has no points.
+    pub fn position_m(&self, at_s: f64) -> Option<Point3<f64>> {
+        let after = self.t_s.partition_point(|&t_s| t_s <= at_s);
+        let (first, last) = (self.position_m.first()?, self.position_m.last()?);
+        if after == 0 {
+            return Some(*first);
+        }
+        let (Some(&until_s), Some(to_m)) = (self.t_s.get(after), self.position_m.get(after)) else {
+            return Some(*last);
+        };
+        let (from_s, from_m) = (self.t_s[after - 1], self.position_m.get(after - 1)?);
+        Some(from_m + (to_m - from_m) * ((at_s - from_s) / (until_s - from_s)))
+    }
+}
+
+/// A drone that could not be planned.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Unplanned {
+    /// Its name.
+    pub name: String,
+    /// Who or what is in the way, where and when, and the way out.
+    pub reason: String,
+}
+
+/// Sums over the planned drones.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Fleet {
+    /// Last arrival (s).
+    pub makespan_s: f64,
+    /// s.
+    pub sum_of_arrivals_s: f64,
+    /// Sum of each drone's arrival with nobody else there (s).
+    #[serde(default)]
+    pub sum_alone_s: f64,
+    /// Energy that downwash costs the fleet (J).
+    #[serde(default)]
+    pub extra_energy_j: f64,
+}
+
+/// The same fleet planned without wakes, judged with them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IgnoringDownwash {
+    /// Last arrival (s).
+    pub makespan_s: f64,
+    /// How many drones exceed their own limit or cross a column.
+    pub drones_over_limit: usize,
+    /// Highest mean air over the discs of any drone (m/s).
+    pub worst_air_mps: f64,
+    /// Time over the limit, summed over drones (s).
+    #[serde(default)]
+    pub time_over_limit_s: f64,
+    /// How many zones get more air than they bear.
+    #[serde(default)]
+    pub zones_over_limit: usize,
+    /// Highest air in those zones (m/s).
+    #[serde(default)]
+    pub worst_zone_air_mps: f64,
+    /// How many could not be planned even so.
+    #[serde(default)]
+    pub unplanned: usize,
+}
+
+/// Something that a plan must not do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Violation {
+    /// Which check.
+    pub kind: ViolationKind,
+    /// Who.
+    pub drone: String,
+    /// With whom or what (a drone, an obstacle, a zone).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub with: Option<String>,
+    /// First moment found (s).
+    pub from_s: f64,
+    /// Last moment found (s); `null`: for ever.
+    pub until_s: Option<f64>,
+    /// Where the drone is at the worst moment (m).
+    pub position_m: Point3<f64>,
+    /// The worst value, in `unit`.
+    pub value: f64,
+    /// What it may be at most (or at least, for gaps), in `unit`.
+    pub limit: f64,
+    /// `m`, `m/s`, `U_D/U_H` or `s`.
+    pub unit: String,
+}
+
+/// Which check a violation fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ViolationKind {
+    /// The file contradicts itself: times run backwards, lengths differ, unknown values.
+    Malformed,
+    /// A drone is in two places at once.
+    Jump,
+    /// Faster than its highest speed.
+    Speed,
+    /// Rotor-plane centre outside the bounds.
+    Bounds,
+    /// Body in an obstacle.
+    Obstacle,
+    /// Two bodies touch.
+    Collision,
+    /// Centre inside another drone's near-field column.
+    Column,
+    /// Mean air over the rotor discs above the drone's limit.
+    Air,
+    /// Air in a zone above its limit.
+    Zone,
+}

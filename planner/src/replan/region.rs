@@ -1,0 +1,249 @@
+//! A fleet planned around drones that are not its own: their trajectories are fixed, moving bodies and wakes
+//! that nobody can make give way. So several planners can own several areas, each told what the others fly.
+//!
+//! ```
+//! use planner::plan::outcome::{Control, Outcome};
+//!
+//! let read = |text: &str| planner::scenario::read_world(text, &|file| Err(format!("there is no {file}")));
+//! let theirs = read(r#"Scenario(name: "theirs", bounds_m: (min: (0, 0, 0), max: (12, 8, 6)),
+//!     drones: [(name: "lifter", airframe: "matrice-300", start_m: (6, 1, 5), tasks: [(to_m: (6, 7, 5))])])"#);
+//! let ours = read(r#"Scenario(name: "ours", bounds_m: (min: (0, 0, 0), max: (12, 8, 6)),
+//!     drones: [(name: "scout", airframe: "kolibri", start_m: (2, 4, 1), tasks: [(to_m: (10, 4, 1))])])"#);
+//! let (theirs, ours) = (theirs.expect("in order"), ours.expect("in order"));
+//!
+//! let Outcome::Planned { plan, .. } = planner::plan_world(&theirs, &Control::QUIET) else { panic!("no plan") };
+//! let told = planner::replan::region::plan_region(&ours, &plan.drones, &Control::QUIET)?;
+//! let Outcome::Planned { plan: both, .. } = told else { panic!("no plan") };
+//! assert!(both.violations.is_empty());
+//! assert_eq!(both.drones[1].trajectory, plan.drones[0].trajectory);
+//! # Ok::<(), Vec<planner::replan::region::RegionError>>(())
+//! ```
+
+use costmap::leg::DroneId;
+use thiserror::Error;
+
+use crate::plan::outcome::{Control, Effort, EndpointKind, Outcome, Progress};
+use crate::plan::trajectory::{Tail, Trajectory};
+use crate::plan::{AtStart, DronePlan, Unplanned};
+use crate::replan::rolling::legs::legs_of;
+use crate::scenario::world::{self, Drone, Vehicle, World};
+use crate::sipp::conflicts::Steps;
+use crate::solver::assemble::{assemble, judged};
+use crate::solver::endpoints;
+use crate::solver::explain::briefly;
+use crate::solver::fleet::{excluded, kept_out_by_zones};
+use crate::solver::prepare::{Kinds, costmap_for, prepare};
+use crate::solver::priority::plan_fleet;
+use crate::verify::verify;
+
+/// What is wrong with somebody else's trajectory.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum RegionError {
+    /// Two are called the same.
+    #[error("`{0}` is one of several drones of this name")]
+    Name(String),
+    /// It cannot be read.
+    #[error("`{drone}`: {why}")]
+    Unreadable {
+        /// Who.
+        drone: String,
+        /// What is wrong.
+        why: String,
+    },
+}
+
+/// Plans a fleet around `others`, whose trajectories stay as they are, and verifies all of them together.
+///
+/// Times of both count from the same moment. In the plan the fleet comes first, in the world's order, then
+/// the others as they were given, but for the air that they meet now. Sums over the fleet are over its own.
+///
+/// # Errors
+///
+/// All that is wrong with the others.
+pub fn plan_region(
+    world: &World,
+    others: &[DronePlan],
+    control: &Control<'_>,
+) -> Result<Outcome, Vec<RegionError>> {
+    (control.progress)(Progress::Preparing);
+    let everybody = joined(world, others)?;
+    let conflicts = endpoints::check(world);
+    if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
+        return Ok(Outcome::Blocked { conflicts });
+    }
+    let mut job = prepare(world);
+    let mut kinds = Kinds::of(world);
+    let own = world.drones.len();
+    let fixed: Vec<_> = others
+        .iter()
+        .zip(&everybody.drones[own..])
+        .enumerate()
+        .map(|(index, (entry, drone))| {
+            let id = DroneId((own + index) as u32);
+            legs_of(id, entry, false, |mass_kg| {
+                kinds.kind(&drone.vehicle, mass_kg)
+            })
+        })
+        .collect();
+    let lattice = job.roadmap.lattice();
+    let mut costmap = costmap_for(&everybody, &kinds, lattice, true, everybody.drones.len());
+    let mut left_out = excluded(&job, &conflicts, |_| true);
+    if !world.zones.is_empty() {
+        left_out.extend(kept_out_by_zones(&mut job, &costmap, &left_out, control));
+    }
+    for legs in fixed {
+        costmap.insert(legs);
+    }
+    let mut effort = Effort::default();
+    let planning = &world.planning;
+    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
+    let steps = steps.as_ref();
+    let paths = plan_fleet(
+        &job,
+        &costmap,
+        steps,
+        &left_out,
+        planning,
+        control,
+        &mut effort,
+    );
+    let unplanned = paths.stranded.iter().map(|&(drone, why)| Unplanned {
+        name: everybody.drones[drone.0 as usize].name.clone(),
+        reason: briefly(&everybody, why),
+    });
+    let unplanned = unplanned.collect();
+
+    (control.progress)(Progress::Verifying);
+    let mut plan = assemble(world, &job, &paths);
+    plan.drones.extend_from_slice(others);
+    let report = verify(&plan);
+    let mut plan = judged(plan, report, unplanned);
+    let energy_j = plan.drones[..own].iter().map(|drone| drone.extra_energy_j);
+    plan.fleet.extra_energy_j = energy_j.sum();
+    Ok(Outcome::Planned {
+        plan,
+        conflicts,
+        well_formed: None,
+        effort,
+    })
+}
+
+/// The world with the others in it, who have nothing to do in it.
+fn joined(world: &World, others: &[DronePlan]) -> Result<World, Vec<RegionError>> {
+    let mut joined = world.clone();
+    let mut problems = Vec::new();
+    for entry in others {
+        if joined.drones.iter().any(|known| known.name == entry.name) {
+            problems.push(RegionError::Name(entry.name.clone()));
+        }
+        match drone(entry) {
+            Ok(drone) => joined.drones.push(drone),
+            Err(why) => problems.push(RegionError::Unreadable {
+                drone: entry.name.clone(),
+                why,
+            }),
+        }
+    }
+    if problems.is_empty() {
+        Ok(joined)
+    } else {
+        Err(problems)
+    }
+}
+
+fn drone(entry: &DronePlan) -> Result<Drone, String> {
+    Trajectory::new(&entry.trajectory, Tail::Gone).map_err(|error| error.to_string())?;
+    let frame = &entry.airframe;
+    let airframe = frame.airframe()?;
+    let positive = |value: f64| value.is_finite() && value > 0.0;
+    let sizes = [frame.body_radius_m, frame.max_speed_mps];
+    if !sizes
+        .into_iter()
+        .chain(entry.trajectory.mass_kg.iter().copied())
+        .all(positive)
+    {
+        return Err(
+            "its body radius, highest speed and masses must be more than nothing".to_owned(),
+        );
+    }
+    if !(entry.air_limit.is_finite() && entry.air_limit > 0.0) {
+        return Err(format!("its air limit is {}", entry.air_limit));
+    }
+    Ok(Drone {
+        name: entry.name.clone(),
+        vehicle: Vehicle {
+            airframe,
+            body_radius_m: frame.body_radius_m,
+            max_speed_mps: frame.max_speed_mps,
+        },
+        start_m: entry.trajectory.position_m[0],
+        at_start: match entry.at_start {
+            AtStart::Hover => world::AtStart::Hover,
+            AtStart::Landed => world::AtStart::Landed,
+        },
+        tasks: Vec::new(),
+        at_end: world::AtEnd::Hover,
+        air_limit: entry.air_limit,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::read_world;
+
+    fn read(drones: &str) -> World {
+        let text = format!(
+            r#"Scenario(name: "area", bounds_m: (min: (0, 0, 0), max: (16, 9, 6)), drones: [{drones}])"#
+        );
+        read_world(&text, &|file| Err(format!("there is no {file}"))).expect("in order")
+    }
+
+    fn planned(outcome: Outcome) -> crate::plan::Plan {
+        match outcome {
+            Outcome::Planned { plan, .. } => plan,
+            other => panic!("no plan but {other:?}"),
+        }
+    }
+
+    const THEIRS: &str = r#"(name: "lifter", airframe: "matrice-300", start_m: (8.5, 4.5, 5),
+        tasks: [(to_m: (8.5, 4.5, 4.5), dwell_s: 8), (to_m: (1.5, 7.5, 5))])"#;
+    const OURS: &str = r#"(name: "scout", airframe: "kolibri", start_m: (5.5, 4.5, 0.5),
+        tasks: [(to_m: (12.5, 4.5, 0.5))])"#;
+
+    #[test]
+    fn who_knows_of_others_keeps_out_of_their_wakes_and_who_does_not_does_not() {
+        let theirs = planned(crate::plan_world(&read(THEIRS), &Control::QUIET));
+        let ours = read(OURS);
+        let told = plan_region(&ours, &theirs.drones, &Control::QUIET).expect("readable");
+        let told = planned(told);
+        assert_eq!(told.violations, []);
+        assert!(told.unplanned.is_empty());
+        assert_eq!(told.drones[1].trajectory, theirs.drones[0].trajectory);
+        let mut untold = planned(crate::plan_world(&ours, &Control::QUIET));
+        untold.drones.extend_from_slice(&theirs.drones);
+        assert!(!verify(&untold).violations.is_empty());
+        assert!(told.drones[0].arrives_s > untold.drones[0].arrives_s);
+    }
+
+    #[test]
+    fn times_between_ticks_are_passed_by_closely() {
+        let mut theirs = planned(crate::plan_world(&read(THEIRS), &Control::QUIET));
+        for t_s in &mut theirs.drones[0].trajectory.t_s[1..] {
+            *t_s += 0.0037;
+        }
+        let told = plan_region(&read(OURS), &theirs.drones, &Control::QUIET).expect("readable");
+        assert_eq!(planned(told).violations, []);
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_said_of_everybody() {
+        let mut theirs = planned(crate::plan_world(&read(THEIRS), &Control::QUIET));
+        let mut twice = theirs.drones[0].clone();
+        twice.name = "scout".to_owned();
+        theirs.drones[0].trajectory.t_s.clear();
+        theirs.drones.push(twice);
+        let errors = plan_region(&read(OURS), &theirs.drones, &Control::QUIET).expect_err("two");
+        assert_eq!(errors.len(), 2);
+    }
+}

@@ -1,0 +1,283 @@
+//! What a running plan promises, in a hall of its own.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Point3;
+
+use super::*;
+use crate::plan::outcome::Outcome;
+use crate::plan::{AtEnd, DronePlan};
+use crate::scenario::read_world;
+use crate::scenario::world::{AtStart, Drone, Task};
+
+fn hall(drones: usize) -> (World, Plan) {
+    planned(&tools::instances::hall(drones, 1).expect("the hall has room"))
+}
+
+fn planned(text: &str) -> (World, Plan) {
+    let world = read_world(text, &|file| Err(format!("there is no {file}"))).expect("in order");
+    let Outcome::Planned { plan, .. } = crate::plan_world(&world, &Control::QUIET) else {
+        panic!("no plan");
+    };
+    assert!(plan.violations.is_empty() && plan.unplanned.is_empty());
+    (world, plan)
+}
+
+fn task(x: f64, y: f64, z: f64) -> Task {
+    Task {
+        to_m: Point3::new(x, y, z),
+        dwell_s: 1.0,
+        load_kg: None,
+    }
+}
+
+fn late(drone: &str, by_s: f64) -> Change {
+    Change::Late {
+        drone: drone.to_owned(),
+        by_s,
+    }
+}
+
+fn retasked(drone: &str, tasks: Vec<Task>) -> Change {
+    Change::Retasked {
+        drone: drone.to_owned(),
+        tasks,
+    }
+}
+
+fn removed(drone: &str) -> Change {
+    Change::Removed {
+        drone: drone.to_owned(),
+    }
+}
+
+fn another(world: &World, name: &str, at_m: [f64; 3], to: Task) -> Change {
+    Change::Added(Drone {
+        name: name.to_owned(),
+        start_m: at_m.into(),
+        at_start: AtStart::Hover,
+        tasks: vec![to],
+        ..world.drones[0].clone()
+    })
+}
+
+/// A place in a column that nobody starts or ends in.
+fn free_column(plan: &Plan, nth: usize) -> [f64; 2] {
+    let taken: BTreeSet<[i64; 2]> = plan
+        .drones
+        .iter()
+        .flat_map(|drone| {
+            let at = &drone.trajectory.position_m;
+            [at[0], at[at.len() - 1]]
+        })
+        .map(|p| [p.x.floor() as i64, p.y.floor() as i64])
+        .collect();
+    let all = (0..4096).map(|cell: i64| [(cell * 37) % 64, (cell * 37) / 64 % 64]);
+    let free = all.filter(|column| !taken.contains(column)).nth(nth * 29);
+    free.expect("free columns").map(|cell| cell as f64 + 0.5)
+}
+
+fn sound(running: &Running) {
+    let plan = running.plan();
+    assert!(plan.violations.is_empty(), "{:#?}", plan.violations);
+    assert_eq!(verify(plan).violations, []);
+}
+
+fn others_keep_theirs(before: &Plan, after: &Plan, told: &Replanned) {
+    for (old, new) in before.drones.iter().zip(&after.drones) {
+        if told.changed.iter().all(|changed| changed.drone != old.name) {
+            assert_eq!(old.trajectory, new.trajectory, "{}", old.name);
+            assert_eq!(
+                (old.airborne_s, old.arrives_s),
+                (new.airborne_s, new.arrives_s)
+            );
+        }
+    }
+}
+
+fn history_is_kept(old: &DronePlan, new: &DronePlan, until_s: f64) {
+    for step in 0..=20 {
+        let at_s = until_s * f64::from(step) / 20.0;
+        let place = |drone: &DronePlan| drone.trajectory.position_m(at_s).expect("it is there");
+        assert!(
+            (place(old) - place(new)).norm() < 1e-9,
+            "{} at {at_s} s",
+            old.name
+        );
+    }
+}
+
+fn find<'a>(plan: &'a Plan, name: &str) -> &'a DronePlan {
+    plan.drones
+        .iter()
+        .find(|drone| drone.name == name)
+        .expect("in the plan")
+}
+
+fn ten_changes(world: &World, plan: &Plan) -> Vec<Change> {
+    let to = |nth: usize| {
+        let [x, y] = free_column(plan, nth);
+        task(x, y, 3.5)
+    };
+    let at = |nth: usize| {
+        let [x, y] = free_column(plan, nth);
+        [x, y, 6.5]
+    };
+    vec![
+        late("d1", 2.0),
+        late("d2", 0.7),
+        late("d3", 1.3),
+        retasked("d4", vec![to(1)]),
+        retasked("d5", vec![to(2), to(3)]),
+        retasked("d6", Vec::new()),
+        removed("d7"),
+        removed("d8"),
+        another(world, "new-1", at(4), to(5)),
+        another(world, "new-2", at(6), to(7)),
+    ]
+}
+
+#[test]
+fn only_those_affected_change_and_the_whole_is_verified() {
+    let (world, plan) = hall(60);
+    let changes = ten_changes(&world, &plan);
+    let (running, told) = replan(&world, &plan, 6.0, &changes, &Control::QUIET).expect("in order");
+    assert_eq!(told.refused, []);
+    assert_eq!(told.unavoidable, []);
+    sound(&running);
+    others_keep_theirs(&plan, running.plan(), &told);
+    assert!(told.changed.len() < 20, "{:?}", told.changed);
+    for name in ["d4", "d5", "d6", "d7"] {
+        history_is_kept(find(&plan, name), find(running.plan(), name), 6.0);
+    }
+}
+
+#[test]
+fn a_drone_given_another_task_ends_there() {
+    let (world, plan) = hall(20);
+    let [x, y] = free_column(&plan, 3);
+    let change = retasked("d2", vec![task(x, y, 2.5)]);
+    let (running, told) = replan(&world, &plan, 4.0, &[change], &Control::QUIET).expect("in order");
+    sound(&running);
+    let drone = find(running.plan(), "d2");
+    let last_m = drone.trajectory.position_m.last().expect("it flies");
+    assert_eq!(*last_m, Point3::new(x, y, 2.5));
+    assert!(drone.arrives_s >= drone.alone_s);
+    assert_eq!(told.changed[0].cause, Cause::Retasked);
+    history_is_kept(find(&plan, "d2"), drone, 4.0);
+}
+
+#[test]
+fn a_late_drone_stands_where_it_was_and_goes_on_from_there() {
+    let (world, plan) = hall(20);
+    let (running, told) =
+        replan(&world, &plan, 4.0, &[late("d3", 1.5)], &Control::QUIET).expect("in order");
+    sound(&running);
+    let (old, new) = (find(&plan, "d3"), find(running.plan(), "d3"));
+    history_is_kept(old, new, 2.5);
+    let place = |drone: &DronePlan, at_s: f64| drone.trajectory.position_m(at_s).expect("there");
+    assert_eq!(place(new, 4.0), place(old, 2.5));
+    assert!(new.arrives_s >= old.arrives_s + 1.0);
+    assert_eq!(told.changed[0].cause, Cause::Late);
+}
+
+#[test]
+fn a_drone_that_comes_is_nowhere_before() {
+    let (world, plan) = hall(20);
+    let [x, y] = free_column(&plan, 2);
+    let [u, v] = free_column(&plan, 5);
+    let change = another(&world, "new", [x, y, 5.5], task(u, v, 1.5));
+    let (running, told) = replan(&world, &plan, 5.0, &[change], &Control::QUIET).expect("in order");
+    sound(&running);
+    let new = find(running.plan(), "new");
+    assert_eq!(new.enters_s, Some(5.0));
+    assert_eq!(new.trajectory.t_s[0], 5.0);
+    assert_eq!(told.changed.last().expect("it changed").cause, Cause::Added);
+    // Where it comes from somebody else may have been before.
+    let mut shared = running.plan().clone();
+    let index = shared.drones.len() - 1;
+    shared.drones[0].trajectory.position_m[0] = Point3::new(x, y, 5.5);
+    shared.drones[0].trajectory.t_s = vec![0.0];
+    shared.drones[0].trajectory.position_m.truncate(1);
+    shared.drones[0].trajectory.mass_kg.truncate(1);
+    shared.drones[0].at_end = AtEnd::Leave;
+    shared.drones[0].airborne_s = (0.0, Some(0.0));
+    assert_eq!(
+        verify(&shared).violations,
+        [],
+        "{}",
+        shared.drones[index].name
+    );
+}
+
+#[test]
+fn a_drone_taken_out_is_gone() {
+    let (world, plan) = hall(20);
+    let (running, _) =
+        replan(&world, &plan, 5.0, &[removed("d4")], &Control::QUIET).expect("in order");
+    sound(&running);
+    let gone = find(running.plan(), "d4");
+    assert_eq!(
+        (gone.at_end, gone.trajectory.t_s.last()),
+        (AtEnd::Leave, Some(&5.0))
+    );
+    history_is_kept(find(&plan, "d4"), gone, 5.0);
+}
+
+#[test]
+fn a_replan_of_a_replan_of_a_replan_is_sound() {
+    let (world, plan) = hall(40);
+    let mut running = Running::new(world.clone(), plan.clone()).expect("its plan");
+    let changes = ten_changes(&world, &plan);
+    for (turn, some) in changes.chunks(3).enumerate() {
+        let before = running.plan().clone();
+        let at_s = 2.0 + 1.37 * turn as f64;
+        let told = running
+            .replan(at_s, some, &Control::QUIET)
+            .expect("in order");
+        assert_eq!(told.refused, []);
+        sound(&running);
+        others_keep_theirs(&before, running.plan(), &told);
+    }
+    // The same drones again, who have been changed already.
+    let [x, y] = free_column(running.plan(), 9);
+    let again = [
+        late("d1", 1.0),
+        retasked("new-1", vec![task(x, y, 4.5)]),
+        removed("d5"),
+    ];
+    running
+        .replan(9.0, &again, &Control::QUIET)
+        .expect("in order");
+    sound(&running);
+    // A plan that was changed is a plan like any other.
+    let taken_over = Running::new(running.world().clone(), running.plan().clone());
+    let mut taken_over = taken_over.expect("its plan");
+    taken_over
+        .replan(10.0, &[late("d9", 0.5)], &Control::QUIET)
+        .expect("in order");
+    sound(&taken_over);
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let (world, plan) = hall(60);
+    let changes = ten_changes(&world, &plan);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
+        pool.install(|| {
+            let told = replan(&world, &plan, 6.0, &changes, &Control::QUIET);
+            let (running, told) = told.expect("in order");
+            (
+                serde_json::to_string(running.plan()).expect("plain data"),
+                told,
+            )
+        })
+    };
+    assert_eq!(on(1), on(4));
+}
+
+mod refusals;

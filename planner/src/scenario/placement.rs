@@ -1,0 +1,291 @@
+//! Whether every drone can be where it is told to be: starts, tasks and landing places against the
+//! bounds and the obstacles. What drones do to one another is not asked here.
+//!
+//! World frame, metres, z up.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::scenario::solid::{Solids, TOUCHING_M};
+use crate::scenario::world::{AtEnd, AtStart, Bounds, Drone, World};
+
+/// How far a body that rests on something may sink into it (m). Chosen here: coordinates are typed in
+/// centimetres, and half of one is how they get rounded. Plan checks allow the same.
+pub const REST_TOLERANCE_M: f64 = 0.005;
+
+/// A drone that is told to be where it cannot be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Misplaced {
+    /// Index in [`World::drones`].
+    pub drone: usize,
+    /// Which of its places.
+    pub spot: Spot,
+    /// Where that is: centre of the rotor plane (m).
+    pub place_m: Point3<f64>,
+    /// What is wrong there.
+    pub why: Misfit,
+    /// A place near it that is in order, to the centimetre, if there is one. For a landing: where its
+    /// last task should be.
+    pub nearest_m: Option<Point3<f64>>,
+}
+
+/// Which of a drone's places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Spot {
+    /// At time 0.
+    Start,
+    /// Index in [`Drone::tasks`].
+    Task(usize),
+    /// Straight below the last of the others.
+    Landing,
+}
+
+/// What is wrong with a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Misfit {
+    /// The centre is outside the bounds.
+    OutOfBounds {
+        /// How far (m).
+        by_m: f64,
+    },
+    /// The body is too near to an obstacle, or in it.
+    Obstacle {
+        /// Index in [`World::obstacles`].
+        obstacle: usize,
+        /// From the centre to the nearest face (m); negative: inside.
+        distance_m: f64,
+        /// What that has to be (m).
+        needs_m: f64,
+    },
+}
+
+/// Every place at which a drone of this world cannot be, in the order of the drones.
+pub fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
+    let mut found = Vec::new();
+    for (drone, it) in world.drones.iter().enumerate() {
+        let body_m = it.vehicle.body_radius_m;
+        let hovering_m = body_m + world.planning.clearance_m;
+        let start_needs_m = match it.at_start {
+            AtStart::Hover => hovering_m,
+            AtStart::Landed => body_m - REST_TOLERANCE_M,
+        };
+        let tasks = it
+            .tasks
+            .iter()
+            .enumerate()
+            .map(|(i, task)| (Spot::Task(i), task.to_m, hovering_m));
+        let mut sound = true;
+        for (spot, place_m, needs_m) in
+            std::iter::once((Spot::Start, it.start_m, start_needs_m)).chain(tasks)
+        {
+            let Some(why) = misfit(world, solids, place_m, needs_m) else {
+                continue;
+            };
+            // A landed drone is pushed out whole, not only to its tolerance.
+            let nearest_m = nearest_free_m(world.bounds_m, solids, place_m, needs_m.max(body_m));
+            found.push(Misplaced {
+                drone,
+                spot,
+                place_m,
+                why,
+                nearest_m,
+            });
+            sound = false;
+        }
+        if sound && let Some(place_m) = landing(world, solids, it) {
+            let last_m = it.tasks.last().map_or(it.start_m, |task| task.to_m);
+            let Some(why) = landing_misfit(world, solids, last_m, body_m) else {
+                continue;
+            };
+            let nearest_m = nearest_landing_m(world, solids, last_m, body_m);
+            found.push(Misplaced {
+                drone,
+                spot: Spot::Landing,
+                place_m,
+                why,
+                nearest_m,
+            });
+        }
+    }
+    found
+}
+
+/// Where a drone that comes down from `last_m` rests: with its centre one body radius above the highest
+/// surface below, or where it already is, if that is lower.
+pub fn landing_place_m(
+    bounds_m: &Bounds,
+    solids: &Solids,
+    last_m: Point3<f64>,
+    body_radius_m: f64,
+) -> Point3<f64> {
+    let (support_z_m, _) = solids.support_below_z_m(last_m, bounds_m.min.z);
+    Point3::new(
+        last_m.x,
+        last_m.y,
+        last_m.z.min(support_z_m + body_radius_m),
+    )
+}
+
+/// Where `drone` comes down, if it does.
+fn landing(world: &World, solids: &Solids, drone: &Drone) -> Option<Point3<f64>> {
+    let stays = drone.tasks.is_empty() && drone.at_start == AtStart::Landed;
+    if drone.at_end != AtEnd::Land || stays {
+        return None;
+    }
+    let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
+    Some(landing_place_m(
+        &world.bounds_m,
+        solids,
+        last_m,
+        drone.vehicle.body_radius_m,
+    ))
+}
+
+/// What is wrong with coming down from `last_m`: the ball has to pass and to rest without sinking in.
+fn landing_misfit(
+    world: &World,
+    solids: &Solids,
+    last_m: Point3<f64>,
+    body_radius_m: f64,
+) -> Option<Misfit> {
+    let rest_m = landing_place_m(&world.bounds_m, solids, last_m, body_radius_m);
+    let needs_m = body_radius_m - REST_TOLERANCE_M;
+    let (distance_m, obstacle) = solids.nearest(last_m, rest_m);
+    let obstacle = obstacle.filter(|_| distance_m < needs_m - TOUCHING_M)?;
+    Some(Misfit::Obstacle {
+        obstacle,
+        distance_m,
+        needs_m: body_radius_m,
+    })
+}
+
+fn misfit(world: &World, solids: &Solids, place_m: Point3<f64>, needs_m: f64) -> Option<Misfit> {
+    let by_m = outside_by_m(&world.bounds_m, place_m);
+    if by_m > TOUCHING_M {
+        return Some(Misfit::OutOfBounds { by_m });
+    }
+    let (distance_m, obstacle) = solids.distance_to_point_m(place_m);
+    let obstacle = obstacle.filter(|_| distance_m < needs_m - TOUCHING_M)?;
+    Some(Misfit::Obstacle {
+        obstacle,
+        distance_m,
+        needs_m,
+    })
+}
+
+fn outside_by_m(bounds_m: &Bounds, place_m: Point3<f64>) -> f64 {
+    (0..3)
+        .map(|axis| (bounds_m.min[axis] - place_m[axis]).max(place_m[axis] - bounds_m.max[axis]))
+        .fold(0.0, f64::max)
+}
+
+/// A place near `place_m`, within bounds and `needs_m` clear of all obstacles, whole centimetres if such a
+/// one is near: what a person types back. The nearest one along 154 directions, faces first.
+pub fn nearest_free_m(
+    bounds_m: Bounds,
+    solids: &Solids,
+    place_m: Point3<f64>,
+    needs_m: f64,
+) -> Option<Point3<f64>> {
+    let inside = Point3::from(
+        place_m
+            .coords
+            .sup(&bounds_m.min.coords)
+            .inf(&bounds_m.max.coords),
+    );
+    let free = |at_m: Point3<f64>| {
+        outside_by_m(&bounds_m, at_m) <= TOUCHING_M
+            && solids.distance_to_point_m(at_m).0 >= needs_m - TOUCHING_M
+    };
+    let mut best: Option<(f64, Point3<f64>)> = None;
+    for direction in directions() {
+        let most_m = best.map_or(f64::INFINITY, |(way_m, _)| way_m);
+        if let Some(way_m) = way_out_m(&bounds_m, solids, inside, direction, needs_m, most_m) {
+            best = Some((way_m, inside + direction * way_m));
+        }
+        if best.is_some_and(|(way_m, _)| way_m == 0.0) {
+            break;
+        }
+    }
+    let exact_m = best?.1;
+    // The centimetres around it, nearest to the wish first.
+    let around =
+        (0..27).map(|i| Vector3::from([i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1].map(f64::from)));
+    let rounded = around
+        .map(|step| Point3::from((exact_m.coords * 100.0 + step).map(f64::round) / 100.0))
+        .filter(|at_m| free(*at_m))
+        .min_by(|a, b| (a - place_m).norm().total_cmp(&(b - place_m).norm()));
+    Some(rounded.unwrap_or(exact_m))
+}
+
+/// How far along `direction` the first free place lies, if within bounds and nearer than `most_m`.
+///
+/// A signed distance changes at most by the way gone, so what is missing may be gone at once.
+fn way_out_m(
+    bounds_m: &Bounds,
+    solids: &Solids,
+    from_m: Point3<f64>,
+    direction: Vector3<f64>,
+    needs_m: f64,
+    most_m: f64,
+) -> Option<f64> {
+    // Steps shrink where the way grazes a curved face; 200 settle all but the flattest grazing.
+    const STEPS: usize = 200;
+    let mut way_m = 0.0;
+    for _ in 0..STEPS {
+        let at_m = from_m + direction * way_m;
+        if way_m >= most_m || outside_by_m(bounds_m, at_m) > TOUCHING_M {
+            return None;
+        }
+        let missing_m = needs_m - solids.distance_to_point_m(at_m).0;
+        if missing_m <= TOUCHING_M {
+            return Some(way_m);
+        }
+        way_m += missing_m;
+    }
+    None
+}
+
+/// The 26 directions to the neighbours in a lattice, faces first, then 128 spread evenly over the sphere.
+fn directions() -> impl Iterator<Item = Vector3<f64>> {
+    let mut lattice: Vec<Vector3<f64>> = (0..27)
+        .filter(|i| *i != 13)
+        .map(|i| Vector3::from([i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1].map(f64::from)))
+        .collect();
+    lattice.sort_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
+    // Fibonacci's spiral: equal steps in height, golden angle (rad) in azimuth.
+    const SPREAD: u32 = 128;
+    const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
+    let sphere = (0..SPREAD).map(|i| {
+        let height = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(SPREAD);
+        let (sin, cos) = (GOLDEN_ANGLE_RAD * f64::from(i)).sin_cos();
+        Vector3::new(cos, sin, 0.0) * (1.0 - height * height).sqrt() + Vector3::z() * height
+    });
+    lattice
+        .into_iter()
+        .map(|direction| direction.normalize())
+        .chain(sphere)
+}
+
+/// A place beside `last_m`, at its height, from which a drone can come down; on rings of 0.1 m.
+fn nearest_landing_m(
+    world: &World,
+    solids: &Solids,
+    last_m: Point3<f64>,
+    body_radius_m: f64,
+) -> Option<Point3<f64>> {
+    const RINGS: u32 = 50;
+    const PLACES: u32 = 16;
+    let needs_m = body_radius_m + world.planning.clearance_m;
+    let ring = |ring: u32| {
+        (0..PLACES).map(move |place| {
+            let angle_rad = std::f64::consts::TAU * f64::from(place) / f64::from(PLACES);
+            let radius_m = 0.1 * f64::from(ring);
+            let step = Vector3::new(angle_rad.cos(), angle_rad.sin(), 0.0) * radius_m;
+            Point3::from(((last_m + step).coords * 100.0).map(f64::round) / 100.0)
+        })
+    };
+    (1..=RINGS).flat_map(ring).find(|place_m| {
+        misfit(world, solids, *place_m, needs_m).is_none()
+            && landing_misfit(world, solids, *place_m, body_radius_m).is_none()
+    })
+}

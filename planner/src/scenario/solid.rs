@@ -1,0 +1,389 @@
+//! Obstacles as geometry: how far a point or a straight leg is from them, and what lies below.
+//!
+//! World frame, metres, z up. Distances are signed: negative inside a solid, where the value is the
+//! way to the nearest face. Boxes and cylinders are closed forms, because GJK answers 0 for every
+//! overlap and the depth is wanted here; meshes and the broad phase are parry's.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Point3;
+use parry3d::bounding_volume::Aabb;
+use parry3d::math::{Pose, Vector};
+use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
+use parry3d::query::{PointQuery, Ray, RayCast};
+use parry3d::shape::{Segment, TriMesh, TriMeshFlags};
+
+use crate::scenario::world::{Bounds, Obstacle, Solid};
+
+/// Two surfaces nearer than this count as touching (m): far above the rounding of coordinates up to
+/// 10 km (2e-12 m), far below anything a drone can fly.
+pub const TOUCHING_M: f64 = 1e-9;
+
+/// Obstacles, ready to be asked for distances. Indices are those of the slice it was made from.
+#[derive(Debug)]
+pub struct Solids {
+    tree: Bvh,
+    parts: Vec<Part>,
+}
+
+#[derive(Debug)]
+struct Part {
+    obstacle: usize,
+    form: Form,
+}
+
+#[derive(Debug)]
+enum Form {
+    Box {
+        low: Vector,
+        high: Vector,
+    },
+    Cylinder {
+        base: Vector,
+        radius_m: f64,
+        height_m: f64,
+    },
+    Mesh {
+        mesh: Box<TriMesh>,
+        closed: bool,
+    },
+}
+
+impl Solids {
+    /// Sorts the obstacles into a tree. A mesh is cut into its connected parts: a closed part has an
+    /// inside, an open one is a sheet without thickness.
+    pub fn new(obstacles: &[Obstacle]) -> Solids {
+        let mut parts = Vec::new();
+        for (obstacle, Obstacle { shape, .. }) in obstacles.iter().enumerate() {
+            match shape {
+                Solid::Box(Bounds { min, max }) => {
+                    let form = Form::Box {
+                        low: vector(min),
+                        high: vector(max),
+                    };
+                    parts.push(Part { obstacle, form });
+                }
+                Solid::Cylinder {
+                    base_m,
+                    radius_m,
+                    height_m,
+                } => {
+                    let (radius_m, height_m) = (*radius_m, *height_m);
+                    let form = Form::Cylinder {
+                        base: vector(base_m),
+                        radius_m,
+                        height_m,
+                    };
+                    parts.push(Part { obstacle, form });
+                }
+                Solid::Mesh {
+                    vertices_m,
+                    triangles,
+                    ..
+                } => {
+                    let forms = mesh_parts(vertices_m, triangles);
+                    parts.extend(forms.into_iter().map(|form| Part { obstacle, form }));
+                }
+            }
+        }
+        let boxes: Vec<Aabb> = parts.iter().map(|part| part.form.aabb()).collect();
+        Solids {
+            tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
+            parts,
+        }
+    }
+
+    /// Signed distance from `point_m` to the nearest obstacle, and which one it is; infinite and
+    /// `None` where there are no obstacles.
+    pub fn distance_to_point_m(&self, point_m: Point3<f64>) -> (f64, Option<usize>) {
+        let point = vector(&point_m);
+        let best = self.tree.find_best(
+            f64::MAX,
+            |node, _| bound_m(node, point, point),
+            |part, _| Some(self.parts[part as usize].form.distance_to_point_m(point)),
+        );
+        self.named(best, f64::INFINITY)
+    }
+
+    /// Smallest signed distance from the straight leg `a_m`..`b_m` to any obstacle, or `at_most_m`
+    /// where all of them are farther than that. Of a leg that pierces a mesh and ends outside, 0.
+    pub fn segment_clearance_m(&self, a_m: Point3<f64>, b_m: Point3<f64>, at_most_m: f64) -> f64 {
+        self.nearest_within(a_m, b_m, at_most_m).0
+    }
+
+    /// Smallest signed distance from the straight leg `a_m`..`b_m` to any obstacle, and which one.
+    pub fn nearest(&self, a_m: Point3<f64>, b_m: Point3<f64>) -> (f64, Option<usize>) {
+        match self.nearest_within(a_m, b_m, f64::MAX) {
+            (_, None) => (f64::INFINITY, None),
+            found => found,
+        }
+    }
+
+    /// The highest surface straight below `point_m` (z, m) and whose it is: `floor_z_m` and `None`
+    /// where there is no obstacle between.
+    pub fn support_below_z_m(&self, point_m: Point3<f64>, floor_z_m: f64) -> (f64, Option<usize>) {
+        let from = vector(&point_m) + Vector::new(0.0, 0.0, TOUCHING_M);
+        let deepest = Vector::new(from.x, from.y, floor_z_m.min(from.z));
+        let below = Aabb::new(deepest, from);
+        let mut best = (floor_z_m, None);
+        let mut hits: Vec<u32> = self.tree.intersect_aabb(&below).collect();
+        hits.sort_unstable();
+        for hit in hits {
+            let part = &self.parts[hit as usize];
+            if let Some(top_z_m) = part.form.top_below_z_m(from)
+                && top_z_m > best.0
+            {
+                best = (top_z_m, Some(part.obstacle));
+            }
+        }
+        best
+    }
+
+    fn nearest_within(
+        &self,
+        a_m: Point3<f64>,
+        b_m: Point3<f64>,
+        at_most_m: f64,
+    ) -> (f64, Option<usize>) {
+        let (a, b) = (vector(&a_m), vector(&b_m));
+        let best = self.tree.find_best(
+            at_most_m,
+            |node, _| bound_m(node, a, b),
+            |part, _| Some(self.parts[part as usize].form.distance_to_segment_m(a, b)),
+        );
+        self.named(best, at_most_m)
+    }
+
+    fn named(&self, best: Option<(u32, f64)>, otherwise_m: f64) -> (f64, Option<usize>) {
+        match best {
+            Some((part, distance_m)) => (distance_m, Some(self.parts[part as usize].obstacle)),
+            None => (otherwise_m, None),
+        }
+    }
+}
+
+/// Nothing in `node` is nearer to the segment than this (m).
+fn bound_m(node: &BvhNode, a: Vector, b: Vector) -> f64 {
+    let gap = (node.mins() - a.max(b))
+        .max(a.min(b) - node.maxs())
+        .max(Vector::ZERO);
+    // Where the boxes overlap the segment may be inside a solid, at any depth.
+    if gap == Vector::ZERO {
+        f64::MIN
+    } else {
+        gap.length()
+    }
+}
+
+impl Form {
+    fn aabb(&self) -> Aabb {
+        match self {
+            Form::Box { low, high } => Aabb::new(*low, *high),
+            Form::Cylinder {
+                base,
+                radius_m,
+                height_m,
+            } => {
+                let reach = Vector::new(*radius_m, *radius_m, 0.0);
+                Aabb::new(
+                    *base - reach,
+                    *base + reach + Vector::new(0.0, 0.0, *height_m),
+                )
+            }
+            Form::Mesh { mesh, .. } => mesh.local_aabb(),
+        }
+    }
+
+    fn distance_to_point_m(&self, point: Vector) -> f64 {
+        match self {
+            Form::Box { low, high } => {
+                let out = (*low - point).max(point - *high);
+                out.max(Vector::ZERO).length() + out.max_element().min(0.0)
+            }
+            Form::Cylinder {
+                base,
+                radius_m,
+                height_m,
+            } => {
+                let from_axis = point - *base;
+                let side = from_axis.x.hypot(from_axis.y) - radius_m;
+                let cap = (-from_axis.z).max(from_axis.z - height_m);
+                side.max(0.0).hypot(cap.max(0.0)) + side.max(cap).min(0.0)
+            }
+            Form::Mesh { mesh, closed } => {
+                let surface = mesh.project_local_point(point, false);
+                let distance_m = surface.point.distance(point);
+                if *closed && surface.is_inside {
+                    -distance_m
+                } else {
+                    distance_m
+                }
+            }
+        }
+    }
+
+    fn distance_to_segment_m(&self, a: Vector, b: Vector) -> f64 {
+        let Form::Mesh { mesh, closed } = self else {
+            return smallest_on_segment_m(a, b, |point| self.distance_to_point_m(point));
+        };
+        let ends_m = self.distance_to_point_m(a).min(self.distance_to_point_m(b));
+        if (*closed && ends_m <= 0.0) || a == b {
+            return ends_m;
+        }
+        let leg = Segment::new(a, b);
+        parry3d::query::distance(&Pose::IDENTITY, mesh.as_ref(), &Pose::IDENTITY, &leg)
+            .map_or(0.0, |found| found.distance.min(ends_m))
+    }
+
+    /// The highest point of this solid on the vertical line below `from`, not above it.
+    fn top_below_z_m(&self, from: Vector) -> Option<f64> {
+        let top_z_m = match self {
+            Form::Box { low, high } => {
+                let over =
+                    from.x >= low.x && from.x <= high.x && from.y >= low.y && from.y <= high.y;
+                over.then_some(high.z)?
+            }
+            Form::Cylinder {
+                base,
+                radius_m,
+                height_m,
+            } => {
+                let over = (from.x - base.x).hypot(from.y - base.y) <= *radius_m;
+                over.then_some(base.z + height_m)?
+            }
+            Form::Mesh { mesh, .. } => {
+                let down = Ray::new(from, Vector::new(0.0, 0.0, -1.0));
+                from.z - mesh.cast_local_ray(&down, f64::MAX, false)?
+            }
+        };
+        (top_z_m <= from.z).then_some(top_z_m)
+    }
+}
+
+/// The least value on a segment of a signed distance to a convex solid.
+///
+/// The signed distance to a convex set is a convex function, also inside it, so golden sections close
+/// in on its minimum: 48 of them leave 1e-10 of the segment's length, and the value is no farther off
+/// than that, because a distance changes at most by the way gone.
+fn smallest_on_segment_m(a: Vector, b: Vector, distance_m: impl Fn(Vector) -> f64) -> f64 {
+    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+    const SECTIONS: usize = 48;
+    let ends_m = distance_m(a).min(distance_m(b));
+    if a == b {
+        return ends_m;
+    }
+    let at = |share: f64| distance_m(a + (b - a) * share);
+    let (mut low, mut high) = (0.0, 1.0);
+    let (mut left, mut right) = (1.0 - GOLDEN, GOLDEN);
+    let (mut left_m, mut right_m) = (at(left), at(right));
+    for _ in 0..SECTIONS {
+        if left_m <= right_m {
+            high = right;
+            (right, right_m) = (left, left_m);
+            left = high - GOLDEN * (high - low);
+            left_m = at(left);
+        } else {
+            low = left;
+            (left, left_m) = (right, right_m);
+            right = low + GOLDEN * (high - low);
+            right_m = at(right);
+        }
+    }
+    ends_m.min(left_m).min(right_m)
+}
+
+/// The connected parts of a mesh, each with its orientation outward where it is closed.
+fn mesh_parts(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Form> {
+    // Files often repeat a corner for every face: equal places are one vertex.
+    let mut known: BTreeMap<[u64; 3], u32> = BTreeMap::new();
+    let mut places: Vec<Vector> = Vec::new();
+    let merged: Vec<u32> = vertices_m
+        .iter()
+        .map(|vertex| {
+            let bits = vertex.coords.map(|x| (x + 0.0).to_bits());
+            *known.entry([bits.x, bits.y, bits.z]).or_insert_with(|| {
+                places.push(vector(vertex));
+                (places.len() - 1) as u32
+            })
+        })
+        .collect();
+    let corners = |triangle: &[u32; 3]| triangle.map(|corner| merged[corner as usize]);
+
+    let mut leader: Vec<u32> = (0..places.len() as u32).collect();
+    for triangle in triangles {
+        let [a, b, c] = corners(triangle);
+        let first = find(&mut leader, a);
+        for other in [b, c] {
+            let other = find(&mut leader, other);
+            leader[other as usize] = first;
+        }
+    }
+    let mut groups: BTreeMap<u32, Vec<[u32; 3]>> = BTreeMap::new();
+    for triangle in triangles {
+        let [a, b, c] = corners(triangle);
+        if a != b && b != c && c != a {
+            groups
+                .entry(find(&mut leader, a))
+                .or_default()
+                .push([a, b, c]);
+        }
+    }
+    groups
+        .into_values()
+        .filter_map(|group| mesh_part(&places, group))
+        .collect()
+}
+
+fn find(leader: &mut [u32], mut of: u32) -> u32 {
+    while leader[of as usize] != of {
+        leader[of as usize] = leader[leader[of as usize] as usize];
+        of = leader[of as usize];
+    }
+    of
+}
+
+fn mesh_part(places: &[Vector], mut triangles: Vec<[u32; 3]>) -> Option<Form> {
+    // Closed: every edge is walked once in each direction.
+    let mut walks: BTreeMap<(u32, u32), i32> = BTreeMap::new();
+    for [a, b, c] in &triangles {
+        for edge in [(*a, *b), (*b, *c), (*c, *a)] {
+            *walks.entry(edge).or_default() += 1;
+        }
+    }
+    let closed = walks
+        .iter()
+        .all(|((a, b), n)| *n == 1 && walks.get(&(*b, *a)) == Some(&1));
+    let volume_m3: f64 = triangles
+        .iter()
+        .map(|[a, b, c]| {
+            let [a, b, c] = [a, b, c].map(|corner| places[*corner as usize]);
+            a.dot(b.cross(c)) / 6.0
+        })
+        .sum();
+    if closed && volume_m3 < 0.0 {
+        triangles
+            .iter_mut()
+            .for_each(|triangle| triangle.swap(1, 2));
+    }
+    // Only this part's vertices, numbered anew.
+    let mut number: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut own: Vec<Vector> = Vec::new();
+    for corner in triangles.iter_mut().flatten() {
+        let old = *corner;
+        *corner = *number.entry(old).or_insert_with(|| {
+            own.push(places[old as usize]);
+            (own.len() - 1) as u32
+        });
+    }
+    let flags = if closed {
+        TriMeshFlags::ORIENTED
+    } else {
+        TriMeshFlags::empty()
+    };
+    let mesh = Box::new(TriMesh::with_flags(own, triangles, flags).ok()?);
+    Some(Form::Mesh { mesh, closed })
+}
+
+fn vector(point: &Point3<f64>) -> Vector {
+    Vector::new(point.x, point.y, point.z)
+}

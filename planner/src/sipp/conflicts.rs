@@ -1,0 +1,271 @@
+//! Who is in the way of what on the lattice, and when: what searches ask millions of times, by table.
+//!
+//! Everybody's steps are kept by the column of the floor in which they begin, in order of time; whoever steps
+//! looks up those around it. Of hovering at a place the answer is written down there, leg by leg as it is
+//! reserved, since searches ask for it again and again: SIPP's safe intervals (M. Phillips and M. Likhachev, ICRA
+//! 2011), shared by all searches.
+//!
+//! It serves to find ways: pairs, of sums only whether they may be too much, and legs off the lattice count as standing still at
+//! the places next to them in turn. Whoever plans with it has the [`Costmap`] judge what was found.
+
+use costmap::costmap::{Costmap, part_at};
+use costmap::leg::{DroneId, Leg, Tick};
+
+use crate::graph::roadmap::Vertex;
+
+pub(crate) mod abreast;
+mod ask;
+mod column;
+mod pair;
+mod pieces;
+mod shape;
+mod span;
+pub(crate) mod steps;
+#[cfg(test)]
+mod tests;
+mod ways;
+
+pub use ask::Thought;
+use column::{Column, Glance, Record};
+use pieces::pieces;
+pub use steps::Steps;
+use steps::{Pace, STILL, cells};
+
+/// Somebody's leg, as it concerns hovering at one place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Taken {
+    began: Tick,
+    clear: Tick,
+    drone: DroneId,
+    /// Thousandths of a second a second; [`FORBIDDEN`].
+    price: u16,
+}
+
+/// The price of what may not be.
+const FORBIDDEN: u16 = u16::MAX;
+
+/// Everybody's steps.
+#[derive(Clone, Debug)]
+pub struct Crowd<'a> {
+    steps: &'a Steps,
+    /// By column: x first, then y.
+    columns: Vec<Column>,
+    /// Of each, when somebody may be there.
+    glances: Vec<Glance>,
+    /// By class and place, in order of beginning.
+    taken: Vec<Vec<Vec<Taken>>>,
+    /// By class and place, from when on hovering there is forbidden for good.
+    closed: Vec<Vec<Tick>>,
+    /// By class, how many places that are.
+    closed_count: Vec<u32>,
+    /// By class and column, from when on hovering is forbidden for good at all of its places.
+    closed_columns: Vec<Vec<Tick>>,
+    /// By class, how many columns that are.
+    whole_columns: Vec<u32>,
+}
+
+impl<'a> Crowd<'a> {
+    /// Those who are in a costmap already.
+    pub fn new(steps: &'a Steps, costmap: &Costmap) -> Crowd<'a> {
+        let [nx, ny, _] = steps.lattice.counts();
+        let mut crowd = Crowd {
+            steps,
+            columns: vec![Column::default(); nx * ny],
+            glances: vec![Glance::default(); nx * ny],
+            taken: vec![vec![Vec::new(); steps.lattice.place_count()]; steps.class_count()],
+            closed: vec![vec![Tick::FOREVER; steps.lattice.place_count()]; steps.class_count()],
+            closed_count: vec![0; steps.class_count()],
+            closed_columns: vec![vec![Tick::FOREVER; nx * ny]; steps.class_count()],
+            whole_columns: vec![0; steps.class_count()],
+        };
+        for drone in 0..costmap.drone_count() as u32 {
+            crowd.insert(costmap.legs(DroneId(drone)));
+        }
+        crowd
+    }
+
+    /// Whether it knows of a place.
+    pub fn knows(&self, place: Vertex) -> bool {
+        (place as usize) < self.steps.lattice.place_count()
+    }
+
+    /// The class of a drone as it flies now.
+    pub fn class(&self, drone: DroneId, kind: costmap::leg::KindId) -> Option<usize> {
+        self.steps.class(drone, kind)
+    }
+
+    fn column(&self, [i, j]: [i32; 2]) -> Option<usize> {
+        let [nx, ny, _] = self.steps.lattice.counts();
+        let inside = (0..nx as i32).contains(&i) && (0..ny as i32).contains(&j);
+        inside.then(|| i as usize + nx * j as usize)
+    }
+
+    /// Adds a drone's legs: all that it reserves.
+    pub fn insert(&mut self, legs: &[Leg]) {
+        let mut next_part = 0;
+        for leg in legs {
+            let first_part = next_part;
+            next_part += 1 + part_at(leg, Tick(leg.end.0.saturating_sub(1)));
+            let Some(class) = self.steps.class(leg.drone, leg.kind) else {
+                continue;
+            };
+            pieces(&self.steps.lattice, leg, |at, way, [start, end]| {
+                let record = Record {
+                    start,
+                    end,
+                    drone: leg.drone,
+                    part: first_part + part_at(leg, start),
+                    layer: at[2] as i16,
+                    way: way as u8,
+                    class: class as u8,
+                    flying: leg.flying,
+                };
+                let Some(column) = self.column([at[0], at[1]]) else {
+                    return;
+                };
+                self.columns[column].insert(record);
+                self.glances[column].add(&record);
+                self.take_places(at, &record);
+            });
+        }
+    }
+
+    fn take_places(&mut self, at: [i32; 3], record: &Record) {
+        for me in 0..self.steps.class_count() {
+            self.around(me, at, record, |crowd, place, taken| {
+                if taken.clear == Tick::FOREVER && taken.price == FORBIDDEN {
+                    let closed = &mut crowd.closed[me][place as usize];
+                    crowd.closed_count[me] += u32::from(*closed == Tick::FOREVER);
+                    *closed = taken.began.min(*closed);
+                    crowd.settle_column(me, place);
+                }
+                let all = &mut crowd.taken[me][place as usize];
+                // What lasts on is one interval.
+                let last = all.iter().rposition(|known| known.drone == taken.drone);
+                if let Some(known) = last.map(|last| &mut all[last])
+                    && known.price == taken.price
+                    && known.began <= taken.began
+                    && taken.began <= known.clear
+                {
+                    known.clear = known.clear.max(taken.clear);
+                    return;
+                }
+                let index = all.partition_point(|known| known.began <= taken.began);
+                all.insert(index, taken);
+            });
+        }
+    }
+
+    fn settle_column(&mut self, class: usize, place: Vertex) {
+        let column = self.steps.lattice.column(place);
+        let places = self.closed[class].iter().skip(column);
+        let last = places.step_by(self.columns.len()).max();
+        let known = &mut self.closed_columns[class][column];
+        let is_whole = last.is_some_and(|last| *last != Tick::FOREVER);
+        self.whole_columns[class] -= u32::from(*known != Tick::FOREVER);
+        self.whole_columns[class] += u32::from(is_whole);
+        *known = last.copied().unwrap_or(Tick::FOREVER);
+    }
+
+    /// Takes a drone's legs back.
+    pub fn remove(&mut self, legs: &[Leg]) {
+        for leg in legs {
+            let Some(class) = self.steps.class(leg.drone, leg.kind) else {
+                continue;
+            };
+            pieces(&self.steps.lattice, leg, |at, way, [start, end]| {
+                let Some(column) = self.column([at[0], at[1]]) else {
+                    return;
+                };
+                self.columns[column].remove(leg.drone);
+                self.glances[column] = self.columns[column].glance();
+                let record = Record {
+                    start,
+                    end,
+                    drone: leg.drone,
+                    part: u32::MAX,
+                    layer: at[2] as i16,
+                    way: way as u8,
+                    class: class as u8,
+                    flying: leg.flying,
+                };
+                for me in 0..self.steps.class_count() {
+                    self.around(me, at, &record, |crowd, place, _| {
+                        let all = &mut crowd.taken[me][place as usize];
+                        all.retain(|known| known.drone != leg.drone);
+                        let closing = all
+                            .iter()
+                            .filter(|it| it.clear == Tick::FOREVER && it.price == FORBIDDEN);
+                        let first = closing.map(|it| it.began).min();
+                        let first = first.unwrap_or(Tick::FOREVER);
+                        let closed = &mut crowd.closed[me][place as usize];
+                        let opens = *closed != Tick::FOREVER && first == Tick::FOREVER;
+                        crowd.closed_count[me] -= u32::from(opens);
+                        *closed = first;
+                        crowd.settle_column(me, place);
+                    });
+                }
+            });
+        }
+    }
+
+    /// Calls `f` with all places at which hovering is forbidden, or costs, because of a step.
+    fn around(
+        &mut self,
+        me: usize,
+        at: [i32; 3],
+        record: &Record,
+        mut f: impl FnMut(&mut Self, Vertex, Taken),
+    ) {
+        let steps = self.steps;
+        let other = usize::from(record.class);
+        let way = usize::from(record.way);
+        for (offset, span) in steps.hovering(me, other, way) {
+            let here = [0, 1, 2].map(|axis| at[axis] - offset[axis]);
+            let Some(place) = steps.lattice.at(here) else {
+                continue;
+            };
+            if !self.reaches([me, other], here, STILL, at, record) {
+                continue;
+            }
+            let time = if span.is_empty() || way == STILL {
+                [record.start, record.end]
+            } else {
+                [span.from, span.to].map(|ticks| record.start.after(ticks as u32))
+            };
+            let taken = Taken {
+                began: time[0],
+                clear: time[1].min(record.end),
+                drone: record.drone,
+                price: if span.is_empty() {
+                    span.price
+                } else {
+                    FORBIDDEN
+                },
+            };
+            f(self, place, taken);
+        }
+    }
+
+    /// Whether what keeps two steps apart is there: bodies, or air that no cover stops.
+    fn reaches(
+        &self,
+        [me, other]: [usize; 2],
+        at: [i32; 3],
+        way: usize,
+        others: [i32; 3],
+        record: &Record,
+    ) -> bool {
+        let mine = Pace {
+            class: me,
+            at,
+            by: cells(way),
+        };
+        let theirs = Pace {
+            class: other,
+            at: others,
+            by: cells(usize::from(record.way)),
+        };
+        self.steps.can_touch(&mine, &theirs) || record.flying && self.steps.can_blow(&mine, &theirs)
+    }
+}

@@ -1,0 +1,261 @@
+//! What a search asks of the crowd.
+
+use costmap::costmap::Costmap;
+use costmap::leg::{DroneId, Tick};
+use costmap::verdict::{Blocker, Verdict, Why};
+
+use super::column::spells;
+use super::pair::Near;
+use super::steps::{LOADS, STILL, Span};
+use super::ways::index;
+use super::{Crowd, FORBIDDEN, Record};
+use crate::graph::roadmap::Vertex;
+
+/// What wakes may add up to here (parts of `LOADS`): chosen here, a fifth more than a budget, since each counts as at its
+/// nearest: of 6 038 that add up to nine tenths and more in `plan bench hall --drones 1000 --seeds 1` (ca21ed3), 6 035 were free.
+const MOST_LOADS: u32 = 300;
+
+/// Where more than this share of closed places is in columns closed from bottom to top, one may as well look at the floor
+/// alone: chosen here.
+const WHOLE_SHARE: f64 = 0.8;
+
+/// A step that is thought of.
+#[derive(Clone, Copy, Debug)]
+pub struct Thought {
+    /// Class of who steps.
+    pub class: usize,
+    /// From where and to where: neighbours on the lattice.
+    pub way: [Vertex; 2],
+    /// From when and until when.
+    pub time: [Tick; 2],
+}
+
+impl Crowd<'_> {
+    /// The share of all places that are closed for good at some time, to a class.
+    pub(crate) fn closed_share(&self, class: usize) -> f64 {
+        f64::from(self.closed_count[class]) / self.steps.lattice.place_count() as f64
+    }
+
+    /// By place, from when on hovering there is forbidden for good; [`Tick::FOREVER`] if it is not.
+    pub(crate) fn closed_from(&self, class: usize) -> &[Tick] {
+        &self.closed[class]
+    }
+
+    /// By column, from when on hovering is forbidden for good at all of its places, if nearly all closed places are in such columns.
+    pub(crate) fn closed_columns(&self, class: usize) -> Option<&[Tick]> {
+        let tall = self.steps.lattice.counts()[2] as f64;
+        let (whole, all) = (self.whole_columns[class], self.closed_count[class]);
+        let share = f64::from(whole) * tall / f64::from(all.max(1));
+        (share > WHOLE_SHARE).then_some(&self.closed_columns[class])
+    }
+
+    /// Until when a place is free to hover at from a moment on but for those who give way, and when it is again.
+    pub fn free_until(
+        &self,
+        class: usize,
+        place: Vertex,
+        from: Tick,
+        gives_way: impl Fn(DroneId) -> bool,
+    ) -> (Tick, Tick) {
+        let mut taken = self.taken[class][place as usize].iter();
+        let next =
+            taken.find(|it| it.clear > from && it.price == FORBIDDEN && !gives_way(it.drone));
+        next.map_or((Tick::FOREVER, Tick::FOREVER), |it| {
+            (it.began.max(from), it.clear)
+        })
+    }
+
+    /// Adds who is in the way of hovering at a place between two moments, and what it costs.
+    pub fn stay(&self, class: usize, place: Vertex, [from, to]: [Tick; 2], verdict: &mut Verdict) {
+        for it in &self.taken[class][place as usize] {
+            if it.began >= to {
+                break;
+            }
+            if it.clear <= from {
+                continue;
+            }
+            if it.price == FORBIDDEN {
+                verdict.blockers.push(Blocker {
+                    drone: it.drone,
+                    why: Why::OwnLimit,
+                    began: it.began,
+                    clear: it.clear,
+                });
+            } else if to != Tick::FOREVER {
+                let seconds = it.clear.min(to).seconds() - it.began.max(from).seconds();
+                verdict.price_s += f64::from(it.price) / 1000.0 * seconds;
+            }
+        }
+    }
+
+    /// Adds who is in the way of being at a place at the end of a step. Their times are those of its departure.
+    pub fn arrive(
+        &self,
+        class: usize,
+        place: Vertex,
+        [from, to]: [Tick; 2],
+        verdict: &mut Verdict,
+    ) {
+        let ticks = to.0 - from.0;
+        for it in &self.taken[class][place as usize] {
+            if it.began > to {
+                break;
+            }
+            if it.clear > to && it.price == FORBIDDEN {
+                let clear = match it.clear {
+                    Tick::FOREVER => Tick::FOREVER,
+                    clear => Tick(clear.0 - ticks),
+                };
+                verdict.blockers.push(Blocker {
+                    drone: it.drone,
+                    why: Why::OwnLimit,
+                    began: Tick(it.began.0.saturating_sub(ticks)),
+                    clear,
+                });
+            }
+        }
+    }
+
+    /// Adds who is in the way of a step, and what it costs. Their times are those of its departure.
+    ///
+    /// `false` if nobody is in the way, but wakes may add up to too much: it has to be judged in full.
+    pub fn step(&self, costmap: &Costmap, thought: &Thought, verdict: &mut Verdict) -> bool {
+        let mut loads = Loads::default();
+        let lattice = &self.steps.lattice;
+        let [at, to] = thought.way.map(|place| lattice.steps(place));
+        let way = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
+        let spells = spells(thought.time);
+        let until = thought.time[1];
+        for other in 0..self.steps.class_count() {
+            let pair = self.steps.pair(thought.class, other);
+            let mut look_at = |near: &Near, record: &Record| {
+                let [dx, dy] = near.aside;
+                let dz = i32::from(record.layer) - at[2];
+                if usize::from(record.class) != other || dz.abs() > pair.extent.layers {
+                    return;
+                }
+                let span = pair.span([way, usize::from(record.way)], near, dz);
+                let there = [at[0] + dx, at[1] + dy, at[2] + dz];
+                if !self.is_against(thought, [at, there], way, &span, record, verdict) {
+                    loads.add(costmap, thought, &span, record);
+                }
+            };
+            for (near, column) in self.columns_near(&pair.near[way], at) {
+                if self.glances[column].may_be_passed(spells) {
+                    let passing = self.columns[column].passing(thought.time);
+                    passing.for_each(|record| look_at(near, record));
+                }
+            }
+            for (near, column) in self.columns_near(&pair.near_still[way], at) {
+                if self.glances[column].is_held(until) {
+                    let staying = self.columns[column].staying(until);
+                    staying.for_each(|record| look_at(near, record));
+                }
+            }
+        }
+        !verdict.blockers.is_empty() || loads.are_borne()
+    }
+
+    /// Those of the columns beside a place that there are.
+    fn columns_near<'b>(
+        &self,
+        near: &'b [Near],
+        [x, y, _]: [i32; 3],
+    ) -> impl Iterator<Item = (&'b Near, usize)> {
+        near.iter().filter_map(move |near| {
+            let [dx, dy] = near.aside;
+            Some((near, self.column([x + dx, y + dy])?))
+        })
+    }
+
+    /// Whether somebody's step is in the way, or would be if its wake reached; adds that, or what it costs.
+    fn is_against(
+        &self,
+        thought: &Thought,
+        [at, there]: [[i32; 3]; 2],
+        way: usize,
+        span: &Span,
+        record: &Record,
+        verdict: &mut Verdict,
+    ) -> bool {
+        let (me, other) = (thought.class, usize::from(record.class));
+        let others = usize::from(record.way);
+        let [from, until] = thought.time;
+        if span.is_empty() {
+            if span.price > 0 {
+                let seconds = record.end.min(until).seconds() - record.start.max(from).seconds();
+                verdict.price_s += f64::from(span.price) / 1000.0 * seconds;
+            }
+            return false;
+        }
+        // Departures from `began` until `clear` are too near.
+        let (began, clear) = if others == STILL {
+            (
+                i64::from(record.start.0) - i64::from(span.to),
+                if record.end == Tick::FOREVER {
+                    i64::from(u32::MAX)
+                } else {
+                    i64::from(record.end.0) - i64::from(span.from)
+                },
+            )
+        } else {
+            let start = i64::from(record.start.0);
+            (start + i64::from(span.from), start + i64::from(span.to))
+        };
+        let departs = i64::from(from.0);
+        if departs <= began || clear <= departs {
+            return false;
+        }
+        if !self.reaches([me, other], at, way, there, record) {
+            return true;
+        }
+        verdict.blockers.push(Blocker {
+            drone: record.drone,
+            why: Why::OwnLimit,
+            began: Tick(began.max(0) as u32),
+            clear: Tick(clear as u32),
+        });
+        true
+    }
+}
+
+/// What wakes add up to around a step.
+#[derive(Default)]
+struct Loads {
+    /// What they bring who steps, and when.
+    on_me: Vec<([Tick; 2], u32)>,
+    sum: u32,
+    is_too_much_for_others: bool,
+}
+
+impl Loads {
+    fn add(&mut self, costmap: &Costmap, thought: &Thought, span: &Span, record: &Record) {
+        if span.on_first > 0 {
+            let load = u32::from(span.on_first);
+            self.on_me.push(([record.start, record.end], load));
+            self.sum += load;
+        }
+        if span.on_second > 0 && !self.is_too_much_for_others {
+            let most = f64::from(MOST_LOADS) - f64::from(span.on_second);
+            // Mostly it is little at any time.
+            let (drone, part) = (record.drone, record.part);
+            self.is_too_much_for_others = costmap.filled(drone, part) * LOADS > most
+                && costmap.filled_between(drone, part, thought.time) * LOADS > most;
+        }
+    }
+
+    fn are_borne(&self) -> bool {
+        !self.is_too_much_for_others && (self.sum <= MOST_LOADS || self.peak() <= MOST_LOADS)
+    }
+
+    /// The most that they are at any moment: it only grows where one begins.
+    fn peak(&self) -> u32 {
+        let at = |moment: Tick| -> u32 {
+            let lasts = |[start, end]: [Tick; 2]| start <= moment && moment < end;
+            let loads = self.on_me.iter().filter(|(time, _)| lasts(*time));
+            loads.map(|(_, load)| load).sum()
+        };
+        let begins = self.on_me.iter().map(|([start, _], _)| at(*start));
+        begins.max().unwrap_or(0)
+    }
+}

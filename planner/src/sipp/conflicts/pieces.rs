@@ -1,0 +1,35 @@
+//! A leg as steps on the lattice.
+
+use costmap::leg::{Leg, Tick};
+
+use super::steps::STILL;
+use crate::graph::lattice::Lattice;
+
+/// Calls `f` with a leg as steps on the lattice: where each begins, its direction, and when. A leg off the lattice
+/// counts as standing still at the places next to it in turn.
+pub(super) fn pieces(lattice: &Lattice, leg: &Leg, mut f: impl FnMut([i32; 3], usize, [Tick; 2])) {
+    let exact = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
+    if let (Some(from), Some(to)) = exact {
+        let (a, b) = (lattice.steps(from), lattice.steps(to));
+        let d = [0, 1, 2].map(|axis| b[axis] - a[axis] + 1);
+        if d.iter().all(|d| (0..3).contains(d)) {
+            let way = (d[0] + 3 * d[1] + 9 * d[2]) as usize;
+            return f(a, way, [leg.start, leg.end]);
+        }
+    }
+    let length_m = (leg.to_m - leg.from_m).norm();
+    let count = (2.0 * length_m / lattice.cell_m()).ceil().max(1.0) as u32;
+    if leg.end == Tick::FOREVER || count == 1 {
+        let middle_m = nalgebra::center(&leg.from_m, &leg.to_m);
+        return f(lattice.nearest(&middle_m), STILL, [leg.start, leg.end]);
+    }
+    let ticks = leg.end.0 - leg.start.0;
+    for k in 0..count {
+        let [start, end] = [k, k + 1].map(|k| leg.start.after(ticks * k / count));
+        if start < end {
+            let part = leg.between(start, end);
+            let middle_m = nalgebra::center(&part.from_m, &part.to_m);
+            f(lattice.nearest(&middle_m), STILL, [start, end]);
+        }
+    }
+}

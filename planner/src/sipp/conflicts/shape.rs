@@ -1,0 +1,316 @@
+//! How near two drones may be, by the height between them, and what follows for their steps.
+
+use costmap::fleet::{BUDGET, Fleet, Meeting};
+use costmap::verdict::price;
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use super::pair::{Extent, Pair};
+use super::span::{Way, least_distance, nearest, passing, too_near};
+use super::steps::{Class, LOADS, Span};
+use super::ways::{STILL, WAYS, cells};
+use crate::graph::lattice::Lattice;
+
+/// Share of a budget that one wake may fill here: chosen here, the rest is for wakes farther off.
+const ONE_WAKES_SHARE: f64 = 0.4;
+/// Prices below this are left to the verdict: chosen here, three hundredths of a second a step (s/s).
+const LEAST_PRICE: f64 = 0.0625;
+/// Loads below this share of a budget are left to the verdict: chosen here, an eighth of the most that one wake may fill.
+const LEAST_LOAD: f64 = 0.05;
+/// The same where everybody steps at once, and nothing is looked for again: chosen here, three parts of [`LOADS`].
+const LEAST_ABREAST: f64 = 0.012;
+/// Azimuths at which a wake is asked for: chosen here, moved jets are not round.
+const AZIMUTHS: u32 = 8;
+
+/// How far two classes keep from one another, by the layers between them.
+#[derive(Debug)]
+pub(super) struct Shape {
+    me: Class,
+    other: Class,
+    pub(super) layers: i32,
+    pub(super) reach: i32,
+    bodies: i32,
+    /// Radius (cells) at `k` layers above the other and between `k` and `k + 1`, from the lowest on.
+    at: Vec<f64>,
+    between: Vec<f64>,
+    /// By layers above the other and [`RINGS`] aside, what hovering costs both (s/s).
+    prices: Vec<Vec<f64>>,
+    /// Loads on both, in the same way, at `k` layers above the other and between `k` and `k + 1`.
+    loads_at: Vec<Vec<[f64; 2]>>,
+    loads_between: Vec<Vec<[f64; 2]>>,
+    /// From this distance on there is no load of [`LEAST_LOAD`] (cells).
+    far: f64,
+}
+
+/// Distances in a cell at which wakes are asked for: chosen here, five centimetres of a metre.
+const RINGS: usize = 20;
+
+impl Shape {
+    pub(super) fn new(lattice: &Lattice, fleet: &Fleet, me: Class, other: Class) -> Shape {
+        let cell_m = lattice.cell_m();
+        let most = lattice.counts()[2] as i32;
+        let near_m = 2.0 * fleet.near_m() + cell_m;
+        let radius = |low: i32, high: i32, air: bool| {
+            let z_m = [low, high].map(|layers| f64::from(layers) * cell_m);
+            let is_near = |radius_m: f64| is_too_near(fleet, [me, other], radius_m, z_m, air);
+            if !is_near(0.0) {
+                return 0.0;
+            }
+            let (mut inside_m, mut outside_m) = (0.0, near_m);
+            // To a hundredth of a cell.
+            while outside_m - inside_m > 0.01 * cell_m {
+                let middle_m = 0.5 * (inside_m + outside_m);
+                if is_near(middle_m) {
+                    inside_m = middle_m;
+                } else {
+                    outside_m = middle_m;
+                }
+            }
+            outside_m / cell_m
+        };
+        let all: Vec<i32> = (-most..=most).collect();
+        let at: Vec<f64> = all.par_iter().map(|k| radius(*k, *k, true)).collect();
+        let between: Vec<f64> = all.par_iter().map(|k| radius(*k, k + 1, true)).collect();
+        let bodies = (1..most).find(|k| radius(*k - 1, *k, false) == 0.0);
+        let rings = 0..=(near_m / cell_m * RINGS as f64).ceil() as usize;
+        let cost = |k: &i32| {
+            let at_price = |ring: usize| {
+                let height_m = f64::from(*k) * cell_m;
+                let met = meet_at(
+                    fleet,
+                    [me, other],
+                    ring as f64 / RINGS as f64 * cell_m,
+                    [height_m; 2],
+                );
+                met.map(|it| price(it.alpha_first) + price(it.alpha_second))
+                    .fold(0.0, f64::max)
+            };
+            rings.clone().map(at_price).collect()
+        };
+        let prices: Vec<Vec<f64>> = all.par_iter().map(cost).collect();
+        let loads = |low: i32, high: i32| -> Vec<[f64; 2]> {
+            let z_m = [low, high].map(|layers| f64::from(layers) * cell_m);
+            let at_ring = |ring: usize| {
+                let met = meet_at(fleet, [me, other], ring as f64 / RINGS as f64 * cell_m, z_m);
+                met.map(|it| [it.load_on_first, it.load_on_second])
+                    .map(|loads| loads.map(|load| f64::from(load) / f64::from(BUDGET)))
+                    .fold([0.0_f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
+            };
+            rings.clone().map(at_ring).collect()
+        };
+        let loads_at: Vec<Vec<[f64; 2]>> = all.par_iter().map(|k| loads(*k, *k)).collect();
+        let loads_between: Vec<Vec<[f64; 2]>> = all.par_iter().map(|k| loads(*k, k + 1)).collect();
+        let counts = |ring: &usize| {
+            let both = loads_at.iter().chain(&loads_between);
+            both.flat_map(|rings| rings[*ring])
+                .any(|load| load >= LEAST_LOAD)
+        };
+        let far = rings.clone().rev().find(counts).map_or(0, |ring| ring + 1) as f64 / RINGS as f64;
+        let matters = |index: usize| {
+            at[index] > 0.0
+                || between[index] > 0.0
+                || prices[index].iter().any(|price| *price >= LEAST_PRICE)
+        };
+        let farthest = (0..all.len()).filter(|&index| matters(index));
+        let layers = farthest.map(|index| all[index].abs()).max().unwrap_or(0);
+        let widest = at.iter().chain(&between).copied().fold(far, f64::max);
+        Shape {
+            me,
+            other,
+            layers: (layers + 2).min(most),
+            // Each may come a cell nearer.
+            reach: (widest.ceil() as i32 + 1).max(2),
+            bodies: bodies.unwrap_or(most),
+            at,
+            between,
+            prices,
+            loads_at,
+            loads_between,
+            far: far.max(widest),
+        }
+    }
+
+    pub(super) fn entries(&self) -> usize {
+        let wide = 2 * self.reach + 1;
+        (wide * wide * (2 * self.layers + 1)) as usize * WAYS * WAYS
+    }
+
+    /// Whether steps last longer than a table can hold.
+    pub(super) fn is_too_slow(&self) -> bool {
+        let slowest = self.me.ticks.iter().chain(&self.other.ticks).max();
+        slowest.is_some_and(|ticks| *ticks > i16::MAX as u32 / 2)
+    }
+
+    /// Radius while the height of the first over the second is between these layers.
+    fn radius(&self, low: i32, high: i32) -> f64 {
+        let most = (self.at.len() / 2) as i32;
+        let index = |k: i32| (k + most).clamp(0, 2 * most) as usize;
+        let between = (low..high).map(|k| self.between[index(k)]);
+        between.fold(self.at[index(low)].max(self.at[index(high)]), f64::max)
+    }
+
+    fn price(&self, layers: f64, aside: f64) -> f64 {
+        let most = (self.at.len() / 2) as f64;
+        let row = &self.prices[(layers + most).round().clamp(0.0, 2.0 * most) as usize];
+        let ring = (aside * RINGS as f64).round() as usize;
+        row.get(ring).copied().unwrap_or(0.0)
+    }
+
+    /// Loads on both at a distance, while the height of the first over the second is between these layers; nothing where it is
+    /// less than this share of a budget.
+    fn loads(&self, low: i32, high: i32, distance: f64, least: f64) -> [u8; 2] {
+        let most = (self.at.len() / 2) as i32;
+        let index = |k: i32| (k + most).clamp(0, 2 * most) as usize;
+        let ring = (distance * RINGS as f64) as usize;
+        let rows = [&self.loads_at[index(low)], &self.loads_at[index(high)]];
+        let rows = rows
+            .into_iter()
+            .chain((low..high).map(|k| &self.loads_between[index(k)]));
+        let most_of = |side: usize| {
+            let loads = rows.clone().filter_map(|row| row.get(ring));
+            let load = loads.map(|both| both[side]).fold(0.0, f64::max);
+            if load < least {
+                return 0;
+            }
+            // What is more is forbidden.
+            (load.min(ONE_WAKES_SHARE) * LOADS).ceil() as u8
+        };
+        [most_of(0), most_of(1)]
+    }
+
+    pub(super) fn pair(&self) -> Pair {
+        let extent = Extent {
+            reach: self.reach,
+            layers: self.layers,
+            bodies: self.bodies,
+        };
+        Pair::new(extent, |way, others, aside| self.spans(way, others, aside))
+    }
+
+    /// By layer, from the lowest on in which the second may begin.
+    fn spans(&self, way: usize, others: usize, aside: [i32; 2]) -> Vec<Span> {
+        let on_floor = |[x, y]: [i32; 2]| [f64::from(x), f64::from(y)];
+        let along = |way: usize| {
+            let [x, y, _] = cells(way);
+            on_floor([x, y])
+        };
+        let first = Way {
+            from: [0.0; 2],
+            by: along(way),
+            ticks: self.me.ticks(way),
+        };
+        let second = Way {
+            from: on_floor(aside),
+            by: along(others),
+            ticks: self.other.ticks(others),
+        };
+        let past = Way {
+            from: second.from.map(|at| -at),
+            ..first
+        };
+        // The same whatever the height between them.
+        let (delta, distance) = match (way == STILL, others == STILL) {
+            (true, true) => (0.0, second.from[0].hypot(second.from[1])),
+            (false, true) => (0.0, least_distance(&past)),
+            (true, false) => (0.0, least_distance(&second)),
+            (false, false) => nearest(&first, &second, self.far),
+        };
+        let within = |radius: f64| match (way == STILL, others == STILL) {
+            _ if distance >= radius => None,
+            (true, true) => Some([0.0, 1.0]),
+            (false, true) => passing(&past, radius),
+            (true, false) => passing(&second, radius),
+            (false, false) => Some(too_near(&first, &second, delta, radius)),
+        };
+        let (mine, theirs) = (cells(way), cells(others));
+        let at_layer = |layer: i32| {
+            let offset = [aside[0], aside[1], layer];
+            // Heights of the first over the second: at the beginning, and when either or both have arrived.
+            let [low, high] = lowest_and_highest(
+                [0, mine[2], -theirs[2], mine[2] - theirs[2]].map(|rise| rise - layer),
+            );
+            let radius = self.radius(low, high);
+            let [on_first, on_second] = self.loads(low, high, distance.max(radius), LEAST_LOAD);
+            let mut span = Span {
+                on_first,
+                on_second,
+                ..Span::default()
+            };
+            if let Some([from, to]) = within(radius) {
+                (span.from, span.to) = (from.floor() as i16, to.ceil() as i16);
+            } else {
+                let middle = |axis: usize| {
+                    f64::from(offset[axis]) + 0.5 * f64::from(theirs[axis] - mine[axis])
+                };
+                let price = self.price(-middle(2), middle(0).hypot(middle(1)));
+                if price >= LEAST_PRICE {
+                    span.price = (price * 1000.0).min(f64::from(u16::MAX)) as u16;
+                }
+            }
+            span
+        };
+        (-self.layers..=self.layers).map(at_layer).collect()
+    }
+
+    /// Loads on both of two steps that begin together and last as long; `None`: they are too near one another.
+    pub(super) fn abreast(
+        &self,
+        [mine, theirs]: [[i32; 3]; 2],
+        offset: [i32; 3],
+    ) -> Option<[u8; 2]> {
+        // Seen from the first, the second moves straight on: as high as at the ends, or between.
+        let rise = theirs[2] - mine[2];
+        let (low, high) = (
+            (-offset[2]).min(-offset[2] - rise),
+            (-offset[2]).max(-offset[2] - rise),
+        );
+        let past = Way {
+            from: [f64::from(offset[0]), f64::from(offset[1])],
+            by: [0, 1].map(|axis| f64::from(theirs[axis] - mine[axis])),
+            ticks: 1.0,
+        };
+        let distance = least_distance(&past);
+        if distance < self.radius(low, high) {
+            return None;
+        }
+        Some(self.loads(low, high, distance, LEAST_ABREAST))
+    }
+}
+
+/// Heights of one over another between which they are on the way.
+fn lowest_and_highest(heights: [i32; 4]) -> [i32; 2] {
+    let [a, b, c, d] = heights;
+    [a.min(b).min(c).min(d), a.max(b).max(c).max(d)]
+}
+
+/// What two drones are to one another, one this far aside of the other, at heights over it between these: at all azimuths.
+fn meet_at(
+    fleet: &Fleet,
+    [me, other]: [Class; 2],
+    radius_m: f64,
+    [low_m, high_m]: [f64; 2],
+) -> impl Iterator<Item = Meeting> {
+    (0..AZIMUTHS).filter_map(move |azimuth| {
+        let turn = f64::from(azimuth) * std::f64::consts::TAU / f64::from(AZIMUTHS);
+        let (sin, cos) = turn.sin_cos();
+        let at_m = |z_m: f64| Point3::new(radius_m * cos, radius_m * sin, z_m);
+        let passing = me.leg(0, at_m(low_m), at_m(high_m));
+        let still = other.leg(1, Point3::origin(), Point3::origin());
+        fleet.meet(&passing, &still, [f64::NEG_INFINITY; 2])
+    })
+}
+
+/// Whether they are too near, all in all or their bodies alone.
+fn is_too_near(
+    fleet: &Fleet,
+    classes: [Class; 2],
+    radius_m: f64,
+    z_m: [f64; 2],
+    air: bool,
+) -> bool {
+    let most = (ONE_WAKES_SHARE * f64::from(BUDGET)) as u32;
+    meet_at(fleet, classes, radius_m, z_m).any(|met| {
+        let blown = met.column || met.load_on_first > most || met.load_on_second > most;
+        met.bodies || air && blown
+    })
+}

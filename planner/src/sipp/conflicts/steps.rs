@@ -1,0 +1,249 @@
+//! What two steps on the lattice do to one another, as a table.
+//!
+//! Bodies, columns and wakes of two drones keep them a radius apart that depends on the height between them alone. Two steps
+//! from neighbouring places break it for some delays of one against the other, which are one interval: so all of it
+//! fits into a table by direction, direction and offset. It serves to find ways, not to judge them: pairs only, no
+//! sums, and the height between two steps counts as all that it becomes on the way.
+
+use costmap::costmap::Costmap;
+use costmap::leg::{DroneId, KindId, Leg, Tick};
+use nalgebra::Point3;
+
+use super::pair::Pair;
+use super::shape::Shape;
+pub(super) use super::ways::{STILL, cells};
+use crate::graph::agent::Errand;
+use crate::graph::lattice::Lattice;
+
+/// Fleets of more classes than this are planned without. Chosen here: every class keeps intervals of its own.
+const MOST_CLASSES: usize = 4;
+/// Tables of more entries than this are not made. Chosen here: an eighth of them is worked out and kept, 2 MiB.
+const MOST_ENTRIES: usize = 8 << 20;
+
+/// What flies alike as others are concerned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Class {
+    pub(super) kind: KindId,
+    pub(super) air_limit: f64,
+    /// Of a step along one, two and three axes.
+    pub(super) ticks: [u32; 3],
+}
+
+/// What one step does to another that begins at some offset from it.
+///
+/// Both move: the delays of the first against the second, in ticks, at which they are too near. One stands still: when
+/// the other is too near, in ticks since it began. Nobody moves: not empty if they are too near.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct Span {
+    pub(super) from: i16,
+    pub(super) to: i16,
+    /// What it costs both while they are not too near (thousandths of a second a second).
+    pub(super) price: u16,
+    /// What the second's wake fills of the first's budget, at most, while they are not too near (parts of
+    /// [`LOADS`]), and the other way round.
+    pub(super) on_first: u8,
+    pub(super) on_second: u8,
+}
+
+/// Parts of a budget that are told apart.
+pub(super) const LOADS: f64 = 250.0;
+
+impl Span {
+    pub(super) fn is_empty(&self) -> bool {
+        self.from >= self.to
+    }
+}
+
+/// Tables of a fleet: they do not change while it is planned.
+#[derive(Debug)]
+pub struct Steps {
+    pub(super) lattice: Lattice,
+    classes: Vec<Class>,
+    /// Per drone, its classes by kind.
+    of_drones: Vec<Vec<(KindId, usize)>>,
+    /// `[class][other class]`.
+    pairs: Vec<Pair>,
+    pub(super) shapes: Vec<Shape>,
+    /// By class and place, the lowest layer that the wake of who hovers there reaches; empty without covers.
+    wake_ends: Vec<Vec<u16>>,
+}
+
+/// A step, or a stay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Pace {
+    /// What steps.
+    pub(crate) class: usize,
+    /// Where it begins, in steps of the lattice.
+    pub(crate) at: [i32; 3],
+    /// Where it leads from there.
+    pub(crate) by: [i32; 3],
+}
+
+impl Steps {
+    /// Tables for a fleet, and for whoever else is in the costmap; `None` where there are zones, air that comes late, too
+    /// many classes, or too much to tabulate.
+    pub fn new(lattice: &Lattice, errands: &[Errand], costmap: &Costmap) -> Option<Steps> {
+        if costmap.has_zones() || costmap.has_late_air() {
+            return None;
+        }
+        let mut classes: Vec<Class> = Vec::new();
+        let mut of_drones = Vec::with_capacity(costmap.drone_count());
+        for errand in errands {
+            let ticks = errand.mover.step_ticks();
+            let mut own = Vec::new();
+            for &kind in &errand.kinds {
+                let class = Class {
+                    kind,
+                    air_limit: errand.air_limit,
+                    ticks,
+                };
+                own.push((kind, index_of(&mut classes, class)));
+            }
+            of_drones.push(own);
+        }
+        for drone in errands.len()..costmap.drone_count() {
+            let legs = costmap.legs(DroneId(drone as u32)).iter();
+            let own = legs.map(|leg| {
+                let class = Class {
+                    kind: leg.kind,
+                    air_limit: leg.air_limit,
+                    // It is taken to stand still a while here, a while there.
+                    ticks: [1; 3],
+                };
+                (leg.kind, index_of(&mut classes, class))
+            });
+            let mut own: Vec<(KindId, usize)> = own.collect();
+            own.dedup();
+            of_drones.push(own);
+        }
+        if classes.len() > MOST_CLASSES {
+            return None;
+        }
+        let of_pairs = classes
+            .iter()
+            .flat_map(|me| classes.iter().map(move |other| (*me, *other)));
+        let shapes: Vec<Shape> = of_pairs
+            .map(|(me, other)| Shape::new(lattice, costmap.fleet(), me, other))
+            .collect();
+        let entries = shapes.iter().map(Shape::entries).sum::<usize>();
+        if entries > MOST_ENTRIES || shapes.iter().any(Shape::is_too_slow) {
+            return None;
+        }
+        let pairs = shapes.iter().map(Shape::pair).collect();
+        let wake_ends = if costmap.has_covers() {
+            let of_class = |class| wake_ends(lattice, costmap, class);
+            classes.iter().map(of_class).collect()
+        } else {
+            Vec::new()
+        };
+        Some(Steps {
+            lattice: lattice.clone(),
+            classes,
+            of_drones,
+            pairs,
+            shapes,
+            wake_ends,
+        })
+    }
+
+    /// Places along x, y and z.
+    pub(crate) fn counts(&self) -> [usize; 3] {
+        self.lattice.counts()
+    }
+
+    pub(crate) fn class_count(&self) -> usize {
+        self.classes.len()
+    }
+
+    /// The class of a drone as it flies now.
+    pub(crate) fn class(&self, drone: DroneId, kind: KindId) -> Option<usize> {
+        let own = self.of_drones.get(drone.0 as usize)?;
+        let found = own.iter().find(|(known, _)| *known == kind);
+        found.map(|(_, class)| *class)
+    }
+
+    /// Beginnings of a step, from where somebody hovers, with which it forbids or costs something there.
+    pub(super) fn hovering(&self, me: usize, other: usize, way: usize) -> &[([i32; 3], Span)] {
+        &self.pair(me, other).hovering[way]
+    }
+
+    /// What two classes are to one another.
+    pub(super) fn pair(&self, me: usize, other: usize) -> &Pair {
+        &self.pairs[me * self.classes.len() + other]
+    }
+
+    /// Whether bodies can come near one another, by the layers between them.
+    pub(super) fn can_touch(&self, one: &Pace, other: &Pace) -> bool {
+        let (mine, theirs) = (one.by[2], other.by[2]);
+        // At the beginning, and when either or both have arrived.
+        let rises = [0, mine, -theirs, mine - theirs];
+        let heights = rises.map(|rise| one.at[2] - other.at[2] + rise);
+        let bodies = self.pair(one.class, other.class).extent.bodies;
+        heights.iter().any(|height| height.abs() < bodies)
+    }
+
+    /// Whether the wake of whoever is higher reaches down to the other.
+    pub(super) fn can_blow(&self, one: &Pace, other: &Pace) -> bool {
+        let (above, below) = if one.at[2] < other.at[2] {
+            (other, one)
+        } else {
+            (one, other)
+        };
+        below.at[2].max(below.at[2] + below.by[2]) >= self.wake_end(above)
+    }
+
+    /// The lowest layer that the wake of a drone on its way reaches.
+    fn wake_end(&self, pace: &Pace) -> i32 {
+        let Some(ends) = self.wake_ends.get(pace.class) else {
+            return 0;
+        };
+        let end = |at: [i32; 3]| {
+            let place = self.lattice.at(at);
+            place.map_or(0, |place| i32::from(ends[place as usize]))
+        };
+        end(pace.at).min(end([0, 1, 2].map(|axis| pace.at[axis] + pace.by[axis])))
+    }
+}
+
+fn index_of(classes: &mut Vec<Class>, class: Class) -> usize {
+    let known = classes.iter().position(|known| *known == class);
+    known.unwrap_or_else(|| {
+        classes.push(class);
+        classes.len() - 1
+    })
+}
+
+fn wake_ends(lattice: &Lattice, costmap: &Costmap, class: &Class) -> Vec<u16> {
+    let of = |place: u32| {
+        let at_m = lattice.position_m(place);
+        let end_z_m = costmap.wake_end_z_m(&class.leg(0, at_m, at_m));
+        let [i, j, _] = lattice.steps(place);
+        let reached = (0..lattice.counts()[2] as i32).position(|k| {
+            let there = lattice.at([i, j, k]);
+            there.is_some_and(|there| lattice.position_m(there).z >= end_z_m - 1e-6)
+        });
+        reached.unwrap_or(lattice.counts()[2]) as u16
+    };
+    (0..lattice.place_count() as u32).map(of).collect()
+}
+
+impl Class {
+    pub(super) fn leg(&self, drone: u32, from_m: Point3<f64>, to_m: Point3<f64>) -> Leg {
+        Leg {
+            drone: DroneId(drone),
+            kind: self.kind,
+            start: Tick(0),
+            end: Tick(1),
+            from_m,
+            to_m,
+            flying: true,
+            air_limit: self.air_limit,
+        }
+    }
+
+    /// Ticks of a step in a direction; of standing still, any.
+    pub(super) fn ticks(&self, way: usize) -> f64 {
+        let axes = cells(way).iter().filter(|cells| **cells != 0).count();
+        f64::from(self.ticks[axes.max(1) - 1])
+    }
+}

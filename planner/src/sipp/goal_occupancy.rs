@@ -1,0 +1,263 @@
+//! What staying at a place costs at least, by when: others may still come through it.
+//!
+//! A drone that has to dwell where another hovers for ten seconds more can wait, or make it give way.
+//! Known before the search, the cheaper of the two keeps it from trying every way of being early.
+
+use costmap::leg::{DroneId, KindId, Leg, Tick};
+use costmap::verdict::{Blocker, Verdict, Why};
+
+use crate::graph::agent::{Ending, Errand};
+use crate::graph::roadmap::Vertex;
+use crate::sipp::search::{IMMOVABLE, Scene};
+
+/// What it costs to dwell at each task, and to end.
+#[derive(Debug)]
+pub(crate) struct Stays {
+    /// In order; those that cost nothing are left out.
+    priced: Vec<Stay>,
+    /// Who cannot be made to give way and never leaves.
+    pub(crate) never: Option<(DroneId, Why)>,
+}
+
+#[derive(Debug)]
+struct Stay {
+    /// After which it begins.
+    stage: u16,
+    /// From its beginning to the end of the last dwell, with nobody else there.
+    rest_ticks: u32,
+    price: StayPrice,
+}
+
+/// Least time plus price of a stay, as a function of the arrival.
+#[derive(Clone, Debug, Default)]
+struct StayPrice {
+    /// From when on, and the price of all who are met by a stay that begins then.
+    steps: Vec<(u32, u32)>,
+    /// Least total of any later step.
+    later: Vec<u32>,
+    /// See [`Stays::never`].
+    never: Option<(DroneId, Why)>,
+}
+
+impl StayPrice {
+    /// The price of `stay`, whenever it begins, for `ticks`; [`Tick::FOREVER`]'s for ever.
+    fn new(scene: &Scene<'_>, stay: Leg, ticks: u32) -> StayPrice {
+        let stay = Leg {
+            start: Tick(0),
+            end: Tick::FOREVER,
+            ..stay
+        };
+        let mut verdict = Verdict::default();
+        scene.judge(&stay, &mut verdict);
+        let blockers = &mut verdict.blockers;
+        blockers.sort_unstable_by_key(|b| (b.drone, b.began, b.clear));
+        blockers.dedup_by_key(|b| (b.drone, b.began, b.clear));
+        let never = blockers
+            .iter()
+            .find(|b| b.clear == Tick::FOREVER && scene.weights[b.drone.0 as usize] == IMMOVABLE)
+            .map(|b| (b.drone, b.why));
+        let steps = steps(scene.weights, blockers, ticks);
+        let mut later = vec![u32::MAX; steps.len()];
+        for index in (1..steps.len()).rev() {
+            let (from, price) = steps[index];
+            later[index - 1] = later[index].min(from.saturating_add(price));
+        }
+        StayPrice {
+            steps,
+            later,
+            never,
+        }
+    }
+
+    /// Whenever it begins, it costs nothing.
+    fn is_free(&self) -> bool {
+        self.steps.is_empty()
+    }
+
+    fn step(&self, arrives: u32) -> Option<usize> {
+        self.steps
+            .partition_point(|(from, _)| *from <= arrives)
+            .checked_sub(1)
+    }
+
+    /// Least of later arrival and price, beyond arriving at this tick.
+    fn excess(&self, arrives: u32) -> u32 {
+        self.step(arrives).map_or(0, |step| {
+            self.steps[step]
+                .1
+                .min(self.later[step].saturating_sub(arrives))
+        })
+    }
+
+    /// How much later it is best to arrive.
+    fn slack(&self, arrives: u32) -> u32 {
+        let Some(step) = self.step(arrives) else {
+            return 0;
+        };
+        if arrives.saturating_add(self.steps[step].1) <= self.later[step] {
+            return 0;
+        }
+        let total = |index: &usize| self.steps[*index].0.saturating_add(self.steps[*index].1);
+        (step + 1..self.steps.len())
+            .min_by_key(total)
+            .map_or(0, |index| self.steps[index].0 - arrives)
+    }
+}
+
+impl Stays {
+    /// Those of an errand among everybody planned.
+    pub(crate) fn new(scene: &Scene<'_>, errand: &Errand) -> Stays {
+        let stay = |at: Vertex, kind: KindId, flying: bool| {
+            let at_m = scene.roadmap.position_m(at);
+            Leg {
+                drone: errand.drone,
+                kind,
+                start: Tick(0),
+                end: Tick::FOREVER,
+                from_m: at_m,
+                to_m: at_m,
+                flying,
+                air_limit: errand.air_limit,
+            }
+        };
+        let dwells = errand.stages.iter().zip(&errand.kinds[1..]);
+        let dwells = dwells.map(|(stage, &kind)| {
+            let price = match stage.dwell_ticks {
+                0 => StayPrice::default(),
+                ticks => StayPrice::new(scene, stay(stage.distances.goal(), kind, true), ticks),
+            };
+            (stage.rest_ticks, price)
+        });
+        let flies = !errand.stages.is_empty() || !errand.grounded;
+        let end = match (errand.ending, errand.kinds.last()) {
+            (Ending::Hover, Some(&kind)) => {
+                StayPrice::new(scene, stay(errand.last_vertex(), kind, flies), u32::MAX)
+            }
+            _ => StayPrice::default(),
+        };
+        let mut never = None;
+        let all = dwells.chain(std::iter::once((0, end)));
+        let priced = (0..).zip(all).filter_map(|(stage, (rest_ticks, price))| {
+            never = never.or(price.never);
+            (!price.is_free()).then_some(Stay {
+                stage,
+                rest_ticks,
+                price,
+            })
+        });
+        Stays {
+            priced: priced.collect(),
+            never,
+        }
+    }
+
+    /// Least of later arrivals and prices that is still to come after a stage, beyond `ends`: the end of the last dwell at the earliest.
+    pub(crate) fn excess(&self, stage: u16, ends: u32) -> u32 {
+        let excess = self.ahead(stage, ends).map(|(stay, at)| stay.excess(at));
+        excess.max().unwrap_or(0)
+    }
+
+    /// How much later it is best to arrive.
+    pub(crate) fn slack(&self, stage: u16, ends: u32) -> u32 {
+        let dearest = self
+            .ahead(stage, ends)
+            .max_by_key(|(stay, at)| stay.excess(*at));
+        dearest.map_or(0, |(stay, at)| stay.slack(at))
+    }
+
+    /// Prices of the stays that are still to come, each with the least tick at which it can begin.
+    fn ahead(&self, stage: u16, ends: u32) -> impl Iterator<Item = (&StayPrice, u32)> {
+        let ahead = self.priced.iter().filter(move |stay| stay.stage >= stage);
+        ahead.map(move |stay| (&stay.price, ends.saturating_sub(stay.rest_ticks)))
+    }
+}
+
+/// Beginnings of a stay between which the same drones are met, and what they cost together.
+fn steps(weights: &[u32], blockers: &[Blocker], ticks: u32) -> Vec<(u32, u32)> {
+    if blockers.is_empty() {
+        return Vec::new();
+    }
+    let mut begins: Vec<u32> = vec![0];
+    for blocker in blockers {
+        begins.push((blocker.began.0 + 1).saturating_sub(ticks));
+        if blocker.clear != Tick::FOREVER {
+            begins.push(blocker.clear.0);
+        }
+    }
+    begins.sort_unstable();
+    begins.dedup();
+    begins
+        .into_iter()
+        .map(|begin| {
+            let mut price = 0_u32;
+            let mut last = None;
+            for blocker in blockers {
+                let meets =
+                    blocker.began.0 < begin.saturating_add(ticks) && begin < blocker.clear.0;
+                // Blockers are sorted by drone: each is paid for once.
+                if meets && last != Some(blocker.drone) {
+                    price = price.saturating_add(weights[blocker.drone.0 as usize]);
+                    last = Some(blocker.drone);
+                }
+            }
+            (begin, price)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn blocker(drone: u32, began: u32, clear: u32) -> Blocker {
+        Blocker {
+            drone: DroneId(drone),
+            why: Why::Bodies,
+            began: Tick(began),
+            clear: Tick(clear),
+        }
+    }
+
+    #[test]
+    fn a_stay_pays_once_for_each_drone_it_meets() {
+        let blockers = [
+            blocker(0, 100, 200),
+            blocker(0, 200, 300),
+            blocker(1, 500, 600),
+        ];
+        let weights = [50, 70];
+        assert_eq!(
+            steps(&weights, &blockers, 100),
+            [
+                (0, 0),
+                (1, 50),
+                (101, 50),
+                (200, 50),
+                (300, 0),
+                (401, 70),
+                (600, 0)
+            ]
+        );
+        assert_eq!(
+            steps(&weights, &blockers, u32::MAX),
+            [(0, 120), (200, 120), (300, 70), (600, 0)]
+        );
+    }
+
+    #[test]
+    fn to_wait_is_chosen_where_it_is_cheaper() {
+        let stay = StayPrice {
+            steps: vec![(0, 500), (300, 0)],
+            later: vec![300, u32::MAX],
+            never: None,
+        };
+        assert_eq!((stay.excess(100), stay.slack(100)), (200, 200));
+        assert_eq!((stay.excess(300), stay.slack(300)), (0, 0));
+        let dear_wait = StayPrice {
+            steps: vec![(0, 50), (300, 0)],
+            later: vec![300, u32::MAX],
+            never: None,
+        };
+        assert_eq!((dear_wait.excess(100), dear_wait.slack(100)), (50, 0));
+    }
+}

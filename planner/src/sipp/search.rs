@@ -1,0 +1,292 @@
+//! Space-time A* for one drone among those already planned.
+//!
+//! A state is a place, a task and a moment. From there the drone steps to a neighbouring place, dwells, or
+//! ends. Who is in the way is asked of the crowd's tables, where there are any, and the way that was found is judged by the costmap; without them
+//! every step is. A drone in the way does not forbid a step: it may be met,
+//! once, at a price, and gives way afterwards (ejection chains: F. Glover, "Ejection chains, reference
+//! structures and alternating path methods for traveling salesman problems", Discrete Applied Mathematics
+//! 65, 1996; here as penalties in the search, as in PBS and LNS2 for multi-agent path finding). An
+//! immovable one forbids it. Or the step is taken later.
+//!
+//! A state stands for all the time for which hovering at its place is free from then on, as in
+//! safe-interval path planning (M. Phillips and M. Likhachev, "SIPP", ICRA 2011): later arrivals within it
+//! are dropped, and the neighbouring places are reached in each of their own intervals.
+
+use std::rc::Rc;
+
+use costmap::costmap::Costmap;
+use costmap::leg::{DroneId, Leg, Tick};
+use costmap::verdict::{Blocker, Verdict, Why};
+use nalgebra::Point3;
+use rustc_hash::FxHashSet;
+
+use crate::graph::agent::Errand;
+use crate::graph::roadmap::{Roadmap, Vertex};
+use crate::sipp::conflicts::Crowd;
+use crate::sipp::goal_occupancy::Stays;
+
+mod confirm;
+mod label;
+mod met;
+mod node;
+mod outlook;
+mod path;
+mod settle;
+mod wait;
+mod walk;
+
+use outlook::Outlook;
+pub(crate) use path::joined;
+use walk::Search;
+
+/// A drone that nobody can make give way.
+pub const IMMOVABLE: u32 = u32::MAX;
+
+/// What is left to fly counts one part in 2ⁿ more than it takes, so that of ways that differ by less the one found first
+/// will do. The part bounds the excess of an answer over the best. Chosen here.
+const PLAIN_SHIFT: u32 = 5;
+/// A plain look, where hardly anybody is in the way and nothing in between, takes so many states: chosen here.
+const PLAIN_STATES: u64 = 64;
+/// Past those who stay the search is in more of a hurry the longer it takes: the part, and up to how many states. Chosen here: the
+/// first nearly always answers, and the others keep a crowd from costing seconds a drone.
+const PATIENCE: [(u32, u64); 4] = [(5, 500), (3, 1_500), (2, 5_000), (0, u64::MAX)];
+/// Where more of all places than this are closed for good there is no plain look: chosen here.
+const PLAIN_SHARE: f64 = 0.12;
+/// A plain look may take a state more for each of these ticks of the way: chosen here, two a step of 1 m at 2 m/s.
+const TICKS_A_STATE: u64 = 25;
+
+/// What a search works on.
+#[derive(Clone, Copy)]
+pub struct Scene<'a> {
+    /// Ways through free space.
+    pub roadmap: &'a Roadmap,
+    /// Everybody planned so far.
+    pub costmap: &'a Costmap,
+    /// The same in brief, for searches whose answer is judged afterwards.
+    pub crowd: Option<&'a Crowd<'a>>,
+    /// Price in ticks of meeting each drone, or [`IMMOVABLE`].
+    pub weights: &'a [u32],
+    /// Until when each drone goes on as it does, whatever its price; empty: nobody is under way.
+    pub under_way: &'a [Tick],
+    /// Seconds of delay that a second's worth of hover energy is worth.
+    pub energy_weight: f64,
+    /// Whether a detour around those who stay for good is looked for before any of them gives way. Where half of the floor is held
+    /// for good, those who are led around others end up in their way, and quarrels do not end.
+    pub detours: bool,
+    /// Whether every step is judged in full, weak wakes on those far off included.
+    pub careful: bool,
+    /// States after which the search gives up.
+    pub most_expansions: u64,
+    /// Asked now and then.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Scene<'_> {
+    /// What is in the way is flown already, and cannot be taken back.
+    fn is_under_way(&self, blocker: &Blocker) -> bool {
+        let until = self.under_way.get(blocker.drone.0 as usize);
+        until.is_some_and(|until| blocker.clear <= *until)
+    }
+
+    /// Price of what is in the way.
+    pub(crate) fn weight(&self, blocker: &Blocker) -> u32 {
+        if self.is_under_way(blocker) {
+            return IMMOVABLE;
+        }
+        self.weights[blocker.drone.0 as usize]
+    }
+
+    pub(crate) fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
+        if self.careful {
+            self.costmap.judge(leg, verdict);
+        } else {
+            self.costmap.judge_nearby(leg, verdict);
+        }
+    }
+}
+
+/// A way from start to end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    /// Back to back from where its errand begins; the last one may last for ever.
+    pub legs: Vec<Leg>,
+    /// End of the last dwell.
+    pub arrives: Tick,
+    /// Who must give way.
+    pub met: Vec<DroneId>,
+}
+
+/// What a search found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Found {
+    /// The cheapest way.
+    Path(Path),
+    /// None, and what was in the way closest to the goal.
+    Blocked(Option<Obstruction>),
+    /// Told to stop.
+    Stopped,
+}
+
+/// What was in the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Obstruction {
+    /// Who or what.
+    pub by: Hindrance,
+    /// Where the drone could get to (m).
+    pub at_m: Point3<f64>,
+    /// When it would have gone on.
+    pub at: Tick,
+    /// Ticks that were left to fly.
+    remaining: u32,
+}
+
+/// Who or what can be in the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hindrance {
+    /// Another drone, and how.
+    Drone(DroneId, Why),
+    /// A zone (its index) that the drone's own wake is too strong for.
+    Zone(usize),
+}
+
+/// Result and effort of one search.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Searched {
+    /// What was found.
+    pub found: Found,
+    /// States expanded.
+    pub expansions: u64,
+}
+
+/// Ways tried by the crowd's intervals before every step is judged; chosen here.
+const MOST_TRIES: usize = 8;
+
+/// Steps and stays that looked free in brief and are not: from where and to where.
+pub(crate) type Doubts = FxHashSet<(Vertex, Vertex)>;
+
+/// Finds the cheapest way for one errand.
+///
+/// With a crowd it is looked for in brief, and judged in the end; steps that were taken for free are judged
+/// at once when it is looked for again.
+pub fn search(mut scene: Scene<'_>, errand: &Errand) -> Searched {
+    if !errand.forgiven.is_empty() {
+        // What is forgiven depends on how somebody is in the way.
+        scene.crowd = None;
+    }
+    let searched = find(scene, errand);
+    errand.forget();
+    searched
+}
+
+fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
+    let mut doubts = Rc::new(Doubts::default());
+    let mut expansions = 0;
+    let mut outlook = None;
+    let stays = Rc::new(Stays::new(&scene, errand));
+    for _ in 0..MOST_TRIES {
+        if scene.crowd.is_none() {
+            break;
+        }
+        let searched = look(scene, errand, &doubts, &stays, &mut outlook);
+        expansions += searched.expansions;
+        let known = doubts.len();
+        match &searched.found {
+            Found::Stopped => {
+                return Searched {
+                    expansions,
+                    ..searched
+                };
+            }
+            Found::Blocked(_) => break,
+            Found::Path(path) => {
+                if is_as_thought(&scene, path, Rc::make_mut(&mut doubts)) {
+                    return Searched {
+                        expansions,
+                        ..searched
+                    };
+                }
+            }
+        }
+        if doubts.len() == known {
+            break;
+        }
+    }
+    let whole = Scene {
+        crowd: None,
+        ..scene
+    };
+    let searched = look(whole, errand, &Rc::default(), &stays, &mut None);
+    Searched {
+        expansions: expansions + searched.expansions,
+        ..searched
+    }
+}
+
+/// Whether a plain look is in vain, or takes as long as one past those who stay.
+fn is_crowded(scene: &Scene<'_>, errand: &Errand) -> bool {
+    let Some(crowd) = scene.crowd else {
+        return false;
+    };
+    let class = crowd.class(errand.drone, errand.kinds[0]);
+    let share = class.map_or(0.0, |class| crowd.closed_share(class));
+    share > PLAIN_SHARE || !errand.is_straight(scene.roadmap)
+}
+
+/// Whether the costmap says of a path what was thought of it; if not, what is in doubt.
+fn is_as_thought(scene: &Scene<'_>, path: &Path, doubts: &mut Doubts) -> bool {
+    let lattice = scene.roadmap.lattice();
+    let mut verdict = Verdict::default();
+    let mut sound = true;
+    for leg in &path.legs {
+        scene.judge(leg, &mut verdict);
+        let met = |it: &Blocker| path.met.contains(&it.drone) && !scene.is_under_way(it);
+        if verdict.breaks_zone.is_some() || !verdict.blockers.iter().all(met) {
+            sound = false;
+            let ends = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
+            if let (Some(from), Some(to)) = ends {
+                doubts.insert((from, to));
+            }
+        }
+    }
+    sound
+}
+
+fn look<'a>(
+    scene: Scene<'a>,
+    errand: &'a Errand,
+    doubts: &Rc<Doubts>,
+    stays: &Rc<Stays>,
+    outlook: &mut Option<Outlook<'a>>,
+) -> Searched {
+    let mut expansions = 0;
+    if !is_crowded(&scene, errand) {
+        let far = u64::from(errand.alone_ticks) / TICKS_A_STATE;
+        let by = Outlook::plain(scene, errand);
+        let (doubts, stays) = (doubts.clone(), stays.clone());
+        let mut search = Search::new(scene, errand, doubts, by, stays, PLAIN_SHIFT);
+        let found = search.run(scene.most_expansions.min(PLAIN_STATES + far));
+        expansions = search.expansions;
+        if let Some(found) = found {
+            return Searched { found, expansions };
+        }
+    }
+    let by = outlook
+        .take()
+        .unwrap_or_else(|| Outlook::new(scene, errand));
+    let (doubts, stays) = (doubts.clone(), stays.clone());
+    let mut search = Search::new(scene, errand, doubts, by, stays, PATIENCE[0].0);
+    let mut found = None;
+    for (impatience_shift, most_expansions) in PATIENCE {
+        search.hurry(impatience_shift);
+        found = search.run(most_expansions.min(scene.most_expansions));
+        if found.is_some() {
+            break;
+        }
+    }
+    expansions += search.expansions;
+    *outlook = Some(search.nodes.into_outlook());
+    Searched {
+        found: found.unwrap_or(Found::Blocked(None)),
+        expansions,
+    }
+}

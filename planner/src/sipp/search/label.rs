@@ -1,0 +1,87 @@
+//! States of the search, and the order in which they have their turn.
+
+use std::cmp::{Ordering, Reverse};
+
+use costmap::leg::Tick;
+
+use crate::graph::roadmap::Vertex;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Step {
+    Start,
+    Move,
+    /// The step of its parent, later: when is asked when its turn comes.
+    Later,
+    Wait,
+    Dwell,
+    End,
+}
+
+/// Steps that have been thought of: up to a total, as it was reckoned then.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Offered {
+    pub(super) upto: u32,
+    pub(super) impatience_shift: u32,
+}
+
+impl Offered {
+    /// Whether a step that costs so much has not been thought of.
+    pub(super) fn leaves_out(&self, cost: u32, remaining: u32) -> bool {
+        hurried(cost, remaining, self.impatience_shift) > self.upto
+    }
+}
+
+/// A cost with what is left to fly counted one part in 2ⁿ more.
+pub(super) fn hurried(cost: u32, remaining: u32, impatience_shift: u32) -> u32 {
+    cost.saturating_add(remaining >> impatience_shift)
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Label {
+    pub(super) vertex: Vertex,
+    pub(super) stage: u16,
+    pub(super) grounded: bool,
+    pub(super) step: Step,
+    /// Until then it stays where its parent is.
+    pub(super) departs: Tick,
+    pub(super) at: Tick,
+    /// Prices paid so far, in ticks.
+    pub(super) paid: u32,
+    pub(super) parent: u32,
+    /// Last of the drones met, in `Search::met`; 0: none.
+    pub(super) met: u32,
+    /// The costmap has been asked about what leads here.
+    pub(super) judged: bool,
+    /// Which of its steps have been thought of.
+    pub(super) offered: Option<Offered>,
+}
+
+/// Cheapest first; among equals what is known for good, then the nearest to the end, then the newest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Open {
+    pub(super) total: u32,
+    pub(super) remaining: u32,
+    /// What remains may be more.
+    pub(super) is_bound: bool,
+    pub(super) label: u32,
+}
+
+impl Ord for Open {
+    fn cmp(&self, other: &Open) -> Ordering {
+        let key = |open: &Open| {
+            (
+                Reverse(open.total),
+                !open.is_bound,
+                Reverse(open.remaining),
+                open.label,
+            )
+        };
+        key(self).cmp(&key(other))
+    }
+}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Open) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}

@@ -1,0 +1,274 @@
+//! Places on the way to a task: how far they are from the end, when they have been reached, and when they
+//! are free to hover at.
+
+use std::rc::Rc;
+
+use costmap::leg::{DroneId, Leg, Tick};
+use costmap::verdict::{Blocker, Verdict};
+use rustc_hash::FxHashMap;
+
+use super::label::{Label, Step};
+use super::met::Met;
+use super::outlook::Outlook;
+use super::{Doubts, Scene};
+use crate::graph::agent::Errand;
+use crate::graph::roadmap::Vertex;
+use crate::sipp::conflicts::Crowd;
+use crate::sipp::scratch::Sheet;
+
+/// A moment at which a place is known to be reached.
+#[derive(Clone, Copy, Debug)]
+struct Visit {
+    from: Tick,
+    /// Until when it is free to hover at; `None`: nobody has asked.
+    to: Option<Tick>,
+    /// Who gives way by then, in `Search::met`.
+    met: u32,
+    /// The visit before at the same place.
+    before: u32,
+}
+
+/// What is known of the way on is raised by so much at a time: chosen here, half a step of 1 m at 2 m/s.
+const LOOK_TICKS: u32 = 25;
+
+/// No visit.
+const NEVER: u32 = u32::MAX;
+
+#[derive(Clone, Copy)]
+struct Node {
+    remaining: u32,
+    /// Whether that is more than a bound.
+    is_final: bool,
+    /// Its last visit.
+    last: u32,
+}
+
+#[derive(Clone, Default)]
+struct Hover {
+    breaks_zone: Option<usize>,
+    blockers: Vec<Blocker>,
+}
+
+/// All places that a search has thought of.
+pub(super) struct Nodes<'a> {
+    scene: Scene<'a>,
+    errand: &'a Errand,
+    doubts: Rc<Doubts>,
+    outlook: Outlook<'a>,
+    /// By stage and vertex, one more than the index of the node; 0: none.
+    flying: Sheet,
+    /// On the ground, where it starts, and after the last stage, where it ends.
+    standing: FxHashMap<(Vertex, u16, bool), usize>,
+    all: Vec<Node>,
+    /// Those of all places.
+    visits: Vec<Visit>,
+    /// By node, who is in the way of hovering there, whenever, where somebody has asked.
+    hovers: FxHashMap<usize, Hover>,
+}
+
+impl<'a> Nodes<'a> {
+    pub(super) fn new(
+        scene: Scene<'a>,
+        errand: &'a Errand,
+        doubts: Rc<Doubts>,
+        outlook: Outlook<'a>,
+    ) -> Nodes<'a> {
+        Nodes {
+            outlook,
+            scene,
+            errand,
+            doubts,
+            flying: Sheet::new(scene.roadmap.place_count() * errand.stages.len()),
+            standing: FxHashMap::default(),
+            all: Vec::new(),
+            visits: Vec::new(),
+            hovers: FxHashMap::default(),
+        }
+    }
+
+    /// The node of a state.
+    pub(super) fn at(&mut self, label: &Label) -> usize {
+        let is_over = usize::from(label.stage) == self.errand.stages.len();
+        if !label.grounded && !is_over {
+            return self.flying(label.stage, label.vertex);
+        }
+        let next = self.all.len();
+        let key = (label.vertex, label.stage, label.grounded);
+        let known = *self.standing.entry(key).or_insert(next);
+        if known == next {
+            self.add(label.stage, label.vertex);
+        }
+        known
+    }
+
+    /// The node of flying at a place before the last stage is over.
+    pub(super) fn flying(&mut self, stage: u16, vertex: Vertex) -> usize {
+        let index = u32::from(stage) * self.scene.roadmap.place_count() as u32 + vertex;
+        let known = self.flying.get(index);
+        if known > 0 {
+            return known as usize - 1;
+        }
+        self.add(stage, vertex);
+        self.flying.set(index, self.all.len() as u32);
+        self.all.len() - 1
+    }
+
+    fn add(&mut self, stage: u16, vertex: Vertex) {
+        let (remaining, is_final) = self.outlook.at_least(usize::from(stage), vertex);
+        self.all.push(Node {
+            remaining,
+            is_final,
+            last: NEVER,
+        });
+    }
+
+    /// Ticks from there to the end of the last dwell, as far as they are known.
+    pub(super) fn remaining(&self, node: usize) -> u32 {
+        self.all[node].remaining
+    }
+
+    /// Whether they are known for good.
+    pub(super) fn is_final(&self, node: usize) -> bool {
+        self.all[node].is_final
+    }
+
+    /// The same, more than is known so far, or for good.
+    pub(super) fn look_on(&mut self, node: usize, label: &Label) -> (u32, bool) {
+        let known = self.all[node];
+        if !known.is_final {
+            let stage = usize::from(label.stage);
+            let (mut remaining, mut is_final) = self.outlook.at_least(stage, label.vertex);
+            if !is_final && remaining <= known.remaining {
+                self.outlook.look_on(stage, label.vertex, LOOK_TICKS);
+                (remaining, is_final) = self.outlook.at_least(stage, label.vertex);
+            }
+            (self.all[node].remaining, self.all[node].is_final) = (remaining, is_final);
+        }
+        (self.all[node].remaining, self.all[node].is_final)
+    }
+
+    /// What was looked ahead by, for the next search.
+    pub(super) fn into_outlook(self) -> Outlook<'a> {
+        self.outlook
+    }
+
+    pub(super) fn visit(&mut self, node: usize, label: &Label) {
+        let next = self.visits.len() as u32;
+        let before = std::mem::replace(&mut self.all[node].last, next);
+        self.visits.push(Visit {
+            from: label.at,
+            to: None,
+            met: label.met,
+            before,
+        });
+    }
+
+    /// When a place was reached, the last time first.
+    fn visits(&self, node: usize) -> impl Iterator<Item = &Visit> + '_ {
+        let last = self.visits.get(self.all[node].last as usize);
+        std::iter::successors(last, |visit| self.visits.get(visit.before as usize))
+    }
+
+    /// Whether a state is known to be no news.
+    pub(super) fn is_covered(&self, node: usize, label: &Label) -> bool {
+        let mut visits = self.visits(node);
+        match label.step {
+            Step::Later | Step::End => false,
+            // A wait is news though its place is free: somebody will have passed elsewhere.
+            Step::Wait => visits.any(|visit| visit.from == label.at),
+            _ => visits.any(|visit| {
+                visit.from == label.at
+                    || visit.from < label.at && visit.to.is_some_and(|to| label.at <= to)
+            }),
+        }
+    }
+
+    /// Whether a state can as well be reached by waiting there.
+    pub(super) fn is_reached(&mut self, node: usize, label: &Label, met: &Met) -> bool {
+        let mut next = self.all[node].last as usize;
+        while label.step != Step::Wait
+            && let Some(&visit) = self.visits.get(next)
+        {
+            if visit.to.is_none() && visit.from < label.at {
+                let gives_way = |drone| met.has(visit.met, drone);
+                let to = self.free_until(node, label, visit.from, gives_way).0;
+                self.visits[next].to = Some(to);
+            }
+            next = visit.before as usize;
+        }
+        self.is_covered(node, label)
+    }
+
+    /// Until when a state's place is free to hover at from a moment on, and when it is again.
+    pub(super) fn free_until(
+        &mut self,
+        node: usize,
+        label: &Label,
+        from: Tick,
+        gives_way: impl Fn(DroneId) -> bool,
+    ) -> (Tick, Tick) {
+        if let Some((crowd, class)) = self.crowd_at(label) {
+            return crowd.free_until(class, label.vertex, from, gives_way);
+        }
+        let hover = self.hover(node, label);
+        if hover.breaks_zone.is_some() {
+            return (from, Tick::FOREVER);
+        }
+        let ahead = (hover.blockers.iter())
+            .filter(|blocker| blocker.clear > from && !gives_way(blocker.drone));
+        let first = ahead.min_by_key(|blocker| (blocker.began, blocker.clear));
+        first.map_or((Tick::FOREVER, Tick::FOREVER), |blocker| {
+            (blocker.began.max(from), blocker.clear)
+        })
+    }
+
+    /// Adds to a verdict who is in the way of hovering at a state's place between two moments.
+    pub(super) fn judge_stay(
+        &mut self,
+        node: usize,
+        label: &Label,
+        [from, to]: [Tick; 2],
+        verdict: &mut Verdict,
+    ) {
+        if let Some((crowd, class)) = self.crowd_at(label) {
+            return crowd.stay(class, label.vertex, [from, to], verdict);
+        }
+        let hover = self.hover(node, label);
+        verdict.breaks_zone = verdict.breaks_zone.or(hover.breaks_zone);
+        let meets = |it: &&Blocker| it.began < to && from < it.clear;
+        verdict.blockers.extend(hover.blockers.iter().filter(meets));
+    }
+
+    /// What is known of a state's place in brief, if anything is.
+    fn crowd_at(&self, label: &Label) -> Option<(&'a Crowd<'a>, usize)> {
+        let stay = (label.vertex, label.vertex);
+        let crowd = self.scene.crowd?;
+        let known = !label.grounded && crowd.knows(label.vertex) && !self.doubts.contains(&stay);
+        let kind = self.errand.kinds[usize::from(label.stage)];
+        let class = known.then(|| crowd.class(self.errand.drone, kind))?;
+        Some((crowd, class?))
+    }
+
+    fn hover(&mut self, node: usize, label: &Label) -> &Hover {
+        let (scene, errand) = (self.scene, self.errand);
+        self.hovers.entry(node).or_insert_with(|| {
+            let here_m = scene.roadmap.position_m(label.vertex);
+            let stay = Leg {
+                drone: errand.drone,
+                kind: errand.kinds[usize::from(label.stage)],
+                start: Tick(0),
+                end: Tick::FOREVER,
+                from_m: here_m,
+                to_m: here_m,
+                flying: !label.grounded,
+                air_limit: errand.air_limit,
+            };
+            let mut verdict = Verdict::default();
+            scene.judge(&stay, &mut verdict);
+            Hover {
+                breaks_zone: verdict.breaks_zone,
+                blockers: verdict.blockers,
+            }
+        })
+    }
+}

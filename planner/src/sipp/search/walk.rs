@@ -1,0 +1,318 @@
+//! The search itself: states have their turn in order, and lead to steps, waits, dwells and the end.
+
+use std::collections::BinaryHeap;
+use std::rc::Rc;
+
+use costmap::leg::{KindId, Leg, Tick};
+use costmap::verdict::Verdict;
+use nalgebra::Point3;
+
+use super::label::{Label, Offered, Open, Step, hurried};
+use super::met::Met;
+use super::node::Nodes;
+use super::outlook::Outlook;
+use super::{Doubts, Found, Hindrance, Obstruction, Scene};
+use crate::graph::agent::Errand;
+use crate::graph::distances::UNREACHABLE;
+use crate::sipp::goal_occupancy::Stays;
+
+pub(super) struct Search<'a> {
+    pub(super) scene: Scene<'a>,
+    pub(super) errand: &'a Errand,
+    pub(super) doubts: Rc<Doubts>,
+    pub(super) labels: Vec<Label>,
+    pub(super) open: BinaryHeap<Open>,
+    pub(super) nodes: Nodes<'a>,
+    pub(super) met: Met,
+    /// Of dwelling at each task, and of the end.
+    pub(super) stays: Rc<Stays>,
+    pub(super) verdict: Verdict,
+    pub(super) all: Verdict,
+    pub(super) obstruction: Option<Obstruction>,
+    impatience_shift: u32,
+    pub(super) expansions: u64,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(
+        scene: Scene<'a>,
+        errand: &'a Errand,
+        doubts: Rc<Doubts>,
+        outlook: Outlook<'a>,
+        stays: Rc<Stays>,
+        impatience_shift: u32,
+    ) -> Search<'a> {
+        Search {
+            scene,
+            errand,
+            doubts: doubts.clone(),
+            labels: Vec::new(),
+            open: BinaryHeap::new(),
+            nodes: Nodes::new(scene, errand, doubts, outlook),
+            met: Met::new(),
+            stays,
+            verdict: Verdict::default(),
+            all: Verdict::default(),
+            obstruction: None,
+            impatience_shift,
+            expansions: 0,
+        }
+    }
+
+    /// Looks until it has expanded so many states in all; `None` if it is to go on from there.
+    pub(super) fn run(&mut self, most_expansions: u64) -> Option<Found> {
+        if let Some(never) = self.stays.never {
+            return Some(Found::Blocked(Some(Obstruction {
+                by: Hindrance::Drone(never.0, never.1),
+                at_m: self.scene.roadmap.position_m(self.errand.last_vertex()),
+                at: Tick(0),
+                remaining: 0,
+            })));
+        }
+        if self.labels.is_empty() {
+            self.begin();
+        }
+        while self.expansions < most_expansions {
+            let Some(open) = self.open.pop() else {
+                return Some(Found::Blocked(self.obstruction));
+            };
+            if let Some(found) = self.take_turn(open) {
+                return Some(found);
+            }
+        }
+        None
+    }
+
+    fn begin(&mut self) {
+        self.push(Label {
+            vertex: self.errand.start,
+            stage: 0,
+            grounded: self.errand.grounded,
+            step: Step::Start,
+            departs: self.errand.departs,
+            at: self.errand.departs,
+            paid: 0,
+            parent: u32::MAX,
+            met: 0,
+            judged: true,
+            offered: None,
+        });
+    }
+
+    /// Counts what is left to fly one part in 2ⁿ more from here on. What is known stays known; what is open is put in the
+    /// order that this makes.
+    pub(super) fn hurry(&mut self, impatience_shift: u32) {
+        self.impatience_shift = impatience_shift;
+        for open in std::mem::take(&mut self.open) {
+            let label = self.labels[open.label as usize];
+            let node = self.nodes.at(&label);
+            self.open.extend(self.turn_at(node, open.label, &label));
+        }
+    }
+
+    fn take_turn(&mut self, open: Open) -> Option<Found> {
+        let Open { label, total, .. } = open;
+        let found = self.labels[label as usize];
+        if found.offered.is_some() {
+            self.offer(label, total);
+            return None;
+        }
+        if found.step == Step::Later {
+            self.step_later(label);
+            return None;
+        }
+        let node = self.nodes.at(&found);
+        let (remaining, is_final) = self.nodes.look_on(node, &found);
+        if remaining > open.remaining || !is_final {
+            // It was thought of by a bound.
+            let turn = self.turn(label, &found);
+            self.open.extend(turn);
+            return None;
+        }
+        if self.nodes.is_reached(node, &found, &self.met) {
+            return None;
+        }
+        self.expansions += 1;
+        if self.expansions.is_multiple_of(1024) && (self.scene.stop)() {
+            return Some(Found::Stopped);
+        }
+        if !self.is_confirmed(label) {
+            return None;
+        }
+        if found.step == Step::End {
+            return Some(Found::Path(self.path(label)));
+        }
+        self.expand(label, total);
+        None
+    }
+
+    pub(super) fn push(&mut self, label: Label) {
+        let index = self.labels.len() as u32;
+        if let Some(open) = self.turn(index, &label) {
+            self.labels.push(label);
+            self.open.push(open);
+        }
+    }
+
+    /// When a state has its turn: by what a way through it costs at least. `None` if there is no way, or no need to go there.
+    pub(super) fn turn(&mut self, index: u32, label: &Label) -> Option<Open> {
+        let node = self.nodes.at(label);
+        if self.nodes.is_covered(node, label) {
+            return None;
+        }
+        self.turn_at(node, index, label)
+    }
+
+    /// The same whether there is need to go there or not.
+    fn turn_at(&self, node: usize, index: u32, label: &Label) -> Option<Open> {
+        let cost = self.cost(node, label)?;
+        let remaining = self.nodes.remaining(node);
+        Some(Open {
+            total: hurried(cost, remaining, self.impatience_shift),
+            remaining,
+            is_bound: !self.nodes.is_final(node),
+            label: index,
+        })
+    }
+
+    /// Without haste.
+    fn cost(&self, node: usize, label: &Label) -> Option<u32> {
+        let least = self.least(node, label.paid, label.at)?;
+        if label.met != 0 || label.step == Step::End {
+            return Some(least);
+        }
+        let excess = self.stays.excess(label.stage, least - label.paid);
+        // The highest: somebody who never leaves is where it has to stay.
+        least.checked_add(excess).filter(|cost| *cost < u32::MAX)
+    }
+
+    /// The same but for stays that others are in the way of.
+    fn least(&self, node: usize, paid: u32, at: Tick) -> Option<u32> {
+        let remaining = self.nodes.remaining(node);
+        if remaining == UNREACHABLE {
+            return None;
+        }
+        let least = paid.saturating_add(at.0).saturating_add(remaining);
+        (least < u32::MAX).then_some(least)
+    }
+
+    pub(super) fn kind(&self, stage: u16) -> KindId {
+        self.errand.kinds[usize::from(stage)]
+    }
+
+    pub(super) fn leg(&self, label: &Label, to_m: Point3<f64>, ticks: u32) -> Leg {
+        Leg {
+            drone: self.errand.drone,
+            kind: self.kind(label.stage),
+            start: label.at,
+            end: label.at.after(ticks),
+            from_m: self.scene.roadmap.position_m(label.vertex),
+            to_m,
+            flying: !label.grounded,
+            air_limit: self.errand.air_limit,
+        }
+    }
+
+    fn expand(&mut self, index: u32, total: u32) {
+        let label = self.labels[index as usize];
+        let node = self.nodes.at(&label);
+        self.nodes.visit(node, &label);
+        let stage = self.errand.stages.get(usize::from(label.stage));
+        let done = Label {
+            departs: label.at,
+            parent: index,
+            judged: false,
+            ..label
+        };
+        match stage {
+            Some(stage) if stage.distances.goal() == label.vertex => self.push(Label {
+                stage: label.stage + 1,
+                step: Step::Dwell,
+                at: label.at.after(stage.dwell_ticks),
+                ..done
+            }),
+            None => self.push(Label {
+                step: Step::End,
+                ..done
+            }),
+            Some(_) => {}
+        }
+        self.offer(index, total);
+        self.wait_for_stays(index);
+    }
+
+    /// Steps to neighbouring places that cost no more than this in all. The dearer ones have their turn
+    /// when it comes to them: mostly never (partial expansion: T. Yoshizumi, T. Miura, T. Ishida, "A* with
+    /// partial expansion for large branching factor problems", AAAI 2000).
+    fn offer(&mut self, index: u32, most: u32) {
+        let label = self.labels[index as usize];
+        if usize::from(label.stage) == self.errand.stages.len() {
+            return;
+        }
+        let roadmap = self.scene.roadmap;
+        let mut next = u32::MAX;
+        // What was offered in less haste is offered whole.
+        let known = label.offered;
+        let most = match known {
+            Some(known) if known.impatience_shift != self.impatience_shift => u32::MAX,
+            _ => most,
+        };
+        let errand = self.errand;
+        errand.mover.steps_from(roadmap, label.vertex, |to, ticks| {
+            let at = label.at.after(ticks);
+            let node = self.nodes.flying(label.stage, to);
+            let Some(least) = self.least(node, label.paid, at) else {
+                return;
+            };
+            // Mostly that alone is too dear.
+            let remaining = self.nodes.remaining(node);
+            let total = hurried(least, remaining, self.impatience_shift);
+            if total > most {
+                next = next.min(total);
+                return;
+            }
+            let step = Label {
+                vertex: to,
+                grounded: false,
+                step: Step::Move,
+                departs: label.at,
+                at,
+                parent: index,
+                judged: false,
+                offered: None,
+                ..label
+            };
+            if self.nodes.is_covered(node, &step) {
+                return;
+            }
+            let Some(cost) = self.cost(node, &step) else {
+                return;
+            };
+            let total = hurried(cost, remaining, self.impatience_shift);
+            if total > most {
+                next = next.min(total);
+            } else if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
+                self.open.push(Open {
+                    total,
+                    remaining,
+                    is_bound: !self.nodes.is_final(node),
+                    label: self.labels.len() as u32,
+                });
+                self.labels.push(step);
+            }
+        });
+        self.labels[index as usize].offered = Some(Offered {
+            upto: most,
+            impatience_shift: self.impatience_shift,
+        });
+        if next < u32::MAX {
+            let node = self.nodes.at(&label);
+            self.open.push(Open {
+                total: next,
+                remaining: self.nodes.remaining(node),
+                is_bound: true,
+                label: index,
+            });
+        }
+    }
+}

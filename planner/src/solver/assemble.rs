@@ -1,0 +1,305 @@
+//! From paths to the plan that is written down.
+
+use airflow::effects::Effects;
+use costmap::leg::{Leg, Tick};
+use nalgebra::Point3;
+
+use crate::graph::agent::Errand;
+use crate::graph::distances::UNREACHABLE;
+use crate::plan::{
+    AirModel, AirframeEntry, AtEnd, AtStart, Corners, DronePlan, FORMAT, Fleet, JetEntry,
+    ObstacleEntry, Plan, ShapeEntry, Status, TrajectoryEntry, Unplanned, ZoneEntry,
+};
+use crate::scenario::world::{self, Drone, Solid, Vehicle, World};
+use crate::sipp::search::Path;
+use crate::solver::prepare::Job;
+use crate::solver::priority::Paths;
+use crate::verify::Report;
+
+/// A plan of these paths, not yet judged: no violations, no air met.
+pub fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
+    let drones: Vec<DronePlan> = world
+        .drones
+        .iter()
+        .zip(&job.errands)
+        .map(|(drone, errand)| {
+            let path = paths.paths[errand.drone.0 as usize].as_ref();
+            drone_plan(world, job, drone, errand, path)
+        })
+        .collect();
+    let planned = |entry: &&DronePlan| {
+        !paths
+            .stranded
+            .iter()
+            .any(|(drone, _)| world.drones[drone.0 as usize].name == entry.name)
+    };
+    let arrivals = || drones.iter().filter(planned);
+    let fleet = Fleet {
+        makespan_s: arrivals().map(|d| d.arrives_s).fold(0.0, f64::max),
+        sum_of_arrivals_s: rounded(arrivals().map(|d| d.arrives_s).sum()),
+        sum_alone_s: rounded(arrivals().map(|d| d.alone_s).sum()),
+        extra_energy_j: 0.0,
+    };
+    Plan {
+        format: FORMAT.to_owned(),
+        scenario: world.name.clone(),
+        status: Status::Safe,
+        quasi_static: world.effects.wake_transport.is_none(),
+        air: AirModel {
+            density_kg_per_m3: world.air.density_kg_per_m3(),
+            jet: JetEntry {
+                centreline: world.jet.centreline,
+                spreading: world.jet.spreading,
+                origin: world.jet.origin,
+            },
+            superposition: world.superposition.as_str().to_owned(),
+            effects: (world.effects != Effects::default()).then_some(world.effects),
+        },
+        bounds_m: Corners {
+            min: world.bounds_m.min,
+            max: world.bounds_m.max,
+        },
+        obstacles: world.obstacles.iter().map(obstacle_entry).collect(),
+        zones: world
+            .zones
+            .iter()
+            .map(|zone| ZoneEntry {
+                name: zone.name.clone(),
+                min_m: zone.bounds_m.min,
+                max_m: zone.bounds_m.max,
+                air_limit_mps: zone.air_limit_mps,
+            })
+            .collect(),
+        clearance_m: world.planning.clearance_m,
+        drones,
+        unplanned: Vec::new(),
+        fleet,
+        ignoring_downwash: None,
+        violations: Vec::new(),
+    }
+}
+
+/// Writes the verifier's findings, and why some stay behind, into a plan.
+pub fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) -> Plan {
+    for (drone, met) in plan.drones.iter_mut().zip(report.air_met) {
+        drone.worst_air_mps = met.worst_air_mps;
+        drone.worst_air_from = met.worst_air_from;
+        drone.worst_air_at_s = met.worst_air_at_s;
+        drone.dose_m = met.dose_m;
+        drone.extra_energy_j = met.extra_energy_j;
+        drone.extra_energy_percent = met.extra_energy_percent;
+    }
+    plan.fleet.extra_energy_j = plan.drones.iter().map(|drone| drone.extra_energy_j).sum();
+    plan.status = if !report.violations.is_empty() {
+        Status::Unsafe
+    } else if !unplanned.is_empty() {
+        Status::Partial
+    } else {
+        Status::Safe
+    };
+    plan.violations = report.violations;
+    plan.unplanned = unplanned;
+    plan
+}
+
+fn drone_plan(
+    world: &World,
+    job: &Job,
+    drone: &Drone,
+    errand: &Errand,
+    path: Option<&Path>,
+) -> DronePlan {
+    let stays = [crate::solver::priority::stays_at_start(
+        errand,
+        &job.roadmap,
+    )];
+    let legs = path.map_or(&stays[..], |path| &path.legs);
+    let flying = || legs.iter().filter(|leg| leg.flying);
+    let finite = |tick: Tick| (tick != Tick::FOREVER).then(|| tick.seconds());
+    let alone = errand.alone_ticks;
+    let alone_s = if alone == UNREACHABLE {
+        0.0
+    } else {
+        Tick(alone).seconds()
+    };
+    let arrives = path.map_or(Tick(0), |path| path.arrives);
+    let (waits_s, detour_m) = path.map_or((0.0, 0.0), |path| {
+        let dwells: u32 = errand.stages.iter().map(|stage| stage.dwell_ticks).sum();
+        let before = |leg: &&Leg| leg.start < path.arrives;
+        let still: u32 = path
+            .legs
+            .iter()
+            .filter(before)
+            .filter(|leg| leg.stays())
+            .map(|leg| leg.end.min(path.arrives).0 - leg.start.0)
+            .sum();
+        let flown_m: f64 = path
+            .legs
+            .iter()
+            .filter(before)
+            .map(|leg| (leg.to_m - leg.from_m).norm())
+            .sum();
+        let detour_m = (flown_m - errand.alone_m).max(0.0);
+        (
+            Tick(still.saturating_sub(dwells)).seconds(),
+            rounded(detour_m),
+        )
+    });
+    DronePlan {
+        at_end: at_end(drone, path),
+        airborne_s: match (flying().next(), flying().next_back()) {
+            (Some(first), Some(last)) => (first.start.seconds(), finite(last.end)),
+            _ => (0.0, Some(0.0)),
+        },
+        trajectory: trajectory(drone, errand, job, legs),
+        arrives_s: arrives.seconds(),
+        alone_s,
+        waits_s,
+        detour_m,
+        ..blank(world, drone)
+    }
+}
+
+/// One drone's part of the plan before anything is known of its flight.
+pub(crate) fn blank(world: &World, drone: &Drone) -> DronePlan {
+    DronePlan {
+        name: drone.name.clone(),
+        airframe: airframe_entry(&drone.vehicle, world.air.density_kg_per_m3()),
+        air_limit: drone.air_limit,
+        enters_s: None,
+        at_start: match drone.at_start {
+            world::AtStart::Hover => AtStart::Hover,
+            world::AtStart::Landed => AtStart::Landed,
+        },
+        at_end: AtEnd::Hover,
+        airborne_s: (0.0, None),
+        trajectory: TrajectoryEntry::default(),
+        arrives_s: 0.0,
+        alone_s: 0.0,
+        waits_s: 0.0,
+        detour_m: 0.0,
+        worst_air_mps: 0.0,
+        worst_air_from: None,
+        worst_air_at_s: None,
+        dose_m: 0.0,
+        extra_energy_j: 0.0,
+        extra_energy_percent: 0.0,
+    }
+}
+
+/// A drone that stays at its start neither lands nor leaves.
+fn at_end(drone: &Drone, path: Option<&Path>) -> AtEnd {
+    match (path, drone.at_end, drone.at_start) {
+        (None, _, world::AtStart::Landed) | (Some(_), world::AtEnd::Land, _) => AtEnd::Land,
+        (None, _, world::AtStart::Hover) | (Some(_), world::AtEnd::Hover, _) => AtEnd::Hover,
+        (Some(_), world::AtEnd::Leave, _) => AtEnd::Leave,
+    }
+}
+
+fn trajectory(drone: &Drone, errand: &Errand, job: &Job, legs: &[Leg]) -> TrajectoryEntry {
+    let masses_kg = masses_kg(drone);
+    let mass_kg = |leg: &Leg| {
+        let stage = errand.kinds.iter().position(|kind| *kind == leg.kind);
+        masses_kg[stage.unwrap_or(0)]
+    };
+    if legs.is_empty() {
+        return TrajectoryEntry {
+            t_s: vec![0.0],
+            position_m: vec![job.roadmap.position_m(errand.start)],
+            mass_kg: vec![masses_kg[0]],
+        };
+    }
+    break_points(legs, mass_kg)
+}
+
+/// Legs back to back as break points.
+pub(crate) fn break_points(legs: &[Leg], mass_kg: impl Fn(&Leg) -> f64) -> TrajectoryEntry {
+    let mut entry = TrajectoryEntry::default();
+    let mut push = |at: Tick, position_m: Point3<f64>, mass_kg: f64| {
+        entry.t_s.push(at.seconds());
+        entry.position_m.push(position_m);
+        entry.mass_kg.push(mass_kg);
+    };
+    let mut previous: Option<&Leg> = None;
+    for leg in legs {
+        // One straight flight at one speed is one piece, however many cells it crosses.
+        let goes_on = previous.is_some_and(|last| {
+            last.kind == leg.kind
+                && !leg.stays()
+                && (last.velocity_mps() - leg.velocity_mps()).norm() < 1e-9
+        });
+        if !goes_on {
+            push(leg.start, leg.from_m, mass_kg(leg));
+        }
+        previous = Some(leg);
+    }
+    if let Some(last) = previous
+        && last.end != Tick::FOREVER
+    {
+        push(last.end, last.to_m, mass_kg(last));
+    }
+    entry
+}
+
+/// Mass towards each task, and after the last (kg).
+fn masses_kg(drone: &Drone) -> Vec<f64> {
+    let bare_kg = drone.vehicle.airframe.mass_kg();
+    let mut masses_kg = vec![bare_kg];
+    for task in &drone.tasks {
+        let before_kg = masses_kg[masses_kg.len() - 1];
+        masses_kg.push(task.load_kg.map_or(before_kg, |load_kg| bare_kg + load_kg));
+    }
+    masses_kg
+}
+
+pub(crate) fn airframe_entry(vehicle: &Vehicle, density_kg_per_m3: f64) -> AirframeEntry {
+    let airframe = &vehicle.airframe;
+    AirframeEntry {
+        name: airframe.name().to_owned(),
+        mass_kg: airframe.mass_kg(),
+        propellers: airframe.propellers(),
+        propeller_diameter_m: airframe.propeller_diameter_m(),
+        motor_distance_m: airframe.motor_distance_m(),
+        width_factor: airframe.width_factor(),
+        body_radius_m: vehicle.body_radius_m,
+        max_speed_mps: vehicle.max_speed_mps,
+        hover_induced_velocity_mps: airframe
+            .hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3),
+    }
+}
+
+fn obstacle_entry(obstacle: &world::Obstacle) -> ObstacleEntry {
+    let shape = match &obstacle.shape {
+        Solid::Box(bounds) => ShapeEntry::Box {
+            min_m: bounds.min,
+            max_m: bounds.max,
+        },
+        Solid::Cylinder {
+            base_m,
+            radius_m,
+            height_m,
+        } => ShapeEntry::Cylinder {
+            base_m: *base_m,
+            radius_m: *radius_m,
+            height_m: *height_m,
+        },
+        Solid::Mesh {
+            source,
+            vertices_m,
+            triangles,
+        } => ShapeEntry::Mesh {
+            mesh: source.clone(),
+            vertices_m: vertices_m.clone(),
+            triangles: triangles.clone(),
+        },
+    };
+    ObstacleEntry {
+        name: obstacle.name.clone(),
+        shape,
+    }
+}
+
+/// Sums of ticks and lengths, without the digits that only adding made.
+pub(crate) fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}

@@ -1,0 +1,63 @@
+//! How much of the floor is under drones that hover for ever: what makes a crowded scenario hard.
+//!
+//! A wake in a hall of some metres fills its column from the drone down to the floor, so that room grows with the
+//! floor and not with the height.
+
+use std::collections::BTreeSet;
+
+use costmap::leg::{Leg, Tick};
+use nalgebra::Point3;
+
+use crate::graph::agent::{Ending, Errand};
+use crate::solver::prepare::Job;
+use crate::solver::priority::Paths;
+
+/// Columns of the lattice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Density {
+    /// In which somebody hovers from some time on for ever.
+    pub held: usize,
+    /// In which somebody could be at some height.
+    pub open: usize,
+}
+
+impl Density {
+    /// Of what a fleet does in the end.
+    pub fn of(job: &Job, paths: &Paths) -> Density {
+        let last = |errand: &Errand| paths.costmap.legs(errand.drone).last();
+        let hover = |leg: &&Leg| leg.flying && leg.end == Tick::FOREVER;
+        let ends = job.errands.iter().filter_map(last).filter(hover);
+        Density::under(job, ends.map(|leg| leg.to_m))
+    }
+
+    /// Of what a fleet is to do in the end.
+    pub fn of_goals(job: &Job) -> Density {
+        let hovers = |errand: &&Errand| errand.ending == Ending::Hover;
+        let goal_m = |errand: &Errand| job.roadmap.position_m(errand.last_vertex());
+        Density::under(job, job.errands.iter().filter(hovers).map(goal_m))
+    }
+
+    fn under(job: &Job, ends_m: impl Iterator<Item = Point3<f64>>) -> Density {
+        let lattice = job.roadmap.lattice();
+        let [nx, ny, nz] = lattice.counts().map(|count| count as i32);
+        let is_open = |i: i32, j: i32| {
+            let mut places = (0..nz).filter_map(|k| lattice.at([i, j, k]));
+            places.any(|place| job.roadmap.ways(place).next().is_some())
+        };
+        let columns = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j)));
+        let column = |end_m: Point3<f64>| {
+            let [i, j, _] = lattice.nearest(&end_m);
+            [i, j]
+        };
+        let held: BTreeSet<[i32; 2]> = ends_m.map(column).collect();
+        Density {
+            held: held.len(),
+            open: columns.filter(|(i, j)| is_open(*i, *j)).count(),
+        }
+    }
+
+    /// Held columns over open ones.
+    pub fn share(&self) -> f64 {
+        self.held as f64 / self.open.max(1) as f64
+    }
+}

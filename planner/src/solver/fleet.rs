@@ -1,0 +1,226 @@
+//! The whole flow: endpoints, roadmap, search, plan, verifier, and the same again without wakes.
+
+use std::collections::BTreeSet;
+
+use costmap::costmap::Costmap;
+use costmap::leg::DroneId;
+use rayon::prelude::*;
+
+use crate::graph::distances::UNREACHABLE;
+use crate::plan::outcome::{
+    Blocker, Control, Effort, EndpointConflict, EndpointKind, Exclusion, Outcome, Progress,
+};
+use crate::plan::{IgnoringDownwash, ViolationKind};
+use crate::scenario::world::World;
+use crate::sipp::conflicts::Steps;
+use crate::sipp::search::{Found, IMMOVABLE, Scene, search};
+use crate::solver::assemble::{assemble, judged};
+use crate::solver::endpoints;
+use crate::solver::explain::reasons;
+use crate::solver::prepare::{Job, empty_costmap, prepare};
+use crate::solver::priority::{Stranded, plan_fleet};
+use crate::solver::well_formed::examine;
+use crate::verify::verify;
+
+/// Plans a fleet out of its own downwash and verifies the plan.
+///
+/// Reads no clock and no file: `control` says when to stop. The same world gives the same plan on any
+/// number of threads.
+pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
+    (control.progress)(Progress::Preparing);
+    let (conflicts, mut job) = rayon::join(|| endpoints::check(world), || prepare(world));
+    if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
+        return Outcome::Blocked { conflicts };
+    }
+    let mut effort = Effort::default();
+    let costmap = empty_costmap(world, job.roadmap.lattice(), true);
+    let mut excluded = excluded(&job, &conflicts, |_| true);
+    if !world.zones.is_empty() {
+        excluded.extend(kept_out_by_zones(&mut job, &costmap, &excluded, control));
+    }
+    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
+    let well_formed = steps.as_ref().and_then(|steps| examine(&job, steps));
+    let paths = plan_fleet(
+        &job,
+        &costmap,
+        steps.as_ref(),
+        &excluded,
+        &world.planning,
+        control,
+        &mut effort,
+    );
+    let unplanned = reasons(world, &job, &paths, &conflicts, control);
+
+    (control.progress)(Progress::Verifying);
+    let plan = assemble(world, &job, &paths);
+    let report = verify(&plan);
+    let mut plan = judged(plan, report, unplanned);
+
+    (control.progress)(Progress::IgnoringDownwash);
+    plan.ignoring_downwash = ignoring_downwash(world, &job, &conflicts, control);
+    Outcome::Planned {
+        plan,
+        conflicts,
+        well_formed,
+        effort,
+    }
+}
+
+/// Plans every drone alone among the zones: how long that takes, and who has no way at all.
+pub(crate) fn kept_out_by_zones(
+    job: &mut Job,
+    empty: &Costmap,
+    excluded: &[(DroneId, Stranded)],
+    control: &Control<'_>,
+) -> Vec<(DroneId, Stranded)> {
+    let weights = vec![IMMOVABLE; job.errands.len()];
+    let scene = Scene {
+        roadmap: &job.roadmap,
+        costmap: empty,
+        crowd: None,
+        weights: &weights,
+        under_way: &[],
+        energy_weight: 0.0,
+        detours: true,
+        careful: true,
+        most_expansions: u64::MAX,
+        stop: control.stop,
+    };
+    let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
+    let found: Vec<Option<Found>> = job
+        .errands
+        .par_iter()
+        .map(|errand| {
+            let worth =
+                !errand.stays() && errand.alone_ticks != UNREACHABLE && !known(errand.drone);
+            worth.then(|| search(scene, errand).found)
+        })
+        .collect();
+    let mut out = Vec::new();
+    for (errand, found) in job.errands.iter_mut().zip(found) {
+        match found {
+            Some(Found::Path(path)) => errand.alone_ticks = path.arrives.0,
+            Some(Found::Blocked(Some(by))) => out.push((errand.drone, Stranded::Zone(by))),
+            _ => {}
+        }
+    }
+    out
+}
+
+/// What the fleet would do if drones did not blow, judged with their wakes: the contrast alone, for
+/// worlds that [`plan_world`] finds blocked. `None` where even the bodies exclude one another at the start.
+pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash> {
+    let conflicts = endpoints::check(world);
+    let stuck = |c: &EndpointConflict| {
+        c.when == EndpointKind::Starts && matches!(c.why, Exclusion::Bodies { .. })
+    };
+    if conflicts.iter().any(stuck) {
+        return None;
+    }
+    (control.progress)(Progress::IgnoringDownwash);
+    ignoring_downwash(world, &prepare(world), &conflicts, control)
+}
+
+/// The same fleet on the same roadmap as if drones did not blow, judged with their wakes; `None` if it
+/// was stopped before the end.
+fn ignoring_downwash(
+    world: &World,
+    job: &Job,
+    conflicts: &[EndpointConflict],
+    control: &Control<'_>,
+) -> Option<IgnoringDownwash> {
+    let bodies = |c: &EndpointConflict| matches!(c.why, Exclusion::Bodies { .. });
+    let excluded = excluded(job, conflicts, bodies);
+    let costmap = empty_costmap(world, job.roadmap.lattice(), false);
+    let mut effort = Effort::default();
+    // This phase is one to whoever watches.
+    let quiet = Control {
+        progress: &|_| {},
+        ..*control
+    };
+    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
+    let paths = plan_fleet(
+        job,
+        &costmap,
+        steps.as_ref(),
+        &excluded,
+        &world.planning,
+        &quiet,
+        &mut effort,
+    );
+    if paths
+        .stranded
+        .iter()
+        .any(|(_, why)| *why == Stranded::Stopped)
+    {
+        return None;
+    }
+    let plan = assemble(world, job, &paths);
+    let report = verify(&plan);
+    let over: BTreeSet<&str> = report
+        .violations
+        .iter()
+        .filter(|v| matches!(v.kind, ViolationKind::Air | ViolationKind::Column))
+        .map(|v| v.drone.as_str())
+        .collect();
+    let blown_on = || {
+        report
+            .violations
+            .iter()
+            .filter(|v| v.kind == ViolationKind::Zone)
+    };
+    let zones: BTreeSet<&str> = blown_on().filter_map(|v| v.with.as_deref()).collect();
+    Some(IgnoringDownwash {
+        makespan_s: plan.fleet.makespan_s,
+        drones_over_limit: over.len(),
+        worst_air_mps: report
+            .air_met
+            .iter()
+            .map(|met| met.worst_air_mps)
+            .fold(0.0, f64::max),
+        time_over_limit_s: report.air_met.iter().map(|met| met.time_over_limit_s).sum(),
+        zones_over_limit: zones.len(),
+        worst_zone_air_mps: blown_on().map(|v| v.value).fold(0.0, f64::max),
+        unplanned: paths.stranded.len(),
+    })
+}
+
+/// Drones that stay at their starts whatever the search finds: blocked landings, and enough drones
+/// that no two goals exclude each other any more, those in most conflicts first.
+pub(crate) fn excluded(
+    job: &Job,
+    conflicts: &[EndpointConflict],
+    counts: impl Fn(&EndpointConflict) -> bool,
+) -> Vec<(DroneId, Stranded)> {
+    let mut out: Vec<(DroneId, Stranded)> = job
+        .blocked_landings
+        .iter()
+        .map(|&(drone, short_m)| (DroneId(drone as u32), Stranded::Landing(short_m)))
+        .collect();
+    let mut open: Vec<&EndpointConflict> = conflicts
+        .iter()
+        .filter(|c| c.when == EndpointKind::Goals && counts(c))
+        .collect();
+    let involves =
+        |c: &EndpointConflict, drone: usize| c.drone == drone || c.blocker == Blocker::Drone(drone);
+    for (drone, _) in &out {
+        open.retain(|c| !involves(c, drone.0 as usize));
+    }
+    while !open.is_empty() {
+        let count = |drone: usize| open.iter().filter(|c| involves(c, drone)).count();
+        let Some(worst) = open
+            .iter()
+            .flat_map(|c| match c.blocker {
+                Blocker::Drone(other) => [c.drone, other],
+                Blocker::Zone(_) => [c.drone, c.drone],
+            })
+            .max_by_key(|&drone| (count(drone), drone))
+        else {
+            break;
+        };
+        out.push((DroneId(worst as u32), Stranded::EndpointConflict));
+        open.retain(|c| !involves(c, worst));
+    }
+    out.sort_unstable_by_key(|(drone, _)| *drone);
+    out
+}

@@ -1,0 +1,230 @@
+//! Everybody at once, where there is no way for one after another.
+//!
+//! On a crowded floor whoever is planned last finds the rest in the way, in whatever order: with half of all columns
+//! held hardly anybody has a way that those who wait at their starts, and those who are home, leave free. Here all of
+//! them step at the same time, one cell along one axis or none, for as long as the slowest needs; whoever is in the way is
+//! pushed on, home or not. The ways are longer than those of [`crate::solver::priority`], which plans those who are left at the end.
+//!
+//! What two steps do to one another is read from the crowd's tables, with room to spare for the sums of many wakes.
+
+use costmap::costmap::Costmap;
+use costmap::leg::{DroneId, Leg, Tick};
+use costmap::verdict::Verdict;
+use rayon::prelude::*;
+
+use crate::graph::agent::Errand;
+use crate::plan::outcome::{Control, Effort};
+use crate::sipp::conflicts::Steps;
+use crate::sipp::conflicts::abreast::Abreast;
+use crate::sipp::search::{Path, joined};
+use crate::solver::prepare::Job;
+use crate::solver::priority::stays_at_start;
+
+mod far;
+mod flock;
+mod round;
+mod rounds;
+
+use flock::{Flock, Whereabouts};
+use rounds::rounds;
+
+/// How far a fleet came by steps of everybody at once.
+pub(crate) struct Together {
+    /// When the last step ended.
+    pub(crate) at: Tick,
+    /// What everybody has to do from then on.
+    pub(crate) errands: Vec<Errand>,
+    /// Whether each is where it stays.
+    pub(crate) home: Vec<bool>,
+    /// Whether each stays at its start whatever happens.
+    pub(crate) fixed: Vec<bool>,
+    /// Everybody's legs up to then; of those at home, up to when they came there for the last time.
+    legs: Vec<Vec<Leg>>,
+}
+
+/// Moves everybody as far towards their goals as steps at the same time get them; those in `fixed` stay at their starts, and
+/// so do those without tasks.
+///
+/// `None` where it was told to stop, and where steps along the lattice are not all that somebody does: starts on the ground
+/// or beside the lattice, tasks beside it, flights begun already.
+pub(crate) fn step_together(
+    job: &Job,
+    costmap: &Costmap,
+    steps: &Steps,
+    fixed: &[DroneId],
+    seed: u64,
+    control: &Control<'_>,
+    effort: &mut Effort,
+) -> Option<Together> {
+    if costmap.drone_count() != job.errands.len() {
+        return None;
+    }
+    let ticks = job
+        .errands
+        .iter()
+        .map(|errand| errand.mover.step_ticks()[0]);
+    let ticks = ticks.max()?;
+    let mut is_fixed: Vec<bool> = job.errands.iter().map(Errand::stays).collect();
+    for drone in fixed {
+        is_fixed[drone.0 as usize] = true;
+    }
+    let abreast = Abreast::new(steps);
+    let flock = Flock::new(job, &abreast, &is_fixed, ticks)?;
+    let all = rounds(&flock, flock.starts(&job.errands), seed, control.stop)?;
+    effort.rounds += all.len() as u64 - 1;
+    let at = moment(all.len() - 1, ticks);
+    let each = job.errands.par_iter().enumerate().map(|(drone, errand)| {
+        let places: Vec<Whereabouts> = all.iter().map(|now| now[drone]).collect();
+        let last = places[places.len() - 1];
+        let is_home = flock.is_home(drone, &last);
+        let legs = legs(job, errand, &places, is_home, ticks);
+        (rest_of(job, errand, &last, at), is_home, legs)
+    });
+    let each: Vec<_> = each.collect();
+    let mut together = Together {
+        at,
+        errands: Vec::with_capacity(each.len()),
+        home: Vec::with_capacity(each.len()),
+        fixed: is_fixed,
+        legs: Vec::with_capacity(each.len()),
+    };
+    for (errand, home, legs) in each {
+        together.errands.push(errand);
+        together.home.push(home);
+        together.legs.push(legs);
+    }
+    Some(together)
+}
+
+impl Together {
+    /// Everybody's whole ways, with those of who was planned from there on, and the costmap with all of them in it.
+    ///
+    /// `None` if it says that somebody is in the way of somebody.
+    pub(crate) fn whole(
+        self,
+        job: &Job,
+        costmap: &Costmap,
+        planned: Vec<Option<Path>>,
+    ) -> Option<(Vec<Path>, Costmap)> {
+        let mut costmap = costmap.clone();
+        let mut paths = Vec::with_capacity(self.legs.len());
+        for (index, (mut legs, planned)) in self.legs.into_iter().zip(planned).enumerate() {
+            let arrives = match planned {
+                _ if self.fixed[index] => {
+                    legs = vec![stays_at_start(&job.errands[index], &job.roadmap)];
+                    Tick(0)
+                }
+                Some(path) => {
+                    if let Some(last) = legs.last()
+                        && last.end < self.at
+                    {
+                        // It was home, and had to give way.
+                        let (start, at_m) = (last.end, last.to_m);
+                        legs.push(Leg {
+                            start,
+                            end: self.at,
+                            from_m: at_m,
+                            ..*last
+                        });
+                    }
+                    legs.extend(path.legs);
+                    path.arrives
+                }
+                None => stay_home(job, &job.errands[index], &mut legs),
+            };
+            let legs = joined(legs);
+            costmap.insert(legs.clone());
+            paths.push(Path {
+                legs,
+                arrives,
+                met: Vec::new(),
+            });
+        }
+        let is_free = |leg: &Leg| {
+            let mut verdict = Verdict::default();
+            costmap.judge(leg, &mut verdict);
+            verdict.is_allowed()
+        };
+        let are_free = paths.par_iter().all(|path| path.legs.iter().all(is_free));
+        are_free.then_some((paths, costmap))
+    }
+}
+
+fn moment(round: usize, ticks: u32) -> Tick {
+    Tick(round as u32 * ticks)
+}
+
+fn leg(job: &Job, errand: &Errand, at: &Whereabouts, to: &Whereabouts, time: [Tick; 2]) -> Leg {
+    let kind = usize::from(at.stage) + usize::from(at.rest > 0);
+    Leg {
+        drone: errand.drone,
+        kind: errand.kinds[kind.min(errand.kinds.len() - 1)],
+        start: time[0],
+        end: time[1],
+        from_m: job.roadmap.position_m(at.place),
+        to_m: job.roadmap.position_m(to.place),
+        flying: true,
+        air_limit: errand.air_limit,
+    }
+}
+
+/// What a drone flies that is at these places after each round; at home it ends with the last step that led there.
+fn legs(job: &Job, errand: &Errand, places: &[Whereabouts], is_home: bool, ticks: u32) -> Vec<Leg> {
+    let last = places.len() - 1;
+    let moves = |step: &usize| places[*step].place != places[last].place;
+    let until = if is_home {
+        (0..last).rev().find(moves).map_or(0, |step| step + 1)
+    } else {
+        last
+    };
+    let legs = (0..until).map(|step| {
+        let time = [moment(step, ticks), moment(step + 1, ticks)];
+        leg(job, errand, &places[step], &places[step + 1], time)
+    });
+    joined(legs.collect())
+}
+
+/// What a drone has still to do when it is there; a dwell that has begun is begun again.
+fn rest_of(job: &Job, errand: &Errand, last: &Whereabouts, at: Tick) -> Errand {
+    let stage = usize::from(last.stage);
+    let mut rest = Errand {
+        start: last.place,
+        departs: at,
+        stages: errand.stages[stage..].to_vec(),
+        kinds: errand.kinds[stage..].to_vec(),
+        ..errand.clone()
+    };
+    rest.alone_ticks = rest.alone(&job.roadmap);
+    rest.forget();
+    rest
+}
+
+/// Adds what a drone does once it is home, and says when its last dwell ends.
+fn stay_home(job: &Job, errand: &Errand, legs: &mut Vec<Leg>) -> Tick {
+    let home = legs.last().map_or(Tick(0), |last| last.end);
+    let at_m = job.roadmap.position_m(errand.last_vertex());
+    let dwell = errand.stages.last().map_or(0, |stage| stage.dwell_ticks);
+    let arrives = home.after(dwell);
+    let stay = Leg {
+        drone: errand.drone,
+        kind: errand.kinds[errand.kinds.len() - 1],
+        start: home,
+        end: Tick::FOREVER,
+        from_m: at_m,
+        to_m: at_m,
+        flying: true,
+        air_limit: errand.air_limit,
+    };
+    let dwelling = Leg {
+        end: arrives,
+        ..stay
+    };
+    if dwell > 0 {
+        legs.push(dwelling);
+    }
+    legs.extend(errand.ending.legs(Leg {
+        start: arrives,
+        ..stay
+    }));
+    arrives
+}

@@ -1,0 +1,226 @@
+//! Who flies from where to where, in whole steps of the lattice.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::far::Far;
+use crate::graph::agent::Errand;
+use crate::graph::roadmap::{Roadmap, Vertex};
+use crate::sipp::conflicts::abreast::{AMONG_NEIGHBOURS, Abreast, STAYS, WAYS};
+use crate::sipp::conflicts::steps::Pace;
+use crate::solver::prepare::Job;
+
+/// Places times goals; fleets with more are not planned together. Chosen here: half a gigabyte where there are obstacles, none where not.
+const MOST_ENTRIES: usize = 256 << 20;
+
+/// Where a drone is between two steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Whereabouts {
+    pub(super) place: Vertex,
+    /// Which of its tasks it is on the way to.
+    pub(super) stage: u16,
+    /// Steps for which it still dwells there.
+    pub(super) rest: u16,
+}
+
+/// One drone.
+struct Member {
+    /// Where its tasks are; its start, if it has none.
+    goals: Vec<Vertex>,
+    /// Steps of dwelling at each but the last, where it stays for ever.
+    rests: Vec<u16>,
+    /// Steps to each of them.
+    far: Vec<Arc<Far>>,
+    /// Steps from each of them to the last.
+    after: Vec<u32>,
+    /// By task, what flies towards it.
+    classes: Vec<usize>,
+    radius_m: f64,
+    /// It stays at its start whatever happens.
+    is_fixed: bool,
+}
+
+/// Everybody.
+pub(super) struct Flock<'a> {
+    roadmap: &'a Roadmap,
+    pub(super) abreast: &'a Abreast<'a>,
+    members: Vec<Member>,
+}
+
+impl<'a> Flock<'a> {
+    /// `None` where somebody's way is not one along the lattice from the beginning to the end.
+    pub(super) fn new(
+        job: &'a Job,
+        abreast: &'a Abreast<'a>,
+        fixed: &[bool],
+        step_ticks: u32,
+    ) -> Option<Flock<'a>> {
+        let roadmap = &job.roadmap;
+        let members = job.errands.iter().zip(fixed);
+        let members = members
+            .map(|(errand, fixed)| member(roadmap, abreast.steps, errand, *fixed, step_ticks));
+        let mut members: Vec<Member> = members.collect::<Option<_>>()?;
+        let of_member = |member: &Member| {
+            let radius = member.radius_m.to_bits();
+            let goals = member.goals.iter();
+            goals.map(move |goal| (*goal, radius)).collect::<Vec<_>>()
+        };
+        let wanted: BTreeSet<(Vertex, u64)> = members.iter().flat_map(of_member).collect();
+        if wanted.len() * roadmap.lattice().place_count() > MOST_ENTRIES {
+            return None;
+        }
+        let far = |(goal, radius): &(Vertex, u64)| {
+            let far = Far::new(roadmap, *goal, f64::from_bits(*radius))?;
+            Some(((*goal, *radius), Arc::new(far)))
+        };
+        let far: Option<BTreeMap<_, _>> = wanted.par_iter().map(far).collect();
+        let far = far?;
+        for member in &mut members {
+            let keys = of_member(member);
+            member.far = keys.iter().map(|key| far[key].clone()).collect();
+            for stage in (1..keys.len()).rev() {
+                let (from, to) = (member.goals[stage - 1], &member.far[stage]);
+                let steps = to.steps(roadmap.lattice(), from) + u32::from(member.rests[stage - 1]);
+                member.after[stage - 1] = steps + member.after[stage];
+            }
+        }
+        Some(Flock {
+            roadmap,
+            abreast,
+            members,
+        })
+    }
+
+    /// Drones.
+    pub(super) fn len(&self) -> usize {
+        self.members.len()
+    }
+
+    pub(super) fn is_fixed(&self, drone: usize) -> bool {
+        self.members[drone].is_fixed
+    }
+
+    /// Where everybody is at first.
+    pub(super) fn starts(&self, errands: &[Errand]) -> Vec<Whereabouts> {
+        let start = |(drone, errand): (usize, &Errand)| {
+            let at = Whereabouts {
+                place: errand.start,
+                stage: 0,
+                rest: 0,
+            };
+            self.arrived(drone, at)
+        };
+        errands.iter().enumerate().map(start).collect()
+    }
+
+    /// Whether a drone is where it stays for ever.
+    pub(super) fn is_home(&self, drone: usize, at: &Whereabouts) -> bool {
+        let member = &self.members[drone];
+        usize::from(at.stage) + 1 == member.goals.len() && Some(&at.place) == member.goals.last()
+    }
+
+    /// Steps to the drone's last task past all before it, with nobody else there.
+    pub(super) fn steps_left(&self, drone: usize, at: &Whereabouts) -> u32 {
+        let after = self.members[drone].after[usize::from(at.stage)];
+        self.steps_from(drone, at, at.place) + after
+    }
+
+    /// Steps to its next task from a place nearby.
+    pub(super) fn steps_from(&self, drone: usize, at: &Whereabouts, place: Vertex) -> u32 {
+        self.members[drone].far[usize::from(at.stage)].steps(self.roadmap.lattice(), place)
+    }
+
+    /// A drone as others meet it.
+    pub(super) fn pace(&self, drone: usize, at: &Whereabouts, way: usize) -> Pace {
+        let classes = &self.members[drone].classes;
+        let stage = usize::from(at.stage) + usize::from(at.rest > 0);
+        Pace {
+            class: classes[stage.min(classes.len() - 1)],
+            at: self.roadmap.lattice().steps(at.place),
+            by: WAYS[way],
+        }
+    }
+
+    /// Calls `f` with all that a drone could do next, and with where it would be.
+    pub(super) fn options(&self, drone: usize, at: &Whereabouts, mut f: impl FnMut(usize, Vertex)) {
+        let member = &self.members[drone];
+        f(STAYS, at.place);
+        if member.is_fixed || at.rest > 0 {
+            return;
+        }
+        let open = self.roadmap.open_steps(member.radius_m);
+        let open = open.map_or(0, |open| open[at.place as usize]);
+        let lattice = self.roadmap.lattice();
+        for (way, n) in AMONG_NEIGHBOURS.iter().enumerate() {
+            if way != STAYS && open >> n & 1 != 0 {
+                f(way, at.place.wrapping_add_signed(lattice.strides()[*n]));
+            }
+        }
+    }
+
+    /// Where a drone is after a step.
+    pub(super) fn after(&self, drone: usize, at: &Whereabouts, way: usize) -> Whereabouts {
+        if at.rest > 0 {
+            let rest = at.rest - 1;
+            let stage = at.stage + u16::from(rest == 0);
+            return Whereabouts { stage, rest, ..*at };
+        }
+        let stride = match way {
+            STAYS => 0,
+            _ => self.roadmap.lattice().strides()[AMONG_NEIGHBOURS[way]],
+        };
+        let place = at.place.wrapping_add_signed(stride);
+        self.arrived(drone, Whereabouts { place, ..*at })
+    }
+
+    /// The next task, if this one is reached.
+    fn arrived(&self, drone: usize, at: Whereabouts) -> Whereabouts {
+        let member = &self.members[drone];
+        let mut at = at;
+        while usize::from(at.stage) + 1 < member.goals.len()
+            && at.place == member.goals[usize::from(at.stage)]
+            && at.rest == 0
+        {
+            at.rest = member.rests[usize::from(at.stage)];
+            at.stage += u16::from(at.rest == 0);
+        }
+        at
+    }
+}
+
+fn member(
+    roadmap: &Roadmap,
+    steps: &crate::sipp::conflicts::Steps,
+    errand: &Errand,
+    is_fixed: bool,
+    step_ticks: u32,
+) -> Option<Member> {
+    let goals: Vec<Vertex> = if errand.stages.is_empty() || is_fixed {
+        vec![errand.start]
+    } else {
+        let goal = |stage: &crate::graph::agent::Stage| stage.distances.goal();
+        errand.stages.iter().map(goal).collect()
+    };
+    let on_lattice = goals.iter().all(|goal| !roadmap.is_stop(*goal));
+    let is_plain = errand.departs.0 == 0 && errand.begun.is_empty() && errand.forgiven.is_empty();
+    if !on_lattice || roadmap.is_stop(errand.start) || errand.grounded || !is_plain {
+        return None;
+    }
+    let class = |kind| steps.class(errand.drone, kind);
+    let classes: Option<Vec<usize>> = errand.kinds.iter().map(|kind| class(*kind)).collect();
+    let rest = |stage: &crate::graph::agent::Stage| {
+        u16::try_from(stage.dwell_ticks.div_ceil(step_ticks)).ok()
+    };
+    let rests: Option<Vec<u16>> = errand.stages.iter().map(rest).collect();
+    Some(Member {
+        after: vec![0; goals.len()],
+        far: Vec::new(),
+        goals,
+        rests: rests?,
+        classes: classes?,
+        radius_m: errand.mover.radius_m(),
+        is_fixed,
+    })
+}

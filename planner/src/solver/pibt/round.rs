@@ -1,0 +1,211 @@
+//! One step of everybody: who goes first pushes others out of the way.
+//!
+//! Priority inheritance with backtracking (K. Okumura, M. Machida, X. Défago, Y. Tamura, "Priority inheritance with
+//! backtracking for iterative multi-agent path finding", Artificial Intelligence 310, 2022), for drones that keep others out
+//! of more than their own place: one step may push several, so that what a push in vain has changed is taken back.
+
+use super::flock::{Flock, Whereabouts};
+use crate::graph::roadmap::Vertex;
+use crate::sipp::conflicts::abreast::{MOST_LOADS, STAYS};
+
+/// Steps tried for one drone and all whom it pushes: chosen here, mostly a few are enough.
+const MOST_TRIES: u32 = 200;
+const NOBODY: u32 = u32::MAX;
+
+/// Everybody's next step, as far as it is decided.
+pub(super) struct Round<'a> {
+    flock: &'a Flock<'a>,
+    now: &'a [Whereabouts],
+    /// By column of the floor, the first who is in it; by drone, the next in the same.
+    first: Vec<u32>,
+    next: Vec<u32>,
+    /// By drone; those not decided are taken to stay.
+    ways: Vec<u8>,
+    decided: Vec<bool>,
+    /// Who was pushed in vain.
+    stuck: Vec<bool>,
+    loads: Vec<i32>,
+    /// Whose step was changed, and what it was before.
+    trail: Vec<(u32, u8)>,
+    tries: u32,
+    random: u64,
+}
+
+impl<'a> Round<'a> {
+    pub(super) fn new(flock: &'a Flock<'a>, now: &'a [Whereabouts], random: u64) -> Round<'a> {
+        let [nx, ny, _] = flock.abreast.steps.counts();
+        let mut round = Round {
+            flock,
+            now,
+            first: vec![NOBODY; nx * ny],
+            next: vec![NOBODY; now.len()],
+            ways: vec![STAYS as u8; now.len()],
+            decided: (0..now.len()).map(|drone| flock.is_fixed(drone)).collect(),
+            stuck: vec![false; now.len()],
+            loads: vec![0; now.len()],
+            trail: Vec::new(),
+            tries: 0,
+            random,
+        };
+        for drone in (0..now.len()).rev() {
+            let column = now[drone].place as usize % (nx * ny);
+            round.next[drone] = std::mem::replace(&mut round.first[column], drone as u32);
+        }
+        for drone in 0..now.len() {
+            let mut load = 0;
+            round.around(drone, STAYS, |_, loads| {
+                load += loads.map_or(0, |[on_me, _]| i32::from(on_me));
+            });
+            round.loads[drone] = load;
+        }
+        round
+    }
+
+    /// Decides for all in this order, and says what everybody does.
+    pub(super) fn decide_all(mut self, order: &[u32]) -> Vec<u8> {
+        for &drone in order {
+            if !self.decided[drone as usize] {
+                self.tries = MOST_TRIES;
+                self.trail.clear();
+                self.decide(drone as usize);
+                // Who finds nothing stays: nobody has decided on a step that is too near to that.
+                self.decided[drone as usize] = true;
+            }
+        }
+        self.ways
+    }
+
+    /// Another step for who is in the way; those who had none do not try again.
+    fn give_way(&mut self, drone: usize) -> bool {
+        let done = !self.stuck[drone] && self.decide(drone);
+        self.stuck[drone] |= !done;
+        done
+    }
+
+    fn decide(&mut self, drone: usize) -> bool {
+        for way in self.options(drone).into_iter().flatten() {
+            if self.tries == 0 {
+                return false;
+            }
+            self.tries -= 1;
+            let mark = self.trail.len();
+            if self.attempt(drone, usize::from(way)) {
+                return true;
+            }
+            self.undo(mark);
+        }
+        false
+    }
+
+    /// What a drone could do, nearest to its goal first, then what pushes nobody.
+    fn options(&mut self, drone: usize) -> [Option<u8>; 7] {
+        let (flock, at) = (self.flock, self.now[drone]);
+        let mut keyed = [(u32::MAX, true, 0, 0); 7];
+        let mut count = 0;
+        flock.options(drone, &at, |way, to| {
+            let is_taken = to != at.place && self.is_taken(drone, to);
+            let dice = self.dice();
+            keyed[count] = (flock.steps_from(drone, &at, to), is_taken, dice, way as u8);
+            count += 1;
+        });
+        keyed[..count].sort_unstable();
+        std::array::from_fn(|index| (index < count).then(|| keyed[index].3))
+    }
+
+    /// Whether somebody else is in the column of a place.
+    fn is_taken(&self, drone: usize, place: Vertex) -> bool {
+        let first = self.first[place as usize % self.first.len()];
+        first != NOBODY && (first as usize != drone || self.next[drone] != NOBODY)
+    }
+
+    fn dice(&mut self) -> u32 {
+        // Xorshift: G. Marsaglia, "Xorshift RNGs", Journal of Statistical Software 8, 2003.
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        self.random as u32
+    }
+
+    /// Takes a step for decided, and pushes those whom it keeps from staying.
+    fn attempt(&mut self, drone: usize, way: usize) -> bool {
+        self.trail.push((drone as u32, self.ways[drone]));
+        self.decided[drone] = true;
+        self.set(drone, way);
+        let mut pushed: Vec<u32> = Vec::new();
+        let mut is_possible = true;
+        self.around(drone, way, |other, loads| {
+            if loads.is_none() {
+                is_possible &= !self.decided[other] && !self.stuck[other];
+                pushed.push(other as u32);
+            }
+        });
+        is_possible
+            && pushed.into_iter().all(|other| {
+                let other = other as usize;
+                self.decided[other] || self.give_way(other)
+            })
+            && self.is_borne(drone)
+    }
+
+    fn undo(&mut self, mark: usize) {
+        while self.trail.len() > mark {
+            let Some((drone, way)) = self.trail.pop() else {
+                return;
+            };
+            self.decided[drone as usize] = false;
+            self.set(drone as usize, usize::from(way));
+        }
+    }
+
+    fn set(&mut self, drone: usize, way: usize) {
+        for sign in [-1, 1] {
+            let mut changes: Vec<(usize, [u8; 2])> = Vec::new();
+            self.around(drone, usize::from(self.ways[drone]), |other, loads| {
+                changes.extend(loads.map(|loads| (other, loads)));
+            });
+            for (other, [on_me, on_them]) in changes {
+                self.loads[drone] += sign * i32::from(on_me);
+                self.loads[other] += sign * i32::from(on_them);
+            }
+            self.ways[drone] = way as u8;
+        }
+    }
+
+    /// Whether a drone and those around it bear what wakes add up to.
+    fn is_borne(&self, drone: usize) -> bool {
+        let mut borne = self.loads[drone] <= MOST_LOADS;
+        self.around(drone, usize::from(self.ways[drone]), |other, loads| {
+            let is_blown_on = loads.is_some_and(|[_, on_them]| on_them > 0);
+            borne &= !is_blown_on || self.loads[other] <= MOST_LOADS;
+        });
+        borne
+    }
+
+    /// Calls `f` with everybody to whom a step of this drone could matter, and what the two do to one another.
+    fn around(&self, drone: usize, way: usize, mut f: impl FnMut(usize, Option<[u8; 2]>)) {
+        let (flock, abreast) = (self.flock, self.flock.abreast);
+        let mine = flock.pace(drone, &self.now[drone], way);
+        let [nx, ny, _] = abreast.steps.counts();
+        for class in 0..abreast.steps.class_count() {
+            for aside in abreast.near(mine.class, class, way) {
+                let [i, j] = [mine.at[0] + aside[0], mine.at[1] + aside[1]];
+                if i < 0 || j < 0 || i as usize >= nx || j as usize >= ny {
+                    continue;
+                }
+                let mut other = self.first[i as usize + nx * j as usize];
+                while other != NOBODY {
+                    let index = other as usize;
+                    other = self.next[index];
+                    if index == drone {
+                        continue;
+                    }
+                    let others = usize::from(self.ways[index]);
+                    let theirs = flock.pace(index, &self.now[index], others);
+                    if theirs.class == class {
+                        f(index, abreast.meet(&mine, &theirs, [way, others]));
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,351 @@
+//! From a world to what the search needs: roadmap, errands, and an empty costmap.
+
+use std::sync::Arc;
+
+use airflow::Airframe;
+use costmap::costmap::Costmap;
+use costmap::cover::{Covers, Top};
+use costmap::fleet::{Conditions, Fleet, Kind, ZoneBox};
+use costmap::ground::Ground;
+use costmap::leg::{DroneId, KindId, Tick};
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use crate::graph::agent::{Ending, Errand, Stage};
+use crate::graph::distances::{Distances, Mover, UNREACHABLE};
+use crate::graph::lattice::Lattice;
+use crate::graph::roadmap::{Roadmap, Stop, Vertex};
+use crate::scenario::placement::landing_place_m;
+use crate::scenario::solid::Solids;
+use crate::scenario::world::{AtEnd, AtStart, Drone, Solid, Task, Vehicle, World};
+
+/// Descents end on what they land on: a body may come this close to it (m), the verifier's own tolerance.
+const TOUCH_M: f64 = 1e-3;
+
+/// Everything that stays the same while a fleet is planned.
+#[derive(Debug)]
+pub struct Job {
+    /// Ways through free space.
+    pub roadmap: Roadmap,
+    /// One per drone, in the world's order.
+    pub errands: Vec<Errand>,
+    /// Drones whose landing is blocked, and by how much (m).
+    pub blocked_landings: Vec<(usize, f64)>,
+}
+
+/// Makes the roadmap and every drone's errand.
+pub fn prepare(world: &World) -> Job {
+    let solids = Solids::new(&world.obstacles);
+    let mut stops = Vec::new();
+    for drone in &world.drones {
+        stops.extend(stops_of(drone, world.planning.clearance_m));
+    }
+    let (roadmap, vertices) = Roadmap::new(
+        &world.bounds_m,
+        world.planning.cell_m,
+        (!world.obstacles.is_empty()).then_some(&solids),
+        &stops,
+    );
+    let kinds = Kinds::of(world);
+    let mut blocked_landings = Vec::new();
+    let mut errands = Vec::with_capacity(world.drones.len());
+    let mut next = 0;
+    for (index, drone) in world.drones.iter().enumerate() {
+        let own = &vertices[next..=next + drone.tasks.len()];
+        next += drone.tasks.len() + 1;
+        let ending = ending(world, &solids, drone);
+        let ending = ending.unwrap_or_else(|short_m| {
+            blocked_landings.push((index, short_m));
+            Ending::Hover
+        });
+        errands.push(errand(world, &roadmap, &kinds, index, own, ending));
+    }
+    errands.par_iter_mut().for_each(|errand| {
+        errand.chain(&roadmap);
+        errand.measure_alone(&roadmap);
+    });
+    Job {
+        roadmap,
+        errands,
+        blocked_landings,
+    }
+}
+
+pub(crate) fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = Stop> + '_ {
+    let radius_m = drone.vehicle.body_radius_m + clearance_m;
+    let start = Stop {
+        point_m: drone.start_m,
+        radius_m,
+        grounded: drone.at_start == AtStart::Landed,
+    };
+    let tasks = drone.tasks.iter().map(move |task| Stop {
+        point_m: task.to_m,
+        radius_m,
+        grounded: false,
+    });
+    std::iter::once(start).chain(tasks)
+}
+
+fn errand(
+    world: &World,
+    roadmap: &Roadmap,
+    kinds: &Kinds,
+    index: usize,
+    vertices: &[Vertex],
+    ending: Ending,
+) -> Errand {
+    let drone = &world.drones[index];
+    let id = DroneId(index as u32);
+    let duties = Duties {
+        roadmap,
+        tasks: &drone.tasks,
+        vertices,
+        clearance_m: world.planning.clearance_m,
+    };
+    Errand {
+        grounded: drone.at_start == AtStart::Landed,
+        ..errand_of(id, drone, &duties, kinds.of_drone(index), ending)
+    }
+}
+
+/// What a drone has to do, and where on the roadmap.
+pub(crate) struct Duties<'a> {
+    pub(crate) roadmap: &'a Roadmap,
+    pub(crate) tasks: &'a [Task],
+    /// Where it begins, and where each task is.
+    pub(crate) vertices: &'a [Vertex],
+    /// That its body keeps from obstacles (m).
+    pub(crate) clearance_m: f64,
+}
+
+/// The errand of a drone that is in the air and does its tasks; how long it takes is not worked out yet.
+pub(crate) fn errand_of(
+    id: DroneId,
+    drone: &Drone,
+    duties: &Duties<'_>,
+    kinds: Vec<KindId>,
+    ending: Ending,
+) -> Errand {
+    let Duties {
+        roadmap, vertices, ..
+    } = *duties;
+    let mover = Mover::new(
+        roadmap.lattice(),
+        drone.vehicle.max_speed_mps,
+        drone.vehicle.body_radius_m + duties.clearance_m,
+        with_lifts(roadmap, vertices),
+    );
+    let stages = (duties.tasks.iter())
+        .zip(vertices.windows(2))
+        .map(|(task, way)| Stage {
+            distances: Arc::new(Distances::new(roadmap, way[1], way[0], mover.clone())),
+            dwell_ticks: Tick::lasting(task.dwell_s),
+            rest_ticks: 0,
+        })
+        .collect();
+    Errand {
+        drone: id,
+        start: vertices[0],
+        departs: Tick(0),
+        begun: Vec::new(),
+        forgiven: Vec::new(),
+        grounded: false,
+        stages,
+        kinds,
+        ending,
+        mover,
+        air_limit: drone.air_limit,
+        alone_ticks: UNREACHABLE,
+        alone_m: 0.0,
+    }
+}
+
+/// Own stops beyond the lattice, and the places right above those on the ground.
+fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
+    let mut stops: Vec<Vertex> = Vec::new();
+    for &vertex in vertices.iter().filter(|v| roadmap.is_stop(**v)) {
+        stops.push(vertex);
+        stops.extend(
+            roadmap
+                .ways(vertex)
+                .map(|(to, _)| to)
+                .filter(|to| roadmap.is_stop(*to)),
+        );
+    }
+    stops.sort_unstable();
+    stops.dedup();
+    stops
+}
+
+/// How a drone ends; an error tells how much room a landing lacks (m).
+fn ending(world: &World, solids: &Solids, drone: &Drone) -> Result<Ending, f64> {
+    let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
+    ending_from(world, solids, drone, last_m)
+}
+
+/// How a drone ends that is here after its last dwell; an error tells how much room a landing lacks (m).
+pub(crate) fn ending_from(
+    world: &World,
+    solids: &Solids,
+    drone: &Drone,
+    from_m: Point3<f64>,
+) -> Result<Ending, f64> {
+    match drone.at_end {
+        AtEnd::Hover => Ok(Ending::Hover),
+        AtEnd::Leave => Ok(Ending::Leave),
+        AtEnd::Land => {
+            let radius_m = drone.vehicle.body_radius_m;
+            let rest_m = landing_place_m(&world.bounds_m, solids, from_m, radius_m);
+            let way_m = from_m.z - rest_m.z;
+            if way_m > 0.0 {
+                let clear_m = solids.segment_clearance_m(from_m, rest_m, radius_m);
+                if clear_m < radius_m - TOUCH_M {
+                    return Err(radius_m - clear_m);
+                }
+            }
+            let ticks = Tick::lasting(way_m / drone.vehicle.max_speed_mps);
+            Ok(Ending::Land { rest_m, ticks })
+        }
+    }
+}
+
+/// Distinct airframes, and distinct vehicles at distinct masses (kg).
+#[derive(Clone, Debug)]
+pub(crate) struct Kinds {
+    airframes: Vec<Airframe>,
+    pub(crate) kinds: Vec<(Vehicle, f64)>,
+    /// Per drone: towards each task, and after the last.
+    of_drones: Vec<Vec<KindId>>,
+}
+
+impl Kinds {
+    pub(crate) fn of(world: &World) -> Kinds {
+        let mut all = Kinds {
+            airframes: Vec::new(),
+            kinds: Vec::new(),
+            of_drones: Vec::new(),
+        };
+        for drone in &world.drones {
+            let bare_kg = drone.vehicle.airframe.mass_kg();
+            let mut mass_kg = bare_kg;
+            let mut own = vec![all.kind(&drone.vehicle, mass_kg)];
+            for task in &drone.tasks {
+                if let Some(load_kg) = task.load_kg {
+                    mass_kg = bare_kg + load_kg;
+                }
+                own.push(all.kind(&drone.vehicle, mass_kg));
+            }
+            all.of_drones.push(own);
+        }
+        all
+    }
+
+    pub(crate) fn kind(&mut self, vehicle: &Vehicle, mass_kg: f64) -> KindId {
+        let known = self
+            .kinds
+            .iter()
+            .position(|(other, kg)| other == vehicle && *kg == mass_kg);
+        let index = known.unwrap_or_else(|| {
+            if !self.airframes.contains(&vehicle.airframe) {
+                self.airframes.push(vehicle.airframe.clone());
+            }
+            self.kinds.push((vehicle.clone(), mass_kg));
+            self.kinds.len() - 1
+        });
+        KindId(index as u16)
+    }
+
+    fn of_drone(&self, index: usize) -> Vec<KindId> {
+        self.of_drones[index].clone()
+    }
+}
+
+/// An empty costmap for a world; `wakes: false` for a fleet that ignores downwash.
+pub fn empty_costmap(world: &World, lattice: &Lattice, wakes: bool) -> Costmap {
+    costmap_for(world, &Kinds::of(world), lattice, wakes, world.drones.len())
+}
+
+/// An empty costmap with these kinds, for this many drones.
+pub(crate) fn costmap_for(
+    world: &World,
+    all: &Kinds,
+    lattice: &Lattice,
+    wakes: bool,
+    drones: usize,
+) -> Costmap {
+    let kinds = all
+        .kinds
+        .iter()
+        .map(|(vehicle, mass_kg)| Kind {
+            airframe: all
+                .airframes
+                .iter()
+                .position(|airframe| *airframe == vehicle.airframe)
+                .unwrap_or(0),
+            mass_kg: *mass_kg,
+            body_radius_m: vehicle.body_radius_m,
+        })
+        .collect();
+    let limits = world.drones.iter().map(|drone| drone.air_limit);
+    let speeds = world.drones.iter().map(|drone| drone.vehicle.max_speed_mps);
+    let zone_limits = world.zones.iter().map(|zone| zone.air_limit_mps);
+    let conditions = Conditions {
+        density_kg_per_m3: world.air.density_kg_per_m3(),
+        jet: world.jet,
+        superposition: world.superposition,
+        // A world is checked: nothing in it is refused.
+        flown: world.effects.flown().unwrap_or_default(),
+        fastest_mps: speeds.fold(0.0, f64::max),
+        clearance_m: world.planning.clearance_m,
+        deepest_m: world.bounds_m.max.z - world.bounds_m.min.z,
+        lowest_air_limit: limits.fold(f64::INFINITY, f64::min),
+        lowest_zone_limit_mps: zone_limits.fold(f64::INFINITY, f64::min),
+        wakes,
+    };
+    let tops = world
+        .obstacles
+        .iter()
+        .filter_map(|obstacle| match &obstacle.shape {
+            Solid::Box(bounds) => Some(Top::Rectangle {
+                min_m: [bounds.min.x, bounds.min.y],
+                max_m: [bounds.max.x, bounds.max.y],
+                z_m: bounds.max.z,
+            }),
+            Solid::Cylinder {
+                base_m,
+                radius_m,
+                height_m,
+            } => Some(Top::Disc {
+                centre_m: [base_m.x, base_m.y],
+                radius_m: *radius_m,
+                z_m: base_m.z + height_m,
+            }),
+            Solid::Mesh { .. } => None,
+        })
+        .collect();
+    let zones = world.zones.iter().map(|zone| ZoneBox {
+        min_m: zone.bounds_m.min,
+        max_m: zone.bounds_m.max,
+        air_limit_mps: zone.air_limit_mps,
+    });
+    Costmap::new(
+        Fleet::new(&all.airframes, kinds, conditions),
+        Covers::new(world.bounds_m.min.z, tops),
+        zones.collect(),
+        ground(world, lattice),
+        drones,
+    )
+}
+
+/// Bins around the lattice's places: chosen here, of half a metre or more.
+fn ground(world: &World, lattice: &Lattice) -> Ground {
+    const LEAST_M: f64 = 0.5;
+    let bin_m = lattice.cell_m() * (LEAST_M / lattice.cell_m()).ceil();
+    let first_m = lattice.position_m(0);
+    let low = |axis: usize| first_m[axis] - 0.5 * lattice.cell_m();
+    Ground::new(
+        [low(0), low(1)],
+        [world.bounds_m.max.x, world.bounds_m.max.y],
+        bin_m,
+    )
+}

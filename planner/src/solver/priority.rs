@@ -1,0 +1,360 @@
+//! The order of the fleet, and what to do when a drone finds no way.
+//!
+//! Shortest errand first. A search never has to fail: a drone may cross what others hold, at a price
+//! for each of them; whoever is crossed is evicted, replanned next, and dearer from then on. The
+//! growing prices end quarrels: without growth two drones can evict each other for ever. A drone that
+//! is evicted too often, or that has no way at all, stays at its start for good; the rest is planned
+//! around it, and the fleet is tried again in other orders, the best answer counting.
+
+use std::collections::VecDeque;
+
+use costmap::costmap::{Costmap, Reservation};
+use costmap::leg::{DroneId, Leg, Tick};
+use costmap::verdict::{Blocker, Verdict};
+
+use crate::graph::agent::Errand;
+use crate::graph::roadmap::Roadmap;
+use crate::plan::outcome::{Control, Effort};
+use crate::sipp::conflicts::Crowd;
+use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Scene, search};
+use crate::solver::prepare::Job;
+
+/// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
+const FIRST_WEIGHT: u32 = 500;
+/// Added at every eviction: chosen here, half the first price.
+const WEIGHT_GROWTH: u32 = 250;
+/// A drone evicted more often than this stays at its start. Chosen here: fleets of 1000 that can be
+/// planned evict nobody more than a few times.
+const MOST_EVICTIONS: u32 = 24;
+/// States of one search; chosen here, seconds of work.
+const MOST_EXPANSIONS: u64 = 400_000;
+
+/// Paths of a fleet.
+#[derive(Clone, Debug)]
+pub struct Paths {
+    /// Per drone; `None`: it stays at its start.
+    pub paths: Vec<Option<Path>>,
+    /// Why those without a path have none.
+    pub stranded: Vec<(DroneId, Stranded)>,
+    /// Everybody's reservations, the stranded included.
+    pub costmap: Costmap,
+}
+
+/// Why a drone stays at its start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stranded {
+    /// The roadmap has no way through free space to one of its tasks.
+    NoWay,
+    /// Its end excludes somebody else's.
+    EndpointConflict,
+    /// What it would land on, or what is beside it, leaves too little room: how much is missing (m).
+    Landing(f64),
+    /// Others are in the way.
+    Obstructed(Option<Obstruction>),
+    /// Its wake is too strong for a zone whichever way it flies.
+    Zone(Obstruction),
+    /// Planning was stopped before its turn.
+    Stopped,
+}
+
+/// Plans a few drones among others that stay as they are; `None` unless all of them find a way.
+pub fn plan_group(
+    job: &Job,
+    others: &Costmap,
+    group: &[DroneId],
+    control: &Control<'_>,
+) -> Option<Vec<Path>> {
+    let mut effort = Effort::default();
+    let quiet = Control {
+        progress: &|_| {},
+        ..*control
+    };
+    let mut attempt = Attempt::new(
+        &job.roadmap,
+        &job.errands,
+        others.clone(),
+        0.0,
+        &quiet,
+        &mut effort,
+    );
+    attempt.most_evictions = MOST_EVICTIONS / 3;
+    attempt.weights.fill(IMMOVABLE);
+    for drone in group {
+        attempt.weights[drone.0 as usize] = FIRST_WEIGHT;
+    }
+    attempt.run(group.iter().copied().collect());
+    let all = attempt.stranded.is_empty();
+    all.then(|| attempt.paths.into_iter().flatten().collect())
+}
+
+mod affected;
+mod batch;
+mod improve;
+mod order;
+mod together;
+mod whole;
+mod wind_up;
+
+pub(crate) use affected::{Affected, plan_affected};
+pub use whole::plan_fleet;
+
+struct Attempt<'a> {
+    roadmap: &'a Roadmap,
+    errands: &'a [Errand],
+    costmap: Costmap,
+    /// What the costmap says, in brief; `None`: searches ask the costmap itself.
+    crowd: Option<Crowd<'a>>,
+    energy_weight: f64,
+    control: &'a Control<'a>,
+    effort: &'a mut Effort,
+    weights: Vec<u32>,
+    evicted: Vec<u32>,
+    /// Whose weak wakes were too much for somebody: their steps are judged in full.
+    careful: Vec<bool>,
+    most_evictions: u32,
+    /// See [`Scene::detours`].
+    detours: bool,
+    /// After how many states in all it gives up.
+    gives_up_at: Option<u64>,
+    /// See [`Scene::under_way`].
+    under_way: Vec<Tick>,
+    /// What each drone flies if it finds no way: it is not there at all if that is nothing. Not even a list
+    /// of them: everybody stays at the start.
+    kept: Vec<Vec<Leg>>,
+    paths: Vec<Option<Path>>,
+    stranded: Vec<(DroneId, Stranded)>,
+}
+
+impl<'a> Attempt<'a> {
+    fn new(
+        roadmap: &'a Roadmap,
+        errands: &'a [Errand],
+        costmap: Costmap,
+        energy_weight: f64,
+        control: &'a Control<'a>,
+        effort: &'a mut Effort,
+    ) -> Attempt<'a> {
+        let drones = errands.len();
+        // Whoever is in the costmap without an errand gives way to nobody.
+        let mut weights = vec![FIRST_WEIGHT; drones];
+        weights.resize(costmap.drone_count().max(drones), IMMOVABLE);
+        Attempt {
+            roadmap,
+            errands,
+            costmap,
+            crowd: None,
+            energy_weight,
+            control,
+            effort,
+            weights,
+            evicted: vec![0; drones],
+            careful: vec![false; drones],
+            most_evictions: MOST_EVICTIONS,
+            detours: true,
+            gives_up_at: None,
+            under_way: Vec::new(),
+            kept: Vec::new(),
+            paths: vec![None; drones],
+            stranded: Vec::new(),
+        }
+    }
+
+    fn exclude(&mut self, excluded: &[(DroneId, Stranded)]) {
+        let mut queue = VecDeque::new();
+        for &(drone, why) in excluded {
+            self.strand(drone, why, &mut queue);
+        }
+    }
+
+    /// Drones without tasks are planned first, and for good: where they are is where they go.
+    fn settle_who_stays(&mut self) {
+        let weights = &self.weights;
+        let stays =
+            |errand: &&Errand| errand.stays() && weights[errand.drone.0 as usize] != IMMOVABLE;
+        let staying: Vec<&Errand> = self.errands.iter().filter(stays).collect();
+        for errand in staying {
+            let legs = vec![stays_at_start(errand, self.roadmap)];
+            self.reserve(legs.clone());
+            self.weights[errand.drone.0 as usize] = IMMOVABLE;
+            self.paths[errand.drone.0 as usize] = Some(Path {
+                legs,
+                arrives: Tick(0),
+                met: Vec::new(),
+            });
+        }
+    }
+
+    fn scene(&self) -> Scene<'_> {
+        Scene {
+            roadmap: self.roadmap,
+            costmap: &self.costmap,
+            crowd: self.crowd.as_ref(),
+            weights: &self.weights,
+            under_way: &self.under_way,
+            energy_weight: self.energy_weight,
+            detours: self.detours,
+            careful: false,
+            most_expansions: MOST_EXPANSIONS,
+            stop: self.control.stop,
+        }
+    }
+
+    fn evict(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
+        let index = drone.0 as usize;
+        if self.paths[index].is_none() {
+            // Already taken back, by one who was evicted before it and gave up.
+            return;
+        }
+        self.take_back(drone);
+        self.evicted[index] += 1;
+        self.weights[index] = self.weights[index]
+            .saturating_add(WEIGHT_GROWTH)
+            .min(IMMOVABLE - 1);
+        if self.evicted[index] > self.most_evictions {
+            self.strand(drone, Stranded::Obstructed(None), queue);
+        } else {
+            queue.push_front(drone);
+        }
+    }
+
+    /// Leaves a drone at its start for ever, and takes back whoever is in conflict with that.
+    fn strand(&mut self, drone: DroneId, why: Stranded, queue: &mut VecDeque<DroneId>) {
+        let stay = self.without_way(drone);
+        self.weights[drone.0 as usize] = IMMOVABLE;
+        self.stranded.push((drone, why));
+        let mut verdict = Verdict::default();
+        loop {
+            let movable = |other: &DroneId| {
+                let index = other.0 as usize;
+                self.weights[index] != IMMOVABLE && self.paths[index].is_some()
+            };
+            let mut hit: Vec<DroneId> = Vec::new();
+            let mut allowed = true;
+            for leg in &stay {
+                self.costmap.judge(leg, &mut verdict);
+                let scene = self.scene();
+                let takeable = |b: &&Blocker| scene.weight(b) != IMMOVABLE || self.kept.is_empty();
+                hit.extend(verdict.blockers.iter().filter(takeable).map(|b| b.drone));
+                allowed &= verdict.is_allowed();
+            }
+            if !hit.iter().any(movable) && !allowed && self.kept.is_empty() {
+                // Those who stay would bear one another, were nobody else near them.
+                for &other in &hit.clone() {
+                    for leg in self.costmap.legs(other) {
+                        hit.extend(self.costmap.near(leg).iter().map(|item| item.leg.drone));
+                    }
+                }
+            }
+            hit.retain(movable);
+            hit.sort_unstable();
+            hit.dedup();
+            if hit.is_empty() {
+                break;
+            }
+            for other in hit {
+                self.take_back(other);
+                queue.push_front(other);
+            }
+        }
+        self.reserve(stay);
+    }
+
+    fn reserve(&mut self, legs: Vec<Leg>) {
+        self.take_over(self.costmap.reservation(legs));
+    }
+
+    fn take_over(&mut self, reservation: Reservation) {
+        let Some(drone) = reservation.drone() else {
+            return;
+        };
+        self.release(drone);
+        let Some(crowd) = &mut self.crowd else {
+            return self.costmap.reserve(reservation);
+        };
+        let legs = reservation.legs().to_vec();
+        let costmap = &mut self.costmap;
+        rayon::join(|| costmap.reserve(reservation), || crowd.insert(&legs));
+    }
+
+    fn release(&mut self, drone: DroneId) {
+        if let Some(crowd) = &mut self.crowd {
+            crowd.remove(self.costmap.legs(drone));
+        }
+        self.costmap.remove(drone);
+    }
+
+    /// What a drone flies that finds no way.
+    fn without_way(&self, drone: DroneId) -> Vec<Leg> {
+        match self.kept.get(drone.0 as usize) {
+            Some(kept) => kept.clone(),
+            None => vec![stays_at_start(
+                &self.errands[drone.0 as usize],
+                self.roadmap,
+            )],
+        }
+    }
+
+    fn take_back(&mut self, drone: DroneId) {
+        self.release(drone);
+        // What it is flying it goes on with.
+        self.reserve(self.errands[drone.0 as usize].begun.clone());
+        self.paths[drone.0 as usize] = None;
+        self.effort.evictions += 1;
+    }
+
+    /// Lets those fly after all who were in others' way and are no more, one at a time.
+    fn rescue(&mut self) {
+        let immovable = vec![IMMOVABLE; self.weights.len()];
+        let mut index = 0;
+        while let Some(&(drone, why)) = self.stranded.get(index) {
+            index += 1;
+            let keeps = self.evicted[drone.0 as usize] > 0 && !self.kept.is_empty();
+            if keeps || !matches!(why, Stranded::Obstructed(_)) || (self.control.stop)() {
+                continue;
+            }
+            let stay = self.costmap.legs(drone).to_vec();
+            self.release(drone);
+            let scene = Scene {
+                crowd: None,
+                weights: &immovable,
+                careful: true,
+                ..self.scene()
+            };
+            let searched = search(scene, &self.errands[drone.0 as usize]);
+            self.effort.searches += 1;
+            self.effort.expansions += searched.expansions;
+            if let Found::Path(path) = searched.found {
+                self.reserve(path.legs.clone());
+                self.paths[drone.0 as usize] = Some(path);
+                self.stranded.remove(index - 1);
+                index = 0;
+            } else {
+                self.reserve(stay);
+            }
+        }
+    }
+
+    fn into_paths(mut self) -> Paths {
+        self.stranded.sort_unstable_by_key(|(drone, _)| *drone);
+        Paths {
+            paths: self.paths,
+            stranded: self.stranded,
+            costmap: self.costmap,
+        }
+    }
+}
+
+/// The one leg of a drone that is not planned.
+pub fn stays_at_start(errand: &Errand, roadmap: &crate::graph::roadmap::Roadmap) -> Leg {
+    let at_m = roadmap.position_m(errand.start);
+    Leg {
+        drone: errand.drone,
+        kind: errand.kinds[0],
+        start: Tick(0),
+        end: Tick::FOREVER,
+        from_m: at_m,
+        to_m: at_m,
+        flying: !errand.grounded,
+        air_limit: errand.air_limit,
+    }
+}

@@ -1,0 +1,157 @@
+//! Better while there is time: whoever loses most is planned again at the cost of a few others.
+//!
+//! Large neighbourhood search (J. Li, Z. Chen, D. Harabor, P. J. Stuckey, S. Koenig, "Anytime multi-agent path finding
+//! via large neighborhood search", IJCAI 2021), with neighbourhoods that the search chooses: a delayed drone may take
+//! what others hold, cheaply; those are planned again among all the rest, who stay as they are. What is not
+//! better in sum is taken back, so that there is a safe plan at every moment.
+
+use costmap::leg::{DroneId, Leg};
+
+use super::Attempt;
+use crate::plan::outcome::Progress;
+use crate::sipp::search::{Found, IMMOVABLE, Path, Scene, search};
+
+/// Prices of taking what another holds (ticks), one round after another. Chosen here: a tenth of a second finds those
+/// who lose hardly anything, two seconds only those who hold somebody up for long.
+const PRICES: [u32; 3] = [10, 50, 200];
+/// Drones planned again for one: chosen here, more of them hardly ever all find a way.
+const MOST_OTHERS: usize = 6;
+
+/// States of one search: chosen here, a fraction of what a first search may take.
+const MOST_EXPANSIONS: u64 = 20_000;
+
+/// What one drone had before.
+struct Before {
+    drone: DroneId,
+    legs: Vec<Leg>,
+    path: Option<Path>,
+}
+
+impl Attempt<'_> {
+    /// Makes a plan in which everybody has a way better for as long as the caller says, and notes by how much.
+    pub(super) fn improve_while_there_is_time(&mut self) {
+        (self.control.progress)(Progress::Improving);
+        let before = self.sum_of_arrivals();
+        self.improve(self.control.improve);
+        self.effort.improved_ticks = Some(before - self.sum_of_arrivals());
+    }
+
+    fn sum_of_arrivals(&self) -> u64 {
+        let paths = self.paths.iter().flatten();
+        paths.map(|path| u64::from(path.arrives.0)).sum()
+    }
+
+    /// Makes the sum of arrivals less while it `goes_on`, or until a whole round finds nothing any more.
+    fn improve(&mut self, goes_on: &(dyn Fn() -> bool + Sync)) {
+        loop {
+            let mut found = false;
+            for price in PRICES {
+                let mut delayed: Vec<(u32, DroneId)> = (self.errands.iter())
+                    .filter_map(|errand| {
+                        let path = self.paths[errand.drone.0 as usize].as_ref()?;
+                        let delay = path.arrives.0.saturating_sub(errand.alone_ticks);
+                        (delay > 0).then_some((delay, errand.drone))
+                    })
+                    .collect();
+                delayed.sort_unstable_by_key(|(delay, drone)| (std::cmp::Reverse(*delay), *drone));
+                for (_, drone) in delayed {
+                    if !goes_on() || (self.control.stop)() {
+                        return;
+                    }
+                    found |= self.gain(drone, price);
+                }
+            }
+            if !found {
+                return;
+            }
+        }
+    }
+
+    /// Plans one again, and those in its way. Whether that was worth it.
+    fn gain(&mut self, drone: DroneId, price: u32) -> bool {
+        let mut before = vec![self.take_out(drone)];
+        let asked = |weight: &u32| {
+            if *weight == IMMOVABLE {
+                IMMOVABLE
+            } else {
+                price
+            }
+        };
+        let weights: Vec<u32> = self.weights.iter().map(asked).collect();
+        let gained = match self.searched(drone, &weights) {
+            Some(path) if path.met.len() <= MOST_OTHERS => {
+                before.extend(path.met.iter().map(|other| self.take_out(*other)));
+                self.put(drone, path) && self.replan(&before[1..], &before)
+            }
+            _ => false,
+        };
+        if !gained {
+            for known in &before {
+                self.take_out(known.drone);
+            }
+            for known in before {
+                self.reserve(known.legs);
+                self.paths[known.drone.0 as usize] = known.path;
+            }
+        }
+        gained
+    }
+
+    /// Whether all of these find a way again, and all that was changed is less in sum.
+    fn replan(&mut self, others: &[Before], all: &[Before]) -> bool {
+        let immovable = vec![IMMOVABLE; self.weights.len()];
+        let arrives =
+            |path: &Option<Path>| path.as_ref().map_or(0, |path| u64::from(path.arrives.0));
+        let sum: u64 = all.iter().map(|known| arrives(&known.path)).sum();
+        for known in others {
+            let Some(path) = self.searched(known.drone, &immovable) else {
+                return false;
+            };
+            if !self.put(known.drone, path) {
+                return false;
+            }
+        }
+        let now: u64 = (all.iter())
+            .map(|known| arrives(&self.paths[known.drone.0 as usize]))
+            .sum();
+        now < sum
+    }
+
+    fn searched(&mut self, drone: DroneId, weights: &[u32]) -> Option<Path> {
+        let scene = Scene {
+            weights,
+            careful: self.careful[drone.0 as usize],
+            most_expansions: MOST_EXPANSIONS,
+            ..self.scene()
+        };
+        let searched = search(scene, &self.errands[drone.0 as usize]);
+        self.effort.searches += 1;
+        self.effort.expansions += searched.expansions;
+        match searched.found {
+            Found::Path(path) => Some(path),
+            _ => None,
+        }
+    }
+
+    fn take_out(&mut self, drone: DroneId) -> Before {
+        let legs = self.costmap.legs(drone).to_vec();
+        if !legs.is_empty() {
+            self.release(drone);
+        }
+        Before {
+            drone,
+            legs,
+            path: self.paths[drone.0 as usize].take(),
+        }
+    }
+
+    /// Takes a path over, unless others far off cannot bear it.
+    fn put(&mut self, drone: DroneId, path: Path) -> bool {
+        if !self.costmap.is_borne(&path.legs) {
+            return false;
+        }
+        self.reserve(path.legs.clone());
+        self.paths[drone.0 as usize] = Some(path);
+        true
+    }
+}

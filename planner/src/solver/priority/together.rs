@@ -1,0 +1,173 @@
+//! A fleet that steps together until nearly everybody is home; who is not is planned among those who are.
+
+use costmap::leg::{DroneId, Leg, Tick};
+
+use super::whole::{MOST_EXPANSIONS_A_DRONE, Setting, known_hopeless};
+use super::{Attempt, Paths, stays_at_start};
+use crate::graph::agent::Errand;
+use crate::graph::roadmap::Roadmap;
+use crate::plan::outcome::Effort;
+use crate::sipp::conflicts::Crowd;
+use crate::sipp::search::{IMMOVABLE, Path};
+use crate::solver::pibt::step_together;
+
+/// Ways for everybody but those who are excluded, or `None`.
+pub(super) fn plan_together(setting: &Setting<'_>, effort: &mut Effort) -> Option<Paths> {
+    let Setting {
+        job,
+        costmap,
+        excluded,
+        control,
+        ..
+    } = *setting;
+    let steps = setting.steps?;
+    if known_hopeless(job, excluded) > excluded.len() {
+        return None;
+    }
+    let fixed: Vec<DroneId> = excluded.iter().map(|(drone, _)| *drone).collect();
+    let seed = setting.planning.seed;
+    let together = step_together(job, costmap, steps, &fixed, seed, control, effort)?;
+    let most = effort.expansions + MOST_EXPANSIONS_A_DRONE * job.errands.len() as u64;
+    let mut attempt = Attempt::new(
+        &job.roadmap,
+        &together.errands,
+        costmap.clone(),
+        setting.planning.energy_weight,
+        control,
+        effort,
+    );
+    attempt.gives_up_at = Some(most);
+    attempt.detours = false;
+    attempt.crowd = Some(Crowd::new(steps, costmap));
+    let mut waiting = Vec::new();
+    for (index, errand) in together.errands.iter().enumerate() {
+        if together.fixed[index] {
+            attempt.reserve(vec![stays_at_start(errand, &job.roadmap)]);
+            attempt.weights[index] = IMMOVABLE;
+        } else if together.home[index] {
+            let legs = vec![stays(errand, &job.roadmap)];
+            attempt.reserve(legs.clone());
+            attempt.paths[index] = Some(Path {
+                legs,
+                arrives: errand.departs,
+                met: Vec::new(),
+            });
+        } else {
+            waiting.push((errand.alone_ticks, errand.drone));
+        }
+    }
+    waiting.sort_unstable();
+    let is_through = attempt.run(waiting.into_iter().map(|(_, drone)| drone).collect());
+    if !is_through || !attempt.stranded.is_empty() {
+        return None;
+    }
+    let moved = |(path, errand): (Option<Path>, &Errand)| {
+        path.filter(|path| path.legs != [stays(errand, &job.roadmap)])
+    };
+    let planned = attempt.paths.into_iter().zip(&together.errands).map(moved);
+    let planned = planned.collect();
+    let (paths, costmap) = together.whole(job, costmap, planned)?;
+    let mut paths: Vec<Option<Path>> = paths.into_iter().map(Some).collect();
+    for (drone, _) in excluded {
+        paths[drone.0 as usize] = None;
+    }
+    Some(Paths {
+        paths,
+        stranded: excluded.to_vec(),
+        costmap,
+    })
+}
+
+/// What a drone does that is home.
+fn stays(errand: &Errand, roadmap: &Roadmap) -> Leg {
+    let at_m = roadmap.position_m(errand.start);
+    Leg {
+        drone: errand.drone,
+        kind: errand.kinds[errand.kinds.len() - 1],
+        start: errand.departs,
+        end: Tick::FOREVER,
+        from_m: at_m,
+        to_m: at_m,
+        flying: true,
+        air_limit: errand.air_limit,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::agent::Ending;
+    use crate::plan::outcome::Control;
+    use crate::scenario::world::AtEnd;
+    use crate::sipp::conflicts::Steps;
+    use crate::solver::assemble::assemble;
+    use crate::solver::prepare::{empty_costmap, prepare};
+    use crate::verify::verify;
+
+    /// Sixty drones on twelve metres by twelve, two tasks each, the first with a dwell.
+    #[test]
+    fn steps_together_and_those_left_make_a_plan_that_the_verifier_finds_nothing_in() {
+        let text = tools::instances::hall(60, 2).expect("there is room");
+        let mut world =
+            crate::scenario::read_world(&text, &|file| Err(file.to_owned())).expect("in order");
+        let column = |index: usize| {
+            (
+                (index * 53 % 144 % 12) as f64 + 0.5,
+                (index * 53 % 144 / 12) as f64 + 0.5,
+            )
+        };
+        for (index, drone) in world.drones.iter_mut().enumerate() {
+            (drone.start_m.x, drone.start_m.y) = column(index);
+            let mut first = drone.tasks[0].clone();
+            (first.to_m.x, first.to_m.y) = column(index + 31);
+            first.dwell_s = 0.7 * (index % 3) as f64;
+            (drone.tasks[0].to_m.x, drone.tasks[0].to_m.y) = column(index + 83);
+            drone.tasks.insert(0, first);
+            drone.at_end = match index % 6 {
+                0 => AtEnd::Land,
+                3 => AtEnd::Leave,
+                _ => AtEnd::Hover,
+            };
+        }
+        world.drones[7].tasks.clear();
+        (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
+        let job = prepare(&world);
+        let costmap = empty_costmap(&world, job.roadmap.lattice(), true);
+        let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
+        let setting = Setting {
+            job: &job,
+            costmap: &costmap,
+            steps: steps.as_ref(),
+            excluded: &[],
+            planning: &world.planning,
+            control: &Control::QUIET,
+        };
+        let mut effort = Effort::default();
+        let paths = plan_together(&setting, &mut effort).expect("everybody comes home");
+        assert!(effort.rounds > 0);
+        let report = verify(&assemble(&world, &job, &paths));
+        assert!(report.violations.is_empty(), "{:#?}", report.violations);
+        for (path, errand) in paths.paths.iter().flatten().zip(&job.errands) {
+            let last = path.legs.last().expect("it flies");
+            let goal_m = job.roadmap.position_m(errand.last_vertex());
+            match errand.ending {
+                Ending::Hover => assert_eq!((last.to_m, last.end), (goal_m, Tick::FOREVER)),
+                Ending::Leave => assert_eq!(last.to_m, goal_m),
+                Ending::Land { rest_m, .. } => {
+                    assert_eq!((last.to_m, last.flying), (rest_m, false))
+                }
+            }
+            if errand.stages.is_empty() {
+                assert_eq!(path.legs.len(), 1, "nobody without a task is pushed");
+                continue;
+            }
+            let passes = |leg: &Leg| {
+                leg.stays()
+                    && leg.from_m == job.roadmap.position_m(errand.stages[0].distances.goal())
+            };
+            let dwells = path.legs.iter().filter(|leg| passes(leg));
+            let longest = dwells.map(|leg| leg.end.0 - leg.start.0).max();
+            assert!(longest.unwrap_or(0) >= errand.stages[0].dwell_ticks);
+        }
+    }
+}
