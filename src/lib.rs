@@ -2,9 +2,8 @@
 //! `planner` crate; here is what a person types and reads.
 
 mod commands;
-mod figures;
 mod io;
-mod picture;
+mod plots;
 mod report;
 #[cfg(test)]
 mod sample;

@@ -1,7 +1,5 @@
 //! `plan calibrate RECORDING...`: the constants of the jet from recordings of hovering drones, as the paper found them.
 
-#[path = "../calibrate/pictures.rs"]
-mod pictures;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -16,7 +14,8 @@ use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
 use crate::io::recordings;
-use crate::report::page::{Figure, Page};
+use crate::plots::{self, Figure};
+use crate::report::page::Page;
 use crate::{Answer, Format};
 
 #[derive(Args)]
@@ -64,7 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         arguments.recordings.first(),
         recordings.first().map_or("recordings", |first| &first.name),
     );
-    let figures = pictures::draw(&name, &calibration, &recordings);
+    let figures = plots::calibration::draw(&name, &calibration, &recordings);
     let out = OutFolder::prepare(
         arguments
             .out

@@ -2,8 +2,6 @@
 
 mod flights;
 mod hardware;
-#[path = "../diagnose/pictures.rs"]
-mod pictures;
 mod printed;
 pub(crate) mod real;
 mod sections;
@@ -25,7 +23,8 @@ use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
 use crate::io::recordings;
-use crate::report::page::{Figure, Page};
+use crate::plots::{self, Figure};
+use crate::report::page::Page;
 use crate::{Answer, Format};
 use printed::Printed;
 use sections::{Part, Section};
@@ -193,7 +192,9 @@ fn diagnose_all(
 
 /// Names and contents of the files of one recording.
 fn texts(recording: &Recording, finding: &Finding) -> Vec<(String, String)> {
-    let figures = pictures::draw(recording, finding);
+    let verdict = words::verdict(finding);
+    let what = words::what(recording, finding);
+    let figures = plots::finding::draw(recording, finding, &format!("{what}; {verdict}"));
     let mut texts = vec![
         ("finding.ron".to_owned(), finding_ron(finding)),
         (
@@ -206,7 +207,7 @@ fn texts(recording: &Recording, finding: &Finding) -> Vec<(String, String)> {
     }
     let report = page(
         &recording.name,
-        &words::what(recording, finding),
+        &what,
         finding,
         &sections::sections(finding, true),
         &figures,

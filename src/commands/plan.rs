@@ -16,7 +16,7 @@ use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::problems;
 use crate::io::watch::{Durations, Watch, peak_memory_bytes};
-use crate::picture;
+use crate::plots;
 use crate::report::conflicts::{self, ConflictEntry};
 use crate::report::plan as report;
 use crate::report::well_formed::{self, WellFormedEntry};
@@ -219,7 +219,7 @@ fn deliver(
     let written = [
         ("plan.json", files::json(plan)),
         ("timing.json", files::json(&timing)),
-        ("plan.svg", picture::draw(plan)),
+        ("plan.svg", plots::plan::draw(plan)),
     ]
     .map(|(name, text)| (out.path.join(name), text));
     files::write(&written)?;

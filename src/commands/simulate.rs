@@ -2,8 +2,6 @@
 
 mod csv;
 mod forces;
-#[path = "../simulate/pictures.rs"]
-mod pictures;
 mod skill;
 mod words;
 
@@ -22,10 +20,10 @@ use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
 use crate::io::recordings;
-use crate::report::page::{Figure, Page};
+use crate::plots::{self, Figure};
+use crate::report::page::Page;
 use crate::{Answer, Format};
 use forces::Map;
-pub(crate) use pictures::{drones, slices, speed_readings};
 use skill::Skill;
 pub(crate) use words::wrote;
 
@@ -100,7 +98,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     // One campaign has one instrument and one floor: those of its first recording.
     let regions = by_region(&first.recording, &samples);
     let name = name_of(arguments.recordings.first(), &first.recording.name);
-    let figures = pictures::draw(&name, &all, &maps);
+    let simulated: Vec<(&Recording, &[Sample])> = all
+        .iter()
+        .map(|one| (&one.recording, one.samples.as_slice()))
+        .collect();
+    let scatter_n = |airframe: &str| {
+        let map = maps.iter().find(|map| map.airframe == airframe)?;
+        Some(map.identification.scatter_n)
+    };
+    let figures = plots::simulation::draw(&name, &simulated, scatter_n);
     let out = OutFolder::prepare(
         arguments
             .out

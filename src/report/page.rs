@@ -1,6 +1,6 @@
 //! report.html: one file with its figures and style inside, for a browser without a network and for print.
 
-use crate::figures::escape;
+use crate::plots::{Figure, escape};
 
 /// A light page that keeps figures whole in print; digits of one width in tables.
 const STYLE: &str = "\
@@ -26,16 +26,6 @@ pub(crate) struct Page {
 pub(crate) struct Table {
     pub(crate) headings: Vec<String>,
     pub(crate) rows: Vec<Vec<String>>,
-}
-
-/// One picture of a report.
-#[derive(Clone, Debug)]
-pub(crate) struct Figure {
-    /// Its file's name, without ending.
-    pub(crate) name: String,
-    pub(crate) svg: String,
-    /// How to read it.
-    pub(crate) caption: String,
 }
 
 impl Page {

@@ -1,5 +1,6 @@
 //! Numbers, places and findings as people read them.
 
+use diagnosis::forward::simulate::Channel;
 use nalgebra::Point3;
 use planner::plan::{Status, Violation, ViolationKind};
 
@@ -27,6 +28,61 @@ pub(crate) fn metres(length_m: f64) -> String {
 /// `1 drone`, `5 drones`, `2 drones fly` from a count and the words for one and for many.
 pub(crate) fn count(number: usize, one: &str, many: &str) -> String {
     format!("{number} {}", if number == 1 { one } else { many })
+}
+
+/// What a person calls a channel, with its unit.
+pub(crate) fn quantity(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Speed => "speed (m/s)",
+        Channel::Throttle => "throttle / hover",
+        Channel::Power => "power / hover",
+        Channel::VerticalForce => "vertical force (N)",
+    }
+}
+
+/// Its unit alone.
+pub(crate) fn unit(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Speed => "m/s",
+        Channel::Throttle | Channel::Power => "of hover",
+        Channel::VerticalForce => "N",
+    }
+}
+
+/// What its files are called.
+pub(crate) fn file_stem(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Speed => "speed",
+        Channel::Throttle => "throttle",
+        Channel::Power => "power",
+        Channel::VerticalForce => "vertical-force",
+    }
+}
+
+/// Three figures, never fewer than the whole number.
+pub(crate) fn figures(value: f64) -> String {
+    let size = value.abs();
+    if !value.is_finite() {
+        return "unknown".into();
+    }
+    let text = if size >= 100.0 {
+        format!("{value:.0}")
+    } else if size >= 10.0 {
+        format!("{value:.1}")
+    } else if size >= 1.0 {
+        format!("{value:.2}")
+    } else {
+        format!("{value:.3}")
+    };
+    if text
+        .trim_start_matches('-')
+        .chars()
+        .all(|c| "0.".contains(c))
+    {
+        "0".into()
+    } else {
+        text
+    }
 }
 
 /// The status as plan.json writes it.

@@ -14,12 +14,13 @@ use serde::Serialize;
 
 use super::printed::Printed;
 use super::sections::{Part, Section, sections};
-use super::{Arguments, page, pictures, words};
+use super::{Arguments, page, words};
 use crate::commands::simulate::{name_of, wrote};
 use crate::io::failure::{Failure, answer};
 use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
+use crate::plots;
 use crate::report::page::Table;
 use crate::{Answer, Format};
 
@@ -55,7 +56,11 @@ pub(super) fn run(arguments: &Arguments, recordings: &[Recording]) -> Result<Ans
         .unwrap_or_else(|| Path::new("out").join(&name));
     let out = OutFolder::prepare(out)?.path;
     let what = what(&found, &options);
-    let figures = pictures::draw_campaign(&name, &what, &found);
+    let figures = plots::finding::draw_campaign(
+        &name,
+        &found,
+        &format!("{what}; {}", words::verdict(finding)),
+    );
     let mut written = vec![
         (out.join("finding.ron"), finding_ron(finding)),
         (

@@ -8,6 +8,7 @@ use diagnosis::record::recording::{Recording, Role};
 use super::sections::{Part, Section};
 use crate::report::page::Table;
 use crate::report::words::count;
+pub(super) use crate::report::words::figures;
 
 /// The answer in a line.
 pub(super) fn verdict(finding: &Finding) -> String {
@@ -102,32 +103,6 @@ pub(super) fn amount(value: f64, channel: Channel) -> String {
     match channel {
         Channel::VerticalForce => format!("{:.1} mN", 1e3 * value),
         _ => format!("{}{}", figures(value), unit(channel)),
-    }
-}
-
-/// Three figures, never fewer than the whole number.
-pub(super) fn figures(value: f64) -> String {
-    let size = value.abs();
-    if !value.is_finite() {
-        return "unknown".into();
-    }
-    let text = if size >= 100.0 {
-        format!("{value:.0}")
-    } else if size >= 10.0 {
-        format!("{value:.1}")
-    } else if size >= 1.0 {
-        format!("{value:.2}")
-    } else {
-        format!("{value:.3}")
-    };
-    if text
-        .trim_start_matches('-')
-        .chars()
-        .all(|c| "0.".contains(c))
-    {
-        "0".into()
-    } else {
-        text
     }
 }
 

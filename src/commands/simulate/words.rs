@@ -11,28 +11,10 @@ use super::Simulated;
 use super::forces::Map;
 use crate::report::page::Table;
 use crate::report::words::count;
+pub(super) use crate::report::words::{file_stem, quantity};
 
 /// More remarks of a kind than these are counted, not printed; residuals.json has all.
 const REMARKS_OF_A_KIND: usize = 6;
-
-/// What a person calls a channel, with its unit.
-pub(super) fn quantity(channel: Channel) -> &'static str {
-    match channel {
-        Channel::Speed => "speed (m/s)",
-        Channel::Throttle => "throttle / hover",
-        Channel::Power => "power / hover",
-        Channel::VerticalForce => "vertical force (N)",
-    }
-}
-
-/// Its unit alone.
-pub(super) fn unit(channel: Channel) -> &'static str {
-    match channel {
-        Channel::Speed => "m/s",
-        Channel::Throttle | Channel::Power => "of hover",
-        Channel::VerticalForce => "N",
-    }
-}
 
 /// What the columns of its table end in.
 pub(super) fn suffix(channel: Channel) -> &'static str {
@@ -40,16 +22,6 @@ pub(super) fn suffix(channel: Channel) -> &'static str {
         Channel::Speed => "mps",
         Channel::Throttle | Channel::Power => "over_hover",
         Channel::VerticalForce => "n",
-    }
-}
-
-/// What its files are called.
-pub(super) fn file_stem(channel: Channel) -> &'static str {
-    match channel {
-        Channel::Speed => "speed",
-        Channel::Throttle => "throttle",
-        Channel::Power => "power",
-        Channel::VerticalForce => "vertical-force",
     }
 }
 

@@ -6,31 +6,45 @@ use diagnosis::forward::simulate::{Channel, Sample};
 use diagnosis::record::baseline::Upper;
 use diagnosis::record::recording::Recording;
 
-use super::forces::Map;
-use super::{Simulated, channels, words};
-use crate::figures::expansion::{self, Expansion, ExpansionSlice};
-use crate::figures::profiles::{self, Profile, ProfileSeries, Words};
-use crate::figures::readings::{Reading, radial_slices};
-use crate::figures::receiver::{self, Trace};
-use crate::figures::{field, residual_map};
-use crate::report::page::Figure;
-use crate::report::words::count;
+use super::Figure;
+use super::expansion::{self, Expansion, ExpansionSlice};
+use super::profiles::{self, Profile, ProfileSeries, Words};
+use super::readings::{Reading, radial_slices};
+use super::receiver::{self, Trace};
+use super::{field, residual_map};
+use crate::report::words::{count, file_stem, quantity, unit};
 
 /// Panels and points of the radial profiles.
 const SLICES: usize = 6;
 const BINS: usize = 14;
 
-/// Every figure that the samples allow, in the order of the report.
-pub(super) fn draw(name: &str, all: &[Simulated], maps: &[Map]) -> Vec<Figure> {
-    let samples: Vec<Sample> = all.iter().flat_map(|one| &one.samples).copied().collect();
+/// A recording and its samples, simulated.
+type Simulated<'a> = (&'a Recording, &'a [Sample]);
+
+/// Every figure that the samples allow, in the order of the report; `scatter_n` of an airframe: what its thrust map leaves (N).
+pub(crate) fn draw(
+    name: &str,
+    all: &[Simulated],
+    scatter_n: impl Fn(&str) -> Option<f64>,
+) -> Vec<Figure> {
+    let samples: Vec<Sample> = all
+        .iter()
+        .flat_map(|(_, samples)| *samples)
+        .copied()
+        .collect();
     let jet = all
         .first()
-        .map_or_else(Jet::default, |one| one.recording.jet);
+        .map_or_else(Jet::default, |(recording, _)| recording.jet);
     let mut figures = Vec::new();
-    for channel in channels(&samples) {
-        match channel {
-            Channel::Speed => speeds(name, all, &jet, &mut figures),
-            _ => receivers(name, channel, all, maps, &jet, &mut figures),
+    if samples
+        .iter()
+        .any(|sample| sample.channel == Channel::Speed)
+    {
+        speeds(name, all, &jet, &mut figures);
+    }
+    for channel in [Channel::Throttle, Channel::Power, Channel::VerticalForce] {
+        if samples.iter().any(|sample| sample.channel == channel) {
+            receivers(name, channel, all, &scatter_n, &jet, &mut figures);
         }
     }
     figures
@@ -78,9 +92,9 @@ fn reading(sample: &Sample, accuracy: f64, over: f64) -> Option<Reading> {
 /// Airframes that blow, with their U_H: what turns the figures' speeds into m/s.
 fn hover_speeds(all: &[Simulated]) -> String {
     let mut known: Vec<(String, f64)> = Vec::new();
-    for one in all {
-        let density_kg_per_m3 = one.recording.environment.air.density_kg_per_m3();
-        for vehicle in &one.recording.vehicles {
+    for (recording, _) in all {
+        let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
+        for vehicle in &recording.vehicles {
             let airframe = &vehicle.airframe;
             if known.iter().all(|(name, _)| name != airframe.name()) {
                 let hover_mps =
@@ -99,11 +113,11 @@ fn hover_speeds(all: &[Simulated]) -> String {
 fn speeds(name: &str, all: &[Simulated], jet: &Jet, figures: &mut Vec<Figure>) {
     let readings: Vec<Reading> = all
         .iter()
-        .flat_map(|one| speed_readings(&one.recording, &one.samples))
+        .flat_map(|(recording, samples)| speed_readings(recording, samples))
         .collect();
     let extrapolated = all
         .iter()
-        .all(|one| one.recording.baseline.upper == Upper::FarFieldExtrapolated);
+        .all(|(recording, _)| recording.baseline.upper == Upper::FarFieldExtrapolated);
     let hover = hover_speeds(all);
     let subtitle = format!("{}; {hover}", count(readings.len(), "reading", "readings"));
     let field = field::draw(
@@ -170,7 +184,10 @@ fn speeds(name: &str, all: &[Simulated], jet: &Jet, figures: &mut Vec<Figure>) {
 
 /// Half-width and centreline of what was recorded, slice by slice, beside the jet of the simulation.
 fn expansion_of(name: &str, all: &[Simulated], jet: &Jet, hover: &str) -> Option<Figure> {
-    let recordings: Vec<Recording> = all.iter().map(|one| one.recording.clone()).collect();
+    let recordings: Vec<Recording> = all
+        .iter()
+        .map(|(recording, _)| (*recording).clone())
+        .collect();
     // Without enough hover below a single drone there are no slices to show.
     let found = calibrate::calibrate(&recordings, &Options::default()).ok()?;
     let svg = expansion::draw(&Expansion {
@@ -228,29 +245,27 @@ fn receivers(
     name: &str,
     channel: Channel,
     all: &[Simulated],
-    maps: &[Map],
+    scatter_n: &dyn Fn(&str) -> Option<f64>,
     jet: &Jet,
     figures: &mut Vec<Figure>,
 ) {
-    let (quantity, stem) = (words::quantity(channel), words::file_stem(channel));
+    let (quantity, stem) = (quantity(channel), file_stem(channel));
     let mut traces = Vec::new();
     let mut readings = Vec::new();
-    for one in all {
-        for (index, vehicle) in one.recording.vehicles.iter().enumerate() {
-            let of_vehicle: Vec<&Sample> = one
-                .samples
+    for (recording, samples) in all {
+        for (index, vehicle) in recording.vehicles.iter().enumerate() {
+            let of_vehicle: Vec<&Sample> = samples
                 .iter()
                 .filter(|sample| sample.channel == channel && sample.subject as usize == index)
                 .collect();
             if of_vehicle.is_empty() {
                 continue;
             }
-            let scatter = maps
-                .iter()
-                .find(|map| {
-                    channel == Channel::VerticalForce && map.airframe == vehicle.airframe.name()
-                })
-                .map_or(f64::INFINITY, |map| map.identification.scatter_n);
+            let scatter = match channel {
+                Channel::VerticalForce => scatter_n(vehicle.airframe.name()),
+                _ => None,
+            };
+            let scatter = scatter.unwrap_or(f64::INFINITY);
             // Where nobody blows there is nothing to tell apart.
             readings.extend(
                 of_vehicle
@@ -261,7 +276,7 @@ fn receivers(
             traces.push(Trace {
                 name: format!(
                     "{}, {} ({})",
-                    one.recording.name,
+                    recording.name,
                     vehicle.id,
                     vehicle.airframe.name()
                 ),
@@ -292,7 +307,7 @@ fn receivers(
             "{} in somebody's wake",
             count(readings.len(), "sample", "samples")
         ),
-        (words::unit(channel), accuracy),
+        (unit(channel), accuracy),
         &readings,
         jet,
     );

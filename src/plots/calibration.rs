@@ -6,13 +6,13 @@ use diagnosis::forward::simulate::simulate;
 use diagnosis::record::recording::Recording;
 use rayon::prelude::*;
 
-use crate::commands::simulate::{drones, slices, speed_readings};
-use crate::figures::expansion::{self, Expansion, Uncertainty};
-use crate::figures::near_field::{self, Lobe};
-use crate::figures::profiles::{self, Profile, ProfileSeries, Words};
-use crate::figures::readings::{Reading, Spread};
-use crate::figures::residual_map;
-use crate::report::page::Figure;
+use super::Figure;
+use super::expansion::{self, Expansion, Uncertainty};
+use super::near_field::{self, Lobe};
+use super::profiles::{self, Profile, ProfileSeries, Words};
+use super::readings::{Reading, Spread};
+use super::residual_map;
+use super::simulation::{drones, slices, speed_readings};
 use crate::report::words::count;
 
 /// Distance over half-width that the profiles show.
@@ -21,7 +21,7 @@ const WIDEST_XI: f64 = 4.0;
 const HALF_95: f64 = 1.96;
 
 /// The expansion figure first.
-pub(super) fn draw(name: &str, found: &Calibration, recordings: &[Recording]) -> Vec<Figure> {
+pub(crate) fn draw(name: &str, found: &Calibration, recordings: &[Recording]) -> Vec<Figure> {
     [
         expansion_of(name, found),
         profiles_of(name, found),

@@ -8,12 +8,12 @@ use diagnosis::infer::finding::Finding;
 use diagnosis::infer::noise::noise;
 use diagnosis::record::recording::Recording;
 
-use super::words;
-use crate::figures::agreement;
-use crate::figures::before_after::{self, Spot, Words};
-use crate::figures::readings::spread;
-use crate::figures::signature::{self, Bin, Curve};
-use crate::report::page::Figure;
+use super::Figure;
+use super::agreement;
+use super::before_after::{self, Spot, Words};
+use super::readings::spread;
+use super::signature::{self, Bin, Curve};
+use crate::report::words::{figures, unit};
 
 /// Bins of a signature curve, with as many samples each.
 const BINS: usize = 16;
@@ -52,16 +52,15 @@ struct Seen {
 }
 
 /// In the order of the report.
-pub(super) fn draw(recording: &Recording, finding: &Finding) -> Vec<Figure> {
+pub(crate) fn draw(recording: &Recording, finding: &Finding, subtitle: &str) -> Vec<Figure> {
     let Some(seen) = seen(recording, finding) else {
         return Vec::new();
     };
-    let what = words::what(recording, finding);
-    all(&recording.name, &what, finding, &seen)
+    all(&recording.name, subtitle, finding, &seen)
 }
 
 /// The same of several flights.
-pub(super) fn draw_campaign(name: &str, what: &str, found: &CampaignFinding) -> Vec<Figure> {
+pub(crate) fn draw_campaign(name: &str, found: &CampaignFinding, subtitle: &str) -> Vec<Figure> {
     let rows = &found.finding.region.sample_indices;
     let seen = Seen {
         samples: found.samples.clone(),
@@ -73,16 +72,14 @@ pub(super) fn draw_campaign(name: &str, what: &str, found: &CampaignFinding) -> 
         names: COORDINATES.map(|(name, _)| name).to_vec(),
         covariates: found.columns.clone(),
     };
-    all(name, what, &found.finding, &seen)
+    all(name, subtitle, &found.finding, &seen)
 }
 
-fn all(name: &str, what: &str, finding: &Finding, seen: &Seen) -> Vec<Figure> {
-    let subtitle = format!("{what}; {}", words::verdict(finding));
-    let unit = words::unit(finding.channel);
+fn all(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Vec<Figure> {
     let figures = [
-        residuals(name, &subtitle, unit, seen),
-        signature(name, &subtitle, finding, seen),
-        agreement(name, &subtitle, finding, seen),
+        residuals(name, subtitle, unit(finding.channel), seen),
+        signature(name, subtitle, finding, seen),
+        agreement(name, subtitle, finding, seen),
     ];
     figures.into_iter().flatten().collect()
 }
@@ -132,10 +129,7 @@ fn residuals(name: &str, subtitle: &str, unit: &str, seen: &Seen) -> Option<Figu
             })
         })
         .collect();
-    let unit = match unit.trim() {
-        "" => String::new(),
-        unit => format!(" ({unit})"),
-    };
+    let unit = format!(" ({unit})");
     let across = format!(
         "distance from the axis r / l, right: azimuth {:.0} deg",
         towards_rad.to_degrees()
@@ -344,11 +338,7 @@ fn agreement(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Opti
     let heading = |what: &str, pairs: &[(f64, f64)]| {
         let square = pairs.iter().map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         let rms = (square / pairs.len().max(1) as f64).sqrt();
-        format!(
-            "{what}: rms {}{}",
-            words::figures(rms),
-            words::unit(finding.channel)
-        )
+        format!("{what}: rms {} {}", figures(rms), unit(finding.channel))
     };
     let quantity = match finding.channel {
         Channel::Speed => "speed (m/s)",
