@@ -20,12 +20,12 @@
 )]
 
 use airflow::{Air, Airframe, Jet, Superposition, Wake};
-use costmap::exposure::{Emitter, Receiver, exposure};
-use costmap::flight::Flight;
-use costmap::frame::{centred, upright};
-use costmap::frustum::Frustum;
-use costmap::spindle::Spindle;
-use costmap::swept::{Mover, may_meet};
+use costmap::volumes::frame::{centred, upright};
+use costmap::volumes::frustum::Frustum;
+use costmap::volumes::iso_speed::IsoSpeedVolume;
+use costmap::volumes::swept::{Mover, may_meet};
+use costmap::wake::exposure::Flight;
+use costmap::wake::exposure::{Emitter, Receiver, exposure};
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Point3, Vector3};
 use parry3d::math::Pose;
@@ -88,7 +88,7 @@ fn shapes(c: &mut Criterion) {
 fn air(c: &mut Criterion) {
     let (kolibri, matrice) = (wake("kolibri"), wake("matrice-300"));
     c.bench_function("spindle of one airframe", |b| {
-        b.iter(|| Spindle::new(black_box(&kolibri), 0.3 * kolibri.induced_velocity_mps()));
+        b.iter(|| IsoSpeedVolume::new(black_box(&kolibri), 0.3 * kolibri.induced_velocity_mps()));
     });
 
     let airframe = Airframe::preset("offboard-1").expect("a preset");

@@ -9,14 +9,14 @@
 use parry3d::shape::Ball;
 
 use crate::costmap::Costmap;
-use crate::downwash::{column, cone};
-use crate::exposure::{Emitter, Exposure, Receiver, exposure};
-use crate::flight::Flight;
-use crate::frame::{self, NotFinite};
 use crate::leg::{DroneId, Leg, Tick};
-use crate::swept::{Mover, may_meet};
-use crate::timeline::Item;
+use crate::reservations::timeline::Item;
 use crate::verdict::{Blocker, Verdict};
+use crate::volumes::downwash::{column, cone};
+use crate::volumes::frame::{self, NotFinite};
+use crate::volumes::swept::{Mover, may_meet};
+use crate::wake::exposure::Flight;
+use crate::wake::exposure::{Emitter, Exposure, Receiver, exposure};
 
 /// What a leg means to its drone and to the fleet.
 #[derive(Clone, Debug, PartialEq)]
@@ -180,10 +180,10 @@ fn flight(leg: &Leg) -> Flight {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cover::Covers;
-    use crate::fleet::{Conditions, Fleet, Kind};
-    use crate::ground::Ground;
     use crate::leg::KindId;
+    use crate::reservations::ground::Ground;
+    use crate::wake::fleet::{Conditions, Fleet, Kind};
+    use crate::wake::surfaces::BlockingSurfaces;
     use airflow::{Airframe, Jet, Superposition};
     use nalgebra::Point3;
 
@@ -210,7 +210,7 @@ mod tests {
         let fleet = Fleet::new(&[airframe], vec![kind], conditions);
         Costmap::new(
             fleet,
-            Covers::new(0.0, Vec::new()),
+            BlockingSurfaces::new(0.0, Vec::new()),
             Vec::new(),
             Ground::new([0.0, 0.0], [10.0, 10.0], 1.0),
             2,

@@ -1,12 +1,13 @@
 //! A leg against the fleet: free, priced or forbidden, and by whom.
 
-use crate::cover::Covers;
-use crate::draught::{Draught, Spread, spreads};
-use crate::fleet::{BUDGET, Fleet, WHOLE, ZoneBox};
-use crate::ground::{Footprint, Ground};
 use crate::leg::{DroneId, Leg, Tick};
-use crate::timeline::{BUCKET_TICKS, Incoming, Item, Timeline};
-use crate::zone::ZoneLoad;
+use crate::reservations::background::{FarWakes, Spread, spreads};
+use crate::reservations::ground::{Footprint, Ground};
+use crate::reservations::timeline::{BUCKET_TICKS, Item, Timeline};
+use crate::reservations::zones::{Wakes, ZoneBox, Zones};
+use crate::verdict::Incoming;
+use crate::wake::fleet::{BUDGET, Fleet, WHOLE};
+use crate::wake::surfaces::BlockingSurfaces;
 
 /// Legs on the move that last longer are judged and kept in parts: chosen here, a second holds a typical one.
 const PART_TICKS: u32 = 200;
@@ -14,17 +15,15 @@ const PART_TICKS: u32 = 200;
 /// Everybody's legs, and what another leg would mean to them.
 #[derive(Clone, Debug)]
 pub struct Costmap {
-    fleet: Fleet,
-    pub(crate) covers: Covers,
-    pub(crate) zones: Vec<ZoneBox>,
+    pub(crate) fleet: Fleet,
+    pub(crate) surfaces: BlockingSurfaces,
+    pub(crate) zones: Zones,
     pub(crate) timeline: Timeline,
-    draught: Draught,
-    /// Who blows into which zone: `[bucket][zone]`, the last bucket being the time after.
-    pub(crate) zone_loads: Vec<Vec<Vec<ZoneLoad>>>,
+    pub(crate) draught: FarWakes,
     /// Per drone, what was inserted.
     legs: Vec<Vec<Leg>>,
     /// What the loads on one drone or zone may add up to, in millionths of its limit.
-    budget: u32,
+    pub(crate) budget: u32,
 }
 
 /// A drone's legs, ready to be reserved.
@@ -50,18 +49,17 @@ impl Costmap {
     /// An empty sky for a fleet of this many drones.
     pub fn new(
         fleet: Fleet,
-        covers: Covers,
+        surfaces: BlockingSurfaces,
         zones: Vec<ZoneBox>,
         ground: Ground,
         drones: usize,
     ) -> Costmap {
         Costmap {
             fleet,
-            covers,
-            zone_loads: vec![vec![Vec::new(); zones.len()]],
-            zones,
+            surfaces,
+            zones: Zones::new(zones),
             timeline: Timeline::new(ground, drones),
-            draught: Draught::new(&ground),
+            draught: FarWakes::new(&ground),
             legs: vec![Vec::new(); drones],
             budget: BUDGET,
         }
@@ -89,12 +87,12 @@ impl Costmap {
     }
 
     /// Whether there is anything above the floor that stops a wake.
-    pub fn has_covers(&self) -> bool {
-        self.covers.has_tops()
+    pub fn has_blocking_surfaces(&self) -> bool {
+        self.surfaces.has_tops()
     }
 
     /// Whether air takes its time to come down.
-    pub fn has_late_air(&self) -> bool {
+    pub fn has_advected_wakes(&self) -> bool {
         self.fleet.longest_lag() > 0
     }
 
@@ -131,6 +129,13 @@ impl Costmap {
     /// From here on nothing changes any more: the end of all legs that end, and of the air that they leave behind.
     pub fn horizon(&self) -> Tick {
         self.timeline.horizon()
+    }
+
+    pub(crate) fn wakes(&self) -> Wakes<'_> {
+        Wakes {
+            fleet: &self.fleet,
+            surfaces: &self.surfaces,
+        }
     }
 
     pub(crate) fn budget(&self) -> u32 {
@@ -179,13 +184,17 @@ impl Costmap {
             .max();
         let lag = self.fleet.longest_lag();
         self.timeline.extend_to(last.unwrap_or_default().after(lag));
-        self.extend_zones(self.timeline.bucket_count());
+        self.zones.extend_to(self.timeline.bucket_count());
         for leg in &legs {
             let end_z_m = self.wake_end_z_m(leg);
             for part in parts(leg) {
                 self.insert_part(part, [leg.start, leg.end], end_z_m);
             }
-            self.blow_into_zones(leg);
+            let wakes = Wakes {
+                fleet: &self.fleet,
+                surfaces: &self.surfaces,
+            };
+            self.zones.add(leg, wakes, &self.timeline);
         }
         if self.sums_ahead() {
             self.draught.extend_to(self.timeline.bucket_count());
@@ -222,8 +231,8 @@ impl Costmap {
         }
     }
 
-    /// Calls `f` with everybody who is not so far off that [`Draught`] accounts for them.
-    fn close_to<'a>(&'a self, part: &Leg, mut f: impl FnMut(u32, &'a Item)) {
+    /// Calls `f` with everybody who is not so far off that [`FarWakes`] accounts for them.
+    pub(crate) fn close_to<'a>(&'a self, part: &Leg, mut f: impl FnMut(u32, &'a Item)) {
         let ground = self.timeline.ground();
         let own = Footprint::around(part, 0.0);
         let around = ground.hull(ground.bins(&own), self.fleet.near_m());
@@ -261,11 +270,8 @@ impl Costmap {
         }
         if !self.zones.is_empty() {
             let clear = last.end.after(self.fleet.longest_lag());
-            for bucket in self.timeline.buckets(first.start, clear) {
-                for zone in &mut self.zone_loads[bucket as usize] {
-                    zone.retain(|load| load.drone != drone);
-                }
-            }
+            let buckets = self.timeline.buckets(first.start, clear);
+            self.zones.remove(drone, buckets);
         }
     }
 
@@ -274,7 +280,7 @@ impl Costmap {
         if !leg.flying {
             return f64::INFINITY;
         }
-        self.covers
+        self.surfaces
             .wake_end_z_m(self.fleet.wake(leg.kind), &leg.from_m, &leg.to_m)
     }
 
@@ -292,20 +298,10 @@ impl Costmap {
     fn sums_ahead(&self) -> bool {
         self.fleet.conditions().wakes && self.fleet.longest_lag() == 0
     }
-
-    fn extend_zones(&mut self, buckets: usize) {
-        if self.zones.is_empty() {
-            return;
-        }
-        while self.zone_loads.len() < buckets + 1 {
-            let after = self.zone_loads.last().cloned().unwrap_or_default();
-            self.zone_loads.push(after);
-        }
-    }
 }
 
 /// What one leg meets of another's wake.
-fn incoming(on: &Leg, from: &Leg, load: u32) -> Incoming {
+pub(crate) fn incoming(on: &Leg, from: &Leg, load: u32) -> Incoming {
     let time = on.overlap(from);
     Incoming {
         from: from.drone,
@@ -316,7 +312,7 @@ fn incoming(on: &Leg, from: &Leg, load: u32) -> Incoming {
 }
 
 /// A leg that stays, whole; others in parts of a second, if they last for more than two.
-fn parts(leg: &Leg) -> impl Iterator<Item = Leg> + '_ {
+pub(crate) fn parts(leg: &Leg) -> impl Iterator<Item = Leg> + '_ {
     let whole = is_whole(leg);
     let step = if whole { u32::MAX } else { BUCKET_TICKS };
     let mut next = Some(leg.start);
@@ -341,6 +337,5 @@ fn is_whole(leg: &Leg) -> bool {
     leg.stays() || leg.end.0 - leg.start.0 <= PART_TICKS
 }
 
-mod judge;
 #[cfg(test)]
 mod tests;

@@ -37,7 +37,7 @@ impl Tick {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct DroneId(pub u32);
 
-/// Index of a [`Kind`](crate::fleet::Kind): an airframe at one mass.
+/// Index of a [`Kind`](crate::wake::fleet::Kind): an airframe at one mass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct KindId(pub u16);
 

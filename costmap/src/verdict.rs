@@ -3,10 +3,38 @@
 use airflow::power;
 
 use crate::leg::{DroneId, Tick};
-use crate::timeline::Incoming;
 
 /// Mean air below this share of the induced velocity costs nothing: chosen here, half a percent of power.
 const PRICELESS_ALPHA: f64 = 0.01;
+
+/// What another's wake brings a leg.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Incoming {
+    /// Whose wake.
+    pub from: DroneId,
+    /// First moment.
+    pub start: Tick,
+    /// First moment after.
+    pub end: Tick,
+    /// Bound on the share of the budget that it fills, in millionths.
+    pub load: u32,
+}
+
+/// The greatest sum of loads at one moment between two ticks.
+pub(crate) fn peak(met: &[Incoming], start: Tick, end: Tick) -> u64 {
+    let at = |moment: Tick| -> u64 {
+        met.iter()
+            .filter(|it| it.start <= moment && moment < it.end)
+            .map(|it| u64::from(it.load))
+            .sum()
+    };
+    // A sum only grows where something begins.
+    met.iter()
+        .map(|it| it.start)
+        .filter(|&moment| start < moment && moment < end)
+        .map(at)
+        .fold(at(start), u64::max)
+}
 
 /// Why a leg may not be flown past a drone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

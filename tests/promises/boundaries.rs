@@ -237,7 +237,7 @@ fn shapes_are_stood_up_in_one_place() {
     ];
     for library in LIBRARIES {
         let mut sources = sources_of(&format!("{library}/src"));
-        sources.retain(|source| source.file != "costmap/src/frame.rs");
+        sources.retain(|source| source.file != "costmap/src/volumes/frame.rs");
         assert_none(&named(&sources, &turning));
         assert_none(&named(&sources, &poses));
     }

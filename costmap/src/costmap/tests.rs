@@ -2,10 +2,10 @@ use airflow::{Airframe, Jet, Superposition};
 use nalgebra::Point3;
 
 use super::*;
-use crate::cover::Top;
-use crate::fleet::{Conditions, Kind};
 use crate::leg::KindId;
 use crate::verdict::Verdict;
+use crate::wake::fleet::{Conditions, Kind};
+use crate::wake::surfaces::Top;
 
 const DRONES: u32 = 24;
 
@@ -40,7 +40,7 @@ fn empty() -> Costmap {
     };
     Costmap::new(
         Fleet::new(&airframes, kinds.to_vec(), conditions),
-        Covers::new(0.0, vec![top]),
+        BlockingSurfaces::new(0.0, vec![top]),
         vec![zone],
         Ground::new([0.0, 0.0], [7.0, 6.5], 1.0),
         DRONES as usize,
@@ -97,7 +97,8 @@ fn loads(costmap: &Costmap) -> (Loads, Vec<Vec<(DroneId, u32)>>) {
         }
     }
     let in_zone = costmap
-        .zone_loads
+        .zones
+        .loads
         .iter()
         .map(|zones| {
             let mut zone: Vec<_> = zones[0]

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use airflow::Airframe;
 use costmap::costmap::Costmap;
-use costmap::cover::{Covers, Top};
-use costmap::fleet::{Conditions, Fleet, Kind, ZoneBox};
-use costmap::ground::Ground;
 use costmap::leg::{DroneId, KindId, Tick};
+use costmap::reservations::ground::Ground;
+use costmap::reservations::zones::ZoneBox;
+use costmap::wake::fleet::{Conditions, Fleet, Kind};
+use costmap::wake::surfaces::{BlockingSurfaces, Top};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -330,7 +331,7 @@ pub(crate) fn costmap_for(
     });
     Costmap::new(
         Fleet::new(&all.airframes, kinds, conditions),
-        Covers::new(world.bounds_m.min.z, tops),
+        BlockingSurfaces::new(world.bounds_m.min.z, tops),
         zones.collect(),
         ground(world, lattice),
         drones,

@@ -1,9 +1,9 @@
 //! The frustum against its closed form, and bodies on the move.
 
 use super::Random;
-use costmap::frame::{centred, upright};
-use costmap::frustum::Frustum;
-use costmap::swept::{Mover, SEPARATION_M, may_meet};
+use costmap::volumes::frame::{centred, upright};
+use costmap::volumes::frustum::Frustum;
+use costmap::volumes::swept::{Mover, SEPARATION_M, may_meet};
 use nalgebra::{Point3, Vector3};
 use parry3d::math::{Pose, Rotation, Vector};
 use parry3d::query::details::intersection_test_support_map_support_map;

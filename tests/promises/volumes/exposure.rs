@@ -2,8 +2,8 @@
 
 use super::wake_of;
 use airflow::{Airframe, DiscPoints, Superposition, Wake};
-use costmap::exposure::{Emitter, Exposure, Receiver, exposure};
-use costmap::flight::Flight;
+use costmap::wake::exposure::Flight;
+use costmap::wake::exposure::{Emitter, Exposure, Receiver, exposure};
 use nalgebra::{Point3, Vector3};
 
 /// What the issue asks for.

@@ -4,8 +4,8 @@ use airflow::Wake;
 use airflow::effects::{
     Crossflow, Effects, MomentumScale, ProfileTail, RotorCant, WakeTilt, Wander,
 };
-use costmap::downwash::{column, cone};
-use costmap::spindle::Spindle;
+use costmap::volumes::downwash::{column, cone};
+use costmap::volumes::iso_speed::IsoSpeedVolume;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
@@ -55,7 +55,7 @@ fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
         let preset = ["kolibri", "offboard-2", "matrice-300"][case % 3];
         let wake = wake(&mut random, preset);
         let limit_mps = random.between(0.15, 0.8) * wake.induced_velocity_mps();
-        let spindle = Spindle::new(&wake, limit_mps).expect("a positive limit");
+        let spindle = IsoSpeedVolume::new(&wake, limit_mps).expect("a positive limit");
         let end_m = spindle.sections().map(|s| s.to_depth_m).fold(0.0, f64::max);
         let mut above = 0;
         for _ in 0..20_000 {

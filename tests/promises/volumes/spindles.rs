@@ -2,8 +2,8 @@
 
 use super::{Random, wake_of};
 use airflow::{Airframe, Wake};
-use costmap::downwash::{column, cone};
-use costmap::spindle::Spindle;
+use costmap::volumes::downwash::{column, cone};
+use costmap::volumes::iso_speed::IsoSpeedVolume;
 use nalgebra::{Point3, Vector3};
 use parry3d::query::PointQuery;
 use std::f64::consts::{FRAC_PI_4, TAU};
@@ -18,19 +18,19 @@ fn at(depth_m: f64, radius_m: f64, azimuth: f64) -> Vector3<f64> {
     Vector3::new(radius_m * azimuth.cos(), radius_m * azimuth.sin(), -depth_m)
 }
 
-fn for_each_spindle(mut check: impl FnMut(&Wake, &Spindle, &str)) {
+fn for_each_spindle(mut check: impl FnMut(&Wake, &IsoSpeedVolume, &str)) {
     for preset in Airframe::PRESETS {
         let wake = wake_of(preset);
         for part in LIMITS {
             let limit_mps = part * wake.induced_velocity_mps();
-            let spindle = Spindle::new(&wake, limit_mps).expect("a positive limit");
+            let spindle = IsoSpeedVolume::new(&wake, limit_mps).expect("a positive limit");
             check(&wake, &spindle, &format!("{preset} at {part} U_H"));
         }
     }
 }
 
 /// End of the cover below the rotor plane (m).
-fn end_m(spindle: &Spindle) -> f64 {
+fn end_m(spindle: &IsoSpeedVolume) -> f64 {
     spindle.sections().map(|s| s.to_depth_m).fold(0.0, f64::max)
 }
 
@@ -111,7 +111,8 @@ fn the_far_field_frusta_are_tight() {
         (16, 1.005),
         (32, 1.0015),
     ] {
-        let spindle = Spindle::with_frusta(&wake, limit_mps, frusta).expect("a positive limit");
+        let spindle =
+            IsoSpeedVolume::with_frusta(&wake, limit_mps, frusta).expect("a positive limit");
         let excess = spindle.far_field_excess();
         println!("{frusta} frusta: {excess:.5}");
         // Halving the spacing quarters the excess; the first numbers are measured.
@@ -162,8 +163,9 @@ fn just_inside_the_volume_the_air_exceeds_a_slightly_smaller_limit() {
 #[test]
 fn stacked_frusta_meet_and_never_grow_outwards_again() {
     for_each_spindle(|_, spindle, case| {
-        let slope =
-            |s: &costmap::downwash::Section| (s.to_radius_m - s.from_radius_m) / s.height_m();
+        let slope = |s: &costmap::volumes::downwash::Section| {
+            (s.to_radius_m - s.from_radius_m) / s.height_m()
+        };
         for pair in spindle.far_field().windows(2) {
             assert_eq!(pair[0].to_depth_m, pair[1].from_depth_m, "{case}");
             // Rounding of a crossing of two lines.
@@ -236,7 +238,7 @@ fn volumes_are_cut_where_the_wake_ends() {
         "standing on the ground"
     );
 
-    let spindle = Spindle::new(&wake, 2.0).expect("a positive limit");
+    let spindle = IsoSpeedVolume::new(&wake, 2.0).expect("a positive limit");
     let hung = spindle.hung(rotor_m, 0.0).expect("finite");
     let lowest_m = hung
         .iter()
@@ -252,9 +254,9 @@ fn volumes_are_cut_where_the_wake_ends() {
 fn limits_and_places_that_are_no_numbers_are_refused() {
     let wake = wake_of("kolibri");
     for limit_mps in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(Spindle::new(&wake, limit_mps).is_none());
+        assert!(IsoSpeedVolume::new(&wake, limit_mps).is_none());
     }
-    let spindle = Spindle::new(&wake, 1.0).expect("a positive limit");
+    let spindle = IsoSpeedVolume::new(&wake, 1.0).expect("a positive limit");
     let nan = Point3::new(0.0, f64::NAN, 0.0);
     assert!(spindle.hung(nan, 0.0).is_err());
     assert!(spindle.hung(Point3::origin(), f64::NAN).is_err());
@@ -264,7 +266,8 @@ fn limits_and_places_that_are_no_numbers_are_refused() {
 #[test]
 fn a_limit_no_air_reaches_has_no_volume() {
     let wake = wake_of("matrice-300");
-    let spindle = Spindle::new(&wake, 3.0 * wake.induced_velocity_mps()).expect("a positive limit");
+    let spindle =
+        IsoSpeedVolume::new(&wake, 3.0 * wake.induced_velocity_mps()).expect("a positive limit");
     assert_eq!(spindle.sections().count(), 0);
     assert_eq!(spindle.far_field_excess(), 1.0);
 }

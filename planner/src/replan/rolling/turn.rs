@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
-use costmap::timeline::BUCKET_TICKS;
+use costmap::reservations::timeline::BUCKET_TICKS;
 use costmap::verdict::{Blocker, Verdict};
 
 use super::apply::{apply, renew_distances};

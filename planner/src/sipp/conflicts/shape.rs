@@ -1,7 +1,7 @@
 //! How near two drones may be, by the height between them, and what follows for their steps.
 
-use costmap::fleet::{BUDGET, Fleet, Meeting};
 use costmap::verdict::price;
+use costmap::wake::fleet::{BUDGET, Fleet, Meeting};
 use nalgebra::Point3;
 use rayon::prelude::*;
 

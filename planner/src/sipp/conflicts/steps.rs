@@ -83,7 +83,7 @@ impl Steps {
     /// Tables for a fleet, and for whoever else is in the costmap; `None` where there are zones, air that comes late, too
     /// many classes, or too much to tabulate.
     pub fn new(lattice: &Lattice, errands: &[Errand], costmap: &Costmap) -> Option<Steps> {
-        if costmap.has_zones() || costmap.has_late_air() {
+        if costmap.has_zones() || costmap.has_advected_wakes() {
             return None;
         }
         let mut classes: Vec<Class> = Vec::new();
@@ -130,7 +130,7 @@ impl Steps {
             return None;
         }
         let pairs = shapes.iter().map(Shape::pair).collect();
-        let wake_ends = if costmap.has_covers() {
+        let wake_ends = if costmap.has_blocking_surfaces() {
             let of_class = |class| wake_ends(lattice, costmap, class);
             classes.iter().map(of_class).collect()
         } else {

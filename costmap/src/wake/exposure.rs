@@ -5,9 +5,10 @@
 //! Between the knots where a wake begins, ends, or changes its formula, the air met is smooth in time, and
 //! adaptive quadrature settles it to [`RELATIVE_ERROR`].
 
-use crate::flight::Flight;
-use crate::frame::{self, NotFinite};
-use crate::quadrature::integrate;
+use nalgebra::{Point3, Vector3};
+
+use crate::volumes::frame::{self, NotFinite};
+use crate::wake::quadrature::integrate;
 use airflow::{
     DiscPoints, HEIGHT_TOLERANCE_M, Source, Superposition, Wake, mean_over_discs_mps, power,
 };
@@ -21,6 +22,62 @@ const BLEND_BEGINS: f64 = 1.8 / 2.5;
 
 /// Half-widths from the axis at which the quadrature gets a knot on a long pass: the speed has fallen to a half at 1, to 1/23 at 3.
 const PASS_KNOTS: [f64; 2] = [1.0, 3.0];
+
+/// From one place and time to another, in a straight line at constant velocity; equal ends are a hover.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flight {
+    /// Where it starts, in the world (m).
+    pub start_m: Point3<f64>,
+    /// Where it ends, in the world (m).
+    pub end_m: Point3<f64>,
+    /// When it starts (s).
+    pub start_s: f64,
+    /// When it ends (s); not before it starts, infinite for a hover without end.
+    pub end_s: f64,
+}
+
+impl Flight {
+    /// A hover at one place.
+    pub fn hover(at_m: Point3<f64>, start_s: f64, end_s: f64) -> Self {
+        Self {
+            start_m: at_m,
+            end_m: at_m,
+            start_s,
+            end_s,
+        }
+    }
+
+    /// How long it takes (s).
+    pub fn duration_s(&self) -> f64 {
+        self.end_s - self.start_s
+    }
+
+    /// Velocity (m/s); zero for a hover, and for a flight without duration.
+    pub fn velocity_mps(&self) -> Vector3<f64> {
+        let duration_s = self.duration_s();
+        if duration_s > 0.0 && duration_s.is_finite() {
+            (self.end_m - self.start_m) / duration_s
+        } else {
+            Vector3::zeros()
+        }
+    }
+
+    /// Position at a time (m); held at the ends outside of the flight.
+    pub fn position_m(&self, time_s: f64) -> Point3<f64> {
+        if time_s >= self.end_s {
+            return self.end_m;
+        }
+        let elapsed_s = (time_s - self.start_s).max(0.0);
+        self.start_m + self.velocity_mps() * elapsed_s
+    }
+
+    /// The times shared with another flight, start before end; `None` if they share less than an instant.
+    pub fn common_s(&self, other: &Flight) -> Option<(f64, f64)> {
+        let start_s = self.start_s.max(other.start_s);
+        let end_s = self.end_s.min(other.end_s);
+        (start_s < end_s).then_some((start_s, end_s))
+    }
+}
 
 /// A drone on a leg, as the one who meets the air.
 #[derive(Clone, Copy, Debug)]

@@ -4,14 +4,14 @@
 //! bin of the floor keeps, second by second, the sum of what those who are that far off can bring to
 //! anybody in it.
 
-use crate::fleet::Fleet;
-use crate::ground::{Footprint, Ground};
 use crate::leg::{Leg, Tick};
-use crate::timeline::{BUCKET_TICKS, Timeline};
+use crate::reservations::ground::{Footprint, Ground};
+use crate::reservations::timeline::{BUCKET_TICKS, Timeline};
+use crate::wake::fleet::Fleet;
 
 /// Sums of weak loads, in millionths of the lowest budget of the fleet.
 #[derive(Clone, Debug)]
-pub(crate) struct Draught {
+pub(crate) struct FarWakes {
     /// By bucket and bin.
     sums: Vec<Vec<u32>>,
     /// After the last bucket, by bin.
@@ -28,9 +28,9 @@ pub(crate) struct Spread {
     loads: Vec<(usize, u32)>,
 }
 
-impl Draught {
-    pub(crate) fn new(ground: &Ground) -> Draught {
-        Draught {
+impl FarWakes {
+    pub(crate) fn new(ground: &Ground) -> FarWakes {
+        FarWakes {
             sums: Vec::new(),
             after: vec![0; ground.count()],
             worst: vec![0; ground.count()],

@@ -2,20 +2,21 @@
 
 use std::ops::Range;
 
-use super::{Costmap, incoming, parts};
-use crate::ground::Footprint;
-use crate::leg::{Leg, Tick};
-use crate::timeline::{Incoming, Item, peak};
-use crate::verdict::{Blocker, Verdict, Why, block_largest, price};
+use crate::costmap::{Costmap, incoming, parts};
+use crate::leg::{DroneId, Leg, Tick};
+use crate::reservations::ground::Footprint;
+use crate::reservations::timeline::Item;
+use crate::verdict::{Blocker, Incoming, Verdict, Why, block_largest, peak, price};
+use crate::wake::fleet::Meeting;
 
 impl Costmap {
     /// Judges a leg against everybody near and the zones.
     pub fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
         if self.fleet.longest_lag() > 0 {
             verdict.clear();
-            self.judge_late(leg, &self.near(leg), verdict);
+            self.judge_advected(leg, &self.near(leg), verdict);
             if leg.flying && self.fleet.conditions().wakes {
-                self.judge_zones(leg, verdict);
+                self.zones.judge(leg, self.wakes(), &self.timeline, verdict);
             }
             return;
         }
@@ -51,7 +52,7 @@ impl Costmap {
             judge(&part, verdict);
         }
         if leg.flying && self.fleet.conditions().wakes {
-            self.judge_zones(leg, verdict);
+            self.zones.judge(leg, self.wakes(), &self.timeline, verdict);
         }
     }
 
@@ -242,4 +243,109 @@ impl Costmap {
         }
         self.block_sums(part, 0, true, &met, verdict);
     }
+
+    /// [`Costmap::judge`] where air comes late.
+    pub(crate) fn judge_advected(&self, leg: &Leg, neighbours: &[&Item], verdict: &mut Verdict) {
+        let end_z_m = self.wake_end_z_m(leg);
+        let mut blowing: Vec<(&Item, Blocker)> = Vec::new();
+        for &item in neighbours {
+            let meeting = self
+                .fleet()
+                .meet_late(leg, &item.leg, [end_z_m, item.wake_end_z_m]);
+            if meeting == Meeting::default() {
+                continue;
+            }
+            let blocker = |why: Why, before: u32, after: u32| Blocker {
+                drone: item.leg.drone,
+                why,
+                began: Tick(item.began.0.saturating_sub(before)),
+                clear: item.clear.after(after),
+            };
+            let own = blocker(Why::OwnLimit, 0, self.fleet().lag_between(&item.leg, leg));
+            if meeting.bodies {
+                verdict.blockers.push(blocker(Why::Bodies, 0, 0));
+            } else if meeting.column {
+                verdict.blockers.push(blocker(Why::Column, 0, 0));
+            } else if meeting.load_on_first > self.budget() {
+                verdict.blockers.push(own);
+            } else if meeting.load_on_second > 0
+                && self.load_by_others(item, leg.drone) + u64::from(meeting.load_on_second)
+                    > u64::from(self.budget())
+            {
+                let lag = self.fleet().lag_between(leg, &item.leg);
+                verdict.blockers.push(blocker(Why::TheirLimit, lag, 0));
+            } else {
+                // Air that comes late costs what it forbids, and no energy.
+                let prices = price(meeting.alpha_first) + price(meeting.alpha_second);
+                verdict.price_s += shared_s(leg, item) * prices;
+                if meeting.load_on_first > 0 {
+                    blowing.push((item, own));
+                }
+            }
+        }
+        if blowing.is_empty() {
+            return;
+        }
+        for bucket in self.timeline.buckets(leg.start, leg.end) {
+            let (start, end) = self.timeline.span(bucket);
+            let part = leg.between(start, end);
+            if part.start >= part.end {
+                continue;
+            }
+            let mut loads: Vec<(u32, Blocker)> = Vec::new();
+            for (item, blocker) in &blowing {
+                let load = self.fleet().late_load(&item.leg, &part, item.wake_end_z_m);
+                if load > 0 {
+                    greatest_of_each(&mut loads, load, *blocker);
+                }
+            }
+            block_largest(&mut loads, 0, self.budget(), verdict);
+        }
+    }
+
+    /// Bound on the budget of a drone on its leg that all wakes but one drone's fill, in millionths.
+    fn load_by_others(&self, item: &Item, but: DroneId) -> u64 {
+        let footprint = Footprint::around(&item.leg, self.fleet().reach_m(item.leg.kind));
+        let since = Tick(item.leg.start.0.saturating_sub(self.fleet().longest_lag()));
+        let mut loads: Vec<(u32, Blocker)> = Vec::new();
+        for other in self.items_near(&footprint, since, item.leg.end) {
+            if other.leg.drone == but || other.leg.drone == item.leg.drone {
+                continue;
+            }
+            let load = (self.fleet()).late_load(&other.leg, &item.leg, other.wake_end_z_m);
+            if load > 0 {
+                let blocker = Blocker {
+                    drone: other.leg.drone,
+                    why: Why::TheirLimit,
+                    began: other.began,
+                    clear: other.clear,
+                };
+                greatest_of_each(&mut loads, load, blocker);
+            }
+        }
+        loads.iter().map(|(load, _)| u64::from(*load)).sum()
+    }
+}
+
+/// The greatest load of each drone: its legs follow one another.
+fn greatest_of_each(loads: &mut Vec<(u32, Blocker)>, load: u32, blocker: Blocker) {
+    match loads
+        .iter_mut()
+        .find(|(_, known)| known.drone == blocker.drone)
+    {
+        Some((known, last)) => {
+            *known = load.max(*known);
+            last.clear = last.clear.max(blocker.clear);
+        }
+        None => loads.push((load, blocker)),
+    }
+}
+
+/// How long a leg that ends shares with another (s).
+fn shared_s(leg: &Leg, item: &Item) -> f64 {
+    let time = leg.overlap(&item.leg);
+    if time.end == Tick::FOREVER {
+        return 0.0;
+    }
+    time.end.seconds() - time.start.seconds()
 }

@@ -5,24 +5,12 @@
 //! there: of those that have ended before a moment one bisection skips nearly all. Time itself is counted
 //! in buckets of a second where something is known of places and not of legs.
 
-use crate::ground::{Bins, Footprint, Ground};
 use crate::leg::{DroneId, Leg, Tick};
+use crate::reservations::ground::{Bins, Footprint, Ground};
+use crate::verdict::{Incoming, peak};
 
 /// Length of a bucket: chosen here, a drone flies one or two cells in a second.
 pub const BUCKET_TICKS: u32 = 100;
-
-/// What another's wake brings a leg.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Incoming {
-    /// Whose wake.
-    pub from: DroneId,
-    /// First moment.
-    pub start: Tick,
-    /// First moment after.
-    pub end: Tick,
-    /// Bound on the share of the budget that it fills, in millionths.
-    pub load: u32,
-}
 
 /// A leg of the fleet, or a part of one.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,22 +47,6 @@ impl Item {
         self.met.retain(|incoming| incoming.from != drone);
         self.peak = peak(&self.met, Tick(0), Tick::FOREVER);
     }
-}
-
-/// The greatest sum of loads at one moment between two ticks.
-pub(crate) fn peak(met: &[Incoming], start: Tick, end: Tick) -> u64 {
-    let at = |moment: Tick| -> u64 {
-        met.iter()
-            .filter(|it| it.start <= moment && moment < it.end)
-            .map(|it| u64::from(it.load))
-            .sum()
-    };
-    // A sum only grows where something begins.
-    met.iter()
-        .map(|it| it.start)
-        .filter(|&moment| start < moment && moment < end)
-        .map(at)
-        .fold(at(start), u64::max)
 }
 
 #[derive(Clone, Copy, Debug)]

@@ -103,7 +103,7 @@ const MOVED_STEPS: u32 = 8;
 
 /// The floor and every top face of a world.
 #[derive(Clone, Debug, Default)]
-pub struct Covers {
+pub struct BlockingSurfaces {
     floor_z_m: f64,
     tops: Vec<Top>,
     /// By x, in strips of [`STRIP_M`] from `low_x_m` on: the faces above the floor there.
@@ -114,10 +114,10 @@ pub struct Covers {
 /// Chosen here: narrower than most shelves.
 const STRIP_M: f64 = 1.0;
 
-impl Covers {
+impl BlockingSurfaces {
     /// A floor and the faces above it.
-    pub fn new(floor_z_m: f64, tops: Vec<Top>) -> Covers {
-        let mut covers = Covers {
+    pub fn new(floor_z_m: f64, tops: Vec<Top>) -> BlockingSurfaces {
+        let mut covers = BlockingSurfaces {
             floor_z_m,
             tops,
             strips: Vec::new(),
@@ -210,7 +210,7 @@ mod tests {
     }
 
     /// The definition by samples: a face stops a wake if points all around the half-width disc lie on it.
-    fn sampled_end_z_m(covers: &Covers, wake: &Wake, rotor_m: Point3<f64>) -> f64 {
+    fn sampled_end_z_m(covers: &BlockingSurfaces, wake: &Wake, rotor_m: Point3<f64>) -> f64 {
         let mut end_z_m = covers.floor_z_m;
         for top in &covers.tops {
             let depth_m = rotor_m.z - top.z_m();
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn a_wake_ends_on_the_highest_face_that_holds_its_whole_disc() {
-        let (wake, covers) = (wake(), Covers::new(0.0, tops()));
+        let (wake, covers) = (wake(), BlockingSurfaces::new(0.0, tops()));
         let mut stopped = 0;
         for i in 0..20_000_u32 {
             let at = |k: f64| (f64::from(i) * k).fract();
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_way_only_partly_over_a_shelf_is_not_covered() {
-        let (wake, covers) = (wake(), Covers::new(0.0, tops()));
+        let (wake, covers) = (wake(), BlockingSurfaces::new(0.0, tops()));
         let over = Point3::new(1.0, 3.0, 3.0);
         let beside = Point3::new(-2.0, 3.0, 3.0);
         let along = Point3::new(1.0, 4.0, 3.0);
@@ -279,7 +279,7 @@ mod tests {
 
     #[test]
     fn on_a_way_a_wake_never_ends_above_where_it_ends_anywhere_on_it() {
-        let (wake, covers) = (wake(), Covers::new(0.0, tops()));
+        let (wake, covers) = (wake(), BlockingSurfaces::new(0.0, tops()));
         for i in 0..4_000_u32 {
             let at = |k: f64| (f64::from(i) * k).fract();
             let from_m = Point3::new(7.0 * at(0.819), 6.0 * at(0.671), 6.0 * at(0.5497));

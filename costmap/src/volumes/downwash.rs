@@ -4,8 +4,8 @@
 //! below the rotor plane. They depend on the airframe and its mass alone. [`Section::hung`] places one
 //! in the world and cuts it where the wake ends.
 
-use crate::frame::{self, NotFinite};
-use crate::frustum::Frustum;
+use crate::volumes::frame::{self, NotFinite};
+use crate::volumes::frustum::Frustum;
 use airflow::Wake;
 use nalgebra::{Point3, Vector3};
 use parry3d::math::Pose;

@@ -13,7 +13,7 @@
 //! Every doubt counts as a meeting. "They do not meet" is only ever said with a proof in hand: a
 //! direction along which the two bodies do not overlap, checked here and not taken from GJK's word.
 
-use crate::frame::{self, NotFinite};
+use crate::volumes::frame::{self, NotFinite};
 use nalgebra::Vector3;
 use parry3d::bounding_volume::Aabb;
 use parry3d::math::{Pose, Vector};

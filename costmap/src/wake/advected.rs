@@ -13,13 +13,9 @@
 
 use nalgebra::Vector3;
 
-use crate::costmap::Costmap;
-use crate::envelope::nearest_radius_m;
-use crate::fleet::{Fleet, Meeting};
-use crate::ground::Footprint;
-use crate::leg::{DroneId, KindId, Leg, Tick};
-use crate::timeline::Item;
-use crate::verdict::{Blocker, Verdict, Why, block_largest, price};
+use crate::leg::{KindId, Leg, Tick};
+use crate::wake::envelope::nearest_radius_m;
+use crate::wake::fleet::{Fleet, Meeting};
 
 /// All that a receiver may be to an emitter whose air comes late.
 struct Region {
@@ -168,14 +164,14 @@ impl Fleet {
     }
 
     /// How long air is under way from any place of one leg down to any of another, at most (ticks).
-    fn lag_between(&self, emitter: &Leg, receiver: &Leg) -> u32 {
+    pub(crate) fn lag_between(&self, emitter: &Leg, receiver: &Leg) -> u32 {
         let highest_m = emitter.from_m.z.max(emitter.to_m.z);
         let lowest_m = receiver.from_m.z.min(receiver.to_m.z);
         self.lag_ticks(emitter.kind, highest_m - lowest_m)
     }
 
     /// Bound on the receiver's budget that air of the emitter's leg fills, whenever it left, in millionths.
-    fn late_load(&self, emitter: &Leg, receiver: &Leg, wake_end_z_m: f64) -> u32 {
+    pub(crate) fn late_load(&self, emitter: &Leg, receiver: &Leg, wake_end_z_m: f64) -> u32 {
         let reaches = receiver.from_m.z.max(receiver.to_m.z) >= wake_end_z_m - 1e-6;
         if !self.conditions().wakes || !emitter.flying || !receiver.flying || !reaches {
             return 0;
@@ -193,7 +189,7 @@ impl Fleet {
     }
 
     /// [`Fleet::meet`], with air that comes late in the loads.
-    fn meet_late(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Meeting {
+    pub(crate) fn meet_late(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Meeting {
         let at_once = self.meet(first, second, ends).unwrap_or_default();
         Meeting {
             load_on_first: at_once
@@ -207,116 +203,10 @@ impl Fleet {
     }
 }
 
-/// The greatest load of each drone: its legs follow one another.
-fn greatest_of_each(loads: &mut Vec<(u32, Blocker)>, load: u32, blocker: Blocker) {
-    match loads
-        .iter_mut()
-        .find(|(_, known)| known.drone == blocker.drone)
-    {
-        Some((known, last)) => {
-            *known = load.max(*known);
-            last.clear = last.clear.max(blocker.clear);
-        }
-        None => loads.push((load, blocker)),
-    }
-}
-
-/// How long a leg that ends shares with another (s).
-fn shared_s(leg: &Leg, item: &Item) -> f64 {
-    let time = leg.overlap(&item.leg);
-    if time.end == Tick::FOREVER {
-        return 0.0;
-    }
-    time.end.seconds() - time.start.seconds()
-}
-
-impl Costmap {
-    /// [`Costmap::judge`] where air comes late.
-    pub(crate) fn judge_late(&self, leg: &Leg, neighbours: &[&Item], verdict: &mut Verdict) {
-        let end_z_m = self.wake_end_z_m(leg);
-        let mut blowing: Vec<(&Item, Blocker)> = Vec::new();
-        for &item in neighbours {
-            let meeting = self
-                .fleet()
-                .meet_late(leg, &item.leg, [end_z_m, item.wake_end_z_m]);
-            if meeting == Meeting::default() {
-                continue;
-            }
-            let blocker = |why: Why, before: u32, after: u32| Blocker {
-                drone: item.leg.drone,
-                why,
-                began: Tick(item.began.0.saturating_sub(before)),
-                clear: item.clear.after(after),
-            };
-            let own = blocker(Why::OwnLimit, 0, self.fleet().lag_between(&item.leg, leg));
-            if meeting.bodies {
-                verdict.blockers.push(blocker(Why::Bodies, 0, 0));
-            } else if meeting.column {
-                verdict.blockers.push(blocker(Why::Column, 0, 0));
-            } else if meeting.load_on_first > self.budget() {
-                verdict.blockers.push(own);
-            } else if meeting.load_on_second > 0
-                && self.load_by_others(item, leg.drone) + u64::from(meeting.load_on_second)
-                    > u64::from(self.budget())
-            {
-                let lag = self.fleet().lag_between(leg, &item.leg);
-                verdict.blockers.push(blocker(Why::TheirLimit, lag, 0));
-            } else {
-                // Air that comes late costs what it forbids, and no energy.
-                let prices = price(meeting.alpha_first) + price(meeting.alpha_second);
-                verdict.price_s += shared_s(leg, item) * prices;
-                if meeting.load_on_first > 0 {
-                    blowing.push((item, own));
-                }
-            }
-        }
-        if blowing.is_empty() {
-            return;
-        }
-        for bucket in self.timeline.buckets(leg.start, leg.end) {
-            let (start, end) = self.timeline.span(bucket);
-            let part = leg.between(start, end);
-            if part.start >= part.end {
-                continue;
-            }
-            let mut loads: Vec<(u32, Blocker)> = Vec::new();
-            for (item, blocker) in &blowing {
-                let load = self.fleet().late_load(&item.leg, &part, item.wake_end_z_m);
-                if load > 0 {
-                    greatest_of_each(&mut loads, load, *blocker);
-                }
-            }
-            block_largest(&mut loads, 0, self.budget(), verdict);
-        }
-    }
-
-    /// Bound on the budget of a drone on its leg that all wakes but one drone's fill, in millionths.
-    fn load_by_others(&self, item: &Item, but: DroneId) -> u64 {
-        let footprint = Footprint::around(&item.leg, self.fleet().reach_m(item.leg.kind));
-        let since = Tick(item.leg.start.0.saturating_sub(self.fleet().longest_lag()));
-        let mut loads: Vec<(u32, Blocker)> = Vec::new();
-        for other in self.items_near(&footprint, since, item.leg.end) {
-            if other.leg.drone == but || other.leg.drone == item.leg.drone {
-                continue;
-            }
-            let load = (self.fleet()).late_load(&other.leg, &item.leg, other.wake_end_z_m);
-            if load > 0 {
-                let blocker = Blocker {
-                    drone: other.leg.drone,
-                    why: Why::TheirLimit,
-                    began: other.began,
-                    clear: other.clear,
-                };
-                greatest_of_each(&mut loads, load, blocker);
-            }
-        }
-        loads.iter().map(|(load, _)| u64::from(*load)).sum()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::leg::DroneId;
     use nalgebra::Point3;
 
     fn leg(span: (u32, u32), from_m: [f64; 3], to_m: [f64; 3]) -> Leg {

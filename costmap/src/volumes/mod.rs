@@ -1,0 +1,15 @@
+//! The geometry of one drone's body and wake, as parry shapes: written once, flown everywhere.
+//!
+//! All lengths in metres, z up; depths are measured down from the rotor plane. Every approximation is outward.
+//!
+//! - [`frame`]: where nalgebra and z up meet parry, glam and y up; nowhere else
+//! - [`frustum`]: the exact truncated cone as a parry shape
+//! - [`swept`]: a convex body on the move, and whether two of them meet
+//! - [`downwash`]: near-field column and half-width cone of one airborne drone
+//! - [`iso_speed`]: all points where its wake is faster than a limit
+
+pub mod downwash;
+pub mod frame;
+pub mod frustum;
+pub mod iso_speed;
+pub mod swept;

@@ -1,0 +1,14 @@
+//! What one wake brings to another drone: bounds for the search, integrals for what is printed.
+//!
+//! - [`exposure`]: the air met along a flight, integrated
+//! - [`envelope`]: the air over another airframe's discs, bounded from above; `moved_jet`: where wind or tilt moved it
+//! - [`surfaces`]: where a wake ends
+//! - [`fleet`]: all kinds of drones, and what two legs do to each other; `advected`: with the delay of convection
+
+mod advected;
+pub mod envelope;
+pub mod exposure;
+pub mod fleet;
+mod moved_jet;
+mod quadrature;
+pub mod surfaces;
