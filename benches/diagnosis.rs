@@ -23,9 +23,8 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use diagnosis::calibrate::{Options, calibrate};
 use diagnosis::infer::diagnose::diagnose;
-use diagnosis::made_up::HoverGrid;
-use diagnosis::prove;
 use diagnosis::record::recording::Recording;
+use validation::hover_grid::HoverGrid;
 
 const DRONES: usize = 6;
 
@@ -75,7 +74,7 @@ fn long_recording() -> Recording {
         probes.map_or(0, |probes| probes.samples.len())
     };
     (0..)
-        .map(|index| prove::case(1, index).recording)
+        .map(|index| validation::case(1, index).recording)
         .find(|recording| readings(recording) >= LONG)
         .expect("without end")
 }

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
-use diagnosis::made_up::{HoverGrid, texts};
 use tools::instances::{self, Floor};
+use validation::folder::texts;
+use validation::hover_grid::HoverGrid;
 
 use crate::Answer;
 use crate::io::failure::{Failure, answer};

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use diagnosis::made_up;
-use diagnosis::prove::marks::{LONG_SAMPLES, Mark, Marks};
-use diagnosis::prove::{self, Answer as Given, Case};
 use serde::Serialize;
+use validation::folder;
+use validation::metrics::{LONG_SAMPLES, Mark, Marks};
+use validation::{Answer as Given, Case};
 
 use crate::commands::diagnose::real;
 use crate::commands::simulate::wrote;
@@ -61,9 +61,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let Arguments { seed, count, .. } = *arguments;
     let out = arguments.out.clone().map(OutFolder::prepare).transpose()?;
     let progress = Progress::start("proving", count);
-    let mut marks = prove::prove(seed, count, |recording| {
+    let mut marks = validation::prove(seed, count, |recording| {
         let start = Instant::now();
-        let given = prove::ask(recording);
+        let given = validation::ask(recording);
         progress.done_one();
         Given {
             seconds: start.elapsed().as_secs_f64(),
@@ -115,9 +115,9 @@ fn time(seed: u64, marks: &Marks) -> String {
     let Some((index, slowest)) = long.max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds)) else {
         return String::new();
     };
-    let Case { recording, .. } = prove::case(seed, index);
+    let Case { recording, .. } = validation::case(seed, index);
     let start = Instant::now();
-    let _again = prove::ask(&recording);
+    let _again = validation::ask(&recording);
     format!(
         "\ntime: {:.1} s for the slowest recording of {LONG_SAMPLES} samples and more ({}, {} samples), alone; at most 5 s\n",
         start.elapsed().as_secs_f64(),
@@ -147,10 +147,10 @@ fn text(seed: u64, marks: &Marks) -> String {
 
 /// The files of one case: the recording in a folder of its own, what it conceals beside it.
 fn folder(out: &Path, seed: u64, index: usize) -> Result<Vec<(PathBuf, String)>, Failure> {
-    let Case { recording, truth } = prove::case(seed, index);
+    let Case { recording, truth } = validation::case(seed, index);
     let here = OutFolder::prepare(out.join(&recording.name))?.path;
     let truths = OutFolder::prepare(out.join("truth"))?.path;
-    let mut files: Vec<(PathBuf, String)> = made_up::texts(&recording)
+    let mut files: Vec<(PathBuf, String)> = folder::texts(&recording)
         .into_iter()
         .map(|(name, text)| (here.join(name), text))
         .collect();

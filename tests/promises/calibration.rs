@@ -3,9 +3,9 @@
 use diagnosis::calibrate::{
     CalibrateError, Calibration, Dropped, Estimate, Options, Unit, Verdict, calibrate, jet_ron,
 };
-use diagnosis::made_up::{HoverGrid, TrueJet, TrueProfile};
 use diagnosis::record::recording::Recording;
 use rayon::prelude::*;
+use validation::hover_grid::{HoverGrid, TrueJet, TrueProfile};
 
 /// The paper's drones without cant.
 const UNCANTED: [&str; 4] = ["kolibri", "offboard-1", "offboard-2", "matrice-300"];

@@ -7,11 +7,10 @@ use std::process::Output;
 
 use assert_cmd::Command;
 use diagnosis::infer::finding::Verdict;
-use diagnosis::prove;
-use diagnosis::prove::marks::{Marked, Marks, practice};
 use diagnosis::record::read;
 use rayon::prelude::*;
 use serde_json::Value;
+use validation::metrics::{Marked, Marks, practice};
 
 /// A made-up recording with a wind that is not in its metadata; it ships.
 fn draughty() -> PathBuf {
@@ -188,7 +187,7 @@ const CASES: usize = 10;
 
 #[test]
 fn a_concealed_world_yields_no_false_alarm_and_most_of_its_effects_by_name() {
-    let marks = prove::prove(20, CASES, prove::ask);
+    let marks = validation::prove(20, CASES, validation::ask);
     let told = || marks.table() + &marks.confusion_table();
     assert_eq!(marks.false_alarms.of, 4);
     assert_eq!(marks.false_alarms.hits, 0, "{}", told());
@@ -226,7 +225,7 @@ fn the_practice_set_is_named_without_a_false_alarm() {
             .collect();
         let name = path.file_name().unwrap().to_str().unwrap();
         let recording = read::read_folder(name, &files).unwrap();
-        let given = prove::ask(&recording);
+        let given = validation::ask(&recording);
         // Opened once the answer is given.
         let truth = fs::read_to_string(folder.join("truth").join(format!("{name}.json"))).unwrap();
         let truth = practice(&truth, recording.probes.is_none()).unwrap();

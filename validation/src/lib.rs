@@ -1,1 +1,118 @@
-//! Synthetic recordings with injected effects, and the metrics of a diagnosis that was not told which; the command alone uses them.
+//! The proof: recordings with a concealed effect, made in a world that shares no code with `airflow`; answers; marks.
+//!
+//! # In reading order
+//!
+//! `world`: its air, instruments, drones. `flights`: who flies where. `conceal`: what is hidden. `families`: which goes with which.
+//! `scene` and `log`: what is recorded. [`Truth`], sealed until there is an [`Answer`]. [`marks`]: how good the answers are.
+//!
+//! ```
+//! use validation::{Answer, prove};
+//!
+//! // Who never finds anything accuses nobody.
+//! let marks = prove(1, 8, |_recording| Answer::nothing());
+//! assert_eq!(marks.false_alarms.hits, 0);
+//! assert_eq!(marks.detected.hits, 0);
+//! ```
+
+mod answer;
+mod families;
+mod flights;
+pub mod folder;
+pub mod hover_grid;
+mod injected;
+pub mod metrics;
+mod names;
+mod recorded;
+mod scene;
+mod truth;
+mod world;
+
+use rayon::prelude::*;
+
+pub use answer::{Answer, Named, answer, ask};
+pub use names::{canonical, is_sensor};
+pub use truth::{Concealed, DETECTABLE_CHI2, Sealed, Size, Truth};
+
+use diagnosis::record::recording::Recording;
+use diagnosis::statistics::draws::Draws;
+use families::{Family, NULLS, concealing, concealing_families};
+use metrics::{Marked, Marks};
+
+/// A recording and what is true of it.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// What the diagnosis gets: its name tells nothing.
+    pub recording: Recording,
+    /// What it does not get.
+    pub truth: Sealed,
+}
+
+/// Who stands where in every five cases. Two in five conceal nothing, so that a few hundred cases have their hundred nulls.
+const TURN: [Place; 5] = [
+    Place::Null(0),
+    Place::Concealing(0),
+    Place::Null(1),
+    Place::Concealing(1),
+    Place::Concealing(2),
+];
+const NULLS_A_TURN: usize = 2;
+const CONCEALING_A_TURN: usize = 3;
+
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    Null(usize),
+    Concealing(usize),
+}
+
+/// Family and size of case number `index`.
+fn kind(index: usize) -> (&'static Family, Size) {
+    let turn = index / TURN.len();
+    match TURN[index % TURN.len()] {
+        Place::Null(at) => (&NULLS[(turn * NULLS_A_TURN + at) % NULLS.len()], Size::Mid),
+        Place::Concealing(at) => {
+            let nth = turn * CONCEALING_A_TURN + at;
+            let (round, place) = (nth / concealing_families(), nth % concealing_families());
+            // A family meets another size every time round.
+            (
+                concealing(place),
+                Size::ALL[(round + place + 1) % Size::ALL.len()],
+            )
+        }
+    }
+}
+
+/// Case number `index` of a seed: the same for every count and on every machine.
+///
+/// Two in five conceal nothing. The others go through all families and, in turn, all sizes.
+#[must_use]
+pub fn case(seed: u64, index: usize) -> Case {
+    let (family, size) = kind(index);
+    let mut random = Draws::new(seed.wrapping_mul(0x2545_F491_4F6C_DD1D) ^ (index as u64) << 20);
+    let scene = family.scene(size, &mut random);
+    let name = format!("p{:08x}", random.bits() as u32);
+    let words = match (family.is_null(), size) {
+        (true, _) => family.name.to_owned(),
+        (false, Size::Weak) => format!("{}_weak", family.name),
+        (false, Size::Mid) => format!("{}_mid", family.name),
+        (false, Size::Strong) => format!("{}_strong", family.name),
+    };
+    let (recording, truth) = scene.fly(&name, words, &mut random);
+    Case {
+        recording,
+        truth: Sealed::new(truth),
+    }
+}
+
+/// Makes so many cases, has each diagnosed, and only then opens its truth. Cases run side by side; the marks are in their order.
+pub fn prove(seed: u64, count: usize, diagnose: impl Fn(&Recording) -> Answer + Sync) -> Marks {
+    let of_case = |index: usize| {
+        let Case { recording, truth } = case(seed, index);
+        let answer = diagnose(&recording);
+        Marked::of(&truth.open(&answer), &answer)
+    };
+    let marked: Vec<Marked> = (0..count).into_par_iter().map(of_case).collect();
+    Marks::over(marked)
+}
+
+#[cfg(test)]
+mod tests;

@@ -15,7 +15,7 @@ use super::operator::xi;
 use super::options::Options;
 use super::units::{Units, units};
 use crate::calibrate::calibration::Unit;
-use crate::random::Random;
+use crate::statistics::draws::Draws;
 
 /// Edges of the regions in `ξ`. Chosen here: halves where the profile bends, wider where there is little air.
 const XI_EDGES: [f64; 8] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, f64::INFINITY];
@@ -165,7 +165,7 @@ fn against_chance(shares: &[Vec<f64>], errors: &[f64], t: &[f64], options: &Opti
         return (1.0, f64::INFINITY);
     }
     let (seen_most, seen_sum) = (most(t), sum(t));
-    let mut random = Random::new(options.seed ^ 0x676F_6F64_6E65_7373);
+    let mut random = Draws::new(options.seed ^ 0x676F_6F64_6E65_7373);
     let (mut more, mut larger) = (0_usize, 0_usize);
     let mut by_chance = Vec::with_capacity(options.draws);
     let mut signs = vec![0.0; units];

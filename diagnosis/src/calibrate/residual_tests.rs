@@ -198,7 +198,7 @@ fn p_normal(cells: &[Entry], mean: f64, deviation: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use crate::statistics::draws::Draws;
 
     fn entry(flight: usize, epsilon: f64) -> Entry {
         Entry {
@@ -209,7 +209,7 @@ mod tests {
     }
 
     fn drawn(n: usize, mean: f64, kept: f64, seed: u64) -> Vec<Entry> {
-        let mut random = Random::new(seed);
+        let mut random = Draws::new(seed);
         let mut value = random.normal();
         (0..n)
             .map(|i| {
@@ -257,7 +257,7 @@ mod tests {
 
     #[test]
     fn two_heaps_are_not_normal() {
-        let mut random = Random::new(5);
+        let mut random = Draws::new(5);
         let heaps: Vec<Entry> = (0..400)
             .map(|_| entry(0, random.sign() + 0.1 * random.normal()))
             .collect();

@@ -72,14 +72,15 @@ fn most_dropped(counts: &Counts) -> String {
 ///
 /// ```
 /// use diagnosis::calibrate::{Options, calibrate};
-/// use diagnosis::made_up::HoverGrid;
+/// use diagnosis::record::recording::Recording;
 ///
-/// let grid = HoverGrid::over_one_probe("offboard-2").expect("a drone of the paper");
-/// let flights: Vec<_> = (0..8).map(|seed| grid.fly(seed)).collect();
-/// let calibration = calibrate(&flights, &Options::default())?;
-/// let spreading = calibration.jet.spreading;
-/// assert!(spreading.interval.low < 0.07668 && 0.07668 < spreading.interval.high);
-/// # Ok::<(), diagnosis::calibrate::CalibrateError>(())
+/// fn spreading_interval(flights: &[Recording]) -> Option<(f64, f64)> {
+///     let calibration = calibrate(flights, &Options::default()).ok()?;
+///     let interval = calibration.jet.spreading.interval;
+///     Some((interval.low, interval.high))
+/// }
+/// // No reading, no jet.
+/// assert_eq!(spreading_interval(&[]), None);
 /// ```
 ///
 /// # Errors

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::forces::Forces;
 use super::scatter::{MOST_OFFSET_N, median};
 use crate::forward::observed::Explained;
-use crate::random::Random;
+use crate::statistics::draws::Draws;
 
 /// Draws of flights with replacement. Chosen here: enough for two digits of a 95 % interval.
 const DRAWS: usize = 400;
@@ -134,7 +134,7 @@ fn skill(
     if rows < 20 {
         return None;
     }
-    let mut random = Random::new(rows as u64);
+    let mut random = Draws::new(rows as u64);
     let mut drawn: Vec<[f64; 4]> = (0..DRAWS)
         .map(|_| {
             let mut sums = Sums::default();

@@ -6,3 +6,6 @@ pub mod read;
 pub mod recording;
 pub mod remark;
 pub mod track;
+
+/// What a recording describes its air and its drones by.
+pub use airflow::{Air, Airframe, Superposition};

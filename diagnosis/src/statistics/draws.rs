@@ -34,6 +34,17 @@ impl Draws {
         ((u128::from(self.bits()) * count as u128) >> 64) as usize
     }
 
+    /// Even on [`low`, `high`).
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.uniform()
+    }
+
+    /// A whole number below `count` as the remainder of the bits; 0 where `count` is 0. The bias is below 1e-12 for counts up to
+    /// a million. Another stream than [`Draws::below`]: what was drawn with either stays as it was.
+    pub fn index(&mut self, count: usize) -> usize {
+        (self.bits() % count.max(1) as u64) as usize
+    }
+
     /// +1 or -1 (Rademacher).
     pub fn sign(&mut self) -> f64 {
         if self.bits() >> 63 == 0 { 1.0 } else { -1.0 }
@@ -43,6 +54,16 @@ impl Draws {
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+
+    /// Normal with 95 % within `bound` of 0, and none beyond it: what "plus or minus" on a data sheet is taken to mean.
+    pub fn within(&mut self, bound: f64) -> f64 {
+        loop {
+            let drawn = 0.5 * self.normal();
+            if drawn.abs() <= 1.0 {
+                return bound * drawn;
+            }
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use crate::infer::fit::{Fit, Setting, refit_without};
 use crate::infer::noise::Noise;
 use crate::infer::outside::Shape;
 use crate::infer::select::{FOLDS, Selection};
-use crate::random::Random;
+use crate::statistics::draws::Draws;
 
 /// Errors on blocks by turns left out of the fit.
 pub(super) fn held_out(
@@ -46,7 +46,7 @@ pub(super) fn held_out(
         blocks[block].1 += 1.0;
     }
     // Blocks drawn with replacement; 200 are enough for two digits of a 95 % interval.
-    let mut random = Random::new(noise.blocks as u64);
+    let mut random = Draws::new(noise.blocks as u64);
     let mut drawn: Vec<f64> = (0..200)
         .map(|_| {
             let picked = (0..blocks.len()).map(|_| blocks[random.index(blocks.len())]);

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::air::World;
 use super::noise::{Gust, Noise};
-use crate::random::Random;
+use diagnosis::statistics::draws::Draws;
 
 /// A fault of an instrument or of a clock; the default is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +76,7 @@ impl Instrument {
         place_m: Vector3<f64>,
         end_s: f64,
         faults: &Faults,
-        noise: Option<(&Noise, &mut Random)>,
+        noise: Option<(&Noise, &mut Draws)>,
     ) -> Readings {
         let speed = |t_s: f64| {
             let velocity_mps = world.velocity_mps(t_s + faults.clock_s, place_m);

@@ -60,7 +60,7 @@ fn layer(eta: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prove::world::jet::OFFBOARD_2;
+    use crate::world::jet::OFFBOARD_2;
 
     #[test]
     fn the_layer_s_momentum_is_its_sum() {

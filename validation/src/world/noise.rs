@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::random::Random;
+use diagnosis::statistics::draws::Draws;
 
 /// Noise of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,14 +23,14 @@ pub(crate) struct Gust {
 }
 
 impl Gust {
-    pub(crate) fn new(random: &mut Random) -> Gust {
+    pub(crate) fn new(random: &mut Draws) -> Gust {
         Gust {
             value: random.normal(),
             at_s: f64::NEG_INFINITY,
         }
     }
 
-    pub(crate) fn at(&mut self, t_s: f64, memory_s: f64, random: &mut Random) -> f64 {
+    pub(crate) fn at(&mut self, t_s: f64, memory_s: f64, random: &mut Draws) -> f64 {
         let kept = (-(t_s - self.at_s) / memory_s).exp();
         self.value = kept * self.value + (1.0 - kept * kept).max(0.0).sqrt() * random.normal();
         self.at_s = t_s;

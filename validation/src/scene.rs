@@ -2,14 +2,14 @@
 
 use nalgebra::Vector3;
 
-use super::log;
-use super::truth::{Concealed, Truth};
-use super::world::{
+use crate::recorded;
+use crate::truth::{Concealed, Truth};
+use crate::world::{
     Air, Answer, Drone, Emitter, Faults, GRAVITY, Instrument, Met, Noise, Readings, Seen, Summing,
     Way, World, density, detectable,
 };
-use crate::random::Random;
-use crate::record::recording::Recording;
+use diagnosis::record::recording::Recording;
+use diagnosis::statistics::draws::Draws;
 
 /// White noise of a logged throttle and power, relative.
 const THROTTLE_NOISE: f64 = 0.015;
@@ -129,18 +129,13 @@ impl Scene {
         }
         let mut emitters = self.emitters.clone();
         for emitter in &mut emitters {
-            emitter.load = super::world::Load::default();
+            emitter.load = crate::world::Load::default();
         }
         World::new(emitters, air, self.floor_z_m, self.density())
     }
 
     /// Flies it.
-    pub(super) fn fly(
-        &self,
-        name: &str,
-        family: String,
-        random: &mut Random,
-    ) -> (Recording, Truth) {
+    pub(super) fn fly(&self, name: &str, family: String, random: &mut Draws) -> (Recording, Truth) {
         let known = 1.0 + KNOWN * random.normal().clamp(-2.5, 2.5);
         let (world, declared) = (self.true_world(known), self.declared_world());
         let mut rows = match &self.receiver {
@@ -167,11 +162,11 @@ impl Scene {
             noise: rows.iter().map(|row| row.noise).collect(),
             oracle_chi2: chi2,
         };
-        let recording = log::recording(self, name, &rows, random);
+        let recording = recorded::recording(self, name, &rows, random);
         (recording, truth)
     }
 
-    fn speeds(&self, world: &World, declared: &World, random: &mut Random) -> Vec<Row> {
+    fn speeds(&self, world: &World, declared: &World, random: &mut Draws) -> Vec<Row> {
         let end_s = self.end_s();
         let lags_s = self.faults.lag_s + self.instrument.lowpass_s;
         // A slow probe averages turbulence out.
@@ -211,7 +206,7 @@ impl Scene {
         receiver: &Receiver,
         world: &World,
         declared: &World,
-        random: &mut Random,
+        random: &mut Draws,
     ) -> Vec<Row> {
         let end_s = self.end_s();
         let hover_mps = receiver.drone.hover_mps(self.density());
@@ -295,7 +290,7 @@ impl Scene {
     }
 
     /// What the tracker and the autopilot log of an emitter.
-    pub(super) fn track(&self, emitter: &Emitter, random: &mut Random) -> Vec<TrackRow> {
+    pub(super) fn track(&self, emitter: &Emitter, random: &mut Draws) -> Vec<TrackRow> {
         let drone = &emitter.drone;
         let hover_w = drone.mass_kg * GRAVITY * drone.hover_mps(self.density()) / FIGURE_OF_MERIT;
         let mut rows = self.way_rows(&emitter.way, random);
@@ -311,7 +306,7 @@ impl Scene {
     }
 
     /// What the tracker logs of a way.
-    pub(super) fn way_rows(&self, way: &Way, random: &mut Random) -> Vec<TrackRow> {
+    pub(super) fn way_rows(&self, way: &Way, random: &mut Draws) -> Vec<TrackRow> {
         let rows = (self.end_s() * self.track_hz) as usize;
         let row = |i: usize| {
             let t_s = i as f64 / self.track_hz;

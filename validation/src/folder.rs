@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, json};
 
-use crate::record::baseline::{Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
-use crate::record::recording::{Measures, Recording, Role};
+use diagnosis::record::Superposition;
+use diagnosis::record::baseline::{Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
+use diagnosis::record::recording::{Measures, Recording, Role};
 
 /// File names and texts: `meta.json`, `vehicles.csv`, and `probes.csv` and `receiver.csv` where there are probes and receivers.
 ///
@@ -104,9 +105,9 @@ fn meta(recording: &Recording) -> String {
         "probe": probe,
         "baseline": {
             "superposition": match baseline.superposition {
-                airflow::Superposition::Linear => "linear_sum",
-                airflow::Superposition::Momentum => "momentum_sum",
-                airflow::Superposition::Strongest => "strongest",
+                Superposition::Linear => "linear_sum",
+                Superposition::Momentum => "momentum_sum",
+                Superposition::Strongest => "strongest",
             },
             "emitter_delay": match baseline.delay {
                 Delay::None => "none",

@@ -2,21 +2,21 @@
 
 use nalgebra::Vector3;
 
-use super::super::scene::{Receiver, Scene};
-use super::super::truth::Size;
-use super::super::world::{Answer, Drone, KOLIBRI, MATRICE, OFFBOARD_1, OFFBOARD_2, Way};
 use super::{SWAY_M, day, emitter};
-use crate::random::Random;
+use crate::scene::{Receiver, Scene};
+use crate::truth::Size;
+use crate::world::{Answer, Drone, KOLIBRI, MATRICE, OFFBOARD_1, OFFBOARD_2, Way};
+use diagnosis::statistics::draws::Draws;
 
 /// Noise and channel of a throttle.
-fn throttle_day(random: &mut Random) -> Scene {
+fn throttle_day(random: &mut Draws) -> Scene {
     let mut scene = day(random);
     scene.probes.clear();
     scene.noise.white = random.between(0.009, 0.0125);
     scene
 }
 
-fn receiver(drone: Drone, way: Way, random: &mut Random) -> Receiver {
+fn receiver(drone: Drone, way: Way, random: &mut Draws) -> Receiver {
     Receiver {
         drone,
         way,
@@ -26,7 +26,7 @@ fn receiver(drone: Drone, way: Way, random: &mut Random) -> Receiver {
     }
 }
 
-pub(super) fn under(random: &mut Random) -> Scene {
+pub(super) fn under(random: &mut Draws) -> Scene {
     let mut scene = throttle_day(random);
     let mut above = Way::swaying(SWAY_M, random);
     above.go(Vector3::z() * 4.0, 1.0);
@@ -45,7 +45,7 @@ pub(super) fn under(random: &mut Random) -> Scene {
     scene
 }
 
-pub(super) fn to_surface(up: bool, size: Size, random: &mut Random) -> Scene {
+pub(super) fn to_surface(up: bool, size: Size, random: &mut Draws) -> Scene {
     let mut scene = throttle_day(random);
     let drone = [OFFBOARD_2, MATRICE][random.index(2)];
     let radius_m = 0.5 * drone.propeller_m;
@@ -77,7 +77,7 @@ pub(super) fn to_surface(up: bool, size: Size, random: &mut Random) -> Scene {
     scene
 }
 
-pub(super) fn rare_to_ceiling(random: &mut Random) -> Scene {
+pub(super) fn rare_to_ceiling(random: &mut Draws) -> Scene {
     let mut scene = under(random);
     scene.ceiling_z_m = Some(6.0);
     if let Some(receiver) = &mut scene.receiver {

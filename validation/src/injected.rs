@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use super::names;
-use super::scene::Scene;
-use super::truth::{Concealed, Size};
-use super::world::{Flap, Panel, Room, Summing, Vent, stability};
-use crate::random::Random;
+use crate::names;
+use crate::scene::Scene;
+use crate::truth::{Concealed, Size};
+use crate::world::{Flap, Panel, Room, Summing, Vent, stability};
+use diagnosis::statistics::draws::Draws;
 
 /// Everything that this world can conceal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +54,7 @@ pub(super) enum Effect {
 }
 
 /// Sets an effect into a scene.
-pub(super) fn conceal(effect: Effect, size: Size, scene: &mut Scene, random: &mut Random) {
+pub(super) fn conceal(effect: Effect, size: Size, scene: &mut Scene, random: &mut Draws) {
     let mut amount = |values: [f64; 3]| size.of(values) * random.between(0.88, 1.12);
     match effect {
         Effect::Crossflow => {
@@ -96,7 +96,7 @@ pub(super) fn conceal(effect: Effect, size: Size, scene: &mut Scene, random: &mu
         }
         Effect::RotorCant => {
             let wider = amount([0.07, 0.15, 0.28]);
-            let factor = if random.unit() < 0.5 {
+            let factor = if random.uniform() < 0.5 {
                 1.0 + wider
             } else {
                 1.0 / (1.0 + wider)
@@ -194,7 +194,7 @@ fn lean(scene: &Scene) -> [(&'static str, f64); 2] {
     [("lean_x", -down.x / down.z), ("lean_y", -down.y / down.z)]
 }
 
-fn at_the_receiver(effect: Effect, size: Size, scene: &mut Scene, random: &mut Random) {
+fn at_the_receiver(effect: Effect, size: Size, scene: &mut Scene, random: &mut Draws) {
     let Some(receiver) = &mut scene.receiver else {
         return;
     };
@@ -220,9 +220,9 @@ fn at_the_receiver(effect: Effect, size: Size, scene: &mut Scene, random: &mut R
 }
 
 /// Mass, density and what hides them.
-fn in_the_scales(effect: Effect, size: Size, scene: &mut Scene, random: &mut Random) {
+fn in_the_scales(effect: Effect, size: Size, scene: &mut Scene, random: &mut Draws) {
     let heavier = size.of([0.12, 0.33, 0.65]) * random.between(0.88, 1.12);
-    let is_lighter = random.unit() < 0.35;
+    let is_lighter = random.uniform() < 0.35;
     let factor = if is_lighter {
         1.0 / (1.0 + heavier)
     } else {
@@ -275,8 +275,8 @@ fn load(scene: &mut Scene, factor: f64, span_s: [f64; 2]) {
     }
 }
 
-fn in_the_instrument(effect: Effect, size: Size, scene: &mut Scene, random: &mut Random) {
-    let (sign, is_of_zero) = (random.sign(), random.unit() < 0.5);
+fn in_the_instrument(effect: Effect, size: Size, scene: &mut Scene, random: &mut Draws) {
+    let (sign, is_of_zero) = (random.sign(), random.uniform() < 0.5);
     let mut amount = |values: [f64; 3]| size.of(values) * random.between(0.88, 1.12);
     let is_throttle = scene.receiver.is_some();
     let fastest_mps = scene.emitters[0].drone.hover_mps(1.19);
@@ -330,7 +330,7 @@ fn in_the_instrument(effect: Effect, size: Size, scene: &mut Scene, random: &mut
 }
 
 /// What no library has.
-fn outside(effect: Effect, size: Size, scene: &mut Scene, random: &mut Random) {
+fn outside(effect: Effect, size: Size, scene: &mut Scene, random: &mut Draws) {
     let hz = scene.instrument.rate_hz * random.between(0.03, 0.12);
     let mut amount = |values: [f64; 3]| size.of(values) * random.between(0.88, 1.12);
     let name = match effect {

@@ -24,10 +24,10 @@ use serde::{Deserialize, Serialize};
 pub use practice::{PracticeError, practice};
 pub use table::Mark;
 
-use super::answer::{Answer, Named};
-use super::names::{canonical, is_sensor};
-use super::truth::{Concealed, DETECTABLE_CHI2, Truth};
-use crate::infer::finding::{Interval, Verdict};
+use crate::answer::{Answer, Named};
+use crate::names::{canonical, is_sensor};
+use crate::truth::{Concealed, DETECTABLE_CHI2, Truth};
+use diagnosis::infer::finding::{Interval, Verdict};
 
 /// From here on (χ²) nearly nothing may be missed.
 const PLAIN_CHI2: f64 = 200.0;

@@ -176,7 +176,7 @@ pub(crate) fn stability(kelvin_per_m: f64, temperature_k: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prove::world::jet::OFFBOARD_1;
+    use crate::world::jet::OFFBOARD_1;
 
     #[test]
     fn in_still_air_the_jet_is_the_paper_s() {

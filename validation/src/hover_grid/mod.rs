@@ -1,11 +1,13 @@
 //! One flight as the paper flew them: a drone hovers for some seconds at each point of a grid above a fixed anemometer.
 
-use airflow::{Air, Airframe};
+mod flight;
+mod true_jet;
+
+use diagnosis::record::recording::Recording;
+use diagnosis::record::{Air, Airframe};
 use nalgebra::Point3;
 
-use super::flight;
-use super::true_jet::TrueJet;
-use crate::record::recording::Recording;
+pub use true_jet::{TrueJet, TrueProfile};
 
 /// A made-up grid flight. Every number may be changed before it is flown.
 #[derive(Clone, Debug)]

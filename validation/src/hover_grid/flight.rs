@@ -4,20 +4,21 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use super::hover_grid::HoverGrid;
+use super::HoverGrid;
 use super::true_jet::Blown;
-use crate::random::Random;
-use crate::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
-use crate::record::recording::{
+use diagnosis::record::Superposition;
+use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
+use diagnosis::record::recording::{
     Clock, Environment, Instrument, Known, Measures, Origin, ProbeSample, Probes, Recording, Role,
     Track, Vehicle,
 };
+use diagnosis::statistics::draws::Draws;
 
 /// Speed between grid points (m/s): quick enough that the speed filter has something to drop.
 const HOP_MPS: f64 = 0.8;
 
 pub(super) fn fly(grid: &HoverGrid, seed: u64) -> Recording {
-    let mut random = Random::new(seed ^ 0x6D61_6465_5F75_7021);
+    let mut random = Draws::new(seed ^ 0x6D61_6465_5F75_7021);
     let way = Way::over(grid, &mut random);
     let duration_s = way.knots.last().map_or(0.0, |knot| knot.0);
     let ambient_mps = random.between(grid.ambient_mps.0, grid.ambient_mps.1);
@@ -74,14 +75,14 @@ pub(super) fn fly(grid: &HoverGrid, seed: u64) -> Recording {
         receivers: Vec::new(),
         baseline: Baseline {
             wakes: true,
-            superposition: airflow::Superposition::Linear,
+            superposition: Superposition::Linear,
             delay: Delay::None,
             upper: Upper::FarFieldExtrapolated,
             receiver_air: ReceiverAir::Centre,
             receiver_law: ReceiverLaw::HoldsThrust { exponent: 0.5 },
             observation: Observation::VelocityAndAmbient,
         },
-        jet: airflow::Jet::default(),
+        jet: Default::default(),
         remarks: Vec::new(),
     }
 }
@@ -100,13 +101,13 @@ fn readings(
     way: &Way,
     ambient_mps: f64,
     duration_s: f64,
-    random: &mut Random,
+    random: &mut Draws,
 ) -> Vec<ProbeSample> {
     let blown = Blown::new(grid.jet);
     let l_m = grid.airframe.motor_distance_m();
     let u_h_mps = induced_velocity_mps(grid);
-    let gain = 1.0 + random.stated(grid.accuracy_rel);
-    let zero_mps = random.stated(grid.accuracy_abs_mps);
+    let gain = 1.0 + random.within(grid.accuracy_rel);
+    let zero_mps = random.within(grid.accuracy_abs_mps);
     let step_s = 1.0 / grid.rate_hz;
     let kept = (-step_s / grid.memory_s).exp();
     let mut gusts: Vec<f64> = grid.probes_m.iter().map(|_| random.normal()).collect();
@@ -150,7 +151,7 @@ struct Way {
 }
 
 impl Way {
-    fn over(grid: &HoverGrid, random: &mut Random) -> Way {
+    fn over(grid: &HoverGrid, random: &mut Draws) -> Way {
         let l_m = grid.airframe.motor_distance_m();
         let yaw_rad = random.between(0.0, TAU);
         let line_rad = if grid.along_body_y {

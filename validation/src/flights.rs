@@ -6,12 +6,12 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector3;
 
-use super::scene::{ACCURACY_ABS_MPS, ACCURACY_REL, Probe, Scene};
-use super::truth::Size;
-use super::world::{
+use crate::scene::{ACCURACY_ABS_MPS, ACCURACY_REL, Probe, Scene};
+use crate::truth::Size;
+use crate::world::{
     Air, Drone, Emitter, Faults, Instrument, KOLIBRI, Load, Noise, OFFBOARD_1, OFFBOARD_2, Way,
 };
-use crate::random::Random;
+use diagnosis::statistics::draws::Draws;
 
 /// Kinds of flights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +63,7 @@ const PROBE_Z_M: f64 = 3.0;
 /// Sway of a hovering drone (m), standard deviation per axis.
 const SWAY_M: f64 = 0.003;
 
-pub(super) fn scene(flight: Flight, size: Size, random: &mut Random) -> Scene {
+pub(super) fn scene(flight: Flight, size: Size, random: &mut Draws) -> Scene {
     let small = [KOLIBRI, OFFBOARD_1, OFFBOARD_2][random.index(3)];
     let mut scene = match flight {
         Flight::Grid | Flight::Noisy => {
@@ -95,7 +95,7 @@ pub(super) fn scene(flight: Flight, size: Size, random: &mut Random) -> Scene {
 }
 
 /// Nobody, nowhere: weather, instrument and noise of a day.
-fn day(random: &mut Random) -> Scene {
+fn day(random: &mut Draws) -> Scene {
     Scene {
         emitters: Vec::new(),
         receiver: None,
@@ -116,8 +116,8 @@ fn day(random: &mut Random) -> Scene {
             lowpass_s: 0.0,
             ambient_mps: (random.between(0.06, 0.12) * 1e3).round() / 1e3,
             resolution_mps: 0.01,
-            own_gain: random.stated(ACCURACY_REL),
-            own_offset_mps: random.stated(ACCURACY_ABS_MPS),
+            own_gain: random.within(ACCURACY_REL),
+            own_offset_mps: random.within(ACCURACY_ABS_MPS),
         },
         temperature_k: (random.between(287.0, 302.0) * 100.0).round() / 100.0,
         pressure_pa: 101_325.0,
@@ -152,10 +152,10 @@ fn around(azimuth_rad: f64, radius_m: f64) -> Vector3<f64> {
 }
 
 /// A hover point above the probe: depth (in motor distances) even in its logarithm, most of them within two half-widths.
-fn hover_point(drone: &Drone, depths: [f64; 2], wide: f64, random: &mut Random) -> Vector3<f64> {
+fn hover_point(drone: &Drone, depths: [f64; 2], wide: f64, random: &mut Draws) -> Vector3<f64> {
     let [low, high] = depths.map(f64::ln);
     let depth_m = random.between(low, high).exp() * drone.motors_m;
-    let xi = if random.unit() < 0.7 {
+    let xi = if random.uniform() < 0.7 {
         (wide * random.normal()).abs()
     } else {
         random.between(0.0, 3.5 * wide)
@@ -167,7 +167,7 @@ fn hover_point(drone: &Drone, depths: [f64; 2], wide: f64, random: &mut Random) 
     place_m + Vector3::z() * (PROBE_Z_M + depth_m)
 }
 
-fn grid(drone: Drone, points: usize, depths: [f64; 2], wide: f64, random: &mut Random) -> Scene {
+fn grid(drone: Drone, points: usize, depths: [f64; 2], wide: f64, random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let mut way = Way::swaying(SWAY_M, random);
     for _ in 0..points {
@@ -178,7 +178,7 @@ fn grid(drone: Drone, points: usize, depths: [f64; 2], wide: f64, random: &mut R
     scene
 }
 
-fn rare_near_grid(drone: Drone, random: &mut Random) -> Scene {
+fn rare_near_grid(drone: Drone, random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let mut way = Way::swaying(SWAY_M, random);
     for point in 0..130 {
@@ -199,7 +199,7 @@ fn rare_near_grid(drone: Drone, random: &mut Random) -> Scene {
 }
 
 /// The same points, each with its own heading.
-fn turned(mut scene: Scene, random: &mut Random) -> Scene {
+fn turned(mut scene: Scene, random: &mut Draws) -> Scene {
     let drone = scene.emitters[0].drone;
     let mut way = Way::swaying(SWAY_M, random);
     for _ in 0..120 {
@@ -211,7 +211,7 @@ fn turned(mut scene: Scene, random: &mut Random) -> Scene {
     scene
 }
 
-fn leaning(drone: Drone, size: Size, random: &mut Random) -> Scene {
+fn leaning(drone: Drone, size: Size, random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let mut way = Way::swaying(SWAY_M, random);
     let lean_rad = size.of([2.0, 4.5, 9.0]).to_radians() * random.between(0.85, 1.15);
@@ -227,7 +227,7 @@ fn leaning(drone: Drone, size: Size, random: &mut Random) -> Scene {
     scene
 }
 
-fn passes(drone: Drone, rate_hz: f64, speeds_mps: [f64; 2], random: &mut Random) -> Scene {
+fn passes(drone: Drone, rate_hz: f64, speeds_mps: [f64; 2], random: &mut Draws) -> Scene {
     let mut scene = day(random);
     scene.instrument.rate_hz = rate_hz;
     scene.track_hz = rate_hz;
@@ -252,7 +252,7 @@ fn passes(drone: Drone, rate_hz: f64, speeds_mps: [f64; 2], random: &mut Random)
     scene
 }
 
-fn up_and_down(drone: Drone, size: Size, random: &mut Random) -> Scene {
+fn up_and_down(drone: Drone, size: Size, random: &mut Draws) -> Scene {
     let mut scene = day(random);
     scene.instrument.rate_hz = 10.0;
     scene.track_hz = 10.0;
@@ -275,7 +275,7 @@ fn up_and_down(drone: Drone, size: Size, random: &mut Random) -> Scene {
     scene
 }
 
-fn rake(size: Size, random: &mut Random) -> Scene {
+fn rake(size: Size, random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let drone = [OFFBOARD_1, OFFBOARD_2][random.index(2)];
     let heights_m = [0.04, 0.12, 0.3, 0.7];
@@ -302,7 +302,7 @@ fn rake(size: Size, random: &mut Random) -> Scene {
     scene
 }
 
-fn rare_rake(random: &mut Random) -> Scene {
+fn rare_rake(random: &mut Draws) -> Scene {
     let drone = OFFBOARD_1;
     let mut scene = grid(drone, 105, [4.0, 12.0], 1.0, random);
     // Probes from 1.6 m up, which the floor does not reach, and one at 0.08 m.
@@ -321,7 +321,7 @@ fn rare_rake(random: &mut Random) -> Scene {
     scene
 }
 
-fn row(random: &mut Random) -> Scene {
+fn row(random: &mut Draws) -> Scene {
     let drone = [OFFBOARD_1, OFFBOARD_2][random.index(2)];
     let mut scene = day(random);
     scene.probes = [-0.9, 0.0, 0.9]
@@ -341,7 +341,7 @@ fn row(random: &mut Random) -> Scene {
     scene
 }
 
-fn pair(random: &mut Random) -> Scene {
+fn pair(random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let drone = [OFFBOARD_1, OFFBOARD_2][random.index(2)];
     let mut ways = [Way::swaying(SWAY_M, random), Way::swaying(SWAY_M, random)];
@@ -367,7 +367,7 @@ fn pair(random: &mut Random) -> Scene {
     scene
 }
 
-fn swap(random: &mut Random) -> Scene {
+fn swap(random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let away_m = Vector3::new(40.0, 40.0, 20.0);
     let drones = [KOLIBRI, [OFFBOARD_1, OFFBOARD_2][random.index(2)]];

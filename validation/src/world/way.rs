@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use crate::random::Random;
+use diagnosis::statistics::draws::Draws;
 
 /// One knot of a way.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ pub(crate) struct Way {
 
 impl Way {
     /// A way that sways by a standard deviation (m) on each axis.
-    pub(crate) fn swaying(sway_m: f64, random: &mut Random) -> Way {
+    pub(crate) fn swaying(sway_m: f64, random: &mut Draws) -> Way {
         let sways = [(); 3].map(|()| {
             [(); 3].map(|()| {
                 // Three sines of equal power; 0.1 to 0.3 Hz is how hovering drones sway (chosen here).

@@ -1,24 +1,24 @@
 //! From a made-up flight to what is recorded of it, in the types that everybody reads. The one place where the made-up world meets
 //! those of `airflow`, and only their descriptions.
 
-use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::{Point3, UnitQuaternion};
 
-use super::scene::{ACCURACY_ABS_MPS, ACCURACY_REL, Row, Scene, TrackRow};
-use super::world::Drone;
-use crate::random::Random;
-use crate::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
-use crate::record::recording::{
+use crate::scene::{ACCURACY_ABS_MPS, ACCURACY_REL, Row, Scene, TrackRow};
+use crate::world::Drone;
+use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
+use diagnosis::record::recording::{
     Clock, Environment, Instrument, Known, Measures, Origin, ProbeSample, Probes, ReceiverSample,
     Recording, Role, Track, Vehicle,
 };
+use diagnosis::record::{Air, Airframe, Superposition};
+use diagnosis::statistics::draws::Draws;
 
 /// 0 °C in kelvin.
 const ZERO_CELSIUS_K: f64 = 273.15;
 /// Steps longer than so many of the usual are gaps.
 const LONGEST_STEP: f64 = 2.5;
 
-pub(super) fn recording(scene: &Scene, name: &str, rows: &[Row], random: &mut Random) -> Recording {
+pub(super) fn recording(scene: &Scene, name: &str, rows: &[Row], random: &mut Draws) -> Recording {
     let mut vehicles: Vec<Vehicle> = Vec::new();
     for (index, emitter) in scene.emitters.iter().enumerate() {
         let rows = scene.track(emitter, random);
@@ -62,7 +62,7 @@ pub(super) fn recording(scene: &Scene, name: &str, rows: &[Row], random: &mut Ra
     Recording {
         name: name.to_owned(),
         environment: Environment {
-            gravity_mps2: super::world::GRAVITY,
+            gravity_mps2: crate::world::GRAVITY,
             air: Air {
                 temperature_c: scene.temperature_k - ZERO_CELSIUS_K,
                 pressure_pa: scene.pressure_pa,
@@ -103,7 +103,7 @@ pub(super) fn recording(scene: &Scene, name: &str, rows: &[Row], random: &mut Ra
                 Observation::AxialAndAmbient
             },
         },
-        jet: Jet::default(),
+        jet: Default::default(),
         remarks: Vec::new(),
     }
 }

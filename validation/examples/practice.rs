@@ -1,4 +1,4 @@
-//! Marks a diagnosis on the practice set: `cargo run --release -p leeward-diagnosis --example practice -- FOLDER`.
+//! Marks a diagnosis on the practice set: `cargo run --release -p leeward-validation --example practice -- FOLDER`.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -6,10 +6,10 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use diagnosis::prove::marks::{Marked, Marks, practice};
-use diagnosis::prove::{Truth, ask};
 use diagnosis::record::read::read_folder;
 use diagnosis::record::recording::Recording;
+use validation::metrics::{Marked, Marks, practice};
+use validation::{Truth, ask};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).ok_or("which folder?")?;

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use diagnosis::infer::diagnose::diagnose;
+use diagnosis::infer::finding::{Effect, Finding, Interval, Verdict};
+use diagnosis::record::recording::Recording;
 use serde::{Deserialize, Serialize};
-
-use crate::infer::finding::{Interval, Verdict};
 
 /// What a diagnosis says of one recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,5 +44,32 @@ impl Answer {
             prediction: Vec::new(),
             seconds: 0.0,
         }
+    }
+}
+
+/// What [`diagnose`] answers; a recording that cannot be diagnosed is one in which nothing was found.
+#[must_use]
+pub fn ask(recording: &Recording) -> Answer {
+    diagnose(recording).map_or_else(|_| Answer::nothing(), |finding| answer(&finding))
+}
+
+/// The part of a finding that is marked.
+#[must_use]
+pub fn answer(finding: &Finding) -> Answer {
+    let named = |effect: &Effect| Named {
+        name: effect.name.clone(),
+        alternatives: effect.alternatives.clone(),
+        parameters: effect
+            .parameters
+            .iter()
+            .map(|(name, estimate)| (name.clone(), estimate.interval()))
+            .collect::<BTreeMap<_, _>>(),
+    };
+    Answer {
+        verdict: finding.verdict,
+        effects: finding.effects.iter().map(named).collect(),
+        region: finding.region.sample_indices.clone(),
+        prediction: finding.prediction.clone(),
+        seconds: 0.0,
     }
 }

@@ -1,10 +1,10 @@
 //! Families of made-up recordings: a flight, and what is concealed in it.
 
-use super::conceal::{Effect, conceal};
-use super::flights::{Flight, scene};
-use super::scene::{ACCURACY_ABS_MPS, ACCURACY_REL, Scene};
-use super::truth::Size;
-use crate::random::Random;
+use crate::flights::{Flight, scene};
+use crate::injected::{Effect, conceal};
+use crate::scene::{ACCURACY_ABS_MPS, ACCURACY_REL, Scene};
+use crate::truth::Size;
+use diagnosis::statistics::draws::Draws;
 
 /// A kind of recording.
 #[derive(Clone, Copy, Debug)]
@@ -245,7 +245,7 @@ impl Family {
     }
 
     /// One scene of it.
-    pub(super) fn scene(&self, size: Size, random: &mut Random) -> Scene {
+    pub(super) fn scene(&self, size: Size, random: &mut Draws) -> Scene {
         let mut scene = scene(self.flight, size, random);
         for &effect in self.conceals {
             conceal(effect, size, &mut scene, random);
@@ -256,7 +256,7 @@ impl Family {
 }
 
 impl Twist {
-    fn into_scene(self, scene: &mut Scene, random: &mut Random) {
+    fn into_scene(self, scene: &mut Scene, random: &mut Draws) {
         match self {
             Twist::None => {}
             Twist::AtSpec => {

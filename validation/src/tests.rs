@@ -1,9 +1,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::*;
-use crate::forward::simulate::simulate;
-use crate::made_up::texts;
-use crate::record::read::read_folder;
+use crate::folder::texts;
+use diagnosis::forward::simulate::simulate;
+use diagnosis::record::read::read_folder;
 
 /// One case of every family that conceals nothing, and as many others.
 const EVERY_NULL: usize = 55;
