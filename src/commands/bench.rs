@@ -1,34 +1,33 @@
 //! `plan bench`: how planning grows with the fleet, as a table with its machine and its command.
 
-mod apart;
-mod fit;
-mod machine;
-mod one;
-mod row;
-mod table;
-
 use std::num::NonZeroUsize;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use planner::plan::outcome::{Control, Progress as Phase};
 use serde::Serialize;
+use tools::bench::growth::{Growth, growth};
+use tools::bench::instance::{Figures, Instance, Measured};
+use tools::bench::machine::Machine;
+use tools::bench::row::{Row, Run};
+use tools::bench::{apart, table};
 use tools::instances::Floor;
 
-use crate::commands::plan::seconds;
+use super::plan::{read_text, seconds, use_threads};
 use crate::io::failure::{Failure, answer};
 use crate::io::files;
 use crate::io::progress::Progress;
-use crate::io::watch::Watch;
+use crate::io::watch::{Watch, peak_memory_bytes};
 use crate::{Answer, Format};
-use machine::Machine;
-use one::One;
-use row::{Row, Run};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Where they fly, as `plan generate` makes it
-    #[arg(value_enum, default_values_t = [Place::Hall, Place::Warehouse])]
-    places: Vec<Place>,
+    #[arg(value_parser = floors(), default_values = ["hall", "warehouse"])]
+    places: Vec<Floor>,
     /// Sizes of the fleets
     #[arg(long, value_delimiter = ',', default_values_t = [100, 200, 500, 1000], value_name = "N,N...")]
     drones: Vec<usize>,
@@ -52,34 +51,13 @@ pub(crate) struct Arguments {
     one: bool,
 }
 
-/// Where a fleet flies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-enum Place {
-    /// Empty, 64 x 64 x 8 m
-    Hall,
-    /// The hall, every tenth drone a Matrice 300
-    MixedHall,
-    /// 80 x 60 x 8 m with 76 shelves
-    Warehouse,
-    /// Empty, 160 x 160 x 8 m
-    Field,
-}
-
-impl Place {
-    fn floor(self) -> Floor {
-        match self {
-            Place::Hall => Floor::Hall,
-            Place::MixedHall => Floor::MixedHall,
-            Place::Warehouse => Floor::Warehouse,
-            Place::Field => Floor::Field,
-        }
-    }
-
-    /// As the command line has it.
-    fn word(self) -> &'static str {
-        self.floor().name()
-    }
+/// Floors by their names.
+fn floors() -> impl TypedValueParser<Value = Floor> {
+    PossibleValuesParser::new(Floor::ALL.map(Floor::name)).map(|name| {
+        let named = |floor: &Floor| floor.name() == name;
+        let found = Floor::ALL.into_iter().find(named);
+        found.expect("clap lets no other name pass")
+    })
 }
 
 /// What `--format json` prints.
@@ -89,72 +67,94 @@ struct Printed<'a> {
     command: &'a str,
     machine: &'a Machine,
     rows: &'a [Row],
-    growth: Vec<fit::Growth>,
+    growth: Vec<Growth>,
 }
 
 /// Answers no where a fleet could not be planned whole or a plan is not verified.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let asked = arguments.all_of_them();
+    let asked = arguments.instances();
     // Nothing is planned where something does not fit.
     for one in &asked {
-        one.place.floor().scenario(one.drones, one.seed)?;
+        one.place.scenario(one.drones, one.seed)?;
     }
     if arguments.one {
         let [one] = asked.as_slice() else {
             return Err(Failure::NotOneInstance(asked.len()));
         };
-        let figures = one::plan(one)?;
+        let figures = plan(one)?;
         answer(&files::json(&figures))?;
         return Ok(Answer::from(figures.is_safe()));
     }
     let machine = Machine::here(arguments.jobs);
-    let rows = rows(arguments, asked);
-    let command = arguments.command();
+    let command = arguments.command(asked.first());
+    let rows = arguments.rows(asked);
     answer(&match arguments.format {
         Format::Text => table::text(&command, &machine, &rows, arguments.seeds.len()),
         Format::Json => files::json_pretty(&Printed {
             format: "bench/1",
             command: &command,
             machine: &machine,
-            growth: fit::growth(&rows),
+            growth: growth(&rows),
             rows: &rows,
         }),
     })?;
     Ok(Answer::from(rows.iter().all(Row::is_safe)))
 }
 
-/// One after another, so that nobody takes another's time; after an interrupt the rest is not run, and says so.
-fn rows(arguments: &Arguments, asked: Vec<One>) -> Vec<Row> {
-    let watch = Watch::start(None);
-    let progress = Progress::start("planning instances", asked.len());
-    let mut runs = asked.into_iter().map(|one| {
-        let result = if watch.stop() {
-            Err("not run: interrupted".to_owned())
-        } else {
-            apart::plan(&one)
-        };
-        progress.done_one();
-        Run::of(one.seed, result)
-    });
-    let mut rows = Vec::new();
-    for &place in &arguments.places {
-        for &drones in &arguments.drones {
-            let runs = runs.by_ref().take(arguments.seeds.len()).collect();
-            rows.push(Row::of(place, drones, runs));
-        }
+/// Plans one instance in this process. The limit holds for planning, and once more for the plan that ignores downwash.
+fn plan(one: &Instance) -> Result<Figures, Failure> {
+    let text = one.place.scenario(one.drones, one.seed)?;
+    let no_files = |file: &str| Err(format!("there is no {file}"));
+    let world = read_text(one.place.name(), &text, None, &no_files)?;
+    use_threads(one.jobs)?;
+    let watch = Watch::start(one.time_limit);
+    // Set once the plan is verified: what follows is planned again below, under a limit of its own.
+    let peak = OnceLock::new();
+    let cut_short = AtomicBool::new(false);
+    let mut outcome = planner::plan_world(
+        &world,
+        &Control {
+            stop: &|| {
+                let stop = peak.get().is_none() && watch.stop();
+                cut_short.fetch_or(stop, Ordering::Relaxed);
+                stop || peak.get().is_some()
+            },
+            progress: &|phase| {
+                watch.progress(phase);
+                if phase == Phase::IgnoringDownwash {
+                    peak.get_or_init(peak_memory_bytes);
+                }
+            },
+            ..Control::QUIET
+        },
+    );
+    let spent = watch.finish();
+    let measured = Measured {
+        planning: spent.planning,
+        verification: spent.verification,
+        cut_short: cut_short.into_inner(),
+        peak_memory_bytes: *peak.get_or_init(peak_memory_bytes),
+    };
+    if let (planner::Outcome::Planned { plan, .. }, true) = (&mut outcome, one.contrast) {
+        let watch = Watch::start(one.time_limit);
+        plan.ignoring_downwash = planner::contrast(
+            &world,
+            &Control {
+                stop: &|| watch.stop(),
+                ..Control::QUIET
+            },
+        );
     }
-    drop(runs);
-    progress.finish();
-    rows
+    Ok(Figures::of(&outcome, world.drones.len(), measured))
 }
 
 impl Arguments {
     /// Every instance, row by row, seed by seed.
-    fn all_of_them(&self) -> Vec<One> {
+    fn instances(&self) -> Vec<Instance> {
         let mut asked = Vec::new();
         for &place in &self.places {
             for &drones in &self.drones {
-                asked.extend(self.seeds.iter().map(|&seed| One {
+                asked.extend(self.seeds.iter().map(|&seed| Instance {
                     place,
                     drones,
                     seed,
@@ -167,29 +167,41 @@ impl Arguments {
         asked
     }
 
-    /// The command that does this again.
-    fn command(&self) -> String {
-        let places: Vec<&str> = self.places.iter().map(|place| place.word()).collect();
-        let mut command = format!(
-            "plan bench {} --drones {} --seeds {}",
-            places.join(" "),
-            listed(&self.drones),
-            listed(&self.seeds)
-        );
-        if let Some(limit) = self.time_limit {
-            command += &format!(" --time-limit {}", limit.as_secs_f64());
+    /// One instance after another, so that none takes another's time; after an interrupt the rest is not run, and says so.
+    fn rows(&self, asked: Vec<Instance>) -> Vec<Row> {
+        let watch = Watch::start(None);
+        let progress = Progress::start("planning instances", asked.len());
+        let mut runs = asked.into_iter().map(|one| {
+            let result = if watch.stop() {
+                Err("not run: interrupted".to_owned())
+            } else {
+                apart::plan(&one)
+            };
+            progress.done_one();
+            Run::of(one.seed, result)
+        });
+        let mut rows = Vec::new();
+        for &place in &self.places {
+            for &drones in &self.drones {
+                let runs = runs.by_ref().take(self.seeds.len()).collect();
+                rows.push(Row::of(place, drones, runs));
+            }
         }
-        if let Some(jobs) = self.jobs {
-            command += &format!(" --jobs {jobs}");
-        }
-        if self.without_contrast {
-            command += " --without-contrast";
-        }
-        command
+        drop(runs);
+        progress.finish();
+        rows
     }
-}
 
-fn listed<T: ToString>(values: &[T]) -> String {
-    let words: Vec<String> = values.iter().map(T::to_string).collect();
-    words.join(",")
+    /// The command that does this again.
+    fn command(&self, any: Option<&Instance>) -> String {
+        let places: Vec<&str> = self.places.iter().map(|place| place.name()).collect();
+        let mut words = vec![
+            "plan bench".to_owned(),
+            places.join(" "),
+            format!("--drones {}", table::listed(&self.drones)),
+            format!("--seeds {}", table::listed(&self.seeds)),
+        ];
+        words.extend(any.into_iter().flat_map(Instance::options));
+        words.join(" ")
+    }
 }

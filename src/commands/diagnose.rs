@@ -1,9 +1,8 @@
 //! `plan diagnose RECORDING...`: where simulation and recording differ, what is missing, how well the correction predicts.
 
-mod flights;
-mod hardware;
+pub(crate) mod flights;
+pub(crate) mod hardware;
 mod printed;
-pub(crate) mod real;
 mod sections;
 mod words;
 

@@ -87,13 +87,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     if let Some(seed) = arguments.seed {
         world.planning.seed = seed;
     }
-    if let Some(jobs) = arguments.jobs {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.get());
-        pool.build_global().map_err(|source| Failure::Threads {
-            jobs: jobs.get(),
-            source,
-        })?;
-    }
+    use_threads(arguments.jobs)?;
     let out = OutFolder::prepare(
         arguments
             .out
@@ -137,6 +131,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             stopped(arguments.format)
         }
     }
+}
+
+/// So many threads from here on; `None`: one a core.
+pub(crate) fn use_threads(jobs: Option<NonZeroUsize>) -> Result<(), Failure> {
+    let Some(jobs) = jobs.map(NonZeroUsize::get) else {
+        return Ok(());
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs);
+    pool.build_global()
+        .map_err(|source| Failure::Threads { jobs, source })
 }
 
 /// A length of time from the command line.
@@ -185,14 +189,19 @@ fn read_world(path: &Path, finding: Option<&Path>) -> Result<World, Failure> {
         _ => std::fs::read_to_string(folder.join(source)).map_err(|error| error.to_string()),
     };
     let flown = finding.as_ref().map(|(file, _)| file.as_str());
-    planner::scenario::read_world_flying(&text, flown, &load).map_err(|problems| {
-        let shown = path.display().to_string();
-        Failure::Scenario(problems::draw(
-            &problems,
-            &shown,
-            &text,
-            problems::colour_on_stderr(),
-        ))
+    read_text(&path.display().to_string(), &text, flown, &load)
+}
+
+/// The world of a scenario called `name`, or all its problems drawn beside its text.
+pub(crate) fn read_text(
+    name: &str,
+    text: &str,
+    finding: Option<&str>,
+    load: &dyn Fn(&str) -> Result<String, String>,
+) -> Result<World, Failure> {
+    planner::scenario::read_world_flying(text, finding, &load).map_err(|found| {
+        let colour = problems::colour_on_stderr();
+        Failure::Scenario(problems::draw(&found, name, text, colour))
     })
 }
 
@@ -225,7 +234,7 @@ fn deliver(
     files::write(&written)?;
     match format {
         Format::Json => answer(&files::json_with_plan_inside(&Printed {
-            status: words::status(plan.status),
+            status: plan.status.as_str(),
             plan: Some(plan),
             conflicts,
             well_formed: well_formed.map(|known| well_formed::describe(known, plan)),

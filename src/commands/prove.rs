@@ -4,17 +4,20 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use diagnosis::campaign::{CampaignFinding, diagnose_campaign};
 use serde::Serialize;
+use tools::real_flights::{self, DRONES, HARDWARE, NORMAL, QUESTIONS, Question, SWARM, Set};
 use validation::folder;
 use validation::metrics::{LONG_SAMPLES, Mark, Marks};
 use validation::{Answer as Given, Case};
 
-use crate::commands::diagnose::real;
+use crate::commands::diagnose;
 use crate::commands::simulate::wrote;
 use crate::io::failure::{Failure, answer};
 use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
+use crate::io::recordings;
 use crate::{Answer, Format};
 
 #[derive(Args)]
@@ -54,9 +57,7 @@ struct Printed<'a> {
 /// Answers no where a mark is missed.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     if let Some(folder) = &arguments.flights {
-        let (table, is_named) = real::table(folder, Path::new("."))?;
-        answer(&table)?;
-        return Ok(Answer::from(is_named));
+        return flights(folder);
     }
     let Arguments { seed, count, .. } = *arguments;
     let out = arguments.out.clone().map(OutFolder::prepare).transpose()?;
@@ -103,6 +104,22 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Format::Text => text + &time + &wrote(&named),
     })?;
     Ok(Answer::from(marks.are_reached()))
+}
+
+/// The table of real flights; campaign files are those that ship, below the current folder.
+fn flights(folder: &Path) -> Result<Answer, Failure> {
+    let read =
+        |set: &Set| recordings::read_all(&[folder.join(set.folder)], Some(Path::new(set.campaign)));
+    let swarm = read(&SWARM)?;
+    let ask = |question: &Question| {
+        let options = diagnose::flights::options(&swarm, question.alone, question.near_floor)?;
+        Ok(diagnose_campaign(&swarm, &options)?)
+    };
+    let found: Vec<CampaignFinding> = QUESTIONS.iter().map(ask).collect::<Result<_, Failure>>()?;
+    let drones = DRONES.map(str::to_owned);
+    let hardware = diagnose::hardware::judge(&read(&HARDWARE)?, NORMAL, &drones)?;
+    answer(&real_flights::table(&found, &hardware).markdown())?;
+    Ok(Answer::from(real_flights::is_named(&found, &hardware)))
 }
 
 /// Side by side, recordings take one another's time: the slowest of the long ones once more, alone.

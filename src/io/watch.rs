@@ -1,7 +1,7 @@
 //! Watching a planner that reads no clock itself: when to stop it, how far it is, how long it took.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, Once};
+use std::sync::{Mutex, Once};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -15,13 +15,14 @@ const SHOW_PROGRESS_AFTER: Duration = Duration::from_secs(1);
 /// planning does.
 const IMPROVING_SHARE: f64 = 0.6;
 /// Exit code of a process ended by a second interrupt: 128 + SIGINT, as shells have it.
-const INTERRUPTED: i32 = 130;
+const ENDED: i32 = 130;
+/// Whether this process has been interrupted.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Stops, shows and times one run.
 pub(crate) struct Watch {
     started: Instant,
     deadline: Option<Instant>,
-    interrupted: Arc<AtomicBool>,
     bar: ProgressBar,
     bar_shown: Once,
     phases: Mutex<Phases>,
@@ -51,12 +52,11 @@ enum Phase {
 impl Watch {
     /// Starts the clock. The first interrupt asks the planner to stop, the second ends the process.
     pub(crate) fn start(time_limit: Option<Duration>) -> Watch {
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let seen = Arc::clone(&interrupted);
-        // Without a handler an interrupt just ends the process, and files are still whole or absent.
-        let _ = ctrlc::set_handler(move || {
-            if seen.swap(true, Ordering::SeqCst) {
-                std::process::exit(INTERRUPTED);
+        // A second watch finds the first one's handler; without any, an interrupt just ends the process, and files are still
+        // whole or absent.
+        let _ = ctrlc::set_handler(|| {
+            if INTERRUPTED.swap(true, Ordering::SeqCst) {
+                std::process::exit(ENDED);
             }
             tell("interrupted: finishing with the best plan so far; once more ends at once");
         });
@@ -65,7 +65,6 @@ impl Watch {
             started,
             // A limit beyond the clock's range is no limit.
             deadline: time_limit.and_then(|limit| started.checked_add(limit)),
-            interrupted,
             bar: ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden()),
             bar_shown: Once::new(),
             phases: Mutex::new(Phases {
@@ -78,14 +77,14 @@ impl Watch {
 
     /// Whether the planner should come to an end.
     pub(crate) fn stop(&self) -> bool {
-        self.interrupted.load(Ordering::Relaxed)
+        INTERRUPTED.load(Ordering::Relaxed)
             || self.deadline.is_some_and(|end| Instant::now() >= end)
     }
 
     /// Whether there is a limit, and time to make a plan better before it: the last part of it is for the check, and for the
     /// plan that ignores downwash.
     pub(crate) fn improve(&self) -> bool {
-        !self.interrupted.load(Ordering::Relaxed)
+        !INTERRUPTED.load(Ordering::Relaxed)
             && self.deadline.is_some_and(|end| {
                 let limit = end - self.started;
                 self.started.elapsed() < limit.mul_f64(IMPROVING_SHARE)

@@ -2,7 +2,8 @@
 
 use diagnosis::forward::simulate::Channel;
 use nalgebra::Point3;
-use planner::plan::{Status, Violation, ViolationKind};
+use planner::plan::{Violation, ViolationKind};
+pub(crate) use tools::table::{count, figures};
 
 /// `(5, 6.25, 1)`: metres to the centimetre, without idle zeros.
 pub(crate) fn place(point: &Point3<f64>) -> String {
@@ -23,11 +24,6 @@ pub(crate) fn metres(length_m: f64) -> String {
     } else {
         text.into()
     }
-}
-
-/// `1 drone`, `5 drones`, `2 drones fly` from a count and the words for one and for many.
-pub(crate) fn count(number: usize, one: &str, many: &str) -> String {
-    format!("{number} {}", if number == 1 { one } else { many })
 }
 
 /// What a person calls a channel, with its unit.
@@ -56,41 +52,6 @@ pub(crate) fn file_stem(channel: Channel) -> &'static str {
         Channel::Throttle => "throttle",
         Channel::Power => "power",
         Channel::VerticalForce => "vertical-force",
-    }
-}
-
-/// Three figures, never fewer than the whole number.
-pub(crate) fn figures(value: f64) -> String {
-    let size = value.abs();
-    if !value.is_finite() {
-        return "unknown".into();
-    }
-    let text = if size >= 100.0 {
-        format!("{value:.0}")
-    } else if size >= 10.0 {
-        format!("{value:.1}")
-    } else if size >= 1.0 {
-        format!("{value:.2}")
-    } else {
-        format!("{value:.3}")
-    };
-    if text
-        .trim_start_matches('-')
-        .chars()
-        .all(|c| "0.".contains(c))
-    {
-        "0".into()
-    } else {
-        text
-    }
-}
-
-/// The status as plan.json writes it.
-pub(crate) fn status(status: Status) -> &'static str {
-    match status {
-        Status::Safe => "safe",
-        Status::Partial => "partial",
-        Status::Unsafe => "unsafe",
     }
 }
 

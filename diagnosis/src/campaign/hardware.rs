@@ -15,6 +15,8 @@
 //! So the turn alone tells them apart, and of two neighbouring propellers it cancels: then only the set is told. A weight that stands in a propeller's wash takes its
 //! thrust too, and reads as a damaged propeller; no steady duty cycle can tell that.
 
+use std::fmt;
+
 use serde::Serialize;
 
 use crate::record::recording::Recording;
@@ -110,6 +112,30 @@ pub struct HardwareFinding {
     pub chance: f64,
     /// Empty: normal. Else best first; more than one: it cannot tell.
     pub answers: Vec<Answer>,
+}
+
+/// `damaged_propeller M1 and M2`, `payload_mass near M3`.
+impl fmt::Display for Answer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let motors: Vec<String> = self.motors.iter().map(|at| format!("M{at}")).collect();
+        let motors = motors.join(" and ");
+        match (self.name.as_str(), motors.is_empty()) {
+            ("payload_mass", true) => f.write_str("payload_mass in the middle"),
+            ("payload_mass", false) => write!(f, "payload_mass near {motors}"),
+            (name, _) => write!(f, "{name} {motors}"),
+        }
+    }
+}
+
+/// Every answer, joined by `or`.
+impl fmt::Display for HardwareFinding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let answers: Vec<String> = self.answers.iter().map(ToString::to_string).collect();
+        match answers.is_empty() {
+            true => f.write_str("nothing beyond the scatter of normal flights"),
+            false => f.write_str(&answers.join(", or ")),
+        }
+    }
 }
 
 /// Modes of four values.

@@ -62,6 +62,18 @@ pub enum Status {
     Unsafe,
 }
 
+impl Status {
+    /// As plan.json has it.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Status::Safe => "safe",
+            Status::Partial => "partial",
+            Status::Unsafe => "unsafe",
+        }
+    }
+}
+
 /// The air that a plan assumes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AirModel {

@@ -85,7 +85,7 @@ pub(super) fn run(arguments: &Arguments, recordings: &[Recording]) -> Result<Ans
 }
 
 /// What of the flights is judged, and from which beginning.
-pub(super) fn options(
+pub(crate) fn options(
     recordings: &[Recording],
     alone: bool,
     near_the_floor: bool,

@@ -1,6 +1,6 @@
 //! Flights of one kind of drone against its normal flights: has a weight or a propeller changed?
 
-use diagnosis::campaign::hardware::{Answer as Said, HardwareRow, hardware_rows};
+use diagnosis::campaign::hardware::{HardwareRow, hardware_rows};
 use diagnosis::record::recording::Recording;
 use serde::Serialize;
 
@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Arguments, recordings: &[Recording]) -> Result<Ans
 }
 
 /// Every flight against the normal ones of its drone.
-pub(super) fn judge(
+pub(crate) fn judge(
     recordings: &[Recording],
     normal: &str,
     drones: &[String],
@@ -63,7 +63,7 @@ fn text(rows: &[HardwareRow], read: usize) -> String {
         let mut cells = vec![row.flight.clone()];
         cells.extend(row.found.motors.map(percent));
         cells.push(format!("{:.4}", row.found.chance));
-        cells.push(said(row));
+        cells.push(row.found.to_string());
         cells
     };
     let headings = [
@@ -96,27 +96,4 @@ fn text(rows: &[HardwareRow], read: usize) -> String {
         changed,
         count(rows.len(), "flight", "flights")
     )
-}
-
-/// What one flight says.
-pub(super) fn said(row: &HardwareRow) -> String {
-    let words: Vec<String> = row.found.answers.iter().map(in_words).collect();
-    match words.is_empty() {
-        true => "nothing beyond the scatter of normal flights".into(),
-        false => words.join(", or "),
-    }
-}
-
-fn in_words(said: &Said) -> String {
-    let motors: Vec<String> = said
-        .motors
-        .iter()
-        .map(|motor| format!("M{motor}"))
-        .collect();
-    let motors = motors.join(" and ");
-    match (said.name.as_str(), motors.is_empty()) {
-        ("payload_mass", true) => "payload_mass in the middle".into(),
-        ("payload_mass", false) => format!("payload_mass near {motors}"),
-        (name, _) => format!("{name} {motors}"),
-    }
 }

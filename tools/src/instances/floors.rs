@@ -1,11 +1,14 @@
 //! Places for random flights: hall, warehouse, field.
 
+use serde::Serialize;
+
 use super::grid::Grid;
 use super::scene::Scene;
 use super::{InstanceError, scatter};
 
 /// A place where drones fly from one random cell to another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Floor {
     /// Empty, 64 x 64 x 8 m.
     Hall,
@@ -27,6 +30,14 @@ const FIELD_M: u32 = 160;
 const WAREHOUSE_M: [u32; 2] = [80, 60];
 
 impl Floor {
+    /// Every floor, smallest first.
+    pub const ALL: [Floor; 4] = [
+        Floor::Hall,
+        Floor::MixedHall,
+        Floor::Warehouse,
+        Floor::Field,
+    ];
+
     /// A scenario as RON: each drone hovers from its start to its goal and stays there.
     ///
     /// # Errors

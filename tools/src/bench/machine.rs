@@ -5,24 +5,28 @@ use std::num::NonZeroUsize;
 
 use serde::Serialize;
 
+/// Cores, processor, system and build.
 #[derive(Debug, Serialize)]
-pub(super) struct Machine {
+pub struct Machine {
     /// What this process may use; `null` where the system does not tell.
-    pub(super) cores: Option<usize>,
+    pub cores: Option<usize>,
     /// The processor's name for itself; only Linux tells.
-    pub(super) processor: Option<String>,
-    pub(super) system: String,
+    pub processor: Option<String>,
+    /// Operating system and architecture.
+    pub system: String,
     /// Processes that ran or waited to run, mean of the last minute before the first instance: above a half,
     /// other work took its share, and times are too long; only Linux tells.
-    pub(super) load_before: Option<f64>,
+    pub load_before: Option<f64>,
     /// Threads asked for; `null`: one a core.
-    pub(super) threads: Option<usize>,
+    pub threads: Option<usize>,
     /// `release`, or a build with assertions, whose times say little.
-    pub(super) build: &'static str,
+    pub build: &'static str,
 }
 
 impl Machine {
-    pub(super) fn here(jobs: Option<NonZeroUsize>) -> Machine {
+    /// The machine that this process runs on; `jobs`: threads asked for.
+    #[must_use]
+    pub fn here(jobs: Option<NonZeroUsize>) -> Machine {
         let cores = std::thread::available_parallelism();
         let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let name = told

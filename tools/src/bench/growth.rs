@@ -2,40 +2,44 @@
 
 use serde::Serialize;
 
-use super::Place;
 use super::row::Row;
+use crate::instances::Floor;
 
 /// A line needs a residual to tell how well it is known: two points have none.
-pub(super) const FEWEST_ROWS: usize = 3;
+pub const FEWEST_ROWS: usize = 3;
 
 /// How one place's cost grows.
 #[derive(Debug, Serialize)]
-pub(super) struct Growth {
-    pub(super) place: Place,
+pub struct Growth {
+    /// Where.
+    pub place: Floor,
     /// Sizes that the lines are drawn through.
-    pub(super) fitted_drones: Vec<usize>,
-    /// Sizes that were left out: not everybody planned, not verified, or stopped early.
-    pub(super) left_out_drones: Vec<usize>,
+    pub fitted_drones: Vec<usize>,
+    /// Sizes that were left out: a drone left out, not verified, or stopped early.
+    pub left_out_drones: Vec<usize>,
     /// Natural logarithm of planning time (s) over that of the number of drones; the slope is the power.
-    pub(super) log_planning_time: Option<Line>,
+    pub log_planning_time: Option<Line>,
     /// Peak of memory (MiB) over the number of drones.
-    pub(super) memory_mib: Option<Line>,
+    pub memory_mib: Option<Line>,
 }
 
 /// `y = intercept + slope · x`, by ordinary least squares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct Line {
-    pub(super) intercept: f64,
-    pub(super) slope: f64,
+pub struct Line {
+    /// `y` at `x` = 0.
+    pub intercept: f64,
+    /// `y` for each `x`.
+    pub slope: f64,
     /// Standard error of the slope, from the residuals.
-    pub(super) slope_error: f64,
+    pub slope_error: f64,
     /// Part of the scatter of `y` that the line explains.
-    pub(super) r_squared: f64,
+    pub r_squared: f64,
 }
 
 /// One entry for each place, in the order of the rows.
-pub(super) fn growth(rows: &[Row]) -> Vec<Growth> {
-    let mut places: Vec<Place> = Vec::new();
+#[must_use]
+pub fn growth(rows: &[Row]) -> Vec<Growth> {
+    let mut places: Vec<Floor> = Vec::new();
     for row in rows {
         if !places.contains(&row.place) {
             places.push(row.place);

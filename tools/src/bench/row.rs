@@ -2,29 +2,37 @@
 
 use serde::Serialize;
 
-use super::Place;
-use super::one::Figures;
+use super::instance::Figures;
+use crate::instances::Floor;
 
+/// Instances that differ in their seed alone.
 #[derive(Debug, Serialize)]
-pub(super) struct Row {
-    pub(super) place: Place,
-    pub(super) drones: usize,
+pub struct Row {
+    /// Where they fly.
+    pub place: Floor,
+    /// How many of them.
+    pub drones: usize,
     /// Columns of cells free from floor to ceiling.
-    pub(super) open_columns: usize,
-    pub(super) runs: Vec<Run>,
+    pub open_columns: usize,
+    /// One for each seed.
+    pub runs: Vec<Run>,
 }
 
 /// What became of one instance.
 #[derive(Debug, Serialize)]
-pub(super) struct Run {
-    pub(super) seed: u64,
-    pub(super) figures: Option<Figures>,
+pub struct Run {
+    /// Its seed.
+    pub seed: u64,
+    /// What came of it.
+    pub figures: Option<Figures>,
     /// Why there are none.
-    pub(super) failure: Option<String>,
+    pub failure: Option<String>,
 }
 
 impl Run {
-    pub(super) fn of(seed: u64, result: Result<Figures, String>) -> Run {
+    /// Figures, or why there are none.
+    #[must_use]
+    pub fn of(seed: u64, result: Result<Figures, String>) -> Run {
         let (figures, failure) = match result {
             Ok(figures) => (Some(figures), None),
             Err(failure) => (None, Some(failure)),
@@ -63,17 +71,20 @@ impl Run {
 }
 
 impl Row {
-    pub(super) fn of(place: Place, drones: usize, runs: Vec<Run>) -> Row {
+    /// Runs at one place and of one size.
+    #[must_use]
+    pub fn of(place: Floor, drones: usize, runs: Vec<Run>) -> Row {
         Row {
             place,
             drones,
-            open_columns: place.floor().open_columns(),
+            open_columns: place.open_columns(),
             runs,
         }
     }
 
-    /// Everybody planned and every plan verified, in all instances.
-    pub(super) fn is_safe(&self) -> bool {
+    /// Every drone planned and every plan verified, in all instances.
+    #[must_use]
+    pub fn is_safe(&self) -> bool {
         self.runs.iter().all(Run::is_safe)
     }
 
@@ -94,8 +105,7 @@ impl Row {
         let mut answer = format!("{safe} of {}", self.runs.len());
         for run in &self.runs {
             if let Some(remark) = run.remark() {
-                // A bar would end the table's cell.
-                answer += &format!("; seed {}: {}", run.seed, remark.replace('|', "/"));
+                answer += &format!("; seed {}: {remark}", run.seed);
             }
         }
         answer
