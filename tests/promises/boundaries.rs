@@ -1,5 +1,6 @@
 //! The lines that ARCHITECTURE.md draws, held against the manifests and the sources as they are.
 
+mod rooms;
 mod sources;
 
 use std::collections::BTreeSet;

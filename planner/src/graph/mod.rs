@@ -4,3 +4,5 @@ pub mod agent;
 pub mod distances;
 pub mod lattice;
 pub mod roadmap;
+
+pub(crate) mod scratch;

@@ -4,4 +4,3 @@ pub mod conflicts;
 pub mod search;
 
 pub(crate) mod goal_occupancy;
-pub(crate) mod scratch;

@@ -47,7 +47,10 @@ pub(super) fn read(file: &str) -> String {
 pub(super) fn sources_of(folder: &str) -> Vec<Source> {
     files_below(folder)
         .into_iter()
-        .filter(|file| file.ends_with(".rs") && !file.ends_with("/tests.rs"))
+        .filter(|file| {
+            let of_tests = file.ends_with("/tests.rs") || file.contains("/tests/");
+            file.ends_with(".rs") && !of_tests
+        })
         .map(Source::read)
         .collect()
 }

@@ -7,7 +7,7 @@ use super::buckets::Buckets;
 use super::{Mover, UNREACHABLE, diagonals_first};
 use crate::graph::lattice::{AXES, Lattice, NEIGHBOURS};
 use crate::graph::roadmap::{Roadmap, Vertex};
-use crate::sipp::scratch::Sheet;
+use crate::graph::scratch::Sheet;
 
 /// A search from the goal that can be resumed.
 #[derive(Debug, Default)]

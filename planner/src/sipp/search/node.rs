@@ -13,8 +13,8 @@ use super::outlook::Outlook;
 use super::{Doubts, Scene};
 use crate::graph::agent::Errand;
 use crate::graph::roadmap::Vertex;
+use crate::graph::scratch::Sheet;
 use crate::sipp::conflicts::Crowd;
-use crate::sipp::scratch::Sheet;
 
 /// A moment at which a place is known to be reached.
 #[derive(Clone, Copy, Debug)]
