@@ -64,7 +64,7 @@ fn heading(plan: &Plan) -> String {
         text += &format!(", {}", count(plan.zones.len(), "zone", "zones"));
     }
     if let Some(effects) = &plan.air.effects {
-        let names: Vec<&str> = effects.fates().iter().map(|(name, _)| *name).collect();
+        let names: Vec<&str> = effects.specs().map(|spec| spec.name).collect();
         text += &format!(", air with {}", names.join(", "));
     }
     text

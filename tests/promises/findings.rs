@@ -26,7 +26,7 @@ fn heavier(mass_factor: f64) -> Effects {
 
 fn tilt(x: f64, y: f64) -> Effects {
     Effects {
-        wake_tilt: Some(WakeTilt { lean: [x, y] }),
+        wake_tilt: Some(WakeTilt { tilt: [x, y] }),
         ..Effects::default()
     }
 }

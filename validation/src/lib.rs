@@ -30,7 +30,8 @@ mod world;
 use rayon::prelude::*;
 
 pub use answer::{Answer, Named, answer, ask};
-pub use names::{canonical, is_sensor};
+pub use diagnosis::infer::candidates::is_sensor;
+pub use names::canonical;
 pub use truth::{Concealed, DETECTABLE_CHI2, Sealed, Size, Truth};
 
 use diagnosis::record::recording::Recording;

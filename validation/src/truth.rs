@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use diagnosis::infer::candidates::is_sensor;
+
 use crate::answer::Answer;
-use crate::names;
 
 /// How large an effect was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -85,11 +86,7 @@ impl Truth {
     /// Whether everything that is concealed is a fault of instruments.
     #[must_use]
     pub fn is_sensor_only(&self) -> bool {
-        !self.effects.is_empty()
-            && self
-                .effects
-                .iter()
-                .all(|effect| names::is_sensor(&effect.name))
+        !self.effects.is_empty() && self.effects.iter().all(|effect| is_sensor(&effect.name))
     }
 }
 

@@ -8,6 +8,30 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "air_density",
+    aliases: &[],
+    equation: "U -> U sqrt(rho0/rho)",
+    description: "the air is thinner or thicker than stated",
+    parameters: &[Parameter {
+        // Throttle and power tell it; speeds cannot.
+        fit: None,
+        ..Parameter::ratio("density_factor", &["rho/rho0"], [0.6, 1.4]).neutral(1.0)
+    }],
+    essential: 1,
+    home: Home::Jet,
+    treatment: |_| Treatment::Exact,
+    get: |effects| Some(vec![effects.air_density?.density_factor]),
+    set: |effects, p| {
+        effects.air_density = Some(AirDensity {
+            density_factor: p[0],
+        })
+    },
+};
+
 /// Density over the stated density.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AirDensity {

@@ -8,6 +8,24 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "battery_sag",
+    aliases: &["thrust_map_drift"],
+    equation: "throttle -> throttle (1 + k (V0 - V)/V0)",
+    description: "as the battery weakens, the same thrust takes more throttle",
+    parameters: &[Parameter::ratio("sensitivity", &["k"], [-2.0, 4.0])],
+    essential: 1,
+    home: Home::Receiver,
+    treatment: |_| {
+        Treatment::Ignored("it changes the throttle of a drone, not the air that it meets")
+    },
+    get: |effects| Some(vec![effects.battery_sag?.sensitivity]),
+    set: |effects, p| effects.battery_sag = Some(BatterySag { sensitivity: p[0] }),
+};
+
 /// Throttle gained as the voltage falls.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BatterySag {

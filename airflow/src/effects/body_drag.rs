@@ -10,6 +10,22 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, OWN, Parameter};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "body_drag",
+    aliases: &[],
+    equation: "F = -1/2 rho a l^2 w |w|, w = U + V_z",
+    description: "the frame itself stands in the air that passes it",
+    parameters: &[Parameter::ratio("area_over_l2", &["a"], [0.0, 10.0]).fit(0.0, 0.6)],
+    essential: 1,
+    home: Home::Receiver,
+    treatment: |_| OWN,
+    get: |effects| Some(vec![effects.body_drag?.area_over_l2]),
+    set: |effects, p| effects.body_drag = Some(BodyDrag { area_over_l2: p[0] }),
+};
+
 /// Drag of the frame along the vertical.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BodyDrag {

@@ -9,6 +9,22 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "buoyancy",
+    aliases: &[],
+    equation: "U_C -> U_C sqrt(1 - c (s/10l)^2)",
+    description: "warm air slows on its way down, cold air gains",
+    parameters: &[Parameter::ratio("strength", &["c"], [-1.0, 1.0])],
+    essential: 1,
+    home: Home::Jet,
+    treatment: |_| Treatment::Exact,
+    get: |effects| Some(vec![effects.buoyancy?.strength]),
+    set: |effects, p| effects.buoyancy = Some(Buoyancy { strength: p[0] }),
+};
+
 /// Slowing with depth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Buoyancy {

@@ -9,6 +9,22 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, THRUST};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "ceiling_effect",
+    aliases: &[],
+    equation: "T/T_inf = 1/(1 - c (R/(z_c + R/4))^2)",
+    description: "below a ceiling the rotors draw themselves up",
+    parameters: &[Parameter::ratio("strength", &["c"], [-10.0, 10.0]).fit(-0.2, 0.9)],
+    essential: 1,
+    home: Home::Receiver,
+    treatment: |_| THRUST,
+    get: |effects| Some(vec![effects.ceiling_effect?.strength]),
+    set: |effects, p| effects.ceiling_effect = Some(CeilingEffect { strength: p[0] }),
+};
+
 /// Thrust gained below the ceiling.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CeilingEffect {

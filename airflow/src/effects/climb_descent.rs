@@ -9,6 +9,26 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "climb_descent",
+    aliases: &[],
+    equation: "U -> U (v_i/v_h)^p, v_i/v_h = -x/2 + sqrt(x^2/4 + 1), x = V_z/v_h",
+    description: "a climbing drone blows less, a sinking one more",
+    parameters: &[Parameter::ratio("exponent", &["p"], [0.0, 3.0])],
+    essential: 1,
+    home: Home::Surroundings,
+    treatment: |_| {
+        Treatment::Bounded(
+            "while the plan is sought every wake is taken as of a drone that sinks at full speed; the check takes each as it is",
+        )
+    },
+    get: |effects| Some(vec![effects.climb_descent?.exponent]),
+    set: |effects, p| effects.climb_descent = Some(ClimbDescent { exponent: p[0] }),
+};
+
 /// Wake strength with vertical speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClimbDescent {

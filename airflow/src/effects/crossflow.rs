@@ -20,6 +20,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, FitOver, Home, Parameter, Treatment};
 use crate::jet::Jet;
 
 /// Entrainment by the current's normal part (Lee & Chu 2003).
@@ -35,6 +36,34 @@ const DEEPEST: f64 = 50.0;
 const LONGEST: f64 = 120.0;
 /// Depths of the table, in `l`.
 const SPACING: f64 = 0.25;
+
+/// Largest wind over the induced velocity for which the bent jet holds.
+pub(super) const MOST_WIND: f64 = 0.4;
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "crossflow",
+    aliases: &["ambient_wind", "jet_in_crossflow"],
+    equation: "integral jet in a wind (W_x, W_y): dM_x/ds = W dQ/ds + F, Q' = 2 pi b (alpha |u - W cos| + 0.34 |W sin|)",
+    description: "wind bends the jet downwind, weakens it, and leaves a draught beside it",
+    parameters: &[
+        // The fastest induced velocity known here is 14 m/s; beyond `MOST_WIND` of it the model does not hold.
+        Parameter {
+            fit_over: FitOver::InducedVelocity,
+            ..Parameter::new("wind_mps", &["wind_x", "wind_y"], "m/s", [-10.0, 10.0])
+                .fit(-MOST_WIND, MOST_WIND)
+        },
+    ],
+    essential: 2,
+    home: Home::Jet,
+    treatment: |_| Treatment::Exact,
+    get: |effects| Some(effects.crossflow?.wind_mps.to_vec()),
+    set: |effects, p| {
+        effects.crossflow = Some(Crossflow {
+            wind_mps: [p[0], p[1]],
+        });
+    },
+};
 
 /// A steady horizontal wind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

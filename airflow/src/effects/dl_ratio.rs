@@ -8,6 +8,22 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "dl_ratio",
+    aliases: &[],
+    equation: "U_C ~ U_H l (d/(0.53 l))^p",
+    description: "jets scale with the size of the propellers, not with the motor distance alone",
+    parameters: &[Parameter::ratio("exponent", &["p"], [-0.5, 1.5])],
+    essential: 1,
+    home: Home::Jet,
+    treatment: |_| Treatment::Exact,
+    get: |effects| Some(vec![effects.dl_ratio?.exponent]),
+    set: |effects, p| effects.dl_ratio = Some(DlRatio { exponent: p[0] }),
+};
+
 /// The exponent of propeller size over motor distance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DlRatio {

@@ -5,27 +5,13 @@
 //! moves air sideways otherwise, or that changes how a drone answers, leaves them as they are. What has no bound is refused: nothing is
 //! left out in silence.
 
+use super::crossflow::MOST_WIND;
+use super::spec::{Home, Treatment};
 use super::{ClimbDescent, Effects, GroundImpingement, PayloadMass};
 use crate::airframe::Airframe;
 use crate::field::Superposition;
 use crate::shape::Shape;
 use crate::wake::Wake;
-
-/// What becomes of an effect when it is flown through.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fate {
-    /// Flown as it was found.
-    Flown,
-    /// Flown as more air than was found; how.
-    Bounded(&'static str),
-    /// It does not move the air that limits count; why.
-    Unmoved(&'static str),
-    /// It cannot be flown; why.
-    Refused(&'static str),
-}
-
-/// Largest wind over induced velocity that the bent jet holds for ([`super::Crossflow`]).
-const MOST_WIND: f64 = 0.4;
 
 /// The effects as they are flown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,8 +21,8 @@ pub struct Flown {
     climb: Option<ClimbDescent>,
     /// How jets add up, where that was found; in place of what the scenario says.
     pub superposition: Option<Superposition>,
-    /// Part of the air that a receiver feels; 1: all.
-    pub felt: f64,
+    /// Receiver gain: factor on the air that a receiver is exposed to; 1: momentum theory.
+    pub receiver_gain: f64,
     /// Air that is there without any jet, in whatever direction (m/s).
     pub draught_mps: f64,
     /// Speed of the air that carries wakes down over that of the centreline, where it takes its time.
@@ -51,7 +37,7 @@ impl Default for Flown {
             steady: Effects::default(),
             climb: None,
             superposition: None,
-            felt: 1.0,
+            receiver_gain: 1.0,
             draught_mps: 0.0,
             convection: None,
             wall: None,
@@ -60,132 +46,31 @@ impl Default for Flown {
 }
 
 impl Effects {
-    /// What becomes of each effect that is there, in the order of [`Effects`].
-    #[must_use]
-    pub fn fates(&self) -> Vec<(&'static str, Fate)> {
-        use Fate::{Bounded, Flown, Refused, Unmoved};
-        let payload = match self.payload_mass {
-            Some(payload) if payload.is_constant() => Flown,
-            Some(payload) if payload.mass_factor > 1.0 => {
-                Bounded("the drones are taken as heavier from the beginning")
-            }
-            _ => Bounded("the drones are taken as heavy as before it was dropped"),
-        };
-        let merging = match self.jet_merging.map_or(2.0, |merging| merging.exponent) {
-            q if q == 1.0 || q == 2.0 => Flown,
-            q if q > 2.0 => Bounded("jets add up by momentum, which is more"),
-            q if q > 1.0 => Bounded("jets add up linearly, which is more"),
-            _ => Refused("jets that add up to more than their sum have no bound here"),
-        };
-        let sideways = "it moves air sideways only, and limits count vertical air";
-        let own = "it is of a drone's own frame and speed, not the air of others";
-        let thrust = "it changes the thrust of a drone, not the air that it meets";
-        let all = [
-            ("crossflow", self.crossflow.is_some(), Flown),
-            ("wake_tilt", self.wake_tilt.is_some(), Flown),
-            ("rotor_cant", self.rotor_cant.is_some(), Flown),
-            ("wander", self.wander.is_some(), Flown),
-            ("profile_tail", self.profile_tail.is_some(), Flown),
-            ("momentum_scale", self.momentum_scale.is_some(), Flown),
-            ("payload_mass", self.payload_mass.is_some(), payload),
-            ("air_density", self.air_density.is_some(), Flown),
-            ("dl_ratio", self.dl_ratio.is_some(), Flown),
-            ("near_field", self.near_field.is_some(), Flown),
-            ("buoyancy", self.buoyancy.is_some(), Flown),
-            ("swirl", self.swirl.is_some(), Unmoved(sideways)),
-            (
-                "entrainment_radial",
-                self.entrainment_radial.is_some(),
-                Unmoved(sideways),
-            ),
-            ("jet_merging", self.jet_merging.is_some(), merging),
-            (
-                "wake_transport",
-                self.wake_transport.is_some(),
-                Bounded(
-                    "while the plan is sought every wake stays below wherever its drone has been for as long as its air needs; the check \
-                     takes it from where the air left its drone",
-                ),
-            ),
-            (
-                "climb_descent",
-                self.climb_descent.is_some(),
-                Bounded(
-                    "while the plan is sought every wake is taken as of a drone that sinks at full speed; the check takes each as it is",
-                ),
-            ),
-            (
-                "ground_impingement",
-                self.ground_impingement.is_some(),
-                Bounded(
-                    "wakes keep their speed down to the floor; the wall jet along it counts in zones, and not for drones, whose limits \
-                     count vertical air",
-                ),
-            ),
-            (
-                "recirculation",
-                self.recirculation.is_some(),
-                Bounded("every limit is lower by the draught at its strongest"),
-            ),
-            (
-                "ground_effect_thrust",
-                self.ground_effect_thrust.is_some(),
-                Unmoved(thrust),
-            ),
-            (
-                "ceiling_effect",
-                self.ceiling_effect.is_some(),
-                Unmoved(thrust),
-            ),
-            ("receiver_inflow", self.receiver_inflow.is_some(), Flown),
-            (
-                "battery_sag",
-                self.battery_sag.is_some(),
-                Unmoved("it changes the throttle of a drone, not the air that it meets"),
-            ),
-            ("own_motion", self.own_motion.is_some(), Unmoved(own)),
-            ("body_drag", self.body_drag.is_some(), Unmoved(own)),
-        ];
-        all.into_iter()
-            .filter(|(_, there, _)| *there)
-            .map(|(name, _, fate)| (name, fate))
-            .collect()
-    }
-
     /// The effects made ready to be flown.
     ///
     /// # Errors
     /// Names of effects that cannot be, and why.
     pub fn flown(&self) -> Result<Flown, Vec<(&'static str, &'static str)>> {
         let refused: Vec<_> = self
-            .fates()
+            .treatments()
             .into_iter()
-            .filter_map(|(name, fate)| match fate {
-                Fate::Refused(why) => Some((name, why)),
+            .filter_map(|(name, treatment)| match treatment {
+                Treatment::Refused(why) => Some((name, why)),
                 _ => None,
             })
             .collect();
         if !refused.is_empty() {
             return Err(refused);
         }
-        let payload_mass = self.payload_mass.and_then(|payload| {
+        // What was taken up in flight is carried from the beginning, what was dropped is carried on.
+        let constant = self.payload_mass.and_then(|payload| {
             let heavier = payload.mass_factor > 1.0;
             (heavier || payload.is_constant()).then(|| PayloadMass::always(payload.mass_factor))
         });
         Ok(Flown {
             steady: Effects {
-                crossflow: self.crossflow,
-                wake_tilt: self.wake_tilt,
-                rotor_cant: self.rotor_cant,
-                wander: self.wander,
-                profile_tail: self.profile_tail,
-                momentum_scale: self.momentum_scale,
-                payload_mass,
-                air_density: self.air_density,
-                dl_ratio: self.dl_ratio,
-                near_field: self.near_field,
-                buoyancy: self.buoyancy,
-                ..Effects::default()
+                payload_mass: constant,
+                ..self.steady()
             },
             climb: self.climb_descent,
             superposition: self.jet_merging.map(|merging| {
@@ -195,13 +80,26 @@ impl Effects {
                     Superposition::Linear
                 }
             }),
-            felt: self.felt(1.0),
+            receiver_gain: self.receiver_alpha(1.0),
             draught_mps: self.recirculation.map_or(0.0, |room| room.speed_mps),
             convection: (self.wake_transport).and_then(|transport| transport.convection()),
             wall: self
                 .ground_impingement
                 .filter(|ground| ground.wall_jet > 0.0),
         })
+    }
+
+    /// Those that change one drone's steady jet and the vertical air in it.
+    fn steady(&self) -> Effects {
+        let mut steady = Effects::default();
+        for spec in self.specs().filter(|spec| spec.home == Home::Jet) {
+            if let (Some(values), Treatment::Exact | Treatment::Bounded(_)) =
+                (spec.values(self), (spec.treatment)(self))
+            {
+                spec.set(&mut steady, &values);
+            }
+        }
+        steady
     }
 }
 
@@ -278,7 +176,7 @@ mod tests {
             ..Effects::default()
         };
         let flown = receiver.flown().expect("flown as a factor");
-        assert!(!flown.wake(&plain()).is_shaped() && flown.felt == 0.8);
+        assert!(!flown.wake(&plain()).is_shaped() && flown.receiver_gain == 0.8);
     }
 
     #[test]

@@ -8,6 +8,32 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, THRUST};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "ground_effect_thrust",
+    aliases: &[],
+    equation: "T/T_inf = 1 + c_a exp(-c_b z/R)",
+    description: "near the floor the same throttle lifts more",
+    parameters: &[
+        Parameter::ratio("gain", &["c_a"], [-10.0, 10.0]).fit(-0.5, 3.0),
+        Parameter::ratio("decay", &["c_b"], [0.0, 100.0])
+            .neutral(0.5)
+            .fit(0.05, 3.0),
+    ],
+    essential: 1,
+    home: Home::Receiver,
+    treatment: |_| THRUST,
+    get: |effects| (effects.ground_effect_thrust).map(|effect| vec![effect.gain, effect.decay]),
+    set: |effects, p| {
+        effects.ground_effect_thrust = Some(GroundEffectThrust {
+            gain: p[0],
+            decay: p[1],
+        });
+    },
+};
+
 /// Thrust gained near the floor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GroundEffectThrust {

@@ -14,6 +14,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
 use crate::wake::Wake;
 
 /// `η` at which Verhoff's profile is highest, and a little more than it is there: it rises before and falls after.
@@ -27,6 +28,35 @@ fn profile(eta: f64) -> f64 {
 
 /// Depths at which an axis is looked at to see where it goes between two; chosen here. It may be farther out by half a step.
 const AXIS_LEVELS: u32 = 8;
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "ground_impingement",
+    aliases: &["ground_effect", "wall_jet"],
+    equation: "U -> U (1 - exp(-(h/(c r_f))^2)), wall jet u = a 1.32 (sqrt J/H)(r/H)^-1.1",
+    description: "the jet stops at the floor and spreads along it",
+    parameters: &[
+        Parameter::ratio("wall_jet", &["a"], [0.0, 10.0]).fit(0.0, 4.0),
+        Parameter::ratio("reach", &["c"], [0.0, 10.0])
+            .neutral(0.05)
+            .fit(0.05, 3.0),
+    ],
+    essential: 2,
+    home: Home::Surroundings,
+    treatment: |_| {
+        Treatment::Bounded(
+            "wakes keep their speed down to the floor; the wall jet along it counts in zones, and not for drones, whose limits \
+         count vertical air",
+        )
+    },
+    get: |effects| (effects.ground_impingement).map(|effect| vec![effect.wall_jet, effect.reach]),
+    set: |effects, p| {
+        effects.ground_impingement = Some(GroundImpingement {
+            wall_jet: p[0],
+            reach: p[1],
+        });
+    },
+};
 
 /// Stagnation and wall jet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -9,6 +9,27 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "jet_merging",
+    aliases: &["superposition"],
+    equation: "U = (sum U_i^q)^(1/q)",
+    description: "jets side by side merge, and their speeds do not simply add",
+    parameters: &[Parameter::ratio("exponent", &["q"], [0.7, 4.0]).neutral(1.0)],
+    essential: 1,
+    home: Home::Surroundings,
+    treatment: |effects| match effects.jet_merging.map_or(2.0, |merging| merging.exponent) {
+        q if q == 1.0 || q == 2.0 => Treatment::Exact,
+        q if q > 2.0 => Treatment::Bounded("jets add up by momentum, which is more"),
+        q if q > 1.0 => Treatment::Bounded("jets add up linearly, which is more"),
+        _ => Treatment::Refused("jets that add up to more than their sum have no bound here"),
+    },
+    get: |effects| Some(vec![effects.jet_merging?.exponent]),
+    set: |effects, p| effects.jet_merging = Some(JetMerging { exponent: p[0] }),
+};
+
 /// The exponent of the sum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JetMerging {

@@ -6,7 +6,7 @@
 //! - in one drone's jet, as a function of the place below it ([`crate::Wake::with_effects`]): cross-flow, tilt, cant, wander, tail, scale,
 //!   near field, buoyancy, swirl, radial flow;
 //! - in how the jet meets its surroundings at one moment ([`Effects::meet`]): transport, climb, floor, recirculation, merging;
-//! - in how a receiver answers ([`Effects::felt`], [`Effects::thrust_ratio`], [`Effects::throttle_factor`]): ground and ceiling effect on thrust, inflow, battery.
+//! - in how a receiver answers ([`Effects::receiver_alpha`], [`Effects::thrust_ratio`], [`Effects::throttle_factor`]): ground and ceiling effect on thrust, inflow, battery.
 //!
 //! Lengths in motor distances `l` and speeds in `U_H` inside, metres and seconds in the fields. "Recalled" marks a formula quoted
 //! from the literature from memory.
@@ -29,11 +29,11 @@ mod near_field;
 mod own_motion;
 mod payload_mass;
 mod profile_tail;
-mod ranges;
 mod receive;
 mod receiver_inflow;
 mod recirculation;
 mod rotor_cant;
+mod spec;
 mod surroundings;
 mod swirl;
 mod wake_tilt;
@@ -51,7 +51,7 @@ pub use climb_descent::ClimbDescent;
 pub use crossflow::{Crossflow, Plume};
 pub use dl_ratio::DlRatio;
 pub use entrainment_radial::EntrainmentRadial;
-pub use flown::{Fate, Flown};
+pub use flown::Flown;
 pub use ground_effect_thrust::GroundEffectThrust;
 pub use ground_impingement::GroundImpingement;
 pub use jet_merging::JetMerging;
@@ -60,11 +60,11 @@ pub use near_field::NearFieldShape;
 pub use own_motion::OwnMotion;
 pub use payload_mass::PayloadMass;
 pub use profile_tail::ProfileTail;
-pub use ranges::{OutOfRange, PARAMETERS, Parameter};
 pub use receive::Reception;
 pub use receiver_inflow::ReceiverInflow;
 pub use recirculation::Recirculation;
 pub use rotor_cant::RotorCant;
+pub use spec::{EFFECTS, EffectSpec, FitOver, Home, OutOfRange, Parameter, Treatment};
 pub use surroundings::Surroundings;
 pub use swirl::Swirl;
 pub use wake_tilt::WakeTilt;

@@ -10,6 +10,24 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "momentum_scale",
+    aliases: &[],
+    equation: "U -> f U",
+    description: "the whole jet is stronger or weaker by one factor",
+    parameters: &[Parameter::ratio("speed_factor", &["f"], [0.1, 4.0])
+        .neutral(1.0)
+        .fit(0.4, 1.9)],
+    essential: 1,
+    home: Home::Jet,
+    treatment: |_| Treatment::Exact,
+    get: |effects| Some(vec![effects.momentum_scale?.speed_factor]),
+    set: |effects, p| effects.momentum_scale = Some(MomentumScale { speed_factor: p[0] }),
+};
+
 /// A factor on every speed of the jet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MomentumScale {

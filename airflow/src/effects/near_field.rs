@@ -11,6 +11,30 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "near_field",
+    aliases: &["rotor_lobes"],
+    equation: "U = (1 - lambda) U_far + lambda U_four(D0), s < 2.5 l",
+    description: "close below the rotors there are four jets and a slow core, not one jet",
+    parameters: &[
+        Parameter::ratio("share", &["lambda"], [-0.5, 2.0]).fit(-0.3, 1.8),
+        Parameter::ratio("shadow", &["D0"], [0.0, 1.0]).neutral(0.5),
+    ],
+    essential: 1,
+    home: Home::Jet,
+    treatment: |_| Treatment::Exact,
+    get: |effects| (effects.near_field).map(|effect| vec![effect.share, effect.shadow]),
+    set: |effects, p| {
+        effects.near_field = Some(NearFieldShape {
+            share: p[0],
+            shadow: p[1],
+        });
+    },
+};
+
 /// The four-rotor field in place of the extrapolated far field.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NearFieldShape {

@@ -10,6 +10,30 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, OWN, Parameter};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "own_motion",
+    aliases: &[],
+    equation: "alpha -> alpha + kappa V_z/U_H, T -> T (1 + b (V_h/U_H)^2)",
+    description: "a drone that climbs meets air from above, one that flies forward finds fresh air",
+    parameters: &[
+        Parameter::ratio("climb", &["kappa"], [-2.0, 4.0]),
+        Parameter::ratio("forward", &["b"], [-3.0, 6.0]),
+    ],
+    essential: 2,
+    home: Home::Receiver,
+    treatment: |_| OWN,
+    get: |effects| (effects.own_motion).map(|effect| vec![effect.climb, effect.forward]),
+    set: |effects, p| {
+        effects.own_motion = Some(OwnMotion {
+            climb: p[0],
+            forward: p[1],
+        });
+    },
+};
+
 /// What a receiver's own velocity does to its thrust.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OwnMotion {

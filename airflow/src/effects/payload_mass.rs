@@ -8,6 +8,53 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, FitOver, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "payload_mass",
+    aliases: &[],
+    equation: "U -> U sqrt(m/m0) from t0 on",
+    description: "the drone is heavier or lighter than stated",
+    parameters: &[
+        Parameter::ratio("mass_factor", &["m/m0"], [0.4, 2.5])
+            .neutral(1.0)
+            .fit(0.3, 3.0),
+        Parameter {
+            neutral: f64::NEG_INFINITY,
+            fit_over: FitOver::Recording,
+            is_optional: true,
+            ..Parameter::new("since_s", &["t0"], "s", [f64::NEG_INFINITY, f64::MAX]).fit(0.0, 1.0)
+        },
+        Parameter {
+            neutral: f64::INFINITY,
+            fit: None,
+            is_optional: true,
+            ..Parameter::new("until_s", &["t1"], "s", [f64::MIN, f64::INFINITY])
+        },
+    ],
+    essential: 1,
+    home: Home::Jet,
+    treatment: |effects| match effects.payload_mass {
+        Some(payload) if payload.is_constant() => Treatment::Exact,
+        Some(payload) if payload.mass_factor > 1.0 => {
+            Treatment::Bounded("the drones are taken as heavier from the beginning")
+        }
+        _ => Treatment::Bounded("the drones are taken as heavy as before it was dropped"),
+    },
+    get: |effects| {
+        let payload = effects.payload_mass?;
+        Some(vec![payload.mass_factor, payload.since_s, payload.until_s])
+    },
+    set: |effects, p| {
+        effects.payload_mass = Some(PayloadMass {
+            mass_factor: p[0],
+            since_s: p[1],
+            until_s: p[2],
+        });
+    },
+};
+
 /// Mass over the stated mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PayloadMass {

@@ -10,6 +10,30 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "profile_tail",
+    aliases: &["outer_edge"],
+    equation: "f = (1 - tau)/(1 + a xi^2)^2 + tau exp(-ln2 xi^(2+n))",
+    description: "the jet ends in an edge where the paper's profile has a long tail",
+    parameters: &[
+        Parameter::ratio("share", &["tau"], [-0.6, 1.6]),
+        Parameter::ratio("steepness", &["n"], [-0.6, 4.0]),
+    ],
+    essential: 1,
+    home: Home::Jet,
+    treatment: |_| Treatment::Exact,
+    get: |effects| (effects.profile_tail).map(|effect| vec![effect.share, effect.steepness]),
+    set: |effects, p| {
+        effects.profile_tail = Some(ProfileTail {
+            share: p[0],
+            steepness: p[1],
+        });
+    },
+};
+
 /// A mixture of the paper's profile and one with an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProfileTail {

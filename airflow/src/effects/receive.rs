@@ -18,9 +18,9 @@ pub struct Reception {
 impl Effects {
     /// The air that counts, over the receiver's induced velocity.
     #[must_use]
-    pub fn felt(&self, alpha: f64) -> f64 {
+    pub fn receiver_alpha(&self, alpha: f64) -> f64 {
         self.receiver_inflow
-            .map_or(alpha, |inflow| inflow.felt(alpha))
+            .map_or(alpha, |inflow| inflow.alpha(alpha))
     }
 
     /// Thrust over that in free air at the same throttle, near floor and ceiling.

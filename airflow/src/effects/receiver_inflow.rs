@@ -9,6 +9,22 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "receiver_inflow",
+    aliases: &["thrust_inflow"],
+    equation: "alpha -> eta alpha",
+    description: "the rotors feel more or less of the air from above than momentum theory has it",
+    parameters: &[Parameter::ratio("factor", &["eta"], [0.0, 2.5]).neutral(1.0)],
+    essential: 1,
+    home: Home::Receiver,
+    treatment: |_| Treatment::Exact,
+    get: |effects| Some(vec![effects.receiver_inflow?.factor]),
+    set: |effects, p| effects.receiver_inflow = Some(ReceiverInflow { factor: p[0] }),
+};
+
 /// A factor on the air that a receiver feels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReceiverInflow {
@@ -19,7 +35,7 @@ pub struct ReceiverInflow {
 impl ReceiverInflow {
     /// The air that counts, over that of momentum theory.
     #[must_use]
-    pub fn felt(&self, alpha: f64) -> f64 {
+    pub fn alpha(&self, alpha: f64) -> f64 {
         self.factor * alpha
     }
 }

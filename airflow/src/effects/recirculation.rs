@@ -11,6 +11,37 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "recirculation",
+    aliases: &["background_flow"],
+    equation: "u_r(t) = u (1 - exp(-t/tau)), of which e rises",
+    description: "the jets set the room in motion: a draught that grows after take-off, part of it upwards against the jets",
+    parameters: &[
+        Parameter::new("speed_mps", &["u"], "m/s", [0.0, 5.0]).fit(0.0, 2.0),
+        Parameter::new("time_s", &["tau"], "s", [1e-3, 1e5])
+            .neutral(120.0)
+            .fit(5.0, 3000.0),
+        Parameter {
+            is_optional: true,
+            ..Parameter::ratio("rise", &["e"], [-1.0, 1.0])
+        },
+    ],
+    essential: 1,
+    home: Home::Surroundings,
+    treatment: |_| Treatment::Bounded("every limit is lower by the draught at its strongest"),
+    get: |effects| (effects.recirculation).map(|room| vec![room.speed_mps, room.time_s, room.rise]),
+    set: |effects, p| {
+        effects.recirculation = Some(Recirculation {
+            speed_mps: p[0],
+            time_s: p[1],
+            rise: p[2],
+        });
+    },
+};
+
 /// A growing draught.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

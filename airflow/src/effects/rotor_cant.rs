@@ -10,6 +10,22 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "rotor_cant",
+    aliases: &["width_scale"],
+    equation: "r_half -> q r_half, U_C -> U_C/q",
+    description: "canted propellers make the jet wider or narrower at the same momentum",
+    parameters: &[Parameter::ratio("width_factor", &["q"], [0.7, 1.45]).neutral(1.0)],
+    essential: 1,
+    home: Home::Jet,
+    treatment: |_| Treatment::Exact,
+    get: |effects| Some(vec![effects.rotor_cant?.width_factor]),
+    set: |effects, p| effects.rotor_cant = Some(RotorCant { width_factor: p[0] }),
+};
+
 /// A factor on the half-width at constant momentum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RotorCant {

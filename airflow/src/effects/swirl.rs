@@ -9,6 +9,22 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, SIDEWAYS};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "swirl",
+    aliases: &[],
+    equation: "W_theta = k U_C xi/(1 + a xi^2)^2 s0/(s0 - s)",
+    description: "the jet turns about its axis",
+    parameters: &[Parameter::ratio("ratio", &["k"], [-0.8, 0.8]).fit(0.0, 0.8)],
+    essential: 1,
+    home: Home::Jet,
+    treatment: |_| SIDEWAYS,
+    get: |effects| Some(vec![effects.swirl?.ratio]),
+    set: |effects, p| effects.swirl = Some(Swirl { ratio: p[0] }),
+};
+
 /// Speed around the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Swirl {

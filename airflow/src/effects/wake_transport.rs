@@ -9,6 +9,27 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "wake_transport",
+    aliases: &["emitter_motion", "transport_delay"],
+    equation: "tau(s) = m l (sigma^2 - s0^2)/(2 B U_H)",
+    description: "the air at a depth left its drone a while ago, when the drone was elsewhere",
+    parameters: &[Parameter::ratio("lag_factor", &["m"], [0.0, 3.0])],
+    essential: 1,
+    home: Home::Surroundings,
+    treatment: |_| {
+        Treatment::Bounded(
+            "while the plan is sought every wake stays below wherever its drone has been for as long as its air needs; the check \
+         takes it from where the air left its drone",
+        )
+    },
+    get: |effects| Some(vec![effects.wake_transport?.lag_factor]),
+    set: |effects, p| effects.wake_transport = Some(WakeTransport { lag_factor: p[0] }),
+};
+
 /// Age of the air over that at the centreline's speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WakeTransport {

@@ -11,6 +11,22 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spec::{EffectSpec, Home, Parameter, Treatment};
+
+/// Row of the effect table.
+pub(super) const SPEC: EffectSpec = EffectSpec {
+    name: "wander",
+    aliases: &["meander", "unsteadiness"],
+    equation: "g^2 = 1 + w2 (z(s)/z(6))^2, z = s/(s - s0), r_half -> g r_half, U_C -> U_C/g^2",
+    description: "the jet's axis meanders, more with depth, so its mean is wider and slower",
+    parameters: &[Parameter::ratio("growth", &["w2"], [-1.0, 3.0]).fit(-0.4, 3.0)],
+    essential: 1,
+    home: Home::Jet,
+    treatment: |_| Treatment::Exact,
+    get: |effects| Some(vec![effects.wander?.growth]),
+    set: |effects, p| effects.wander = Some(Wander { growth: p[0] }),
+};
+
 /// Growth of the mean width by a meandering axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Wander {

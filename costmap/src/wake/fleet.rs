@@ -127,7 +127,7 @@ impl Fleet {
             .collect();
         let measures_mps: Vec<f64> = wakes
             .iter()
-            .map(|wake| wake.hover_velocity_mps() / flown.felt)
+            .map(|wake| wake.hover_velocity_mps() / flown.receiver_gain)
             .collect();
         // Payload scales the hover jet; how far wind moves a jet depends on how heavy its drone is.
         let shaped = wakes.iter().any(Wake::is_shaped);

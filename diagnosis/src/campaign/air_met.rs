@@ -106,7 +106,7 @@ impl Forces<'_> {
                     let throttle = battery.throttle_factor(step.voltage_ratio);
                     factor /= throttle * throttle;
                 }
-                let left = match effects.felt(alpha) {
+                let left = match effects.receiver_alpha(alpha) {
                     0.0 => 1.0,
                     alpha => thrust_ratio(law, alpha),
                 };

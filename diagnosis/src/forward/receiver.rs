@@ -159,7 +159,7 @@ pub fn ratios(
         };
         let effects = flow.effects();
         let own_mps = vehicle.track.velocity_at(moment) / hover_mps;
-        let felt = effects.felt(air_mps / hover_mps);
+        let felt = effects.receiver_alpha(air_mps / hover_mps);
         let (alpha, lift) = effects.own_motion.map_or((felt, 1.0), |motion| {
             let forward = own_mps.x.hypot(own_mps.y);
             (motion.met(felt, own_mps.z), motion.thrust_ratio(forward))

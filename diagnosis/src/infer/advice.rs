@@ -39,15 +39,20 @@ pub fn advice(
             continue;
         };
         lines.extend(places(setting, observed, candidates, chosen, rival));
-        let Some(&name) = chosen.which.get(place) else {
+        let Some(own) = chosen.which.get(place) else {
             continue;
         };
         let other = rival.which.iter().find(|k| !chosen.which.contains(k));
-        let names = [Some(&name), other];
-        for name in names.into_iter().flatten().map(|&k| candidates[k].name) {
-            let known = SETTLES.iter().find(|(of, _)| of.contains(&name));
-            lines.extend(known.map(|(_, line)| (*line).to_owned()));
-        }
+        let both = [Some(own), other];
+        let settled_by = both
+            .into_iter()
+            .flatten()
+            .map(|&k| candidates[k].settled_by);
+        lines.extend(
+            settled_by
+                .filter(|line| !line.is_empty())
+                .map(str::to_owned),
+        );
     }
     let mut kept: Vec<String> = Vec::new();
     for line in lines {
@@ -170,55 +175,3 @@ fn noise_at(setting: &Setting, observed: &Observed, reading: f64) -> f64 {
         })
         .map_or(1.0, |(_, sd)| *sd)
 }
-
-/// What settles a suspicion, whatever the air.
-const SETTLES: &[(&[&str], &str)] = &[
-    (
-        &["sensor_gain"],
-        "the same hover with a second probe beside the first, or the probe in a calibrated stream at two speeds",
-    ),
-    (
-        &["sensor_offset", "recirculation"],
-        "a minute with the motors off before take-off and one after landing, the probe running",
-    ),
-    (
-        &["sensor_drift"],
-        "the first hover once more at the end of the flight",
-    ),
-    (
-        &["sensor_lag", "clock_misalignment", "wake_transport"],
-        "a pass over the probe and back at two speeds: a clock shifts both ways alike, a slow sensor and slow air do not",
-    ),
-    (
-        &["sensor_saturation"],
-        "a hover closer above the probe, where it should read more",
-    ),
-    (
-        &["magnitude_sensor", "entrainment_radial", "swirl"],
-        "the same places with a probe of one axis, held down the jet and across it",
-    ),
-    (
-        &["payload_mass", "air_density", "momentum_scale", "dl_ratio"],
-        "the weight of the drone on a scale, and its throttle and power in hover",
-    ),
-    (
-        &["receiver_inflow"],
-        "a speed probe in the place of the receiver",
-    ),
-    (
-        &["battery_sag"],
-        "the same passes with a fresh battery, in the other order",
-    ),
-    (
-        &["wander"],
-        "a probe of 20 Hz or more on the axis: a wandering jet is gusty there",
-    ),
-    (
-        &["crossflow", "wake_tilt"],
-        "the wind beside the jet, ten motor distances from it, and the same hover turned by half a turn",
-    ),
-    (
-        &["ground_effect_thrust", "ceiling_effect"],
-        "a hover at three heights with nobody above",
-    ),
-];

@@ -1,16 +1,16 @@
 //! What may be missing: every effect and every sensor fault, with its parameters, their bounds, and the size from which it matters.
 
-mod jet;
-mod receiver;
+mod effects;
 mod sensor;
-mod surroundings;
 
+use airflow::effects::EffectSpec;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use jet::of_the_jet;
-pub(crate) use receiver::{of_the_receiver, own_motion};
-use sensor::of_the_sensor;
-pub(crate) use surroundings::of_the_surroundings;
+pub(crate) use effects::{
+    BODY_DRAG, GROUND_IMPINGEMENT, OWN_MOTION, of_the_jet, of_the_receiver, of_the_surroundings,
+};
+pub(crate) use sensor::{CLOCK, DRIFT, GAIN, LAG, OFFSET};
+use sensor::{FAULTS, of_the_sensor};
 
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::observed::Observed;
@@ -55,15 +55,29 @@ pub struct Candidate {
     /// Its equation, with the parameters' names in it.
     pub equation: &'static str,
     /// What happens, in one sentence.
-    pub story: &'static str,
+    pub description: &'static str,
     /// Its parameters. Those after the first `essential` shape the effect but cannot make it vanish.
     pub parameters: Vec<Parameter>,
     /// How many of the parameters make it vanish when they are neutral.
     pub essential: usize,
     /// Where fits begin.
     pub starts: Vec<Vec<f64>>,
-    /// Puts values of the parameters into a hypothesis.
-    pub set: fn(&[f64], &mut Hypothesis),
+    /// One standard deviation of what its law in closed form may be off from the mechanism, in parts of the effect: chosen here, as far as
+    /// other closures of the same mechanism differ from it.
+    pub closure_error: f64,
+    /// The measurement that settles whether it is there, whatever the air; empty where none is known.
+    pub settled_by: &'static str,
+    /// What values of its parameters change.
+    pub change: Change,
+}
+
+/// Where the values of a candidate's parameters go.
+#[derive(Clone, Copy, Debug)]
+pub enum Change {
+    /// Into an effect of the air or of a receiver.
+    Effect(&'static EffectSpec),
+    /// Into anything else that is assumed.
+    Hypothesis(fn(&[f64], &mut Hypothesis)),
 }
 
 impl Candidate {
@@ -82,8 +96,16 @@ impl Candidate {
     #[must_use]
     pub fn on(&self, base: &Hypothesis, values: &[f64]) -> Hypothesis {
         let mut hypothesis = *base;
-        (self.set)(values, &mut hypothesis);
+        self.set(values, &mut hypothesis);
         hypothesis
+    }
+
+    /// Puts values of the parameters into a hypothesis.
+    pub(crate) fn set(&self, values: &[f64], hypothesis: &mut Hypothesis) {
+        match self.change {
+            Change::Effect(spec) => spec.set(&mut hypothesis.effects, values),
+            Change::Hypothesis(set) => set(values, hypothesis),
+        }
     }
 }
 
@@ -103,6 +125,25 @@ pub(crate) fn parameter(
         neutral,
         practical,
     }
+}
+
+/// Every name of an effect or a fault, the canonical one first; `None`: the name is of neither.
+#[must_use]
+pub fn names_of(name: &str) -> Option<Vec<&'static str>> {
+    let effect = EffectSpec::named(name).map(|spec| (spec.name, spec.aliases));
+    let names = effect.or_else(|| fault(name).map(|fault| (fault.name, fault.aliases)));
+    names.map(|(name, aliases)| [&[name], aliases].concat())
+}
+
+/// Whether a name is that of an instrument's or a clock's fault.
+#[must_use]
+pub fn is_sensor(name: &str) -> bool {
+    fault(name).is_some()
+}
+
+fn fault(name: &str) -> Option<&'static sensor::Fault> {
+    let is_named = |fault: &&sensor::Fault| fault.name == name || fault.aliases.contains(&name);
+    FAULTS.into_iter().find(is_named)
 }
 
 /// Everything that a recording could show, physics first; what it could not (a second jet's sum with one drone, a floor far below) is left out.

@@ -113,7 +113,7 @@ impl<'a> Setting<'a> {
         let mut rest = values;
         for candidate in candidates {
             let (own, others) = rest.split_at(candidate.parameters.len());
-            (candidate.set)(own, &mut hypothesis);
+            candidate.set(own, &mut hypothesis);
             rest = others;
         }
         hypothesis

@@ -14,24 +14,6 @@ use crate::infer::candidates::{Candidate, Parameter};
 use crate::infer::fit::{Fit, TOLERANCE_SD, weight};
 use crate::infer::noise::Noise;
 
-/// Closed forms that stand in for a mechanism, with their own error (one standard deviation) in parts of the effect. Chosen here, as far as
-/// other closures of the same mechanism differ from them.
-const CLOSURES: [(&str, f64); 6] = [
-    ("crossflow", 0.12),
-    ("ground_impingement", 0.1),
-    ("jet_merging", 0.2),
-    ("wander", 0.1),
-    ("near_field", 0.1),
-    // One low-pass or two in a row.
-    ("sensor_lag", 0.02),
-];
-
-/// Whether a candidate's law is a closure that may be off by a tenth.
-pub(crate) fn is_closure(name: &str) -> bool {
-    CLOSURES
-        .iter()
-        .any(|(known, error)| *known == name && *error > 0.05)
-}
 /// Two-sided 95 % of a normal.
 const NINETY_FIVE: f64 = 1.96;
 
@@ -63,39 +45,43 @@ pub fn half_widths(candidates: &[&Candidate], fit: &Fit, noise: &Noise) -> Vec<f
     let sandwich = &inverse * (&scores * scores.transpose()) * &inverse * small;
     let parameters = candidates.iter().flat_map(|candidate| {
         let own = candidate.parameters.iter();
-        own.map(|parameter| (candidate.name, parameter))
+        own.map(move |parameter| (*candidate, parameter))
     });
     parameters
         .enumerate()
-        .map(|(j, (name, parameter))| {
+        .map(|(j, (candidate, parameter))| {
             // Never less than what independent errors would leave.
             let variance = sandwich[(j, j)].max(inverse[(j, j)]);
-            let closure = closure(name, parameter, members(candidates, fit, name));
+            let closure = closure(candidate, parameter, &members(candidates, fit, candidate));
             NINETY_FIVE * (variance + closure * closure).sqrt()
         })
         .collect()
 }
 
 /// Departures from neutral of the parameters of one candidate, with their units.
-fn members<'a>(candidates: &[&'a Candidate], fit: &Fit, name: &str) -> Vec<(&'a Parameter, f64)> {
+fn members<'a>(
+    candidates: &[&'a Candidate],
+    fit: &Fit,
+    own: &Candidate,
+) -> Vec<(&'a Parameter, f64)> {
     let all = candidates
         .iter()
         .flat_map(|c| c.parameters.iter().map(|p| (c.name, p)));
     all.zip(&fit.values)
-        .filter(|((of, _), _)| *of == name)
+        .filter(|((of, _), _)| *of == own.name)
         .map(|((_, parameter), value)| (parameter, value - parameter.neutral))
         .collect()
 }
 
 /// A closure's own error of one parameter. Of a vector it is that of its length: the direction is off by as much.
-fn closure(name: &str, parameter: &Parameter, all: Vec<(&Parameter, f64)>) -> f64 {
-    let Some((_, error)) = CLOSURES.iter().find(|(known, _)| *known == name) else {
+fn closure(candidate: &Candidate, parameter: &Parameter, all: &[(&Parameter, f64)]) -> f64 {
+    if candidate.closure_error == 0.0 {
         return 0.0;
-    };
+    }
     let is_vector = parameter.name.ends_with("_x") || parameter.name.ends_with("_y");
     let squares = all
         .iter()
         .filter(|(other, _)| other.name == parameter.name || is_vector)
         .map(|(_, departure)| departure * departure);
-    error * squares.sum::<f64>().sqrt()
+    candidate.closure_error * squares.sum::<f64>().sqrt()
 }

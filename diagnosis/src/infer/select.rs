@@ -13,7 +13,6 @@ use ties::Pool;
 
 use crate::infer::candidates::Candidate;
 use crate::infer::fit::{Fit, Setting, held_out};
-use crate::infer::intervals::is_closure;
 use crate::statistics::trees::{self, HeldOut};
 
 /// Parts that the blocks are dealt to.
@@ -36,6 +35,8 @@ const LEAST_SHARE: f64 = 0.12;
 /// This share is enough if the term takes most of what any function could still take.
 const LARGE_SHARE: f64 = 0.08;
 const MOST: f64 = 0.8;
+/// A law that may be off by more than this share is a closure.
+const CLOSURE: f64 = 0.05;
 /// Beside a closure (known to a tenth or two), this share, and clearly more than any function of the circumstances could still take: a law
 /// that is right needs less to be learnt than trees do, and what only mends a closure does not beat them.
 const BESIDE_A_CLOSURE: f64 = 0.03;
@@ -318,7 +319,7 @@ fn both_needed(
     for single in others {
         let more = gain(setting, &pair.log_density, &single.log_density);
         let share = more.total / pair.gain.total;
-        let (least, over) = if is_closure(candidates[single.which[0]].name) {
+        let (least, over) = if candidates[single.which[0]].closure_error > CLOSURE {
             (BESIDE_A_CLOSURE, BEATS)
         } else {
             (BESIDE_A_LAW, MATCHES)

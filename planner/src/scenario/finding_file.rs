@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use airflow::effects::{Effects, Fate, PARAMETERS, Parameter};
+use airflow::effects::{EFFECTS, Effects, Parameter, Treatment};
 
 use super::fields::{Field, Reader, Record};
 use super::limits::Limits;
@@ -61,7 +61,7 @@ pub(super) fn unfit(world: &World) -> Vec<String> {
     let drone = world.drones.iter().find(|drone| {
         let airframe = &drone.vehicle.airframe;
         let own_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density);
-        draught_mps > 0.0 && flown.felt * draught_mps >= drone.air_limit * own_mps
+        draught_mps > 0.0 && flown.receiver_gain * draught_mps >= drone.air_limit * own_mps
     });
     let drone = drone.map(|drone| {
         format!(
@@ -185,15 +185,15 @@ fn effects(reader: &mut Reader<'_>) -> Option<Read> {
     let mut effects = reader.record(found, "Effects", "`effects`".to_owned())?;
     let before = reader.problems.len();
     let mut places: Vec<(&'static str, Range<usize>)> = Vec::new();
-    for parameters in PARAMETERS.chunk_by(|a, b| a.effect == b.effect) {
-        let name = parameters[0].effect;
+    for spec in EFFECTS {
+        let name = spec.name;
         let Some(field) = effects.optional(name) else {
             continue;
         };
         places.push((name, field.value.head()));
         let inner = reader.record(field.value, name, format!("`{name}`"));
         if let Some(mut inner) = inner {
-            for parameter in parameters {
+            for parameter in spec.parameters {
                 check(reader, &mut inner, parameter);
             }
             inner.close(reader);
@@ -228,22 +228,27 @@ fn effects(reader: &mut Reader<'_>) -> Option<Read> {
 }
 
 fn check<'t>(reader: &mut Reader<'t>, record: &mut Record<'t>, parameter: &Parameter) {
+    let [low, high] = parameter.range;
     let limits = Limits {
-        low: parameter.low,
-        high: parameter.high,
-        unit: parameter.unit,
+        low,
+        high,
+        unit: if parameter.unit == "1" {
+            ""
+        } else {
+            parameter.unit
+        },
     };
-    let field = if parameter.optional {
-        record.optional(parameter.name)
+    let field = if parameter.is_optional {
+        record.optional(parameter.key)
     } else {
-        record.required(parameter.name)
+        record.required(parameter.key)
     };
     let Some(Field { value, key, who }) = field else {
         return;
     };
-    if !parameter.pair {
+    if parameter.symbols.len() == 1 {
         // Since ever: a moment that no number is.
-        if parameter.low.is_infinite() && value.text == "-inf" {
+        if low.is_infinite() && value.text == "-inf" {
             return;
         }
         reader.number(Field { value, key, who }, &limits);
@@ -263,7 +268,7 @@ fn check<'t>(reader: &mut Reader<'t>, record: &mut Record<'t>, parameter: &Param
 }
 
 fn notes(read: &Read, file: &str) -> Vec<String> {
-    let fates = read.effects.fates();
+    let treatments = read.effects.treatments();
     let mut notes = Vec::new();
     let uncertain = read.verdict.map(|verdict| match verdict {
         Uncertain::OutsideLibrary => format!(
@@ -275,13 +280,14 @@ fn notes(read: &Read, file: &str) -> Vec<String> {
         ),
     });
     notes.extend(uncertain);
-    let nothing_moves = |(_, fate): &(&str, Fate)| matches!(fate, Fate::Unmoved(_));
-    if fates.iter().all(nothing_moves) {
+    let is_ignored =
+        |(_, treatment): &(&str, Treatment)| matches!(treatment, Treatment::Ignored(_));
+    if treatments.iter().all(is_ignored) {
         notes.push(format!(
             "the finding of {file} names nothing that moves the air a limit counts: the plan is flown in the air as it is"
         ));
     }
-    notes.extend(fates.into_iter().filter_map(|fate| note(fate, file)));
+    notes.extend(treatments.into_iter().filter_map(|one| note(one, file)));
     if read.sensor {
         notes.push(format!(
             "`sensor` of {file} changes nothing here: it is about instruments, not about the air"
@@ -290,12 +296,12 @@ fn notes(read: &Read, file: &str) -> Vec<String> {
     notes
 }
 
-fn note((name, fate): (&'static str, Fate), file: &str) -> Option<String> {
-    match fate {
-        Fate::Bounded(how) => Some(format!(
+fn note((name, treatment): (&'static str, Treatment), file: &str) -> Option<String> {
+    match treatment {
+        Treatment::Bounded(how) => Some(format!(
             "`{name}` of {file} is bounded, not followed: {how}"
         )),
-        Fate::Unmoved(why) => Some(format!("`{name}` of {file} changes nothing here: {why}")),
-        Fate::Flown | Fate::Refused(_) => None,
+        Treatment::Ignored(why) => Some(format!("`{name}` of {file} changes nothing here: {why}")),
+        Treatment::Exact | Treatment::Refused(_) => None,
     }
 }

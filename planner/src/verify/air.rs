@@ -58,7 +58,11 @@ pub(super) fn judge(scene: &Scene<'_>, near: &[Near], k: usize) -> (Vec<Found>, 
             }
             [
                 mean_mps,
-                power::extra_power_w(window.mass_kg, u_h_mps, scene.felt * mean_mps / u_h_mps),
+                power::extra_power_w(
+                    window.mass_kg,
+                    u_h_mps,
+                    scene.receiver_gain * mean_mps / u_h_mps,
+                ),
             ]
         };
         let span_s = (window.from_s, window.until_s);
@@ -132,7 +136,7 @@ fn over_limit(
 ) -> Vec<Found> {
     let mut parts = Vec::new();
     for window in windows.iter().filter(|window| !window.is_calm()) {
-        let measure_mps = window.induced_velocity_mps / scene.felt;
+        let measure_mps = window.induced_velocity_mps / scene.receiver_gain;
         let limit_mps = (receiver.air_limit + ALPHA_TOLERANCE) * measure_mps - scene.draught_mps;
         if met.worst_air_mps * (1.0 + WORST_TOLERANCE) + WORST_FLOOR * window.induced_velocity_mps
             <= limit_mps
@@ -169,7 +173,8 @@ fn over_limit(
                 from_s: span_s.0,
                 until_s: scene.until(span_s.1),
                 position_m: window.place_m(worst.t_s),
-                value: (worst.value + scene.draught_mps) * scene.felt / window.induced_velocity_mps,
+                value: (worst.value + scene.draught_mps) * scene.receiver_gain
+                    / window.induced_velocity_mps,
                 limit: receiver.air_limit,
                 unit: "U_D/U_H".to_owned(),
             },

@@ -127,7 +127,7 @@ pub(super) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         solids,
         zones,
         superposition: air.superposition,
-        felt: air.flown.felt,
+        receiver_gain: air.flown.receiver_gain,
         draught_mps: air.flown.draught_mps,
         wall: air.flown.wall,
         convection: air.flown.convection,

@@ -18,8 +18,8 @@ pub(super) struct Scene<'a> {
     pub(super) stops: Stops,
     pub(super) zones: Vec<&'a ZoneEntry>,
     pub(super) superposition: Superposition,
-    /// Part of the air that receivers feel.
-    pub(super) felt: f64,
+    /// Factor on the air that receivers are exposed to.
+    pub(super) receiver_gain: f64,
     /// Air without any wake (m/s), which every limit is lower by.
     pub(super) draught_mps: f64,
     /// What jets become along the floor, in zones.

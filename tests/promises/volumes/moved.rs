@@ -20,7 +20,7 @@ fn wake(random: &mut Random, preset: &str) -> Wake {
         wind_mps: [wind_mps * cos, wind_mps * sin],
     };
     let wake_tilt = WakeTilt {
-        lean: [random.between(-0.3, 0.3), random.between(-0.3, 0.3)],
+        tilt: [random.between(-0.3, 0.3), random.between(-0.3, 0.3)],
     };
     let rotor_cant = RotorCant {
         width_factor: random.between(0.7, 1.45),

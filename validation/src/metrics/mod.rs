@@ -25,8 +25,9 @@ pub use practice::{PracticeError, practice};
 pub use table::Mark;
 
 use crate::answer::{Answer, Named};
-use crate::names::{canonical, is_sensor};
+use crate::names::canonical;
 use crate::truth::{Concealed, DETECTABLE_CHI2, Truth};
+use diagnosis::infer::candidates::is_sensor;
 use diagnosis::infer::finding::{Interval, Verdict};
 
 /// From here on (χ²) nearly nothing may be missed.

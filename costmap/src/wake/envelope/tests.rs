@@ -186,7 +186,7 @@ fn effects(seed: u32) -> airflow::effects::Effects {
             wind_mps: [wind_mps * cos, wind_mps * sin],
         }),
         wake_tilt: seed.is_multiple_of(3).then_some(WakeTilt {
-            lean: [between(3, -0.3, 0.3), between(4, -0.3, 0.3)],
+            tilt: [between(3, -0.3, 0.3), between(4, -0.3, 0.3)],
         }),
         rotor_cant: (seed % 3 == 1).then_some(RotorCant {
             width_factor: between(5, 0.7, 1.45),

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use airflow::effects::EffectSpec;
+
 use crate::forward::observed::{Explained, Observed};
 use crate::infer::actuation::Found;
 use crate::infer::candidates::{Candidate, Kind};
@@ -20,21 +22,12 @@ pub(super) fn from_actuation(found: Found) -> Effect {
         high: value + 1.96 * error,
         unit: "1".into(),
     };
-    let (name, equation, story, parameter, value) = match found {
+    let (name, says, value) = match found {
         Found::Payload {
-            mass_factor,
-            error,
-            since_s,
-            ..
+            mass_factor, error, ..
         } => (
             "payload_mass",
-            if since_s.is_finite() {
-                "U -> U sqrt(m/m0) from t0 on"
-            } else {
-                "U -> U sqrt(m/m0)"
-            },
-            "the drone is heavier or lighter than stated: its throttle and its power say so",
-            "m/m0",
+            "its throttle and its power say so",
             estimate(mass_factor, error),
         ),
         Found::Density {
@@ -42,34 +35,38 @@ pub(super) fn from_actuation(found: Found) -> Effect {
             error,
         } => (
             "air_density",
-            "U -> U sqrt(rho0/rho)",
-            "the air is thinner or thicker than stated: throttle and power say so",
-            "rho/rho0",
+            "throttle and power say so",
             estimate(density_factor, error),
         ),
     };
-    let mut parameters = BTreeMap::from([(parameter.to_owned(), value)]);
+    let spec = EffectSpec::named(name).expect("both are rows of the effect table");
+    let symbols: Vec<&str> = spec.components().map(|(_, symbol)| symbol).collect();
+    let mut parameters = BTreeMap::from([(symbols[0].to_owned(), value)]);
+    let mut equation = spec.equation;
     if let Found::Payload {
         since_s,
         since_within_s,
         ..
     } = found
-        && since_s.is_finite()
     {
-        let at = Estimate {
-            value: since_s,
-            low: since_s - since_within_s,
-            high: since_s + since_within_s,
-            unit: "s".into(),
-        };
-        parameters.insert("t0".to_owned(), at);
+        if since_s.is_finite() {
+            let at = Estimate {
+                value: since_s,
+                low: since_s - since_within_s,
+                high: since_s + since_within_s,
+                unit: "s".into(),
+            };
+            parameters.insert(symbols[1].to_owned(), at);
+        } else {
+            equation = equation.trim_end_matches(" from t0 on");
+        }
     }
     Effect {
         name: name.into(),
         kind: Some(Kind::Physics),
         alternatives: Vec::new(),
         equation: equation.into(),
-        story: story.into(),
+        story: format!("{}: {says}", spec.description),
         parameters,
     }
 }
@@ -136,7 +133,7 @@ pub(crate) fn effect(
         kind: Some(candidate.kind),
         alternatives,
         equation: candidate.equation.into(),
-        story: candidate.story.into(),
+        story: candidate.description.into(),
         parameters: parameters.collect(),
     }
 }

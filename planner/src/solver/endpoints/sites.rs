@@ -26,8 +26,8 @@ pub(super) struct Scene<'a> {
     /// Air without any wake (m/s).
     draught_mps: f64,
     wall: Option<Wall>,
-    /// Part of the air that receivers feel.
-    felt: f64,
+    /// Factor on the air that receivers are exposed to.
+    receiver_gain: f64,
 }
 
 /// One drone at its endpoint.
@@ -110,7 +110,7 @@ impl<'a> Scene<'a> {
                 effect,
                 floor_z_m: world.bounds_m.min.z,
             }),
-            felt: flown.felt,
+            receiver_gain: flown.receiver_gain,
         }
     }
 
@@ -151,7 +151,7 @@ impl<'a> Scene<'a> {
             body_radius_m: drone.vehicle.body_radius_m,
             tip_radius_m: airframe.tip_radius_m(),
             air_limit: drone.air_limit,
-            induced_velocity_mps: wake.wake.hover_velocity_mps() / self.felt,
+            induced_velocity_mps: wake.wake.hover_velocity_mps() / self.receiver_gain,
             wake: Arc::new(wake),
             discs,
             stops: Vec::new(),

@@ -27,7 +27,7 @@ fn wakes() -> Vec<Wake> {
             ..Effects::default()
         },
         Effects {
-            wake_tilt: Some(WakeTilt { lean: [0.2, 0.3] }),
+            wake_tilt: Some(WakeTilt { tilt: [0.2, 0.3] }),
             wander: Some(Wander { growth: 2.0 }),
             buoyancy: Some(Buoyancy { strength: -0.2 }),
             ..Effects::default()
