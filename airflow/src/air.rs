@@ -1,6 +1,7 @@
 //! Density of the air from its temperature and pressure.
 
-/// Standard gravity as the paper rounds it (m/s²); the weight that a hovering drone's thrust carries.
+/// Standard gravity as the paper rounds it (m/s²); the weight that a hovering drone's thrust
+/// carries.
 pub const GRAVITY_MPS2: f64 = 9.81;
 
 /// Molar mass `M` of dry air (kg/mol), as the paper uses it.
@@ -63,7 +64,8 @@ impl Air {
     }
 }
 
-/// The standard atmosphere at sea level and 20 °C, 1.204 kg/m³: the air behind the paper's table of airframes.
+/// The standard atmosphere at sea level and 20 °C, 1.204 kg/m³: the air behind the paper's table of
+/// airframes.
 impl Default for Air {
     fn default() -> Air {
         Air {

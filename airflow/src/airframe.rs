@@ -1,4 +1,5 @@
-//! What an airframe is to the air: mass, propellers, motor distance; and the six of the paper by name.
+//! What an airframe is to the air: mass, propellers, motor distance; and the six of the paper by
+//! name.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -6,8 +7,9 @@ use crate::air::GRAVITY_MPS2;
 use crate::discs::DiscPoints;
 use crate::jet::Jet;
 
-/// Width factors that are accepted. Chosen here: cant changes the width of the paper's two canted drones "slightly"
-/// (0.9 and 1.15 below), and half or double the width would no longer be the same flow.
+/// Width factors that are accepted. Chosen here: cant changes the width of the paper's two canted
+/// drones "slightly" (0.9 and 1.15 below), and half or double the width would no longer be the same
+/// flow.
 pub const WIDTH_FACTOR_RANGE: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
 /// A multirotor reduced to what its wake depends on. Every number in it has been checked.
@@ -60,9 +62,10 @@ impl AirframeError {
 /// name, mass (kg), propellers, propeller diameter (m), motor distance (m), width factor.
 type Preset = (&'static str, f64, u32, f64, f64, f64);
 
-/// The first six: the paper's table of drones. Their width factors are 1 where the propellers are not canted; 0.9 (inward) and
-/// 1.15 (outward) are chosen here, because the paper shows a slightly narrower and a wider jet and gives no number.
-/// Crazyflie 2.1: masses and lengths as its maker and its users state them (bare, and with a positioning deck).
+/// The first six: the paper's table of drones. Their width factors are 1 where the propellers are
+/// not canted; 0.9 (inward) and 1.15 (outward) are chosen here, because the paper shows a slightly
+/// narrower and a wider jet and gives no number. Crazyflie 2.1: masses and lengths as its maker and
+/// its users state them (bare, and with a positioning deck).
 const PRESETS: [Preset; 8] = [
     ("kolibri", 0.230, 4, 0.0737, 0.118, 1.0),
     ("offboard-1", 0.572, 4, 0.1295, 0.266, 1.0),
@@ -75,7 +78,8 @@ const PRESETS: [Preset; 8] = [
 ];
 
 impl Airframe {
-    /// The names that [`Airframe::preset`] knows: the six of the paper in its order, then Crazyflie 2.1 bare and with a deck.
+    /// The names that [`Airframe::preset`] knows: the six of the paper in its order, then Crazyflie
+    /// 2.1 bare and with a deck.
     pub const PRESETS: [&str; 8] = {
         let mut names = [""; 8];
         let mut i = 0;
@@ -86,8 +90,9 @@ impl Airframe {
         names
     };
 
-    /// An airframe from its numbers. `motor_distance_m` is the paper's `l`, the *diagonal* from motor to motor;
-    /// `width_factor` is 1 for propellers that are not canted (see [`Airframe::width_factor`]).
+    /// An airframe from its numbers. `motor_distance_m` is the paper's `l`, the *diagonal* from
+    /// motor to motor; `width_factor` is 1 for propellers that are not canted (see
+    /// [`Airframe::width_factor`]).
     ///
     /// # Errors
     /// The first problem in the order of the arguments; [`Airframe::problems`] lists all of them.
@@ -122,7 +127,8 @@ impl Airframe {
         }
     }
 
-    /// Everything that keeps these numbers from being an airframe, in the order of the arguments; empty when nothing does.
+    /// Everything that keeps these numbers from being an airframe, in the order of the arguments;
+    /// empty when nothing does.
     #[must_use]
     pub fn problems(
         mass_kg: f64,
@@ -195,27 +201,29 @@ impl Airframe {
         self.motor_distance_m
     }
 
-    /// Factor `q` on the half-width of the far field; the centreline is divided by it, so the momentum stays. 1: not canted.
+    /// Factor `q` on the half-width of the far field; the centreline is divided by it, so the
+    /// momentum stays. 1: not canted.
     #[must_use]
     pub fn width_factor(&self) -> f64 {
         self.width_factor
     }
 
-    /// Whether the paper's fit leaves this airframe out: its propellers are canted, so its width factor is not 1 and its
-    /// jet is an estimate. True of `mavic-3e` and `elios-3`.
+    /// Whether the paper's fit leaves this airframe out: its propellers are canted, so its width
+    /// factor is not 1 and its jet is an estimate. True of `mavic-3e` and `elios-3`.
     #[must_use]
     pub fn fit_excludes(&self) -> bool {
         self.width_factor != 1.0
     }
 
-    /// Whether the four-rotor near field describes it. Other rotor counts get the far-field profile of 2.5 l held up to the
-    /// rotor plane (see [`crate::Wake`]).
+    /// Whether the four-rotor near field describes it. Other rotor counts get the far-field profile
+    /// of 2.5 l held up to the rotor plane (see [`crate::Wake`]).
     #[must_use]
     pub fn has_near_field_model(&self) -> bool {
         self.propellers == 4
     }
 
-    /// Distance from the centre to the rotor tips (m), `l/2 + d/2`: body radius and radius of the near-field column.
+    /// Distance from the centre to the rotor tips (m), `l/2 + d/2`: body radius and radius of the
+    /// near-field column.
     #[must_use]
     pub fn tip_radius_m(&self) -> f64 {
         0.5 * (self.motor_distance_m + self.propeller_diameter_m)
@@ -228,7 +236,8 @@ impl Airframe {
         f64::from(self.propellers) * PI * radius_m * radius_m
     }
 
-    /// Velocity `U_H` (m/s) that the rotors induce at their plane in hover at `mass_kg`, payload included.
+    /// Velocity `U_H` (m/s) that the rotors induce at their plane in hover at `mass_kg`, payload
+    /// included.
     ///
     /// ```text
     /// U_H = √( m g / (2 ρ A) )
@@ -238,15 +247,17 @@ impl Airframe {
         (mass_kg * GRAVITY_MPS2 / (2.0 * density_kg_per_m3 * self.disc_area_m2())).sqrt()
     }
 
-    /// Ideal power (W) to hover in still air at `mass_kg`: thrust times induced velocity, `m g U_H`. The battery pays this
-    /// divided by the figure of merit and the efficiency of the drive.
+    /// Ideal power (W) to hover in still air at `mass_kg`: thrust times induced velocity,
+    /// `m g U_H`. The battery pays this divided by the figure of merit and the efficiency of the
+    /// drive.
     #[must_use]
     pub fn hover_power_w(&self, mass_kg: f64, density_kg_per_m3: f64) -> f64 {
         mass_kg * GRAVITY_MPS2 * self.hover_induced_velocity_mps(mass_kg, density_kg_per_m3)
     }
 
-    /// Momentum flux `κ` of the fitted jet over the thrust. Not 1, because the fit scales with `l` and the thrust with `d`:
-    /// 0.62 (Kolibri) to 1.13 (Elios 3), though a jet in still air cannot carry more than its thrust.
+    /// Momentum flux `κ` of the fitted jet over the thrust. Not 1, because the fit scales with `l`
+    /// and the thrust with `d`: 0.62 (Kolibri) to 1.13 (Elios 3), though a jet in still air cannot
+    /// carry more than its thrust.
     ///
     /// ```text
     /// κ = K / (2 π (d/l)²) for four propellers;   K of Jet::momentum
@@ -267,7 +278,8 @@ impl Airframe {
         [radius_m * azimuth.cos(), radius_m * azimuth.sin()]
     }
 
-    /// Points over its rotor discs for the mean of the air it meets: seven a disc, exact for polynomials of degree 5.
+    /// Points over its rotor discs for the mean of the axial speed over them: seven a disc, exact
+    /// for polynomials of degree 5.
     #[must_use]
     pub fn disc_points(&self) -> DiscPoints {
         let hubs_m: Vec<[f64; 2]> = (0..self.propellers).map(|k| self.hub_m(k)).collect();

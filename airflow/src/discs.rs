@@ -5,12 +5,15 @@ use std::f64::consts::FRAC_PI_3;
 /// Weight of a disc's centre, relative to its disc.
 const CENTRE_WEIGHT: f64 = 1.0 / 4.0;
 
-/// Weight of each of the six points on the ring at √(2/3) of the disc's radius, relative to its disc.
+/// Weight of each of the six points on the ring at √(2/3) of the disc's radius, relative to its
+/// disc.
 const RING_WEIGHT: f64 = 1.0 / 8.0;
 
-/// Points over level rotor discs, all at the height of the drone's centre, and what each counts in their mean.
+/// Points over level rotor discs, all at the height of the drone's centre, and what each counts in
+/// their mean.
 ///
-/// Filled by [`crate::Airframe::disc_points`]; make your own for finer discs. The two lists have the same length.
+/// Filled by [`crate::Airframe::disc_points`]; make your own for finer discs. The two lists have
+/// the same length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiscPoints {
     /// Offset (x, y) of each point from the drone's centre (m), world frame at yaw 0.
@@ -20,8 +23,9 @@ pub struct DiscPoints {
 }
 
 impl DiscPoints {
-    /// Seven points on each of several equal discs: the hub, and six at √(2/3) of the radius, the first along x. Exact for
-    /// polynomials up to degree 5 (Radon's seven-point rule, here for the disc).
+    /// Seven points on each of several equal discs: the hub, and six at √(2/3) of the radius, the
+    /// first along x. Exact for polynomials up to degree 5 (Radon's seven-point rule, here for the
+    /// disc).
     #[must_use]
     pub fn seven_per_disc(hubs_m: &[[f64; 2]], disc_radius_m: f64) -> DiscPoints {
         let ring_m = (2.0_f64 / 3.0).sqrt() * disc_radius_m;
@@ -45,7 +49,8 @@ impl DiscPoints {
 mod tests {
     use super::*;
 
-    /// Mean of x^m y^n over a disc of radius 1 centred at 0, by the radial integral and Wallis' formula.
+    /// Mean of x^m y^n over a disc of radius 1 centred at 0, by the radial integral and Wallis'
+    /// formula.
     fn moment(m: i32, n: i32) -> f64 {
         fn double_factorial(k: i32) -> f64 {
             if k <= 0 {

@@ -1,10 +1,12 @@
-//! The merged jet from 2.5 motor distances down: profile, decay, spread, entrained radial flow, gradients, fluxes.
+//! The merged jet from 2.5 motor distances down: profile, decay, spread, entrained radial flow,
+//! gradients, fluxes.
 //!
-//! Frame: depth `s` below the rotor plane, radius `r` from the axis, both in metres; axial speed positive downwards, radial speed
-//! positive outwards. Everything that needs a depth is `None` above 2.5 l, where the fit does not hold.
+//! Frame: depth `s` below the rotor plane, radius `r` from the axis, both in metres; axial speed
+//! positive downwards, radial speed positive outwards. Everything that needs a depth is `None`
+//! above 2.5 l, where the fit does not hold.
 //!
-//! In metres the paper's three formulas collapse into one rational function, which is what makes a point cheap (one division, no
-//! power, no exponential):
+//! In metres the paper's three formulas collapse into one rational function, which is what makes a
+//! point cheap (one division, no power, no exponential):
 //!
 //! ```text
 //! σ = s - s₀ l           depth below the virtual origin (m)
@@ -31,7 +33,8 @@ pub struct FarField {
 }
 
 impl FarField {
-    /// The jet of a drone with induced velocity `U_H` and motor distance `l`; `width_factor` widens it at constant momentum.
+    /// The jet of a drone with induced velocity `U_H` and motor distance `l`; `width_factor` widens
+    /// it at constant momentum.
     #[must_use]
     pub fn new(
         induced_velocity_mps: f64,
@@ -49,7 +52,8 @@ impl FarField {
         }
     }
 
-    /// The same formulas right up to the rotor plane, where the fit does not hold: what [`crate::Wake::extrapolated`] is made of.
+    /// The same formulas right up to the rotor plane, where the fit does not hold: what
+    /// [`crate::Wake::extrapolated`] is made of.
     #[must_use]
     pub fn extrapolated(mut self) -> FarField {
         self.from_m = f64::MIN_POSITIVE; // any depth below the plane, but not the plane
@@ -102,11 +106,11 @@ impl FarField {
         Some(self.level(depth_m).axial_speed_mps(radius_m * radius_m))
     }
 
-    /// Mean radial speed (m/s), outwards, from continuity: outwards near the axis, inwards (entrainment) beyond ξ = 1/√a = 1.5538,
-    /// where it tends to `-U_C q S/(2 a ξ)`.
+    /// Mean radial speed (m/s), outwards, from continuity: outwards near the axis, inwards
+    /// (entrainment) beyond ξ = 1/√a = 1.5538, where it tends to `-U_C q S/(2 a ξ)`.
     ///
     /// ```text
-    /// V/U_C = q S ξ (1 - a ξ²) / (2 (1 + a ξ²)²)         (Pope, Turbulent Flows, 2000, ch. 5, in this form; recalled)
+    /// V/U_C = q S ξ (1 - a ξ²) / (2 (1 + a ξ²)²)         (Pope, Turbulent Flows, 2000, section 5.2)
     /// ```
     #[must_use]
     pub fn radial_speed_mps(&self, depth_m: f64, radius_m: f64) -> Option<f64> {
@@ -114,7 +118,8 @@ impl FarField {
         Some(radius_m * self.radial_speed_over_radius_per_s(depth_m, radius_m * radius_m))
     }
 
-    /// `V/r` (1/s), which is finite on the axis. Also upstream of 2.5 l, for the merging near field.
+    /// `V/r` (1/s), which is finite on the axis. Also upstream of 2.5 l, for the merging near
+    /// field.
     pub(crate) fn radial_speed_over_radius_per_s(&self, depth_m: f64, radius2_m2: f64) -> f64 {
         let sigma_m = depth_m + self.origin_above_m;
         let x = self.steepness * radius2_m2 / (sigma_m * sigma_m); // a ξ²
@@ -144,8 +149,8 @@ impl FarField {
         )
     }
 
-    /// Change of the axial speed with depth, `∂U/∂s` (1/s): negative near the axis, positive where `a ξ² > 1/3`, because the
-    /// jet widens. Nowhere larger in size than on the axis, `U_C/σ`.
+    /// Change of the axial speed with depth, `∂U/∂s` (1/s): negative near the axis, positive where
+    /// `a ξ² > 1/3`, because the jet widens. Nowhere larger in size than on the axis, `U_C/σ`.
     ///
     /// ```text
     /// ∂U/∂s = U_C (3 a ξ² - 1) / ( σ (1 + a ξ²)³ )
@@ -158,7 +163,8 @@ impl FarField {
         Some(self.decay_m2_per_s * (3.0 * x - 1.0) / (sigma_m * sigma_m * cube))
     }
 
-    /// Largest `|∂U/∂r|` (1/s) at a depth, found at ξ = 1/√(5 a) = 0.695: a Lipschitz bound across the jet.
+    /// Largest `|∂U/∂r|` (1/s) at a depth, found at ξ = 1/√(5 a) = 0.695: a Lipschitz bound across
+    /// the jet.
     ///
     /// ```text
     /// max |∂U/∂r| = (25 √(5a) / 54) · U_C / r_half = 0.666 U_C / r_half
@@ -170,7 +176,8 @@ impl FarField {
         Some(factor * self.decay_m2_per_s / (self.spreading * sigma_m * sigma_m))
     }
 
-    /// A bound on `|grad U|/U` (1/m) at a depth and below, at any radius; with `y = √a ξ`, which nothing but the two quotients depends on:
+    /// A bound on `|grad U|/U` (1/m) at a depth and below, at any radius; with `y = √a ξ`, which
+    /// nothing but the two quotients depends on:
     ///
     /// ```text
     /// |∂U/∂r|/U = 4 √a/r_half · y/(1 + y²) <= 2 √a/r_half,   |∂U/∂s|/U = |3 y² - 1|/(σ (1 + y²)) <= 3/σ
@@ -181,8 +188,9 @@ impl FarField {
         Some((4.0 * self.steepness + 9.0).sqrt() / sigma_m)
     }
 
-    /// A bound on `(u'²/u + |u''|)/u` (1/m²) along straight ways at a depth and below, a prime being a derivative with the length of the
-    /// way. With `u = N σ³/q²`, `q = σ² + A r²` and `A = a σ²/r_half²`, the steepness,
+    /// A bound on `(u'²/u + |u''|)/u` (1/m²) along straight paths at a depth and below, a prime
+    /// being a derivative with the length of the way. With `u = N σ³/q²`, `q = σ² + A r²` and
+    /// `A = a σ²/r_half²`, the steepness,
     ///
     /// ```text
     /// u'/u = 3 σ'/σ - 2 q'/q               (u'/u)² <= (4 A + 9)/σ²
@@ -216,8 +224,8 @@ impl FarField {
         PI * self.decay_m2_per_s * self.decay_m2_per_s / (3.0 * self.steepness)
     }
 
-    /// Time (s) that air takes from the rotor plane to a depth, moving at `convection` times the speed on the axis. The formula is
-    /// carried up to the rotor plane, where it is an estimate.
+    /// Time (s) that air takes from the rotor plane to a depth, moving at `convection` times the
+    /// speed on the axis. The formula is carried up to the rotor plane, where it is an estimate.
     ///
     /// ```text
     /// τ = ∫₀^s ds'/(k U_C) = (σ² - s₀² l²) / (2 k U_H B l/q)
@@ -240,7 +248,8 @@ impl FarField {
         Some(2.0 * self.stream_over_radius2_mps(depth_m, disc_radius_m * disc_radius_m))
     }
 
-    /// Radius (m) within which the speed exceeds `speed_mps`: the iso-speed spindle. `None` where the axis itself is slower.
+    /// Radius (m) within which the speed exceeds `speed_mps`: the iso-speed spindle. `None` where
+    /// the axis itself is slower.
     ///
     /// ```text
     /// ξ² = ( √(U_C/U) - 1 ) / a
@@ -252,8 +261,8 @@ impl FarField {
         (x >= 0.0).then(|| sigma_m * (x / self.steepness).sqrt())
     }
 
-    /// Depth (m) at which the axis has slowed to `speed_mps`, the spindle's lower tip; `None` if all of the far field is slower.
-    /// Infinite for a speed of 0.
+    /// Depth (m) at which the axis has slowed to `speed_mps`, the spindle's lower tip; `None` if
+    /// all of the far field is slower. Infinite for a speed of 0.
     ///
     /// ```text
     /// s = l (B U_H/(q U) + s₀)
@@ -264,7 +273,8 @@ impl FarField {
         (end_m >= self.from_m).then_some(end_m)
     }
 
-    /// The jet at one depth, prepared for many radii. Also upstream of 2.5 l, for the merging near field.
+    /// The jet at one depth, prepared for many radii. Also upstream of 2.5 l, for the merging near
+    /// field.
     pub(crate) fn level(&self, depth_m: f64) -> Level {
         let sigma_m = depth_m + self.origin_above_m;
         let sigma2 = sigma_m * sigma_m;
@@ -276,7 +286,7 @@ impl FarField {
     }
 }
 
-/// A horizontal cut of the jet: what is left to do per point is one division.
+/// A horizontal cross-section of the jet: what is left to do per point is one division.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Level {
     numerator: f64,

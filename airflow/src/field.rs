@@ -1,8 +1,9 @@
 //! Many drones at one instant: the air at a point, and its mean over a receiver's rotor discs.
 //!
-//! How mean jets add is not settled. The momentum sum is the default: for jets side by side momentum adds, not speed
-//! (Reichardt's hypothesis; recalled), and in measured pairs above a third drone it fits without a scale where the linear sum is a
-//! third too strong. The linear sum bounds it from above, the strongest jet alone from below.
+//! How mean jets add is not settled. The momentum sum is the default: for jets side by side
+//! momentum adds, not speed (Reichardt's hypothesis, VDI-Forschungsheft 414, 1942), and in measured
+//! pairs above a third drone it fits without a scale where the linear sum is a third too strong.
+//! The linear sum bounds it from above, the strongest jet alone from below.
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,8 +13,9 @@ use nalgebra::Point3;
 use crate::discs::DiscPoints;
 use crate::wake::Wake;
 
-/// Heights that differ by less are the same height (m): a receiver at the end of a wake still feels it, one in the rotor
-/// plane of another does not. Chosen here: far below any positioning error, far above rounding.
+/// Heights that differ by less are the same height (m): a receiver at the end of a wake still feels
+/// it, one in the rotor plane of another does not. Chosen here: far below any positioning error,
+/// far above rounding.
 pub const HEIGHT_TOLERANCE_M: f64 = 1e-6;
 
 /// Points whose sums are held on the stack at a time; a quadrotor's 28 fit.
@@ -118,7 +120,8 @@ impl Source<'_> {
     }
 }
 
-/// Axial speed (m/s), downwards, of all sources together at a point of the world. Added in the order of the slice.
+/// Axial speed (m/s), downwards, of all sources together at a point of the world. Added in the
+/// order of the slice.
 #[must_use]
 pub fn axial_speed_mps(
     sources: &[Source],
@@ -135,8 +138,9 @@ pub fn axial_speed_mps(
     superposition.finish(gathered)
 }
 
-/// Axial speed (m/s) that a level receiver centred at `centre_m` meets: all sources added up at each point of its rotor
-/// discs, then the weighted mean. Divided by the receiver's own `U_H` it is its `alpha`.
+/// Axial speed (m/s) that a level receiver centred at `centre_m` is exposed to: all sources added
+/// up at each point of its rotor discs, then the weighted mean. Divided by the receiver's own `U_H`
+/// it is its `alpha`.
 #[must_use]
 pub fn mean_over_discs_mps(
     sources: &[Source],
@@ -153,8 +157,8 @@ pub fn mean_over_discs_mps(
         let mut gathered = [0.0; CHUNK];
         for source in sources.iter().filter(|source| source.reaches(centre_m.z)) {
             let offset_m = centre_m - source.position_m;
-            let cut = source.wake.cut(-offset_m.z);
-            cut.gather(offset_m.xy(), offsets_m, superposition, &mut gathered);
+            let section = source.wake.cross_section(-offset_m.z);
+            section.gather(offset_m.xy(), offsets_m, superposition, &mut gathered);
         }
         for (&gathered, weight) in gathered.iter().zip(weights) {
             mean += weight * superposition.finish(gathered);

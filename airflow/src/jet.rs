@@ -5,22 +5,24 @@ use std::f64::consts::PI;
 /// `a = √2 - 1`: makes the profile `1/(1 + a ξ²)²` fall to one half at `ξ = 1`.
 pub(crate) const PROFILE_A: f64 = std::f64::consts::SQRT_2 - 1.0;
 
-/// Depth below the rotor plane, in motor distances, from which the merged jet holds (the paper's fit uses slices below it).
+/// Depth below the rotor plane, in motor distances, from which the merged jet holds (the paper's
+/// fit uses slices below it).
 pub const FAR_FIELD_FROM_S_OVER_L: f64 = 2.5;
 
-/// Constants of the merged jet, in motor distances `l` and induced velocities `U_H`. The default is the paper's fit, over
-/// its four uncanted drones together.
+/// Constants of the merged jet, in motor distances `l` and induced velocities `U_H`. The default is
+/// the paper's fit, over its four uncanted drones together.
 ///
-/// Never metres: `centreline` is the paper's `B d` over `l`. The opening angle is `2 atan(S)`, 8.8° for the paper's `S`; the 10°
-/// and 12° that the paper's text and captions mention do not agree with its own fit, so only `S` is used.
+/// Never metres: `centreline` is the paper's `B d` over `l`. The opening angle is `2 atan(S)`, 8.8°
+/// for the paper's `S`; the 10° and 12° that the paper's text and captions mention do not agree
+/// with its own fit, so only `S` is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jet {
     /// Decay constant `B`: the centreline is `U_C/U_H = B/(s/l - s₀)`. Above 0.
     pub centreline: f64,
     /// Spreading rate `S`: the half-width is `r_half/l = S (s/l - s₀)`. Above 0.
     pub spreading: f64,
-    /// Virtual origin `s₀` (the paper's "flow development-length") in motor distances below the rotor plane. Negative: the jet
-    /// seems to start above the rotors.
+    /// Virtual origin `s₀` (the paper's "flow development-length") in motor distances below the
+    /// rotor plane. Negative: the jet seems to start above the rotors.
     pub origin: f64,
 }
 

@@ -1,14 +1,14 @@
-//! The mean airflow below hovering multirotors: what one drone blows, what several blow together, and what it costs to
-//! hover in it.
+//! The mean airflow below hovering multirotors: the wake of one drone, the sum of several, and what
+//! it costs to hover in it.
 //!
 //! The model is the turbulent jet of
 //!
 //! > L. Bauersfeld, K. Muller, D. Ziegler, F. Coletti, D. Scaramuzza, "Robotics meets Fluid Dynamics: A Characterization of
 //! > the Induced Airflow below a Quadrotor as a Turbulent Jet", IEEE Robotics and Automation Letters, 2025, arXiv:2403.13321,
 //!
-//! "the paper" everywhere in this crate. Two things here are not the paper's: the near field above 2.5 motor distances
-//! ([`Wake`]), which the paper describes without an equation that conserves momentum, and the sum of several jets
-//! ([`Superposition`]).
+//! "the paper" everywhere in this crate. Two things here are not the paper's: the near field above
+//! 2.5 motor distances ([`Wake`]), which the paper describes without an equation that conserves
+//! momentum, and the sum of several jets ([`Superposition`]).
 //!
 //! # Symbols
 //!
@@ -36,13 +36,15 @@
 //! | K (ours) | [`Jet::momentum`] | ρ U_H² l² | K = π (B S)²/(3 (√2 - 1)) |
 //! | τ (ours) | [`power::thrust_ratio_at_constant_power`] | 1 | τ³ + α τ = 1 |
 //!
-//! Frames: the world is metres with z up; offsets are point minus rotor centre; axial speed is positive downwards and radial
-//! speed positive outwards. The air itself is still, the drones hover or fly slower than 0.1 m/s, and the flow is a time
-//! mean: gusts of the jet's own turbulence, about a quarter of U_C on the axis (recalled), come on top.
+//! Frames: the world is metres with z up; offsets are point minus rotor centre; axial speed is
+//! positive downwards and radial speed positive outwards. The air itself is still, the drones hover
+//! or fly slower than 0.1 m/s, and the flow is a time mean: gusts of the jet's own turbulence,
+//! about a quarter of U_C on the axis (Pope, Turbulent Flows, 2000, fig. 5.7), come on top.
 //!
 //! # The paper's recipe
 //!
-//! Six steps from an airframe to the air below it, for the six airframes of the paper, here at s = 4 l and r = l/2:
+//! Six steps from an airframe to the air below it, for the six airframes of the paper, here at s =
+//! 4 l and r = l/2:
 //!
 //! ```
 //! use airflow::{Air, Airframe, Jet, Wake};
@@ -81,14 +83,17 @@
 //!
 //! # In reading order
 //!
-//! `air` and `airframe`: what blows. `jet`, `far_field` and `dose`: the paper's fit, below 2.5 l. `rotor_jets`
-//! and `near_field`: four jets that merge, above it. `wake`: both joined; `cut`: at one depth. `discs` and `field`: several drones, and a receiver. [`power`]: what it costs.
+//! `air` and `airframe`: the source. `jet`, `far_field` and `axial_exposure`: the paper's fit,
+//! below 2.5 l. `rotor_jets` and `near_field`: four jets that merge, above it. `wake`: both joined;
+//! `cross_section`: at one depth. `discs` and `field`: several drones, and a receiver. [`power`]:
+//! what it costs. [`effects`]: what the hover jet leaves out, one table and one file each; `shape`:
+//! a jet with them.
 
 mod air;
 mod airframe;
-mod cut;
+mod axial_exposure;
+mod cross_section;
 mod discs;
-mod dose;
 pub mod effects;
 mod far_field;
 mod field;
@@ -101,7 +106,7 @@ mod wake;
 
 pub use air::{Air, AirError, GRAVITY_MPS2};
 pub use airframe::{Airframe, AirframeError, WIDTH_FACTOR_RANGE};
-pub use cut::Cut;
+pub use cross_section::CrossSection;
 pub use discs::DiscPoints;
 pub use far_field::FarField;
 pub use field::{

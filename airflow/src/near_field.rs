@@ -1,9 +1,11 @@
-//! Four rotor jets that merge, from the rotor plane to 2.5 motor distances, with the momentum of the far field at every depth.
+//! Four rotor jets that merge, from the rotor plane to 2.5 motor distances, with the momentum of
+//! the far field at every depth.
 //!
-//! The paper sees two maxima in each plane through two rotors, moving inwards and meeting on the axis between 1.5 and 2.5 l, no
-//! speed above 1.25 U_H, and a slow core. Moving the jets themselves onto the axis at constant momentum would overshoot to 1.5
-//! and more; jets that stay under their rotors and spread until they overlap show all of it. So, with lengths in `l`,
-//! speeds in `U_H`, and the rotors `x_k` at radius 1/2 on the diagonals:
+//! The paper sees two maxima in each plane through two rotors, moving inwards and meeting on the
+//! axis between 1.5 and 2.5 l, no speed above 1.25 U_H, and a slow core. Moving the jets themselves
+//! onto the axis at constant momentum would overshoot to 1.5 and more; jets that stay under their
+//! rotors and spread until they overlap show all of it. So, with lengths in `l`, speeds in `U_H`,
+//! and the rotors `x_k` at radius 1/2 on the diagonals:
 //!
 //! ```text
 //! b(s) = (d/l)/2 + 0.11 s                                                   half-width of one rotor's jet
@@ -24,16 +26,19 @@ use crate::far_field::{FarField, Level};
 use crate::jet::{FAR_FIELD_FROM_S_OVER_L, Jet};
 use crate::rotor_jets::RotorJets;
 
-/// Depth at which the far field begins to be mixed in, in `l`. Chosen here: just before the paper's far field is complete.
+/// Depth at which the far field begins to be mixed in, in `l`. Chosen here: just before the paper's
+/// far field is complete.
 const MERGE_FROM: f64 = 1.8;
 
 /// Depth over which it replaces the rotor jets, in `l`.
 const MERGE_OVER: f64 = FAR_FIELD_FROM_S_OVER_L - MERGE_FROM;
 
-/// Intervals of the table of `I_nf` over the merging depths. Chosen here: cubic interpolation is then good to 1e-8.
+/// Intervals of the table of `I_nf` over the merging depths. Chosen here: cubic interpolation is
+/// then good to 1e-8.
 const INTERVALS: usize = 28;
 
-/// The flow under four rotors down to 2.5 l; lengths in `l`, speeds in `U_H`, so it serves every mass and density.
+/// The flow under four rotors down to 2.5 l; lengths in `l`, speeds in `U_H`, so it serves every
+/// mass and density.
 #[derive(Clone, Debug)]
 pub(crate) struct NearField {
     diameter: f64,
@@ -56,7 +61,8 @@ fn merged(s: f64) -> [f64; 2] {
 }
 
 impl NearField {
-    /// The near field of a quadrotor whose propellers measure `diameter_over_l`, joined to the far field of `jet` and `width_factor`.
+    /// The near field of a quadrotor whose propellers measure `diameter_over_l`, joined to the far
+    /// field of `jet` and `width_factor`.
     pub(crate) fn new(
         diameter_over_l: f64,
         width_factor: f64,
@@ -70,7 +76,8 @@ impl NearField {
             far: FarField::new(1.0, 1.0, width_factor, jet),
             overlap: [[0.0; 2]; INTERVALS + 1],
         };
-        // Step of the central difference: its error, 1e-8 of the third derivative, is that of the interpolation.
+        // Step of the central difference: its error, 1e-8 of the third derivative, is that of the
+        // interpolation.
         let step = 1e-4;
         for i in 0..=INTERVALS {
             let s = MERGE_FROM + MERGE_OVER * i as f64 / INTERVALS as f64;
@@ -80,8 +87,9 @@ impl NearField {
         near
     }
 
-    /// `I_nf` by quadrature. The algebraic profile is a mixture of Gaussians, `1/(1 + x)² = ∫₀^∞ t exp(-t (1 + x)) dt`, and
-    /// for a Gaussian the integral over the plane is closed; the one over `t` is left to the double-exponential rule.
+    /// `I_nf` by quadrature. The algebraic profile is a mixture of Gaussians,
+    /// `1/(1 + x)² = ∫₀^∞ t exp(-t (1 + x)) dt`, and for a Gaussian the integral over the plane is
+    /// closed; the one over `t` is left to the double-exponential rule.
     fn far_overlap(&self, s: f64) -> f64 {
         const STEP: f64 = 0.25;
         let jets = RotorJets::new(s, self.diameter, self.shadow);
@@ -98,7 +106,8 @@ impl NearField {
         centreline * sum
     }
 
-    /// `I_nf` and its derivative from the table, cubic Hermite; the ends are held outside the merging depths.
+    /// `I_nf` and its derivative from the table, cubic Hermite; the ends are held outside the
+    /// merging depths.
     fn tabulated_overlap(&self, s: f64) -> [f64; 2] {
         let h = MERGE_OVER / INTERVALS as f64;
         let place = ((s - MERGE_FROM) / h).clamp(0.0, INTERVALS as f64);
@@ -114,8 +123,8 @@ impl NearField {
         ]
     }
 
-    /// `A` and its derivative with depth. The momentum of the mixture, divided by 1 - w, is the quadratic
-    /// `(1 - w) I_nn A² + 2 w I_nf A = K (1 + w)`; the derivative follows from it.
+    /// `A` and its derivative with depth. The momentum of the mixture, divided by 1 - w, is the
+    /// quadratic `(1 - w) I_nn A² + 2 w I_nf A = K (1 + w)`; the derivative follows from it.
     fn amplitude(&self, s: f64, jets: &RotorJets) -> [f64; 2] {
         let [w, w_prime] = merged(s);
         let [nn, nn_prime] = jets.self_overlap();
@@ -167,7 +176,7 @@ impl NearField {
     }
 }
 
-/// A horizontal cut of the near field.
+/// A horizontal cross-section of the near field.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NearLevel {
     jets: RotorJets,
@@ -199,7 +208,8 @@ mod tests {
         NearField::new(diameter, 1.0, &Jet::default(), SHADOW)
     }
 
-    /// `∫ f dA` by the trapezoid rule, which converges faster than any power for what decays like a Gaussian.
+    /// `∫ f dA` by the trapezoid rule, which converges faster than any power for what decays like a
+    /// Gaussian.
     fn over_the_plane(f: impl Fn(f64, f64) -> f64) -> f64 {
         const N: i32 = 200;
         const H: f64 = 4.0 / N as f64;
@@ -222,7 +232,8 @@ mod tests {
                 let summed =
                     over_the_plane(|x, y| jets.shape(x, y) * level.axial_speed_mps(x * x + y * y));
                 let [table, _] = near.tabulated_overlap(s);
-                // The Hermite cubic over 0.025 l: fourth power of the step times a fourth derivative of order 1, over 384.
+                // The Hermite cubic over 0.025 l: fourth power of the step times a fourth
+                // derivative of order 1, over 384.
                 assert!(
                     (table / summed - 1.0).abs() < 1e-8,
                     "at {s} l: {table} and {summed}"
@@ -246,7 +257,8 @@ mod tests {
                 };
                 let ((before, _), (_, slopes), (after, _)) = (at(s - h), at(s), at(s + h));
                 for ((before, after), slope) in before.into_iter().zip(after).zip(slopes) {
-                    // Central differences: 1e-10 of a third derivative of order 100, and 1e-11 of rounding; the table adds 1e-7.
+                    // Central differences: 1e-10 of a third derivative of order 100, and 1e-11 of
+                    // rounding; the table adds 1e-7.
                     assert!(
                         ((after - before) / (2.0 * h) - slope).abs() < 1e-6,
                         "at {s} l, d/l = {diameter}"

@@ -1,14 +1,17 @@
 //! What hovering in a downwash costs: induced velocity, power, throttle, thrust, energy.
 //!
-//! `alpha` is the axial air met over the rotors' own hover value, `α = U_D/U_H`, positive downwards. Momentum theory at the
-//! rotor disc, so the rotor is assumed to see one uniform speed: average it over the discs first.
+//! `alpha` is the mean axial speed over the discs over the rotors' own hover value, `α = U_D/U_H`,
+//! positive downwards. Momentum theory at the rotor disc, so the rotor is assumed to see one
+//! uniform speed: average it over the discs first.
 
 use crate::air::GRAVITY_MPS2;
 
-/// Exponent on `β` for throttle: the paper measures power growing with throttle squared, for one motor controller.
+/// Exponent on `β` for throttle: the paper measures power growing with throttle squared, for one
+/// motor controller.
 pub const THROTTLE_EXPONENT: f64 = 0.5;
 
-/// Velocity `U_H'` (m/s) through a rotor that keeps its thrust in a downwash `u_d_mps`; `u_h_mps` is its value in still air.
+/// Velocity `U_H'` (m/s) through a rotor that keeps its thrust in a downwash `u_d_mps`; `u_h_mps`
+/// is its value in still air.
 ///
 /// ```text
 /// U_H' = U_D/2 + √( (U_D/2)² + U_H² )
@@ -25,22 +28,25 @@ pub fn induced_velocity_in_downwash_mps(u_h_mps: f64, u_d_mps: f64) -> f64 {
 /// β = α/2 + √(α² + 4)/2
 /// ```
 ///
-/// It answers "what does it cost to stay", not "how far do I sink": see [`thrust_ratio_at_constant_power`].
+/// It answers "what does it cost to stay", not "how far do I sink": see
+/// [`thrust_ratio_at_constant_power`].
 #[must_use]
 pub fn beta(alpha: f64) -> f64 {
     0.5 * alpha + 0.5 * alpha.hypot(2.0)
 }
 
-/// Factor on the throttle that keeps the thrust, `β^exponent`; [`THROTTLE_EXPONENT`] where power grows with throttle squared.
+/// Factor on the throttle that keeps the thrust, `β^exponent`; [`THROTTLE_EXPONENT`] where power
+/// grows with throttle squared.
 #[must_use]
 pub fn throttle_factor(alpha: f64, exponent: f64) -> f64 {
     beta(alpha).powf(exponent)
 }
 
-/// Thrust `τ = T'/T` that is left in a downwash when the aerodynamic power stays what it was in still air.
+/// Thrust `τ = T'/T` that is left in a downwash when the aerodynamic power stays what it was in
+/// still air.
 ///
-/// The rotor's own induced velocity shrinks with its thrust, so the loss is smaller than `1 - 1/β`. Squaring away the root
-/// leaves a cubic:
+/// The rotor's own induced velocity shrinks with its thrust, so the loss is smaller than `1 - 1/β`.
+/// Squaring away the root leaves a cubic:
 ///
 /// ```text
 /// τ ( α/2 + √(α²/4 + τ) ) = 1   ⇔   τ³ + α τ - 1 = 0,  τ > 0
@@ -49,7 +55,8 @@ pub fn throttle_factor(alpha: f64, exponent: f64) -> f64 {
 /// Defined for upwash too (`α < 0`, `τ > 1`); not a number for an alpha that is not one.
 #[must_use]
 pub fn thrust_ratio_at_constant_power(alpha: f64) -> f64 {
-    // Newton from a point right of the root, where the cubic is convex and rising, falls towards it without overshoot.
+    // Newton from a point right of the root, where the cubic is convex and rising, falls towards it
+    // without overshoot.
     let mut tau = if alpha > 1.0 {
         alpha.recip()
     } else {
@@ -65,14 +72,15 @@ pub fn thrust_ratio_at_constant_power(alpha: f64) -> f64 {
     }
 }
 
-/// Power (W) above that of still air, to hover `mass_kg` in a downwash: `(β - 1) m g U_H`. Ideal, as
-/// [`crate::Airframe::hover_power_w`].
+/// Power (W) above that of still air, to hover `mass_kg` in a downwash: `(β - 1) m g U_H`. Ideal,
+/// as [`crate::Airframe::hover_power_w`].
 #[must_use]
 pub fn extra_power_w(mass_kg: f64, u_h_mps: f64, alpha: f64) -> f64 {
     (beta(alpha) - 1.0) * mass_kg * GRAVITY_MPS2 * u_h_mps
 }
 
-/// Energy (J) above that of still air, for `duration_s` in a steady downwash: [`extra_power_w`] times the time.
+/// Energy (J) above that of still air, for `duration_s` in a steady downwash: [`extra_power_w`]
+/// times the time.
 #[must_use]
 pub fn extra_energy_j(mass_kg: f64, u_h_mps: f64, alpha: f64, duration_s: f64) -> f64 {
     extra_power_w(mass_kg, u_h_mps, alpha) * duration_s
@@ -97,7 +105,8 @@ mod tests {
     fn thrust_ratio_solves_its_equation_to_rounding() {
         for alpha in [-3.0, -0.5, 0.0, 1e-9, 0.3, 1.0, 1.0001, 2.5, 40.0, 1e6] {
             let tau = thrust_ratio_at_constant_power(alpha);
-            // A difference of two terms of size alpha² cancels in the root for alpha >> 1: scale with it.
+            // A difference of two terms of size alpha² cancels in the root for alpha >> 1: scale
+            // with it.
             let left = tau * (0.5 * alpha + (0.25 * alpha * alpha + tau).sqrt());
             assert!(
                 (left - 1.0).abs() < 8.0 * f64::EPSILON * (1.0 + alpha.abs()),

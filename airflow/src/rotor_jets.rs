@@ -1,7 +1,9 @@
-//! Four Gaussian jets under four rotors, shaded by the body: the upper near field, with lengths in `l`.
+//! Four Gaussian jets under four rotors, shaded by the body: the upper near field, with lengths in
+//! `l`.
 //!
-//! The model and its symbols stand in `near_field`. As products of Gaussians are Gaussians, the integrals over the plane have
-//! closed forms, and so has the horizontal flow that continuity asks for.
+//! The model and its symbols stand in `near_field`. As products of Gaussians are Gaussians, the
+//! integrals over the plane have closed forms, and so has the horizontal flow that continuity asks
+//! for.
 
 use std::f64::consts::{LN_2, PI};
 
@@ -11,12 +13,13 @@ const HUB_RADIUS: f64 = 0.5;
 /// Hubs at (±h, ±h), in `l`.
 const HUB_OFFSET: f64 = HUB_RADIUS * std::f64::consts::FRAC_1_SQRT_2;
 
-/// Growth of one rotor jet's half-width per depth. Chosen here: a little above a free round jet's (0.094 to 0.10, recalled), and
-/// with it the maxima meet between 1.75 and 2.0 l, as the paper measures (1.5 to 2.5).
+/// Growth of one rotor jet's half-width per depth. Chosen here: a little above a free round jet's
+/// (0.094 to 0.102, Pope, Turbulent Flows, 2000, table 5.1), and with it the maxima meet between
+/// 1.75 and 2.0 l, as the paper measures (1.5 to 2.5).
 const ROTOR_SPREADING: f64 = 0.11;
 
-/// Share of the flow that the body takes away on the axis at the rotor plane (`D₀`). Chosen here: gives the slow core that
-/// the paper shows, about 0.5 to 0.7 U_H at 0.5 l.
+/// Share of the flow that the body takes away on the axis at the rotor plane (`D₀`). Chosen here:
+/// gives the slow core that the paper shows, about 0.5 to 0.7 U_H at 0.5 l.
 pub(crate) const SHADOW: f64 = 0.5;
 
 /// Radius of the body's shadow, in `l` (`r_b`). Chosen here: about the body's own radius.
@@ -28,7 +31,8 @@ const SHADOW_DEPTH: f64 = 0.7;
 /// Exponent of the shadow, `1/r_b²`, in 1/l².
 const SHADOW_EXPONENT: f64 = 1.0 / (SHADOW_RADIUS * SHADOW_RADIUS);
 
-/// The four rotor jets at one depth, before their strength `A` is known; a prime is a derivative with depth.
+/// The four rotor jets at one depth, before their strength `A` is known; a prime is a derivative
+/// with depth.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RotorJets {
     exponent: f64, // ln2/b²
@@ -86,8 +90,8 @@ impl RotorJets {
         ]
     }
 
-    /// `∫ exp(-c r²) (Σ_k exp(-p |x - x_k|²))² dA` and its derivative with `p`: over the 16 pairs of rotors
-    /// (4 the same, 8 neighbours, 4 opposite) the Gaussian integrals sum to a square.
+    /// `∫ exp(-c r²) (Σ_k exp(-p |x - x_k|²))² dA` and its derivative with `p`: over the 16 pairs
+    /// of rotors (4 the same, 8 neighbours, 4 opposite) the Gaussian integrals sum to a square.
     ///
     /// ```text
     /// 4π/(c + 2p) · [ exp(-p R²) + exp(-p R² c/(c + 2p)) ]²,   R = 1/2
@@ -133,8 +137,8 @@ impl RotorJets {
         v
     }
 
-    /// The two kinds of Gaussian of `a n`, one of each per rotor: its jet, and the body's shadow on it. The product of jet
-    /// and shadow is a Gaussian nearer to the axis.
+    /// The two kinds of Gaussian of `a n`, one of each per rotor: its jet, and the body's shadow on
+    /// it. The product of jet and shadow is a Gaussian nearer to the axis.
     fn gaussians(&self, a: f64, a_prime: f64) -> [Gaussian; 2] {
         let (p, p_prime) = (self.exponent, self.exponent_prime);
         let sum = p + SHADOW_EXPONENT;
@@ -165,8 +169,9 @@ impl RotorJets {
 }
 
 impl Gaussian {
-    /// Horizontal velocity that keeps this Gaussian of axial speed free of divergence: the flow towards its own axis that feeds
-    /// its flux `M (1 - exp(-p ρ²))`, `M = π a/p`, and the drift of its centre.
+    /// Horizontal velocity that keeps this Gaussian of axial speed free of divergence: the flow
+    /// towards its own axis that feeds its flux `M (1 - exp(-p ρ²))`, `M = π a/p`, and the drift of
+    /// its centre.
     fn entrained(&self, x: f64, y: f64, hub: [f64; 2]) -> [f64; 2] {
         let (dx, dy) = (x - self.centre * hub[0], y - self.centre * hub[1]);
         let p = self.exponent;
@@ -189,7 +194,8 @@ impl Gaussian {
 mod tests {
     use super::*;
 
-    /// `∫ f dA` by the trapezoid rule, which converges faster than any power for what decays like a Gaussian.
+    /// `∫ f dA` by the trapezoid rule, which converges faster than any power for what decays like a
+    /// Gaussian.
     fn over_the_plane(f: impl Fn(f64, f64) -> f64) -> f64 {
         const N: i32 = 200;
         const H: f64 = 4.0 / N as f64;

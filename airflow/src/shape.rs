@@ -26,12 +26,13 @@ struct Section {
     axis: [f64; 2],
     width: f64,
     speed: f64,
-    /// Sine and cosine of the lean towards the wind.
-    lean: [f64; 2],
+    /// Sine and cosine of the tilt towards the wind.
+    tilt: [f64; 2],
 }
 
 impl Shape {
-    /// Factor of all scale effects on `U_H`; that of a payload taken up in flight is [`Effects::meet`]'s.
+    /// Factor of all scale effects on `U_H`; that of a payload taken up in flight is
+    /// [`Effects::meet`]'s.
     pub(crate) fn strength(effects: &Effects, diameter_over_l: f64) -> f64 {
         let payload = effects.payload_mass.filter(|payload| payload.is_constant());
         payload.map_or(1.0, |payload| payload.factor(0.0))
@@ -84,8 +85,8 @@ impl Shape {
         self.plain_mps
     }
 
-    /// `U_H` (m/s) of the drone's own rotors. Density changes it; a payload found counts where it lowers it, since a finding may be about
-    /// another drone of the fleet.
+    /// `U_H` (m/s) of the drone's own rotors. Density changes it; a payload found counts where it
+    /// lowers it, since a finding may be about another drone of the fleet.
     pub(crate) fn hover_velocity_mps(&self) -> f64 {
         let effects = &self.effects;
         let payload = effects
@@ -95,10 +96,10 @@ impl Shape {
         self.plain_mps * payload * density
     }
 
-    /// Widening along the longest direction of a level cut, over the jet in still air.
+    /// Widening along the longest direction of a level cross-section, over the jet in still air.
     pub(crate) fn spread(&self, s: f64) -> Option<f64> {
         let section = self.section(s)?;
-        let [_, cos] = section.lean;
+        let [_, cos] = section.tilt;
         Some(section.width / cos.max(1e-3))
     }
 
@@ -115,14 +116,14 @@ impl Shape {
     fn section(&self, s: f64) -> Option<Section> {
         let effects = &self.effects;
         let mut axis = effects.wake_tilt.map_or([0.0; 2], |tilt| tilt.shift(s));
-        let (mut width, mut speed, mut lean) = (1.0, 1.0, [0.0, 1.0]);
+        let (mut width, mut speed, mut tilt) = (1.0, 1.0, [0.0, 1.0]);
         if let Some((plume, towards)) = &self.plume {
             let section = plume.at(s)?;
             axis = [
                 axis[0] + section.drift * towards[0],
                 axis[1] + section.drift * towards[1],
             ];
-            (width, speed, lean) = (section.width, section.speed, section.lean);
+            (width, speed, tilt) = (section.width, section.speed, section.tilt);
         }
         let cant = effects.rotor_cant.map(|cant| cant.factors());
         let wander = effects.wander.map(|wander| wander.factors(s, self.origin));
@@ -135,12 +136,12 @@ impl Shape {
             axis,
             width,
             speed,
-            lean,
+            tilt,
         })
     }
 
-    /// Velocity (m/s, world) at an offset (m) from the rotor centre; zero at and above the rotor plane, and where the wind has taken
-    /// the jet away. The wind itself is not in it.
+    /// Velocity (m/s, world) at an offset (m) from the rotor centre; zero at and above the rotor
+    /// plane, and where the wind has taken the jet away. The wind itself is not in it.
     pub(crate) fn velocity_mps(&self, wake: &Wake, offset_m: Vector3<f64>) -> Vector3<f64> {
         let length_m = wake.motor_distance_m();
         let s = -offset_m.z / length_m;
@@ -150,7 +151,7 @@ impl Shape {
         let Some(section) = self.section(s) else {
             return Vector3::zeros();
         };
-        let [sin, cos] = section.lean;
+        let [sin, cos] = section.tilt;
         let towards = self
             .plume
             .as_ref()
@@ -159,7 +160,7 @@ impl Shape {
             offset_m.x - section.axis[0] * length_m,
             offset_m.y - section.axis[1] * length_m,
         ];
-        // The cut normal to a leaning axis is shorter along the wind than the level one.
+        // The cross-section normal to a leaning axis is shorter along the wind than the level one.
         let along = from_axis[0] * towards[0] + from_axis[1] * towards[1];
         let shortened = along * (cos - 1.0);
         let place_m = Vector3::new(
@@ -192,7 +193,8 @@ impl Shape {
         velocity_mps
     }
 
-    /// Axial speed (m/s) of the undeformed jet with its own profile: another edge, another near field.
+    /// Axial speed (m/s) of the undeformed jet with its own profile: another edge, another near
+    /// field.
     fn profile_mps(
         &self,
         wake: &Wake,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::airframe::Airframe;
-use crate::cut::Cut;
+use crate::cross_section::CrossSection;
 use crate::effects::Effects;
 use crate::far_field::FarField;
 use crate::jet::Jet;
@@ -13,17 +13,20 @@ use crate::near_field::NearField;
 use crate::rotor_jets::SHADOW;
 use crate::shape::Shape;
 
-/// The mean air below one airframe at one mass, hovering in still air of one density. Cheap to clone.
+/// The mean air below one airframe at one mass, hovering in still air of one density. Cheap to
+/// clone.
 ///
-/// Offsets are from the centre of the rotor plane, world frame, metres, z up; the airframe is level with yaw 0. Above the
-/// rotor plane, and in it, there is no air. From 2.5 l down it is the paper's jet. In between:
+/// Offsets are from the centre of the rotor plane, world frame, metres, z up; the airframe is level
+/// with yaw 0. Above the rotor plane, and in it, there is no air. From 2.5 l down it is the paper's
+/// jet. In between:
 ///
-/// - four propellers: four rotor jets that merge, joined at 1.8 and 2.5 l with continuous first derivatives, carrying the same
-///   momentum at every depth.
-///   Around a circle at any depth the air is fastest on the diagonals, under the rotors;
-/// - any other number: no model. The far-field profile of 2.5 l is held up to the rotor plane, without radial flow. Outside the
-///   column of the rotor tips that is never less than the far field extrapolated upwards (its speed at a fixed radius falls
-///   upwards where r > 0.9 r_half), so it is the careful choice for whoever stays out of the column.
+/// - four propellers: four rotor jets that merge, joined at 1.8 and 2.5 l with continuous first
+///   derivatives, carrying the same momentum at every depth. Around a circle at any depth the air
+///   is fastest on the diagonals, under the rotors;
+/// - any other number: no model. The far-field profile of 2.5 l is held up to the rotor plane,
+///   without radial flow. Outside the column of the rotor tips that is never less than the far
+///   field extrapolated upwards (its speed at a fixed radius falls upwards where r > 0.9 r_half),
+///   so it is the careful choice for a receiver outside the column.
 #[derive(Clone, Debug)]
 pub struct Wake {
     far: FarField,
@@ -47,8 +50,8 @@ struct Shared {
 }
 
 impl Wake {
-    /// The wake of `airframe` at `mass_kg`, payload included. Tabulates the near field: make one per airframe and use
-    /// [`Wake::with_mass`] for others of the kind.
+    /// The wake of `airframe` at `mass_kg`, payload included. Tabulates the near field: make one
+    /// per airframe and use [`Wake::with_mass`] for others of the kind.
     #[must_use]
     pub fn new(airframe: &Airframe, mass_kg: f64, density_kg_per_m3: f64, jet: &Jet) -> Wake {
         let diameter_over_l = airframe.propeller_diameter_m() / airframe.motor_distance_m();
@@ -82,8 +85,9 @@ impl Wake {
         }
     }
 
-    /// The same drone with what the hover jet leaves out, as far as it depends on the place below the drone alone; the rest is
-    /// [`Effects::meet`]'s. Made of the plain wake, which effects do not pile up on.
+    /// The same drone with what the hover jet leaves out, as far as it depends on the place below
+    /// the drone alone; the rest is [`Effects::meet`]'s. Made of the plain wake, which effects do
+    /// not pile up on.
     #[must_use]
     pub fn with_effects(&self, effects: &Effects) -> Wake {
         let airframe = &self.shared.airframe;
@@ -119,7 +123,8 @@ impl Wake {
         }
     }
 
-    /// The same wake with every speed this many times as high, and its place unchanged: of a drone that climbs or sinks.
+    /// The same wake with every speed this many times as high, and its place unchanged: of a drone
+    /// that climbs or sinks.
     #[must_use]
     pub fn with_gain(&self, gain: f64) -> Wake {
         let mut wake = match &self.shape {
@@ -136,15 +141,16 @@ impl Wake {
         self.gain
     }
 
-    /// Whether it is more than the hover jet: then it need not be round, nor below its drone, and the closed forms of the far field do not
-    /// hold for it.
+    /// Whether it is more than the hover jet: then it need not be round, nor below its drone, and
+    /// the closed forms of the far field do not hold for it.
     #[must_use]
     pub fn is_shaped(&self) -> bool {
         self.shape.is_some()
     }
 
-    /// Induced velocity (m/s) of the drone's own rotors, by which air that it meets is measured: that of the jet unless effects make the
-    /// jet stronger or weaker than the rotors. Never more than the stated mass asks for.
+    /// Induced velocity (m/s) of the drone's own rotors, by which its exposure is measured: that of
+    /// the jet unless effects make the jet stronger or weaker than the rotors. Never more than the
+    /// stated mass asks for.
     #[must_use]
     pub fn hover_velocity_mps(&self) -> f64 {
         match &self.shape {
@@ -153,8 +159,9 @@ impl Wake {
         }
     }
 
-    /// Radius around the axis (m) within which the far field is faster than half its axis, in the widest direction of a level cut; above
-    /// 2.5 l that of 2.5 l at least. What must be covered to stop it. `None` where the wind has taken the jet away.
+    /// Radius around the axis (m) within which the far field is faster than half its axis, in the
+    /// widest direction of a level cross-section; above 2.5 l that of 2.5 l at least. What must be
+    /// covered to stop it. `None` where the wind has taken the jet away.
     #[must_use]
     pub fn spread_m(&self, depth_m: f64) -> Option<f64> {
         let half_width_m = self.half_width_m(depth_m);
@@ -166,7 +173,8 @@ impl Wake {
         }
     }
 
-    /// Radius of the near-field column (m): to the rotor tips, wherever above 2.5 l the jet has been moved and widened to.
+    /// Radius of the near-field column (m): to the rotor tips, wherever above 2.5 l the jet has
+    /// been moved and widened to.
     #[must_use]
     pub fn column_radius_m(&self) -> f64 {
         let tips_m = self.tip_radius_m();
@@ -181,8 +189,8 @@ impl Wake {
         radius_m.fold(tips_m, f64::max)
     }
 
-    /// Where its axis is (m, x and y from the drone) at a depth: below the drone unless wind or tilt move it. `None` where the wind
-    /// has taken the jet away.
+    /// Where its axis is (m, x and y from the drone) at a depth: below the drone unless wind or
+    /// tilt move it. `None` where the wind has taken the jet away.
     #[must_use]
     pub fn axis_m(&self, depth_m: f64) -> Option<[f64; 2]> {
         match &self.shape {
@@ -193,16 +201,17 @@ impl Wake {
         }
     }
 
-    /// Depth (m) from which on the wind has taken the jet away, and [`Wake::axis_m`] is `None`; just above it the jet lies nearly level and
-    /// far downwind. `None`: nowhere.
+    /// Depth (m) from which on the wind has taken the jet away, and [`Wake::axis_m`] is `None`;
+    /// just above it the jet lies nearly level and far downwind. `None`: nowhere.
     #[must_use]
     pub fn gone_from_m(&self) -> Option<f64> {
         let shape = self.shape.as_ref()?;
         shape.gone_from().map(|s| s * self.length_m)
     }
 
-    /// The far field's formula in place of any near field, up to the rotor plane. It is wrong there (its centreline exceeds what
-    /// was measured above 2.3 l), so nobody should fly by it; recordings may declare it as the simulation they were made against.
+    /// The far field's formula in place of any near field, up to the rotor plane. It is wrong there
+    /// (its centreline exceeds what was measured above 2.3 l), so no plan uses it; recordings may
+    /// declare it as the simulation they were made against.
     #[must_use]
     pub fn extrapolated(&self) -> Wake {
         Wake {
@@ -313,23 +322,25 @@ impl Wake {
     /// The wake at one depth (m) below the rotor plane, for many points of it.
     #[must_use]
     #[inline]
-    pub fn cut(&self, depth_m: f64) -> Cut<'_> {
-        Cut::new(self, depth_m)
+    pub fn cross_section(&self, depth_m: f64) -> CrossSection<'_> {
+        CrossSection::new(self, depth_m)
     }
 
     pub(crate) fn near_field(&self) -> Option<&NearField> {
         self.shared.near.as_ref()
     }
 
-    /// [`Wake::axial_speed_mps`] at many offsets, in order; as many as the shorter of the two slices holds.
+    /// [`Wake::axial_speed_mps`] at many offsets, in order; as many as the shorter of the two
+    /// slices holds.
     pub fn axial_speeds_mps(&self, offsets_m: &[Vector3<f64>], out_mps: &mut [f64]) {
         for (speed_mps, &offset_m) in out_mps.iter_mut().zip(offsets_m) {
             *speed_mps = self.axial_speed_mps(offset_m);
         }
     }
 
-    /// Mean velocity (m/s) at an offset, world frame: z negative is down, x and y the radial flow that continuity asks for
-    /// (out of the jet's core, into it from outside). Zero at and above the rotor plane.
+    /// Mean velocity (m/s) at an offset, world frame: z negative is down, x and y the radial flow
+    /// that continuity asks for (out of the jet's core, into it from outside). Zero at and above
+    /// the rotor plane.
     #[must_use]
     pub fn velocity_mps(&self, offset_m: Vector3<f64>) -> Vector3<f64> {
         match &self.shape {
@@ -361,7 +372,8 @@ impl Wake {
         Vector3::new(x, y, -down_mps)
     }
 
-    /// Half-width of the jet (m) at a depth below the rotor plane; above 2.5 l that of 2.5 l. What must be covered to stop it.
+    /// Half-width of the jet (m) at a depth below the rotor plane; above 2.5 l that of 2.5 l. What
+    /// must be covered to stop it.
     #[must_use]
     pub fn half_width_m(&self, depth_m: f64) -> f64 {
         let from_m = self.far.from_m();
@@ -375,14 +387,15 @@ impl Wake {
         self.far.centreline_mps(depth_m)
     }
 
-    /// Radius (m) within which the far field exceeds a speed: the iso-speed spindle. `None` above 2.5 l and below its tip.
+    /// Radius (m) within which the far field exceeds a speed: the iso-speed spindle. `None` above
+    /// 2.5 l and below its tip.
     #[must_use]
     pub fn radius_at_speed_m(&self, depth_m: f64, speed_mps: f64) -> Option<f64> {
         self.far.radius_at_speed_m(depth_m, speed_mps)
     }
 
-    /// Depth (m) below which no far-field point exceeds `speed_mps`: where the axis has slowed to it, and 2.5 l where all of the
-    /// far field is slower. Infinite for a speed of 0.
+    /// Depth (m) below which no far-field point exceeds `speed_mps`: where the axis has slowed to
+    /// it, and 2.5 l where all of the far field is slower. Infinite for a speed of 0.
     #[must_use]
     pub fn spindle_end_m(&self, speed_mps: f64) -> f64 {
         self.far

@@ -4,7 +4,9 @@
 //! throttle → throttle (1 + k (V₀ - V)/V₀)
 //! ```
 //!
-//! `V₀`: the voltage at the beginning of the recording. `k = 1` where thrust goes with the square of duty times voltage. Range: -2 to 4. Present outside every jet, and monotone in the voltage: that tells it from air.
+//! `V₀`: the voltage at the beginning of the recording. `k = 1` where thrust goes with the square
+//! of duty times voltage. Range: -2 to 4. Present outside every jet, and monotone in the voltage:
+//! that tells it from air.
 
 use serde::{Deserialize, Serialize};
 

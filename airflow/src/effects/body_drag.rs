@@ -4,9 +4,12 @@
 //! F = -½ ρ (a l²) w |w|,   w = U + V_z: the air's downward speed past the drone
 //! ```
 //!
-//! `a l²` is the drag area `C_D A` of frame, battery and arms seen from above, in squared motor distances: 0.1 to 0.4 for a frame that covers a tenth to a third of `l²`
-//! (chosen here from `C_D` about 1.2 for bluff bodies; recalled). Range: any speed. Taken for: rotors that feel more of the air ([`super::ReceiverInflow`]), whose force grows with
-//! the speed where this one grows with its square; the drone's own climb tells them apart only where it is fast.
+//! `a l²` is the drag area `C_D A` of frame, battery and arms seen from above, in squared motor
+//! distances: 0.1 to 0.4 for a frame that covers a tenth to a third of `l²` (chosen here from `C_D`
+//! about 1.2 for plates across the flow: Hoerner, Fluid-Dynamic Drag, 1965, ch. 3). Range: any
+//! speed. Taken for: a receiver gain above 1 ([`super::ReceiverInflow`]), whose force grows with
+//! the speed where this one grows with its square; the drone's own climb tells them apart only
+//! where it is fast.
 
 use serde::{Deserialize, Serialize};
 

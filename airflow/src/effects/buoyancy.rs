@@ -4,8 +4,9 @@
 //! U_C → U_C √(1 - c (s/10)²),   c = (10 l/L_M)², L_M = J^(3/4)/B₀^(1/2)
 //! ```
 //!
-//! `B₀ = g P/(ρ c_p T)` with all electrical power ending as heat: for an Offboard 2 `L_M` is 78 m and `c` 0.001, far too small to be told from
-//! noise within 10 m; tall cold stores and hot roofs are another matter.
+//! `B₀ = g P/(ρ c_p T)` with all electrical power ending as heat: for an Offboard 2 `L_M` is 78 m
+//! and `c` 0.001, far too small to be told from noise within 10 m; tall cold stores and hot roofs
+//! are another matter.
 
 use serde::{Deserialize, Serialize};
 

@@ -4,8 +4,9 @@
 //! T/T_∞ = 1 / (1 - (1/a₁)(R/(z_c + a₂))²)
 //! ```
 //!
-//! Sanchez-Cuevas et al. 2017 (recalled) with `a₁` about 7 and `a₂` about 4 cm for a small quadrotor; here `a₂ = R/4`, chosen so that it scales. The jet at the same thrust
-//! does not change.
+//! Sanchez-Cuevas, Heredia & Ollero (ICUAS 2017) with `a₁` about 7 and `a₂` about 4 cm for a small
+//! quadrotor; here `a₂ = R/4`, chosen so that it scales. The jet at the same thrust does not
+//! change.
 
 use serde::{Deserialize, Serialize};
 

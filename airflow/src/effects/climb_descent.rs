@@ -1,11 +1,12 @@
-//! Climb and descent: a climbing rotor breathes air that comes towards it, and blows less.
+//! Climb and descent: a climbing rotor takes in air that comes towards it, and its wake is weaker.
 //!
 //! ```text
 //! climb:   v_i/v_h = -x/2 + √(x²/4 + 1),   x = V_z/v_h
 //! descent: the same, to x = -0.5; below that lies the vortex ring state, where no mean jet exists
 //! ```
 //!
-//! Momentum theory; the wake goes with `(v_i/v_h)^p`, physically `p = 1`. Taken for: transport, since depth changes too.
+//! Momentum theory; the wake goes with `(v_i/v_h)^p`, physically `p = 1`. Taken for: transport,
+//! since depth changes too.
 
 use serde::{Deserialize, Serialize};
 

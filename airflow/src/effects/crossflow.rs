@@ -1,7 +1,7 @@
 //! Cross-flow: wind across a jet bends it, and weakens it as it takes the wind's air in.
 //!
-//! An integral jet (top hat of radius `b`, speed `u` along its axis, at angle `θ` to the wind `W`), followed from the rotor plane down
-//! the arc `ς`, all in `l` and `U_H`:
+//! An integral jet (top hat of radius `b`, speed `u` along its axis, at angle `θ` to the wind `W`),
+//! followed from the rotor plane down the arc `ς`, all in `l` and `U_H`:
 //!
 //! ```text
 //! dQ/dς  = 2π b ( α |u - W cos θ| + β_n |W sin θ| )      volume flux over π
@@ -9,12 +9,15 @@
 //! u = |M|/Q,   b = √(Q/(π u))
 //! ```
 //!
-//! `α = 1.6986 S/2` makes the still-air jet that of the paper (a top hat of its mass and momentum is √2 · 1.2011 = 1.6986 half-widths
-//! wide). `β_n = 0.34` is the entrainment of a jet in a normal current (Lee & Chu, Turbulent Jets and Plumes, 2003). `c_d = 1.2` is chosen
-//! here: 1.0 to 1.3 reproduces the drift of weak winds, `x/l = 2.3 (W/U_H)(s/l)²/(2 B)` and above. Nothing in it is fitted but `W`.
+//! `α = 1.6986 S/2` makes the still-air jet that of the paper (a top hat of its mass and momentum
+//! is √2 · 1.2011 = 1.6986 half-widths wide). `β_n = 0.34` is the entrainment of a jet in a normal
+//! current (Lee & Chu, Turbulent Jets and Plumes, 2003). `c_d = 1.2` is chosen here: 1.0 to 1.3
+//! reproduces the drift of weak winds, `x/l = 2.3 (W/U_H)(s/l)²/(2 B)` and above. Nothing in it is
+//! fitted but `W`.
 //!
-//! Range: `W` up to 0.4 `U_H`; beyond that the drone leans into the wind more than the level rotor plane allows. Taken for: a tilted
-//! emitter (grows with `s`, not `s²`), a shifted probe (constant in `s`), a lopsided jet (turns with yaw; leaves no wind far from the jet).
+//! Range: `W` up to 0.4 `U_H`; beyond that the drone tilts into the wind more than the level rotor
+//! plane allows. Taken for: a tilted emitter (grows with `s`, not `s²`), a shifted probe (constant
+//! in `s`), a lopsided jet (turns with yaw; leaves no wind far from the jet).
 
 use std::f64::consts::PI;
 
@@ -31,7 +34,8 @@ const DRAG: f64 = 1.2;
 const TOP_HAT: f64 = 1.698_6;
 /// Step along the arc, in `l`. Chosen here: halving it changes no drift by more than 1e-3.
 const STEP: f64 = 0.05;
-/// Depth to which the plume is followed, in `l`; and arc, for plumes that level off. Chosen here: twice as far as any jet was measured.
+/// Depth to which the plume is followed, in `l`; and arc, for plumes that level off. Chosen here:
+/// twice as far as any jet was measured.
 const DEEPEST: f64 = 50.0;
 const LONGEST: f64 = 120.0;
 /// Depths of the table, in `l`.
@@ -47,7 +51,8 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     equation: "integral jet in a wind (W_x, W_y): dM_x/ds = W dQ/ds + F, Q' = 2 pi b (alpha |u - W cos| + 0.34 |W sin|)",
     description: "wind bends the jet downwind, weakens it, and leaves a draught beside it",
     parameters: &[
-        // The fastest induced velocity known here is 14 m/s; beyond `MOST_WIND` of it the model does not hold.
+        // The fastest induced velocity known here is 14 m/s; beyond `MOST_WIND` of it the model
+        // does not hold.
         Parameter {
             fit_over: FitOver::InducedVelocity,
             ..Parameter::new("wind_mps", &["wind_x", "wind_y"], "m/s", [-10.0, 10.0])
@@ -72,7 +77,7 @@ pub struct Crossflow {
     pub wind_mps: [f64; 2],
 }
 
-/// Where a bent jet is at a depth, what of it is left, and how it leans.
+/// Where a bent jet is at a depth, what of it is left, and how it is tilted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Section {
     /// Drift downwind (l).
@@ -81,8 +86,8 @@ pub(crate) struct Section {
     pub(crate) speed: f64,
     /// Width over that in still air.
     pub(crate) width: f64,
-    /// Sine and cosine of the lean from the vertical.
-    pub(crate) lean: [f64; 2],
+    /// Sine and cosine of the tilt from the vertical.
+    pub(crate) tilt: [f64; 2],
 }
 
 /// One bent jet by depth.
@@ -122,7 +127,7 @@ impl Plume {
                 drift,
                 speed: u / still_u(depth),
                 width: (q / (PI * u)).sqrt() / radius(depth),
-                lean: [mx / m, mz / m],
+                tilt: [mx / m, mz / m],
             }
         };
         let mut sections = vec![section(state)];
@@ -157,15 +162,16 @@ impl Plume {
         }
     }
 
-    /// The jet at a depth (l), linear between the entries of the table; `None` where the wind has taken it away before. Below the
-    /// table it goes on as it ends there, straight and no weaker against the jet in still air: nobody has measured so far down.
+    /// The jet at a depth (l), linear between the entries of the table; `None` where the wind has
+    /// taken it away before. Below the table it goes on as it ends there, straight and no weaker
+    /// against the jet in still air: no measurement reaches so far down.
     pub(crate) fn at(&self, s: f64) -> Option<Section> {
         let place = (s / SPACING).max(0.0);
         let before = place as usize;
         let Some(&a) = self.sections.get(before) else {
             let last = *self.sections.last().filter(|_| self.goes_on)?;
             let below = s - (self.sections.len() - 1) as f64 * SPACING;
-            let [sin, cos] = last.lean;
+            let [sin, cos] = last.tilt;
             return Some(Section {
                 drift: last.drift + below * sin / cos,
                 ..last
@@ -173,7 +179,7 @@ impl Plume {
         };
         let share = place - before as f64;
         let Some(b) = self.sections.get(before + 1) else {
-            let [sin, cos] = a.lean;
+            let [sin, cos] = a.tilt;
             return Some(Section {
                 drift: a.drift + share * SPACING * sin / cos,
                 ..a
@@ -184,11 +190,12 @@ impl Plume {
             drift: mix(a.drift, b.drift),
             speed: mix(a.speed, b.speed),
             width: mix(a.width, b.width),
-            lean: [mix(a.lean[0], b.lean[0]), mix(a.lean[1], b.lean[1])],
+            tilt: [mix(a.tilt[0], b.tilt[0]), mix(a.tilt[1], b.tilt[1])],
         })
     }
 
-    /// Depth (l) from which on the wind has taken the jet away: it lies level. `None`: nowhere as far as anybody looks.
+    /// Depth (l) from which on the wind has taken the jet away: it lies level. `None`: nowhere
+    /// within the table.
     #[must_use]
     pub fn gone_from(&self) -> Option<f64> {
         (!self.goes_on).then_some(self.sections.len() as f64 * SPACING)
@@ -227,7 +234,8 @@ mod tests {
                 .expect("it reaches there");
             drift * 2.0 * 10.11 / (wind * s * s)
         };
-        // Integral model with this closure: 2.3 at W = 0.02 U_H and 6 l, growing with wind and depth; 8 % by the choice of the drag.
+        // Integral model with this closure: 2.3 at W = 0.02 U_H and 6 l, growing with wind and
+        // depth; 8 % by the choice of the drag.
         for (wind, s, expected) in [
             (0.02, 6.0, 2.3),
             (0.05, 6.0, 3.0),

@@ -1,10 +1,12 @@
-//! Propeller size: the paper scales every jet with `U_H l`, momentum says `U_H d`; the truth may lie between.
+//! Propeller size: the paper scales every jet with `U_H l`, momentum says `U_H d`; the truth may
+//! lie between.
 //!
 //! ```text
 //! U_C ~ U_H l ( d/(0.53 l) )^p,   p = 0: the paper; p = 1: momentum alone
 //! ```
 //!
-//! 0.53 is the middle of the paper's four uncanted airframes. To be seen only with two airframes of different `d/l`; with one it is a factor like any other.
+//! 0.53 is the middle of the paper's four uncanted airframes. To be seen only with two airframes of
+//! different `d/l`; with one it is a factor like any other.
 
 use serde::{Deserialize, Serialize};
 

@@ -4,7 +4,8 @@
 //! V → κ V
 //! ```
 //!
-//! Range: 0 to 3. To a probe of magnitude it matters beyond 3 half-widths, where `V` exceeds a third of `U`. Taken for: the tail, the ambient.
+//! Range: 0 to 3. To a probe of magnitude it matters beyond 3 half-widths, where `V` exceeds a
+//! third of `U`. Taken for: the tail, the ambient.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,9 +1,9 @@
-//! What of the effects a planner can fly through: all of each, a bound of it, nothing because it is not of the air that limits count,
-//! or not yet.
+//! What of the effects a planner can fly through: all of each, a bound of it, nothing because it is
+//! not of the air that limits count, or not yet.
 //!
-//! Limits count the vertical air over rotor discs and in zones, and in zones the wall jet along the floor. An effect that only
-//! moves air sideways otherwise, or that changes how a drone answers, leaves them as they are. What has no bound is refused: nothing is
-//! left out in silence.
+//! Limits count the vertical air over rotor discs and in zones, and in zones the wall jet along the
+//! floor. An effect that only moves air sideways otherwise, or that changes how a drone answers,
+//! leaves them as they are. What has no bound is refused: nothing is left out in silence.
 
 use super::crossflow::MOST_WIND;
 use super::spec::{Home, Treatment};
@@ -25,7 +25,7 @@ pub struct Flown {
     pub receiver_gain: f64,
     /// Air that is there without any jet, in whatever direction (m/s).
     pub draught_mps: f64,
-    /// Speed of the air that carries wakes down over that of the centreline, where it takes its time.
+    /// Speed of the air that carries wakes down over that of the centreline.
     pub convection: Option<f64>,
     /// The wall jet along the floor.
     pub wall: Option<GroundImpingement>,
@@ -62,7 +62,8 @@ impl Effects {
         if !refused.is_empty() {
             return Err(refused);
         }
-        // What was taken up in flight is carried from the beginning, what was dropped is carried on.
+        // What was taken up in flight is carried from the beginning, what was dropped is carried
+        // on.
         let constant = self.payload_mass.and_then(|payload| {
             let heavier = payload.mass_factor > 1.0;
             (heavier || payload.is_constant()).then(|| PayloadMass::always(payload.mass_factor))
@@ -122,7 +123,8 @@ impl Flown {
         }
     }
 
-    /// How long the air of a wake (of [`Flown::wake`]) is under way down to a depth (s); 0 where it takes no time.
+    /// How long the air of a wake (of [`Flown::wake`]) is under way down to a depth (s); 0 where it
+    /// takes no time.
     #[must_use]
     pub fn lag_s(&self, wake: &Wake, depth_m: f64) -> f64 {
         self.convection.map_or(0.0, |convection| {
@@ -136,8 +138,8 @@ impl Flown {
         self.climb.is_some()
     }
 
-    /// Why drones of this airframe cannot be flown with these effects, in air of this density (kg/m³): a wind too strong for the model of
-    /// the bent jet.
+    /// Why drones of this airframe cannot be flown with these effects, in air of this density
+    /// (kg/m³): a wind too strong for the model of the bent jet.
     #[must_use]
     pub fn beyond(&self, airframe: &Airframe, density_kg_per_m3: f64) -> Option<String> {
         let [x, y] = self.steady.crossflow?.wind_mps;

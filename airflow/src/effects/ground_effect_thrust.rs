@@ -4,7 +4,9 @@
 //! T/T_∞ = 1 + c_a exp(-c_b z/R)
 //! ```
 //!
-//! The exponential form (He, Leang et al., 2019-20, recalled) has no pole, unlike Cheeseman & Bennett's `1/(1 - (R/4z)²)`. `R`: propeller radius. Range: `z` below 5 R.
+//! The exponential form (He, Kou, Calaf & Leang 2019, J. Dyn. Syst. Meas. Control 141:071013) has
+//! no pole, unlike Cheeseman & Bennett's `1/(1 - (R/4z)²)`. `R`: propeller radius. Range: `z` below
+//! 5 R.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,15 +1,17 @@
 //! The floor: a jet that meets it stops and spreads along it as a wall jet.
 //!
-//! With height `h` of the point and `H` of the drone above the floor, `r_f` the half-width that the free jet would have there, and `√J` its momentum:
+//! With height `h` of the point and `H` of the drone above the floor, `r_f` the half-width that the
+//! free jet would have there, and `√J` its momentum:
 //!
 //! ```text
 //! axial:   U → U (1 - exp(-(h/(c r_f))²))
-//! outward: U_m = a · 1.32 (√J/H) (r/H)^-1.10,   δ = 0.098 H (r/H)^0.90        (Poreh, Tsuei & Cermak 1967; recalled)
-//!          u = U_m · 1.4794 η^(1/7) (1 - erf(0.67753 η)),   η = h/δ            (Verhoff's profile; recalled)
+//! outward: U_m = a · 1.32 (√J/H) (r/H)^-1.10,   δ = 0.098 H (r/H)^0.90        (Poreh, Tsuei & Cermak 1967, J. Appl. Mech. 34:457)
+//!          u = U_m · 1.4794 η^(1/7) (1 - erf(0.67753 η)),   η = h/δ            (Verhoff 1963, Princeton Univ. Rep. 626)
 //!          inside r < 1.3 r_f: rising linearly from the stagnation point
 //! ```
 //!
-//! An Offboard 2 three metres up: 1.4 m/s at 3 m from below it. Taken for: recirculation (not tied to the height), wind near the floor.
+//! An Offboard 2 three metres up: 1.4 m/s at 3 m from below it. Taken for: recirculation (not tied
+//! to the height), wind near the floor.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -17,7 +19,8 @@ use serde::{Deserialize, Serialize};
 use super::spec::{EffectSpec, Home, Parameter, Treatment};
 use crate::wake::Wake;
 
-/// `η` at which Verhoff's profile is highest, and a little more than it is there: it rises before and falls after.
+/// `η` at which Verhoff's profile is highest, and a little more than it is there: it rises before
+/// and falls after.
 const FASTEST_ETA: f64 = 0.1655;
 const HIGHEST_PROFILE: f64 = 1.0005;
 
@@ -26,7 +29,8 @@ fn profile(eta: f64) -> f64 {
     1.4794 * eta.powf(1.0 / 7.0) * erfc(0.67753 * eta)
 }
 
-/// Depths at which an axis is looked at to see where it goes between two; chosen here. It may be farther out by half a step.
+/// Depths at which an axis is looked at to see where it goes between two; chosen here. It may be
+/// farther out by half a step.
 const AXIS_LEVELS: u32 = 8;
 
 /// Row of the effect table.
@@ -99,10 +103,12 @@ impl GroundImpingement {
         (axial, fastest * profile(eta) * inside)
     }
 
-    /// Speed (m/s) along the floor, outwards, at most, over ranges: height of the rotor plane above the floor, height of the point above it
-    /// and distance from the axis (m). Ranges of one value give the speed itself.
+    /// Speed (m/s) along the floor, outwards, at most, over ranges: height of the rotor plane above
+    /// the floor, height of the point above it and distance from the axis (m). Ranges of one value
+    /// give the speed itself.
     ///
-    /// `U_m ~ H^0.10 r^-1.10` and `δ ~ H^0.10 r^0.90`, so that each factor is highest at an end of its range.
+    /// `U_m ~ H^0.10 r^-1.10` and `δ ~ H^0.10 r^0.90`, so that each factor is highest at an end of
+    /// its range.
     #[must_use]
     pub fn highest_outward_mps(
         &self,
@@ -139,7 +145,8 @@ impl GroundImpingement {
         fastest_mps * highest * (radius_m.1 / inner_m(low_m)).min(1.0)
     }
 
-    /// The same over all places of a box as seen from all places of another, lowest and highest corners, in air over a floor.
+    /// The same over all places of a box as seen from all places of another, lowest and highest
+    /// corners, in air over a floor.
     #[must_use]
     pub fn highest_between_mps(
         &self,
@@ -318,7 +325,8 @@ mod tests {
         let fastest = (1..400)
             .map(|i| effect.meet(&at(f64::from(i) * 1e-3)).1)
             .fold(0.0, f64::max);
-        // 1.32 · 3.17/3 = 1.39 at the maximum of the profile, which is 1 to two parts in a thousand.
+        // 1.32 · 3.17/3 = 1.39 at the maximum of the profile, which is 1 to two parts in a
+        // thousand.
         assert!((fastest - 1.39).abs() < 0.01, "{fastest}");
         assert!(effect.meet(&at(2.9)).0 > 0.999 && effect.meet(&at(0.0)).0 == 0.0);
     }

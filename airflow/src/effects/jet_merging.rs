@@ -4,8 +4,9 @@
 //! U = ( Σ U_i^q )^(1/q)
 //! ```
 //!
-//! `q = 1`: the linear sum; `q = 2`: momentum adds, which Reichardt's hypothesis gives for jets side by side (recalled). Between aligned drones the
-//! difference is 29 %. To be seen only where two jets are alike (the weaker above 0.3 of the stronger).
+//! `q = 1`: the linear sum; `q = 2`: momentum adds, which Reichardt's hypothesis gives for jets
+//! side by side (VDI-Forschungsheft 414, 1942). Between aligned drones the difference is 29 %. To
+//! be seen only where two jets are alike (the weaker above 0.3 of the stronger).
 
 use serde::{Deserialize, Serialize};
 

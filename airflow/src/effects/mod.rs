@@ -1,15 +1,17 @@
-//! What the hover jet leaves out, one file for each: equation, source, range, and what it is easily taken for.
+//! What the hover jet leaves out, one file for each: equation, source, range, and what it is easily
+//! taken for.
 //!
-//! The same code serves simulation, diagnosis, volumes and verification, so that an effect which was found in recordings can be
-//! flown through. An effect is at home in one of three places:
+//! The same code serves simulation, diagnosis, volumes and verification, so that an effect which
+//! was found in recordings can be flown through. An effect acts in one of three places ([`Home`]):
 //!
-//! - in one drone's jet, as a function of the place below it ([`crate::Wake::with_effects`]): cross-flow, tilt, cant, wander, tail, scale,
-//!   near field, buoyancy, swirl, radial flow;
-//! - in how the jet meets its surroundings at one moment ([`Effects::meet`]): transport, climb, floor, recirculation, merging;
-//! - in how a receiver answers ([`Effects::receiver_alpha`], [`Effects::thrust_ratio`], [`Effects::throttle_factor`]): ground and ceiling effect on thrust, inflow, battery.
+//! - in one drone's jet, as a function of the place below it ([`crate::Wake::with_effects`]):
+//!   cross-flow, tilt, cant, wander, tail, scale, near field, buoyancy, swirl, radial flow;
+//! - in how the jet meets its surroundings at one moment ([`Effects::meet`]): transport, climb,
+//!   floor, recirculation, merging;
+//! - in how a receiver answers ([`Effects::receiver_alpha`], [`Effects::thrust_ratio`],
+//!   [`Effects::throttle_factor`]): ground and ceiling effect on thrust, inflow, battery.
 //!
-//! Lengths in motor distances `l` and speeds in `U_H` inside, metres and seconds in the fields. "Recalled" marks a formula quoted
-//! from the literature from memory.
+//! Lengths in motor distances `l` and speeds in `U_H` inside, metres and seconds in the fields.
 
 mod air_density;
 mod battery_sag;
@@ -64,12 +66,40 @@ pub use receive::Reception;
 pub use receiver_inflow::ReceiverInflow;
 pub use recirculation::Recirculation;
 pub use rotor_cant::RotorCant;
-pub use spec::{EFFECTS, EffectSpec, FitOver, Home, OutOfRange, Parameter, Treatment};
+pub use spec::{EffectSpec, FitOver, Home, OutOfRange, Parameter, Treatment};
 pub use surroundings::Surroundings;
 pub use swirl::Swirl;
 pub use wake_tilt::WakeTilt;
 pub use wake_transport::WakeTransport;
 pub use wander::Wander;
+
+/// Every effect, in the order of the fields of [`Effects`]: the effect table.
+pub const EFFECTS: [&EffectSpec; 24] = [
+    &crossflow::SPEC,
+    &wake_tilt::SPEC,
+    &rotor_cant::SPEC,
+    &wander::SPEC,
+    &profile_tail::SPEC,
+    &momentum_scale::SPEC,
+    &payload_mass::SPEC,
+    &air_density::SPEC,
+    &dl_ratio::SPEC,
+    &near_field::SPEC,
+    &buoyancy::SPEC,
+    &swirl::SPEC,
+    &entrainment_radial::SPEC,
+    &jet_merging::SPEC,
+    &wake_transport::SPEC,
+    &climb_descent::SPEC,
+    &ground_impingement::SPEC,
+    &recirculation::SPEC,
+    &ground_effect_thrust::SPEC,
+    &ceiling_effect::SPEC,
+    &receiver_inflow::SPEC,
+    &battery_sag::SPEC,
+    &own_motion::SPEC,
+    &body_drag::SPEC,
+];
 
 /// What is added to the hover jet, each effect at most once. The default adds nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -117,7 +147,7 @@ pub struct Effects {
     /// Several jets that become one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jet_merging: Option<JetMerging>,
-    /// Air that takes its time.
+    /// Convective delay.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wake_transport: Option<WakeTransport>,
     /// A drone that climbs or sinks.

@@ -1,12 +1,15 @@
-//! Strength: all of the jet is faster or slower by one factor, for a reason that speeds alone cannot tell.
+//! Strength: all of the jet is faster or slower by one factor, for a reason that speeds alone
+//! cannot tell.
 //!
-//! Mass, density, propeller size over motor distance, the share of the thrust that is found in the jet, and a probe's gain all act alike:
+//! Mass, density, propeller size over motor distance, the share of the thrust that is found in the
+//! jet, and a probe's gain all act alike:
 //!
 //! ```text
 //! U ~ √(m/ρ) (d/l)^p g
 //! ```
 //!
-//! Separated by throttle (`√(m/ρ)`), power (`m^1.5 ρ^-0.5`), a second drone of another `d/l`, or a second probe.
+//! Separated by throttle (`√(m/ρ)`), power (`m^1.5 ρ^-0.5`), a second drone of another `d/l`, or a
+//! second probe.
 
 use serde::{Deserialize, Serialize};
 

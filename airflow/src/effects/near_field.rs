@@ -1,7 +1,7 @@
 //! Near field: above 2.5 motor distances there are four jets and a slow core, not one.
 //!
-//! For simulations that extrapolate the far field to the rotors. The four rotor jets of [`crate::Wake`] take its place by a share, and the body's shadow has a
-//! depth of its own:
+//! For simulations that extrapolate the far field to the rotors. The four rotor jets of
+//! [`crate::Wake`] take its place by a share, and the body's shadow has a depth of its own:
 //!
 //! ```text
 //! U = (1 - λ) U_far + λ U_four(D₀),   s < 2.5 l
@@ -40,7 +40,8 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
 pub struct NearFieldShape {
     /// `λ`; 1: all of it.
     pub share: f64,
-    /// `D₀`, share of the flow that the body takes away on the axis at the rotors; 0.5 in [`crate::Wake`].
+    /// `D₀`, share of the flow that the body takes away on the axis at the rotors; 0.5 in
+    /// [`crate::Wake`].
     pub shadow: f64,
 }
 

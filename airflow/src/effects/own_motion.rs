@@ -1,12 +1,14 @@
-//! Own motion: a receiver that climbs meets air from above that no other drone blew, one that flies forward finds fresh air.
+//! Own motion: a receiver that climbs meets air from above that is no other drone's wake, one that
+//! flies forward finds fresh air.
 //!
 //! ```text
 //! climb:    α → α + κ V_z/U_H
 //! forward:  T → T (1 + b (V_h/U_H)²)
 //! ```
 //!
-//! Momentum theory at constant power has `κ = 1`; Glauert's inflow in slow forward flight, expanded, has `b = 1/6` (from `v_i √(V_h² + v_i²) = τ U_H²` and
-//! `τ v_i = U_H`). Range: `|V|` below `U_H/2`. Taken for: a rotor lag, which sees changes of thrust and not speed.
+//! Momentum theory at constant power has `κ = 1`; Glauert's inflow in slow forward flight,
+//! expanded, has `b = 1/6` (from `v_i √(V_h² + v_i²) = τ U_H²` and `τ v_i = U_H`). Range: `|V|`
+//! below `U_H/2`. Taken for: a rotor lag, which sees changes of thrust and not speed.
 
 use serde::{Deserialize, Serialize};
 
@@ -46,7 +48,7 @@ pub struct OwnMotion {
 impl OwnMotion {
     /// Air from above over `U_H`, with the drone's own climb over `U_H` added.
     #[must_use]
-    pub fn met(&self, alpha: f64, climb: f64) -> f64 {
+    pub fn alpha(&self, alpha: f64, climb: f64) -> f64 {
         alpha + self.climb * climb
     }
 
@@ -81,6 +83,6 @@ mod tests {
         }
         // The next term of the expansion is of order x⁴ = 1.6e-3 times a few hundredths.
         assert!((motion.thrust_ratio(x) - low).abs() < 2e-4);
-        assert_eq!(motion.met(0.3, 0.1), 0.4);
+        assert_eq!(motion.alpha(0.3, 0.1), 0.4);
     }
 }

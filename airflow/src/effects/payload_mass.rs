@@ -4,7 +4,8 @@
 //! U ~ √(m/m₀)
 //! ```
 //!
-//! Seen in the throttle too, `√(m/m₀)`, and in the power, `(m/m₀)^1.5`; that is what tells it from a sensor's gain. Range: 0.4 to 2.5.
+//! Seen in the throttle too, `√(m/m₀)`, and in the power, `(m/m₀)^1.5`; that is what tells it from
+//! a sensor's gain. Range: 0.4 to 2.5.
 
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +61,8 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
 pub struct PayloadMass {
     /// `m/m₀`; 1: as stated.
     pub mass_factor: f64,
-    /// From this moment on (s, the recording's clock); negative infinity, and left out in files: always.
+    /// From this moment on (s, the recording's clock); negative infinity, and left out in files:
+    /// always.
     #[serde(default = "begin", skip_serializing_if = "is_unbounded")]
     pub since_s: f64,
     /// Until this moment (s); infinity, and left out in files: for good.

@@ -4,9 +4,11 @@
 //! f(ξ) = (1 - τ)/(1 + a ξ²)² + τ exp(-ln2 ξ^(2+n))
 //! ```
 //!
-//! The paper's profile entrains 58 % more than a Gaussian of the same width, and its residuals are positive between 2 and 5 half-widths; jets are
-//! as well described by a Gaussian (`τ = 1`, `n = 0`) within 1.5 half-widths (recalled). Range: `τ` -0.6 to 1.6, `n` -0.6 to 4. Zero change on the
-//! axis and at `ξ = 1`, at every depth. Taken for: an ambient speed that was subtracted from a magnitude (an artefact that falls with `U_C`).
+//! The paper's profile entrains 58 % more than a Gaussian of the same width, and its residuals are
+//! positive between 2 and 5 half-widths; jets are as well described by a Gaussian (`τ = 1`,
+//! `n = 0`) within 1.5 half-widths (Pope, Turbulent Flows, 2000, section 5.1). Range: `τ` -0.6 to
+//! 1.6, `n` -0.6 to 4. Zero change on the axis and at `ξ = 1`, at every depth. Taken for: an
+//! ambient speed that was subtracted from a magnitude (an artefact that falls with `U_C`).
 
 use serde::{Deserialize, Serialize};
 

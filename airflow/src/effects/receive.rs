@@ -35,8 +35,8 @@ impl Effects {
         })
     }
 
-    /// Factor on the throttle that holds the thrust: near floor and ceiling it falls with the root of what is gained, and it rises as
-    /// the battery falls.
+    /// Factor on the throttle that holds the thrust: near floor and ceiling it falls with the root
+    /// of what is gained, and it rises as the battery falls.
     #[must_use]
     pub fn throttle_factor(&self, at: &Reception) -> f64 {
         let battery = self.battery_sag.zip(at.voltage_ratio);
@@ -44,7 +44,8 @@ impl Effects {
             * battery.map_or(1.0, |(effect, ratio)| effect.throttle_factor(ratio))
     }
 
-    /// Factor on the power that holds a drone up, over that far from floor and ceiling: induced power goes with `T^1.5`.
+    /// Factor on the power that holds a drone up, over that far from floor and ceiling: induced
+    /// power goes with `T^1.5`.
     #[must_use]
     pub fn power_factor(&self, at: &Reception) -> f64 {
         self.thrust_ratio(at).recip().max(0.0).powf(1.5)

@@ -4,8 +4,10 @@
 //! α → η α
 //! ```
 //!
-//! At fixed speed of rotation blades lose `dT/dV` between 0 and `T/v_h` (blade elements; recalled); the paper's own controller over-compensates, its mean error changing from -38 to +19 mm,
-//! which says `η < 1`. Range: 0 to 2.5. Taken for: a stronger or weaker emitter, which its throttle would show.
+//! At fixed speed of rotation blades lose `dT/dV` between 0 and `T/v_h` (blade-element theory:
+//! Leishman, Principles of Helicopter Aerodynamics, 2006, ch. 3); the paper's own controller
+//! over-compensates, its mean error changing from -38 to +19 mm, which says `η < 1`. Range: 0 to
+//! 2.5. Taken for: a stronger or weaker emitter, which its throttle would show.
 
 use serde::{Deserialize, Serialize};
 

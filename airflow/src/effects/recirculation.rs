@@ -4,9 +4,11 @@
 //! u_r(t) = u_∞ (1 - exp(-(t - t₀)/τ_r))
 //! ```
 //!
-//! A draught that grows after take-off, everywhere; for a hall of 25 x 25 x 7 m some 0.1 m/s after ten minutes (order of magnitude, recalled). What the jets carry
-//! down must come up between them: the part `e` of the draught rises (against the jets), the rest has no direction that a speed probe could tell and adds in squares.
-//! Taken for: a probe's offset or drift, which do not grow with flight time and stay after landing; wind.
+//! A draught that grows after take-off, everywhere; for a hall of 25 x 25 x 7 m some 0.1 m/s after
+//! ten minutes (order of magnitude, assumed here because no measurement is known). What the jets
+//! carry down must come up between them: the part `e` of the draught rises (against the jets), the
+//! rest has no direction that a speed probe could tell and adds in squares. Taken for: a probe's
+//! offset or drift, which do not grow with flight time and stay after landing; wind.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -56,7 +58,8 @@ pub struct Recirculation {
 }
 
 impl Recirculation {
-    /// The draught at a time since take-off (s): what rises (m/s, world), and the speed (m/s) without direction.
+    /// The draught at a time since take-off (s): what rises (m/s, world), and the speed (m/s)
+    /// without direction.
     #[must_use]
     pub fn draught_mps(&self, since_takeoff_s: f64) -> (Vector3<f64>, f64) {
         let speed_mps = self.speed_mps * -(-since_takeoff_s.max(0.0) / self.time_s).exp_m1();

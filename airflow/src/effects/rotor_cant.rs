@@ -4,8 +4,9 @@
 //! r_half → q r_half,   U_C → U_C/q
 //! ```
 //!
-//! `q > 1` for propellers canted outwards, `q < 1` inwards. Range: 0.7 to 1.45. The paper shows the sign for two drones (a slightly narrower jet for a Mavic 3E,
-//! a wider one for an Elios 3) and no number. Taken for: a width error alone (leaves the axis as it is), wander (grows with depth), a
+//! `q > 1` for propellers canted outwards, `q < 1` inwards. Range: 0.7 to 1.45. The paper shows the
+//! sign for two drones (a slightly narrower jet for a Mavic 3E, a wider one for an Elios 3) and no
+//! number. Taken for: a width error alone (leaves the axis as it is), wander (grows with depth), a
 //! change of mass (no change of sign across the jet).
 
 use serde::{Deserialize, Serialize};

@@ -1,43 +1,12 @@
-//! The effect table: what is known of each effect beside its formula, one row in the effect's own file.
+//! The effect table: what is known of each effect beside its formula, one row in the effect's own
+//! file.
 //!
-//! Candidates of a diagnosis, readers and writers of `finding.ron`, ranges with their messages, what a planner flies and
-//! what reports print all read these rows. Another effect is a file with its formula and its row, its field in
-//! [`Effects`] and its place in [`EFFECTS`], the function that evaluates it, and what a fit needs beside this table.
+//! Candidates of a diagnosis, readers and writers of `finding.ron`, ranges with their messages,
+//! what a planner flies and what reports print all read these rows. Another effect is a file with
+//! its formula and its row, its field in [`Effects`] and its place in [`EFFECTS`], the function
+//! that evaluates it, and what a fit needs beside this table.
 
-use super::{
-    Effects, air_density, battery_sag, body_drag, buoyancy, ceiling_effect, climb_descent,
-    crossflow, dl_ratio, entrainment_radial, ground_effect_thrust, ground_impingement, jet_merging,
-    momentum_scale, near_field, own_motion, payload_mass, profile_tail, receiver_inflow,
-    recirculation, rotor_cant, swirl, wake_tilt, wake_transport, wander,
-};
-
-/// Every effect, in the order of the fields of [`Effects`].
-pub const EFFECTS: [&EffectSpec; 24] = [
-    &crossflow::SPEC,
-    &wake_tilt::SPEC,
-    &rotor_cant::SPEC,
-    &wander::SPEC,
-    &profile_tail::SPEC,
-    &momentum_scale::SPEC,
-    &payload_mass::SPEC,
-    &air_density::SPEC,
-    &dl_ratio::SPEC,
-    &near_field::SPEC,
-    &buoyancy::SPEC,
-    &swirl::SPEC,
-    &entrainment_radial::SPEC,
-    &jet_merging::SPEC,
-    &wake_transport::SPEC,
-    &climb_descent::SPEC,
-    &ground_impingement::SPEC,
-    &recirculation::SPEC,
-    &ground_effect_thrust::SPEC,
-    &ceiling_effect::SPEC,
-    &receiver_inflow::SPEC,
-    &battery_sag::SPEC,
-    &own_motion::SPEC,
-    &body_drag::SPEC,
-];
+use super::{EFFECTS, Effects};
 
 /// One row of the effect table.
 #[derive(Debug)]
@@ -50,9 +19,11 @@ pub struct EffectSpec {
     pub equation: &'static str,
     /// What happens, in one sentence.
     pub description: &'static str,
-    /// Parameters in the order in which [`EffectSpec::set`] takes their values; those that a fit finds come first.
+    /// Parameters in the order in which [`EffectSpec::set`] takes their values; those that a fit
+    /// finds come first.
     pub parameters: &'static [Parameter],
-    /// How many values, from the first, make the effect vanish when they are neutral; the others shape it.
+    /// How many values, from the first, make the effect vanish when they are neutral; the others
+    /// shape it.
     pub essential: usize,
     /// What evaluates it.
     pub home: Home,
@@ -67,9 +38,11 @@ pub struct EffectSpec {
 pub enum Home {
     /// In one drone's steady jet: [`crate::Wake::with_effects`].
     Jet,
-    /// In how a jet meets its surroundings at one moment: [`Effects::meet`] and [`Effects::background_mps`].
+    /// In how a jet meets its surroundings at one moment: [`Effects::meet`] and
+    /// [`Effects::background_mps`].
     Surroundings,
-    /// In how a receiver answers: [`Effects::receiver_alpha`], [`Effects::thrust_ratio`], [`Effects::throttle_factor`].
+    /// In how a receiver answers: [`Effects::receiver_alpha`], [`Effects::thrust_ratio`],
+    /// [`Effects::throttle_factor`].
     Receiver,
 }
 
@@ -105,8 +78,8 @@ pub struct Parameter {
     pub symbols: &'static [&'static str],
     /// Its unit; 1 for a ratio.
     pub unit: &'static str,
-    /// Lowest and highest value that files may hold. Where an effect's page gives no range, chosen here to keep out slips of
-    /// the hand.
+    /// Lowest and highest value that files may hold. Where an effect's page gives no range, chosen
+    /// here to keep out slips of the hand.
     pub range: [f64; 2],
     /// The value at which it changes nothing, or, of one that shapes, the usual value.
     pub neutral: f64,
@@ -190,7 +163,8 @@ impl EffectSpec {
         (self.get)(effects)
     }
 
-    /// Adds the effect with these values, in the order of [`EffectSpec::components`]; those beyond the last are neutral.
+    /// Adds the effect with these values, in the order of [`EffectSpec::components`]; those beyond
+    /// the last are neutral.
     pub fn set(&self, effects: &mut Effects, values: &[f64]) {
         let neutral = self.components().map(|(parameter, _)| parameter.neutral);
         let rest = neutral.skip(values.len());

@@ -20,8 +20,9 @@ pub struct Surroundings {
 }
 
 impl Effects {
-    /// Velocity (m/s, world) of the air at an offset below a drone, from its steady `wake`, with what this moment changes: payload taken
-    /// up in flight, climb, the floor. `wake` is made [`Wake::with_effects`] of the same effects.
+    /// Velocity (m/s, world) of the air at an offset below a drone, from its steady `wake`, with
+    /// what this moment changes: payload taken up in flight, climb, the floor. `wake` is made
+    /// [`Wake::with_effects`] of the same effects.
     #[must_use]
     pub fn meet(&self, wake: &Wake, offset_m: Vector3<f64>, at: &Surroundings) -> Vector3<f64> {
         let mut velocity_mps = wake.velocity_mps(offset_m);
@@ -56,7 +57,8 @@ impl Effects {
         velocity_mps
     }
 
-    /// The draught (m/s, world) that is there without any jet, and the speed (m/s) without direction beside it.
+    /// Air (m/s, world) that moves without any jet, and the speed (m/s) without direction beside
+    /// it.
     #[must_use]
     pub fn background_mps(&self, since_takeoff_s: f64) -> (Vector3<f64>, f64) {
         let [x, y] = self

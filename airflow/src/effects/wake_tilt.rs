@@ -1,10 +1,12 @@
-//! Tilt: the jet's axis is off the vertical by a constant angle, as the rotor plane or the thrust is.
+//! Tilt: the jet's axis is off the vertical by a constant angle, as the rotor plane or the thrust
+//! is.
 //!
 //! ```text
 //! x(s) = s tan χ
 //! ```
 //!
-//! Range: a few tenths. Taken for: wind (drift grows with `s²` and leaves a draught far from the jet), a shifted probe or drone (constant in `s`).
+//! Range: a few tenths. Taken for: wind (drift grows with `s²` and leaves a draught far from the
+//! jet), a shifted probe or drone (constant in `s`).
 
 use serde::{Deserialize, Serialize};
 
@@ -27,7 +29,8 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
 /// A constant tilt of the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WakeTilt {
-    /// Tangent of the tilt along x and y of the world: metres sideways for each metre down. Files call it `lean`.
+    /// Tangent of the tilt along x and y of the world: metres sideways for each metre down. Files
+    /// call it `lean`.
     #[serde(rename = "lean")]
     pub tilt: [f64; 2],
 }

@@ -4,8 +4,10 @@
 //! τ(s) = m l (σ² - s₀²)/(2 B U_H),   m = 1/k_c
 //! ```
 //!
-//! `m = 1` where everything moves at the centreline's speed; large eddies and the front of a starting jet move at 0.5 to 0.65 of it (recalled), `m` 1.5 to 2.
-//! Range: 0 to 3. Taken for: a clock that is off (the same at every depth and for every drone), a slow probe (only ever later, and weaker).
+//! `m = 1` where everything moves at the centreline's speed; large eddies and the front of a
+//! starting jet are assumed here to move at 0.5 to 0.65 of it, `m` 1.5 to 2. Range: 0 to 3. Taken
+//! for: a clock that is off (the same at every depth and for every drone), a slow probe (only ever
+//! later, and weaker).
 
 use serde::{Deserialize, Serialize};
 

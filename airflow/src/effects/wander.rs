@@ -1,13 +1,15 @@
 //! Wander: the axis meanders, so the mean of many moments is wider and slower than any of them.
 //!
-//! The mean over an axis that is normally distributed is a convolution; it keeps the volume flux, not the momentum of the mean. An axis that
-//! leaves at a changing angle strays in proportion to the depth `s`, the jet's own width grows with `s - s₀`:
+//! The mean over an axis that is normally distributed is a convolution; it keeps the volume flux,
+//! not the momentum of the mean. An axis that leaves at a changing angle strays in proportion to
+//! the depth `s`, the jet's own width grows with `s - s₀`:
 //!
 //! ```text
 //! g² = 1 + w₂ (ς(s)/ς(6))²,   ς = s/(s - s₀),   r_half → g r_half,   U_C → U_C/g²
 //! ```
 //!
-//! Range: `w₂` up to 3. Taken for: cant (the same change of sign, but the same at every depth and at the same momentum).
+//! Range: `w₂` up to 3. Taken for: cant (the same change of sign, but the same at every depth and
+//! at the same momentum).
 
 use serde::{Deserialize, Serialize};
 

@@ -71,7 +71,8 @@ fn gradients_are_those_of_the_speed() {
         let speed = |s: f64, r: f64| jet().axial_speed_mps(s, r).expect("deep");
         let across = (speed(s, r + h) - speed(s, r - h)) / (2.0 * h);
         let along = (speed(s + h, r) - speed(s - h, r)) / (2.0 * h);
-        // Speeds near 10 m/s: rounding leaves 1e-10, the third derivative (1e4 at most) times h² 1e-6.
+        // Speeds near 10 m/s: rounding leaves 1e-10, the third derivative (1e4 at most) times h²
+        // 1e-6.
         assert!((jet().radial_gradient_per_s(s, r).expect("deep") - across).abs() < 2e-6);
         assert!((jet().axial_gradient_per_s(s, r).expect("deep") - along).abs() < 2e-6);
     }

@@ -98,7 +98,7 @@ impl Forces<'_> {
                 };
                 let mut factor = effects.thrust_ratio(&reception);
                 if let Some(motion) = &effects.own_motion {
-                    alpha = motion.met(alpha, velocity_mps.z / part.hover_mps);
+                    alpha = motion.alpha(alpha, velocity_mps.z / part.hover_mps);
                     let forward = velocity_mps.x.hypot(velocity_mps.y) / part.hover_mps;
                     factor *= motion.thrust_ratio(forward);
                 }

@@ -162,7 +162,7 @@ pub fn ratios(
         let felt = effects.receiver_alpha(air_mps / hover_mps);
         let (alpha, lift) = effects.own_motion.map_or((felt, 1.0), |motion| {
             let forward = own_mps.x.hypot(own_mps.y);
-            (motion.met(felt, own_mps.z), motion.thrust_ratio(forward))
+            (motion.alpha(felt, own_mps.z), motion.thrust_ratio(forward))
         });
         let law = baseline.receiver_law;
         let steady = if is_power {

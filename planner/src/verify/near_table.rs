@@ -47,12 +47,12 @@ impl NearTable {
         let mut sampled = Vec::with_capacity(depths * radii * BEARINGS);
         for s in 0..depths {
             // Just below the rotor plane: at it the field jumps to zero.
-            let cut = wake.cut((s as f64 * step_s_m).max(1e-6 * depth_m));
+            let section = wake.cross_section((s as f64 * step_s_m).max(1e-6 * depth_m));
             for r in 0..radii {
                 let r_m = r as f64 * step_r_m;
                 let around = bearings
                     .iter()
-                    .map(|(sin, cos)| cut.axial_speed_mps(r_m * cos, r_m * sin) / u_h);
+                    .map(|(sin, cos)| section.axial_speed_mps(r_m * cos, r_m * sin) / u_h);
                 sampled.extend(around);
             }
         }

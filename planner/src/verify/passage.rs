@@ -13,7 +13,7 @@
 
 use std::ops::RangeInclusive;
 
-use airflow::{Cut, Wake};
+use airflow::{CrossSection, Wake};
 use nalgebra::{Vector2, Vector3};
 
 use super::moved_wake::MovedTable;
@@ -28,7 +28,7 @@ pub(crate) struct Passage<'a> {
     below: bool,
     middle_depth_m: f64,
     /// Made when first asked for.
-    middle: Option<Cut<'a>>,
+    middle: Option<CrossSection<'a>>,
     kind: Kind<'a>,
 }
 
@@ -46,7 +46,7 @@ enum Kind<'a> {
 
 /// The far field's part of the depths.
 pub(super) struct Far<'a> {
-    bottom: Cut<'a>,
+    bottom: CrossSection<'a>,
     /// Centreline speed at the top over that at the bottom.
     ratio: f64,
 }
@@ -125,7 +125,9 @@ impl<'a> Passage<'a> {
             return speed_mps;
         }
         let (wake, depth_m) = (self.wake, self.middle_depth_m);
-        let middle = self.middle.get_or_insert_with(|| wake.cut(depth_m));
+        let middle = self
+            .middle
+            .get_or_insert_with(|| wake.cross_section(depth_m));
         speed_mps.min(middle.axial_speed_mps(middle_m.x, middle_m.y) + change_mps)
     }
 }
@@ -139,7 +141,7 @@ impl<'a> Far<'a> {
             _ => 1.0,
         };
         Far {
-            bottom: wake.cut(bottom_m),
+            bottom: wake.cross_section(bottom_m),
             ratio,
         }
     }

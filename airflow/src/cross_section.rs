@@ -7,9 +7,10 @@ use crate::field::Superposition;
 use crate::near_field::NearLevel;
 use crate::wake::Wake;
 
-/// A level cut through a wake, made by [`Wake::cut`]: the same speeds as [`Wake::axial_speed_mps`], to the bit.
+/// A level cross-section through a wake, made by [`Wake::cross_section`]: the same speeds as
+/// [`Wake::axial_speed_mps`], to the bit.
 #[derive(Clone, Copy, Debug)]
-pub struct Cut<'a>(Kind<'a>);
+pub struct CrossSection<'a>(Kind<'a>);
 
 #[derive(Clone, Copy, Debug)]
 enum Kind<'a> {
@@ -28,26 +29,26 @@ enum Kind<'a> {
     },
 }
 
-impl<'a> Cut<'a> {
-    pub(crate) fn new(wake: &'a Wake, depth_m: f64) -> Cut<'a> {
+impl<'a> CrossSection<'a> {
+    pub(crate) fn new(wake: &'a Wake, depth_m: f64) -> CrossSection<'a> {
         if wake.is_shaped() {
-            return Cut(Kind::Shaped { wake, depth_m });
+            return CrossSection(Kind::Shaped { wake, depth_m });
         }
         let far = wake.far_field();
         if depth_m >= far.from_m() {
-            return Cut(Kind::Far(far.level(depth_m)));
+            return CrossSection(Kind::Far(far.level(depth_m)));
         }
         if depth_m <= 0.0 {
-            return Cut(Kind::Calm);
+            return CrossSection(Kind::Calm);
         }
         let length_m = wake.motor_distance_m();
         match wake.near_field() {
-            Some(near) => Cut(Kind::Near {
+            Some(near) => CrossSection(Kind::Near {
                 level: near.level(depth_m / length_m),
                 length_m,
                 induced_velocity_mps: wake.induced_velocity_mps(),
             }),
-            None => Cut(Kind::Far(far.level(far.from_m()))),
+            None => CrossSection(Kind::Far(far.level(far.from_m()))),
         }
     }
 
@@ -61,7 +62,8 @@ impl<'a> Cut<'a> {
         }
     }
 
-    /// Adds the axial speed at each of several steps (m, x and y) from an offset (m) to what has been gathered there.
+    /// Adds the axial speed at each of several steps (m, x and y) from an offset (m) to what has
+    /// been gathered there.
     pub(crate) fn gather(
         &self,
         offset_m: Vector2<f64>,
@@ -69,7 +71,8 @@ impl<'a> Cut<'a> {
         superposition: Superposition,
         gathered: &mut [f64],
     ) {
-        // One loop for each way to add: without a choice inside, the far field's divisions go in pairs.
+        // One loop for each way to add: without a choice inside, the far field's divisions go in
+        // pairs.
         match superposition {
             Superposition::Momentum => {
                 self.each(offset_m, steps_m, gathered, |so_far, mps| {
@@ -151,11 +154,11 @@ mod tests {
             ] {
                 for s in -1..30 {
                     let depth_m = 0.13 * f64::from(s) * wake.motor_distance_m();
-                    let cut = wake.cut(depth_m);
+                    let section = wake.cross_section(depth_m);
                     for k in 0..12 {
                         let (x, y) = (0.11 * f64::from(k), 0.4 - 0.07 * f64::from(k));
                         let one_mps = wake.axial_speed_mps(Vector3::new(x, y, -depth_m));
-                        assert_eq!(cut.axial_speed_mps(x, y).to_bits(), one_mps.to_bits());
+                        assert_eq!(section.axial_speed_mps(x, y).to_bits(), one_mps.to_bits());
                     }
                 }
             }

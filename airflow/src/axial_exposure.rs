@@ -1,22 +1,26 @@
-//! The air that a passer-by gathers below 2.5 motor distances, in closed form: the integral of the axial speed over time.
+//! Axial exposure below 2.5 motor distances, in closed form: the integral of the axial speed over
+//! time along a straight path.
 
 use nalgebra::Vector3;
 
 use crate::far_field::FarField;
 
 impl FarField {
-    /// Integral over time of the axial speed (m) met by a point that goes straight and steadily from one offset to another
-    /// in `duration_s`. Offsets are from the rotor centre, world frame, z up. `None` if either end is above 2.5 l.
+    /// Integral over time of the axial speed (m) at a point that goes straight and steadily from
+    /// one offset to another in `duration_s`. Offsets are from the rotor centre, world frame, z up.
+    /// `None` if either end is above 2.5 l.
     ///
-    /// Closed form for every direction: along the path both σ and the denominator's `σ² + G r²` are polynomials. In the
-    /// stretched space `P = (√G x, √G y, σ)` the jet is `k σ³/|P|⁴`; with τ the stretched arc length from the path's nearest
-    /// approach `ρ` to the virtual origin, `σ = σ_n + u τ`, `c = σ_n/ρ`, `L = τ² + ρ²`:
+    /// Closed form for every direction: along the path both σ and the denominator's `σ² + G r²` are
+    /// polynomials. In the stretched space `P = (√G x, √G y, σ)` the jet is `k σ³/|P|⁴`; with τ the
+    /// stretched arc length from the path's nearest approach `ρ` to the virtual origin,
+    /// `σ = σ_n + u τ`, `c = σ_n/ρ`, `L = τ² + ρ²`:
     ///
     /// ```text
     /// ∫ σ³/L² dτ = u³ (ln L)/2 + [ρ² u (u² - 3 c²) + ρ τ c (c² - 3 u²)] / (2 L) + c (c² + 3 u²) atan(τ/ρ) / 2
     /// ```
     ///
-    /// A level crossing through the axis at speed `v`, from far away to far away, gives `π k / (2 √G v)`, at every depth the same.
+    /// A level crossing through the axis at speed `v`, from far away to far away, gives
+    /// `π k / (2 √G v)`, at every depth the same.
     #[must_use]
     pub fn dose_m(&self, from_m: Vector3<f64>, to_m: Vector3<f64>, duration_s: f64) -> Option<f64> {
         let stretch = self.steepness.sqrt();
@@ -27,7 +31,8 @@ impl FarField {
         );
         let end = Vector3::new(stretch * to_m.x, stretch * to_m.y, self.sigma_m(-to_m.z)?);
         let length = (end - start).norm();
-        // A standing point, or one whose step is lost in the rounding of the closed form: the speed is linear along it.
+        // A standing point, or one whose step is lost in the rounding of the closed form: the speed
+        // is linear along it.
         if length < 1e-6 * start.norm() {
             let middle = 0.5 * (start + end);
             let speed_mps = self.decay_m2_per_s * middle.z * middle.z * middle.z
@@ -98,7 +103,8 @@ mod tests {
             for to_m in corners {
                 let closed_m = jet().dose_m(from_m, to_m, 7.0).expect("far field");
                 let summed_m = dose_by_quadrature_m(from_m, to_m, 7.0);
-                // Simpson with 4000 intervals on these paths, and the cancellation of a step of 1e-7 m in 9 m.
+                // Simpson with 4000 intervals on these paths, and the cancellation of a step of
+                // 1e-7 m in 9 m.
                 assert!(
                     (closed_m / summed_m - 1.0).abs() < 1e-7,
                     "{from_m} to {to_m}: {closed_m} and {summed_m} m"
