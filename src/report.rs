@@ -1,7 +1,12 @@
-//! Answers as people read them: words, tables and the page of a report.
+//! Answers as people read them: words and numbers, tables, sections, and the page report.html.
 
 pub(crate) mod conflicts;
-pub(crate) mod page;
+mod page;
 pub(crate) mod plan;
+pub(crate) mod sections;
+mod tables;
 pub(crate) mod well_formed;
 pub(crate) mod words;
+
+pub(crate) use sections::{Part, Report};
+pub(crate) use tools::table::Table;

@@ -2,20 +2,19 @@
 
 mod words;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use diagnosis::calibrate::{Calibration, Options, Verdict, calibrate, jet_ron};
 use serde::Serialize;
 
-use crate::commands::simulate::{name_of, wrote};
 use crate::io::failure::{Failure, answer};
 use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
 use crate::io::recordings;
-use crate::plots::{self, Figure};
-use crate::report::page::Page;
+use crate::plots;
+use crate::report::words::wrote;
 use crate::{Answer, Format};
 
 #[derive(Args)]
@@ -43,11 +42,9 @@ struct Printed<'a> {
     format: &'static str,
     #[serde(flatten)]
     calibration: &'a Calibration,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    files: Option<&'a [PathBuf]>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    files: Vec<PathBuf>,
 }
-
-const FORMAT: &str = "calibration/1";
 
 /// Answers no where one jet does not describe the readings.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
@@ -59,79 +56,25 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let progress = Progress::start("calibrating", 1);
     let calibration = calibrate(&recordings, &options)?;
     progress.finish();
-    let name = name_of(
-        arguments.recordings.first(),
-        recordings.first().map_or("recordings", |first| &first.name),
-    );
+    let first = recordings.first().map_or("recordings", |first| &first.name);
+    let name = recordings::name_of(&arguments.recordings, first);
     let figures = plots::calibration::draw(&name, &calibration, &recordings);
-    let out = OutFolder::prepare(
-        arguments
-            .out
-            .clone()
-            .unwrap_or_else(|| Path::new("out").join(&name)),
-    )?;
-    let mut written = vec![
+    let report = words::report(&name, &calibration, figures);
+    let mut printed = Printed {
+        format: "calibration/1",
+        calibration: &calibration,
+        files: Vec::new(),
+    };
+    let mut texts = vec![
         ("jet.ron".to_owned(), jet_ron(&calibration)),
-        (
-            "calibration.json".to_owned(),
-            files::json_pretty(&Printed {
-                format: FORMAT,
-                calibration: &calibration,
-                files: None,
-            }),
-        ),
+        ("calibration.json".to_owned(), files::json_pretty(&printed)),
     ];
-    for figure in &figures {
-        written.push((format!("{}.svg", figure.name), figure.svg.clone()));
-    }
-    written.push((
-        "report.html".to_owned(),
-        page(&name, &calibration, &figures),
-    ));
-    let written: Vec<(PathBuf, String)> = written
-        .into_iter()
-        .map(|(file, text)| (out.path.join(file), text))
-        .collect();
-    files::write(&written)?;
-    let files: Vec<PathBuf> = written.into_iter().map(|(path, _)| path).collect();
+    texts.extend(report.files());
+    let out = OutFolder::of(arguments.out.as_deref(), &name)?;
+    printed.files = files::write_below(&out.path, texts)?;
     answer(&match arguments.format {
-        Format::Json => files::json_pretty(&Printed {
-            format: FORMAT,
-            calibration: &calibration,
-            files: Some(&files),
-        }),
-        Format::Text => words::text(&name, &calibration) + &wrote(&files),
+        Format::Text => report.text() + &wrote(&printed.files),
+        Format::Json => files::json_pretty(&printed),
     })?;
     Ok(Answer::from(calibration.goodness.verdict != Verdict::Poor))
-}
-
-fn page(name: &str, found: &Calibration, figures: &[Figure]) -> String {
-    let mut page = Page::new(&format!("{name}: the jet, calibrated"), &words::what(found));
-    page.paragraph(&found.goodness.sentence);
-    page.table(&words::constants(found));
-    page.list(&words::about_the_constants(found));
-    let (expansion, others) = figures.split_at(figures.len().min(1));
-    for figure in expansion {
-        page.figure(figure);
-    }
-    page.section("Drone by drone");
-    page.table(&words::drones(found));
-    for figure in others {
-        page.figure(figure);
-    }
-    if found.drones.iter().any(|drone| !drone.in_fit) {
-        page.section("Canted drones beside the fit");
-        page.paragraph("Measured minus the jet of the others, over the centreline speed, by distance over half-width.");
-        page.table(&words::departures(found));
-    }
-    page.section("Where the jet is off");
-    page.table(&words::regions(found));
-    page.section("The paper's residual test");
-    page.paragraph("Is the mean of eps = (predicted - measured)/U_C above 0 in an interval of xi? One-sided t test at 5 %, first as the paper has it, then with the samples that count as independent and Holm's correction for the number of rows.");
-    page.table(&words::tests(found));
-    page.list(&found.residual_tests.caveats);
-    page.section("What was used, and what to know");
-    page.table(&words::counts(found));
-    page.list(&found.caveats);
-    page.finish()
 }

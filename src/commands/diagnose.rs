@@ -2,8 +2,6 @@
 
 pub(crate) mod flights;
 pub(crate) mod hardware;
-mod printed;
-mod sections;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -15,18 +13,18 @@ use diagnosis::infer::finding::Finding;
 use diagnosis::infer::finding::Verdict;
 use diagnosis::infer::finding_file::finding_ron;
 use diagnosis::record::recording::{Recording, Vehicle};
+use serde::Serialize;
 
-use crate::commands::simulate::{name_of, wrote};
 use crate::io::failure::{Failure, answer};
 use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
 use crate::io::recordings;
-use crate::plots::{self, Figure};
-use crate::report::page::Page;
+use crate::plots;
+use crate::report::Report;
+use crate::report::words::wrote;
 use crate::{Answer, Format};
-use printed::Printed;
-use sections::{Part, Section};
+use flights::Flights;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -107,51 +105,40 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let Some((first, _)) = found.first() else {
         return Err(Failure::Diagnose(errors));
     };
-    let name = name_of(arguments.recordings.first(), &first.name);
-    let folder = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("out").join(&name));
+    let name = recordings::name_of(&arguments.recordings, &first.name);
+    let out = OutFolder::of(arguments.out.as_deref(), &name)?;
     let several = recordings.len() > 1;
-    let mut written = Vec::new();
+    let mut texts = Vec::new();
+    let mut reports = Vec::new();
     for (recording, finding) in &found {
-        let path = if several {
-            folder.join(&recording.name)
-        } else {
-            folder.clone()
+        let report = report(recording, finding);
+        let below = match several {
+            true => Path::new(&recording.name),
+            false => Path::new(""),
         };
-        let path = OutFolder::prepare(path)?.path;
-        let texts = texts(recording, finding);
-        written.extend(
-            texts
-                .into_iter()
-                .map(|(file, text)| (path.join(file), text)),
-        );
+        let folder = OutFolder::prepare(out.path.join(below))?.path;
+        let named = |(file, text): (String, String)| (folder.join(file), text);
+        texts.extend(files_of(finding, None, &report).into_iter().map(named));
+        reports.push(report.text());
     }
-    files::write(&written)?;
-    let files: Vec<PathBuf> = written.into_iter().map(|(path, _)| path).collect();
+    files::write(&texts)?;
+    let files: Vec<PathBuf> = texts.into_iter().map(|(path, _)| path).collect();
     answer(&match (arguments.format, found.as_slice()) {
         (Format::Json, [(_, finding)]) if !several => {
-            files::json(&Printed::of(finding, Some(&files)))
+            files::json(&Printed::of(finding, None, files))
         }
         (Format::Json, _) => {
-            let all: Vec<Printed> = found
-                .iter()
-                .map(|(_, finding)| Printed::of(finding, None))
-                .collect();
-            files::json(&all)
+            let findings = found.iter().map(|(_, finding)| finding);
+            let of = |finding| Printed::of(finding, None, Vec::new());
+            files::json(&findings.map(of).collect::<Vec<_>>())
         }
-        (Format::Text, [(recording, finding)]) if !several => {
-            let sections = sections::sections(finding, false);
-            let what = words::what(recording, finding);
-            words::text(&recording.name, &what, finding, &sections) + &wrote(&files)
-        }
+        (Format::Text, _) if !several => reports.concat() + &wrote(&files),
         (Format::Text, _) => {
-            let reports = format!(
-                "\nwrote {}/<recording>/report.html  finding.ron  diagnosis.json  and the figures\n",
-                folder.display()
-            );
-            words::summary(&found) + &reports
+            let folder = out.path.display();
+            words::summary(&found).text()
+                + &format!(
+                    "\nwrote {folder}/<recording>/report.html  finding.ron  diagnosis.json  and the figures\n"
+                )
         }
     })?;
     if !errors.is_empty() {
@@ -161,6 +148,56 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(Answer::from(
         found.iter().all(|(_, finding)| explained(finding)),
     ))
+}
+
+/// A finding as programs read it: `diagnosis/1`, in diagnosis.json and with the files what `--format json` prints. Rows count
+/// from 0 and are those of probes.csv, or of receiver.csv where there are no probes.
+#[derive(Serialize)]
+struct Printed<'a> {
+    format: &'static str,
+    #[serde(flatten)]
+    finding: &'a Finding,
+    #[serde(flatten)]
+    flights: Option<&'a Flights<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    files: Vec<PathBuf>,
+}
+
+impl<'a> Printed<'a> {
+    fn of(
+        finding: &'a Finding,
+        flights: Option<&'a Flights<'a>>,
+        files: Vec<PathBuf>,
+    ) -> Printed<'a> {
+        Printed {
+            format: "diagnosis/1",
+            finding,
+            flights,
+            files,
+        }
+    }
+}
+
+/// Names and contents of the files of one finding.
+fn files_of(
+    finding: &Finding,
+    flights: Option<&Flights>,
+    report: &Report,
+) -> Vec<(String, String)> {
+    let json = files::json(&Printed::of(finding, flights, Vec::new()));
+    let mut files = vec![
+        ("finding.ron".to_owned(), finding_ron(finding)),
+        ("diagnosis.json".to_owned(), json),
+    ];
+    files.extend(report.files());
+    files
+}
+
+fn report(recording: &Recording, finding: &Finding) -> Report {
+    let what = words::what(recording, finding);
+    let subtitle = format!("{what}; {}", words::verdict(finding));
+    let figures = plots::finding::draw(recording, finding, &subtitle);
+    words::report(&recording.name, what, finding, figures)
 }
 
 /// Whether it can only be judged by the forces on its drones.
@@ -187,58 +224,4 @@ fn diagnose_all(
     }
     progress.finish();
     (found, errors)
-}
-
-/// Names and contents of the files of one recording.
-fn texts(recording: &Recording, finding: &Finding) -> Vec<(String, String)> {
-    let verdict = words::verdict(finding);
-    let what = words::what(recording, finding);
-    let figures = plots::finding::draw(recording, finding, &format!("{what}; {verdict}"));
-    let mut texts = vec![
-        ("finding.ron".to_owned(), finding_ron(finding)),
-        (
-            "diagnosis.json".to_owned(),
-            files::json(&Printed::of(finding, None)),
-        ),
-    ];
-    for figure in &figures {
-        texts.push((format!("{}.svg", figure.name), figure.svg.clone()));
-    }
-    let report = page(
-        &recording.name,
-        &what,
-        finding,
-        &sections::sections(finding, true),
-        &figures,
-    );
-    texts.push(("report.html".to_owned(), report));
-    texts
-}
-
-fn page(
-    name: &str,
-    what: &str,
-    finding: &Finding,
-    sections: &[Section],
-    figures: &[Figure],
-) -> String {
-    let title = format!("{name}: {}", words::verdict(finding));
-    let mut page = Page::new(&title, what);
-    for section in sections {
-        page.section(section.heading);
-        for part in &section.parts {
-            match part {
-                Part::Line(line) => page.paragraph(line),
-                Part::Steps(steps) => page.list(steps),
-                Part::Table(table) => page.table(table),
-            }
-        }
-        for figure in figures
-            .iter()
-            .filter(|figure| figure.name == section.figure)
-        {
-            page.figure(figure);
-        }
-    }
-    page.finish()
 }

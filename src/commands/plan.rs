@@ -246,7 +246,10 @@ fn deliver(
                 "\nwrote {}  timing.json  plan.svg\n",
                 written[0].0.display()
             );
-            answer(&(report::text(plan, durations, well_formed, effort.improved_s()) + &wrote))?;
+            answer(
+                &(report::report(plan, durations, well_formed, effort.improved_s()).text()
+                    + &wrote),
+            )?;
         }
     }
     conflicts::print(conflicts);

@@ -12,12 +12,12 @@ use validation::metrics::{LONG_SAMPLES, Mark, Marks};
 use validation::{Answer as Given, Case};
 
 use crate::commands::diagnose;
-use crate::commands::simulate::wrote;
 use crate::io::failure::{Failure, answer};
 use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
 use crate::io::recordings;
+use crate::report::words::wrote;
 use crate::{Answer, Format};
 
 #[derive(Args)]

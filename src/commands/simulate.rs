@@ -5,7 +5,8 @@ mod forces;
 mod skill;
 mod words;
 
-use std::path::{Path, PathBuf};
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 use clap::Args;
 use diagnosis::forward::residuals::{Region, by_region};
@@ -20,12 +21,11 @@ use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
 use crate::io::recordings;
-use crate::plots::{self, Figure};
-use crate::report::page::Page;
+use crate::plots;
+use crate::report::words::{file_stem, wrote};
 use crate::{Answer, Format};
 use forces::Map;
 use skill::Skill;
-pub(crate) use words::wrote;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -54,9 +54,9 @@ struct Simulated {
     remarks: Vec<Remark>,
 }
 
-/// Contents of residuals.json.
+/// Contents of residuals.json, and with the files what `--format json` prints.
 #[derive(Serialize)]
-struct Residuals<'a> {
+struct Printed<'a> {
     format: &'static str,
     recordings: Vec<&'a str>,
     samples: usize,
@@ -65,6 +65,8 @@ struct Residuals<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     held_out: Option<&'a Skill>,
     remarks: Vec<RemarkOf<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    files: Vec<PathBuf>,
 }
 
 #[derive(Serialize)]
@@ -72,14 +74,6 @@ struct RemarkOf<'a> {
     recording: &'a str,
     #[serde(flatten)]
     remark: &'a Remark,
-}
-
-/// What `--format json` prints.
-#[derive(Serialize)]
-struct Printed<'a> {
-    #[serde(flatten)]
-    residuals: Residuals<'a>,
-    files: Vec<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
@@ -97,7 +91,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     // One campaign has one instrument and one floor: those of its first recording.
     let regions = by_region(&first.recording, &samples);
-    let name = name_of(arguments.recordings.first(), &first.recording.name);
+    let name = recordings::name_of(&arguments.recordings, &first.recording.name);
     let simulated: Vec<(&Recording, &[Sample])> = all
         .iter()
         .map(|one| (&one.recording, one.samples.as_slice()))
@@ -107,57 +101,41 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Some(map.identification.scatter_n)
     };
     let figures = plots::simulation::draw(&name, &simulated, scatter_n);
-    let out = OutFolder::prepare(
-        arguments
-            .out
-            .clone()
-            .unwrap_or_else(|| Path::new("out").join(&name)),
-    )?;
-    let mut written: Vec<(PathBuf, String)> = Vec::new();
-    for channel in channels(&samples) {
-        let file = format!("{}.csv", words::file_stem(channel));
-        written.push((out.path.join(file), csv::table(channel, &all)));
-    }
-    written.push((
-        out.path.join("residuals.json"),
-        files::json_pretty(&residuals(
-            &all,
-            &regions,
-            &maps,
-            skill.as_ref(),
-            samples.len(),
-        )),
-    ));
-    for figure in &figures {
-        written.push((
-            out.path.join(format!("{}.svg", figure.name)),
-            figure.svg.clone(),
-        ));
-    }
-    let report = page(&name, &all, &regions, &maps, &figures);
-    written.push((out.path.join("report.html"), report));
-    files::write(&written)?;
-    let files: Vec<PathBuf> = written.into_iter().map(|(path, _)| path).collect();
+    let mut printed = Printed {
+        format: "residuals/1",
+        recordings: all.iter().map(|one| one.recording.name.as_str()).collect(),
+        samples: samples.len(),
+        regions: &regions,
+        thrust_maps: &maps,
+        held_out: skill.as_ref(),
+        remarks: all.iter().flat_map(Simulated::remarks).collect(),
+        files: Vec::new(),
+    };
+    let report = words::report(&name, &all, &printed, figures);
+    let mut texts: Vec<(String, String)> = channels(&samples)
+        .into_iter()
+        .map(|channel| {
+            let file = format!("{}.csv", file_stem(channel));
+            (file, csv::table(channel, &all))
+        })
+        .collect();
+    texts.push(("residuals.json".to_owned(), files::json_pretty(&printed)));
+    texts.extend(report.files());
+    let out = OutFolder::of(arguments.out.as_deref(), &name)?;
+    printed.files = files::write_below(&out.path, texts)?;
     answer(&match arguments.format {
-        Format::Json => files::json_pretty(&Printed {
-            residuals: residuals(&all, &regions, &maps, skill.as_ref(), samples.len()),
-            files,
-        }),
-        Format::Text => {
-            let skill = skill.as_ref().map(Skill::text).unwrap_or_default();
-            words::text(&name, &all, &regions, &maps, &skill) + &words::wrote(&files)
-        }
+        Format::Text => report.text() + &wrote(&printed.files),
+        Format::Json => files::json_pretty(&printed),
     })?;
     Ok(Answer::Yes)
 }
 
-/// The name of what a run is about: that of the folder or file that was named first.
-pub(crate) fn name_of(path: Option<&PathBuf>, recording: &str) -> String {
-    let folder = path.filter(|path| path.is_dir()).and_then(|path| {
-        let path = std::fs::canonicalize(path).ok()?;
-        Some(path.file_name()?.to_string_lossy().into_owned())
-    });
-    folder.unwrap_or_else(|| recording.to_owned())
+impl Simulated {
+    fn remarks(&self) -> impl Iterator<Item = RemarkOf<'_>> {
+        let recording = self.recording.name.as_str();
+        let of = move |remark| RemarkOf { recording, remark };
+        self.remarks.iter().map(of)
+    }
 }
 
 fn simulate_all(recordings: Vec<Recording>) -> Vec<Simulated> {
@@ -185,69 +163,6 @@ fn simulate_all(recordings: Vec<Recording>) -> Vec<Simulated> {
 }
 
 /// Which there are, in their order.
-fn channels(samples: &[Sample]) -> Vec<Channel> {
-    let mut channels: Vec<Channel> = Vec::new();
-    for sample in samples {
-        if !channels.contains(&sample.channel) {
-            channels.push(sample.channel);
-        }
-    }
-    channels.sort_unstable();
-    channels
-}
-
-fn residuals<'a>(
-    all: &'a [Simulated],
-    regions: &'a [Region],
-    maps: &'a [Map],
-    held_out: Option<&'a Skill>,
-    samples: usize,
-) -> Residuals<'a> {
-    Residuals {
-        format: "residuals/1",
-        recordings: all.iter().map(|one| one.recording.name.as_str()).collect(),
-        samples,
-        regions,
-        thrust_maps: maps,
-        held_out,
-        remarks: all
-            .iter()
-            .flat_map(|one| {
-                let recording = one.recording.name.as_str();
-                one.remarks
-                    .iter()
-                    .map(move |remark| RemarkOf { recording, remark })
-            })
-            .collect(),
-    }
-}
-
-fn page(
-    name: &str,
-    all: &[Simulated],
-    regions: &[Region],
-    maps: &[Map],
-    figures: &[Figure],
-) -> String {
-    let mut page = Page::new(
-        &format!("{name}: recorded and simulated"),
-        &words::what(all),
-    );
-    page.paragraph(&words::baseline(all));
-    for figure in figures {
-        page.figure(figure);
-    }
-    page.section("Residuals by region");
-    page.paragraph("Recorded minus simulated: mean (bias), root mean square (rms), that of the recorded values for scale, and the rms over what the instrument's stated accuracy allows.");
-    page.table(&words::region_table(regions));
-    if !maps.is_empty() {
-        page.section("Thrust maps, identified in free flight");
-        page.list(&maps.iter().map(Map::sentence).collect::<Vec<_>>());
-    }
-    let remarks = words::remarks(all);
-    if !remarks.is_empty() {
-        page.section("Noticed");
-        page.list(&remarks);
-    }
-    page.finish()
+fn channels(samples: &[Sample]) -> BTreeSet<Channel> {
+    samples.iter().map(|sample| sample.channel).collect()
 }

@@ -28,6 +28,11 @@ impl OutFolder {
         Ok(OutFolder { path, made })
     }
 
+    /// The folder asked for, else `out/NAME`.
+    pub(crate) fn of(asked: Option<&Path>, name: &str) -> Result<OutFolder, Failure> {
+        OutFolder::prepare(asked.map_or_else(|| Path::new("out").join(name), Path::to_owned))
+    }
+
     /// There is nothing to write: the empty folders that this run made go again.
     pub(crate) fn abandon(self) {
         for folder in &self.made {
@@ -49,6 +54,17 @@ pub(crate) fn write(files: &[(PathBuf, String)]) -> Result<(), Failure> {
         file.take_its_name().map_err(Failure::write(&path))?;
     }
     Ok(())
+}
+
+/// [`write`] of files by their names in a folder; gives their paths.
+pub(crate) fn write_below(
+    folder: &Path,
+    files: Vec<(String, String)>,
+) -> Result<Vec<PathBuf>, Failure> {
+    let there = |(name, text)| (folder.join(name), text);
+    let files: Vec<(PathBuf, String)> = files.into_iter().map(there).collect();
+    write(&files)?;
+    Ok(files.into_iter().map(|(path, _)| path).collect())
 }
 
 /// A file complete on disk under a temporary name; dropped early, it is deleted.

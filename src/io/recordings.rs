@@ -56,6 +56,15 @@ pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Rec
     }
 }
 
+/// What a run is about: the folder that was named first, or the first recording.
+pub(crate) fn name_of(paths: &[PathBuf], recording: &str) -> String {
+    let folder = paths.first().filter(|path| path.is_dir()).and_then(|path| {
+        let path = fs::canonicalize(path).ok()?;
+        Some(path.file_name()?.to_string_lossy().into_owned())
+    });
+    folder.unwrap_or_else(|| recording.to_owned())
+}
+
 /// What one recording is read from.
 #[derive(Debug)]
 enum Source {

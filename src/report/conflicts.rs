@@ -6,7 +6,7 @@ use planner::scenario::world::{Drone, World};
 use serde::Serialize;
 
 use crate::io::failure::tell_error;
-use crate::report::words::{metres, place};
+use crate::report::words::{decimal, place};
 
 /// One conflict, ready to print or to hand on as JSON.
 #[derive(Debug, PartialEq, Serialize)]
@@ -155,7 +155,7 @@ fn step(name: &str, from: &Point3<f64>, to: &Point3<f64>) -> String {
     };
     format!(
         "move {name} {} m{direction} (to {})",
-        metres(way.norm()),
+        decimal(way.norm()),
         place(to)
     )
 }

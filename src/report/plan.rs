@@ -1,11 +1,13 @@
-//! The answer as a table: who arrives when, what the others cost it, and what ignoring downwash
+//! A plan as people read it: which drone arrives when, what the others cost it, and what ignoring downwash
 //! would have meant.
 
 use planner::plan::outcome::WellFormed;
 use planner::plan::{DronePlan, IgnoringDownwash, Plan};
 
+use super::well_formed;
+use super::words::{count, decimal, tally};
+use super::{Part, Report, Table};
 use crate::io::watch::Durations;
-use crate::report::words::{count, metres};
 
 /// Fleets up to this size are listed whole; it fits on a screen or two.
 const LIST_ALL_UP_TO: usize = 40;
@@ -14,36 +16,27 @@ const LIST_MOST_AFFECTED: usize = 15;
 /// Less air than this (m/s) prints as none: half of the last digit shown.
 const NO_AIR_MPS: f64 = 0.05;
 
-/// The whole report, ready for standard output.
-pub(crate) fn text(
+/// Who arrives when, exposed to what, and how the fleet does.
+pub(crate) fn report(
     plan: &Plan,
     durations: &Durations,
     well_formed: Option<&WellFormed>,
     improved_s: Option<f64>,
-) -> String {
-    let mut lines = vec![heading(plan), String::new()];
-    lines.extend(table(plan));
-    lines.push(String::new());
-    lines.push(summary(plan, durations));
-    lines.extend(
-        well_formed
-            .map(|known| format!("  {}", crate::report::well_formed::in_a_line(known, plan))),
-    );
+) -> Report {
+    let mut report = Report::new(heading(plan), String::new());
+    report.section("", table(plan));
+    let mut lines = vec![summary(plan, durations)];
+    lines.extend(well_formed.map(|known| well_formed::in_a_line(known, plan)));
     lines.extend(improved_s.map(|improved_s| improved(plan, improved_s)));
-    lines.push(format!("  {}", contrast(plan.ignoring_downwash.as_ref())));
-    lines.join("\n") + "\n"
+    lines.push(contrast(plan.ignoring_downwash.as_ref()));
+    report.section("", lines.into_iter().map(Part::Line).collect());
+    report
 }
 
 /// "warehouse: 12 drones (8 kolibri, 4 offboard-1), 30 x 20 x 8 m, 9 obstacles"
 fn heading(plan: &Plan) -> String {
-    let mut kinds: Vec<(&str, usize)> = Vec::new();
-    for name in plan.drones.iter().map(|drone| drone.airframe.name.as_str()) {
-        match kinds.iter_mut().find(|(kind, _)| *kind == name) {
-            Some((_, number)) => *number += 1,
-            None => kinds.push((name, 1)),
-        }
-    }
-    let kinds: Vec<String> = kinds
+    let airframes = plan.drones.iter().map(|drone| &drone.airframe.name);
+    let kinds: Vec<String> = tally(airframes)
         .iter()
         .map(|(kind, number)| format!("{number} {kind}"))
         .collect();
@@ -53,9 +46,9 @@ fn heading(plan: &Plan) -> String {
         plan.scenario,
         count(plan.drones.len(), "drone", "drones"),
         kinds.join(", "),
-        metres(size.x),
-        metres(size.y),
-        metres(size.z)
+        decimal(size.x),
+        decimal(size.y),
+        decimal(size.z)
     );
     if !plan.obstacles.is_empty() {
         text += &format!(", {}", count(plan.obstacles.len(), "obstacle", "obstacles"));
@@ -70,53 +63,26 @@ fn heading(plan: &Plan) -> String {
     text
 }
 
-fn table(plan: &Plan) -> Vec<String> {
+fn table(plan: &Plan) -> Vec<Part> {
     let listed = most_affected_first(plan);
+    let row = |drone: &&DronePlan| match is_unplanned(plan, drone) {
+        true => stays(drone),
+        false => row(drone),
+    };
+    let rows: Vec<Vec<String>> = listed.iter().map(row).collect();
+    let headings = "drone | arrives | waits | detour | worst downwash | extra energy";
+    let mut parts = vec![Part::table(Table::new("lrrrlr", headings, rows))];
     let hidden = plan.drones.len() - listed.len();
-    let mut rows = vec![
-        [
-            "drone",
-            "arrives",
-            "waits",
-            "detour",
-            "worst air from above",
-            "extra energy",
-        ]
-        .map(String::from),
-    ];
-    for drone in &listed {
-        let left_out = plan.unplanned.iter().any(|entry| entry.name == drone.name);
-        rows.push(if left_out { stays(drone) } else { row(drone) });
-    }
-    let widths: Vec<usize> = (0..6)
-        .map(|column| {
-            rows.iter()
-                .map(|row| row[column].chars().count())
-                .max()
-                .unwrap_or(0)
-        })
-        .collect();
-    let mut lines: Vec<String> = rows
-        .iter()
-        .map(|[drone, arrives, waits, detour, air, energy]| {
-            format!(
-                "  {drone:w0$}  {arrives:>w1$}  {waits:>w2$}  {detour:>w3$}  {air:w4$}  {energy:>w5$}",
-                w0 = widths[0],
-                w1 = widths[1],
-                w2 = widths[2],
-                w3 = widths[3],
-                w4 = widths[4],
-                w5 = widths[5]
-            )
-        })
-        .map(|line| line.trim_end().to_owned())
-        .collect();
     if hidden > 0 {
-        lines.push(format!(
-            "  ... and {hidden} more, delayed less; plan.json has them all"
-        ));
+        parts.push(Part::Line(format!(
+            "... and {hidden} more, delayed less; plan.json has them all"
+        )));
     }
-    lines
+    parts
+}
+
+fn is_unplanned(plan: &Plan, drone: &DronePlan) -> bool {
+    plan.unplanned.iter().any(|entry| entry.name == drone.name)
 }
 
 /// All drones in the scenario's order; of a large fleet those left out and those delayed most, most
@@ -126,32 +92,20 @@ fn most_affected_first(plan: &Plan) -> Vec<&DronePlan> {
     if drones.len() <= LIST_ALL_UP_TO {
         return drones;
     }
-    let delay_s = |drone: &DronePlan| {
-        let left_out = plan.unplanned.iter().any(|entry| entry.name == drone.name);
-        if left_out {
-            f64::INFINITY
-        } else {
-            drone.arrives_s - drone.alone_s
-        }
+    let delay_s = |drone: &DronePlan| match is_unplanned(plan, drone) {
+        true => f64::INFINITY,
+        false => drone.arrives_s - drone.alone_s,
     };
-    let mut ranked: Vec<(f64, &DronePlan)> = drones
-        .drain(..)
-        .map(|drone| (delay_s(drone), drone))
-        .collect();
-    ranked.sort_by(|(delay_a, a), (delay_b, b)| {
-        delay_b
-            .total_cmp(delay_a)
-            .then(b.extra_energy_percent.total_cmp(&a.extra_energy_percent))
+    drones.sort_by(|a, b| {
+        let later = delay_s(b).total_cmp(&delay_s(a));
+        later.then(b.extra_energy_percent.total_cmp(&a.extra_energy_percent))
     });
-    ranked
-        .into_iter()
-        .take(LIST_MOST_AFFECTED)
-        .map(|(_, drone)| drone)
-        .collect()
+    drones.truncate(LIST_MOST_AFFECTED);
+    drones
 }
 
-fn row(drone: &DronePlan) -> [String; 6] {
-    [
+fn row(drone: &DronePlan) -> Vec<String> {
+    vec![
         drone.name.clone(),
         if drone.trajectory.t_s.len() == 1 && drone.arrives_s == 0.0 {
             "parked".to_owned()
@@ -165,9 +119,9 @@ fn row(drone: &DronePlan) -> [String; 6] {
     ]
 }
 
-fn stays(drone: &DronePlan) -> [String; 6] {
+fn stays(drone: &DronePlan) -> Vec<String> {
     let nothing = || "-".to_owned();
-    [
+    vec![
         drone.name.clone(),
         "stays".into(),
         nothing(),
@@ -198,7 +152,7 @@ fn positive_zero(value: f64) -> f64 {
 fn summary(plan: &Plan, durations: &Durations) -> String {
     let fleet = plan.drones.len();
     format!(
-        "  {} of {fleet} reach their goals   makespan {:.1} s   planned in {:.2} s   verified: {}",
+        "{} of {fleet} reach their goals   makespan {:.1} s   planned in {:.2} s   verified: {}",
         fleet - plan.unplanned.len(),
         plan.fleet.makespan_s,
         durations.planning.as_secs_f64(),
@@ -209,19 +163,19 @@ fn summary(plan: &Plan, durations: &Durations) -> String {
 /// What the time left before the limit was good for.
 fn improved(plan: &Plan, improved_s: f64) -> String {
     if improved_s == 0.0 {
-        return "  No better plan was found in the time left.".into();
+        return "No better plan was found in the time left.".into();
     }
     let sum_s = plan.fleet.sum_of_arrivals_s;
     format!(
-        "  Made better in the time left: arrivals {improved_s:.1} s earlier in sum ({:.1} %), {sum_s:.1} s now.",
+        "Improved in the time left: sum of costs {improved_s:.1} s lower ({:.1} %), {sum_s:.1} s now.",
         100.0 * improved_s / (sum_s + improved_s)
     )
 }
 
-/// What the same fleet would meet with nobody minding the air: always said.
+/// What the same fleet would be exposed to if its paths ignored downwash: always said.
 pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
     let Some(ignoring) = ignoring else {
-        return "Ignoring downwash: not known, there was no time for the second plan.".into();
+        return "Ignoring downwash: not known, the second plan was not made.".into();
     };
     let IgnoringDownwash {
         makespan_s,
@@ -235,15 +189,15 @@ pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
     let left_out = match unplanned {
         0 => String::new(),
         _ => format!(
-            " {} no way even so.",
+            " {} no path even so.",
             count(*unplanned, "drone finds", "drones find")
         ),
     };
     let mut harm = Vec::new();
     if *drones_over_limit > 0 {
         harm.push(format!(
-            "{} through up to {worst_air_mps:.1} m/s for {time_over_limit_s:.1} s",
-            count(*drones_over_limit, "drone flies", "drones fly")
+            "{} exposed to up to {worst_air_mps:.1} m/s for {time_over_limit_s:.1} s",
+            count(*drones_over_limit, "drone is", "drones are")
         ));
     }
     if *zones_over_limit > 0 {
@@ -278,36 +232,36 @@ mod tests {
 
     #[test]
     fn a_small_fleet_is_listed_whole_in_its_order_with_the_contrast_below() {
-        let text = text(&sample::warehouse(), &durations(), None, None);
+        let text = report(&sample::warehouse(), &durations(), None, None).text();
         let expected = "\
 sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
 
-  drone  arrives  waits  detour  worst air from above   extra energy
+  drone  arrives  waits  detour  worst downwash         extra energy
   k1      18.4 s  0.0 s  +0.6 m  0.2 m/s (m1, t=7.1 s)        +0.1 %
   k2      23.0 s  2.0 s  +0.0 m  none                         +0.0 %
   m1      12.0 s  0.0 s  +0.0 m  none                         +0.0 %
   m2       stays      -       -  none                              -
 
   3 of 4 reach their goals   makespan 23.0 s   planned in 0.31 s   verified: 0 violations
-  Ignoring downwash: makespan 20.0 s, but 2 drones fly through up to 6.1 m/s for 9.4 s.
+  Ignoring downwash: makespan 20.0 s, but 2 drones are exposed to up to 6.1 m/s for 9.4 s.
 ";
         assert_eq!(text, expected);
     }
 
     #[test]
     fn of_a_large_fleet_the_most_delayed_are_listed_and_the_rest_counted() {
-        let text = text(&sample::hall(200), &durations(), None, Some(3.5));
+        let text = report(&sample::hall(200), &durations(), None, Some(3.5)).text();
         assert_eq!(
             text.lines().filter(|line| line.starts_with("  d")).count(),
             LIST_MOST_AFFECTED + 1
         );
         assert!(text.contains("... and 185 more, delayed less"), "{text}");
-        let better = "arrivals 3.5 s earlier in sum";
+        let better = "sum of costs 3.5 s lower";
         assert!(text.contains(better), "{text}");
     }
 
     #[test]
-    fn where_nobody_would_be_exposed_the_contrast_says_so() {
+    fn where_no_drone_would_be_exposed_the_contrast_says_so() {
         let harmless = IgnoringDownwash {
             makespan_s: 8.0,
             drones_over_limit: 0,
@@ -319,13 +273,13 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
         };
         assert_eq!(
             contrast(Some(&harmless)),
-            "Ignoring downwash: makespan 8.0 s, and no drone would exceed its limit (worst air 0.4 m/s). 1 drone finds no way even so."
+            "Ignoring downwash: makespan 8.0 s, and no drone would exceed its limit (worst air 0.4 m/s). 1 drone finds no path even so."
         );
         assert!(contrast(None).starts_with("Ignoring downwash: "));
     }
 
     #[test]
-    fn a_zone_that_would_be_blown_on_is_part_of_the_contrast() {
+    fn a_zone_above_its_limit_is_part_of_the_contrast() {
         let gusty = IgnoringDownwash {
             makespan_s: 8.0,
             drones_over_limit: 2,
@@ -337,7 +291,7 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
         };
         assert_eq!(
             contrast(Some(&gusty)),
-            "Ignoring downwash: makespan 8.0 s, but 2 drones fly through up to 4.0 m/s for 3.0 s, and the air in 1 zone reaches 6.5 m/s."
+            "Ignoring downwash: makespan 8.0 s, but 2 drones are exposed to up to 4.0 m/s for 3.0 s, and the air in 1 zone reaches 6.5 m/s."
         );
     }
 }

@@ -52,14 +52,14 @@ pub(crate) fn describe<'a>(known: &WellFormed, plan: &'a Plan) -> WellFormedEntr
 /// "Endpoints are wake-well-formed: ..."
 pub(crate) fn in_a_line(known: &WellFormed, plan: &Plan) -> String {
     if known.is_proven() {
-        return "Endpoints are wake-well-formed: everybody has a way that all other starts and goals leave free.".into();
+        return "Endpoints are wake-well-formed: every drone has a path that all other starts and goals leave free.".into();
     }
     let name = |index: usize| &plan.drones[index].name;
     let first = known.offences.first().map(|first| {
         let (drone, other) = (name(first.drone), name(first.other));
         match first.kind {
             OffenceKind::GoalAtStart => format!("{drone} ends where {other} starts"),
-            OffenceKind::Enclosed => format!("{drone} has no way around {other}"),
+            OffenceKind::Enclosed => format!("{drone} has no path around {other}"),
         }
     });
     let first = first.unwrap_or_else(|| "too many wakes add up around them".into());

@@ -1,5 +1,7 @@
 //! Numbers, places and findings as people read them.
 
+use std::path::PathBuf;
+
 use diagnosis::forward::simulate::Channel;
 use nalgebra::Point3;
 use planner::plan::{Violation, ViolationKind};
@@ -9,15 +11,15 @@ pub(crate) use tools::table::{count, figures};
 pub(crate) fn place(point: &Point3<f64>) -> String {
     format!(
         "({}, {}, {})",
-        metres(point.x),
-        metres(point.y),
-        metres(point.z)
+        decimal(point.x),
+        decimal(point.y),
+        decimal(point.z)
     )
 }
 
-/// Metres to the centimetre, without idle zeros and never `-0`.
-pub(crate) fn metres(length_m: f64) -> String {
-    let text = format!("{length_m:.2}");
+/// To two decimals, without idle zeros and never `-0`.
+pub(crate) fn decimal(value: f64) -> String {
+    let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" {
         "0".into()
@@ -30,8 +32,8 @@ pub(crate) fn metres(length_m: f64) -> String {
 pub(crate) fn quantity(channel: Channel) -> &'static str {
     match channel {
         Channel::Speed => "speed (m/s)",
-        Channel::Throttle => "throttle / hover",
-        Channel::Power => "power / hover",
+        Channel::Throttle => "throttle over hover",
+        Channel::Power => "power over hover",
         Channel::VerticalForce => "vertical force (N)",
     }
 }
@@ -53,6 +55,43 @@ pub(crate) fn file_stem(channel: Channel) -> &'static str {
         Channel::Power => "power",
         Channel::VerticalForce => "vertical-force",
     }
+}
+
+/// What the columns of its table end in.
+pub(crate) fn suffix(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Speed => "mps",
+        Channel::Throttle | Channel::Power => "over_hover",
+        Channel::VerticalForce => "n",
+    }
+}
+
+/// Kinds of what is counted, each once, with how many there are of it, in the order in which they come.
+pub(crate) fn tally<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<(T, usize)> {
+    let mut kinds: Vec<(T, usize)> = Vec::new();
+    for one in all {
+        match kinds.iter_mut().find(|(kind, _)| *kind == one) {
+            Some((_, number)) => *number += 1,
+            None => kinds.push((one, 1)),
+        }
+    }
+    kinds
+}
+
+/// Each once, joined by commas, in the order in which they come.
+pub(crate) fn each_once<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let names = tally(names).into_iter().map(|(name, _)| name);
+    names.collect::<Vec<_>>().join(", ")
+}
+
+/// The last line of a report: what was written, the folder once.
+pub(crate) fn wrote(files: &[PathBuf]) -> String {
+    let Some((first, others)) = files.split_first() else {
+        return String::new();
+    };
+    let names = others.iter().filter_map(|path| path.file_name());
+    let names: Vec<_> = names.map(|name| name.to_string_lossy()).collect();
+    format!("\nwrote {}  {}\n", first.display(), names.join("  "))
 }
 
 /// One finding of the verifier in one line.
@@ -95,17 +134,17 @@ pub(crate) fn violation(found: &Violation) -> String {
                 .as_ref()
                 .map(|with| format!(", mostly from `{with}`"));
             format!(
-                "`{drone}` meets {value:.2} {unit} of air{}, its limit is {limit:.2}",
+                "`{drone}` is exposed to {value:.2} {unit} of downwash{}, its limit is {limit:.2}",
                 from.unwrap_or_default()
             )
         }
         ViolationKind::Zone => format!(
-            "`{drone}` blows {value:.2} {unit} into zone `{other}`, its limit is {limit:.2}"
+            "the downwash of `{drone}` reaches {value:.2} {unit} in zone `{other}`, its limit is {limit:.2}"
         ),
     };
-    let until = found
-        .until_s
-        .map_or("for ever".into(), |until_s| format!("to {until_s:.2} s"));
+    let until = found.until_s.map_or("until the end".into(), |until_s| {
+        format!("to {until_s:.2} s")
+    });
     format!(
         "{what}: from {:.2} s {until}, at {}",
         found.from_s,
@@ -118,8 +157,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn metres_lose_idle_zeros_and_the_minus_of_nothing() {
-        let words: Vec<String> = [1.0, 0.5, -0.001, -2.25, 10.0].map(metres).into();
+    fn decimals_lose_idle_zeros_and_the_minus_of_nothing() {
+        let words: Vec<String> = [1.0, 0.5, -0.001, -2.25, 10.0].map(decimal).into();
         assert_eq!(words, ["1", "0.5", "0", "-2.25", "10"]);
     }
 }

@@ -76,14 +76,8 @@ pub const QUESTIONS: [Question; 3] = [
 pub fn table(found: &[CampaignFinding], hardware: &[HardwareRow]) -> Table {
     let mut rows: Vec<Vec<String>> = QUESTIONS.iter().zip(found).map(row).collect();
     rows.extend(changes(hardware));
-    let headings = [
-        "flights",
-        "starting from",
-        "what it names, in this order",
-        "force held out, before → after (95 %)",
-        "noise floor",
-    ];
-    Table::of_words(&headings, rows)
+    let headings = "flights | starting from | what it names, in this order | force held out, before → after (95 %) | noise floor";
+    Table::new("lllll", headings, rows)
 }
 
 /// Whether everything that is known to be there was named, and no normal flight has a change.

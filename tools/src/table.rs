@@ -1,33 +1,12 @@
 //! Tables as values: columns with their alignment, rows of cells, Markdown; and numbers as cells show them.
 
-/// A column by its heading, and where its cells stand.
+/// A column.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Column {
-    /// Words.
-    Left(String),
-    /// Numbers.
-    Right(String),
-}
-
-impl Column {
-    /// Words below a heading.
-    #[must_use]
-    pub fn left(heading: &str) -> Column {
-        Column::Left(heading.to_owned())
-    }
-
-    /// Numbers below a heading.
-    #[must_use]
-    pub fn right(heading: &str) -> Column {
-        Column::Right(heading.to_owned())
-    }
-
+pub struct Column {
     /// What stands above it.
-    #[must_use]
-    pub fn heading(&self) -> &str {
-        let (Column::Left(heading) | Column::Right(heading)) = self;
-        heading
-    }
+    pub heading: String,
+    /// Whether its cells stand to the right, as numbers do.
+    pub is_right: bool,
 }
 
 /// Columns, and rows of as many cells; a row of one cell is a heading for those that follow.
@@ -40,24 +19,16 @@ pub struct Table {
 }
 
 impl Table {
-    /// Words in the first column and numbers in all others.
+    /// Headings are parted by bars; `alignment` has a letter for each, `l` or `r`, as a `tabular` of LaTeX.
     #[must_use]
-    pub fn of_numbers(headings: &[&str], rows: Vec<Vec<String>>) -> Table {
-        let column = |(index, heading): (usize, &&str)| match index {
-            0 => Column::left(heading),
-            _ => Column::right(heading),
+    pub fn new(alignment: &str, headings: &str, rows: Vec<Vec<String>>) -> Table {
+        let column = |(heading, letter): (&str, char)| Column {
+            heading: heading.trim().to_owned(),
+            is_right: letter == 'r',
         };
+        let headings = headings.split('|').zip(alignment.chars());
         Table {
-            columns: headings.iter().enumerate().map(column).collect(),
-            rows,
-        }
-    }
-
-    /// Words throughout.
-    #[must_use]
-    pub fn of_words(headings: &[&str], rows: Vec<Vec<String>>) -> Table {
-        Table {
-            columns: headings.iter().copied().map(Column::left).collect(),
+            columns: headings.map(column).collect(),
             rows,
         }
     }
@@ -66,14 +37,8 @@ impl Table {
     #[must_use]
     pub fn markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-        let rule = |column: &Column| match column {
-            Column::Left(_) => "---".to_owned(),
-            Column::Right(_) => "---:".to_owned(),
-        };
-        let headings = self
-            .columns
-            .iter()
-            .map(|column| column.heading().to_owned());
+        let rule = |column: &Column| if column.is_right { "---:" } else { "---" }.to_owned();
+        let headings = self.columns.iter().map(|column| column.heading.clone());
         let mut text = line(headings.collect()) + &line(self.columns.iter().map(rule).collect());
         for row in &self.rows {
             text += &line(row.iter().map(|cell| cell.replace('|', "/")).collect());

@@ -31,6 +31,7 @@ pub struct Finding {
     /// The corrected simulation, by row of the channel's file; not a number where there is none.
     pub prediction: Vec<f64>,
     /// How much better what was not fitted is predicted.
+    #[serde(rename = "heldout")]
     pub held_out: HeldOut,
     /// Everything that was tried alone, best first.
     pub candidates: Vec<Ranked>,
@@ -41,6 +42,7 @@ pub struct Finding {
     /// The smallest effect of each kind that would have been noticed.
     pub smallest: Vec<Smallest>,
     /// The baseline corrected: everything found, as a hypothesis.
+    #[serde(skip)]
     pub correction: Hypothesis,
 }
 

@@ -2,36 +2,88 @@
 
 use diagnosis::calibrate::{Calibration, Dropped, Estimate, Interval, ResidualTest, Unit, Verdict};
 
-use crate::report::page::Table;
-use crate::report::words::count;
+use crate::plots::Figure;
+use crate::report::words::{count, decimal};
+use crate::report::{Part, Report, Table};
 
-fn table(headings: &[&str], rows: Vec<Vec<String>>) -> Table {
-    Table {
-        headings: headings.iter().map(|&heading| heading.to_owned()).collect(),
-        rows,
+/// What was found, how well it is known, and what it was found from.
+pub(super) fn report(name: &str, found: &Calibration, figures: Vec<Figure>) -> Report {
+    let goodness = &found.goodness;
+    let mut report = Report::new(format!("{name}: the jet, calibrated"), what(found));
+    // The expansion comes first.
+    let mut figures = figures.into_iter().map(Part::Figure);
+    let mut parts = vec![
+        Part::table(constants(found)),
+        Part::List(about_the_constants(found)),
+        Part::Line(format!("{}: {}.", verdict(found), goodness.sentence)),
+    ];
+    parts.extend(figures.next());
+    report.section("", parts);
+    let mut parts = vec![Part::table(drones(found))];
+    parts.extend(figures);
+    report.section("Drone by drone", parts);
+    if found.drones.iter().any(|drone| !drone.in_fit) {
+        report.section(
+            "Canted drones beside the fit",
+            vec![
+                Part::Line("Measured minus the jet of the others, over the centreline speed, by distance over half-width xi.".into()),
+                Part::table(departures(found)),
+            ],
+        );
     }
+    let standing = goodness.regions.iter().filter(|region| region.significant);
+    report.section(
+        "Where the jet is off",
+        vec![
+            Part::Line(format!(
+                "The rms misfit of the cells is {:.4} U_C; {} of {} regions stand out.",
+                goodness.rms_over_centreline,
+                standing.count(),
+                goodness.regions.len()
+            )),
+            Part::Table {
+                table: regions(found),
+                on_screen: 0,
+            },
+        ],
+    );
+    report.section(
+        "The paper's residual test",
+        vec![
+            Part::Line("Is the mean of eps = (predicted - measured)/U_C above 0 in an interval of xi? One-sided t test at 5 %, first as the paper has it, then with the samples that count as independent and Holm's correction for the number of rows.".into()),
+            Part::table(tests(found)),
+            Part::List(found.residual_tests.caveats.clone()),
+        ],
+    );
+    let mut parts = vec![Part::table(counts(found))];
+    if !found.caveats.is_empty() {
+        parts.push(Part::List(found.caveats.clone()));
+    }
+    report.section("What was used, and what to know", parts);
+    report
 }
 
 /// `8 recordings, 4 drones in the fit (kolibri, ...), 2 beside it (...)`.
-pub(super) fn what(found: &Calibration) -> String {
+fn what(found: &Calibration) -> String {
     let names = |in_fit: bool| -> Vec<&str> {
         let drones = found.drones.iter().filter(|drone| drone.in_fit == in_fit);
         drones.map(|drone| drone.airframe.as_str()).collect()
     };
-    let mut text = format!(
-        "{}, {} in the fit ({})",
-        count(found.recordings.len(), "recording", "recordings"),
-        count(names(true).len(), "airframe", "airframes"),
-        names(true).join(", ")
-    );
-    if !names(false).is_empty() {
-        text += &format!(
+    let (fitted, beside) = (names(true), names(false));
+    let beside = match beside.len() {
+        0 => String::new(),
+        some => format!(
             ", {} beside it ({})",
-            count(names(false).len(), "canted one", "canted ones"),
-            names(false).join(", ")
-        );
-    }
-    text
+            count(some, "canted one", "canted ones"),
+            beside.join(", ")
+        ),
+    };
+    format!(
+        "{}, {} in the fit ({}){beside}",
+        count(found.recordings.len(), "recording", "recordings"),
+        count(fitted.len(), "airframe", "airframes"),
+        fitted.join(", ")
+    )
 }
 
 fn verdict(found: &Calibration) -> &'static str {
@@ -43,7 +95,7 @@ fn verdict(found: &Calibration) -> &'static str {
 }
 
 /// B, S and s₀ with their intervals beside the paper's.
-pub(super) fn constants(found: &Calibration) -> Table {
+fn constants(found: &Calibration) -> Table {
     let paper = airflow::Jet::default();
     let jet = &found.jet;
     let row = |name: &str, estimate: &Estimate, digits: usize, paper: f64| {
@@ -55,8 +107,9 @@ pub(super) fn constants(found: &Calibration) -> Table {
             format!("{paper:.digits$}"),
         ]
     };
-    table(
-        &["", "value", "95 % interval", "the paper's"],
+    Table::new(
+        "lrrr",
+        " | value | 95 % interval | the paper's",
         vec![
             row(
                 "B, centreline: U_C/U_H = B/(s/l - s0)",
@@ -76,7 +129,7 @@ pub(super) fn constants(found: &Calibration) -> Table {
 }
 
 /// How the intervals were made and what they do not know.
-pub(super) fn about_the_constants(found: &Calibration) -> Vec<String> {
+fn about_the_constants(found: &Calibration) -> Vec<String> {
     let jet = &found.jet;
     let drawn = match jet.resampling.unit {
         Unit::Flight => format!("{} whole flights", jet.resampling.units),
@@ -109,7 +162,7 @@ pub(super) fn about_the_constants(found: &Calibration) -> Vec<String> {
 }
 
 /// One row an airframe.
-pub(super) fn drones(found: &Calibration) -> Table {
+fn drones(found: &Calibration) -> Table {
     let rows = found
         .drones
         .iter()
@@ -119,11 +172,10 @@ pub(super) fn drones(found: &Calibration) -> Table {
                 .iter()
                 .filter(|profile| profile.fit.is_some())
                 .count();
-            let merge = drone
-                .lobes_merge_s_over_l
-                .map_or("not seen".to_owned(), |merge| {
-                    format!("{:.2} to {:.2} l", merge.low, merge.high)
-                });
+            let merge = match &drone.lobes_merge_s_over_l {
+                Some(merge) => format!("{:.2} to {:.2} l", merge.low, merge.high),
+                None => "not seen".to_owned(),
+            };
             vec![
                 format!(
                     "{}{}",
@@ -143,22 +195,15 @@ pub(super) fn drones(found: &Calibration) -> Table {
             ]
         })
         .collect();
-    table(
-        &[
-            "airframe",
-            "U_H m/s",
-            "l m",
-            "flights",
-            "readings",
-            "slices",
-            "lobes merge",
-        ],
+    Table::new(
+        "lrrrrrr",
+        "airframe | U_H m/s | l m | flights | readings | slices | lobes merge",
         rows,
     )
 }
 
 /// Canted drones against the jet of the others.
-pub(super) fn departures(found: &Calibration) -> Table {
+fn departures(found: &Calibration) -> Table {
     let mut rows = Vec::new();
     for drone in found.drones.iter().filter(|drone| !drone.in_fit) {
         rows.push(vec![drone.airframe.clone()]);
@@ -171,11 +216,11 @@ pub(super) fn departures(found: &Calibration) -> Table {
             ]);
         }
     }
-    table(&["", "cells", "mean / U_C", "deviation / U_C"], rows)
+    Table::new("lrrr", " | cells | mean / U_C | deviation / U_C", rows)
 }
 
 /// Mean misfit by region.
-pub(super) fn regions(found: &Calibration) -> Table {
+fn regions(found: &Calibration) -> Table {
     let rows = found
         .goodness
         .regions
@@ -196,59 +241,43 @@ pub(super) fn regions(found: &Calibration) -> Table {
             ]
         })
         .collect();
-    table(
-        &[
-            "measured - fitted, over U_C",
-            "cells",
-            "mean",
-            "t",
-            "stands out",
-        ],
+    Table::new(
+        "lrrrr",
+        "measured - fitted, over U_C | cells | mean | t | stands out",
         rows,
     )
 }
 
+/// An end of an interval; `any` where it has none.
 fn bound(value: f64) -> String {
-    if !value.is_finite() {
-        return "any".into();
+    match value.is_finite() {
+        true => decimal(value),
+        false => "any".into(),
     }
-    let text = format!("{value:.2}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Both ways of the paper's test.
-pub(super) fn tests(found: &Calibration) -> Table {
+/// Both forms of the paper's test.
+fn tests(found: &Calibration) -> Table {
     let mut rows = Vec::new();
-    let ways: [(&str, &[ResidualTest]); 2] = [
+    let forms: [(&str, &[ResidualTest]); 2] = [
         (
             "through the observation operator",
             &found.residual_tests.through_operator,
         ),
         (
-            "the paper's way: a scalar ambient speed subtracted",
+            "as the paper does: a scalar ambient speed subtracted",
             &found.residual_tests.scalar_subtracted,
         ),
     ];
-    for (heading, tests) in ways {
+    for (heading, tests) in forms {
         rows.push(vec![heading.to_owned()]);
         for test in tests {
             rows.push(row(test));
         }
     }
-    table(
-        &[
-            "xi",
-            "n",
-            "n eff",
-            "mean",
-            "deviation",
-            "t",
-            "p",
-            "above 0",
-            "p eff, Holm",
-            "still",
-            "p normal",
-        ],
+    Table::new(
+        "lrrrrrrrrrr",
+        "xi | n | n eff | mean | deviation | t | p-value | above 0 | p-value eff, Holm | still | p-value normal",
         rows,
     )
 }
@@ -279,7 +308,7 @@ fn probability(p: f64) -> String {
 }
 
 /// Readings used and dropped, and why.
-pub(super) fn counts(found: &Calibration) -> Table {
+fn counts(found: &Calibration) -> Table {
     let counts = &found.counts;
     let mut rows = vec![
         vec!["read".to_owned(), counts.read.to_string()],
@@ -302,46 +331,5 @@ pub(super) fn counts(found: &Calibration) -> Table {
             dropped.samples.to_string(),
         ]);
     }
-    table(&["readings", "count"], rows)
-}
-
-/// The report for the terminal.
-pub(super) fn text(name: &str, found: &Calibration) -> String {
-    let mut text = format!("{name}: {}\n\n", what(found));
-    text += &constants(found).text();
-    for line in about_the_constants(found) {
-        text += &format!("  {line}\n");
-    }
-    text += &format!("\n  {}: {}\n", verdict(found), found.goodness.sentence);
-    let standing = found
-        .goodness
-        .regions
-        .iter()
-        .filter(|region| region.significant)
-        .count();
-    text += &format!(
-        "  rms misfit of the cells {:.4} U_C; {} of {} regions stand out\n\n",
-        found.goodness.rms_over_centreline,
-        standing,
-        found.goodness.regions.len()
-    );
-    text += &drones(found).text();
-    if found.drones.iter().any(|drone| !drone.in_fit) {
-        text += "\n  canted drones beside the fit, measured - fitted\n";
-        text += &departures(found).text();
-    }
-    text += "\n  the paper's residual test: is eps = (predicted - measured)/U_C above 0?\n";
-    text += &tests(found).text();
-    for caveat in &found.residual_tests.caveats {
-        text += &format!("  {caveat}\n");
-    }
-    text.push('\n');
-    text += &counts(found).text();
-    if !found.caveats.is_empty() {
-        text.push('\n');
-    }
-    for caveat in &found.caveats {
-        text += &format!("  {caveat}\n");
-    }
-    text
+    Table::new("lr", "readings | count", rows)
 }

@@ -1,34 +1,28 @@
 //! Flight logs of one campaign, diagnosed together by the vertical forces on their drones.
 
-use std::path::{Path, PathBuf};
-
 use diagnosis::campaign::skill::{Curve, Skill};
 use diagnosis::campaign::{
     CampaignError, CampaignFinding, CampaignOptions, diagnose_campaign, near_floor,
 };
 use diagnosis::forward::simulate::{Channel, Sample};
 use diagnosis::infer::finding::Verdict;
-use diagnosis::infer::finding_file::finding_ron;
 use diagnosis::record::recording::Recording;
 use serde::Serialize;
 
-use super::printed::Printed;
-use super::sections::{Part, Section, sections};
-use super::{Arguments, page, words};
-use crate::commands::simulate::{name_of, wrote};
+use super::{Arguments, Printed, files_of, words};
 use crate::io::failure::{Failure, answer};
 use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
+use crate::io::recordings;
 use crate::plots;
-use crate::report::page::Table;
+use crate::report::words::wrote;
+use crate::report::{Part, Report, Table};
 use crate::{Answer, Format};
 
-/// What `--format json` prints of flights: a diagnosis, with what only several flights can say.
+/// What only several flights can say, beside their finding.
 #[derive(Serialize)]
-struct PrintedFlights<'a> {
-    #[serde(flatten)]
-    diagnosis: Printed<'a>,
+pub(super) struct Flights<'a> {
     /// Which flight, drone and moment each row is.
     rows: Vec<Row<'a>>,
     #[serde(flatten)]
@@ -49,37 +43,24 @@ pub(super) fn run(arguments: &Arguments, recordings: &[Recording]) -> Result<Ans
     progress.finish();
     let finding = &found.finding;
     let first = recordings.first().map_or("flights", |one| &one.name);
-    let name = name_of(arguments.recordings.first(), first);
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("out").join(&name));
-    let out = OutFolder::prepare(out)?.path;
-    let what = what(&found, &options);
-    let figures = plots::finding::draw_campaign(
-        &name,
-        &found,
-        &format!("{what}; {}", words::verdict(finding)),
-    );
-    let mut written = vec![
-        (out.join("finding.ron"), finding_ron(finding)),
-        (
-            out.join("diagnosis.json"),
-            files::json(&printed(recordings, &found, None)),
-        ),
-    ];
-    for figure in &figures {
-        written.push((out.join(format!("{}.svg", figure.name)), figure.svg.clone()));
-    }
-    let report = page(&name, &what, finding, &all_sections(&found, true), &figures);
-    written.push((out.join("report.html"), report));
-    files::write(&written)?;
-    let files: Vec<PathBuf> = written.into_iter().map(|(path, _)| path).collect();
+    let name = recordings::name_of(&arguments.recordings, first);
+    let report = report(&name, &found, &options);
+    let row = |(sample, &of): (&Sample, &usize)| Row {
+        flight: &recordings[of].name,
+        vehicle: &recordings[of].vehicles[sample.subject as usize].id,
+        t_s: sample.t_s,
+    };
+    let rows = found.samples.iter().zip(&found.recording_of);
+    let flights = Flights {
+        rows: rows.map(row).collect(),
+        found: &found,
+    };
+    let out = OutFolder::of(arguments.out.as_deref(), &name)?;
+    let texts = files_of(finding, Some(&flights), &report);
+    let files = files::write_below(&out.path, texts)?;
     answer(&match arguments.format {
-        Format::Json => files::json(&printed(recordings, &found, Some(&files))),
-        Format::Text => {
-            words::text(&name, &what, finding, &all_sections(&found, false)) + &wrote(&files)
-        }
+        Format::Text => report.text() + &wrote(&files),
+        Format::Json => files::json(&Printed::of(finding, Some(&flights), files)),
     })?;
     Ok(Answer::from(finding.verdict != Verdict::OutsideLibrary))
 }
@@ -104,28 +85,6 @@ pub(crate) fn options(
     })
 }
 
-fn printed<'a>(
-    recordings: &'a [Recording],
-    found: &'a CampaignFinding,
-    files: Option<&'a [PathBuf]>,
-) -> PrintedFlights<'a> {
-    let of = |(sample, &of): (&Sample, &usize)| Row {
-        flight: &recordings[of].name,
-        vehicle: &recordings[of].vehicles[sample.subject as usize].id,
-        t_s: sample.t_s,
-    };
-    PrintedFlights {
-        diagnosis: Printed::of(&found.finding, files),
-        rows: found
-            .samples
-            .iter()
-            .zip(&found.recording_of)
-            .map(of)
-            .collect(),
-        found,
-    }
-}
-
 /// `4777 values of the vertical force in 88 flights, from drones that fly alone`.
 fn what(found: &CampaignFinding, options: &CampaignOptions) -> String {
     let from = match options.alone {
@@ -139,30 +98,32 @@ fn what(found: &CampaignFinding, options: &CampaignOptions) -> String {
     )
 }
 
-/// The sections of a single recording, with what whole flights add.
-fn all_sections(found: &CampaignFinding, all: bool) -> Vec<Section> {
-    let mut sections = sections(&found.finding, all);
-    for section in &mut sections {
+/// The report of a single recording, with what whole flights add.
+fn report(name: &str, found: &CampaignFinding, options: &CampaignOptions) -> Report {
+    let finding = &found.finding;
+    let what = what(found, options);
+    let subtitle = format!("{what}; {}", words::verdict(finding));
+    let figures = plots::finding::draw_campaign(name, found, &subtitle);
+    let mut report = words::report(name, what, finding, figures);
+    for section in &mut report.sections {
         match section.heading {
-            "WHERE" => section.parts.extend(located(found)),
-            "WHAT" => section.parts.extend(taken(found)),
-            "FIT" => {
-                section.parts.push(Part::Table(skills(&found.skills)));
-                if all {
-                    section.parts.extend(found.curves.iter().map(curve));
-                }
+            "Where" => section.parts.extend(located(found)),
+            "What" => section.parts.extend(taken(found)),
+            "Fit" => {
+                section.parts.push(Part::table(skills(&found.skills)));
+                section.parts.extend(found.curves.iter().map(curve));
             }
-            "NOT SURE ABOUT" => section.parts.extend(left(found)),
+            "Runners-up" => section.parts.extend(left(found)),
             _ => {}
         }
     }
-    sections
+    report
 }
 
 fn located(found: &CampaignFinding) -> Option<Part> {
     let located = found.located.as_ref()?;
     Some(Part::Line(format!(
-        "Found without any candidate: {}, {:.0} % of the values, where recorded minus simulated is {} in the mean (chance {:.3}).",
+        "Found without any candidate: {}, {:.0} % of the values, where recorded minus simulated is {} in the mean (p-value {:.3}).",
         located.description,
         100.0 * located.share,
         newton(located.mean_error_n),
@@ -184,12 +145,13 @@ fn taken(found: &CampaignFinding) -> Option<Part> {
             rivals.join(", "),
         ]
     };
-    let headings = ["taken in this order", "gain", "+-", "in its place"];
-    (!found.taken.is_empty()).then(|| {
-        Part::Table(Table {
-            headings: headings.map(str::to_owned).to_vec(),
-            rows: found.taken.iter().map(row).collect(),
-        })
+    let rows: Vec<Vec<String>> = found.taken.iter().map(row).collect();
+    (!rows.is_empty()).then(|| {
+        Part::table(Table::new(
+            "lrrl",
+            "taken in this order | gain | +- | in its place",
+            rows,
+        ))
     })
 }
 
@@ -207,21 +169,14 @@ fn skills(skills: &[Skill]) -> Table {
             format!("{r2:.2} ({r2_low:.2} to {r2_high:.2})"),
         ]
     };
-    let headings = [
-        "flights held out whole",
-        "rows",
-        "flights",
-        "rms before",
-        "after (95 %)",
-        "R2 before",
-        "after (95 %)",
-    ];
-    Table {
-        headings: headings.map(str::to_owned).to_vec(),
-        rows: skills.iter().map(row).collect(),
-    }
+    Table::new(
+        "lrrrrrr",
+        "flights held out whole | rows | flights | rms before | after (95 %) | R2 before | after (95 %)",
+        skills.iter().map(row).collect(),
+    )
 }
 
+/// For the page alone.
 fn curve(curve: &Curve) -> Part {
     let rows = (0..curve.bins.len()).map(|i| {
         let [from, to] = curve.bins[i];
@@ -234,18 +189,14 @@ fn curve(curve: &Curve) -> Part {
             newton(curve.error_n[i]),
         ]
     });
-    let headings = [
-        curve.along.as_str(),
-        "rows",
-        "recorded",
-        "before",
-        "after",
-        "+-",
-    ];
-    Part::Table(Table {
-        headings: headings.map(str::to_owned).to_vec(),
-        rows: rows.collect(),
-    })
+    let headings = format!(
+        "{} | rows | recorded | before | after | +-",
+        curve.along.replace('|', "/")
+    );
+    Part::Table {
+        table: Table::new("lrrrrr", &headings, rows.collect()),
+        on_screen: 0,
+    }
 }
 
 fn newton(force_n: f64) -> String {
@@ -257,17 +208,17 @@ fn left(found: &CampaignFinding) -> Vec<Part> {
     let mut lines = Vec::new();
     if let Some((name, gain, error)) = &found.next {
         lines.push(format!(
-            "Next would come {name}: {gain:.0} +- {error:.0} more, which is too little or rests on too few flights."
+            "Runner-up: {name} would gain {gain:.0} +- {error:.0} more, which is too little or rests on too few flights."
         ));
     }
     let [before, left] = found.flexible_gain;
     lines.push(match left > 2.5 * found.flexible_gain_error {
         true => format!(
-            "Any function of the circumstances (trees) gains {left:.0} +- {:.0} more in flights that it has not seen: there is more, without a name here.",
+            "Any function of the covariates (regression trees) gains {left:.0} +- {:.0} more in flights that it has not seen: there is more, without a name here.",
             found.flexible_gain_error
         ),
         false => format!(
-            "Any function of the circumstances (trees) gains {before:.0} on the simulation as it is, and nothing on what is left ({left:.0} +- {:.0}).",
+            "Any function of the covariates (regression trees) gains {before:.0} on the simulation as it is, and nothing on what is left ({left:.0} +- {:.0}).",
             found.flexible_gain_error
         ),
     });

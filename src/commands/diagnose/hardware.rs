@@ -7,8 +7,8 @@ use serde::Serialize;
 use super::Arguments;
 use crate::io::failure::{Failure, answer};
 use crate::io::files;
-use crate::report::page::Table;
 use crate::report::words::count;
+use crate::report::{Part, Report, Table};
 use crate::{Answer, Format};
 
 #[derive(Serialize)]
@@ -26,7 +26,7 @@ pub(super) fn run(arguments: &Arguments, recordings: &[Recording]) -> Result<Ans
             format: "hardware/1",
             flights: &rows,
         }),
-        Format::Text => text(&rows, recordings.len()),
+        Format::Text => report(&rows, recordings.len()).text(),
     })?;
     Ok(Answer::Yes)
 }
@@ -57,32 +57,16 @@ pub(crate) fn judge(
     Ok(rows)
 }
 
-fn text(rows: &[HardwareRow], read: usize) -> String {
-    let percent = |value: f64| format!("{:+.1} %", 100.0 * value);
+fn report(rows: &[HardwareRow], read: usize) -> Report {
     let row = |row: &HardwareRow| {
         let mut cells = vec![row.flight.clone()];
-        cells.extend(row.found.motors.map(percent));
+        let change = |change: f64| format!("{:+.1} %", 100.0 * change);
+        cells.extend(row.found.motors.map(change));
         cells.push(format!("{:.4}", row.found.chance));
         cells.push(row.found.to_string());
         cells
     };
-    let headings = [
-        "flight",
-        "M1",
-        "M2",
-        "M3",
-        "M4",
-        "chance",
-        "what has changed",
-    ];
-    let table = Table {
-        headings: headings.map(str::to_owned).to_vec(),
-        rows: rows.iter().map(row).collect(),
-    };
-    let changed = rows
-        .iter()
-        .filter(|row| !row.found.answers.is_empty())
-        .count();
+    let changed = rows.iter().filter(|row| !row.found.answers.is_empty());
     let without = match read - rows.len() {
         0 => String::new(),
         few => format!(
@@ -90,10 +74,22 @@ fn text(rows: &[HardwareRow], read: usize) -> String {
             count(few, "flight", "flights")
         ),
     };
-    format!(
-        "{}\n  M1 to M4: voltage of each motor over that of normal flights; chance: of a normal flight that far out\n  {} of {} changed{without}\n",
-        table.text(),
-        changed,
+    let title = format!(
+        "{} of {} changed{without}",
+        changed.count(),
         count(rows.len(), "flight", "flights")
-    )
+    );
+    let mut report = Report::new(title, String::new());
+    report.section(
+        "",
+        vec![
+            Part::table(Table::new(
+                "lrrrrrl",
+                "flight | M1 | M2 | M3 | M4 | p-value | what has changed",
+                rows.iter().map(row).collect(),
+            )),
+            Part::Line("M1 to M4: voltage of each motor over that of normal flights; p-value: of a normal flight that far out".into()),
+        ],
+    );
+    report
 }

@@ -54,29 +54,33 @@ pub(super) fn held_out(recordings: &[Recording]) -> Result<Skill, String> {
 }
 
 impl Skill {
-    /// For a person.
-    pub(super) fn text(&self) -> String {
+    /// How well forces are predicted, and what is known of the clocks.
+    pub(super) fn sentences(&self) -> Vec<String> {
         let known = |kind: ClockKnown| {
             let all = self.clocks.iter().flat_map(|clocks| &clocks.offsets);
             all.filter(|clock| clock.known == kind).count()
         };
-        let with_clocks = self
+        let with_clocks: String = self
             .r2_disc_mean_with_clocks
-            .map_or_else(String::new, |r2| {
-                format!("; {r2:.3} with clocks shifted by what the forces say")
-            });
-        format!(
-            "  Vertical force on the lower drone, whole flights held out ({} folds), nothing fitted but the thrust map:\n  \
-             R2 {:.3} with the air averaged over the rotor discs, {:.3} at the rotor centre ({} of {}){with_clocks}\n  \
-             Clocks against the first drone's: {} told, {} at their bound, {} cannot be told from the forces\n",
-            self.forces.folds.len(),
-            self.forces.r2_disc_mean,
-            self.forces.r2_centre,
-            count(self.forces.rows, "row", "rows"),
-            count(self.forces.flights, "flight", "flights"),
-            known(ClockKnown::Told),
-            known(ClockKnown::AtBound),
-            known(ClockKnown::CannotBeTold),
-        )
+            .map(|r2| format!("; {r2:.3} with clocks shifted by what the forces say"))
+            .into_iter()
+            .collect();
+        let forces = &self.forces;
+        vec![
+            format!(
+                "on the lower drone, {} folds, nothing fitted but the thrust map: R2 {:.3} with the air averaged over the rotor discs, {:.3} at the rotor centre ({} of {}){with_clocks}",
+                forces.folds.len(),
+                forces.r2_disc_mean,
+                forces.r2_centre,
+                count(forces.rows, "row", "rows"),
+                count(forces.flights, "flight", "flights"),
+            ),
+            format!(
+                "clocks against the first drone's: {} told, {} at their bound, {} cannot be told from the forces",
+                known(ClockKnown::Told),
+                known(ClockKnown::AtBound),
+                known(ClockKnown::CannotBeTold),
+            ),
+        ]
     }
 }

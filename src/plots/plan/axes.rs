@@ -2,7 +2,7 @@
 
 use super::canvas::Canvas;
 use super::view::{Eye, View};
-use crate::report::words::metres;
+use crate::report::words::decimal;
 
 /// Ticks are at least this far apart (px): numbers beside one another need more than stacked ones.
 const TICK_RIGHT_PX: f64 = 64.0;
@@ -85,7 +85,7 @@ fn scale_bar(canvas: &mut Canvas, view: &View) {
         y - 3.0,
         left - 6.0,
         y + 4.0,
-        metres(length_m)
+        decimal(length_m)
     ));
 }
 
@@ -115,7 +115,7 @@ fn ticks(view: &View, axis: Axis) -> Vec<(f64, String)> {
                 Axis::Right => view.left_px + offset_px,
                 Axis::Up => view.top_px + view.height_px - offset_px,
             };
-            (at_px, metres(at_m))
+            (at_px, decimal(at_m))
         })
         .collect()
 }

@@ -7,7 +7,7 @@ use super::canvas::{Canvas, escape};
 use super::labels::{Labels, Spot, Style};
 use super::line_style;
 use super::view::{Eye, View};
-use crate::report::words::metres;
+use crate::report::words::decimal;
 
 /// Closer than this two spots are one (px).
 const INVISIBLE_PX: f64 = 0.05;
@@ -88,7 +88,7 @@ fn mesh(
 pub(super) fn zones(canvas: &mut Canvas, view: &View, plan: &Plan) {
     let style = r##"fill="#e8a33d" fill-opacity="0.18" stroke="#b7791f" stroke-width="1.2" stroke-dasharray="5 3""##;
     for zone in &plan.zones {
-        let title = format!("{}: at most {} m/s", zone.name, metres(zone.air_limit_mps));
+        let title = format!("{}: at most {} m/s", zone.name, decimal(zone.air_limit_mps));
         rectangle(
             canvas,
             view,

@@ -4,7 +4,7 @@ use super::growth::{FEWEST_ROWS, Growth, Line, growth};
 use super::instance::Figures;
 use super::machine::Machine;
 use super::row::Row;
-use crate::table::{Column, Table, count};
+use crate::table::{Table, count};
 
 /// Growth is stated for so many drones: a number that one can picture.
 const PER_DRONES: f64 = 100.0;
@@ -22,25 +22,8 @@ pub fn text(command: &str, machine: &Machine, rows: &[Row], instances: usize) ->
 }
 
 fn table(rows: &[Row]) -> Table {
-    Table {
-        columns: vec![
-            Column::left("place"),
-            Column::right("drones"),
-            Column::right("of the open columns"),
-            Column::left("planned and verified"),
-            Column::right("planning (s)"),
-            Column::right("verification (s)"),
-            Column::right("searches"),
-            Column::right("evictions"),
-            Column::right("PIBT rounds"),
-            Column::right("suboptimality"),
-            Column::right("extra energy (J)"),
-            Column::right("of hovering"),
-            Column::right("over the limit if downwash is ignored"),
-            Column::right("peak memory (MiB)"),
-        ],
-        rows: rows.iter().map(cells).collect(),
-    }
+    let headings = "place | drones | of the open columns | planned and verified | planning (s) | verification (s) | searches | evictions | PIBT rounds | suboptimality | extra energy (J) | of hovering | over the limit if downwash is ignored | peak memory (MiB)";
+    Table::new("lrrlrrrrrrrrrr", headings, rows.iter().map(cells).collect())
 }
 
 fn cells(row: &Row) -> Vec<String> {
