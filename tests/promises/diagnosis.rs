@@ -49,8 +49,8 @@ fn a_concealed_wind_is_located_named_and_predicts_what_was_not_fitted() {
         "\nWHAT\n",
         "\nCANDIDATES\n",
         "\nFIT\n",
-        "\nNOT SURE ABOUT\n",
-        "\nSMALLEST\n",
+        "\nRUNNERS-UP\n",
+        "\nMINIMUM DETECTABLE EFFECTS\n",
     ] {
         assert!(printed.contains(heading), "{heading}: {printed}");
     }

@@ -146,7 +146,7 @@ fn near_the_floor_the_floor_is_named() {
     for words in [
         "\nWHERE\n  height m",
         "\nWHAT\n  ground_effect_thrust: near the floor",
-        "\nNOT SURE ABOUT\n",
+        "\nRUNNERS-UP\n",
     ] {
         assert!(text.contains(words), "{text}");
     }
