@@ -82,7 +82,10 @@ fn a_recording_is_simulated_sample_by_sample_and_its_report_opens_offline() {
     let output = plan(desk.path(), &["simulate", &shipped("kolibri-1")]);
     let (code, report, errors) = texts(&output);
     assert_eq!((code, errors), (0, ""));
-    assert!(report.starts_with("kolibri-1: recorded and simulated\n1 recording, "), "{report}");
+    assert!(
+        report.starts_with("kolibri-1: recorded and simulated\n1 recording, "),
+        "{report}"
+    );
     assert!(report.contains("depth s/l"), "{report}");
     let folder = desk.path().join("out/kolibri-1");
     assert_eq!(
