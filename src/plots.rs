@@ -21,14 +21,4 @@ pub(crate) mod simulation;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use sheet::escape;
-
-/// One picture of a report.
-#[derive(Clone, Debug)]
-pub(crate) struct Figure {
-    /// Its file's name, without ending.
-    pub(crate) name: String,
-    pub(crate) svg: String,
-    /// How to read it.
-    pub(crate) caption: String,
-}
+use crate::report::Figure;

@@ -8,5 +8,5 @@ mod tables;
 pub(crate) mod well_formed;
 pub(crate) mod words;
 
-pub(crate) use sections::{Part, Report};
+pub(crate) use sections::{Figure, Part, Report};
 pub(crate) use tools::table::Table;

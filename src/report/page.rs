@@ -2,7 +2,7 @@
 
 use super::sections::{Part, Report};
 use super::tables;
-use crate::plots::escape;
+use super::words::escape;
 
 /// A light page that keeps figures whole in print; digits of one width in tables.
 const STYLE: &str = "\

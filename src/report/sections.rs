@@ -3,7 +3,6 @@
 use tools::table::Table;
 
 use super::{page, tables};
-use crate::plots::Figure;
 
 /// What a command has to say.
 #[derive(Debug, Default)]
@@ -13,6 +12,16 @@ pub(crate) struct Report {
     /// What was looked at; may be empty.
     pub(crate) lead: String,
     pub(crate) sections: Vec<Section>,
+}
+
+/// One picture.
+#[derive(Clone, Debug)]
+pub(crate) struct Figure {
+    /// Its file's name, without ending.
+    pub(crate) name: String,
+    pub(crate) svg: String,
+    /// How to read it.
+    pub(crate) caption: String,
 }
 
 /// A heading with what stands below it; without a heading it goes on after a gap.

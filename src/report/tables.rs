@@ -2,7 +2,7 @@
 
 use tools::table::Table;
 
-use crate::plots::escape;
+use super::words::escape;
 
 /// The first `most` rows below the headings, two spaces from the edge; a row of one cell takes what room it needs.
 pub(crate) fn text(table: &Table, most: usize) -> String {

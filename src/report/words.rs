@@ -84,6 +84,23 @@ pub(crate) fn each_once<'a>(names: impl IntoIterator<Item = &'a str>) -> String 
     names.collect::<Vec<_>>().join(", ")
 }
 
+/// Text as XML and HTML have it.
+pub(crate) fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            // XML 1.0 has no other control characters.
+            control if control.is_control() => escaped.push(' '),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
+
 /// The last line of a report: what was written, the folder once.
 pub(crate) fn wrote(files: &[PathBuf]) -> String {
     let Some((first, others)) = files.split_first() else {

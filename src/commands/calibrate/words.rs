@@ -2,9 +2,8 @@
 
 use diagnosis::calibrate::{Calibration, Dropped, Estimate, Interval, ResidualTest, Unit, Verdict};
 
-use crate::plots::Figure;
 use crate::report::words::{count, decimal};
-use crate::report::{Part, Report, Table};
+use crate::report::{Figure, Part, Report, Table};
 
 /// What was found, how well it is known, and what it was found from.
 pub(super) fn report(name: &str, found: &Calibration, figures: Vec<Figure>) -> Report {

@@ -6,9 +6,8 @@ use diagnosis::infer::finding::{Effect, Finding, HeldOut, Ranked, Smallest, Verd
 use diagnosis::infer::outside::Shape;
 use diagnosis::record::recording::{Recording, Role};
 
-use crate::plots::Figure;
 use crate::report::words::{count, each_once, figures, quantity, unit};
-use crate::report::{Part, Report, Table};
+use crate::report::{Figure, Part, Report, Table};
 
 /// Candidates shown at a terminal; the page and the JSON have all.
 const SHOWN: usize = 8;

@@ -8,9 +8,8 @@ use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, Rec
 use super::forces::Map;
 use super::skill::Skill;
 use super::{Printed, RemarkOf, Simulated};
-use crate::plots::Figure;
 use crate::report::words::{count, decimal, each_once, quantity, tally};
-use crate::report::{Part, Report, Table};
+use crate::report::{Figure, Part, Report, Table};
 
 /// More remarks of a kind than these are counted, not printed; residuals.json has all.
 const REMARKS_OF_A_KIND: usize = 6;
