@@ -1,0 +1,326 @@
+//! The obstacles of a plan: how far a place is from them, what lies below it, and where a wake ends.
+//!
+//! A wake ends at the floor, or at the first top face of a box or a cylinder that covers its whole
+//! half-width disc; unions of faces and meshes stop no wake.
+
+use airflow::Wake;
+use nalgebra::{Point3, Vector3};
+use parry3d::query::{PointQuery, Ray, RayCast};
+use parry3d::shape::{TriMesh, TriMeshFlags};
+
+use crate::plan::{ObstacleEntry, ShapeEntry};
+use crate::verify::{Places, is_box};
+
+/// Heights at which a moved wake is looked at between two, chosen here: what lies between them is
+/// added to what is found.
+const MOVED_STEPS: u32 = 8;
+
+/// All obstacles above a floor.
+#[derive(Debug)]
+pub(crate) struct Obstacles {
+    /// Height of the floor (m).
+    pub(crate) floor_z_m: f64,
+    /// In the plan's order.
+    pub(crate) solids: Vec<Solid>,
+}
+
+/// A named solid in the world.
+#[derive(Debug)]
+pub(crate) struct Solid {
+    /// The plan's name for it.
+    pub(crate) name: String,
+    shape: Shape,
+    /// Its bounding box.
+    box_m: Places,
+}
+
+#[derive(Debug)]
+enum Shape {
+    /// Its bounding box.
+    Box,
+    Cylinder {
+        base_m: Point3<f64>,
+        radius_m: f64,
+        height_m: f64,
+    },
+    /// `closed`: its triangles enclose a volume, and point out of it.
+    Mesh { mesh: Box<TriMesh>, closed: bool },
+}
+
+impl Obstacles {
+    /// Height of the highest surface straight below a place, at least the floor's (m).
+    pub(crate) fn support_z_m(&self, place_m: &Point3<f64>) -> f64 {
+        let supports_m = self.solids.iter().filter_map(|it| it.support_z_m(place_m));
+        supports_m.fold(self.floor_z_m, f64::max)
+    }
+
+    /// Indices of the solids on whose top a wake may end whose drone is somewhere in a box.
+    pub(crate) fn that_may_stop(&self, wake: &Wake, places_m: &Places) -> Vec<u32> {
+        let may = |solid: &Solid| {
+            let top_z_m = solid.top_z_m().filter(|top_z_m| *top_z_m > self.floor_z_m);
+            top_z_m.is_some_and(|top_z_m| solid.stops(wake, places_m, top_z_m).0)
+        };
+        let solids = (0..).zip(&self.solids);
+        solids.filter(|(_, it)| may(it)).map(|(k, _)| k).collect()
+    }
+
+    /// Lowest and highest end of a wake whose drone is somewhere in a box (m).
+    ///
+    /// `stops` are the solids of [`Obstacles::that_may_stop`].
+    pub(crate) fn end_range_m(&self, wake: &Wake, places_m: &Places, stops: &[u32]) -> (f64, f64) {
+        let mut ends_m = (self.floor_z_m, self.floor_z_m);
+        for &k in stops {
+            let solid = &self.solids[k as usize];
+            let Some(top_z_m) = solid.top_z_m() else {
+                continue;
+            };
+            let (may, surely) = solid.stops(wake, places_m, top_z_m);
+            if may {
+                ends_m.1 = ends_m.1.max(top_z_m);
+            }
+            if surely {
+                ends_m.0 = ends_m.0.max(top_z_m);
+            }
+        }
+        ends_m
+    }
+
+    /// Height below which the wake of a drone at a place has ended (m).
+    pub(crate) fn end_z_m(&self, wake: &Wake, place_m: &Point3<f64>, stops: &[u32]) -> f64 {
+        let here_m = (place_m.coords, place_m.coords);
+        self.end_range_m(wake, &here_m, stops).0
+    }
+}
+
+impl Solid {
+    /// A solid, or why its numbers make none.
+    pub(crate) fn new(entry: &ObstacleEntry) -> Result<Solid, String> {
+        let no = |what: &str| format!("obstacle `{}` is no {what}", entry.name);
+        let (shape, box_m) = match &entry.shape {
+            ShapeEntry::Box { min_m, max_m } => {
+                if !is_box(min_m, max_m) {
+                    return Err(no("box"));
+                }
+                (Shape::Box, (min_m.coords, max_m.coords))
+            }
+            &ShapeEntry::Cylinder {
+                base_m,
+                radius_m,
+                height_m,
+            } => {
+                let numbers = [base_m.x, base_m.y, base_m.z, radius_m, height_m];
+                if !numbers.iter().all(|x| x.is_finite()) || radius_m < 0.0 || height_m < 0.0 {
+                    return Err(no("cylinder"));
+                }
+                let low_m = base_m.coords - Vector3::new(radius_m, radius_m, 0.0);
+                let high_m = base_m.coords + Vector3::new(radius_m, radius_m, height_m);
+                let shape = Shape::Cylinder {
+                    base_m,
+                    radius_m,
+                    height_m,
+                };
+                (shape, (low_m, high_m))
+            }
+            ShapeEntry::Mesh {
+                vertices_m,
+                triangles,
+                ..
+            } => {
+                let shape = mesh(vertices_m, triangles).ok_or_else(|| no("mesh"))?;
+                let farthest = Vector3::repeat(f64::INFINITY);
+                let around = |(low, high): Places, v: &Point3<f64>| {
+                    (low.inf(&v.coords), high.sup(&v.coords))
+                };
+                let box_m = vertices_m.iter().fold((farthest, -farthest), around);
+                (shape, box_m)
+            }
+        };
+        Ok(Solid {
+            name: entry.name.clone(),
+            shape,
+            box_m,
+        })
+    }
+
+    /// Distance from a place to the solid (m); 0 inside. It changes no faster than the place moves.
+    pub(crate) fn distance_m(&self, place_m: &Vector3<f64>) -> f64 {
+        match &self.shape {
+            Shape::Box => self.box_distance_m(&(*place_m, *place_m)),
+            Shape::Cylinder {
+                base_m,
+                radius_m,
+                height_m,
+            } => {
+                let outside = ((place_m.xy() - base_m.coords.xy()).norm() - radius_m).max(0.0);
+                let above = (base_m.z - place_m.z).max(place_m.z - base_m.z - height_m);
+                outside.hypot(above.max(0.0))
+            }
+            Shape::Mesh { mesh, closed } => {
+                let point = [place_m.x, place_m.y, place_m.z].into();
+                if *closed && mesh.contains_local_point(point) {
+                    return 0.0;
+                }
+                mesh.distance_to_local_point(point, true)
+            }
+        }
+    }
+
+    /// Distance between its bounding box and another box (m): never more than to the solid itself.
+    pub(crate) fn box_distance_m(&self, places_m: &Places) -> f64 {
+        let beside = (self.box_m.0 - places_m.1).sup(&(places_m.0 - self.box_m.1));
+        beside.sup(&Vector3::zeros()).norm()
+    }
+
+    /// Height of its highest point straight below a place (m); `None`: nothing of it is below.
+    fn support_z_m(&self, place_m: &Point3<f64>) -> Option<f64> {
+        let beside = (0..2).any(|k| place_m[k] < self.box_m.0[k] || place_m[k] > self.box_m.1[k]);
+        if beside || place_m.z < self.box_m.0.z {
+            return None;
+        }
+        let top_z_m = self.box_m.1.z.min(place_m.z);
+        match &self.shape {
+            Shape::Box => Some(top_z_m),
+            Shape::Cylinder {
+                base_m, radius_m, ..
+            } => ((place_m - base_m).xy().norm() <= *radius_m).then_some(top_z_m),
+            Shape::Mesh { mesh, .. } => {
+                let from = [place_m.x, place_m.y, place_m.z].into();
+                let down = Ray::new(from, [0.0, 0.0, -1.0].into());
+                mesh.cast_local_ray(&down, place_m.z - self.box_m.0.z + 1.0, true)
+                    .map(|fall_m| place_m.z - fall_m)
+            }
+        }
+    }
+
+    /// Height of the level face that may stop a wake (m).
+    fn top_z_m(&self) -> Option<f64> {
+        (!matches!(self.shape, Shape::Mesh { .. })).then_some(self.box_m.1.z)
+    }
+
+    /// Whether a wake from some place of a box ends on the top face, and whether it does from every one.
+    fn stops(&self, wake: &Wake, places_m: &Places, top_z_m: f64) -> (bool, bool) {
+        let (lowest_m, highest_m) = (places_m.0.z - top_z_m, places_m.1.z - top_z_m);
+        if highest_m <= 0.0 {
+            return (false, false);
+        }
+        let at_top = if wake.is_shaped() {
+            moved(wake, places_m, top_z_m)
+        } else {
+            let least_m = wake.half_width_m(lowest_m.max(0.0));
+            Some((*places_m, (least_m, wake.half_width_m(highest_m))))
+        };
+        let Some((axes_m, (least_m, most_m))) = at_top else {
+            return (false, false);
+        };
+        let may = self.covers_from_one(&axes_m, least_m);
+        (may, lowest_m > 0.0 && self.covers_from_all(&axes_m, most_m))
+    }
+
+    /// Whether a level disc of this radius lies within the outline from at least one place of a box.
+    fn covers_from_one(&self, places_m: &Places, disc_m: f64) -> bool {
+        if let Shape::Cylinder {
+            base_m, radius_m, ..
+        } = &self.shape
+        {
+            let off = |k: usize| {
+                let beside_m = (places_m.0[k] - base_m[k]).max(base_m[k] - places_m.1[k]);
+                beside_m.max(0.0)
+            };
+            return off(0).hypot(off(1)) + disc_m <= *radius_m;
+        }
+        let (min_m, max_m) = &self.box_m;
+        (0..2).all(|k| {
+            min_m[k] + disc_m <= max_m[k] - disc_m
+                && places_m.1[k] - disc_m >= min_m[k]
+                && places_m.0[k] + disc_m <= max_m[k]
+        })
+    }
+
+    /// Whether it does from every place of the box.
+    fn covers_from_all(&self, places_m: &Places, disc_m: f64) -> bool {
+        if let Shape::Cylinder {
+            base_m, radius_m, ..
+        } = &self.shape
+        {
+            let off = |k: usize| (places_m.1[k] - base_m[k]).max(base_m[k] - places_m.0[k]);
+            return off(0).hypot(off(1)) + disc_m <= *radius_m;
+        }
+        let (min_m, max_m) = &self.box_m;
+        (0..2).all(|k| places_m.0[k] - disc_m >= min_m[k] && places_m.1[k] + disc_m <= max_m[k])
+    }
+}
+
+/// Where the axes of moved wakes from a box of places meet a height, and how far they spread there at
+/// least and at most (m); `None` where the wind has taken one of them away before: such a wake ends nowhere.
+fn moved(wake: &Wake, places_m: &Places, z_m: f64) -> Option<(Places, (f64, f64))> {
+    let (from_m, to_m) = ((places_m.0.z - z_m).max(0.0), places_m.1.z - z_m);
+    let steps = if from_m == to_m { 0 } else { MOVED_STEPS };
+    let farthest = Vector3::repeat(f64::INFINITY);
+    let (mut low_m, mut high_m) = (farthest, -farthest);
+    let mut apart_m = 0.0_f64;
+    let mut before: Option<Vector3<f64>> = None;
+    for k in 0..=steps {
+        let depth_m = from_m + f64::from(k) / f64::from(steps.max(1)) * (to_m - from_m);
+        let [x, y] = wake.axis_m(depth_m)?;
+        // Where the axis is, and in place of a height how far the wake spreads.
+        let here_m = Vector3::new(x, y, wake.spread_m(depth_m)?);
+        (low_m, high_m) = (low_m.inf(&here_m), high_m.sup(&here_m));
+        if let Some(known_m) = before {
+            let change_m = here_m - known_m;
+            apart_m = apart_m.max(change_m.x.hypot(change_m.y) + change_m.z.abs());
+        }
+        before = Some(here_m);
+    }
+    // Between two heights looked at it is nowhere farther from one of them than they are apart.
+    let places = |corner: &Vector3<f64>, aside_m: Vector3<f64>, more_m: f64| {
+        corner + Vector3::new(aside_m.x + more_m, aside_m.y + more_m, 0.0)
+    };
+    Some((
+        (
+            places(&places_m.0, low_m, -apart_m),
+            places(&places_m.1, high_m, apart_m),
+        ),
+        ((low_m.z - apart_m).max(0.0), high_m.z + apart_m),
+    ))
+}
+
+/// A mesh; where its triangles close a volume, also its inside counts.
+fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Shape> {
+    let mut corners = triangles.iter().flatten();
+    let known = corners.all(|&k| (k as usize) < vertices_m.len());
+    if !known || !vertices_m.iter().all(|v| v.iter().all(|x| x.is_finite())) {
+        return None;
+    }
+    let vertices = vertices_m.iter().map(|v| [v.x, v.y, v.z].into()).collect();
+    let oriented = TriMeshFlags::ORIENTED | TriMeshFlags::MERGE_DUPLICATE_VERTICES;
+    let outward = closed_outward(vertices_m, triangles);
+    let closed = outward.is_some();
+    let mesh = match outward {
+        Some(triangles) => TriMesh::with_flags(vertices, triangles, oriented),
+        None => TriMesh::new(vertices, triangles.to_vec()),
+    };
+    let mesh = Box::new(mesh.ok()?);
+    Some(Shape::Mesh { mesh, closed })
+}
+
+/// The triangles turned outward, if every edge is used once in each direction; `None` for a surface with
+/// a rim or without a consistent side, of which only the triangles themselves count.
+fn closed_outward(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
+    let bits = |k: u32| <[u64; 3]>::from(vertices_m[k as usize].coords.map(f64::to_bits));
+    let mut edges: Vec<_> = (triangles.iter())
+        .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+        .map(|(a, b)| (bits(a), bits(b)))
+        .collect();
+    edges.sort_unstable();
+    let once = edges.windows(2).all(|pair| pair[0] != pair[1]);
+    let mut back = edges.iter().map(|&(a, b)| edges.binary_search(&(b, a)));
+    if !once || !back.all(|found| found.is_ok()) {
+        return None;
+    }
+    let corner = |k: u32| vertices_m[k as usize].coords;
+    let volumes6_m3 = (triangles.iter())
+        .map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c))));
+    let inward = volumes6_m3.sum::<f64>() < 0.0;
+    let turn = |&[a, b, c]: &[u32; 3]| if inward { [a, c, b] } else { [a, b, c] };
+    Some(triangles.iter().map(turn).collect())
+}

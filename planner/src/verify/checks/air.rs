@@ -1,0 +1,160 @@
+//! The downwash that one drone is exposed to: its worst, its exposure and energy, and when it exceeds
+//! the limit.
+
+use airflow::power;
+
+use super::column;
+use crate::plan::ViolationKind;
+use crate::verify::scene::{Flight, Scene};
+use crate::verify::time::encounters::Encounter;
+use crate::verify::time::subdivision::{above, integrate, join, maximise};
+use crate::verify::time::window::{Window, windows};
+use crate::verify::violation::Worst;
+use crate::verify::{AirMet, Found, Span};
+
+/// How far the mean may exceed the limit, over U_H: chosen here, a three-hundredth of the default limit.
+pub(crate) const ALPHA_TOLERANCE: f64 = 1e-3;
+
+/// Errors allowed in the highest air, as a part of it and over U_H.
+const WORST_TOLERANCE: f64 = 1e-3;
+const WORST_FLOOR: f64 = 1e-4;
+/// Error allowed in the mean over a part of the flight, over U_H: 0.005 % of extra energy.
+const DOSE_FLOOR: f64 = 1e-4;
+
+/// A moment of the flight: window, time, value.
+#[derive(Clone, Copy)]
+struct Moment {
+    window: usize,
+    t_s: f64,
+    mean_mps: f64,
+}
+
+/// Judges the air of a flight, and its stays in columns.
+pub(crate) fn check(
+    scene: &Scene<'_>,
+    near: &[Encounter],
+    receiver: &Flight,
+) -> (Vec<Found>, AirMet) {
+    if receiver.airborne_s.1 <= receiver.airborne_s.0 {
+        return (Vec::new(), AirMet::default());
+    }
+    let windows = windows(scene, near, receiver);
+    let mut met = AirMet::default();
+    let mut seed: Option<Moment> = None;
+    let mut own_energy_j = 0.0;
+    for (index, window) in windows.iter().enumerate() {
+        if window.span_s.1 > receiver.flight_end_s() {
+            continue;
+        }
+        let u_h_mps = window.induced_velocity_mps;
+        own_energy_j += window.mass_kg
+            * airflow::GRAVITY_MPS2
+            * u_h_mps
+            * (window.span_s.1 - window.span_s.0);
+        if window.is_calm() {
+            continue;
+        }
+        let mut value = |t_s: f64| {
+            let mean_mps = window.mean_mps(t_s);
+            if seed.is_none_or(|known| mean_mps > known.mean_mps) {
+                seed = Some(Moment {
+                    window: index,
+                    t_s,
+                    mean_mps,
+                });
+            }
+            let alpha = scene.flown.felt * mean_mps / u_h_mps;
+            [mean_mps, power::extra_power_w(window.mass_kg, u_h_mps, alpha)]
+        };
+        let is_smooth = |span_s| window.is_smooth(span_s);
+        let sums = integrate(window.span_s, DOSE_FLOOR * u_h_mps, &mut value, &is_smooth);
+        met.dose_m += sums[0];
+        met.extra_energy_j += sums[1];
+    }
+    if own_energy_j > 0.0 {
+        met.extra_energy_percent = 100.0 * met.extra_energy_j / own_energy_j;
+    }
+    let everything_s = (f64::NEG_INFINITY, f64::INFINITY);
+    let worst = highest(&windows, seed, everything_s);
+    if let Some(worst) = worst.filter(|worst| worst.mean_mps > 0.0) {
+        met.worst_air_mps = worst.mean_mps;
+        met.worst_air_at_s = Some(worst.t_s);
+        met.worst_air_from = strongest(scene, &windows, worst);
+    }
+    let mut found = over_limit(scene, receiver, &windows, &mut met);
+    found.extend(column::check(scene, receiver, &windows));
+    (found, met)
+}
+
+/// Whose wake alone is the strongest at a moment.
+fn strongest(scene: &Scene<'_>, windows: &[Window<'_>], at: Moment) -> Option<String> {
+    let from = windows[at.window].strongest(at.t_s)?;
+    Some(scene.flights[from].name.clone())
+}
+
+/// The highest mean air over the windows, as far as they lie within a span, from what is known already.
+fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Option<Moment> {
+    let mut best = seed;
+    for (index, window) in windows.iter().enumerate() {
+        let span_s = (
+            window.span_s.0.max(within_s.0),
+            window.span_s.1.min(within_s.1),
+        );
+        if window.is_calm() || span_s.0 >= span_s.1 {
+            continue;
+        }
+        let floor_mps = WORST_FLOOR * window.induced_velocity_mps;
+        let before_mps = best.map_or(0.0, |known| known.mean_mps);
+        let mut here = (span_s.0, before_mps);
+        maximise(window, span_s, &mut here, &|mean_mps| {
+            WORST_TOLERANCE * mean_mps + floor_mps
+        });
+        if here.1 > before_mps {
+            best = Some(Moment {
+                window: index,
+                t_s: here.0,
+                mean_mps: here.1,
+            });
+        }
+    }
+    best
+}
+
+/// The spans over the drone's limit, each with its worst moment; adds up the time in `met`.
+fn over_limit(
+    scene: &Scene<'_>,
+    receiver: &Flight,
+    windows: &[Window<'_>],
+    met: &mut AirMet,
+) -> Vec<Found> {
+    let flown = &scene.flown;
+    let mut parts = Vec::new();
+    for window in windows.iter().filter(|window| !window.is_calm()) {
+        let u_h_mps = window.induced_velocity_mps;
+        let most_mps = (receiver.air_limit + ALPHA_TOLERANCE) * (u_h_mps / flown.felt);
+        let limit_mps = most_mps - flown.draught_mps;
+        let worst_mps = met.worst_air_mps * (1.0 + WORST_TOLERANCE) + WORST_FLOOR * u_h_mps;
+        if worst_mps > limit_mps {
+            let mut here = Vec::new();
+            above(window, window.span_s, limit_mps, &mut here);
+            here.into_iter().for_each(|span_s| join(&mut parts, span_s));
+        }
+    }
+    let mut found = Vec::new();
+    for span_s in parts {
+        met.time_over_limit_s += (span_s.1.min(scene.last_s) - span_s.0).max(0.0);
+        let Some(at) = highest(windows, None, span_s) else {
+            continue;
+        };
+        let window = &windows[at.window];
+        let air_mps = at.mean_mps + flown.draught_mps;
+        let worst = Worst {
+            with: strongest(scene, windows, at),
+            position_m: window.place_m(at.t_s),
+            value: air_mps * flown.felt / window.induced_velocity_mps,
+            limit: receiver.air_limit,
+        };
+        found.push(scene.violation(receiver, ViolationKind::Air, span_s, worst));
+    }
+    found
+}

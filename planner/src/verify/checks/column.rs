@@ -1,0 +1,91 @@
+//! No airborne centre in the near-field column of another drone: 0 to 2.5 motor distances below its
+//! rotor plane, out to its rotor tips (wherever wind and tilt move the jet to above there), as far down
+//! as its wake reaches.
+
+use std::collections::BTreeMap;
+
+use crate::plan::ViolationKind;
+use crate::plan::trajectory::SAME_PLACE_M;
+use crate::verify::scene::{Flight, Scene};
+use crate::verify::time::subdivision::{SHORTEST_S, join};
+use crate::verify::time::window::{Passing, Window};
+use crate::verify::violation::Worst;
+use crate::verify::{Found, Span};
+
+/// Spans in one emitter's column, and the moment nearest to its axis: window, time, distance.
+#[derive(Default)]
+struct Visit {
+    parts: Vec<Span>,
+    nearest: Option<(usize, f64, f64)>,
+}
+
+pub(super) fn check(scene: &Scene<'_>, receiver: &Flight, windows: &[Window<'_>]) -> Vec<Found> {
+    let mut visits: BTreeMap<usize, Visit> = BTreeMap::new();
+    for (k, window) in windows.iter().enumerate() {
+        for passing in &window.passing {
+            let (wake, relative) = (&passing.emitter.wake.wake, &passing.relative);
+            // On the rim is outside: a micrometre less on every side.
+            let radius_m = wake.column_radius_m() - SAME_PLACE_M;
+            let heights_m = (SAME_PLACE_M - wake.near_field_depth_m(), -SAME_PLACE_M);
+            let inside_s = relative.inside_cylinder_s(radius_m, heights_m);
+            for part_s in inside_s.iter().flat_map(|it| reached(window, passing, *it)) {
+                let visit = visits.entry(passing.emitter.from).or_default();
+                let t_s = nearest_s(passing, part_s);
+                let off_axis_m = relative.at_m(t_s).xy().norm();
+                if (visit.nearest).is_none_or(|(_, _, known_m)| off_axis_m < known_m) {
+                    visit.nearest = Some((k, t_s, off_axis_m));
+                }
+                join(&mut visit.parts, part_s);
+            }
+        }
+    }
+    let mut found = Vec::new();
+    for (other, visit) in visits {
+        let Some((k, t_s, off_axis_m)) = visit.nearest else {
+            continue;
+        };
+        for part_s in visit.parts {
+            let worst = Worst {
+                with: Some(scene.flights[other].name.clone()),
+                position_m: windows[k].place_m(t_s),
+                value: off_axis_m,
+                limit: scene.flights[other].column_radius_m(),
+            };
+            found.push(scene.violation(receiver, ViolationKind::Column, part_s, worst));
+        }
+    }
+    found
+}
+
+/// The parts of a span in the column during which the wake reaches down to the receiver.
+fn reached(window: &Window<'_>, passing: &Passing<'_>, span_s: Span) -> Vec<Span> {
+    if passing.emitter.stops.is_empty() {
+        return vec![span_s];
+    }
+    // A top face passes under the emitter: steps of a millisecond, as everywhere.
+    let steps = ((span_s.1 - span_s.0) / SHORTEST_S).ceil().clamp(1.0, 1e5);
+    let step_s = (span_s.1 - span_s.0) / steps;
+    let mut parts = Vec::new();
+    for k in 0..steps as usize {
+        let from_s = span_s.0 + k as f64 * step_s;
+        if window.may_reach_at(&passing.emitter, from_s + 0.5 * step_s) {
+            join(&mut parts, (from_s, from_s + step_s));
+        }
+    }
+    parts
+}
+
+/// When the receiver is nearest to the emitter's axis within a span (s): thirds of the convex distance.
+fn nearest_s(passing: &Passing<'_>, (mut low_s, mut high_s): Span) -> f64 {
+    let off_axis_m = |t_s: f64| passing.relative.at_m(t_s).xy().norm();
+    while high_s - low_s > 0.1 * SHORTEST_S {
+        let third_s = (high_s - low_s) / 3.0;
+        let (a_s, b_s) = (low_s + third_s, high_s - third_s);
+        if off_axis_m(a_s) <= off_axis_m(b_s) {
+            high_s = b_s
+        } else {
+            low_s = a_s
+        }
+    }
+    0.5 * (low_s + high_s)
+}

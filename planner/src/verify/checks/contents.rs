@@ -1,0 +1,306 @@
+//! From the data of a plan to what the checks need; what contradicts itself is named here.
+
+use std::str::FromStr;
+use std::sync::Arc;
+
+use airflow::effects::Flown;
+use airflow::{Jet, Superposition};
+use nalgebra::Point3;
+
+use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
+use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, Plan};
+use crate::verify::bounds::obstacles::{Obstacles, Solid};
+use crate::verify::bounds::wake::{BoundedWake, WakeCache};
+use crate::verify::scene::{Flight, Scene};
+use crate::verify::violation::malformed;
+use crate::verify::{Found, is_box};
+
+/// Drones that stay are judged at rest for this long after the last time (s); any length would do.
+const REST_S: f64 = 1.0;
+
+/// A part of the mass by which a drone may be lighter than its airframe: rounding in the file.
+const MASS_ROUNDING: f64 = 1e-6;
+
+/// How far from its support a drone that has landed may rest (m), chosen here: what a planner may round.
+const LANDING_M: f64 = 0.01;
+
+/// Reads a plan; `None` where nothing can be judged.
+pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
+    let mut found = Vec::new();
+    let nowhere = (0.0, Point3::origin());
+    let mut whole = |why: String| found.push(malformed((0, "plan"), why, nowhere));
+    if plan.format != FORMAT {
+        whole(format!("format `{}` is not `{FORMAT}`", plan.format));
+    }
+    let air = air(plan).map_err(&mut whole).ok();
+    let (min, max) = (plan.bounds_m.min, plan.bounds_m.max);
+    let bounded = is_box(&min, &max);
+    if !bounded {
+        whole("the bounds are no box".to_owned());
+    }
+    let solids = plan.obstacles.iter().map(Solid::new);
+    let solids: Vec<Solid> = (solids.filter_map(|it| it.map_err(&mut whole).ok())).collect();
+    let zones = plan.zones.iter().filter(|zone| {
+        let ok = is_box(&zone.min_m, &zone.max_m) && zone.air_limit_mps >= 0.0;
+        if !ok {
+            whole(format!("zone `{}` is no box with a limit", zone.name));
+        }
+        ok
+    });
+    let zones = zones.collect();
+    let mut names: Vec<&str> = plan.drones.iter().map(|it| it.name.as_str()).collect();
+    names.sort_unstable();
+    for twice in names.windows(2).filter(|pair| pair[0] == pair[1]) {
+        whole(format!("two drones are called `{}`", twice[0]));
+    }
+    let unplanned = plan.unplanned.iter().map(|it| it.name.as_str());
+    for name in unplanned.filter(|name| names.binary_search(name).is_err()) {
+        whole(format!("unplanned `{name}` is not among the drones"));
+    }
+    let (Some((superposition, flown, mut cache)), true) = (air, bounded) else {
+        return (None, found);
+    };
+
+    let last_s = (plan.drones.iter()).filter_map(|drone| drone.trajectory.t_s.last().copied());
+    let last_s = last_s.filter(|t_s| t_s.is_finite()).fold(0.0, f64::max);
+    let longest_lag_s = longest_lag_s(plan, &flown, &mut cache);
+    let mut scene = Scene {
+        bounds_m: plan.bounds_m,
+        obstacles: Obstacles {
+            floor_z_m: min.z,
+            solids,
+        },
+        zones,
+        superposition,
+        flown,
+        longest_lag_s,
+        last_s,
+        horizon_s: last_s + REST_S + longest_lag_s,
+        flights: Vec::with_capacity(plan.drones.len()),
+    };
+    for (index, drone) in plan.drones.iter().enumerate() {
+        let who = (index, drone.name.as_str());
+        let first_m = drone.trajectory.position_m.first().copied();
+        let first_m = first_m.unwrap_or(Point3::origin());
+        let unplanned = plan.unplanned.iter().any(|one| one.name == drone.name);
+        match flight(&scene, &mut cache, index, drone, unplanned) {
+            Ok((flight, doubts)) => {
+                let at = (flight.airborne_s.0.clamp(0.0, last_s), first_m);
+                found.extend(doubts.into_iter().map(|why| malformed(who, why, at)));
+                scene.flights.push(flight);
+            }
+            Err(why) => found.push(malformed(who, why, (0.0, first_m))),
+        }
+    }
+    (Some(scene), found)
+}
+
+/// The air of the plan, checked: how wakes add up, what a finding adds, and a cache for wakes in it.
+fn air(plan: &Plan) -> Result<(Superposition, Flown, WakeCache), String> {
+    let density_kg_per_m3 = plan.air.density_kg_per_m3;
+    if !(density_kg_per_m3.is_finite() && density_kg_per_m3 > 0.0) {
+        return Err(format!("the air's density is {density_kg_per_m3} kg/m3"));
+    }
+    let jet = Jet {
+        centreline: plan.air.jet.centreline,
+        spreading: plan.air.jet.spreading,
+        origin: plan.air.jet.origin,
+    };
+    if let Some(problem) = jet.problems().first() {
+        return Err(format!("the jet: {problem}"));
+    }
+    let superposition =
+        Superposition::from_str(&plan.air.superposition).map_err(|error| error.to_string())?;
+    let effects = plan.air.effects.unwrap_or_default();
+    if let Some(problem) = effects.problems().first() {
+        return Err(format!("an effect: {problem}"));
+    }
+    let flown = effects.flown().map_err(|refused| {
+        let (name, why) = refused[0];
+        format!("`{name}` cannot be judged: {why}")
+    })?;
+    let deepest_m = plan.bounds_m.max.z - plan.bounds_m.min.z;
+    let cache = WakeCache::new(density_kg_per_m3, jet, flown, deepest_m);
+    Ok((flown.superposition.unwrap_or(superposition), flown, cache))
+}
+
+/// The longest convective delay down to a depth below any drone that can be read (s).
+fn longest_lag_s(plan: &Plan, flown: &Flown, cache: &mut WakeCache) -> f64 {
+    let mut longest_s = 0.0_f64;
+    if flown.convection.is_none() {
+        return longest_s;
+    }
+    let depth_m = plan.bounds_m.max.z - plan.bounds_m.min.z;
+    for drone in &plan.drones {
+        let airframe = drone.airframe.airframe().ok();
+        let Some(airframe) = airframe.filter(|it| cache.beyond(it).is_none()) else {
+            continue;
+        };
+        // Drones that come lighter than their airframe are reported, and judged all the same.
+        for &mass_kg in drone.trajectory.mass_kg.iter().filter(|kg| **kg > 0.0) {
+            let (wake, _) = cache.get(&airframe, mass_kg);
+            longest_s = longest_s.max(flown.lag_s(&wake.wake, depth_m));
+        }
+    }
+    longest_s
+}
+
+/// One drone and what contradicts itself in it; an error where it cannot be judged at all.
+fn flight(
+    scene: &Scene<'_>,
+    cache: &mut WakeCache,
+    index: usize,
+    drone: &DronePlan,
+    unplanned: bool,
+) -> Result<(Flight, Vec<String>), String> {
+    let positive = |what: &str, value: f64| {
+        if value.is_finite() && value > 0.0 {
+            Ok(value)
+        } else {
+            Err(format!("its {what} is {value}"))
+        }
+    };
+    let airframe = drone.airframe.airframe()?;
+    if let Some(why) = cache.beyond(&airframe) {
+        return Err(why);
+    }
+    positive("body radius", drone.airframe.body_radius_m)?;
+    positive("highest speed", drone.airframe.max_speed_mps)?;
+    if !(drone.air_limit.is_finite() && drone.air_limit >= 0.0) {
+        return Err(format!("its air limit is {}", drone.air_limit));
+    }
+    for &mass_kg in &drone.trajectory.mass_kg {
+        positive("mass", mass_kg)?;
+    }
+    let stays = unplanned || drone.at_end != AtEnd::Leave;
+    let until_s = scene.horizon_s;
+    let tail = if stays {
+        Tail::Stays { until_s }
+    } else {
+        Tail::Gone
+    };
+    let mut trajectory =
+        Trajectory::new(&drone.trajectory, tail).map_err(|error| error.to_string())?;
+    if let Some(enters_s) = drone.enters_s {
+        let first_s = drone.trajectory.t_s[0];
+        if (enters_s - first_s).abs() > SAME_TIME_S {
+            return Err(format!(
+                "it comes at {enters_s:.3} s, but its trajectory begins at {first_s:.3} s"
+            ));
+        }
+        trajectory = trajectory.entering();
+    }
+    let mut doubts = airborne_doubts(scene, drone, &trajectory, unplanned);
+    let bare_kg = airframe.mass_kg() * (1.0 - MASS_ROUNDING);
+    if drone.trajectory.mass_kg.iter().any(|&it| it < bare_kg) {
+        doubts.push("it is lighter than its airframe".to_owned());
+    }
+
+    let (mut hovering, discs) = cache.get(&airframe, airframe.mass_kg());
+    let mut hovers_at_kg = airframe.mass_kg();
+    let mut wakes: Vec<Arc<BoundedWake>> = Vec::with_capacity(trajectory.pieces().len());
+    for piece in trajectory.pieces() {
+        if piece.mass_kg != hovers_at_kg {
+            (hovering, _) = cache.get(&airframe, piece.mass_kg);
+            hovers_at_kg = piece.mass_kg;
+        }
+        let climb_mps = piece.motion.climb_mps();
+        wakes.push(if climb_mps == 0.0 || !scene.flown.depends_on_climb() {
+            Arc::clone(&hovering)
+        } else {
+            Arc::new(hovering.climbing(&scene.flown, climb_mps))
+        });
+    }
+    let stops = trajectory.pieces().iter().zip(&wakes).map(|(piece, wake)| {
+        let motion = &piece.motion;
+        let places_m = motion.box_m(motion.from_s, motion.until_s);
+        scene.obstacles.that_may_stop(&wake.wake, &places_m)
+    });
+    let stops = stops.collect();
+    let until_s = match drone.airborne_s {
+        (_, None) if stays => f64::INFINITY,
+        (_, None) => trajectory.last_s(),
+        (_, Some(until_s)) => until_s,
+    };
+    let flight = Flight {
+        index,
+        name: drone.name.clone(),
+        airborne_s: (drone.airborne_s.0.max(0.0), until_s),
+        air_limit: drone.air_limit,
+        max_speed_mps: drone.airframe.max_speed_mps,
+        body_radius_m: drone.airframe.body_radius_m,
+        tip_radius_m: airframe.tip_radius_m(),
+        discs,
+        wakes,
+        stops,
+        trajectory,
+    };
+    Ok((flight, doubts))
+}
+
+/// Where a drone claims no wake although it has one.
+fn airborne_doubts(
+    scene: &Scene<'_>,
+    drone: &DronePlan,
+    trajectory: &Trajectory,
+    unplanned: bool,
+) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let moves_s = trajectory.moves_s();
+    let from_s = drone.airborne_s.0;
+    let until_s = drone.airborne_s.1.unwrap_or(f64::INFINITY);
+    if !from_s.is_finite() || until_s.is_nan() || until_s < from_s {
+        return vec!["airborne_s is no span of time".to_owned()];
+    }
+    // Whether the last place is a landing: the floor or a solid one body radius below.
+    let rests = || {
+        let place_m = trajectory.last_m();
+        let gap_m = place_m.z - scene.obstacles.support_z_m(&place_m);
+        gap_m - drone.airframe.body_radius_m <= LANDING_M + SAME_PLACE_M
+    };
+    if until_s == from_s {
+        let waits_landed = drone.at_start == AtStart::Landed && moves_s.is_none();
+        let gone_at_once =
+            drone.at_end != AtEnd::Hover && !unplanned && trajectory.last_s() <= SAME_TIME_S;
+        if !(waits_landed || gone_at_once && (drone.at_end == AtEnd::Leave || rests())) {
+            doubts.push("it is said never to be airborne, but it is not landed".to_owned());
+        }
+        return doubts;
+    }
+    let enters_s = drone.enters_s.unwrap_or(0.0);
+    if drone.at_start == AtStart::Hover && from_s > enters_s + SAME_TIME_S {
+        doubts.push(format!(
+            "it starts in the air but is said to be airborne from {from_s:.3} s only"
+        ));
+    }
+    let hidden = moves_s.is_some_and(|(first_s, last_s)| {
+        first_s < from_s - SAME_TIME_S || last_s > until_s + SAME_TIME_S
+    });
+    if hidden {
+        doubts.push("it moves while it is said not to be airborne".to_owned());
+    }
+    let ends = if unplanned {
+        AtEnd::Hover
+    } else {
+        drone.at_end
+    };
+    match ends {
+        AtEnd::Hover if until_s.is_finite() => {
+            doubts.push(format!(
+                "it hovers at its end but is said to be airborne until {until_s:.3} s only"
+            ));
+        }
+        // A drone that has landed may leave later.
+        AtEnd::Leave if until_s.is_finite() && rests() => {}
+        AtEnd::Land | AtEnd::Leave if until_s < trajectory.last_s() - SAME_TIME_S => {
+            doubts.push(format!(
+                "it is said to be airborne until {until_s:.3} s only, before its last time"
+            ));
+        }
+        AtEnd::Land if until_s.is_finite() && !rests() => {
+            doubts.push("it is said to have landed, but nothing is under it".to_owned());
+        }
+        _ => {}
+    }
+    doubts
+}

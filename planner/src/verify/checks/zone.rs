@@ -1,0 +1,353 @@
+//! The air in a zone: all airborne wakes superposed, and the wall jets along the floor where a finding
+//! names them, highest over the box and over time.
+//!
+//! The box and the time are divided together, always where the upper bound is highest, until no part of
+//! them can exceed the limit or a place that does has been found. Wakes from above add up as the plan
+//! says, wall jets as vectors. A wall jet spreads along the floor from below every airborne drone,
+//! whatever stands between them.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use airflow::effects::GroundImpingement;
+use airflow::{Source, Superposition, Wake, axial_speed_mps};
+use nalgebra::{Point3, Vector3};
+
+use crate::plan::{ViolationKind, ZoneEntry};
+use crate::verify::bounds::obstacles::Obstacles;
+use crate::verify::scene::{Attached, Scene, level_gap_m, superpose};
+use crate::verify::time::advected::Advected;
+use crate::verify::time::subdivision::{between, join};
+use crate::verify::violation::Worst;
+use crate::verify::{FAINTEST_WAKE_MPS, Found, Places, Span};
+
+/// A zone is violated above this part of its limit, chosen here.
+const VIOLATED: f64 = 1.005;
+/// What cannot exceed this part of the limit is not searched further: no point of a zone found in order
+/// exceeds its limit by more.
+const CLEARED: f64 = 1.0075;
+/// A step of time ends when an emitter has moved by this (m), chosen here: the time of a violation is told
+/// to one step.
+const STEP_PATH_M: f64 = 0.1;
+/// A part of box and time this small is judged by its middle (m), chosen here: a tenth of the half-width of
+/// the narrowest wake known here.
+const SMALLEST_M: f64 = 1e-2;
+/// Parts searched in one step before the highest bound counts as found, chosen here: about a second of work.
+const MOST_PARTS: usize = 500_000;
+/// Parts searched once the limit is known to be broken, chosen here: the worst value told is then within a
+/// few percent of the highest. Below a rotor plane, where the air begins at full speed, no more would help.
+const PARTS_ONCE_VIOLATED: usize = 400;
+
+/// The place and moment of the highest air found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Peak {
+    /// m/s.
+    pub(crate) air_mps: f64,
+    t_s: f64,
+    place_m: Point3<f64>,
+}
+
+/// One wake that may reach a zone.
+pub(crate) enum Downwash<'a> {
+    /// Quasi-static, while its drone flies one piece.
+    Attached(Attached<'a>),
+    /// Of a whole flight, for as long as its air is anywhere.
+    Advected(Advected<'a>, Span),
+}
+
+impl Downwash<'_> {
+    /// Whose: an index of the caller's.
+    pub(crate) fn from(&self) -> usize {
+        match self {
+            Downwash::Attached(attached) => attached.from,
+            Downwash::Advected(advected, _) => advected.from,
+        }
+    }
+
+    fn span_s(&self) -> Span {
+        match self {
+            Downwash::Attached(attached) => (attached.motion.from_s, attached.motion.until_s),
+            Downwash::Advected(_, span_s) => *span_s,
+        }
+    }
+
+    fn max_speed_mps(&self) -> f64 {
+        match self {
+            Downwash::Attached(attached) => attached.motion.max_speed_mps(),
+            Downwash::Advected(advected, _) => advected.max_speed_mps(),
+        }
+    }
+}
+
+/// The spans over the limit of a zone.
+pub(crate) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
+    let places_m = (zone.min_m.coords, zone.max_m.coords);
+    let field = Field {
+        obstacles: &scene.obstacles,
+        superposition: scene.superposition,
+        wall: scene.flown.wall,
+    };
+    let mut downwash = emitted(scene);
+    downwash.retain(|it| field.high_mps(it, &places_m, it.span_s()) > FAINTEST_WAKE_MPS);
+    let spans_s: Vec<Span> = downwash.iter().map(Downwash::span_s).collect();
+    let mut cuts_s: Vec<f64> = spans_s.iter().flat_map(|span_s| [span_s.0, span_s.1]).collect();
+    cuts_s.push(scene.last_s.min(scene.horizon_s));
+    cuts_s.sort_by(f64::total_cmp);
+    cuts_s.dedup();
+
+    let limit_mps = zone.air_limit_mps - scene.flown.draught_mps;
+    let mut parts: Vec<Span> = Vec::new();
+    let mut worst: Vec<(Peak, usize)> = Vec::new();
+    for (span_s, under_way) in between(&cuts_s, &spans_s) {
+        let here: Vec<&Downwash<'_>> = under_way.iter().map(|&k| &downwash[k]).collect();
+        let steps = (fastest_mps(&here) * (span_s.1 - span_s.0) / STEP_PATH_M).ceil().max(1.0);
+        let step_s = (span_s.1 - span_s.0) / steps;
+        for k in 0..steps as usize {
+            let from_s = span_s.0 + k as f64 * step_s;
+            let is_last = k + 1 == steps as usize;
+            let until_s = if is_last { span_s.1 } else { from_s + step_s };
+            let Some(peak) = field.highest(&here, &places_m, (from_s, until_s), limit_mps) else {
+                continue;
+            };
+            let before = parts.len();
+            join(&mut parts, (from_s, until_s));
+            let from = field.strongest(&here, &peak).unwrap_or_default();
+            if parts.len() > before {
+                worst.push((peak, from));
+            } else if let Some(known) = worst.last_mut()
+                && peak.air_mps > known.0.air_mps
+            {
+                *known = (peak, from);
+            }
+        }
+    }
+    let found = parts.into_iter().zip(worst).map(|(span_s, (peak, from))| {
+        let flight = &scene.flights[from];
+        let worst = Worst {
+            with: Some(zone.name.clone()),
+            position_m: flight.position_m(peak.t_s),
+            value: peak.air_mps + scene.flown.draught_mps,
+            limit: zone.air_limit_mps,
+        };
+        scene.violation(flight, ViolationKind::Zone, span_s, worst)
+    });
+    found.collect()
+}
+
+/// The wakes of all flights while they are airborne.
+fn emitted<'a>(scene: &'a Scene<'_>) -> Vec<Downwash<'a>> {
+    let mut emitted = Vec::new();
+    for (from, flight) in scene.flights.iter().enumerate() {
+        let (up_s, down_s) = flight.airborne_s;
+        if up_s >= down_s {
+            continue;
+        }
+        if let Some(advected) = Advected::new(scene, from) {
+            let (from_s, until_s) = advected.lasts_s();
+            let span_s = (from_s, until_s.min(scene.horizon_s));
+            emitted.push(Downwash::Advected(advected, span_s));
+            continue;
+        }
+        for (k, piece) in flight.trajectory.pieces().iter().enumerate() {
+            let from_s = piece.motion.from_s.max(up_s);
+            let until_s = piece.motion.until_s.min(down_s);
+            if from_s < until_s {
+                emitted.push(Downwash::Attached(Attached {
+                    from,
+                    wake: &flight.wakes[k],
+                    motion: piece.motion.during(from_s, until_s),
+                    stops: &flight.stops[k],
+                }));
+            }
+        }
+    }
+    emitted
+}
+
+fn fastest_mps(downwash: &[&Downwash<'_>]) -> f64 {
+    let speeds_mps = downwash.iter().map(|it| it.max_speed_mps());
+    speeds_mps.fold(0.0, f64::max)
+}
+
+/// What the air in a zone depends on besides the drones.
+#[derive(Clone, Copy)]
+pub(crate) struct Field<'a> {
+    /// Where wakes end, and the floor.
+    pub(crate) obstacles: &'a Obstacles,
+    /// How wakes from above add up.
+    pub(crate) superposition: Superposition,
+    /// What becomes of a jet that meets the floor.
+    pub(crate) wall: Option<GroundImpingement>,
+}
+
+/// A part of box and time.
+#[derive(Clone, Copy)]
+struct Part {
+    high_mps: f64,
+    places_m: Places,
+    span_s: Span,
+}
+
+impl Field<'_> {
+    /// An upper bound of one wake over places (m) and a span of time (m/s).
+    pub(crate) fn high_mps(&self, it: &Downwash<'_>, places_m: &Places, span_s: Span) -> f64 {
+        let (above_mps, along_mps) = self.highs_mps(it, places_m, span_s);
+        above_mps.hypot(along_mps)
+    }
+
+    /// An upper bound of one wake from above and of its wall jet along the floor (m/s).
+    fn highs_mps(&self, it: &Downwash<'_>, places_m: &Places, span_s: Span) -> (f64, f64) {
+        let along_mps = |wake: &Wake, from_m: &Places| {
+            let floor_z_m = self.obstacles.floor_z_m;
+            let wall = self.wall.as_ref();
+            wall.map_or(0.0, |wall| wall.highest_between_mps(wake, floor_z_m, from_m, places_m))
+        };
+        match it {
+            Downwash::Advected(advected, _) => {
+                let left = advected.left(span_s, places_m).into_iter();
+                left.fold((0.0, 0.0), |(above_mps, wall_mps): (f64, f64), left| {
+                    let here_mps = if left.may_reach(self.obstacles, places_m) {
+                        left.highest_mps(&left.offsets_m(places_m))
+                    } else {
+                        0.0
+                    };
+                    let along_mps = along_mps(&left.wake.wake, &left.from_m);
+                    (above_mps.max(here_mps), wall_mps.max(along_mps))
+                })
+            }
+            Downwash::Attached(attached) => {
+                let (motion, wake) = (&attached.motion, attached.wake);
+                let from_m = motion.box_m(span_s.0, span_s.1);
+                let along_mps = along_mps(&wake.wake, &from_m);
+                let offsets_m = (places_m.0 - from_m.1, places_m.1 - from_m.0);
+                let heights_m = (places_m.0.z, places_m.1.z);
+                let reaches = attached.reaches(self.obstacles, heights_m, span_s).1;
+                if offsets_m.0.z >= 0.0 || !reaches {
+                    return (0.0, along_mps);
+                }
+                let middle_s = 0.5 * (span_s.0 + span_s.1);
+                let half_path_m = motion.half_path_m(span_s.0, span_s.1)
+                    + 0.5 * (places_m.1 - places_m.0).norm();
+                let middle_m = 0.5 * (places_m.0 + places_m.1) - motion.at_m(middle_s);
+                let off_axis_m = level_gap_m(&from_m, places_m);
+                let above_mps =
+                    wake.highest_along_mps(&offsets_m, off_axis_m, &middle_m, half_path_m);
+                (above_mps, along_mps)
+            }
+        }
+    }
+
+    /// An upper bound of all wakes over places and a span of time (m/s).
+    fn together_mps(&self, all: &[&Downwash<'_>], places_m: &Places, span_s: Span) -> f64 {
+        let highs = all.iter().map(|it| self.highs_mps(it, places_m, span_s));
+        let highs: Vec<(f64, f64)> = highs.collect();
+        let above_mps = superpose(self.superposition, highs.iter().map(|(above, _)| *above));
+        above_mps.hypot(highs.iter().map(|(_, along)| along).sum())
+    }
+
+    /// One wake at one place and time: from above (m/s), and along the floor (m/s, x and y).
+    fn one_mps(&self, it: &Downwash<'_>, t_s: f64, place_m: Point3<f64>) -> (f64, Vector3<f64>) {
+        let sources: Vec<Source<'_>> = match it {
+            Downwash::Advected(advected, _) => advected.sources(self.obstacles, t_s, place_m.z),
+            Downwash::Attached(attached) => vec![attached.source(self.obstacles, t_s)],
+        };
+        let (mut above_mps, mut along_mps) = (0.0_f64, Vector3::zeros());
+        for source in sources {
+            above_mps = above_mps.max(axial_speed_mps(&[source], place_m, self.superposition));
+            let Some(wall) = &self.wall else { continue };
+            let height_m = source.position_m.z - self.obstacles.floor_z_m;
+            let [x, y] = wall.outward_mps(source.wake, height_m, place_m - source.position_m);
+            let here_mps = Vector3::new(x, y, 0.0);
+            if here_mps.norm() > along_mps.norm() {
+                along_mps = here_mps;
+            }
+        }
+        (above_mps, along_mps)
+    }
+
+    /// All wakes at one place and time (m/s).
+    fn at_mps(&self, all: &[&Downwash<'_>], t_s: f64, place_m: Point3<f64>) -> f64 {
+        let each = all.iter().map(|it| self.one_mps(it, t_s, place_m));
+        let each: Vec<(f64, Vector3<f64>)> = each.collect();
+        let above_mps = superpose(self.superposition, each.iter().map(|(above, _)| *above));
+        let along_mps: Vector3<f64> = each.iter().map(|(_, along)| along).sum();
+        above_mps.hypot(along_mps.norm())
+    }
+
+    /// Whose wake is the strongest at a peak.
+    pub(crate) fn strongest(&self, all: &[&Downwash<'_>], peak: &Peak) -> Option<usize> {
+        let alone = all.iter().map(|it| {
+            let (above_mps, along_mps) = self.one_mps(it, peak.t_s, peak.place_m);
+            (it.from(), above_mps.hypot(along_mps.norm()))
+        });
+        let strongest = alone.reduce(|a, b| if b.1 > a.1 { b } else { a });
+        strongest.map(|(from, _)| from)
+    }
+
+    /// The highest air over the box and the span, if it violates the limit (m/s).
+    pub(crate) fn highest(
+        &self,
+        all: &[&Downwash<'_>],
+        places_m: &Places,
+        span_s: Span,
+        limit_mps: f64,
+    ) -> Option<Peak> {
+        let bound = |places_m, span_s, at_most_mps: f64| Part {
+            high_mps: self.together_mps(all, &places_m, span_s).min(at_most_mps),
+            places_m,
+            span_s,
+        };
+        // Bits of numbers from 0 on are in the order of the numbers; of equal ones the first counts.
+        let rank = |part: &Part, number: usize| (part.high_mps.to_bits(), Reverse(number));
+        let speed_mps = fastest_mps(all);
+        let mut parts = vec![bound(*places_m, span_s, f64::INFINITY)];
+        let mut open = BinaryHeap::from([rank(&parts[0], 0)]);
+        let mut best: Option<Peak> = None;
+        while let Some((_, Reverse(number))) = open.pop() {
+            let part = parts[number];
+            let made = parts.len() - 1;
+            let violated = best.is_some_and(|peak| peak.air_mps > VIOLATED * limit_mps);
+            let enough_mps = CLEARED * best.map_or(limit_mps, |peak| peak.air_mps.max(limit_mps));
+            if part.high_mps <= enough_mps || violated && made > PARTS_ONCE_VIOLATED {
+                break;
+            }
+            let t_s = 0.5 * (part.span_s.0 + part.span_s.1);
+            let place_m = Point3::from(0.5 * (part.places_m.0 + part.places_m.1));
+            let given_up = made >= MOST_PARTS;
+            let air_mps = if given_up {
+                part.high_mps
+            } else {
+                self.at_mps(all, t_s, place_m)
+            };
+            if best.is_none_or(|peak| air_mps > peak.air_mps) {
+                best = Some(Peak {
+                    air_mps,
+                    t_s,
+                    place_m,
+                });
+            }
+            if given_up {
+                break;
+            }
+            let extent_m = part.places_m.1 - part.places_m.0;
+            let path_m = speed_mps * (part.span_s.1 - part.span_s.0);
+            if extent_m.max().max(path_m) <= SMALLEST_M {
+                continue;
+            }
+            // Cut in two where it is longest.
+            let mut halves = [(part.places_m, part.span_s); 2];
+            if path_m > extent_m.max() {
+                (halves[0].1.1, halves[1].1.0) = (t_s, t_s);
+            } else {
+                let axis = extent_m.imax();
+                (halves[0].0.1[axis], halves[1].0.0[axis]) = (place_m[axis], place_m[axis]);
+            }
+            for (places_m, span_s) in halves {
+                let half = bound(places_m, span_s, part.high_mps);
+                open.push(rank(&half, parts.len()));
+                parts.push(half);
+            }
+        }
+        best.filter(|peak| peak.air_mps > VIOLATED * limit_mps)
+    }
+}

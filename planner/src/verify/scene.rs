@@ -1,0 +1,141 @@
+//! A plan as the checks see it, read once.
+
+use std::sync::Arc;
+
+use airflow::effects::Flown;
+use airflow::{DiscPoints, Source, Superposition};
+use nalgebra::Point3;
+
+use super::bounds::obstacles::Obstacles;
+use super::bounds::wake::BoundedWake;
+use super::{Places, Span};
+use crate::plan::trajectory::{Motion, Trajectory};
+use crate::plan::{Corners, ZoneEntry};
+
+/// All that the checks need.
+pub(super) struct Scene<'a> {
+    pub(super) bounds_m: Corners,
+    pub(super) obstacles: Obstacles,
+    pub(super) zones: Vec<&'a ZoneEntry>,
+    pub(super) superposition: Superposition,
+    /// What a finding adds to the hover jet.
+    pub(super) flown: Flown,
+    /// The longest convective delay of any wake down to the floor (s); 0 where wakes are quasi-static.
+    pub(super) longest_lag_s: f64,
+    /// Last time of any drone (s): from here on all rest.
+    pub(super) last_s: f64,
+    /// Drones that stay are judged up to here (s): `last_s`, the longest delay, and a second of rest,
+    /// which stands for all time after it.
+    pub(super) horizon_s: f64,
+    pub(super) flights: Vec<Flight>,
+}
+
+/// One drone whose trajectory could be read.
+pub(super) struct Flight {
+    /// In the plan.
+    pub(super) index: usize,
+    pub(super) name: String,
+    pub(super) trajectory: Trajectory,
+    /// When its wake is on and its air is limited (s); empty where the second is not after the first.
+    pub(super) airborne_s: Span,
+    pub(super) air_limit: f64,
+    pub(super) max_speed_mps: f64,
+    pub(super) body_radius_m: f64,
+    pub(super) tip_radius_m: f64,
+    pub(super) discs: Arc<DiscPoints>,
+    /// One per piece of the trajectory, at its mass.
+    pub(super) wakes: Vec<Arc<BoundedWake>>,
+    /// Solids on whose top the wake of each piece may end.
+    pub(super) stops: Vec<Vec<u32>>,
+}
+
+impl Flight {
+    /// Its wakes without those that repeat: consecutive pieces share one while the mass stays the same.
+    pub(super) fn different_wakes(&self) -> Vec<Arc<BoundedWake>> {
+        let mut different: Vec<Arc<BoundedWake>> = Vec::new();
+        for wake in &self.wakes {
+            if !different.iter().rev().any(|known| Arc::ptr_eq(known, wake)) {
+                different.push(Arc::clone(wake));
+            }
+        }
+        different
+    }
+
+    /// Greatest radius of its near-field column over all its masses (m).
+    pub(super) fn column_radius_m(&self) -> f64 {
+        let radii_m = self.wakes.iter().map(|wake| wake.wake.column_radius_m());
+        radii_m.fold(self.tip_radius_m, f64::max)
+    }
+
+    /// End of the flight that exposure and energy count to (s).
+    pub(super) fn flight_end_s(&self) -> f64 {
+        self.airborne_s.1.min(self.trajectory.last_s())
+    }
+
+    /// Where it is at a time, or where it was last (m).
+    pub(super) fn position_m(&self, t_s: f64) -> Point3<f64> {
+        let there_m = self.trajectory.position_m(t_s);
+        there_m.unwrap_or_else(|| self.trajectory.last_m())
+    }
+}
+
+/// A quasi-static wake: attached to a drone during one piece of its flight.
+pub(crate) struct Attached<'a> {
+    /// The drone: an index of the caller's.
+    pub(crate) from: usize,
+    pub(crate) wake: &'a BoundedWake,
+    pub(crate) motion: Motion,
+    /// Solids on whose top it may end.
+    pub(crate) stops: &'a [u32],
+}
+
+impl<'a> Attached<'a> {
+    /// The wake at a time (s).
+    pub(super) fn source(&self, obstacles: &Obstacles, t_s: f64) -> Source<'a> {
+        let position_m = Point3::from(self.motion.at_m(t_s));
+        let wake = &self.wake.wake;
+        Source {
+            wake,
+            position_m,
+            ends_at_z_m: obstacles.end_z_m(wake, &position_m, self.stops),
+        }
+    }
+
+    /// Whether it surely reaches all of some heights (m) over a span of time, and whether it may reach one.
+    pub(super) fn reaches(
+        &self,
+        obstacles: &Obstacles,
+        heights_m: Span,
+        (from_s, until_s): Span,
+    ) -> (bool, bool) {
+        let from_m = self.motion.box_m(from_s, until_s);
+        reaches(self.wake, self.stops, &from_m, obstacles, heights_m)
+    }
+}
+
+/// Whether a wake whose drone is in a box surely reaches all of some heights (m), and whether it may
+/// reach one.
+pub(super) fn reaches(
+    wake: &BoundedWake,
+    stops: &[u32],
+    from_m: &Places,
+    obstacles: &Obstacles,
+    heights_m: (f64, f64),
+) -> (bool, bool) {
+    let (lowest_m, highest_m) = obstacles.end_range_m(&wake.wake, from_m, stops);
+    (
+        heights_m.0 >= highest_m,
+        heights_m.1 >= lowest_m - airflow::HEIGHT_TOLERANCE_M,
+    )
+}
+
+/// Several speeds at one point as one (m/s).
+pub(super) fn superpose(how: Superposition, speeds_mps: impl Iterator<Item = f64>) -> f64 {
+    how.finish(speeds_mps.fold(0.0, |so_far, speed_mps| how.gather(so_far, speed_mps)))
+}
+
+/// Smallest horizontal distance between two boxes (m).
+pub(super) fn level_gap_m(a: &Places, b: &Places) -> f64 {
+    let gap = |k: usize| (a.0[k] - b.1[k]).max(b.0[k] - a.1[k]).max(0.0);
+    (gap(0) * gap(0) + gap(1) * gap(1)).sqrt()
+}

@@ -1,0 +1,233 @@
+//! Advected wakes: which air of a flight is at a height at a time, and from where it left its drone.
+//!
+//! Air at height `z` at `t` left a drone at every `t'` with
+//!
+//! ```text
+//! g(t') = t' + τ(z_drone(t') - z) = t
+//! ```
+//!
+//! In level flight there is one such `t'`. A drone that sinks faster than its air has several: all of
+//! them count, the strongest at each moment. They are found by subdivision: `τ` grows with depth, so over
+//! a span of `t'`, of `t` and of heights `g` has bounds, and spans whose bounds miss `t` are dropped. Air
+//! older than the flight came from where it began. Where a drone becomes lighter its air becomes slower,
+//! and what arrives in between left at that moment.
+
+use airflow::Source;
+use nalgebra::Point3;
+
+use crate::plan::trajectory::Piece;
+use crate::verify::bounds::obstacles::Obstacles;
+use crate::verify::bounds::wake::BoundedWake;
+use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, reaches};
+use crate::verify::{Places, Span};
+
+/// Spans of leaving no longer than this are not divided (s), chosen here: 0.2 mm of path at 2 m/s.
+const SHORTEST_S: f64 = 1e-4;
+/// Nor those shorter than this part of the span of arrival, or of what the range of heights makes of it;
+/// chosen here.
+const FINE: f64 = 0.25;
+/// A span that is cut to less than this part of itself is cut again before it is halved; chosen here.
+const SHRUNK: f64 = 0.7;
+
+/// The advected wake of one flight.
+#[derive(Clone, Copy)]
+pub(crate) struct Advected<'a> {
+    /// Index in the scene's flights.
+    pub(crate) from: usize,
+    flight: &'a Flight,
+    convection: f64,
+    longest_lag_s: f64,
+}
+
+/// Air that left during one piece of a flight.
+pub(crate) struct Left<'a> {
+    /// The wake at that piece's mass.
+    pub(crate) wake: &'a BoundedWake,
+    stops: &'a [u32],
+    /// Where its drone was then (m).
+    pub(crate) from_m: Places,
+}
+
+impl Left<'_> {
+    /// Whether it may reach up to the highest of some places (m).
+    pub(crate) fn may_reach(&self, obstacles: &Obstacles, places_m: &Places) -> bool {
+        let heights_m = (places_m.0.z, places_m.1.z);
+        reaches(self.wake, self.stops, &self.from_m, obstacles, heights_m).1
+    }
+
+    /// Places as seen from where it left (m).
+    pub(crate) fn offsets_m(&self, places_m: &Places) -> Places {
+        (places_m.0 - self.from_m.1, places_m.1 - self.from_m.0)
+    }
+
+    /// An upper bound over a box of offsets (m/s).
+    pub(crate) fn highest_mps(&self, offsets_m: &Places) -> f64 {
+        let here_m = (Default::default(), Default::default());
+        let off_axis_m = level_gap_m(offsets_m, &here_m);
+        let middle_m = 0.5 * (offsets_m.0 + offsets_m.1);
+        let half_m = 0.5 * (offsets_m.1 - offsets_m.0).norm();
+        (self.wake).highest_along_mps(offsets_m, off_axis_m, &middle_m, half_m)
+    }
+}
+
+/// When (s) and at which heights (m) air arrives, and how finely it is asked when it left (s).
+#[derive(Clone, Copy)]
+struct Arrival {
+    span_s: Span,
+    heights_m: (f64, f64),
+    shortest_s: f64,
+}
+
+impl<'a> Advected<'a> {
+    /// `None` where wakes are quasi-static.
+    pub(crate) fn new(scene: &'a Scene<'_>, from: usize) -> Option<Advected<'a>> {
+        Some(Advected {
+            from,
+            flight: &scene.flights[from],
+            convection: scene.flown.convection?,
+            longest_lag_s: scene.longest_lag_s,
+        })
+    }
+
+    /// While its air is anywhere (s).
+    pub(crate) fn lasts_s(&self) -> Span {
+        let (from_s, until_s) = self.flight.airborne_s;
+        (from_s, until_s + self.longest_lag_s)
+    }
+
+    /// Highest speed of the drone (m/s).
+    pub(crate) fn max_speed_mps(&self) -> f64 {
+        let pieces = self.flight.trajectory.pieces().iter();
+        let speeds_mps = pieces.map(|piece| piece.motion.max_speed_mps());
+        speeds_mps.fold(0.0, f64::max)
+    }
+
+    /// All of its air that may be at the heights of some places (m) within a span of time.
+    pub(crate) fn left(&self, span_s: Span, places_m: &Places) -> Vec<Left<'a>> {
+        let pieces = self.flight.trajectory.pieces();
+        let spans = self.spans(span_s, (places_m.0.z, places_m.1.z)).into_iter();
+        let left = spans.map(|(k, (from_s, until_s))| Left {
+            wake: &self.flight.wakes[k],
+            stops: &self.flight.stops[k],
+            from_m: pieces[k].motion.box_m(from_s, until_s),
+        });
+        left.collect()
+    }
+
+    /// Every wake of it that may be at a height (m) at a time (s), from both ends of the shortest spans.
+    pub(crate) fn sources(&self, obstacles: &Obstacles, t_s: f64, z_m: f64) -> Vec<Source<'a>> {
+        let pieces = self.flight.trajectory.pieces();
+        let mut sources = Vec::new();
+        for (k, (from_s, until_s)) in self.spans((t_s, t_s), (z_m, z_m)) {
+            let attached = Attached {
+                from: self.from,
+                wake: &self.flight.wakes[k],
+                motion: pieces[k].motion,
+                stops: &self.flight.stops[k],
+            };
+            sources.push(attached.source(obstacles, from_s));
+            if until_s > from_s {
+                sources.push(attached.source(obstacles, until_s));
+            }
+        }
+        sources
+    }
+
+    /// Pieces, and the spans of them in which air left that may be at heights within a span of time.
+    fn spans(&self, span_s: Span, heights_m: (f64, f64)) -> Vec<(usize, Span)> {
+        let (begins_s, ends_s) = self.flight.airborne_s;
+        let mut found = Vec::new();
+        if begins_s >= ends_s || span_s.1 < begins_s {
+            return found;
+        }
+        let pieces = self.flight.trajectory.pieces();
+        let since_s = span_s.0 - self.longest_lag_s;
+        let first = pieces.partition_point(|piece| piece.motion.until_s < since_s.max(begins_s));
+        let mut before: Option<(usize, &Piece)> = None;
+        for (k, piece) in pieces.iter().enumerate().skip(first) {
+            let from_s = piece.motion.from_s.max(begins_s);
+            let until_s = piece.motion.until_s.min(ends_s).min(span_s.1);
+            if from_s > until_s {
+                break;
+            }
+            let at_s = (from_s, from_s);
+            let (_, high_m) = depths_m(piece, at_s, heights_m);
+            if piece.motion.from_s <= begins_s {
+                // It is at its beginning: air older than that came from there.
+                if high_m > 0.0 && span_s.0 - self.lag_s(k, high_m) <= begins_s {
+                    found.push((k, at_s));
+                }
+            } else if let Some((earlier, last)) = before {
+                // Between the last air of one piece and the first of the next.
+                let (low_m, _) = depths_m(last, at_s, heights_m);
+                let first_s = from_s + self.lag_s(earlier, low_m);
+                let last_s = from_s + self.lag_s(k, high_m);
+                if high_m > 0.0 && first_s <= span_s.1 && span_s.0 <= last_s {
+                    found.extend([(earlier, at_s), (k, at_s)]);
+                }
+            }
+            let (low_m, high_m) = depths_m(piece, (from_s, until_s), heights_m);
+            let extent_m = heights_m.1 - heights_m.0;
+            let spread_s =
+                self.lag_s(k, high_m) - self.lag_s(k, (high_m - extent_m).max(low_m));
+            let arrival = Arrival {
+                span_s,
+                heights_m,
+                shortest_s: (FINE * (span_s.1 - span_s.0).max(spread_s)).max(SHORTEST_S),
+            };
+            self.divide(k, (from_s, until_s), arrival, &mut found);
+            before = Some((k, piece));
+        }
+        found
+    }
+
+    /// Appends the parts of a span of leaving, within one piece, that may arrive in time.
+    fn divide(
+        &self,
+        k: usize,
+        (from_s, until_s): Span,
+        arrival: Arrival,
+        found: &mut Vec<(usize, Span)>,
+    ) {
+        let piece = &self.flight.trajectory.pieces()[k];
+        let (low_m, high_m) = depths_m(piece, (from_s, until_s), arrival.heights_m);
+        if high_m <= 0.0 {
+            return;
+        }
+        let cut_s = (
+            from_s.max(arrival.span_s.0 - self.lag_s(k, high_m)),
+            until_s.min(arrival.span_s.1 - self.lag_s(k, low_m)),
+        );
+        if cut_s.0 > cut_s.1 {
+            return;
+        }
+        let length_s = cut_s.1 - cut_s.0;
+        if piece.motion.climb_mps() == 0.0 || length_s <= arrival.shortest_s {
+            match found.last_mut() {
+                Some((last, (_, end_s))) if *last == k && *end_s >= cut_s.0 => {
+                    *end_s = cut_s.1.max(*end_s);
+                }
+                _ => found.push((k, cut_s)),
+            }
+            return;
+        }
+        if length_s < SHRUNK * (until_s - from_s) {
+            return self.divide(k, cut_s, arrival, found);
+        }
+        let middle_s = 0.5 * (cut_s.0 + cut_s.1);
+        self.divide(k, (cut_s.0, middle_s), arrival, found);
+        self.divide(k, (middle_s, cut_s.1), arrival, found);
+    }
+
+    /// How long the air of a piece takes down to a depth (s).
+    fn lag_s(&self, k: usize, depth_m: f64) -> f64 {
+        let far = self.flight.wakes[k].wake.far_field();
+        far.transport_time_s(depth_m, self.convection)
+    }
+}
+
+/// Depths of heights (m) below the drone during a span of one piece.
+fn depths_m(piece: &Piece, span_s: Span, heights_m: (f64, f64)) -> (f64, f64) {
+    let (low_m, high_m) = piece.motion.box_m(span_s.0, span_s.1);
+    (low_m.z - heights_m.1, high_m.z - heights_m.0)
+}

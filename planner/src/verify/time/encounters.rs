@@ -1,0 +1,132 @@
+//! The pairs of drones that can touch, or reach one another with their wakes, and when: slabs of time,
+//! swept along x.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::verify::bounds::wake::BoundedWake;
+use crate::verify::scene::{Flight, Scene, level_gap_m};
+use crate::verify::{Places, Span};
+
+/// Length of a slab of time (s), chosen here: at 2 m/s a drone moves by about the reach of a wake in it.
+const SLAB_S: f64 = 1.0;
+/// No more slabs than this, chosen here: what takes longer than an hour is cut into longer slabs.
+const MOST_SLABS: usize = 4096;
+
+/// Another drone near this one for a while.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Encounter {
+    /// Index in the scene's flights.
+    pub(crate) other: usize,
+    /// From, until (s).
+    pub(crate) span_s: Span,
+}
+
+/// For every flight, the others near it, by drone and then by time.
+pub(crate) fn encounters(scene: &Scene<'_>) -> Vec<Vec<Encounter>> {
+    let slabs = ((scene.last_s / SLAB_S).ceil() as usize).clamp(1, MOST_SLABS);
+    let slab_s = scene.last_s / slabs as f64;
+    let mut spans_s: Vec<Span> = (0..slabs)
+        .map(|k| (k as f64 * slab_s, (k + 1) as f64 * slab_s))
+        .filter(|(a, b)| b > a)
+        .collect();
+    if let Some(last) = spans_s.last_mut() {
+        last.1 = scene.last_s;
+    }
+    spans_s.push((scene.last_s, scene.horizon_s));
+    let reach = Reach::new(scene);
+    let pairs: Vec<Vec<(usize, usize)>> = (spans_s.par_iter())
+        // Advected air comes from where its drone was.
+        .map(|&(from_s, until_s)| (from_s - scene.longest_lag_s, until_s))
+        .map(|span_s| pairs_during(&scene.flights, span_s, &reach))
+        .collect();
+
+    let mut near: Vec<Vec<Encounter>> = vec![Vec::new(); scene.flights.len()];
+    for (&span_s, pairs) in spans_s.iter().zip(pairs) {
+        for (a, b) in pairs {
+            near[a].push(Encounter { other: b, span_s });
+            near[b].push(Encounter { other: a, span_s });
+        }
+    }
+    near.par_iter_mut().for_each(|near| {
+        near.sort_by_key(|encounter| encounter.other);
+        near.dedup_by(|next, known| {
+            let follows = next.other == known.other && known.span_s.1 >= next.span_s.0;
+            if follows {
+                known.span_s.1 = next.span_s.1;
+            }
+            follows
+        });
+    });
+    near
+}
+
+/// How far the air of each flight reaches.
+struct Reach {
+    /// Different wakes of each flight.
+    wakes: Vec<Vec<Arc<BoundedWake>>>,
+    /// Two flights farther apart than this do not meet (m).
+    farthest_m: f64,
+}
+
+impl Reach {
+    fn new(scene: &Scene<'_>) -> Reach {
+        let mut reach = Reach {
+            wakes: scene.flights.iter().map(Flight::different_wakes).collect(),
+            farthest_m: 0.0,
+        };
+        let deepest_m = scene.bounds_m.max.z - scene.bounds_m.min.z;
+        let own_m = scene.flights.iter().enumerate().map(|(k, flight)| {
+            let air_m = reach.down_to_m(k, deepest_m) + 2.0 * flight.tip_radius_m;
+            air_m.max(2.0 * flight.body_radius_m)
+        });
+        let tips_m = scene.flights.iter().map(|flight| flight.tip_radius_m);
+        reach.farthest_m = own_m.fold(0.0, f64::max) + tips_m.fold(0.0, f64::max);
+        reach
+    }
+
+    /// Greatest distance at which the wake of a flight can matter down to a depth (m), over all its masses.
+    fn down_to_m(&self, flight: usize, depth_m: f64) -> f64 {
+        let wakes = self.wakes[flight].iter();
+        wakes.map(|wake| wake.reach_m(depth_m)).fold(0.0, f64::max)
+    }
+}
+
+/// Pairs near one another in one slab, the lower index first.
+fn pairs_during(flights: &[Flight], span_s: Span, reach: &Reach) -> Vec<(usize, usize)> {
+    let boxes = flights.iter().enumerate().filter_map(|(k, flight)| {
+        let places_m = flight.trajectory.box_m(span_s.0, span_s.1)?;
+        Some((k, places_m))
+    });
+    let mut by_x: Vec<(usize, Places)> = boxes.collect();
+    by_x.sort_by(|a, b| a.1.0.x.total_cmp(&b.1.0.x));
+    let mut pairs = Vec::new();
+    for (n, one) in by_x.iter().enumerate() {
+        let until_m = one.1.1.x + reach.farthest_m;
+        let beside = by_x[n + 1..].iter().take_while(|two| two.1.0.x <= until_m);
+        let met = beside.filter(|two| meet(flights, one, two, reach));
+        pairs.extend(met.map(|two| (one.0.min(two.0), one.0.max(two.0))));
+    }
+    pairs
+}
+
+/// Whether two flights may touch, or reach one another with their wakes, from somewhere in their boxes.
+fn meet(
+    flights: &[Flight],
+    (a, places_a): &(usize, Places),
+    (b, places_b): &(usize, Places),
+    reach: &Reach,
+) -> bool {
+    let gap_m = level_gap_m(places_a, places_b);
+    if gap_m > reach.farthest_m {
+        return false;
+    }
+    let reaches = |from: usize, to: usize, above_m: f64, below_m: f64| {
+        let far_m = || reach.down_to_m(from, above_m - below_m) + flights[to].tip_radius_m;
+        above_m > below_m && gap_m <= far_m()
+    };
+    gap_m <= flights[*a].body_radius_m + flights[*b].body_radius_m
+        || reaches(*a, *b, places_a.1.z, places_b.0.z)
+        || reaches(*b, *a, places_b.1.z, places_a.0.z)
+}

@@ -1,0 +1,370 @@
+//! One receiver during a span of time in which it and every drone that reaches it fly one piece each:
+//! the mean air over its rotor discs as a function of time, and what bounds it.
+
+use airflow::{Source, mean_over_discs_mps};
+use nalgebra::{Point3, Vector3};
+
+use super::advected::{Advected, Left};
+use super::encounters::Encounter;
+use super::subdivision::between;
+use crate::plan::trajectory::{Motion, SAME_TIME_S};
+use crate::verify::scene::{Attached, Flight, Scene, superpose};
+use crate::verify::{FAINTEST_WAKE_MPS, Places, Span};
+
+/// Points of the discs that are looked at together; a quadrotor's 28 fit.
+const CHUNK: usize = 32;
+
+/// A wake that may reach the receiver.
+pub(crate) struct Passing<'a> {
+    pub(crate) emitter: Attached<'a>,
+    /// The receiver's centre as seen from the emitter's.
+    pub(crate) relative: Motion,
+}
+
+/// A receiver and the wakes that may reach it; neither side changes its piece within the span.
+pub(crate) struct Window<'a> {
+    pub(crate) span_s: Span,
+    /// The receiver's induced velocity at its mass (m/s).
+    pub(crate) induced_velocity_mps: f64,
+    /// The receiver's mass (kg).
+    pub(crate) mass_kg: f64,
+    /// Quasi-static wakes; columns go by these even where wakes are advected.
+    pub(crate) passing: Vec<Passing<'a>>,
+    /// Where a finding has wakes advected: those whose air may arrive in this window.
+    advected: Vec<Advected<'a>>,
+    receiver: &'a Flight,
+    motion: Motion,
+    scene: &'a Scene<'a>,
+}
+
+/// The windows of one receiver while it is airborne, in order of time, those without any wake included.
+pub(crate) fn windows<'a>(
+    scene: &'a Scene<'a>,
+    near: &[Encounter],
+    receiver: &'a Flight,
+) -> Vec<Window<'a>> {
+    let up_s = receiver.airborne_s.0;
+    let down_s = receiver.airborne_s.1.min(scene.horizon_s);
+    let mut cuts_s: Vec<f64> = vec![up_s, down_s, receiver.trajectory.last_s(), scene.last_s];
+    let ends = |flight: &Flight, from_s: f64, until_s: f64, cuts_s: &mut Vec<f64>| {
+        for piece in &flight.trajectory.pieces()[flight.trajectory.pieces_during(from_s, until_s)] {
+            let motion = &piece.motion;
+            cuts_s.extend([motion.from_s.max(from_s), motion.until_s.min(until_s)]);
+        }
+    };
+    ends(receiver, up_s, down_s, &mut cuts_s);
+    for encounter in near {
+        let other = &scene.flights[encounter.other];
+        let (from_s, until_s) = encounter.span_s;
+        if from_s.max(up_s) < until_s.min(down_s) {
+            cuts_s.extend([from_s, until_s, other.airborne_s.0, other.airborne_s.1]);
+            ends(other, from_s.max(up_s), until_s.min(down_s), &mut cuts_s);
+        }
+    }
+    cuts_s.retain(|&t_s| t_s >= up_s && t_s <= down_s);
+    cuts_s.sort_by(f64::total_cmp);
+    cuts_s.dedup_by(|b, a| *b - *a <= SAME_TIME_S);
+
+    let spans_s: Vec<Span> = near.iter().map(|encounter| encounter.span_s).collect();
+    let mut windows = Vec::with_capacity(cuts_s.len());
+    for (span_s, met) in between(&cuts_s, &spans_s) {
+        let middle_s = 0.5 * (span_s.0 + span_s.1);
+        let Some(piece) = receiver.trajectory.piece_index(middle_s) else {
+            continue;
+        };
+        let mut window = Window {
+            span_s,
+            induced_velocity_mps: receiver.wakes[piece].wake.hover_velocity_mps(),
+            mass_kg: receiver.trajectory.pieces()[piece].mass_kg,
+            passing: Vec::new(),
+            advected: Vec::new(),
+            receiver,
+            motion: receiver.trajectory.pieces()[piece].motion,
+            scene,
+        };
+        let others = || met.iter().map(|&k| near[k].other);
+        window.passing = others().filter_map(|it| window.passing(it)).collect();
+        let advected = others().filter_map(|it| Advected::new(scene, it));
+        window.advected = advected
+            .filter(|it| window.advected_alone_mps(it, span_s) > FAINTEST_WAKE_MPS)
+            .collect();
+        windows.push(window);
+    }
+    windows
+}
+
+impl<'a> Window<'a> {
+    /// Whether wakes are advected.
+    fn is_advected(&self) -> bool {
+        self.scene.flown.convection.is_some()
+    }
+
+    /// The quasi-static wakes that count for its air: none where wakes are advected.
+    fn attached(&self) -> &[Passing<'a>] {
+        if self.is_advected() {
+            &[]
+        } else {
+            &self.passing
+        }
+    }
+
+    /// Whether no wake reaches the receiver in it.
+    pub(crate) fn is_calm(&self) -> bool {
+        self.advected.is_empty() && self.attached().is_empty()
+    }
+
+    /// The wake of another flight, if it can reach the receiver in this window.
+    fn passing(&self, other: usize) -> Option<Passing<'a>> {
+        let flight = &self.scene.flights[other];
+        let middle_s = 0.5 * (self.span_s.0 + self.span_s.1);
+        // No switch of the emitter divides a window.
+        if middle_s < flight.airborne_s.0 || flight.airborne_s.1 <= middle_s {
+            return None;
+        }
+        let piece = flight.trajectory.piece_index(middle_s)?;
+        let motion = flight.trajectory.pieces()[piece].motion;
+        let passing = Passing {
+            emitter: Attached {
+                from: other,
+                wake: &flight.wakes[piece],
+                motion,
+                stops: &flight.stops[piece],
+            },
+            relative: (self.motion)
+                .during(self.span_s.0, self.span_s.1)
+                .seen_from(&motion)?,
+        };
+        (self.alone_mps(&passing, self.span_s) > FAINTEST_WAKE_MPS).then_some(passing)
+    }
+
+    /// Whether a wake surely reaches the receiver's height, and whether it may.
+    fn reaches(&self, emitter: &Attached<'_>, span_s: Span) -> (bool, bool) {
+        let (low_m, high_m) = self.motion.box_m(span_s.0, span_s.1);
+        emitter.reaches(&self.scene.obstacles, (low_m.z, high_m.z), span_s)
+    }
+
+    /// Whether a wake may reach the receiver's height at a time.
+    pub(crate) fn may_reach_at(&self, emitter: &Attached<'_>, t_s: f64) -> bool {
+        self.reaches(emitter, (t_s, t_s)).1
+    }
+
+    /// An upper bound of one wake anywhere on the receiver's discs (m/s).
+    fn alone_mps(&self, passing: &Passing<'_>, span_s: Span) -> f64 {
+        let (off_axis_m, places_m) = self.around_discs_m(passing, span_s);
+        if places_m.0.z >= 0.0 || !self.reaches(&passing.emitter, span_s).1 {
+            return 0.0;
+        }
+        passing.emitter.wake.highest_mps(&places_m, off_axis_m)
+    }
+
+    /// Smallest distance of the receiver's discs from an emitter's axis, and the box of their offsets from
+    /// it (m).
+    fn around_discs_m(&self, passing: &Passing<'_>, (from_s, until_s): Span) -> (f64, Places) {
+        let (nearest_m, _) = passing.relative.axis_distance_m(from_s, until_s, [0.0; 2]);
+        let (low_m, high_m) = passing.relative.box_m(from_s, until_s);
+        let off_axis_m = (nearest_m - self.receiver.tip_radius_m).max(0.0);
+        (off_axis_m, self.widened(&(low_m, high_m)))
+    }
+
+    /// A box with the receiver's discs around each of its places (m).
+    fn widened(&self, places_m: &Places) -> Places {
+        let tip_m = self.receiver.tip_radius_m;
+        let around_m = Vector3::new(tip_m, tip_m, 0.0);
+        (places_m.0 - around_m, places_m.1 + around_m)
+    }
+
+    /// Advected air of one flight that may be at the receiver's heights, and the receiver's offsets from
+    /// where it left (m).
+    fn arriving(&self, from: &Advected<'a>, span_s: Span) -> Vec<(Left<'a>, Places)> {
+        let places_m = self.motion.box_m(span_s.0, span_s.1);
+        let mut left = from.left(span_s, &places_m);
+        left.retain(|left| left.may_reach(&self.scene.obstacles, &places_m));
+        let offsets = left.into_iter().map(|left| {
+            let offsets_m = left.offsets_m(&places_m);
+            (left, offsets_m)
+        });
+        offsets.collect()
+    }
+
+    /// An upper bound of one advected wake anywhere on the receiver's discs (m/s).
+    fn advected_alone_mps(&self, from: &Advected<'a>, span_s: Span) -> f64 {
+        let arriving = self.arriving(from, span_s);
+        let highs_mps = arriving
+            .iter()
+            .map(|(left, offsets_m)| left.highest_mps(&self.widened(offsets_m)));
+        highs_mps.fold(0.0, f64::max)
+    }
+
+    /// Where the advected air of a flight that is at the receiver at a time comes from; where it comes
+    /// from several places, the strongest.
+    fn advected_source(&self, from: &Advected<'a>, t_s: f64) -> Option<Source<'a>> {
+        let z_m = self.place_m(t_s).z;
+        let sources = from.sources(&self.scene.obstacles, t_s, z_m);
+        if sources.len() < 2 {
+            return sources.first().copied();
+        }
+        let alone_mps = |source: &Source<'_>| self.mean_of_mps(&[*source], t_s);
+        let stronger = |a: &Source<'_>, b: &Source<'_>| alone_mps(a).total_cmp(&alone_mps(b));
+        sources.into_iter().max_by(stronger)
+    }
+
+    /// The wakes at a time of the window, and whose.
+    fn sources(&self, t_s: f64) -> impl Iterator<Item = (usize, Source<'a>)> {
+        let advected = (self.advected.iter())
+            .filter_map(move |it| Some((it.from, self.advected_source(it, t_s)?)));
+        let attached = self.attached().iter().map(move |passing| {
+            let emitter = &passing.emitter;
+            (emitter.from, emitter.source(&self.scene.obstacles, t_s))
+        });
+        advected.chain(attached)
+    }
+
+    /// Where the receiver is (m).
+    pub(crate) fn place_m(&self, t_s: f64) -> Point3<f64> {
+        self.motion.at_m(t_s).into()
+    }
+
+    fn mean_of_mps(&self, sources: &[Source<'a>], t_s: f64) -> f64 {
+        let (discs, how) = (&self.receiver.discs, self.scene.superposition);
+        mean_over_discs_mps(sources, discs, self.place_m(t_s), how)
+    }
+
+    /// Mean air over the receiver's discs at a time of the window (m/s).
+    pub(crate) fn mean_mps(&self, t_s: f64) -> f64 {
+        let sources: Vec<Source<'a>> = self.sources(t_s).map(|(_, source)| source).collect();
+        self.mean_of_mps(&sources, t_s)
+    }
+
+    /// The flight whose wake alone is the strongest over the discs at a time: index in the scene's flights.
+    pub(crate) fn strongest(&self, t_s: f64) -> Option<usize> {
+        let alone = |(from, source)| (from, self.mean_of_mps(&[source], t_s));
+        let alone = self.sources(t_s).map(alone);
+        let strongest = alone.reduce(|a, b| if b.1 > a.1 { b } else { a });
+        strongest.map(|(from, _)| from)
+    }
+
+    /// An upper bound of the mean air that costs little (m/s).
+    pub(crate) fn rough_mps(&self, span_s: Span) -> f64 {
+        let advected = self.advected.iter();
+        let advected = advected.map(|it| self.advected_alone_mps(it, span_s));
+        let attached = self.attached().iter();
+        let attached = attached.map(|it| self.alone_mps(it, span_s));
+        superpose(self.scene.superposition, advected.chain(attached))
+    }
+
+    /// An upper bound of the mean air that closes in on it as the span shrinks (m/s).
+    pub(crate) fn high_mps(&self, span_s: Span) -> f64 {
+        let how = self.scene.superposition;
+        let arriving: Vec<_> = (self.advected.iter())
+            .map(|from| self.arriving(from, span_s))
+            .collect();
+        let discs = &self.receiver.discs;
+        let mut high_mps = 0.0;
+        for (points_m, weights) in
+            (discs.offsets_m.chunks(CHUNK)).zip(discs.weights.chunks(CHUNK))
+        {
+            let mut gathered = [0.0; CHUNK];
+            for from_one in &arriving {
+                for (so_far, &[x, y]) in gathered.iter_mut().zip(points_m) {
+                    let point_m = Vector3::new(x, y, 0.0);
+                    let highs_mps = from_one.iter().map(|(left, (low_m, high_m))| {
+                        left.highest_mps(&(low_m + point_m, high_m + point_m))
+                    });
+                    *so_far = how.gather(*so_far, highs_mps.fold(0.0, f64::max));
+                }
+            }
+            for passing in self.attached() {
+                self.gather_highs(passing, span_s, points_m, &mut gathered);
+            }
+            for (&gathered, weight) in gathered.iter().zip(weights) {
+                high_mps += weight * how.finish(gathered);
+            }
+        }
+        high_mps
+    }
+
+    /// Adds the highest of one wake at each of some points of the discs to what has been gathered there.
+    fn gather_highs(
+        &self,
+        passing: &Passing<'_>,
+        span_s: Span,
+        points_m: &[[f64; 2]],
+        gathered: &mut [f64; CHUNK],
+    ) {
+        let Passing { emitter, relative } = passing;
+        let (low_m, high_m) = relative.box_m(span_s.0, span_s.1);
+        if low_m.z >= 0.0 || !self.reaches(emitter, span_s).1 {
+            return;
+        }
+        let level = relative.level_way(span_s.0, span_s.1);
+        let middle_m = relative.at_m(0.5 * (span_s.0 + span_s.1));
+        let half_path_m = relative.half_path_m(span_s.0, span_s.1);
+        let mut passage = emitter.wake.passage((-high_m.z, -low_m.z));
+        for (so_far, &[x, y]) in gathered.iter_mut().zip(points_m) {
+            let point_m = Vector3::new(x, y, 0.0);
+            let high_mps = passage.highest_along_mps(
+                level.extremes_m([x, y]).0,
+                &(low_m + point_m, high_m + point_m),
+                &(middle_m + point_m),
+                half_path_m,
+            );
+            *so_far = self.scene.superposition.gather(*so_far, high_mps);
+        }
+    }
+
+    /// A lower and an upper bound of the mean air that close in on it (m/s): from the value at the middle,
+    /// by how much each wake may change on the way from there. Superposed, changes are no more than the
+    /// changes superposed.
+    pub(crate) fn range_mps(&self, span_s: Span) -> (f64, f64) {
+        let changes_mps = self.passing.iter().map(|it| self.change_mps(it, span_s));
+        let changes_mps: Option<Vec<f64>> = changes_mps.collect();
+        let Some(changes_mps) = changes_mps.filter(|_| !self.is_advected()) else {
+            return (0.0, self.high_mps(span_s));
+        };
+        let change_mps = superpose(self.scene.superposition, changes_mps.into_iter());
+        let middle_mps = self.mean_mps(0.5 * (span_s.0 + span_s.1));
+        ((middle_mps - change_mps).max(0.0), middle_mps + change_mps)
+    }
+
+    /// By how much one wake may differ, anywhere on the receiver's discs, from what it is in the middle of
+    /// a part of the window (m/s); `None` where it may begin or end within it.
+    fn change_mps(&self, passing: &Passing<'_>, span_s: Span) -> Option<f64> {
+        let (off_axis_m, places_m) = self.around_discs_m(passing, span_s);
+        let (surely, maybe) = self.reaches(&passing.emitter, span_s);
+        if places_m.0.z >= 0.0 || !maybe {
+            return Some(0.0);
+        }
+        // At the rotor plane itself the wake begins; within rounding of it nothing is certain.
+        if !surely || -places_m.1.z <= airflow::HEIGHT_TOLERANCE_M {
+            return None;
+        }
+        let half_path_m = passing.relative.half_path_m(span_s.0, span_s.1);
+        if half_path_m == 0.0 {
+            return Some(0.0);
+        }
+        Some(passing.emitter.wake.steepest_per_s(&places_m, off_axis_m) * half_path_m)
+    }
+
+    /// Whether no wake can rise and fall unseen within a part of the window: the path flown as seen from
+    /// each emitter is at most twice the half-width there, or the distance from its axis; through a wake
+    /// that is moved or advected, at most the half-width, for it may be narrower than the hover jet.
+    pub(crate) fn is_smooth(&self, span_s: Span) -> bool {
+        if self.is_advected() {
+            let mut arriving = self.advected.iter().flat_map(|it| self.arriving(it, span_s));
+            return arriving.all(|(left, (low_m, high_m))| {
+                let half_width_m = left.wake.wake.half_width_m((-high_m.z).max(0.0));
+                (high_m - low_m).norm() <= half_width_m
+            });
+        }
+        self.passing.iter().all(|Passing { emitter, relative }| {
+            let path_m = 2.0 * relative.half_path_m(span_s.0, span_s.1);
+            let (_, high_m) = relative.box_m(span_s.0, span_s.1);
+            let half_width_m = emitter.wake.wake.half_width_m((-high_m.z).max(0.0));
+            if emitter.wake.is_moved() {
+                return path_m <= half_width_m;
+            }
+            let (off_axis_m, _) = relative.axis_distance_m(span_s.0, span_s.1, [0.0; 2]);
+            path_m <= 2.0 * half_width_m.max(off_axis_m)
+        })
+    }
+}

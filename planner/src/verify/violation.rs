@@ -1,0 +1,126 @@
+//! A violation: how a check makes one, and how it reads as a sentence.
+
+use std::fmt;
+
+use nalgebra::Point3;
+
+use super::scene::{Flight, Scene};
+use super::{Found, Span};
+use crate::plan::{Violation, ViolationKind};
+
+/// The worst moment of a violation.
+pub(super) struct Worst {
+    /// With whom or what.
+    pub(super) with: Option<String>,
+    /// Where the drone is (m).
+    pub(super) position_m: Point3<f64>,
+    /// In the unit of the check.
+    pub(super) value: f64,
+    /// In the unit of the check.
+    pub(super) limit: f64,
+}
+
+impl Scene<'_> {
+    /// A violation by one flight over a span of time; open if it lasts into the rest after the last time.
+    pub(super) fn violation(
+        &self,
+        flight: &Flight,
+        kind: ViolationKind,
+        (from_s, until_s): Span,
+        worst: Worst,
+    ) -> Found {
+        let violation = Violation {
+            kind,
+            drone: flight.name.clone(),
+            with: worst.with,
+            from_s,
+            until_s: (until_s < self.horizon_s).then_some(until_s),
+            position_m: worst.position_m,
+            value: worst.value,
+            limit: worst.limit,
+            unit: unit(kind).to_owned(),
+        };
+        (flight.index, violation)
+    }
+}
+
+/// A contradiction of the plan as a whole (drone 0), or of one drone, at a time (s) and a place (m).
+pub(super) fn malformed(
+    (index, drone): (usize, &str),
+    why: String,
+    (from_s, position_m): (f64, Point3<f64>),
+) -> Found {
+    let kind = ViolationKind::Malformed;
+    let violation = Violation {
+        kind,
+        drone: drone.to_owned(),
+        with: Some(why),
+        from_s,
+        until_s: Some(from_s),
+        position_m,
+        value: 0.0,
+        limit: 0.0,
+        unit: unit(kind).to_owned(),
+    };
+    (index, violation)
+}
+
+fn unit(kind: ViolationKind) -> &'static str {
+    match kind {
+        ViolationKind::Malformed => "",
+        ViolationKind::Speed | ViolationKind::Zone => "m/s",
+        ViolationKind::Air => "U_D/U_H",
+        _ => "m",
+    }
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let who = format!("`{}`", self.drone);
+        let with = self.with.as_deref().unwrap_or("?");
+        let Point3 { coords: c } = self.position_m;
+        let at = format!("({:.2}, {:.2}, {:.2})", c.x, c.y, c.z);
+        let when = match self.until_s {
+            Some(until_s) if until_s - self.from_s < 0.005 => format!("at {:.2} s", self.from_s),
+            Some(until_s) => format!("from {:.2} s to {until_s:.2} s", self.from_s),
+            None => format!("from {:.2} s on", self.from_s),
+        };
+        let (value, limit) = (self.value, self.limit);
+        let inside = -value;
+        match self.kind {
+            ViolationKind::Malformed => write!(f, "{who}: {with}"),
+            ViolationKind::Jump => write!(
+                f,
+                "{who} is in two places {value:.3} m apart {when}, at {at}"
+            ),
+            ViolationKind::Speed => write!(
+                f,
+                "{who} flies {value:.3} m/s {when}, at {at}; its highest speed is {limit:.3} m/s"
+            ),
+            ViolationKind::Bounds => write!(
+                f,
+                "{who} is {value:.3} m outside the bounds {when}, at {at}"
+            ),
+            ViolationKind::Obstacle => write!(
+                f,
+                "{who} is {inside:.3} m inside obstacle `{with}` {when}, at {at}"
+            ),
+            ViolationKind::Collision => write!(
+                f,
+                "{who} and `{with}` overlap by {inside:.3} m {when}, at {at}"
+            ),
+            ViolationKind::Column => write!(
+                f,
+                "{who} is in the near-field column of `{with}` {when}: at {at} it is {value:.2} m off its axis, less than {limit:.2} m"
+            ),
+            ViolationKind::Air => write!(
+                f,
+                "{who} meets {value:.3} of its induced velocity {when}, at {at}, most of it from `{with}`; its limit is {limit:.3}"
+            ),
+            ViolationKind::Zone => write!(
+                f,
+                "zone `{with}` has {value:.2} m/s of air {when}, most of it from {who} at {at}; its limit is {limit:.2} m/s"
+            ),
+        }
+    }
+}
