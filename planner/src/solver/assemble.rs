@@ -268,7 +268,8 @@ pub(crate) fn airframe_entry(vehicle: &Vehicle, density_kg_per_m3: f64) -> Airfr
     }
 }
 
-fn obstacle_entry(obstacle: &world::Obstacle) -> ObstacleEntry {
+/// An obstacle of the world as a plan has it.
+pub(crate) fn obstacle_entry(obstacle: &world::Obstacle) -> ObstacleEntry {
     let shape = match &obstacle.shape {
         Solid::Box(bounds) => ShapeEntry::Box {
             min_m: bounds.min,

@@ -1,69 +1,65 @@
 //! Starts and goals that exclude one another, found before any search.
 //!
-//! Two sets are judged, each as if it lasted: everybody at its start at time 0, and everybody who stays
-//! at its goal after the last arrival. Bodies, columns, wakes and zones are judged as
+//! Two sets are judged, each as if it lasted: all drones at their starts at time 0, and those that stay
+//! at their goals after the last arrival. Bodies, columns, wakes and zones are judged as
 //! [`verify`](crate::verify::verify) judges them, with the clearance between bodies in addition: an
 //! endpoint is chosen by the planner's rules. Where an endpoint lies (bounds, obstacles) is not asked
 //! here, except of the places proposed instead.
 
-mod fix;
 mod sites;
 
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::plan::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion};
+use crate::plan::trajectory::SAME_PLACE_M;
 use crate::scenario::world::World;
-use crate::verify::zone;
+use crate::verify::FAINTEST_WAKE_MPS;
+use crate::verify::checks::obstacle::TOUCH_M;
+use crate::verify::checks::zone::Downwash;
 use sites::{Scene, Site, Sites};
 
+/// Spacing of the places proposed (m), chosen here: what a person would move a goal by.
+const STEP_M: f64 = 0.1;
+/// How far is still near (m), chosen here: beyond it a person would rather choose anew.
+const FARTHEST_M: f64 = 8.0;
+/// Bearings tried at each distance, chosen here: 15 degrees apart.
+const BEARINGS: usize = 24;
+
+/// One exclusion: of which drone, by what, and how.
+type Excluded = (usize, Blocker, Exclusion);
+
 /// Every pair of starts, and of goals at which drones stay, that no plan can have; and every drone that
-/// hovers where it breaks a zone's limit.
+/// hovers where it breaks a zone's limit. By drone, starts before goals.
 ///
 /// A pair is named once, under the later of two bodies that touch and under the drone that suffers from
 /// a column or a wake. Where only a sum of wakes exceeds a limit, the strongest of them is named.
 pub fn check(world: &World) -> Vec<EndpointConflict> {
-    let scene = Scene::new(world);
-    [EndpointKind::Starts, EndpointKind::Goals]
-        .into_iter()
-        .flat_map(|when| check_set(&scene, when))
-        .collect()
-}
-
-fn check_set(scene: &Scene<'_>, when: EndpointKind) -> Vec<EndpointConflict> {
-    let sites = Sites::new(scene, when);
-    let pairs: Vec<Vec<(usize, Blocker, Exclusion)>> = sites
-        .all()
-        .par_iter()
-        .map(|site| exclusions(scene, &sites, site))
-        .collect();
-    let zones: Vec<Vec<(usize, Blocker, Exclusion)>> = (0..scene.world.zones.len())
-        .into_par_iter()
-        .map(|k| in_zone(scene, &sites, k))
-        .collect();
-    let found: Vec<_> = pairs.into_iter().chain(zones).flatten().collect();
-    let mut conflicts: Vec<EndpointConflict> = found
-        .into_par_iter()
-        .map(|(drone, blocker, why)| {
-            let nearest_fix_m = fix::nearest(scene, &sites, drone);
-            EndpointConflict {
-                drone,
-                blocker,
-                when,
-                why,
-                nearest_fix_m,
-            }
-        })
-        .collect();
-    conflicts.sort_by_key(|conflict| conflict.drone);
+    let (scene, mut cache) = Scene::new(world);
+    let mut conflicts = Vec::new();
+    for when in [EndpointKind::Starts, EndpointKind::Goals] {
+        let sites = Sites::new(&scene, &mut cache, when);
+        let pairs = sites.all().par_iter();
+        let pairs = pairs.flat_map(|site| exclusions(&scene, &sites, site));
+        let zones = (0..world.zones.len()).into_par_iter();
+        let zones = zones.flat_map(|k| in_zone(&scene, &sites, k));
+        let found: Vec<Excluded> = pairs.chain(zones).collect();
+        let with_fix = |(drone, blocker, why): Excluded| EndpointConflict {
+            drone,
+            blocker,
+            when,
+            why,
+            nearest_fix_m: nearest(&scene, &sites, drone),
+        };
+        let mut here: Vec<EndpointConflict> = found.into_par_iter().map(with_fix).collect();
+        here.sort_by_key(|conflict| conflict.drone);
+        conflicts.extend(here);
+    }
     conflicts
 }
 
 /// What excludes one site from being where it is, as far as it is the one to name it.
-fn exclusions(
-    scene: &Scene<'_>,
-    sites: &Sites<'_>,
-    site: &Site<'_>,
-) -> Vec<(usize, Blocker, Exclusion)> {
+fn exclusions(scene: &Scene<'_>, sites: &Sites, site: &Site) -> Vec<Excluded> {
     let mut found = Vec::new();
     let near = sites.near(site.place_m, site.drone);
     let mut named = Vec::new();
@@ -82,7 +78,7 @@ fn exclusions(
             found.push((site.drone, Blocker::Drone(other.drone), Exclusion::Column));
         }
     }
-    let air_mps = scene.air_mps(site, near.iter().copied());
+    let air_mps = scene.air_mps(site, &near);
     if !scene.over_limit(site, air_mps) {
         return found;
     }
@@ -91,42 +87,35 @@ fn exclusions(
         alpha: air_mps / site.induced_velocity_mps,
         limit: site.air_limit,
     };
-    let alone: Vec<(usize, f64)> = near
+    let alone = near
         .iter()
-        .map(|&other| (other.drone, scene.air_mps(site, std::iter::once(other))))
-        .collect();
-    let before = found.len();
-    for &(other, alone_mps) in &alone {
-        if scene.over_limit(site, alone_mps) && !named.contains(&other) {
-            found.push((site.drone, Blocker::Drone(other), why));
-        }
+        .map(|other| (other.drone, scene.air_mps(site, &[other])));
+    let alone: Vec<(usize, f64)> = alone.collect();
+    let over = |(_, alone_mps): &&(usize, f64)| scene.over_limit(site, *alone_mps);
+    let mut by: Vec<usize> = alone.iter().filter(over).map(|(other, _)| *other).collect();
+    by.retain(|other| !named.contains(other));
+    if by.is_empty() && named.is_empty() {
+        let strongest = alone
+            .into_iter()
+            .reduce(|a, b| if b.1 > a.1 { b } else { a });
+        by.extend(strongest.map(|(other, _)| other));
     }
-    let explained = found.len() > before || !named.is_empty();
-    let strongest = alone
-        .into_iter()
-        .reduce(|a, b| if b.1 > a.1 { b } else { a });
-    if let (false, Some((other, _))) = (explained, strongest) {
-        found.push((site.drone, Blocker::Drone(other), why));
-    }
+    found.extend((by.into_iter()).map(|other| (site.drone, Blocker::Drone(other), why)));
     found
 }
 
 /// The gap between two bodies, if it is too small (m).
-fn body_gap_m(scene: &Scene<'_>, one: &Site<'_>, other: &Site<'_>) -> Option<f64> {
+fn body_gap_m(scene: &Scene<'_>, one: &Site, other: &Site) -> Option<f64> {
     let gap_m = (one.place_m - other.place_m).norm() - one.body_radius_m - other.body_radius_m;
     // Rounding of a scenario's decimals is no conflict.
-    (gap_m < scene.world.planning.clearance_m - crate::plan::trajectory::SAME_PLACE_M)
-        .then_some(gap_m)
+    (gap_m < scene.world.planning.clearance_m - SAME_PLACE_M).then_some(gap_m)
 }
 
-/// Who breaks a zone's limit: all who do so alone, or else the strongest.
-fn in_zone(scene: &Scene<'_>, sites: &Sites<'_>, k: usize) -> Vec<(usize, Blocker, Exclusion)> {
-    let all: Vec<&Site<'_>> = sites.all().iter().collect();
-    let blows: Vec<zone::Blow<'_>> = all
-        .iter()
-        .filter_map(|site| scene.blow_into(site, k))
-        .collect();
-    let together: Vec<&zone::Blow<'_>> = blows.iter().collect();
+/// The drones that break a zone's limit: all that do so alone, or else the strongest.
+fn in_zone(scene: &Scene<'_>, sites: &Sites, k: usize) -> Vec<Excluded> {
+    let downwash = sites.all().iter();
+    let downwash: Vec<Downwash<'_>> = downwash.filter_map(|it| scene.downwash(it, k)).collect();
+    let together: Vec<&Downwash<'_>> = downwash.iter().collect();
     let Some(peak) = scene.zone_peak(k, &together) else {
         return Vec::new();
     };
@@ -134,16 +123,88 @@ fn in_zone(scene: &Scene<'_>, sites: &Sites<'_>, k: usize) -> Vec<(usize, Blocke
         air_mps: peak.air_mps,
         limit_mps: scene.world.zones[k].air_limit_mps,
     };
-    let mut guilty: Vec<usize> = blows
-        .iter()
-        .filter(|blow| scene.zone_peak(k, &[*blow]).is_some())
-        .map(|blow| blow.from)
-        .collect();
-    if guilty.is_empty() {
-        guilty.extend(zone::strongest(&scene.field(), &together, &peak));
+    let alone = (together.iter()).filter(|it| scene.zone_peak(k, &[**it]).is_some());
+    let mut by: Vec<usize> = alone.map(|it| it.from()).collect();
+    if by.is_empty() {
+        by.extend(scene.field().strongest(&together, &peak));
     }
-    guilty
-        .into_iter()
+    (by.into_iter())
         .map(|drone| (drone, Blocker::Zone(k), why))
         .collect()
+}
+
+/// The nearest place at which a drone is in order with all others of its set, by rings of growing
+/// distance: level, up and down.
+fn nearest(scene: &Scene<'_>, sites: &Sites, drone: usize) -> Option<Point3<f64>> {
+    let site = sites.of(drone)?;
+    let level = (0..BEARINGS).map(|k| {
+        let bearing = k as f64 / BEARINGS as f64 * std::f64::consts::TAU;
+        Vector3::new(bearing.cos(), bearing.sin(), 0.0)
+    });
+    let directions: Vec<_> = level.chain([Vector3::z(), -Vector3::z()]).collect();
+    (1..=(FARTHEST_M / STEP_M) as usize).find_map(|ring| {
+        let distance_m = ring as f64 * STEP_M;
+        let places_m = (directions.iter()).map(|towards| site.nominal_m + towards * distance_m);
+        places_m
+            .into_iter()
+            .find(|place_m| in_order(scene, sites, &scene.moved(site, *place_m)))
+    })
+}
+
+/// Whether a drone may be there: in bounds, clear of solids, in order with all others and the zones.
+fn in_order(scene: &Scene<'_>, sites: &Sites, moved: &Site) -> bool {
+    let bounds_m = &scene.world.bounds_m;
+    let fits = |place_m: &Point3<f64>, clearance_m: f64| {
+        let inside = |k: usize| {
+            place_m[k] >= bounds_m.min[k] - SAME_PLACE_M
+                && place_m[k] <= bounds_m.max[k] + SAME_PLACE_M
+        };
+        let (needs_m, here) = (moved.body_radius_m + clearance_m, place_m.coords);
+        (0..3).all(inside)
+            && scene.obstacles.solids.iter().all(|solid| {
+                solid.box_distance_m(&(here, here)) >= needs_m || solid.distance_m(&here) >= needs_m
+            })
+    };
+    // What it stands on touches it.
+    let clearance_m = if moved.airborne || moved.lands {
+        scene.world.planning.clearance_m
+    } else {
+        -TOUCH_M
+    };
+    if !fits(&moved.nominal_m, clearance_m) || moved.lands && !fits(&moved.place_m, -TOUCH_M) {
+        return false;
+    }
+    let near = sites.near(moved.place_m, moved.drone);
+    let apart = near.iter().all(|other| {
+        body_gap_m(scene, moved, other).is_none()
+            && !scene.in_column(moved, other)
+            && !scene.in_column(other, moved)
+    });
+    apart
+        && !scene.over_limit(moved, scene.air_mps(moved, &near))
+        && near.iter().all(|other| spares(scene, sites, moved, other))
+        && (0..scene.world.zones.len()).all(|k| spares_zone(scene, sites, moved, k))
+}
+
+/// Whether another drone stays within its limit, or is not exposed to this one.
+fn spares(scene: &Scene<'_>, sites: &Sites, moved: &Site, other: &Site) -> bool {
+    if scene.air_mps(other, &[moved]) <= FAINTEST_WAKE_MPS {
+        return true;
+    }
+    let mut all = sites.near(other.place_m, other.drone);
+    all.retain(|third| third.drone != moved.drone);
+    all.push(moved);
+    !scene.over_limit(other, scene.air_mps(other, &all))
+}
+
+/// Whether a zone keeps its limit, or is not exposed to this drone.
+fn spares_zone(scene: &Scene<'_>, sites: &Sites, moved: &Site, zone: usize) -> bool {
+    let Some(own) = scene.downwash(moved, zone) else {
+        return true;
+    };
+    let others = sites.all().iter().filter(|site| site.drone != moved.drone);
+    let others = others.filter_map(|site| scene.downwash(site, zone));
+    let all: Vec<Downwash<'_>> = others.chain([own]).collect();
+    let all: Vec<&Downwash<'_>> = all.iter().collect();
+    scene.zone_peak(zone, &all).is_none()
 }

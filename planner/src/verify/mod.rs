@@ -29,7 +29,7 @@
 
 pub(crate) mod bounds;
 pub(crate) mod checks;
-mod scene;
+pub(crate) mod scene;
 mod time;
 mod violation;
 

@@ -13,45 +13,45 @@ use crate::plan::trajectory::{Motion, Trajectory};
 use crate::plan::{Corners, ZoneEntry};
 
 /// All that the checks need.
-pub(super) struct Scene<'a> {
-    pub(super) bounds_m: Corners,
-    pub(super) obstacles: Obstacles,
-    pub(super) zones: Vec<&'a ZoneEntry>,
-    pub(super) superposition: Superposition,
+pub(crate) struct Scene<'a> {
+    pub(crate) bounds_m: Corners,
+    pub(crate) obstacles: Obstacles,
+    pub(crate) zones: Vec<&'a ZoneEntry>,
+    pub(crate) superposition: Superposition,
     /// What a finding adds to the hover jet.
-    pub(super) flown: Flown,
+    pub(crate) flown: Flown,
     /// The longest convective delay of any wake down to the floor (s); 0 where wakes are quasi-static.
-    pub(super) longest_lag_s: f64,
+    pub(crate) longest_lag_s: f64,
     /// Last time of any drone (s): from here on all rest.
-    pub(super) last_s: f64,
+    pub(crate) last_s: f64,
     /// Drones that stay are judged up to here (s): `last_s`, the longest delay, and a second of rest,
     /// which stands for all time after it.
-    pub(super) horizon_s: f64,
-    pub(super) flights: Vec<Flight>,
+    pub(crate) horizon_s: f64,
+    pub(crate) flights: Vec<Flight>,
 }
 
 /// One drone whose trajectory could be read.
-pub(super) struct Flight {
+pub(crate) struct Flight {
     /// In the plan.
-    pub(super) index: usize,
-    pub(super) name: String,
-    pub(super) trajectory: Trajectory,
+    pub(crate) index: usize,
+    pub(crate) name: String,
+    pub(crate) trajectory: Trajectory,
     /// When its wake is on and its air is limited (s); empty where the second is not after the first.
-    pub(super) airborne_s: Span,
-    pub(super) air_limit: f64,
-    pub(super) max_speed_mps: f64,
-    pub(super) body_radius_m: f64,
-    pub(super) tip_radius_m: f64,
-    pub(super) discs: Arc<DiscPoints>,
+    pub(crate) airborne_s: Span,
+    pub(crate) air_limit: f64,
+    pub(crate) max_speed_mps: f64,
+    pub(crate) body_radius_m: f64,
+    pub(crate) tip_radius_m: f64,
+    pub(crate) discs: Arc<DiscPoints>,
     /// One per piece of the trajectory, at its mass.
-    pub(super) wakes: Vec<Arc<BoundedWake>>,
+    pub(crate) wakes: Vec<Arc<BoundedWake>>,
     /// Solids on whose top the wake of each piece may end.
-    pub(super) stops: Vec<Vec<u32>>,
+    pub(crate) stops: Vec<Vec<u32>>,
 }
 
 impl Flight {
     /// Its wakes without those that repeat: consecutive pieces share one while the mass stays the same.
-    pub(super) fn different_wakes(&self) -> Vec<Arc<BoundedWake>> {
+    pub(crate) fn different_wakes(&self) -> Vec<Arc<BoundedWake>> {
         let mut different: Vec<Arc<BoundedWake>> = Vec::new();
         for wake in &self.wakes {
             if !different.iter().rev().any(|known| Arc::ptr_eq(known, wake)) {
@@ -62,18 +62,18 @@ impl Flight {
     }
 
     /// Greatest radius of its near-field column over all its masses (m).
-    pub(super) fn column_radius_m(&self) -> f64 {
+    pub(crate) fn column_radius_m(&self) -> f64 {
         let radii_m = self.wakes.iter().map(|wake| wake.wake.column_radius_m());
         radii_m.fold(self.tip_radius_m, f64::max)
     }
 
     /// End of the flight that exposure and energy count to (s).
-    pub(super) fn flight_end_s(&self) -> f64 {
+    pub(crate) fn flight_end_s(&self) -> f64 {
         self.airborne_s.1.min(self.trajectory.last_s())
     }
 
     /// Where it is at a time, or where it was last (m).
-    pub(super) fn position_m(&self, t_s: f64) -> Point3<f64> {
+    pub(crate) fn position_m(&self, t_s: f64) -> Point3<f64> {
         let there_m = self.trajectory.position_m(t_s);
         there_m.unwrap_or_else(|| self.trajectory.last_m())
     }
@@ -91,7 +91,7 @@ pub(crate) struct Attached<'a> {
 
 impl<'a> Attached<'a> {
     /// The wake at a time (s).
-    pub(super) fn source(&self, obstacles: &Obstacles, t_s: f64) -> Source<'a> {
+    pub(crate) fn source(&self, obstacles: &Obstacles, t_s: f64) -> Source<'a> {
         let position_m = Point3::from(self.motion.at_m(t_s));
         let wake = &self.wake.wake;
         Source {
@@ -102,7 +102,7 @@ impl<'a> Attached<'a> {
     }
 
     /// Whether it surely reaches all of some heights (m) over a span of time, and whether it may reach one.
-    pub(super) fn reaches(
+    pub(crate) fn reaches(
         &self,
         obstacles: &Obstacles,
         heights_m: Span,
@@ -115,7 +115,7 @@ impl<'a> Attached<'a> {
 
 /// Whether a wake whose drone is in a box surely reaches all of some heights (m), and whether it may
 /// reach one.
-pub(super) fn reaches(
+pub(crate) fn reaches(
     wake: &BoundedWake,
     stops: &[u32],
     from_m: &Places,
@@ -130,12 +130,12 @@ pub(super) fn reaches(
 }
 
 /// Several speeds at one point as one (m/s).
-pub(super) fn superpose(how: Superposition, speeds_mps: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn superpose(how: Superposition, speeds_mps: impl Iterator<Item = f64>) -> f64 {
     how.finish(speeds_mps.fold(0.0, |so_far, speed_mps| how.gather(so_far, speed_mps)))
 }
 
 /// Smallest horizontal distance between two boxes (m).
-pub(super) fn level_gap_m(a: &Places, b: &Places) -> f64 {
+pub(crate) fn level_gap_m(a: &Places, b: &Places) -> f64 {
     let gap = |k: usize| (a.0[k] - b.1[k]).max(b.0[k] - a.1[k]).max(0.0);
     (gap(0) * gap(0) + gap(1) * gap(1)).sqrt()
 }

@@ -9,20 +9,20 @@ use super::{Found, Span};
 use crate::plan::{Violation, ViolationKind};
 
 /// The worst moment of a violation.
-pub(super) struct Worst {
+pub(crate) struct Worst {
     /// With whom or what.
-    pub(super) with: Option<String>,
+    pub(crate) with: Option<String>,
     /// Where the drone is (m).
-    pub(super) position_m: Point3<f64>,
+    pub(crate) position_m: Point3<f64>,
     /// In the unit of the check.
-    pub(super) value: f64,
+    pub(crate) value: f64,
     /// In the unit of the check.
-    pub(super) limit: f64,
+    pub(crate) limit: f64,
 }
 
 impl Scene<'_> {
     /// A violation by one flight over a span of time; open if it lasts into the rest after the last time.
-    pub(super) fn violation(
+    pub(crate) fn violation(
         &self,
         flight: &Flight,
         kind: ViolationKind,
@@ -45,7 +45,7 @@ impl Scene<'_> {
 }
 
 /// A contradiction of the plan as a whole (drone 0), or of one drone, at a time (s) and a place (m).
-pub(super) fn malformed(
+pub(crate) fn malformed(
     (index, drone): (usize, &str),
     why: String,
     (from_s, position_m): (f64, Point3<f64>),

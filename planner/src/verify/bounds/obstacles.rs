@@ -318,8 +318,8 @@ fn closed_outward(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<
         return None;
     }
     let corner = |k: u32| vertices_m[k as usize].coords;
-    let volumes6_m3 = (triangles.iter())
-        .map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c))));
+    let volumes6_m3 =
+        (triangles.iter()).map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c))));
     let inward = volumes6_m3.sum::<f64>() < 0.0;
     let turn = |&[a, b, c]: &[u32; 3]| if inward { [a, c, b] } else { [a, b, c] };
     Some(triangles.iter().map(turn).collect())

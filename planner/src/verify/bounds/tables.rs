@@ -137,12 +137,14 @@ impl NearTable {
         let rings = (off_axis_m / self.ring_m).min(RINGS as f64);
         let ring = (rings as usize).min(RINGS - 1);
         let beyond = rings - ring as f64;
-        self.layers[layers].iter().fold((0.0, 0.0), |so_far, layer| {
-            let ((inner, slope_per_m), (outer, _)) = (layer[ring], layer[ring + 1]);
-            // The highest speed beyond a radius falls with it; its chord lies within the margin of it.
-            let speed = inner + beyond * (outer - inner);
-            (speed.max(so_far.0), slope_per_m.max(so_far.1))
-        })
+        self.layers[layers]
+            .iter()
+            .fold((0.0, 0.0), |so_far, layer| {
+                let ((inner, slope_per_m), (outer, _)) = (layer[ring], layer[ring + 1]);
+                // The highest speed beyond a radius falls with it; its chord lies within the margin of it.
+                let speed = inner + beyond * (outer - inner);
+                (speed.max(so_far.0), slope_per_m.max(so_far.1))
+            })
     }
 }
 

@@ -2,7 +2,7 @@ use airflow::effects::{Buoyancy, Crossflow, Effects, ProfileTail, RotorCant, Wak
 use airflow::{Airframe, Jet, Wake};
 use nalgebra::Vector3;
 
-use crate::verify::wake_bound::BoundedWake;
+use crate::verify::bounds::wake::BoundedWake;
 
 const DEEPEST_M: f64 = 9.0;
 
@@ -75,11 +75,10 @@ fn the_speed_along_a_way_lies_within_the_bounds_of_a_moved_wake() {
             let half_m = 0.5 * length_m * towards.normalize();
             let (from_m, to_m) = (middle_m - half_m, middle_m + half_m);
             let places_m = (from_m.inf(&to_m), from_m.sup(&to_m));
-            let depths_m = (-places_m.1.z, -places_m.0.z);
-            let high_mps = bounded.high_mps(depths_m, 0.0, &places_m, &middle_m, 0.5 * length_m);
-            let change_mps = 0.5 * length_m * bounded.steepest_per_s(depths_m, 0.0, &places_m);
+            let high_mps = bounded.highest_along_mps(&places_m, 0.0, &middle_m, 0.5 * length_m);
+            let change_mps = 0.5 * length_m * bounded.steepest_per_s(&places_m, 0.0);
             let low_mps = wake.axial_speed_mps(middle_m) - change_mps;
-            let below = depths_m.0 > 0.0;
+            let below = places_m.1.z < 0.0;
             for k in 0..=16 {
                 let here_m = from_m + (to_m - from_m) * (f64::from(k) / 16.0);
                 let speed_mps = wake.axial_speed_mps(here_m);

@@ -303,12 +303,7 @@ struct Known {
 
 impl WakeCache {
     /// For air of a density (kg/m³), a jet, what a finding adds to it, and wakes down to a depth (m).
-    pub(crate) fn new(
-        density_kg_per_m3: f64,
-        jet: Jet,
-        flown: Flown,
-        deepest_m: f64,
-    ) -> WakeCache {
+    pub(crate) fn new(density_kg_per_m3: f64, jet: Jet, flown: Flown, deepest_m: f64) -> WakeCache {
         WakeCache {
             density_kg_per_m3,
             jet,

@@ -47,10 +47,8 @@ pub(crate) fn check(
             continue;
         }
         let u_h_mps = window.induced_velocity_mps;
-        own_energy_j += window.mass_kg
-            * airflow::GRAVITY_MPS2
-            * u_h_mps
-            * (window.span_s.1 - window.span_s.0);
+        own_energy_j +=
+            window.mass_kg * airflow::GRAVITY_MPS2 * u_h_mps * (window.span_s.1 - window.span_s.0);
         if window.is_calm() {
             continue;
         }
@@ -64,7 +62,10 @@ pub(crate) fn check(
                 });
             }
             let alpha = scene.flown.felt * mean_mps / u_h_mps;
-            [mean_mps, power::extra_power_w(window.mass_kg, u_h_mps, alpha)]
+            [
+                mean_mps,
+                power::extra_power_w(window.mass_kg, u_h_mps, alpha),
+            ]
         };
         let is_smooth = |span_s| window.is_smooth(span_s);
         let sums = integrate(window.span_s, DOSE_FLOOR * u_h_mps, &mut value, &is_smooth);

@@ -28,15 +28,19 @@ pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
     }
     let (min_m, max_m) = (scene.bounds_m.min.coords, scene.bounds_m.max.coords);
     // How far a box lies outside the bounds along any axis (m).
-    let beyond_m = |low_m: Vector3<f64>, high_m: Vector3<f64>| {
-        (min_m - low_m).sup(&(high_m - max_m)).max()
-    };
+    let beyond_m =
+        |low_m: Vector3<f64>, high_m: Vector3<f64>| (min_m - low_m).sup(&(high_m - max_m)).max();
     for motion in flight.trajectory.pieces().iter().map(|piece| &piece.motion) {
         let span_s = (motion.from_s, motion.until_s);
         let (speed_mps, most_mps) = (motion.max_speed_mps(), flight.max_speed_mps);
         let first_m = motion.at_m(span_s.0);
         if speed_mps > most_mps * (1.0 + SPEED_ROUNDING) {
-            report(ViolationKind::Speed, span_s, first_m.into(), (speed_mps, most_mps));
+            report(
+                ViolationKind::Speed,
+                span_s,
+                first_m.into(),
+                (speed_mps, most_mps),
+            );
         }
         let (low_m, high_m) = motion.box_m(span_s.0, span_s.1);
         let outside_m = beyond_m(low_m, high_m);
@@ -46,7 +50,12 @@ pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
             } else {
                 motion.at_m(span_s.1)
             };
-            report(ViolationKind::Bounds, span_s, worst_m.into(), (outside_m, 0.0));
+            report(
+                ViolationKind::Bounds,
+                span_s,
+                worst_m.into(),
+                (outside_m, 0.0),
+            );
         }
     }
     found

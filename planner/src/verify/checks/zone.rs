@@ -90,7 +90,10 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
     let mut downwash = emitted(scene);
     downwash.retain(|it| field.high_mps(it, &places_m, it.span_s()) > FAINTEST_WAKE_MPS);
     let spans_s: Vec<Span> = downwash.iter().map(Downwash::span_s).collect();
-    let mut cuts_s: Vec<f64> = spans_s.iter().flat_map(|span_s| [span_s.0, span_s.1]).collect();
+    let mut cuts_s: Vec<f64> = spans_s
+        .iter()
+        .flat_map(|span_s| [span_s.0, span_s.1])
+        .collect();
     cuts_s.push(scene.last_s.min(scene.horizon_s));
     cuts_s.sort_by(f64::total_cmp);
     cuts_s.dedup();
@@ -100,7 +103,9 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
     let mut worst: Vec<(Peak, usize)> = Vec::new();
     for (span_s, under_way) in between(&cuts_s, &spans_s) {
         let here: Vec<&Downwash<'_>> = under_way.iter().map(|&k| &downwash[k]).collect();
-        let steps = (fastest_mps(&here) * (span_s.1 - span_s.0) / STEP_PATH_M).ceil().max(1.0);
+        let steps = (fastest_mps(&here) * (span_s.1 - span_s.0) / STEP_PATH_M)
+            .ceil()
+            .max(1.0);
         let step_s = (span_s.1 - span_s.0) / steps;
         for k in 0..steps as usize {
             let from_s = span_s.0 + k as f64 * step_s;
@@ -200,7 +205,9 @@ impl Field<'_> {
         let along_mps = |wake: &Wake, from_m: &Places| {
             let floor_z_m = self.obstacles.floor_z_m;
             let wall = self.wall.as_ref();
-            wall.map_or(0.0, |wall| wall.highest_between_mps(wake, floor_z_m, from_m, places_m))
+            wall.map_or(0.0, |wall| {
+                wall.highest_between_mps(wake, floor_z_m, from_m, places_m)
+            })
         };
         match it {
             Downwash::Advected(advected, _) => {
@@ -226,8 +233,8 @@ impl Field<'_> {
                     return (0.0, along_mps);
                 }
                 let middle_s = 0.5 * (span_s.0 + span_s.1);
-                let half_path_m = motion.half_path_m(span_s.0, span_s.1)
-                    + 0.5 * (places_m.1 - places_m.0).norm();
+                let half_path_m =
+                    motion.half_path_m(span_s.0, span_s.1) + 0.5 * (places_m.1 - places_m.0).norm();
                 let middle_m = 0.5 * (places_m.0 + places_m.1) - motion.at_m(middle_s);
                 let off_axis_m = level_gap_m(&from_m, places_m);
                 let above_mps =

@@ -13,7 +13,6 @@
 //! and what arrives in between left at that moment.
 
 use airflow::Source;
-use nalgebra::Point3;
 
 use crate::plan::trajectory::Piece;
 use crate::verify::bounds::obstacles::Obstacles;
@@ -168,8 +167,7 @@ impl<'a> Advected<'a> {
             }
             let (low_m, high_m) = depths_m(piece, (from_s, until_s), heights_m);
             let extent_m = heights_m.1 - heights_m.0;
-            let spread_s =
-                self.lag_s(k, high_m) - self.lag_s(k, (high_m - extent_m).max(low_m));
+            let spread_s = self.lag_s(k, high_m) - self.lag_s(k, (high_m - extent_m).max(low_m));
             let arrival = Arrival {
                 span_s,
                 heights_m,

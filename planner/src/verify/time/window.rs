@@ -260,8 +260,7 @@ impl<'a> Window<'a> {
             .collect();
         let discs = &self.receiver.discs;
         let mut high_mps = 0.0;
-        for (points_m, weights) in
-            (discs.offsets_m.chunks(CHUNK)).zip(discs.weights.chunks(CHUNK))
+        for (points_m, weights) in (discs.offsets_m.chunks(CHUNK)).zip(discs.weights.chunks(CHUNK))
         {
             let mut gathered = [0.0; CHUNK];
             for from_one in &arriving {
@@ -350,7 +349,10 @@ impl<'a> Window<'a> {
     /// that is moved or advected, at most the half-width, for it may be narrower than the hover jet.
     pub(crate) fn is_smooth(&self, span_s: Span) -> bool {
         if self.is_advected() {
-            let mut arriving = self.advected.iter().flat_map(|it| self.arriving(it, span_s));
+            let mut arriving = self
+                .advected
+                .iter()
+                .flat_map(|it| self.arriving(it, span_s));
             return arriving.all(|(left, (low_m, high_m))| {
                 let half_width_m = left.wake.wake.half_width_m((-high_m.z).max(0.0));
                 (high_m - low_m).norm() <= half_width_m
