@@ -192,18 +192,13 @@ impl Passage<'_> {
     /// Highest axial speed (m/s), and steepest slope (1/s; 0 in the far field), at and beyond a level
     /// offset; a moved wake goes by the box of offsets instead.
     fn highest(&self, nearest_m: Vector2<f64>, places_m: &Places) -> (f64, f64) {
-        if self.is_calm {
-            return (0.0, 0.0);
-        }
+        let far_mps = (self.far.as_ref()).map_or(0.0, |far| far.highest_mps(nearest_m));
         let (speed, slope_per_m) = match (&self.bounded.bounds, &self.near) {
-            (Bounds::Moved { table, .. }, _) => table.highest(places_m),
-            (Bounds::Round { .. }, None) => (0.0, 0.0),
-            (Bounds::Round { .. }, Some((near, layers))) => {
-                near.highest(layers.clone(), nearest_m.norm())
-            }
+            (Bounds::Moved { table, .. }, _) if !self.is_calm => table.highest(places_m),
+            (_, Some((near, layers))) => near.highest(layers.clone(), nearest_m.norm()),
+            _ => return (far_mps, 0.0),
         };
         let unit_mps = self.bounded.unit_mps();
-        let far_mps = (self.far.as_ref()).map_or(0.0, |far| far.highest_mps(nearest_m));
         (far_mps.max(speed * unit_mps), slope_per_m * unit_mps)
     }
 
@@ -216,14 +211,12 @@ impl Passage<'_> {
         middle_m: &Vector3<f64>,
         half_path_m: f64,
     ) -> f64 {
-        if self.far.is_some() && self.near.is_none() {
-            return self.highest(nearest_m, places_m).0;
-        }
         let (speed_mps, slope_per_s) = self.highest(nearest_m, places_m);
         let change_mps = slope_per_s * half_path_m;
-        // A path so long that the slope tells no more than the table is not looked at; nor one through
-        // the rotor plane, where air begins.
-        if !self.starts_below || change_mps.is_nan() || change_mps >= speed_mps {
+        // The far field's bound is its own. A path so long that the slope tells no more than the table is
+        // not looked at; nor one through the rotor plane, where air begins.
+        let is_far = slope_per_s == 0.0 && self.near.is_none() && self.far.is_some();
+        if is_far || !self.starts_below || change_mps.is_nan() || change_mps >= speed_mps {
             return speed_mps;
         }
         let wake = &self.bounded.wake;

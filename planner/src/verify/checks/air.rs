@@ -76,13 +76,13 @@ pub(crate) fn check(
         met.extra_energy_percent = 100.0 * met.extra_energy_j / own_energy_j;
     }
     let everything_s = (f64::NEG_INFINITY, f64::INFINITY);
-    let worst = highest(&windows, seed, everything_s);
-    if let Some(worst) = worst.filter(|worst| worst.mean_mps > 0.0) {
+    let worst = highest(&windows, seed, everything_s).filter(|worst| worst.mean_mps > 0.0);
+    if let Some(worst) = worst {
         met.worst_air_mps = worst.mean_mps;
         met.worst_air_at_s = Some(worst.t_s);
         met.worst_air_from = strongest(scene, &windows, worst);
     }
-    let mut found = over_limit(scene, receiver, &windows, &mut met);
+    let mut found = over_limit(scene, (receiver, &windows), worst, &mut met);
     found.extend(column::check(scene, receiver, &windows));
     (found, met)
 }
@@ -121,11 +121,12 @@ fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Opti
     best
 }
 
-/// The spans over the drone's limit, each with its worst moment; adds up the time in `met`.
+/// The spans over the drone's limit, each with its worst moment, of which that of the whole flight is
+/// known; adds up the time in `met`.
 fn over_limit(
     scene: &Scene<'_>,
-    receiver: &Flight,
-    windows: &[Window<'_>],
+    (receiver, windows): (&Flight, &[Window<'_>]),
+    worst: Option<Moment>,
     met: &mut AirMet,
 ) -> Vec<Found> {
     let flown = &scene.flown;
@@ -144,7 +145,8 @@ fn over_limit(
     let mut found = Vec::new();
     for span_s in parts {
         met.time_over_limit_s += (span_s.1.min(scene.last_s) - span_s.0).max(0.0);
-        let Some(at) = highest(windows, None, span_s) else {
+        let known = worst.filter(|it| span_s.0 <= it.t_s && it.t_s <= span_s.1);
+        let Some(at) = known.or_else(|| highest(windows, None, span_s)) else {
             continue;
         };
         let window = &windows[at.window];
