@@ -95,7 +95,7 @@ impl<'a> Scene<'a> {
             lands,
             body_radius_m: drone.vehicle.body_radius_m,
             air_limit: drone.air_limit,
-            induced_velocity_mps: wake.wake.hover_velocity_mps() / self.flown.felt,
+            induced_velocity_mps: wake.wake.hover_velocity_mps() / self.flown.receiver_gain,
             tip_radius_m: airframe.tip_radius_m(),
             wake,
             discs,

@@ -109,10 +109,10 @@ impl NearTable {
         let u_h_mps = wake.induced_velocity_mps();
         for s in 0..=LAYERS * FINE {
             // Just below the rotor plane: at it the field jumps to zero.
-            let cut = wake.cut((s as f64 * samples.step_s_m).max(1e-6 * depth_m));
+            let section = wake.cross_section((s as f64 * samples.step_s_m).max(1e-6 * depth_m));
             for r_m in &samples.radii_m {
                 let around = (bearings.iter())
-                    .map(|(sin, cos)| cut.axial_speed_mps(r_m * cos, r_m * sin) / u_h_mps);
+                    .map(|(sin, cos)| section.axial_speed_mps(r_m * cos, r_m * sin) / u_h_mps);
                 samples.speeds.extend(around);
             }
         }

@@ -14,7 +14,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use airflow::effects::Flown;
-use airflow::{Airframe, Cut, DiscPoints, Jet, Wake};
+use airflow::{Airframe, CrossSection, DiscPoints, Jet, Wake};
 use nalgebra::{Vector2, Vector3};
 
 use super::tables::{MovedTable, NearTable};
@@ -185,7 +185,7 @@ pub(crate) struct Passage<'a> {
     far: Option<Far<'a>>,
     near: Option<(&'a NearTable, RangeInclusive<usize>)>,
     /// The level through the middle, made when first asked for.
-    middle: Option<Cut<'a>>,
+    middle: Option<CrossSection<'a>>,
 }
 
 impl Passage<'_> {
@@ -215,12 +215,12 @@ impl Passage<'_> {
         let change_mps = slope_per_s * half_path_m;
         // The far field's bound is its own. A path so long that the slope tells no more than the table is
         // not looked at; nor one through the rotor plane, where air begins.
-        let is_far = slope_per_s == 0.0 && self.near.is_none() && self.far.is_some();
+        let is_far = self.near.is_none() && self.far.is_some();
         if is_far || !self.starts_below || change_mps.is_nan() || change_mps >= speed_mps {
             return speed_mps;
         }
         let wake = &self.bounded.wake;
-        let middle = (self.middle).get_or_insert_with(|| wake.cut(-middle_m.z));
+        let middle = (self.middle).get_or_insert_with(|| wake.cross_section(-middle_m.z));
         speed_mps.min(middle.axial_speed_mps(middle_m.x, middle_m.y) + change_mps)
     }
 }
@@ -228,7 +228,7 @@ impl Passage<'_> {
 /// The far field's part of a range of depths.
 struct Far<'a> {
     top_m: f64,
-    bottom: Cut<'a>,
+    bottom: CrossSection<'a>,
     /// Centreline speed at the top over that at the bottom.
     ratio: f64,
 }
@@ -243,7 +243,7 @@ impl<'a> Far<'a> {
         };
         Far {
             top_m,
-            bottom: wake.cut(bottom_m),
+            bottom: wake.cross_section(bottom_m),
             ratio,
         }
     }

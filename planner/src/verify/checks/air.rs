@@ -61,7 +61,7 @@ pub(crate) fn check(
                     mean_mps,
                 });
             }
-            let alpha = scene.flown.felt * mean_mps / u_h_mps;
+            let alpha = scene.flown.receiver_gain * mean_mps / u_h_mps;
             [
                 mean_mps,
                 power::extra_power_w(window.mass_kg, u_h_mps, alpha),
@@ -133,7 +133,7 @@ fn over_limit(
     let mut parts = Vec::new();
     for window in windows.iter().filter(|window| !window.is_calm()) {
         let u_h_mps = window.induced_velocity_mps;
-        let most_mps = (receiver.air_limit + ALPHA_TOLERANCE) * (u_h_mps / flown.felt);
+        let most_mps = (receiver.air_limit + ALPHA_TOLERANCE) * (u_h_mps / flown.receiver_gain);
         let limit_mps = most_mps - flown.draught_mps;
         let worst_mps = met.worst_air_mps * (1.0 + WORST_TOLERANCE) + WORST_FLOOR * u_h_mps;
         if worst_mps > limit_mps {
@@ -154,7 +154,7 @@ fn over_limit(
         let worst = Worst {
             with: strongest(scene, windows, at),
             position_m: window.place_m(at.t_s),
-            value: air_mps * flown.felt / window.induced_velocity_mps,
+            value: air_mps * flown.receiver_gain / window.induced_velocity_mps,
             limit: receiver.air_limit,
         };
         found.push(scene.violation(receiver, ViolationKind::Air, span_s, worst));
