@@ -8,6 +8,7 @@ mod boundaries;
 mod calibration;
 mod commands;
 mod diagnosis;
+mod docs;
 mod endpoints;
 mod findings;
 mod hover;

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use assert_cmd::Command;
 
-fn root() -> &'static Path {
+pub(super) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
@@ -21,8 +21,7 @@ fn readme() -> String {
 }
 
 /// The fenced blocks of one language, without their fences.
-fn blocks(language: &str) -> Vec<String> {
-    let text = readme();
+pub(super) fn blocks(text: &str, language: &str) -> Vec<String> {
     let mut lines = text.lines();
     let mut found = Vec::new();
     let fence = format!("```{language}");
@@ -41,7 +40,7 @@ fn clone() -> tempfile::TempDir {
 }
 
 /// A folder with all that is in it.
-fn copy(from: &Path, to: &Path) {
+pub(super) fn copy(from: &Path, to: &Path) {
     fs::create_dir(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
         let entry = entry.unwrap();
@@ -69,7 +68,7 @@ fn without_wall_clock(text: &str) -> String {
 fn the_console_blocks_of_the_readme_are_what_the_command_prints() {
     let folder = clone();
     let mut runs = 0;
-    for block in blocks("console") {
+    for block in blocks(&readme(), "console") {
         for session in block.split("$ ").skip(1) {
             let (command, shown) = session.split_once('\n').unwrap_or((session, ""));
             let Some(arguments) = command.strip_prefix("cargo run --release -- ") else {
@@ -146,12 +145,12 @@ fn the_library_call_in_the_readme_is_the_example_of_the_planner_crate() {
         .take_while(|line| *line != "```")
         .collect();
     assert!(example.len() > 5, "planner/src/lib.rs has lost its example");
-    assert_eq!(blocks("rust"), [example.join("\n")]);
+    assert_eq!(blocks(&readme(), "rust"), [example.join("\n")]);
 }
 
 #[test]
 fn the_short_scenario_in_the_readme_is_read_without_complaint() {
-    let [short] = &blocks("ron")[..] else {
+    let [short] = &blocks(&readme(), "ron")[..] else {
         panic!("README.md has one scenario");
     };
     let no_files = |file: &str| Err(format!("there is no {file}"));
