@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
-use planner::plan::outcome::{Control, Effort, Outcome, WellFormed};
-use planner::plan::{IgnoringDownwash, Plan, Status};
+use planner::plan::outcome::{Control, Effort, Outcome};
+use planner::plan::{Plan, Status};
 use planner::scenario::world::World;
 use serde::Serialize;
 
@@ -20,7 +20,7 @@ use crate::plots;
 use crate::report::conflicts::{self, ConflictEntry};
 use crate::report::plan as report;
 use crate::report::well_formed::{self, WellFormedEntry};
-use crate::report::words;
+use crate::report::{Part, Report, words};
 use crate::{Answer, Format};
 
 #[derive(Args)]
@@ -62,20 +62,20 @@ struct Timing {
     expansions: u64,
     /// Drones whose path was taken back for another's.
     evictions: u64,
-    /// Steps that everybody took at once, where the floor is crowded.
+    /// PIBT rounds, where the floor is crowded.
     steps_together: u64,
 }
 
 /// What `--format json` prints.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Printed<'a> {
     /// `safe`, `partial`, `unsafe`, `blocked` or `stopped`.
     status: &'static str,
     plan: Option<&'a Plan>,
-    conflicts: &'a [ConflictEntry],
+    conflicts: Vec<ConflictEntry>,
     /// Whether any order of the fleet leads to a plan; `null` where that is not examined.
     well_formed: Option<WellFormedEntry<'a>>,
-    timing: Option<&'a Timing>,
+    timing: Option<Timing>,
     files: Vec<PathBuf>,
 }
 
@@ -88,47 +88,130 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         world.planning.seed = seed;
     }
     use_threads(arguments.jobs)?;
-    let out = OutFolder::prepare(
-        arguments
-            .out
-            .clone()
-            .unwrap_or_else(|| default_out(&arguments.scenario)),
-    )?;
+    let name = match arguments.scenario.file_stem() {
+        Some(stem) if !is_standard_input(&arguments.scenario) => stem.to_string_lossy(),
+        _ => "scenario".into(),
+    };
+    let out = OutFolder::of(arguments.out.as_deref(), &name)?;
     let watch = Watch::start(arguments.time_limit);
     let control = Control {
         stop: &|| watch.stop(),
         improve: &|| watch.improve(),
         progress: &|progress| watch.progress(progress),
     };
-    match planner::plan_world(&world, &control) {
-        Outcome::Planned {
-            plan,
-            conflicts,
-            well_formed,
-            effort,
-        } => {
-            let durations = watch.finish();
-            let conflicts = conflicts::describe_all(&conflicts, &world);
-            deliver(
-                arguments.format,
-                &out,
-                &plan,
-                &conflicts,
-                &durations,
-                (effort, well_formed.as_ref()),
-            )
-        }
-        Outcome::Blocked { conflicts } => {
-            out.abandon();
-            let conflicts = conflicts::describe_all(&conflicts, &world);
-            let contrast = planner::contrast(&world, &control);
-            watch.finish();
-            blocked(arguments.format, &world, &conflicts, contrast.as_ref())
-        }
-        Outcome::Stopped => {
-            out.abandon();
-            watch.finish();
-            stopped(arguments.format)
+    let outcome = planner::plan_world(&world, &control);
+    if let Outcome::Planned {
+        plan,
+        conflicts,
+        well_formed,
+        effort,
+    } = outcome
+    {
+        let durations = watch.finish();
+        let known = well_formed.as_ref();
+        let report = report::report(&plan, &durations, known, effort.improved_s());
+        let mut printed = Printed {
+            status: plan.status.as_str(),
+            plan: Some(&plan),
+            conflicts: conflicts::describe_all(&conflicts, &world),
+            well_formed: known.map(|known| well_formed::describe(known, &plan)),
+            timing: Some(Timing::of(&durations, &effort)),
+            files: Vec::new(),
+        };
+        let texts = vec![
+            ("plan.json".to_owned(), files::json(&plan)),
+            ("timing.json".to_owned(), files::json(&printed.timing)),
+            ("plan.svg".to_owned(), plots::plan::draw(&plan)),
+        ];
+        printed.files = files::write_below(&out.path, texts)?;
+        say(arguments.format, &printed, &report, reasons(&plan))?;
+        return Ok(Answer::from(
+            plan.status == Status::Safe && plan.unplanned.is_empty() && plan.violations.is_empty(),
+        ));
+    }
+    // No plan can be safe, or there was no time for one: nothing is written.
+    out.abandon();
+    let mut printed = Printed {
+        status: "stopped",
+        ..Printed::default()
+    };
+    let mut report = Report::default();
+    let mut errors = Vec::new();
+    if let Outcome::Blocked { conflicts } = outcome {
+        printed.status = "blocked";
+        printed.conflicts = conflicts::describe_all(&conflicts, &world);
+        let pairs = words::count(conflicts.len(), "pair", "pairs");
+        report.title = format!(
+            "{}: no plan can be safe, {pairs} at the start exclude one another",
+            world.name
+        );
+        let contrast = match planner::contrast(&world, &control) {
+            Some(contrast) => report::contrast(Some(&contrast)),
+            None => "Ignoring downwash: no plan either.".into(),
+        };
+        report.section("", vec![Part::Line(contrast)]);
+    } else {
+        errors.push(vec![
+            "stopped before there was any plan; nothing is written".to_owned(),
+            "help: allow more time".to_owned(),
+        ]);
+    }
+    watch.finish();
+    say(arguments.format, &printed, &report, errors)?;
+    Ok(Answer::No)
+}
+
+/// Prints an answer; then on standard error its conflicts and every other error, each with its lines.
+fn say(
+    format: Format,
+    printed: &Printed,
+    report: &Report,
+    errors: Vec<Vec<String>>,
+) -> Result<(), Failure> {
+    answer(&match format {
+        Format::Json => files::json_with_plan_inside(printed),
+        Format::Text => report.text() + &words::wrote(&printed.files),
+    })?;
+    let conflicts = printed.conflicts.iter().map(ConflictEntry::lines);
+    let errors: Vec<Vec<String>> = conflicts.chain(errors).collect();
+    for lines in &errors {
+        tell_error(&lines[0], &lines[1..]);
+    }
+    if errors.iter().flatten().any(|line| line.contains("alpha ")) {
+        tell(
+            "note: alpha is the mean downwash over a drone's rotor discs divided by its own induced velocity at hover",
+        );
+    }
+    Ok(())
+}
+
+/// Why drones stay, and what the verifier found.
+fn reasons(plan: &Plan) -> Vec<Vec<String>> {
+    let unplanned = plan.unplanned.iter().map(|entry| {
+        let reason = format!("no safe path for `{}`: {}", entry.name, entry.reason);
+        reason.lines().map(str::to_owned).collect()
+    });
+    let found = |found| {
+        vec![format!(
+            "the plan fails its check: {}",
+            words::violation(found)
+        )]
+    };
+    unplanned.chain(plan.violations.iter().map(found)).collect()
+}
+
+impl Timing {
+    fn of(durations: &Durations, effort: &Effort) -> Timing {
+        Timing {
+            planning_time_s: durations.planning.as_secs_f64(),
+            verification_time_s: durations.verification.as_secs_f64(),
+            ignoring_downwash_time_s: durations.ignoring_downwash.as_secs_f64(),
+            peak_memory_bytes: peak_memory_bytes(),
+            threads: rayon::current_num_threads(),
+            searches: effort.searches,
+            expansions: effort.expansions,
+            evictions: effort.evictions,
+            steps_together: effort.rounds,
         }
     }
 }
@@ -153,14 +236,6 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
     }
     // Beyond what a clock can count is as good as no limit.
     Ok(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX))
-}
-
-fn default_out(scenario: &Path) -> PathBuf {
-    let name = match scenario.file_stem() {
-        Some(stem) if !is_standard_input(scenario) => stem.to_owned(),
-        _ => "scenario".into(),
-    };
-    Path::new("out").join(name)
 }
 
 fn is_standard_input(scenario: &Path) -> bool {
@@ -203,122 +278,4 @@ pub(crate) fn read_text(
         let colour = problems::colour_on_stderr();
         Failure::Scenario(problems::draw(&found, name, text, colour))
     })
-}
-
-/// Writes the files, prints the report and every reason for a no.
-fn deliver(
-    format: Format,
-    out: &OutFolder,
-    plan: &Plan,
-    conflicts: &[ConflictEntry],
-    durations: &Durations,
-    (effort, well_formed): (Effort, Option<&WellFormed>),
-) -> Result<Answer, Failure> {
-    let timing = Timing {
-        planning_time_s: durations.planning.as_secs_f64(),
-        verification_time_s: durations.verification.as_secs_f64(),
-        ignoring_downwash_time_s: durations.ignoring_downwash.as_secs_f64(),
-        peak_memory_bytes: peak_memory_bytes(),
-        threads: rayon::current_num_threads(),
-        searches: effort.searches,
-        expansions: effort.expansions,
-        evictions: effort.evictions,
-        steps_together: effort.rounds,
-    };
-    let written = [
-        ("plan.json", files::json(plan)),
-        ("timing.json", files::json(&timing)),
-        ("plan.svg", plots::plan::draw(plan)),
-    ]
-    .map(|(name, text)| (out.path.join(name), text));
-    files::write(&written)?;
-    match format {
-        Format::Json => answer(&files::json_with_plan_inside(&Printed {
-            status: plan.status.as_str(),
-            plan: Some(plan),
-            conflicts,
-            well_formed: well_formed.map(|known| well_formed::describe(known, plan)),
-            timing: Some(&timing),
-            files: written.iter().map(|(path, _)| path.clone()).collect(),
-        }))?,
-        Format::Text => {
-            let wrote = format!(
-                "\nwrote {}  timing.json  plan.svg\n",
-                written[0].0.display()
-            );
-            answer(
-                &(report::report(plan, durations, well_formed, effort.improved_s()).text()
-                    + &wrote),
-            )?;
-        }
-    }
-    conflicts::print(conflicts);
-    for left_out in &plan.unplanned {
-        let mut reason = left_out.reason.lines();
-        let what = format!(
-            "no safe path for `{}`: {}",
-            left_out.name,
-            reason.next().unwrap_or("no reason known")
-        );
-        tell_error(&what, &reason.map(str::to_owned).collect::<Vec<_>>());
-    }
-    for found in &plan.violations {
-        tell_error(
-            &format!("the plan fails its check: {}", words::violation(found)),
-            &[],
-        );
-    }
-    Ok(Answer::from(
-        plan.status == Status::Safe && plan.unplanned.is_empty() && plan.violations.is_empty(),
-    ))
-}
-
-/// No plan can be safe; what can be said is said, and nothing is written.
-fn blocked(
-    format: Format,
-    world: &World,
-    conflicts: &[ConflictEntry],
-    ignoring: Option<&IgnoringDownwash>,
-) -> Result<Answer, Failure> {
-    match format {
-        Format::Json => answer(&files::json_with_plan_inside(&Printed {
-            status: "blocked",
-            plan: None,
-            conflicts,
-            well_formed: None,
-            timing: None,
-            files: Vec::new(),
-        }))?,
-        Format::Text => {
-            let contrast = match ignoring {
-                Some(contrast) => report::contrast(Some(contrast)),
-                None => "Ignoring downwash: no plan either.".into(),
-            };
-            answer(&format!(
-                "{}: no plan can be safe, {} at the start exclude one another\n  {contrast}\n",
-                world.name,
-                words::count(conflicts.len(), "pair", "pairs")
-            ))?;
-        }
-    }
-    conflicts::print(conflicts);
-    Ok(Answer::No)
-}
-
-fn stopped(format: Format) -> Result<Answer, Failure> {
-    if format == Format::Json {
-        answer(&files::json(&Printed {
-            status: "stopped",
-            plan: None,
-            conflicts: &[],
-            well_formed: None,
-            timing: None,
-            files: Vec::new(),
-        }))?;
-    }
-    tell_error(
-        "stopped before there was any plan; nothing is written",
-        &["help: allow more time".into()],
-    );
-    Ok(Answer::No)
 }

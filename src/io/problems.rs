@@ -1,11 +1,11 @@
-//! Problems of a scenario, drawn beside its text for a person at a terminal.
+//! Problems of scenarios, drawn beside their text, and the list of any file's problems, for a person at a terminal.
 
 use std::io::IsTerminal;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use planner::scenario::Problem;
 
-/// Most problems drawn of one file. Chosen here: two screens' worth; nobody mends more at once.
+/// Most problems drawn at once. Chosen here: two screens' worth.
 const MOST_DRAWN: usize = 40;
 
 /// Whether standard error takes colour: a terminal, and `NO_COLOR` unset or empty.
@@ -16,37 +16,48 @@ pub(crate) fn colour_on_stderr() -> bool {
 
 /// All problems of the file at `path`, whose contents are `text`, and a last line that counts them.
 pub(crate) fn draw(problems: &[Problem], path: &str, text: &str, colour: bool) -> String {
-    let renderer = if colour {
-        Renderer::styled()
-    } else {
-        Renderer::plain()
-    };
+    let groups = problems.iter().map(|problem| group(problem, path, text));
+    listed(groups, problems.len(), colour) + &format!("{path}: {}\n", counted(problems.len()))
+}
+
+/// The first of so many, one below the other, and how many more there are.
+pub(crate) fn listed<'a>(
+    groups: impl Iterator<Item = Group<'a>>,
+    count: usize,
+    colour: bool,
+) -> String {
+    let renderer = renderer(colour);
     let mut drawn = String::new();
-    for problem in problems.iter().take(MOST_DRAWN) {
-        drawn.push_str(&renderer.render(&[group(problem, path, text)]));
-        drawn.push_str("\n\n");
+    for group in groups.take(MOST_DRAWN) {
+        drawn += &renderer.render(&[group]);
+        drawn += "\n\n";
     }
-    let count = problems.len();
     if count > MOST_DRAWN {
-        drawn.push_str(&format!("... and {} more\n\n", count - MOST_DRAWN));
+        drawn += &format!("... and {} more\n\n", count - MOST_DRAWN);
     }
-    let word = if count == 1 { "error" } else { "errors" };
-    drawn.push_str(&format!("{path}: {count} {word}\n"));
     drawn
+}
+
+/// `1 error`, `3 errors`.
+pub(crate) fn counted(errors: usize) -> String {
+    format!("{errors} {}", if errors == 1 { "error" } else { "errors" })
 }
 
 /// Notes on a scenario that is in order.
 pub(crate) fn draw_notes(notes: &[String], colour: bool) -> String {
-    let renderer = if colour {
-        Renderer::styled()
-    } else {
-        Renderer::plain()
-    };
+    let renderer = renderer(colour);
     let note = |note: &String| {
         let group = Group::with_title(Level::NOTE.primary_title(note.as_str()));
         renderer.render(&[group]) + "\n"
     };
     notes.iter().map(note).collect()
+}
+
+fn renderer(colour: bool) -> Renderer {
+    match colour {
+        true => Renderer::styled(),
+        false => Renderer::plain(),
+    }
 }
 
 fn group<'a>(problem: &'a Problem, path: &'a str, text: &'a str) -> Group<'a> {

@@ -5,14 +5,14 @@ use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use annotate_snippets::{Group, Level, Renderer};
+use annotate_snippets::{Group, Level};
 use diagnosis::record::problem::{Problem, Problems};
 use diagnosis::record::read::{self, Campaign};
 use diagnosis::record::recording::Recording;
 use rayon::prelude::*;
 
-use crate::io::failure::Failure;
-use crate::io::problems::colour_on_stderr;
+use super::failure::Failure;
+use super::problems::{colour_on_stderr, counted, listed};
 
 /// What makes a folder a `downwash-recording/1`.
 const META: &str = "meta.json";
@@ -24,9 +24,6 @@ const PARENTS: usize = 2;
 const FLIGHTS: &str = "flights";
 /// Endings of flight logs, with what may pack them.
 const ENDINGS: [&str; 4] = [".csv.gz", ".csv", ".ulg.gz", ".ulg"];
-/// Most problems printed. Chosen here: two screens' worth; nobody mends more at once.
-const MOST_PRINTED: usize = 40;
-
 /// Reads every recording at `paths`, sorted by name: folders with a meta.json; flight logs, alone or in a folder, with the campaign
 /// file `meta`, or the campaign.ron beside or above them.
 pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Recording>, Failure> {
@@ -34,25 +31,26 @@ pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Rec
     for path in paths {
         find(path, &mut sources)?;
     }
-    sources.sort_by(|a, b| (a.name(), a.path()).cmp(&(b.name(), b.path())));
-    sources.dedup_by(|a, b| a.path() == b.path() && a.name() == b.name());
+    sources.sort();
+    sources.dedup();
     let campaigns = campaigns(&sources, meta)?;
-    let read: Vec<Result<Recording, Failed>> = sources
-        .par_iter()
-        .map(|source| source.read(&campaigns))
-        .collect();
+    let read = |source: &Source| {
+        let key = source.campaign_key(meta);
+        source.read(key.and_then(|key| campaigns.get(&key)))
+    };
+    let read: Vec<Result<Result<Recording, Problems>, Failure>> =
+        sources.par_iter().map(read).collect();
     let mut recordings = Vec::with_capacity(read.len());
     let mut problems = Vec::new();
     for one in read {
-        match one {
+        match one? {
             Ok(recording) => recordings.push(recording),
-            Err(Failed::Disk(failure)) => return Err(failure),
-            Err(Failed::Recording(Problems(more))) => problems.extend(more),
+            Err(Problems(more)) => problems.extend(more),
         }
     }
-    match problems.as_slice() {
-        [] => Ok(recordings),
-        _ => Err(Failure::Recordings(drawn(&problems, colour_on_stderr()))),
+    match problems.is_empty() {
+        true => Ok(recordings),
+        false => Err(refused(Problems(problems))),
     }
 }
 
@@ -65,26 +63,24 @@ pub(crate) fn name_of(paths: &[PathBuf], recording: &str) -> String {
     folder.unwrap_or_else(|| recording.to_owned())
 }
 
-/// What one recording is read from.
-#[derive(Debug)]
-enum Source {
-    /// A folder with a meta.json.
-    Folder(PathBuf),
-    /// A flight log.
-    Flight(PathBuf),
-    /// Tables that `ulog2csv` made of one log.
-    Tables {
-        /// The folder that they are in.
-        folder: PathBuf,
-        /// What their names begin with: the log's name.
-        log: String,
-    },
+/// What one recording is read from; in the order of names.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Source {
+    /// Of the recording.
+    name: String,
+    /// The log, or the folder that its tables are in.
+    path: PathBuf,
+    kind: Kind,
 }
 
-/// Why one recording was not read.
-enum Failed {
-    Disk(Failure),
-    Recording(Problems),
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    /// A folder with a meta.json.
+    Folder,
+    /// A flight log.
+    Log,
+    /// Tables that `ulog2csv` made of one log, whose name theirs begin with.
+    Tables,
 }
 
 /// Campaign files by the folder that they were found for; one for all under the empty path.
@@ -92,20 +88,15 @@ type Campaigns = BTreeMap<PathBuf, Campaign>;
 
 /// Adds what is at `path`: a recording, a flight, or a folder of either.
 fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), Failure> {
-    let kind = fs::metadata(path).map_err(Failure::read(path))?;
-    if !kind.is_dir() {
-        if stem(path).is_none() {
-            return Err(unusable(
-                path,
-                "is no flight log",
-                "logs end in .csv, .csv.gz or .ulg",
-            ));
-        }
-        sources.push(Source::Flight(path.to_owned()));
+    let of = fs::metadata(path).map_err(Failure::read(path))?;
+    if !of.is_dir() {
+        let log = Source::log(path.to_owned());
+        let help = "logs end in .csv, .csv.gz or .ulg";
+        sources.push(log.ok_or_else(|| unusable(path, "is no flight log", help))?);
         return Ok(());
     }
     if path.join(META).is_file() {
-        sources.push(Source::Folder(path.to_owned()));
+        sources.push(Source::folder(path.to_owned()));
         return Ok(());
     }
     let flights = path.join(FLIGHTS);
@@ -115,14 +106,15 @@ fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), Failure> {
     let logs = logs_of_tables(&entries);
     for entry in entries {
         if entry.join(META).is_file() {
-            sources.push(Source::Folder(entry));
-        } else if entry.is_file() && stem(&entry).is_some() && !is_of(&entry, &logs) {
-            sources.push(Source::Flight(entry));
+            sources.push(Source::folder(entry));
+        } else if entry.is_file() && !is_of(&entry, &logs) {
+            sources.extend(Source::log(entry));
         }
     }
-    sources.extend(logs.into_iter().map(|log| Source::Tables {
-        folder: folder.to_owned(),
-        log,
+    sources.extend(logs.into_iter().map(|name| Source {
+        name,
+        path: folder.to_owned(),
+        kind: Kind::Tables,
     }));
     if sources.len() == before {
         let help = "a recording is a folder with a meta.json, a flight log (.csv, .csv.gz, .ulg), or a folder of either";
@@ -166,35 +158,22 @@ fn is_of(path: &Path, logs: &[String]) -> bool {
     logs.iter().any(of)
 }
 
-/// The name of a flight log without its ending; `None` where it ends otherwise.
-fn stem(path: &Path) -> Option<&str> {
-    let name = path.file_name()?.to_str()?;
-    let stem = ENDINGS.iter().find_map(|ending| name.strip_suffix(ending));
-    stem.filter(|stem| !stem.is_empty() && !stem.starts_with('.'))
-}
-
 fn unusable(path: &Path, message: &str, help: &str) -> Failure {
-    let problem = Problem {
+    refused(Problems(vec![Problem {
         file: path.display().to_string(),
         line: None,
         field: None,
         message: message.to_owned(),
         help: Some(help.to_owned()),
-    };
-    Failure::Recordings(drawn(&[problem], colour_on_stderr()))
+    }]))
 }
 
 /// Reads every campaign file that the flights need, each once.
 fn campaigns(sources: &[Source], meta: Option<&Path>) -> Result<Campaigns, Failure> {
     let mut campaigns = Campaigns::new();
-    let flights = sources
-        .iter()
-        .filter_map(|source| Some((source.path(), source.folder()?)));
-    let mut problems = Vec::new();
-    for (flight, folder) in flights {
-        let folder = match meta {
-            Some(_) => PathBuf::new(),
-            None => folder,
+    for source in sources {
+        let Some(folder) = source.campaign_key(meta) else {
+            continue;
         };
         if campaigns.contains_key(&folder) {
             continue;
@@ -205,140 +184,97 @@ fn campaigns(sources: &[Source], meta: Option<&Path>) -> Result<Campaigns, Failu
                 let help = format!(
                     "name one with --meta, or put a {CAMPAIGN} beside it or up to {PARENTS} folders above; recordings/README.md says what it holds"
                 );
-                unusable(flight, "has no campaign file", &help)
+                unusable(&source.path, "has no campaign file", &help)
             })?,
         };
         let text = fs::read_to_string(&file).map_err(Failure::read(&file))?;
-        match Campaign::parse(&file.display().to_string(), &text) {
-            Ok(campaign) => {
-                campaigns.insert(folder, campaign);
-            }
-            Err(Problems(more)) => {
-                problems.extend(more);
-                break;
-            }
-        }
+        let campaign = Campaign::parse(&file.display().to_string(), &text).map_err(refused)?;
+        campaigns.insert(folder, campaign);
     }
-    match problems.as_slice() {
-        [] => Ok(campaigns),
-        _ => Err(Failure::Recordings(drawn(&problems, colour_on_stderr()))),
-    }
+    Ok(campaigns)
 }
 
 /// The campaign file of a folder: in it or in one of its parents.
 fn beside(folder: &Path) -> Option<PathBuf> {
     // Parents of a relative path end where the path does; the disk knows further.
-    let folder = fs::canonicalize(if folder.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        folder
-    });
+    let folder = match folder.as_os_str().is_empty() {
+        true => fs::canonicalize("."),
+        false => fs::canonicalize(folder),
+    };
     let folder = folder.ok()?;
-    let candidates = folder
-        .ancestors()
-        .take(1 + PARENTS)
-        .map(|up| up.join(CAMPAIGN));
-    candidates.into_iter().find(|file| file.is_file())
+    let mut candidates = folder.ancestors().take(1 + PARENTS);
+    candidates.find_map(|up| Some(up.join(CAMPAIGN)).filter(|file| file.is_file()))
 }
 
 impl Source {
-    fn path(&self) -> &Path {
-        match self {
-            Source::Folder(path) | Source::Flight(path) | Source::Tables { folder: path, .. } => {
-                path
-            }
+    fn folder(path: PathBuf) -> Source {
+        let whole = fs::canonicalize(&path).unwrap_or_else(|_| path.clone());
+        let name = whole.file_name().unwrap_or_default();
+        Source {
+            name: name.to_string_lossy().into_owned(),
+            path,
+            kind: Kind::Folder,
         }
     }
 
-    /// The folder for which a campaign file is looked for; `None` where none is needed.
-    fn folder(&self) -> Option<PathBuf> {
-        match self {
-            Source::Folder(_) => None,
-            Source::Flight(path) => Some(path.parent().map(Path::to_owned).unwrap_or_default()),
-            Source::Tables { folder, .. } => Some(folder.clone()),
+    /// `None` where the file's name does not end as logs do.
+    fn log(path: PathBuf) -> Option<Source> {
+        let file = path.file_name()?.to_str()?;
+        let stem = ENDINGS.iter().find_map(|ending| file.strip_suffix(ending));
+        let stem = stem.filter(|stem| !stem.is_empty() && !stem.starts_with('.'))?;
+        Some(Source {
+            name: stem.to_owned(),
+            kind: Kind::Log,
+            path,
+        })
+    }
+
+    /// The folder for which its campaign file is looked for: the empty path for `meta`; `None` where it needs none.
+    fn campaign_key(&self, meta: Option<&Path>) -> Option<PathBuf> {
+        match (&self.kind, meta) {
+            (Kind::Folder, _) => None,
+            (_, Some(_)) => Some(PathBuf::new()),
+            (Kind::Log, None) => Some(self.path.parent().map(Path::to_owned).unwrap_or_default()),
+            (Kind::Tables, None) => Some(self.path.clone()),
         }
     }
 
-    fn name(&self) -> String {
-        match self {
-            Source::Folder(path) => {
-                let path = fs::canonicalize(path).unwrap_or_else(|_| path.clone());
-                path.file_name()
-                    .map(|name| name.to_string_lossy().into_owned())
-                    .unwrap_or_default()
-            }
-            Source::Flight(path) => stem(path).unwrap_or_default().to_owned(),
-            Source::Tables { log, .. } => log.clone(),
+    /// Its problems, or what the disk refused.
+    fn read(&self, campaign: Option<&Campaign>) -> Result<Result<Recording, Problems>, Failure> {
+        let campaign = || campaign.expect("`campaigns` has read one for every flight");
+        let name = &self.name;
+        if self.kind == Kind::Log {
+            let bytes = bytes(&self.path)?;
+            let file = self.path.display().to_string();
+            let read = match file.trim_end_matches(".gz").ends_with(".ulg") {
+                true => read::read_ulog,
+                false => read::read_flight,
+            };
+            return Ok(read(name, &file, &bytes, campaign()));
         }
-    }
-
-    fn read(&self, campaigns: &Campaigns) -> Result<Recording, Failed> {
-        match self {
-            Source::Folder(folder) => read_folder(&self.name(), folder),
-            Source::Flight(path) => {
-                let bytes = bytes(path).map_err(Failed::Disk)?;
-                let file = path.display().to_string();
-                let read = if is_ulog(path) {
-                    read::read_ulog
-                } else {
-                    read::read_flight
-                };
-                read(&self.name(), &file, &bytes, self.campaign(campaigns))
-                    .map_err(Failed::Recording)
-            }
-            Source::Tables { folder, log } => {
-                let files = tables(folder, log)?;
-                read::read_ulog_tables(log, &files, self.campaign(campaigns))
-                    .map_err(|problems| below(folder, problems))
-            }
-        }
-    }
-
-    fn campaign<'c>(&self, campaigns: &'c Campaigns) -> &'c Campaign {
-        let all = campaigns.get(Path::new(""));
-        all.or_else(|| campaigns.get(&self.folder()?))
-            .expect("`campaigns` has read one for every flight")
-    }
-}
-
-fn is_ulog(path: &Path) -> bool {
-    let name = path
-        .file_name()
-        .map(|name| name.to_string_lossy().into_owned());
-    name.is_some_and(|name| name.trim_end_matches(".gz").ends_with(".ulg"))
-}
-
-/// The tables of one log that are read, by name.
-fn tables(folder: &Path, log: &str) -> Result<BTreeMap<String, Vec<u8>>, Failed> {
-    let mut files = BTreeMap::new();
-    for path in entries(folder).map_err(Failed::Disk)? {
-        let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
-            continue;
+        let is_wanted = |file: &str| match self.kind {
+            Kind::Tables => read::table_name(file).is_some_and(|(of, _, _)| of == name),
+            _ => read::FOLDER_FILES.contains(&file),
         };
-        if read::table_name(name).is_some_and(|(of, _, _)| of == log) {
-            files.insert(name.to_owned(), bytes(&path).map_err(Failed::Disk)?);
+        let mut files = BTreeMap::new();
+        for path in entries(&self.path)? {
+            let file = path.file_name().and_then(|file| file.to_str());
+            if let Some(file) = file.filter(|file| is_wanted(file) && path.is_file()) {
+                files.insert(file.to_owned(), bytes(&path)?);
+            }
         }
+        let read = match self.kind {
+            Kind::Tables => read::read_ulog_tables(name, &files, campaign()),
+            _ => read::read_folder(name, &files),
+        };
+        // Files are named as they lie on the disk.
+        Ok(read.map_err(|Problems(mut problems)| {
+            for problem in &mut problems {
+                problem.file = self.path.join(&problem.file).display().to_string();
+            }
+            Problems(problems)
+        }))
     }
-    Ok(files)
-}
-
-/// Problems whose files are named as they lie on the disk.
-fn below(folder: &Path, Problems(mut problems): Problems) -> Failed {
-    for problem in &mut problems {
-        problem.file = folder.join(&problem.file).display().to_string();
-    }
-    Failed::Recording(Problems(problems))
-}
-
-fn read_folder(name: &str, folder: &Path) -> Result<Recording, Failed> {
-    let mut files = BTreeMap::new();
-    for file in read::FOLDER_FILES {
-        let path = folder.join(file);
-        if path.is_file() {
-            files.insert(file.to_owned(), bytes(&path).map_err(Failed::Disk)?);
-        }
-    }
-    read::read_folder(name, &files).map_err(|problems| below(folder, problems))
 }
 
 /// The bytes of a file, unpacked where its name ends in `.gz`.
@@ -354,30 +290,18 @@ fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
-/// Problems one below the other, with their ways out, and a last line that counts them.
-fn drawn(problems: &[Problem], colour: bool) -> String {
-    let renderer = if colour {
-        Renderer::styled()
-    } else {
-        Renderer::plain()
-    };
-    let mut drawn = String::new();
-    for problem in problems.iter().take(MOST_PRINTED) {
-        let title = problem.to_string();
-        let mut group = Group::with_title(Level::ERROR.primary_title(title.as_str()));
-        if let Some(help) = &problem.help {
-            group = group.element(Level::HELP.message(help.as_str()));
+/// Problems one below the other, with their helps, and a last line that counts them.
+fn refused(Problems(problems): Problems) -> Failure {
+    let titles: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    let groups = problems.iter().zip(&titles).map(|(problem, title)| {
+        let group = Group::with_title(Level::ERROR.primary_title(title.as_str()));
+        match &problem.help {
+            Some(help) => group.element(Level::HELP.message(help.as_str())),
+            None => group,
         }
-        drawn.push_str(&renderer.render(&[group]));
-        drawn.push_str("\n\n");
-    }
-    let count = problems.len();
-    if count > MOST_PRINTED {
-        drawn.push_str(&format!("... and {} more\n\n", count - MOST_PRINTED));
-    }
-    let word = if count == 1 { "error" } else { "errors" };
-    drawn.push_str(&format!("{count} {word}\n"));
-    drawn
+    });
+    let drawn = listed(groups, problems.len(), colour_on_stderr());
+    Failure::Recordings(drawn + &counted(problems.len()) + "\n")
 }
 
 #[cfg(test)]

@@ -37,17 +37,17 @@ pub(crate) struct Durations {
 }
 
 struct Phases {
-    now: Phase,
+    now: Part,
     since: Instant,
     spent: Durations,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    Planning,
-    Verification,
-    IgnoringDownwash,
-}
+/// Where the time of a part of a run is added up.
+type Part = fn(&mut Durations) -> &mut Duration;
+
+const PLANNING: Part = |spent| &mut spent.planning;
+const VERIFICATION: Part = |spent| &mut spent.verification;
+const IGNORING_DOWNWASH: Part = |spent| &mut spent.ignoring_downwash;
 
 impl Watch {
     /// Starts the clock. The first interrupt asks the planner to stop, the second ends the process.
@@ -68,7 +68,7 @@ impl Watch {
             bar: ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden()),
             bar_shown: Once::new(),
             phases: Mutex::new(Phases {
-                now: Phase::Planning,
+                now: PLANNING,
                 since: started,
                 spent: Durations::default(),
             }),
@@ -94,11 +94,9 @@ impl Watch {
     /// Takes what the planner tells.
     pub(crate) fn progress(&self, progress: Progress) {
         self.enter(match progress {
-            Progress::Preparing | Progress::Searching { .. } | Progress::Improving => {
-                Phase::Planning
-            }
-            Progress::Verifying => Phase::Verification,
-            Progress::IgnoringDownwash => Phase::IgnoringDownwash,
+            Progress::Verifying => VERIFICATION,
+            Progress::IgnoringDownwash => IGNORING_DOWNWASH,
+            _ => PLANNING,
         });
         if self.started.elapsed() >= SHOW_PROGRESS_AFTER {
             self.show(progress);
@@ -108,19 +106,15 @@ impl Watch {
     /// Ends the last phase and takes the bar away.
     pub(crate) fn finish(&self) -> Durations {
         self.bar.finish_and_clear();
-        self.enter(Phase::Planning);
+        self.enter(PLANNING);
         self.phases().spent
     }
 
-    fn enter(&self, next: Phase) {
+    fn enter(&self, next: Part) {
         let mut phases = self.phases();
         let now = Instant::now();
-        let spent = now - phases.since;
-        match phases.now {
-            Phase::Planning => phases.spent.planning += spent,
-            Phase::Verification => phases.spent.verification += spent,
-            Phase::IgnoringDownwash => phases.spent.ignoring_downwash += spent,
-        }
+        let passed = now - phases.since;
+        *(phases.now)(&mut phases.spent) += passed;
         (phases.now, phases.since) = (next, now);
     }
 
@@ -151,7 +145,7 @@ impl Watch {
                 self.bar.set_position(planned as u64);
                 format!("{planned} of {drones} drones have a path, {evictions} taken back")
             }
-            Progress::Improving => "looking for better ways in the time that is left".into(),
+            Progress::Improving => "improving the plan in the time that is left (LNS)".into(),
             Progress::Verifying => "verifying".into(),
             Progress::IgnoringDownwash => "planning once more, ignoring downwash".into(),
         };

@@ -5,13 +5,12 @@ use planner::plan::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion}
 use planner::scenario::world::{Drone, World};
 use serde::Serialize;
 
-use crate::io::failure::tell_error;
 use crate::report::words::{decimal, place};
 
 /// One conflict, ready to print or to hand on as JSON.
 #[derive(Debug, PartialEq, Serialize)]
 pub(crate) struct ConflictEntry {
-    /// Who suffers.
+    /// The one exposed.
     drone: String,
     /// Who or what is in the way.
     with: String,
@@ -35,16 +34,14 @@ pub(crate) fn describe_all(conflicts: &[EndpointConflict], world: &World) -> Vec
         .collect()
 }
 
-/// Prints one error per conflict on standard error.
-pub(crate) fn print(entries: &[ConflictEntry]) {
-    for entry in entries {
-        tell_error(
-            &entry.message,
-            &[
-                format!("    {}", entry.detail),
-                format!("help: {}", entry.help),
-            ],
-        );
+impl ConflictEntry {
+    /// As an error: what, where both are, the way out.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        vec![
+            self.message.clone(),
+            format!("    {}", self.detail),
+            format!("help: {}", self.help),
+        ]
     }
 }
 
@@ -90,12 +87,14 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
         } => (
             format!("`{name}` {verb} in the downwash of `{with}`"),
             format!(
-                "{at} is {below}: {air_mps:.1} m/s of air, alpha {alpha:.2}, its limit is {limit:.2}"
+                "{at} is {below}: {air_mps:.1} m/s of downwash, alpha {alpha:.2}, its limit is {limit:.2}"
             ),
         ),
         Exclusion::Zone { air_mps, limit_mps } => (
             format!("`{name}` {verb} above zone `{with}`"),
-            format!("{at} blows up to {air_mps:.1} m/s into it, its limit is {limit_mps:.1} m/s"),
+            format!(
+                "{at}: its downwash there reaches {air_mps:.1} m/s, the limit is {limit_mps:.1} m/s"
+            ),
         ),
     };
     let fix = conflict.nearest_fix_m.map(|to| step(name, &here, &to));
@@ -188,7 +187,7 @@ mod tests {
         assert_eq!(entry.message, "`k4` starts in the downwash of `m1`");
         assert_eq!(
             entry.detail,
-            "k4 (5, 6, 1) is 4.0 m below m1 and 0.3 m off its axis: 4.6 m/s of air, alpha 0.62, its limit is 0.30"
+            "k4 (5, 6, 1) is 4.0 m below m1 and 0.3 m off its axis: 4.6 m/s of downwash, alpha 0.62, its limit is 0.30"
         );
         assert_eq!(
             entry.help,
