@@ -9,4 +9,3 @@ pub(crate) mod well_formed;
 pub(crate) mod words;
 
 pub(crate) use sections::{Figure, Part, Report};
-pub(crate) use tools::table::Table;

@@ -15,6 +15,7 @@ use tools::bench::machine::Machine;
 use tools::bench::row::{Row, Run};
 use tools::bench::{apart, table};
 use tools::instances::Floor;
+use tools::table::joined;
 
 use super::plan::{read_text, seconds, use_threads};
 use crate::io::failure::{Failure, answer};
@@ -194,12 +195,11 @@ impl Arguments {
 
     /// The command that does this again.
     fn command(&self, any: Option<&Instance>) -> String {
-        let places: Vec<&str> = self.places.iter().map(|place| place.name()).collect();
         let mut words = vec![
             "plan bench".to_owned(),
-            places.join(" "),
-            format!("--drones {}", table::listed(&self.drones)),
-            format!("--seeds {}", table::listed(&self.seeds)),
+            joined(self.places.iter().map(|place| place.name()), " "),
+            format!("--drones {}", joined(&self.drones, ",")),
+            format!("--seeds {}", joined(&self.seeds, ",")),
         ];
         words.extend(any.into_iter().flat_map(Instance::options));
         words.join(" ")

@@ -61,15 +61,12 @@ fn part(part: &Part) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tools::table::Table;
 
     #[test]
     fn the_same_value_is_text_in_columns_and_a_page_with_its_texts_escaped() {
         let rows = vec![vec!["<depth>".into()], vec!["a & b".into(), "12".into()]];
-        let table = Table::new("lr", "where | n", rows);
         let mut report = Report::new("a<b".into(), "c".into());
-        let on_screen = 2;
-        report.section("Here", vec![Part::Table { table, on_screen }]);
+        report.section("Here", vec![Part::table("lr", "where | n", rows)]);
         report.section("Nothing", Vec::new());
         assert_eq!(
             report.text(),

@@ -5,8 +5,8 @@ use planner::plan::outcome::WellFormed;
 use planner::plan::{DronePlan, IgnoringDownwash, Plan};
 
 use super::well_formed;
-use super::words::{count, decimal, tally};
-use super::{Part, Report, Table};
+use super::words::{count, decimal, joined, tally};
+use super::{Part, Report};
 use crate::io::watch::Durations;
 
 /// Fleets up to this size are listed whole; it fits on a screen or two.
@@ -36,16 +36,14 @@ pub(crate) fn report(
 /// "warehouse: 12 drones (8 kolibri, 4 offboard-1), 30 x 20 x 8 m, 9 obstacles"
 fn heading(plan: &Plan) -> String {
     let airframes = plan.drones.iter().map(|drone| &drone.airframe.name);
-    let kinds: Vec<String> = tally(airframes)
-        .iter()
-        .map(|(kind, number)| format!("{number} {kind}"))
-        .collect();
+    let kinds = tally(airframes).into_iter();
+    let kinds = kinds.map(|(kind, number)| format!("{number} {kind}"));
     let size = plan.bounds_m.max - plan.bounds_m.min;
     let mut text = format!(
         "{}: {} ({}), {} x {} x {} m",
         plan.scenario,
         count(plan.drones.len(), "drone", "drones"),
-        kinds.join(", "),
+        joined(kinds, ", "),
         decimal(size.x),
         decimal(size.y),
         decimal(size.z)
@@ -69,9 +67,8 @@ fn table(plan: &Plan) -> Vec<Part> {
         true => stays(drone),
         false => row(drone),
     };
-    let rows: Vec<Vec<String>> = listed.iter().map(row).collect();
     let headings = "drone | arrives | waits | detour | worst downwash | extra energy";
-    let mut parts = vec![Part::table(Table::new("lrrrlr", headings, rows))];
+    let mut parts = vec![Part::table("lrrrlr", headings, listed.iter().map(row))];
     let hidden = plan.drones.len() - listed.len();
     if hidden > 0 {
         parts.push(Part::Line(format!(

@@ -47,11 +47,27 @@ pub(crate) enum Part {
 }
 
 impl Part {
-    /// Shown whole.
-    pub(crate) fn table(table: Table) -> Part {
+    pub(crate) fn line(text: impl Into<String>) -> Part {
+        Part::Line(text.into())
+    }
+
+    /// See [`Table::new`]; shown whole.
+    pub(crate) fn table(
+        alignment: &str,
+        headings: &str,
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) -> Part {
         Part::Table {
-            table,
+            table: Table::new(alignment, headings, rows),
             on_screen: usize::MAX,
+        }
+    }
+
+    /// With so many of its rows at a terminal.
+    pub(crate) fn shortened(self, on_screen: usize) -> Part {
+        match self {
+            Part::Table { table, .. } => Part::Table { table, on_screen },
+            other => other,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use diagnosis::forward::simulate::Channel;
 use nalgebra::Point3;
 use planner::plan::{Violation, ViolationKind};
-pub(crate) use tools::table::{count, figures};
+pub(crate) use tools::table::{count, figures, joined};
 
 /// `(5, 6.25, 1)`: metres to the centimetre, without idle zeros.
 pub(crate) fn place(point: &Point3<f64>) -> String {
@@ -80,8 +80,7 @@ pub(crate) fn tally<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<(T, u
 
 /// Each once, joined by commas, in the order in which they come.
 pub(crate) fn each_once<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let names = tally(names).into_iter().map(|(name, _)| name);
-    names.collect::<Vec<_>>().join(", ")
+    joined(tally(names).into_iter().map(|(name, _)| name), ", ")
 }
 
 /// Text as XML and HTML have it.

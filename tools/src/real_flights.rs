@@ -4,7 +4,7 @@ use diagnosis::campaign::CampaignFinding;
 use diagnosis::campaign::hardware::HardwareRow;
 use diagnosis::infer::finding::{Effect, Estimate};
 
-use crate::table::{Table, count, figures};
+use crate::table::{Table, count, figures, joined};
 
 /// A folder of published flights, and the campaign file that ships with what their logs leave unsaid.
 pub struct Set {
@@ -133,13 +133,9 @@ fn in_words(effect: &Effect) -> String {
         let [value, low, high] = [estimate.value, estimate.low, estimate.high].map(figures);
         format!("{name} {value} ({low} to {high})")
     };
-    let numbers: Vec<String> = effect.parameters.iter().map(number).collect();
-    let or: String = effect
-        .alternatives
-        .iter()
-        .map(|name| format!(" or {name}"))
-        .collect();
-    format!("`{}`{or}: {}", effect.name, numbers.join(", "))
+    let numbers = joined(effect.parameters.iter().map(number), ", ");
+    let or = effect.alternatives.iter().map(|name| format!(" or {name}"));
+    format!("`{}`{}: {numbers}", effect.name, joined(or, ""))
 }
 
 fn milli(newton: f64) -> String {

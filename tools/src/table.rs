@@ -21,7 +21,11 @@ pub struct Table {
 impl Table {
     /// Headings are parted by bars; `alignment` has a letter for each, `l` or `r`, as a `tabular` of LaTeX.
     #[must_use]
-    pub fn new(alignment: &str, headings: &str, rows: Vec<Vec<String>>) -> Table {
+    pub fn new(
+        alignment: &str,
+        headings: &str,
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) -> Table {
         let column = |(heading, letter): (&str, char)| Column {
             heading: heading.trim().to_owned(),
             is_right: letter == 'r',
@@ -29,7 +33,7 @@ impl Table {
         let headings = headings.split('|').zip(alignment.chars());
         Table {
             columns: headings.map(column).collect(),
-            rows,
+            rows: rows.into_iter().collect(),
         }
     }
 
@@ -64,6 +68,13 @@ pub fn figures(value: f64) -> String {
         true => text,
         false => "0".into(),
     }
+}
+
+/// Words with the same between each two.
+#[must_use]
+pub fn joined<T: ToString>(words: impl IntoIterator<Item = T>, between: &str) -> String {
+    let words: Vec<String> = words.into_iter().map(|word| word.to_string()).collect();
+    words.join(between)
 }
 
 /// `1 drone`, `5 drones`, `2 drones fly` from a count and the words for one and for many.

@@ -2,59 +2,28 @@
 
 use diagnosis::calibrate::{Calibration, Dropped, Estimate, Interval, ResidualTest, Unit, Verdict};
 
-use crate::report::words::{count, decimal};
-use crate::report::{Figure, Part, Report, Table};
+use crate::report::words::{count, decimal, joined};
+use crate::report::{Figure, Part, Report};
 
 /// What was found, how well it is known, and what it was found from.
 pub(super) fn report(name: &str, found: &Calibration, figures: Vec<Figure>) -> Report {
-    let goodness = &found.goodness;
     let mut report = Report::new(format!("{name}: the jet, calibrated"), what(found));
     // The expansion comes first.
     let mut figures = figures.into_iter().map(Part::Figure);
     let mut parts = vec![
-        Part::table(constants(found)),
+        constants(found),
         Part::List(about_the_constants(found)),
-        Part::Line(format!("{}: {}.", verdict(found), goodness.sentence)),
+        Part::Line(format!("{}: {}.", verdict(found), found.goodness.sentence)),
     ];
     parts.extend(figures.next());
     report.section("", parts);
-    let mut parts = vec![Part::table(drones(found))];
+    let mut parts = vec![drones(found)];
     parts.extend(figures);
     report.section("Drone by drone", parts);
-    if found.drones.iter().any(|drone| !drone.in_fit) {
-        report.section(
-            "Canted drones beside the fit",
-            vec![
-                Part::Line("Measured minus the jet of the others, over the centreline speed, by distance over half-width xi.".into()),
-                Part::table(departures(found)),
-            ],
-        );
-    }
-    let standing = goodness.regions.iter().filter(|region| region.significant);
-    report.section(
-        "Where the jet is off",
-        vec![
-            Part::Line(format!(
-                "The rms misfit of the cells is {:.4} U_C; {} of {} regions stand out.",
-                goodness.rms_over_centreline,
-                standing.count(),
-                goodness.regions.len()
-            )),
-            Part::Table {
-                table: regions(found),
-                on_screen: 0,
-            },
-        ],
-    );
-    report.section(
-        "The paper's residual test",
-        vec![
-            Part::Line("Is the mean of eps = (predicted - measured)/U_C above 0 in an interval of xi? One-sided t test at 5 %, first as the paper has it, then with the samples that count as independent and Holm's correction for the number of rows.".into()),
-            Part::table(tests(found)),
-            Part::List(found.residual_tests.caveats.clone()),
-        ],
-    );
-    let mut parts = vec![Part::table(counts(found))];
+    report.section("Canted drones beside the fit", departures(found));
+    report.section("Where the jet is off", regions(found));
+    report.section("The paper's residual test", tests(found));
+    let mut parts = vec![counts(found)];
     if !found.caveats.is_empty() {
         parts.push(Part::List(found.caveats.clone()));
     }
@@ -94,10 +63,20 @@ fn verdict(found: &Calibration) -> &'static str {
 }
 
 /// B, S and s₀ with their intervals beside the paper's.
-fn constants(found: &Calibration) -> Table {
-    let paper = airflow::Jet::default();
-    let jet = &found.jet;
-    let row = |name: &str, estimate: &Estimate, digits: usize, paper: f64| {
+fn constants(found: &Calibration) -> Part {
+    let (paper, jet) = (airflow::Jet::default(), &found.jet);
+    let rows = [
+        (
+            "B, centreline: U_C/U_H = B/(s/l - s0)",
+            (&jet.centreline, paper.centreline, 3),
+        ),
+        (
+            "S, spreading: r_half/l = S (s/l - s0)",
+            (&jet.spreading, paper.spreading, 5),
+        ),
+        ("s0, virtual origin (l)", (&jet.origin, paper.origin, 3)),
+    ];
+    let row = |(name, (estimate, paper, digits)): (&str, (&Estimate, f64, usize))| {
         let Interval { low, high } = estimate.interval;
         vec![
             name.to_owned(),
@@ -106,40 +85,21 @@ fn constants(found: &Calibration) -> Table {
             format!("{paper:.digits$}"),
         ]
     };
-    Table::new(
-        "lrrr",
-        " | value | 95 % interval | the paper's",
-        vec![
-            row(
-                "B, centreline: U_C/U_H = B/(s/l - s0)",
-                &jet.centreline,
-                3,
-                paper.centreline,
-            ),
-            row(
-                "S, spreading: r_half/l = S (s/l - s0)",
-                &jet.spreading,
-                5,
-                paper.spreading,
-            ),
-            row("s0, virtual origin (l)", &jet.origin, 3, paper.origin),
-        ],
-    )
+    let headings = " | value | 95 % interval | the paper's";
+    Part::table("lrrr", headings, rows.map(row))
 }
 
 /// How the intervals were made and what they do not know.
 fn about_the_constants(found: &Calibration) -> Vec<String> {
     let jet = &found.jet;
+    let block = jet.resampling.block_s;
+    let block = block.map(|block_s| format!(" of {block_s:.0} s or more"));
     let drawn = match jet.resampling.unit {
         Unit::Flight => format!("{} whole flights", jet.resampling.units),
         Unit::Block => format!(
             "{} blocks of time{}, too few flights for whole ones; the probe's stated accuracy is added",
             jet.resampling.units,
-            jet.resampling
-                .block_s
-                .map_or(String::new(), |block_s| format!(
-                    " of {block_s:.0} s or more"
-                ))
+            joined(block, "")
         ),
     };
     let Interval { low, high } = jet.centreline_if_one_gain;
@@ -161,90 +121,88 @@ fn about_the_constants(found: &Calibration) -> Vec<String> {
 }
 
 /// One row an airframe.
-fn drones(found: &Calibration) -> Table {
-    let rows = found
-        .drones
-        .iter()
-        .map(|drone| {
-            let slices = drone
-                .profiles
-                .iter()
-                .filter(|profile| profile.fit.is_some())
-                .count();
-            let merge = match &drone.lobes_merge_s_over_l {
-                Some(merge) => format!("{:.2} to {:.2} l", merge.low, merge.high),
-                None => "not seen".to_owned(),
-            };
-            vec![
-                format!(
-                    "{}{}",
-                    drone.airframe,
-                    if drone.in_fit {
-                        ""
-                    } else {
-                        " (beside the fit)"
-                    }
-                ),
-                format!("{:.2}", drone.induced_velocity_mps),
-                format!("{:.3}", drone.motor_distance_m),
-                drone.flights.to_string(),
-                drone.samples.to_string(),
-                slices.to_string(),
-                merge,
-            ]
-        })
-        .collect();
-    Table::new(
-        "lrrrrrr",
-        "airframe | U_H m/s | l m | flights | readings | slices | lobes merge",
-        rows,
-    )
+fn drones(found: &Calibration) -> Part {
+    let rows = found.drones.iter().map(|drone| {
+        let slices = drone.profiles.iter().filter(|slice| slice.fit.is_some());
+        let merge = match &drone.lobes_merge_s_over_l {
+            Some(merge) => format!("{:.2} to {:.2} l", merge.low, merge.high),
+            None => "not seen".to_owned(),
+        };
+        let beside = if drone.in_fit {
+            ""
+        } else {
+            " (beside the fit)"
+        };
+        vec![
+            format!("{}{beside}", drone.airframe),
+            format!("{:.2}", drone.induced_velocity_mps),
+            format!("{:.3}", drone.motor_distance_m),
+            drone.flights.to_string(),
+            drone.samples.to_string(),
+            slices.count().to_string(),
+            merge,
+        ]
+    });
+    let headings = "airframe | U_H m/s | l m | flights | readings | slices | lobes merge";
+    Part::table("lrrrrrr", headings, rows)
 }
 
-/// Canted drones against the jet of the others.
-fn departures(found: &Calibration) -> Table {
+/// Canted drones against the jet of the others; empty where there are none.
+fn departures(found: &Calibration) -> Vec<Part> {
     let mut rows = Vec::new();
     for drone in found.drones.iter().filter(|drone| !drone.in_fit) {
         rows.push(vec![drone.airframe.clone()]);
-        for departure in &drone.departures {
-            rows.push(vec![
+        rows.extend(drone.departures.iter().map(|departure| {
+            vec![
                 format!("  xi {} to {}", departure.xi_from, departure.xi_to),
                 departure.cells.to_string(),
                 format!("{:+.3}", departure.mean),
                 format!("{:.3}", departure.deviation),
-            ]);
-        }
+            ]
+        }));
     }
-    Table::new("lrrr", " | cells | mean / U_C | deviation / U_C", rows)
+    if rows.is_empty() {
+        return Vec::new();
+    }
+    let headings = " | cells | mean / U_C | deviation / U_C";
+    vec![
+        Part::line(
+            "Measured minus the jet of the others, over the centreline speed, by distance over half-width xi.",
+        ),
+        Part::table("lrrr", headings, rows),
+    ]
 }
 
 /// Mean misfit by region.
-fn regions(found: &Calibration) -> Table {
-    let rows = found
-        .goodness
-        .regions
-        .iter()
-        .map(|region| {
-            vec![
-                format!(
-                    "xi {} to {}, s/l {} to {}",
-                    bound(region.xi_from),
-                    bound(region.xi_to),
-                    bound(region.s_from),
-                    bound(region.s_to)
-                ),
-                region.cells.to_string(),
-                format!("{:+.4}", region.mean),
-                format!("{:+.2}", region.t),
-                if region.significant { "yes" } else { "no" }.to_owned(),
-            ]
-        })
-        .collect();
-    Table::new(
-        "lrrrr",
-        "measured - fitted, over U_C | cells | mean | t | stands out",
-        rows,
-    )
+fn regions(found: &Calibration) -> Vec<Part> {
+    let goodness = &found.goodness;
+    let rows = goodness.regions.iter().map(|region| {
+        let [xi_from, xi_to] = [region.xi_from, region.xi_to].map(bound);
+        let [s_from, s_to] = [region.s_from, region.s_to].map(bound);
+        vec![
+            format!("xi {xi_from} to {xi_to}, s/l {s_from} to {s_to}"),
+            region.cells.to_string(),
+            format!("{:+.4}", region.mean),
+            format!("{:+.2}", region.t),
+            yes(region.significant),
+        ]
+    });
+    let standing = goodness.regions.iter().filter(|region| region.significant);
+    let misfit = format!(
+        "The rms misfit of the cells is {:.4} U_C; {} of {} regions stand out.",
+        goodness.rms_over_centreline,
+        standing.count(),
+        goodness.regions.len()
+    );
+    let headings = "measured - fitted, over U_C | cells | mean | t | stands out";
+    vec![
+        Part::Line(misfit),
+        Part::table("lrrrr", headings, rows).shortened(0),
+    ]
+}
+
+fn yes(answer: bool) -> String {
+    if answer { "yes" } else { "no" }.to_owned()
 }
 
 /// An end of an interval; `any` where it has none.
@@ -255,34 +213,31 @@ fn bound(value: f64) -> String {
     }
 }
 
-/// Both forms of the paper's test.
-fn tests(found: &Calibration) -> Table {
-    let mut rows = Vec::new();
-    let forms: [(&str, &[ResidualTest]); 2] = [
-        (
-            "through the observation operator",
-            &found.residual_tests.through_operator,
-        ),
+/// The paper's test in both forms.
+fn tests(found: &Calibration) -> Vec<Part> {
+    let tests = &found.residual_tests;
+    let forms = [
+        ("through the observation operator", &tests.through_operator),
         (
             "as the paper does: a scalar ambient speed subtracted",
-            &found.residual_tests.scalar_subtracted,
+            &tests.scalar_subtracted,
         ),
     ];
-    for (heading, tests) in forms {
-        rows.push(vec![heading.to_owned()]);
-        for test in tests {
-            rows.push(row(test));
-        }
-    }
-    Table::new(
-        "lrrrrrrrrrr",
-        "xi | n | n eff | mean | deviation | t | p-value | above 0 | p-value eff, Holm | still | p-value normal",
-        rows,
-    )
+    let rows = forms.into_iter().flat_map(|(heading, tests)| {
+        let heading = std::iter::once(vec![heading.to_owned()]);
+        heading.chain(tests.iter().map(row))
+    });
+    let headings = "xi | n | n eff | mean | deviation | t | p-value | above 0 | p-value eff, Holm | still | p-value normal";
+    vec![
+        Part::line(
+            "Is the mean of eps = (predicted - measured)/U_C above 0 in an interval of xi? One-sided t test at 5 %, first as the paper has it, then with the samples that count as independent and Holm's correction for the number of rows.",
+        ),
+        Part::table("lrrrrrrrrrr", headings, rows),
+        Part::List(tests.caveats.clone()),
+    ]
 }
 
 fn row(test: &ResidualTest) -> Vec<String> {
-    let yes = |answer: bool| if answer { "yes" } else { "no" }.to_owned();
     vec![
         format!("  {} to {}", bound(test.xi_from), bound(test.xi_to)),
         test.n.to_string(),
@@ -307,14 +262,9 @@ fn probability(p: f64) -> String {
 }
 
 /// Readings used and dropped, and why.
-fn counts(found: &Calibration) -> Table {
+fn counts(found: &Calibration) -> Part {
     let counts = &found.counts;
-    let mut rows = vec![
-        vec!["read".to_owned(), counts.read.to_string()],
-        vec!["used, far field".to_owned(), counts.far.to_string()],
-        vec!["used, near field".to_owned(), counts.near.to_string()],
-    ];
-    for dropped in &counts.dropped {
+    let dropped = counts.dropped.iter().map(|dropped| {
         let why = match dropped.reason {
             Dropped::NotAReading => "not a speed",
             Dropped::NoTrack => "no track at that time",
@@ -325,10 +275,14 @@ fn counts(found: &Calibration) -> Table {
             Dropped::NearFloor => "too near the floor",
             Dropped::FarOut => "further out than is compared",
         };
-        rows.push(vec![
-            format!("left out: {why}"),
-            dropped.samples.to_string(),
-        ]);
-    }
-    Table::new("lr", "readings | count", rows)
+        (format!("left out: {why}"), dropped.samples)
+    });
+    let used = [
+        ("read".to_owned(), counts.read),
+        ("used, far field".to_owned(), counts.far),
+        ("used, near field".to_owned(), counts.near),
+    ];
+    let row = |(what, samples): (String, usize)| vec![what, samples.to_string()];
+    let rows = used.into_iter().chain(dropped).map(row);
+    Part::table("lr", "readings | count", rows)
 }

@@ -16,8 +16,8 @@ use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
 use crate::io::recordings;
 use crate::plots;
-use crate::report::words::wrote;
-use crate::report::{Part, Report, Table};
+use crate::report::words::{joined, wrote};
+use crate::report::{Part, Report};
 use crate::{Answer, Format};
 
 /// What only several flights can say, beside their finding.
@@ -110,7 +110,7 @@ fn report(name: &str, found: &CampaignFinding, options: &CampaignOptions) -> Rep
             "Where" => section.parts.extend(located(found)),
             "What" => section.parts.extend(taken(found)),
             "Fit" => {
-                section.parts.push(Part::table(skills(&found.skills)));
+                section.parts.push(skills(&found.skills));
                 section.parts.extend(found.curves.iter().map(curve));
             }
             "Runners-up" => section.parts.extend(left(found)),
@@ -133,30 +133,22 @@ fn located(found: &CampaignFinding) -> Option<Part> {
 
 /// In which order, and what else was tried in each place.
 fn taken(found: &CampaignFinding) -> Option<Part> {
-    let row = |taken: &diagnosis::campaign::diagnose::Taken| {
-        let rivals = taken.rivals.iter().take(2);
-        let rivals: Vec<String> = rivals
-            .map(|(name, gain, error)| format!("{name} {gain:.0} +- {error:.0}"))
-            .collect();
+    let rival =
+        |(name, gain, error): &(String, f64, f64)| format!("{name} {gain:.0} +- {error:.0}");
+    let rows = found.taken.iter().map(|taken| {
         vec![
             taken.name.clone(),
             format!("{:.0}", taken.gain),
             format!("{:.0}", taken.gain_error),
-            rivals.join(", "),
+            joined(taken.rivals.iter().take(2).map(rival), ", "),
         ]
-    };
-    let rows: Vec<Vec<String>> = found.taken.iter().map(row).collect();
-    (!rows.is_empty()).then(|| {
-        Part::table(Table::new(
-            "lrrl",
-            "taken in this order | gain | +- | in its place",
-            rows,
-        ))
-    })
+    });
+    let headings = "taken in this order | gain | +- | in its place";
+    (!found.taken.is_empty()).then(|| Part::table("lrrl", headings, rows))
 }
 
-fn skills(skills: &[Skill]) -> Table {
-    let row = |skill: &Skill| {
+fn skills(skills: &[Skill]) -> Part {
+    let rows = skills.iter().map(|skill| {
         let [low, after, high] = skill.rms_after_n.map(newton);
         let [r2_low, r2, r2_high] = skill.r2_after;
         vec![
@@ -168,35 +160,28 @@ fn skills(skills: &[Skill]) -> Table {
             format!("{:.2}", skill.r2_before),
             format!("{r2:.2} ({r2_low:.2} to {r2_high:.2})"),
         ]
-    };
-    Table::new(
-        "lrrrrrr",
-        "flights held out whole | rows | flights | rms before | after (95 %) | R2 before | after (95 %)",
-        skills.iter().map(row).collect(),
-    )
+    });
+    let headings = "flights held out whole | rows | flights | rms before | after (95 %) | R2 before | after (95 %)";
+    Part::table("lrrrrrr", headings, rows)
 }
 
 /// For the page alone.
 fn curve(curve: &Curve) -> Part {
     let rows = (0..curve.bins.len()).map(|i| {
         let [from, to] = curve.bins[i];
-        vec![
-            format!("{from:.2} to {to:.2}"),
-            curve.rows[i].to_string(),
-            newton(curve.recorded_n[i]),
-            newton(curve.before_n[i]),
-            newton(curve.after_n[i]),
-            newton(curve.error_n[i]),
-        ]
+        let forces = [
+            &curve.recorded_n,
+            &curve.before_n,
+            &curve.after_n,
+            &curve.error_n,
+        ];
+        let mut cells = vec![format!("{from:.2} to {to:.2}"), curve.rows[i].to_string()];
+        cells.extend(forces.map(|force_n| newton(force_n[i])));
+        cells
     });
-    let headings = format!(
-        "{} | rows | recorded | before | after | +-",
-        curve.along.replace('|', "/")
-    );
-    Part::Table {
-        table: Table::new("lrrrrr", &headings, rows.collect()),
-        on_screen: 0,
-    }
+    let along = curve.along.replace('|', "/");
+    let headings = format!("{along} | rows | recorded | before | after | +-");
+    Part::table("lrrrrr", &headings, rows).shortened(0)
 }
 
 fn newton(force_n: f64) -> String {
@@ -205,22 +190,17 @@ fn newton(force_n: f64) -> String {
 
 /// What was not taken, and what is left.
 fn left(found: &CampaignFinding) -> Vec<Part> {
-    let mut lines = Vec::new();
-    if let Some((name, gain, error)) = &found.next {
-        lines.push(format!(
-            "Runner-up: {name} would gain {gain:.0} +- {error:.0} more, which is too little or rests on too few flights."
-        ));
-    }
-    let [before, left] = found.flexible_gain;
-    lines.push(match left > 2.5 * found.flexible_gain_error {
+    let next = found.next.iter().map(|(name, gain, error)| {
+        format!("Runner-up: {name} would gain {gain:.0} +- {error:.0} more, which is too little or rests on too few flights.")
+    });
+    let ([before, left], error) = (found.flexible_gain, found.flexible_gain_error);
+    let flexible = match left > 2.5 * error {
         true => format!(
-            "Any function of the covariates (regression trees) gains {left:.0} +- {:.0} more in flights that it has not seen: there is more, without a name here.",
-            found.flexible_gain_error
+            "Any function of the covariates (regression trees) gains {left:.0} +- {error:.0} more in flights that it has not seen: there is more, without a name here."
         ),
         false => format!(
-            "Any function of the covariates (regression trees) gains {before:.0} on the simulation as it is, and nothing on what is left ({left:.0} +- {:.0}).",
-            found.flexible_gain_error
+            "Any function of the covariates (regression trees) gains {before:.0} on the simulation as it is, and nothing on what is left ({left:.0} +- {error:.0})."
         ),
-    });
-    lines.into_iter().map(Part::Line).collect()
+    };
+    next.chain([flexible]).map(Part::Line).collect()
 }

@@ -8,7 +8,7 @@ use super::Arguments;
 use crate::io::failure::{Failure, answer};
 use crate::io::files;
 use crate::report::words::count;
-use crate::report::{Part, Report, Table};
+use crate::report::{Part, Report};
 use crate::{Answer, Format};
 
 #[derive(Serialize)]
@@ -83,12 +83,12 @@ fn report(rows: &[HardwareRow], read: usize) -> Report {
     report.section(
         "",
         vec![
-            Part::table(Table::new(
+            Part::table(
                 "lrrrrrl",
                 "flight | M1 | M2 | M3 | M4 | p-value | what has changed",
-                rows.iter().map(row).collect(),
-            )),
-            Part::Line("M1 to M4: voltage of each motor over that of normal flights; p-value: of a normal flight that far out".into()),
+                rows.iter().map(row),
+            ),
+            Part::line("M1 to M4: voltage of each motor over that of normal flights; p-value: of a normal flight that far out"),
         ],
     );
     report

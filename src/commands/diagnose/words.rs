@@ -1,13 +1,15 @@
 //! Findings as people read them: where, what, how surely, and what to do next.
 
+use std::collections::BTreeSet;
+
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::candidates::Kind;
-use diagnosis::infer::finding::{Effect, Finding, HeldOut, Ranked, Smallest, Verdict};
+use diagnosis::infer::finding::{Effect, Finding, HeldOut, Ranked, Verdict};
 use diagnosis::infer::outside::Shape;
 use diagnosis::record::recording::{Recording, Role};
 
-use crate::report::words::{count, each_once, figures, quantity, unit};
-use crate::report::{Figure, Part, Report, Table};
+use crate::report::words::{count, each_once, figures, joined, quantity, unit};
+use crate::report::{Figure, Part, Report};
 
 /// Candidates shown at a terminal; the page and the JSON have all.
 const SHOWN: usize = 8;
@@ -25,40 +27,28 @@ pub(super) fn report(name: &str, what: String, finding: &Finding, drawn: Vec<Fig
     section("Candidates", candidates(finding), "");
     section("Fit", vec![Part::Line(fit(finding))], "agreement");
     section("Runners-up", runners_up(finding), "");
-    section(
-        "Minimum detectable effects",
-        smallest(&finding.smallest),
-        "",
-    );
+    let detectable = minimum_detectable(finding);
+    section("Minimum detectable effects", detectable, "");
     report
 }
 
 /// The answer in a line.
 pub(super) fn verdict(finding: &Finding) -> String {
-    let first: Vec<&str> = finding
-        .effects
-        .iter()
-        .map(|effect| effect.name.as_str())
-        .collect();
-    let first = first.join(" and ");
+    let first = joined(finding.effects.iter().map(|effect| &effect.name), " and ");
     match finding.verdict {
         Verdict::None => "no mismatch above noise".into(),
         Verdict::Library => format!("{first}, {}", explained(&finding.held_out)),
         Verdict::Ambiguous => {
-            let or = finding.effects.iter().map(|effect| {
-                let all = [
-                    std::slice::from_ref(&effect.name),
-                    effect.alternatives.as_slice(),
-                ]
-                .concat();
-                all.join(" or ")
-            });
-            let or: Vec<String> = or.collect();
-            let who = match finding.channel {
+            let either = |effect: &Effect| {
+                let all = std::iter::once(&effect.name).chain(&effect.alternatives);
+                joined(all, " or ")
+            };
+            let or = joined(finding.effects.iter().map(either), "; and ");
+            let which = match finding.channel {
                 Channel::VerticalForce => "these flights",
                 _ => "the recording",
             };
-            format!("{}: {who} cannot tell", or.join("; and "))
+            format!("{or}: {which} cannot tell")
         }
         Verdict::OutsideLibrary if first.is_empty() => {
             "a mismatch that no candidate explains".into()
@@ -80,9 +70,7 @@ pub(super) fn what(recording: &Recording, finding: &Finding) -> String {
     match finding.channel {
         Channel::Speed => {
             let probes = recording.probes.iter().flat_map(|probes| &probes.samples);
-            let mut ids: Vec<u32> = probes.map(|sample| sample.probe_id).collect();
-            ids.sort_unstable();
-            ids.dedup();
+            let ids: BTreeSet<u32> = probes.map(|sample| sample.probe_id).collect();
             format!(
                 "{} of {} {below}",
                 count(samples, "reading", "readings"),
@@ -150,16 +138,13 @@ pub(super) fn summary(found: &[(&Recording, Finding)]) -> Report {
         with(Verdict::Ambiguous),
         with(Verdict::OutsideLibrary)
     );
+    let headings = "recording | samples | verdict | where | before | after | noise | what";
     let mut report = Report::new(title, String::new());
     report.section(
         "",
         vec![
-            Part::table(Table::new(
-                "lrlrrrrl",
-                "recording | samples | verdict | where | before | after | noise | what",
-                found.iter().map(row).collect(),
-            )),
-            Part::Line("before, after: rms error on blocks that were not fitted".into()),
+            Part::table("lrlrrrrl", headings, found.iter().map(row)),
+            Part::line("before, after: rms error on blocks that were not fitted"),
         ],
     );
     report
@@ -167,15 +152,11 @@ pub(super) fn summary(found: &[(&Recording, Finding)]) -> Report {
 
 /// `crossflow (or wake_tilt), payload_mass`.
 fn names(finding: &Finding) -> String {
-    let names = finding.effects.iter().map(|effect| {
-        if effect.alternatives.is_empty() {
-            effect.name.clone()
-        } else {
-            format!("{} (or {})", effect.name, effect.alternatives.join(", "))
-        }
-    });
-    let names: Vec<String> = names.collect();
-    names.join(", ")
+    let name = |effect: &Effect| match effect.alternatives.is_empty() {
+        true => effect.name.clone(),
+        false => format!("{} (or {})", effect.name, effect.alternatives.join(", ")),
+    };
+    joined(finding.effects.iter().map(name), ", ")
 }
 
 fn place(finding: &Finding) -> Vec<Part> {
@@ -204,10 +185,9 @@ fn place(finding: &Finding) -> Vec<Part> {
 
 fn error(finding: &Finding) -> String {
     let region = &finding.region;
-    let direction = if region.mean_error < 0.0 {
-        "high"
-    } else {
-        "low"
+    let direction = match region.mean_error < 0.0 {
+        true => "high",
+        false => "low",
     };
     let size = amount(region.mean_error.abs(), finding.channel);
     // A force has both signs: a share of its mean says nothing.
@@ -236,7 +216,7 @@ fn p_value(p: f64) -> String {
 fn what_is_missing(finding: &Finding) -> Vec<Part> {
     if finding.verdict == Verdict::None {
         let nothing = "Nothing is missing that would show here.";
-        return vec![Part::Line(nothing.into())];
+        return vec![Part::line(nothing)];
     }
     let mut parts = Vec::new();
     if let Some(shape) = &finding.shape {
@@ -245,7 +225,7 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
     for effect in &finding.effects {
         parts.push(Part::Line(format!("{}: {}.", effect.name, effect.story)));
         parts.push(Part::Line(effect.equation.clone()));
-        parts.push(Part::table(parameters(effect)));
+        parts.push(parameters(effect));
     }
     parts
 }
@@ -262,13 +242,9 @@ fn outside(shape: &Shape) -> Vec<String> {
         ));
         return lines;
     }
-    let on: Vec<String> = shape
-        .depends_on
-        .iter()
-        .filter(|(_, share)| *share >= 0.005)
-        .map(|(name, share)| format!("{name} ({:.0} %)", 100.0 * share))
-        .collect();
-    lines.push(format!("It depends on {}.", on.join(", ")));
+    let on = shape.depends_on.iter().filter(|(_, share)| *share >= 0.005);
+    let on = on.map(|(name, share)| format!("{name} ({:.0} %)", 100.0 * share));
+    lines.push(format!("It depends on {}.", joined(on, ", ")));
     lines.push(match &shape.expression {
         Some(expression) => format!(
             "In short: {expression}, which explains {:.0} % of what can be predicted of it.",
@@ -289,7 +265,7 @@ fn outside(shape: &Shape) -> Vec<String> {
     lines
 }
 
-fn parameters(effect: &Effect) -> Table {
+fn parameters(effect: &Effect) -> Part {
     let rows = effect.parameters.iter().map(|(name, estimate)| {
         let interval = match estimate.low < estimate.high {
             true => format!("{} to {}", figures(estimate.low), figures(estimate.high)),
@@ -301,17 +277,14 @@ fn parameters(effect: &Effect) -> Table {
             interval,
         ]
     });
-    Table::new("lrr", " | value | 95 %", rows.collect())
+    Part::table("lrr", " | value | 95 %", rows)
 }
 
 fn candidates(finding: &Finding) -> Vec<Part> {
     let taken = |name: &str| finding.effects.iter().any(|effect| effect.name == name);
     let row = |ranked: &Ranked| {
-        let values: Vec<String> = ranked
-            .parameters
-            .iter()
-            .map(|(name, value)| format!("{name} {}", figures(*value)))
-            .collect();
+        let values = ranked.parameters.iter();
+        let values = values.map(|(name, value)| format!("{name} {}", figures(*value)));
         let mark = match (taken(&ranked.name), ranked.practical) {
             (true, _) => "taken",
             (false, true) => "",
@@ -321,43 +294,30 @@ fn candidates(finding: &Finding) -> Vec<Part> {
             ranked.name.clone(),
             format!("{:+.1}", ranked.gain),
             format!("{:.1}", ranked.gain_error),
-            values.join("  "),
+            joined(values, "  "),
             mark.to_owned(),
         ]
     };
-    vec![
-        Part::Line(format!(
-            "Gain: log likelihood of {} that were not fitted, over that of the simulation as it is.",
-            parts_of(finding.channel)
-        )),
-        Part::Table {
-            table: Table::new(
-                "lrrll",
-                "each alone | gain | +- | fitted |",
-                finding.candidates.iter().map(row).collect(),
-            ),
-            on_screen: SHOWN,
-        },
-    ]
+    let gain = format!(
+        "Gain: log likelihood of {} that were not fitted, over that of the simulation as it is.",
+        parts_of(finding.channel)
+    );
+    let headings = "each alone | gain | +- | fitted |";
+    let table = Part::table("lrrll", headings, finding.candidates.iter().map(row));
+    vec![Part::Line(gain), table.shortened(SHOWN)]
 }
 
 fn fit(finding: &Finding) -> String {
-    let HeldOut {
-        rms_before,
-        rms_after,
-        rms_after_low,
-        rms_after_high,
-        noise_floor,
-    } = finding.held_out;
+    let held_out = &finding.held_out;
     let amount = |value: f64| amount(value, finding.channel);
     format!(
         "rms error on {} that were not fitted: {} before, {} after ({} to {}); noise floor {}.",
         parts_of(finding.channel),
-        amount(rms_before),
-        amount(rms_after),
-        amount(rms_after_low),
-        amount(rms_after_high),
-        amount(noise_floor)
+        amount(held_out.rms_before),
+        amount(held_out.rms_after),
+        amount(held_out.rms_after_low),
+        amount(held_out.rms_after_high),
+        amount(held_out.noise_floor)
     )
 }
 
@@ -370,32 +330,34 @@ fn parts_of(channel: Channel) -> &'static str {
 }
 
 fn runners_up(finding: &Finding) -> Vec<Part> {
-    let mut parts = Vec::new();
-    for effect in &finding.effects {
-        if effect.alternatives.is_empty() {
-            continue;
-        }
-        let others = effect.alternatives.join(", ");
-        parts.push(Part::Line(match effect.kind {
-            Some(Kind::Sensor) => format!(
-                "An instrument that does what {} says explains this as well as {others}: check the instrument first.",
-                effect.name
-            ),
-            _ => format!("{} cannot be told from {others} here.", effect.name),
-        }));
-    }
-    if let (Some(perhaps), [effect, ..]) = (&finding.perhaps, finding.effects.as_slice()) {
-        parts.push(Part::Line(format!(
+    let ambiguous = finding
+        .effects
+        .iter()
+        .filter(|effect| !effect.alternatives.is_empty());
+    let mut lines: Vec<String> = ambiguous
+        .map(|Effect { name, kind, alternatives, .. }| {
+            let others = alternatives.join(", ");
+            match kind {
+                Some(Kind::Sensor) => format!(
+                    "An instrument that does what {name} says explains this as well as {others}: check the instrument first."
+                ),
+                _ => format!("{name} cannot be told from {others} here."),
+            }
+        })
+        .collect();
+    if let (Some(second), [effect, ..]) = (&finding.perhaps, finding.effects.as_slice()) {
+        lines.push(format!(
             "Runner-up beside {}: {} would gain {:.1} +- {:.1} more on held-out blocks, too small a part of the whole to be told from an error in the form of the first, so it is not taken.",
-            effect.name, perhaps.name, perhaps.gain, perhaps.gain_error
-        )));
+            effect.name, second.name, second.gain, second.gain_error
+        ));
     }
-    if parts.is_empty() {
+    if lines.is_empty() {
         let none = || "No runner-up is left to tell apart.".into();
-        parts.push(Part::Line(rival(finding).unwrap_or_else(none)));
+        lines.push(rival(finding).unwrap_or_else(none));
     }
+    let mut parts: Vec<Part> = lines.into_iter().map(Part::Line).collect();
     if !finding.advice.is_empty() {
-        parts.push(Part::Line("To decide, measure:".into()));
+        parts.push(Part::line("To decide, measure:"));
         parts.push(Part::Steps(finding.advice.clone()));
     }
     parts
@@ -420,23 +382,18 @@ fn rival(finding: &Finding) -> Option<String> {
     ))
 }
 
-fn smallest(all: &[Smallest]) -> Vec<Part> {
-    let row = |one: &Smallest| {
+fn minimum_detectable(finding: &Finding) -> Vec<Part> {
+    let rows = finding.smallest.iter().map(|one| {
         vec![
             one.name.clone(),
             one.parameter.clone(),
             measured(one.departure, &one.unit),
         ]
-    };
+    });
     vec![
-        Part::Line(
-            "Each alone would have been detected from this size on (power 80 %, at the 5 % level)."
-                .into(),
+        Part::line(
+            "Each alone would have been detected from this size on (power 80 %, at the 5 % level).",
         ),
-        Part::table(Table::new(
-            "llr",
-            "effect | by | at least",
-            all.iter().map(row).collect(),
-        )),
+        Part::table("llr", "effect | by | at least", rows),
     ]
 }

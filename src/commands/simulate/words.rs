@@ -8,8 +8,8 @@ use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, Rec
 use super::forces::Map;
 use super::skill::Skill;
 use super::{Printed, RemarkOf, Simulated};
-use crate::report::words::{count, decimal, each_once, quantity, tally};
-use crate::report::{Figure, Part, Report, Table};
+use crate::report::words::{count, decimal, each_once, joined, quantity, tally};
+use crate::report::{Figure, Part, Report};
 
 /// More remarks of a kind than these are counted, not printed; residuals.json has all.
 const REMARKS_OF_A_KIND: usize = 6;
@@ -28,8 +28,8 @@ pub(super) fn report(
     report.section(
         "Residuals by region",
         vec![
-            Part::Line("Recorded minus simulated: mean (bias), root mean square (rms), that of the recorded values for scale, and the rms over what the instrument's stated accuracy allows.".into()),
-            Part::table(region_table(printed.regions)),
+            Part::line("Recorded minus simulated: mean (bias), root mean square (rms), that of the recorded values for scale, and the rms over what the instrument's stated accuracy allows."),
+            by_region(printed.regions),
         ],
     );
     let list = |entries: Vec<String>| match entries.is_empty() {
@@ -69,18 +69,14 @@ fn what(all: &[Simulated]) -> String {
 /// What "simulated" means for these recordings.
 fn baseline(all: &[Simulated]) -> String {
     let kinds = tally(all.iter().map(|one| &one.recording.baseline));
-    let sentences: Vec<String> = kinds
-        .iter()
-        .map(|(declared, recordings)| match kinds.len() {
-            1 => sentence(declared),
-            _ => format!(
-                "{}: {}",
-                count(*recordings, "recording", "recordings"),
-                sentence(declared)
-            ),
-        })
-        .collect();
-    format!("Simulated as declared: {}.", sentences.join("; "))
+    let sentences = kinds.iter().map(|(declared, number)| match kinds.len() {
+        1 => sentence(declared),
+        _ => {
+            let recordings = count(*number, "recording", "recordings");
+            format!("{recordings}: {}", sentence(declared))
+        }
+    });
+    format!("Simulated as declared: {}.", joined(sentences, "; "))
 }
 
 fn sentence(declared: &Baseline) -> String {
@@ -121,7 +117,7 @@ fn sentence(declared: &Baseline) -> String {
 }
 
 /// One table for all channels: everywhere first, then along each coordinate.
-fn region_table(regions: &[Region]) -> Table {
+fn by_region(regions: &[Region]) -> Part {
     let mut rows = Vec::new();
     let mut last: Option<(Channel, Option<Axis>)> = None;
     for region in regions {
@@ -150,11 +146,8 @@ fn region_table(regions: &[Region]) -> Table {
             accuracy,
         ]);
     }
-    Table::new(
-        "lrrrrr",
-        " | samples | bias | rms | recorded rms | rms / accuracy",
-        rows,
-    )
+    let headings = " | samples | bias | rms | recorded rms | rms / accuracy";
+    Part::table("lrrrrr", headings, rows)
 }
 
 /// Every remark with its recording; of many of a kind the first few and a count.

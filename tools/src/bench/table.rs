@@ -4,7 +4,7 @@ use super::growth::{FEWEST_ROWS, Growth, Line, growth};
 use super::instance::Figures;
 use super::machine::Machine;
 use super::row::Row;
-use crate::table::{Table, count};
+use crate::table::{Table, count, joined};
 
 /// Growth is stated for so many drones: a number that one can picture.
 const PER_DRONES: f64 = 100.0;
@@ -23,7 +23,7 @@ pub fn text(command: &str, machine: &Machine, rows: &[Row], instances: usize) ->
 
 fn table(rows: &[Row]) -> Table {
     let headings = "place | drones | of the open columns | planned and verified | planning (s) | verification (s) | searches | evictions | PIBT rounds | suboptimality | extra energy (J) | of hovering | over the limit if downwash is ignored | peak memory (MiB)";
-    Table::new("lrrlrrrrrrrrrr", headings, rows.iter().map(cells).collect())
+    Table::new("lrrlrrrrrrrrrr", headings, rows.iter().map(cells))
 }
 
 fn cells(row: &Row) -> Vec<String> {
@@ -69,7 +69,7 @@ fn sentence(grown: &Growth) -> String {
     if !grown.left_out_drones.is_empty() {
         said += &format!(
             ", without N = {} (not all planned, verified and run to the end)",
-            listed(&grown.left_out_drones)
+            joined(&grown.left_out_drones, ",")
         );
     }
     if sizes < FEWEST_ROWS {
@@ -96,11 +96,4 @@ fn sentence(grown: &Growth) -> String {
         format!("{base:.1} MiB + ({slope:.2} ± {error:.2}) MiB · N / {PER_DRONES}")
     });
     said + &format!(": planning time {time}; memory {memory}.\n")
-}
-
-/// `100,200,500`.
-#[must_use]
-pub fn listed<T: ToString>(values: &[T]) -> String {
-    let words: Vec<String> = values.iter().map(T::to_string).collect();
-    words.join(",")
 }
