@@ -18,8 +18,8 @@ use io::failure::Failure;
 /// Plan a fleet of drones out of each other's downwash.
 ///
 /// Reads a scenario (RON), plans every drone, checks the plan against the flow model and writes
-/// plan.json, timing.json and plan.svg. Exit codes: 0 planned and verified, nobody left out; 1 the
-/// answer is no (somebody has no safe way, or a check found problems); 2 the question was broken.
+/// plan.json, timing.json and plan.svg. Exit codes: 0 every drone planned and verified; 1 the
+/// answer is no (a drone has no safe path, or a check found violations); 2 the input or the usage is wrong.
 #[derive(Parser)]
 #[command(name = "plan", version, arg_required_else_help = true)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -36,9 +36,9 @@ enum Command {
     Check(check::Arguments),
     /// Print the scenario's fields, units and defaults as JSON Schema
     Schema,
-    /// Print a scenario made by rule and seed, or write made-up recordings
+    /// Print a scenario made by rule and seed, or write synthetic recordings
     Generate(generate::Arguments),
-    /// Print how planning time, memory and cost grow with the fleet, in Markdown; exit code 1 where somebody is left out or a plan is not verified
+    /// Print how planning time, memory and cost grow with the fleet, in Markdown; exit code 1 where a drone is unplanned or a plan is not verified
     Bench(bench::Arguments),
     /// Simulate recordings and compare: what the model says every sample should have read
     Simulate(simulate::Arguments),
@@ -46,7 +46,7 @@ enum Command {
     Calibrate(calibrate::Arguments),
     /// Diagnose recordings: where simulation and recording differ, what is missing, how well it is known; exit code 1 where it stays unexplained
     Diagnose(diagnose::Arguments),
-    /// Prove the diagnosis on made-up recordings with a concealed effect; exit code 1 where a mark is missed
+    /// Validate the diagnosis on synthetic recordings with an injected effect; exit code 1 where a metric misses its goal
     Prove(prove::Arguments),
 }
 

@@ -31,7 +31,7 @@ struct CheckEntry<'a> {
     violations: &'a [Violation],
 }
 
-/// Answers as the run did that wrote the plan: a drone left out is a no, a violation is a no.
+/// Answers as the run did that wrote the plan: an unplanned drone is a no, a violation is a no.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let plan = read(&arguments.plan)?;
     let violations = verify(&plan).violations;

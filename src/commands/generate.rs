@@ -40,7 +40,7 @@ enum Instance {
         #[arg(long, default_value_t = 20)]
         drones: usize,
     },
-    /// Everybody on a circle flies to the opposite point
+    /// Every drone on a circle flies to the opposite point
     Circle {
         /// How many drones
         #[arg(long, default_value_t = 16)]
@@ -49,7 +49,7 @@ enum Instance {
         #[arg(long, default_value_t = 20.0, value_name = "METRES")]
         radius: f64,
     },
-    /// Made-up flights over a speed probe, as folders in the format downwash-recording/1; needs --out
+    /// Synthetic flights over a speed probe, as folders in the format downwash-recording/1; needs --out
     Recordings(HoverGrids),
 }
 
@@ -58,7 +58,7 @@ struct HoverGrids {
     /// Flights of every drone
     #[arg(long, default_value_t = 2)]
     flights: u64,
-    /// Who flies [default: the four uncanted drones of the paper]
+    /// Airframes that fly [default: the four uncanted drones of the paper]
     #[arg(long, value_delimiter = ',', value_name = "AIRFRAME")]
     drones: Vec<String>,
     /// Fly above 2.5 motor distances as well, along the body's y axis
@@ -100,7 +100,7 @@ enum Form {
     LibMultiRobotPlanning,
 }
 
-/// Who can fly among Offboards 2.
+/// An airframe that can fly among Offboards 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Heavy {
     /// 6.3 kg, 0.89 m from motor to motor

@@ -100,7 +100,7 @@ fn joined(errors: &[DiagnoseError]) -> String {
     errors.join("; ")
 }
 
-/// One error on standard error: what is wrong, then indented lines, the last of them the way out.
+/// One error on standard error: what is wrong, then indented lines, the last of them what to do.
 pub(crate) fn tell_error(what: &str, more: &[String]) {
     let bold_red = anstyle::Style::new()
         .bold()
@@ -115,11 +115,11 @@ pub(crate) fn tell_error(what: &str, more: &[String]) {
 
 /// One line on standard error; colours survive only where a terminal shows them.
 pub(crate) fn tell(text: &str) {
-    // With standard error gone there is nobody left to tell.
+    // With standard error closed there is no reader left.
     let _ = writeln!(anstream::stderr(), "{text}");
 }
 
-/// Text on standard output. A reader who has heard enough (`plan ... | head`) is no failure.
+/// Text on standard output. A reader that closes it early (`plan ... | head`) is no failure.
 pub(crate) fn answer(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {

@@ -1,4 +1,4 @@
-//! A bar on standard error while recordings are worked through; hidden where nobody watches.
+//! A bar on standard error while recordings are worked through; hidden where it is no terminal.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! Endpoints that exclude one another, in words: what is wrong, by how much, and the smallest way out.
+//! Endpoints that exclude one another, in words: what is wrong, by how much, and the smallest change that mends it.
 
 use nalgebra::Point3;
 use planner::plan::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion};
@@ -12,7 +12,7 @@ use crate::report::words::{decimal, place};
 pub(crate) struct ConflictEntry {
     /// The one exposed.
     drone: String,
-    /// Who or what is in the way.
+    /// The drone or zone that excludes it.
     with: String,
     /// `starts` or `goals`.
     when: &'static str,
@@ -35,7 +35,7 @@ pub(crate) fn describe_all(conflicts: &[EndpointConflict], world: &World) -> Vec
 }
 
 impl ConflictEntry {
-    /// As an error: what, where both are, the way out.
+    /// As an error: what, where both are, the change that mends it.
     pub(crate) fn lines(&self) -> Vec<String> {
         vec![
             self.message.clone(),
@@ -145,8 +145,8 @@ fn offset(here: &Point3<f64>, there: &Point3<f64>, name: &str) -> String {
 
 /// "move k4 1.4 m sideways (to (5, 7.4, 1))"
 fn step(name: &str, from: &Point3<f64>, to: &Point3<f64>) -> String {
-    let way = to - from;
-    let direction = match (way.xy().norm() > 0.005, way.z) {
+    let step = to - from;
+    let direction = match (step.xy().norm() > 0.005, step.z) {
         (true, z) if z.abs() <= 0.005 => " sideways",
         (false, z) if z > 0.0 => " up",
         (false, _) => " down",
@@ -154,7 +154,7 @@ fn step(name: &str, from: &Point3<f64>, to: &Point3<f64>) -> String {
     };
     format!(
         "move {name} {} m{direction} (to {})",
-        decimal(way.norm()),
+        decimal(step.norm()),
         place(to)
     )
 }

@@ -16,7 +16,7 @@ const LIST_MOST_AFFECTED: usize = 15;
 /// Less air than this (m/s) prints as none: half of the last digit shown.
 const NO_AIR_MPS: f64 = 0.05;
 
-/// Who arrives when, exposed to what, and how the fleet does.
+/// Which drone arrives when, exposed to what, and how the fleet does.
 pub(crate) fn report(
     plan: &Plan,
     durations: &Durations,
@@ -82,7 +82,7 @@ fn is_unplanned(plan: &Plan, drone: &DronePlan) -> bool {
     plan.unplanned.iter().any(|entry| entry.name == drone.name)
 }
 
-/// All drones in the scenario's order; of a large fleet those left out and those delayed most, most
+/// All drones in the scenario's order; of a large fleet those unplanned and those delayed most, most
 /// delayed first, ties by extra energy, then in the scenario's order.
 fn most_affected_first(plan: &Plan) -> Vec<&DronePlan> {
     let mut drones: Vec<&DronePlan> = plan.drones.iter().collect();

@@ -81,7 +81,7 @@ impl Report {
         }
     }
 
-    /// Appends a section; one without parts is left out.
+    /// Appends a section; one without parts is not.
     pub(crate) fn section(&mut self, heading: &'static str, parts: Vec<Part>) {
         if !parts.is_empty() {
             self.sections.push(Section { heading, parts });

@@ -19,11 +19,11 @@ pub(crate) struct WellFormedEntry<'a> {
 
 #[derive(Debug, Serialize)]
 struct PairEntry<'a> {
-    /// Who has to wait.
+    /// The drone that has to wait.
     drone: &'a str,
-    /// For whom.
+    /// For this one.
     with: &'a str,
-    /// `goal_at_start`: the goal of the one lies in the wake or at the place of the other's start, or the other way round;
+    /// `goal_at_start`: the goal of the one lies in the wake or at the place of the other's start, or the reverse;
     /// `enclosed`: start or goal of the other is beside the room that the one cannot leave.
     why: &'static str,
 }

@@ -1,11 +1,11 @@
 //! Scenarios made by rule and seed, as RON text: the questions of the benches and of `plan generate`.
 //!
-//! The same arguments give the same bytes, on every machine and for good: the generator is written
-//! out below instead of borrowed from a crate whose streams may change. Starts and goals lie at the
+//! The same arguments give the same bytes, on every machine: the generator is SplitMix64, whose stream a test
+//! fixes. Starts and goals lie at the
 //! centres of 1 m cells (the circle's lie on the circle), Offboard 2 throughout, `air_limit` 0.3,
-//! everybody hovers from start to end and blows on at its goal for ever. No two starts share a column
+//! every drone hovers from start to end, and goes on at its goal. No two starts share a column
 //! of cells and no two goals do, which keeps both free of downwash: an Offboard 2 one metre beside
-//! the axis of another meets at most 0.08 of its induced velocity in a hall 8 m high. In the mixed hall
+//! the axis of another is exposed to at most 0.08 of its induced velocity in a hall 8 m high. In the mixed hall
 //! every tenth drone is a Matrice 300, which keeps the eight columns around its own free as well.
 //!
 //! What flies over a [`Floor`] lies on a grid throughout, and can be had as a [`Grid`] for other planners.
@@ -132,7 +132,7 @@ pub fn window(drones: usize) -> Result<String, InstanceError> {
     Ok(scene.to_ron())
 }
 
-/// Everybody on a circle at one height, everybody to the opposite point.
+/// Every drone on a circle at one height, each to the opposite point.
 ///
 /// # Errors
 /// A radius that is not positive, or neighbours closer than 0.5 m.

@@ -57,7 +57,7 @@ impl Run {
         match figures.status.as_str() {
             "blocked" => said.push("starts exclude one another".to_owned()),
             "stopped" => said.push("stopped before there was a plan".to_owned()),
-            _ if figures.left_out > 0 => said.push(format!("{} left out", figures.left_out)),
+            _ if figures.left_out > 0 => said.push(format!("{} unplanned", figures.left_out)),
             _ => {}
         }
         if figures.violations > 0 {

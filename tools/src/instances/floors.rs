@@ -205,7 +205,7 @@ mod tests {
                 ends_at_z_m: 0.0,
             })
             .collect();
-        // The wakes widen downwards: the lowest level meets most.
+        // The wakes widen downwards: the lowest level is exposed most.
         let below_m = Point3::new(0.0, 0.0, 0.5);
         let air_mps = mean_over_discs_mps(
             &sources,
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_asked_to_start_in_a_shelf() {
+    fn no_drone_starts_in_a_shelf() {
         let room = match warehouse(usize::MAX, 0) {
             Err(InstanceError::TooMany { room, .. }) => room,
             other => panic!("expected no room, got {other:?}"),

@@ -1,6 +1,6 @@
 //! An instance in cells, as planners on grids take it.
 
-/// Cells of 1 m, free or blocked, and who goes where. Cell `[x, y, z]` reaches from there to the next whole
+/// Cells of 1 m, free or blocked, and which drone goes where. Cell `[x, y, z]` reaches from there to the next whole
 /// metre on every axis, z up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
@@ -60,13 +60,13 @@ impl Grid {
         self.size
     }
 
-    /// Everybody, in the scenario's order.
+    /// Every drone, in the scenario's order.
     #[must_use]
     pub fn agents(&self) -> &[Agent] {
         &self.agents
     }
 
-    /// Whether nobody can be in a cell; cells outside are blocked.
+    /// Whether no drone can be in a cell; cells outside are blocked.
     #[must_use]
     pub fn is_blocked(&self, cell: [usize; 3]) -> bool {
         let outside = (0..3).any(|axis| cell[axis] >= self.size[axis]);

@@ -2,6 +2,7 @@
 
 use super::InstanceError;
 use super::scene::{Flight, OFFBOARD_2};
+use diagnosis::statistics::draws::Draws;
 
 /// The heavy drone of a mixed fleet.
 pub(super) const MATRICE_300: &str = "matrice-300";
@@ -23,7 +24,7 @@ pub(super) fn alike(
             room: columns.len(),
         });
     }
-    let mut random = SplitMix64(seed);
+    let mut random = Draws::new(seed);
     let mut places = || -> Vec<[f64; 3]> {
         let mut columns = columns.to_vec();
         (0..drones)
@@ -49,14 +50,14 @@ pub(super) fn alike(
 
 /// Every tenth drone a Matrice 300, on an open square floor. The eight columns around a Matrice 300 stay
 /// free of others' starts, or goals: its body and another's would touch there (tips at 0.71 m, an Offboard
-/// 2's at 0.20 m, and 0.1 m of clearance), and from two columns on nobody meets more than its limit.
+/// 2's at 0.20 m, and 0.1 m of clearance), and from two columns on no drone is exposed beyond its limit.
 pub(super) fn mixed(
     side: usize,
     levels: usize,
     drones: usize,
     seed: u64,
 ) -> Result<Vec<Flight>, InstanceError> {
-    let mut random = SplitMix64(seed);
+    let mut random = Draws::new(seed);
     let mut draws = [(); 2].map(|()| Draw::new(side, &mut random));
     let room = draws.iter().map(Draw::room).min().unwrap_or(0);
     if drones > room {
@@ -95,7 +96,7 @@ struct Draw {
 }
 
 impl Draw {
-    fn new(side: usize, random: &mut SplitMix64) -> Draw {
+    fn new(side: usize, random: &mut Draws) -> Draw {
         let mut order: Vec<usize> = (0..side * side).collect();
         for taken in 0..order.len() {
             let chosen = taken + random.below(order.len() - taken);
@@ -145,7 +146,7 @@ impl Draw {
     }
 
     /// A place for each drone of a fleet that has room.
-    fn places(&mut self, drones: usize, levels: usize, random: &mut SplitMix64) -> Vec<[f64; 3]> {
+    fn places(&mut self, drones: usize, levels: usize, random: &mut Draws) -> Vec<[f64; 3]> {
         let mut light = self.left(drones / EVERY).into_iter();
         let mut heavy = self.heavy.iter().copied();
         (0..drones)
@@ -170,24 +171,6 @@ fn around(side: usize, column: usize) -> impl Iterator<Item = usize> {
     let (x, y) = (column % side, column / side);
     let beside = move |at: usize| at.saturating_sub(1)..=(at + 1).min(side - 1);
     beside(y).flat_map(move |y| beside(x).map(move |x| y * side + x))
-}
-
-/// SplitMix64: Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014,
-/// with the mixing constants of S. Vigna's public-domain implementation.
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
-    /// One of `0..end`, by multiplication; its bias, below `end` / 2⁶⁴, does not matter here.
-    fn below(&mut self, end: usize) -> usize {
-        ((u128::from(self.next()) * end as u128) >> 64) as usize
-    }
 }
 
 #[cfg(test)]
@@ -246,10 +229,10 @@ mod tests {
 
     #[test]
     fn the_generator_is_splitmix64() {
-        // First outputs for seed 1234567, as listed with the public reference implementation [recalled].
-        let mut random = SplitMix64(1_234_567);
+        // First outputs for seed 1234567, of the public-domain reference implementation by S. Vigna.
+        let mut random = Draws::new(1_234_567);
         assert_eq!(
-            [random.next(), random.next()],
+            [random.bits(), random.bits()],
             [6_457_827_717_110_365_317, 3_203_168_211_198_807_973]
         );
     }

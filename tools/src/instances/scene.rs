@@ -6,7 +6,7 @@ use super::Grid;
 
 /// Fleet-wide limit of the air over the rotor discs, over the induced velocity: +16 % power.
 pub(super) const AIR_LIMIT: f64 = 0.3;
-/// Who flies unless a scene says otherwise.
+/// The airframe unless a scene says otherwise.
 pub(super) const OFFBOARD_2: &str = "offboard-2";
 
 /// What a scenario says, before it is text.

@@ -1,4 +1,4 @@
-//! Length of the shortest way between two cells, as benchmarks of path finding state it beside every pair.
+//! Length of the shortest path between two cells, as benchmarks of path finding state it beside every pair.
 //!
 //! Steps go to the 26 cells around (8 on a plan), by 1, √2 or √3; a diagonal step needs every cell of the
 //! box that it crosses to be free, so that no corner is cut.
@@ -11,14 +11,14 @@ use super::grid::Grid;
 /// A*, with its tables kept from one pair to the next.
 pub(super) struct Shortest<'a> {
     grid: &'a Grid,
-    /// Nothing is in the way, so that every way is straight.
+    /// Nothing is in between, so that every path is straight.
     empty: bool,
     length: Vec<f64>,
     /// Cells whose length is not infinite.
     touched: Vec<usize>,
 }
 
-/// Length along a way through free space: least so far plus the least that remains.
+/// Length along a path through free space: least so far plus the least that remains.
 #[derive(PartialEq)]
 struct Open {
     estimate: f64,
@@ -51,7 +51,7 @@ impl<'a> Shortest<'a> {
         }
     }
 
-    /// Length in cells; `None` where there is no way.
+    /// Length in cells; `None` where there is no path.
     pub(super) fn between(&mut self, start: [usize; 3], goal: [usize; 3]) -> Option<f64> {
         if self.empty {
             return Some(unobstructed(start, goal));
@@ -96,7 +96,7 @@ impl<'a> Shortest<'a> {
     }
 }
 
-/// Length of the way with nothing in between: diagonals first.
+/// Length of the path with nothing in between: diagonals first.
 pub(super) fn unobstructed(a: [usize; 3], b: [usize; 3]) -> f64 {
     let mut along = [0, 1, 2].map(|axis| a[axis].abs_diff(b[axis]));
     along.sort_unstable();
@@ -123,16 +123,16 @@ mod tests {
     #[test]
     fn ways_go_straight_where_they_can_and_around_corners_where_they_must() {
         let mut grid = Grid::open("test".to_owned(), [5, 5, 1]);
-        // Far off: nothing is in the way, but the search runs.
+        // Far off: nothing is in between, but the search runs.
         grid.block([4, 0, 0], [5, 1, 1]);
         let length = Shortest::new(&grid).between([0, 1, 0], [3, 2, 0]);
-        assert!((length.expect("a way") - (2.0 + 2_f64.sqrt())).abs() < 1e-12);
+        assert!((length.expect("a path") - (2.0 + 2_f64.sqrt())).abs() < 1e-12);
         // A wall from the top edge down to y = 3, at x = 2.
         grid.block([2, 0, 0], [3, 4, 1]);
         let mut shortest = Shortest::new(&grid);
         // Down beside the wall to y = 4, two steps below it, up again: no corner is cut.
         let length = shortest.between([1, 2, 0], [3, 2, 0]);
-        assert!((length.expect("a way") - 6.0).abs() < 1e-12, "{length:?}");
+        assert!((length.expect("a path") - 6.0).abs() < 1e-12, "{length:?}");
         assert_eq!(shortest.between([1, 2, 0], [1, 2, 0]), Some(0.0));
         grid.block([2, 4, 0], [3, 5, 1]);
         assert_eq!(Shortest::new(&grid).between([1, 2, 0], [3, 2, 0]), None);
