@@ -2,10 +2,10 @@
 //! is written and what is not.
 
 use std::fs;
+use std::io::Write as _;
 use std::path::Path;
-use std::process::Output;
+use std::process::{Command, Output, Stdio};
 
-use assert_cmd::Command;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -52,7 +52,7 @@ impl Desk {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("plan"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_plan"));
         command.current_dir(self.0.path()).args(arguments);
         command
     }
@@ -303,11 +303,17 @@ fn a_generated_scenario_can_be_piped_into_the_planner() {
     let desk = Desk::with(&[]);
     let scenario = desk.plan(&["generate", "circle", "--drones", "4", "--radius", "5"]);
     assert_eq!(code(&scenario), 0);
-    let output = desk
+    let mut child = desk
         .command(&["-"])
-        .write_stdin(scenario.stdout)
-        .output()
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
         .unwrap();
+    let mut pipe = child.stdin.take().unwrap();
+    pipe.write_all(&scenario.stdout).unwrap();
+    drop(pipe);
+    let output = child.wait_with_output().unwrap();
     assert_ne!(code(&output), 2, "{}", stderr(&output));
     assert_eq!(names_in(&desk.path("out")), ["scenario"]);
 }
@@ -359,12 +365,12 @@ fn options_out_of_range_are_refused() {
 #[test]
 fn a_closed_pipe_on_standard_output_is_no_error() {
     let desk = Desk::with(&[]);
-    let plan = assert_cmd::cargo::cargo_bin!("plan");
-    let mut child = std::process::Command::new(plan)
+    let plan = env!("CARGO_BIN_EXE_plan");
+    let mut child = Command::new(plan)
         .current_dir(desk.0.path())
         .args(["generate", "warehouse", "--drones", "2000"])
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     drop(child.stdout.take());

@@ -1,16 +1,10 @@
 //! `plan diagnose` and `plan prove` as a person or a script meets them, and how good the answers are.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::process::{Command, Output};
 
-use assert_cmd::Command;
-use diagnosis::infer::finding::Verdict;
-use diagnosis::record::read;
-use rayon::prelude::*;
 use serde_json::Value;
-use validation::metrics::{Marked, Marks, practice};
 
 /// A made-up recording with a wind that is not in its metadata; it ships.
 fn draughty() -> PathBuf {
@@ -18,7 +12,7 @@ fn draughty() -> PathBuf {
 }
 
 fn plan(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(assert_cmd::cargo::cargo_bin!("plan"))
+    Command::new(env!("CARGO_BIN_EXE_plan"))
         .current_dir(folder)
         .args(arguments)
         .output()
@@ -198,52 +192,6 @@ fn a_concealed_world_yields_no_false_alarm_and_most_of_its_effects_by_name() {
 }
 
 #[test]
-fn the_practice_set_is_named_without_a_false_alarm() {
-    let root = std::env::var_os("LEEWARD_RECORDINGS").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/recordings"),
-        PathBuf::from,
-    );
-    let folder = root.join("concealed_practice");
-    if !folder.is_dir() {
-        println!("skipped: no recordings at {}", folder.display());
-        return;
-    }
-    let mut paths: Vec<PathBuf> = fs::read_dir(&folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.join("meta.json").is_file())
-        .collect();
-    paths.sort();
-    let marked = paths.par_iter().map(|path| {
-        let files: BTreeMap<String, Vec<u8>> = fs::read_dir(path)
-            .unwrap()
-            .map(|entry| {
-                let path = entry.unwrap().path();
-                let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-                (name, fs::read(path).unwrap())
-            })
-            .collect();
-        let name = path.file_name().unwrap().to_str().unwrap();
-        let recording = read::read_folder(name, &files).unwrap();
-        let given = validation::ask(&recording);
-        // Opened once the answer is given.
-        let truth = fs::read_to_string(folder.join("truth").join(format!("{name}.json"))).unwrap();
-        let truth = practice(&truth, recording.probes.is_none()).unwrap();
-        Marked::of(&truth, &given)
-    });
-    let marks = Marks::over(marked.collect());
-    println!("{}\n{}", marks.table(), marks.confusion_table());
-    for case in marks.cases.iter().filter(|case| case.is_missed()) {
-        println!("{}", case.line());
-    }
-    let nulls = marks.cases.iter().filter(|case| case.is_null());
-    assert!(nulls.clone().count() > 0);
-    assert!(nulls.clone().all(|case| case.verdict == Verdict::None));
-    // Below the mark of 0.9: one of 22 is 0.045.
-    assert!(marks.named.rate().unwrap() >= 0.85, "{}", marks.table());
-}
-
-#[test]
 fn the_signature_in_the_readme_is_of_the_run_beside_it() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let readme = fs::read_to_string(root.join("README.md")).unwrap();
@@ -269,4 +217,26 @@ fn the_signature_in_the_readme_is_of_the_run_beside_it() {
         words(&now),
         "draw docs/signature.svg again, see README.md"
     );
+}
+
+#[test]
+fn what_is_meant_for_flight_logs_is_refused_on_other_recordings() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let hall = root.join("recordings/draughty-hall").display().to_string();
+    for option in [
+        &["--alone"][..],
+        &["--near-floor"],
+        &["--normal", "draughty"],
+    ] {
+        let desk = tempfile::tempdir().unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_plan"))
+            .current_dir(desk.path())
+            .args(["diagnose", &hall])
+            .args(option)
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        let errors = String::from_utf8(output.stderr).unwrap();
+        assert!(errors.contains("no flight logs"), "{errors}");
+    }
 }

@@ -4,8 +4,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-
-use assert_cmd::Command;
+use std::process::Command;
 
 use crate::readme::{blocks, copy, root};
 
@@ -38,7 +37,7 @@ fn every_command_shown_in_the_docs_runs() {
                 let arguments = line.strip_prefix("$ plan ").unwrap_or_else(|| {
                     panic!("{}: no test knows how to run `{line}`", page.display())
                 });
-                let output = Command::new(assert_cmd::cargo::cargo_bin!("plan"))
+                let output = Command::new(env!("CARGO_BIN_EXE_plan"))
                     .current_dir(folder.path())
                     .args(arguments.split_whitespace())
                     .output()
@@ -72,7 +71,7 @@ fn the_scenario_in_the_docs_is_read_without_complaint() {
 #[test]
 fn every_key_of_a_plan_stands_in_the_docs() {
     let folder = tempfile::tempdir().unwrap();
-    Command::new(assert_cmd::cargo::cargo_bin!("plan"))
+    Command::new(env!("CARGO_BIN_EXE_plan"))
         .current_dir(root())
         .args(["scenarios/corridor.ron", "--out"])
         .arg(folder.path())

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::process::Command;
 
-use assert_cmd::Command;
 use tools::instances::{Floor, InstanceError};
 
 fn world(floor: Floor, drones: usize, seed: u64) -> planner::scenario::world::World {
@@ -59,7 +59,7 @@ fn more_of_a_mixed_fleet_than_fits_is_refused_with_the_number_that_does() {
 }
 
 fn generate(arguments: &[&str]) -> std::process::Output {
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("plan"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_plan"));
     command.arg("generate").args(arguments).output().unwrap()
 }
 

@@ -14,10 +14,14 @@ mod findings;
 mod hover;
 mod instances;
 mod near_field;
+#[cfg(feature = "long")]
 mod neural_swarm;
 mod paper;
 mod planner;
+#[cfg(feature = "long")]
+mod practice_set;
 mod readme;
+#[cfg(feature = "long")]
 mod real_flights;
 mod recordings;
 mod recordings_commands;
@@ -27,3 +31,24 @@ mod scenarios;
 mod verifier;
 mod volumes;
 mod wakes;
+
+use std::path::PathBuf;
+use std::process::Command;
+
+/// How many samples: the second with the feature `long`, for which a machine has half an hour.
+const fn samples<T: Copy>(short: T, long: T) -> T {
+    if cfg!(feature = "long") { long } else { short }
+}
+
+/// A set of recordings that do not ship; what needs it is ignored where `build.rs` did not find it.
+fn shared(set: &str) -> PathBuf {
+    let folder = option_env!("SHARED_RECORDINGS").expect("asked only where recordings were found");
+    PathBuf::from(folder).join(set)
+}
+
+/// Runs a command, which must exit with 0.
+fn succeeds(command: &mut Command) {
+    let output = command.output().unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+}

@@ -1,7 +1,8 @@
 //! Flights of small drones over one another (Neural-Swarm2: G. Shi, W. Hönig, X. Shi, Y. Yue, S.-J. Chung, IEEE T-RO 2021,
 //! arXiv:2012.05457): the force on the lower one, in flights that nothing was fitted to.
 //!
-//! The recordings carry no licence and do not ship. They are looked for beside the workspace, or where `LEEWARD_RECORDINGS` points.
+//! The recordings carry no licence and do not ship. They are looked for beside the project, or where
+//! `LEEWARD_RECORDINGS` points when the tests are built.
 
 use std::fs::File;
 use std::io::Read;
@@ -14,20 +15,6 @@ use diagnosis::record::recording::Recording;
 use diagnosis::thrust::clock::{ClockKnown, ClockOffset};
 use diagnosis::thrust::held_out::{ForceSkill, ForceTest, clock_offsets, held_out_force};
 use rayon::prelude::*;
-
-/// Where the flights lie, or `None`, said aloud.
-fn folder() -> Option<PathBuf> {
-    let root = std::env::var_os("LEEWARD_RECORDINGS").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/recordings"),
-        PathBuf::from,
-    );
-    let folder = root.join("neural_swarm2/flights");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    eprintln!("skipped: no Neural-Swarm2 flights at {}", folder.display());
-    None
-}
 
 fn read(path: &Path, campaign: &Campaign) -> Recording {
     let mut text = Vec::new();
@@ -54,10 +41,12 @@ fn flights(folder: &Path) -> Vec<Recording> {
 
 /// The figures are printed with `--nocapture`.
 #[test]
+#[cfg_attr(
+    not(shared_recordings = "neural_swarm2"),
+    ignore = "no recordings of neural_swarm2 beside the project"
+)]
 fn force_below_another_drone_is_predicted_in_flights_that_nothing_was_fitted_to() {
-    let Some(folder) = folder() else {
-        return;
-    };
+    let folder = super::shared("neural_swarm2").join("flights");
     let mut recordings = flights(&folder);
     let test = ForceTest::default();
     let momentum = held_out_force(&recordings, &[], &test).expect("ninety flights");

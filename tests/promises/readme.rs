@@ -5,8 +5,7 @@
 
 use std::fs;
 use std::path::Path;
-
-use assert_cmd::Command;
+use std::process::Command;
 
 pub(super) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -75,7 +74,7 @@ fn the_console_blocks_of_the_readme_are_what_the_command_prints() {
                 assert_eq!(shown.trim(), "", "no test looks at what `{command}` prints");
                 continue;
             };
-            let output = Command::new(assert_cmd::cargo::cargo_bin!("plan"))
+            let output = Command::new(env!("CARGO_BIN_EXE_plan"))
                 .current_dir(folder.path())
                 .args(arguments.split_whitespace())
                 .output()
@@ -103,11 +102,11 @@ fn the_picture_in_the_readme_is_of_the_run_beside_it() {
     assert!(readme().contains("](docs/warehouse.svg)"));
     let picture = fs::read_to_string(root().join("docs/warehouse.svg")).unwrap();
     let folder = clone();
-    Command::new(assert_cmd::cargo::cargo_bin!("plan"))
-        .current_dir(folder.path())
-        .args(["scenarios/warehouse.ron", "--out", "now"])
-        .assert()
-        .success();
+    super::succeeds(
+        Command::new(env!("CARGO_BIN_EXE_plan"))
+            .current_dir(folder.path())
+            .args(["scenarios/warehouse.ron", "--out", "now"]),
+    );
     let now = fs::read_to_string(folder.path().join("now/plan.svg")).unwrap();
     if updating() {
         fs::write(root().join("docs/warehouse.svg"), now).unwrap();

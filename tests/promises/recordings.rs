@@ -1,6 +1,6 @@
 //! Recordings of others are read as they lie: every flight, every table, nothing dropped in silence.
 //!
-//! They are not part of this repository; where they are absent, these tests say so and pass.
+//! They are not part of this repository; where they are absent, these tests are ignored.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,19 +12,7 @@ use diagnosis::record::recording::{Clock, Origin, Recording};
 use diagnosis::record::remark::RemarkKind;
 use rayon::prelude::*;
 
-/// A set of recordings, or a line that says that it is not there.
-fn shared(set: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("LEEWARD_RECORDINGS").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/recordings"),
-        PathBuf::from,
-    );
-    let folder = root.join(set);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: no recordings at {}", folder.display());
-    None
-}
+use super::shared;
 
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let mut paths: Vec<PathBuf> = fs::read_dir(folder)
@@ -43,10 +31,10 @@ fn campaign(file: &str) -> Campaign {
 }
 
 /// Every flight of a campaign, as `plan` reads them.
-fn flights(set: &str, campaign_file: &str) -> Option<Vec<Recording>> {
-    let folder = shared(set)?.join("flights");
+fn flights(set: &str, campaign_file: &str) -> Vec<Recording> {
+    let folder = shared(set).join("flights");
     let campaign = campaign(campaign_file);
-    let read = entries(&folder)
+    entries(&folder)
         .par_iter()
         .map(|path| {
             let packed = fs::read(path).unwrap();
@@ -58,8 +46,7 @@ fn flights(set: &str, campaign_file: &str) -> Option<Vec<Recording>> {
             read::read_flight(name, name, &bytes, &campaign)
                 .unwrap_or_else(|problems| panic!("{problems}"))
         })
-        .collect();
-    Some(read)
+        .collect()
 }
 
 fn seconds(recordings: &[Recording]) -> f64 {
@@ -72,10 +59,12 @@ fn seconds(recordings: &[Recording]) -> f64 {
 }
 
 #[test]
+#[cfg_attr(
+    not(shared_recordings = "neural_swarm2"),
+    ignore = "no recordings of neural_swarm2 beside the project"
+)]
 fn every_flight_of_neural_swarm2_is_read_as_it_lies() {
-    let Some(recordings) = flights("neural_swarm2", "neural_swarm2.ron") else {
-        return;
-    };
+    let recordings = flights("neural_swarm2", "neural_swarm2.ron");
     assert_eq!(recordings.len(), 90);
     // The set's own index states 90 flights; a vehicle is in the air for most of each.
     let hours = seconds(&recordings) / 3600.0;
@@ -100,10 +89,12 @@ fn every_flight_of_neural_swarm2_is_read_as_it_lies() {
 }
 
 #[test]
+#[cfg_attr(
+    not(shared_recordings = "crazypad"),
+    ignore = "no recordings of crazypad beside the project"
+)]
 fn every_flight_of_crazypad_is_read_as_it_lies() {
-    let Some(recordings) = flights("crazypad", "crazypad.ron") else {
-        return;
-    };
+    let recordings = flights("crazypad", "crazypad.ron");
     assert_eq!(recordings.len(), 48);
     for recording in &recordings {
         let [vehicle] = recording.vehicles.as_slice() else {
@@ -138,10 +129,12 @@ fn every_flight_of_crazypad_is_read_as_it_lies() {
 }
 
 #[test]
+#[cfg_attr(
+    not(shared_recordings = "concealed_practice"),
+    ignore = "no recordings of concealed_practice beside the project"
+)]
 fn every_practice_folder_is_read_as_it_lies() {
-    let Some(folder) = shared("concealed_practice") else {
-        return;
-    };
+    let folder = shared("concealed_practice");
     let folders: Vec<PathBuf> = entries(&folder)
         .into_iter()
         .filter(|path| path.join("meta.json").is_file())

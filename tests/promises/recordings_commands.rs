@@ -2,9 +2,8 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::process::{Command, Output};
 
-use assert_cmd::Command;
 use serde_json::Value;
 
 fn root() -> &'static Path {
@@ -22,7 +21,7 @@ fn plan(folder: &Path, arguments: &[&str]) -> Output {
 }
 
 fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("plan"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_plan"));
     command.current_dir(folder).args(arguments);
     command
 }
@@ -178,10 +177,9 @@ fn the_number_of_threads_changes_no_byte() {
     let run = |threads: &str| {
         let desk = tempfile::tempdir().unwrap();
         for (verb, to) in [("simulate", "a"), ("calibrate", "b")] {
-            command(desk.path(), &[verb, &all, "--out", to])
-                .env("RAYON_NUM_THREADS", threads)
-                .assert()
-                .success();
+            super::succeeds(
+                command(desk.path(), &[verb, &all, "--out", to]).env("RAYON_NUM_THREADS", threads),
+            );
         }
         contents(desk.path())
     };
@@ -203,7 +201,7 @@ fn the_recordings_that_ship_are_what_their_command_writes() {
     let desk = tempfile::tempdir().unwrap();
     let mut arguments = vec!["generate"];
     arguments.extend(line.split_whitespace());
-    command(desk.path(), &arguments).assert().success();
+    super::succeeds(&mut command(desk.path(), &arguments));
     let now = contents(&desk.path().join("recordings/hover-grids"));
     assert!(now.len() == 18);
     let mut bytes = 0;
@@ -263,9 +261,7 @@ fn the_expansion_picture_in_the_readme_is_of_the_run_beside_it() {
     assert!(readme.contains("](docs/expansion.svg)"));
     let desk = tempfile::tempdir().unwrap();
     let all = shelf().display().to_string();
-    command(desk.path(), &["calibrate", &all])
-        .assert()
-        .success();
+    super::succeeds(&mut command(desk.path(), &["calibrate", &all]));
     let now = fs::read_to_string(desk.path().join("out/hover-grids/expansion.svg")).unwrap();
     let kept = fs::read_to_string(root().join("docs/expansion.svg")).unwrap();
     // Coordinates may differ in a last digit where another machine's sine does; the words hold all figures of the fit.

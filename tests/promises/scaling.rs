@@ -1,10 +1,10 @@
 //! `plan bench` as a person or a script meets it, at sizes that take no time.
 
-use assert_cmd::Command;
 use serde_json::Value;
+use std::process::Command;
 
 fn bench(arguments: &[&str]) -> (i32, String, String) {
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("plan"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_plan"));
     let output = command.arg("bench").args(arguments).output().unwrap();
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
     (

@@ -1,12 +1,15 @@
 //! What is shipped in `scenarios/` keeps the promise of the comment atop each file.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use planner::plan::outcome::{Control, Outcome};
 use planner::plan::{DronePlan, Plan, Status, ViolationKind};
 use planner::scenario::world::{AtEnd, AtStart, World};
 use planner::verify::verify;
+use rayon::prelude::*;
 
 /// The verifier's arithmetic and the file's agree far below the digits that anybody reads.
 const SAME: f64 = 1e-9;
@@ -41,6 +44,17 @@ fn planned(world: &World) -> Plan {
         Outcome::Planned { plan, .. } => plan,
         other => panic!("{}: {other:?}", world.name),
     }
+}
+
+/// The plan of a shipped scenario; each is planned once for all tests.
+fn shipped_plan(name: &str) -> &'static Plan {
+    static PLANS: LazyLock<BTreeMap<String, Plan>> = LazyLock::new(|| {
+        let plans = shipped().into_par_iter();
+        plans
+            .map(|name| (name.clone(), planned(&world(&name))))
+            .collect()
+    });
+    &PLANS[name]
 }
 
 fn drone<'a>(plan: &'a Plan, name: &str) -> &'a DronePlan {
@@ -90,7 +104,7 @@ fn each_is_called_like_its_file_and_says_how_to_run_it() {
 #[test]
 fn every_feasible_one_is_planned_whole_and_the_verifier_agrees() {
     for name in shipped().iter().filter(|name| *name != "corridor") {
-        let plan = planned(&world(name));
+        let plan = shipped_plan(name);
         assert_eq!(plan.unplanned, [], "{name}");
         assert_eq!(plan.violations, [], "{name}");
         assert_eq!(plan.status, Status::Safe, "{name}");
@@ -103,7 +117,7 @@ fn every_feasible_one_is_planned_whole_and_the_verifier_agrees() {
 #[test]
 fn nobody_meets_more_air_than_its_limit() {
     for name in shipped() {
-        for drone in &planned(&world(&name)).drones {
+        for drone in &shipped_plan(&name).drones {
             // Whose mass changes may meet more while it is heavy; the verifier judges that moment by moment.
             let constant = drone.trajectory.mass_kg.windows(2).all(|m| m[0] == m[1]);
             let alpha = drone.worst_air_mps / lowest_induced_velocity_mps(drone);
@@ -119,7 +133,7 @@ fn nobody_meets_more_air_than_its_limit() {
 #[test]
 fn without_regard_for_downwash_each_would_harm_somebody() {
     for name in shipped() {
-        let ignoring = planned(&world(&name)).ignoring_downwash.unwrap();
+        let ignoring = shipped_plan(&name).ignoring_downwash.as_ref().unwrap();
         assert!(
             ignoring.drones_over_limit + ignoring.zones_over_limit > 0,
             "{name} shows nothing"
@@ -129,13 +143,16 @@ fn without_regard_for_downwash_each_would_harm_somebody() {
 
 #[test]
 fn in_the_warehouse_at_least_five_drones_would_fly_through_downwash() {
-    let ignoring = planned(&world("warehouse")).ignoring_downwash.unwrap();
+    let ignoring = shipped_plan("warehouse")
+        .ignoring_downwash
+        .as_ref()
+        .unwrap();
     assert!(ignoring.drones_over_limit >= 5, "{ignoring:?}");
 }
 
 #[test]
 fn the_courier_of_the_warehouse_is_heavier_from_the_parcel_to_the_table() {
-    let plan = planned(&world("warehouse"));
+    let plan = shipped_plan("warehouse");
     let courier = drone(&plan, "courier");
     let mut masses_kg = courier.trajectory.mass_kg.clone();
     masses_kg.dedup();
@@ -148,7 +165,7 @@ fn the_courier_of_the_warehouse_is_heavier_from_the_parcel_to_the_table() {
 
 #[test]
 fn the_corridor_has_no_safe_pass_and_the_answer_names_the_gentlest() {
-    let plan = planned(&world("corridor"));
+    let plan = shipped_plan("corridor");
     assert_eq!(plan.status, Status::Partial);
     assert_eq!(plan.violations, []);
     let [left_out] = &plan.unplanned[..] else {

@@ -2,9 +2,7 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Output;
-
-use assert_cmd::Command;
+use std::process::{Command, Output};
 
 const FINDING: &str = "Finding(verdict: library, effects: (crossflow: (wind_mps: (0, 0.5))))";
 
@@ -18,7 +16,7 @@ fn hall(air: &str) -> String {
 }
 
 fn plan(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(assert_cmd::cargo::cargo_bin!("plan"))
+    Command::new(env!("CARGO_BIN_EXE_plan"))
         .current_dir(folder)
         .args(arguments)
         .output()

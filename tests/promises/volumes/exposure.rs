@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 const ONE_PER_MILLE: f64 = 1e-3;
 
 /// Midpoints of the reference sum.
-const STEPS: usize = 200_000;
+const STEPS: usize = crate::samples(40_000, 200_000);
 
 fn leg(from: [f64; 3], to: [f64; 3], start_s: f64, end_s: f64) -> Flight {
     Flight {

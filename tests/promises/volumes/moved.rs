@@ -48,6 +48,9 @@ fn wake(random: &mut Random, preset: &str) -> Wake {
     effects.flown().expect("all can be flown").wake(&plain)
 }
 
+/// Points for one jet.
+const POINTS: usize = crate::samples(4_000, 20_000);
+
 #[test]
 fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
     let mut random = Random(77);
@@ -58,7 +61,7 @@ fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
         let spindle = IsoSpeedVolume::new(&wake, limit_mps).expect("a positive limit");
         let end_m = spindle.sections().map(|s| s.to_depth_m).fold(0.0, f64::max);
         let mut above = 0;
-        for _ in 0..20_000 {
+        for _ in 0..POINTS {
             let depth_m = random.between(0.0, 1.3) * end_m;
             let (Some([x_m, y_m]), Some(spread_m)) = (wake.axis_m(depth_m), wake.spread_m(depth_m))
             else {
@@ -76,7 +79,7 @@ fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
             }
         }
         assert!(
-            above > 200,
+            above > POINTS / 100,
             "case {case}: only {above} points tested anything"
         );
     }

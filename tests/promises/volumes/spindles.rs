@@ -11,8 +11,8 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 /// Limits, in parts of the emitter's induced velocity.
 const LIMITS: [f64; 10] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
 
-/// Points for one airframe at one limit: a million an airframe.
-const POINTS: usize = 100_000;
+/// Points for one airframe at one limit: a hundred thousand an airframe, a million in the long run.
+const POINTS: usize = crate::samples(10_000, 100_000);
 
 fn at(depth_m: f64, radius_m: f64, azimuth: f64) -> Vector3<f64> {
     Vector3::new(radius_m * azimuth.cos(), radius_m * azimuth.sin(), -depth_m)
