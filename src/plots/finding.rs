@@ -98,7 +98,7 @@ fn seen(recording: &Recording, finding: &Finding) -> Option<Seen> {
         .collect();
     let rows = &finding.region.sample_indices;
     Some(Seen {
-        noise: noise(&observed, &corrected).sd,
+        noise: noise(&observed, &corrected).sd().to_vec(),
         inside: observed
             .samples
             .iter()

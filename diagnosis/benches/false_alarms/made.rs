@@ -1,8 +1,8 @@
-//! Made-up residuals of probes in a jet: dwells, turbulence with memory, calibration errors, and an effect.
+//! Synthetic residuals of probes in a jet: dwells, turbulence with memory, calibration errors, and an effect.
 
 use diagnosis::statistics::draws::Draws;
 
-/// What made-up recordings of one sort hold.
+/// What synthetic recordings of one sort hold.
 #[derive(Clone, Copy)]
 pub(super) struct Sort {
     pub(super) name: &'static str,

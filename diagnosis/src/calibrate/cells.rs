@@ -64,14 +64,8 @@ pub(super) fn cells(samples: &mut [Sample], options: &Options) -> Vec<Cell> {
     cells
 }
 
-/// Quantile with linear interpolation between order statistics; 0 of nothing.
-pub(super) fn quantile(values: &mut [f64], part: f64) -> f64 {
+/// Quantile of values in any order; 0 of nothing.
+pub(super) fn quantile(values: &mut [f64], share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
-    let Some(last) = values.len().checked_sub(1) else {
-        return 0.0;
-    };
-    let place = part * last as f64;
-    let below = place as usize;
-    let above = (below + 1).min(last);
-    values[below] + (place - below as f64) * (values[above] - values[below])
+    crate::statistics::quantile::quantile(values, share).unwrap_or(0.0)
 }

@@ -1,7 +1,5 @@
 //! From the flights of a campaign to what their simulation leaves out.
 
-use std::collections::BTreeMap;
-
 use serde::Serialize;
 
 use super::covariates::{COORDINATES, PLACES};
@@ -15,14 +13,14 @@ use crate::forward::hypothesis::Hypothesis;
 use crate::forward::observed::Explained;
 use crate::forward::simulate::{Channel, Sample};
 use crate::infer::candidates::{Candidate, Kind};
-use crate::infer::diagnose::{effect, ranked, smallest};
+use crate::infer::diagnose::{departing, detectable, effects, ranked};
 use crate::infer::finding::{Effect, Finding, HeldOut, Region, verdict};
-use crate::infer::fit::{Fit, Setting, refit_without};
-use crate::infer::intervals;
-use crate::infer::outside;
-use crate::infer::select::{FOLDS, Gain, flexible, singles};
+use crate::infer::fit::Setting;
+use crate::infer::outside::{global_test, outside};
+use crate::infer::select::{flexible, singles};
 use crate::record::recording::Recording;
-use crate::statistics::scan::{self, Coordinate};
+use crate::statistics::held_out::{FOLDS, Gain};
+use crate::statistics::scan;
 use crate::thrust::identify::IdentifyError;
 
 /// Offset (N) that all flights together may have without anybody's fault: 0.2 g.
@@ -152,7 +150,7 @@ pub fn diagnose_campaign(
     }
     let base = Hypothesis::default();
     let scatter = scatter(&forces, &forces.at_every_step(&base), 1.0 / options.rate_hz);
-    let flights = scatter.noise.blocks;
+    let flights = scatter.noise.blocks.count();
     if flights < FOLDS {
         return Err(CampaignError::TooFew {
             flights,
@@ -163,8 +161,8 @@ pub fn diagnose_campaign(
     let setting = Setting::within(&forces, &scatter.noise, base, [1e-6, TOLERANCE_N]);
     let tried = singles(&setting, &candidates);
     let mut chosen = forward(&setting, &candidates, tried, options.most_effects);
-    let gate = outside::anything(&setting, &candidates, &chosen.selection.nothing.fit);
-    if !gate.passed {
+    let test = global_test(&setting, &candidates, &chosen.selection.nothing.fit);
+    if !test.is_significant {
         chosen.selection.withdraw();
         chosen.turns.clear();
     }
@@ -174,13 +172,13 @@ pub fn diagnose_campaign(
     let simulated = forces.predict(&base);
     let corrected = forces.predict(&correction);
     let held_out = [
-        predicted_held_out(&setting, &[], &chosen.selection.nothing.fit),
-        predicted_held_out(&setting, &members, &best.fit),
+        setting.predicted_held_out(&[], &chosen.selection.nothing.fit),
+        setting.predicted_held_out(&members, &best.fit),
     ];
     let columns = forces.circumstances().columns;
     let skills = skills(&forces, columns, &held_out);
-    let effects = effects(&setting, &candidates, &chosen);
-    let shape = outside::outside(&setting, &candidates, &chosen.selection, &gate);
+    let effects = terms(&setting, &candidates, &chosen);
+    let shape = outside(&setting, &candidates, &chosen.selection, &test);
     let recorded = forces.recorded();
     let rest: Vec<f64> = recorded
         .iter()
@@ -202,7 +200,7 @@ pub fn diagnose_campaign(
                 rms_after: skill.rms_after_n[1],
                 rms_after_low: skill.rms_after_n[0],
                 rms_after_high: skill.rms_after_n[2],
-                noise_floor: root_mean_square(&scatter.noise.sd),
+                noise_floor: root_mean_square(scatter.noise.sd()),
             }),
         // Before a wake is taken, what changes jets changes nothing.
         candidates: ranked(&candidates, &chosen.selection)
@@ -210,10 +208,10 @@ pub fn diagnose_campaign(
             .filter(|ranked| ranked.gain_error > 0.0)
             .collect(),
         shape,
-        chance: gate.p,
-        perhaps: None,
+        p: test.p,
+        runner_up: None,
         advice: advice(&candidates, &chosen),
-        smallest: smallest(&setting, &candidates, &scatter.noise),
+        detectable: detectable(&setting, &candidates),
         effects,
         prediction: corrected,
         correction,
@@ -227,11 +225,15 @@ pub fn diagnose_campaign(
             .collect(),
         samples: forces.samples(&simulated),
         recording_of: forces.judged().map(|(part, _)| part.recording).collect(),
-        noise_n: scatter.noise.sd.clone(),
+        noise_n: scatter.noise.sd().to_vec(),
         columns: columns.to_vec(),
-        next: chosen
-            .next
-            .map(|(k, gain)| (candidates[k].name.to_owned(), gain.total, gain.error)),
+        next: chosen.next.map(|(k, gain)| {
+            (
+                candidates[k].name.to_owned(),
+                gain.total,
+                gain.standard_error,
+            )
+        }),
         curves: curves(&forces, columns, &held_out),
         located: located(columns, &scatter, &rest),
         flexible_gain: [before.total, left.total],
@@ -247,54 +249,29 @@ fn root_mean_square(values: &[f64]) -> f64 {
     (square / values.len().max(1) as f64).sqrt()
 }
 
-/// Predicted force at every judged row by the fit without its flight's fold.
-fn predicted_held_out(setting: &Setting, members: &[&Candidate], fit: &Fit) -> Vec<f64> {
-    let mut predicted = fit.predicted.clone();
-    for fold in 0..FOLDS {
-        let of_fold = refit_without(setting, members, fit, fold, FOLDS);
-        for (i, block) in setting.noise.block.iter().enumerate() {
-            if block % FOLDS == fold {
-                predicted[i] = of_fold[i];
-            }
-        }
-    }
-    predicted
-}
-
 /// The terms with their intervals over flights.
-fn effects(setting: &Setting, candidates: &[Candidate], chosen: &Chosen) -> Vec<Effect> {
-    let best = &chosen.selection.chosen;
-    let members = best.members(candidates);
-    let half_widths = intervals::half_widths(&members, &best.fit, setting.noise);
-    let mut place = 0;
-    let of = |(member, turn): (&&Candidate, &Turn)| {
-        let span = place..place + member.parameters.len();
-        place = span.end;
+fn terms(setting: &Setting, candidates: &[Candidate], chosen: &Chosen) -> Vec<Effect> {
+    let sensors_first = |turn: &Turn| {
         let mut alternatives = turn.alternatives.clone();
         alternatives.sort_by_key(|&k| candidates[k].kind == Kind::Physics);
-        let names = alternatives.iter().map(|&k| candidates[k].name.to_owned());
-        effect(
-            member,
-            &best.fit.values[span.clone()],
-            &half_widths[span],
-            names.collect(),
-        )
+        alternatives
     };
-    members.iter().zip(&chosen.turns).map(of).collect()
+    let alternatives = chosen.turns.iter().map(sensors_first);
+    effects(setting, candidates, &chosen.selection.chosen, alternatives)
 }
 
 fn taken(candidates: &[Candidate], turn: &Turn) -> Taken {
     let name = |k: usize| candidates[k].name.to_owned();
-    let rival = |(k, gain): &(usize, Gain)| (name(*k), gain.total, gain.error);
+    let rival = |(k, gain): &(usize, Gain)| (name(*k), gain.total, gain.standard_error);
     Taken {
         name: name(turn.which),
         gain: turn.gain.total,
-        gain_error: turn.gain.error,
+        gain_error: turn.gain.standard_error,
         alternatives: turn.alternatives.iter().map(|&k| name(k)).collect(),
         rivals: turn
             .fitted
             .iter()
-            .filter(|(k, gain)| *k != turn.which && gain.error > 0.0)
+            .filter(|(k, gain)| *k != turn.which && gain.standard_error > 0.0)
             .map(rival)
             .collect(),
     }
@@ -308,48 +285,24 @@ fn region(
     simulated: &[f64],
     corrected: &[f64],
 ) -> Region {
-    let sd = &scatter.noise.sd;
-    let marked: Vec<bool> = (0..corrected.len())
-        .map(|i| (corrected[i] - simulated[i]).abs() > 0.5 * sd[i])
-        .collect();
-    let inside: Vec<usize> = (0..marked.len()).filter(|&i| marked[i]).collect();
+    let inside = departing(simulated, corrected, &scatter.noise);
     if inside.is_empty() {
         return Region::default();
     }
-    let mean = |value: &dyn Fn(usize) -> f64| {
-        inside.iter().map(|&i| value(i)).sum::<f64>() / inside.len() as f64
+    let mut marked = vec![false; corrected.len()];
+    inside.iter().for_each(|&i| marked[i] = true);
+    let mut region = Region::of(&inside, recorded, simulated, scatter.noise.sd());
+    for interval in scan::describe(&columns[..PLACES], &marked) {
+        let name = COORDINATES[interval.coordinate].0.to_owned();
+        region.bounds.insert(name, [interval.from, interval.to]);
+    }
+    let bounds = region.bounds.iter();
+    region.description = match region.bounds.is_empty() {
+        true => "everywhere".into(),
+        false => words(bounds.map(|(name, ends)| (name.as_str(), *ends))),
     };
-    let mean_error = mean(&|i| recorded[i] - simulated[i]);
-    let mean_square = mean(&|i| ((recorded[i] - simulated[i]) / sd[i]).powi(2));
-    let mut bounds = BTreeMap::new();
-    if let Some(description) = scan::describe(&coordinates(&columns[..PLACES]), &marked) {
-        for interval in description.intervals {
-            let name = COORDINATES[interval.coordinate].0.to_owned();
-            bounds.insert(name, [interval.from, interval.to]);
-        }
-    }
-    Region {
-        description: match bounds.is_empty() {
-            true => "everywhere".into(),
-            false => words(bounds.iter().map(|(name, ends)| (name.as_str(), *ends))),
-        },
-        bounds,
-        share: inside.len() as f64 / marked.len() as f64,
-        mean_error,
-        relative_error: mean_error / mean(&|i| recorded[i]),
-        error_over_noise: mean_square.sqrt(),
-        sample_indices: inside,
-    }
-}
-
-fn coordinates(columns: &[Vec<f64>]) -> Vec<Coordinate<'_>> {
-    let columns = columns.iter().map(Vec::as_slice);
-    columns
-        .map(|values| Coordinate {
-            values,
-            is_cyclic: false,
-        })
-        .collect()
+    region.sample_indices = inside;
+    region
 }
 
 fn words<'n>(ends: impl Iterator<Item = (&'n str, [f64; 2])>) -> String {
@@ -362,8 +315,7 @@ fn words<'n>(ends: impl Iterator<Item = (&'n str, [f64; 2])>) -> String {
 /// The box in which whole flights agree most that something is missing.
 fn located(columns: &[Vec<f64>], scatter: &Scatter, rest: &[f64]) -> Option<Located> {
     let white = scatter.noise.whiten(rest);
-    let blocks = &scatter.noise.sequence_blocks;
-    let found = scan::scan(&coordinates(&columns[..PLACES]), &white, rest, blocks, 1)?;
+    let found = scan::scan(&columns[..PLACES], &white, rest, &scatter.noise.blocks, 1)?;
     let ends = found.intervals.iter();
     Some(Located {
         description: words(ends.map(|i| (COORDINATES[i.coordinate].0, [i.from, i.to]))),

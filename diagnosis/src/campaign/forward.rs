@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use crate::infer::candidates::{Candidate, Kind};
 use crate::infer::fit::Setting;
-use crate::infer::select::{Gain, Selection, Singles, Tried, attempt, gain, promising};
+use crate::infer::select::{Selection, Singles, Tried, attempt, promising};
+use crate::statistics::held_out::Gain;
 
 /// Least gain of a term in held-out log density, alone, in standard errors over flights, and as part of the whole gain. Chosen here:
 /// standard errors over flights are honest about flights but not about forms, so three of them; and terms of less than 2 % mend the form of
@@ -57,12 +58,12 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], tried: Singles, most
         let mut fitted: Vec<(Gain, Tried)> = tried
             .into_iter()
             .filter(|tried| last_matters(candidates, tried) && is_inside(candidates, tried))
-            .map(|tried| (gain(setting, &tried.log_density, &best.log_density), tried))
+            .map(|tried| (tried.beyond(setting, &best), tried))
             .collect();
         fitted.sort_by(|(a, x), (b, y)| b.total.total_cmp(&a.total).then(x.which.cmp(&y.which)));
         let beside: Vec<(usize, Gain)> = fitted
             .iter()
-            .filter_map(|(gain, tried)| Some((*tried.which.last()?, *gain)))
+            .filter_map(|(gain, tried)| Some((*tried.which.last()?, gain.clone())))
             .collect();
         if let Some(last) = turns.last_mut() {
             keep_substitutes(last, &beside);
@@ -72,7 +73,7 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], tried: Singles, most
         };
         let whole = winner.gain.total;
         let is_enough = lead.total > LEAST_GAIN
-            && lead.total > LEAST_ERRORS * lead.error
+            && lead.total > LEAST_ERRORS * lead.standard_error
             && lead.total > LEAST_SHARE * whole;
         let Some(&which) = winner.which.last() else {
             break;
@@ -85,8 +86,8 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], tried: Singles, most
             .iter()
             .skip(1)
             .filter(|(_, rival)| {
-                let behind = gain(setting, &winner.log_density, &rival.log_density);
-                let tie: f64 = (2.0 * behind.error).min(0.25 * lead.total);
+                let behind = winner.beyond(setting, rival);
+                let tie: f64 = (2.0 * behind.standard_error).min(0.25 * lead.total);
                 behind.total < tie.max(0.04 * lead.total)
             })
             .filter_map(|(_, rival)| rival.which.last().copied())
@@ -105,7 +106,7 @@ pub fn forward(setting: &Setting, candidates: &[Candidate], tried: Singles, most
             nothing,
             singles,
             rivals: Vec::new(),
-            withheld: None,
+            runner_up: None,
             chosen: best,
             alternatives: turns.iter().map(|turn| turn.alternatives.clone()).collect(),
         },

@@ -9,8 +9,8 @@
 //! shares is in the covariance, so that no effect is credited with a weak battery or a bent propeller, and no flight counts as hundreds of witnesses.
 
 use super::forces::Forces;
-use crate::infer::noise::Noise;
-use crate::statistics::noise::{NoiseModel, Whitener};
+use crate::statistics::noise::{Noise, NoiseModel, Whitener};
+use crate::statistics::quantile::median;
 use crate::statistics::sequence::{Blocks, Sequence};
 
 /// Most that one flight's offset may be (N): a gram.
@@ -63,13 +63,7 @@ pub fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) -> Scatte
         of_sample: block,
     };
     Scatter {
-        noise: Noise {
-            sd: whitener.sd().to_vec(),
-            block: blocks.of_sample.clone(),
-            blocks: blocks.count(),
-            whitener,
-            sequence_blocks: blocks,
-        },
+        noise: Noise { whitener, blocks },
         model,
         offset_n: still.offset_n,
     }
@@ -86,7 +80,7 @@ fn per_force(still: &NoiseModel, sequence: &Sequence, flow: &[f64], rest: &[f64]
         return 0.0;
     }
     let mut sizes: Vec<f64> = large.iter().map(|&i| surprises[i].abs()).collect();
-    let spread_n = MAD * median(&mut sizes) * still.s0;
+    let spread_n = MAD * median(&mut sizes).unwrap_or(0.0) * still.s0;
     let more_n2 = (spread_n * spread_n - still.s0 * still.s0).max(0.0);
     let square_n2: f64 = large.iter().map(|&i| flow[i] * flow[i]).sum();
     (more_n2 * large.len() as f64 / square_n2).sqrt()
@@ -126,11 +120,7 @@ fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
     let offset_n2 = offsets.iter().map(|(mean, _)| mean * mean).sum::<f64>();
     let offset_n = (offset_n2 / offsets.len().max(1) as f64).sqrt();
     // A tenth of a gram: no instrument of these flights knows better.
-    let sd_n = if rests.is_empty() {
-        0.01
-    } else {
-        MAD * median(&mut rests)
-    };
+    let sd_n = median(&mut rests).map_or(0.01, |median| MAD * median);
     Still {
         sd_n: sd_n.max(0.001),
         memory: if square > 0.0 {
@@ -171,13 +161,4 @@ fn share(forces: &Forces, whitener: &mut Whitener, offset_n: f64) {
         }
         from += count;
     }
-}
-
-/// The middle of some values, in place; 0 of none.
-pub(super) fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

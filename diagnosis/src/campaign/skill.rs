@@ -5,9 +5,10 @@
 use serde::Serialize;
 
 use super::forces::Forces;
-use super::scatter::{MOST_OFFSET_N, median};
+use super::scatter::MOST_OFFSET_N;
 use crate::forward::observed::Explained;
-use crate::statistics::draws::Draws;
+use crate::statistics::bootstrap::intervals_95;
+use crate::statistics::quantile::median;
 
 /// Draws of flights with replacement. Chosen here: enough for two digits of a 95 % interval.
 const DRAWS: usize = 400;
@@ -42,7 +43,9 @@ fn with_offsets(forces: &Forces, recorded: &[f64], predicted: &[f64]) -> Vec<f64
         let span = from..from + part.judged.len();
         from = span.end;
         let mut rests: Vec<f64> = span.clone().map(|i| recorded[i] - predicted[i]).collect();
-        let offset_n = median(&mut rests).clamp(-MOST_OFFSET_N, MOST_OFFSET_N);
+        let offset_n = median(&mut rests)
+            .unwrap_or(0.0)
+            .clamp(-MOST_OFFSET_N, MOST_OFFSET_N);
         shifted[span].iter_mut().for_each(|f| *f += offset_n);
     }
     shifted
@@ -134,22 +137,15 @@ fn skill(
     if rows < 20 {
         return None;
     }
-    let mut random = Draws::new(rows as u64);
-    let mut drawn: Vec<[f64; 4]> = (0..DRAWS)
-        .map(|_| {
-            let mut sums = Sums::default();
-            for _ in 0..by_flight.len() {
-                sums.add(&by_flight[random.index(by_flight.len())]);
-            }
-            sums.figures()
-        })
-        .collect();
     let figures = total.figures();
-    let mut interval = |which: usize| {
-        drawn.sort_by(|a, b| a[which].total_cmp(&b[which]));
-        let at = |share: f64| drawn[(share * (DRAWS - 1) as f64).round() as usize][which];
-        [at(0.025), figures[which], at(0.975)]
-    };
+    let ends = intervals_95(by_flight.len(), DRAWS, rows as u64, |picked| {
+        let mut sums = Sums::default();
+        picked
+            .iter()
+            .for_each(|&flight| sums.add(&by_flight[flight]));
+        sums.figures()
+    });
+    let interval = |which: usize| [ends[which][0], figures[which], ends[which][1]];
     Some(Skill {
         rows_where: name.to_owned(),
         rows,

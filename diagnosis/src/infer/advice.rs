@@ -167,7 +167,7 @@ fn places(
 
 /// Noise of a reading: that of the sample that reads most alike.
 fn noise_at(setting: &Setting, observed: &Observed, reading: f64) -> f64 {
-    let samples = observed.samples.iter().zip(&setting.noise.sd);
+    let samples = observed.samples.iter().zip(setting.noise.sd());
     samples
         .min_by(|(a, _), (b, _)| {
             let off = |simulated: f64| (simulated - reading).abs();

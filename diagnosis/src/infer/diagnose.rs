@@ -1,30 +1,33 @@
-//! From a recording to a finding: the whole way.
+//! From a recording to a finding.
 //!
-//! Throttle and power first; then the noise; then every candidate alone, fitted and held out; two together where one leaves too much; then
-//! where, how well, how surely, and what to measure next. It never forces a winner.
+//! Throttle and power first; then the noise; then every candidate alone, fitted and held out; two together
+//! where one leaves too much; then where, how well, how surely, and what to measure next. It never
+//! forces a winner.
 
-mod figures;
-mod named;
-mod region;
+use std::collections::BTreeMap;
 
-use figures::held_out;
-pub(crate) use figures::{ranked, smallest};
-pub(crate) use named::effect;
-use named::{from_actuation, named};
-use region::region;
+use airflow::effects::EffectSpec;
 
 use crate::forward::hypothesis::Hypothesis;
-use crate::forward::observed::{Explained, Observed};
+use crate::forward::observed::{COVARIATES, Explained, Observed};
 use crate::forward::simulate::Channel;
-use crate::infer::actuation::{self, Actuation};
+use crate::infer::actuation::{Actuation, Found, actuation};
 use crate::infer::advice::advice;
-use crate::infer::candidates::{Candidate, applicable};
-use crate::infer::finding::{Effect, Finding, Perhaps, verdict};
-use crate::infer::fit::Setting;
-use crate::infer::noise::{self, Noise};
-use crate::infer::outside;
-use crate::infer::select::{FOLDS, Selection, Singles, select, singles};
+use crate::infer::candidates::{Candidate, Kind, applicable};
+use crate::infer::finding::{
+    Detectable, Effect, Estimate, Finding, HeldOut, Ranked, Region, RunnerUp, verdict,
+};
+use crate::infer::fit::{Fit, Setting};
+use crate::infer::intervals::{NINETY_FIVE, half_widths};
+use crate::infer::noise::noise;
+use crate::infer::outside::{Shape, global_test, is_beyond_doubt, outside};
+use crate::infer::select::{Selection, Singles, Tried, select, singles};
 use crate::record::recording::Recording;
+use crate::statistics::bootstrap::intervals_95;
+use crate::statistics::held_out::FOLDS;
+use crate::statistics::lack_of_fit::minimum_detectable;
+use crate::statistics::noise::Noise;
+use crate::statistics::quantile::quantile;
 
 /// Why a recording cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -46,21 +49,20 @@ pub enum DiagnoseError {
     },
 }
 
-/// A held-out gain from which a selection stands without the gate, and how many standard errors it must be: where the scatter is read
-/// too small, a gain alone says little.
-const BEYOND_DOUBT: f64 = 40.0;
-const BEYOND_DOUBT_ERRORS: f64 = 4.0;
-
-/// Whether a held-out gain needs no gate.
-pub(crate) fn is_beyond_doubt(gain: f64, error: f64) -> bool {
-    gain > BEYOND_DOUBT.max(BEYOND_DOUBT_ERRORS * error)
-}
-
-/// Most times that the noise is read again around the best explanation so far, and what a clearly smaller one is, as a share.
+/// Most times that the noise is read again around the best explanation so far, and what a clearly smaller
+/// one is, as a share. Chosen here.
 const NOISE_ROUNDS: usize = 2;
 const CLEARLY_LESS: f64 = 0.95;
 /// How much likelier (log density) the recording must become with it. Chosen here: noise alone gives a few.
 const LIKELIER: f64 = 20.0;
+/// Readings that make a plateau. Chosen here: in still rising air three hardly agree to the resolution.
+const PLATEAU: usize = 3;
+/// Coordinates that a region is described by: those that narrow it most, each to less than this part of
+/// what the recording covers. Chosen here.
+const SAID: usize = 3;
+const NARROW: f64 = 0.7;
+/// Draws of blocks for an interval of an error: enough for two digits.
+const DRAWS: usize = 200;
 
 /// Diagnoses one recording.
 ///
@@ -80,26 +82,28 @@ pub fn diagnose_channel(
 ) -> Result<Finding, DiagnoseError> {
     let observed = Observed::of(recording, channel)
         .ok_or_else(|| DiagnoseError::NothingToCompare(recording.name.clone()))?;
-    let actuation = actuation::actuation(recording);
+    let actuation = actuation(recording);
+    let found = actuation.and_then(|actuation| actuation.found);
     let mut base = Hypothesis::default();
-    if let Some(found) = actuation.and_then(|actuation| actuation.found) {
+    if let Some(found) = found {
         found.set(&mut base);
     }
     let candidates: Vec<Candidate> = applicable(&observed)
         .into_iter()
         .filter(|candidate| possible(candidate, actuation.as_ref()))
         .collect();
-    let simulated = observed.predict(&base);
-    let mut noise = noise::noise(&observed, &simulated);
-    if noise.blocks < FOLDS {
+    let mut noise = noise(&observed, &observed.predict(&base));
+    let blocks = noise.blocks.count();
+    if blocks < FOLDS {
         return Err(DiagnoseError::TooShort {
             name: recording.name.clone(),
-            blocks: noise.blocks,
+            blocks,
             least: FOLDS,
         });
     }
     let mut tried = singles(&Setting::new(&observed, &noise, base), &candidates);
-    // What is missing may itself look like noise from one sample to the next: a lag, a clock. The best explanation tells.
+    // What is missing may itself look like noise from one sample to the next: a lag, a clock. The best
+    // explanation tells.
     for _ in 0..NOISE_ROUNDS {
         let Some(clearer) = clearer(&observed, &noise, &tried) else {
             break;
@@ -108,93 +112,329 @@ pub fn diagnose_channel(
         tried = singles(&Setting::new(&observed, &noise, base), &candidates);
     }
     let setting = Setting::new(&observed, &noise, base);
-    let gate = outside::anything(&setting, &candidates, &tried.nothing.fit);
-    let mut selection = select(&setting, &candidates, tried, gate.p);
-    let gain = &selection.chosen.gain;
-    if !gate.passed && !is_beyond_doubt(gain.total, gain.error) {
+    let test = global_test(&setting, &candidates, &tried.nothing.fit);
+    let mut selection = select(&setting, &candidates, tried, test.p);
+    if !test.is_significant && !is_beyond_doubt(&selection.chosen.gain) {
         selection.withdraw();
     }
-    let shape = outside::outside(&setting, &candidates, &selection, &gate);
+    let shape = outside(&setting, &candidates, &selection, &test);
     let of_chosen = |selection: &Selection| {
         let chosen = &selection.chosen;
         setting.hypothesis(&chosen.members(&candidates), &chosen.fit.values)
     };
     let mut corrected = observed.predict(&of_chosen(&selection));
     if let Some(shape) = &shape {
-        // What the trees add lies on top of the nearest that the library has, and is good inside the sampled hull only.
+        // What the trees add lies on top of the nearest that the library has, and is good inside the
+        // sampled hull only.
         let both = corrected.iter_mut().zip(&shape.correction);
         both.for_each(|(f, more)| *f += more);
         selection.withdraw();
     }
-    let correction = of_chosen(&selection);
-    let members = selection.chosen.members(&candidates);
-    let mut effects: Vec<Effect> = actuation
-        .and_then(|actuation| actuation.found)
-        .map(from_actuation)
-        .into_iter()
-        .collect();
-    effects.extend(named(&candidates, &members, &observed, &selection, &noise));
-    let rows = observed
-        .samples
-        .iter()
-        .map(|sample| sample.row + 1)
-        .max()
-        .unwrap_or(0);
-    let mut prediction = vec![f64::NAN; rows];
+    let mut effects: Vec<Effect> = found.map(from_actuation).into_iter().collect();
+    effects.extend(named(&setting, &candidates, &observed, &selection));
+    let rows = observed.samples.iter().map(|sample| sample.row + 1).max();
+    let mut prediction = vec![f64::NAN; rows.unwrap_or(0)];
     for (sample, value) in observed.samples.iter().zip(&corrected) {
         prediction[sample.row] = *value;
     }
+    let members = selection.chosen.members(&candidates);
+    let runner_up = selection.runner_up.as_ref();
     Ok(Finding {
         recording: recording.name.clone(),
         channel: observed.channel,
         samples: observed.samples.len(),
         verdict: verdict(shape.is_some(), &effects),
         region: region(&observed, &noise, &corrected),
-        held_out: held_out(&setting, &members, &selection, shape.as_ref(), &noise),
+        held_out: held_out(&setting, &members, &selection, shape.as_ref()),
         candidates: ranked(&candidates, &selection),
         shape,
-        chance: gate.p,
-        perhaps: selection.withheld.map(|(second, more)| Perhaps {
-            name: candidates[second].name.into(),
+        p: test.p,
+        runner_up: runner_up.map(|(second, more)| RunnerUp {
+            name: candidates[*second].name.into(),
             gain: more.total,
-            gain_error: more.error,
+            gain_error: more.standard_error,
         }),
         advice: advice(&setting, &observed, &candidates, &selection),
-        smallest: smallest(&setting, &candidates, &noise),
+        detectable: detectable(&setting, &candidates),
         effects,
         prediction,
-        correction,
+        correction: of_chosen(&selection),
     })
 }
 
 /// The scatter around the single explanation that makes the recording likeliest, each with its own scatter; `None` where that is not
 /// clearly less than before.
-fn clearer(observed: &Observed, noise: &Noise, tried: &Singles) -> Option<Noise> {
+fn clearer(observed: &Observed, before: &Noise, tried: &Singles) -> Option<Noise> {
     let recorded = observed.recorded();
     let likelihood = |noise: &Noise, predicted: &[f64]| {
         let left: Vec<f64> = recorded.iter().zip(predicted).map(|(y, f)| y - f).collect();
         noise.whitener.log_density(&left)
     };
-    let before = likelihood(noise, &tried.nothing.fit.predicted);
-    let (now, around) = tried
-        .singles
-        .iter()
-        .map(|single| {
-            let around = noise::noise(observed, &single.fit.predicted);
-            (likelihood(&around, &single.fit.predicted), around)
-        })
-        .max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let change: f64 = around
-        .sd
-        .iter()
-        .zip(&noise.sd)
-        .map(|(now, before)| (now / before).ln())
-        .sum();
-    let is_less = change / (noise.sd.len() as f64) < CLEARLY_LESS.ln();
-    (is_less && now - before > LIKELIER).then_some(around)
+    let likelihood_before = likelihood(before, &tried.nothing.fit.predicted);
+    let singles = tried.singles.iter().map(|single| {
+        let around = noise(observed, &single.fit.predicted);
+        (likelihood(&around, &single.fit.predicted), around)
+    });
+    let (likelihood, around) = singles.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let pairs = around.sd().iter().zip(before.sd());
+    let change: f64 = pairs.map(|(now, before)| (now / before).ln()).sum();
+    let is_less = change / (before.sd().len() as f64) < CLEARLY_LESS.ln();
+    (is_less && likelihood - likelihood_before > LIKELIER).then_some(around)
 }
 
 /// A payload shows in the throttle and has been looked for there: where that is logged it is no candidate any more.
 fn possible(candidate: &Candidate, actuation: Option<&Actuation>) -> bool {
     actuation.is_none() || candidate.name != "payload_mass"
+}
+
+/// Errors on blocks left out of the fit, fold by fold.
+fn held_out(
+    setting: &Setting,
+    members: &[&Candidate],
+    selection: &Selection,
+    shape: Option<&Shape>,
+) -> HeldOut {
+    let squares = |left: Vec<f64>| -> Vec<f64> { left.iter().map(|left| left * left).collect() };
+    let of_fit = |setting: &Setting, members: &[&Candidate], fit: &Fit| {
+        squares(setting.left(&setting.predicted_held_out(members, fit)))
+    };
+    let rms = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    // Before: without what throttle and power have answered already.
+    let mut plain = setting.clone();
+    plain.base = Hypothesis::default();
+    let before = of_fit(&plain, &[], &plain.nothing());
+    let after = match shape {
+        // The trees' corrections are held out themselves; what they lie on is a handful of parameters.
+        Some(shape) => squares(shape.left.clone()),
+        None => of_fit(setting, members, &selection.chosen.fit),
+    };
+    let blocks = &setting.noise.blocks;
+    let sums = blocks.sums(after.iter().copied());
+    let counts = blocks.sums(after.iter().map(|_| 1.0));
+    let seed = blocks.count() as u64;
+    let [[low, high]] = intervals_95(blocks.count(), DRAWS, seed, |picked| {
+        let sum = |of: &[f64]| picked.iter().map(|&b| of[b]).sum::<f64>();
+        [(sum(&sums) / sum(&counts).max(1.0)).sqrt()]
+    });
+    HeldOut {
+        rms_before: rms(&before),
+        rms_after: rms(&after),
+        rms_after_low: low,
+        rms_after_high: high,
+        noise_floor: rms(&squares(setting.noise.sd().to_vec())),
+    }
+}
+
+/// Every candidate alone, best first.
+pub(crate) fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ranked> {
+    let of = |tried: &Tried| {
+        let candidate = &candidates[tried.which[0]];
+        let names = candidate.parameters.iter().map(|p| p.name.to_owned());
+        Ranked {
+            name: candidate.name.into(),
+            gain: tried.gain.total,
+            gain_error: tried.gain.standard_error,
+            practical: tried.practical,
+            parameters: names.zip(tried.fit.values.iter().copied()).collect(),
+        }
+    };
+    selection.singles.iter().map(of).collect()
+}
+
+/// Minimum detectable departures of every candidate's first parameter: 80 % power at the 5 % level.
+pub(crate) fn detectable(setting: &Setting, candidates: &[Candidate]) -> Vec<Detectable> {
+    let clean = setting.observed.predict(&setting.base);
+    let of = |candidate: &Candidate| {
+        let parameter = candidate.parameters.first()?;
+        let values = candidate.starts.first()?;
+        let step = values[0] - parameter.neutral;
+        let mut tangent = setting.change(candidate, values, &clean);
+        tangent.iter_mut().for_each(|change| *change /= step);
+        Some(Detectable {
+            name: candidate.name.into(),
+            parameter: parameter.name.into(),
+            departure: minimum_detectable(&setting.noise.whiten(&tangent))?,
+            unit: parameter.unit.into(),
+        })
+    };
+    candidates.iter().filter_map(of).collect()
+}
+
+/// What throttle and power say, as an effect.
+fn from_actuation(found: Found) -> Effect {
+    let within = |value: f64, half: f64, unit: &str| Estimate {
+        value,
+        low: value - half,
+        high: value + half,
+        unit: unit.into(),
+    };
+    let (name, says, factor, error) = match found {
+        Found::Payload {
+            mass_factor, error, ..
+        } => {
+            let says = "its throttle and its power say so";
+            ("payload_mass", says, mass_factor, error)
+        }
+        Found::Density {
+            density_factor,
+            error,
+        } => {
+            let says = "throttle and power say so";
+            ("air_density", says, density_factor, error)
+        }
+    };
+    let spec = EffectSpec::named(name).expect("both are rows of the effect table");
+    let symbols: Vec<&str> = spec.components().map(|(_, symbol)| symbol).collect();
+    let factor = within(factor, NINETY_FIVE * error, "1");
+    let mut parameters = BTreeMap::from([(symbols[0].to_owned(), factor)]);
+    let mut equation = spec.equation;
+    if let Found::Payload {
+        since_s,
+        since_within_s,
+        ..
+    } = found
+    {
+        if since_s.is_finite() {
+            let moment = within(since_s, since_within_s, "s");
+            parameters.insert(symbols[1].to_owned(), moment);
+        } else {
+            equation = equation.trim_end_matches(" from t0 on");
+        }
+    }
+    Effect {
+        name: name.into(),
+        kind: Some(Kind::Physics),
+        alternatives: Vec::new(),
+        equation: equation.into(),
+        description: format!("{}: {says}", spec.description),
+        parameters,
+    }
+}
+
+/// The chosen candidates with their intervals, and what each cannot be told from.
+fn named(
+    setting: &Setting,
+    candidates: &[Candidate],
+    observed: &Observed,
+    selection: &Selection,
+) -> Vec<Effect> {
+    let alternatives = selection.alternatives.iter().cloned();
+    let mut effects = effects(setting, candidates, &selection.chosen, alternatives);
+    // Gusts blur the ceiling of a mean, not that of the readings: the highest of them, where several
+    // lie at it.
+    let saturation = effects.iter_mut().find(|e| e.name == "sensor_saturation");
+    if let (Some(effect), Some(highest)) = (saturation, plateau(observed)) {
+        let candidate = candidates.iter().find(|c| c.name == effect.name);
+        let half = [observed.resolution().max(1e-3)];
+        if let Some(candidate) = candidate {
+            let alternatives = std::mem::take(&mut effect.alternatives);
+            *effect = self::effect(candidate, &[highest], &half, alternatives);
+        }
+    }
+    effects
+}
+
+/// The terms of a fit with their intervals, and for each the candidates that it cannot be told from.
+pub(crate) fn effects(
+    setting: &Setting,
+    candidates: &[Candidate],
+    chosen: &Tried,
+    alternatives: impl Iterator<Item = Vec<usize>>,
+) -> Vec<Effect> {
+    let members = chosen.members(candidates);
+    let half_widths = half_widths(&members, &chosen.fit, setting.noise);
+    let mut from = 0;
+    let terms = members.into_iter().zip(alternatives);
+    terms
+        .map(|(member, alternatives)| {
+            let span = from..from + member.parameters.len();
+            from = span.end;
+            let names = alternatives.iter().map(|&k| candidates[k].name.to_owned());
+            let values = &chosen.fit.values[span.clone()];
+            effect(member, values, &half_widths[span], names.collect())
+        })
+        .collect()
+}
+
+fn effect(
+    candidate: &Candidate,
+    values: &[f64],
+    half_widths: &[f64],
+    alternatives: Vec<String>,
+) -> Effect {
+    let estimates = candidate.parameters.iter().zip(values).zip(half_widths);
+    let parameters = estimates.map(|((parameter, &value), half)| {
+        let estimate = Estimate {
+            value,
+            low: (value - half).max(parameter.low),
+            high: (value + half).min(parameter.high),
+            unit: parameter.unit.into(),
+        };
+        (parameter.name.to_owned(), estimate)
+    });
+    Effect {
+        name: candidate.name.into(),
+        kind: Some(candidate.kind),
+        alternatives,
+        equation: candidate.equation.into(),
+        description: candidate.description.into(),
+        parameters: parameters.collect(),
+    }
+}
+
+/// The reading that none exceeds and several reach.
+fn plateau(observed: &Observed) -> Option<f64> {
+    let recorded = observed.recorded();
+    let highest = recorded.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let near = |value: &&f64| highest - **value < 1.5 * observed.resolution();
+    (recorded.iter().filter(near).count() >= PLATEAU).then_some(highest)
+}
+
+/// Where baseline and corrected simulation differ by more than half a standard deviation.
+fn region(observed: &Observed, noise: &Noise, corrected: &[f64]) -> Region {
+    let simulated: Vec<f64> = observed.samples.iter().map(|s| s.simulated).collect();
+    let inside = departing(&simulated, corrected, noise);
+    if inside.is_empty() {
+        return Region::default();
+    }
+    let mut bounds = BTreeMap::new();
+    let mut narrow: Vec<(f64, String)> = Vec::new();
+    for (name, column) in COVARIATES.iter().zip(&observed.covariates) {
+        let within = span(inside.iter().map(|&i| column[i]).collect(), 0.05);
+        let whole = span(column.clone(), 0.02);
+        let part = (within[1] - within[0]) / (whole[1] - whole[0]);
+        // A coordinate that the region covers as widely as the recording says nothing about it.
+        if part < NARROW {
+            bounds.insert((*name).to_owned(), within);
+            narrow.push((part, format!("{name} {:.2} to {:.2}", within[0], within[1])));
+        }
+    }
+    narrow.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let words: Vec<String> = narrow
+        .into_iter()
+        .take(SAID)
+        .map(|(_, text)| text)
+        .collect();
+    let mut region = Region::of(&inside, &observed.recorded(), &simulated, noise.sd());
+    region.description = match words.is_empty() {
+        true => "everywhere".into(),
+        false => words.join(", "),
+    };
+    region.bounds = bounds;
+    region.sample_indices = inside.iter().map(|&i| observed.samples[i].row).collect();
+    region.sample_indices.sort_unstable();
+    region
+}
+
+/// The samples that a correction moves by more than half a standard deviation.
+pub(crate) fn departing(simulated: &[f64], corrected: &[f64], noise: &Noise) -> Vec<usize> {
+    (0..corrected.len())
+        .filter(|&i| (corrected[i] - simulated[i]).abs() > 0.5 * noise.sd()[i])
+        .collect()
+}
+
+/// The values without so much at either end.
+fn span(mut values: Vec<f64>, tail: f64) -> [f64; 2] {
+    values.sort_by(f64::total_cmp);
+    [tail, 1.0 - tail].map(|share| quantile(&values, share).unwrap_or(0.0))
 }

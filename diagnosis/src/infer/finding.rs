@@ -9,38 +9,45 @@ use crate::forward::simulate::Channel;
 use crate::infer::candidates::Kind;
 use crate::infer::outside::Shape;
 
-/// What is missing in the simulation of a recording, and how that is known.
+/// What is missing in the simulation of a recording, and how that is known. Serialised it is the body of
+/// `diagnosis/1`. Rows count from 0 and are those of probes.csv, or of receiver.csv where there are no
+/// probes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
     /// Name of the recording.
     pub recording: String,
+    /// Whether something is missing, and whether it has a name.
+    pub verdict: Verdict,
     /// What was compared.
     pub channel: Channel,
     /// How many samples.
     pub samples: usize,
-    /// Whether something is missing, and whether it has a name.
-    pub verdict: Verdict,
     /// What.
     pub effects: Vec<Effect>,
     /// Where.
     pub region: Region,
+    /// p-value of as much structure in noise alone.
+    #[serde(rename = "chance")]
+    pub p: f64,
     /// The shape of what the library does not hold.
     pub shape: Option<Shape>,
-    /// Chance of as much structure in noise alone.
-    pub chance: f64,
-    /// The corrected simulation, by row of the channel's file; not a number where there is none.
-    pub prediction: Vec<f64>,
     /// How much better what was not fitted is predicted.
     #[serde(rename = "heldout")]
     pub held_out: HeldOut,
     /// Everything that was tried alone, best first.
     pub candidates: Vec<Ranked>,
-    /// A second effect that would predict more, by too small a part of the whole to be told from an error in the first one's form.
-    pub perhaps: Option<Perhaps>,
+    /// Runner-up: a second effect that would predict more, by too small a part of the whole to be told
+    /// from an error in the first one's form.
+    #[serde(rename = "perhaps")]
+    pub runner_up: Option<RunnerUp>,
     /// What it cannot tell apart, and what to measure.
     pub advice: Vec<String>,
-    /// The smallest effect of each kind that would have been noticed.
-    pub smallest: Vec<Smallest>,
+    /// The minimum detectable effect of each candidate.
+    #[serde(rename = "smallest")]
+    pub detectable: Vec<Detectable>,
+    /// The corrected simulation in the channel's unit, by row of the channel's file; not a number (null)
+    /// where there is none.
+    pub prediction: Vec<f64>,
     /// The baseline corrected: everything found, as a hypothesis.
     #[serde(skip)]
     pub correction: Hypothesis,
@@ -96,7 +103,8 @@ pub struct Effect {
     /// Its equation.
     pub equation: String,
     /// What happens, in a sentence.
-    pub story: String,
+    #[serde(rename = "story")]
+    pub description: String,
     /// Its parameters by name.
     pub parameters: BTreeMap<String, Estimate>,
 }
@@ -156,6 +164,28 @@ pub struct Region {
     pub error_over_noise: f64,
 }
 
+impl Region {
+    /// Figures of the samples inside, of recorded and simulated values and their standard deviations, all
+    /// in the channel's unit; without words, bounds and rows.
+    pub(crate) fn of(inside: &[usize], recorded: &[f64], simulated: &[f64], sd: &[f64]) -> Region {
+        if inside.is_empty() {
+            return Region::default();
+        }
+        let mean = |value: &dyn Fn(usize) -> f64| {
+            inside.iter().map(|&i| value(i)).sum::<f64>() / inside.len() as f64
+        };
+        let error = |i: usize| recorded[i] - simulated[i];
+        let mean_error = mean(&error);
+        Region {
+            share: inside.len() as f64 / recorded.len() as f64,
+            mean_error,
+            relative_error: mean_error / mean(&|i| recorded[i]),
+            error_over_noise: mean(&|i| (error(i) / sd[i]).powi(2)).sqrt(),
+            ..Region::default()
+        }
+    }
+}
+
 /// Root mean square errors on blocks that were not fitted, in the channel's unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct HeldOut {
@@ -188,7 +218,7 @@ pub struct Ranked {
 
 /// An effect that was not taken, and might be there.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Perhaps {
+pub struct RunnerUp {
     /// Canonical name.
     pub name: String,
     /// Gain in held-out log density beside what was taken.
@@ -197,9 +227,9 @@ pub struct Perhaps {
     pub gain_error: f64,
 }
 
-/// What would have been noticed: 80 % power at the 5 % level.
+/// A minimum detectable effect: 80 % power at the 5 % level.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Smallest {
+pub struct Detectable {
     /// Canonical name.
     pub name: String,
     /// The parameter.

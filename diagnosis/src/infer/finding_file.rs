@@ -81,7 +81,7 @@ fn named(text: &mut String, effect: &Effect) {
     let _ = writeln!(
         text,
         "        (\n            name: {:?},\n            alternatives: {:?},\n            equation: {:?},\n            story: {:?},\n            parameters: {{",
-        effect.name, effect.alternatives, effect.equation, effect.story
+        effect.name, effect.alternatives, effect.equation, effect.description
     );
     for (name, estimate) in &effect.parameters {
         let ends = if estimate.low.is_finite() && estimate.high.is_finite() {
@@ -179,7 +179,7 @@ mod tests {
             kind: Some(kind),
             alternatives: vec!["wake_tilt".into()],
             equation: "a \"b\"".into(),
-            story: "it blows".into(),
+            description: "it blows".into(),
             parameters: BTreeMap::from([("wind_x".to_owned(), estimate)]),
         }
     }
@@ -195,11 +195,11 @@ mod tests {
             prediction: Vec::new(),
             held_out: HeldOut::default(),
             shape: None,
-            chance: 1.0,
+            p: 1.0,
             candidates: Vec::new(),
-            perhaps: None,
+            runner_up: None,
             advice: Vec::new(),
-            smallest: Vec::new(),
+            detectable: Vec::new(),
             correction,
         }
     }

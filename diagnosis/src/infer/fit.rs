@@ -1,37 +1,39 @@
-//! A hypothesis fitted to samples: bounded Levenberg-Marquardt on whitened residuals, gross errors weighed down, the instrument's own
-//! tolerance fitted along.
+//! A hypothesis fitted to samples: bounded Levenberg-Marquardt on whitened residuals, gross errors
+//! weighed down, the instrument's own tolerance fitted along.
 //!
 //! ```text
 //! minimise Σ ρ(e_i) + (n_g/s)² + (n_b/s)²,   e = L[(y - (1 + n_g) f(θ) - n_b)/sd],   ρ(e) = 2 c² (√(1 + e²/c²) - 1)
 //! ```
 //!
-//! Gain `n_g` and offset `n_b` are in every fit, the empty one included, with hard bounds: what the maker allows and no more. Soft
-//! priors alone let an offset swallow half a wind.
+//! Gain `n_g` and offset `n_b` are in every fit, the empty one included, with hard bounds: what the
+//! maker allows and no more. Soft priors alone let an offset swallow half a wind.
+//!
+//! The iteration is our own because every parameter here has hard bounds, at which many fits end, and
+//! the crate `levenberg-marquardt`, which [`crate::calibrate`] uses, knows none.
 
-mod bounded;
-mod left_out;
-
-use nalgebra::DMatrix;
-
-use bounded::bounded_step;
-pub use left_out::{held_out, held_out_residuals, refit_without};
+use nalgebra::{DMatrix, DVector};
 
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::observed::{Explained, Observed};
 use crate::forward::simulate::Channel;
 use crate::infer::candidates::{Candidate, Parameter};
-use crate::infer::noise::Noise;
+use crate::statistics::held_out::{FOLDS, log_densities};
+use crate::statistics::noise::Noise;
+use crate::statistics::robust::{loss, weight};
 
-/// Where gross errors begin to count less, in standard deviations (`c`).
-const GROSS: f64 = 3.0;
-/// Spread (`s`) that gain and offset have without evidence.
-pub(crate) const TOLERANCE_SD: f64 = 0.02;
-/// Most turns of a fit, and the relative gain in cost at which it stops.
-const TURNS: usize = 25;
-/// From more starts than this, only the best few by cost are followed.
+/// Spread (`s`) that gain (1) and offset (the channel's unit) have without evidence. Chosen here: two
+/// fifths of a stated 5 %.
+const TOLERANCE_SD: f64 = 0.02;
+/// Most iterations of a fit, and the relative gain in cost at which it stops.
+const ITERATIONS: usize = 25;
+const ENOUGH: f64 = 1e-4;
+/// Dampings that are tried in one iteration before it counts as converged.
+const DAMPINGS: usize = 6;
+/// From more starts than this, only the best few by cost are followed. Chosen here, for time.
 const MOST_STARTS: usize = 6;
 const BEST_STARTS: usize = 3;
-const ENOUGH: f64 = 1e-4;
+/// Step of a difference quotient, in parts of what matters of a parameter.
+const DIFFERENCE: f64 = 0.02;
 
 /// What every fit of one recording shares.
 #[derive(Clone, Debug)]
@@ -51,28 +53,25 @@ pub struct Setting<'a> {
 pub struct Fit {
     /// Values of the candidates' parameters, one candidate after another.
     pub values: Vec<f64>,
-    /// Fitted gain and offset within the instrument's tolerance.
+    /// Fitted gain (1) and offset (the channel's unit) within the instrument's tolerance.
     pub tolerance: [f64; 2],
-    /// Predicted readings.
+    /// Predicted readings, gain and offset included, in the channel's unit.
     pub predicted: Vec<f64>,
     /// Whitened residuals.
     pub whitened: Vec<f64>,
-    /// Change of the whitened prediction with each parameter, gain and offset last.
+    /// Change of the whitened prediction with each parameter: samples by parameters, gain and offset
+    /// last.
     pub jacobian: DMatrix<f64>,
-    /// Cost with the tolerance's priors.
+    /// Cost with the tolerance's priors: twice a negative log likelihood.
     pub cost: f64,
 }
 
 impl<'a> Setting<'a> {
-    /// Fits of these samples, on top of `base`.
+    /// Fits of these samples, on top of `base`, within what the maker of the instrument allows.
     #[must_use]
     pub fn new(observed: &'a Observed<'a>, noise: &'a Noise, base: Hypothesis) -> Setting<'a> {
-        let instrument = observed
-            .recording
-            .probes
-            .as_ref()
-            .map(|probes| &probes.instrument);
-        let tolerances = match (observed.channel, instrument) {
+        let probes = observed.recording.probes.as_ref();
+        let tolerances = match (observed.channel, probes.map(|probes| &probes.instrument)) {
             (Channel::Speed, Some(probe)) => [
                 probe.accuracy_rel,
                 probe.accuracy_abs_mps + probe.resolution_mps,
@@ -83,7 +82,8 @@ impl<'a> Setting<'a> {
         Setting::within(observed, noise, base, tolerances)
     }
 
-    /// The same of anything that can be explained; `tolerances` bound gain (1) and offset (the channel's unit).
+    /// The same of anything that can be explained; `tolerances` bound gain (1) and offset (the channel's
+    /// unit).
     #[must_use]
     pub fn within(
         observed: &'a dyn Explained,
@@ -100,13 +100,35 @@ impl<'a> Setting<'a> {
         }
     }
 
+    /// Recorded values, in the channel's unit.
+    #[must_use]
+    pub fn recorded(&self) -> &[f64] {
+        &self.recorded
+    }
+
+    /// What predictions leave of the recorded values, in the channel's unit.
+    #[must_use]
+    pub fn left(&self, predicted: &[f64]) -> Vec<f64> {
+        let pairs = self.recorded.iter().zip(predicted);
+        pairs.map(|(y, f)| y - f).collect()
+    }
+
+    /// Change of the prediction from the base when a candidate's parameters take these values, in the
+    /// channel's unit; `clean` is what the base predicts.
+    #[must_use]
+    pub fn change(&self, candidate: &Candidate, values: &[f64], clean: &[f64]) -> Vec<f64> {
+        let changed = self.observed.predict(&candidate.on(&self.base, values));
+        let pairs = changed.iter().zip(clean);
+        pairs.map(|(to, from)| to - from).collect()
+    }
+
     /// Whether a fitted gain (0) or offset (1) has reached what the maker allows: it can take no more.
     #[must_use]
     pub fn at_tolerance(&self, which: usize, value: f64) -> bool {
         value.abs() > 0.999 * self.tolerances[which]
     }
 
-    /// Everything together at given values.
+    /// Everything together at given values, one candidate after another.
     #[must_use]
     pub fn hypothesis(&self, candidates: &[&Candidate], values: &[f64]) -> Hypothesis {
         let mut hypothesis = self.base;
@@ -119,7 +141,7 @@ impl<'a> Setting<'a> {
         hypothesis
     }
 
-    /// Fits candidates together, from each of some starts; the best.
+    /// Fits candidates together, from each of some starts; the best. `None` without a start.
     #[must_use]
     pub fn fit(&self, candidates: &[&Candidate], starts: &[Vec<f64>]) -> Option<Fit> {
         if starts.len() <= MOST_STARTS {
@@ -132,11 +154,8 @@ impl<'a> Setting<'a> {
         };
         let mut by_cost: Vec<(f64, &Vec<f64>)> = starts.iter().map(|s| (cost(s), s)).collect();
         by_cost.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let best: Vec<Vec<f64>> = by_cost
-            .into_iter()
-            .take(BEST_STARTS)
-            .map(|(_, start)| start.clone())
-            .collect();
+        by_cost.truncate(BEST_STARTS);
+        let best: Vec<Vec<f64>> = by_cost.into_iter().map(|(_, s)| s.clone()).collect();
         self.fit(candidates, &best)
     }
 
@@ -147,27 +166,26 @@ impl<'a> Setting<'a> {
     }
 
     fn fit_from(&self, candidates: &[&Candidate], start: &[f64]) -> Fit {
-        let parameters: Vec<Parameter> = candidates
-            .iter()
-            .flat_map(|candidate| candidate.parameters.iter().copied())
-            .collect();
+        let parameters = parameters(candidates);
+        let count = parameters.len();
         let bounds = self.bounds(&parameters);
         let mut at: Vec<f64> = start.to_vec();
         at.extend([0.0, 0.0]);
         let clean = |at: &[f64]| {
-            let values = &at[..parameters.len()];
-            self.observed.predict(&self.hypothesis(candidates, values))
+            let hypothesis = self.hypothesis(candidates, &at[..count]);
+            self.observed.predict(&hypothesis)
         };
         let mut plain = clean(&at);
         let mut whitened = self.whitened(&plain, &at);
         let mut cost = self.cost(&whitened, &at);
         let mut jacobian = self.jacobian(&parameters, &bounds, &at, &plain, &clean);
         let mut damping = 1e-3;
-        for _ in 0..TURNS {
+        for _ in 0..ITERATIONS {
             let weights: Vec<f64> = whitened.iter().map(|e| weight(*e)).collect();
+            let (normal, gradient) = normal_equations(&jacobian, &whitened, &weights, &at);
             let mut taken = false;
-            for _ in 0..6 {
-                let step = bounded_step(&jacobian, &whitened, &weights, &at, &bounds, damping);
+            for _ in 0..DAMPINGS {
+                let step = bounded_step(&normal, &gradient, &at, &bounds, damping);
                 let next: Vec<f64> = at
                     .iter()
                     .zip(step.iter())
@@ -175,7 +193,7 @@ impl<'a> Setting<'a> {
                     .map(|((x, d), [low, high])| (x + d).clamp(*low, *high))
                     .collect();
                 // Gain and offset act after the air: the air need not be asked again for them alone.
-                let moved = next[..parameters.len()] != at[..parameters.len()];
+                let moved = next[..count] != at[..count];
                 let next_plain = if moved { clean(&next) } else { plain.clone() };
                 let next_whitened = self.whitened(&next_plain, &next);
                 let next_cost = self.cost(&next_whitened, &next);
@@ -192,13 +210,10 @@ impl<'a> Setting<'a> {
             }
             jacobian = self.jacobian(&parameters, &bounds, &at, &plain, &clean);
         }
-        let tolerance = [at[parameters.len()], at[parameters.len() + 1]];
-        at.truncate(parameters.len());
+        let tolerance = [at[count], at[count + 1]];
+        at.truncate(count);
         Fit {
-            predicted: plain
-                .iter()
-                .map(|f| (1.0 + tolerance[0]) * f + tolerance[1])
-                .collect(),
+            predicted: read(&plain, tolerance),
             values: at,
             tolerance,
             whitened,
@@ -217,12 +232,8 @@ impl<'a> Setting<'a> {
 
     fn whitened(&self, plain: &[f64], at: &[f64]) -> Vec<f64> {
         let [gain, offset] = [at[at.len() - 2], at[at.len() - 1]];
-        let rest: Vec<f64> = self
-            .recorded
-            .iter()
-            .zip(plain)
-            .map(|(y, f)| y - (1.0 + gain) * f - offset)
-            .collect();
+        let pairs = self.recorded.iter().zip(plain);
+        let rest: Vec<f64> = pairs.map(|(y, f)| y - (1.0 + gain) * f - offset).collect();
         self.noise.whiten(&rest)
     }
 
@@ -242,11 +253,10 @@ impl<'a> Setting<'a> {
         plain: &[f64],
         clean: &impl Fn(&[f64]) -> Vec<f64>,
     ) -> DMatrix<f64> {
-        let count = plain.len();
         let gain = 1.0 + at[parameters.len()];
-        let mut jacobian = DMatrix::zeros(count, parameters.len() + 2);
+        let mut columns: Vec<Vec<f64>> = Vec::with_capacity(at.len());
         for (j, parameter) in parameters.iter().enumerate() {
-            let step = 0.02 * parameter.practical;
+            let step = DIFFERENCE * parameter.practical;
             let step = if at[j] + step > bounds[j][1] {
                 -step
             } else {
@@ -254,34 +264,162 @@ impl<'a> Setting<'a> {
             };
             let mut moved = at.to_vec();
             moved[j] += step;
-            let changed: Vec<f64> = clean(&moved)
-                .iter()
-                .zip(plain)
-                .map(|(to, from)| gain * (to - from) / step)
-                .collect();
-            jacobian
-                .column_mut(j)
-                .copy_from_slice(&self.noise.whiten(&changed));
+            let changed = clean(&moved);
+            let pairs = changed.iter().zip(plain);
+            columns.push(pairs.map(|(to, from)| gain * (to - from) / step).collect());
         }
-        let ones = vec![1.0; count];
-        for (j, column) in [plain, &ones].into_iter().enumerate() {
-            let whitened = self.noise.whiten(column);
-            jacobian
-                .column_mut(parameters.len() + j)
-                .copy_from_slice(&whitened);
+        columns.push(plain.to_vec());
+        columns.push(vec![1.0; plain.len()]);
+        let whitened: Vec<f64> = columns.iter().flat_map(|c| self.noise.whiten(c)).collect();
+        DMatrix::from_vec(plain.len(), columns.len(), whitened)
+    }
+
+    /// How well each sample is predicted by what was learnt from the others: blocks are left out by
+    /// folds, and the linearised fit is solved again without them. One log density (up to a
+    /// constant) for each sample.
+    #[must_use]
+    pub fn held_out(&self, candidates: &[&Candidate], fit: &Fit) -> Vec<f64> {
+        let mut residuals = fit.whitened.clone();
+        for fold in 0..FOLDS {
+            let moved = &fit.jacobian * self.step_without(candidates, fit, fold);
+            for i in self.of_fold(fold) {
+                residuals[i] = fit.whitened[i] - moved[i];
+            }
         }
-        jacobian
+        log_densities(&residuals)
+    }
+
+    /// What each sample is predicted to be, gain and offset included, by the fit without its fold's
+    /// blocks, in the channel's unit.
+    #[must_use]
+    pub fn predicted_held_out(&self, candidates: &[&Candidate], fit: &Fit) -> Vec<f64> {
+        let mut predicted = fit.predicted.clone();
+        let count = fit.values.len();
+        for fold in 0..FOLDS {
+            let step = self.step_without(candidates, fit, fold);
+            let at = fit.values.iter().chain(&fit.tolerance);
+            let moved: Vec<f64> = at.zip(step.iter()).map(|(x, d)| x + d).collect();
+            let hypothesis = self.hypothesis(candidates, &moved[..count]);
+            let plain = self.observed.predict(&hypothesis);
+            let of_fold = read(&plain, [moved[count], moved[count + 1]]);
+            for i in self.of_fold(fold) {
+                predicted[i] = of_fold[i];
+            }
+        }
+        predicted
+    }
+
+    fn of_fold(&self, fold: usize) -> impl Iterator<Item = usize> {
+        let blocks = self.noise.blocks.of_sample.iter().enumerate();
+        blocks
+            .filter(move |(_, block)| *block % FOLDS == fold)
+            .map(|(i, _)| i)
+    }
+
+    /// From the fit of everything to the linearised one without one fold's blocks: a step of values,
+    /// gain and offset.
+    fn step_without(&self, candidates: &[&Candidate], fit: &Fit, fold: usize) -> DVector<f64> {
+        let bounds = self.bounds(&parameters(candidates));
+        let at = [&fit.values[..], &fit.tolerance].concat();
+        let mut weights: Vec<f64> = fit.whitened.iter().map(|e| weight(*e)).collect();
+        self.of_fold(fold).for_each(|i| weights[i] = 0.0);
+        let (normal, gradient) = normal_equations(&fit.jacobian, &fit.whitened, &weights, &at);
+        bounded_step(&normal, &gradient, &at, &bounds, 1e-9)
     }
 }
 
-/// `ρ(e)`: `e²` for small errors, `2 c |e|` for gross ones.
-#[must_use]
-pub fn loss(e: f64) -> f64 {
-    2.0 * GROSS * GROSS * ((1.0 + (e / GROSS) * (e / GROSS)).sqrt() - 1.0)
+/// Parameters of candidates, one after another.
+fn parameters(candidates: &[&Candidate]) -> Vec<Parameter> {
+    let all = candidates.iter().flat_map(|c| c.parameters.iter().copied());
+    all.collect()
 }
 
-/// `ρ'(e)/(2 e)`.
-#[must_use]
-pub fn weight(e: f64) -> f64 {
-    (1.0 + (e / GROSS) * (e / GROSS)).sqrt().recip()
+/// What an instrument with this gain and offset reads.
+fn read(plain: &[f64], [gain, offset]: [f64; 2]) -> Vec<f64> {
+    plain.iter().map(|f| (1.0 + gain) * f + offset).collect()
+}
+
+/// `JᵀWJ` and `JᵀWe` with the priors of gain and offset in the last two places.
+pub(crate) fn normal_equations(
+    jacobian: &DMatrix<f64>,
+    whitened: &[f64],
+    weights: &[f64],
+    at: &[f64],
+) -> (DMatrix<f64>, DVector<f64>) {
+    let count = jacobian.ncols();
+    let mut normal = DMatrix::zeros(count, count);
+    let mut gradient = DVector::zeros(count);
+    for a in 0..count {
+        let column_a = jacobian.column(a);
+        for b in a..count {
+            let column_b = jacobian.column(b);
+            let sum: f64 = (0..weights.len())
+                .map(|i| weights[i] * column_a[i] * column_b[i])
+                .sum();
+            normal[(a, b)] = sum;
+            normal[(b, a)] = sum;
+        }
+        gradient[a] = (0..weights.len())
+            .map(|i| weights[i] * column_a[i] * whitened[i])
+            .sum();
+    }
+    let prior = (TOLERANCE_SD * TOLERANCE_SD).recip();
+    for j in count.saturating_sub(2)..count {
+        normal[(j, j)] += prior;
+        gradient[j] -= prior * at[j];
+    }
+    (normal, gradient)
+}
+
+/// The damped step that lowers the linearised cost most without leaving the bounds: parameters that would
+/// leave are put on their bound, the rest solved again.
+fn bounded_step(
+    normal: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    at: &[f64],
+    bounds: &[[f64; 2]],
+    damping: f64,
+) -> DVector<f64> {
+    let count = gradient.len();
+    let mut step = DVector::zeros(count);
+    let mut fixed = vec![false; count];
+    for _ in 0..=count {
+        let free: Vec<usize> = (0..count).filter(|&j| !fixed[j]).collect();
+        if free.is_empty() {
+            break;
+        }
+        let mut matrix =
+            DMatrix::from_fn(free.len(), free.len(), |a, b| normal[(free[a], free[b])]);
+        let right = DVector::from_fn(free.len(), |a, _| {
+            let pulled: f64 = (0..count)
+                .filter(|&j| fixed[j])
+                .map(|j| normal[(free[a], j)] * step[j])
+                .sum();
+            gradient[free[a]] - pulled
+        });
+        for a in 0..free.len() {
+            // Marquardt's scaling, and a floor for parameters that change nothing.
+            matrix[(a, a)] += damping * matrix[(a, a)] + 1e-12;
+        }
+        let Some(solved) = matrix.cholesky().map(|factor| factor.solve(&right)) else {
+            break;
+        };
+        // One at a time, the furthest out for its range first: what it leaves undone may keep the
+        // others inside.
+        let mut furthest: Option<(f64, usize)> = None;
+        for (a, &j) in free.iter().enumerate() {
+            let to = at[j] + solved[a];
+            let [low, high] = bounds[j];
+            step[j] = to.clamp(low, high) - at[j];
+            let out = (low - to).max(to - high) / (high - low);
+            if out > 0.0 && furthest.is_none_or(|(most, _)| out > most) {
+                furthest = Some((out, j));
+            }
+        }
+        match furthest {
+            Some((_, j)) => fixed[j] = true,
+            None => break,
+        }
+    }
+    step
 }

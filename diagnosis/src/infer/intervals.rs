@@ -1,87 +1,69 @@
 //! How well the parameters of a fit are known.
 //!
-//! Errors of neighbours are shared, so the covariance is the sandwich over blocks (Liang & Zeger 1986):
+//! Errors of neighbours are shared, so the covariance is the sandwich over blocks (Liang & Zeger 1986; the
+//! factor of Cameron & Miller 2015):
 //!
 //! ```text
 //! V = H⁻¹ ( Σ_b g_b g_bᵀ ) H⁻¹ · K/(K - p),   g_b = Σ_{i in b} w_i e_i J_i
 //! ```
 //!
-//! Where a closed form stands in for a mechanism, its own error comes on top. These parameters are "effective".
+//! Where a closed form stands in for a mechanism, its own error comes on top. These parameters are
+//! "effective".
 
 use nalgebra::DMatrix;
 
-use crate::infer::candidates::{Candidate, Parameter};
-use crate::infer::fit::{Fit, TOLERANCE_SD, weight};
-use crate::infer::noise::Noise;
+use crate::infer::candidates::Candidate;
+use crate::infer::fit::{Fit, normal_equations};
+use crate::statistics::noise::Noise;
+use crate::statistics::robust::weight;
 
-/// Two-sided 95 % of a normal.
-const NINETY_FIVE: f64 = 1.96;
+/// Half-width of a 95 % interval in standard errors, normal law.
+pub(crate) const NINETY_FIVE: f64 = 1.96;
 
-/// Half-widths of 95 % intervals of a fit's parameters, in their order.
+/// Half-widths of 95 % intervals of a fit's parameters, in their order and units; infinite where nothing
+/// constrains them.
 #[must_use]
 pub fn half_widths(candidates: &[&Candidate], fit: &Fit, noise: &Noise) -> Vec<f64> {
     let count = fit.jacobian.ncols();
+    let blocks = &noise.blocks;
     let weights: Vec<f64> = fit.whitened.iter().map(|e| weight(*e)).collect();
-    let mut normal = DMatrix::<f64>::zeros(count, count);
-    let mut scores = DMatrix::<f64>::zeros(count, noise.blocks.max(1));
+    let at = [&fit.values[..], &fit.tolerance].concat();
+    let (mut normal, _) = normal_equations(&fit.jacobian, &fit.whitened, &weights, &at);
+    let mut scores = DMatrix::<f64>::zeros(count, blocks.count().max(1));
     for (i, weight) in weights.iter().enumerate() {
-        let row = fit.jacobian.row(i);
-        normal += *weight * row.transpose() * row;
-        let mut of_block = scores.column_mut(noise.block[i]);
-        of_block += weight * fit.whitened[i] * row.transpose();
-    }
-    for j in count.saturating_sub(2)..count {
-        normal[(j, j)] += (TOLERANCE_SD * TOLERANCE_SD).recip();
+        let mut of_block = scores.column_mut(blocks.of_sample[i]);
+        of_block += weight * fit.whitened[i] * fit.jacobian.row(i).transpose();
     }
     // A direction that nothing constrains gets a huge variance, not an error.
     for j in 0..count {
         normal[(j, j)] += 1e-12 + 1e-10 * normal[(j, j)];
     }
-    let Some(inverse) = normal.clone().try_inverse() else {
+    let Some(inverse) = normal.try_inverse() else {
         return vec![f64::INFINITY; count.saturating_sub(2)];
     };
-    let blocks = noise.blocks as f64;
-    let small = blocks / (blocks - count as f64).max(1.0);
+    let number = blocks.count() as f64;
+    let small = number / (number - count as f64).max(1.0);
     let sandwich = &inverse * (&scores * scores.transpose()) * &inverse * small;
-    let parameters = candidates.iter().flat_map(|candidate| {
-        let own = candidate.parameters.iter();
-        own.map(move |parameter| (*candidate, parameter))
-    });
-    parameters
-        .enumerate()
-        .map(|(j, (candidate, parameter))| {
+    let mut half_widths = Vec::with_capacity(fit.values.len());
+    for candidate in candidates {
+        let from = half_widths.len();
+        let own = candidate.parameters.iter().zip(&fit.values[from..]);
+        let departures: Vec<f64> = own.map(|(p, value)| value - p.neutral).collect();
+        let length = departures.iter().map(|d| d * d).sum::<f64>().sqrt();
+        for (place, parameter) in candidate.parameters.iter().enumerate() {
+            // Of a vector the error is that of its length: the direction is off by as much.
+            let is_vector = parameter.name.ends_with("_x") || parameter.name.ends_with("_y");
+            let size = if is_vector {
+                length
+            } else {
+                departures[place].abs()
+            };
+            let closure = candidate.closure_error * size;
             // Never less than what independent errors would leave.
+            let j = from + place;
             let variance = sandwich[(j, j)].max(inverse[(j, j)]);
-            let closure = closure(candidate, parameter, &members(candidates, fit, candidate));
-            NINETY_FIVE * (variance + closure * closure).sqrt()
-        })
-        .collect()
-}
-
-/// Departures from neutral of the parameters of one candidate, with their units.
-fn members<'a>(
-    candidates: &[&'a Candidate],
-    fit: &Fit,
-    own: &Candidate,
-) -> Vec<(&'a Parameter, f64)> {
-    let all = candidates
-        .iter()
-        .flat_map(|c| c.parameters.iter().map(|p| (c.name, p)));
-    all.zip(&fit.values)
-        .filter(|((of, _), _)| *of == own.name)
-        .map(|((_, parameter), value)| (parameter, value - parameter.neutral))
-        .collect()
-}
-
-/// A closure's own error of one parameter. Of a vector it is that of its length: the direction is off by as much.
-fn closure(candidate: &Candidate, parameter: &Parameter, all: &[(&Parameter, f64)]) -> f64 {
-    if candidate.closure_error == 0.0 {
-        return 0.0;
+            half_widths.push(NINETY_FIVE * (variance + closure * closure).sqrt());
+        }
     }
-    let is_vector = parameter.name.ends_with("_x") || parameter.name.ends_with("_y");
-    let squares = all
-        .iter()
-        .filter(|(other, _)| other.name == parameter.name || is_vector)
-        .map(|(_, departure)| departure * departure);
-    candidate.closure_error * squares.sum::<f64>().sqrt()
+    half_widths
 }

@@ -1,34 +1,12 @@
-//! How far readings scatter where nothing is missing: the yardstick for everything else.
+//! How far the readings of one recording scatter where nothing is missing: the yardstick for everything
+//! else.
 
 use crate::forward::observed::{Explained, Observed};
 use crate::forward::simulate::Channel;
-use crate::statistics::noise::{Bounds, NoiseModel, Whitener, estimate};
+use crate::statistics::noise::{Noise, NoiseModel, Whitener, estimate};
 use crate::statistics::sequence::{Blocks, Sequence};
 
-/// Standard deviations of the samples, how much of one reading's error is in the next, and which belong together.
-#[derive(Clone, Debug)]
-pub struct Noise {
-    /// One for each sample, in the channel's unit.
-    pub sd: Vec<f64>,
-    /// Block of each sample: neighbours in time, too far from other blocks to share their errors.
-    pub block: Vec<usize>,
-    /// How many blocks.
-    pub blocks: usize,
-    /// Takes scale and memory off.
-    pub whitener: Whitener,
-    /// The blocks, with who follows whom.
-    pub sequence_blocks: Blocks,
-}
-
-impl Noise {
-    /// Values over their scatter, with what neighbours share taken out: independent and of size 1 where nothing is missing.
-    #[must_use]
-    pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
-        self.whitener.whiten(values)
-    }
-}
-
-/// The scatter of the samples around a simulation.
+/// The scatter of the samples around a simulation, one value a sample in the channel's unit.
 #[must_use]
 pub fn noise(observed: &Observed, simulated: &[f64]) -> Noise {
     let times_s = observed.times_s();
@@ -42,36 +20,22 @@ pub fn noise(observed: &Observed, simulated: &[f64]) -> Noise {
         }
         _ => simulated.to_vec(),
     };
-    let resolution = observed
-        .recording
-        .probes
-        .as_ref()
-        .map_or(1e-3, |probes| probes.instrument.resolution_mps);
-    let bounds = Bounds {
-        // Rounding alone: a uniform error of one step.
-        least_s0: (resolution / 12.0_f64.sqrt()).max(1e-6),
-        ..Bounds::default()
-    };
-    let model =
-        estimate(&sequence, &residual, &flow, bounds).unwrap_or_else(|| overall(&residual, bounds));
-    let blocks = Blocks::new(&sequence, &times_s);
-    let whitener = Whitener::new(&model, &sequence, &flow);
+    let probes = observed.recording.probes.as_ref();
+    let resolution = probes.map_or(1e-3, |probes| probes.instrument.resolution_mps);
+    // Rounding alone: a uniform error of one step.
+    let least_s0 = (resolution / 12.0_f64.sqrt()).max(1e-6);
+    // With too few neighbours to tell, the residual's own spread.
+    let model = estimate(&sequence, &residual, &flow, least_s0).unwrap_or_else(|| {
+        let square = residual.iter().map(|r| r * r).sum::<f64>() / residual.len().max(1) as f64;
+        NoiseModel {
+            s0: square.sqrt().max(least_s0),
+            s1: 0.0,
+            rho: 0.0,
+            step_s: 1.0,
+        }
+    });
     Noise {
-        sd: whitener.sd().to_vec(),
-        block: blocks.of_sample.clone(),
-        blocks: blocks.count(),
-        whitener,
-        sequence_blocks: blocks,
-    }
-}
-
-/// Too few neighbours to tell: the residual's own spread.
-fn overall(residual: &[f64], bounds: Bounds) -> NoiseModel {
-    let square = residual.iter().map(|r| r * r).sum::<f64>() / residual.len().max(1) as f64;
-    NoiseModel {
-        s0: square.sqrt().max(bounds.least_s0),
-        s1: 0.0,
-        rho: 0.0,
-        step_s: 1.0,
+        whitener: Whitener::new(&model, &sequence, &flow),
+        blocks: Blocks::new(&sequence, &times_s),
     }
 }

@@ -1,28 +1,40 @@
 //! Whether something is there that the library does not hold, and its shape.
 //!
-//! Boosted trees over the circumstances are the yardstick: they know no physics and can predict whatever repeats. Where they gain much on what
-//! the best of the library leaves, on blocks that neither has seen, something is missing that has no name here. Then its shape is told: the
-//! circumstances that it depends on, a curve, the nearest library term, a short expression. The trees serve as correction inside what was sampled only.
+//! The global lack-of-fit test says whether anything is there at all. Boosted trees over the covariates are
+//! the yardstick for what the library leaves: they know no physics and can predict whatever
+//! repeats. Where they gain much on blocks that neither has seen, something is missing that has no
+//! name here. Then its shape is told: the covariates that it depends on, a curve, the nearest library
+//! term, a short expression. The trees serve as correction inside what was sampled only.
 
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use serde::Serialize;
 
-use crate::infer::candidates::{Candidate, Kind as CandidateKind};
-use crate::infer::diagnose::is_beyond_doubt;
+use crate::infer::candidates::{Candidate, Kind};
 use crate::infer::fit::{Fit, Setting};
 use crate::infer::select::{Selection, flexible};
-use crate::statistics::column::{self, Column, Covariate, Kind};
+use crate::statistics::column::{self, Column};
 use crate::statistics::expression::{self, Coordinate};
-use crate::statistics::gate::{Evidence, Gate, Options, Rhythm, Statistic, gate};
-use crate::statistics::trees;
+use crate::statistics::held_out::Gain;
+use crate::statistics::lack_of_fit::{Evidence, LackOfFit, Rhythm, Statistic, lack_of_fit};
+use crate::statistics::quantile::quantile_edges;
+use crate::statistics::trees::{self, HeldOut};
 
-/// Part of all that could be gained that must be left for "outside the library", and how sure that must be.
+/// Part of all that could be gained that must be left for "outside the library", and how sure that must be:
+/// in standard errors, and in held-out log density. Chosen here: a third of what shows, and surer
+/// than a term of the library, for trees follow whatever repeats.
 const LEFT_SHARE: f64 = 0.35;
 const LEAST_ERRORS: f64 = 2.5;
 const LEAST_GAIN: f64 = 10.0;
-/// A line is a pulsation from here on (chance of noise). Chosen here, far below the gate's own level: nothing else vouches for it.
-const LINE_CHANCE: f64 = 1e-5;
-/// Steps in time that the gate looks for.
+/// A held-out gain from which a selection or a shape stands without the global test, and how many standard
+/// errors it must be: where the scatter is read too small, a gain alone says little. Chosen here.
+const BEYOND_DOUBT: f64 = 40.0;
+const BEYOND_DOUBT_ERRORS: f64 = 4.0;
+/// p-value from which a spectral line is a pulsation. Chosen here, far below what the global test accepts:
+/// nothing else vouches for it.
+const LINE_P: f64 = 1e-5;
+/// Part of the trees' gain that an expression must gain to be told. Chosen here.
+const LEAST_TOLD: f64 = 0.2;
+/// Steps in time that the global test looks for.
 const STEPS: usize = 16;
 /// Points of a curve.
 const CURVE_POINTS: usize = 24;
@@ -30,13 +42,13 @@ const CURVE_POINTS: usize = 24;
 /// Something without a name.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shape {
-    /// The circumstances that matter most, with the share of what the trees explain.
+    /// The covariates that matter most, with the share of what the trees explain.
     pub depends_on: Vec<(String, f64)>,
     /// Along the first of them: its value, and the mean correction there in the channel's unit.
     pub curve: Vec<(f64, f64)>,
     /// The best short expression for the correction; `None`: none predicts held-out blocks.
     pub expression: Option<String>,
-    /// Part of what the trees gain that the expression gains.
+    /// Part of what the trees gain that the expression gains, from 0 to 1.
     pub expression_share: f64,
     /// The library's nearest term, and the part of all that could be gained that it gains.
     pub nearest: Option<(String, f64)>,
@@ -50,75 +62,55 @@ pub struct Shape {
     pub left: Vec<f64>,
 }
 
-/// Is anything there at all, beside the instrument's tolerance?
+/// Whether a held-out gain needs no global test.
+pub(crate) fn is_beyond_doubt(gain: &Gain) -> bool {
+    gain.total > BEYOND_DOUBT.max(BEYOND_DOUBT_ERRORS * gain.standard_error)
+}
+
+/// The global lack-of-fit test of what the instrument's tolerance alone (`nothing`) leaves: against the
+/// tangents of all candidates, bins of all covariates and steps in time.
 #[must_use]
-pub fn anything(setting: &Setting, candidates: &[Candidate], nothing: &Fit) -> Gate {
+pub fn global_test(setting: &Setting, candidates: &[Candidate], nothing: &Fit) -> LackOfFit {
     let observed = setting.observed;
     let noise = setting.noise;
     let clean = observed.predict(&setting.base);
-    let mut columns: Vec<Column> = Vec::new();
-    for candidate in candidates {
-        for start in &candidate.starts {
-            let changed = observed.predict(&candidate.on(&setting.base, start));
-            let values: Vec<f64> = changed
-                .iter()
-                .zip(&clean)
-                .map(|(to, from)| to - from)
-                .collect();
-            columns.push(Column {
-                name: candidate.name.to_owned(),
-                kind: Kind::Tangent,
-                values,
-            });
-        }
-    }
-    let around = observed.circumstances();
-    let covariates: Vec<Covariate> = around
-        .names
-        .iter()
-        .zip(around.columns)
-        .map(|((name, _), values)| Covariate { name, values })
+    let starts = candidates.iter().flat_map(|candidate| {
+        let starts = candidate.starts.iter();
+        starts.map(move |start| (candidate, start))
+    });
+    let mut columns: Vec<Column> = starts
+        .map(|(candidate, start)| Column {
+            is_law: true,
+            values: setting.change(candidate, start, &clean),
+        })
         .collect();
-    columns.extend(column::bins(&covariates, &noise.sd));
-    columns.extend(column::steps(&observed.times_s(), &noise.sd, STEPS));
-    let columns = column::whitened(&columns, &noise.whitener);
+    columns.extend(column::bins(observed.circumstances().columns, noise.sd()));
+    columns.extend(column::steps(&observed.times_s(), noise.sd(), STEPS));
     // Gain and offset where they are free to take more.
     let free: Vec<usize> = (0..2)
         .filter(|&j| !setting.at_tolerance(j, nothing.tolerance[j]))
         .collect();
-    let nuisances = DMatrix::from_fn(clean.len(), free.len(), |i, j| {
-        nothing.jacobian[(i, free[j])]
-    });
-    let rhythms = rhythms(setting, &clean);
-    gate(
-        &Evidence {
-            residual: &nothing.whitened,
-            columns: &columns,
-            nuisances: &nuisances,
-            blocks: &noise.sequence_blocks,
-            rhythms: &rhythms,
-        },
-        Options::default(),
-    )
-}
-
-/// Every series on the clock of the air's release: a pulsation of the rotors is periodic there.
-fn rhythms(setting: &Setting, clean: &[f64]) -> Vec<Rhythm> {
-    let releases = setting.observed.releases();
-    releases
-        .into_iter()
+    // Every series on the clock of the air's release: a pulsation of the rotors is periodic there.
+    let releases = observed.releases().into_iter();
+    let rhythms: Vec<Rhythm> = releases
         .map(|(samples, clock_s)| {
-            let weight = samples
-                .iter()
-                .map(|&i| clean[i] / setting.noise.sd[i])
-                .collect();
+            let weights = samples.iter().map(|&i| clean[i] / noise.sd()[i]);
             Rhythm {
+                weight: weights.collect(),
                 samples,
                 clock_s,
-                weight,
             }
         })
-        .collect()
+        .collect();
+    lack_of_fit(&Evidence {
+        residual: &nothing.whitened,
+        columns: &column::whitened(&columns, &noise.whitener),
+        nuisances: &DMatrix::from_fn(clean.len(), free.len(), |i, j| {
+            nothing.jacobian[(i, free[j])]
+        }),
+        blocks: &noise.blocks,
+        rhythms: &rhythms,
+    })
 }
 
 /// What the chosen terms leave that something else would predict; `None`: nothing worth a name.
@@ -127,30 +119,27 @@ pub fn outside(
     setting: &Setting,
     candidates: &[Candidate],
     selection: &Selection,
-    gate: &Gate,
+    test: &LackOfFit,
 ) -> Option<Shape> {
     let chosen = &selection.chosen;
     let left = flexible(setting, &chosen.fit);
     let library = chosen.gain.total.max(0.0);
     let gain = &left.gain;
     let enough = gain.total > LEAST_GAIN.max(LEAST_ERRORS * gain.standard_error);
-    let stands = gate.passed || is_beyond_doubt(gain.total, gain.standard_error);
+    let stands = test.is_significant || is_beyond_doubt(gain);
     if enough && gain.total > LEFT_SHARE * (library + gain.total) && stands {
         return Some(shape(setting, candidates, selection, &left));
     }
-    let line = gate
-        .line
-        .as_ref()
-        .filter(|(_, line)| line.p < LINE_CHANCE && chosen.which.is_empty());
-    line.filter(|_| gate.statistic == Statistic::Rhythm)
-        .map(|(_, line)| pulsation(setting, &chosen.fit, line.frequency_hz))
+    let is_rhythm = test.statistic == Statistic::Rhythm && chosen.which.is_empty();
+    let line = test.line.filter(|line| is_rhythm && line.p < LINE_P)?;
+    Some(pulsation(setting, &chosen.fit, line.frequency_hz))
 }
 
-/// A jet that is stronger and weaker by turns.
+/// A jet whose strength oscillates.
 fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
     let observed = setting.observed;
     let clean = observed.predict(&setting.base);
-    let recorded = observed.recorded();
+    let left = setting.left(&fit.predicted);
     let turn = std::f64::consts::TAU * frequency_hz;
     let mut clock_s = observed.times_s();
     for (samples, released_s) in observed.releases() {
@@ -158,27 +147,24 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
             clock_s[i] = released_s;
         }
     }
-    let columns: Vec<[f64; 2]> = (0..clean.len())
+    let columns: Vec<Vector2<f64>> = (0..clean.len())
         .map(|i| {
             let (sin, cos) = (turn * clock_s[i]).sin_cos();
-            [clean[i] * sin, clean[i] * cos]
+            Vector2::new(clean[i] * sin, clean[i] * cos)
         })
         .collect();
     let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
-    for (i, &[s, c]) in columns.iter().enumerate() {
-        let weight = setting.noise.sd[i].powi(-2);
-        let column = Vector2::new(s, c);
+    for (i, column) in columns.iter().enumerate() {
+        let weight = setting.noise.sd()[i].powi(-2);
         normal += weight * column * column.transpose();
-        right += weight * (recorded[i] - fit.predicted[i]) * column;
+        right += weight * left[i] * column;
     }
     let part = normal.lu().solve(&right).unwrap_or_else(Vector2::zeros);
     let correction: Vec<f64> = columns
         .iter()
-        .map(|&[s, c]| part.x * s + part.y * c)
+        .map(|column| part.x * column.x + part.y * column.y)
         .collect();
-    let left = (0..clean.len())
-        .map(|i| recorded[i] - fit.predicted[i] - correction[i])
-        .collect();
+    let pairs = left.iter().zip(&correction);
     Shape {
         depends_on: vec![("time of release s".to_owned(), 1.0)],
         curve: Vec::new(),
@@ -191,8 +177,8 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
         expression_share: 1.0,
         nearest: None,
         period_s: Some(frequency_hz.recip()),
+        left: pairs.map(|(left, correction)| left - correction).collect(),
         correction,
-        left,
     }
 }
 
@@ -200,23 +186,17 @@ fn shape(
     setting: &Setting,
     candidates: &[Candidate],
     selection: &Selection,
-    left: &trees::HeldOut,
+    held_out: &HeldOut,
 ) -> Shape {
     let around = setting.observed.circumstances();
     let noise = setting.noise;
-    let recorded = setting.observed.recorded();
-    let x = DMatrix::from_fn(recorded.len(), around.columns.len(), |i, j| {
-        around.columns[j][i]
-    });
-    let chosen = &selection.chosen.fit.predicted;
-    let rest: Vec<f64> = recorded.iter().zip(chosen).map(|(y, f)| y - f).collect();
-    let weights: Vec<f64> = noise.sd.iter().map(|sd| (sd * sd).recip()).collect();
-    let forest = trees::fit(&x, &rest, &weights, trees::Options::default());
+    let rest = setting.left(&selection.chosen.fit.predicted);
+    let forest = trees::fit(around.columns, &rest, &noise.weights());
     let mut shares: Vec<(usize, f64)> = forest.shares().into_iter().enumerate().collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     let first = shares.first().map_or(0, |(k, _)| *k);
-    let edges = column::quantile_edges(&around.columns[first], CURVE_POINTS);
-    let along = forest.partial_dependence(&x, first, &edges);
+    let edges = quantile_edges(&around.columns[first], CURVE_POINTS);
+    let along = forest.partial_dependence(around.columns, first, &edges);
     let share_of = |name: &str| {
         let of_name = shares
             .iter()
@@ -225,7 +205,7 @@ fn shape(
     };
     let in_body = share_of("az body") > share_of("az");
     let azimuth = around.azimuth_rad(in_body);
-    // Three circumstances and the azimuth: more would be no short expression.
+    // Three covariates and the azimuth: more would be no short expression.
     let mut coordinates: Vec<Coordinate> = shares
         .iter()
         .filter(|(k, _)| !around.names[*k].0.contains(" az"))
@@ -241,22 +221,18 @@ fn shape(
         values,
         is_angle: true,
     }));
-    let found = expression::find(&coordinates, &rest, &noise.whitener, &noise.sequence_blocks);
-    let found = found
-        .first()
-        .filter(|found| found.gain.total > 0.2 * left.gain.total);
-    let all = left.gain.total + selection.chosen.gain.total.max(0.0);
+    let total = held_out.gain.total;
+    let found = expression::find(&coordinates, &rest, noise)
+        .filter(|found| found.gain.total > LEAST_TOLD * total);
+    let all = total + selection.chosen.gain.total.max(0.0);
     let nearest = selection
         .singles
         .iter()
-        .filter(|tried| candidates[tried.which[0]].kind == CandidateKind::Physics)
-        .max_by(|a, b| a.gain.total.total_cmp(&b.gain.total))
-        .map(|tried| {
-            (
-                candidates[tried.which[0]].name.to_owned(),
-                (tried.gain.total / all).clamp(0.0, 1.0),
-            )
-        });
+        .map(|tried| (&candidates[tried.which[0]], tried.gain.total))
+        .filter(|(candidate, _)| candidate.kind == Kind::Physics)
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(candidate, gain)| (candidate.name.to_owned(), (gain / all).clamp(0.0, 1.0)));
+    let pairs = rest.iter().zip(&held_out.predictions);
     Shape {
         depends_on: shares
             .iter()
@@ -264,17 +240,13 @@ fn shape(
             .map(|&(k, share)| (around.names[k].0.to_owned(), share))
             .collect(),
         curve: edges.into_iter().zip(along).collect(),
+        expression_share: found
+            .as_ref()
+            .map_or(0.0, |found| (found.gain.total / total).clamp(0.0, 1.0)),
         expression: found.map(|found| found.expression.to_string()),
-        expression_share: found.map_or(0.0, |found| {
-            (found.gain.total / left.gain.total).clamp(0.0, 1.0)
-        }),
         nearest,
         period_s: None,
-        left: rest
-            .iter()
-            .zip(&left.predictions)
-            .map(|(rest, correction)| rest - correction)
-            .collect(),
-        correction: left.predictions.clone(),
+        left: pairs.map(|(rest, correction)| rest - correction).collect(),
+        correction: held_out.predictions.clone(),
     }
 }

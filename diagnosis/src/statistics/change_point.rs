@@ -20,7 +20,7 @@ pub struct Step {
     pub before: f64,
     /// Mean level up to the next step, or the end.
     pub after: f64,
-    /// Chance of as much without a step.
+    /// p-value of as much without a step.
     pub p: f64,
 }
 
@@ -29,23 +29,22 @@ pub struct Step {
 pub struct Options {
     /// Least difference of levels, in the values' unit: 0.03 for ratios of throttle and power.
     pub least_step: f64,
-    /// Samples that a level needs.
-    pub least_samples: usize,
-    /// Accepted chance of a false step.
+    /// Accepted p-value of a step.
     pub accepted: f64,
 }
 
 impl Default for Options {
-    /// 3 %, ten samples, one in a thousand. Chosen here: smaller steps of throttle are trim and battery.
+    /// 3 %, one in a thousand. Chosen here: smaller steps of throttle are trim and battery.
     fn default() -> Self {
         Self {
             least_step: 0.03,
-            least_samples: 10,
             accepted: 1e-3,
         }
     }
 }
 
+/// Samples that a level needs. Chosen here: ten tell a mean to a third of the scatter.
+const LEAST_SAMPLES: usize = 10;
 /// Most memory that is believed: near 1 the long-run variance has no bound, and nothing would ever step.
 const MOST_MEMORY: f64 = 0.95;
 
@@ -55,15 +54,15 @@ const MOST_CUTS: usize = 10;
 /// Steps of a series in the order of time.
 #[must_use]
 pub fn steps(values: &[f64], options: Options) -> Vec<Step> {
-    let mut cuts = tried(values, options.least_samples);
+    let mut cuts = tried(values);
     loop {
         let found: Vec<Step> = (0..cuts.len()).map(|k| step(values, &cuts, k)).collect();
         // The least likely to be one goes first, and its neighbours are read anew.
         let weakest = (0..found.len())
             .filter(|&k| !holds(&found[k], options))
             .max_by(|&a, &b| {
-                let by_chance = found[a].p.total_cmp(&found[b].p);
-                by_chance.then(size(&found[b]).total_cmp(&size(&found[a])))
+                let by_p_value = found[a].p.total_cmp(&found[b].p);
+                by_p_value.then(size(&found[b]).total_cmp(&size(&found[a])))
             });
         match weakest {
             Some(k) => cuts.remove(k),
@@ -81,12 +80,12 @@ fn holds(step: &Step, options: Options) -> bool {
 }
 
 /// The cuts that take most off the sum of squares, one after the other, in the order of time.
-fn tried(values: &[f64], least_samples: usize) -> Vec<usize> {
+fn tried(values: &[f64]) -> Vec<usize> {
     let mut bounds = vec![0, values.len()];
     while bounds.len() < MOST_CUTS + 2 {
         let mut best: Option<(usize, f64)> = None;
         for part in bounds.windows(2) {
-            if let Some((cut, taken)) = best_cut(&values[part[0]..part[1]], least_samples)
+            if let Some((cut, taken)) = best_cut(&values[part[0]..part[1]])
                 && best.is_none_or(|(_, most)| taken > most)
             {
                 best = Some((part[0] + cut, taken));
@@ -102,14 +101,14 @@ fn tried(values: &[f64], least_samples: usize) -> Vec<usize> {
 }
 
 /// Where two means leave the least sum of squares, and how much they take; the earlier of equals.
-fn best_cut(values: &[f64], least_samples: usize) -> Option<(usize, f64)> {
+fn best_cut(values: &[f64]) -> Option<(usize, f64)> {
     let count = values.len();
     let mean = mean(values);
     let mut sum = 0.0;
     let mut best = None;
     for cut in 1..count {
         sum += values[cut - 1] - mean;
-        if cut < least_samples.max(2) || count - cut < least_samples.max(2) {
+        if cut < LEAST_SAMPLES || count - cut < LEAST_SAMPLES {
             continue;
         }
         // Between-group sum of squares of sums that cancel: S²(1/k + 1/(n - k)).
@@ -168,11 +167,11 @@ mod tests {
     use crate::statistics::draws::Draws;
 
     fn series(seed: u64, level: impl Fn(usize) -> f64, sd: f64, memory: f64) -> Vec<f64> {
-        let mut draws = Draws::new(seed);
+        let mut random = Draws::new(seed);
         let mut state = 0.0;
         (0..600)
             .map(|i| {
-                state = memory * state + (1.0 - memory * memory).sqrt() * draws.normal();
+                state = memory * state + (1.0 - memory * memory).sqrt() * random.normal();
                 level(i) + sd * state
             })
             .collect()

@@ -1,7 +1,7 @@
 //! Random numbers from a seed: the same on every machine, at any number of threads.
 
-/// SplitMix64 (Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators", OOPSLA): one word of state, passes
-/// BigCrush, more than enough for signs and resampling.
+/// SplitMix64 (Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators", OOPSLA):
+/// one word of state, passes BigCrush, more than enough for signs and resampling.
 #[derive(Clone, Debug)]
 pub struct Draws {
     state: u64,
@@ -29,18 +29,13 @@ impl Draws {
         (self.bits() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// A whole number below `count`, which must not be 0; the bias of 2⁻⁶⁴ · `count` is not removed.
-    pub fn below(&mut self, count: usize) -> usize {
-        ((u128::from(self.bits()) * count as u128) >> 64) as usize
-    }
-
     /// Even on [`low`, `high`).
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform()
     }
 
-    /// A whole number below `count` as the remainder of the bits; 0 where `count` is 0. The bias is below 1e-12 for counts up to
-    /// a million. Another stream than [`Draws::below`]: what was drawn with either stays as it was.
+    /// A whole number below `count` as the remainder of the bits; 0 where `count` is 0. The bias is below
+    /// 1e-12 for counts up to a million.
     pub fn index(&mut self, count: usize) -> usize {
         (self.bits() % count.max(1) as u64) as usize
     }
@@ -56,7 +51,8 @@ impl Draws {
         radius * (std::f64::consts::TAU * self.uniform()).cos()
     }
 
-    /// Normal with 95 % within `bound` of 0, and none beyond it: what "plus or minus" on a data sheet is taken to mean.
+    /// Normal with 95 % within `bound` of 0, and none beyond it: what "plus or minus" on a data
+    /// sheet is taken to mean. In the bound's unit.
     pub fn within(&mut self, bound: f64) -> f64 {
         loop {
             let drawn = 0.5 * self.normal();
@@ -93,7 +89,7 @@ mod tests {
     fn a_seed_fixes_the_draws() {
         let draw = |seed| {
             let mut draws = Draws::new(seed);
-            (draws.bits(), draws.below(10), draws.sign())
+            (draws.bits(), draws.index(10), draws.sign())
         };
         assert_eq!(draw(7), draw(7));
         assert_ne!(draw(7).0, draw(8).0);

@@ -1,26 +1,24 @@
-//! The shortest formula for a shape: every product of a few functions of a few coordinates, by least squares.
+//! The shortest formula for a shape: every product of a few functions of a few coordinates, by least
+//! squares.
 //!
 //! ```text
 //! y ~ c · f₁(x_i; a) · f₂(x_j; b) · ... (+ d),      fₖ in  x, x², √x, 1/x, exp(-x/a), exp(-(x/a)²), 1/(1 + x/a), 1/(1 + (x/a)²),
 //!                                                          cos φ, sin φ, cos 2φ, sin 2φ
 //! ```
 //!
-//! Coefficients c and d are linear and solved for; inner constants a and b are searched (variable projection, Golub &
-//! Pereyra 1973), first on a grid, then by golden sections. A formula's length counts coordinates, functions and constants
-//! but c: `U exp(-h/a)` is 3. The best of every length is judged on blocks it has not seen, and the shortest within a standard
-//! error of the best is taken (Breiman et al. 1984; the ladder of lengths is that of PySR, Cranmer 2023).
+//! Coefficients c and d are linear and solved for; inner constants a and b are searched (variable
+//! projection, Golub & Pereyra 1973), first on a grid, then by golden sections. A formula's length
+//! counts coordinates, functions and constants but c: `U exp(-h/a)` is 3. The best of every length
+//! is judged on blocks it has not seen, and the shortest within a standard error of the best is
+//! taken (Breiman et al. 1984; the ladder of lengths is that of PySR, Cranmer 2023).
 
-mod factor;
-mod search;
-
+use std::collections::BTreeMap;
 use std::fmt;
 
-pub use factor::{Factor, Shape};
 use rayon::prelude::*;
 
-use super::held_out::{self, Gain};
-use super::noise::Whitener;
-use super::sequence::Blocks;
+use super::held_out::{self, FOLDS, Gain};
+use super::noise::Noise;
 
 /// A coordinate that a formula may name.
 #[derive(Clone, Copy, Debug)]
@@ -33,15 +31,140 @@ pub struct Coordinate<'a> {
     pub is_angle: bool,
 }
 
-/// A formula.
+/// Which coordinates a function takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Domain {
+    /// Lengths, speeds, times of any sign.
+    Any,
+    /// Those that are never negative.
+    NotNegative,
+    /// Those that are never 0, either.
+    Positive,
+    /// Angles.
+    Angle,
+}
+
+/// A function of one coordinate `x`, with an inner constant `a` in its unit where its text has one.
+struct Function {
+    /// In a formula, `X` and `A` standing for the coordinate's letter and the constant.
+    text: &'static str,
+    /// Coordinate, function and constant that it adds to a formula's length.
+    length: usize,
+    domain: Domain,
+    at: fn(f64, f64) -> f64,
+}
+
+impl Function {
+    const fn new(
+        text: &'static str,
+        length: usize,
+        domain: Domain,
+        at: fn(f64, f64) -> f64,
+    ) -> Function {
+        Function {
+            text,
+            length,
+            domain,
+            at,
+        }
+    }
+
+    fn has_constant(&self) -> bool {
+        self.text.contains('A')
+    }
+
+    /// Whether it is tried on a coordinate, from its least value.
+    fn allows(&self, is_angle: bool, least: f64) -> bool {
+        match self.domain {
+            Domain::Any => !is_angle,
+            Domain::NotNegative => !is_angle && least >= 0.0,
+            Domain::Positive => !is_angle && least > 0.0,
+            Domain::Angle => is_angle,
+        }
+    }
+}
+
+/// Powers of a coordinate come first: two of the same coordinate are a third.
+const POWERS: usize = 4;
+static FUNCTIONS: [Function; 12] = [
+    Function::new("X", 1, Domain::Any, |x, _| x),
+    Function::new("X^2", 2, Domain::Any, |x, _| x * x),
+    // Of a coordinate that was never negative where it was fitted.
+    Function::new("sqrt(X)", 2, Domain::NotNegative, |x, _| x.max(0.0).sqrt()),
+    Function::new("/ X", 2, Domain::Positive, |x, _| 1.0 / x),
+    Function::new("exp(-X/A)", 2, Domain::NotNegative, |x, a| (-x / a).exp()),
+    Function::new("exp(-(X/A)^2)", 2, Domain::Any, |x, a| {
+        (-(x / a) * (x / a)).exp()
+    }),
+    Function::new("/ (1 + X/A)", 2, Domain::NotNegative, |x, a| {
+        1.0 / (1.0 + x / a)
+    }),
+    Function::new("/ (1 + (X/A)^2)", 2, Domain::Any, |x, a| {
+        1.0 / (1.0 + (x / a) * (x / a))
+    }),
+    Function::new("cos(X)", 1, Domain::Angle, |x, _| x.cos()),
+    Function::new("sin(X)", 1, Domain::Angle, |x, _| x.sin()),
+    Function::new("cos(2 X)", 2, Domain::Angle, |x, _| (2.0 * x).cos()),
+    Function::new("sin(2 X)", 2, Domain::Angle, |x, _| (2.0 * x).sin()),
+];
+
+/// A function of one coordinate, with its inner constant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Factor {
+    /// Which coordinate, by its place in the list.
+    coordinate: usize,
+    /// Place in [`FUNCTIONS`].
+    function: usize,
+    /// Inner constant in the coordinate's unit; 1 for a function that has none.
+    constant: f64,
+}
+
+impl Factor {
+    fn of(&self) -> &'static Function {
+        &FUNCTIONS[self.function]
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        (self.of().at)(x, self.constant)
+    }
+
+    /// Two factors that would be one: the same function, or two powers, of one coordinate.
+    fn is_like(&self, other: &Factor) -> bool {
+        let is_power = |factor: &Factor| factor.function < POWERS;
+        self.coordinate == other.coordinate
+            && (self.function == other.function || (is_power(self) && is_power(other)))
+    }
+}
+
+/// A product, with or without d.
+#[derive(Clone, Debug, PartialEq)]
+struct Form {
+    /// In the order of coordinates.
+    factors: Vec<Factor>,
+    has_constant: bool,
+}
+
+impl Form {
+    fn length(&self) -> usize {
+        let factors: usize = self.factors.iter().map(|f| f.of().length).sum();
+        factors + usize::from(self.has_constant)
+    }
+
+    fn product(&self, data: &Data<'_>, i: usize) -> f64 {
+        self.factors
+            .iter()
+            .map(|f| f.at(data.coordinates[f.coordinate].values[i]))
+            .product()
+    }
+}
+
+/// A formula `c · f₁ · f₂ ... + d`, written as one by `Display`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression {
-    /// c.
-    pub coefficient: f64,
-    /// In the order of coordinates.
-    pub factors: Vec<Factor>,
-    /// d; `None`: 0 by form.
-    pub constant: Option<f64>,
+    form: Form,
+    coefficient: f64,
+    /// d; 0 where the form has none.
+    constant: f64,
     letters: Vec<String>,
 }
 
@@ -55,96 +178,340 @@ pub struct Found {
 }
 
 /// Most length of a formula, d apart. Chosen here: four read at a glance.
-pub const LONGEST: usize = 4;
-/// Folds of blocks.
-const FOLDS: usize = 6;
+const LONGEST: usize = 4;
+/// Samples that the grid is searched on; more are thinned evenly. Chosen here, for time.
+const SEARCHED: usize = 1000;
+/// Samples that a fit needs. Chosen here.
+const LEAST_SAMPLES: usize = 20;
+/// Inner constants of the grid, over the coordinate's largest size: from a tenth to three times, evenly in
+/// the logarithm.
+const GRID: [f64; 7] = [0.1, 0.18, 0.31, 0.55, 0.97, 1.7, 3.0];
+/// Forms of each length that are judged. Chosen here: rivals that the grid ranks close.
+const JUDGED: usize = 4;
+/// Golden sections of each constant (to a thousandth of the range), rounds over the constants, and the
+/// factor either way that is searched: a step of the grid.
+const SECTIONS: usize = 16;
+const ROUNDS: usize = 3;
+const REACH: f64 = 2.0;
 
-/// The shortest formula within a standard error of the best, first, then the others that were judged, best first; empty where nothing
-/// can be fitted.
+/// The shortest formula within a standard error of the best; `None` where nothing can be fitted.
 ///
-/// `y` is a residual or a correction in the values' unit.
+/// `y` is a residual or a correction in the values' unit, one value a sample.
 #[must_use]
-pub fn find(
-    coordinates: &[Coordinate<'_>],
-    y: &[f64],
-    whitener: &Whitener,
-    blocks: &Blocks,
-) -> Vec<Found> {
+pub fn find(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Option<Found> {
+    let found = judged(coordinates, y, noise);
+    let (_, best) = found.first()?;
+    let close = |found: &Found| {
+        let beyond = best.gain.beyond(&found.gain);
+        beyond.total <= beyond.standard_error
+    };
+    (0..found.len())
+        .filter(|&k| k == 0 || close(&found[k].1))
+        // The first of the shortest is the best of them.
+        .min_by_key(|&k| found[k].0)
+        .map(|k| found[k].1.clone())
+}
+
+/// Formulas with their lengths, the best on held-out blocks first.
+fn judged(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Vec<(usize, Found)> {
     let finite =
         |i: &usize| y[*i].is_finite() && coordinates.iter().all(|c| c.values[*i].is_finite());
     let rows: Vec<usize> = (0..y.len()).filter(finite).collect();
-    let weights: Vec<f64> = whitener.sd().iter().map(|sd| 1.0 / (sd * sd)).collect();
-    let fold_of = held_out::folds(blocks, FOLDS);
-    let data = search::Data {
+    let fold_of = held_out::folds(&noise.blocks);
+    let data = Data {
         coordinates,
         y,
-        weights: &weights,
+        weights: &noise.weights(),
     };
-    let forms = search::best_forms(&data, &rows);
-    let mut found: Vec<(usize, Found)> = forms
+    let mut found: Vec<(usize, Found)> = best_forms(&data, &rows)
         .par_iter()
         .filter_map(|form| {
-            let fitted = search::fit(&data, &rows, form)?;
+            let expression = data.fit(&rows, form)?;
             let mut after = y.to_vec();
             for fold in 0..FOLDS {
-                let seen: Vec<usize> = rows
-                    .iter()
-                    .copied()
-                    .filter(|&i| fold_of[i] != fold)
-                    .collect();
+                let of_rows = rows.iter().copied();
+                let (held, seen): (Vec<usize>, Vec<usize>) =
+                    of_rows.partition(|&i| fold_of[i] == fold);
                 // A fold that cannot be fitted is predicted as 0.
-                let Some(fitted) = search::fit(&data, &seen, &fitted.form) else {
+                let Some(fitted) = data.fit(&seen, &expression.form) else {
                     continue;
                 };
-                for &i in rows.iter().filter(|&&i| fold_of[i] == fold) {
-                    after[i] -= fitted.at(&data, i);
+                for i in held {
+                    let product = fitted.form.product(&data, i);
+                    after[i] -= fitted.coefficient * product + fitted.constant;
                 }
             }
-            let gain = Gain::between(whitener, blocks, y, &after);
-            let length = fitted.form.length();
-            let expression = fitted.expression(coordinates);
-            Some((length, Found { expression, gain }))
+            let gain = Gain::between(noise, y, &after);
+            Some((expression.form.length(), Found { expression, gain }))
         })
         .collect();
     found.sort_by(|a, b| b.1.gain.total.total_cmp(&a.1.gain.total));
-    let shortest = found.first().map(|(_, best)| {
-        let close = |found: &Found| {
-            let beyond = best.gain.beyond(&found.gain);
-            beyond.total <= beyond.standard_error
-        };
-        (0..found.len())
-            .filter(|&k| k == 0 || close(&found[k].1))
-            // The first of the shortest is the best of them.
-            .min_by_key(|&k| found[k].0)
-            .unwrap_or(0)
-    });
-    if let Some(k) = shortest {
-        let chosen = found.remove(k);
-        found.insert(0, chosen);
-    }
-    found.into_iter().map(|(_, found)| found).collect()
+    found
 }
 
-impl Expression {
-    /// At coordinates in the order that it was found with.
-    #[must_use]
-    pub fn at(&self, x: &[f64]) -> f64 {
-        let product: f64 = self.factors.iter().map(|f| f.at(x[f.coordinate])).product();
-        self.coefficient * product + self.constant.unwrap_or(0.0)
+/// What is fitted.
+struct Data<'a> {
+    coordinates: &'a [Coordinate<'a>],
+    y: &'a [f64],
+    weights: &'a [f64],
+}
+
+/// A factor on the searched samples.
+struct Column {
+    factor: Factor,
+    values: Vec<f64>,
+}
+
+/// The best forms of each length, by sum of squares on the grid.
+fn best_forms(data: &Data<'_>, rows: &[usize]) -> Vec<Form> {
+    if rows.len() < LEAST_SAMPLES {
+        return Vec::new();
     }
+    let step = rows.len().div_ceil(SEARCHED);
+    let rows: Vec<usize> = rows.iter().copied().step_by(step).collect();
+    let mut grid = Grid {
+        data,
+        columns: columns(data, &rows),
+        taken: BTreeMap::new(),
+        rows,
+    };
+    let ones = vec![1.0; grid.rows.len()];
+    grid.extend(0, &ones, &mut Vec::new());
+    grid.forms()
+}
+
+fn columns(data: &Data<'_>, rows: &[usize]) -> Vec<Column> {
+    let mut columns = Vec::new();
+    for (coordinate, of) in data.coordinates.iter().enumerate() {
+        let values = || rows.iter().map(|&i| of.values[i]);
+        let least = values().fold(f64::INFINITY, f64::min);
+        let most = values().fold(0.0f64, |most, x| most.max(x.abs()));
+        let functions = FUNCTIONS.iter().enumerate();
+        for (function, tried) in functions.filter(|(_, f)| f.allows(of.is_angle, least)) {
+            let constants: Vec<f64> = if tried.has_constant() {
+                let scaled = GRID.iter().map(|share| share * most);
+                scaled.filter(|a| *a > 0.0).collect()
+            } else {
+                vec![1.0]
+            };
+            for constant in constants {
+                let factor = Factor {
+                    coordinate,
+                    function,
+                    constant,
+                };
+                let values = values().map(|x| factor.at(x)).collect();
+                columns.push(Column { factor, values });
+            }
+        }
+    }
+    columns
+}
+
+/// Names a form without its inner constants: whether it has d, and coordinates with functions.
+type Key = (bool, Vec<(usize, usize)>);
+
+/// The search over the grid of inner constants.
+struct Grid<'a> {
+    data: &'a Data<'a>,
+    rows: Vec<usize>,
+    columns: Vec<Column>,
+    /// Sum of squares taken, and the constants that take most.
+    taken: BTreeMap<Key, (f64, Form)>,
+}
+
+impl Grid<'_> {
+    /// Tries the chosen factors times every later column, and goes on from there.
+    fn extend(&mut self, length: usize, product: &[f64], chosen: &mut Vec<(usize, Factor)>) {
+        let first = chosen.last().map_or(0, |(at, _)| at + 1);
+        for at in first..self.columns.len() {
+            let column = &self.columns[at];
+            let factor = column.factor;
+            let length = length + factor.of().length;
+            if length > LONGEST || chosen.iter().any(|(_, other)| other.is_like(&factor)) {
+                continue;
+            }
+            let pairs = product.iter().zip(&column.values);
+            let product: Vec<f64> = pairs.map(|(p, v)| p * v).collect();
+            chosen.push((at, factor));
+            self.offer(&product, chosen);
+            if length < LONGEST {
+                self.extend(length, &product, chosen);
+            }
+            chosen.pop();
+        }
+    }
+
+    fn offer(&mut self, product: &[f64], chosen: &[(usize, Factor)]) {
+        let sums = Sums::of(self.data, &self.rows, product.iter().copied());
+        for has_constant in [false, true] {
+            let Some((_, _, taken)) = sums.solve(has_constant) else {
+                continue;
+            };
+            let functions = chosen.iter().map(|(_, f)| (f.coordinate, f.function));
+            let key = (has_constant, functions.collect());
+            if self.taken.get(&key).is_none_or(|(most, _)| taken > *most) {
+                let form = Form {
+                    factors: chosen.iter().map(|(_, factor)| *factor).collect(),
+                    has_constant,
+                };
+                self.taken.insert(key, (taken, form));
+            }
+        }
+    }
+
+    fn forms(self) -> Vec<Form> {
+        let mut by_length: BTreeMap<usize, Vec<(f64, Form)>> = BTreeMap::new();
+        for (taken, form) in self.taken.into_values() {
+            let of_length = by_length.entry(form.length()).or_default();
+            of_length.push((taken, form));
+        }
+        let mut forms = Vec::new();
+        for mut of_length in by_length.into_values() {
+            // A stable sort: equals stay in the order of their names.
+            of_length.sort_by(|a, b| b.0.total_cmp(&a.0));
+            forms.extend(of_length.into_iter().take(JUDGED).map(|(_, form)| form));
+        }
+        forms
+    }
+}
+
+/// Weighted sums of a product f and y.
+#[derive(Default)]
+struct Sums {
+    w: f64,
+    f: f64,
+    ff: f64,
+    y: f64,
+    fy: f64,
+}
+
+impl Sums {
+    fn of(data: &Data<'_>, rows: &[usize], product: impl Iterator<Item = f64>) -> Self {
+        let mut sums = Self::default();
+        for (&i, f) in rows.iter().zip(product) {
+            let (w, y) = (data.weights[i], data.y[i]);
+            sums.w += w;
+            sums.f += w * f;
+            sums.ff += w * f * f;
+            sums.y += w * y;
+            sums.fy += w * f * y;
+        }
+        sums
+    }
+
+    /// c, d and the sum of squares they take; `None` where f is 0, not finite, or a constant beside d.
+    fn solve(&self, has_constant: bool) -> Option<(f64, f64, f64)> {
+        let (c, d) = if has_constant {
+            let determinant = self.w * self.ff - self.f * self.f;
+            if determinant <= 1e-6 * self.w * self.ff {
+                return None;
+            }
+            let c = (self.w * self.fy - self.f * self.y) / determinant;
+            (c, (self.y - c * self.f) / self.w)
+        } else {
+            (self.fy / self.ff, 0.0)
+        };
+        let taken = c * self.fy + d * self.y;
+        taken.is_finite().then_some((c, d, taken))
+    }
+}
+
+impl Data<'_> {
+    /// Fits coefficients and inner constants, from the form's own.
+    fn fit(&self, rows: &[usize], form: &Form) -> Option<Expression> {
+        if rows.len() < LEAST_SAMPLES {
+            return None;
+        }
+        let mut form = form.clone();
+        let solved = |form: &Form| {
+            Sums::of(self, rows, rows.iter().map(|&i| form.product(self, i)))
+                .solve(form.has_constant)
+        };
+        let free: Vec<usize> = (0..form.factors.len())
+            .filter(|&k| form.factors[k].of().has_constant())
+            .collect();
+        // One constant is found in one round.
+        let rounds = if free.len() > 1 { ROUNDS } else { 1 };
+        for _ in 0..rounds {
+            for &k in &free {
+                let middle = form.factors[k].constant.ln();
+                let reach = REACH.ln();
+                let best = golden_section([middle - reach, middle + reach], SECTIONS, |log| {
+                    form.factors[k].constant = log.exp();
+                    solved(&form).map_or(f64::NEG_INFINITY, |(_, _, taken)| taken)
+                });
+                form.factors[k].constant = best.exp();
+            }
+        }
+        let (coefficient, constant, _) = solved(&form)?;
+        let letters = self.coordinates.iter().map(|c| c.letter.to_owned());
+        Some(Expression {
+            form,
+            coefficient,
+            constant,
+            letters: letters.collect(),
+        })
+    }
+}
+
+/// Where a function of one maximum is largest between two ends (Kiefer 1953, Proc. Amer. Math. Soc. 4:502),
+/// to `0.618^sections` of their distance.
+fn golden_section(ends: [f64; 2], sections: usize, mut f: impl FnMut(f64) -> f64) -> f64 {
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let [mut low, mut high] = ends;
+    let mut left = high - GOLDEN * (high - low);
+    let mut right = low + GOLDEN * (high - low);
+    let (mut at_left, mut at_right) = (f(left), f(right));
+    for _ in 0..sections {
+        if at_left > at_right {
+            (high, right, at_right) = (right, left, at_left);
+            left = high - GOLDEN * (high - low);
+            at_left = f(left);
+        } else {
+            (low, left, at_left) = (left, right, at_right);
+            right = low + GOLDEN * (high - low);
+            at_right = f(right);
+        }
+    }
+    0.5 * (low + high)
 }
 
 impl fmt::Display for Expression {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", factor::three_digits(self.coefficient))?;
-        for factor in &self.factors {
-            write!(f, " {}", factor.written(&self.letters[factor.coordinate]))?;
+        write!(f, "{}", three_digits(self.coefficient))?;
+        for factor in &self.form.factors {
+            // The constant first: a letter may hold an A, a number holds no X.
+            let text = factor
+                .of()
+                .text
+                .replace('A', &three_digits(factor.constant));
+            let text = text.replace('X', &self.letters[factor.coordinate]);
+            write!(f, " {text}")?;
         }
         match self.constant {
-            Some(d) if d < 0.0 => write!(f, " - {}", factor::three_digits(-d)),
-            Some(d) => write!(f, " + {}", factor::three_digits(d)),
-            None => Ok(()),
+            _ if !self.form.has_constant => Ok(()),
+            d if d < 0.0 => write!(f, " - {}", three_digits(-d)),
+            d => write!(f, " + {}", three_digits(d)),
         }
+    }
+}
+
+/// Three significant digits, without zeros at the end.
+fn three_digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let magnitude = value.abs().log10().floor() as i32;
+    if !(-4..6).contains(&magnitude) {
+        return format!("{value:.2e}");
+    }
+    let decimals = usize::try_from(2 - magnitude).unwrap_or(0);
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
     }
 }
 

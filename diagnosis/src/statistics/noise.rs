@@ -14,9 +14,40 @@
 //! Variances are Huber's scale ("Proposal 2", Huber 1964, Ann. Math. Stat. 35:73), which a third of wild differences cannot carry
 //! away and which, unlike a median, does not jump with the resolution of the instrument.
 
-use nalgebra::DMatrix;
+use super::quantile::median;
+use super::robust::{HuberScale, loss};
+use super::sequence::{Blocks, Sequence};
 
-use super::sequence::Sequence;
+/// Scatter of a recording's samples and how they depend on one another: what fits, folds, tests and
+/// intervals share.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    /// Takes scale and memory off.
+    pub whitener: Whitener,
+    /// Neighbours in time, each block too far from the others to share their errors.
+    pub blocks: Blocks,
+}
+
+impl Noise {
+    /// Standard deviation of every sample, in the channel's unit.
+    #[must_use]
+    pub fn sd(&self) -> &[f64] {
+        &self.whitener.sd
+    }
+
+    /// Inverse variance of every sample.
+    #[must_use]
+    pub fn weights(&self) -> Vec<f64> {
+        self.sd().iter().map(|sd| (sd * sd).recip()).collect()
+    }
+
+    /// Values over their scatter, with what neighbours share taken out: independent and of variance 1
+    /// where nothing is missing.
+    #[must_use]
+    pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
+        self.whitener.whiten(values)
+    }
+}
 
 /// Noise of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,26 +62,10 @@ pub struct NoiseModel {
     pub step_s: f64,
 }
 
-/// What is known beforehand.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Least standard deviation in still air, in the channel's unit: the resolution over √12, say.
-    pub least_s0: f64,
-    /// Most correlation of neighbours. A pulsation that is slow against the samples looks like memory; this keeps it from being
-    /// taken for noise altogether.
-    pub most_rho: f64,
-}
-
-impl Default for Bounds {
-    /// Nothing known of s₀; ρ at most 0.9: chosen here, memory beyond ten samples belongs to the blocks.
-    fn default() -> Self {
-        Self {
-            least_s0: 0.0,
-            most_rho: 0.9,
-        }
-    }
-}
-
+/// Most correlation of neighbours that is believed. A pulsation that is slow against the samples looks like
+/// memory; this keeps it from being taken for noise altogether. Chosen here: memory beyond ten
+/// samples belongs to the blocks.
+const MOST_RHO: f64 = 0.9;
 /// Differences a variance needs. Chosen here: below 20, a bin's variance is off by a third.
 const LEAST_DIFFERENCES: usize = 20;
 /// Bins of flow that σ² is read in. Chosen here.
@@ -59,12 +74,11 @@ const MOST_BINS: usize = 12;
 const TYPICAL: std::ops::RangeInclusive<f64> = 0.67..=1.5;
 /// A baseline that changes by less than this share of itself is flat. Chosen here: a law that is wrong by half shows as 1 %.
 const FLAT_SHARE: f64 = 0.02;
-/// Huber's bound on a difference in standard deviations, and the mean of `min(z², k²)` for normal z, which makes it consistent.
-const HUBER_K: f64 = 1.5;
-const HUBER_MEAN: f64 = 0.778_46;
+/// Bound on a difference where its memory is read, in standard deviations. Chosen here: twice Huber's.
+const BOUND: f64 = 3.0;
 /// Least standard deviation that values are divided by, in the channel's unit.
 const LEAST_SD: f64 = 1e-12;
-/// Rounds of scale and weights; both settle geometrically.
+/// Rounds of weights, which settle geometrically.
 const ROUNDS: usize = 60;
 
 /// One first difference of the residual.
@@ -76,13 +90,15 @@ struct Difference {
     change: f64,
 }
 
-/// Reads the noise from a residual (recorded - simulated) and the baseline flow `U`; `None` below 20 differences of neighbours.
+/// Reads the noise from a residual (recorded - simulated, in the channel's unit) and the baseline flow `U`,
+/// one value a sample each; `None` below 20 differences of neighbours. `least_s0`: least standard
+/// deviation in still air, the resolution over √12, say.
 #[must_use]
 pub fn estimate(
     sequence: &Sequence,
     residual: &[f64],
     flow: &[f64],
-    bounds: Bounds,
+    least_s0: f64,
 ) -> Option<NoiseModel> {
     let mut differences: Vec<Difference> = sequence
         .order
@@ -110,38 +126,28 @@ pub fn estimate(
         let part =
             &differences[bin * differences.len() / bins..(bin + 1) * differences.len() / bins];
         let mut changes: Vec<f64> = part.iter().map(|d| d.change).collect();
-        changes.sort_by(f64::total_cmp);
-        let median = changes[changes.len() / 2];
+        let median = median(&mut changes)?;
         let kept: Vec<&Difference> = part
             .iter()
             .filter(|d| d.change <= median.max(FLAT_SHARE * d.flow))
             .collect();
-        let values: Vec<f64> = kept.iter().map(|d| d.value).collect();
         let flow2 = kept.iter().map(|d| d.flow * d.flow).sum::<f64>() / kept.len() as f64;
-        variances.push((flow2, huber_variance(&values), kept.len() as f64));
+        variances.push((
+            flow2,
+            HuberScale::OF_DIFFERENCES.variance(kept.iter().map(|d| (d.value * d.value, 1.0))),
+            kept.len() as f64,
+        ));
         flat.extend(kept);
     }
     let (a, b) = constant_and_slope(&variances);
-    let rho = memory(sequence, &flat, a, b).clamp(0.0, bounds.most_rho);
+    let rho = memory(sequence, &flat, a, b).clamp(0.0, MOST_RHO);
     let of_value = 1.0 / (2.0 * (1.0 - rho));
     Some(NoiseModel {
-        s0: (a * of_value).sqrt().max(bounds.least_s0),
+        s0: (a * of_value).sqrt().max(least_s0),
         s1: (b * of_value).sqrt(),
         rho,
         step_s: sequence.typical_step_s,
     })
-}
-
-/// `v` with mean(min(d²/v, k²)) = E min(z², k²), from above.
-fn huber_variance(values: &[f64]) -> f64 {
-    let count = values.len() as f64;
-    let mut variance = values.iter().map(|d| d * d).sum::<f64>() / count;
-    for _ in 0..ROUNDS {
-        let most = HUBER_K * HUBER_K * variance;
-        let bounded = values.iter().map(|d| (d * d).min(most)).sum::<f64>() / count;
-        variance = bounded / HUBER_MEAN;
-    }
-    variance
 }
 
 /// `a, b >= 0` of `v = a + b U²`, by least squares weighted with each variance's own error, `√(2/n) v`.
@@ -188,7 +194,7 @@ fn memory(sequence: &Sequence, flat: &[&Difference], a: f64, b: f64) -> f64 {
     for d in flat {
         let sd = (a + b * d.flow * d.flow).sqrt();
         if sd > 0.0 {
-            scaled[d.at] = Some((d.value / sd).clamp(-2.0 * HUBER_K, 2.0 * HUBER_K));
+            scaled[d.at] = Some((d.value / sd).clamp(-BOUND, BOUND));
         }
     }
     let (mut product, mut square) = (0.0, 0.0);
@@ -291,12 +297,6 @@ impl Whitener {
         self.shared.push(Shared { from, pattern });
     }
 
-    /// Standard deviation of every sample, in the channel's unit.
-    #[must_use]
-    pub fn sd(&self) -> &[f64] {
-        &self.sd
-    }
-
     /// Values, whitened, in the order of samples.
     #[must_use]
     pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
@@ -327,21 +327,8 @@ impl Whitener {
         white
             .iter()
             .zip(scales)
-            .map(|(e, scale)| -0.5 * crate::infer::fit::loss(*e) - scale)
+            .map(|(e, scale)| -0.5 * loss(*e) - scale)
             .sum()
-    }
-
-    /// Columns, whitened one by one.
-    #[must_use]
-    pub fn whiten_columns(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
-        let mut white = DMatrix::zeros(columns.nrows(), columns.ncols());
-        for j in 0..columns.ncols() {
-            let values: Vec<f64> = columns.column(j).iter().copied().collect();
-            for (i, value) in self.whiten(&values).into_iter().enumerate() {
-                white[(i, j)] = value;
-            }
-        }
-        white
     }
 }
 

@@ -1,48 +1,29 @@
-//! Where is it? Boxes in a few coordinates: where a residual leaves the noise, or where a correction is large.
+//! Where is it? Boxes in a few coordinates: where a residual leaves the noise, or where a correction is
+//! large.
 //!
-//! The scan looks at every interval between sixteenths of every coordinate, and within the best again at every other coordinate, for the
-//! largest `|Σ e|/√n` (Kulldorff 1997, Commun. Stat. 26:1481, for normal values); the same greedy search on residuals whose blocks
-//! have flipped sign says how large that is by chance.
+//! The scan looks at every interval between sixteenths of every coordinate, and within the best again
+//! at every other coordinate, for the largest `|Σ e|/√n` (Kulldorff 1997, Commun. Stat. 26:1481,
+//! for normal values); the same greedy search on residuals whose blocks have flipped sign says how
+//! large that is by chance.
 //!
-//! The description starts from samples that are known (where a correction exceeds half a standard deviation) and finds
-//! the fewest intervals that overlap with them most: intersection over union.
+//! The description starts from samples that are known (where a correction exceeds half a standard
+//! deviation) and finds the fewest intervals that overlap with them most: intersection over union.
 
-use super::column::{interval_of, quantile_edges};
+use std::ops::Range;
+
 use super::draws::Draws;
+use super::quantile::{interval_of, quantile_edges};
 use super::sequence::Blocks;
-
-/// A coordinate that regions are told in.
-#[derive(Clone, Copy, Debug)]
-pub struct Coordinate<'a> {
-    /// Of every sample; one where it is not finite lies in no interval.
-    pub values: &'a [f64],
-    /// Whether it comes round (an azimuth): then an interval may run over the seam.
-    pub is_cyclic: bool,
-}
 
 /// An interval of one coordinate, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Which, by its place in the list.
+    /// Which coordinate, by its place in the list.
     pub coordinate: usize,
-    /// Lower end.
+    /// Lower end, in the coordinate's unit.
     pub from: f64,
-    /// Upper end; below `from` where the interval runs over the seam of a cyclic coordinate.
+    /// Upper end.
     pub to: f64,
-    /// Whether nothing lies below (above) it: the end is that of the data, no limit of the region.
-    pub is_open: (bool, bool),
-}
-
-impl Interval {
-    /// Whether a value lies in it.
-    #[must_use]
-    pub fn holds(&self, value: f64) -> bool {
-        if self.from <= self.to {
-            value >= self.from && value <= self.to
-        } else {
-            value >= self.from || value <= self.to
-        }
-    }
 }
 
 /// Where a residual leaves the noise.
@@ -50,181 +31,171 @@ impl Interval {
 pub struct Region {
     /// All of them hold.
     pub intervals: Vec<Interval>,
-    /// The samples in it.
-    pub samples: Vec<usize>,
-    /// Their share of all.
+    /// Share of all samples that lie in it.
     pub share: f64,
     /// Mean residual there, in the residual's unit, signed.
     pub mean_error: f64,
     /// Sum of whitened residuals over the root of their number; signed.
     pub z: f64,
-    /// Chance of as large a |z| anywhere, in noise.
+    /// p-value of as large a |z| anywhere, in noise.
     pub p: f64,
-}
-
-/// A region known by its samples, in intervals.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Description {
-    /// All of them hold.
-    pub intervals: Vec<Interval>,
-    /// Samples in both over samples in either, from 0 to 1.
-    pub overlap: f64,
 }
 
 /// Parts of equal count between which intervals end.
 const PARTS: usize = 16;
-/// Samples that a region needs.
+/// Samples that a region needs. Chosen here: fewer are an accident.
 const LEAST_SAMPLES: usize = 10;
 /// Coordinates of a region. Chosen here: a third is rarely understood.
 const MOST_INTERVALS: usize = 2;
-/// What another coordinate must add to be worth a reader's attention: of |z|, of the overlap.
+/// What another coordinate must add to be worth a reader's attention: of |z|, of the overlap. Chosen
+/// here.
 const WORTH_Z: f64 = 0.1;
 const WORTH_OVERLAP: f64 = 0.03;
-/// Flips of the scan.
+/// Sign flips of the scan: p-values are multiples of 1/200.
 const FLIPS: usize = 199;
 
-/// Neighbouring parts: the first, and how many.
-type Run = (usize, usize);
+/// Neighbouring parts of one coordinate.
+type Run = Range<usize>;
 
 /// Coordinates by parts.
-struct Grid {
-    edges: Vec<Vec<f64>>,
-    /// Of every coordinate, every sample's part.
+struct Grid<'a> {
+    coordinates: &'a [Vec<f64>],
+    /// Of every coordinate, how many parts.
+    counts: Vec<usize>,
+    /// Of every coordinate, every sample's part; `None` where it is not finite.
     parts: Vec<Vec<Option<usize>>>,
-    is_cyclic: Vec<bool>,
 }
 
-impl Grid {
-    fn new(coordinates: &[Coordinate<'_>], parts: usize) -> Self {
-        let edges: Vec<Vec<f64>> = coordinates
-            .iter()
-            .map(|c| quantile_edges(c.values, parts))
-            .collect();
-        let parts = coordinates
-            .iter()
-            .zip(&edges)
-            .map(|(c, edges)| c.values.iter().map(|&v| interval_of(edges, v)).collect())
-            .collect();
+impl<'a> Grid<'a> {
+    fn new(coordinates: &'a [Vec<f64>], parts: usize) -> Self {
+        let (mut counts, mut of_samples) = (Vec::new(), Vec::new());
+        for values in coordinates {
+            let edges = quantile_edges(values, parts);
+            counts.push(edges.len().saturating_sub(1));
+            of_samples.push(values.iter().map(|&v| interval_of(&edges, v)).collect());
+        }
         Self {
-            edges,
-            parts,
-            is_cyclic: coordinates.iter().map(|c| c.is_cyclic).collect(),
+            coordinates,
+            counts,
+            parts: of_samples,
         }
     }
 
-    /// All runs of parts of a coordinate but the whole: first and how many.
+    /// All runs of parts of a coordinate but the whole.
     fn runs(&self, coordinate: usize) -> impl Iterator<Item = Run> + use<> {
-        let parts = self.edges[coordinate].len().saturating_sub(1);
-        let is_cyclic = self.is_cyclic[coordinate];
-        (0..parts).flat_map(move |first| {
-            let most = if is_cyclic { parts } else { parts - first };
-            (1..=most)
-                .map(move |count| (first, count))
-                .filter(move |run| run.1 < parts)
-        })
+        let parts = self.counts[coordinate];
+        (0..parts)
+            .flat_map(move |first| (first + 1..=parts).map(move |end| first..end))
+            .filter(move |run| run.len() < parts)
     }
 
-    fn holds(&self, coordinate: usize, run: Run, sample: usize) -> bool {
-        let parts = self.edges[coordinate].len().saturating_sub(1);
-        self.parts[coordinate][sample].is_some_and(|part| (part + parts - run.0) % parts < run.1)
+    fn holds(&self, coordinate: usize, run: &Run, sample: usize) -> bool {
+        self.parts[coordinate][sample].is_some_and(|part| run.contains(&part))
     }
 
-    /// A run's ends, at the outermost samples it holds.
-    fn interval(&self, of: &Coordinate<'_>, coordinate: usize, run: Run) -> Interval {
-        let parts = self.edges[coordinate].len().saturating_sub(1);
-        let last = (run.0 + run.1 - 1) % parts;
-        let mut from = f64::INFINITY;
-        let mut to = f64::NEG_INFINITY;
-        for (part, &value) in self.parts[coordinate].iter().zip(of.values) {
-            if *part == Some(run.0) {
-                from = from.min(value);
-            }
-            if *part == Some(last) {
-                to = to.max(value);
+    /// Running sums over the parts of a coordinate, of a value and of the number of samples inside: any
+    /// run is one difference.
+    fn sums(
+        &self,
+        coordinate: usize,
+        inside: &[usize],
+        value: impl Fn(usize) -> f64,
+    ) -> Vec<(f64, usize)> {
+        let mut parts = vec![(0.0, 0); self.counts[coordinate]];
+        for &i in inside {
+            if let Some(part) = self.parts[coordinate][i] {
+                parts[part].0 += value(i);
+                parts[part].1 += 1;
             }
         }
-        let is_cyclic = self.is_cyclic[coordinate];
-        Interval {
-            coordinate,
-            from,
-            to,
-            is_open: (run.0 == 0 && !is_cyclic, last == parts - 1 && !is_cyclic),
+        let mut sums = vec![(0.0, 0)];
+        let (mut sum, mut count) = (0.0, 0);
+        for part in parts {
+            sum += part.0;
+            count += part.1;
+            sums.push((sum, count));
         }
+        sums
+    }
+
+    /// Each run's ends, at the outermost samples it holds.
+    fn intervals(&self, runs: &[(usize, Run)]) -> Vec<Interval> {
+        let interval = |(coordinate, run): &(usize, Run)| {
+            let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
+            let parts = self.parts[*coordinate].iter();
+            for (part, &value) in parts.zip(&self.coordinates[*coordinate]) {
+                if *part == Some(run.start) {
+                    from = from.min(value);
+                }
+                if *part == Some(run.end - 1) {
+                    to = to.max(value);
+                }
+            }
+            Interval {
+                coordinate: *coordinate,
+                from,
+                to,
+            }
+        };
+        runs.iter().map(interval).collect()
     }
 }
 
-/// A box under construction.
-#[derive(Clone, Default)]
-struct Found {
-    runs: Vec<(usize, Run)>,
-    z: f64,
-}
-
-/// Scans a whitened residual; `residual` is the same in its own unit, for the mean. `None` where no interval holds ten samples.
+/// Scans a whitened residual over coordinates (one value a sample each; one that is not finite lies in no
+/// interval). `residual` is the same in its own unit, for the mean. `None` where no interval holds
+/// ten samples.
 #[must_use]
 pub fn scan(
-    coordinates: &[Coordinate<'_>],
+    coordinates: &[Vec<f64>],
     white: &[f64],
     residual: &[f64],
     blocks: &Blocks,
     seed: u64,
 ) -> Option<Region> {
     let grid = Grid::new(coordinates, PARTS);
-    let seen = search(&grid, white);
-    if seen.runs.is_empty() {
+    let (runs, z) = search(&grid, white);
+    if runs.is_empty() {
         return None;
     }
-    let mut draws = Draws::new(seed);
+    let mut random = Draws::new(seed);
     let mut as_large = 0;
     for _ in 0..FLIPS {
-        let signs: Vec<f64> = (0..blocks.count()).map(|_| draws.sign()).collect();
+        let signs: Vec<f64> = (0..blocks.count()).map(|_| random.sign()).collect();
         let of_sample = white.iter().zip(&blocks.of_sample);
         let flipped: Vec<f64> = of_sample.map(|(e, &block)| e * signs[block]).collect();
-        as_large += usize::from(search(&grid, &flipped).z.abs() >= seen.z.abs());
+        as_large += usize::from(search(&grid, &flipped).1.abs() >= z.abs());
     }
-    let inside = |i: &usize| seen.runs.iter().all(|&(c, run)| grid.holds(c, run, *i));
-    let samples: Vec<usize> = (0..white.len()).filter(inside).collect();
+    let samples: Vec<usize> = (0..white.len())
+        .filter(|&i| runs.iter().all(|(c, run)| grid.holds(*c, run, i)))
+        .collect();
     let sum: f64 = samples.iter().map(|&i| residual[i]).sum();
     Some(Region {
-        intervals: intervals(&grid, coordinates, &seen.runs),
+        intervals: grid.intervals(&runs),
         share: samples.len() as f64 / white.len() as f64,
         mean_error: sum / samples.len() as f64,
-        z: seen.z,
+        z,
         p: (as_large + 1) as f64 / (FLIPS + 1) as f64,
-        samples,
     })
 }
 
-fn intervals(grid: &Grid, coordinates: &[Coordinate<'_>], runs: &[(usize, Run)]) -> Vec<Interval> {
-    runs.iter()
-        .map(|&(c, run)| grid.interval(&coordinates[c], c, run))
-        .collect()
-}
-
-/// The best box, one coordinate after the other.
-fn search(grid: &Grid, white: &[f64]) -> Found {
-    let mut found = Found::default();
+/// The best box, one coordinate after the other, and its z.
+fn search(grid: &Grid, white: &[f64]) -> (Vec<(usize, Run)>, f64) {
+    let mut runs: Vec<(usize, Run)> = Vec::new();
+    let mut z_of_box = 0.0f64;
     let mut inside: Vec<usize> = (0..white.len()).collect();
-    while found.runs.len() < MOST_INTERVALS {
+    while runs.len() < MOST_INTERVALS {
         let mut best: Option<(f64, usize, Run)> = None;
-        for coordinate in 0..grid.edges.len() {
-            if found.runs.iter().any(|(used, _)| *used == coordinate) {
+        for coordinate in 0..grid.counts.len() {
+            if runs.iter().any(|(used, _)| *used == coordinate) {
                 continue;
             }
-            let parts = grid.edges[coordinate].len().saturating_sub(1);
-            let mut sums = vec![(0.0, 0usize); parts];
-            for &i in &inside {
-                if let Some(part) = grid.parts[coordinate][i] {
-                    sums[part].0 += white[i];
-                    sums[part].1 += 1;
-                }
-            }
-            let sums = turned_twice(&sums);
+            let sums = grid.sums(coordinate, &inside, |i| white[i]);
             for run in grid.runs(coordinate) {
-                let (from, to) = (sums[run.0], sums[run.0 + run.1]);
+                let (from, to) = (sums[run.start], sums[run.end]);
                 let count = to.1 - from.1;
                 let z = (to.0 - from.0) / (count as f64).sqrt();
-                if count >= LEAST_SAMPLES && best.is_none_or(|(most, _, _)| z.abs() > most.abs()) {
+                let is_best = best.as_ref().is_none_or(|(most, ..)| z.abs() > most.abs());
+                if count >= LEAST_SAMPLES && is_best {
                     best = Some((z, coordinate, run));
                 }
             }
@@ -232,104 +203,71 @@ fn search(grid: &Grid, white: &[f64]) -> Found {
         let Some((z, coordinate, run)) = best else {
             break;
         };
-        if !found.runs.is_empty() && z.abs() < (1.0 + WORTH_Z) * found.z.abs() {
+        if !runs.is_empty() && z.abs() < (1.0 + WORTH_Z) * z_of_box.abs() {
             break;
         }
-        inside.retain(|&i| grid.holds(coordinate, run, i));
-        found.runs.push((coordinate, run));
-        found.z = z;
+        inside.retain(|&i| grid.holds(coordinate, &run, i));
+        runs.push((coordinate, run));
+        z_of_box = z;
     }
-    found
+    (runs, z_of_box)
 }
 
-/// Running sums over the parts, gone through twice: any run, over the seam too, is one difference.
-fn turned_twice(parts: &[(f64, usize)]) -> Vec<(f64, usize)> {
-    let mut sums = vec![(0.0, 0)];
-    let (mut sum, mut count) = (0.0, 0);
-    for part in parts.iter().chain(parts) {
-        sum += part.0;
-        count += part.1;
-        sums.push((sum, count));
-    }
-    sums
-}
-
-/// The fewest intervals that overlap most with the samples marked; `None` where none or all are, or no interval overlaps.
+/// The fewest intervals that overlap most with the samples marked; none where none or all are, or no
+/// interval overlaps.
 #[must_use]
-pub fn describe(coordinates: &[Coordinate<'_>], marked: &[bool]) -> Option<Description> {
+pub fn describe(coordinates: &[Vec<f64>], marked: &[bool]) -> Vec<Interval> {
     // Finer than the scan: nothing is searched by chance here.
     let grid = Grid::new(coordinates, 2 * PARTS);
     let wanted = marked.iter().filter(|m| **m).count();
     if wanted == 0 || wanted == marked.len() {
-        return None;
+        return Vec::new();
     }
-    // Pairs are searched whole: of two coordinates that only together bound a region, neither need be best alone.
+    let best_overlap = |coordinate: usize, inside: &[usize]| {
+        let counts = grid.sums(coordinate, inside, |i| f64::from(u8::from(marked[i])));
+        let overlap = |run: &Run| {
+            let (from, to) = (counts[run.start], counts[run.end]);
+            let both = to.0 - from.0;
+            both / ((to.1 - from.1) as f64 + wanted as f64 - both)
+        };
+        grid.runs(coordinate)
+            .map(|run| (overlap(&run), coordinate, run))
+            .reduce(|best, other| if other.0 > best.0 { other } else { best })
+    };
+    // Pairs are searched whole: of two coordinates that only together bound a region, neither need be
+    // best alone.
     let all: Vec<usize> = (0..marked.len()).collect();
-    let singles = best_overlaps(&grid, marked, &all, wanted, 0..grid.edges.len());
-    let mut best: Option<(f64, Vec<(usize, Run)>)> = None;
-    for &(overlap, coordinate, run) in &singles {
-        if best.as_ref().is_none_or(|(most, _)| overlap > *most) {
-            best = Some((overlap, vec![(coordinate, run)]));
-        }
-    }
-    let (alone, _) = best.clone()?;
-    let mut bar = alone + WORTH_OVERLAP;
-    for &(_, first, _) in &singles {
-        for run in grid.runs(first) {
+    let singles: Vec<(f64, usize, Run)> = (0..grid.counts.len())
+        .filter_map(|coordinate| best_overlap(coordinate, &all))
+        .collect();
+    let alone = singles.iter().cloned();
+    let Some((overlap, coordinate, run)) =
+        alone.reduce(|best, other| if other.0 > best.0 { other } else { best })
+    else {
+        return Vec::new();
+    };
+    let mut best = vec![(coordinate, run)];
+    let mut bar = overlap + WORTH_OVERLAP;
+    for (_, first, _) in &singles {
+        for run in grid.runs(*first) {
             let inside: Vec<usize> = (0..marked.len())
-                .filter(|&i| grid.holds(first, run, i))
+                .filter(|&i| grid.holds(*first, &run, i))
                 .collect();
             let held = inside.iter().filter(|&&i| marked[i]).count();
             // Nothing within it can overlap more than all that it holds.
             if held as f64 / wanted as f64 <= bar {
                 continue;
             }
-            let later = first + 1..grid.edges.len();
-            for (overlap, second, other) in best_overlaps(&grid, marked, &inside, wanted, later) {
+            let later = first + 1..grid.counts.len();
+            for (overlap, second, other) in later.filter_map(|c| best_overlap(c, &inside)) {
                 if overlap > bar {
                     bar = overlap;
-                    best = Some((overlap, vec![(first, run), (second, other)]));
+                    best = vec![(*first, run.clone()), (second, other)];
                 }
             }
         }
     }
-    best.map(|(overlap, runs)| Description {
-        intervals: intervals(&grid, coordinates, &runs),
-        overlap,
-    })
-}
-
-/// Of each of some coordinates, the run that overlaps most with the marked samples among those inside.
-fn best_overlaps(
-    grid: &Grid,
-    marked: &[bool],
-    inside: &[usize],
-    wanted: usize,
-    coordinates: std::ops::Range<usize>,
-) -> Vec<(f64, usize, Run)> {
-    let mut best = Vec::new();
-    for coordinate in coordinates {
-        let parts = grid.edges[coordinate].len().saturating_sub(1);
-        let mut counts = vec![(0.0, 0usize); parts];
-        for &i in inside {
-            if let Some(part) = grid.parts[coordinate][i] {
-                counts[part].0 += if marked[i] { 1.0 } else { 0.0 };
-                counts[part].1 += 1;
-            }
-        }
-        let counts = turned_twice(&counts);
-        let overlap = |run: Run| {
-            let (from, to) = (counts[run.0], counts[run.0 + run.1]);
-            let both = to.0 - from.0;
-            both / ((to.1 - from.1) as f64 + wanted as f64 - both)
-        };
-        let most = grid
-            .runs(coordinate)
-            .map(|run| (overlap(run), coordinate, run))
-            .reduce(|best, other| if other.0 > best.0 { other } else { best });
-        best.extend(most);
-    }
-    best
+    grid.intervals(&best)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! frequency is what a sine and a cosine take off the sum of squares (Lomb 1976, Scargle 1982), so uneven steps and gaps do no harm.
 //! It is held against the median of its neighbours, which follows a spectrum that slopes. For noise that is level over the
 //! neighbourhood, powers are exponential; the median of `n` of them is the `m`-th of `n` order statistics, whose Laplace
-//! transform (Rényi 1953) makes the chance exact:
+//! transform (Rényi 1953) makes the p-value exact:
 //!
 //! ```text
 //! P(power/median > x) = Π_{i<m} (n - i)/(n - i + x)
@@ -12,16 +12,14 @@
 //!
 //! Multiplied by the number of frequencies looked at (Bonferroni; Fisher's g test of 1929 with a floor that may slope).
 
+use super::quantile::median;
+
 /// A line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
     /// Frequency on the given clock (Hz).
     pub frequency_hz: f64,
-    /// Amplitude of its sine, in the unit of the values.
-    pub amplitude: f64,
-    /// Power over the median of the neighbourhood.
-    pub power_over_floor: f64,
-    /// Chance of one as strong anywhere in the spectrum, where there is only noise.
+    /// p-value of one as strong anywhere in the spectrum, in noise alone.
     pub p: f64,
 }
 
@@ -49,8 +47,7 @@ pub fn strongest_line(clock_s: &[f64], values: &[f64]) -> Option<Line> {
     let mut sorted = times.clone();
     sorted.sort_by(f64::total_cmp);
     let mut steps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    let step_s = steps[steps.len() / 2];
+    let step_s = median(&mut steps)?;
     let span_s = last - first;
     if step_s <= 0.0 || !span_s.is_finite() {
         return None;
@@ -68,17 +65,14 @@ pub fn strongest_line(clock_s: &[f64], values: &[f64]) -> Option<Line> {
     // Slower ones are neighbours all the same: without them the lowest line would be held against a floor that has sloped away.
     let first_power = lowest.saturating_sub(NEIGHBOURS * OVERSAMPLING).max(1);
     let powers = powers(&times, values, first_power, highest, spacing_hz);
-    let (at, ratio, p) = (lowest - first_power..powers.len())
+    let (at, p) = (lowest - first_power..powers.len())
         .filter_map(|at| {
-            let (ratio, p) = against_neighbours(&powers, at)?;
-            Some((at, ratio, p))
+            let p = against_neighbours(&powers, at)?;
+            Some((at, p))
         })
-        .min_by(|a, b| a.2.total_cmp(&b.2).then(a.0.cmp(&b.0)))?;
+        .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))?;
     Some(Line {
         frequency_hz: (first_power + at) as f64 * spacing_hz,
-        // A sine of amplitude A takes n A²/2 off the sum of squares.
-        amplitude: (2.0 * powers[at] / times.len() as f64).sqrt(),
-        power_over_floor: ratio,
         p: (p * (highest - lowest + 1) as f64).min(1.0),
     })
 }
@@ -121,8 +115,8 @@ fn powers(
     powers
 }
 
-/// Power over the median of the neighbourhood, and the chance of as much; `None` in a silent one.
-fn against_neighbours(powers: &[f64], at: usize) -> Option<(f64, f64)> {
+/// p-value of the power over the median of its neighbourhood; `None` in a silent one.
+fn against_neighbours(powers: &[f64], at: usize) -> Option<f64> {
     let reach = NEIGHBOURS * OVERSAMPLING;
     let spill = SPILLED * OVERSAMPLING;
     // At an end of the spectrum the neighbourhood moves inwards and keeps its size.
@@ -134,19 +128,15 @@ fn against_neighbours(powers: &[f64], at: usize) -> Option<(f64, f64)> {
         .filter(|k| k.abs_diff(at) > spill)
         .map(|k| powers[k])
         .collect();
-    let middle = neighbours.len() / 2;
-    let (_, median, _) = neighbours.select_nth_unstable_by(middle, f64::total_cmp);
-    if *median <= 0.0 {
-        return None;
-    }
-    let ratio = powers[at] / *median;
+    let floor = median(&mut neighbours).filter(|floor| *floor > 0.0)?;
+    let ratio = powers[at] / floor;
     // Only every second frequency is independent of the others.
     let n = neighbours.len() / OVERSAMPLING;
     let p = (0..n.div_ceil(2))
         .map(|i| (n - i) as f64)
         .map(|left| left / (left + ratio))
         .product();
-    Some((ratio, p))
+    Some(p)
 }
 
 #[cfg(test)]
@@ -156,19 +146,17 @@ mod tests {
 
     #[test]
     fn a_pulsation_of_half_the_noise_is_found_at_its_frequency() {
-        let mut draws = Draws::new(4);
+        let mut random = Draws::new(4);
         let t_s: Vec<f64> = (0..1000)
-            .map(|i| f64::from(i) + 0.3 * draws.uniform())
+            .map(|i| f64::from(i) + 0.3 * random.uniform())
             .collect();
         let values: Vec<f64> = t_s
             .iter()
-            .map(|t| 0.5 * (std::f64::consts::TAU * 0.237 * t).sin() + draws.normal())
+            .map(|t| 0.5 * (std::f64::consts::TAU * 0.237 * t).sin() + random.normal())
             .collect();
         let line = strongest_line(&t_s, &values).expect("long enough");
         // Half the spacing of independent frequencies, 1/1000 s.
         assert!((line.frequency_hz - 0.237).abs() < 5e-4, "{line:?}");
-        // Three standard errors, √(2/n), and what the grid of frequencies loses.
-        assert!((line.amplitude - 0.5).abs() < 0.2, "{line:?}");
         assert!(line.p < 1e-6, "{line:?}");
     }
 
@@ -176,11 +164,11 @@ mod tests {
     fn noise_with_memory_makes_no_line() {
         let mut below = 0;
         for seed in 0..200 {
-            let mut draws = Draws::new(seed);
+            let mut random = Draws::new(seed);
             let mut state = 0.0;
             let values: Vec<f64> = (0..600)
                 .map(|_| {
-                    state = 0.6 * state + draws.normal();
+                    state = 0.6 * state + random.normal();
                     state
                 })
                 .collect();

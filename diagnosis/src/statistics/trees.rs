@@ -1,55 +1,33 @@
 //! The most that any function of the covariates explains: gradient-boosted regression trees.
 //!
-//! A yardstick, not a law. Friedman 2001 (Ann. Stat. 29:1189) with squared loss, weights, and covariates sorted into at most 32 bins
-//! of equal count (as in LightGBM, Ke et al. 2017): every tree is fitted to what the ones before it left,
+//! A yardstick, not a law. Friedman 2001 (Ann. Stat. 29:1189) with squared loss, weights, and
+//! covariates sorted into at most 32 bins of equal count (as in LightGBM, Ke et al. 2017): every
+//! tree is fitted to what the ones before it left,
 //!
 //! ```text
 //! f(x) = f₀ + ν Σ_k tree_k(x),       a split gains  R_l²/(W_l + λ) + R_r²/(W_r + λ) - R²/(W + λ)
 //! ```
 //!
-//! with R the sum of weight times residual and W of weight on a side. A covariate that is NaN has a bin of its own, below all
-//! others.
+//! with R the sum of weight times residual and W of weight on a side. A covariate that is NaN has a
+//! bin of its own, below all others.
 
-mod growth;
-
-use growth::{Binned, Ground, grow_tree};
-use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::column::quantile_edges;
-use super::held_out::{self, Gain};
-use super::noise::Whitener;
-use super::sequence::Blocks;
+use super::held_out::{self, FOLDS, Gain};
+use super::noise::Noise;
+use super::quantile::quantile_edges;
 
-/// How trees grow.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// How many trees.
-    pub trees: usize,
-    /// Splits from root to leaf, at most 8.
-    pub depth: usize,
-    /// Share of each tree that is taken, ν.
-    pub rate: f64,
-    /// Samples that a leaf needs.
-    pub least_leaf: usize,
-    /// Weight added to every leaf, λ, in units of the mean weight of a sample: draws small leaves to 0.
-    pub shrinkage: f64,
-}
-
-impl Default for Options {
-    /// 120 trees of depth 3, a rate of 0.08, leaves of 20 samples, shrunk as by 10. Chosen here: an interaction of three covariates
-    /// fits a tree, and 120 steps of 0.08 leave 5e-5 of a signal that every tree catches.
-    fn default() -> Self {
-        Self {
-            trees: 120,
-            depth: 3,
-            rate: 0.08,
-            least_leaf: 20,
-            shrinkage: 10.0,
-        }
-    }
-}
-
+/// Trees of a forest. Chosen here: 120 steps of 0.08 leave 5e-5 of a signal that every tree catches.
+const TREES: usize = 120;
+/// Splits from root to leaf. Chosen here: an interaction of three covariates fits a tree.
+const DEPTH: usize = 3;
+/// Share of each tree that is taken, ν.
+const RATE: f64 = 0.08;
+/// Samples that a leaf needs. Chosen here.
+const LEAST_LEAF: f64 = 20.0;
+/// Weight added to every leaf, λ, in units of the mean weight of a sample: draws small leaves to 0. Chosen
+/// here: as of ten samples.
+const SHRINKAGE: f64 = 10.0;
 /// Bins of a covariate besides that of NaN.
 const BINS: usize = 32;
 
@@ -66,94 +44,55 @@ pub struct Forest {
 /// Complete binary tree: node k has children 2k + 1 and 2k + 2.
 #[derive(Clone, Debug, PartialEq)]
 struct Tree {
-    /// Of every inner node, the covariate and the last bin that goes left; a node that does not split sends all left.
+    /// Of every inner node, the covariate and the last bin that goes left; a node that does not split
+    /// sends all left.
     splits: Vec<(usize, u8)>,
     leaves: Vec<f64>,
 }
 
-fn bin_of(edges: &[f64], value: f64) -> u8 {
-    if value.is_nan() {
-        return 0;
-    }
-    // At most 32 edges lie below.
-    1 + edges.partition_point(|edge| *edge <= value) as u8
-}
-
-/// Fits values at covariates (samples by rows), with weights (1/variance).
+/// Fits values `y` at covariates (one column each, one value a sample), with weights (1/variance).
 #[must_use]
-pub fn fit(x: &DMatrix<f64>, y: &[f64], weights: &[f64], options: Options) -> Forest {
+pub fn fit(covariates: &[Vec<f64>], y: &[f64], weights: &[f64]) -> Forest {
     let rows: Vec<u32> = (0..y.len() as u32).collect();
-    let (edges, binned) = binned(x);
-    grow(&edges, &binned, y, weights, &rows, options)
+    Binned::new(covariates).grow(y, weights, &rows)
 }
 
-fn binned(x: &DMatrix<f64>) -> (Vec<Vec<f64>>, Binned) {
-    let columns: Vec<Vec<f64>> = x
-        .column_iter()
-        .map(|c| c.iter().copied().collect())
-        .collect();
-    let edges: Vec<Vec<f64>> = columns
-        .iter()
-        .map(|column| {
-            let edges = quantile_edges(column, BINS);
-            edges
-                .get(1..edges.len().saturating_sub(1))
-                .unwrap_or(&[])
-                .to_vec()
+/// What trees predict for blocks they have not seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldOut {
+    /// Of every sample, by the forest that was grown without its fold, in the unit of the values.
+    pub predictions: Vec<f64>,
+    /// Against predicting 0.
+    pub gain: Gain,
+}
+
+/// Grouped cross-validation of trees on a residual `y` (in the values' unit); folds run in parallel, and
+/// the answer does not depend on the threads.
+#[must_use]
+pub fn held_out(covariates: &[Vec<f64>], y: &[f64], noise: &Noise) -> HeldOut {
+    let weights = noise.weights();
+    let fold_of = held_out::folds(&noise.blocks);
+    let binned = Binned::new(covariates);
+    let parts: Vec<Vec<(usize, f64)>> = (0..FOLDS)
+        .into_par_iter()
+        .map(|fold| {
+            let seen: Vec<u32> = (0..y.len() as u32)
+                .filter(|&i| fold_of[i as usize] != fold)
+                .collect();
+            let forest = binned.grow(y, &weights, &seen);
+            (0..y.len())
+                .filter(|&i| fold_of[i] == fold)
+                .map(|i| (i, forest.value(|covariate| binned.bins[covariate][i])))
+                .collect()
         })
         .collect();
-    let bins = columns
-        .iter()
-        .zip(&edges)
-        .map(|(column, edges)| column.iter().map(|&value| bin_of(edges, value)).collect())
-        .collect();
-    (edges, Binned { bins })
-}
-
-fn grow(
-    edges: &[Vec<f64>],
-    binned: &Binned,
-    y: &[f64],
-    weights: &[f64],
-    rows: &[u32],
-    options: Options,
-) -> Forest {
-    let total: f64 = rows.iter().map(|&i| weights[i as usize]).sum();
-    let sum: f64 = rows
-        .iter()
-        .map(|&i| weights[i as usize] * y[i as usize])
-        .sum();
-    let lambda = options.shrinkage * total / rows.len().max(1) as f64;
-    let base = if total > 0.0 {
-        sum / (total + lambda)
-    } else {
-        0.0
-    };
-    let of_sample = y.iter().zip(weights);
-    let mut weighted: Vec<(f64, f64)> = of_sample.map(|(y, &w)| (w * (y - base), w)).collect();
-    let mut forest = Forest {
-        base,
-        trees: Vec::with_capacity(options.trees),
-        edges: edges.to_vec(),
-        gains: vec![0.0; edges.len()],
-    };
-    for _ in 0..options.trees {
-        let ground = Ground {
-            binned,
-            weighted: &weighted,
-            lambda,
-            least_leaf: options.least_leaf.max(1) as f64,
-        };
-        let (tree, leaves) = grow_tree(&ground, rows, options, &mut forest.gains);
-        for (rows, value) in leaves.iter().zip(&tree.leaves) {
-            for &i in rows {
-                let (residual, weight) = &mut weighted[i as usize];
-                *residual -= *weight * value;
-            }
-        }
-        forest.trees.push(tree);
+    let mut predictions = vec![0.0; y.len()];
+    for (i, value) in parts.into_iter().flatten() {
+        predictions[i] = value;
     }
-    forest
+    let after: Vec<f64> = y.iter().zip(&predictions).map(|(y, f)| y - f).collect();
+    let gain = Gain::between(noise, y, &after);
+    HeldOut { predictions, gain }
 }
 
 impl Forest {
@@ -169,32 +108,34 @@ impl Forest {
         value
     }
 
-    /// At every row of covariates.
+    /// Mean prediction over samples with one covariate set to each of some values (Friedman 2001,
+    /// § 8.2), in the unit of what was fitted.
     #[must_use]
-    pub fn predict(&self, x: &DMatrix<f64>) -> Vec<f64> {
-        x.row_iter()
-            .map(|row| self.value(|covariate| bin_of(&self.edges[covariate], row[covariate])))
-            .collect()
-    }
-
-    /// Mean prediction over samples with one covariate set to each of some values (Friedman 2001, § 8.2).
-    #[must_use]
-    pub fn partial_dependence(&self, x: &DMatrix<f64>, covariate: usize, at: &[f64]) -> Vec<f64> {
-        let rows: Vec<Vec<u8>> = x
-            .row_iter()
-            .map(|row| {
-                (0..row.len())
-                    .map(|c| bin_of(&self.edges[c], row[c]))
-                    .collect()
-            })
+    pub fn partial_dependence(
+        &self,
+        covariates: &[Vec<f64>],
+        covariate: usize,
+        at: &[f64],
+    ) -> Vec<f64> {
+        let bins: Vec<Vec<u8>> = covariates
+            .iter()
+            .zip(&self.edges)
+            .map(|(values, edges)| values.iter().map(|&value| bin_of(edges, value)).collect())
             .collect();
+        let rows = covariates.first().map_or(0, Vec::len);
         at.iter()
             .map(|&value| {
                 let set = bin_of(&self.edges[covariate], value);
-                let of_row = |row: &Vec<u8>| {
-                    self.value(|other| if other == covariate { set } else { row[other] })
+                let of_row = |row: usize| {
+                    self.value(|other| {
+                        if other == covariate {
+                            set
+                        } else {
+                            bins[other][row]
+                        }
+                    })
                 };
-                rows.iter().map(of_row).sum::<f64>() / rows.len().max(1) as f64
+                (0..rows).map(of_row).sum::<f64>() / rows.max(1) as f64
             })
             .collect()
     }
@@ -208,50 +149,207 @@ impl Forest {
     }
 }
 
-/// What trees predict for blocks they have not seen.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeldOut {
-    /// Of every sample, by the forest that was grown without its fold.
-    pub predictions: Vec<f64>,
-    /// Against predicting 0.
-    pub gain: Gain,
+fn bin_of(edges: &[f64], value: f64) -> u8 {
+    if value.is_nan() {
+        return 0;
+    }
+    // At most 32 edges lie below.
+    1 + edges.partition_point(|edge| *edge <= value) as u8
 }
 
-/// Grouped cross-validation of trees on a residual `y` (in the values' unit); folds run in parallel, and the answer does not
-/// depend on the threads.
-#[must_use]
-pub fn held_out(
-    x: &DMatrix<f64>,
-    y: &[f64],
-    whitener: &Whitener,
-    blocks: &Blocks,
-    folds: usize,
-    options: Options,
-) -> HeldOut {
-    let folds = folds.max(1);
-    let weights: Vec<f64> = whitener.sd().iter().map(|sd| 1.0 / (sd * sd)).collect();
-    let fold_of = held_out::folds(blocks, folds);
-    let (edges, binned) = binned(x);
-    let parts: Vec<Vec<(usize, f64)>> = (0..folds)
-        .into_par_iter()
-        .map(|fold| {
-            let seen: Vec<u32> = (0..y.len() as u32)
-                .filter(|&i| fold_of[i as usize] != fold)
-                .collect();
-            let forest = grow(&edges, &binned, y, &weights, &seen, options);
-            (0..y.len())
-                .filter(|&i| fold_of[i] == fold)
-                .map(|i| (i, forest.value(|covariate| binned.bins[covariate][i])))
-                .collect()
-        })
-        .collect();
-    let mut predictions = vec![0.0; y.len()];
-    for (i, value) in parts.into_iter().flatten() {
-        predictions[i] = value;
+/// Covariates by bins.
+struct Binned {
+    edges: Vec<Vec<f64>>,
+    /// Of every covariate, every sample's bin.
+    bins: Vec<Vec<u8>>,
+}
+
+impl Binned {
+    fn new(covariates: &[Vec<f64>]) -> Self {
+        let (mut all_edges, mut bins) = (Vec::new(), Vec::new());
+        for values in covariates {
+            let edges = quantile_edges(values, BINS);
+            let inner = edges.get(1..edges.len().saturating_sub(1)).unwrap_or(&[]);
+            bins.push(values.iter().map(|&value| bin_of(inner, value)).collect());
+            all_edges.push(inner.to_vec());
+        }
+        Self {
+            edges: all_edges,
+            bins,
+        }
     }
-    let after: Vec<f64> = y.iter().zip(&predictions).map(|(y, f)| y - f).collect();
-    let gain = Gain::between(whitener, blocks, y, &after);
-    HeldOut { predictions, gain }
+
+    /// A forest on some rows.
+    fn grow(&self, y: &[f64], weights: &[f64], rows: &[u32]) -> Forest {
+        let total: f64 = rows.iter().map(|&i| weights[i as usize]).sum();
+        let products = rows.iter().map(|&i| weights[i as usize] * y[i as usize]);
+        let sum: f64 = products.sum();
+        let lambda = SHRINKAGE * total / rows.len().max(1) as f64;
+        let base = if total > 0.0 {
+            sum / (total + lambda)
+        } else {
+            0.0
+        };
+        let of_sample = y.iter().zip(weights);
+        let mut weighted: Vec<(f64, f64)> = of_sample.map(|(y, &w)| (w * (y - base), w)).collect();
+        let mut forest = Forest {
+            base,
+            trees: Vec::with_capacity(TREES),
+            edges: self.edges.clone(),
+            gains: vec![0.0; self.edges.len()],
+        };
+        for _ in 0..TREES {
+            let ground = Ground {
+                bins: &self.bins,
+                weighted: &weighted,
+                lambda,
+            };
+            let (tree, leaves) = ground.grow_tree(rows, &mut forest.gains);
+            for (rows, value) in leaves.iter().zip(&tree.leaves) {
+                for &i in rows {
+                    let (residual, weight) = &mut weighted[i as usize];
+                    *residual -= *weight * value;
+                }
+            }
+            forest.trees.push(tree);
+        }
+        forest
+    }
+}
+
+/// Sums over the samples of a bin.
+#[derive(Clone, Copy, Default)]
+struct Cell {
+    residual: f64,
+    weight: f64,
+    count: f64,
+}
+
+/// Of every covariate, of every bin: one node's sums.
+type Cells = Vec<[Cell; BINS + 2]>;
+
+impl Cell {
+    fn take(&mut self, other: Cell) {
+        self.residual += other.residual;
+        self.weight += other.weight;
+        self.count += other.count;
+    }
+
+    fn less(self, other: Cell) -> Cell {
+        Cell {
+            residual: self.residual - other.residual,
+            weight: self.weight - other.weight,
+            count: self.count - other.count,
+        }
+    }
+
+    fn gain(self, lambda: f64) -> f64 {
+        self.residual * self.residual / (self.weight + lambda)
+    }
+}
+
+/// What one tree is grown on.
+struct Ground<'a> {
+    bins: &'a [Vec<u8>],
+    /// Weight times residual, and weight, of every sample.
+    weighted: &'a [(f64, f64)],
+    lambda: f64,
+}
+
+impl Ground<'_> {
+    fn cell(&self, i: u32) -> Cell {
+        let (residual, weight) = self.weighted[i as usize];
+        Cell {
+            residual,
+            weight,
+            count: 1.0,
+        }
+    }
+
+    fn cells(&self, rows: &[u32]) -> Cells {
+        let mut cells = vec![[Cell::default(); BINS + 2]; self.bins.len()];
+        for (bins, cells) in self.bins.iter().zip(&mut cells) {
+            for &i in rows {
+                cells[usize::from(bins[i as usize])].take(self.cell(i));
+            }
+        }
+        cells
+    }
+
+    /// The covariate and the last bin on the left that gain most; ties go to the earlier covariate and
+    /// the lower bin.
+    fn best_split(&self, cells: &Cells) -> Option<(f64, usize, u8)> {
+        let mut best: Option<(f64, usize, u8)> = None;
+        for (covariate, cells) in cells.iter().enumerate() {
+            let mut all = Cell::default();
+            cells.iter().for_each(|cell| all.take(*cell));
+            let mut below = Cell::default();
+            for (bin, cell) in cells.iter().enumerate() {
+                below.take(*cell);
+                let above = all.less(below);
+                if below.count < LEAST_LEAF || above.count < LEAST_LEAF {
+                    continue;
+                }
+                let gain =
+                    below.gain(self.lambda) + above.gain(self.lambda) - all.gain(self.lambda);
+                if gain > best.map_or(0.0, |(most, _, _)| most) {
+                    best = Some((gain, covariate, bin as u8));
+                }
+            }
+        }
+        best
+    }
+
+    /// Grows one tree, level by level; returns it with the rows of every leaf. Sums of the larger child
+    /// are those of the node less the smaller's.
+    fn grow_tree(&self, rows: &[u32], gains: &mut [f64]) -> (Tree, Vec<Vec<u32>>) {
+        let mut splits = Vec::with_capacity((1 << DEPTH) - 1);
+        let mut nodes = vec![(rows.to_vec(), self.cells(rows))];
+        for level in 1..=DEPTH {
+            // Leaves are not split: nothing asks for their bins.
+            let cells_of = |rows: &[u32]| match level < DEPTH {
+                true => self.cells(rows),
+                false => Vec::new(),
+            };
+            let mut children = Vec::with_capacity(2 * nodes.len());
+            for (rows, mut cells) in nodes {
+                let Some((gain, covariate, bin)) = self.best_split(&cells) else {
+                    splits.push((0, u8::MAX));
+                    children.extend([(rows, cells), (Vec::new(), cells_of(&[]))]);
+                    continue;
+                };
+                gains[covariate] += gain;
+                splits.push((covariate, bin));
+                let bins = &self.bins[covariate];
+                let (left, right): (Vec<u32>, Vec<u32>) =
+                    rows.into_iter().partition(|&i| bins[i as usize] <= bin);
+                let left_is_small = left.len() <= right.len();
+                let small = cells_of(if left_is_small { &left } else { &right });
+                for (large, small) in cells.iter_mut().flatten().zip(small.iter().flatten()) {
+                    *large = large.less(*small);
+                }
+                children.extend(if left_is_small {
+                    [(left, small), (right, cells)]
+                } else {
+                    [(left, cells), (right, small)]
+                });
+            }
+            nodes = children;
+        }
+        let leaf = |rows: &Vec<u32>| {
+            let mut sum = Cell::default();
+            rows.iter().for_each(|&i| sum.take(self.cell(i)));
+            let weight = sum.weight + self.lambda;
+            if weight > 0.0 {
+                RATE * sum.residual / weight
+            } else {
+                0.0
+            }
+        };
+        let rows: Vec<Vec<u32>> = nodes.into_iter().map(|(rows, _)| rows).collect();
+        let leaves = rows.iter().map(leaf).collect();
+        (Tree { splits, leaves }, rows)
+    }
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use crate::forward::low_pass::LowPass;
 use crate::record::recording::Recording;
+use crate::statistics::quantile::quantile;
 use crate::thrust::free_flight::{self, FreeFlight, Trace};
 use crate::thrust::least_squares::{Solved, lag_standard_error_s};
 use crate::thrust::thrust_map::{CUBIC_FROM_ZERO, Term, ThrustMap, ThrustMapError};
@@ -299,6 +300,7 @@ impl<'a> Bench<'a> {
         }
         duties.sort_unstable_by(f64::total_cmp);
         batteries_v.sort_unstable_by(f64::total_cmp);
+        let quantile = |sorted: &[f64], p: f64| quantile(sorted, p).unwrap_or(f64::NAN);
         let fitted = [0.5 * OUTSIDE_SHARE, 1.0 - 0.5 * OUTSIDE_SHARE].map(|p| quantile(&duties, p));
         let base = self.options.base.as_ref();
         let map = self.map(solved, lag_s, base.map_or(fitted, ThrustMap::duty_range))?;
@@ -360,13 +362,4 @@ impl<'a> Bench<'a> {
 fn vertex(values: &[f64]) -> f64 {
     let (fall, rise) = (values[0] - values[1], values[2] - values[1]);
     0.5 * (fall - rise) / (fall + rise)
-}
-
-/// Value below which a share of sorted values lies; the nearest of them.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let last = sorted.len().saturating_sub(1);
-    sorted
-        .get((share * last as f64).round() as usize)
-        .copied()
-        .unwrap_or(f64::NAN)
 }

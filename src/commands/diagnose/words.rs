@@ -178,7 +178,7 @@ fn place(finding: &Finding) -> Vec<Part> {
     };
     lines.push(format!(
         "Global lack-of-fit test: p-value {}.",
-        p_value(finding.chance)
+        p_value(finding.p)
     ));
     lines.into_iter().map(Part::Line).collect()
 }
@@ -223,7 +223,7 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
         parts.extend(outside(shape).into_iter().map(Part::Line));
     }
     for effect in &finding.effects {
-        parts.push(Part::Line(format!("{}: {}.", effect.name, effect.story)));
+        parts.push(Part::Line(format!("{}: {}.", effect.name, effect.description)));
         parts.push(Part::Line(effect.equation.clone()));
         parts.push(parameters(effect));
     }
@@ -345,7 +345,7 @@ fn runners_up(finding: &Finding) -> Vec<Part> {
             }
         })
         .collect();
-    if let (Some(second), [effect, ..]) = (&finding.perhaps, finding.effects.as_slice()) {
+    if let (Some(second), [effect, ..]) = (&finding.runner_up, finding.effects.as_slice()) {
         lines.push(format!(
             "Runner-up beside {}: {} would gain {:.1} +- {:.1} more on held-out blocks, too small a part of the whole to be told from an error in the form of the first, so it is not taken.",
             effect.name, second.name, second.gain, second.gain_error
@@ -383,7 +383,7 @@ fn rival(finding: &Finding) -> Option<String> {
 }
 
 fn minimum_detectable(finding: &Finding) -> Vec<Part> {
-    let rows = finding.smallest.iter().map(|one| {
+    let rows = finding.detectable.iter().map(|one| {
         vec![
             one.name.clone(),
             one.parameter.clone(),

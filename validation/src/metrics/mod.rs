@@ -29,6 +29,7 @@ use crate::names::canonical;
 use crate::truth::{Concealed, DETECTABLE_CHI2, Truth};
 use diagnosis::infer::candidates::is_sensor;
 use diagnosis::infer::finding::{Interval, Verdict};
+use diagnosis::statistics::quantile::quantile;
 
 /// From here on (χ²) nearly nothing may be missed.
 const PLAIN_CHI2: f64 = 200.0;
@@ -274,14 +275,6 @@ impl Marks {
             cases,
         }
     }
-}
-
-/// Linear between the two values nearest to it.
-fn quantile(sorted: &[f64], at: f64) -> Option<f64> {
-    let place = at * (sorted.len().checked_sub(1)?) as f64;
-    let low = sorted[place.floor() as usize];
-    let high = sorted[place.ceil() as usize];
-    Some(low + (high - low) * place.fract())
 }
 
 fn is_right(of: &Concealed, named: &Named) -> bool {

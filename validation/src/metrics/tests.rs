@@ -178,13 +178,6 @@ fn answering_nothing_leaves_all_of_the_error_and_finds_no_row() {
 }
 
 #[test]
-fn quantiles_are_linear_between_values() {
-    assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.5), Some(2.0));
-    assert_eq!(quantile(&[1.0, 2.0], 0.1), Some(1.1));
-    assert_eq!(quantile(&[], 0.5), None);
-}
-
-#[test]
 fn a_truth_of_the_practice_set_is_read() {
     let text = r#"{"family": "single_motion_mid", "seed": 11, "effects": [{"effect": "motion", "amp": "mid", "params": {"kc": 0.5},
         "accept": ["emitter_motion", "wake_transport", "transport_delay"]}], "equivalence_set": [], "region_sample_index": [1], "n_samples": 2,

@@ -5,6 +5,7 @@
 use super::found::Found;
 use super::samples::{Attitude, Samples};
 use crate::record::remark::{Remark, RemarkKind};
+use crate::statistics::quantile::median;
 
 /// Farthest coordinate (m). Chosen here: a site in its own frame, not a map in UTM metres.
 const FARTHEST_M: f64 = 10_000.0;
@@ -221,7 +222,7 @@ fn steps(keep: &[usize], log: &mut Log<'_>) -> f64 {
     let t_s = log.t_s;
     let step = |pair: &[usize]| t_s[pair[1]] - t_s[pair[0]];
     let all_s: Vec<f64> = keep.windows(2).map(step).collect();
-    let Some(median_s) = median(&all_s) else {
+    let Some(median_s) = median(&mut all_s.clone()) else {
         return GAP_S;
     };
     let longest_step_s = (GAP_OVER_MEDIAN * median_s).max(GAP_S);
@@ -254,12 +255,6 @@ fn steps(keep: &[usize], log: &mut Log<'_>) -> f64 {
         log.rows(RemarkKind::UnevenSteps, &rows, &what);
     }
     longest_step_s
-}
-
-pub(super) fn median(values: &[f64]) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied()
 }
 
 /// Positions that stand still while the velocity says otherwise.

@@ -1,0 +1,76 @@
+//! Order statistics: quantiles, medians, and intervals of equal count.
+
+/// Quantile of values in ascending order, linear between neighbours (definition 7 of Hyndman & Fan
+/// 1996, Am. Stat. 50:361); `share` from 0 to 1. `None` of no values.
+#[must_use]
+pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    let last = sorted.len().checked_sub(1)?;
+    let place = share * last as f64;
+    let below = place as usize;
+    let above = (below + 1).min(last);
+    let (low, high, part) = (sorted[below], sorted[above], place - below as f64);
+    // Infinite values have no difference.
+    let is_low = part == 0.0 || low == high;
+    Some(if is_low {
+        low
+    } else {
+        low + part * (high - low)
+    })
+}
+
+/// The middle of the values, the upper one of two, so that it is always one of them (a step of a
+/// clock, a reading). Reorders them. `None` of no values.
+#[must_use]
+pub fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// Values that part a covariate into at most `bins` intervals of equal count, both ends included;
+/// ties share an interval, values that are not finite have none. Empty where nothing varies.
+#[must_use]
+pub fn quantile_edges(values: &[f64], bins: usize) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let (Some(&least), Some(&most)) = (sorted.first(), sorted.last()) else {
+        return Vec::new();
+    };
+    if least == most {
+        return Vec::new();
+    }
+    let inner = (1..bins).map(|bin| sorted[bin * sorted.len() / bins]);
+    let mut edges = vec![least];
+    for edge in inner.chain([most]) {
+        if edges.last().is_some_and(|&last| edge > last) {
+            edges.push(edge);
+        }
+    }
+    edges
+}
+
+/// The interval between ascending edges that a value lies in: the lower end belongs to it, and the
+/// last takes both. `None` for NaN and beyond the ends.
+#[must_use]
+pub fn interval_of(edges: &[f64], value: f64) -> Option<usize> {
+    let (&least, &most) = (edges.first()?, edges.last()?);
+    if !(value >= least && value <= most) {
+        return None;
+    }
+    let above = edges.partition_point(|&edge| edge <= value);
+    Some((above - 1).min(edges.len().saturating_sub(2)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_linear_between_values_and_medians_are_values() {
+        assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.5), Some(2.0));
+        assert_eq!(quantile(&[1.0, 2.0], 0.1), Some(1.1));
+        assert_eq!(quantile(&[3.0], 1.0), Some(3.0));
+        assert_eq!(quantile(&[], 0.5), None);
+        assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), Some(3.0));
+        assert_eq!(median(&mut []), None);
+    }
+}
