@@ -27,7 +27,7 @@ use crate::statistics::bootstrap::intervals_95;
 use crate::statistics::held_out::FOLDS;
 use crate::statistics::lack_of_fit::minimum_detectable;
 use crate::statistics::noise::Noise;
-use crate::statistics::quantile::quantile;
+use crate::statistics::quantile::nearest_rank;
 
 /// Why a recording cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -436,5 +436,5 @@ pub(crate) fn departing(simulated: &[f64], corrected: &[f64], noise: &Noise) -> 
 /// The values without so much at either end.
 fn span(mut values: Vec<f64>, tail: f64) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
-    [tail, 1.0 - tail].map(|share| quantile(&values, share).unwrap_or(0.0))
+    [tail, 1.0 - tail].map(|share| nearest_rank(&values, share).unwrap_or(0.0))
 }

@@ -2,7 +2,7 @@
 //! blocks; percentile intervals, Efron & Tibshirani 1993, ch. 13).
 
 use super::draws::Draws;
-use super::quantile::quantile;
+use super::quantile::nearest_rank;
 
 /// 95 % percentile intervals `[low, high]` of statistics of some units (blocks, flights).
 ///
@@ -26,7 +26,7 @@ pub fn intervals_95<const N: usize>(
     }
     drawn.map(|mut values| {
         values.sort_by(f64::total_cmp);
-        [0.025, 0.975].map(|share| quantile(&values, share).unwrap_or(f64::NAN))
+        [0.025, 0.975].map(|share| nearest_rank(&values, share).unwrap_or(f64::NAN))
     })
 }
 

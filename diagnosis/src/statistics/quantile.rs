@@ -18,6 +18,14 @@ pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     })
 }
 
+/// The value nearest to a quantile of values in ascending order, so that it is always one of them (an end of
+/// a region, a draw); `share` from 0 to 1. `None` of no values.
+#[must_use]
+pub fn nearest_rank(sorted: &[f64], share: f64) -> Option<f64> {
+    let last = sorted.len().checked_sub(1)?;
+    Some(sorted[(share * last as f64).round() as usize])
+}
+
 /// The middle of the values, the upper one of two, so that it is always one of them (a step of a
 /// clock, a reading). Reorders them. `None` of no values.
 #[must_use]
@@ -65,11 +73,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_are_linear_between_values_and_medians_are_values() {
+    fn quantiles_are_linear_between_values_ranks_and_medians_are_values() {
         assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.5), Some(2.0));
         assert_eq!(quantile(&[1.0, 2.0], 0.1), Some(1.1));
         assert_eq!(quantile(&[3.0], 1.0), Some(3.0));
         assert_eq!(quantile(&[], 0.5), None);
+        assert_eq!(nearest_rank(&[1.0, 2.0, 4.0], 0.8), Some(4.0));
         assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), Some(3.0));
         assert_eq!(median(&mut []), None);
     }

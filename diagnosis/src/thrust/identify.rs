@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::forward::low_pass::LowPass;
 use crate::record::recording::Recording;
-use crate::statistics::quantile::quantile;
+use crate::statistics::quantile::nearest_rank;
 use crate::thrust::free_flight::{self, FreeFlight, Trace};
 use crate::thrust::least_squares::{Solved, lag_standard_error_s};
 use crate::thrust::thrust_map::{CUBIC_FROM_ZERO, Term, ThrustMap, ThrustMapError};
@@ -300,7 +300,7 @@ impl<'a> Bench<'a> {
         }
         duties.sort_unstable_by(f64::total_cmp);
         batteries_v.sort_unstable_by(f64::total_cmp);
-        let quantile = |sorted: &[f64], p: f64| quantile(sorted, p).unwrap_or(f64::NAN);
+        let quantile = |sorted: &[f64], p: f64| nearest_rank(sorted, p).unwrap_or(f64::NAN);
         let fitted = [0.5 * OUTSIDE_SHARE, 1.0 - 0.5 * OUTSIDE_SHARE].map(|p| quantile(&duties, p));
         let base = self.options.base.as_ref();
         let map = self.map(solved, lag_s, base.map_or(fitted, ThrustMap::duty_range))?;

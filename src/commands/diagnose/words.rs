@@ -223,7 +223,10 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
         parts.extend(outside(shape).into_iter().map(Part::Line));
     }
     for effect in &finding.effects {
-        parts.push(Part::Line(format!("{}: {}.", effect.name, effect.description)));
+        parts.push(Part::Line(format!(
+            "{}: {}.",
+            effect.name, effect.description
+        )));
         parts.push(Part::Line(effect.equation.clone()));
         parts.push(parameters(effect));
     }
