@@ -133,49 +133,6 @@ impl FarField {
         self.decay_m2_per_s / (2.0 * sigma_m * (1.0 + x))
     }
 
-    /// Change of the axial speed with radius, `∂U/∂r` (1/s).
-    ///
-    /// ```text
-    /// ∂U/∂r = -4 a ξ U_C / ( r_half (1 + a ξ²)³ )
-    /// ```
-    #[must_use]
-    pub fn radial_gradient_per_s(&self, depth_m: f64, radius_m: f64) -> Option<f64> {
-        let sigma_m = self.sigma_m(depth_m)?;
-        let x = self.steepness * radius_m * radius_m / (sigma_m * sigma_m);
-        let cube = (1.0 + x) * (1.0 + x) * (1.0 + x);
-        Some(
-            -4.0 * self.decay_m2_per_s * self.steepness * radius_m
-                / (sigma_m * sigma_m * sigma_m * cube),
-        )
-    }
-
-    /// Change of the axial speed with depth, `∂U/∂s` (1/s): negative near the axis, positive where
-    /// `a ξ² > 1/3`, because the jet widens. Nowhere larger in size than on the axis, `U_C/σ`.
-    ///
-    /// ```text
-    /// ∂U/∂s = U_C (3 a ξ² - 1) / ( σ (1 + a ξ²)³ )
-    /// ```
-    #[must_use]
-    pub fn axial_gradient_per_s(&self, depth_m: f64, radius_m: f64) -> Option<f64> {
-        let sigma_m = self.sigma_m(depth_m)?;
-        let x = self.steepness * radius_m * radius_m / (sigma_m * sigma_m);
-        let cube = (1.0 + x) * (1.0 + x) * (1.0 + x);
-        Some(self.decay_m2_per_s * (3.0 * x - 1.0) / (sigma_m * sigma_m * cube))
-    }
-
-    /// Largest `|∂U/∂r|` (1/s) at a depth, found at ξ = 1/√(5 a) = 0.695: a Lipschitz bound across
-    /// the jet.
-    ///
-    /// ```text
-    /// max |∂U/∂r| = (25 √(5a) / 54) · U_C / r_half = 0.666 U_C / r_half
-    /// ```
-    #[must_use]
-    pub fn steepest_radial_gradient_per_s(&self, depth_m: f64) -> Option<f64> {
-        let sigma_m = self.sigma_m(depth_m)?;
-        let factor = 25.0 * (5.0 * PROFILE_A).sqrt() / 54.0; // 4 a ξ/(1 + a ξ²)³ at a ξ² = 1/5: (4/5)·√(5a)·(5/6)³
-        Some(factor * self.decay_m2_per_s / (self.spreading * sigma_m * sigma_m))
-    }
-
     /// A bound on `|grad U|/U` (1/m) at a depth and below, at any radius; with `y = √a ξ`, which
     /// nothing but the two quotients depends on:
     ///
@@ -187,16 +144,6 @@ impl FarField {
         let sigma_m = self.sigma_m(depth_m)?;
         Some((4.0 * self.steepness + 9.0).sqrt() / sigma_m)
     }
-    /// Volume flux (m³/s) through the whole plane at a depth; it grows by entrainment.
-    ///
-    /// ```text
-    /// Q = π U_C r_half² / a
-    /// ```
-    #[must_use]
-    pub fn volume_flux_m3_per_s(&self, depth_m: f64) -> Option<f64> {
-        Some(PI * self.decay_m2_per_s * self.sigma_m(depth_m)? / self.steepness)
-    }
-
     /// Momentum flux over density (m⁴/s²), the same at every depth.
     ///
     /// ```text

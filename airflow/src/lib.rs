@@ -43,8 +43,8 @@
 //!
 //! # The paper's recipe
 //!
-//! Six steps from an airframe to the air below it, for the six airframes of the paper, here at s =
-//! 4 l and r = l/2:
+//! Six steps from an airframe to the air below it, for the six airframes of the paper, here at
+//! s = 4 l and r = l/2:
 //!
 //! ```
 //! use airflow::{Air, Airframe, Jet, Wake};

@@ -36,7 +36,9 @@ impl Shape {
     pub(crate) fn strength(effects: &Effects, diameter_over_l: f64) -> f64 {
         let payload = effects.payload_mass.filter(|payload| payload.is_constant());
         payload.map_or(1.0, |payload| payload.factor(0.0))
-            * effects.momentum_scale.map_or(1.0, |effect| effect.factor())
+            * effects
+                .momentum_scale
+                .map_or(1.0, |effect| effect.speed_factor)
             * effects.air_density.map_or(1.0, |effect| effect.factor())
             * effects
                 .dl_ratio
@@ -174,7 +176,7 @@ impl Shape {
         let entrained = self
             .effects
             .entrainment_radial
-            .map_or(1.0, |effect| effect.on_radial());
+            .map_or(1.0, |effect| effect.factor);
         let mut velocity_mps = Vector3::new(
             axial_mps * sin * towards[0] + entrained * section.speed * section.width * plain_mps.x,
             axial_mps * sin * towards[1] + entrained * section.speed * section.width * plain_mps.y,

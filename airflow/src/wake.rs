@@ -330,14 +330,6 @@ impl Wake {
         self.shared.near.as_ref()
     }
 
-    /// [`Wake::axial_speed_mps`] at many offsets, in order; as many as the shorter of the two
-    /// slices holds.
-    pub fn axial_speeds_mps(&self, offsets_m: &[Vector3<f64>], out_mps: &mut [f64]) {
-        for (speed_mps, &offset_m) in out_mps.iter_mut().zip(offsets_m) {
-            *speed_mps = self.axial_speed_mps(offset_m);
-        }
-    }
-
     /// Mean velocity (m/s) at an offset, world frame: z negative is down, x and y the radial flow
     /// that continuity asks for (out of the jet's core, into it from outside). Zero at and above
     /// the rotor plane.

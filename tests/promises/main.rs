@@ -23,11 +23,13 @@ mod practice_set;
 mod readme;
 #[cfg(feature = "long")]
 mod real_flights;
+mod receivers;
 mod recordings;
 mod recordings_commands;
 mod scaling;
 mod scenario;
 mod scenarios;
+mod solid;
 mod verifier;
 mod volumes;
 mod wakes;

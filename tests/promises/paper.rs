@@ -66,7 +66,6 @@ fn nothing_is_extrapolated_above_two_and_a_half_motor_distances() {
     assert_eq!(far.axial_speed_mps(above_m, 0.0), None);
     assert_eq!(far.radial_speed_mps(above_m, 0.1), None);
     assert_eq!(far.disc_mean_mps(above_m, 0.1), None);
-    assert_eq!(far.radial_gradient_per_s(above_m, 0.1), None);
     let (in_it_m, above_it_m) = (
         Vector3::new(0.0, 0.0, -9.0),
         Vector3::new(0.0, 0.0, -above_m),

@@ -108,9 +108,8 @@ fn a_payload_changes_the_speeds_and_nothing_else() {
     let offsets_m: Vec<Vector3<f64>> = (0..40)
         .map(|i| Vector3::new(0.01 * f64::from(i), -0.05, 0.05 - 0.04 * f64::from(i)))
         .collect();
-    let mut speeds_mps = vec![f64::NAN; offsets_m.len()];
-    loaded.axial_speeds_mps(&offsets_m, &mut speeds_mps);
-    for (offset_m, speed_mps) in offsets_m.iter().zip(speeds_mps) {
+    for offset_m in &offsets_m {
+        let speed_mps = loaded.axial_speed_mps(*offset_m);
         assert_eq!(again.axial_speed_mps(*offset_m), speed_mps);
         // Four times the mass, twice the speed; rounding.
         assert!((speed_mps - 2.0 * bare.axial_speed_mps(*offset_m)).abs() < 1e-13);

@@ -20,7 +20,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     parameters: &[Parameter {
         // Throttle and power tell it; speeds cannot.
         fit: None,
-        ..Parameter::ratio("density_factor", &["rho/rho0"], [0.6, 1.4]).neutral(1.0)
+        ..Parameter::ratio("density_factor", &["rho/rho0"], 1.0, [0.6, 1.4])
     }],
     essential: 1,
     home: Home::Jet,

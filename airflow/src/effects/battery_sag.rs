@@ -18,7 +18,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &["thrust_map_drift"],
     equation: "throttle -> throttle (1 + k (V0 - V)/V0)",
     description: "as the battery weakens, the same thrust takes more throttle",
-    parameters: &[Parameter::ratio("sensitivity", &["k"], [-2.0, 4.0])],
+    parameters: &[Parameter::ratio("sensitivity", &["k"], 0.0, [-2.0, 4.0])],
     essential: 1,
     home: Home::Receiver,
     treatment: |_| {

@@ -21,7 +21,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &[],
     equation: "F = -1/2 rho a l^2 w |w|, w = U + V_z",
     description: "the frame itself stands in the air that passes it",
-    parameters: &[Parameter::ratio("area_over_l2", &["a"], [0.0, 10.0]).fit(0.0, 0.6)],
+    parameters: &[Parameter::ratio("area_over_l2", &["a"], 0.0, [0.0, 10.0]).fit(0.0, 0.6)],
     essential: 1,
     home: Home::Receiver,
     treatment: |_| OWN,

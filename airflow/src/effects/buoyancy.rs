@@ -18,7 +18,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &[],
     equation: "U_C -> U_C sqrt(1 - c (s/10l)^2)",
     description: "warm air slows on its way down, cold air gains",
-    parameters: &[Parameter::ratio("strength", &["c"], [-1.0, 1.0])],
+    parameters: &[Parameter::ratio("strength", &["c"], 0.0, [-1.0, 1.0])],
     essential: 1,
     home: Home::Jet,
     treatment: |_| Treatment::Exact,

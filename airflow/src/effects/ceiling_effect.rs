@@ -18,7 +18,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &[],
     equation: "T/T_inf = 1/(1 - c (R/(z_c + R/4))^2)",
     description: "below a ceiling the rotors draw themselves up",
-    parameters: &[Parameter::ratio("strength", &["c"], [-10.0, 10.0]).fit(-0.2, 0.9)],
+    parameters: &[Parameter::ratio("strength", &["c"], 0.0, [-10.0, 10.0]).fit(-0.2, 0.9)],
     essential: 1,
     home: Home::Receiver,
     treatment: |_| THRUST,

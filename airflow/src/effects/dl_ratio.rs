@@ -18,7 +18,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &[],
     equation: "U_C ~ U_H l (d/(0.53 l))^p",
     description: "jets scale with the size of the propellers, not with the motor distance alone",
-    parameters: &[Parameter::ratio("exponent", &["p"], [-0.5, 1.5])],
+    parameters: &[Parameter::ratio("exponent", &["p"], 0.0, [-0.5, 1.5])],
     essential: 1,
     home: Home::Jet,
     treatment: |_| Treatment::Exact,

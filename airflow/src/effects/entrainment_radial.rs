@@ -17,7 +17,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &[],
     equation: "V -> kappa V",
     description: "the jet draws in more or less air than its mean profile asks for",
-    parameters: &[Parameter::ratio("factor", &["kappa"], [0.0, 3.0]).neutral(1.0)],
+    parameters: &[Parameter::ratio("factor", &["kappa"], 1.0, [0.0, 3.0])],
     essential: 1,
     home: Home::Jet,
     treatment: |_| SIDEWAYS,
@@ -30,11 +30,4 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
 pub struct EntrainmentRadial {
     /// `κ`; 1: continuity of the paper's profile.
     pub factor: f64,
-}
-
-impl EntrainmentRadial {
-    /// The factor.
-    pub(crate) fn on_radial(&self) -> f64 {
-        self.factor
-    }
 }

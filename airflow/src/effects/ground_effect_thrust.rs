@@ -19,10 +19,8 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     equation: "T/T_inf = 1 + c_a exp(-c_b z/R)",
     description: "near the floor the same throttle lifts more",
     parameters: &[
-        Parameter::ratio("gain", &["c_a"], [-10.0, 10.0]).fit(-0.5, 3.0),
-        Parameter::ratio("decay", &["c_b"], [0.0, 100.0])
-            .neutral(0.5)
-            .fit(0.05, 3.0),
+        Parameter::ratio("gain", &["c_a"], 0.0, [-10.0, 10.0]).fit(-0.5, 3.0),
+        Parameter::ratio("decay", &["c_b"], 0.5, [0.0, 100.0]).fit(0.05, 3.0),
     ],
     essential: 1,
     home: Home::Receiver,

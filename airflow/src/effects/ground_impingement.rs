@@ -40,10 +40,8 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     equation: "U -> U (1 - exp(-(h/(c r_f))^2)), wall jet u = a 1.32 (sqrt J/H)(r/H)^-1.1",
     description: "the jet stops at the floor and spreads along it",
     parameters: &[
-        Parameter::ratio("wall_jet", &["a"], [0.0, 10.0]).fit(0.0, 4.0),
-        Parameter::ratio("reach", &["c"], [0.0, 10.0])
-            .neutral(0.05)
-            .fit(0.05, 3.0),
+        Parameter::ratio("wall_jet", &["a"], 0.0, [0.0, 10.0]).fit(0.0, 4.0),
+        Parameter::ratio("reach", &["c"], 0.05, [0.0, 10.0]).fit(0.05, 3.0),
     ],
     essential: 2,
     home: Home::Surroundings,

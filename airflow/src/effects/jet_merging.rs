@@ -18,7 +18,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &["superposition"],
     equation: "U = (sum U_i^q)^(1/q)",
     description: "jets side by side merge, and their speeds do not simply add",
-    parameters: &[Parameter::ratio("exponent", &["q"], [0.7, 4.0]).neutral(1.0)],
+    parameters: &[Parameter::ratio("exponent", &["q"], 1.0, [0.7, 4.0])],
     essential: 1,
     home: Home::Surroundings,
     treatment: |effects| match effects.jet_merging.map_or(2.0, |merging| merging.exponent) {

@@ -21,9 +21,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &[],
     equation: "U -> f U",
     description: "the whole jet is stronger or weaker by one factor",
-    parameters: &[Parameter::ratio("speed_factor", &["f"], [0.1, 4.0])
-        .neutral(1.0)
-        .fit(0.4, 1.9)],
+    parameters: &[Parameter::ratio("speed_factor", &["f"], 1.0, [0.1, 4.0]).fit(0.4, 1.9)],
     essential: 1,
     home: Home::Jet,
     treatment: |_| Treatment::Exact,
@@ -36,11 +34,4 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
 pub struct MomentumScale {
     /// 1: none.
     pub speed_factor: f64,
-}
-
-impl MomentumScale {
-    /// Factor on `U_H`.
-    pub(crate) fn factor(&self) -> f64 {
-        self.speed_factor
-    }
 }

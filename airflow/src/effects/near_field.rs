@@ -20,8 +20,8 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     equation: "U = (1 - lambda) U_far + lambda U_four(D0), s < 2.5 l",
     description: "close below the rotors there are four jets and a slow core, not one jet",
     parameters: &[
-        Parameter::ratio("share", &["lambda"], [-0.5, 2.0]).fit(-0.3, 1.8),
-        Parameter::ratio("shadow", &["D0"], [0.0, 1.0]).neutral(0.5),
+        Parameter::ratio("share", &["lambda"], 0.0, [-0.5, 2.0]).fit(-0.3, 1.8),
+        Parameter::ratio("shadow", &["D0"], 0.5, [0.0, 1.0]),
     ],
     essential: 1,
     home: Home::Jet,

@@ -21,8 +21,8 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     equation: "alpha -> alpha + kappa V_z/U_H, T -> T (1 + b (V_h/U_H)^2)",
     description: "a drone that climbs meets air from above, one that flies forward finds fresh air",
     parameters: &[
-        Parameter::ratio("climb", &["kappa"], [-2.0, 4.0]),
-        Parameter::ratio("forward", &["b"], [-3.0, 6.0]),
+        Parameter::ratio("climb", &["kappa"], 0.0, [-2.0, 4.0]),
+        Parameter::ratio("forward", &["b"], 0.0, [-3.0, 6.0]),
     ],
     essential: 2,
     home: Home::Receiver,

@@ -21,8 +21,8 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     equation: "f = (1 - tau)/(1 + a xi^2)^2 + tau exp(-ln2 xi^(2+n))",
     description: "the jet ends in an edge where the paper's profile has a long tail",
     parameters: &[
-        Parameter::ratio("share", &["tau"], [-0.6, 1.6]),
-        Parameter::ratio("steepness", &["n"], [-0.6, 4.0]),
+        Parameter::ratio("share", &["tau"], 0.0, [-0.6, 1.6]),
+        Parameter::ratio("steepness", &["n"], 0.0, [-0.6, 4.0]),
     ],
     essential: 1,
     home: Home::Jet,

@@ -19,7 +19,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &["thrust_inflow"],
     equation: "alpha -> eta alpha",
     description: "the rotors feel more or less of the air from above than momentum theory has it",
-    parameters: &[Parameter::ratio("factor", &["eta"], [0.0, 2.5]).neutral(1.0)],
+    parameters: &[Parameter::ratio("factor", &["eta"], 1.0, [0.0, 2.5])],
     essential: 1,
     home: Home::Receiver,
     treatment: |_| Treatment::Exact,

@@ -28,7 +28,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
             .fit(5.0, 3000.0),
         Parameter {
             is_optional: true,
-            ..Parameter::ratio("rise", &["e"], [-1.0, 1.0])
+            ..Parameter::ratio("rise", &["e"], 0.0, [-1.0, 1.0])
         },
     ],
     essential: 1,

@@ -19,7 +19,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &["width_scale"],
     equation: "r_half -> q r_half, U_C -> U_C/q",
     description: "canted propellers make the jet wider or narrower at the same momentum",
-    parameters: &[Parameter::ratio("width_factor", &["q"], [0.7, 1.45]).neutral(1.0)],
+    parameters: &[Parameter::ratio("width_factor", &["q"], 1.0, [0.7, 1.45])],
     essential: 1,
     home: Home::Jet,
     treatment: |_| Treatment::Exact,

@@ -125,9 +125,10 @@ impl Parameter {
     pub(super) const fn ratio(
         key: &'static str,
         symbols: &'static [&'static str],
+        neutral: f64,
         range: [f64; 2],
     ) -> Parameter {
-        Parameter::new(key, symbols, "1", range)
+        Parameter::new(key, symbols, "1", range).neutral(neutral)
     }
 
     pub(super) const fn neutral(self, neutral: f64) -> Parameter {

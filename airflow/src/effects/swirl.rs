@@ -18,7 +18,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &[],
     equation: "W_theta = k U_C xi/(1 + a xi^2)^2 s0/(s0 - s)",
     description: "the jet turns about its axis",
-    parameters: &[Parameter::ratio("ratio", &["k"], [-0.8, 0.8]).fit(0.0, 0.8)],
+    parameters: &[Parameter::ratio("ratio", &["k"], 0.0, [-0.8, 0.8]).fit(0.0, 0.8)],
     essential: 1,
     home: Home::Jet,
     treatment: |_| SIDEWAYS,

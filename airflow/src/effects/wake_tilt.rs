@@ -18,7 +18,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &[],
     equation: "x(s) = s tan(lean)",
     description: "the jet leaves its drone at an angle",
-    parameters: &[Parameter::ratio("lean", &["lean_x", "lean_y"], [-1.0, 1.0]).fit(-0.4, 0.4)],
+    parameters: &[Parameter::ratio("lean", &["lean_x", "lean_y"], 0.0, [-1.0, 1.0]).fit(-0.4, 0.4)],
     essential: 2,
     home: Home::Jet,
     treatment: |_| Treatment::Exact,

@@ -21,7 +21,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     aliases: &["meander", "unsteadiness"],
     equation: "g^2 = 1 + w2 (z(s)/z(6))^2, z = s/(s - s0), r_half -> g r_half, U_C -> U_C/g^2",
     description: "the jet's axis meanders, more with depth, so its mean is wider and slower",
-    parameters: &[Parameter::ratio("growth", &["w2"], [-1.0, 3.0]).fit(-0.4, 3.0)],
+    parameters: &[Parameter::ratio("growth", &["w2"], 0.0, [-1.0, 3.0]).fit(-0.4, 3.0)],
     essential: 1,
     home: Home::Jet,
     treatment: |_| Treatment::Exact,

@@ -65,72 +65,40 @@ fn the_rational_form_is_the_papers_profile() {
 }
 
 #[test]
-fn gradients_are_those_of_the_speed() {
-    let h = 1e-5; // m
-    for (s, r) in points() {
-        let speed = |s: f64, r: f64| jet().axial_speed_mps(s, r).expect("deep");
-        let across = (speed(s, r + h) - speed(s, r - h)) / (2.0 * h);
-        let along = (speed(s + h, r) - speed(s - h, r)) / (2.0 * h);
-        // Speeds near 10 m/s: rounding leaves 1e-10, the third derivative (1e4 at most) times h²
-        // 1e-6.
-        assert!((jet().radial_gradient_per_s(s, r).expect("deep") - across).abs() < 2e-6);
-        assert!((jet().axial_gradient_per_s(s, r).expect("deep") - along).abs() < 2e-6);
-    }
-}
-
-#[test]
-fn no_gradient_exceeds_its_bound_and_the_bound_is_met() {
-    for s in DEPTHS_M {
-        let half_width_m = jet().half_width_m(s).expect("deep");
-        let bound_per_s = jet().steepest_radial_gradient_per_s(s).expect("deep");
-        let steepest_per_s = (0..5000)
-            .filter_map(|i| jet().radial_gradient_per_s(s, 1e-3 * f64::from(i) * half_width_m))
-            .fold(0.0_f64, |steepest, gradient| steepest.max(gradient.abs()));
-        // A scan in steps of 0.001 half-widths misses the flat maximum by less than 1e-6 of it.
-        assert!(
-            steepest_per_s <= bound_per_s * (1.0 + 1e-12)
-                && steepest_per_s > bound_per_s * (1.0 - 1e-6)
-        );
-        let in_words = 0.666 * jet().centreline_mps(s).expect("deep") / half_width_m;
-        assert!((bound_per_s / in_words - 1.0).abs() < 1e-3); // three digits
-    }
-}
-
-#[test]
 fn no_gradient_is_steeper_over_its_speed_than_the_bound() {
     for s in DEPTHS_M {
         let bound_per_m = jet().steepest_over_speed_per_m(s).expect("deep");
         let half_width_m = jet().half_width_m(s).expect("deep");
         for r in (0..1000).map(|i| 0.01 * f64::from(i) * half_width_m) {
-            let across = jet().radial_gradient_per_s(s, r).expect("deep");
-            let along = jet().axial_gradient_per_s(s, r).expect("deep");
-            let speed_mps = jet().axial_speed_mps(s, r).expect("deep");
-            assert!(across.hypot(along) <= bound_per_m * speed_mps);
+            let speed = |s: f64, r: f64| jet().axial_speed_mps(s, r).expect("deep");
+            let h = 1e-5; // m
+            let across = (speed(s, r + h) - speed(s, r - h)) / (2.0 * h);
+            let along = (speed(s + h, r) - speed(s - h, r)) / (2.0 * h);
+            // Speeds near 10 m/s: rounding leaves 1e-10, the third derivative (1e4 at most) times
+            // h² 1e-6.
+            assert!(across.hypot(along) <= bound_per_m * speed(s, r) + 2e-6);
         }
     }
 }
 
 #[test]
-fn mass_and_momentum_through_a_plane_are_the_integrals_of_the_profile() {
+fn momentum_through_a_plane_is_the_integral_of_the_profile() {
     let s = 2.0;
     let half_width_m = jet().half_width_m(s).expect("deep");
     // Midpoints in t = ξ²/(1 + ξ²) bring the whole plane into 0..1: error of order 1/n².
     let n = 20_000;
-    let integral = |power: i32| -> f64 {
-        let over = |t: f64| {
-            let xi2 = t / (1.0 - t);
-            let speed_mps = jet()
-                .axial_speed_mps(s, half_width_m * xi2.sqrt())
-                .expect("deep");
-            speed_mps.powi(power) / ((1.0 - t) * (1.0 - t))
-        };
-        let sum: f64 = (0..n)
-            .map(|i| over((f64::from(i) + 0.5) / f64::from(n)))
-            .sum();
-        PI * half_width_m * half_width_m * sum / f64::from(n)
+    let over = |t: f64| {
+        let xi2 = t / (1.0 - t);
+        let speed_mps = jet()
+            .axial_speed_mps(s, half_width_m * xi2.sqrt())
+            .expect("deep");
+        speed_mps.powi(2) / ((1.0 - t) * (1.0 - t))
     };
-    assert!((integral(1) / jet().volume_flux_m3_per_s(s).expect("deep") - 1.0).abs() < 1e-7);
-    assert!((integral(2) / jet().momentum_flux_m4_per_s2() - 1.0).abs() < 1e-7);
+    let sum: f64 = (0..n)
+        .map(|i| over((f64::from(i) + 0.5) / f64::from(n)))
+        .sum();
+    let integral = PI * half_width_m * half_width_m * sum / f64::from(n);
+    assert!((integral / jet().momentum_flux_m4_per_s2() - 1.0).abs() < 1e-7);
 }
 
 #[test]

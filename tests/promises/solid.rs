@@ -1,8 +1,4 @@
 //! Distances to obstacles, against closed forms by hand and against dense sampling.
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test that cannot go on should say where"
-)]
 
 use nalgebra::Point3;
 use planner::scenario::solid::Solids;

@@ -1,8 +1,4 @@
-//! Receivers in made-up flights, where everything is known: thrust map, lag, clock and force are found again.
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test that cannot go on should say where"
-)]
+//! Receivers in synthetic flights, where everything is known: thrust map, lag, clock and force are found again.
 
 use airflow::{Air, Airframe, Jet, Wake, mean_over_discs_mps};
 use diagnosis::forward::flow::Flow;
