@@ -9,3 +9,17 @@ pub(crate) mod plan;
 pub(crate) mod prove;
 pub(crate) mod schema;
 pub(crate) mod simulate;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+/// Takes one of these values by its name.
+fn by_name<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let names = PossibleValuesParser::new(all.iter().map(move |one| name(*one)));
+    names.map(move |given| {
+        let found = all.iter().find(|one| name(**one) == given);
+        *found.expect("clap lets no other name pass")
+    })
+}

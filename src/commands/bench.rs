@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use planner::plan::outcome::{Control, Progress as Phase};
 use serde::Serialize;
 use tools::bench::growth::{Growth, growth};
@@ -17,6 +16,7 @@ use tools::bench::{apart, table};
 use tools::instances::Floor;
 use tools::table::joined;
 
+use super::by_name;
 use super::plan::{read_text, seconds, use_threads};
 use crate::io::failure::{Failure, answer};
 use crate::io::files;
@@ -26,8 +26,8 @@ use crate::{Answer, Format};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Where they fly, as `plan generate` makes it
-    #[arg(value_parser = floors(), default_values = ["hall", "warehouse"])]
+    /// Where they fly, as `plan generate` makes it; mixed-hall: every tenth drone a Matrice 300
+    #[arg(value_parser = by_name(&Floor::ALL, Floor::name), default_values = ["hall", "warehouse"])]
     places: Vec<Floor>,
     /// Sizes of the fleets
     #[arg(long, value_delimiter = ',', default_values_t = [100, 200, 500, 1000], value_name = "N,N...")]
@@ -50,15 +50,6 @@ pub(crate) struct Arguments {
     /// Plan one instance (one place, one size, one seed) in this process and print its figures as JSON: each figure of the table comes from such a process of its own, so that its peak of memory is its own
     #[arg(long, conflicts_with = "format")]
     one: bool,
-}
-
-/// Floors by their names.
-fn floors() -> impl TypedValueParser<Value = Floor> {
-    PossibleValuesParser::new(Floor::ALL.map(Floor::name)).map(|name| {
-        let named = |floor: &Floor| floor.name() == name;
-        let found = Floor::ALL.into_iter().find(named);
-        found.expect("clap lets no other name pass")
-    })
 }
 
 /// What `--format json` prints.

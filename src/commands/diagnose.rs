@@ -6,7 +6,7 @@ mod words;
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::diagnose::{DiagnoseError, diagnose_channel};
 use diagnosis::infer::finding::Finding;
@@ -15,6 +15,7 @@ use diagnosis::infer::finding_file::finding_ron;
 use diagnosis::record::recording::{Recording, Vehicle};
 use serde::Serialize;
 
+use super::by_name;
 use crate::io::failure::{Failure, answer};
 use crate::io::files;
 use crate::io::files::OutFolder;
@@ -22,7 +23,7 @@ use crate::io::progress::Progress;
 use crate::io::recordings;
 use crate::plots;
 use crate::report::Report;
-use crate::report::words::wrote;
+use crate::report::words::{file_stem, wrote};
 use crate::{Answer, Format};
 use flights::Flights;
 
@@ -51,9 +52,9 @@ pub(crate) struct Arguments {
         requires = "normal"
     )]
     drones: Vec<String>,
-    /// What to compare, where a recording has several [default: the probes' speed, else a receiver's throttle]
-    #[arg(long, value_enum)]
-    channel: Option<Compared>,
+    /// What to compare, where a recording has several: the probes' speed, a receiver's throttle over hover, its power over that without a wake [default: speed, else throttle]
+    #[arg(long, value_parser = by_name(&COMPARED, file_stem))]
+    channel: Option<Channel>,
     /// How to print the answer: one object, or a list of them where several recordings are diagnosed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -62,26 +63,8 @@ pub(crate) struct Arguments {
     out: Option<PathBuf>,
 }
 
-/// What is compared with the simulation.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Compared {
-    /// Readings of the probes
-    Speed,
-    /// A receiver's throttle over hover
-    Throttle,
-    /// A receiver's power over that without a wake
-    Power,
-}
-
-impl From<Compared> for Channel {
-    fn from(compared: Compared) -> Channel {
-        match compared {
-            Compared::Speed => Channel::Speed,
-            Compared::Throttle => Channel::Throttle,
-            Compared::Power => Channel::Power,
-        }
-    }
-}
+/// What can be compared with the simulation of one recording.
+const COMPARED: [Channel; 3] = [Channel::Speed, Channel::Throttle, Channel::Power];
 
 /// Answers no where a mismatch stays unexplained.
 ///
@@ -101,7 +84,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             others: recordings.len() - logs,
         });
     }
-    let (found, errors) = diagnose_all(&recordings, arguments.channel.map(Channel::from));
+    let (found, errors) = diagnose_all(&recordings, arguments.channel);
     let Some((first, _)) = found.first() else {
         return Err(Failure::Diagnose(errors));
     };

@@ -52,38 +52,34 @@ impl Map {
 /// Identifies a thrust map for every airframe that logs specific force and duty cycle, over all recordings, and gives it to its
 /// drones. Where that fails the recordings say so, and keep the map that their metadata state, if any.
 pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
-    let mut airframes: Vec<(String, Vec<(usize, usize)>)> = Vec::new();
+    let mut members_of: Vec<(String, Vec<(usize, usize)>)> = Vec::new();
     for (recording, of) in recordings.iter().enumerate() {
         for (vehicle, drone) in of.vehicles.iter().enumerate() {
             if drone.track.duty.is_none() || drone.track.specific_force_mps2.is_none() {
                 continue;
             }
             let name = drone.airframe.name();
-            match airframes.iter_mut().find(|(known, _)| known == name) {
+            match members_of.iter_mut().find(|(known, _)| known == name) {
                 Some((_, members)) => members.push((recording, vehicle)),
-                None => airframes.push((name.to_owned(), vec![(recording, vehicle)])),
+                None => members_of.push((name.to_owned(), vec![(recording, vehicle)])),
             }
         }
     }
-    let progress = Progress::start("identifying thrust maps", airframes.len());
+    let progress = Progress::start("identifying thrust maps", members_of.len());
     let mut maps = Vec::new();
-    for (airframe, members) in airframes {
+    for (airframe, members) in members_of {
         let stated = members.iter().find_map(|&(recording, vehicle)| {
             recordings[recording].vehicles[vehicle].thrust_map.clone()
         });
-        let options = match &stated {
-            Some(map) => Options {
-                terms: OFFSET.to_vec(),
-                lag: Lag::Fixed(map.lag_s()),
-                base: Some(map.clone()),
-                low_pass: LOW_PASS,
-                ..Options::default()
-            },
-            None => Options {
-                low_pass: LOW_PASS,
-                ..Options::default()
-            },
+        let mut options = Options {
+            low_pass: LOW_PASS,
+            ..Options::default()
         };
+        if let Some(map) = &stated {
+            options.terms = OFFSET.to_vec();
+            options.lag = Lag::Fixed(map.lag_s());
+            options.base = Some(map.clone());
+        }
         match identify(recordings, &members, &options) {
             Ok(identification) => {
                 for &(recording, vehicle) in &members {
@@ -97,10 +93,11 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
                 });
             }
             Err(error) => {
-                let then = if stated.is_some() {
-                    "forces are simulated with the map that the metadata state, as it is"
-                } else {
-                    "no forces are simulated"
+                let then = match stated {
+                    Some(_) => {
+                        "forces are simulated with the map that the metadata state, as it is"
+                    }
+                    None => "no forces are simulated",
                 };
                 let (recording, _) = members[0];
                 recordings[recording].remarks.push(Remark {
