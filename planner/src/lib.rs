@@ -35,5 +35,7 @@ pub mod sipp;
 pub mod solver;
 pub mod verify;
 
+pub use costmap::volumes::downwash::Outline;
 pub use plan::outcome::{Control, Outcome};
 pub use solver::fleet::{contrast, plan_world};
+pub use solver::outlines::WakeOutlines;

@@ -62,7 +62,7 @@ fn draw_view(
     canvas: &mut Canvas,
     view: &View,
     plan: &Plan,
-    wakes: &[wakes::DrawnWake],
+    wakes: &[planner::Outline],
     worst: Option<&WorstMoment>,
 ) {
     axes::floor(canvas, view);

@@ -274,6 +274,8 @@ fn shapes_are_stood_up_in_one_place() {
 fn the_command_plans_through_the_planner_s_front_door() {
     let sources = sources_of("src");
     let doors = [
+        "planner::Outline",
+        "planner::WakeOutlines",
         "planner::contrast",
         "planner::plan",
         "planner::plan_world",

@@ -9,4 +9,5 @@ pub mod priority;
 pub mod well_formed;
 
 pub(crate) mod fleet;
+pub(crate) mod outlines;
 pub(crate) mod pibt;

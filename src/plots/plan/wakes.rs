@@ -1,8 +1,8 @@
 //! Where drones hover and what they blow: near-field column, half-width cone, and the worst moment.
 
-use airflow::{Jet, Wake};
 use nalgebra::Point3;
-use planner::plan::{DronePlan, Plan, ShapeEntry};
+use planner::plan::{DronePlan, Plan};
+use planner::{Outline, WakeOutlines};
 
 use super::canvas::Canvas;
 use super::labels::{Labels, Style};
@@ -17,20 +17,6 @@ const LEAST_AIR_MPS: f64 = 0.05;
 /// The worst moment.
 const RED: &str = "#b3243b";
 
-/// The air below one place, as drawn.
-pub(super) struct DrawnWake {
-    /// Rotor-plane centre (m).
-    at_m: Point3<f64>,
-    /// To the rotor tips (m).
-    column_radius_m: f64,
-    /// Half-width where the far field begins, and where the wake ends (m).
-    half_width_m: [f64; 2],
-    /// Heights at which the far field begins and the wake ends (m).
-    z_m: [f64; 2],
-    /// How far wind or tilt have moved the axis there (m); drawn straight between the two.
-    aside_m: [[f64; 2]; 2],
-}
-
 /// The highest air over anybody's rotor discs.
 pub(super) struct WorstMoment {
     pub(super) name: String,
@@ -40,17 +26,17 @@ pub(super) struct WorstMoment {
     pub(super) limit: f64,
     pub(super) at_s: f64,
     at_m: Point3<f64>,
-    from: Option<(String, DrawnWake)>,
+    from: Option<(String, Outline)>,
 }
 
 /// Wakes of everybody who hovers at the goal for ever or anywhere for a while.
-pub(super) fn hovering_wakes(plan: &Plan) -> Vec<DrawnWake> {
+pub(super) fn hovering_wakes(plan: &Plan) -> Vec<Outline> {
+    let outlines = &WakeOutlines::new(plan);
     plan.drones
         .iter()
         .flat_map(|drone| {
-            hover_spots(drone)
-                .into_iter()
-                .map(|(at_m, mass_kg)| wake(plan, drone, at_m, mass_kg))
+            let spots = hover_spots(drone).into_iter();
+            spots.map(move |(at_m, mass_kg)| outlines.of(drone, at_m, mass_kg))
         })
         .collect()
 }
@@ -92,80 +78,6 @@ fn same_place(a: &Point3<f64>, b: &Point3<f64>) -> bool {
     (a - b).norm() < 1e-6
 }
 
-fn wake(plan: &Plan, drone: &DronePlan, at_m: Point3<f64>, mass_kg: f64) -> DrawnWake {
-    let entry = &drone.airframe;
-    let jet = &plan.air.jet;
-    let jet = Jet {
-        centreline: jet.centreline,
-        spreading: jet.spreading,
-        origin: jet.origin,
-    };
-    let floor_m = plan.bounds_m.min.z;
-    let tip_radius_m = (entry.motor_distance_m + entry.propeller_diameter_m) / 2.0;
-    let Ok(airframe) = entry.airframe() else {
-        // A made-up frame in a plan from elsewhere: its column is all that can be drawn.
-        return DrawnWake {
-            at_m,
-            column_radius_m: tip_radius_m,
-            half_width_m: [tip_radius_m; 2],
-            z_m: [floor_m; 2],
-            aside_m: [[0.0; 2]; 2],
-        };
-    };
-    let wake = Wake::new(&airframe, mass_kg, plan.air.density_kg_per_m3, &jet);
-    let flown = plan.air.effects.and_then(|effects| effects.flown().ok());
-    let wake = flown.map_or_else(|| wake.clone(), |flown| flown.wake(&wake));
-    let ends_m = end_m(plan, &wake, &at_m);
-    let joins_m = (at_m.z - wake.near_field_depth_m()).max(ends_m);
-    // Where the wind takes the jet away it is drawn as it begins.
-    let spread_m = |z_m: f64| wake.spread_m(at_m.z - z_m);
-    let first_m = spread_m(joins_m).unwrap_or(tip_radius_m);
-    let first_aside_m = wake.axis_m(at_m.z - joins_m).unwrap_or_default();
-    DrawnWake {
-        at_m,
-        column_radius_m: wake.column_radius_m(),
-        half_width_m: [first_m, spread_m(ends_m).unwrap_or(first_m)],
-        z_m: [joins_m, ends_m],
-        aside_m: [
-            first_aside_m,
-            wake.axis_m(at_m.z - ends_m).unwrap_or(first_aside_m),
-        ],
-    }
-}
-
-/// The floor, or the first top face below that covers the whole half-width disc.
-fn end_m(plan: &Plan, wake: &Wake, at_m: &Point3<f64>) -> f64 {
-    let mut ends_m = plan.bounds_m.min.z;
-    for obstacle in &plan.obstacles {
-        let (top_m, room_m) = match &obstacle.shape {
-            ShapeEntry::Box { min_m, max_m } => {
-                let x_m = (at_m.x - min_m.x).min(max_m.x - at_m.x);
-                let y_m = (at_m.y - min_m.y).min(max_m.y - at_m.y);
-                (max_m.z, x_m.min(y_m))
-            }
-            ShapeEntry::Cylinder {
-                base_m,
-                radius_m,
-                height_m,
-            } => (
-                base_m.z + height_m,
-                radius_m - (at_m.xy() - base_m.xy()).norm(),
-            ),
-            ShapeEntry::Mesh { .. } => continue,
-        };
-        let depth_m = at_m.z - top_m;
-        let (Some([x_m, y_m]), Some(spread_m)) = (wake.axis_m(depth_m), wake.spread_m(depth_m))
-        else {
-            continue;
-        };
-        // A moved jet is stopped for certain where the face holds it and the way aside.
-        if top_m <= at_m.z && top_m > ends_m && spread_m + x_m.hypot(y_m) <= room_m {
-            ends_m = top_m;
-        }
-    }
-    ends_m
-}
-
 /// The drone and moment with the most air for what the drone can take.
 pub(super) fn worst_moment(plan: &Plan) -> Option<WorstMoment> {
     let alpha = |drone: &DronePlan| drone.worst_air_mps / drone.airframe.hover_induced_velocity_mps;
@@ -195,7 +107,8 @@ pub(super) fn worst_moment(plan: &Plan) -> Option<WorstMoment> {
         at_m: position_m(drone, at_s)?.0,
         from: emitter.and_then(|other| {
             let (at_m, mass_kg) = position_m(other, at_s)?;
-            Some((other.name.clone(), wake(plan, other, at_m, mass_kg)))
+            let outline = WakeOutlines::new(plan).of(other, at_m, mass_kg);
+            Some((other.name.clone(), outline))
         }),
     })
 }
@@ -219,7 +132,7 @@ fn position_m(drone: &DronePlan, at_s: f64) -> Option<(Point3<f64>, f64)> {
 }
 
 /// A translucent wake; where there are many, each is fainter.
-pub(super) fn draw(canvas: &mut Canvas, view: &View, wake: &DrawnWake, of: usize) {
+pub(super) fn draw(canvas: &mut Canvas, view: &View, wake: &Outline, of: usize) {
     let opacity = (1.6 / (of.max(1) as f64).sqrt()).clamp(0.2, 0.38);
     let fill = match view.eye {
         Eye::Above => "#2b7bba",
@@ -234,7 +147,7 @@ pub(super) fn draw(canvas: &mut Canvas, view: &View, wake: &DrawnWake, of: usize
     );
 }
 
-fn draw_shape(canvas: &mut Canvas, view: &View, wake: &DrawnWake, fill: &str, edge: &str) {
+fn draw_shape(canvas: &mut Canvas, view: &View, wake: &Outline, fill: &str, edge: &str) {
     let (x, y) = view.at(&wake.at_m);
     let px = |length_m: f64| length_m * view.px_per_m;
     let column = px(wake.column_radius_m);

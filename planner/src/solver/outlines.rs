@@ -1,0 +1,77 @@
+//! The wakes of a plan's drones as shapes to draw, from the volumes that are flown.
+
+use airflow::Jet;
+use airflow::effects::Flown;
+use costmap::volumes::downwash::Outline;
+use costmap::wake::fleet::wake_of;
+use costmap::wake::surfaces::{BlockingSurfaces, Top};
+use nalgebra::Point3;
+
+use crate::plan::{DronePlan, Plan, ShapeEntry};
+
+/// Outlines of wakes in the world of one plan.
+#[derive(Clone, Debug)]
+pub struct WakeOutlines {
+    density_kg_per_m3: f64,
+    jet: Jet,
+    flown: Flown,
+    surfaces: BlockingSurfaces,
+}
+
+impl WakeOutlines {
+    /// Of a plan's air and obstacles. Effects that cannot be flown are left out.
+    pub fn new(plan: &Plan) -> WakeOutlines {
+        let jet = &plan.air.jet;
+        let effects = plan.air.effects.and_then(|effects| effects.flown().ok());
+        let tops = plan.obstacles.iter().filter_map(|it| top(&it.shape));
+        WakeOutlines {
+            density_kg_per_m3: plan.air.density_kg_per_m3,
+            jet: Jet {
+                centreline: jet.centreline,
+                spreading: jet.spreading,
+                origin: jet.origin,
+            },
+            flown: effects.unwrap_or_default(),
+            surfaces: BlockingSurfaces::new(plan.bounds_m.min.z, tops.collect()),
+        }
+    }
+
+    /// Of a drone that hovers at a place (m) with a mass (kg). Of an airframe that cannot be, the column is all that there is.
+    pub fn of(&self, drone: &DronePlan, at_m: Point3<f64>, mass_kg: f64) -> Outline {
+        let entry = &drone.airframe;
+        let Ok(airframe) = entry.airframe() else {
+            let tip_radius_m = (entry.motor_distance_m + entry.propeller_diameter_m) / 2.0;
+            return Outline {
+                at_m,
+                column_radius_m: tip_radius_m,
+                half_width_m: [tip_radius_m; 2],
+                z_m: [self.surfaces.floor_z_m(); 2],
+                aside_m: [[0.0; 2]; 2],
+            };
+        };
+        let air = (&self.jet, &self.flown);
+        let wake = wake_of(&airframe, mass_kg, self.density_kg_per_m3, air);
+        let ends_at_z_m = self.surfaces.wake_end_z_m(&wake, &at_m, &at_m);
+        Outline::new(&wake, at_m, ends_at_z_m)
+    }
+}
+
+fn top(shape: &ShapeEntry) -> Option<Top> {
+    match shape {
+        ShapeEntry::Box { min_m, max_m } => Some(Top::Rectangle {
+            min_m: [min_m.x, min_m.y],
+            max_m: [max_m.x, max_m.y],
+            z_m: max_m.z,
+        }),
+        ShapeEntry::Cylinder {
+            base_m,
+            radius_m,
+            height_m,
+        } => Some(Top::Disc {
+            centre_m: [base_m.x, base_m.y],
+            radius_m: *radius_m,
+            z_m: base_m.z + height_m,
+        }),
+        ShapeEntry::Mesh { .. } => None,
+    }
+}
