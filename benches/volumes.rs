@@ -1,17 +1,17 @@
 //! Question: what do the costmap's volumes cost per query, so that a search can afford millions of them?
 //!
-//! - a ball against a frustum: closed form, parry's dispatch (also closed form), and GJK on the support map
-//! - a frustum against a capsule, at rest and with both moving
-//! - the spindle of one airframe, once per airframe and limit
-//! - the exposure of one leg, dose and energy to 1e-4, below one hovering and one moving drone
+//! - a ball against a frustum: GJK on the support map
+//! - a frustum against a capsule, both moving
+//! - the iso-speed volume of one airframe, once per airframe and limit
+//! - the exposure of one leg, axial exposure and energy to 1e-4, below one hovering and one moving drone
 //!
 //! On two shared virtual cores of an AMD EPYC, rustc 1.95, bench profile (thin LTO), others compiling beside it:
 //!
 //! | query | time |
 //! | --- | --- |
-//! | frustum and ball: closed form / parry's dispatch / GJK | 39 / 91 / 217 ns |
-//! | frustum and capsule: at rest / both moving, proven | 0.61 / 0.84 µs |
-//! | spindle of one airframe at one limit | 0.55 ms |
+//! | frustum and ball, GJK | 217 ns |
+//! | frustum and capsule, both moving, proven | 0.84 µs |
+//! | iso-speed volume of one airframe at one limit | 0.55 ms |
 //! | exposure: 1 m and 10 m below one hover / 6 m below two | 6 and 36 / 70 µs |
 
 #![allow(
@@ -24,12 +24,11 @@ use costmap::volumes::frame::{centred, upright};
 use costmap::volumes::frustum::Frustum;
 use costmap::volumes::iso_speed::IsoSpeedVolume;
 use costmap::volumes::swept::{Mover, may_meet};
-use costmap::wake::exposure::Flight;
-use costmap::wake::exposure::{Emitter, Receiver, exposure};
+use costmap::wake::exposure::{Emitter, Flight, Receiver, exposure};
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Point3, Vector3};
 use parry3d::math::Pose;
-use parry3d::query::{details::intersection_test_support_map_support_map, intersection_test};
+use parry3d::query::details::intersection_test_support_map_support_map;
 use parry3d::shape::{Ball, Capsule};
 use std::hint::black_box;
 
@@ -59,22 +58,10 @@ fn shapes(c: &mut Criterion) {
     let mut next = places.iter().cycle();
     let mut place = move || *black_box(next.next().expect("a cycle does not end"));
 
-    c.bench_function("frustum-ball, closed form", |b| {
-        b.iter(|| {
-            let p = place().translation;
-            frustum.meets_ball(p.x.hypot(p.y), p.z, ball.radius)
-        });
-    });
-    c.bench_function("frustum-ball, parry's dispatch", |b| {
-        b.iter(|| intersection_test(&stand, &frustum, &place(), &ball));
-    });
     c.bench_function("frustum-ball, GJK", |b| {
         b.iter(|| {
             intersection_test_support_map_support_map(&stand.inv_mul(&place()), &frustum, &ball)
         });
-    });
-    c.bench_function("frustum-capsule, GJK", |b| {
-        b.iter(|| intersection_test(&stand, &frustum, &place(), &capsule));
     });
     c.bench_function("frustum-capsule, both moving", |b| {
         b.iter(|| {
@@ -87,7 +74,7 @@ fn shapes(c: &mut Criterion) {
 
 fn air(c: &mut Criterion) {
     let (kolibri, matrice) = (wake("kolibri"), wake("matrice-300"));
-    c.bench_function("spindle of one airframe", |b| {
+    c.bench_function("iso-speed volume of one airframe", |b| {
         b.iter(|| IsoSpeedVolume::new(black_box(&kolibri), 0.3 * kolibri.induced_velocity_mps()));
     });
 

@@ -2,8 +2,10 @@
 
 mod bodies;
 mod exposure;
+mod iso_speed;
 mod moved;
-mod spindles;
+
+use parry3d::math::Vector;
 
 /// SplitMix64: the same random numbers on every machine.
 struct Random(u64);
@@ -35,4 +37,28 @@ fn wake_of(preset: &str) -> airflow::Wake {
         density,
         &airflow::Jet::default(),
     )
+}
+
+/// Distance (m) of a point in a frustum's own frame from its surface, negative inside: closed form in the plane of
+/// radius and height, where the frustum is a quadrilateral.
+fn signed_distance_m(frustum: &costmap::volumes::frustum::Frustum, at: Vector) -> f64 {
+    let (radius_m, y_m, half_m) = (at.x.hypot(at.z), at.y, frustum.height_m() / 2.0);
+    let (top_m, bottom_m) = (frustum.top_radius_m(), frustum.bottom_radius_m());
+    let slope_m = top_m - bottom_m;
+    let length_m2 = slope_m * slope_m + 4.0 * half_m * half_m;
+    let along = (radius_m - bottom_m) * slope_m + (y_m + half_m) * 2.0 * half_m;
+    let along = (along / length_m2).clamp(0.0, 1.0);
+    let nearest_m = [
+        (radius_m.min(top_m), half_m),
+        (radius_m.min(bottom_m), -half_m),
+        (bottom_m + along * slope_m, (2.0 * along - 1.0) * half_m),
+    ];
+    let distances_m = nearest_m.map(|(r_m, h_m)| (r_m - radius_m).hypot(h_m - y_m));
+    let distance_m = distances_m.into_iter().fold(f64::INFINITY, f64::min);
+    let side_m = bottom_m + (y_m / half_m + 1.0) / 2.0 * slope_m;
+    if y_m.abs() <= half_m && radius_m <= side_m {
+        -distance_m
+    } else {
+        distance_m
+    }
 }

@@ -8,7 +8,7 @@
 //! r(u) = r_end g(u)/√a                  g(u)² = f(u) = u^{3/2} - u²,  r_end = half-width at u = 1
 //! ```
 //!
-//! for 0 < u < 1: a spindle, closed at u = 1. It is convex, so its tangents never cut it:
+//! for 0 < u < 1: a closed volume that ends at u = 1. It is convex, so its tangents never cut it:
 //!
 //! ```text
 //! g'' = (2 f f″ - f′²)/(4 f^{3/2}),    2 f f″ - f′² = -u (3/4 - √u/2) < 0  on (0, 1]
@@ -28,7 +28,7 @@ use crate::volumes::downwash::{Placed, Section};
 use crate::volumes::frame::NotFinite;
 use airflow::Wake;
 use nalgebra::{Point3, Vector3};
-use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 /// Constant of the profile, `a = √2 - 1`: half the speed at the half-width, by definition.
 const PROFILE_A: f64 = SQRT_2 - 1.0;
@@ -50,73 +50,36 @@ const NEAR_FIELD_LIMIT_PART: f64 = 0.97;
 /// The volume in which one drone's wake exceeds a speed, covered from outside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IsoSpeedVolume {
-    limit_mps: f64,
-    near_field: Option<Section>,
-    far_field: Vec<Section>,
-    exact_far_field_m3: f64,
+    sections: Vec<Section>,
 }
 
 impl IsoSpeedVolume {
-    /// BlockingSurfaces the air faster than `limit_mps` with a cylinder over the near field and [`FRUSTA`] frusta over the
+    /// Covers the air faster than `limit_mps` with a cylinder over the near field and [`FRUSTA`] frusta over the
     /// far field.
     ///
     /// Returns `None` unless the limit is a positive number.
     pub fn new(wake: &Wake, limit_mps: f64) -> Option<Self> {
-        Self::with_frusta(wake, limit_mps, FRUSTA)
-    }
-
-    /// As [`IsoSpeedVolume::new`], with another number of far-field frusta (at least one).
-    pub fn with_frusta(wake: &Wake, limit_mps: f64, frusta: usize) -> Option<Self> {
         if !(limit_mps.is_finite() && limit_mps > 0.0) {
             return None;
         }
         if wake.is_shaped() {
-            return Some(moved_volume(wake, limit_mps, frusta.max(1)));
+            return Some(moved_volume(wake, limit_mps));
         }
-        let (far_field, exact_far_field_m3) = FarField::new(wake, limit_mps)
-            .map(|far| (far.cover(frusta.max(1)), far.volume_m3()))
-            .unwrap_or_default();
+        let far_field = FarField::new(wake, limit_mps).map(|far| far.cover(FRUSTA));
+        let near_field = near_field(wake, limit_mps).into_iter();
         Some(Self {
-            limit_mps,
-            near_field: near_field(wake, limit_mps),
-            far_field,
-            exact_far_field_m3,
+            sections: near_field.chain(far_field.unwrap_or_default()).collect(),
         })
     }
 
-    /// The speed it was made for (m/s).
-    pub fn limit_mps(&self) -> f64 {
-        self.limit_mps
+    /// Its sections, from above; none if the limit is not reached.
+    pub fn sections(&self) -> &[Section] {
+        &self.sections
     }
 
-    /// The cylinder over the near field; `None` if the limit is not reached there.
-    pub fn near_field(&self) -> Option<&Section> {
-        self.near_field.as_ref()
-    }
-
-    /// The frusta over the far field, from above; none if the limit is not reached there.
-    pub fn far_field(&self) -> &[Section] {
-        &self.far_field
-    }
-
-    /// All sections, from above.
-    pub fn sections(&self) -> impl Iterator<Item = &Section> {
-        self.near_field.iter().chain(&self.far_field)
-    }
-
-    /// Whether the cover holds a point, given as its offset from the rotor centre (m, z up).
+    /// Whether it holds a point, given as its offset from the rotor centre (m, z up).
     pub fn holds(&self, offset_m: Vector3<f64>) -> bool {
-        self.sections().any(|section| section.holds(offset_m))
-    }
-
-    /// Volume of the far-field frusta over the exact volume of what they cover; 1 where there is nothing. For a moved jet that is the volume
-    /// swept as it would turn about the drone, which its cylinders hold.
-    pub fn far_field_excess(&self) -> f64 {
-        if self.far_field.is_empty() {
-            return 1.0;
-        }
-        let covered_m3: f64 = self.far_field.iter().map(volume_m3).sum();
-        covered_m3 / self.exact_far_field_m3
+        self.sections.iter().any(|section| section.holds(offset_m))
     }
 
     /// All sections in the world below a rotor centre (m), cut where the wake ends.
@@ -128,15 +91,9 @@ impl IsoSpeedVolume {
         rotor_centre_m: Point3<f64>,
         wake_ends_at_z_m: f64,
     ) -> Result<Vec<Placed>, NotFinite> {
-        self.sections()
-            .filter_map(|s| s.hung(rotor_centre_m, wake_ends_at_z_m).transpose())
-            .collect()
+        let hung = |section: &Section| section.hung(rotor_centre_m, wake_ends_at_z_m).transpose();
+        self.sections.iter().filter_map(hung).collect()
     }
-}
-
-fn volume_m3(section: &Section) -> f64 {
-    let (r, s) = (section.from_radius_m, section.to_radius_m);
-    PI / 3.0 * section.height_m() * (r * r + r * s + s * s)
 }
 
 /// The closed form in `u`, see the head of this file.
@@ -180,13 +137,6 @@ impl FarField {
         )
     }
 
-    /// Exact volume (m³): π ∫ r² ds.
-    fn volume_m3(&self) -> f64 {
-        let u = self.from_u;
-        let integral = 0.4 * (1.0 - u.powf(2.5)) - (1.0 - u.powi(3)) / 3.0;
-        PI * self.scale_m * self.scale_m * self.length_m * integral
-    }
-
     /// Stacked frusta between tangents.
     fn cover(&self, frusta: usize) -> Vec<Section> {
         let tangents: Vec<Tangent> = self
@@ -228,7 +178,7 @@ impl FarField {
     }
 }
 
-/// A straight line that touches the spindle's profile from outside.
+/// A straight line that touches the profile from outside.
 struct Tangent {
     u: f64,
     radius_m: f64,
@@ -311,10 +261,10 @@ const LEVELS: u32 = 12;
 const LIMIT_PART: f64 = 0.93;
 /// On every radius, for the same reason.
 const MARGIN: f64 = 1.02;
-/// Farther than so many motor distances below nobody looks: the deepest halls are a tenth of it for the smallest drones.
+/// The search ends so many motor distances below: the deepest halls are a tenth of it for the smallest drones.
 const DEEPEST_L: f64 = 2000.0;
 
-fn moved_volume(wake: &Wake, limit_mps: f64, frusta: usize) -> IsoSpeedVolume {
+fn moved_volume(wake: &Wake, limit_mps: f64) -> IsoSpeedVolume {
     let near_m = wake.near_field_depth_m();
     let section = |from_depth_m: f64, to_depth_m: f64| {
         let radius_m = farthest_m(wake, from_depth_m, to_depth_m, LIMIT_PART * limit_mps)?;
@@ -327,22 +277,14 @@ fn moved_volume(wake: &Wake, limit_mps: f64, frusta: usize) -> IsoSpeedVolume {
     };
     let end_m = end_m(wake, LIMIT_PART * limit_mps);
     // Cylinders are a coarser cover than cones: four for each.
-    let count = 4 * frusta;
+    let count = 4 * FRUSTA;
     let ratio = (end_m / near_m).max(1.0).powf(1.0 / count as f64);
     let depth_m = |k: usize| near_m * ratio.powi(k as i32);
-    let far_field: Vec<Section> = (0..count)
+    let far_field = (0..count)
         .filter(|_| end_m > near_m)
-        .filter_map(|k| section(depth_m(k), depth_m(k + 1)))
-        .collect();
-    let exact_far_field_m3 = far_field
-        .iter()
-        .map(|section| PI * section.height_m() * (section.to_radius_m / MARGIN).powi(2))
-        .sum();
+        .filter_map(|k| section(depth_m(k), depth_m(k + 1)));
     IsoSpeedVolume {
-        limit_mps,
-        near_field: section(0.0, near_m),
-        far_field,
-        exact_far_field_m3,
+        sections: section(0.0, near_m).into_iter().chain(far_field).collect(),
     }
 }
 
@@ -371,7 +313,7 @@ fn farthest_m(wake: &Wake, from_m: f64, to_m: f64, speed_mps: f64) -> Option<f64
         let (Some(axis_m), Some(spread_m)) = (wake.axis_m(depth_m), wake.spread_m(depth_m)) else {
             continue;
         };
-        // From the way it leans, in which it is longest.
+        // From the direction in which it leans, and is longest.
         let first_bearing = axis_m[1].atan2(axis_m[0]);
         for bearing in 0..BEARINGS {
             let angle = std::f64::consts::TAU * f64::from(bearing) / f64::from(BEARINGS);

@@ -47,13 +47,12 @@ impl SupportMap for Swept<'_> {
     }
 }
 
-/// A convex body with its place at the start of an interval and its straight way during it.
+/// A convex body with its place at the start of an interval and its straight path during it.
 #[derive(Clone, Copy)]
 pub struct Mover<'a> {
     body: &'a dyn SupportMap,
     start: Pose,
     displacement: Vector,
-    deviation_m: f64,
 }
 
 impl<'a> Mover<'a> {
@@ -73,25 +72,7 @@ impl<'a> Mover<'a> {
             body,
             start,
             displacement,
-            deviation_m: 0.0,
         })
-    }
-
-    /// The same body on a curved way between the same ends: accelerated by at most `acceleration_mps2` in
-    /// any direction during `duration_s`.
-    ///
-    /// A curve whose second derivative stays below a leaves its chord by at most a Δt²/8, whatever its
-    /// direction, so the body grown by that much covers it. Negative or NaN bounds are taken as
-    /// infinite: such a body meets everything.
-    #[must_use]
-    pub fn accelerated(mut self, acceleration_mps2: f64, duration_s: f64) -> Self {
-        let deviation_m = acceleration_mps2 * duration_s * duration_s / 8.0;
-        self.deviation_m = if deviation_m >= 0.0 {
-            deviation_m
-        } else {
-            f64::INFINITY
-        };
-        self
     }
 
     /// A box in the world that holds the body during the whole interval.
@@ -99,7 +80,7 @@ impl<'a> Mover<'a> {
         let extent = |dir: Vector| {
             let reach = self.body.support_point(&self.start, dir).dot(dir)
                 + self.displacement.dot(dir).max(0.0);
-            reach + self.deviation_m + SEPARATION_M
+            reach + SEPARATION_M
         };
         let maxs = Vector::new(extent(Vector::X), extent(Vector::Y), extent(Vector::Z));
         let mins = -Vector::new(extent(-Vector::X), extent(-Vector::Y), extent(-Vector::Z));
@@ -111,15 +92,11 @@ impl<'a> Mover<'a> {
 ///
 /// Both are taken to move during the same interval. Cut legs to their common time first.
 pub fn may_meet(first: &Mover, second: &Mover) -> bool {
-    let growth_m = first.deviation_m + second.deviation_m + SEPARATION_M;
-    if !growth_m.is_finite() {
-        return true;
-    }
     let in_second = second.start.rotation.inverse();
     let relative = Swept {
         body: second.body,
         displacement: in_second * (second.displacement - first.displacement),
-        growth_m,
+        growth_m: SEPARATION_M,
     };
     !are_apart(first.body, &relative, &first.start.inv_mul(&second.start))
 }

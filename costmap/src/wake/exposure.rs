@@ -1,4 +1,4 @@
-//! The air that a drone meets along a leg: dose, worst speed, and the energy it costs to hold height in it.
+//! The air that a drone meets along a leg: axial exposure, worst speed, and the energy it costs to hold height in it.
 //!
 //! The drone's rotor discs are thin and level. At every instant all wakes are added up at each point of the
 //! discs, then averaged; what is integrated is that mean. Wakes hang below their drones without delay.
@@ -8,20 +8,19 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::volumes::frame::{self, NotFinite};
-use crate::wake::quadrature::integrate;
 use airflow::{
     DiscPoints, HEIGHT_TOLERANCE_M, Source, Superposition, Wake, mean_over_discs_mps, power,
 };
 
-/// Relative error of dose and energy. Chosen here: ten times better than the 0.1 % a plan reports.
+/// Relative error of axial exposure and energy. Chosen here: ten times better than the 0.1 % a plan reports.
 pub const RELATIVE_ERROR: f64 = 1e-4;
 
 /// Where the near field begins to blend into the far field, over the depth where the near field ends:
 /// 1.8 l of 2.5 l. A knot for the quadrature, nothing else.
 const BLEND_BEGINS: f64 = 1.8 / 2.5;
 
-/// Half-widths from the axis at which the quadrature gets a knot on a long pass: the speed has fallen to a half at 1, to 1/23 at 3.
-const PASS_KNOTS: [f64; 2] = [1.0, 3.0];
+/// Halvings after which a piece is taken as it is: a thousandth of a piece of at most two half-widths. Chosen here.
+const MAX_HALVINGS: u32 = 10;
 
 /// From one place and time to another, in a straight line at constant velocity; equal ends are a hover.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,7 +78,7 @@ impl Flight {
     }
 }
 
-/// A drone on a leg, as the one who meets the air.
+/// A drone on a leg, as the receiver of wakes.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver<'a> {
     /// How its rotor-plane centre flies.
@@ -92,7 +91,7 @@ pub struct Receiver<'a> {
     pub induced_velocity_mps: f64,
 }
 
-/// A drone on a leg, as the one who makes the air. It blows from the start to the end of its leg.
+/// A drone on a leg, as the source of a wake from the start to the end of its leg.
 #[derive(Clone, Copy, Debug)]
 pub struct Emitter<'a> {
     /// How its rotor-plane centre flies.
@@ -107,7 +106,7 @@ pub struct Emitter<'a> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exposure {
     /// Integral of the air met over time (m).
-    pub dose_m: f64,
+    pub axial_exposure_m: f64,
     /// Highest air met (m/s).
     pub worst_mps: f64,
     /// When that was, at the earliest (s); the start of the leg where no air was met.
@@ -118,11 +117,11 @@ pub struct Exposure {
     pub extra_energy_j: f64,
 }
 
-/// Dose, worst speed and extra energy of one leg below (or above, or beside) the given emitters.
+/// Axial exposure, worst speed and extra energy of one leg below (or above, or beside) the given emitters.
 ///
 /// # Errors
 /// A position of a leg is NaN or infinite, or so is a time of the receiver's leg; a time of an emitter's leg or the
-/// end of its wake is NaN. An emitter may blow for ever.
+/// end of its wake is NaN. An emitter's leg may be without end.
 pub fn exposure(
     receiver: &Receiver,
     emitters: &[Emitter],
@@ -146,7 +145,7 @@ pub fn exposure(
             superposition,
             f64::midpoint(from_s, to_s),
         );
-        if air.blowing.is_empty() {
+        if air.emitting.is_empty() {
             continue;
         }
         let mut samples = Vec::with_capacity(64);
@@ -157,17 +156,13 @@ pub fn exposure(
         };
         // The ends from inside: at a knot itself the wake may already be gone.
         let inside_s = (to_s - from_s) * 1e-9;
-        sample(from_s + inside_s);
-        sample(to_s - inside_s);
-        let [dose_m, energy_j] = integrate(
-            |time_s| {
-                let speed_mps = sample(time_s);
-                [speed_mps, receiver.extra_power_w(speed_mps)]
-            },
-            &[from_s, to_s],
-            RELATIVE_ERROR,
-        );
-        met.dose_m += dose_m;
+        let mut f = |time_s: f64| {
+            let speed_mps = sample(time_s.clamp(from_s + inside_s, to_s - inside_s));
+            (time_s, [speed_mps, receiver.extra_power_w(speed_mps)])
+        };
+        let ends = [from_s, f64::midpoint(from_s, to_s), to_s].map(&mut f);
+        let [axial_exposure_m, energy_j] = integrate(&mut f, ends, MAX_HALVINGS);
+        met.axial_exposure_m += axial_exposure_m;
         met.extra_energy_j += energy_j;
         samples.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (time_s, speed_mps) = highest(&samples, |time_s| air.met_mps(time_s));
@@ -218,8 +213,8 @@ fn check(receiver: &Receiver, emitters: &[Emitter]) -> Result<(), NotFinite> {
 struct Air<'a> {
     receiver: &'a Receiver<'a>,
     superposition: Superposition,
-    /// Those that blow on it, with their indices.
-    blowing: Vec<(usize, &'a Emitter<'a>)>,
+    /// Those whose wakes reach it, with their indices.
+    emitting: Vec<(usize, &'a Emitter<'a>)>,
 }
 
 impl<'a> Air<'a> {
@@ -236,7 +231,7 @@ impl<'a> Air<'a> {
                 && z_m < emitter.leg.position_m(time_s).z - HEIGHT_TOLERANCE_M
                 && z_m >= emitter.ends_at_z_m - HEIGHT_TOLERANCE_M
         };
-        let blowing = emitters
+        let emitting = emitters
             .iter()
             .enumerate()
             .filter(|(_, emitter)| reaches(emitter))
@@ -244,7 +239,7 @@ impl<'a> Air<'a> {
         Self {
             receiver,
             superposition,
-            blowing,
+            emitting,
         }
     }
 
@@ -262,11 +257,11 @@ impl<'a> Air<'a> {
         let mean = |sources: &[Source]| {
             mean_over_discs_mps(sources, self.receiver.discs, centre_m, self.superposition)
         };
-        if let [(_, only)] = self.blowing[..] {
+        if let [(_, only)] = self.emitting[..] {
             return mean(&[Self::source(only, time_s)]);
         }
         let sources: Vec<Source> = self
-            .blowing
+            .emitting
             .iter()
             .map(|(_, e)| Self::source(e, time_s))
             .collect();
@@ -277,7 +272,7 @@ impl<'a> Air<'a> {
     fn strongest_at(&self, time_s: f64) -> Option<usize> {
         let centre_m = self.receiver.leg.position_m(time_s);
         let mut strongest: Option<(usize, f64)> = None;
-        for (index, emitter) in &self.blowing {
+        for (index, emitter) in &self.emitting {
             let alone = [Self::source(emitter, time_s)];
             let speed_mps =
                 mean_over_discs_mps(&alone, self.receiver.discs, centre_m, self.superposition);
@@ -341,7 +336,7 @@ fn knots_s(receiver: &Receiver, emitters: &[Emitter]) -> Vec<f64> {
         if let Some((from_s, to_s)) = leg.common_s(&emitter.leg) {
             let mut candidates_s = vec![from_s, to_s];
             height_knots_s(leg, emitter, from_s, &mut candidates_s);
-            pass_knots_s(receiver, emitter, (from_s, to_s), &mut candidates_s);
+            pass_knots_s(leg, emitter, (from_s, to_s), &mut candidates_s);
             knots_s.extend(
                 candidates_s
                     .into_iter()
@@ -371,40 +366,50 @@ fn height_knots_s(leg: &Flight, emitter: &Emitter, from_s: f64, knots_s: &mut Ve
     knots_s.push(leg.start_s + (end_m - leg.start_m.z) / leg.velocity_mps().z);
 }
 
-/// On a pass long enough to hide the wake between quadrature nodes: the closest approach in plan, and when the
-/// receiver's rotors come within so many half-widths of the axis.
+/// On a long pass pieces short enough that no wake hides between nodes: the flow structure is two half-widths wide.
 fn pass_knots_s(
-    receiver: &Receiver,
+    leg: &Flight,
     emitter: &Emitter,
-    common_s: (f64, f64),
+    (from_s, to_s): (f64, f64),
     knots_s: &mut Vec<f64>,
 ) {
-    let (from_s, to_s) = common_s;
-    let leg = &receiver.leg;
-    let gap_m = (leg.position_m(from_s) - emitter.leg.position_m(from_s)).xy();
-    let velocity_mps = (leg.velocity_mps() - emitter.leg.velocity_mps()).xy();
-    let speed_mps = velocity_mps.norm();
-    // A moved jet is met beside its drone: where, is as deep as the pass begins.
-    let first_depth_m = emitter.leg.position_m(from_s).z - leg.position_m(from_s).z;
-    let [x_m, y_m] = emitter
+    let depth_m = |time_s: f64| emitter.leg.position_m(time_s).z - leg.position_m(time_s).z;
+    let width_m = emitter
         .wake
-        .axis_m(first_depth_m.max(0.0))
-        .unwrap_or_default();
-    let gap_m = gap_m - nalgebra::Vector2::new(x_m, y_m);
-    let closest_s = from_s - gap_m.dot(&velocity_mps) / (speed_mps * speed_mps);
-    let depth_m = emitter.leg.position_m(closest_s).z - leg.position_m(closest_s).z;
-    let width_m = emitter.wake.half_width_m(depth_m);
-    // A pass of two half-widths is no longer than the flow structure itself: fifteen nodes see it.
-    if speed_mps * (to_s - from_s) <= 2.0 * width_m || speed_mps == 0.0 {
-        return;
+        .half_width_m(depth_m(from_s).min(depth_m(to_s)));
+    let speed_mps = (leg.velocity_mps() - emitter.leg.velocity_mps())
+        .xy()
+        .norm();
+    let pieces = (speed_mps * (to_s - from_s) / (2.0 * width_m)).ceil();
+    let step_s = (to_s - from_s) / pieces.max(1.0);
+    knots_s.extend((1..pieces as u32).map(|k| from_s + f64::from(k) * step_s));
+}
+
+/// A time with the values of two functions.
+type Node = (f64, [f64; 2]);
+
+/// Integrals of two functions between the first and the last of three evenly spaced nodes, each to [`RELATIVE_ERROR`]:
+/// Simpson's rule, halved until it settles (J. N. Lyness, "Notes on the adaptive Simpson quadrature routine",
+/// Journal of the ACM 16, 1969).
+fn integrate(
+    f: &mut impl FnMut(f64) -> Node,
+    [from, middle, to]: [Node; 3],
+    halvings: u32,
+) -> [f64; 2] {
+    let rule =
+        |[a, m, b]: [Node; 3]| [0, 1].map(|i| (b.0 - a.0) / 6.0 * (a.1[i] + 4.0 * m.1[i] + b.1[i]));
+    let first = [from, f(f64::midpoint(from.0, middle.0)), middle];
+    let second = [middle, f(f64::midpoint(middle.0, to.0)), to];
+    let (whole, a, b) = (rule([from, middle, to]), rule(first), rule(second));
+    let halves = [0, 1].map(|i| a[i] + b[i]);
+    // The error of the halves is a fifteenth of the difference.
+    let off = [0, 1].map(|i| (halves[i] - whole[i]) / 15.0);
+    if halvings == 0 || (0..2).all(|i| off[i].abs() <= RELATIVE_ERROR * halves[i].abs()) {
+        return [0, 1].map(|i| halves[i] + off[i]);
     }
-    knots_s.push(closest_s);
-    let miss_m2 = (gap_m + velocity_mps * (closest_s - from_s)).norm_squared();
-    for within in PASS_KNOTS {
-        let reach_m2 = (within * width_m).powi(2) - miss_m2;
-        if reach_m2 > 0.0 {
-            let half_s = reach_m2.sqrt() / speed_mps;
-            knots_s.extend([closest_s - half_s, closest_s + half_s]);
-        }
-    }
+    let (a, b) = (
+        integrate(f, first, halvings - 1),
+        integrate(f, second, halvings - 1),
+    );
+    [0, 1].map(|i| a[i] + b[i])
 }

@@ -10,5 +10,4 @@ pub mod envelope;
 pub mod exposure;
 pub mod fleet;
 mod moved_jet;
-mod quadrature;
 pub mod surfaces;

@@ -2,8 +2,7 @@
 
 use super::wake_of;
 use airflow::{Airframe, DiscPoints, Superposition, Wake};
-use costmap::wake::exposure::Flight;
-use costmap::wake::exposure::{Emitter, Exposure, Receiver, exposure};
+use costmap::wake::exposure::{Emitter, Exposure, Flight, Receiver, exposure};
 use nalgebra::{Point3, Vector3};
 
 /// What the issue asks for.
@@ -87,7 +86,7 @@ fn met_by_hand_mps(case: &Case, discs: &DiscPoints, superposition: Superposition
     mean
 }
 
-/// Midpoint sum of dose and energy.
+/// Midpoint sum of axial exposure and energy.
 fn by_hand(case: &Case, superposition: Superposition) -> Exposure {
     let (discs, own_mps) = (discs(), own_velocity_mps());
     let mut met = Exposure::default();
@@ -95,7 +94,7 @@ fn by_hand(case: &Case, superposition: Superposition) -> Exposure {
     for i in 0..STEPS {
         let t = case.receiver.start_s + (i as f64 + 0.5) * step_s;
         let mean = met_by_hand_mps(case, &discs, superposition, t);
-        met.dose_m += mean * step_s;
+        met.axial_exposure_m += mean * step_s;
         let alpha = mean / own_mps;
         let beta = alpha / 2.0 + (alpha * alpha + 4.0).sqrt() / 2.0;
         met.extra_energy_j += (beta - 1.0) * MASS_KG * 9.81 * own_mps * step_s;
@@ -166,16 +165,16 @@ fn exposure_agrees_with_a_midpoint_sum_of_the_model() {
             );
             let name = case.name;
             println!(
-                "{name}, {superposition}: dose {:.5} m ({:+.1e}), energy {:.4} J ({:+.1e}), worst {:.4} m/s ({:+.1e})",
-                ours.dose_m,
-                ours.dose_m / reference.dose_m - 1.0,
+                "{name}, {superposition}: axial exposure {:.5} m ({:+.1e}), energy {:.4} J ({:+.1e}), worst {:.4} m/s ({:+.1e})",
+                ours.axial_exposure_m,
+                ours.axial_exposure_m / reference.axial_exposure_m - 1.0,
                 ours.extra_energy_j,
                 ours.extra_energy_j / reference.extra_energy_j - 1.0,
                 ours.worst_mps,
                 ours.worst_mps / reference.worst_mps - 1.0
             );
             assert!(
-                (ours.dose_m / reference.dose_m - 1.0).abs() < ONE_PER_MILLE,
+                (ours.axial_exposure_m / reference.axial_exposure_m - 1.0).abs() < ONE_PER_MILLE,
                 "{name}: {ours:?} {reference:?}"
             );
             assert!(
@@ -210,7 +209,7 @@ fn hovering_under_a_hover_costs_the_same_every_second() {
     };
     let met = by_library(&case, Superposition::Momentum);
     // Rounding only: the integrand is constant.
-    assert!((met.dose_m / (10.0 * met.worst_mps) - 1.0).abs() < 1e-12);
+    assert!((met.axial_exposure_m / (10.0 * met.worst_mps) - 1.0).abs() < 1e-12);
     assert_eq!(met.from, Some(0));
     assert!(
         (5.0..5.1).contains(&met.worst_at_s),

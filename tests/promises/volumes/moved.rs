@@ -1,4 +1,4 @@
-//! Column, cone and spindle of jets that a finding has moved or reshaped.
+//! Column, cone and volume of jets that a finding has moved or reshaped.
 
 use airflow::Wake;
 use airflow::effects::{
@@ -58,8 +58,12 @@ fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
         let preset = ["kolibri", "offboard-2", "matrice-300"][case % 3];
         let wake = wake(&mut random, preset);
         let limit_mps = random.between(0.15, 0.8) * wake.induced_velocity_mps();
-        let spindle = IsoSpeedVolume::new(&wake, limit_mps).expect("a positive limit");
-        let end_m = spindle.sections().map(|s| s.to_depth_m).fold(0.0, f64::max);
+        let volume = IsoSpeedVolume::new(&wake, limit_mps).expect("a positive limit");
+        let end_m = volume
+            .sections()
+            .iter()
+            .map(|s| s.to_depth_m)
+            .fold(0.0, f64::max);
         let mut above = 0;
         for _ in 0..POINTS {
             let depth_m = random.between(0.0, 1.3) * end_m;
@@ -73,7 +77,7 @@ fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
             if wake.axial_speed_mps(offset_m) > limit_mps {
                 above += 1;
                 assert!(
-                    spindle.holds(offset_m),
+                    volume.holds(offset_m),
                     "case {case}, {preset}: {offset_m:?}"
                 );
             }
