@@ -1,88 +1,104 @@
-//! A leg against the fleet, in full: free, priced in joules and metres of dose, or forbidden.
+//! A leg against the fleet, in full: whether it may be flown, and the air along it, integrated.
 //!
-//! The search asks [`Costmap::judge`](crate::costmap::Costmap::judge), which bounds; here the air is
-//! integrated. A leg is priced if the drone's rotor tips, swept along it, meet somebody's near-field
-//! column or half-width cone, or if the drone's own reach somebody else: parry decides that, on the
-//! volumes themselves. Outside every cone the air is below a quarter of its centreline and counts as
-//! free.
+//! The search asks [`Costmap::judge`], which bounds; what is printed about a leg comes from here. A wake counts
+//! where its iso-speed volume, swept along its leg, meets the drone's rotor tips, swept along its own: parry decides
+//! that. Wakes hang below their drones without delay.
 
+use nalgebra::Point3;
 use parry3d::shape::Ball;
 
 use crate::costmap::Costmap;
-use crate::leg::{DroneId, Leg, Tick};
-use crate::reservations::timeline::Item;
+use crate::leg::{DroneId, Leg};
 use crate::verdict::{Blocker, Verdict};
-use crate::volumes::downwash::{column, cone};
 use crate::volumes::frame::{self, NotFinite};
 use crate::volumes::swept::{Mover, may_meet};
-use crate::wake::exposure::Flight;
-use crate::wake::exposure::{Emitter, Exposure, Receiver, exposure};
+use crate::wake::exposure::{Emitter, Exposure, Flight, Receiver, exposure};
 
 /// What a leg means to its drone and to the fleet.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Assessment {
-    /// It meets nobody's volumes, nor do its own meet anybody.
-    Free,
-    /// It may be flown, through or over somebody.
-    Priced(Price),
-    /// It may not: a body, a column, a limit or a zone.
-    Forbidden {
-        /// Who is in the way, and how.
-        blockers: Vec<Blocker>,
-        /// The zone (its index) into which it blows too much all by itself.
-        breaks_zone: Option<usize>,
-    },
+pub struct Assessment {
+    /// Who is in the way, and how; empty: it may be flown past all others.
+    pub blockers: Vec<Blocker>,
+    /// The zone (its index) into which it brings too much all by itself.
+    pub breaks_zone: Option<usize>,
+    /// Axial exposure, worst speed and extra energy of the drone.
+    pub own: Exposure,
+    /// Where the worst speed was met; `None` where no air was met.
+    pub worst: Option<Worst>,
 }
 
-/// What a leg through others' air costs.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Price {
-    /// Dose, worst speed, when, and the extra energy of the drone itself.
-    pub own: Exposure,
-    /// Who contributed most to the worst speed.
-    pub worst_from: Option<DroneId>,
-    /// Extra energy that the leg's own wake costs others, each counted alone (J).
-    pub others_extra_energy_j: f64,
+/// The moment of the highest speed on a leg.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Worst {
+    /// Mean speed over the discs, over the velocity by which the drone measures air.
+    pub alpha: f64,
+    /// Where the drone was (m).
+    pub at_m: Point3<f64>,
+    /// Whose wake contributed most.
+    pub from: DroneId,
+    /// Where that drone was (m).
+    pub from_m: Point3<f64>,
+}
+
+impl Assessment {
+    /// Whether it may be flown.
+    pub fn is_allowed(&self) -> bool {
+        self.blockers.is_empty() && self.breaks_zone.is_none()
+    }
 }
 
 impl Costmap {
-    /// Free, priced or forbidden, and by whom.
+    /// Whether a leg may be flown, and the air along it, whether or not. Of a leg without end that is the air until all
+    /// others have come to rest.
     ///
     /// # Errors
-    /// A position of the leg is NaN or infinite, or the leg lasts for ever.
+    /// A position of the leg is NaN or infinite.
     pub fn assess(&self, leg: &Leg) -> Result<Assessment, NotFinite> {
         frame::point(leg.from_m)?;
         frame::point(leg.to_m)?;
         let mut verdict = Verdict::default();
         self.judge(leg, &mut verdict);
-        if !verdict.is_allowed() {
-            return Ok(Assessment::Forbidden {
-                blockers: verdict.blockers,
-                breaks_zone: verdict.breaks_zone,
-            });
-        }
-        let own_end_z_m = self.wake_end_z_m(leg);
-        let (mut above, mut below) = (Vec::new(), Vec::new());
-        for neighbour in self
-            .near(leg)
-            .into_iter()
-            .filter(|n| leg.flying && n.leg.flying)
-        {
-            if self.meets_wake(leg, &neighbour.leg, neighbour.wake_end_z_m)? {
-                above.push(neighbour);
-            }
-            if self.meets_wake(&neighbour.leg, leg, own_end_z_m)? {
-                below.push(neighbour);
+        let rest = self.horizon().max(leg.start.after(1));
+        let leg = &leg.between(leg.start, leg.end.min(rest));
+        let mut above = Vec::new();
+        for item in self.near(leg) {
+            if leg.flying
+                && item.leg.flying
+                && self.meets_wake(leg, &item.leg, item.wake_end_z_m)?
+            {
+                above.push(item);
             }
         }
-        if above.is_empty() && below.is_empty() {
-            return Ok(Assessment::Free);
-        }
-        self.price(leg, own_end_z_m, &above, &below)
-            .map(Assessment::Priced)
+        let emitters: Vec<Emitter> = (above.iter())
+            .map(|item| Emitter {
+                leg: flight(&item.leg),
+                wake: self.fleet.wake(item.leg.kind),
+                ends_at_z_m: item.wake_end_z_m,
+            })
+            .collect();
+        let measure_mps = self.fleet.measure_mps(leg.kind);
+        let receiver = Receiver {
+            leg: flight(leg),
+            discs: self.fleet.discs(leg.kind),
+            mass_kg: self.fleet.kind(leg.kind).mass_kg,
+            induced_velocity_mps: measure_mps,
+        };
+        let own = exposure(&receiver, &emitters, self.fleet.conditions().superposition)?;
+        let worst = own.from.map(|index| Worst {
+            alpha: own.worst_mps / measure_mps,
+            at_m: receiver.leg.position_m(own.worst_at_s),
+            from: above[index].leg.drone,
+            from_m: emitters[index].leg.position_m(own.worst_at_s),
+        });
+        Ok(Assessment {
+            blockers: verdict.blockers,
+            breaks_zone: verdict.breaks_zone,
+            own,
+            worst,
+        })
     }
 
-    /// Whether one leg's rotor tips meet the volumes of another's wake while both last.
+    /// Whether one leg's rotor tips meet another's wake where it counts while both last.
     fn meets_wake(
         &self,
         receiver: &Leg,
@@ -93,74 +109,24 @@ impl Costmap {
         if time.is_empty() {
             return Ok(false);
         }
-        let wake = self.fleet().wake(emitter.kind);
-        let (from_m, to_m) = (emitter.position_m(time.start), emitter.position_m(time.end));
+        let ends_m = |leg: &Leg| [leg.position_m(time.start), leg.position_m(time.end)];
+        let ([from_m, to_m], [receiver_m, received_m]) = (ends_m(emitter), ends_m(receiver));
+        let ball = Ball::new(self.fleet.wake(receiver.kind).tip_radius_m());
+        let tips = Mover::new(&ball, frame::centred(receiver_m)?, received_m - receiver_m)?;
         // Hung where the leg begins, long enough to reach as low from wherever it goes: outward.
         let lowest_z_m =
-            ends_at_z_m.min(receiver.from_m.z.min(receiver.to_m.z)) - (to_m.z - from_m.z).max(0.0);
-        let ball = Ball::new(self.fleet().wake(receiver.kind).tip_radius_m());
-        let receiver_m = receiver.position_m(time.start);
-        let tips = Mover::new(
-            &ball,
-            frame::centred(receiver_m)?,
-            receiver.position_m(time.end) - receiver_m,
-        )?;
-        let sections = [Some(column(wake)), cone(wake, from_m.z - lowest_z_m)];
-        for section in sections.into_iter().flatten() {
-            let Some(placed) = section.hung(from_m, lowest_z_m)? else {
-                continue;
-            };
+            ends_at_z_m.min(receiver_m.z.min(received_m.z)) - (to_m.z - from_m.z).max(0.0);
+        let volumes = self
+            .fleet
+            .iso_speed(emitter.kind)
+            .hung(from_m, lowest_z_m)?;
+        for placed in &volumes {
             let volume = Mover::new(&placed.frustum, placed.pose, to_m - from_m)?;
             if may_meet(&tips, &volume) {
                 return Ok(true);
             }
         }
         Ok(false)
-    }
-
-    fn price(
-        &self,
-        leg: &Leg,
-        own_end_z_m: f64,
-        above: &[&Item],
-        below: &[&Item],
-    ) -> Result<Price, NotFinite> {
-        let emitters: Vec<Emitter> = above
-            .iter()
-            .map(|n| self.emitter(&n.leg, n.wake_end_z_m))
-            .collect();
-        let superposition = self.fleet().conditions().superposition;
-        let own = exposure(&self.receiver(leg), &emitters, superposition)?;
-        let me = [self.emitter(leg, own_end_z_m)];
-        let mut others_extra_energy_j = 0.0;
-        for neighbour in below {
-            let time = leg.overlap(&neighbour.leg);
-            let theirs = neighbour.leg.between(time.start, time.end);
-            others_extra_energy_j +=
-                exposure(&self.receiver(&theirs), &me, superposition)?.extra_energy_j;
-        }
-        Ok(Price {
-            worst_from: own.from.map(|index| above[index].leg.drone),
-            own,
-            others_extra_energy_j,
-        })
-    }
-
-    fn receiver(&self, leg: &Leg) -> Receiver<'_> {
-        Receiver {
-            leg: flight(leg),
-            discs: self.fleet().discs(leg.kind),
-            mass_kg: self.fleet().kind(leg.kind).mass_kg,
-            induced_velocity_mps: self.fleet().measure_mps(leg.kind),
-        }
-    }
-
-    fn emitter(&self, leg: &Leg, ends_at_z_m: f64) -> Emitter<'_> {
-        Emitter {
-            leg: flight(leg),
-            wake: self.fleet().wake(leg.kind),
-            ends_at_z_m,
-        }
     }
 }
 
@@ -169,18 +135,15 @@ fn flight(leg: &Leg) -> Flight {
         start_m: leg.from_m,
         end_m: leg.to_m,
         start_s: leg.start.seconds(),
-        end_s: if leg.end == Tick::FOREVER {
-            f64::INFINITY
-        } else {
-            leg.end.seconds()
-        },
+        // Without end: later than any leg that is assessed.
+        end_s: leg.end.seconds(),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::leg::KindId;
+    use crate::leg::{KindId, Tick};
     use crate::reservations::ground::Ground;
     use crate::wake::fleet::{Conditions, Fleet, Kind};
     use crate::wake::surfaces::BlockingSurfaces;
@@ -242,33 +205,32 @@ mod tests {
 
     #[test]
     fn near_below_is_forbidden_far_below_is_priced_and_far_aside_is_free() {
-        let Assessment::Forbidden { blockers, .. } = below_a_hover(0.5, 0.0) else {
-            panic!("crosses the column");
-        };
-        assert_eq!(blockers[0].drone, DroneId(0));
-        assert!(matches!(
-            below_a_hover(4.0, 0.0),
-            Assessment::Forbidden { .. }
-        ));
-        let Assessment::Priced(price) = below_a_hover(10.0, 0.0) else {
-            panic!("crosses the cone, below the limit");
-        };
-        assert_eq!(price.worst_from, Some(DroneId(0)));
-        assert!(price.own.extra_energy_j > 0.0 && price.own.dose_m > 0.0);
-        assert_eq!(price.others_extra_energy_j, 0.0);
-        assert_eq!(below_a_hover(10.0, 6.0), Assessment::Free);
+        assert_eq!(below_a_hover(0.5, 0.0).blockers[0].drone, DroneId(0));
+        let forbidden = below_a_hover(4.0, 0.0);
+        assert!(!forbidden.is_allowed());
+        assert!(forbidden.worst.expect("in its wake").alpha > 0.3);
+        let crossing = below_a_hover(10.0, 0.0);
+        assert!(crossing.is_allowed(), "below the limit");
+        let worst = crossing.worst.expect("in its wake");
+        assert_eq!(worst.from, DroneId(0));
+        // Right below it.
+        assert!((worst.at_m.xy() - worst.from_m.xy()).norm() < 1e-3);
+        assert!(crossing.own.extra_energy_j > 0.0 && crossing.own.axial_exposure_m > 0.0);
+        let aside = below_a_hover(10.0, 6.0);
+        assert!(aside.is_allowed() && aside.own.axial_exposure_m == 0.0);
     }
 
     #[test]
-    fn flying_over_somebody_costs_the_other() {
+    fn a_drone_that_flies_over_another_meets_no_air_itself() {
         let mut sky = sky();
         let below = [10.0, 10.0, 2.0];
         sky.insert(vec![leg(0, below, below, Tick::FOREVER)]);
         let pass = leg(1, [9.0, 10.0, 14.0], [11.0, 10.0, 14.0], Tick(100));
-        let Ok(Assessment::Priced(price)) = sky.assess(&pass) else {
-            panic!("its cone reaches the other");
-        };
-        assert!(price.others_extra_energy_j > 0.0);
-        assert_eq!(price.own.dose_m, 0.0);
+        let over = sky.assess(&pass).expect("finite");
+        assert!(over.worst.is_none() && over.own.axial_exposure_m == 0.0);
+        sky.insert(vec![pass]);
+        let hover = leg(0, below, below, Tick::FOREVER);
+        let worst = sky.assess(&hover).expect("finite").worst;
+        assert_eq!(worst.expect("its wake reaches down").from, DroneId(1));
     }
 }

@@ -12,14 +12,14 @@ use crate::wake::surfaces::BlockingSurfaces;
 /// Legs on the move that last longer are judged and kept in parts: chosen here, a second holds a typical one.
 const PART_TICKS: u32 = 200;
 
-/// Everybody's legs, and what another leg would mean to them.
+/// The legs of a fleet, and what another leg would mean to them.
 #[derive(Clone, Debug)]
 pub struct Costmap {
     pub(crate) fleet: Fleet,
     pub(crate) surfaces: BlockingSurfaces,
     pub(crate) zones: Zones,
     pub(crate) timeline: Timeline,
-    pub(crate) draught: FarWakes,
+    pub(crate) far_wakes: FarWakes,
     /// Per drone, what was inserted.
     legs: Vec<Vec<Leg>>,
     /// What the loads on one drone or zone may add up to, in millionths of its limit.
@@ -59,7 +59,7 @@ impl Costmap {
             surfaces,
             zones: Zones::new(zones),
             timeline: Timeline::new(ground, drones),
-            draught: FarWakes::new(&ground),
+            far_wakes: FarWakes::new(&ground),
             legs: vec![Vec::new(); drones],
             budget: BUDGET,
         }
@@ -93,7 +93,7 @@ impl Costmap {
 
     /// Whether air takes its time to come down.
     pub fn has_advected_wakes(&self) -> bool {
-        self.fleet.longest_lag() > 0
+        self.fleet.longest_delay() > 0
     }
 
     /// What others' wakes that are close fill, at most, of the budget of a drone in one of its parts: those of its legs
@@ -156,7 +156,7 @@ impl Costmap {
         self.reserve(self.reservation(legs));
     }
 
-    /// What there is to know of a drone's legs whoever else is there: it can be worked out for several drones at a time.
+    /// What a drone's legs bring to every place, independent of all others: it can be worked out for several drones at a time.
     pub fn reservation(&self, legs: Vec<Leg>) -> Reservation {
         let spreads = if self.sums_ahead() {
             spreads(&self.fleet, self.timeline.ground(), &legs)
@@ -182,8 +182,9 @@ impl Costmap {
                 }
             })
             .max();
-        let lag = self.fleet.longest_lag();
-        self.timeline.extend_to(last.unwrap_or_default().after(lag));
+        let delay = self.fleet.longest_delay();
+        self.timeline
+            .extend_to(last.unwrap_or_default().after(delay));
         self.zones.extend_to(self.timeline.bucket_count());
         for leg in &legs {
             let end_z_m = self.wake_end_z_m(leg);
@@ -197,8 +198,8 @@ impl Costmap {
             self.zones.add(leg, wakes, &self.timeline);
         }
         if self.sums_ahead() {
-            self.draught.extend_to(self.timeline.bucket_count());
-            self.draught.add(&spreads);
+            self.far_wakes.extend_to(self.timeline.bucket_count());
+            self.far_wakes.add(&spreads);
         }
         self.legs[drone.0 as usize] = legs;
     }
@@ -231,7 +232,7 @@ impl Costmap {
         }
     }
 
-    /// Calls `f` with everybody who is not so far off that [`FarWakes`] accounts for them.
+    /// Calls `f` with all legs that are not so far off that [`FarWakes`] accounts for them.
     pub(crate) fn close_to<'a>(&'a self, part: &Leg, mut f: impl FnMut(u32, &'a Item)) {
         let ground = self.timeline.ground();
         let own = Footprint::around(part, 0.0);
@@ -266,10 +267,10 @@ impl Costmap {
         self.timeline.remove(drone);
         if self.sums_ahead() {
             let spreads = spreads(&self.fleet, self.timeline.ground(), &legs);
-            self.draught.take_back(&spreads);
+            self.far_wakes.take_back(&spreads);
         }
         if !self.zones.is_empty() {
-            let clear = last.end.after(self.fleet.longest_lag());
+            let clear = last.end.after(self.fleet.longest_delay());
             let buckets = self.timeline.buckets(first.start, clear);
             self.zones.remove(drone, buckets);
         }
@@ -284,19 +285,19 @@ impl Costmap {
             .wake_end_z_m(self.fleet.wake(leg.kind), &leg.from_m, &leg.to_m)
     }
 
-    /// Everybody that a leg could have to do with while it lasts, and while its air and theirs does.
+    /// All legs that can matter to a leg, or it to them, while they and their air last.
     pub fn near(&self, leg: &Leg) -> Vec<&Item> {
         let around = Footprint::around(leg, self.fleet.reach_m(leg.kind));
-        let lag = self.fleet.longest_lag();
-        let since = Tick(leg.start.0.saturating_sub(lag));
-        let mut found = self.items_near(&around, since, leg.end.after(lag));
+        let delay = self.fleet.longest_delay();
+        let since = Tick(leg.start.0.saturating_sub(delay));
+        let mut found = self.items_near(&around, since, leg.end.after(delay));
         found.retain(|item| item.leg.drone != leg.drone);
         found
     }
 
-    /// Whether what wakes add up to is kept with each leg. Air that comes late is added up when it is asked for.
+    /// Whether what wakes add up to is kept with each leg. Advected wakes are added up when they are asked for.
     fn sums_ahead(&self) -> bool {
-        self.fleet.conditions().wakes && self.fleet.longest_lag() == 0
+        self.fleet.conditions().wakes && self.fleet.longest_delay() == 0
     }
 }
 

@@ -10,9 +10,9 @@ use crate::verdict::{Blocker, Incoming, Verdict, Why, block_largest, peak, price
 use crate::wake::fleet::Meeting;
 
 impl Costmap {
-    /// Judges a leg against everybody near and the zones.
+    /// Judges a leg against all legs near and the zones.
     pub fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
-        if self.fleet.longest_lag() > 0 {
+        if self.fleet.longest_delay() > 0 {
             verdict.clear();
             self.judge_advected(leg, &self.near(leg), verdict);
             if leg.flying && self.fleet.conditions().wakes {
@@ -26,9 +26,9 @@ impl Costmap {
     }
 
     /// The same in a tenth of the time: by bounds for those who are not close, and without a look at what the
-    /// leg's own weak wake adds far off. Ask [`Costmap::is_borne`] once a whole way is known.
+    /// leg's own weak wake adds far off. Ask [`Costmap::is_borne`] once a whole path is known.
     pub fn judge_nearby(&self, leg: &Leg, verdict: &mut Verdict) {
-        if self.fleet.longest_lag() > 0 {
+        if self.fleet.longest_delay() > 0 {
             return self.judge(leg, verdict);
         }
         self.judge_parts(leg, verdict, |part, verdict| {
@@ -56,24 +56,24 @@ impl Costmap {
         }
     }
 
-    /// Whether everybody farther off bears what these legs bring them.
+    /// Whether all drones farther off bear what these legs bring them.
     pub fn is_borne(&self, legs: &[Leg]) -> bool {
-        if self.fleet.longest_lag() > 0 {
+        if self.fleet.longest_delay() > 0 {
             return true;
         }
         let mut parts = legs.iter().filter(|leg| leg.flying).flat_map(parts);
         parts.all(|part| self.is_borne_far_off(&part))
     }
 
-    /// Whether everybody bears a part's wake whom [`Costmap::close_to`] leaves out.
+    /// Whether all drones that [`Costmap::close_to`] leaves out bear a part's wake.
     fn is_borne_far_off(&self, part: &Leg) -> bool {
         let ground = self.timeline.ground();
         let own = Footprint::around(part, 0.0);
         let bins = ground.bins(&own.grown(self.fleet.wake_reach_m(part.kind)));
         let mut own_end_z_m = None;
         for (bin, gap_m) in ground.rows(bins).flatten().zip(ground.gaps_m(&own, bins)) {
-            let load = u64::from(self.fleet.faint_load_on_any(part.kind, gap_m));
-            let filled = self.timeline.fullest(bin) + self.draught.worst_in(bin);
+            let load = u64::from(self.fleet.far_load_on_any(part.kind, gap_m));
+            let filled = self.timeline.fullest(bin) + self.far_wakes.worst_in(bin);
             let is_close = gap_m < self.fleet.near_m();
             if is_close || load == 0 || filled + load <= u64::from(self.budget) {
                 continue;
@@ -94,27 +94,29 @@ impl Costmap {
         true
     }
 
-    /// Whether somebody planned bears a part's wake, to judge by their distance alone.
+    /// Whether a planned leg bears a part's wake, to judge by their distance alone.
     fn bears_easily(&self, part: &Leg, own: &Footprint, item: &Item) -> bool {
         let gap_m = own.gap_m(&item.footprint);
-        let load = u64::from(self.fleet.faint_load(part.kind, item.leg.kind, gap_m));
-        let worst = self.draught.worst(self.timeline.ground(), &item.footprint);
+        let load = u64::from(self.fleet.far_load(part.kind, item.leg.kind, gap_m));
+        let worst = self
+            .far_wakes
+            .worst(self.timeline.ground(), &item.footprint);
         !item.leg.flying || load == 0 || item.peak + worst + load <= u64::from(self.budget)
     }
 
-    /// Whether somebody planned bears this much more during a time.
+    /// Whether a planned leg bears this much more during a time.
     fn bears(&self, item: &Item, time: &Range<Tick>, load: u32) -> bool {
         let (budget, load) = (u64::from(self.budget), u64::from(load));
-        let draught = &self.draught;
-        item.peak + draught.worst(self.timeline.ground(), &item.footprint) + load <= budget
+        let far_wakes = &self.far_wakes;
+        item.peak + far_wakes.worst(self.timeline.ground(), &item.footprint) + load <= budget
             || {
-                let weak = draught.on(&self.timeline, &item.footprint, time.start, time.end);
+                let weak = far_wakes.on(&self.timeline, &item.footprint, time.start, time.end);
                 item.filled(time.start, time.end) + weak + load <= budget
             }
             || load <= budget && self.summed(item, time) + load <= budget
     }
 
-    /// The most that everybody's wakes fill of somebody's budget at any moment of a time, each looked at, in
+    /// The most that all wakes fill of a planned leg's budget at any moment of a time, each looked at, in
     /// millionths.
     fn summed(&self, item: &Item, time: &Range<Tick>) -> u64 {
         let part = item.leg.between(time.start, time.end);
@@ -130,7 +132,7 @@ impl Costmap {
     }
 
     /// Looks at those who are close, and takes bounds for the rest. `false` if bounds will not do: `exactly`
-    /// they serve for nobody close.
+    /// they serve for none that is close.
     fn judge_close(&self, part: &Leg, exactly: bool, verdict: &mut Verdict) -> bool {
         let own = Footprint::around(part, 0.0);
         let mut own_end_z_m = None;
@@ -144,7 +146,7 @@ impl Costmap {
                 let end_z_m = *own_end_z_m.get_or_insert_with(|| self.wake_end_z_m(part));
                 self.judge_one(part, end_z_m, item, verdict)
             } else if part.flying && item.leg.flying {
-                self.fleet.faint_load(theirs, mine, gap_m)
+                self.fleet.far_load(theirs, mine, gap_m)
             } else {
                 0
             };
@@ -152,9 +154,11 @@ impl Costmap {
                 met.push((incoming(part, &item.leg, load), [item.began, item.clear]));
             }
         });
-        let blows = part.flying && self.fleet.conditions().wakes;
-        let enough = !blows || {
-            let weak = self.draught.on(&self.timeline, &own, part.start, part.end);
+        let emits = part.flying && self.fleet.conditions().wakes;
+        let enough = !emits || {
+            let weak = self
+                .far_wakes
+                .on(&self.timeline, &own, part.start, part.end);
             let weak = u32::try_from(weak).unwrap_or(u32::MAX);
             let all = met.iter().map(|(incoming, _)| u64::from(incoming.load));
             all.sum::<u64>() + u64::from(weak) <= u64::from(self.budget)
@@ -231,7 +235,7 @@ impl Costmap {
         meeting.load_on_first
     }
 
-    /// Looks at everybody, and sums what lasts together.
+    /// Looks at all legs near, and sums what lasts together.
     fn judge_fully(&self, part: &Leg, verdict: &mut Verdict) {
         let end_z_m = self.wake_end_z_m(part);
         let mut met = Vec::new();
@@ -244,14 +248,14 @@ impl Costmap {
         self.block_sums(part, 0, true, &met, verdict);
     }
 
-    /// [`Costmap::judge`] where air comes late.
+    /// [`Costmap::judge`] with advected wakes.
     pub(crate) fn judge_advected(&self, leg: &Leg, neighbours: &[&Item], verdict: &mut Verdict) {
         let end_z_m = self.wake_end_z_m(leg);
-        let mut blowing: Vec<(&Item, Blocker)> = Vec::new();
+        let mut emitting: Vec<(&Item, Blocker)> = Vec::new();
         for &item in neighbours {
             let meeting = self
                 .fleet()
-                .meet_late(leg, &item.leg, [end_z_m, item.wake_end_z_m]);
+                .meet_advected(leg, &item.leg, [end_z_m, item.wake_end_z_m]);
             if meeting == Meeting::default() {
                 continue;
             }
@@ -261,7 +265,7 @@ impl Costmap {
                 began: Tick(item.began.0.saturating_sub(before)),
                 clear: item.clear.after(after),
             };
-            let own = blocker(Why::OwnLimit, 0, self.fleet().lag_between(&item.leg, leg));
+            let own = blocker(Why::OwnLimit, 0, self.fleet().delay_between(&item.leg, leg));
             if meeting.bodies {
                 verdict.blockers.push(blocker(Why::Bodies, 0, 0));
             } else if meeting.column {
@@ -272,18 +276,18 @@ impl Costmap {
                 && self.load_by_others(item, leg.drone) + u64::from(meeting.load_on_second)
                     > u64::from(self.budget())
             {
-                let lag = self.fleet().lag_between(leg, &item.leg);
-                verdict.blockers.push(blocker(Why::TheirLimit, lag, 0));
+                let delay = self.fleet().delay_between(leg, &item.leg);
+                verdict.blockers.push(blocker(Why::TheirLimit, delay, 0));
             } else {
-                // Air that comes late costs what it forbids, and no energy.
+                // An advected wake costs what it forbids, and no energy.
                 let prices = price(meeting.alpha_first) + price(meeting.alpha_second);
                 verdict.price_s += shared_s(leg, item) * prices;
                 if meeting.load_on_first > 0 {
-                    blowing.push((item, own));
+                    emitting.push((item, own));
                 }
             }
         }
-        if blowing.is_empty() {
+        if emitting.is_empty() {
             return;
         }
         for bucket in self.timeline.buckets(leg.start, leg.end) {
@@ -293,8 +297,10 @@ impl Costmap {
                 continue;
             }
             let mut loads: Vec<(u32, Blocker)> = Vec::new();
-            for (item, blocker) in &blowing {
-                let load = self.fleet().late_load(&item.leg, &part, item.wake_end_z_m);
+            for (item, blocker) in &emitting {
+                let load = self
+                    .fleet()
+                    .advected_load(&item.leg, &part, item.wake_end_z_m);
                 if load > 0 {
                     greatest_of_each(&mut loads, load, *blocker);
                 }
@@ -306,13 +312,18 @@ impl Costmap {
     /// Bound on the budget of a drone on its leg that all wakes but one drone's fill, in millionths.
     fn load_by_others(&self, item: &Item, but: DroneId) -> u64 {
         let footprint = Footprint::around(&item.leg, self.fleet().reach_m(item.leg.kind));
-        let since = Tick(item.leg.start.0.saturating_sub(self.fleet().longest_lag()));
+        let since = Tick(
+            item.leg
+                .start
+                .0
+                .saturating_sub(self.fleet().longest_delay()),
+        );
         let mut loads: Vec<(u32, Blocker)> = Vec::new();
         for other in self.items_near(&footprint, since, item.leg.end) {
             if other.leg.drone == but || other.leg.drone == item.leg.drone {
                 continue;
             }
-            let load = (self.fleet()).late_load(&other.leg, &item.leg, other.wake_end_z_m);
+            let load = (self.fleet()).advected_load(&other.leg, &item.leg, other.wake_end_z_m);
             if load > 0 {
                 let blocker = Blocker {
                     drone: other.leg.drone,

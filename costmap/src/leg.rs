@@ -11,7 +11,7 @@ pub struct Tick(pub u32);
 impl Tick {
     /// Chosen here: a duration rounds up by less than 2 % of half a second, a typical cell's.
     pub const PER_SECOND: f64 = 100.0;
-    /// Later than any plan: the end of what lasts for ever.
+    /// Later than any plan: the end of what does not end.
     pub const FOREVER: Tick = Tick(u32::MAX);
 
     /// Seconds since the plan begins.
@@ -26,7 +26,7 @@ impl Tick {
             .max(0.0) as u32
     }
 
-    /// `ticks` later; what lasts for ever stays so.
+    /// `ticks` later; what does not end stays so.
     #[must_use]
     pub fn after(self, ticks: u32) -> Tick {
         Tick(self.0.saturating_add(ticks))
@@ -41,7 +41,7 @@ pub struct DroneId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct KindId(pub u16);
 
-/// One drone on a straight way at constant speed, from one tick to another.
+/// One drone on a straight path at constant speed, from one tick to another.
 ///
 /// Half open in time: the end belongs to the next leg. Positions are rotor-plane centres (m, world,
 /// z up). A leg that ends at [`Tick::FOREVER`] stands still.
@@ -59,7 +59,7 @@ pub struct Leg {
     pub from_m: Point3<f64>,
     /// Where it ends.
     pub to_m: Point3<f64>,
-    /// In the air: it blows, and its air limit holds.
+    /// In the air: its wake counts, and its air limit holds.
     pub flying: bool,
     /// Highest mean air over its discs, over its induced velocity.
     pub air_limit: f64,

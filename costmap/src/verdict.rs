@@ -47,7 +47,7 @@ pub enum Why {
     OwnLimit,
     /// The other's air limit would be exceeded.
     TheirLimit,
-    /// Both together blow too much into a zone.
+    /// Both wakes together are too strong for a zone.
     Zone,
 }
 
@@ -67,9 +67,9 @@ pub struct Blocker {
 /// The answer to "may I fly this leg, and what does it cost".
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
-    /// Who forbids it; empty: nobody.
+    /// Who forbids it; empty: no drone does.
     pub blockers: Vec<Blocker>,
-    /// The zone (its index) into which it blows more than may be, all by itself.
+    /// The zone (its index) for which its wake alone is too strong.
     pub breaks_zone: Option<usize>,
     /// Extra energy of everyone affected, in seconds of its own hovering in still air.
     pub price_s: f64,
@@ -78,7 +78,7 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Nobody forbids it.
+    /// Whether neither a drone nor a zone forbids it.
     pub fn is_allowed(&self) -> bool {
         self.blockers.is_empty() && self.breaks_zone.is_none()
     }

@@ -1,4 +1,4 @@
-//! What weak wakes from farther off add up to at most, by place and time.
+//! The far-wake background: what weak wakes from farther off add up to at most, by place and time.
 //!
 //! Beyond [`Fleet::near_m`] no wake is worth looking at one by one, but many together may be. So every
 //! bin of the floor keeps, second by second, the sum of what those who are that far off can bring to
@@ -20,7 +20,7 @@ pub(crate) struct FarWakes {
     worst: Vec<u32>,
 }
 
-/// From and to which bucket (`u32::MAX`: for ever) how much falls into which bin.
+/// From and to which bucket (`u32::MAX`: without end) how much falls into which bin.
 #[derive(Clone, Debug)]
 pub(crate) struct Spread {
     from: u32,
@@ -74,7 +74,7 @@ impl FarWakes {
         }
     }
 
-    /// The most that weak wakes bring to somebody within a footprint, whenever between two ticks.
+    /// The most that far wakes bring to a drone within a footprint, at any moment between two ticks.
     pub(crate) fn on(&self, timeline: &Timeline, at: &Footprint, start: Tick, end: Tick) -> u64 {
         let ground = timeline.ground();
         let bins = ground.bins(at);
@@ -155,7 +155,7 @@ fn loads(fleet: &Fleet, ground: &Ground, parts: &[Leg]) -> Vec<(usize, u32)> {
         let gaps_m = ground.gaps_m(&Footprint::around(part, 0.0), bins);
         for ((_, most), gap_m) in loads.iter_mut().zip(gaps_m) {
             if gap_m >= fleet.near_m() {
-                *most = fleet.faint_load_on_any(part.kind, gap_m).max(*most);
+                *most = fleet.far_load_on_any(part.kind, gap_m).max(*most);
             }
         }
     }

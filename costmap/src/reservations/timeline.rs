@@ -103,7 +103,7 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// Nobody is there yet.
+    /// Without any leg.
     pub fn new(ground: Ground, drones: usize) -> Timeline {
         Timeline {
             ground,

@@ -72,11 +72,11 @@ impl Zones {
         if self.is_empty() {
             return;
         }
-        let lag = wakes.fleet.longest_lag();
-        let clear = leg.end.after(lag);
+        let delay = wakes.fleet.longest_delay();
+        let clear = leg.end.after(delay);
         for bucket in timeline.buckets(leg.start, clear) {
             let (start, end) = timeline.span(bucket);
-            let part = leg.between(Tick(start.0.saturating_sub(lag)), end);
+            let part = leg.between(Tick(start.0.saturating_sub(delay)), end);
             if part.start >= part.end {
                 continue;
             }
@@ -119,7 +119,7 @@ impl Zones {
                 verdict.breaks_zone = Some(index);
                 return;
             }
-            let until = leg.end.after(wakes.fleet.longest_lag());
+            let until = leg.end.after(wakes.fleet.longest_delay());
             for bucket in timeline.buckets(leg.start, until) {
                 let Some(zones) = self.loads.get(bucket as usize) else {
                     continue;
@@ -208,12 +208,12 @@ impl Wakes<'_> {
                 *highest_mps = highest_mps.max(here_mps);
             }
         }
-        // Either way of slicing covers the whole zone.
+        // Either set of slices makes up the whole zone.
         Some(highest_mps[0].min(highest_mps[1]))
     }
 }
 
-/// A lower bound of the horizontal distance between a way and a box: exact where either stands for one axis.
+/// A lower bound of the horizontal distance between a path and a box (m): exact where they are apart along one axis alone.
 fn horizontal_gap_m(leg: &Leg, zone: &ZoneBox) -> f64 {
     let along = |axis: usize| {
         let (from_m, to_m) = (leg.from_m[axis], leg.to_m[axis]);

@@ -6,6 +6,7 @@
 
 use crate::volumes::frame::{self, NotFinite};
 use crate::volumes::frustum::Frustum;
+use crate::volumes::relative::nearest_radius_m;
 use airflow::Wake;
 use nalgebra::{Point3, Vector3};
 use parry3d::math::Pose;
@@ -32,7 +33,7 @@ pub struct Placed {
     pub pose: Pose,
 }
 
-/// Where nobody's rotor centre may be: from the rotor plane to the end of the near field, out to the rotor tips.
+/// Where no other drone's rotor centre may be: from the rotor plane to the end of the near field, out to the rotor tips.
 pub fn column(wake: &Wake) -> Section {
     Section {
         from_depth_m: 0.0,
@@ -59,6 +60,60 @@ pub fn cone(wake: &Wake, to_depth_m: f64) -> Option<Section> {
     })
 }
 
+/// Column and cone of a wake as a picture draws them (m): straight between three heights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outline {
+    /// Rotor-plane centre, in the world.
+    pub at_m: Point3<f64>,
+    /// Radius of the near-field column.
+    pub column_radius_m: f64,
+    /// Half-width where the far field begins, and where the wake ends.
+    pub half_width_m: [f64; 2],
+    /// Heights at which the far field begins and the wake ends.
+    pub z_m: [f64; 2],
+    /// How far wind or tilt have moved the axis there.
+    pub aside_m: [[f64; 2]; 2],
+}
+
+impl Outline {
+    /// Of a wake below a rotor centre, down to the height where it ends. Where the wind has taken the jet away it is drawn
+    /// as it begins.
+    pub fn new(wake: &Wake, at_m: Point3<f64>, ends_at_z_m: f64) -> Outline {
+        let column = column(wake);
+        let joins_z_m = (at_m.z - column.to_depth_m).max(ends_at_z_m);
+        let of_tips = Level {
+            aside_m: [0.0; 2],
+            radius_m: wake.tip_radius_m(),
+        };
+        let upper = Level::of(wake, at_m.z - joins_z_m).unwrap_or(of_tips);
+        let lower = Level::of(wake, at_m.z - ends_at_z_m).unwrap_or(upper);
+        Outline {
+            at_m,
+            column_radius_m: column.to_radius_m,
+            half_width_m: [upper.radius_m, lower.radius_m],
+            z_m: [joins_z_m, ends_at_z_m],
+            aside_m: [upper.aside_m, lower.aside_m],
+        }
+    }
+}
+
+/// A level cross-section of a jet: where its axis is, from below the drone, and its half-width, at its widest (m).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Level {
+    pub(crate) aside_m: [f64; 2],
+    pub(crate) radius_m: f64,
+}
+
+impl Level {
+    /// `None` where the wind has taken the jet away.
+    pub(crate) fn of(wake: &Wake, depth_m: f64) -> Option<Level> {
+        Some(Level {
+            aside_m: wake.axis_m(depth_m)?,
+            radius_m: wake.spread_m(depth_m)?,
+        })
+    }
+}
+
 /// Depths at which a moved jet is looked at; chosen here.
 const MOVED_LEVELS: u32 = 64;
 /// Just above the depth where the wind takes a jet away, as a part of it.
@@ -69,8 +124,8 @@ const MOVED_MARGIN: f64 = 1.02;
 /// The frustum over a range of depths that holds a moved jet's half-width discs: that of its ends, lifted until it holds all between.
 fn upright_around(wake: &Wake, from_depth_m: f64, to_depth_m: f64) -> Section {
     let radius_m = |depth_m: f64| {
-        let [x_m, y_m] = wake.axis_m(depth_m)?;
-        Some(MOVED_MARGIN * (x_m.hypot(y_m) + wake.spread_m(depth_m)?))
+        let level = Level::of(wake, depth_m)?;
+        Some(MOVED_MARGIN * (level.aside_m[0].hypot(level.aside_m[1]) + level.radius_m))
     };
     // A jet that the wind lays down goes farthest just before it is gone.
     let last_m = wake
@@ -102,6 +157,19 @@ fn upright_around(wake: &Wake, from_depth_m: f64, to_depth_m: f64) -> Section {
 }
 
 impl Section {
+    /// Whether a straight path relative to the rotor centre (m, z up) enters a section with upright sides. One that
+    /// only touches its upper or lower face stays outside.
+    pub fn is_entered(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> bool {
+        let Some((from_m, to_m)) = clip_depth(from_m, to_m, self.from_depth_m, self.to_depth_m)
+        else {
+            return false;
+        };
+        if from_m.z.max(to_m.z) <= -self.to_depth_m || from_m.z.min(to_m.z) >= -self.from_depth_m {
+            return false;
+        }
+        nearest_radius_m(&from_m, &to_m) < self.from_radius_m.max(self.to_radius_m)
+    }
+
     /// Distance between its faces (m).
     pub fn height_m(&self) -> f64 {
         self.to_depth_m - self.from_depth_m
@@ -159,6 +227,33 @@ impl Section {
         let depth_m = f64::midpoint(part.from_depth_m, part.to_depth_m);
         let pose = frame::upright(centre - Vector3::z() * depth_m)?;
         let frustum = Frustum::new(part.height_m(), part.from_radius_m, part.to_radius_m);
-        Ok(frustum.ok().map(|frustum| Placed { frustum, pose }))
+        Ok(frustum.map(|frustum| Placed { frustum, pose }))
     }
+}
+
+/// The part of a path whose depth below the emitter lies in a range, both ends included.
+pub(crate) fn clip_depth(
+    from_m: &Vector3<f64>,
+    to_m: &Vector3<f64>,
+    shallow_m: f64,
+    deep_m: f64,
+) -> Option<(Vector3<f64>, Vector3<f64>)> {
+    let (from_depth_m, to_depth_m) = (-from_m.z, -to_m.z);
+    let fall_m = to_depth_m - from_depth_m;
+    let (mut first, mut last) = (0.0_f64, 1.0_f64);
+    if fall_m.abs() < 1e-12 {
+        if from_depth_m < shallow_m || from_depth_m > deep_m {
+            return None;
+        }
+    } else {
+        let a = (shallow_m - from_depth_m) / fall_m;
+        let b = (deep_m - from_depth_m) / fall_m;
+        first = first.max(a.min(b));
+        last = last.min(a.max(b));
+    }
+    if first > last {
+        return None;
+    }
+    let path_m = to_m - from_m;
+    Some((from_m + path_m * first, from_m + path_m * last))
 }

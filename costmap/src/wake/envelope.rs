@@ -19,10 +19,12 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::moved_jet::{MovedSlab, slabs_m};
+use crate::volumes::downwash::{Section, clip_depth};
+use crate::volumes::relative::nearest_radius_m;
 
 /// Columns per row: chosen here, about a tenth of a half-width each.
 const COLUMNS: usize = 48;
-/// Below this a bound for a whole way will do, and the mean counts as nothing: chosen here, a
+/// Below this a bound for a whole path will do, and the mean counts as nothing: chosen here, a
 /// fiftieth of the induced velocity.
 const WEAK_SQUARE: f64 = 4e-4;
 
@@ -40,8 +42,6 @@ pub struct Envelope {
     /// Means at the same places.
     means: Vec<f32>,
     reach_m: f64,
-    column_depth_m: f64,
-    column_radius_m: f64,
     /// Rows stand about axes of their own.
     moved: bool,
 }
@@ -54,12 +54,12 @@ struct Row {
     centre_m: [f64; 2],
 }
 
-/// Air met along a way through one wake, in units of the emitter's induced velocity.
+/// Air met along a path through one wake, in units of the emitter's induced velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Met {
-    /// Bound on the mean square over the discs, anywhere on the way.
+    /// Bound on the mean square over the discs, anywhere on the path.
     pub peak_square: f64,
-    /// Mean over the way of the mean over the discs.
+    /// Mean over the path of the mean over the discs.
     pub mean: f64,
 }
 
@@ -79,20 +79,7 @@ impl Envelope {
         (0..self.rows.len()).filter_map(square).fold(0.0, f64::max)
     }
 
-    /// Whether a way relative to the emitter (receiver minus emitter, z up) enters the near-field
-    /// column: 0 to 2.5 l below, radius to the rotor tips. Closed form.
-    pub fn enters_column(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> bool {
-        let Some((from_m, to_m)) = clip_depth(from_m, to_m, 0.0, self.column_depth_m) else {
-            return false;
-        };
-        // A way that only touches the rotor plane or the column's floor is outside it.
-        if from_m.z.max(to_m.z) <= -self.column_depth_m || from_m.z.min(to_m.z) >= 0.0 {
-            return false;
-        }
-        nearest_radius_m(&from_m, &to_m) < self.column_radius_m
-    }
-
-    /// Air met along a straight way relative to the emitter (receiver minus emitter, z up), at
+    /// Air met along a straight path relative to the emitter (receiver minus emitter, z up), at
     /// constant speed.
     pub fn along(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> Met {
         if from_m.z >= 0.0 && to_m.z >= 0.0 {
@@ -136,7 +123,34 @@ impl Envelope {
         met
     }
 
-    /// Bound on the mean square at any place as far from the emitter's axis as a way and between its depths, at whatever bearing.
+    /// The iso-exposure volume: outside of it no place has a mean square above `square` (in units of the
+    /// emitter's induced velocity, squared).
+    ///
+    /// Convex sections below the emitter, from above: the hull of what the table holds, round about the emitter.
+    pub fn iso_exposure(&self, square: f64) -> Vec<Section> {
+        let mut profile: Vec<[f64; 2]> = Vec::new();
+        for (row, depths_m) in self.depths_m.windows(2).enumerate() {
+            let squares = &self.squares[row * COLUMNS..(row + 1) * COLUMNS];
+            let Some(last) = squares.iter().rposition(|&it| f64::from(it) > square) else {
+                continue;
+            };
+            let edge_m = (last + 1) as f64 / self.rows[row].columns_per_m;
+            let radius_m = edge_m + self.aside_m(row).norm();
+            for &depth_m in depths_m {
+                push_on_hull(&mut profile, [depth_m, radius_m]);
+            }
+        }
+        let section = |ends: &[[f64; 2]]| Section {
+            from_depth_m: ends[0][0],
+            to_depth_m: ends[1][0],
+            from_radius_m: ends[0][1],
+            to_radius_m: ends[1][1],
+        };
+        let sections = profile.windows(2).map(section);
+        sections.filter(|it| it.height_m() > 0.0).collect()
+    }
+
+    /// Bound on the mean square at any place as far from the emitter's axis as a path and between its depths, at any bearing.
     pub fn highest_beyond(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
         if !self.moved {
             return self.along(from_m, to_m).peak_square;
@@ -158,13 +172,13 @@ impl Envelope {
     /// the emitter).
     pub(crate) fn highest_among(
         &self,
-        depths_m: (f64, f64),
+        depths_m: [f64; 2],
         nearest_m: impl Fn([f64; 2]) -> f64,
     ) -> f64 {
-        if depths_m.1 <= 0.0 {
+        if depths_m[1] <= 0.0 {
             return 0.0;
         }
-        let rows = self.row_at(depths_m.0.max(0.0))..=self.row_at(depths_m.1);
+        let rows = self.row_at(depths_m[0].max(0.0))..=self.row_at(depths_m[1]);
         let below_m = nearest_m([0.0; 2]);
         if below_m >= self.reach_m {
             return 0.0;
@@ -233,44 +247,6 @@ impl Envelope {
     }
 }
 
-/// The part of a way whose depth below the emitter lies in a range, both ends included.
-pub(crate) fn clip_depth(
-    from_m: &Vector3<f64>,
-    to_m: &Vector3<f64>,
-    shallow_m: f64,
-    deep_m: f64,
-) -> Option<(Vector3<f64>, Vector3<f64>)> {
-    let (from_depth_m, to_depth_m) = (-from_m.z, -to_m.z);
-    let fall_m = to_depth_m - from_depth_m;
-    let (mut first, mut last) = (0.0_f64, 1.0_f64);
-    if fall_m.abs() < 1e-12 {
-        if from_depth_m < shallow_m || from_depth_m > deep_m {
-            return None;
-        }
-    } else {
-        let a = (shallow_m - from_depth_m) / fall_m;
-        let b = (deep_m - from_depth_m) / fall_m;
-        first = first.max(a.min(b));
-        last = last.min(a.max(b));
-    }
-    if first > last {
-        return None;
-    }
-    let way_m = to_m - from_m;
-    Some((from_m + way_m * first, from_m + way_m * last))
-}
-
-/// Smallest horizontal distance of a way from the vertical axis.
-pub(crate) fn nearest_radius_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
-    let (from_m, way_m) = (from_m.xy(), to_m.xy() - from_m.xy());
-    let length_square = way_m.norm_squared();
-    if length_square < 1e-18 {
-        return from_m.norm();
-    }
-    let at = (-from_m.dot(&way_m) / length_square).clamp(0.0, 1.0);
-    (from_m + way_m * at).norm()
-}
-
 /// Rows this close (in motor distances) down to [`FINE_UNTIL_L`]: chosen here, lobes merge within 1.5 l.
 const FINE_STEP_L: f64 = 0.125;
 /// Where rows begin to grow with the jet (in motor distances).
@@ -316,8 +292,6 @@ impl Envelope {
             squares: Vec::new(),
             means: Vec::new(),
             reach_m: 0.0,
-            column_depth_m: wake.near_field_depth_m(),
-            column_radius_m: wake.tip_radius_m(),
             depths_m,
             moved: false,
         };
@@ -350,8 +324,6 @@ impl Envelope {
             squares: Vec::new(),
             means: Vec::new(),
             reach_m: 0.0,
-            column_depth_m: wake.near_field_depth_m(),
-            column_radius_m: wake.column_radius_m(),
             // Slabs may be thinner than any step.
             row_of_step: Vec::new(),
             steps_per_m: 0.0,
@@ -359,7 +331,7 @@ impl Envelope {
             moved: true,
         };
         for (row, centre_m) in &rows {
-            // Jets that the wind has laid down are faint long before they end, and far away by then.
+            // Jets that the wind has laid down are weak long before they end, and far away by then.
             if MOVED_SLACK * row.1[0].square <= negligible_square {
                 envelope.push_still_row();
             } else {
@@ -568,6 +540,18 @@ fn at_middle(row: &(f64, Vec<Sample>), radius_m: f64) -> f64 {
         (Some(inner), Some(outer)) => inner.mean + (outer.mean - inner.mean) * place.fract(),
         _ => 0.0,
     }
+}
+
+/// Adds a point (depth, radius) no shallower than all before to the upper convex hull of a profile.
+fn push_on_hull(profile: &mut Vec<[f64; 2]>, point: [f64; 2]) {
+    while let [.., a, b] = profile[..] {
+        let turn = (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0]);
+        if turn < 0.0 {
+            break;
+        }
+        profile.pop();
+    }
+    profile.push(point);
 }
 
 #[cfg(test)]

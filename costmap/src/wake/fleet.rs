@@ -4,8 +4,13 @@ use airflow::effects::Flown;
 use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 use crate::leg::{KindId, Leg};
+use crate::volumes::downwash::{Section, column};
+use crate::volumes::iso_speed::IsoSpeedVolume;
+use crate::volumes::keep_out::KeepOut;
+use crate::volumes::relative::nearest_radius_m;
 use crate::wake::envelope::Envelope;
 
 /// An airframe at one mass.
@@ -40,7 +45,7 @@ pub struct Conditions {
     pub lowest_air_limit: f64,
     /// Lowest air limit of any zone (m/s); infinite where there is none.
     pub lowest_zone_limit_mps: f64,
-    /// Whether drones blow at all; `false` plans as if they did not.
+    /// Whether wakes count at all; `false` plans as if there were none.
     pub wakes: bool,
 }
 
@@ -60,19 +65,25 @@ fn negligible_share(superposition: Superposition) -> f64 {
     }
 }
 
-/// What a draught leaves of a limit. Never nothing: a limit below its draught is refused before anybody plans.
-pub(crate) fn left(limit: f64, draught: f64) -> f64 {
-    if draught == 0.0 {
+/// A wake slower than this share of every receiver's induced velocity is left out of what is printed: chosen here, it
+/// changes the root of a sum of squares of 0.3 by less than a part in four hundred.
+const LEAST_ALPHA: f64 = 0.02;
+
+/// What recirculation leaves of a limit. Never nothing: a limit below it is refused before planning.
+pub(crate) fn left(limit: f64, recirculated: f64) -> f64 {
+    if recirculated == 0.0 {
         return limit;
     }
-    (limit - draught).max(1e-6)
+    (limit - recirculated).max(1e-6)
 }
 
-/// All kinds of a fleet, with the tables of who blows how on whom.
+/// All kinds of a fleet, with tables of what each one's wake brings to each other.
 #[derive(Clone, Debug)]
 pub struct Fleet {
     pub(crate) kinds: Vec<Kind>,
     pub(crate) wakes: Vec<Wake>,
+    /// Near-field columns, by kind.
+    columns: Vec<Section>,
     /// What a receiver measures air by, by kind (m/s).
     measures_mps: Vec<f64>,
     /// Points over the rotor discs, by airframe.
@@ -85,12 +96,25 @@ pub struct Fleet {
     emitters: usize,
     emitter_of: Vec<usize>,
     reach_m: Vec<f64>,
-    faint: Faint,
+    far_loads: FarLoads,
     /// Per kind, the one of the same airframe whose air takes longest.
     pub(crate) slowest: Vec<usize>,
     /// How long any wake outlasts its drone (ticks).
-    pub(crate) longest_lag: u32,
+    pub(crate) longest_delay: u32,
+    /// By kind, where its wake is faster than [`LEAST_ALPHA`] of any receiver's measure: worked out when asked for.
+    iso_speed: Vec<OnceLock<IsoSpeedVolume>>,
     conditions: Conditions,
+}
+
+/// The wake of an airframe at a mass, in air of a density: the hover jet, with what a finding adds to it.
+pub fn wake_of(
+    airframe: &Airframe,
+    mass_kg: f64,
+    density_kg_per_m3: f64,
+    air: (&Jet, &Flown),
+) -> Wake {
+    let (jet, flown) = air;
+    flown.wake(&Wake::new(airframe, mass_kg, density_kg_per_m3, jet))
 }
 
 /// What two legs do to each other while both last.
@@ -102,11 +126,11 @@ pub struct Meeting {
     pub column: bool,
     /// Bound on the first's budget that the second's wake fills, in millionths.
     pub load_on_first: u32,
-    /// The other way round.
+    /// The same of the second, from the first.
     pub load_on_second: u32,
     /// Mean air over the first's discs, over its induced velocity, averaged over the common time.
     pub alpha_first: f64,
-    /// The other way round.
+    /// The same of the second, from the first.
     pub alpha_second: f64,
 }
 
@@ -122,7 +146,7 @@ impl Fleet {
         let wakes: Vec<Wake> = kinds
             .iter()
             .map(|kind| flown.wake(&bare[kind.airframe].with_mass(kind.mass_kg)))
-            // Outward: everybody blows as the one who sinks fastest.
+            // Outward: every wake as of a drone that sinks at full speed.
             .map(|wake| flown.climbing(&wake, -conditions.fastest_mps))
             .collect();
         let measures_mps: Vec<f64> = wakes
@@ -191,7 +215,9 @@ impl Fleet {
                 Envelope::new(wake, &point, conditions.deepest_m, negligible)
             })
             .collect();
+        let iso_speed = vec![OnceLock::new(); kinds.len()];
         let fleet = Fleet {
+            columns: wakes.iter().map(column).collect(),
             kinds,
             wakes,
             measures_mps,
@@ -201,9 +227,10 @@ impl Fleet {
             emitters: emitters.len(),
             emitter_of,
             reach_m: Vec::new(),
-            faint: Faint::default(),
+            far_loads: FarLoads::default(),
             slowest: Vec::new(),
-            longest_lag: 0,
+            longest_delay: 0,
+            iso_speed,
             conditions,
         };
         let kinds = 0..fleet.kinds.len() as u16;
@@ -217,11 +244,11 @@ impl Fleet {
             slowest,
             ..fleet
         };
-        let faint = Faint::new(&fleet);
-        let lags = kinds.map(|kind| fleet.lag_ticks(KindId(kind), conditions.deepest_m));
+        let far_loads = FarLoads::new(&fleet);
+        let lags = kinds.map(|kind| fleet.delay_ticks(KindId(kind), conditions.deepest_m));
         Fleet {
-            faint,
-            longest_lag: lags.max().unwrap_or(0),
+            far_loads,
+            longest_delay: lags.max().unwrap_or(0),
             ..fleet
         }
     }
@@ -261,6 +288,20 @@ impl Fleet {
         &self.wakes[usize::from(kind.0)]
     }
 
+    /// Where the wake of this kind counts in what is printed.
+    pub(crate) fn iso_speed(&self, kind: KindId) -> &IsoSpeedVolume {
+        let lowest_mps = self
+            .measures_mps
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, f64::min);
+        let make = || {
+            let volume = IsoSpeedVolume::new(self.wake(kind), LEAST_ALPHA * lowest_mps);
+            volume.expect("an induced velocity is positive")
+        };
+        self.iso_speed[usize::from(kind.0)].get_or_init(make)
+    }
+
     /// What a drone of this kind measures the air it meets by (m/s): the induced velocity of its rotors, unless it feels another part of it.
     pub fn measure_mps(&self, kind: KindId) -> f64 {
         self.measures_mps[usize::from(kind.0)]
@@ -292,7 +333,7 @@ impl Fleet {
         let [own_from_m, own_to_m] = [time.start, time.end].map(|at| first.position_m(at));
         let [other_from_m, other_to_m] = [time.start, time.end].map(|at| second.position_m(at));
         let (from_m, to_m) = (own_from_m - other_from_m, own_to_m - other_to_m);
-        let nearest_m = crate::wake::envelope::nearest_radius_m(&from_m, &to_m);
+        let nearest_m = nearest_radius_m(&from_m, &to_m);
         let mut meeting = Meeting::default();
         let gap_m = self.kind(first.kind).body_radius_m
             + self.kind(second.kind).body_radius_m
@@ -303,16 +344,49 @@ impl Fleet {
         if self.conditions.wakes && first.flying && second.flying {
             // A wake that ends above a drone's rotor plane does not reach it.
             if own_from_m.z.max(own_to_m.z) >= ends[1] - 1e-6 {
-                self.blow(second, first, &from_m, &to_m, &mut meeting, true);
+                self.add_wake(second, first, &from_m, &to_m, &mut meeting, true);
             }
             if other_from_m.z.max(other_to_m.z) >= ends[0] - 1e-6 {
-                self.blow(first, second, &-from_m, &-to_m, &mut meeting, false);
+                self.add_wake(first, second, &-from_m, &-to_m, &mut meeting, false);
             }
         }
         (meeting != Meeting::default()).then_some(meeting)
     }
 
-    fn blow(
+    /// Where a drone of the first kind must not be, seen from one of the second (m): where bodies touch, in a column, or
+    /// where one wake alone fills more than `share` of the other's budget at its air limit. Kinds with air limits.
+    pub fn keep_out(&self, [first, second]: [(KindId, f64); 2], share: f64) -> KeepOut {
+        let body_m = self.kind(first.0).body_radius_m + self.kind(second.0).body_radius_m;
+        let below = |emitter: KindId, receiver: (KindId, f64)| {
+            if !self.conditions.wakes {
+                return Vec::new();
+            }
+            let envelope = self.envelope(usize::from(emitter.0), usize::from(receiver.0.0));
+            let mut sections = envelope.iso_exposure(self.square_of(emitter, receiver, share));
+            sections.push(self.columns[usize::from(emitter.0)]);
+            sections
+        };
+        KeepOut::new(
+            body_m + self.conditions.clearance_m,
+            &below(second.0, first),
+            &below(first.0, second),
+        )
+    }
+
+    /// The mean square of an emitter's air that fills a share of a receiver's budget: [`Fleet::load_of`] backwards.
+    fn square_of(&self, emitter: KindId, (receiver, air_limit): (KindId, f64), share: f64) -> f64 {
+        let measure_mps = self.measure_mps(receiver);
+        let ratio = self.wake(emitter).induced_velocity_mps() / measure_mps;
+        let limit = left(air_limit, self.conditions.flown.draught_mps / measure_mps);
+        let additive = (share * f64::from(BUDGET)).floor() / WHOLE;
+        let of_limit = match self.conditions.superposition {
+            Superposition::Linear => additive,
+            Superposition::Momentum | Superposition::Strongest => additive.sqrt(),
+        };
+        (of_limit * limit / ratio).powi(2)
+    }
+
+    fn add_wake(
         &self,
         emitter: &Leg,
         receiver: &Leg,
@@ -322,7 +396,7 @@ impl Fleet {
         onto_first: bool,
     ) {
         let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
-        meeting.column |= envelope.enters_column(from_m, to_m);
+        meeting.column |= self.columns[usize::from(emitter.kind.0)].is_entered(from_m, to_m);
         let met = envelope.along(from_m, to_m);
         if met.peak_square == 0.0 {
             return;
@@ -342,8 +416,8 @@ impl Fleet {
     pub(crate) fn load_of(&self, emitter: &Leg, receiver: &Leg, peak_square: f64) -> u32 {
         let measure_mps = self.measure_mps(receiver.kind);
         let ratio = self.wake(emitter.kind).induced_velocity_mps() / measure_mps;
-        let draught = self.conditions.flown.draught_mps / measure_mps;
-        self.load(peak_square.sqrt() * ratio / left(receiver.air_limit, draught))
+        let recirculated = self.conditions.flown.draught_mps / measure_mps;
+        self.load(peak_square.sqrt() * ratio / left(receiver.air_limit, recirculated))
     }
 
     /// Millionths of a budget that a speed of this share of a limit fills, so that loads add up.
@@ -357,26 +431,26 @@ impl Fleet {
     }
 }
 
-/// Smallest distance of a straight way from the origin (m).
+/// Smallest distance of a straight path from the origin (m).
 fn nearest_distance_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
-    let way_m = to_m - from_m;
-    let length_square = way_m.norm_squared();
+    let path_m = to_m - from_m;
+    let length_square = path_m.norm_squared();
     if length_square < 1e-18 {
         return from_m.norm();
     }
-    let at = (-from_m.dot(&way_m) / length_square).clamp(0.0, 1.0);
-    (from_m + way_m * at).norm()
+    let at = (-from_m.dot(&path_m) / length_square).clamp(0.0, 1.0);
+    (from_m + path_m * at).norm()
 }
 
-/// Distances at which faint loads are tabulated: chosen here (m).
-const FAINT_STEP_M: f64 = 0.125;
+/// Distances at which loads of far wakes are tabulated: chosen here (m).
+const FAR_STEP_M: f64 = 0.125;
 /// Largest load, in millionths, for which its bound by distance will do. Chosen here: an Offboard 2 brings
 /// another less than that at a metre beside its axis.
-const FAINT_LOAD: u32 = 120_000;
+const FAR_LOAD: u32 = 120_000;
 
 /// Loads by horizontal distance alone, for drones that are not close.
 #[derive(Clone, Debug, Default)]
-struct Faint {
+struct FarLoads {
     /// Emitter by emitter, receiver by receiver: loads at multiples of the step, up to the reach.
     loads: Vec<Vec<u32>>,
     /// Emitter by emitter, the largest of these.
@@ -386,8 +460,8 @@ struct Faint {
     near_m: f64,
 }
 
-impl Faint {
-    fn new(fleet: &Fleet) -> Faint {
+impl FarLoads {
+    fn new(fleet: &Fleet) -> FarLoads {
         let all = || (0..fleet.kinds.len() as u16).map(KindId);
         let pairs = || all().flat_map(|one| all().map(move |other| (one, other)));
         let loads: Vec<Vec<u32>> = pairs()
@@ -407,17 +481,17 @@ impl Faint {
             .collect();
         let tight_m: Vec<f64> = pairs()
             .map(|(one, other)| {
-                let strong = |loads: &[u32]| loads.partition_point(|&load| load > FAINT_LOAD);
+                let strong = |loads: &[u32]| loads.partition_point(|&load| load > FAR_LOAD);
                 let steps = strong(of(one, other)).max(strong(of(other, one)));
                 let bodies_m = fleet.kind(one).body_radius_m + fleet.kind(other).body_radius_m;
                 let column_m = |kind: KindId| fleet.wake(kind).column_radius_m();
-                (steps as f64 * FAINT_STEP_M)
+                (steps as f64 * FAR_STEP_M)
                     .max(bodies_m + fleet.conditions.clearance_m)
                     .max(column_m(one))
                     .max(column_m(other))
             })
             .collect();
-        Faint {
+        FarLoads {
             // A millionth less, so that bins that only touch are not asked.
             near_m: tight_m.iter().copied().fold(0.0, f64::max) - 1e-6,
             loads,
@@ -431,35 +505,35 @@ impl Fleet {
     /// From this horizontal distance on, two drones of these kinds load one another so little that a bound
     /// by distance will do (m).
     pub(crate) fn tight_m(&self, one: KindId, other: KindId) -> f64 {
-        self.faint.tight_m[self.pair(one, other)]
+        self.far_loads.tight_m[self.pair(one, other)]
     }
 
-    /// The largest of these distances in the fleet (m): beyond it nobody forbids anybody anything alone.
+    /// The largest of these distances in the fleet (m): beyond it no drone alone forbids another anything.
     pub fn near_m(&self) -> f64 {
-        self.faint.near_m
+        self.far_loads.near_m
     }
 
-    /// Beyond this horizontal distance the wake of this kind counts as still air to everybody (m).
+    /// Beyond this horizontal distance the wake of this kind counts as still air to every kind (m).
     pub(crate) fn wake_reach_m(&self, kind: KindId) -> f64 {
-        self.faint.on_any[usize::from(kind.0)].len() as f64 * FAINT_STEP_M
+        self.far_loads.on_any[usize::from(kind.0)].len() as f64 * FAR_STEP_M
     }
 
     /// Bound on the load that a wake brings a drone at this horizontal distance or more, in millionths of the
     /// fleet's lowest limit.
-    pub(crate) fn faint_load(&self, emitter: KindId, receiver: KindId, gap_m: f64) -> u32 {
-        at_gap(&self.faint.loads[self.pair(emitter, receiver)], gap_m)
+    pub(crate) fn far_load(&self, emitter: KindId, receiver: KindId, gap_m: f64) -> u32 {
+        at_gap(&self.far_loads.loads[self.pair(emitter, receiver)], gap_m)
     }
 
-    /// The same, whoever the receiver is.
-    pub(crate) fn faint_load_on_any(&self, emitter: KindId, gap_m: f64) -> u32 {
-        at_gap(&self.faint.on_any[usize::from(emitter.0)], gap_m)
+    /// The same, for any receiver.
+    pub(crate) fn far_load_on_any(&self, emitter: KindId, gap_m: f64) -> u32 {
+        at_gap(&self.far_loads.on_any[usize::from(emitter.0)], gap_m)
     }
 
     fn pair(&self, one: KindId, other: KindId) -> usize {
         usize::from(one.0) * self.kinds.len() + usize::from(other.0)
     }
 
-    /// Loads of the lowest limit at multiples of [`FAINT_STEP_M`], as far as they count.
+    /// Loads of the lowest limit at multiples of [`FAR_STEP_M`], as far as they count.
     fn loads_by_distance(&self, emitter: KindId, receiver: KindId) -> Vec<u32> {
         if !self.conditions.wakes {
             return Vec::new();
@@ -467,10 +541,10 @@ impl Fleet {
         let envelope = self.envelope(usize::from(emitter.0), usize::from(receiver.0));
         let measure_mps = self.measure_mps(receiver);
         let ratio = self.wake(emitter).induced_velocity_mps() / measure_mps;
-        let draught = self.conditions.flown.draught_mps / measure_mps;
-        let limit = left(self.conditions.lowest_air_limit, draught);
+        let recirculated = self.conditions.flown.draught_mps / measure_mps;
+        let limit = left(self.conditions.lowest_air_limit, recirculated);
         let load = |step: usize| {
-            let square = envelope.highest_square(step as f64 * FAINT_STEP_M);
+            let square = envelope.highest_square(step as f64 * FAR_STEP_M);
             self.load(square.sqrt() * ratio / limit)
         };
         (0..).map(load).take_while(|&load| load > 0).collect()
@@ -480,7 +554,7 @@ impl Fleet {
 /// Loads fall with distance: the one at the step before bounds it.
 fn at_gap(loads: &[u32], gap_m: f64) -> u32 {
     loads
-        .get((gap_m / FAINT_STEP_M) as usize)
+        .get((gap_m / FAR_STEP_M) as usize)
         .copied()
         .unwrap_or(0)
 }

@@ -1,8 +1,8 @@
 //! A slab of a jet that wind or tilt have moved, made round: the highest speed there is at each distance from one vertical axis.
 //!
 //! A moved jet is not round, and within a slab its axis wanders. All of the slab is looked at from one vertical line through its middle;
-//! what is kept is, for each distance from that line, the highest speed at any bearing and any depth of the slab. Whoever takes the air
-//! to be that everywhere errs outwards.
+//! what is kept is, for each distance from that line, the highest speed at any bearing and any depth of the slab. To take the air to be
+//! that everywhere errs outwards.
 
 use airflow::Wake;
 use nalgebra::Vector3;
@@ -67,7 +67,7 @@ fn cut(wake: &Wake, from_m: f64, to_m: f64, negligible_square: f64, cut_m: &mut 
     cut(wake, middle_m, to_m, negligible_square, cut_m);
 }
 
-/// How far a level cut extends the way the jet leans, and it moves; at least as far as in still air.
+/// Half-width of a level cross-section in the direction in which the jet leans and moves; at least as in still air.
 fn extent_m(wake: &Wake, depth_m: f64) -> f64 {
     let still_m = wake.half_width_m(depth_m);
     wake.spread_m(depth_m).unwrap_or(still_m).max(still_m)
@@ -107,7 +107,7 @@ impl MovedSlab<'_> {
             .collect();
         let far = from_m >= wake.near_field_depth_m();
         let bearings = BEARINGS[usize::from(far)];
-        // Where rotors are, and further down the way the jet leans, in which it is longest.
+        // Where rotors are, and further down where the jet leans, and is longest.
         let first_bearing = if far {
             (last_m[1] - first_m[1]).atan2(last_m[0] - first_m[0])
         } else {

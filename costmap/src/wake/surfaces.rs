@@ -63,14 +63,14 @@ impl Top {
     }
 
     /// Whether the whole half-width disc of a wake from here lies on this face.
-    fn covers(&self, wake: &Wake, rotor_m: &Point3<f64>) -> bool {
+    fn stops(&self, wake: &Wake, rotor_m: &Point3<f64>) -> bool {
         let depth_m = rotor_m.z - self.z_m();
         depth_m > 0.0 && self.holds([rotor_m.x, rotor_m.y], wake.half_width_m(depth_m))
     }
 
     /// The same for a moved wake, from everywhere between two places. Any place between them is a mixture of both, and a face that
     /// holds a disc about two places holds it about every mixture: so it is enough that both ends hold every disc that comes up.
-    fn covers_moved(&self, wake: &Wake, ends_m: [&Point3<f64>; 2]) -> bool {
+    fn holds_moved(&self, wake: &Wake, ends_m: [&Point3<f64>; 2]) -> bool {
         let [from_m, to_m] = ends_m.map(|end_m| end_m.z - self.z_m());
         if from_m <= 0.0 || to_m <= 0.0 {
             return false;
@@ -117,29 +117,29 @@ const STRIP_M: f64 = 1.0;
 impl BlockingSurfaces {
     /// A floor and the faces above it.
     pub fn new(floor_z_m: f64, tops: Vec<Top>) -> BlockingSurfaces {
-        let mut covers = BlockingSurfaces {
+        let mut stops = BlockingSurfaces {
             floor_z_m,
             tops,
             strips: Vec::new(),
             low_x_m: f64::INFINITY,
         };
         let raised = |top: &&Top| top.z_m() > floor_z_m;
-        for top in covers.tops.iter().filter(raised) {
-            covers.low_x_m = covers.low_x_m.min(top.along_x_m()[0]);
+        for top in stops.tops.iter().filter(raised) {
+            stops.low_x_m = stops.low_x_m.min(top.along_x_m()[0]);
         }
-        for (index, top) in covers.tops.iter().enumerate() {
+        for (index, top) in stops.tops.iter().enumerate() {
             if !raised(&top) {
                 continue;
             }
-            let [first, last] = top.along_x_m().map(|x_m| covers.strip(x_m));
-            if covers.strips.len() <= last {
-                covers.strips.resize(last + 1, Vec::new());
+            let [first, last] = top.along_x_m().map(|x_m| stops.strip(x_m));
+            if stops.strips.len() <= last {
+                stops.strips.resize(last + 1, Vec::new());
             }
-            for strip in &mut covers.strips[first..=last] {
+            for strip in &mut stops.strips[first..=last] {
                 strip.push(index);
             }
         }
-        covers
+        stops
     }
 
     /// Whether there is a face above the floor.
@@ -152,23 +152,23 @@ impl BlockingSurfaces {
         ((x_m - self.low_x_m) / STRIP_M) as usize
     }
 
-    /// Height at which a wake ends wherever the drone is on the way between two places.
+    /// Height (m) at which a wake ends wherever the drone is on the path between two places.
     ///
     /// A face counts only if it stops the wake at both ends: faces are convex and the half-width
     /// grows at most linearly with height, so it stops it in between, too. Where it stops the wake on
-    /// a part of the way only, the wake is taken to pass: outward.
+    /// a part of the path only, the wake is taken to pass: outward.
     pub fn wake_end_z_m(&self, wake: &Wake, from_m: &Point3<f64>, to_m: &Point3<f64>) -> f64 {
         if wake.is_shaped() {
             // It may come down on a face that its drone is not above.
             let raised = self.tops.iter().filter(|top| top.z_m() > self.floor_z_m);
-            let covering = raised.filter(|top| top.covers_moved(wake, [from_m, to_m]));
+            let covering = raised.filter(|top| top.holds_moved(wake, [from_m, to_m]));
             return covering.map(Top::z_m).fold(self.floor_z_m, f64::max);
         }
         let tops = self.strips.get(self.strip(from_m.x));
         tops.into_iter()
             .flatten()
             .map(|&index| &self.tops[index])
-            .filter(|top| top.covers(wake, from_m) && (from_m == to_m || top.covers(wake, to_m)))
+            .filter(|top| top.stops(wake, from_m) && (from_m == to_m || top.stops(wake, to_m)))
             .map(Top::z_m)
             .fold(self.floor_z_m, f64::max)
     }
@@ -210,9 +210,9 @@ mod tests {
     }
 
     /// The definition by samples: a face stops a wake if points all around the half-width disc lie on it.
-    fn sampled_end_z_m(covers: &BlockingSurfaces, wake: &Wake, rotor_m: Point3<f64>) -> f64 {
-        let mut end_z_m = covers.floor_z_m;
-        for top in &covers.tops {
+    fn sampled_end_z_m(stops: &BlockingSurfaces, wake: &Wake, rotor_m: Point3<f64>) -> f64 {
+        let mut end_z_m = stops.floor_z_m;
+        for top in &stops.tops {
             let depth_m = rotor_m.z - top.z_m();
             if depth_m <= 0.0 {
                 continue;
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn a_wake_ends_on_the_highest_face_that_holds_its_whole_disc() {
-        let (wake, covers) = (wake(), BlockingSurfaces::new(0.0, tops()));
+        let (wake, stops) = (wake(), BlockingSurfaces::new(0.0, tops()));
         let mut stopped = 0;
         for i in 0..20_000_u32 {
             let at = |k: f64| (f64::from(i) * k).fract();
@@ -249,12 +249,12 @@ mod tests {
                 8.0 * at(0.671_043_606_704) - 1.0,
                 6.0 * at(0.549_700_477_902),
             );
-            let end_z_m = covers.wake_end_z_m(&wake, &rotor_m, &rotor_m);
-            let sampled_z_m = sampled_end_z_m(&covers, &wake, rotor_m);
+            let end_z_m = stops.wake_end_z_m(&wake, &rotor_m, &rotor_m);
+            let sampled_z_m = sampled_end_z_m(&stops, &wake, rotor_m);
             // Between two samples of the circle a disc may stick out by 1e-5 of its radius.
             let shifted = [-1e-4, 1e-4].map(|dx| {
                 let beside_m = Point3::new(rotor_m.x + dx, rotor_m.y, rotor_m.z);
-                covers.wake_end_z_m(&wake, &beside_m, &beside_m)
+                stops.wake_end_z_m(&wake, &beside_m, &beside_m)
             });
             assert!(
                 end_z_m == sampled_z_m || shifted.contains(&sampled_z_m),
@@ -267,29 +267,29 @@ mod tests {
 
     #[test]
     fn a_way_only_partly_over_a_shelf_is_not_covered() {
-        let (wake, covers) = (wake(), BlockingSurfaces::new(0.0, tops()));
+        let (wake, stops) = (wake(), BlockingSurfaces::new(0.0, tops()));
         let over = Point3::new(1.0, 3.0, 3.0);
         let beside = Point3::new(-2.0, 3.0, 3.0);
         let along = Point3::new(1.0, 4.0, 3.0);
-        assert_eq!(covers.wake_end_z_m(&wake, &over, &over), 2.0);
-        assert_eq!(covers.wake_end_z_m(&wake, &over, &along), 2.0);
-        assert_eq!(covers.wake_end_z_m(&wake, &over, &beside), 0.0);
-        assert_eq!(covers.wake_end_z_m(&wake, &beside, &over), 0.0);
+        assert_eq!(stops.wake_end_z_m(&wake, &over, &over), 2.0);
+        assert_eq!(stops.wake_end_z_m(&wake, &over, &along), 2.0);
+        assert_eq!(stops.wake_end_z_m(&wake, &over, &beside), 0.0);
+        assert_eq!(stops.wake_end_z_m(&wake, &beside, &over), 0.0);
     }
 
     #[test]
     fn on_a_way_a_wake_never_ends_above_where_it_ends_anywhere_on_it() {
-        let (wake, covers) = (wake(), BlockingSurfaces::new(0.0, tops()));
+        let (wake, stops) = (wake(), BlockingSurfaces::new(0.0, tops()));
         for i in 0..4_000_u32 {
             let at = |k: f64| (f64::from(i) * k).fract();
             let from_m = Point3::new(7.0 * at(0.819), 6.0 * at(0.671), 6.0 * at(0.5497));
             let to_m =
                 from_m + nalgebra::Vector3::new(at(0.301) - 0.5, at(0.777) - 0.5, at(0.123) - 0.5);
-            let end_z_m = covers.wake_end_z_m(&wake, &from_m, &to_m);
+            let end_z_m = stops.wake_end_z_m(&wake, &from_m, &to_m);
             for k in 0..=20 {
                 let here_m = from_m + (to_m - from_m) * (f64::from(k) / 20.0);
                 assert!(
-                    end_z_m <= covers.wake_end_z_m(&wake, &here_m, &here_m),
+                    end_z_m <= stops.wake_end_z_m(&wake, &here_m, &here_m),
                     "{from_m} {to_m}"
                 );
             }

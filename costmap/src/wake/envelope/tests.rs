@@ -132,13 +132,35 @@ fn a_way_meets_no_less_than_any_place_on_it() {
     }
 }
 
+/// The volume that bodies of tables are cut from: outside of it the table itself stays within the limit, and its
+/// hull is hardly wider than the table.
+#[test]
+fn outside_an_iso_exposure_volume_no_place_is_above_its_limit() {
+    for names in PAIRS {
+        let (_, _, envelope) = pair(names);
+        for limit in [0.1, 0.2, 0.3, 0.6] {
+            let sections = envelope.iso_exposure(limit * limit);
+            let (mut above, mut held) = (0, 0);
+            for [x, y, z] in places(40_000) {
+                let place_m = Vector3::new(4.0 * x - 2.0, 4.0 * y - 2.0, -DEEPEST_M * z);
+                let is_above = at(&envelope, place_m) > limit * limit;
+                let is_held = sections.iter().any(|section| section.holds(place_m));
+                assert!(is_held || !is_above, "{names:?}, {limit}: {place_m}");
+                above += u32::from(is_above);
+                held += u32::from(is_held);
+            }
+            println!("{names:?}, {limit}: {held} held, {above} above");
+        }
+    }
+}
+
 #[test]
 fn the_column_is_entered_where_samples_say_so() {
-    let (_, _, envelope) = pair(PAIRS[0]);
+    let column = crate::volumes::downwash::column(&pair(PAIRS[0]).0);
     let inside = |at_m: &Vector3<f64>, margin_m: f64| {
         at_m.z < -margin_m
-            && at_m.z > margin_m - envelope.column_depth_m
-            && at_m.xy().norm() < envelope.column_radius_m - margin_m
+            && at_m.z > margin_m - column.to_depth_m
+            && at_m.xy().norm() < column.to_radius_m - margin_m
     };
     let ends: Vec<[f64; 3]> = places(40_000).collect();
     let mut entered = 0;
@@ -146,7 +168,7 @@ fn the_column_is_entered_where_samples_say_so() {
         let end = |[x, y, z]: [f64; 3]| Vector3::new(1.2 * x - 0.6, 1.2 * y - 0.6, 0.5 - 1.7 * z);
         let (from_m, to_m) = (end(two[0]), end(two[1]));
         let along = |k: u32| from_m + (to_m - from_m) * (f64::from(k) / 400.0);
-        let closed = envelope.enters_column(&from_m, &to_m);
+        let closed = column.is_entered(&from_m, &to_m);
         entered += u32::from(closed);
         if (0..=400).any(|k| inside(&along(k), 0.0)) {
             assert!(closed, "{from_m} to {to_m}");
