@@ -234,7 +234,7 @@ fn every_reading_is_used_or_left_out_for_a_reason() {
     };
     assert_eq!(samples(Dropped::NotAReading), 1);
     assert!(samples(Dropped::NearFloor) > 200);
-    assert!(samples(Dropped::SeveralBlow) > 200);
+    assert!(samples(Dropped::SeveralFlying) > 200);
     assert!(samples(Dropped::Moving) > 200);
 }
 

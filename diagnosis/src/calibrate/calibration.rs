@@ -2,6 +2,8 @@
 //!
 //! Plain data. Lengths are over the motor distance `l`, speeds over the induced velocity `U_H`, except where a name ends in a unit.
 
+use std::fmt::Write as _;
+
 use airflow::Jet;
 use serde::Serialize;
 
@@ -12,6 +14,16 @@ pub struct Interval {
     pub low: f64,
     /// Upper end.
     pub high: f64,
+}
+
+impl Interval {
+    /// `half` to either side of a value.
+    pub(super) fn around(value: f64, half: f64) -> Interval {
+        Interval {
+            low: value - half,
+            high: value + half,
+        }
+    }
 }
 
 /// An estimate and its 95 % interval.
@@ -263,7 +275,7 @@ pub struct Departure {
     pub deviation: f64,
 }
 
-/// The paper's residual test, twice: through the observation operator, and the paper's own way.
+/// The paper's residual test, twice: through the observation operator, and as the paper does it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResidualTests {
     /// `ε = (predicted reading - reading)/U_C`, the prediction with radial flow and ambient speed in it.
@@ -341,15 +353,85 @@ pub enum Dropped {
     /// No drone's track covers the time, or only with a gap.
     NoTrack,
     /// No drone was in the air.
-    NobodyBlows,
+    #[serde(rename = "nobody_blows")]
+    NoneFlying,
     /// Two or more drones were in the air.
-    SeveralBlow,
+    #[serde(rename = "several_blow")]
+    SeveralFlying,
     /// The drone moved at 0.1 m/s or faster while the probe averaged.
     Moving,
     /// The probe stood above the rotor plane.
     Above,
-    /// So near the floor that the jet had begun to turn.
+    /// So near the floor that the jet spreads along it.
     NearFloor,
     /// Farther out than the model is compared.
     FarOut,
+}
+
+/// The fitted jet with its intervals and where it comes from, as RON that a scenario cites: `air: (jet: "jet.ron")`.
+///
+/// ```text
+/// Jet(
+///     centreline: 10.11,           B; the three constants are required
+///     spreading: 0.07668,          S
+///     origin: -5.817,              s₀ in motor distances
+///     centreline_95: (9.8, 10.4),  95 % intervals, and what else is known: optional
+///     ...
+/// )
+/// ```
+///
+/// It names recordings and counts, no date: the same recordings give the same bytes.
+#[must_use]
+pub fn jet_ron(calibration: &Calibration) -> String {
+    let jet = &calibration.jet;
+    let mut text = String::from(
+        "// The mean jet below hovering drones, calibrated: U_C/U_H = centreline/(s/l - origin), half-width/l = spreading (s/l - origin).\n\
+         // A scenario flies with it: air: (jet: \"jet.ron\")\n\
+         Jet(\n",
+    );
+    let constants: [(&str, &Estimate, usize); 3] = [
+        ("centreline", &jet.centreline, 4),
+        ("spreading", &jet.spreading, 6),
+        ("origin", &jet.origin, 4),
+    ];
+    for (key, estimate, digits) in constants {
+        let _ = writeln!(text, "    {key}: {:.digits$},", estimate.value);
+    }
+    for (key, estimate, digits) in constants {
+        let Interval { low, high } = estimate.interval;
+        let _ = writeln!(text, "    {key}_95: ({low:.digits$}, {high:.digits$}),");
+    }
+    let Interval { low, high } = jet.centreline_if_one_gain;
+    let _ = writeln!(
+        text,
+        "    // If all flights shared one gain of the probe, which resampling cannot see:\n    \
+         centreline_95_if_one_gain: ({low:.4}, {high:.4}),"
+    );
+    let correlation = &jet.correlation;
+    let _ = writeln!(
+        text,
+        "    // Of centreline with spreading, centreline with origin, spreading with origin:\n    \
+         correlation: ({:.3}, {:.3}, {:.3}),",
+        correlation.centreline_spreading,
+        correlation.centreline_origin,
+        correlation.spreading_origin
+    );
+    let _ = writeln!(
+        text,
+        "    // {}\n    fit: {:?},",
+        calibration.goodness.sentence, calibration.goodness.verdict
+    );
+    let counts = &calibration.counts;
+    let _ = writeln!(
+        text,
+        "    readings: {},\n    cells: {},",
+        counts.far, counts.cells
+    );
+    let _ = writeln!(text, "    flights: {},\n    recordings: [", jet.gains.len());
+    for name in &calibration.recordings {
+        // Rust and RON escape a text alike.
+        let _ = writeln!(text, "        {name:?},");
+    }
+    text.push_str("    ],\n)\n");
+    text
 }

@@ -4,17 +4,16 @@
 //! t_b = Σ_f z_bf / √(Σ_f z_bf²),    z_bf = misfit of region b in flight f, less what flight f does to it through the fitted constants
 //! ```
 //!
-//! If the jet is right each flight's share is as likely up as down. Turning the signs of whole flights at random (all regions of a
-//! flight together) gives the largest `|t|` and the sum of `t²` that chance makes.
+//! If the jet is right each flight's share is as likely up as down. Flipping the signs of whole flights at random (all regions of a
+//! flight together) gives the largest `|t|` and the sum of `t²` that noise makes.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-use super::calibration::{Goodness, Misfit, Verdict};
-use super::joint::{Data, Joint};
-use super::operator::xi;
-use super::options::Options;
-use super::units::{Units, units};
-use crate::calibrate::calibration::Unit;
+use super::Options;
+use super::calibration::{Goodness, Misfit, Unit, Verdict};
+use super::jet_fit::{Data, Joint, xi};
+use super::samples::quantile;
+use super::spread::{Units, units};
 use crate::statistics::draws::Draws;
 
 /// Edges of the regions in `ξ`. Chosen here: halves where the profile bends, wider where there is little air.
@@ -25,7 +24,7 @@ const S_EDGES: [f64; 5] = [2.5, 4.0, 6.0, 10.0, f64::INFINITY];
 const FEWEST_CELLS: usize = 8;
 /// Fewest flights or blocks: with nine, the 2⁹ patterns of signs cannot show 1 % in two looks from two sides.
 const FEWEST_UNITS: usize = 10;
-/// A jet is called poor where chance makes as much misfit in 1 % of cases or fewer, and ...
+/// A jet is called poor where noise makes as much misfit in 1 % of cases or fewer, and ...
 const POOR_P: f64 = 0.01;
 /// ... some region is off by this part of the centreline speed: less could not be flown differently. Chosen here.
 const LEAST_MISFIT: f64 = 0.004;
@@ -96,7 +95,7 @@ fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goo
         .zip(&errors)
         .map(|(shares, error)| shares.iter().sum::<f64>() / error.max(f64::MIN_POSITIVE))
         .collect();
-    let (p, most_by_chance) = against_chance(&shares, &errors, &t, options);
+    let (p, most_in_noise) = against_noise(&shares, &errors, &t, options);
     let misfits: Vec<Misfit> = judged
         .iter()
         .zip(&t)
@@ -110,7 +109,7 @@ fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goo
                 cells: regions[*b].cells,
                 mean: regions[*b].weighted / regions[*b].weights,
                 t: *t,
-                significant: t.abs() > most_by_chance,
+                significant: t.abs() > most_in_noise,
             }
         })
         .collect();
@@ -156,8 +155,8 @@ fn shares(region: &Region, data: Data<'_>, joint: &Joint, units: &Units) -> Vec<
     shares
 }
 
-/// Probability of such a misfit by chance, and the largest `|t|` of all regions that chance exceeds in 5 % of cases.
-fn against_chance(shares: &[Vec<f64>], errors: &[f64], t: &[f64], options: &Options) -> (f64, f64) {
+/// p-value of such a misfit, and the largest `|t|` of all regions that noise exceeds in 5 % of cases.
+fn against_noise(shares: &[Vec<f64>], errors: &[f64], t: &[f64], options: &Options) -> (f64, f64) {
     let most = |t: &[f64]| t.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
     let sum = |t: &[f64]| t.iter().map(|t| t * t).sum::<f64>();
     let units = shares.first().map_or(0, Vec::len);
@@ -167,27 +166,27 @@ fn against_chance(shares: &[Vec<f64>], errors: &[f64], t: &[f64], options: &Opti
     let (seen_most, seen_sum) = (most(t), sum(t));
     let mut random = Draws::new(options.seed ^ 0x676F_6F64_6E65_7373);
     let (mut more, mut larger) = (0_usize, 0_usize);
-    let mut by_chance = Vec::with_capacity(options.draws);
+    let mut in_noise = Vec::with_capacity(options.draws);
     let mut signs = vec![0.0; units];
-    let mut turned = vec![0.0; shares.len()];
+    let mut flipped = vec![0.0; shares.len()];
     for _ in 0..options.draws {
         signs.fill_with(|| random.sign());
-        for ((turned, shares), error) in turned.iter_mut().zip(shares).zip(errors) {
+        for ((flipped, shares), error) in flipped.iter_mut().zip(shares).zip(errors) {
             let sum: f64 = shares
                 .iter()
                 .zip(&signs)
                 .map(|(share, sign)| share * sign)
                 .sum();
-            *turned = sum / error.max(f64::MIN_POSITIVE);
+            *flipped = sum / error.max(f64::MIN_POSITIVE);
         }
-        more += usize::from(most(&turned) >= seen_most);
-        larger += usize::from(sum(&turned) >= seen_sum);
-        by_chance.push(most(&turned));
+        more += usize::from(most(&flipped) >= seen_most);
+        larger += usize::from(sum(&flipped) >= seen_sum);
+        in_noise.push(most(&flipped));
     }
     let part = |count: usize| (1 + count) as f64 / (1 + options.draws) as f64;
     // Two looks at the same data: the smaller counts twice.
     let p = (2.0 * part(more).min(part(larger))).min(1.0);
-    (p, super::cells::quantile(&mut by_chance, 0.95))
+    (p, quantile(&mut in_noise, 0.95))
 }
 
 fn verdict(units: usize, p: f64, misfits: &[Misfit]) -> Verdict {

@@ -1,12 +1,14 @@
-//! The paper's residual test per interval of `ξ`, with what it needs beside it to be read.
+//! By interval of `ξ`: the paper's residual test, with what it needs beside it to be read, and how far single
+//! drones depart from the joint jet.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
-use super::calibration::{ResidualTest, ResidualTests};
-use super::joint::{Data, Joint, precisions};
-use super::operator::xi;
+use super::calibration::{Departure, ResidualTest, ResidualTests};
+use super::jet_fit::{Constants, Data, Joint, precisions, xi};
+use super::profiles::Measured;
+use crate::statistics::quantile::interval_of;
 
-/// The paper's six intervals.
+/// The paper's six intervals of `ξ`.
 const XI_EDGES: [f64; 7] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
 /// The paper's level.
 const LEVEL: f64 = 0.05;
@@ -20,12 +22,7 @@ pub(super) fn residual_tests(data: Data<'_>, joint: &Joint) -> ResidualTests {
     let mut operator = vec![Vec::new(); XI_EDGES.len() - 1];
     let mut scalar = operator.clone();
     for (cell, fitted) in data.cells.iter().zip(&joint.cells) {
-        let xi = xi(constants, cell.s, cell.r);
-        let row = XI_EDGES.partition_point(|edge| *edge <= xi);
-        let (Some(operator), Some(scalar)) = (
-            operator.get_mut(row.wrapping_sub(1)),
-            scalar.get_mut(row.wrapping_sub(1)),
-        ) else {
+        let Some(row) = interval_of(&XI_EDGES, xi(constants, cell.s, cell.r)) else {
             continue;
         };
         let flight = &data.flights[cell.flight];
@@ -42,16 +39,51 @@ pub(super) fn residual_tests(data: Data<'_>, joint: &Joint) -> ResidualTests {
             epsilon,
             shared,
         };
-        operator.push(entry(through));
+        operator[row].push(entry(through));
         // For an axial probe there is nothing to subtract.
         let subtracted_mps = cell.median_mps - flight.operator.ambient_mps;
-        scalar.push(entry((axial_mps - subtracted_mps) / centre_mps));
+        scalar[row].push(entry((axial_mps - subtracted_mps) / centre_mps));
     }
     ResidualTests {
         through_operator: rows(&operator),
         scalar_subtracted: rows(&scalar),
         caveats: CAVEATS.map(str::to_owned).to_vec(),
     }
+}
+
+/// Of one drone, how far its cells depart from a jet in each of the intervals of `ξ`; those with two cells
+/// or more.
+pub(super) fn departures(far: Measured<'_>, constants: &Constants) -> Vec<Departure> {
+    let mut by_interval = vec![Vec::new(); XI_EDGES.len() - 1];
+    let of_drone = |flight: usize| far.flights[flight].drone == far.drone;
+    for cell in far.cells.iter().filter(|cell| of_drone(cell.flight)) {
+        let operator = &far.flights[cell.flight].operator;
+        let predicted_mps = operator.predict(constants, cell.s, cell.r).reading_mps;
+        let centre_mps = operator.centreline_mps(constants, cell.s);
+        if let Some(row) = interval_of(&XI_EDGES, xi(constants, cell.s, cell.r)) {
+            by_interval[row].push((cell.median_mps - predicted_mps) / centre_mps);
+        }
+    }
+    let rows = by_interval.iter().enumerate();
+    rows.filter(|(_, cells)| cells.len() >= 2)
+        .map(|(row, cells)| {
+            let (mean, deviation) = mean_and_deviation(cells.iter().copied());
+            Departure {
+                xi_from: XI_EDGES[row],
+                xi_to: XI_EDGES[row + 1],
+                cells: cells.len(),
+                mean,
+                deviation,
+            }
+        })
+        .collect()
+}
+
+fn mean_and_deviation(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let n = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
+    (mean, (squares / (n - 1.0)).sqrt())
 }
 
 const CAVEATS: [&str; 6] = [
@@ -96,9 +128,7 @@ fn rows(by_interval: &[Vec<Entry>]) -> Vec<ResidualTest> {
 
 fn row(xi_from: f64, xi_to: f64, cells: &[Entry]) -> ResidualTest {
     let n = cells.len() as f64;
-    let mean = cells.iter().map(|cell| cell.epsilon).sum::<f64>() / n;
-    let squares: f64 = cells.iter().map(|cell| (cell.epsilon - mean).powi(2)).sum();
-    let deviation = (squares / (n - 1.0)).sqrt();
+    let (mean, deviation) = mean_and_deviation(cells.iter().map(|cell| cell.epsilon));
     let n_effective = n_effective(cells, mean);
     let student = |n: f64| {
         let t = mean / (deviation / n.sqrt());
@@ -125,7 +155,7 @@ fn row(xi_from: f64, xi_to: f64, cells: &[Entry]) -> ResidualTest {
     }
 }
 
-/// What the error of the mean says: `n` over `1 + 2 Σ ρ_k`, summed while pairs of neighbouring lags are positive (Geyer 1992, recalled). The mean is that of all
+/// What the error of the mean says: `n` over `1 + 2 Σ ρ_k`, summed while pairs of neighbouring lags are positive (Geyer 1992, Stat. Sci. 7:473). The mean is that of all
 /// flights, so what a flight has in common counts as correlation.
 fn n_effective(cells: &[Entry], mean: f64) -> f64 {
     let n = cells.len() as f64;

@@ -1,21 +1,29 @@
-//! Readings beside the state of the drone that blew at that moment; what is left out, by reason.
+//! Readings beside the state of the drone above at that moment; what is left out, by reason; and the paper's
+//! median per grid cell, of one flight each, so that a flight can be drawn with all that is its own.
+
+use std::collections::BTreeMap;
 
 use airflow::{FAR_FIELD_FROM_S_OVER_L, Jet};
 use nalgebra::{Point3, Vector3};
 
+use super::Options;
 use super::calibration::{Counts, Dropped, DroppedCount};
-use super::operator::Operator;
-use super::options::Options;
+use super::jet_fit::Operator;
 use crate::record::baseline::Observation;
 use crate::record::recording::{
     Instrument, Measures, ProbeSample, Recording, Role, Track, Vehicle,
 };
 use crate::record::track::Moment;
+use crate::statistics::quantile;
 
 /// Readings beyond so many half-widths of the paper's jet are not compared: the paper's own table ends there.
 const FARTHEST_XI: f64 = 6.0;
-/// A jet turns this many of its half-widths (at the floor) above the floor. Free jets are free until 1.5 to 2 (recalled).
+/// A jet turns this many of its half-widths (at the floor) above the floor. Assumed here, because the stagnation
+/// region of an impinging jet is about as high as the jet is wide.
 const FLOOR_HALF_WIDTHS: f64 = 2.0;
+/// A drone that comes back to a grid cell after so long (s) makes a new median: the two are independent, and the two sides of
+/// the axis are two places of the paper's grid. Chosen here: two of the paper's dwells.
+const PAUSE_S: f64 = 10.0;
 
 /// One drone over the probes of one recording.
 #[derive(Clone, Debug)]
@@ -40,7 +48,7 @@ pub(super) struct Sample {
     /// Depth and radius over the motor distance.
     pub(super) s: f64,
     pub(super) r: f64,
-    /// Along the body's x and y axes turned level, over the motor distance.
+    /// Along the body's x and y axes levelled, over the motor distance.
     pub(super) forward: f64,
     pub(super) left: f64,
     /// The reading (m/s), with anything that had been subtracted added again.
@@ -58,13 +66,13 @@ pub(super) struct Gathered<'r> {
     /// Above.
     pub(super) near: Vec<Sample>,
     pub(super) counts: Counts,
-    /// Whether somebody had taken the ambient speed off the readings.
+    /// Whether the ambient speed had been taken off some readings.
     pub(super) ambient_added_again: bool,
 }
 
 pub(super) fn gather<'r>(recordings: &'r [Recording], options: &Options) -> Gathered<'r> {
     let mut gathered = Gathered::default();
-    let mut dropped = [0_usize; 8];
+    let mut dropped: BTreeMap<Dropped, usize> = BTreeMap::new();
     for recording in recordings {
         let Some(probes) = &recording.probes else {
             continue;
@@ -77,15 +85,15 @@ pub(super) fn gather<'r>(recordings: &'r [Recording], options: &Options) -> Gath
         let mut flights: Vec<Option<usize>> = vec![None; emitters.len()];
         gathered.counts.read += probes.samples.len();
         for sample in &probes.samples {
-            let blowing = blowing(recording, &emitters, &probes.instrument, sample);
-            let found = blowing.and_then(|(emitter, state)| {
+            let flying = the_one_flying(recording, &emitters, &probes.instrument, sample);
+            let found = flying.and_then(|(emitter, state)| {
                 place(recording, emitters[emitter], &state, sample, options)
                     .map(|placed| (emitter, placed))
             });
             let (emitter, mut placed) = match found {
                 Ok(found) => found,
                 Err(reason) => {
-                    dropped[reason as usize] += 1;
+                    *dropped.entry(reason).or_default() += 1;
                     continue;
                 }
             };
@@ -113,29 +121,14 @@ pub(super) fn gather<'r>(recordings: &'r [Recording], options: &Options) -> Gath
     }
     gathered.counts.far = gathered.far.len();
     gathered.counts.near = gathered.near.len();
-    let mut counted: Vec<DroppedCount> = REASONS
+    let mut counted: Vec<DroppedCount> = dropped
         .into_iter()
-        .map(|reason| DroppedCount {
-            reason,
-            samples: dropped[reason as usize],
-        })
-        .filter(|count| count.samples > 0)
+        .map(|(reason, samples)| DroppedCount { reason, samples })
         .collect();
     counted.sort_by_key(|count| std::cmp::Reverse(count.samples));
     gathered.counts.dropped = counted;
     gathered
 }
-
-const REASONS: [Dropped; 8] = [
-    Dropped::NotAReading,
-    Dropped::NoTrack,
-    Dropped::NobodyBlows,
-    Dropped::SeveralBlow,
-    Dropped::Moving,
-    Dropped::Above,
-    Dropped::NearFloor,
-    Dropped::FarOut,
-];
 
 impl<'r> Gathered<'r> {
     fn drone(&mut self, vehicle: &'r Vehicle) -> usize {
@@ -193,7 +186,7 @@ struct State {
 }
 
 /// The one drone in the air, and its state.
-fn blowing(
+fn the_one_flying(
     recording: &Recording,
     emitters: &[&Vehicle],
     instrument: &Instrument,
@@ -220,12 +213,12 @@ fn blowing(
             continue;
         }
         if one.is_some() {
-            return Err(Dropped::SeveralBlow);
+            return Err(Dropped::SeveralFlying);
         }
         one = Some((emitter, state));
     }
     one.ok_or(match covered {
-        true => Dropped::NobodyBlows,
+        true => Dropped::NoneFlying,
         false => Dropped::NoTrack,
     })
 }
@@ -296,4 +289,67 @@ fn place(
         left: cos * away.y - sin * away.x,
         speed_mps: sample.speed_mps,
     })
+}
+
+/// Readings of one flight that fall into one grid cell.
+#[derive(Clone, Debug)]
+pub(super) struct Cell {
+    pub(super) flight: usize,
+    /// Mean time (s), depth and radius over the motor distance.
+    pub(super) t_s: f64,
+    pub(super) s: f64,
+    pub(super) r: f64,
+    /// Median reading (m/s).
+    pub(super) median_mps: f64,
+    /// Its readings in the sorted list.
+    pub(super) from: usize,
+    pub(super) to: usize,
+}
+
+impl Cell {
+    pub(super) fn count(&self) -> usize {
+        self.to - self.from
+    }
+}
+
+/// Sorts readings into cells; each cell's readings then stand together, in order of time. Cells are in order of flight and time.
+pub(super) fn cells(samples: &mut [Sample], options: &Options) -> Vec<Cell> {
+    let key = |sample: &Sample| {
+        (
+            sample.flight,
+            (sample.s / options.cell_s_over_l) as u32,
+            (sample.r / options.cell_r_over_l) as u32,
+            sample.probe,
+        )
+    };
+    samples.sort_by(|a, b| key(a).cmp(&key(b)).then(a.t_s.total_cmp(&b.t_s)));
+    let mut cells = Vec::new();
+    let mut from = 0;
+    for group in samples.chunk_by(|a, b| key(a) == key(b) && b.t_s - a.t_s < PAUSE_S) {
+        let n = group.len() as f64;
+        let mean = |of: fn(&Sample) -> f64| group.iter().map(of).sum::<f64>() / n;
+        let mut speeds: Vec<f64> = group.iter().map(|sample| sample.speed_mps).collect();
+        cells.push(Cell {
+            flight: group[0].flight,
+            t_s: mean(|sample| sample.t_s),
+            s: mean(|sample| sample.s),
+            r: mean(|sample| sample.r),
+            median_mps: quantile(&mut speeds, 0.5),
+            from,
+            to: from + group.len(),
+        });
+        from += group.len();
+    }
+    cells.sort_by(|a, b| {
+        (a.flight.cmp(&b.flight))
+            .then(a.t_s.total_cmp(&b.t_s))
+            .then(a.from.cmp(&b.from))
+    });
+    cells
+}
+
+/// Quantile of values in any order; 0 of nothing.
+pub(super) fn quantile(values: &mut [f64], share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    quantile::quantile(values, share).unwrap_or(0.0)
 }

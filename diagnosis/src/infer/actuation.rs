@@ -18,7 +18,7 @@ const LEAST: f64 = 0.025;
 /// Least change at a step.
 const LEAST_STEP: f64 = 0.03;
 /// Share of the electrical power that ends as the induced power of momentum theory. Chosen here, as small electric quadrotors have it
-/// (0.5 to 0.7, recalled); it matters only where a mass is told from a density.
+/// (assumed here, because figures of merit and motor efficiencies multiply to 0.5 to 0.7); it matters only where a mass is told from a density.
 const EFFICIENCY: f64 = 0.6;
 
 /// How many entries the moment of a step may be off. Chosen here: a throttle settles in one or two.
@@ -27,7 +27,7 @@ const CHANGE_WITHIN: f64 = 2.0;
 /// What throttle and power say.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Actuation {
-    /// Mean throttle over that of hover, of all who blow.
+    /// Mean throttle over that of hover, of all emitters.
     pub throttle_ratio: f64,
     /// Mean power over that of hover, where it is logged.
     pub power_ratio: Option<f64>,
@@ -83,7 +83,7 @@ impl Found {
     }
 }
 
-/// Reads throttle and power of the drones that blow. `None` where no throttle is logged.
+/// Reads throttle and power of the emitters. `None` where no throttle is logged.
 #[must_use]
 pub fn actuation(recording: &Recording) -> Option<Actuation> {
     let emitters = recording

@@ -33,7 +33,7 @@ pub fn finding_ron(finding: &Finding) -> String {
     let _ = writeln!(text, "    verdict: {},", finding.verdict.as_str());
     let _ = writeln!(
         text,
-        "    // Of the air and of who flies in it: this is flown."
+        "    // Of the air and of the drones in it: this is flown."
     );
     let flown = |name: &str| {
         let named = |effect: &Effect| effect.name == name && effect.kind == Some(Kind::Physics);
@@ -179,7 +179,7 @@ mod tests {
             kind: Some(kind),
             alternatives: vec!["wake_tilt".into()],
             equation: "a \"b\"".into(),
-            description: "it blows".into(),
+            description: "wind bends the jet".into(),
             parameters: BTreeMap::from([("wind_x".to_owned(), estimate)]),
         }
     }

@@ -140,7 +140,7 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
     let observed = setting.observed;
     let clean = observed.predict(&setting.base);
     let left = setting.left(&fit.predicted);
-    let turn = std::f64::consts::TAU * frequency_hz;
+    let omega = std::f64::consts::TAU * frequency_hz;
     let mut clock_s = observed.times_s();
     for (samples, released_s) in observed.releases() {
         for (i, released_s) in samples.into_iter().zip(released_s) {
@@ -149,7 +149,7 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
     }
     let columns: Vec<Vector2<f64>> = (0..clean.len())
         .map(|i| {
-            let (sin, cos) = (turn * clock_s[i]).sin_cos();
+            let (sin, cos) = (omega * clock_s[i]).sin_cos();
             Vector2::new(clean[i] * sin, clean[i] * cos)
         })
         .collect();

@@ -268,8 +268,8 @@ fn counts(found: &Calibration) -> Part {
         let why = match dropped.reason {
             Dropped::NotAReading => "not a speed",
             Dropped::NoTrack => "no track at that time",
-            Dropped::NobodyBlows => "no drone in the air",
-            Dropped::SeveralBlow => "several drones in the air",
+            Dropped::NoneFlying => "no drone in the air",
+            Dropped::SeveralFlying => "several drones in the air",
             Dropped::Moving => "drone faster than 0.1 m/s",
             Dropped::Above => "probe above the rotors",
             Dropped::NearFloor => "too near the floor",
