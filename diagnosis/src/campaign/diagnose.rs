@@ -175,7 +175,7 @@ pub fn diagnose_campaign(
         setting.predicted_held_out(&[], &chosen.selection.nothing.fit),
         setting.predicted_held_out(&members, &best.fit),
     ];
-    let columns = forces.circumstances().columns;
+    let columns = forces.covariates().columns;
     let skills = skills(&forces, columns, &held_out);
     let effects = terms(&setting, &candidates, &chosen);
     let shape = outside(&setting, &candidates, &chosen.selection, &test);

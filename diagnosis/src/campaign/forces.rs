@@ -19,7 +19,7 @@ use super::options::CampaignOptions;
 use super::steps::{Part, Step, part};
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::low_pass::LowPass;
-use crate::forward::observed::{Circumstances, Explained};
+use crate::forward::observed::{Covariates, Explained};
 use crate::forward::simulate::{Channel, Place, Sample};
 use crate::record::recording::Recording;
 use crate::statistics::held_out::FOLDS;
@@ -238,8 +238,8 @@ impl Explained for Forces<'_> {
         self.judged().map(|(_, step)| step.t_s).collect()
     }
 
-    fn circumstances(&self) -> Circumstances<'_> {
-        Circumstances {
+    fn covariates(&self) -> Covariates<'_> {
+        Covariates {
             names: &COORDINATES,
             columns: &self.columns,
         }

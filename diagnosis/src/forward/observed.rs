@@ -39,7 +39,7 @@ pub trait Explained: std::fmt::Debug + Sync {
     fn times_s(&self) -> Vec<f64>;
 
     /// What surrounds each value.
-    fn circumstances(&self) -> Circumstances<'_>;
+    fn covariates(&self) -> Covariates<'_>;
 
     /// For each series that a pulsation of the rotors would show in: its samples, and when the air there was released (s).
     fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)>;
@@ -47,14 +47,14 @@ pub trait Explained: std::fmt::Debug + Sync {
 
 /// Quantities known at every value beside it.
 #[derive(Clone, Copy, Debug)]
-pub struct Circumstances<'a> {
+pub struct Covariates<'a> {
     /// What they are called, with the unit, and their letters in an expression.
     pub names: &'static [(&'static str, &'static str)],
     /// One column for each, one entry a value; not a number where it has none.
     pub columns: &'a [Vec<f64>],
 }
 
-impl Circumstances<'_> {
+impl Covariates<'_> {
     /// Azimuth (rad) about the drone that blows on a value: in the world from east, or in the drone's body from its nose. `None` where nobody
     /// knows; not a number below no drone.
     #[must_use]
@@ -205,8 +205,8 @@ impl Explained for Observed<'_> {
         self.samples.iter().map(|sample| sample.t_s).collect()
     }
 
-    fn circumstances(&self) -> Circumstances<'_> {
-        Circumstances {
+    fn covariates(&self) -> Covariates<'_> {
+        Covariates {
             names: &LETTERED,
             columns: &self.covariates,
         }

@@ -84,7 +84,7 @@ pub fn global_test(setting: &Setting, candidates: &[Candidate], nothing: &Fit) -
             values: setting.change(candidate, start, &clean),
         })
         .collect();
-    columns.extend(column::bins(observed.circumstances().columns, noise.sd()));
+    columns.extend(column::bins(observed.covariates().columns, noise.sd()));
     columns.extend(column::steps(&observed.times_s(), noise.sd(), STEPS));
     // Gain and offset where they are free to take more.
     let free: Vec<usize> = (0..2)
@@ -188,7 +188,7 @@ fn shape(
     selection: &Selection,
     held_out: &HeldOut,
 ) -> Shape {
-    let around = setting.observed.circumstances();
+    let around = setting.observed.covariates();
     let noise = setting.noise;
     let rest = setting.left(&selection.chosen.fit.predicted);
     let forest = trees::fit(around.columns, &rest, &noise.weights());

@@ -59,7 +59,7 @@ const RIVALS: usize = 3;
 /// What trees over the covariates predict, held out, of what a fit leaves.
 #[must_use]
 pub fn flexible(setting: &Setting, fit: &Fit) -> HeldOut {
-    let covariates = setting.observed.circumstances().columns;
+    let covariates = setting.observed.covariates().columns;
     trees::held_out(covariates, &setting.left(&fit.predicted), setting.noise)
 }
 
