@@ -1,4 +1,5 @@
-//! Synthetic residuals of probes in a jet: dwells, turbulence with memory, calibration errors, and an effect.
+//! Synthetic residuals of probes in a jet: dwells, turbulence with memory, calibration errors, and
+//! an effect.
 
 use diagnosis::statistics::draws::Draws;
 
@@ -54,7 +55,8 @@ pub(super) struct Made {
     pub(super) laws: Vec<Vec<f64>>,
 }
 
-/// Dwells at random places of a jet: flow falls with depth and distance; six covariates of the place, four of the time.
+/// Dwells at random places of a jet: flow falls with depth and distance; six covariates of the
+/// place, four of the time.
 pub(super) fn make(kind: &Sort, seed: u64) -> Made {
     let mut draws = Draws::new(seed);
     let mut made = Made {

@@ -1,7 +1,9 @@
-//! How often does noise alone pass the global lack-of-fit test, how much of an effect does, and how long do the parts of a diagnosis take?
+//! How often does noise alone pass the global lack-of-fit test, how much of an effect does, and how
+//! long do the parts of a diagnosis take?
 //!
-//! `cargo bench -p leeward-diagnosis --bench false_alarms -- 240` (synthetic recordings of each sort; 200 without the number). Measured on two
-//! virtual cores (AMD EPYC) that were shared with other work, 240 of each null and 60 of each effect:
+//! `cargo bench -p leeward-diagnosis --bench false_alarms -- 240` (synthetic recordings of each
+//! sort; 200 without the number). Measured on two virtual cores (AMD EPYC) that were shared with
+//! other work, 240 of each null and 60 of each effect:
 //!
 //! ```text
 //! null                                passed %        effect                            passed %
@@ -21,8 +23,9 @@
 //! all 3120                                0.29
 //! ```
 //!
-//! One in a hundred passes where errors last longer than two blocks. In one of six recordings with 4 % no dwell is concerned at all,
-//! so 85 is all there is. Sigma counts independent noise: errors of dwells leave a third of it.
+//! One in a hundred passes where errors last longer than two blocks. In one of six recordings with
+//! 4 % no dwell is concerned at all, so 85 is all there is. Sigma counts independent noise: errors
+//! of dwells leave a third of it.
 
 mod made;
 
@@ -38,7 +41,8 @@ use made::{GAIN_BOUND, Made, OFFSET_BOUND, PLAIN, RESOLUTION, S0, Sort, make};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-/// Gain and offset of each probe by least squares within hard bounds; what is taken off, and the columns that are not at a bound.
+/// Gain and offset of each probe by least squares within hard bounds; what is taken off, and the
+/// columns that are not at a bound.
 fn calibrate(made: &Made, noise: &NoiseModel, probes: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
     let mut residual = made.residual.clone();
     let mut columns = Vec::new();

@@ -1,6 +1,8 @@
-//! What a calibration says: the jet with its intervals, how well it fits and where not, and everything that a figure of it needs.
+//! What a calibration says: the jet with its intervals, how well it fits and where not, and
+//! everything that a figure of it needs.
 //!
-//! Plain data. Lengths are over the motor distance `l`, speeds over the induced velocity `U_H`, except where a name ends in a unit.
+//! Plain data. Lengths are over the motor distance `l`, speeds over the induced velocity `U_H`,
+//! except where a name ends in a unit.
 
 use std::fmt::Write as _;
 
@@ -42,7 +44,8 @@ pub struct Calibration {
     pub jet: FittedJet,
     /// How well one jet describes all of them.
     pub goodness: Goodness,
-    /// One for every airframe, in the order of the recordings: canted ones stand beside the fit, not in it.
+    /// One for every airframe, in the order of the recordings: canted ones stand beside the fit,
+    /// not in it.
     pub drones: Vec<DroneFit>,
     /// The paper's residual test per interval of `ξ`.
     pub residual_tests: ResidualTests,
@@ -67,9 +70,11 @@ pub struct FittedJet {
     pub correlation: Correlation,
     /// How the intervals were made.
     pub resampling: Resampling,
-    /// `B` with an interval that also holds if all flights shared one gain of the probe, which resampling cannot see.
+    /// `B` with an interval that also holds if all flights shared one gain of the probe, which
+    /// resampling cannot see.
     pub centreline_if_one_gain: Interval,
-    /// Gain of the probe as estimated for each flight in the fit (0: as stated), shrunk towards 0 by the stated accuracy.
+    /// Gain of the probe as estimated for each flight in the fit (0: as stated), shrunk towards 0
+    /// by the stated accuracy.
     pub gains: Vec<FlightGain>,
 }
 
@@ -140,7 +145,8 @@ pub struct Goodness {
     pub p: f64,
     /// Root mean square of the cells' misfit over the centreline speed.
     pub rms_over_centreline: f64,
-    /// Mean misfit by region, every region that has cells; `significant` ones are where the jet is wrong.
+    /// Mean misfit by region, every region that has cells; `significant` ones are where the jet is
+    /// wrong.
     pub regions: Vec<Misfit>,
     /// One sentence for a person.
     pub sentence: String,
@@ -198,9 +204,11 @@ pub struct DroneFit {
     pub profiles: Vec<Profile>,
     /// Near-field lobes, shallowest first.
     pub lobes: Vec<Lobes>,
-    /// Depths between which the lobes reach the axis: the last slice with two maxima and the first with one.
+    /// Depths between which the lobes reach the axis: the last slice with two maxima and the first
+    /// with one.
     pub lobes_merge_s_over_l: Option<Interval>,
-    /// Fitted over measured by interval of `ξ`, with the joint jet: where a drone beside the fit departs from it.
+    /// Fitted over measured by interval of `ξ`, with the joint jet: where a drone beside the fit
+    /// departs from it.
     pub departures: Vec<Departure>,
 }
 
@@ -278,7 +286,8 @@ pub struct Departure {
 /// The paper's residual test, twice: through the observation operator, and as the paper does it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResidualTests {
-    /// `ε = (predicted reading - reading)/U_C`, the prediction with radial flow and ambient speed in it.
+    /// `ε = (predicted reading - reading)/U_C`, the prediction with radial flow and ambient speed
+    /// in it.
     pub through_operator: Vec<ResidualTest>,
     /// `ε = (U_theory - (reading - ambient))/U_C`, a scalar taken off the reading.
     pub scalar_subtracted: Vec<ResidualTest>,
@@ -295,8 +304,8 @@ pub struct ResidualTest {
     pub xi_to: f64,
     /// How many grid cells.
     pub n: usize,
-    /// How many independent ones they are worth, by their autocorrelation in time and by what the stated accuracy of their probes
-    /// lets whole flights share.
+    /// How many independent ones they are worth, by their autocorrelation in time and by what the
+    /// stated accuracy of their probes lets whole flights share.
     pub n_effective: f64,
     /// Mean of `ε`.
     pub mean: f64,
@@ -316,7 +325,8 @@ pub struct ResidualTest {
     pub above_zero: bool,
     /// `p_effective_holm <= 0.05`: the answer that bears repeating.
     pub above_zero_corrected: bool,
-    /// Probability of the histogram of `ε` if it were normal (chi-squared test); `None`: too few cells.
+    /// Probability of the histogram of `ε` if it were normal (chi-squared test); `None`: too few
+    /// cells.
     pub p_normal: Option<f64>,
 }
 
@@ -368,7 +378,8 @@ pub enum Dropped {
     FarOut,
 }
 
-/// The fitted jet with its intervals and where it comes from, as RON that a scenario cites: `air: (jet: "jet.ron")`.
+/// The fitted jet with its intervals and where it comes from, as RON that a scenario cites: `air:
+/// (jet: "jet.ron")`.
 ///
 /// ```text
 /// Jet(

@@ -1,11 +1,13 @@
-//! Whether one jet describes what was measured, and where not: the misfit of regions against what resampling says that they vary.
+//! Whether one jet describes what was measured, and where not: the misfit of regions against what
+//! resampling says that they vary.
 //!
 //! ```text
 //! t_b = Σ_f z_bf / √(Σ_f z_bf²),    z_bf = misfit of region b in flight f, less what flight f does to it through the fitted constants
 //! ```
 //!
-//! If the jet is right each flight's share is as likely up as down. Flipping the signs of whole flights at random (all regions of a
-//! flight together) gives the largest `|t|` and the sum of `t²` that noise makes.
+//! If the jet is right each flight's share is as likely up as down. Flipping the signs of whole
+//! flights at random (all regions of a flight together) gives the largest `|t|` and the sum of `t²`
+//! that noise makes.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 
@@ -16,17 +18,20 @@ use super::samples::quantile;
 use super::spread::{Units, units};
 use crate::statistics::draws::Draws;
 
-/// Edges of the regions in `ξ`. Chosen here: halves where the profile bends, wider where there is little air.
+/// Edges of the regions in `ξ`. Chosen here: halves where the profile bends, wider where there is
+/// little air.
 const XI_EDGES: [f64; 8] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, f64::INFINITY];
 /// Edges in depth over the motor distance. Chosen here, roughly doubling from the virtual origin.
 const S_EDGES: [f64; 5] = [2.5, 4.0, 6.0, 10.0, f64::INFINITY];
 /// Fewest cells of a region that is judged.
 const FEWEST_CELLS: usize = 8;
-/// Fewest flights or blocks: with nine, the 2⁹ patterns of signs cannot show 1 % in two looks from two sides.
+/// Fewest flights or blocks: with nine, the 2⁹ patterns of signs cannot show 1 % in two looks from
+/// two sides.
 const FEWEST_UNITS: usize = 10;
 /// A jet is called poor where noise makes as much misfit in 1 % of cases or fewer, and ...
 const POOR_P: f64 = 0.01;
-/// ... some region is off by this part of the centreline speed: less could not be flown differently. Chosen here.
+/// ... some region is off by this part of the centreline speed: less could not be flown
+/// differently. Chosen here.
 const LEAST_MISFIT: f64 = 0.004;
 
 #[derive(Clone, Debug, Default)]
@@ -155,7 +160,8 @@ fn shares(region: &Region, data: Data<'_>, joint: &Joint, units: &Units) -> Vec<
     shares
 }
 
-/// p-value of such a misfit, and the largest `|t|` of all regions that noise exceeds in 5 % of cases.
+/// p-value of such a misfit, and the largest `|t|` of all regions that noise exceeds in 5 % of
+/// cases.
 fn against_noise(shares: &[Vec<f64>], errors: &[f64], t: &[f64], options: &Options) -> (f64, f64) {
     let most = |t: &[f64]| t.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
     let sum = |t: &[f64]| t.iter().map(|t| t * t).sum::<f64>();

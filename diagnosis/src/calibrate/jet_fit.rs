@@ -5,15 +5,15 @@
 //! reading = U                                  an axial one
 //! ```
 //!
-//! `U` and `V` are those of [`airflow::FarField`]; written once more here because the fit needs their
-//! derivatives by `B`, `S` and `s₀`, and a test holds the two together. A scalar is never taken off a
-//! reading.
+//! `U` and `V` are those of [`airflow::FarField`]; written once more here because the fit needs
+//! their derivatives by `B`, `S` and `s₀`, and a test holds the two together. A scalar is never
+//! taken off a reading.
 //!
-//! One jet serves all drones without cant. Every flight has a gain and a zero of its own within the accuracy
-//! that its probe's maker states, half of which is taken as the standard deviation of a normal
-//! prior. Both enter linearly and are eliminated exactly (variable projection, Golub & Pereyra
-//! 1973, SIAM J. Numer. Anal. 10:413), so that Levenberg-Marquardt has three unknowns however many
-//! flights there are.
+//! One jet serves all drones without cant. Every flight has a gain and a zero of its own within the
+//! accuracy that its probe's maker states, half of which is taken as the standard deviation of a
+//! normal prior. Both enter linearly and are eliminated exactly (variable projection, Golub &
+//! Pereyra 1973, SIAM J. Numer. Anal. 10:413), so that Levenberg-Marquardt has three unknowns
+//! however many flights there are.
 //!
 //! ```text
 //! median of a cell = (1 + g) · mean of the predicted readings of the cell + b + noise,     g ~ N(0, (½ 5 %)²),  b ~ N(0, (½ 0.03 m/s)²)
@@ -114,17 +114,18 @@ impl Operator {
     }
 }
 
-/// Noise of a cell's median that no averaging takes away (m/s). Chosen here: the steps of the probe and what the ambient air
-/// does on its own. It enters weights only.
+/// Noise of a cell's median that no averaging takes away (m/s). Chosen here: the steps of the probe
+/// and what the ambient air does on its own. It enters weights only.
 const FLOOR_MPS: f64 = 0.02;
-/// Noise of one reading over the predicted one. Chosen here, from the turbulence of a round jet (about 0.25 on its axis, Panchapakesan &
-/// Lumley 1993, J. Fluid Mech. 246:197) seen through a
+/// Noise of one reading over the predicted one. Chosen here, from the turbulence of a round jet
+/// (about 0.25 on its axis, Panchapakesan & Lumley 1993, J. Fluid Mech. 246:197) seen through a
 /// slow probe. It enters weights only.
 const NOISE: f64 = 0.15;
-/// So many more readings within a cell are worth one more independent one. Chosen here, from a memory of a second or two.
+/// So many more readings within a cell are worth one more independent one. Chosen here, from a
+/// memory of a second or two.
 const READINGS_PER_INDEPENDENT: f64 = 3.0;
-/// Times that the weights are renewed with the fit that they gave; the second renewal changes the fit by less than 1e-3 of
-/// its intervals.
+/// Times that the weights are renewed with the fit that they gave; the second renewal changes the
+/// fit by less than 1e-3 of its intervals.
 const ROUNDS: usize = 2;
 /// Smallest accuracy that a maker can state (relative, and m/s): a prior needs some width.
 const LEAST_ACCURACY: f64 = 1e-6;
@@ -306,7 +307,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Residuals and their derivatives by `ln B`, `ln S`, `s₀`: no step can make the first two negative.
+    /// Residuals and their derivatives by `ln B`, `ln S`, `s₀`: no step can make the first two
+    /// negative.
     fn evaluate(&self) -> Evaluated<3> {
         let rows = self.cells.len() + 2 * self.nuisances.len();
         let scale = Vector3::new(self.constants[0], self.constants[1], 1.0);
@@ -366,8 +368,8 @@ pub(super) struct FittedCurve<const N: usize> {
     pub(super) constants: SVector<f64, N>,
     /// Half the sum of squares.
     pub(super) cost: f64,
-    /// Sandwich over groups of readings (White 1980; Liang & Zeger 1986) with the factor G/(G - 1); `None` where the
-    /// readings do not determine the constants.
+    /// Sandwich over groups of readings (White 1980; Liang & Zeger 1986) with the factor G/(G - 1);
+    /// `None` where the readings do not determine the constants.
     pub(super) covariance: Option<SMatrix<f64, N, N>>,
     pub(super) groups: usize,
 }
@@ -543,7 +545,8 @@ mod tests {
                         operator.predict(&moved, s, r).reading_mps
                     };
                     let slope = (moved(step) - moved(-step)) / (2.0 * step);
-                    // Central differences: (1e-5)² of the third derivative, and rounding over the step.
+                    // Central differences: (1e-5)² of the third derivative, and rounding over the
+                    // step.
                     let off = (slope - at.gradient[k]).abs();
                     assert!(
                         off < 1e-7 * (1.0 + slope.abs()),

@@ -3,18 +3,20 @@
 //!
 //! # In reading order
 //!
-//! `samples`: readings beside the state of the drone above, and their medians per grid cell. `jet_fit`: what a probe
-//! reads of a jet, and the three constants that fit best. `spread`: how far to trust them. `goodness`:
-//! whether one jet describes it all, and where not. `profiles` and `residual_tests`: the paper's
-//! figures and its table. `calibration`: what comes of it.
+//! `samples`: readings beside the state of the drone above, and their medians per grid cell.
+//! `jet_fit`: what a probe reads of a jet, and the three constants that fit best. `spread`: how far
+//! to trust them. `goodness`: whether one jet describes it all, and where not. `profiles` and
+//! `residual_tests`: the paper's figures and its table. `calibration`: what comes of it.
 //!
 //! # How good the intervals are
 //!
-//! Measured (`cargo bench -p leeward-validation --bench coverage`) on synthetic flights of the paper's four drones without cant, 1000 repeats: with four flights a
-//! drone the intervals of `B`, `S` and `s₀` hold the truth in 94.6, 95.4 and 94.8 % of cases, and 1 % of the fits are called poor. A
-//! plain percentile bootstrap by flight, tried beside, held it in 90.4, 91.2 and 91.3 %, which is why it is not used. With one
-//! flight a drone (blocks of time, 300 repeats): 96.0, 96.3 and 96.0 %. Of 600 campaigns in a jet of another shape (Gaussian,
-//! Gaussian tail, top hat) all 600 are called poor.
+//! Measured (`cargo bench -p leeward-validation --bench coverage`) on synthetic flights of the
+//! paper's four drones without cant, 1000 repeats: with four flights a drone the intervals of `B`,
+//! `S` and `s₀` hold the truth in 94.6, 95.4 and 94.8 % of cases, and 1 % of the fits are called
+//! poor. A plain percentile bootstrap by flight, tried beside, held it in 90.4, 91.2 and 91.3 %,
+//! which is why it is not used. With one flight a drone (blocks of time, 300 repeats): 96.0, 96.3
+//! and 96.0 %. Of 600 campaigns in a jet of another shape (Gaussian, Gaussian tail, top hat) all
+//! 600 are called poor.
 
 mod calibration;
 mod goodness;
@@ -42,20 +44,25 @@ use crate::record::recording::Recording;
 pub struct Options {
     /// Readings count while the drone is slower than this (m/s); the paper's 0.1.
     pub slower_than_mps: f64,
-    /// Depth of a grid cell over the motor distance. Chosen here: the centreline changes by 3 % over it at 2.5 l.
+    /// Depth of a grid cell over the motor distance. Chosen here: the centreline changes by 3 %
+    /// over it at 2.5 l.
     pub cell_s_over_l: f64,
-    /// Width of a grid cell over the motor distance. Chosen here: a sixth of the half-width at 2.5 l.
+    /// Width of a grid cell over the motor distance. Chosen here: a sixth of the half-width at 2.5
+    /// l.
     pub cell_r_over_l: f64,
-    /// Thickness of a slice of depth over the motor distance, for profiles. Chosen here: the jet widens by 12 % over it at 2.5 l.
+    /// Thickness of a slice of depth over the motor distance, for profiles. Chosen here: the jet
+    /// widens by 12 % over it at 2.5 l.
     pub slice_s_over_l: f64,
-    /// Standard deviation of each lateral speed over the local mean, which a magnitude probe reads in quadrature. 0, the default:
-    /// the fitted jet is what such a probe reads. Assumed here, because round jets have about 0.2 on the axis
-    /// (Panchapakesan & Lumley 1993, J. Fluid Mech. 246:197), which would lower `B` by 4 %.
+    /// Standard deviation of each lateral speed over the local mean, which a magnitude probe reads
+    /// in quadrature. 0, the default: the fitted jet is what such a probe reads. Assumed here,
+    /// because round jets have about 0.2 on the axis (Panchapakesan & Lumley 1993, J. Fluid Mech.
+    /// 246:197), which would lower `B` by 4 %.
     pub lateral_turbulence: f64,
     /// Bootstrap draws.
     pub draws: usize,
-    /// Fewest flights in the fit that are resampled as wholes; with fewer, blocks of time are. Chosen here: below eight the
-    /// interval of a mean of flights is already a fifth wider by Student's t alone.
+    /// Fewest flights in the fit that are resampled as wholes; with fewer, blocks of time are.
+    /// Chosen here: below eight the interval of a mean of flights is already a fifth wider by
+    /// Student's t alone.
     pub fewest_flights: usize,
     /// Seed of the draws.
     pub seed: u64,
@@ -120,8 +127,8 @@ fn most_dropped(counts: &Counts) -> String {
 
 /// Calibrates the jet from recordings of drones that hover over speed probes.
 ///
-/// A flight is one emitter of one recording. Recordings without a probe are passed over. Deterministic: the same recordings and
-/// options give the same numbers.
+/// A flight is one emitter of one recording. Recordings without a probe are passed over.
+/// Deterministic: the same recordings and options give the same numbers.
 ///
 /// ```
 /// use diagnosis::calibrate::{Options, calibrate};

@@ -1,6 +1,6 @@
-//! The paper's figures of one drone: radial profiles slice by slice, each fitted alone (centreline and half-width
-//! against depth), and the two lobes of the near field along the body's y axis, which come together
-//! (the paper's `δ(s)`).
+//! The paper's figures of one drone: radial profiles slice by slice, each fitted alone (centreline
+//! and half-width against depth), and the two lobes of the near field along the body's y axis,
+//! which come together (the paper's `δ(s)`).
 
 use airflow::{FAR_FIELD_FROM_S_OVER_L, Jet};
 use nalgebra::{Vector2, Vector3};
@@ -11,18 +11,21 @@ use super::jet_fit::{AtReading, Constants, FittedCurve, assumed_variance, fit_cu
 use super::samples::{Cell, Flight, Sample, quantile};
 use super::spread::student_quantile;
 
-/// Thickness of a slice of the near field over the motor distance. Chosen here: the lobes move a tenth of l within it.
+/// Thickness of a slice of the near field over the motor distance. Chosen here: the lobes move a
+/// tenth of l within it.
 const NEAR_SLICE: f64 = 0.5;
-/// Width of a radial bin over the half-width of the paper's jet. Chosen here: the profile falls by at most 17 % within it.
+/// Width of a radial bin over the half-width of the paper's jet. Chosen here: the profile falls by
+/// at most 17 % within it.
 const BIN_OVER_HALF_WIDTH: f64 = 0.25;
 /// Fewest readings of a bin that is drawn.
 const FEWEST_READINGS: usize = 3;
 /// Fewest cells of a slice that is fitted.
 const FEWEST_CELLS: usize = 8;
-/// Readings within this of the body's y axis make its profile, over the motor distance. Chosen here: a third of the distance
-/// between axis and rotors.
+/// Readings within this of the body's y axis make its profile, over the motor distance. Chosen
+/// here: a third of the distance between axis and rotors.
 const BESIDE: f64 = 0.1;
-/// Thickness of a slice over the motor distance. Chosen here: the lobes move by a twentieth of l within it.
+/// Thickness of a slice over the motor distance. Chosen here: the lobes move by a twentieth of l
+/// within it.
 const LOBE_SLICE: f64 = 0.25;
 /// Readings of one flight in so wide a strip share their errors: about one grid point. Chosen here.
 const STRIP: f64 = 0.05;
@@ -134,7 +137,8 @@ fn bins(measured: Measured<'_>, cells: &[&Cell], s_over_l: f64) -> Vec<RadialBin
         .collect()
 }
 
-/// The slice alone, through the observation operator. Within it the jet widens about the joint fit's virtual origin.
+/// The slice alone, through the observation operator. Within it the jet widens about the joint
+/// fit's virtual origin.
 fn fit(
     measured: Measured<'_>,
     cells: &[&Cell],
@@ -237,7 +241,8 @@ fn fit_lobes(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
         let by_width =
             height * (right * to_right * to_right + left * to_left * to_left) / width.powi(3);
         AtReading {
-            // A twentieth of U_H besides a seventh of the reading: gusts (chosen here, weights only).
+            // A twentieth of U_H besides a seventh of the reading: gusts (chosen here, weights
+            // only).
             root_weight: (0.05_f64.powi(2) + (0.15 * read).powi(2)).sqrt().recip(),
             residual: read - reading,
             gradient: by_flow * Vector3::new(right + left, by_delta, by_width),
@@ -254,7 +259,8 @@ fn fit_lobes(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
     let half = best.covariance.map_or(width, |covariance| {
         student_quantile(best.groups as f64 - 3.0) * covariance[(1, 1)].max(0.0).sqrt()
     });
-    // With one maximum nothing holds the lobes apart: they may lie on the axis, and no farther out than they are wide.
+    // With one maximum nothing holds the lobes apart: they may lie on the axis, and no farther out
+    // than they are wide.
     let (low, high) = if delta > width {
         (delta - half, delta + half)
     } else {

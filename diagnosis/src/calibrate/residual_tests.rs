@@ -1,5 +1,5 @@
-//! By interval of `ξ`: the paper's residual test, with what it needs beside it to be read, and how far single
-//! drones depart from the joint jet.
+//! By interval of `ξ`: the paper's residual test, with what it needs beside it to be read, and how
+//! far single drones depart from the joint jet.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
@@ -51,8 +51,8 @@ pub(super) fn residual_tests(data: Data<'_>, joint: &Joint) -> ResidualTests {
     }
 }
 
-/// Of one drone, how far its cells depart from a jet in each of the intervals of `ξ`; those with two cells
-/// or more.
+/// Of one drone, how far its cells depart from a jet in each of the intervals of `ξ`; those with
+/// two cells or more.
 pub(super) fn departures(far: Measured<'_>, constants: &Constants) -> Vec<Departure> {
     let mut by_interval = vec![Vec::new(); XI_EDGES.len() - 1];
     let of_drone = |flight: usize| far.flights[flight].drone == far.drone;
@@ -116,7 +116,8 @@ fn rows(by_interval: &[Vec<Entry>]) -> Vec<ResidualTest> {
         .collect();
     let mut order: Vec<usize> = (0..rows.len()).collect();
     order.sort_by(|a, b| rows[*a].p_effective.total_cmp(&rows[*b].p_effective));
-    // Holm (1979): the smallest p counts as many times as there are rows, the next once less, never falling.
+    // Holm (1979): the smallest p counts as many times as there are rows, the next once less, never
+    // falling.
     let mut so_far = 0.0_f64;
     for (rank, i) in order.iter().enumerate() {
         so_far = so_far.max((rows[*i].p_effective * (order.len() - rank) as f64).min(1.0));
@@ -155,8 +156,9 @@ fn row(xi_from: f64, xi_to: f64, cells: &[Entry]) -> ResidualTest {
     }
 }
 
-/// What the error of the mean says: `n` over `1 + 2 Σ ρ_k`, summed while pairs of neighbouring lags are positive (Geyer 1992, Stat. Sci. 7:473). The mean is that of all
-/// flights, so what a flight has in common counts as correlation.
+/// What the error of the mean says: `n` over `1 + 2 Σ ρ_k`, summed while pairs of neighbouring lags
+/// are positive (Geyer 1992, Stat. Sci. 7:473). The mean is that of all flights, so what a flight
+/// has in common counts as correlation.
 fn n_effective(cells: &[Entry], mean: f64) -> f64 {
     let n = cells.len() as f64;
     let variance = cells
@@ -191,7 +193,8 @@ fn n_effective(cells: &[Entry], mean: f64) -> f64 {
         time += 2.0 * pair;
         lag += 2;
     }
-    // No more than the accuracy of the probes allows: with few flights their correlation hides in the mean.
+    // No more than the accuracy of the probes allows: with few flights their correlation hides in
+    // the mean.
     let mut instrument = 0.0;
     for flight in cells.chunk_by(|a, b| a.flight == b.flight) {
         for kind in 0..2 {
@@ -255,7 +258,8 @@ mod tests {
             let cells = drawn(5000, 0.0, kept, 3);
             super::n_effective(&cells, 0.0)
         };
-        // An AR(1) series is worth n (1 - ρ)/(1 + ρ); 15 % is what truncated sums over 5000 terms scatter by.
+        // An AR(1) series is worth n (1 - ρ)/(1 + ρ); 15 % is what truncated sums over 5000 terms
+        // scatter by.
         assert!((n_effective(0.0) / 5000.0 - 1.0).abs() < 0.15);
         assert!(
             (n_effective(0.5) / (5000.0 / 3.0) - 1.0).abs() < 0.15,

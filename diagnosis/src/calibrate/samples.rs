@@ -1,5 +1,6 @@
-//! Readings beside the state of the drone above at that moment; what is left out, by reason; and the paper's
-//! median per grid cell, of one flight each, so that a flight can be drawn with all that is its own.
+//! Readings beside the state of the drone above at that moment; what is left out, by reason; and
+//! the paper's median per grid cell, of one flight each, so that a flight can be drawn with all
+//! that is its own.
 
 use std::collections::BTreeMap;
 
@@ -16,13 +17,15 @@ use crate::record::recording::{
 use crate::record::track::Moment;
 use crate::statistics::quantile;
 
-/// Readings beyond so many half-widths of the paper's jet are not compared: the paper's own table ends there.
+/// Readings beyond so many half-widths of the paper's jet are not compared: the paper's own table
+/// ends there.
 const FARTHEST_XI: f64 = 6.0;
-/// A jet turns this many of its half-widths (at the floor) above the floor. Assumed here, because the stagnation
-/// region of an impinging jet is about as high as the jet is wide.
+/// A jet turns this many of its half-widths (at the floor) above the floor. Assumed here, because
+/// the stagnation region of an impinging jet is about as high as the jet is wide.
 const FLOOR_HALF_WIDTHS: f64 = 2.0;
-/// A drone that comes back to a grid cell after so long (s) makes a new median: the two are independent, and the two sides of
-/// the axis are two places of the paper's grid. Chosen here: two of the paper's dwells.
+/// A drone that comes back to a grid cell after so long (s) makes a new median: the two are
+/// independent, and the two sides of the axis are two places of the paper's grid. Chosen here: two
+/// of the paper's dwells.
 const PAUSE_S: f64 = 10.0;
 
 /// One drone over the probes of one recording.
@@ -195,7 +198,8 @@ fn the_one_flying(
     if !(sample.speed_mps.is_finite() && sample.speed_mps >= 0.0 && sample.t_s.is_finite()) {
         return Err(Dropped::NotAReading);
     }
-    // What the probe still remembers: its averaging, and three time constants of its low-pass (5 % left).
+    // What the probe still remembers: its averaging, and three time constants of its low-pass (5 %
+    // left).
     let memory_s = (1.0 / instrument.rate_hz).max(3.0 * instrument.lowpass_tau_s);
     let mut covered = false;
     let mut one = None;
@@ -266,7 +270,8 @@ fn place(
     if s <= 0.0 {
         return Err(Dropped::Above);
     }
-    // The paper's jet draws these two lines, so that which readings count does not depend on the fit.
+    // The paper's jet draws these two lines, so that which readings count does not depend on the
+    // fit.
     let half_width = |s: f64| Jet::default().spreading * (s - Jet::default().origin);
     if let Some(floor_z_m) = recording.environment.floor_z_m {
         let rotor_above_floor = (state.position_m.z - floor_z_m) / l_m;
@@ -312,7 +317,8 @@ impl Cell {
     }
 }
 
-/// Sorts readings into cells; each cell's readings then stand together, in order of time. Cells are in order of flight and time.
+/// Sorts readings into cells; each cell's readings then stand together, in order of time. Cells are
+/// in order of flight and time.
 pub(super) fn cells(samples: &mut [Sample], options: &Options) -> Vec<Cell> {
     let key = |sample: &Sample| {
         (

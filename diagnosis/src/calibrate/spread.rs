@@ -1,15 +1,16 @@
-//! How far to trust the three constants: what each flight or block of time says about them, and 95 % intervals
-//! that cover with a handful of flights.
+//! How far to trust the three constants: what each flight or block of time says about them, and 95
+//! % intervals that cover with a handful of flights.
 //!
-//! Near the fit the constants answer linearly, so drawing flights anew needs no new fit: a draw in which flight
-//! `f` occurs `n_f` times moves the constants by `(Σ n_f A_f)⁻¹ Σ n_f s_f`, three by three. A flight's
-//! own gain and zero are eliminated within its `A_f` and `s_f`, so they are drawn with it.
+//! Near the fit the constants answer linearly, so drawing flights anew needs no new fit: a draw in
+//! which flight `f` occurs `n_f` times moves the constants by `(Σ n_f A_f)⁻¹ Σ n_f s_f`, three by
+//! three. A flight's own gain and zero are eliminated within its `A_f` and `s_f`, so they are drawn
+//! with it.
 //!
-//! The standard error is the jackknife's (leave out one flight, or one block, at a time). With few and unequal
-//! flights it is biased and Student's t with one degree less than flights is too narrow, so both are
-//! put right as Bell & McCaffrey (2002, Survey Methodology 28:169) and Imbens & Kolesár (2016, Rev.
-//! Econ. Stat. 98:701) do: under the assumed noise the expectation of the squared error and its
-//! effective degrees of freedom are known sums over the flights.
+//! The standard error is the jackknife's (leave out one flight, or one block, at a time). With few
+//! and unequal flights it is biased and Student's t with one degree less than flights is too
+//! narrow, so both are put right as Bell & McCaffrey (2002, Survey Methodology 28:169) and Imbens &
+//! Kolesár (2016, Rev. Econ. Stat. 98:701) do: under the assumed noise the expectation of the
+//! squared error and its effective degrees of freedom are known sums over the flights.
 
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Vector2, Vector3};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -17,7 +18,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::calibration::{Interval, Unit};
 use super::jet_fit::{Data, Joint, precisions};
 
-/// Shortest block (s): three of the paper's dwells, beyond the memory of gusts and of a hovering drone's sway. Chosen here.
+/// Shortest block (s): three of the paper's dwells, beyond the memory of gusts and of a hovering
+/// drone's sway. Chosen here.
 const SHORTEST_BLOCK_S: f64 = 15.0;
 /// Fewest readings that a block spans. Chosen here, for slow probes.
 const BLOCK_READINGS: f64 = 8.0;
@@ -39,7 +41,8 @@ pub(super) struct Units {
     pub(super) units: Vec<ResamplingUnit>,
     /// `H⁻¹`, `H` the sum of all information.
     pub(super) inverse: Matrix3<f64>,
-    /// Covariance that gain and zero of the flights bring where blocks within them are resampled; 0 for flights.
+    /// Covariance that gain and zero of the flights bring where blocks within them are resampled; 0
+    /// for flights.
     pub(super) instrument: Matrix3<f64>,
     /// Covariance if one gain with the stated accuracy were common to all flights.
     pub(super) common_gain: Matrix3<f64>,
@@ -51,7 +54,8 @@ pub(super) struct Units {
     pub(super) freed: Vec<Vector3<f64>>,
 }
 
-/// Flights where there are at least `fewest_flights`, else blocks. `None` where the cells do not determine the constants.
+/// Flights where there are at least `fewest_flights`, else blocks. `None` where the cells do not
+/// determine the constants.
 pub(super) fn units(data: Data<'_>, joint: &Joint, fewest_flights: usize) -> Option<Units> {
     let flights = data.flights.len();
     let mut normal: Vec<Matrix2<f64>> = data
@@ -109,7 +113,8 @@ pub(super) fn units(data: Data<'_>, joint: &Joint, fewest_flights: usize) -> Opt
         let gradient =
             fitted.gradient - taken[cell.flight] * Vector2::new(fitted.predicted_mps, 1.0);
         if by_flight {
-            // With gain and zero at their best, the slope of the eliminated problem is that of the cells alone.
+            // With gain and zero at their best, the slope of the eliminated problem is that of the
+            // cells alone.
             units[*unit].pull += fitted.weight * fitted.residual_mps * fitted.gradient;
             units[*unit].information = information[cell.flight];
         } else {
@@ -123,7 +128,8 @@ pub(super) fn units(data: Data<'_>, joint: &Joint, fewest_flights: usize) -> Opt
     for (f, flight) in data.flights.iter().enumerate().filter(|(f, _)| used[*f]) {
         let precision = precisions(flight);
         prior += taken[f] * Matrix2::from_diagonal(&precision) * taken[f].transpose();
-        // A gain of the whole flight pulls by C M⁻¹ Λ; a common one by the sum over flights of standard deviations.
+        // A gain of the whole flight pulls by C M⁻¹ Λ; a common one by the sum over flights of
+        // standard deviations.
         towards_gain += taken[f].column(0) * precision[0].sqrt();
     }
     let shift = inverse * towards_gain;
@@ -221,7 +227,8 @@ pub(super) fn spread(units: &Units) -> Option<Spread> {
     })
 }
 
-/// Expectation of the jackknife's squared error of constant `k` under the assumed noise, and its degrees of freedom.
+/// Expectation of the jackknife's squared error of constant `k` under the assumed noise, and its
+/// degrees of freedom.
 ///
 /// ```text
 /// Ω_fg = u_f (δ_fg A_f - A_f H⁻¹ A_g) u_g,   u_f = (H - A_f)⁻¹ e_k;     E = tr Ω,   ν = (tr Ω)² / tr Ω²

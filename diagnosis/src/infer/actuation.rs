@@ -4,8 +4,8 @@
 //! throttle t ~ √(m/ρ),  power p ~ m^1.5 ρ^-0.5   =>   m = p/t,  ρ = m/t²        each over what the metadata give
 //! ```
 //!
-//! Speeds alone cannot tell a heavier drone from thinner air or from a probe that reads too much; this can, and it reveals pairs that
-//! cancel one another in the speeds.
+//! Speeds alone cannot tell a heavier drone from thinner air or from a probe that reads too much;
+//! this can, and it reveals pairs that cancel one another in the speeds.
 
 use airflow::effects::{AirDensity, PayloadMass};
 
@@ -13,12 +13,12 @@ use crate::forward::hypothesis::Hypothesis;
 use crate::record::recording::{Recording, Role, Vehicle};
 use crate::statistics::change_point::{self, Options};
 
-/// Departure of the throttle from hover that counts. A hover's mean throttle is known to less than a percent.
+/// Departure of the throttle from hover that counts. A hover's mean throttle is known to less than
+/// a percent.
 const LEAST: f64 = 0.025;
-/// Least change at a step.
-const LEAST_STEP: f64 = 0.03;
-/// Share of the electrical power that ends as the induced power of momentum theory. Chosen here, as small electric quadrotors have it
-/// (assumed here, because figures of merit and motor efficiencies multiply to 0.5 to 0.7); it matters only where a mass is told from a density.
+/// Share of the electrical power that ends as the induced power of momentum theory. Assumed here,
+/// because figures of merit and motor efficiencies of small electric quadrotors multiply to 0.5 to
+/// 0.7; it matters only where a mass is told from a density.
 const EFFICIENCY: f64 = 0.6;
 
 /// How many entries the moment of a step may be off. Chosen here: a throttle settles in one or two.
@@ -145,11 +145,7 @@ fn always(vehicle: &Vehicle, throttle: f64, power: Option<f64>) -> Option<Found>
 fn step(vehicle: &Vehicle) -> Option<Found> {
     let track = &vehicle.track;
     let column = track.throttle_ratio.as_ref()?;
-    let options = Options {
-        least_step: LEAST_STEP,
-        ..Options::default()
-    };
-    let steps = change_point::steps(column, options);
+    let steps = change_point::steps(column, Options::default());
     let first = steps.first()?;
     let end = steps.get(1).map_or(column.len(), |second| second.index);
     // The level that is nearer to hover is the stated mass.
@@ -181,7 +177,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// Of the mean, neighbours taken as independent in tens.
+/// Standard error of the mean, neighbours taken as independent in tens.
 fn standard_error(values: &[f64]) -> f64 {
     let middle = mean(values);
     let count = values.len().max(2) as f64;

@@ -1,8 +1,9 @@
 //! What to measure next, where a recording cannot tell two explanations apart.
 //!
-//! A measurement decides between rivals where their predictions differ most for its noise (T-optimality, Atkinson & Fedorov 1975,
-//! Biometrika 62:57): both are asked for the reading of a probe at places below a hovering drone. Rivals that agree everywhere in the air
-//! differ in what a drone or an instrument logs; what settles those is known beforehand.
+//! A measurement decides between rivals where their predictions differ most for its noise
+//! (T-optimality, Atkinson & Fedorov 1975, Biometrika 62:57): both are asked for the reading of a
+//! probe at places below a hovering drone. Rivals that agree everywhere in the air differ in what a
+//! drone or an instrument logs; what settles those is known beforehand.
 
 use nalgebra::Vector3;
 
@@ -13,18 +14,21 @@ use crate::forward::observed::Observed;
 use crate::infer::candidates::Candidate;
 use crate::infer::fit::Setting;
 use crate::infer::select::{Selection, Tried};
-use crate::record::recording::Role;
+use crate::record::recording::{Role, Vehicle};
 
 /// Measurements that are named.
 const MOST: usize = 3;
-/// Readings that differ by less than this share of one reading's noise decide nothing in an hour. Chosen here.
+/// Readings that differ by less than this share of one reading's noise decide nothing in an hour.
+/// Chosen here.
 const LEAST_APART: f64 = 0.3;
-/// Depths (motor distances), radii (half-widths) and bearings (rad, from east) at which a probe is imagined.
+/// Depths (motor distances), radii (half-widths) and bearings (rad, from east) at which a probe is
+/// imagined.
 const DEPTHS: [f64; 9] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0];
 const RADII: [f64; 7] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0];
 const BEARINGS: [(f64, &str); 4] = [(0.0, "east"), (0.5, "north"), (1.0, "west"), (1.5, "south")];
 
-/// Measurements that would decide between what was chosen and what does as well, most telling first; empty where nothing does as well.
+/// Measurements that would decide between what was chosen and what does as well, most telling
+/// first; empty where nothing does as well.
 #[must_use]
 pub fn advice(
     setting: &Setting,
@@ -33,31 +37,20 @@ pub fn advice(
     selection: &Selection,
 ) -> Vec<String> {
     let chosen = &selection.chosen;
-    let mut lines = Vec::new();
+    let mut kept: Vec<String> = Vec::new();
     for (place, rivals) in selection.rivals.iter().enumerate() {
         let Some(rival) = rivals.first() else {
             continue;
         };
-        lines.extend(places(setting, observed, candidates, chosen, rival));
-        let Some(own) = chosen.which.get(place) else {
-            continue;
-        };
+        let own = chosen.which.get(place);
         let other = rival.which.iter().find(|k| !chosen.which.contains(k));
-        let both = [Some(own), other];
-        let settled_by = both
-            .into_iter()
-            .flatten()
-            .map(|&k| candidates[k].settled_by);
-        lines.extend(
-            settled_by
-                .filter(|line| !line.is_empty())
-                .map(str::to_owned),
-        );
-    }
-    let mut kept: Vec<String> = Vec::new();
-    for line in lines {
-        if !kept.contains(&line) {
-            kept.push(line);
+        let both = own.into_iter().chain(own.and(other));
+        let settled_by = both.map(|&k| candidates[k].settled_by.to_owned());
+        let lines = places(setting, observed, candidates, chosen, rival).into_iter();
+        for line in lines.chain(settled_by.filter(|line| !line.is_empty())) {
+            if !kept.contains(&line) {
+                kept.push(line);
+            }
         }
     }
     kept.truncate(MOST);
@@ -73,27 +66,26 @@ fn places(
     rival: &Tried,
 ) -> Vec<String> {
     let recording = observed.recording;
-    let Some(instrument) = recording.probes.as_ref().map(|probes| &probes.instrument) else {
-        return Vec::new();
-    };
     let wakes = Wakes::new(recording);
-    let emitter = recording
-        .vehicles
-        .iter()
-        .position(|vehicle| vehicle.role != Role::Receiver);
-    let Some((index, wake)) = emitter.and_then(|index| Some((index, wakes.of(index)?))) else {
+    let hovering = || {
+        let instrument = &recording.probes.as_ref()?.instrument;
+        let is_emitter = |vehicle: &Vehicle| vehicle.role != Role::Receiver;
+        let index = recording.vehicles.iter().position(is_emitter)?;
+        let track = &recording.vehicles[index].track;
+        let t_s = *track.t_s.get(track.t_s.len() / 2)?;
+        let drone_m = track.position_at(track.moment(t_s)?);
+        Some((
+            instrument,
+            wakes.of(index)?,
+            t_s,
+            t_s - track.t_s[0],
+            drone_m,
+        ))
+    };
+    let Some((instrument, wake, t_s, since_s, drone_m)) = hovering() else {
         return Vec::new();
     };
-    let track = &recording.vehicles[index].track;
-    let Some(&t_s) = track.t_s.get(track.t_s.len() / 2) else {
-        return Vec::new();
-    };
-    let Some(moment) = track.moment(t_s) else {
-        return Vec::new();
-    };
-    let drone_m = track.position_at(moment);
     let floor_m = recording.environment.floor_z_m;
-    let began_s = track.t_s.first().copied().unwrap_or(t_s);
     let of = |tried: &Tried| {
         let members = tried.members(candidates);
         (
@@ -129,7 +121,7 @@ fn places(
                         instrument.measures,
                         &recording.environment,
                     );
-                    let read = hypothesis.sensor.reads(steady_mps, t_s - began_s);
+                    let read = hypothesis.sensor.reads(steady_mps, since_s);
                     Some((1.0 + tolerance[0]) * read + tolerance[1])
                 });
                 let Some(readings) = readings.collect::<Option<Vec<f64>>>() else {

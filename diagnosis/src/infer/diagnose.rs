@@ -1,8 +1,8 @@
 //! From a recording to a finding.
 //!
-//! Throttle and power first; then the noise; then every candidate alone, fitted and held out; two together
-//! where one leaves too much; then where, how well, how surely, and what to measure next. It never
-//! forces a winner.
+//! Throttle and power first; then the noise; then every candidate alone, fitted and held out; two
+//! together where one leaves too much; then where, how well, how surely, and what to measure next.
+//! It never forces a winner.
 
 use std::collections::BTreeMap;
 
@@ -49,16 +49,18 @@ pub enum DiagnoseError {
     },
 }
 
-/// Most times that the noise is read again around the best explanation so far, and what a clearly smaller
-/// one is, as a share. Chosen here.
+/// Most times that the noise is read again around the best explanation so far, and what a clearly
+/// smaller one is, as a share. Chosen here.
 const NOISE_ROUNDS: usize = 2;
 const CLEARLY_LESS: f64 = 0.95;
-/// How much likelier (log density) the recording must become with it. Chosen here: noise alone gives a few.
+/// How much likelier (log density) the recording must become with it. Chosen here: noise alone
+/// gives a few.
 const LIKELIER: f64 = 20.0;
-/// Readings that make a plateau. Chosen here: in still rising air three hardly agree to the resolution.
+/// Readings that make a plateau. Chosen here: in still rising air three hardly agree to the
+/// resolution.
 const PLATEAU: usize = 3;
-/// Coordinates that a region is described by: those that narrow it most, each to less than this part of
-/// what the recording covers. Chosen here.
+/// Coordinates that a region is described by: those that narrow it most, each to less than this
+/// part of what the recording covers. Chosen here.
 const SAID: usize = 3;
 const NARROW: f64 = 0.7;
 /// Draws of blocks for an interval of an error: enough for two digits.
@@ -102,8 +104,8 @@ pub fn diagnose_channel(
         });
     }
     let mut tried = singles(&Setting::new(&observed, &noise, base), &candidates);
-    // What is missing may itself look like noise from one sample to the next: a lag, a clock. The best
-    // explanation tells.
+    // What is missing may itself look like noise from one sample to the next: a lag, a clock. The
+    // best explanation tells.
     for _ in 0..NOISE_ROUNDS {
         let Some(clearer) = clearer(&observed, &noise, &tried) else {
             break;
@@ -124,8 +126,8 @@ pub fn diagnose_channel(
     };
     let mut corrected = observed.predict(&of_chosen(&selection));
     if let Some(shape) = &shape {
-        // What the trees add lies on top of the nearest that the library has, and is good inside the
-        // sampled hull only.
+        // What the trees add lies on top of the nearest that the library has, and is good inside
+        // the sampled hull only.
         let both = corrected.iter_mut().zip(&shape.correction);
         both.for_each(|(f, more)| *f += more);
         selection.withdraw();
@@ -162,8 +164,8 @@ pub fn diagnose_channel(
     })
 }
 
-/// The scatter around the single explanation that makes the recording likeliest, each with its own scatter; `None` where that is not
-/// clearly less than before.
+/// The scatter around the single explanation that makes the recording likeliest, each with its own
+/// scatter; `None` where that is not clearly less than before.
 fn clearer(observed: &Observed, before: &Noise, tried: &Singles) -> Option<Noise> {
     let recorded = observed.recorded();
     let likelihood = |noise: &Noise, predicted: &[f64]| {
@@ -182,7 +184,8 @@ fn clearer(observed: &Observed, before: &Noise, tried: &Singles) -> Option<Noise
     (is_less && likelihood - likelihood_before > LIKELIER).then_some(around)
 }
 
-/// A payload shows in the throttle and has been looked for there: where that is logged it is no candidate any more.
+/// A payload shows in the throttle and has been looked for there: where that is logged it is no
+/// candidate any more.
 fn possible(candidate: &Candidate, actuation: Option<&Actuation>) -> bool {
     actuation.is_none() || candidate.name != "payload_mass"
 }
@@ -204,7 +207,8 @@ fn held_out(
     plain.base = Hypothesis::default();
     let before = of_fit(&plain, &[], &plain.nothing());
     let after = match shape {
-        // The trees' corrections are held out themselves; what they lie on is a handful of parameters.
+        // The trees' corrections are held out themselves; what they lie on is a handful of
+        // parameters.
         Some(shape) => squares(shape.left.clone()),
         None => of_fit(setting, members, &selection.chosen.fit),
     };
@@ -320,8 +324,8 @@ fn named(
 ) -> Vec<Effect> {
     let alternatives = selection.alternatives.iter().cloned();
     let mut effects = effects(setting, candidates, &selection.chosen, alternatives);
-    // Gusts blur the ceiling of a mean, not that of the readings: the highest of them, where several
-    // lie at it.
+    // Gusts blur the ceiling of a mean, not that of the readings: the highest of them, where
+    // several lie at it.
     let saturation = effects.iter_mut().find(|e| e.name == "sensor_saturation");
     if let (Some(effect), Some(highest)) = (saturation, plateau(observed)) {
         let candidate = candidates.iter().find(|c| c.name == effect.name);
@@ -334,7 +338,8 @@ fn named(
     effects
 }
 
-/// The terms of a fit with their intervals, and for each the candidates that it cannot be told from.
+/// The terms of a fit with their intervals, and for each the candidates that it cannot be told
+/// from.
 pub(crate) fn effects(
     setting: &Setting,
     candidates: &[Candidate],

@@ -1,4 +1,5 @@
-//! What a diagnosis found: plain data, for a person, a program, and a planner that flies through the corrected air.
+//! What a diagnosis found: plain data, for a person, a program, and a planner that flies through
+//! the corrected air.
 
 use std::collections::BTreeMap;
 
@@ -9,9 +10,9 @@ use crate::forward::simulate::Channel;
 use crate::infer::candidates::Kind;
 use crate::infer::outside::Shape;
 
-/// What is missing in the simulation of a recording, and how that is known. Serialised it is the body of
-/// `diagnosis/1`. Rows count from 0 and are those of probes.csv, or of receiver.csv where there are no
-/// probes.
+/// What is missing in the simulation of a recording, and how that is known. Serialised it is the
+/// body of `diagnosis/1`. Rows count from 0 and are those of probes.csv, or of receiver.csv where
+/// there are no probes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
     /// Name of the recording.
@@ -36,8 +37,8 @@ pub struct Finding {
     pub held_out: HeldOut,
     /// Everything that was tried alone, best first.
     pub candidates: Vec<Ranked>,
-    /// Runner-up: a second effect that would predict more, by too small a part of the whole to be told
-    /// from an error in the first one's form.
+    /// Runner-up: a second effect that would predict more, by too small a part of the whole to be
+    /// told from an error in the first one's form.
     #[serde(rename = "perhaps")]
     pub runner_up: Option<RunnerUp>,
     /// What it cannot tell apart, and what to measure.
@@ -45,8 +46,8 @@ pub struct Finding {
     /// The minimum detectable effect of each candidate.
     #[serde(rename = "smallest")]
     pub detectable: Vec<Detectable>,
-    /// The corrected simulation in the channel's unit, by row of the channel's file; not a number (null)
-    /// where there is none.
+    /// The corrected simulation in the channel's unit, by row of the channel's file; not a number
+    /// (null) where there is none.
     pub prediction: Vec<f64>,
     /// The baseline corrected: everything found, as a hypothesis.
     #[serde(skip)]
@@ -165,8 +166,8 @@ pub struct Region {
 }
 
 impl Region {
-    /// Figures of the samples inside, of recorded and simulated values and their standard deviations, all
-    /// in the channel's unit; without words, bounds and rows.
+    /// Figures of the samples inside, of recorded and simulated values and their standard
+    /// deviations, all in the channel's unit; without words, bounds and rows.
     pub(crate) fn of(inside: &[usize], recorded: &[f64], simulated: &[f64], sd: &[f64]) -> Region {
         if inside.is_empty() {
             return Region::default();

@@ -19,8 +19,9 @@ use crate::infer::finding::{Effect, Finding};
 /// )
 /// ```
 ///
-/// Only what was named is written, and only finite numbers: a payload without `since_s` was there from the beginning. An effect of the
-/// air that an instrument would explain as well stands behind the instrument, and is not flown.
+/// Only what was named is written, and only finite numbers: a payload without `since_s` was there
+/// from the beginning. An effect of the air that an instrument would explain as well stands behind
+/// the instrument, and is not flown.
 #[must_use]
 pub fn finding_ron(finding: &Finding) -> String {
     let mut text = String::from(
@@ -103,7 +104,8 @@ fn named(text: &mut String, effect: &Effect) {
     text.push_str("            },\n        ),\n");
 }
 
-/// The members of a struct that are there and finite, and wanted. JSON has neither infinities nor `None`: both come as null.
+/// The members of a struct that are there and finite, and wanted. JSON has neither infinities nor
+/// `None`: both come as null.
 fn entries(of: &impl Serialize, wanted: impl Fn(&str, &Value) -> bool) -> Value {
     let mut members = match serde_json::to_value(of) {
         Ok(Value::Object(members)) => members,

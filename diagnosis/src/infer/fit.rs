@@ -8,8 +8,8 @@
 //! Gain `n_g` and offset `n_b` are in every fit, the empty one included, with hard bounds: what the
 //! maker allows and no more. Soft priors alone let an offset swallow half a wind.
 //!
-//! The iteration is our own because every parameter here has hard bounds, at which many fits end, and
-//! the crate `levenberg-marquardt`, which [`crate::calibrate`] uses, knows none.
+//! The iteration is our own because every parameter here has hard bounds, at which many fits end,
+//! and the crate `levenberg-marquardt`, which [`crate::calibrate`] uses, knows none.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -21,8 +21,8 @@ use crate::statistics::held_out::{FOLDS, log_densities};
 use crate::statistics::noise::Noise;
 use crate::statistics::robust::{loss, weight};
 
-/// Spread (`s`) that gain (1) and offset (the channel's unit) have without evidence. Chosen here: two
-/// fifths of a stated 5 %.
+/// Spread (`s`) that gain (1) and offset (the channel's unit) have without evidence. Chosen here:
+/// two fifths of a stated 5 %.
 const TOLERANCE_SD: f64 = 0.02;
 /// Most iterations of a fit, and the relative gain in cost at which it stops.
 const ITERATIONS: usize = 25;
@@ -59,8 +59,8 @@ pub struct Fit {
     pub predicted: Vec<f64>,
     /// Whitened residuals.
     pub whitened: Vec<f64>,
-    /// Change of the whitened prediction with each parameter: samples by parameters, gain and offset
-    /// last.
+    /// Change of the whitened prediction with each parameter: samples by parameters, gain and
+    /// offset last.
     pub jacobian: DMatrix<f64>,
     /// Cost with the tolerance's priors: twice a negative log likelihood.
     pub cost: f64,
@@ -82,8 +82,8 @@ impl<'a> Setting<'a> {
         Setting::within(observed, noise, base, tolerances)
     }
 
-    /// The same of anything that can be explained; `tolerances` bound gain (1) and offset (the channel's
-    /// unit).
+    /// The same of anything that can be explained; `tolerances` bound gain (1) and offset (the
+    /// channel's unit).
     #[must_use]
     pub fn within(
         observed: &'a dyn Explained,
@@ -113,8 +113,8 @@ impl<'a> Setting<'a> {
         pairs.map(|(y, f)| y - f).collect()
     }
 
-    /// Change of the prediction from the base when a candidate's parameters take these values, in the
-    /// channel's unit; `clean` is what the base predicts.
+    /// Change of the prediction from the base when a candidate's parameters take these values, in
+    /// the channel's unit; `clean` is what the base predicts.
     #[must_use]
     pub fn change(&self, candidate: &Candidate, values: &[f64], clean: &[f64]) -> Vec<f64> {
         let changed = self.observed.predict(&candidate.on(&self.base, values));
@@ -122,7 +122,8 @@ impl<'a> Setting<'a> {
         pairs.map(|(to, from)| to - from).collect()
     }
 
-    /// Whether a fitted gain (0) or offset (1) has reached what the maker allows: it can take no more.
+    /// Whether a fitted gain (0) or offset (1) has reached what the maker allows: it can take no
+    /// more.
     #[must_use]
     pub fn at_tolerance(&self, which: usize, value: f64) -> bool {
         value.abs() > 0.999 * self.tolerances[which]
@@ -192,7 +193,8 @@ impl<'a> Setting<'a> {
                     .zip(&bounds)
                     .map(|((x, d), [low, high])| (x + d).clamp(*low, *high))
                     .collect();
-                // Gain and offset act after the air: the air need not be asked again for them alone.
+                // Gain and offset act after the air: the air need not be asked again for them
+                // alone.
                 let moved = next[..count] != at[..count];
                 let next_plain = if moved { clean(&next) } else { plain.clone() };
                 let next_whitened = self.whitened(&next_plain, &next);
@@ -316,8 +318,8 @@ impl<'a> Setting<'a> {
             .map(|(i, _)| i)
     }
 
-    /// From the fit of everything to the linearised one without one fold's blocks: a step of values,
-    /// gain and offset.
+    /// From the fit of everything to the linearised one without one fold's blocks: a step of
+    /// values, gain and offset.
     fn step_without(&self, candidates: &[&Candidate], fit: &Fit, fold: usize) -> DVector<f64> {
         let bounds = self.bounds(&parameters(candidates));
         let at = [&fit.values[..], &fit.tolerance].concat();
@@ -371,8 +373,8 @@ pub(crate) fn normal_equations(
     (normal, gradient)
 }
 
-/// The damped step that lowers the linearised cost most without leaving the bounds: parameters that would
-/// leave are put on their bound, the rest solved again.
+/// The damped step that lowers the linearised cost most without leaving the bounds: parameters that
+/// would leave are put on their bound, the rest solved again.
 fn bounded_step(
     normal: &DMatrix<f64>,
     gradient: &DVector<f64>,

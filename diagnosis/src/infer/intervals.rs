@@ -1,7 +1,7 @@
 //! How well the parameters of a fit are known.
 //!
-//! Errors of neighbours are shared, so the covariance is the sandwich over blocks (Liang & Zeger 1986; the
-//! factor of Cameron & Miller 2015):
+//! Errors of neighbours are shared, so the covariance is the sandwich over blocks (Liang & Zeger
+//! 1986; the factor of Cameron & Miller 2015):
 //!
 //! ```text
 //! V = H⁻¹ ( Σ_b g_b g_bᵀ ) H⁻¹ · K/(K - p),   g_b = Σ_{i in b} w_i e_i J_i
@@ -20,8 +20,8 @@ use crate::statistics::robust::weight;
 /// Half-width of a 95 % interval in standard errors, normal law.
 pub(crate) const NINETY_FIVE: f64 = 1.96;
 
-/// Half-widths of 95 % intervals of a fit's parameters, in their order and units; infinite where nothing
-/// constrains them.
+/// Half-widths of 95 % intervals of a fit's parameters, in their order and units; infinite where
+/// nothing constrains them.
 #[must_use]
 pub fn half_widths(candidates: &[&Candidate], fit: &Fit, noise: &Noise) -> Vec<f64> {
     let count = fit.jacobian.ncols();

@@ -1,5 +1,5 @@
-//! How far the readings of one recording scatter where nothing is missing: the yardstick for everything
-//! else.
+//! How far the readings of one recording scatter where nothing is missing: the yardstick for
+//! everything else.
 
 use crate::forward::observed::{Explained, Observed};
 use crate::forward::simulate::Channel;

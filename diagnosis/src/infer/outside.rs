@@ -1,10 +1,11 @@
 //! Whether something is there that the library does not hold, and its shape.
 //!
-//! The global lack-of-fit test says whether anything is there at all. Boosted trees over the covariates are
-//! the yardstick for what the library leaves: they know no physics and can predict whatever
-//! repeats. Where they gain much on blocks that neither has seen, something is missing that has no
-//! name here. Then its shape is told: the covariates that it depends on, a curve, the nearest library
-//! term, a short expression. The trees serve as correction inside what was sampled only.
+//! The global lack-of-fit test says whether anything is there at all. Boosted trees over the
+//! covariates are the yardstick for what the library leaves: they know no physics and can predict
+//! whatever repeats. Where they gain much on blocks that neither has seen, something is missing
+//! that has no name here. Then its shape is told: the covariates that it depends on, a curve, the
+//! nearest library term, a short expression. The trees serve as correction inside what was sampled
+//! only.
 
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use serde::Serialize;
@@ -19,18 +20,19 @@ use crate::statistics::lack_of_fit::{Evidence, LackOfFit, Rhythm, Statistic, lac
 use crate::statistics::quantile::quantile_edges;
 use crate::statistics::trees::{self, HeldOut};
 
-/// Part of all that could be gained that must be left for "outside the library", and how sure that must be:
-/// in standard errors, and in held-out log density. Chosen here: a third of what shows, and surer
-/// than a term of the library, for trees follow whatever repeats.
+/// Part of all that could be gained that must be left for "outside the library", and how sure that
+/// must be: in standard errors, and in held-out log density. Chosen here: a third of what shows,
+/// and surer than a term of the library, for trees follow whatever repeats.
 const LEFT_SHARE: f64 = 0.35;
 const LEAST_ERRORS: f64 = 2.5;
 const LEAST_GAIN: f64 = 10.0;
-/// A held-out gain from which a selection or a shape stands without the global test, and how many standard
-/// errors it must be: where the scatter is read too small, a gain alone says little. Chosen here.
+/// A held-out gain from which a selection or a shape stands without the global test, and how many
+/// standard errors it must be: where the scatter is read too small, a gain alone says little.
+/// Chosen here.
 const BEYOND_DOUBT: f64 = 40.0;
 const BEYOND_DOUBT_ERRORS: f64 = 4.0;
-/// p-value from which a spectral line is a pulsation. Chosen here, far below what the global test accepts:
-/// nothing else vouches for it.
+/// p-value from which a spectral line is a pulsation. Chosen here, far below what the global test
+/// accepts: nothing else vouches for it.
 const LINE_P: f64 = 1e-5;
 /// Part of the trees' gain that an expression must gain to be told. Chosen here.
 const LEAST_TOLD: f64 = 0.2;
@@ -67,8 +69,8 @@ pub(crate) fn is_beyond_doubt(gain: &Gain) -> bool {
     gain.total > BEYOND_DOUBT.max(BEYOND_DOUBT_ERRORS * gain.standard_error)
 }
 
-/// The global lack-of-fit test of what the instrument's tolerance alone (`nothing`) leaves: against the
-/// tangents of all candidates, bins of all covariates and steps in time.
+/// The global lack-of-fit test of what the instrument's tolerance alone (`nothing`) leaves: against
+/// the tangents of all candidates, bins of all covariates and steps in time.
 #[must_use]
 pub fn global_test(setting: &Setting, candidates: &[Candidate], nothing: &Fit) -> LackOfFit {
     let observed = setting.observed;

@@ -1,9 +1,9 @@
-//! Which candidates are missing: fits of all, gains on blocks that were not fitted, one effect or two, and
-//! what cannot be told apart.
+//! Which candidates are missing: fits of all, gains on blocks that were not fitted, one effect or
+//! two, and what cannot be told apart.
 //!
-//! The thresholds of selection and naming stand first. What they come to is measured on recordings that were
-//! not used here: `plan prove` counts names without an effect, second effects withheld, and unique
-//! names that were wrong.
+//! The thresholds of selection and naming stand first. What they come to is measured on recordings
+//! that were not used here: `plan prove` counts names without an effect, second effects withheld,
+//! and unique names that were wrong.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -13,45 +13,45 @@ use crate::infer::fit::{Fit, Setting};
 use crate::statistics::held_out::Gain;
 use crate::statistics::trees::{self, HeldOut};
 
-/// Least gain in held-out log density, alone and in standard errors, that a term needs. Chosen here: the
-/// standard error is optimistic by up to two where the model is not quite right.
+/// Least gain in held-out log density, alone and in standard errors, that a term needs. Chosen
+/// here: the standard error is optimistic by up to two where the model is not quite right.
 const LEAST_GAIN: f64 = 6.0;
 const LEAST_ERRORS: f64 = 2.5;
 /// What a gain that rests on few blocks needs. Chosen here: four times what a term alone needs.
 const LARGE_GAIN: f64 = 25.0;
-/// p-value of the global test below which gains may rest on few blocks, and below which faint ones are
-/// enough. Chosen here: one in ten thousand recordings, and half of what the test accepts.
+/// p-value of the global test below which gains may rest on few blocks, and below which faint ones
+/// are enough. Chosen here: one in ten thousand recordings, and half of what the test accepts.
 const RARE_P: f64 = 1e-4;
 const FAINT_P: f64 = 0.002;
 /// Least gain where it is known that something is there. Chosen here: twenty to one.
 const FAINT_GAIN: f64 = 3.0;
-/// Least log likelihood over nothing, all samples fitted, of what is seen once. Chosen here: three thousand
-/// to one.
+/// Least log likelihood over nothing, all samples fitted, of what is seen once. Chosen here: three
+/// thousand to one.
 const ONCE: f64 = 8.0;
-/// A second term must bring this share of the whole gain, whatever else; less is enough beside a law that
-/// is not itself a closure.
+/// A second term must bring this share of the whole gain, whatever else; less is enough beside a
+/// law that is not itself a closure.
 const LEAST_SHARE: f64 = 0.12;
 /// This share is enough if the term takes most of what any function could still take.
 const LARGE_SHARE: f64 = 0.08;
 const MOST: f64 = 0.8;
 /// A law that may be off by more than this share is a closure.
 const CLOSURE: f64 = 0.05;
-/// Beside a closure (known to a tenth or two), this share, and clearly more than any function of the
-/// covariates could still take: a law that is right needs less to be learnt than trees do, and what
-/// only mends a closure does not beat them.
+/// Beside a closure (known to a tenth or two), this share, and clearly more than any function of
+/// the covariates could still take: a law that is right needs less to be learnt than trees do, and
+/// what only mends a closure does not beat them.
 const BESIDE_A_CLOSURE: f64 = 0.03;
 const BEATS: f64 = 1.25;
 /// Beside any other, this share, and as much as any function could take.
 const BESIDE_A_LAW: f64 = 0.003;
 const MATCHES: f64 = 1.0;
-/// Naming: a rival does as well within so many standard errors of the difference, but no more than half
-/// of what the term in question brings; within 4 % of that; or within 2 (seven to one).
+/// Naming: a rival does as well within so many standard errors of the difference, but no more than
+/// half of what the term in question brings; within 4 % of that; or within 2 (seven to one).
 const TIE_ERRORS: f64 = 2.0;
 const TIE_MOST_SHARE: f64 = 0.5;
 const TIE_SHARE: f64 = 0.04;
 const TIE_GAIN: f64 = 2.0;
-/// How many are paired with the best single, and how many singles among themselves; how many more are
-/// tried in the place of each of a chosen pair. Chosen here, for time.
+/// How many are paired with the best single, and how many singles among themselves; how many more
+/// are tried in the place of each of a chosen pair. Chosen here, for time.
 const PAIRED: usize = 7;
 const PAIRED_SINGLES: usize = 4;
 const RIVALS: usize = 3;
@@ -121,8 +121,8 @@ pub struct Selection {
     pub alternatives: Vec<Vec<usize>>,
     /// The same with their fits.
     pub rivals: Vec<Vec<Tried>>,
-    /// Runner-up: a second term that would predict more, by too small a part of the whole to be told
-    /// from an error in the first one's form; not taken.
+    /// Runner-up: a second term that would predict more, by too small a part of the whole to be
+    /// told from an error in the first one's form; not taken.
     pub runner_up: Option<(usize, Gain)>,
 }
 
@@ -196,8 +196,8 @@ pub(crate) fn attempt(
     })
 }
 
-/// Tries pairs and chooses, with the p-value `p` of the global lack-of-fit test. Where it is all but
-/// certain that something is there, a faint gain is enough to say what it may be.
+/// Tries pairs and chooses, with the p-value `p` of the global lack-of-fit test. Where it is all
+/// but certain that something is there, a faint gain is enough to say what it may be.
 #[must_use]
 pub fn select(setting: &Setting, candidates: &[Candidate], tried: Singles, p: f64) -> Selection {
     let mut search = Search {
@@ -239,8 +239,8 @@ pub fn select(setting: &Setting, candidates: &[Candidate], tried: Singles, p: f6
     }
 }
 
-/// Gains in a few blocks alone have a large standard error whatever their size; a large one must not rest
-/// on one block.
+/// Gains in a few blocks alone have a large standard error whatever their size; a large one must
+/// not rest on one block.
 fn enough(gain: &Gain, p: f64) -> bool {
     let steady = gain.total > LEAST_ERRORS * gain.standard_error;
     let rare = p < RARE_P && gain.total > LARGE_GAIN && gain.without_best() > LEAST_GAIN;
@@ -277,8 +277,8 @@ impl Search<'_> {
         Some((chosen.clone(), runner_up))
     }
 
-    /// The likeliest single where something shows in one place only, so that no held-out block can speak
-    /// for it.
+    /// The likeliest single where something shows in one place only, so that no held-out block can
+    /// speak for it.
     fn seen_once(&self) -> Option<&Tried> {
         let nothing = self.tried.nothing.fit.cost;
         let practical = self.tried.singles.iter().filter(|tried| tried.practical);
@@ -292,7 +292,8 @@ impl Search<'_> {
         if !enough(&pair.gain, p) {
             return false;
         }
-        // What a function of the covariates, without any physics, could still take from the best single.
+        // What a function of the covariates, without any physics, could still take from the best
+        // single.
         let left = flexible(self.setting, &best.fit).gain.total.max(LEAST_GAIN);
         let is_member = |single: &&Tried| pair.which.contains(&single.which[0]);
         let members = self.tried.singles.iter().filter(is_member);
@@ -330,8 +331,8 @@ impl Search<'_> {
         self.together(wanted)
     }
 
-    /// What might stand in the place of one of a chosen pair: the candidates that promise most beside the
-    /// other, where not tried yet.
+    /// What might stand in the place of one of a chosen pair: the candidates that promise most
+    /// beside the other, where not tried yet.
     fn beside(&self, chosen: [usize; 2]) -> Vec<Tried> {
         let mut wanted = Vec::new();
         for kept in chosen {
@@ -353,8 +354,8 @@ impl Search<'_> {
         self.together(wanted)
     }
 
-    /// Pairs fitted from where each ended alone, and the second also from its own beginning: next to the
-    /// first it may be another.
+    /// Pairs fitted from where each ended alone, and the second also from its own beginning: next
+    /// to the first it may be another.
     fn together(&self, wanted: Vec<[usize; 2]>) -> Vec<Tried> {
         wanted
             .into_par_iter()
@@ -409,8 +410,8 @@ impl Search<'_> {
         close.map(|(_, rival, tried)| (rival, tried)).collect()
     }
 
-    /// What is named before one of the chosen that it cannot be told from, within one standard error: an
-    /// instrument before physics, a mechanism before a factor.
+    /// What is named before one of the chosen that it cannot be told from, within one standard
+    /// error: an instrument before physics, a mechanism before a factor.
     fn preferred(&self, chosen: &Tried, place: usize) -> Option<Tried> {
         let own = &self.candidates[chosen.which[place]];
         let comes_first = |rival: &Candidate| match (own.kind, rival.kind) {
@@ -449,7 +450,8 @@ pub(crate) fn promising(setting: &Setting, candidates: &[Candidate], taken: &Tri
     promising.into_iter().map(|(_, k)| k).collect()
 }
 
-/// What another candidate could gain beside those taken, to first order, from the best of its starts.
+/// What another candidate could gain beside those taken, to first order, from the best of its
+/// starts.
 fn promise(setting: &Setting, candidates: &[Candidate], taken: &Tried, second: usize) -> f64 {
     let mut members = taken.members(candidates);
     let fit = &taken.fit;

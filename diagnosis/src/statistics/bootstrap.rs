@@ -53,7 +53,8 @@ mod tests {
             let [[low, high]] = intervals_95(60, 200, seed, rms);
             covered += usize::from(low <= 2f64.sqrt() && 2f64.sqrt() <= high);
         }
-        // Percentile intervals from 60 blocks of skewed squares cover 92 to 95 %; three standard deviations of a count.
+        // Percentile intervals from 60 blocks of skewed squares cover 92 to 95 %; three standard
+        // deviations of a count.
         assert!((352..=394).contains(&covered), "{covered}");
     }
 }

@@ -1,13 +1,15 @@
-//! Does a series step, when, and by how much: least squares of two levels, split again on either side.
+//! Does a series step, when, and by how much: least squares of two levels, split again on either
+//! side.
 //!
 //! ```text
 //! D = max_k |Σ_{i<=k} (yᵢ - ȳ)|/(σ √n),     P(D > x) = 2 Σ (-1)^(j+1) exp(-2 j² x²)
 //! ```
 //!
-//! The cut is where two means leave the least sum of squares; whether it is one is the CUSUM test, whose limit is a Brownian
-//! bridge (Csörgő & Horváth 1997). σ is long-run: that of the residual about both means, times `√((1 + r)/(1 - r))` for its
-//! memory r. Cuts are made one after the other (Scott & Knott 1974), more than needed, then those that do not hold between
-//! their neighbours are dropped.
+//! The cut is where two means leave the least sum of squares; whether it is one is the CUSUM test,
+//! whose limit is a Brownian bridge (Csörgő & Horváth 1997). σ is long-run: that of the residual
+//! about both means, times `√((1 + r)/(1 - r))` for its memory r. Cuts are made one after the other
+//! (Scott & Knott 1974), more than needed, then those that do not hold between their neighbours are
+//! dropped.
 
 use super::tail;
 
@@ -45,10 +47,12 @@ impl Default for Options {
 
 /// Samples that a level needs. Chosen here: ten tell a mean to a third of the scatter.
 const LEAST_SAMPLES: usize = 10;
-/// Most memory that is believed: near 1 the long-run variance has no bound, and nothing would ever step.
+/// Most memory that is believed: near 1 the long-run variance has no bound, and nothing would ever
+/// step.
 const MOST_MEMORY: f64 = 0.95;
 
-/// Cuts that are tried before any is judged: noise must be read beside all steps, or two that cancel hide each other.
+/// Cuts that are tried before any is judged: noise must be read beside all steps, or two that
+/// cancel hide each other.
 const MOST_CUTS: usize = 10;
 
 /// Steps of a series in the order of time.

@@ -25,9 +25,9 @@ const QUARTERS: usize = 4;
 /// region.
 const LEAST_SAMPLES: usize = 5;
 
-/// Regions of covariates, each of which has a value for every sample (NaN where it has none: no drone
-/// above): eight bins of equal count, the outermost thirty-seconds, where rare regimes are, and all
-/// below and all above each quarter.
+/// Regions of covariates, each of which has a value for every sample (NaN where it has none: no
+/// drone above): eight bins of equal count, the outermost thirty-seconds, where rare regimes are,
+/// and all below and all above each quarter.
 ///
 /// Within a region the column is `amplitude` (the noise's standard deviation, say, or the flow; one
 /// for every sample), outside it is 0. Regions of fewer than five samples, and those of all

@@ -1,5 +1,5 @@
-//! The shortest formula for a shape: every product of a few functions of a few coordinates, by least
-//! squares.
+//! The shortest formula for a shape: every product of a few functions of a few coordinates, by
+//! least squares.
 //!
 //! ```text
 //! y ~ c · f₁(x_i; a) · f₂(x_j; b) · ... (+ d),      fₖ in  x, x², √x, 1/x, exp(-x/a), exp(-(x/a)²), 1/(1 + x/a), 1/(1 + (x/a)²),
@@ -25,7 +25,8 @@ use super::noise::Noise;
 pub struct Coordinate<'a> {
     /// Its letter in the formula.
     pub letter: &'a str,
-    /// Of every sample; samples where it is not finite are left out of the search and predicted as 0.
+    /// Of every sample; samples where it is not finite are left out of the search and predicted as
+    /// 0.
     pub values: &'a [f64],
     /// Whether it is an angle (rad): then only sines and cosines of it are tried.
     pub is_angle: bool,
@@ -183,13 +184,13 @@ const LONGEST: usize = 4;
 const SEARCHED: usize = 1000;
 /// Samples that a fit needs. Chosen here.
 const LEAST_SAMPLES: usize = 20;
-/// Inner constants of the grid, over the coordinate's largest size: from a tenth to three times, evenly in
-/// the logarithm.
+/// Inner constants of the grid, over the coordinate's largest size: from a tenth to three times,
+/// evenly in the logarithm.
 const GRID: [f64; 7] = [0.1, 0.18, 0.31, 0.55, 0.97, 1.7, 3.0];
 /// Forms of each length that are judged. Chosen here: rivals that the grid ranks close.
 const JUDGED: usize = 4;
-/// Golden sections of each constant (to a thousandth of the range), rounds over the constants, and the
-/// factor either way that is searched: a step of the grid.
+/// Golden sections of each constant (to a thousandth of the range), rounds over the constants, and
+/// the factor either way that is searched: a step of the grid.
 const SECTIONS: usize = 16;
 const ROUNDS: usize = 3;
 const REACH: f64 = 2.0;
@@ -400,7 +401,8 @@ impl Sums {
         sums
     }
 
-    /// c, d and the sum of squares they take; `None` where f is 0, not finite, or a constant beside d.
+    /// c, d and the sum of squares they take; `None` where f is 0, not finite, or a constant beside
+    /// d.
     fn solve(&self, has_constant: bool) -> Option<(f64, f64, f64)> {
         let (c, d) = if has_constant {
             let determinant = self.w * self.ff - self.f * self.f;
@@ -455,8 +457,8 @@ impl Data<'_> {
     }
 }
 
-/// Where a function of one maximum is largest between two ends (Kiefer 1953, Proc. Amer. Math. Soc. 4:502),
-/// to `0.618^sections` of their distance.
+/// Where a function of one maximum is largest between two ends (Kiefer 1953, Proc. Amer. Math. Soc.
+/// 4:502), to `0.618^sections` of their distance.
 fn golden_section(ends: [f64; 2], sections: usize, mut f: impl FnMut(f64) -> f64) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_895;
     let [mut low, mut high] = ends;

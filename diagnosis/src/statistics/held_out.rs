@@ -1,19 +1,20 @@
-//! Does a prediction hold where it was not fitted? Folds of whole blocks, and the gain in log density on
-//! what was held out.
+//! Does a prediction hold where it was not fitted? Folds of whole blocks, and the gain in log
+//! density on what was held out.
 //!
 //! ```text
 //! gain = Σ_blocks [ log p(held out | prediction) - log p(held out | nothing) ],     SE = √(K · var over blocks)
 //! ```
 //!
-//! Leave-block-out in place of leave-one-out, since neighbours tell each other's values; the standard
-//! error is known to come out too small, up to twofold, where the law is not the right one (Bengio
-//! & Grandvalet 2004; Sivula, Magnusson & Vehtari 2020), so ask for 2.5 of them.
+//! Leave-block-out in place of leave-one-out, since neighbours tell each other's values; the
+//! standard error is known to come out too small, up to twofold, where the law is not the right one
+//! (Bengio & Grandvalet 2004; Sivula, Magnusson & Vehtari 2020), so ask for 2.5 of them.
 
 use super::noise::Noise;
 use super::robust::loss;
 use super::sequence::Blocks;
 
-/// Folds that blocks are dealt to. Chosen here: five sixths of a recording fit a law as well as all of it.
+/// Folds that blocks are dealt to. Chosen here: five sixths of a recording fit a law as well as all
+/// of it.
 pub const FOLDS: usize = 6;
 
 /// How much better a prediction is than another on data that neither has seen.
@@ -54,8 +55,8 @@ impl Gain {
         Self::new(blocks.sums(pairs.map(|(a, b)| a - b)))
     }
 
-    /// Of what is left after a prediction (`after`) against what was left before, both in the values'
-    /// unit.
+    /// Of what is left after a prediction (`after`) against what was left before, both in the
+    /// values' unit.
     #[must_use]
     pub fn between(noise: &Noise, before: &[f64], after: &[f64]) -> Self {
         let [before, after] = [before, after].map(|left| log_densities(&noise.whiten(left)));

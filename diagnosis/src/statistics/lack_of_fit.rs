@@ -1,25 +1,25 @@
-//! The global lack-of-fit test: does a whitened residual hold more than noise? Three statistics, each
-//! blind where another sees.
+//! The global lack-of-fit test: does a whitened residual hold more than noise? Three statistics,
+//! each blind where another sees.
 //!
-//! With `e` the residual (bounded: `1.135 e/√(1 + (e/3)²)`, of variance 1 again) and `g` a column (the
-//! tangent of a law, a step, a bin), both orthogonal to the nuisances, `|g| = 1`, and
-//! `S_b = Σ_{i in b} gᵢ eᵢ` its score in block b:
+//! With `e` the residual (bounded: `1.135 e/√(1 + (e/3)²)`, of variance 1 again) and `g` a column
+//! (the tangent of a law, a step, a bin), both orthogonal to the nuisances, `|g| = 1`, and `S_b =
+//! Σ_{i in b} gᵢ eᵢ` its score in block b:
 //!
-//! 1. *Spread*: `z = Σ_b S_b/√(Σ_b S_b²)`, which needs no noise model. The p-value of the largest |z|
-//!    over all columns comes from flipping the signs of whole blocks (Westfall & Young 1993 max-T
-//!    with Rademacher signs, Wu 1986; Cameron, Gelbach & Miller 2008). Laws and bins each have
-//!    their own largest |z|, and the smaller p-value is referred to the same flips: a hundred bins
-//!    do not raise the bar for twenty laws.
-//! 2. *Rare*: |z| above cannot exceed the root of the number of blocks that a column touches, so what
-//!    shows in two blocks is lost. `z = Σ_b S_b/√φ`, where `φ` is how much blocks vary beyond
+//! 1. *Spread*: `z = Σ_b S_b/√(Σ_b S_b²)`, which needs no noise model. The p-value of the largest
+//!    |z| over all columns comes from flipping the signs of whole blocks (Westfall & Young 1993
+//!    max-T with Rademacher signs, Wu 1986; Cameron, Gelbach & Miller 2008). Laws and bins each
+//!    have their own largest |z|, and the smaller p-value is referred to the same flips: a hundred
+//!    bins do not raise the bar for twenty laws.
+//! 2. *Rare*: |z| above cannot exceed the root of the number of blocks that a column touches, so
+//!    what shows in two blocks is lost. `z = Σ_b S_b/√φ`, where `φ` is how much blocks vary beyond
 //!    independent noise (Huber's variance of block scores; its 95 % quantile over columns, after
 //!    the strongest columns are taken off, and at least 1), against the normal law, times the
 //!    number of columns (Bonferroni).
 //! 3. *Rhythm*: the strongest [`spectrum`] line of what the samples weigh.
 //!
-//! Errors that outlast a block (a dwell's own) would make neighbours flip together: while the scores
-//! of neighbouring blocks are correlated, blocks are joined in pairs; what correlation r is left
-//! widens both scores by `√(1 + 2r)`.
+//! Errors that outlast a block (a dwell's own) would make neighbours flip together: while the
+//! scores of neighbouring blocks are correlated, blocks are joined in pairs; what correlation r is
+//! left widens both scores by `√(1 + 2r)`.
 
 use nalgebra::DMatrix;
 
@@ -30,11 +30,12 @@ use super::sequence::Blocks;
 use super::spectrum::{self, Line};
 use super::tail;
 
-/// Accepted p-value, all three statistics together. Set on 3120 recordings without an effect (the bench
-/// `false_alarms`, seeds 0 to 239 of thirteen kinds of noise): 0.3 % of them pass, at most 1.3 %
-/// of a kind, since errors that outlast a block cost more than the p-values say.
+/// Accepted p-value, all three statistics together. Set on 3120 recordings without an effect (the
+/// bench `false_alarms`, seeds 0 to 239 of thirteen kinds of noise): 0.3 % of them pass, at most
+/// 1.3 % of a kind, since errors that outlast a block cost more than the p-values say.
 pub const ACCEPTED: f64 = 0.004;
-/// Shares of it: spread, rare, rhythm. Chosen here: most effects are spread, and its p-value is exact.
+/// Shares of it: spread, rare, rhythm. Chosen here: most effects are spread, and its p-value is
+/// exact.
 const SHARES: [f64; 3] = [0.5, 0.25, 0.25];
 /// Sign flips: p-values of the spread are multiples of 1/2000, a quarter of what it accepts.
 const FLIPS: usize = 1999;
@@ -51,8 +52,9 @@ const LEAST_KEPT: f64 = 1e-3;
 /// Chosen here; the bench `false_alarms` measures what they allow.
 const MOST_CORRELATED: f64 = 0.05;
 const LEAST_BLOCKS: usize = 16;
-/// Columns that are taken off before noise is read, at most, and the score over independent noise that
-/// each but the first needs. Chosen here: 5 standard deviations are no accident among hundreds.
+/// Columns that are taken off before noise is read, at most, and the score over independent noise
+/// that each but the first needs. Chosen here: 5 standard deviations are no accident among
+/// hundreds.
 const MOST_TAKEN: usize = 4;
 const LEAST_TAKEN: f64 = 5.0;
 /// Quantiles of the normal law, to three digits: 5 % two-sided false alarms, 80 % power.
@@ -65,8 +67,8 @@ pub struct Evidence<'a> {
     pub residual: &'a [f64],
     /// Columns, whitened.
     pub columns: &'a [Column],
-    /// Columns that are no news (gain and offset of the instrument), whitened, samples by rows. Leave
-    /// out one that the fit holds at its bound: it can take no more.
+    /// Columns that are no news (gain and offset of the instrument), whitened, samples by rows.
+    /// Leave out one that the fit holds at its bound: it can take no more.
     pub nuisances: &'a DMatrix<f64>,
     /// Blocks of samples.
     pub blocks: &'a Blocks,
@@ -81,7 +83,8 @@ pub struct Rhythm {
     pub samples: Vec<usize>,
     /// Of each of them, the time (s): as read, or of release at the rotors.
     pub clock_s: Vec<f64>,
-    /// Of each of them, how strongly it would show a pulsation; 1 for all, or the flow over the noise.
+    /// Of each of them, how strongly it would show a pulsation; 1 for all, or the flow over the
+    /// noise.
     pub weight: Vec<f64>,
 }
 
@@ -134,8 +137,9 @@ pub fn lack_of_fit(evidence: &Evidence<'_>) -> LackOfFit {
     }
 }
 
-/// The least departure of a parameter that would be noticed four times in five at the 5 % level, from
-/// the whitened change of the prediction per unit of it; in that unit. `None` where nothing changes.
+/// The least departure of a parameter that would be noticed four times in five at the 5 % level,
+/// from the whitened change of the prediction per unit of it; in that unit. `None` where nothing
+/// changes.
 ///
 /// ```text
 /// (1.96 + 0.84)/|g|,   1/|g| the standard error of the parameter alone
@@ -325,9 +329,9 @@ impl Tested {
         sums
     }
 
-    /// The residual without what the strongest columns explain, one after the other while one exceeds
-    /// what independent noise would show: that is signal, or noise that outlasts blocks, and would
-    /// pass for a spread between blocks. And how many.
+    /// The residual without what the strongest columns explain, one after the other while one
+    /// exceeds what independent noise would show: that is signal, or noise that outlasts blocks,
+    /// and would pass for a spread between blocks. And how many.
     fn without_strongest(&self, residual: &[f64]) -> (Vec<f64>, usize) {
         let mut left = residual.to_vec();
         for taken in 0..MOST_TAKEN {
@@ -361,7 +365,8 @@ struct Joined {
 }
 
 impl Joined {
-    /// Joins neighbours while their scores, less what the strongest columns explain, are correlated.
+    /// Joins neighbours while their scores, less what the strongest columns explain, are
+    /// correlated.
     fn until_independent(mut self, follows: &[bool]) -> Joined {
         let mut follows = follows.to_vec();
         loop {

@@ -1,18 +1,19 @@
 //! What is signal and what is noise: tests, trees, expressions and intervals on plain numbers.
 //!
-//! Nothing here knows air or recordings: values come as slices and nalgebra matrices, samples by rows.
-//! Samples of one series (one probe, one receiver) depend on one another, so every test, fold and
-//! interval works on [`sequence::Blocks`] of them. Every draw comes from a seed.
+//! Nothing here knows air or recordings: values come as slices and nalgebra matrices, samples by
+//! rows. Samples of one series (one probe, one receiver) depend on one another, so every test, fold
+//! and interval works on [`sequence::Blocks`] of them. Every draw comes from a seed.
 //!
 //! # In reading order
 //!
-//! [`draws`], [`quantile`], [`robust`] and [`tail`]: random numbers, order statistics, losses that gross
-//! errors cannot carry away, and tail probabilities. [`sequence`]: which sample follows which, and
-//! blocks of them. [`noise`]: how far values scatter, and whitening. [`mod@column`]: shapes that a
-//! residual is held against. [`mod@lack_of_fit`]: the global lack-of-fit test. [`spectrum`]: does it
-//! pulsate? [`change_point`]: does it step? [`mod@scan`]: where is it? [`held_out`]: does a prediction
-//! hold where it was not fitted? [`trees`]: the most that any function of the covariates explains.
-//! [`expression`]: the shortest formula for it. [`bootstrap`]: how sure an error is.
+//! [`draws`], [`quantile`], [`robust`] and [`tail`]: random numbers, order statistics, losses that
+//! gross errors cannot carry away, and tail probabilities. [`sequence`]: which sample follows
+//! which, and blocks of them. [`noise`]: how far values scatter, and whitening. [`mod@column`]:
+//! shapes that a residual is held against. [`mod@lack_of_fit`]: the global lack-of-fit test.
+//! [`spectrum`]: does it pulsate? [`change_point`]: does it step? [`mod@scan`]: where is it?
+//! [`held_out`]: does a prediction hold where it was not fitted? [`trees`]: the most that any
+//! function of the covariates explains. [`expression`]: the shortest formula for it. [`bootstrap`]:
+//! how sure an error is.
 //!
 //! # Example
 //!

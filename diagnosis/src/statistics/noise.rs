@@ -1,18 +1,21 @@
-//! How far values scatter about any smooth law: a constant part, a part that grows with the flow, and memory.
+//! How far values scatter about any smooth law: a constant part, a part that grows with the flow,
+//! and memory.
 //!
 //! ```text
 //! σ²(U) = s₀² + s₁² U²,        corr(εᵢ, εᵢ₊₁) = ρ^(Δt/Δt₀)
 //! ```
 //!
-//! Read from first differences of the residual where the baseline hardly changes: what the simulation gets wrong there is nearly
-//! the same on both sides and drops out, so real signals do not pass for noise. For noise of the first order
+//! Read from first differences of the residual where the baseline hardly changes: what the
+//! simulation gets wrong there is nearly the same on both sides and drops out, so real signals do
+//! not pass for noise. For noise of the first order
 //!
 //! ```text
 //! var(d) = 2 σ² (1 - ρ),       corr(dᵢ, dᵢ₊₁) = -(1 - ρ)/2  =>  ρ = 1 + 2 corr(dᵢ, dᵢ₊₁)
 //! ```
 //!
-//! Variances are Huber's scale ("Proposal 2", Huber 1964, Ann. Math. Stat. 35:73), which a third of wild differences cannot carry
-//! away and which, unlike a median, does not jump with the resolution of the instrument.
+//! Variances are Huber's scale ("Proposal 2", Huber 1964, Ann. Math. Stat. 35:73), which a third of
+//! wild differences cannot carry away and which, unlike a median, does not jump with the resolution
+//! of the instrument.
 
 use super::quantile::median;
 use super::robust::{HuberScale, loss};
@@ -41,8 +44,8 @@ impl Noise {
         self.sd().iter().map(|sd| (sd * sd).recip()).collect()
     }
 
-    /// Values over their scatter, with what neighbours share taken out: independent and of variance 1
-    /// where nothing is missing.
+    /// Values over their scatter, with what neighbours share taken out: independent and of variance
+    /// 1 where nothing is missing.
     #[must_use]
     pub fn whiten(&self, values: &[f64]) -> Vec<f64> {
         self.whitener.whiten(values)
@@ -62,9 +65,9 @@ pub struct NoiseModel {
     pub step_s: f64,
 }
 
-/// Most correlation of neighbours that is believed. A pulsation that is slow against the samples looks like
-/// memory; this keeps it from being taken for noise altogether. Chosen here: memory beyond ten
-/// samples belongs to the blocks.
+/// Most correlation of neighbours that is believed. A pulsation that is slow against the samples
+/// looks like memory; this keeps it from being taken for noise altogether. Chosen here: memory
+/// beyond ten samples belongs to the blocks.
 const MOST_RHO: f64 = 0.9;
 /// Differences a variance needs. Chosen here: below 20, a bin's variance is off by a third.
 const LEAST_DIFFERENCES: usize = 20;
@@ -72,9 +75,11 @@ const LEAST_DIFFERENCES: usize = 20;
 const MOST_BINS: usize = 12;
 /// A step is typical within this factor of the typical one: others would need ρ to be read.
 const TYPICAL: std::ops::RangeInclusive<f64> = 0.67..=1.5;
-/// A baseline that changes by less than this share of itself is flat. Chosen here: a law that is wrong by half shows as 1 %.
+/// A baseline that changes by less than this share of itself is flat. Chosen here: a law that is
+/// wrong by half shows as 1 %.
 const FLAT_SHARE: f64 = 0.02;
-/// Bound on a difference where its memory is read, in standard deviations. Chosen here: twice Huber's.
+/// Bound on a difference where its memory is read, in standard deviations. Chosen here: twice
+/// Huber's.
 const BOUND: f64 = 3.0;
 /// Least standard deviation that values are divided by, in the channel's unit.
 const LEAST_SD: f64 = 1e-12;
@@ -90,9 +95,9 @@ struct Difference {
     change: f64,
 }
 
-/// Reads the noise from a residual (recorded - simulated, in the channel's unit) and the baseline flow `U`,
-/// one value a sample each; `None` below 20 differences of neighbours. `least_s0`: least standard
-/// deviation in still air, the resolution over √12, say.
+/// Reads the noise from a residual (recorded - simulated, in the channel's unit) and the baseline
+/// flow `U`, one value a sample each; `None` below 20 differences of neighbours. `least_s0`: least
+/// standard deviation in still air, the resolution over √12, say.
 #[must_use]
 pub fn estimate(
     sequence: &Sequence,
@@ -150,7 +155,8 @@ pub fn estimate(
     })
 }
 
-/// `a, b >= 0` of `v = a + b U²`, by least squares weighted with each variance's own error, `√(2/n) v`.
+/// `a, b >= 0` of `v = a + b U²`, by least squares weighted with each variance's own error, `√(2/n)
+/// v`.
 fn constant_and_slope(variances: &[(f64, f64, f64)]) -> (f64, f64) {
     let overall = variances.iter().map(|(_, v, n)| v * n).sum::<f64>()
         / variances.iter().map(|(_, _, n)| n).sum::<f64>();
@@ -188,7 +194,8 @@ fn constant_and_slope(variances: &[(f64, f64, f64)]) -> (f64, f64) {
     (a, b)
 }
 
-/// ρ from successive differences, each bounded and in units of its own standard deviation; 0 where none follow one another.
+/// ρ from successive differences, each bounded and in units of its own standard deviation; 0 where
+/// none follow one another.
 fn memory(sequence: &Sequence, flat: &[&Difference], a: f64, b: f64) -> f64 {
     let mut scaled = vec![None; sequence.order.len()];
     for d in flat {
@@ -236,10 +243,12 @@ pub struct Whitener {
     shared: Vec<Shared>,
 }
 
-/// A pattern of unknown size that runs through a stretch of samples: an offset of one flight, a map that is a little too steep.
+/// A pattern of unknown size that runs through a stretch of samples: an offset of one flight, a map
+/// that is a little too steep.
 ///
-/// Its size is normal with mean 0, so it adds `a aᵀ` to the covariance (`a`: the pattern times its standard deviation, whitened by what
-/// came before), and whitening takes out of every vector most of what lies along `a`.
+/// Its size is normal with mean 0, so it adds `a aᵀ` to the covariance (`a`: the pattern times its
+/// standard deviation, whitened by what came before), and whitening takes out of every vector most
+/// of what lies along `a`.
 #[derive(Clone, Debug)]
 struct Shared {
     from: usize,
@@ -280,15 +289,16 @@ impl Whitener {
             })
             .collect();
         Self {
-            // No noise at all would make every residual infinitely surprising; far below any instrument, and squares stay finite.
+            // No noise at all would make every residual infinitely surprising; far below any
+            // instrument, and squares stay finite.
             sd: flow.iter().map(|&u| noise.sd(u).max(LEAST_SD)).collect(),
             before,
             shared: Vec::new(),
         }
     }
 
-    /// Samples `from` to `to` share a pattern of unknown size with this standard deviation, in the channel's unit, beside what they share
-    /// already.
+    /// Samples `from` to `to` share a pattern of unknown size with this standard deviation, in the
+    /// channel's unit, beside what they share already.
     pub fn share(&mut self, from: usize, pattern: &[f64]) {
         let mut values = vec![0.0; self.sd.len()];
         values[from..from + pattern.len()].copy_from_slice(pattern);

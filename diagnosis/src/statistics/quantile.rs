@@ -18,8 +18,8 @@ pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     })
 }
 
-/// The value nearest to a quantile of values in ascending order, so that it is always one of them (an end of
-/// a region, a draw); `share` from 0 to 1. `None` of no values.
+/// The value nearest to a quantile of values in ascending order, so that it is always one of them
+/// (an end of a region, a draw); `share` from 0 to 1. `None` of no values.
 #[must_use]
 pub fn nearest_rank(sorted: &[f64], share: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;

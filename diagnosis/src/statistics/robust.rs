@@ -16,8 +16,8 @@ pub fn loss(e: f64) -> f64 {
     2.0 * GROSS * GROSS * (stretch(e) - 1.0)
 }
 
-/// Weight of a whitened residual in iteratively reweighted least squares, `ρ'(e)/(2 e)`: 1 for small
-/// errors, `c/|e|` for gross ones.
+/// Weight of a whitened residual in iteratively reweighted least squares, `ρ'(e)/(2 e)`: 1 for
+/// small errors, `c/|e|` for gross ones.
 #[must_use]
 pub fn weight(e: f64) -> f64 {
     stretch(e).recip()
@@ -49,9 +49,9 @@ impl HuberScale {
     /// Rounds of the fixed point, which settles geometrically.
     const ROUNDS: usize = 60;
 
-    /// Variance `v` with `Σ min(d², k² v h) = v E[min(z², k²)] Σ h` ("Proposal 2", Huber 1964, Ann. Math.
-    /// Stat. 35:73), of squares `d²` that are expected to be `v h`; iterated from above. In the
-    /// unit of `d²/h`; not a number without any.
+    /// Variance `v` with `Σ min(d², k² v h) = v E[min(z², k²)] Σ h` ("Proposal 2", Huber 1964, Ann.
+    /// Math. Stat. 35:73), of squares `d²` that are expected to be `v h`; iterated from above. In
+    /// the unit of `d²/h`; not a number without any.
     #[must_use]
     pub fn variance(self, squares: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
         let sum = |(a, b): (f64, f64), (c, d): (f64, f64)| (a + c, b + d);

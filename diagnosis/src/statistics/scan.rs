@@ -1,10 +1,10 @@
-//! Where is it? Boxes in a few coordinates: where a residual leaves the noise, or where a correction is
-//! large.
+//! Where is it? Boxes in a few coordinates: where a residual leaves the noise, or where a
+//! correction is large.
 //!
-//! The scan looks at every interval between sixteenths of every coordinate, and within the best again
-//! at every other coordinate, for the largest `|Σ e|/√n` (Kulldorff 1997, Commun. Stat. 26:1481,
-//! for normal values); the same greedy search on residuals whose blocks have flipped sign says how
-//! large that is by chance.
+//! The scan looks at every interval between sixteenths of every coordinate, and within the best
+//! again at every other coordinate, for the largest `|Σ e|/√n` (Kulldorff 1997, Commun. Stat.
+//! 26:1481, for normal values); the same greedy search on residuals whose blocks have flipped sign
+//! says how large that is by chance.
 //!
 //! The description starts from samples that are known (where a correction exceeds half a standard
 //! deviation) and finds the fewest intervals that overlap with them most: intersection over union.
@@ -47,8 +47,8 @@ const PARTS: usize = 16;
 const LEAST_SAMPLES: usize = 10;
 /// Coordinates of a region. Chosen here: a third is rarely understood.
 const MOST_INTERVALS: usize = 2;
-/// What another coordinate must add to be worth a reader's attention: of |z|, of the overlap. Chosen
-/// here.
+/// What another coordinate must add to be worth a reader's attention: of |z|, of the overlap.
+/// Chosen here.
 const WORTH_Z: f64 = 0.1;
 const WORTH_OVERLAP: f64 = 0.03;
 /// Sign flips of the scan: p-values are multiples of 1/200.
@@ -93,8 +93,8 @@ impl<'a> Grid<'a> {
         self.parts[coordinate][sample].is_some_and(|part| run.contains(&part))
     }
 
-    /// Running sums over the parts of a coordinate, of a value and of the number of samples inside: any
-    /// run is one difference.
+    /// Running sums over the parts of a coordinate, of a value and of the number of samples inside:
+    /// any run is one difference.
     fn sums(
         &self,
         coordinate: usize,
@@ -141,9 +141,9 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// Scans a whitened residual over coordinates (one value a sample each; one that is not finite lies in no
-/// interval). `residual` is the same in its own unit, for the mean. `None` where no interval holds
-/// ten samples.
+/// Scans a whitened residual over coordinates (one value a sample each; one that is not finite lies
+/// in no interval). `residual` is the same in its own unit, for the mean. `None` where no interval
+/// holds ten samples.
 #[must_use]
 pub fn scan(
     coordinates: &[Vec<f64>],
@@ -213,8 +213,8 @@ fn search(grid: &Grid, white: &[f64]) -> (Vec<(usize, Run)>, f64) {
     (runs, z_of_box)
 }
 
-/// The fewest intervals that overlap most with the samples marked; none where none or all are, or no
-/// interval overlaps.
+/// The fewest intervals that overlap most with the samples marked; none where none or all are, or
+/// no interval overlaps.
 #[must_use]
 pub fn describe(coordinates: &[Vec<f64>], marked: &[bool]) -> Vec<Interval> {
     // Finer than the scan: nothing is searched by chance here.
@@ -234,8 +234,8 @@ pub fn describe(coordinates: &[Vec<f64>], marked: &[bool]) -> Vec<Interval> {
             .map(|run| (overlap(&run), coordinate, run))
             .reduce(|best, other| if other.0 > best.0 { other } else { best })
     };
-    // Pairs are searched whole: of two coordinates that only together bound a region, neither need be
-    // best alone.
+    // Pairs are searched whole: of two coordinates that only together bound a region, neither need
+    // be best alone.
     let all: Vec<usize> = (0..marked.len()).collect();
     let singles: Vec<(f64, usize, Run)> = (0..grid.counts.len())
         .filter_map(|coordinate| best_overlap(coordinate, &all))

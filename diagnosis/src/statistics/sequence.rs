@@ -1,11 +1,13 @@
-//! Which sample follows which, and blocks of neighbours that are drawn, flipped and held out together.
+//! Which sample follows which, and blocks of neighbours that are drawn, flipped and held out
+//! together.
 
 use super::quantile::median;
 
-/// Steps longer than this many typical ones are gaps: what came before says nothing about what comes after. Chosen here, as the
-/// shortest block has as many steps.
+/// Steps longer than this many typical ones are gaps: what came before says nothing about what
+/// comes after. Chosen here, as the shortest block has as many steps.
 const GAP_STEPS: f64 = 8.0;
-/// A block is at least this long (s): the slowest turbulence in a jet of these sizes (`r_half/U_C` below 2 s) is over by then.
+/// A block is at least this long (s): the slowest turbulence in a jet of these sizes (`r_half/U_C`
+/// below 2 s) is over by then.
 const BLOCK_S: f64 = 15.0;
 /// And at least this many typical steps.
 const BLOCK_STEPS: f64 = 8.0;
@@ -13,9 +15,11 @@ const BLOCK_STEPS: f64 = 8.0;
 /// Samples in the order of their series, and of time within each.
 #[derive(Clone, Debug)]
 pub struct Sequence {
-    /// Indices of samples, series by series in the order of their numbers, each in the order of time.
+    /// Indices of samples, series by series in the order of their numbers, each in the order of
+    /// time.
     pub order: Vec<usize>,
-    /// Of every sample, the one before it in its series; `None` at the start of a series and after a gap.
+    /// Of every sample, the one before it in its series; `None` at the start of a series and after
+    /// a gap.
     pub previous: Vec<Option<usize>>,
     /// Time since that one (s); 0 without one.
     pub step_s: Vec<f64>,
@@ -81,9 +85,11 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// Equal parts of every stretch without a gap, each at least `max(15 s, 8 steps)` long; a shorter stretch is one block.
+    /// Equal parts of every stretch without a gap, each at least `max(15 s, 8 steps)` long; a
+    /// shorter stretch is one block.
     ///
-    /// Give probes that hang side by side one series number if they may err together; then a block spans all of them.
+    /// Give probes that hang side by side one series number if they may err together; then a block
+    /// spans all of them.
     #[must_use]
     pub fn new(sequence: &Sequence, t_s: &[f64]) -> Self {
         let least_s = BLOCK_S.max(BLOCK_STEPS * sequence.typical_step_s);
@@ -118,8 +124,8 @@ impl Blocks {
         self.follows.len()
     }
 
-    /// Every block joined with the one that follows it: half as many, twice as long. Returns, for every block, its new number,
-    /// and whether each new block follows the one before.
+    /// Every block joined with the one that follows it: half as many, twice as long. Returns, for
+    /// every block, its new number, and whether each new block follows the one before.
     #[must_use]
     pub fn pairs(follows: &[bool]) -> (Vec<usize>, Vec<bool>) {
         let mut joined = Vec::with_capacity(follows.len());

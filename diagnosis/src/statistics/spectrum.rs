@@ -1,16 +1,18 @@
 //! Does it pulsate? The strongest line of a Lomb-Scargle spectrum against its own neighbourhood.
 //!
-//! Blocks of random sign average a pulsation out, and an estimate of memory swallows it; its spectrum shows it. Power at a
-//! frequency is what a sine and a cosine take off the sum of squares (Lomb 1976, Scargle 1982), so uneven steps and gaps do no harm.
-//! It is held against the median of its neighbours, which follows a spectrum that slopes. For noise that is level over the
-//! neighbourhood, powers are exponential; the median of `n` of them is the `m`-th of `n` order statistics, whose Laplace
-//! transform (Rényi 1953) makes the p-value exact:
+//! Blocks of random sign average a pulsation out, and an estimate of memory swallows it; its
+//! spectrum shows it. Power at a frequency is what a sine and a cosine take off the sum of squares
+//! (Lomb 1976, Scargle 1982), so uneven steps and gaps do no harm. It is held against the median of
+//! its neighbours, which follows a spectrum that slopes. For noise that is level over the
+//! neighbourhood, powers are exponential; the median of `n` of them is the `m`-th of `n` order
+//! statistics, whose Laplace transform (Rényi 1953) makes the p-value exact:
 //!
 //! ```text
 //! P(power/median > x) = Π_{i<m} (n - i)/(n - i + x)
 //! ```
 //!
-//! Multiplied by the number of frequencies looked at (Bonferroni; Fisher's g test of 1929 with a floor that may slope).
+//! Multiplied by the number of frequencies looked at (Bonferroni; Fisher's g test of 1929 with a
+//! floor that may slope).
 
 use super::quantile::median;
 
@@ -23,17 +25,20 @@ pub struct Line {
     pub p: f64,
 }
 
-/// Slower than this (s) is the business of steps and bins, and of blocks. The length of the shortest block.
+/// Slower than this (s) is the business of steps and bins, and of blocks. The length of the
+/// shortest block.
 const LONGEST_PERIOD_S: f64 = 15.0;
 /// Frequencies per independent one: a line between two of them loses at most a fifth of its power.
 const OVERSAMPLING: usize = 2;
-/// Independent frequencies on either side that make the neighbourhood, and those that a line itself spills into.
+/// Independent frequencies on either side that make the neighbourhood, and those that a line itself
+/// spills into.
 const NEIGHBOURS: usize = 40;
 const SPILLED: usize = 3;
 /// Samples that a spectrum needs.
 const LEAST_SAMPLES: usize = 64;
 
-/// The strongest line in values at times of any order (s); `None` below 64 samples or where no period below 15 s fits.
+/// The strongest line in values at times of any order (s); `None` below 64 samples or where no
+/// period below 15 s fits.
 ///
 /// The clock may be convected: time since what arrives now left the rotors.
 #[must_use]
@@ -62,7 +67,8 @@ pub fn strongest_line(clock_s: &[f64], values: &[f64]) -> Option<Line> {
     if highest < lowest + 2 * NEIGHBOURS * OVERSAMPLING {
         return None;
     }
-    // Slower ones are neighbours all the same: without them the lowest line would be held against a floor that has sloped away.
+    // Slower ones are neighbours all the same: without them the lowest line would be held against a
+    // floor that has sloped away.
     let first_power = lowest.saturating_sub(NEIGHBOURS * OVERSAMPLING).max(1);
     let powers = powers(&times, values, first_power, highest, spacing_hz);
     let (at, p) = (lowest - first_power..powers.len())
@@ -77,7 +83,8 @@ pub fn strongest_line(clock_s: &[f64], values: &[f64]) -> Option<Line> {
     })
 }
 
-/// Sum of squares that a sine and a cosine explain, at every multiple of the spacing from `lowest` to `highest`.
+/// Sum of squares that a sine and a cosine explain, at every multiple of the spacing from `lowest`
+/// to `highest`.
 fn powers(
     times: &[f64],
     values: &[f64],

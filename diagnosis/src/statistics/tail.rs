@@ -2,14 +2,15 @@
 
 use statrs::function::erf::erfc;
 
-/// Probability that a normal value lies further than `z` standard deviations from its mean, on either
-/// side: `erfc(|z|/√2)`.
+/// Probability that a normal value lies further than `z` standard deviations from its mean, on
+/// either side: `erfc(|z|/√2)`.
 #[must_use]
 pub fn normal_two_sided(z: f64) -> f64 {
     erfc(z.abs() / std::f64::consts::SQRT_2)
 }
 
-/// Probability that a Brownian bridge leaves ±`x` (Kolmogorov 1933): `2 Σ (-1)^(k+1) exp(-2 k² x²)`.
+/// Probability that a Brownian bridge leaves ±`x` (Kolmogorov 1933): `2 Σ (-1)^(k+1) exp(-2 k²
+/// x²)`.
 #[must_use]
 pub fn kolmogorov(x: f64) -> f64 {
     // Below this the sum needs many terms, and the probability is 1 to nine digits.

@@ -17,7 +17,8 @@ use super::held_out::{self, FOLDS, Gain};
 use super::noise::Noise;
 use super::quantile::quantile_edges;
 
-/// Trees of a forest. Chosen here: 120 steps of 0.08 leave 5e-5 of a signal that every tree catches.
+/// Trees of a forest. Chosen here: 120 steps of 0.08 leave 5e-5 of a signal that every tree
+/// catches.
 const TREES: usize = 120;
 /// Splits from root to leaf. Chosen here: an interaction of three covariates fits a tree.
 const DEPTH: usize = 3;
@@ -25,8 +26,8 @@ const DEPTH: usize = 3;
 const RATE: f64 = 0.08;
 /// Samples that a leaf needs. Chosen here.
 const LEAST_LEAF: f64 = 20.0;
-/// Weight added to every leaf, λ, in units of the mean weight of a sample: draws small leaves to 0. Chosen
-/// here: as of ten samples.
+/// Weight added to every leaf, λ, in units of the mean weight of a sample: draws small leaves to 0.
+/// Chosen here: as of ten samples.
 const SHRINKAGE: f64 = 10.0;
 /// Bins of a covariate besides that of NaN.
 const BINS: usize = 32;
@@ -44,8 +45,8 @@ pub struct Forest {
 /// Complete binary tree: node k has children 2k + 1 and 2k + 2.
 #[derive(Clone, Debug, PartialEq)]
 struct Tree {
-    /// Of every inner node, the covariate and the last bin that goes left; a node that does not split
-    /// sends all left.
+    /// Of every inner node, the covariate and the last bin that goes left; a node that does not
+    /// split sends all left.
     splits: Vec<(usize, u8)>,
     leaves: Vec<f64>,
 }
@@ -66,8 +67,8 @@ pub struct HeldOut {
     pub gain: Gain,
 }
 
-/// Grouped cross-validation of trees on a residual `y` (in the values' unit); folds run in parallel, and
-/// the answer does not depend on the threads.
+/// Grouped cross-validation of trees on a residual `y` (in the values' unit); folds run in
+/// parallel, and the answer does not depend on the threads.
 #[must_use]
 pub fn held_out(covariates: &[Vec<f64>], y: &[f64], noise: &Noise) -> HeldOut {
     let weights = noise.weights();
@@ -276,8 +277,8 @@ impl Ground<'_> {
         cells
     }
 
-    /// The covariate and the last bin on the left that gain most; ties go to the earlier covariate and
-    /// the lower bin.
+    /// The covariate and the last bin on the left that gain most; ties go to the earlier covariate
+    /// and the lower bin.
     fn best_split(&self, cells: &Cells) -> Option<(f64, usize, u8)> {
         let mut best: Option<(f64, usize, u8)> = None;
         for (covariate, cells) in cells.iter().enumerate() {
@@ -300,8 +301,8 @@ impl Ground<'_> {
         best
     }
 
-    /// Grows one tree, level by level; returns it with the rows of every leaf. Sums of the larger child
-    /// are those of the node less the smaller's.
+    /// Grows one tree, level by level; returns it with the rows of every leaf. Sums of the larger
+    /// child are those of the node less the smaller's.
     fn grow_tree(&self, rows: &[u32], gains: &mut [f64]) -> (Tree, Vec<Vec<u32>>) {
         let mut splits = Vec::with_capacity((1 << DEPTH) - 1);
         let mut nodes = vec![(rows.to_vec(), self.cells(rows))];

@@ -107,7 +107,8 @@ fn an_offset_is_written_beside_a_square() {
 fn noise_gains_nothing_where_it_was_not_fitted() {
     let made = made(|_, _, _| 0.0, 1.0);
     for (_, found) in found(&made, 1.0) {
-        // A formula's constants gain half a unit each on what they are fitted to and lose as much on the rest; chosen among hundreds.
+        // A formula's constants gain half a unit each on what they are fitted to and lose as much
+        // on the rest; chosen among hundreds.
         assert!(
             found.gain.total < 4.0,
             "{} {:?}",

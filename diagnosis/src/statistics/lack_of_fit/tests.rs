@@ -1,4 +1,5 @@
-//! Synthetic recordings of known content; how often noise alone passes is measured by the benchmark `false_alarms`.
+//! Synthetic recordings of known content; how often noise alone passes is measured by the benchmark
+//! `false_alarms`.
 
 use super::*;
 use crate::statistics::column;

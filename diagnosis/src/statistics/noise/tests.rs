@@ -1,7 +1,8 @@
 use super::*;
 use crate::statistics::draws::Draws;
 
-/// Dwells of 30 samples at flows from 0 to 4, noise of known size, and a residual of half the flow, which is signal.
+/// Dwells of 30 samples at flows from 0 to 4, noise of known size, and a residual of half the flow,
+/// which is signal.
 fn made_up(seed: u64, n: usize, truth: NoiseModel) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let mut random = Draws::new(seed);
     let mut state = random.normal();
@@ -47,7 +48,8 @@ fn a_tenth_of_wild_readings_changes_sd_by_less_than_a_third() {
     }
     let sequence = Sequence::new(&t_s, &vec![0; t_s.len()]);
     let noise = estimate(&sequence, &residuals, &flows, 0.0).expect("enough");
-    // A tenth of the differences are wild; Huber's scale then rises by a sixth, and ρ falls, which the factor 2 covers.
+    // A tenth of the differences are wild; Huber's scale then rises by a sixth, and ρ falls, which
+    // the factor 2 covers.
     assert!(noise.sd(3.0) < 1.34 * TRUTH.sd(3.0), "{noise:?}");
 }
 
