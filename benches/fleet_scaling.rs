@@ -15,7 +15,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use planner::{Control, plan_world, scenario};
+use planner::{Control, plan_world, read_world};
 use tools::instances::Floor;
 
 const FLEETS: [usize; 5] = [10, 50, 100, 200, 500];
@@ -29,8 +29,7 @@ fn scaling(c: &mut Criterion) {
         group.measurement_time(Duration::from_secs(5));
         for drones in FLEETS {
             let text = floor.scenario(drones, SEED).expect("there is room");
-            let no_files = |file: &str| Err(format!("there is no {file}"));
-            let world = scenario::read_world(&text, &no_files).expect("in order");
+            let world = read_world(&text).expect("in order");
             group.bench_with_input(BenchmarkId::from_parameter(drones), &world, |b, world| {
                 b.iter(|| plan_world(black_box(world), &Control::QUIET));
             });

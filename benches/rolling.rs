@@ -24,19 +24,18 @@ use planner::plan::Plan;
 use planner::plan::outcome::Progress;
 use planner::replan::rolling::{Change, Running};
 use planner::scenario::world::{Drone, Task, World};
-use planner::{Control, Outcome, plan_world, scenario};
+use planner::{Control, plan_world, read_world};
 
 const DRONES: usize = 500;
 const AT_S: f64 = 5.0;
 
 fn planned() -> (World, Plan) {
     let text = tools::instances::hall(DRONES, 1).expect("the hall has room");
-    let read = scenario::read_world(&text, &|file| Err(format!("there is no {file}")));
+    let read = read_world(&text);
     let world = read.expect("in order");
-    match plan_world(&world, &Control::QUIET) {
-        Outcome::Planned { plan, .. } => (world, plan),
-        _ => panic!("the hall has a plan"),
-    }
+    let outcome = plan_world(&world, &Control::QUIET).expect("in order");
+    let planned = outcome.into_planned().expect("the hall has a plan");
+    (world, planned.plan)
 }
 
 /// Places in columns that nobody starts or ends in.

@@ -1,9 +1,6 @@
 //! Plans for the tests of what is printed and drawn.
 
-use planner::plan::Plan;
-use planner::scenario::read_world;
-use planner::scenario::world::World;
-use planner::{Control, Outcome};
+use planner::{Control, Plan, World, read_world};
 
 /// Four drones, two shelves, a column and a desk; plausible, unverified.
 pub(crate) fn warehouse() -> Plan {
@@ -13,10 +10,9 @@ pub(crate) fn warehouse() -> Plan {
 /// Many drones in an empty hall.
 pub(crate) fn hall(drones: usize) -> Plan {
     let text = tools::instances::Floor::Hall.scenario(drones, 1);
-    match planner::plan_world(&world(&text.expect("they fit")), &Control::QUIET) {
-        Outcome::Planned { plan, .. } => plan,
-        other => panic!("{other:?}"),
-    }
+    let outcome = planner::plan_world(&world(&text.expect("they fit")), &Control::QUIET);
+    let planned = outcome.expect("in order").into_planned();
+    planned.expect("a plan").plan
 }
 
 /// `k4` hovers four metres below `m1`, a little beside its axis.
@@ -34,6 +30,5 @@ pub(crate) fn two_above_each_other() -> World {
 }
 
 fn world(text: &str) -> World {
-    let no_files = |file: &str| Err(format!("there is no {file}"));
-    read_world(text, &no_files).expect("a scenario in order")
+    read_world(text).expect("a scenario in order")
 }

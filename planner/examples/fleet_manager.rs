@@ -6,12 +6,13 @@
 //!
 //! Nothing is read and nothing is written: a scenario goes in as text, plans come out as plain data.
 
+use std::error::Error;
 use std::process::ExitCode;
 
 use nalgebra::Point3;
+use planner::plan::Plan;
 use planner::plan::outcome::{Control, Outcome};
-use planner::plan::{Plan, Status};
-use planner::scenario::read_world;
+use planner::read_world;
 use planner::scenario::world::{AtStart, Task, World};
 
 /// Two scouts count stock on their sides of a rack while a heavy drone crosses the hall above them.
@@ -26,19 +27,10 @@ const SHIFT: &str = r#"Scenario(
   ],
 )"#;
 
-fn main() -> ExitCode {
-    // No mesh is named above, so nobody asks for a file.
-    let world = match read_world(SHIFT, &|file| Err(format!("there is no {file}"))) {
-        Ok(world) => world,
-        Err(problems) => {
-            problems
-                .iter()
-                .for_each(|problem| eprintln!("error: {problem}"));
-            return ExitCode::from(2);
-        }
-    };
-    let Some(plan) = planned(&world) else {
-        return ExitCode::from(1);
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let world = read_world(SHIFT)?;
+    let Some(plan) = planned(&world)? else {
+        return Ok(ExitCode::FAILURE);
     };
     tell("the shift", &plan);
 
@@ -52,31 +44,33 @@ fn main() -> ExitCode {
     if let Some(scout) = rest.drones.iter_mut().find(|drone| drone.name == "scout-2") {
         scout.tasks.push(order);
     }
-    let Some(plan) = planned(&rest) else {
-        return ExitCode::from(1);
+    let Some(plan) = planned(&rest)? else {
+        return Ok(ExitCode::FAILURE);
     };
     tell("after 4 s, with one more order for scout-2", &plan);
-    ExitCode::SUCCESS
+    Ok(ExitCode::SUCCESS)
 }
 
-/// A plan in which everybody flies and nothing is violated.
-fn planned(world: &World) -> Option<Plan> {
-    match planner::plan_world(world, &Control::QUIET) {
-        Outcome::Planned { plan, .. } if plan.status == Status::Safe => return Some(plan),
-        Outcome::Planned { plan, .. } => {
-            for left_out in &plan.unplanned {
-                eprintln!("{} stays: {}", left_out.name, left_out.reason);
+/// A plan that is safe; what keeps it from being so is told otherwise.
+fn planned(world: &World) -> Result<Option<Plan>, Box<dyn Error>> {
+    match planner::plan_world(world, &Control::QUIET)? {
+        Outcome::Safe(planned) => return Ok(Some(planned.plan)),
+        Outcome::Partial(planned) => {
+            for failure in &planned.failures {
+                eprintln!("{} stays: {}", failure.drone, failure.cause);
             }
         }
-        Outcome::Blocked { conflicts } => {
+        Outcome::Unsafe(planned) => {
             eprintln!(
-                "{} pairs of starts or goals exclude one another",
-                conflicts.len()
+                "not to be flown: {} violations",
+                planned.plan.violations.len()
             );
         }
-        Outcome::Stopped => eprintln!("stopped before there was any plan"),
+        Outcome::Infeasible { conflicts } => {
+            eprintln!("{} pairs of starts exclude one another", conflicts.len());
+        }
     }
-    None
+    Ok(None)
 }
 
 /// What is left of a world once its plan has been flown up to a time (s): everybody starts where it is,

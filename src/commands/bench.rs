@@ -1,12 +1,11 @@
 //! `plan bench`: how planning grows with the fleet, as a table with its machine and its command.
 
 use std::num::NonZeroUsize;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Args;
-use planner::plan::outcome::{Control, Progress as Phase};
+use planner::Control;
 use serde::Serialize;
 use tools::bench::growth::{Growth, growth};
 use tools::bench::instance::{Figures, Instance, Measured};
@@ -100,23 +99,16 @@ fn plan(one: &Instance) -> Result<Figures, Failure> {
     let world = read_text(one.place.name(), &text, None, &no_files)?;
     use_threads(one.jobs)?;
     let watch = Watch::start(one.time_limit);
-    // Set once the plan is verified: what follows is planned again below, under a limit of its own.
-    let peak = OnceLock::new();
     let cut_short = AtomicBool::new(false);
-    let mut outcome = planner::plan_world(
+    let outcome = planner::plan_world(
         &world,
         &Control {
             stop: &|| {
-                let stop = peak.get().is_none() && watch.stop();
+                let stop = watch.stop();
                 cut_short.fetch_or(stop, Ordering::Relaxed);
-                stop || peak.get().is_some()
+                stop
             },
-            progress: &|phase| {
-                watch.progress(phase);
-                if phase == Phase::IgnoringDownwash {
-                    peak.get_or_init(peak_memory_bytes);
-                }
-            },
+            progress: &|phase| watch.progress(phase),
             ..Control::QUIET
         },
     );
@@ -125,11 +117,12 @@ fn plan(one: &Instance) -> Result<Figures, Failure> {
         planning: spent.planning,
         verification: spent.verification,
         cut_short: cut_short.into_inner(),
-        peak_memory_bytes: *peak.get_or_init(peak_memory_bytes),
+        peak_memory_bytes: peak_memory_bytes(),
     };
-    if let (planner::Outcome::Planned { plan, .. }, true) = (&mut outcome, one.contrast) {
+    let mut planned = outcome.ok().and_then(planner::Outcome::into_planned);
+    if let (Some(planned), true) = (&mut planned, one.contrast) {
         let watch = Watch::start(one.time_limit);
-        plan.ignoring_downwash = planner::contrast(
+        planned.plan.ignoring_downwash = planner::contrast(
             &world,
             &Control {
                 stop: &|| watch.stop(),
@@ -137,7 +130,7 @@ fn plan(one: &Instance) -> Result<Figures, Failure> {
             },
         );
     }
-    Ok(Figures::of(&outcome, world.drones.len(), measured))
+    Ok(Figures::of(planned.as_ref(), world.drones.len(), measured))
 }
 
 impl Arguments {

@@ -6,9 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
-use planner::plan::outcome::{Control, Effort, Outcome};
-use planner::plan::{Plan, Status};
-use planner::scenario::world::World;
+use planner::plan::outcome::Effort;
+use planner::{Control, Outcome, Plan, Planned, World};
 use serde::Serialize;
 
 use crate::io::failure::{Failure, answer, tell, tell_error};
@@ -45,6 +44,9 @@ pub(crate) struct Arguments {
     /// Stop after this long with the best plan so far; time left over makes it better
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     time_limit: Option<Duration>,
+    /// Do not plan the fleet once more as if there were no downwash, to say what ignoring it would cost
+    #[arg(long)]
+    no_contrast: bool,
 }
 
 /// Contents of timing.json: all that differs between two runs of the same scenario.
@@ -69,7 +71,7 @@ struct Timing {
 /// What `--format json` prints.
 #[derive(Default, Serialize)]
 struct Printed<'a> {
-    /// `safe`, `partial`, `unsafe`, `blocked` or `stopped`.
+    /// `safe`, `partial`, `unsafe` or `blocked`.
     status: &'static str,
     plan: Option<&'a Plan>,
     conflicts: Vec<ConflictEntry>,
@@ -98,67 +100,72 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         stop: &|| watch.stop(),
         improve: &|| watch.improve(),
         progress: &|progress| watch.progress(progress),
+        contrast: !arguments.no_contrast,
     };
-    let outcome = planner::plan_world(&world, &control);
-    if let Outcome::Planned {
-        plan,
-        conflicts,
-        well_formed,
-        effort,
-    } = outcome
-    {
-        let durations = watch.finish();
-        let known = well_formed.as_ref();
-        let report = report::report(&plan, &durations, known, effort.improved_s());
-        let mut printed = Printed {
-            status: plan.status.as_str(),
-            plan: Some(&plan),
-            conflicts: conflicts::describe_all(&conflicts, &world),
-            well_formed: known.map(|known| well_formed::describe(known, &plan)),
-            timing: Some(Timing::of(&durations, &effort)),
-            files: Vec::new(),
-        };
-        let texts = vec![
-            ("plan.json".to_owned(), files::json(&plan)),
-            ("timing.json".to_owned(), files::json(&printed.timing)),
-            ("plan.svg".to_owned(), plots::plan::draw(&plan)),
-        ];
-        printed.files = files::write_below(&out.path, texts)?;
-        say(arguments.format, &printed, &report, reasons(&plan))?;
-        return Ok(Answer::from(
-            plan.status == Status::Safe && plan.unplanned.is_empty() && plan.violations.is_empty(),
-        ));
-    }
-    // No plan can be safe, or there was no time for one: nothing is written.
+    // A world that was read is in order.
+    let outcome = planner::plan_world(&world, &control)
+        .map_err(|faults| Failure::Scenario(faults.to_string()))?;
+    let conflicts = match outcome {
+        Outcome::Safe(planned) | Outcome::Partial(planned) | Outcome::Unsafe(planned) => {
+            let durations = watch.finish();
+            return deliver(arguments.format, &out, &world, &planned, &durations);
+        }
+        Outcome::Infeasible { conflicts } => conflicts,
+    };
+    // No plan can be safe: nothing is written.
     out.abandon();
-    let mut printed = Printed {
-        status: "stopped",
+    let printed = Printed {
+        status: "blocked",
+        conflicts: conflicts::describe_all(&conflicts, &world),
         ..Printed::default()
     };
-    let mut report = Report::default();
-    let mut errors = Vec::new();
-    if let Outcome::Blocked { conflicts } = outcome {
-        printed.status = "blocked";
-        printed.conflicts = conflicts::describe_all(&conflicts, &world);
-        let pairs = words::count(conflicts.len(), "pair", "pairs");
-        report.title = format!(
+    let pairs = words::count(conflicts.len(), "pair", "pairs");
+    let mut report = Report {
+        title: format!(
             "{}: no plan can be safe, {pairs} at the start exclude one another",
             world.name
-        );
+        ),
+        ..Report::default()
+    };
+    if control.contrast {
         let contrast = match planner::contrast(&world, &control) {
             Some(contrast) => report::contrast(Some(&contrast)),
             None => "Ignoring downwash: no plan either.".into(),
         };
         report.section("", vec![Part::Line(contrast)]);
-    } else {
-        errors.push(vec![
-            "stopped before there was any plan; nothing is written".to_owned(),
-            "help: allow more time".to_owned(),
-        ]);
     }
     watch.finish();
-    say(arguments.format, &printed, &report, errors)?;
+    say(arguments.format, &printed, &report, Vec::new())?;
     Ok(Answer::No)
+}
+
+/// Writes the files, and prints the report with every reason for a no.
+fn deliver(
+    format: Format,
+    out: &OutFolder,
+    world: &World,
+    planned: &Planned,
+    durations: &Durations,
+) -> Result<Answer, Failure> {
+    let Planned { plan, effort, .. } = planned;
+    let known = planned.well_formed.as_ref();
+    let report = report::report(plan, durations, known, effort.improved_s());
+    let mut printed = Printed {
+        status: plan.status.as_str(),
+        plan: Some(plan),
+        conflicts: conflicts::describe_all(&planned.conflicts, world),
+        well_formed: known.map(|known| well_formed::describe(known, plan)),
+        timing: Some(Timing::of(durations, effort)),
+        files: Vec::new(),
+    };
+    let texts = vec![
+        ("plan.json".to_owned(), files::json(plan)),
+        ("timing.json".to_owned(), files::json(&printed.timing)),
+        ("plan.svg".to_owned(), plots::plan::draw(plan)),
+    ];
+    printed.files = files::write_below(&out.path, texts)?;
+    say(format, &printed, &report, reasons(plan))?;
+    Ok(Answer::from(plan.is_safe()))
 }
 
 /// Prints an answer; then on standard error its conflicts and every other error, each with its lines.
@@ -274,7 +281,11 @@ pub(crate) fn read_text(
     finding: Option<&str>,
     load: &dyn Fn(&str) -> Result<String, String>,
 ) -> Result<World, Failure> {
-    planner::scenario::read_world_flying(text, finding, &load).map_err(|found| {
+    let mut files = planner::Files::new(load);
+    if let Some(finding) = finding {
+        files = files.with_finding(finding);
+    }
+    planner::read_world_with(text, &files).map_err(|found| {
         let colour = problems::colour_on_stderr();
         Failure::Scenario(problems::draw(&found, name, text, colour))
     })

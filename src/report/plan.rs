@@ -28,7 +28,10 @@ pub(crate) fn report(
     let mut lines = vec![summary(plan, durations)];
     lines.extend(well_formed.map(|known| well_formed::in_a_line(known, plan)));
     lines.extend(improved_s.map(|improved_s| improved(plan, improved_s)));
-    lines.push(contrast(plan.ignoring_downwash.as_ref()));
+    let ignoring = plan.ignoring_downwash.as_ref();
+    if ignoring.is_some() || !durations.ignoring_downwash.is_zero() {
+        lines.push(contrast(ignoring));
+    }
     report.section("", lines.into_iter().map(Part::Line).collect());
     report
 }
@@ -169,7 +172,7 @@ fn improved(plan: &Plan, improved_s: f64) -> String {
     )
 }
 
-/// What the same fleet would be exposed to if its paths ignored downwash: always said.
+/// What the same fleet would be exposed to if its paths ignored downwash.
 pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
     let Some(ignoring) = ignoring else {
         return "Ignoring downwash: not known, the second plan was not made.".into();

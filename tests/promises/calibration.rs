@@ -261,7 +261,7 @@ fn what_a_calibration_writes_a_scenario_can_fly() {
         "jet.ron" => Ok(text.clone()),
         _ => Err("no such file".to_owned()),
     };
-    let world = planner::scenario::read_world(scenario, &files)
+    let world = planner::read_world_with(scenario, &planner::Files::new(&files))
         .unwrap_or_else(|problems| panic!("{text}\n{problems:#?}"));
     let (read, fitted) = (world.jet, calibration.jet.jet());
     // The digits that are written.

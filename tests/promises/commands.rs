@@ -329,8 +329,7 @@ fn every_generated_scenario_is_one() {
     ] {
         let output = Desk::with(&[]).plan(&[&["generate", kind], options].concat());
         assert_eq!(code(&output), 0, "{kind}: {}", stderr(&output));
-        let no_meshes = |_: &str| Err("no meshes here".to_owned());
-        let world = planner::scenario::read_world(stdout(&output), &no_meshes);
+        let world = planner::read_world(stdout(&output));
         assert!(world.is_ok(), "{kind}: {:?}", world.err());
     }
 }

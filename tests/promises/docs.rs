@@ -62,9 +62,7 @@ fn the_scenario_in_the_docs_is_read_without_complaint() {
     let [scenario] = &blocks(&text, "ron")[..] else {
         panic!("docs/formats.md has one scenario");
     };
-    let world =
-        planner::scenario::read_world(scenario, &|file: &str| Err(format!("there is no {file}")))
-            .unwrap();
+    let world = planner::read_world(scenario).unwrap();
     assert_eq!(world.drones.len(), 2);
 }
 

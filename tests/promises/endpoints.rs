@@ -2,11 +2,11 @@
 
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
+use planner::endpoint_conflicts as check;
 use planner::plan::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion};
 use planner::scenario::world::{
     AtEnd, AtStart, Bounds, Drone, Planning, Task, Vehicle, World, Zone,
 };
-use planner::solver::endpoints::check;
 
 fn drone(name: &str, start_m: [f64; 3], goal_m: Option<[f64; 3]>) -> Drone {
     let airframe = Airframe::preset("offboard-2").expect("a preset");

@@ -8,7 +8,7 @@ use tools::instances::{Floor, InstanceError};
 
 fn world(floor: Floor, drones: usize, seed: u64) -> planner::scenario::world::World {
     let text = floor.scenario(drones, seed).unwrap();
-    planner::scenario::read_world(&text, &|file| Err(format!("there is no {file}"))).unwrap()
+    planner::read_world(&text).unwrap()
 }
 
 #[test]
@@ -21,7 +21,7 @@ fn nobody_starts_or_ends_in_the_air_of_another_however_many_they_are() {
         (Floor::Field, 5000),
         (Floor::MixedHall, 500),
     ] {
-        let found = planner::solver::endpoints::check(&world(floor, drones, 1));
+        let found = planner::endpoint_conflicts(&world(floor, drones, 1));
         assert!(found.is_empty(), "{floor:?} {drones}: {:?}", found[0]);
     }
 }
@@ -42,7 +42,7 @@ fn a_mixed_hall_filled_to_the_last_column_still_has_endpoints_in_order() {
                 .into_iter()
                 .all(|drone| drone.vehicle.airframe.name() == "matrice-300")
         );
-        let found = planner::solver::endpoints::check(&world);
+        let found = planner::endpoint_conflicts(&world);
         assert!(found.is_empty(), "seed {seed}: {:?}", found[0]);
     }
 }

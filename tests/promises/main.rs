@@ -29,7 +29,6 @@ mod recordings_commands;
 mod scaling;
 mod scenario;
 mod scenarios;
-mod solid;
 mod verifier;
 mod volumes;
 mod wakes;

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use planner::plan::Plan;
 use planner::scenario::world::World;
-use planner::{Control, Outcome, plan_world};
+use planner::{Control, plan_world};
 
 /// Plans and expects a plan, patiently: it may take seconds of searching, not minutes.
 fn planned(world: &World) -> Plan {
@@ -25,17 +25,15 @@ fn planned(world: &World) -> Plan {
         stop: &|| asked.fetch_add(1, Ordering::Relaxed) >= PATIENCE,
         ..Control::QUIET
     };
-    match plan_world(world, &control) {
-        Outcome::Planned { plan, .. } => plan,
-        other => panic!("no plan but {other:#?}"),
-    }
+    let outcome = plan_world(world, &control).expect("in order");
+    outcome.into_planned().expect("a plan").plan
 }
 
 /// The drones of a hall moved to a smaller floor, each in a column of its own at the start and in the end: every so many columns, the goals
 /// so many on. The first number has no factor in common with the side.
 fn packed(drones: usize, seed: u64, side: usize, [every, goals_on]: [usize; 2]) -> World {
     let text = tools::instances::hall(drones, seed).unwrap();
-    let mut world = planner::scenario::read_world(&text, &|file| Err(file.to_owned())).unwrap();
+    let mut world = planner::read_world(&text).unwrap();
     let place = |index: usize, on: usize| {
         let column = (index * every + on) % (side * side);
         [(column % side) as f64 + 0.5, (column / side) as f64 + 0.5]

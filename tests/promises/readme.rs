@@ -152,7 +152,6 @@ fn the_short_scenario_in_the_readme_is_read_without_complaint() {
     let [short] = &blocks(&readme(), "ron")[..] else {
         panic!("README.md has one scenario");
     };
-    let no_files = |file: &str| Err(format!("there is no {file}"));
-    let world = planner::scenario::read_world(short, &no_files).unwrap();
+    let world = planner::read_world(short).unwrap();
     assert_eq!(world.drones.len(), 1);
 }

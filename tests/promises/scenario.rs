@@ -1,7 +1,8 @@
 //! Scenarios are read as the format says, and a bad one is told so at every place, all at once.
 
+use planner::read_world_with;
 use planner::scenario::world::{AtEnd, AtStart, Solid, World};
-use planner::scenario::{Problem, parse, read_world, schema};
+use planner::scenario::{Files, Problem, schema};
 use proptest::prelude::*;
 
 #[path = "../../src/io/problems.rs"]
@@ -49,7 +50,8 @@ fn files(file: &str) -> Result<String, String> {
 }
 
 fn world(text: &str) -> World {
-    read_world(text, &files).unwrap_or_else(|problems| panic!("{}", draw(text, &problems)))
+    read_world_with(text, &Files::new(&files))
+        .unwrap_or_else(|problems| panic!("{}", draw(text, &problems)))
 }
 
 fn draw(text: &str, problems: &[Problem]) -> String {
@@ -58,7 +60,7 @@ fn draw(text: &str, problems: &[Problem]) -> String {
 
 /// What a person sees for `text`.
 fn drawn(text: &str) -> String {
-    match read_world(text, &files) {
+    match read_world_with(text, &Files::new(&files)) {
         Ok(world) => panic!("{text}\nis a scenario after all: {world:?}"),
         Err(problems) => draw(text, &problems),
     }
@@ -146,14 +148,7 @@ fn the_example_of_the_format_means_what_it_says() {
         ),
         (1.0, 0.1, 0)
     );
-    assert_eq!(parse(EXAMPLE).unwrap().meshes(), ["crane.obj"]);
     assert_eq!(world.notes, Vec::<String>::new());
-}
-
-#[test]
-fn parsing_and_then_meaning_gives_the_same_world_as_both_at_once() {
-    let stepwise = parse(EXAMPLE).unwrap().into_world(&files).unwrap();
-    assert_eq!(format!("{stepwise:?}"), format!("{:?}", world(EXAMPLE)));
 }
 
 #[test]
@@ -226,7 +221,7 @@ fn the_schema_knows_every_key_that_the_reader_takes_and_no_other() {
     ];
     let schema = schema().to_value();
     for (name, text) in asked {
-        let problems = parse(text).unwrap_err();
+        let problems = planner::read_world(text).unwrap_err();
         let unknown = problems
             .iter()
             .find(|problem| problem.message.contains("nonsense_"))
@@ -262,7 +257,6 @@ fn a_cited_jet_is_the_one_that_is_flown_and_a_poor_fit_is_noted() {
         (name: "a", airframe: "offboard-2", start_m: (2, 2, 7), tasks: [(to_m: (17, 2, 7))]),
         (name: "b", airframe: "kolibri", start_m: (17, 2, 2), tasks: [(to_m: (2, 2, 2))]),
     ])"#;
-    assert_eq!(parse(text).unwrap().jet(), Some("calibrated.ron"));
     let world = world(text);
     let jet = airflow::Jet {
         centreline: 9.5,
@@ -274,10 +268,8 @@ fn a_cited_jet_is_the_one_that_is_flown_and_a_poor_fit_is_noted() {
         world.notes,
         ["the jet of calibrated.ron fits what it was calibrated on poorly"]
     );
-    let outcome = planner::plan_world(&world, &planner::Control::QUIET);
-    let planner::Outcome::Planned { plan, .. } = outcome else {
-        panic!("no plan")
-    };
+    let outcome = planner::plan_world(&world, &planner::Control::QUIET).expect("in order");
+    let plan = outcome.into_planned().expect("a plan").plan;
     let flown = plan.air.jet;
     assert_eq!(
         (flown.centreline, flown.spreading, flown.origin),
@@ -333,7 +325,7 @@ fn a_landed_drone_may_touch_what_it_stands_on_and_sink_in_half_a_centimetre() {
             airframes: {{"own": (mass_kg: 1, propeller_diameter_m: 0.2, motor_distance_m: 0.4, body_radius_m: 0.3)}},
             drones: [(name: "a", airframe: "own", start_m: (2, 2, {z_m}), at_start: Landed, tasks: [(to_m: (2, 2, 4))], at_end: Land)])"#
         );
-        read_world(&text, &files).is_ok()
+        read_world_with(&text, &Files::new(&files)).is_ok()
     };
     assert!(standing_at(1.3));
     assert!(standing_at(1.2951));
@@ -356,7 +348,7 @@ fn the_nearest_free_place_that_an_error_names_is_free() {
         "(6.4, 4.01, 1)",
         "(-3, 4, 12)",
     ] {
-        let problems = read_world(&text(start), &files).unwrap_err();
+        let problems = read_world_with(&text(start), &Files::new(&files)).unwrap_err();
         let help = problems[0].help.as_deref().unwrap();
         let place = help.rsplit_once(" is ").unwrap().1;
         world(&text(place));
@@ -378,9 +370,9 @@ proptest! {
         let at = (0..=at.min(kept.len())).rev().find(|at| kept.is_char_boundary(*at)).unwrap_or(0);
         let text = format!("{}{put}{}", &kept[..at], &kept[at..]);
         for text in [text.as_str(), &text[..at], &kept] {
-            if let Err(problems) = read_world(text, &files) {
+            if let Err(problems) = read_world_with(text, &Files::new(&files)) {
                 prop_assert!(!problems.is_empty());
-                for problem in &problems {
+                for problem in problems.iter() {
                     if let Some(span) = &problem.span {
                         prop_assert!(text.get(span.clone()).is_some(), "{problem:?}");
                     }
@@ -392,7 +384,7 @@ proptest! {
 
     #[test]
     fn no_noise_makes_the_reader_panic(text in "[(){}\\[\\]:,a-z0-9\"/*. \n#!_-]{0,80}") {
-        if let Err(problems) = read_world(&text, &files) {
+        if let Err(problems) = read_world_with(&text, &Files::new(&files)) {
             draw(&text, &problems);
         }
     }

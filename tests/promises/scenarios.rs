@@ -5,10 +5,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use planner::plan::outcome::{Control, Outcome};
 use planner::plan::{DronePlan, Plan, Status, ViolationKind};
 use planner::scenario::world::{AtEnd, AtStart, World};
 use planner::verify::verify;
+use planner::{Control, Files};
 use rayon::prelude::*;
 
 /// The verifier's arithmetic and the file's agree far below the digits that anybody reads.
@@ -36,14 +36,16 @@ fn text(name: &str) -> String {
 fn world(name: &str) -> World {
     let cited =
         |file: &str| fs::read_to_string(folder().join(file)).map_err(|error| error.to_string());
-    planner::scenario::read_world(&text(name), &cited).unwrap()
+    planner::read_world_with(&text(name), &Files::new(&cited)).unwrap()
 }
 
 fn planned(world: &World) -> Plan {
-    match planner::plan_world(world, &Control::QUIET) {
-        Outcome::Planned { plan, .. } => plan,
-        other => panic!("{}: {other:?}", world.name),
-    }
+    let control = Control {
+        contrast: true,
+        ..Control::QUIET
+    };
+    let outcome = planner::plan_world(world, &control).expect("in order");
+    outcome.into_planned().expect("a plan").plan
 }
 
 /// The plan of a shipped scenario; each is planned once for all tests.

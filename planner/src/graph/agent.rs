@@ -12,50 +12,50 @@ use crate::graph::roadmap::{Roadmap, Vertex};
 
 /// One drone's job.
 #[derive(Clone, Debug)]
-pub struct Errand {
+pub(crate) struct Errand {
     /// Who.
-    pub drone: DroneId,
+    pub(crate) drone: DroneId,
     /// Where it starts.
-    pub start: Vertex,
+    pub(crate) start: Vertex,
     /// When: its legs begin then.
-    pub departs: Tick,
+    pub(crate) departs: Tick,
     /// What it is flying until then, whatever is planned; empty where planning begins with it.
-    pub begun: Vec<Leg>,
+    pub(crate) begun: Vec<Leg>,
     /// It starts on the ground, without a wake.
-    pub grounded: bool,
+    pub(crate) grounded: bool,
     /// Whose air it is in when it departs, and cannot but fly out of; see [`Errand::forgives`].
-    pub forgiven: Vec<DroneId>,
+    pub(crate) forgiven: Vec<DroneId>,
     /// Its tasks in order.
-    pub stages: Vec<Stage>,
+    pub(crate) stages: Vec<Stage>,
     /// What flies towards each task, and after the last.
-    pub kinds: Vec<KindId>,
+    pub(crate) kinds: Vec<KindId>,
     /// What it does after the last dwell.
-    pub ending: Ending,
+    pub(crate) ending: Ending,
     /// Its speed, size and stops.
-    pub mover: Mover,
+    pub(crate) mover: Mover,
     /// Highest mean air over its discs, over its induced velocity.
-    pub air_limit: f64,
+    pub(crate) air_limit: f64,
     /// Ticks to the end of its last dwell with nobody else there, its wake kept out of the zones;
     /// [`UNREACHABLE`] if there is no way.
-    pub alone_ticks: u32,
+    pub(crate) alone_ticks: u32,
     /// Length of that way (m).
-    pub alone_m: f64,
+    pub(crate) alone_m: f64,
 }
 
 /// A task on the roadmap.
 #[derive(Clone, Debug)]
-pub struct Stage {
+pub(crate) struct Stage {
     /// Ticks to it from anywhere.
-    pub distances: Arc<Distances>,
+    pub(crate) distances: Arc<Distances>,
     /// How long it hovers there.
-    pub dwell_ticks: u32,
+    pub(crate) dwell_ticks: u32,
     /// From arriving there to the end of the last dwell, with nobody else there.
-    pub rest_ticks: u32,
+    pub(crate) rest_ticks: u32,
 }
 
 /// What a drone does after its last dwell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ending {
+pub(crate) enum Ending {
     /// Stays in the air for ever.
     Hover,
     /// Descends straight down and rests without a wake.
@@ -71,7 +71,7 @@ pub enum Ending {
 
 impl Ending {
     /// What is flown after the last dwell, given how it would stay where that ended for ever.
-    pub fn legs(&self, stay: Leg) -> Vec<Leg> {
+    pub(crate) fn legs(&self, stay: Leg) -> Vec<Leg> {
         match *self {
             Ending::Leave => Vec::new(),
             Ending::Hover => vec![stay],
@@ -103,18 +103,18 @@ impl Ending {
 
 /// How long after it departs a drone may take to fly out of the air that it is in: chosen here, 2 s, two to
 /// four cells.
-pub const FORGIVEN_TICKS: u32 = 200;
+pub(crate) const FORGIVEN_TICKS: u32 = 200;
 
 impl Errand {
     /// Whether a leg from `departs` on may be in somebody's way because it was before: never body to body.
-    pub fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
+    pub(crate) fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
         blocker.why != Why::Bodies
             && departs < self.departs.after(FORGIVEN_TICKS)
             && self.forgiven.contains(&blocker.drone)
     }
 
     /// It has nothing to do but to stay where it is, in the air or on the ground.
-    pub fn stays(&self) -> bool {
+    pub(crate) fn stays(&self) -> bool {
         self.stages.is_empty()
             && match self.ending {
                 Ending::Hover => true,
@@ -124,14 +124,14 @@ impl Errand {
     }
 
     /// Where it is after its last dwell.
-    pub fn last_vertex(&self) -> Vertex {
+    pub(crate) fn last_vertex(&self) -> Vertex {
         self.stages
             .last()
             .map_or(self.start, |stage| stage.distances.goal())
     }
 
     /// Works out, from the last task backwards, how long the rest takes; unreachable tasks stay so.
-    pub fn chain(&mut self, roadmap: &Roadmap) {
+    pub(crate) fn chain(&mut self, roadmap: &Roadmap) {
         let mut rest: u32 = 0;
         for index in (0..self.stages.len()).rev() {
             if let Some(next) = self.stages.get(index + 1) {
@@ -144,7 +144,7 @@ impl Errand {
     }
 
     /// Ticks from a vertex, on the way to a stage, to the end of the last dwell; [`UNREACHABLE`] if there is no way.
-    pub fn remaining(&self, roadmap: &Roadmap, stage: usize, from: Vertex) -> u32 {
+    pub(crate) fn remaining(&self, roadmap: &Roadmap, stage: usize, from: Vertex) -> u32 {
         match self.stages.get(stage) {
             Some(stage) => add(stage.distances.ticks(roadmap, from), stage.rest_ticks),
             None => 0,
@@ -177,7 +177,7 @@ impl Errand {
     }
 
     /// Ticks from the start to the end of the last dwell with nobody else there.
-    pub fn alone(&self, roadmap: &Roadmap) -> u32 {
+    pub(crate) fn alone(&self, roadmap: &Roadmap) -> u32 {
         self.remaining(roadmap, 0, self.start)
     }
 }

@@ -23,7 +23,7 @@ pub(crate) use floor::Floor;
 
 /// What limits a drone on a roadmap.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mover {
+pub(crate) struct Mover {
     speed_mps: f64,
     radius_m: f64,
     /// The stops it may use; others' are not for it.
@@ -34,7 +34,12 @@ pub struct Mover {
 
 impl Mover {
     /// A ball of `radius_m` at `speed_mps` that may use these stops beyond the lattice.
-    pub fn new(lattice: &Lattice, speed_mps: f64, radius_m: f64, stops: Vec<Vertex>) -> Mover {
+    pub(crate) fn new(
+        lattice: &Lattice,
+        speed_mps: f64,
+        radius_m: f64,
+        stops: Vec<Vertex>,
+    ) -> Mover {
         let mut mover = Mover {
             speed_mps,
             radius_m,
@@ -58,7 +63,7 @@ impl Mover {
     }
 
     /// Whole ticks that a way takes; `None` where it may not go.
-    pub fn ticks(&self, roadmap: &Roadmap, to: Vertex, way: Way) -> Option<u32> {
+    pub(crate) fn ticks(&self, roadmap: &Roadmap, to: Vertex, way: Way) -> Option<u32> {
         if !way.fits(self.radius_m) || (roadmap.is_stop(to) && !self.stops.contains(&to)) {
             return None;
         }
@@ -123,7 +128,7 @@ impl Mover {
 
 /// Ticks from anywhere to one goal for one drone with nobody else there.
 #[derive(Debug)]
-pub struct Distances {
+pub(crate) struct Distances {
     goal: Vertex,
     mover: Mover,
     /// Lattice places next to the goal, and the ticks from there.
@@ -135,11 +140,11 @@ pub struct Distances {
 }
 
 /// No way at all.
-pub const UNREACHABLE: u32 = u32::MAX;
+pub(crate) const UNREACHABLE: u32 = u32::MAX;
 
 impl Distances {
     /// Nothing is computed yet; the drone will come from `towards`.
-    pub fn new(roadmap: &Roadmap, goal: Vertex, towards: Vertex, mover: Mover) -> Distances {
+    pub(crate) fn new(roadmap: &Roadmap, goal: Vertex, towards: Vertex, mover: Mover) -> Distances {
         let lattice = roadmap.lattice();
         let anchors = if roadmap.is_stop(goal) {
             roadmap
@@ -167,12 +172,12 @@ impl Distances {
     }
 
     /// The goal.
-    pub fn goal(&self) -> Vertex {
+    pub(crate) fn goal(&self) -> Vertex {
         self.goal
     }
 
     /// Ticks to the goal, or [`UNREACHABLE`].
-    pub fn ticks(&self, roadmap: &Roadmap, from: Vertex) -> u32 {
+    pub(crate) fn ticks(&self, roadmap: &Roadmap, from: Vertex) -> u32 {
         if from == self.goal {
             return 0;
         }

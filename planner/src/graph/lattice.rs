@@ -6,7 +6,7 @@ use crate::scenario::world::Bounds;
 
 /// Places `origin + cell · (i, j, k)`, all within the bounds, numbered x first, then y, then z.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lattice {
+pub(crate) struct Lattice {
     origin_m: Point3<f64>,
     cell_m: f64,
     counts: [usize; 3],
@@ -16,7 +16,7 @@ pub struct Lattice {
 }
 
 /// Steps to the 26 neighbours, in ascending order of their numbers.
-pub const NEIGHBOURS: [[i32; 3]; 26] = neighbours();
+pub(crate) const NEIGHBOURS: [[i32; 3]; 26] = neighbours();
 
 const fn neighbours() -> [[i32; 3]; 26] {
     let mut steps = [[0; 3]; 26];
@@ -32,7 +32,7 @@ const fn neighbours() -> [[i32; 3]; 26] {
 }
 
 /// Along how many axes each of [`NEIGHBOURS`] is, less one.
-pub const AXES: [usize; 26] = axes();
+pub(crate) const AXES: [usize; 26] = axes();
 
 const fn axes() -> [usize; 26] {
     let mut axes = [0; 26];
@@ -50,7 +50,7 @@ impl Lattice {
     /// cells centred between the bounds' faces, unless more places lie on whole cells from them, or most
     /// places have another shift in common. An axis shorter than a cell has one layer, in its middle
     /// unless its places know better.
-    pub fn new(bounds: &Bounds, cell_m: f64, places: &[Point3<f64>]) -> Lattice {
+    pub(crate) fn new(bounds: &Bounds, cell_m: f64, places: &[Point3<f64>]) -> Lattice {
         let mut origin_m = bounds.min;
         let mut counts = [1; 3];
         for axis in 0..3 {
@@ -92,27 +92,27 @@ impl Lattice {
     }
 
     /// Number of places.
-    pub fn place_count(&self) -> usize {
+    pub(crate) fn place_count(&self) -> usize {
         self.counts.iter().product()
     }
 
     /// Places along x, y and z.
-    pub fn counts(&self) -> [usize; 3] {
+    pub(crate) fn counts(&self) -> [usize; 3] {
         self.counts
     }
 
     /// Spacing (m).
-    pub fn cell_m(&self) -> f64 {
+    pub(crate) fn cell_m(&self) -> f64 {
         self.cell_m
     }
 
     /// Lengths of a step along one, two and three axes, as ways keep them (m).
-    pub fn step_lengths_m(&self) -> [f32; 3] {
+    pub(crate) fn step_lengths_m(&self) -> [f32; 3] {
         [1.0_f64, 2.0, 3.0].map(|square| (square.sqrt() * self.cell_m) as f32)
     }
 
     /// Steps of a place from the first one.
-    pub fn steps(&self, place: u32) -> [i32; 3] {
+    pub(crate) fn steps(&self, place: u32) -> [i32; 3] {
         let [nx, ny, _] = self.counts.map(|count| count as u32);
         let (row, layer) = (place / nx, place / nx / ny);
         [
@@ -123,17 +123,17 @@ impl Lattice {
     }
 
     /// Number of the column of the floor that a place is in: x first, then y.
-    pub fn column(&self, place: u32) -> usize {
+    pub(crate) fn column(&self, place: u32) -> usize {
         place as usize % (self.counts[0] * self.counts[1])
     }
 
     /// How much farther on in number each of [`NEIGHBOURS`] is; those outside, too.
-    pub fn strides(&self) -> &[i32; 26] {
+    pub(crate) fn strides(&self) -> &[i32; 26] {
         &self.strides
     }
 
     /// The place at these steps from the first one, if there is one.
-    pub fn at(&self, steps: [i32; 3]) -> Option<u32> {
+    pub(crate) fn at(&self, steps: [i32; 3]) -> Option<u32> {
         let inside = (0..3).all(|axis| (0..self.counts[axis] as i32).contains(&steps[axis]));
         let [nx, ny, _] = self.counts;
         inside
@@ -141,13 +141,13 @@ impl Lattice {
     }
 
     /// Where a place is (m).
-    pub fn position_m(&self, place: u32) -> Point3<f64> {
+    pub(crate) fn position_m(&self, place: u32) -> Point3<f64> {
         let [i, j, k] = self.steps(place).map(|step| step as usize);
         Point3::new(self.along_m[0][i], self.along_m[1][j], self.along_m[2][k])
     }
 
     /// The steps of the place at or before a point on every axis; may lie outside.
-    pub fn cell_of(&self, point_m: &Point3<f64>) -> [i32; 3] {
+    pub(crate) fn cell_of(&self, point_m: &Point3<f64>) -> [i32; 3] {
         let of = |axis: usize| {
             ((point_m[axis] - self.origin_m[axis]) / self.cell_m + 1e-6).floor() as i32
         };
@@ -155,14 +155,14 @@ impl Lattice {
     }
 
     /// The steps of the place next to a point.
-    pub fn nearest(&self, point_m: &Point3<f64>) -> [i32; 3] {
+    pub(crate) fn nearest(&self, point_m: &Point3<f64>) -> [i32; 3] {
         let half_m = Vector3::from([0.5 * self.cell_m; 3]);
         let cell = self.cell_of(&(point_m + half_m));
         [0, 1, 2].map(|axis| cell[axis].clamp(0, self.counts[axis] as i32 - 1))
     }
 
     /// The place that is at exactly this point.
-    pub fn place_at(&self, point_m: &Point3<f64>) -> Option<u32> {
+    pub(crate) fn place_at(&self, point_m: &Point3<f64>) -> Option<u32> {
         let place = self.at(self.cell_of(point_m))?;
         (self.position_m(place) == *point_m).then_some(place)
     }
@@ -175,14 +175,14 @@ fn to_the_nanometre(coordinate_m: f64) -> f64 {
 
 /// How many marked places a box of a lattice holds, in constant time (a summed-area table in three dimensions).
 #[derive(Clone, Debug)]
-pub struct BoxCount {
+pub(crate) struct BoxCount {
     counts: [usize; 3],
     sums: Vec<u32>,
 }
 
 impl BoxCount {
     /// Counts the places marked.
-    pub fn new(lattice: &Lattice, marked: impl Fn(u32) -> bool) -> BoxCount {
+    pub(crate) fn new(lattice: &Lattice, marked: impl Fn(u32) -> bool) -> BoxCount {
         let [nx, ny, nz] = lattice.counts();
         let counts = [nx + 1, ny + 1, nz + 1];
         let mut table = BoxCount {
@@ -215,7 +215,7 @@ impl BoxCount {
     }
 
     /// Whether no place of the box between two places, both included, is marked.
-    pub fn is_free(&self, a: [i32; 3], b: [i32; 3]) -> bool {
+    pub(crate) fn is_free(&self, a: [i32; 3], b: [i32; 3]) -> bool {
         if self.sums.last() == Some(&0) {
             return true;
         }

@@ -1,8 +1,8 @@
 //! Where drones can go and how long it takes: the lattice, the roadmap beyond it, times to every goal.
 
-pub mod agent;
-pub mod distances;
-pub mod lattice;
-pub mod roadmap;
+pub(crate) mod agent;
+pub(crate) mod distances;
+pub(crate) mod lattice;
+pub(crate) mod roadmap;
 
 pub(crate) mod scratch;

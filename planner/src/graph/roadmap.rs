@@ -15,30 +15,30 @@ use crate::scenario::world::Bounds;
 use links::Links;
 
 /// A place in a [`Roadmap`].
-pub type Vertex = u32;
+pub(crate) type Vertex = u32;
 
 /// Clearances are kept to a tenth of a millimetre, below what the verifier forgives (m).
 const CLEARANCE_TOLERANCE_M: f64 = 1e-4;
 
 /// A straight way between two places.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Way {
+pub(crate) struct Way {
     /// m.
-    pub length_m: f32,
+    pub(crate) length_m: f32,
     /// Distance to the nearest obstacle, and of its ends to the floor (m); capped at what the largest drone needs.
-    pub clearance_m: f32,
+    pub(crate) clearance_m: f32,
 }
 
 impl Way {
     /// Whether a ball of this radius fits all along.
-    pub fn fits(&self, radius_m: f64) -> bool {
+    pub(crate) fn fits(&self, radius_m: f64) -> bool {
         f64::from(self.clearance_m) + CLEARANCE_TOLERANCE_M >= radius_m
     }
 }
 
 /// Ways through free space.
 #[derive(Debug)]
-pub struct Roadmap {
+pub(crate) struct Roadmap {
     lattice: Lattice,
     forward: Forward,
     beyond: Beyond,
@@ -57,18 +57,18 @@ type Beyond = DiGraphMap<Vertex, Way, FxBuildHasher>;
 
 /// A place beyond the lattice that a drone must be able to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stop {
+pub(crate) struct Stop {
     /// m.
-    pub point_m: Point3<f64>,
+    pub(crate) point_m: Point3<f64>,
     /// Radius of the ball that must stay clear on the ways from and to here (m).
-    pub radius_m: f64,
+    pub(crate) radius_m: f64,
     /// Smaller clearance forgiven on the way straight up from here: the drone stands on something.
-    pub grounded: bool,
+    pub(crate) grounded: bool,
 }
 
 impl Roadmap {
     /// Connects the lattice and the stops around the obstacles; returns the vertex of each stop.
-    pub fn new(
+    pub(crate) fn new(
         bounds: &Bounds,
         cell_m: f64,
         solids: Option<&Solids>,
@@ -119,22 +119,22 @@ impl Roadmap {
     }
 
     /// The lattice within.
-    pub fn lattice(&self) -> &Lattice {
+    pub(crate) fn lattice(&self) -> &Lattice {
         &self.lattice
     }
 
     /// Number of places.
-    pub fn place_count(&self) -> usize {
+    pub(crate) fn place_count(&self) -> usize {
         self.lattice.place_count() + self.places_m.len()
     }
 
     /// Whether a vertex is one of the stops beyond the lattice.
-    pub fn is_stop(&self, vertex: Vertex) -> bool {
+    pub(crate) fn is_stop(&self, vertex: Vertex) -> bool {
         vertex as usize >= self.lattice.place_count()
     }
 
     /// Where a vertex is (m).
-    pub fn position_m(&self, vertex: Vertex) -> Point3<f64> {
+    pub(crate) fn position_m(&self, vertex: Vertex) -> Point3<f64> {
         match (vertex as usize).checked_sub(self.lattice.place_count()) {
             Some(stop) => self.places_m[stop],
             None => self.lattice.position_m(vertex),
@@ -142,7 +142,7 @@ impl Roadmap {
     }
 
     /// Ways out of a vertex, in ascending order of where they lead.
-    pub fn ways(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Way)> + '_ {
+    pub(crate) fn ways(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Way)> + '_ {
         let lengths_m = self.lattice.step_lengths_m();
         let on_lattice =
             (!self.is_stop(vertex)).then(|| around(&self.lattice, &self.forward, vertex));

@@ -4,6 +4,7 @@
 //! without its scenario. Positions are rotor-plane centres in metres, z up; times in seconds.
 //! Wall-clock figures are not part of a plan: the same scenario and seed give the same bytes.
 
+pub mod cause;
 pub mod outcome;
 pub mod trajectory;
 
@@ -48,6 +49,46 @@ pub struct Plan {
     pub ignoring_downwash: Option<IgnoringDownwash>,
     /// What the verifier found.
     pub violations: Vec<Violation>,
+}
+
+/// Where every drone is at one moment.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sample {
+    /// Time since the plan began (s).
+    pub t_s: f64,
+    /// Rotor-plane centres in the world's frame, z up (m), in the order of [`Plan::drones`]; `None`: the
+    /// drone is not there yet, or has left.
+    pub position_m: Vec<Option<Point3<f64>>>,
+}
+
+impl Plan {
+    /// Every drone is planned, and the verifier found nothing: it may be flown as it is.
+    pub fn is_safe(&self) -> bool {
+        self.status == Status::Safe && self.violations.is_empty() && self.unplanned.is_empty()
+    }
+
+    /// Where all drones are, `rate_hz` times a second (1/s) from time 0 to the end of the last motion, and
+    /// once at or after it; nothing unless the rate is positive and finite.
+    pub fn sample(&self, rate_hz: f64) -> Vec<Sample> {
+        if !(rate_hz > 0.0 && rate_hz.is_finite()) {
+            return Vec::new();
+        }
+        let last_s = |drone: &DronePlan| drone.trajectory.t_s.last().copied().unwrap_or(0.0);
+        let end_s = self.drones.iter().map(last_s).fold(0.0, f64::max);
+        let at = |k: u64| {
+            let t_s = k as f64 / rate_hz;
+            let of = |drone: &DronePlan| {
+                let comes = drone.enters_s.is_none_or(|enters_s| enters_s <= t_s);
+                let is_there = comes && (drone.at_end != AtEnd::Leave || t_s <= last_s(drone));
+                drone.trajectory.position_m(t_s).filter(|_| is_there)
+            };
+            Sample {
+                t_s,
+                position_m: self.drones.iter().map(of).collect(),
+            }
+        };
+        (0..=(end_s * rate_hz).ceil() as u64).map(at).collect()
+    }
 }
 
 /// The answer in one word.
@@ -392,4 +433,46 @@ pub enum ViolationKind {
     Air,
     /// Air in a zone above its limit.
     Zone,
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Control, Outcome, plan_world, read_world};
+
+    #[test]
+    fn samples_hold_all_drones_at_the_rate_until_the_last_has_come_to_rest() {
+        let world = read_world(
+            r#"(name: "two", bounds_m: (min: (0, 0, 0), max: (20, 10, 8)), drones: [
+                (name: "a", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (9, 9, 3))]),
+                (name: "b", airframe: "kolibri", start_m: (1, 9, 1), tasks: [(to_m: (3, 9, 1))], at_end: Leave),
+            ])"#,
+        );
+        let outcome = plan_world(&world.expect("in order"), &Control::QUIET);
+        let Ok(Outcome::Safe(planned)) = outcome else {
+            panic!("{outcome:?}");
+        };
+        let plan = &planned.plan;
+        assert!(plan.is_safe() && plan.ignoring_downwash.is_none());
+        let samples = plan.sample(5.0);
+        let end_s = plan.drones[0]
+            .trajectory
+            .t_s
+            .last()
+            .copied()
+            .expect("points");
+        assert_eq!(samples.len(), (5.0 * end_s).ceil() as usize + 1);
+        assert_eq!(samples[0].position_m[1], Some([1.0, 9.0, 1.0].into()));
+        for sample in &samples {
+            assert_eq!(
+                sample.position_m[0],
+                plan.drones[0].trajectory.position_m(sample.t_s)
+            );
+        }
+        let last = &samples[samples.len() - 1].position_m;
+        assert_eq!(*last, [Some([9.0, 9.0, 3.0].into()), None]);
+        assert!(plan.sample(0.0).is_empty() && plan.sample(f64::NAN).is_empty());
+        // What a fleet manager keeps or sends on.
+        let kept = serde_json::to_value(&*planned).expect("plain data");
+        assert_eq!(kept["plan"]["status"], "safe");
+    }
 }

@@ -1,38 +1,90 @@
 //! What planning answers, and how a caller watches and stops it.
 
-use crate::plan::Plan;
 use nalgebra::Point3;
+use serde::Serialize;
+
+use crate::plan::cause::FailureCause;
+use crate::plan::{Plan, Status};
 
 /// The answer to "plan this world".
-#[derive(Clone, Debug, PartialEq)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "one value a run, and the large variant is the usual one"
-)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// A verified plan; those who could not be planned stay at their starts and are named in it.
-    Planned {
-        /// The plan, with the verifier's findings in it.
-        plan: Plan,
-        /// Goals that exclude one another; the drones dropped for it are in [`Plan::unplanned`].
-        conflicts: Vec<EndpointConflict>,
-        /// Whether every order of the fleet leads to a plan; `None` where that is not examined: among zones, in air that
-        /// takes its time, around others' fixed ways, where somebody lands, and where a start or a task lies beside the lattice.
-        well_formed: Option<WellFormed>,
-        /// What the search did.
-        effort: Effort,
-    },
+    /// Every drone is planned, and the verifier found nothing.
+    Safe(Box<Planned>),
+    /// The verifier found nothing; the drones in [`Planned::failures`] stay at their starts. A run that is
+    /// stopped early answers so, too: with every drone that has no path yet among them.
+    Partial(Box<Planned>),
+    /// The verifier found violations: the plan must not be flown. A fault of the search, worth a report.
+    Unsafe(Box<Planned>),
     /// The starts themselves exclude one another: no plan can be safe.
-    Blocked {
+    Infeasible {
         /// Every offending pair, starts and goals.
         conflicts: Vec<EndpointConflict>,
     },
-    /// Stopped before there was any plan.
-    Stopped,
+}
+
+/// A verified plan, and what was found on the way to it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Planned {
+    /// The plan, with the verifier's findings in it.
+    pub plan: Plan,
+    /// Why drones have no path, in the order of [`Plan::unplanned`], whose sentences say the same.
+    pub failures: Vec<Failure>,
+    /// Goals that exclude one another; the drones dropped for it are among the failures.
+    pub conflicts: Vec<EndpointConflict>,
+    /// Whether every order of the fleet leads to a plan; `None` where that is not examined: among zones, in
+    /// air that arrives with a delay, around others' fixed trajectories, where a drone lands, and where a
+    /// start or a task lies beside the lattice.
+    pub well_formed: Option<WellFormed>,
+    /// What the search did.
+    pub effort: Effort,
+}
+
+/// A drone without a path.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Failure {
+    /// Its name.
+    pub drone: String,
+    /// Why.
+    pub cause: FailureCause,
+}
+
+impl Outcome {
+    /// The answer that a verified plan is, by its status.
+    pub(crate) fn of(planned: Planned) -> Outcome {
+        let status = planned.plan.status;
+        let planned = Box::new(planned);
+        match status {
+            Status::Safe => Outcome::Safe(planned),
+            Status::Partial => Outcome::Partial(planned),
+            Status::Unsafe => Outcome::Unsafe(planned),
+        }
+    }
+
+    /// The plan with what was found beside it, safe or not; `None` where there can be none.
+    pub fn planned(&self) -> Option<&Planned> {
+        match self {
+            Outcome::Safe(planned) | Outcome::Partial(planned) | Outcome::Unsafe(planned) => {
+                Some(planned)
+            }
+            Outcome::Infeasible { .. } => None,
+        }
+    }
+
+    /// The same, taken out.
+    pub fn into_planned(self) -> Option<Planned> {
+        match self {
+            Outcome::Safe(planned) | Outcome::Partial(planned) | Outcome::Unsafe(planned) => {
+                Some(*planned)
+            }
+            Outcome::Infeasible { .. } => None,
+        }
+    }
 }
 
 /// What the search did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Effort {
     /// Searches for one drone.
     pub searches: u64,
@@ -55,7 +107,7 @@ impl Effort {
 }
 
 /// Two places, or a place and a zone, that exclude one another.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EndpointConflict {
     /// Index in [`crate::scenario::world::World::drones`] of the one who suffers.
     pub drone: usize,
@@ -70,7 +122,8 @@ pub struct EndpointConflict {
 }
 
 /// Who or what is in the way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Blocker {
     /// Index in [`crate::scenario::world::World::drones`].
     Drone(usize),
@@ -79,7 +132,8 @@ pub enum Blocker {
 }
 
 /// Which endpoints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum EndpointKind {
     /// At time 0.
     Starts,
@@ -88,7 +142,8 @@ pub enum EndpointKind {
 }
 
 /// How two endpoints exclude one another.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Exclusion {
     /// The gap between the bodies is too small (m).
     Bodies {
@@ -118,7 +173,7 @@ pub enum Exclusion {
 }
 
 /// Whether every order of the fleet leads to a plan; see [`crate::solver::well_formed`].
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct WellFormed {
     /// Drones examined: the whole fleet.
     pub drones: usize,
@@ -129,7 +184,7 @@ pub struct WellFormed {
 }
 
 /// Two drones whose endpoints make one of them wait for the other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Offence {
     /// Who has to wait, an index in the world's drones.
     pub drone: usize,
@@ -140,7 +195,8 @@ pub struct Offence {
 }
 
 /// How two drones' endpoints are in one another's way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum OffenceKind {
     /// The goal of the first and the start of the other exclude one another.
     GoalAtStart,
@@ -155,15 +211,18 @@ impl WellFormed {
     }
 }
 
-/// How a caller watches and stops a planner that reads no clock itself.
+/// How a caller watches, stops and extends a run of a planner that reads no clock itself.
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
     /// Asked often; once it says `true` the best safe plan so far is returned.
     pub stop: &'a (dyn Fn() -> bool + Sync),
-    /// Asked when everybody has a way: whether to go on and make the plan better.
+    /// Asked when every drone has a path: whether to go on and make the plan better.
     pub improve: &'a (dyn Fn() -> bool + Sync),
     /// Told now and then.
     pub progress: &'a (dyn Fn(Progress) + Sync),
+    /// Whether the fleet is planned a second time, as if there were no wakes, and that plan judged with
+    /// them: [`Plan::ignoring_downwash`]. It takes about as long again.
+    pub contrast: bool,
 }
 
 /// How far planning has come.
@@ -188,11 +247,41 @@ pub enum Progress {
     IgnoringDownwash,
 }
 
+/// Share of a time limit after which a plan that is complete is not made better any more. Chosen here:
+/// checks take less time than planning does.
+pub const IMPROVING_SHARE: f64 = 0.6;
+
 impl Control<'_> {
-    /// Never stops, tells nobody.
+    /// Never stops, improves nothing, tells no one, makes no contrast.
     pub const QUIET: Control<'static> = Control {
         stop: &|| false,
         improve: &|| false,
         progress: &|_| {},
+        contrast: false,
     };
+
+    /// Runs a planner for at most `limit_s` (s): it stops then, and until [`IMPROVING_SHARE`] of it a plan that
+    /// is complete is made better. `elapsed_s` says how long it has been running (s): libraries read no clock.
+    ///
+    /// ```
+    /// # let text = r#"Scenario(name: "one", bounds_m: (min: (0, 0, 0), max: (9, 9, 6)),
+    /// #     drones: [(name: "k1", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (8, 8, 3))])])"#;
+    /// let world = planner::read_world(text)?;
+    /// let started = std::time::Instant::now();
+    /// let elapsed_s = || started.elapsed().as_secs_f64();
+    /// let outcome = planner::Control::within(2.0, elapsed_s, |control| planner::plan_world(&world, control))?;
+    /// # assert!(matches!(outcome, planner::Outcome::Safe(_)));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn within<T>(
+        limit_s: f64,
+        elapsed_s: impl Fn() -> f64 + Sync,
+        run: impl FnOnce(&Control<'_>) -> T,
+    ) -> T {
+        run(&Control {
+            stop: &|| elapsed_s() >= limit_s,
+            improve: &|| elapsed_s() < IMPROVING_SHARE * limit_s,
+            ..Control::QUIET
+        })
+    }
 }

@@ -4,17 +4,17 @@
 //! ```
 //! use planner::plan::outcome::{Control, Outcome};
 //!
-//! let read = |text: &str| planner::scenario::read_world(text, &|file| Err(format!("there is no {file}")));
-//! let theirs = read(r#"Scenario(name: "theirs", bounds_m: (min: (0, 0, 0), max: (12, 8, 6)),
+//! let theirs = planner::read_world(r#"Scenario(name: "theirs", bounds_m: (min: (0, 0, 0), max: (12, 8, 6)),
 //!     drones: [(name: "lifter", airframe: "matrice-300", start_m: (6, 1, 5), tasks: [(to_m: (6, 7, 5))])])"#);
-//! let ours = read(r#"Scenario(name: "ours", bounds_m: (min: (0, 0, 0), max: (12, 8, 6)),
+//! let ours = planner::read_world(r#"Scenario(name: "ours", bounds_m: (min: (0, 0, 0), max: (12, 8, 6)),
 //!     drones: [(name: "scout", airframe: "kolibri", start_m: (2, 4, 1), tasks: [(to_m: (10, 4, 1))])])"#);
 //! let (theirs, ours) = (theirs.expect("in order"), ours.expect("in order"));
 //!
-//! let Outcome::Planned { plan, .. } = planner::plan_world(&theirs, &Control::QUIET) else { panic!("no plan") };
+//! let theirs = planner::plan_world(&theirs, &Control::QUIET).expect("in order");
+//! let plan = theirs.into_planned().expect("a plan").plan;
 //! let told = planner::replan::region::plan_region(&ours, &plan.drones, &Control::QUIET)?;
-//! let Outcome::Planned { plan: both, .. } = told else { panic!("no plan") };
-//! assert!(both.violations.is_empty());
+//! let Outcome::Safe(both) = told else { panic!("no safe plan") };
+//! let both = both.plan;
 //! assert_eq!(both.drones[1].trajectory, plan.drones[0].trajectory);
 //! # Ok::<(), Vec<planner::replan::region::RegionError>>(())
 //! ```
@@ -22,23 +22,27 @@
 use costmap::leg::DroneId;
 use thiserror::Error;
 
-use crate::plan::outcome::{Control, Effort, EndpointKind, Outcome, Progress};
+use crate::plan::outcome::{Control, Effort, EndpointKind, Failure, Outcome, Planned, Progress};
 use crate::plan::trajectory::{Tail, Trajectory};
-use crate::plan::{AtStart, DronePlan, Unplanned};
+use crate::plan::{AtStart, DronePlan};
 use crate::replan::rolling::legs::legs_of;
+use crate::scenario::WorldError;
 use crate::scenario::world::{self, Drone, Vehicle, World};
 use crate::sipp::conflicts::Steps;
 use crate::solver::assemble::{assemble, judged};
 use crate::solver::endpoints;
-use crate::solver::explain::briefly;
-use crate::solver::fleet::{excluded, kept_out_by_zones};
+use crate::solver::explain::known_cause;
+use crate::solver::fleet::{excluded, kept_out_by_zones, told};
 use crate::solver::prepare::{Kinds, costmap_for, prepare};
 use crate::solver::priority::plan_fleet;
 use crate::verify::verify;
 
-/// What is wrong with somebody else's trajectory.
+/// What is wrong with the world, or with another fleet's trajectory.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RegionError {
+    /// The world is not in order.
+    #[error(transparent)]
+    World(#[from] WorldError),
     /// Two are called the same.
     #[error("`{0}` is one of several drones of this name")]
     Name(String),
@@ -59,17 +63,24 @@ pub enum RegionError {
 ///
 /// # Errors
 ///
-/// All that is wrong with the others.
+/// All that is wrong with the world, or else with the others.
 pub fn plan_region(
     world: &World,
     others: &[DronePlan],
     control: &Control<'_>,
 ) -> Result<Outcome, Vec<RegionError>> {
+    let faults = world.check().map_err(|faults| faults.0);
+    faults.map_err(|faults| {
+        faults
+            .into_iter()
+            .map(RegionError::from)
+            .collect::<Vec<_>>()
+    })?;
     (control.progress)(Progress::Preparing);
     let everybody = joined(world, others)?;
     let conflicts = endpoints::check(world);
     if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
-        return Ok(Outcome::Blocked { conflicts });
+        return Ok(Outcome::Infeasible { conflicts });
     }
     let mut job = prepare(world);
     let mut kinds = Kinds::of(world);
@@ -107,25 +118,26 @@ pub fn plan_region(
         control,
         &mut effort,
     );
-    let unplanned = paths.stranded.iter().map(|&(drone, why)| Unplanned {
-        name: everybody.drones[drone.0 as usize].name.clone(),
-        reason: briefly(&everybody, why),
+    let failures = paths.stranded.iter().map(|&(drone, why)| Failure {
+        drone: everybody.drones[drone.0 as usize].name.clone(),
+        cause: known_cause(&everybody, why),
     });
-    let unplanned = unplanned.collect();
+    let failures: Vec<Failure> = failures.collect();
 
     (control.progress)(Progress::Verifying);
     let mut plan = assemble(world, &job, &paths);
     plan.drones.extend_from_slice(others);
     let report = verify(&plan);
-    let mut plan = judged(plan, report, unplanned);
+    let mut plan = judged(plan, report, told(&failures));
     let energy_j = plan.drones[..own].iter().map(|drone| drone.extra_energy_j);
     plan.fleet.extra_energy_j = energy_j.sum();
-    Ok(Outcome::Planned {
+    Ok(Outcome::of(Planned {
         plan,
+        failures,
         conflicts,
         well_formed: None,
         effort,
-    })
+    }))
 }
 
 /// The world with the others in it, who have nothing to do in it.
@@ -196,14 +208,11 @@ mod tests {
         let text = format!(
             r#"Scenario(name: "area", bounds_m: (min: (0, 0, 0), max: (16, 9, 6)), drones: [{drones}])"#
         );
-        read_world(&text, &|file| Err(format!("there is no {file}"))).expect("in order")
+        read_world(&text).expect("in order")
     }
 
     fn planned(outcome: Outcome) -> crate::plan::Plan {
-        match outcome {
-            Outcome::Planned { plan, .. } => plan,
-            other => panic!("no plan but {other:?}"),
-        }
+        outcome.into_planned().expect("a plan").plan
     }
 
     const THEIRS: &str = r#"(name: "lifter", airframe: "matrice-300", start_m: (8.5, 4.5, 5),
@@ -213,14 +222,14 @@ mod tests {
 
     #[test]
     fn who_knows_of_others_keeps_out_of_their_wakes_and_who_does_not_does_not() {
-        let theirs = planned(crate::plan_world(&read(THEIRS), &Control::QUIET));
+        let theirs = planned(crate::plan_world(&read(THEIRS), &Control::QUIET).expect("in order"));
         let ours = read(OURS);
         let told = plan_region(&ours, &theirs.drones, &Control::QUIET).expect("readable");
         let told = planned(told);
         assert_eq!(told.violations, []);
         assert!(told.unplanned.is_empty());
         assert_eq!(told.drones[1].trajectory, theirs.drones[0].trajectory);
-        let mut untold = planned(crate::plan_world(&ours, &Control::QUIET));
+        let mut untold = planned(crate::plan_world(&ours, &Control::QUIET).expect("in order"));
         untold.drones.extend_from_slice(&theirs.drones);
         assert!(!verify(&untold).violations.is_empty());
         assert!(told.drones[0].arrives_s > untold.drones[0].arrives_s);
@@ -228,7 +237,8 @@ mod tests {
 
     #[test]
     fn times_between_ticks_are_passed_by_closely() {
-        let mut theirs = planned(crate::plan_world(&read(THEIRS), &Control::QUIET));
+        let mut theirs =
+            planned(crate::plan_world(&read(THEIRS), &Control::QUIET).expect("in order"));
         for t_s in &mut theirs.drones[0].trajectory.t_s[1..] {
             *t_s += 0.0037;
         }
@@ -238,7 +248,8 @@ mod tests {
 
     #[test]
     fn what_cannot_be_read_is_said_of_everybody() {
-        let mut theirs = planned(crate::plan_world(&read(THEIRS), &Control::QUIET));
+        let mut theirs =
+            planned(crate::plan_world(&read(THEIRS), &Control::QUIET).expect("in order"));
         let mut twice = theirs.drones[0].clone();
         twice.name = "scout".to_owned();
         theirs.drones[0].trajectory.t_s.clear();

@@ -13,8 +13,9 @@
 //! use planner::{Control, Outcome, scenario::world::Task};
 //!
 //! let text = tools::instances::hall(12, 1)?;
-//! let world = planner::scenario::read_world(&text, &|file| Err(format!("there is no {file}"))).expect("in order");
-//! let Outcome::Planned { plan, .. } = planner::plan_world(&world, &Control::QUIET) else { panic!("no plan") };
+//! let world = planner::read_world(&text).expect("in order");
+//! let outcome = planner::plan_world(&world, &Control::QUIET)?;
+//! let plan = outcome.into_planned().expect("a plan").plan;
 //! let second = plan.drones[1].clone();
 //!
 //! let mut running = Running::new(world, plan)?;

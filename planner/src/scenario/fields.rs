@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use nalgebra::Point3;
 
-use super::limits::{LONGEST_NAME, Limits, PLACE_M};
+use super::limits::{Limits, PLACE_M, name_fault};
 use super::problem::{Problem, did_you_mean, nearest};
 use super::source::{Pair, Value, line};
 use super::written::At;
@@ -217,13 +217,7 @@ impl<'t> Reader<'t> {
     /// A text that can stand in a table: not empty, on one line.
     pub(super) fn name(&mut self, field: Field<'_, 't>) -> Option<At<String>> {
         let name = self.text(field)?;
-        let fault = if name.value.trim().is_empty() {
-            "empty"
-        } else if name.value.chars().any(char::is_control) {
-            "has a line break or another control character in it"
-        } else if name.value.chars().count() > LONGEST_NAME {
-            "longer than 100 characters"
-        } else {
+        let Some(fault) = name_fault(&name.value) else {
             return Some(name);
         };
         let Field { key, who, .. } = field;

@@ -101,10 +101,10 @@ impl Citation {
 /// Everything that is wrong with it, each at its place in it; at the citation, where it cannot be had at all.
 pub(super) fn read(
     citation: &Citation,
-    files: &super::meaning::Files<'_>,
+    files: &super::Files<'_>,
 ) -> Result<CitedFinding, Vec<Problem>> {
     let file = &citation.file;
-    let text = files(file).map_err(|why| {
+    let text = files.text(file).map_err(|why| {
         let problem = citation.problem("the finding of `air` cannot be used".to_owned());
         vec![
             problem.label(why).help(

@@ -28,10 +28,10 @@ enum Fit {
 /// Everything that is wrong with it, each at its place in it; at the citation, where it cannot be had at all.
 pub(super) fn read(
     citation: &At<String>,
-    files: &super::meaning::Files<'_>,
+    files: &super::Files<'_>,
 ) -> Result<CitedJet, Vec<Problem>> {
     let file = &citation.value;
-    let text = files(file).map_err(|why| {
+    let text = files.text(file).map_err(|why| {
         let problem = Problem::at(&citation.at, "the jet of `air` cannot be used").label(why);
         vec![
             problem.help("`plan calibrate` writes such a file; without `jet` the paper's is flown"),

@@ -1,6 +1,8 @@
 //! What each number may be. The bounds keep out slips of the hand and wrong units, not ambition:
 //! all are chosen here, for the reason beside each.
 
+use nalgebra::Vector3;
+
 /// The range of one quantity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
@@ -10,6 +12,32 @@ pub(super) struct Limits {
     pub(super) high: f64,
     /// What follows the number in messages.
     pub(super) unit: &'static str,
+}
+
+impl Limits {
+    /// Whether a value is finite and within.
+    pub(super) fn contain(&self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+}
+
+/// What keeps a text from being a name, in words; `None`: it is one.
+pub(super) fn name_fault(name: &str) -> Option<&'static str> {
+    if name.trim().is_empty() {
+        Some("empty")
+    } else if name.chars().any(char::is_control) {
+        Some("has a line break or another control character in it")
+    } else if name.chars().count() > LONGEST_NAME {
+        Some("longer than 100 characters")
+    } else {
+        None
+    }
+}
+
+/// Places of a lattice in a box of this size (m).
+pub(super) fn lattice_places(size_m: Vector3<f64>, cell_m: f64) -> f64 {
+    let along = |size_m: &f64| (size_m / cell_m).floor() + 1.0;
+    size_m.iter().map(along).product()
 }
 
 const fn from(low: f64, high: f64, unit: &'static str) -> Limits {

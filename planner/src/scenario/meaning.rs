@@ -7,28 +7,24 @@ use airflow::effects::Effects;
 use airflow::{Air, Jet};
 use nalgebra::Point3;
 
+use super::Files;
 use super::fields::listed;
 use super::finding_file::{self, citation, unfit};
 use super::jet_file;
 use super::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
 use super::mesh::mesh;
-use super::misplacement::misplacement;
 use super::problem::{Problem, did_you_mean, nearest};
 use super::written::{self, Written};
-use crate::scenario::placement::misplaced;
+use crate::scenario::placement::{Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{
-    Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone,
+    AtEnd, Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone,
 };
-
-/// How a scenario's files are had: text by the path that the scenario gives, or why not.
-pub type Files<'a> = dyn Fn(&str) -> Result<String, String> + 'a;
 
 /// The world of all that is sound in `written`, and what is not.
 pub(super) fn world(
     written: &Written,
     spoilt_airframes: &[String],
-    finding: Option<&str>,
     files: &Files<'_>,
 ) -> (World, Vec<Problem>) {
     let mut problems = Vec::new();
@@ -46,7 +42,7 @@ pub(super) fn world(
             Err(more) => problems.extend(more),
         }
     }
-    let citation = citation(written, finding);
+    let citation = citation(written, files.finding);
     let mut effects = Effects::default();
     if let Some(citation) = &citation {
         match finding_file::read(citation, files) {
@@ -87,7 +83,7 @@ pub(super) fn world(
         notes,
         blown: BTreeSet::new(),
     };
-    let (sources, drones) = fleet.drones();
+    let drones = fleet.drones();
     let Fleet {
         mut problems,
         notes,
@@ -100,7 +96,10 @@ pub(super) fn world(
         energy_weight,
         ..
     } = written.planning;
-    let world = World {
+    let (sound, unsound): (Vec<_>, Vec<_>) = drones.into_iter().partition(|it| it.is_sound);
+    let (mut sources, drones): (Vec<_>, Vec<_>) =
+        sound.into_iter().map(|it| (it.source, it.drone)).unzip();
+    let mut world = World {
         name: written.name.clone(),
         bounds_m: Bounds {
             min: written.bounds_m.min.value,
@@ -123,15 +122,25 @@ pub(super) fn world(
         },
         notes,
     };
-    let solids = Solids::new(&world.obstacles);
-    for found in misplaced(&world, &solids) {
-        problems.push(misplacement(&world, sources[found.drone], &found));
-    }
     if let Some(citation) = &citation {
         problems.extend(unfit(&world).into_iter().map(|why| {
             let problem = citation.problem("the finding does not fit this fleet".to_owned());
             problem.label(why)
         }));
+    }
+    // Where the others are to be is looked at, too: a place out of bounds is told beside an unknown airframe.
+    for it in unsound {
+        sources.push(it.source);
+        world.drones.push(it.drone);
+    }
+    for found in misplaced(&world, &Solids::new(&world.obstacles)) {
+        let source = sources[found.drone];
+        if found.spot != Spot::Start || source.has_start {
+            problems.push(Problem {
+                span: Some(place_of(source, &found.spot).clone()),
+                ..found.words(&world)
+            });
+        }
     }
     (world, problems)
 }
@@ -162,7 +171,7 @@ fn shape(obstacle: &written::Obstacle, files: &Files<'_>) -> Result<Option<Solid
         let message = format!("the mesh of obstacle `{name}` cannot be used");
         Box::new(Problem::at(&file.at, message).label(why))
     };
-    let text = files(&source).map_err(unreadable)?;
+    let text = files.text(&source).map_err(unreadable)?;
     let at_m = obstacle
         .at_m
         .as_ref()
@@ -173,6 +182,25 @@ fn shape(obstacle: &written::Obstacle, files: &Files<'_>) -> Result<Option<Solid
         vertices_m,
         triangles,
     }))
+}
+
+/// Where in the text a misplaced drone was told to be there.
+fn place_of<'s>(source: &'s written::Drone, spot: &Spot) -> &'s Range<usize> {
+    let last = || source.tasks.last();
+    &match spot {
+        Spot::Start => &source.start_m,
+        Spot::Task(index) => &source.tasks[*index].to_m,
+        Spot::Landing => last().map_or(&source.start_m, |task| &task.to_m),
+    }
+    .at
+}
+
+/// A drone beside what was written for it.
+struct Sourced<'w> {
+    source: &'w written::Drone,
+    drone: Drone,
+    /// Whether all of it is in order; otherwise its places are checked, and nothing else.
+    is_sound: bool,
 }
 
 struct Fleet<'w> {
@@ -186,10 +214,9 @@ struct Fleet<'w> {
 }
 
 impl<'w> Fleet<'w> {
-    /// The sound drones, each beside what was written for it.
-    fn drones(&mut self) -> (Vec<&'w written::Drone>, Vec<Drone>) {
+    fn drones(&mut self) -> Vec<Sourced<'w>> {
         let mut vehicles: BTreeMap<&str, Option<Vehicle>> = BTreeMap::new();
-        let mut pairs = Vec::new();
+        let mut drones = Vec::new();
         for source in &self.written.drones {
             let name = source.airframe.value.as_str();
             if !vehicles.contains_key(name) {
@@ -199,16 +226,28 @@ impl<'w> Fleet<'w> {
                 }
                 vehicles.insert(name, vehicle);
             }
-            match vehicles.get(name) {
-                Some(Some(vehicle)) => {
-                    pairs.extend(self.drone(source, vehicle).map(|drone| (source, drone)))
+            let vehicle = vehicles.get(name).and_then(Option::as_ref);
+            let bears = match vehicle {
+                Some(vehicle) => self.bears_all(source, vehicle),
+                // Spoilt where it is defined, or not written at all: noted there, once.
+                None if self.spoilt_airframes.iter().any(|spoilt| spoilt == name) => false,
+                None if name.is_empty() && !source.is_whole => false,
+                None => {
+                    self.unknown_airframe(source);
+                    false
                 }
-                // Spoilt where it is defined: noted there, once.
-                _ if self.spoilt_airframes.iter().any(|spoilt| spoilt == name) => {}
-                _ => self.unknown_airframe(source),
+            };
+            let is_sound = bears && source.is_whole;
+            if let Some(vehicle) = vehicle.cloned().or_else(point) {
+                let drone = self.drone(source, vehicle, is_sound);
+                drones.push(Sourced {
+                    source,
+                    drone,
+                    is_sound,
+                });
             }
         }
-        pairs.into_iter().unzip()
+        drones
     }
 
     fn vehicle(&mut self, source: &written::Drone) -> Option<Vehicle> {
@@ -270,27 +309,45 @@ impl<'w> Fleet<'w> {
         );
     }
 
-    fn drone(&mut self, source: &written::Drone, vehicle: &Vehicle) -> Option<Drone> {
+    fn drone(&self, source: &written::Drone, vehicle: Vehicle, is_sound: bool) -> Drone {
+        let task = |task: &written::Task| Task {
+            to_m: task.to_m.value,
+            dwell_s: task.dwell_s,
+            load_kg: task.load_kg.as_ref().map(|load| load.value),
+        };
+        Drone {
+            name: source.name.clone(),
+            vehicle,
+            start_m: source.start_m.value,
+            at_start: source.at_start,
+            tasks: source.tasks.iter().map(task).collect(),
+            // Where it would land depends on what is not in order.
+            at_end: if is_sound {
+                source.at_end
+            } else {
+                AtEnd::Hover
+            },
+            air_limit: source.air_limit.unwrap_or(self.written.planning.air_limit),
+        }
+    }
+
+    /// Whether a drone can carry itself and all of its loads.
+    fn bears_all(&mut self, source: &written::Drone, vehicle: &Vehicle) -> bool {
         let before = self.problems.len();
+        let own_kg = vehicle.airframe.mass_kg();
         self.bears(
             source,
             vehicle,
-            vehicle.airframe.mass_kg(),
+            own_kg,
             &source.airframe.at,
             "when it hovers",
         );
         for (index, task) in source.tasks.iter().enumerate() {
             let Some(load) = &task.load_kg else { continue };
-            let own_kg = vehicle.airframe.mass_kg();
             let most_kg = own_kg * (MOST_MASS_RATIO - 1.0);
             if load.value <= most_kg {
-                self.bears(
-                    source,
-                    vehicle,
-                    own_kg + load.value,
-                    &load.at,
-                    "with this load",
-                );
+                let mass_kg = own_kg + load.value;
+                self.bears(source, vehicle, mass_kg, &load.at, "with this load");
                 continue;
             }
             let message = format!(
@@ -306,21 +363,7 @@ impl<'w> Fleet<'w> {
             self.problems
                 .push(Problem::at(&load.at, message).label(label).help(help));
         }
-        let task = |task: &written::Task| Task {
-            to_m: task.to_m.value,
-            dwell_s: task.dwell_s,
-            load_kg: task.load_kg.as_ref().map(|load| load.value),
-        };
-        let drone = Drone {
-            name: source.name.clone(),
-            vehicle: vehicle.clone(),
-            start_m: source.start_m.value,
-            at_start: source.at_start,
-            tasks: source.tasks.iter().map(task).collect(),
-            at_end: source.at_end,
-            air_limit: source.air_limit.unwrap_or(self.written.planning.air_limit),
-        };
-        (self.problems.len() == before).then_some(drone)
+        self.problems.len() == before
     }
 
     /// Refuses a mass that would need air faster than any rotor's: a unit mistaken, once per airframe.
@@ -383,6 +426,61 @@ impl<'w> Fleet<'w> {
                 "the body radius of `{name}`, {body_radius_m} m, does not reach its rotor tips at {:.3} m",
                 airframe.tip_radius_m()
             ));
+        }
+    }
+}
+
+/// In place of an unknown airframe: where it cannot be, no body can.
+fn point() -> Option<Vehicle> {
+    let [preset, ..] = airflow::Airframe::PRESETS;
+    Some(Vehicle {
+        airframe: airflow::Airframe::preset(preset)?,
+        body_radius_m: 0.0,
+        max_speed_mps: written::MAX_SPEED_DEFAULT_MPS,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenario::read_world;
+
+    #[test]
+    fn where_a_drone_cannot_be_is_told_beside_what_else_is_wrong_with_it() {
+        let wrongs = [
+            (
+                "airframe: \"colibri\", start_m: (1, 1, 1)",
+                "unknown airframe",
+            ),
+            ("start_m: (1, 1, 1)", "has no `airframe`"),
+            (
+                "airframe: \"kolibri\", start_m: (1, 1, 1), air_limit: 9",
+                "out of range",
+            ),
+            (
+                "airframe: \"kolibri\", start_m: (1, 1, 1), at_ende: Land",
+                "no field `at_ende`",
+            ),
+            ("airframe: \"kolibri\", start_m: 1", "must be (x, y, z)"),
+            (
+                "airframe: \"ton\", start_m: (1, 1, 1)",
+                "airframe `ton` would blow",
+            ),
+        ];
+        for (fields, wrong) in wrongs {
+            let text = format!(
+                r#"(name: "s", bounds_m: (min: (0, 0, 0), max: (20, 10, 8)), airframes: {{
+                    "ton": (mass_kg: 1000, propeller_diameter_m: 0.1, motor_distance_m: 0.3) }},
+                drones: [(name: "k1", {fields}, tasks: [(to_m: (5, 5, 3)), (to_m: (21, 1, 3))])])"#
+            );
+            let problems = read_world(&text).expect_err(wrong);
+            let messages: Vec<&str> = (problems.iter()).map(|it| it.message.as_str()).collect();
+            let told = |words: &str| messages.iter().any(|message| message.contains(words));
+            assert!(told(wrong), "{fields}: {messages:?}");
+            assert!(
+                told("task 2 of `k1` lies out of bounds"),
+                "{fields}: {messages:?}"
+            );
+            assert_eq!(messages.len(), 2, "{fields}: {messages:?}");
         }
     }
 }

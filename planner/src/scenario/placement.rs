@@ -10,7 +10,7 @@ use crate::scenario::world::{AtEnd, AtStart, Bounds, Drone, World};
 
 /// How far a body that rests on something may sink into it (m). Chosen here: coordinates are typed in
 /// centimetres, and half of one is how they get rounded. Plan checks allow the same.
-pub const REST_TOLERANCE_M: f64 = 0.005;
+pub(crate) const REST_TOLERANCE_M: f64 = 0.005;
 
 /// A drone that is told to be where it cannot be.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,7 +59,7 @@ pub enum Misfit {
 }
 
 /// Every place at which a drone of this world cannot be, in the order of the drones.
-pub fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
+pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
     let mut found = Vec::new();
     for (drone, it) in world.drones.iter().enumerate() {
         let body_m = it.vehicle.body_radius_m;
@@ -111,7 +111,7 @@ pub fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
 
 /// Where a drone that comes down from `last_m` rests: with its centre one body radius above the highest
 /// surface below, or where it already is, if that is lower.
-pub fn landing_place_m(
+pub(crate) fn landing_place_m(
     bounds_m: &Bounds,
     solids: &Solids,
     last_m: Point3<f64>,
@@ -180,7 +180,7 @@ fn outside_by_m(bounds_m: &Bounds, place_m: Point3<f64>) -> f64 {
 
 /// A place near `place_m`, within bounds and `needs_m` clear of all obstacles, whole centimetres if such a
 /// one is near: what a person types back. The nearest one along 154 directions, faces first.
-pub fn nearest_free_m(
+pub(crate) fn nearest_free_m(
     bounds_m: Bounds,
     solids: &Solids,
     place_m: Point3<f64>,

@@ -78,6 +78,27 @@ impl fmt::Display for Problem {
 
 impl std::error::Error for Problem {}
 
+/// All that is wrong, at least one thing: an error that `?` hands on, one line for each.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problems<P = Problem>(pub Vec<P>);
+
+impl<P> std::ops::Deref for Problems<P> {
+    type Target = [P];
+
+    fn deref(&self) -> &[P] {
+        &self.0
+    }
+}
+
+impl<P: fmt::Display> fmt::Display for Problems<P> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines: Vec<String> = self.0.iter().map(P::to_string).collect();
+        f.write_str(&lines.join("\n"))
+    }
+}
+
+impl<P: fmt::Debug + fmt::Display> std::error::Error for Problems<P> {}
+
 /// The nearest of `known`, if one is near enough for `typed` to be a slip of the hand.
 pub(super) fn nearest<'a>(
     typed: &str,

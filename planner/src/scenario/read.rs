@@ -10,7 +10,7 @@ use super::airframes::airframes;
 use super::fields::{Field, Reader, Record};
 use super::limits::{
     AIR_LIMIT, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, Limits, MOST_LATTICE_PLACES,
-    PLACE_M, PRESSURE_PA, TEMPERATURE_C,
+    PLACE_M, PRESSURE_PA, TEMPERATURE_C, lattice_places,
 };
 use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
@@ -255,19 +255,24 @@ fn drone<'t>(
     });
     let air_limit = number(reader, &mut record, "air_limit", &AIR_LIMIT);
     record.close(reader);
-    let sound = reader.problems.len() == before;
-    let drone = || {
-        Some(Drone {
-            name: name.as_ref()?.value.clone(),
-            airframe: airframe?,
-            start_m: start_m?,
-            at_start: at_start.map_or_else(written::at_start, |read| read.value),
-            tasks: tasks.unwrap_or_default(),
-            at_end: at_end.map_or_else(written::at_end, |read| read.value),
-            air_limit,
-        })
-    };
-    let drone = if sound { drone() } else { None };
+    let tasks = tasks.unwrap_or_default();
+    let has_start = start_m.is_some();
+    // What could be read of it is checked all the same.
+    let start_m = start_m.or_else(|| tasks.first().map(|task| task.to_m.clone()));
+    let drone = start_m.map(|start_m| Drone {
+        name: (name.as_ref()).map_or(format!("drone-{}", index + 1), |name| name.value.clone()),
+        airframe: airframe.unwrap_or(At {
+            value: String::new(),
+            at: value.head(),
+        }),
+        start_m,
+        at_start: at_start.map_or_else(written::at_start, |read| read.value),
+        tasks,
+        at_end: at_end.map_or_else(written::at_end, |read| read.value),
+        air_limit,
+        is_whole: reader.problems.len() == before,
+        has_start,
+    });
     (name, drone)
 }
 
@@ -322,12 +327,7 @@ fn lattice_fits(
     bounds: &Bounds,
 ) {
     let size_m = bounds.max.value - bounds.min.value;
-    let places = |cell_m: f64| {
-        size_m
-            .iter()
-            .map(|size_m| (size_m / cell_m).floor() + 1.0)
-            .product::<f64>()
-    };
+    let places = |cell_m: f64| lattice_places(size_m, cell_m);
     if places(cell_m) <= MOST_LATTICE_PLACES {
         return;
     }

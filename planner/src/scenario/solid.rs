@@ -17,11 +17,11 @@ use crate::scenario::world::{Bounds, Obstacle, Solid};
 
 /// Two surfaces nearer than this count as touching (m): far above the rounding of coordinates up to
 /// 10 km (2e-12 m), far below anything a drone can fly.
-pub const TOUCHING_M: f64 = 1e-9;
+pub(crate) const TOUCHING_M: f64 = 1e-9;
 
 /// Obstacles, ready to be asked for distances. Indices are those of the slice it was made from.
 #[derive(Debug)]
-pub struct Solids {
+pub(crate) struct Solids {
     tree: Bvh,
     parts: Vec<Part>,
 }
@@ -52,7 +52,7 @@ enum Form {
 impl Solids {
     /// Sorts the obstacles into a tree. A mesh is cut into its connected parts: a closed part has an
     /// inside, an open one is a sheet without thickness.
-    pub fn new(obstacles: &[Obstacle]) -> Solids {
+    pub(crate) fn new(obstacles: &[Obstacle]) -> Solids {
         let mut parts = Vec::new();
         for (obstacle, Obstacle { shape, .. }) in obstacles.iter().enumerate() {
             match shape {
@@ -95,7 +95,7 @@ impl Solids {
 
     /// Signed distance from `point_m` to the nearest obstacle, and which one it is; infinite and
     /// `None` where there are no obstacles.
-    pub fn distance_to_point_m(&self, point_m: Point3<f64>) -> (f64, Option<usize>) {
+    pub(crate) fn distance_to_point_m(&self, point_m: Point3<f64>) -> (f64, Option<usize>) {
         let point = vector(&point_m);
         let best = self.tree.find_best(
             f64::MAX,
@@ -107,12 +107,17 @@ impl Solids {
 
     /// Smallest signed distance from the straight leg `a_m`..`b_m` to any obstacle, or `at_most_m`
     /// where all of them are farther than that. Of a leg that pierces a mesh and ends outside, 0.
-    pub fn segment_clearance_m(&self, a_m: Point3<f64>, b_m: Point3<f64>, at_most_m: f64) -> f64 {
+    pub(crate) fn segment_clearance_m(
+        &self,
+        a_m: Point3<f64>,
+        b_m: Point3<f64>,
+        at_most_m: f64,
+    ) -> f64 {
         self.nearest_within(a_m, b_m, at_most_m).0
     }
 
     /// Smallest signed distance from the straight leg `a_m`..`b_m` to any obstacle, and which one.
-    pub fn nearest(&self, a_m: Point3<f64>, b_m: Point3<f64>) -> (f64, Option<usize>) {
+    pub(crate) fn nearest(&self, a_m: Point3<f64>, b_m: Point3<f64>) -> (f64, Option<usize>) {
         match self.nearest_within(a_m, b_m, f64::MAX) {
             (_, None) => (f64::INFINITY, None),
             found => found,
@@ -121,7 +126,11 @@ impl Solids {
 
     /// The highest surface straight below `point_m` (z, m) and whose it is: `floor_z_m` and `None`
     /// where there is no obstacle between.
-    pub fn support_below_z_m(&self, point_m: Point3<f64>, floor_z_m: f64) -> (f64, Option<usize>) {
+    pub(crate) fn support_below_z_m(
+        &self,
+        point_m: Point3<f64>,
+        floor_z_m: f64,
+    ) -> (f64, Option<usize>) {
         let from = vector(&point_m) + Vector::new(0.0, 0.0, TOUCHING_M);
         let deepest = Vector::new(from.x, from.y, floor_z_m.min(from.z));
         let below = Aabb::new(deepest, from);
@@ -387,3 +396,6 @@ fn mesh_part(places: &[Vector], mut triangles: Vec<[u32; 3]>) -> Option<Form> {
 fn vector(point: &Point3<f64>) -> Vector {
     Vector::new(point.x, point.y, point.z)
 }
+
+#[cfg(test)]
+mod tests;

@@ -220,6 +220,12 @@ pub(super) struct Drone {
     /// Mean air over its rotor discs that it bears, over its own induced velocity at its current mass.
     #[schemars(range(min = AIR_LIMIT.low, max = AIR_LIMIT.high), extend("default" = "that of planning"))]
     pub(super) air_limit: Option<f64>,
+    /// Whether all of it could be read.
+    #[schemars(skip)]
+    pub(super) is_whole: bool,
+    /// Whether `start_m` could.
+    #[schemars(skip)]
+    pub(super) has_start: bool,
 }
 
 /// A place to reach and to stay at for a while.

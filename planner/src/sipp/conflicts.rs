@@ -25,10 +25,10 @@ pub(crate) mod steps;
 mod tests;
 mod ways;
 
-pub use ask::Thought;
+pub(crate) use ask::Thought;
 use column::{Column, Glance, Record};
 use pieces::pieces;
-pub use steps::Steps;
+pub(crate) use steps::Steps;
 use steps::{Pace, STILL, cells};
 
 /// Somebody's leg, as it concerns hovering at one place.
@@ -46,7 +46,7 @@ const FORBIDDEN: u16 = u16::MAX;
 
 /// Everybody's steps.
 #[derive(Clone, Debug)]
-pub struct Crowd<'a> {
+pub(crate) struct Crowd<'a> {
     steps: &'a Steps,
     /// By column: x first, then y.
     columns: Vec<Column>,
@@ -66,7 +66,7 @@ pub struct Crowd<'a> {
 
 impl<'a> Crowd<'a> {
     /// Those who are in a costmap already.
-    pub fn new(steps: &'a Steps, costmap: &Costmap) -> Crowd<'a> {
+    pub(crate) fn new(steps: &'a Steps, costmap: &Costmap) -> Crowd<'a> {
         let [nx, ny, _] = steps.lattice.counts();
         let mut crowd = Crowd {
             steps,
@@ -85,12 +85,12 @@ impl<'a> Crowd<'a> {
     }
 
     /// Whether it knows of a place.
-    pub fn knows(&self, place: Vertex) -> bool {
+    pub(crate) fn knows(&self, place: Vertex) -> bool {
         (place as usize) < self.steps.lattice.place_count()
     }
 
     /// The class of a drone as it flies now.
-    pub fn class(&self, drone: DroneId, kind: costmap::leg::KindId) -> Option<usize> {
+    pub(crate) fn class(&self, drone: DroneId, kind: costmap::leg::KindId) -> Option<usize> {
         self.steps.class(drone, kind)
     }
 
@@ -101,7 +101,7 @@ impl<'a> Crowd<'a> {
     }
 
     /// Adds a drone's legs: all that it reserves.
-    pub fn insert(&mut self, legs: &[Leg]) {
+    pub(crate) fn insert(&mut self, legs: &[Leg]) {
         let mut next_part = 0;
         for leg in legs {
             let first_part = next_part;
@@ -168,7 +168,7 @@ impl<'a> Crowd<'a> {
     }
 
     /// Takes a drone's legs back.
-    pub fn remove(&mut self, legs: &[Leg]) {
+    pub(crate) fn remove(&mut self, legs: &[Leg]) {
         for leg in legs {
             let Some(class) = self.steps.class(leg.drone, leg.kind) else {
                 continue;

@@ -40,7 +40,7 @@ pub(crate) use path::joined;
 use walk::Search;
 
 /// A drone that nobody can make give way.
-pub const IMMOVABLE: u32 = u32::MAX;
+pub(crate) const IMMOVABLE: u32 = u32::MAX;
 
 /// What is left to fly counts one part in 2ⁿ more than it takes, so that of ways that differ by less the one found first
 /// will do. The part bounds the excess of an answer over the best. Chosen here.
@@ -57,28 +57,28 @@ const TICKS_A_STATE: u64 = 25;
 
 /// What a search works on.
 #[derive(Clone, Copy)]
-pub struct Scene<'a> {
+pub(crate) struct Scene<'a> {
     /// Ways through free space.
-    pub roadmap: &'a Roadmap,
+    pub(crate) roadmap: &'a Roadmap,
     /// Everybody planned so far.
-    pub costmap: &'a Costmap,
+    pub(crate) costmap: &'a Costmap,
     /// The same in brief, for searches whose answer is judged afterwards.
-    pub crowd: Option<&'a Crowd<'a>>,
+    pub(crate) crowd: Option<&'a Crowd<'a>>,
     /// Price in ticks of meeting each drone, or [`IMMOVABLE`].
-    pub weights: &'a [u32],
+    pub(crate) weights: &'a [u32],
     /// Until when each drone goes on as it does, whatever its price; empty: nobody is under way.
-    pub under_way: &'a [Tick],
+    pub(crate) under_way: &'a [Tick],
     /// Seconds of delay that a second's worth of hover energy is worth.
-    pub energy_weight: f64,
+    pub(crate) energy_weight: f64,
     /// Whether a detour around those who stay for good is looked for before any of them gives way. Where half of the floor is held
     /// for good, those who are led around others end up in their way, and quarrels do not end.
-    pub detours: bool,
+    pub(crate) detours: bool,
     /// Whether every step is judged in full, weak wakes on those far off included.
-    pub careful: bool,
+    pub(crate) careful: bool,
     /// States after which the search gives up.
-    pub most_expansions: u64,
+    pub(crate) most_expansions: u64,
     /// Asked now and then.
-    pub stop: &'a (dyn Fn() -> bool + Sync),
+    pub(crate) stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl Scene<'_> {
@@ -107,18 +107,18 @@ impl Scene<'_> {
 
 /// A way from start to end.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Path {
+pub(crate) struct Path {
     /// Back to back from where its errand begins; the last one may last for ever.
-    pub legs: Vec<Leg>,
+    pub(crate) legs: Vec<Leg>,
     /// End of the last dwell.
-    pub arrives: Tick,
+    pub(crate) arrives: Tick,
     /// Who must give way.
-    pub met: Vec<DroneId>,
+    pub(crate) met: Vec<DroneId>,
 }
 
 /// What a search found.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Found {
+pub(crate) enum Found {
     /// The cheapest way.
     Path(Path),
     /// None, and what was in the way closest to the goal.
@@ -129,20 +129,20 @@ pub enum Found {
 
 /// What was in the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Obstruction {
+pub(crate) struct Obstruction {
     /// Who or what.
-    pub by: Hindrance,
+    pub(crate) by: Obstructor,
     /// Where the drone could get to (m).
-    pub at_m: Point3<f64>,
+    pub(crate) at_m: Point3<f64>,
     /// When it would have gone on.
-    pub at: Tick,
+    pub(crate) at: Tick,
     /// Ticks that were left to fly.
     remaining: u32,
 }
 
 /// Who or what can be in the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Hindrance {
+pub(crate) enum Obstructor {
     /// Another drone, and how.
     Drone(DroneId, Why),
     /// A zone (its index) that the drone's own wake is too strong for.
@@ -151,11 +151,11 @@ pub enum Hindrance {
 
 /// Result and effort of one search.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Searched {
+pub(crate) struct Searched {
     /// What was found.
-    pub found: Found,
+    pub(crate) found: Found,
     /// States expanded.
-    pub expansions: u64,
+    pub(crate) expansions: u64,
 }
 
 /// Ways tried by the crowd's intervals before every step is judged; chosen here.
@@ -168,7 +168,7 @@ pub(crate) type Doubts = FxHashSet<(Vertex, Vertex)>;
 ///
 /// With a crowd it is looked for in brief, and judged in the end; steps that were taken for free are judged
 /// at once when it is looked for again.
-pub fn search(mut scene: Scene<'_>, errand: &Errand) -> Searched {
+pub(crate) fn search(mut scene: Scene<'_>, errand: &Errand) -> Searched {
     if !errand.forgiven.is_empty() {
         // What is forgiven depends on how somebody is in the way.
         scene.crowd = None;

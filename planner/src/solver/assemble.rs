@@ -17,7 +17,7 @@ use crate::solver::priority::Paths;
 use crate::verify::Report;
 
 /// A plan of these paths, not yet judged: no violations, no air met.
-pub fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
+pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
     let drones: Vec<DronePlan> = world
         .drones
         .iter()
@@ -80,7 +80,7 @@ pub fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
 }
 
 /// Writes the verifier's findings, and why some stay behind, into a plan.
-pub fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) -> Plan {
+pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) -> Plan {
     for (drone, met) in plan.drones.iter_mut().zip(report.air_met) {
         drone.worst_air_mps = met.worst_air_mps;
         drone.worst_air_from = met.worst_air_from;

@@ -14,16 +14,16 @@ use crate::solver::priority::Paths;
 
 /// Columns of the lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Density {
+pub(crate) struct Density {
     /// In which somebody hovers from some time on for ever.
-    pub held: usize,
+    pub(crate) held: usize,
     /// In which somebody could be at some height.
-    pub open: usize,
+    pub(crate) open: usize,
 }
 
 impl Density {
     /// Of what a fleet does in the end.
-    pub fn of(job: &Job, paths: &Paths) -> Density {
+    pub(crate) fn of(job: &Job, paths: &Paths) -> Density {
         let last = |errand: &Errand| paths.costmap.legs(errand.drone).last();
         let hover = |leg: &&Leg| leg.flying && leg.end == Tick::FOREVER;
         let ends = job.errands.iter().filter_map(last).filter(hover);
@@ -31,7 +31,7 @@ impl Density {
     }
 
     /// Of what a fleet is to do in the end.
-    pub fn of_goals(job: &Job) -> Density {
+    pub(crate) fn of_goals(job: &Job) -> Density {
         let hovers = |errand: &&Errand| errand.ending == Ending::Hover;
         let goal_m = |errand: &Errand| job.roadmap.position_m(errand.last_vertex());
         Density::under(job, job.errands.iter().filter(hovers).map(goal_m))
@@ -57,7 +57,7 @@ impl Density {
     }
 
     /// Held columns over open ones.
-    pub fn share(&self) -> f64 {
+    pub(crate) fn share(&self) -> f64 {
         self.held as f64 / self.open.max(1) as f64
     }
 }

@@ -1,13 +1,16 @@
-//! Why a drone stays at its start, in words: who or what is in the way, where and when, and the way out.
+//! Why a drone stays at its start: who or what is in the way, where and when, and the way out.
 
 use costmap::leg::DroneId;
 use costmap::verdict::Why;
-use nalgebra::Point3;
 
-use crate::plan::outcome::{Blocker, Control, EndpointConflict, EndpointKind, Exclusion};
-use crate::plan::{Plan, Unplanned, Violation, ViolationKind};
+use crate::graph::distances::UNREACHABLE;
+use crate::plan::cause::{
+    Crowding, Exposure, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath, Remedy,
+};
+use crate::plan::outcome::{Blocker, Control, EndpointConflict, EndpointKind, Failure};
+use crate::plan::{Plan, Violation, ViolationKind};
 use crate::scenario::world::World;
-use crate::sipp::search::{Found, Hindrance, IMMOVABLE, Obstruction, Scene, search};
+use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Scene, search};
 use crate::solver::assemble::assemble;
 use crate::solver::density::Density;
 use crate::solver::prepare::Job;
@@ -26,16 +29,16 @@ const HIGHEST_RAISE: f64 = 8.0;
 /// States of a search for a pass: chosen here, a second of work.
 const MOST_EXPANSIONS: u64 = 60_000;
 
-/// One reason per stranded drone.
-pub fn reasons(
+/// One cause per drone without a path.
+pub(crate) fn failures(
     world: &World,
     job: &Job,
     paths: &Paths,
     conflicts: &[EndpointConflict],
     control: &Control<'_>,
-) -> Vec<Unplanned> {
+) -> Vec<Failure> {
     let groups = Groups::of(job, paths, control);
-    let passes: Vec<Option<String>> = groups
+    let passes: Vec<Option<Remedy>> = groups
         .members
         .iter()
         .enumerate()
@@ -44,69 +47,57 @@ pub fn reasons(
             small.then(|| gentlest_pass(world, job, paths, group, control))
         })
         .collect();
-    let crowd = crowd(job, paths);
-    paths
-        .stranded
-        .iter()
-        .map(|&(drone, why)| {
-            let reason = match why {
-                Stranded::NoWay => no_way(world, job, drone),
-                Stranded::EndpointConflict => endpoint(world, conflicts, drone),
-                Stranded::Landing(_) | Stranded::Zone(_) => briefly(world, why),
-                Stranded::Stopped => format!("{}{crowd}", briefly(world, why)),
-                Stranded::Obstructed(_) => {
-                    let (group, by) = groups.of_drone(drone);
-                    let who = by.map_or_else(
-                        || briefly(world, Stranded::Obstructed(None)),
-                        |by| obstruction(world, &by),
-                    );
-                    let first = group.map(|group| groups.first_stranded(group, &paths.stranded));
-                    match (group.and_then(|group| passes[group].as_ref()), first) {
-                        (Some(_), Some(Some(first))) if first != drone => {
-                            format!("{who}; see `{}`", name(world, first))
-                        }
-                        (Some(pass), _) => format!("{who}; {pass}"),
-                        (None, _) => format!("{who}{crowd}"),
-                    }
-                }
-            };
-            Unplanned {
-                name: name(world, drone).to_owned(),
-                reason,
+    let crowding = crowding(job, paths);
+    let obstructed = |drone: DroneId| {
+        let (group, by) = groups.of_drone(drone);
+        let first = group.and_then(|group| groups.first_stranded(group, &paths.stranded));
+        let remedy = match (group.and_then(|group| passes[group].as_ref()), first) {
+            (Some(_), Some(first)) if first != drone => {
+                Remedy::SameAs(name(world, first).to_owned())
             }
-        })
-        .collect()
-}
-
-/// The reason as far as it is known without looking for a way out.
-pub(crate) fn briefly(world: &World, why: Stranded) -> String {
-    match why {
-        Stranded::NoWay => {
-            "there is no way through free space to one of its tasks that its body fits through"
-                .to_owned()
+            (Some(pass), _) => pass.clone(),
+            (None, _) => crowding.map_or(Remedy::Unknown, Remedy::LessCrowding),
+        };
+        FailureCause::Obstructed {
+            by: by.map(|by| hindrance(world, &by)),
+            remedy,
         }
-        Stranded::EndpointConflict => "its end and another's exclude one another".to_owned(),
-        Stranded::Landing(short_m) => format!(
-            "the descent from its last task lacks {short_m:.2} m of room beside an obstacle; \
-             move the task sideways, or end with Hover or Leave"
-        ),
-        Stranded::Obstructed(Some(by)) | Stranded::Zone(by) => obstruction(world, &by),
-        Stranded::Obstructed(None) => "it and others kept taking each other's way".to_owned(),
-        Stranded::Stopped => "planning was stopped before its turn".to_owned(),
+    };
+    let failures = paths.stranded.iter().map(|&(drone, why)| Failure {
+        drone: name(world, drone).to_owned(),
+        cause: match why {
+            Stranded::NoWay => FailureCause::NoPath(missing_path(world, job, drone)),
+            Stranded::EndpointConflict => {
+                FailureCause::GoalConflict(goal_conflict(world, conflicts, drone))
+            }
+            Stranded::Stopped => FailureCause::Stopped(crowding),
+            Stranded::Obstructed(_) => obstructed(drone),
+            Stranded::Landing(_) | Stranded::Zone(_) => known_cause(world, why),
+        },
+    });
+    failures.collect()
+}
+
+/// The cause as far as it is known without looking for a way out.
+pub(crate) fn known_cause(world: &World, why: Stranded) -> FailureCause {
+    let obstructed = |by: Option<Obstruction>| FailureCause::Obstructed {
+        by: by.map(|by| hindrance(world, &by)),
+        remedy: Remedy::Unknown,
+    };
+    match why {
+        Stranded::NoWay => FailureCause::NoPath(None),
+        Stranded::EndpointConflict => FailureCause::GoalConflict(None),
+        Stranded::Landing(short_m) => FailureCause::NoRoomToLand { short_m },
+        Stranded::Obstructed(by) => obstructed(by),
+        Stranded::Zone(by) => obstructed(Some(by)),
+        Stranded::Stopped => FailureCause::Stopped(None),
     }
 }
 
-/// What a crowd has to do with it; nothing where there is none.
-fn crowd(job: &Job, paths: &Paths) -> String {
+/// How crowded the floor is, where that counts as a reason.
+fn crowding(job: &Job, paths: &Paths) -> Option<Crowding> {
     let Density { held, open } = Density::of(job, paths);
-    if (held as f64) < CROWDED_SHARE * open as f64 {
-        return String::new();
-    }
-    let percent = 100.0 * held as f64 / open as f64;
-    format!(
-        "; {held} of the floor's {open} columns ({percent:.0} %) are under drones that hover for ever: \
-         let some of them land or leave, or give the fleet more floor"
-    )
+    (held as f64 >= CROWDED_SHARE * open as f64).then_some(Crowding { held, open })
 }
 
 /// Stranded drones with those in their way: each group is a question of its own.
@@ -131,8 +122,8 @@ impl Groups {
                     known.is_some_and(|(_, why)| !matches!(why, Stranded::Obstructed(_)))
                 };
                 let other = by.and_then(|by| match by.by {
-                    Hindrance::Drone(other, _) if !hopeless(other) => Some(other),
-                    Hindrance::Drone(..) | Hindrance::Zone(_) => None,
+                    Obstructor::Drone(other, _) if !hopeless(other) => Some(other),
+                    Obstructor::Drone(..) | Obstructor::Zone(_) => None,
                 });
                 groups.join(drone, other);
             }
@@ -171,103 +162,70 @@ fn name(world: &World, drone: DroneId) -> &str {
     &world.drones[drone.0 as usize].name
 }
 
-fn place(point_m: &Point3<f64>) -> String {
-    format!("({:.2}, {:.2}, {:.2})", point_m.x, point_m.y, point_m.z)
-}
-
-fn no_way(world: &World, job: &Job, drone: DroneId) -> String {
+fn missing_path(world: &World, job: &Job, drone: DroneId) -> Option<MissingPath> {
     let errand = &job.errands[drone.0 as usize];
-    let tasks = &world.drones[drone.0 as usize].tasks;
+    let drone = &world.drones[drone.0 as usize];
     let mut from = errand.start;
     let mut to = 0;
     for (index, stage) in errand.stages.iter().enumerate() {
         to = index;
-        if stage.distances.ticks(&job.roadmap, from) == crate::graph::distances::UNREACHABLE {
+        if stage.distances.ticks(&job.roadmap, from) == UNREACHABLE {
             break;
         }
         from = stage.distances.goal();
     }
-    format!(
-        "no way through free space from {} to task {} at {} for a body of {:.2} m radius with {:.2} m \
-         clearance, on a lattice of {:.2} m; widen the gap, or set a smaller cell_m",
-        place(&job.roadmap.position_m(from)),
-        to + 1,
-        tasks
-            .get(to)
-            .map_or_else(String::new, |task| place(&task.to_m)),
-        world.drones[drone.0 as usize].vehicle.body_radius_m,
-        world.planning.clearance_m,
-        world.planning.cell_m,
-    )
+    Some(MissingPath {
+        from_m: job.roadmap.position_m(from),
+        task: to + 1,
+        to_m: drone.tasks.get(to)?.to_m,
+        body_radius_m: drone.vehicle.body_radius_m,
+        clearance_m: world.planning.clearance_m,
+        cell_m: world.planning.cell_m,
+    })
 }
 
-fn endpoint(world: &World, conflicts: &[EndpointConflict], drone: DroneId) -> String {
+fn goal_conflict(
+    world: &World,
+    conflicts: &[EndpointConflict],
+    drone: DroneId,
+) -> Option<GoalConflict> {
     let index = drone.0 as usize;
     let own = |c: &&EndpointConflict| {
         c.when == EndpointKind::Goals && (c.drone == index || c.blocker == Blocker::Drone(index))
     };
-    let Some(conflict) = conflicts.iter().find(own) else {
-        return "its goal excludes another's".to_owned();
-    };
-    let sufferer = &world.drones[conflict.drone].name;
-    let blocker = match conflict.blocker {
-        Blocker::Drone(other) => format!("`{}`", world.drones[other].name),
-        Blocker::Zone(zone) => format!("zone `{}`", world.zones[zone].name),
-    };
-    let how = match conflict.why {
-        Exclusion::Bodies { gap_m, needs_m } if gap_m < 0.0 => format!(
-            "at its goal the body of `{sufferer}` overlaps that of {blocker} by {:.2} m, between them must be {needs_m:.2} m",
-            -gap_m
-        ),
-        Exclusion::Bodies { gap_m, needs_m } => {
-            format!(
-                "the goal of `{sufferer}` is {gap_m:.2} m from the body of {blocker}, it needs {needs_m:.2} m"
-            )
-        }
-        Exclusion::Column => {
-            format!("the goal of `{sufferer}` is in the near-field column of {blocker}")
-        }
-        Exclusion::Air {
-            air_mps,
-            alpha,
-            limit,
-        } => format!(
-            "the goal of `{sufferer}` is in the downwash of {blocker}: {air_mps:.1} m/s, alpha {alpha:.2}, its limit is {limit:.2}"
-        ),
-        Exclusion::Zone { air_mps, limit_mps } => format!(
-            "the goal of `{sufferer}` blows {air_mps:.1} m/s into {blocker}, which allows {limit_mps:.1} m/s"
-        ),
-    };
-    match conflict.nearest_fix_m {
-        Some(fix_m) => format!("{how}; move `{sufferer}`'s goal to {}", place(&fix_m)),
-        None => how,
-    }
+    let conflict = conflicts.iter().find(own)?;
+    Some(GoalConflict {
+        drone: world.drones[conflict.drone].name.clone(),
+        with: match conflict.blocker {
+            Blocker::Drone(other) => format!("`{}`", world.drones[other].name),
+            Blocker::Zone(zone) => format!("zone `{}`", world.zones[zone].name),
+        },
+        why: conflict.why,
+        nearest_fix_m: conflict.nearest_fix_m,
+    })
 }
 
-fn obstruction(world: &World, by: &Obstruction) -> String {
-    let at = format!("at {} from {:.1} s on", place(&by.at_m), by.at.seconds());
-    match by.by {
-        Hindrance::Zone(zone) => {
-            let zone = &world.zones[zone];
-            format!(
-                "its own downwash is too strong for zone `{}`, which allows {:.1} m/s, {at}; fly \
-                 higher or around, or raise the zone's air_limit_mps",
-                zone.name, zone.air_limit_mps,
-            )
+fn hindrance(world: &World, by: &Obstruction) -> Hindrance {
+    let kind = match by.by {
+        Obstructor::Zone(zone) => HindranceKind::Zone {
+            zone: world.zones[zone].name.clone(),
+            air_limit_mps: world.zones[zone].air_limit_mps,
+        },
+        Obstructor::Drone(other, why) => {
+            let other = name(world, other).to_owned();
+            match why {
+                Why::Bodies => HindranceKind::Body(other),
+                Why::Column => HindranceKind::Column(other),
+                Why::OwnLimit => HindranceKind::Downwash(other),
+                Why::TheirLimit => HindranceKind::OwnDownwash(other),
+                Why::Zone => HindranceKind::ZoneTogether(other),
+            }
         }
-        Hindrance::Drone(other, why) => {
-            let other = name(world, other);
-            let what = match why {
-                Why::Bodies => format!("the body of `{other}` is in its way"),
-                Why::Column => {
-                    format!("the near-field column between it and `{other}` is in its way")
-                }
-                Why::OwnLimit => format!("the downwash of `{other}` is in its way"),
-                Why::TheirLimit => format!("its downwash would fall on `{other}`"),
-                Why::Zone => format!("its downwash and that of `{other}` are too much for a zone"),
-            };
-            format!("{what} {at}")
-        }
+    };
+    Hindrance {
+        kind,
+        at_m: by.at_m,
+        from_s: by.at.seconds(),
     }
 }
 
@@ -304,14 +262,14 @@ fn gentlest_pass(
     paths: &Paths,
     group: &[DroneId],
     control: &Control<'_>,
-) -> String {
+) -> Remedy {
     let mut others = paths.costmap.clone();
     for &drone in group {
         others.remove(drone);
     }
     let raised = |times: f64| plan_group(job, &others.with_limits_raised(times), group, control);
     let Some(mut pass) = raised(HIGHEST_RAISE) else {
-        return "no pass at any air limit: bodies, columns or zones are in the way".to_owned();
+        return Remedy::NoneAtAnyLimit;
     };
     let (mut too_low, mut enough) = (1.0, HIGHEST_RAISE);
     while enough / too_low > 1.02 {
@@ -336,36 +294,33 @@ fn gentlest_pass(
     exposed.retain(|violation| violation.kind == ViolationKind::Air);
     let over = |violation: &Violation| violation.value / violation.limit;
     exposed.sort_by(|a, b| over(b).total_cmp(&over(a)));
-    exposed.first().map_or_else(
-        || "there is a pass just within the limits, which this search keeps off".to_owned(),
-        |worst| describe(&plan, worst, &exposed),
-    )
+    let worst = exposed.first();
+    worst.map_or(Remedy::JustWithinLimits, |worst| {
+        Remedy::RaiseLimits(exposure(&plan, worst, &exposed))
+    })
 }
 
-fn describe(plan: &Plan, worst: &Violation, exposed: &[Violation]) -> String {
+fn exposure(plan: &Plan, worst: &Violation, exposed: &[Violation]) -> Exposure {
     let alpha = worst.value;
-    let extra_percent = 100.0 * (airflow::power::beta(alpha) - 1.0);
-    let mut names: Vec<String> = exposed.iter().map(|v| format!("`{}`", v.drone)).collect();
-    names.sort_unstable();
-    names.dedup();
-    let from = worst.with.as_deref().unwrap_or("the others");
-    let geometry = worst
-        .with
-        .as_ref()
-        .and_then(|with| plan.drones.iter().find(|other| other.name == *with))
-        .and_then(|other| other.trajectory.position_m(worst.from_s))
-        .map_or_else(String::new, |at_m| {
-            let below_m = at_m.z - worst.position_m.z;
-            let aside_m = (at_m.xy() - worst.position_m.xy()).norm();
-            format!(", {below_m:.1} m below and {aside_m:.1} m beside `{from}`")
-        });
-    format!(
-        "no pass without exposure: the gentlest puts `{}` at {}{geometry}, alpha {alpha:.2}, \
-         +{extra_percent:.0} % power; raise the air_limit of {} to {:.2}, with a margin",
-        worst.drone,
-        place(&worst.position_m),
-        names.join(", "),
+    let mut drones: Vec<String> = exposed.iter().map(|v| v.drone.clone()).collect();
+    // As they are quoted.
+    drones.sort_unstable_by_key(|name| format!("{name}`"));
+    drones.dedup();
+    let beside = worst.with.as_ref().and_then(|with| {
+        let other = plan.drones.iter().find(|other| other.name == *with)?;
+        let at_m = other.trajectory.position_m(worst.from_s)?;
+        let below_m = at_m.z - worst.position_m.z;
+        let aside_m = (at_m.xy() - worst.position_m.xy()).norm();
+        Some((with.clone(), below_m, aside_m))
+    });
+    Exposure {
+        drone: worst.drone.clone(),
+        at_m: worst.position_m,
+        beside,
+        alpha,
+        extra_percent: 100.0 * (airflow::power::beta(alpha) - 1.0),
+        drones,
         // The search's bounds are a few percent above the air itself.
-        (alpha * 105.0).ceil() / 100.0,
-    )
+        air_limit: (alpha * 105.0).ceil() / 100.0,
+    }
 }

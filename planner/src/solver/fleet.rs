@@ -8,15 +8,17 @@ use rayon::prelude::*;
 
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::outcome::{
-    Blocker, Control, Effort, EndpointConflict, EndpointKind, Exclusion, Outcome, Progress,
+    Blocker, Control, Effort, EndpointConflict, EndpointKind, Exclusion, Failure, Outcome, Planned,
+    Progress,
 };
-use crate::plan::{IgnoringDownwash, ViolationKind};
+use crate::plan::{IgnoringDownwash, Unplanned, ViolationKind};
 use crate::scenario::world::World;
+use crate::scenario::{Problems, WorldError};
 use crate::sipp::conflicts::Steps;
 use crate::sipp::search::{Found, IMMOVABLE, Scene, search};
 use crate::solver::assemble::{assemble, judged};
 use crate::solver::endpoints;
-use crate::solver::explain::reasons;
+use crate::solver::explain::failures;
 use crate::solver::prepare::{Job, empty_costmap, prepare};
 use crate::solver::priority::{Stranded, plan_fleet};
 use crate::solver::well_formed::examine;
@@ -26,11 +28,15 @@ use crate::verify::verify;
 ///
 /// Reads no clock and no file: `control` says when to stop. The same world gives the same plan on any
 /// number of threads.
-pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
+///
+/// # Errors
+/// What is wrong with a world that was built by hand ([`World::check`]); one that was read is in order.
+pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Problems<WorldError>> {
+    world.check()?;
     (control.progress)(Progress::Preparing);
     let (conflicts, mut job) = rayon::join(|| endpoints::check(world), || prepare(world));
     if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
-        return Outcome::Blocked { conflicts };
+        return Ok(Outcome::Infeasible { conflicts });
     }
     let mut effort = Effort::default();
     let costmap = empty_costmap(world, job.roadmap.lattice(), true);
@@ -49,21 +55,33 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Outcome {
         control,
         &mut effort,
     );
-    let unplanned = reasons(world, &job, &paths, &conflicts, control);
+    let failures = failures(world, &job, &paths, &conflicts, control);
 
     (control.progress)(Progress::Verifying);
     let plan = assemble(world, &job, &paths);
     let report = verify(&plan);
-    let mut plan = judged(plan, report, unplanned);
+    let mut plan = judged(plan, report, told(&failures));
 
-    (control.progress)(Progress::IgnoringDownwash);
-    plan.ignoring_downwash = ignoring_downwash(world, &job, &conflicts, control);
-    Outcome::Planned {
+    if control.contrast {
+        (control.progress)(Progress::IgnoringDownwash);
+        plan.ignoring_downwash = ignoring_downwash(world, &job, &conflicts, control);
+    }
+    Ok(Outcome::of(Planned {
         plan,
+        failures,
         conflicts,
         well_formed,
         effort,
-    }
+    }))
+}
+
+/// The sentences of a plan about drones without a path.
+pub(crate) fn told(failures: &[Failure]) -> Vec<Unplanned> {
+    let failures = failures.iter().map(|failure| Unplanned {
+        name: failure.drone.clone(),
+        reason: failure.cause.to_string(),
+    });
+    failures.collect()
 }
 
 /// Plans every drone alone among the zones: how long that takes, and who has no way at all.

@@ -1,12 +1,12 @@
 //! The whole fleet: endpoints, priorities with evictions, PIBT, LNS, and the reason of each drone left unplanned.
 
-pub mod assemble;
-pub mod density;
-pub mod endpoints;
-pub mod explain;
-pub mod prepare;
-pub mod priority;
-pub mod well_formed;
+pub(crate) mod assemble;
+pub(crate) mod density;
+pub(crate) mod endpoints;
+pub(crate) mod explain;
+pub(crate) mod prepare;
+pub(crate) mod priority;
+pub(crate) mod well_formed;
 
 pub(crate) mod fleet;
 pub(crate) mod outlines;

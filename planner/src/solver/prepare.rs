@@ -25,17 +25,17 @@ const TOUCH_M: f64 = 1e-3;
 
 /// Everything that stays the same while a fleet is planned.
 #[derive(Debug)]
-pub struct Job {
+pub(crate) struct Job {
     /// Ways through free space.
-    pub roadmap: Roadmap,
+    pub(crate) roadmap: Roadmap,
     /// One per drone, in the world's order.
-    pub errands: Vec<Errand>,
+    pub(crate) errands: Vec<Errand>,
     /// Drones whose landing is blocked, and by how much (m).
-    pub blocked_landings: Vec<(usize, f64)>,
+    pub(crate) blocked_landings: Vec<(usize, f64)>,
 }
 
 /// Makes the roadmap and every drone's errand.
-pub fn prepare(world: &World) -> Job {
+pub(crate) fn prepare(world: &World) -> Job {
     let solids = Solids::new(&world.obstacles);
     let mut stops = Vec::new();
     for drone in &world.drones {
@@ -262,7 +262,7 @@ impl Kinds {
 }
 
 /// An empty costmap for a world; `wakes: false` for a fleet that ignores downwash.
-pub fn empty_costmap(world: &World, lattice: &Lattice, wakes: bool) -> Costmap {
+pub(crate) fn empty_costmap(world: &World, lattice: &Lattice, wakes: bool) -> Costmap {
     costmap_for(world, &Kinds::of(world), lattice, wakes, world.drones.len())
 }
 

@@ -31,18 +31,18 @@ const MOST_EXPANSIONS: u64 = 400_000;
 
 /// Paths of a fleet.
 #[derive(Clone, Debug)]
-pub struct Paths {
+pub(crate) struct Paths {
     /// Per drone; `None`: it stays at its start.
-    pub paths: Vec<Option<Path>>,
+    pub(crate) paths: Vec<Option<Path>>,
     /// Why those without a path have none.
-    pub stranded: Vec<(DroneId, Stranded)>,
+    pub(crate) stranded: Vec<(DroneId, Stranded)>,
     /// Everybody's reservations, the stranded included.
-    pub costmap: Costmap,
+    pub(crate) costmap: Costmap,
 }
 
 /// Why a drone stays at its start.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stranded {
+pub(crate) enum Stranded {
     /// The roadmap has no way through free space to one of its tasks.
     NoWay,
     /// Its end excludes somebody else's.
@@ -58,7 +58,7 @@ pub enum Stranded {
 }
 
 /// Plans a few drones among others that stay as they are; `None` unless all of them find a way.
-pub fn plan_group(
+pub(crate) fn plan_group(
     job: &Job,
     others: &Costmap,
     group: &[DroneId],
@@ -96,7 +96,7 @@ mod whole;
 mod wind_up;
 
 pub(crate) use affected::{Affected, plan_affected};
-pub use whole::plan_fleet;
+pub(crate) use whole::plan_fleet;
 
 struct Attempt<'a> {
     roadmap: &'a Roadmap,
@@ -345,7 +345,7 @@ impl<'a> Attempt<'a> {
 }
 
 /// The one leg of a drone that is not planned.
-pub fn stays_at_start(errand: &Errand, roadmap: &crate::graph::roadmap::Roadmap) -> Leg {
+pub(crate) fn stays_at_start(errand: &Errand, roadmap: &crate::graph::roadmap::Roadmap) -> Leg {
     let at_m = roadmap.position_m(errand.start);
     Leg {
         drone: errand.drone,

@@ -38,7 +38,7 @@ pub(crate) struct Endpoint {
 }
 
 /// Examines a fleet; `None` where somebody lands, and where a start or a task lies beside the lattice, which the tables do not know.
-pub fn examine(job: &Job, steps: &Steps) -> Option<WellFormed> {
+pub(crate) fn examine(job: &Job, steps: &Steps) -> Option<WellFormed> {
     let abreast = Abreast::new(steps);
     let ends = endpoints(job, steps)?;
     let (marks, mut offences) = Marks::new(job, &abreast, &ends);

@@ -236,7 +236,7 @@ fn crossing(effects: Effects) -> World {
             (name: "courier-4", airframe: "kolibri", start_m: (10.5, 4.5, 4), tasks: [(to_m: (24, 4.5, 4))]),
         ],
     )"#;
-    let mut world = planner::scenario::read_world(text, &|_| Err(String::new())).expect("in order");
+    let mut world = planner::read_world(text).expect("in order");
     world.effects = effects;
     world
 }
@@ -304,8 +304,7 @@ fn along_the_floor_only_the_finding_keeps_the_air_of_a_zone_within_its_limit() {
             zones: [(name: "bench", min_m: (8, 9, 0), max_m: (12, 11, 1.5), air_limit_mps: 0.7)],
             drones: [(name: "courier", airframe: "offboard-2", start_m: (2, 5, 2), tasks: [(to_m: (18, 5, 2))])],
         )"#;
-        let mut world =
-            planner::scenario::read_world(text, &|_| Err(String::new())).expect("in order");
+        let mut world = planner::read_world(text).expect("in order");
         world.effects = effects;
         planned(&world)
     };

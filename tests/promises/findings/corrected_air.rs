@@ -5,10 +5,10 @@ use airflow::effects::{
 };
 use airflow::{Airframe, Jet, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::Point3;
-use planner::plan::outcome::{Control, Outcome};
 use planner::plan::{Plan, Status, ViolationKind};
 use planner::scenario::world::World;
 use planner::verify::verify;
+use planner::{Control, Files};
 
 use super::{heavier, tilt, wind};
 use crate::verifier::plans::{drone, kinds, plan, with_zone};
@@ -20,7 +20,7 @@ fn hall(effects: Effects) -> World {
         std::fs::read_to_string(format!("{folder}{file}")).map_err(|error| error.to_string())
     };
     let text = read("draughty-hall.ron").expect("shipped");
-    let mut world = planner::scenario::read_world(&text, &read).expect("in order");
+    let mut world = planner::read_world_with(&text, &Files::new(&read)).expect("in order");
     world.effects = effects;
     world
 }
@@ -41,10 +41,8 @@ pub(super) fn hall_at(y_m: f64, air_limit: f64, effects: Effects) -> World {
 }
 
 pub(super) fn planned(world: &World) -> Plan {
-    match planner::plan_world(world, &Control::QUIET) {
-        Outcome::Planned { plan, .. } => plan,
-        other => panic!("{other:?}"),
-    }
+    let outcome = planner::plan_world(world, &Control::QUIET).expect("in order");
+    outcome.into_planned().expect("a plan").plan
 }
 
 /// The same plan in other air than it was made for.

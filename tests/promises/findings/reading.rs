@@ -1,8 +1,9 @@
 //! The file of a finding: cited or given, with every error at its place in it.
 
 use airflow::effects::Effects;
+use planner::read_world_with;
 use planner::scenario::world::World;
-use planner::scenario::{Problem, read_world, read_world_flying};
+use planner::scenario::{Files, Problems};
 
 use super::wind;
 
@@ -13,12 +14,15 @@ fn scenario(air: &str) -> String {
     )
 }
 
-fn reading(finding: &str) -> Result<World, Vec<Problem>> {
+fn reading(finding: &str) -> Result<World, Problems> {
     let files = |file: &str| match file {
         "finding.ron" => Ok(finding.to_owned()),
         other => Err(format!("no {other}")),
     };
-    read_world(&scenario(r#"air: (finding: "finding.ron"),"#), &files)
+    read_world_with(
+        &scenario(r#"air: (finding: "finding.ron"),"#),
+        &Files::new(&files),
+    )
 }
 
 /// What stands at each error in the finding, beside the error in one line.
@@ -53,9 +57,15 @@ fn the_command_line_s_finding_stands_before_the_scenario_s() {
         _ => Ok(WHOLE.to_owned()),
     };
     let text = scenario(r#"air: (finding: "cited.ron"),"#);
-    let world = read_world_flying(&text, Some("given.ron"), &files).unwrap();
+    let world = read_world_with(&text, &Files::new(&files).with_finding("given.ron")).unwrap();
     assert_eq!(world.effects, wind(0.38, 0.27));
-    assert!(read_world(&text, &files).unwrap().effects.wander.is_some());
+    assert!(
+        read_world_with(&text, &Files::new(&files))
+            .unwrap()
+            .effects
+            .wander
+            .is_some()
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use planner::plan::Status;
 use planner::plan::outcome::EndpointKind;
-use planner::{Control, Outcome, plan_world};
+use planner::{Control, Outcome, Planned, plan_world};
 
 use super::worlds::{block, drone, room, task};
 use super::{assert_sound, planned};
@@ -17,8 +17,8 @@ fn starts_that_exclude_each_other_are_named_before_any_search() {
             drone("lower", "offboard-2", [5.0, 5.0, 3.0], [7.5, 2.5, 3.5]),
         ],
     );
-    match plan_world(&world, &Control::QUIET) {
-        Outcome::Blocked { conflicts } => {
+    match plan_world(&world, &Control::QUIET).expect("in order") {
+        Outcome::Infeasible { conflicts } => {
             assert_eq!(
                 (conflicts[0].drone, conflicts[0].when),
                 (1, EndpointKind::Starts)
@@ -38,12 +38,12 @@ fn of_two_goals_that_exclude_each_other_one_is_left_out_and_the_rest_flies() {
             drone("other", "offboard-2", [5.5, 2.5, 4.5], [5.5, 9.5, 2.5]),
         ],
     );
-    let Outcome::Planned {
-        plan, conflicts, ..
-    } = plan_world(&world, &Control::QUIET)
-    else {
-        panic!("blocked");
+    let Ok(Outcome::Partial(planned)) = plan_world(&world, &Control::QUIET) else {
+        panic!("a plan for one of the two");
     };
+    let Planned {
+        plan, conflicts, ..
+    } = *planned;
     assert_eq!(conflicts.len(), 1);
     assert_eq!(
         (conflicts[0].drone, conflicts[0].when),
@@ -85,9 +85,10 @@ fn a_drone_whose_goal_is_in_anothers_way_lets_it_pass_first() {
     // Whoever flies the shorter errand is planned first and stops where the other must pass.
     let mut world = corridor_with_bay(true);
     world.drones[1].start_m.x = 0.5;
-    let Outcome::Planned { plan, effort, .. } = plan_world(&world, &Control::QUIET) else {
-        panic!("blocked");
+    let Ok(Outcome::Safe(planned)) = plan_world(&world, &Control::QUIET) else {
+        panic!("a safe plan");
     };
+    let Planned { plan, effort, .. } = *planned;
     assert!(plan.unplanned.is_empty(), "{:#?}", plan.unplanned);
     assert_sound(&world, &plan);
     assert!(effort.evictions > 0, "{effort:?}");

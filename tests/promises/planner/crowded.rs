@@ -3,7 +3,7 @@
 use planner::plan::Plan;
 use planner::plan::outcome::Effort;
 use planner::scenario::world::World;
-use planner::{Control, Outcome, plan_world};
+use planner::{Control, plan_world};
 
 use super::duties;
 
@@ -13,10 +13,9 @@ fn full_floor(drones: usize, side: usize) -> World {
 }
 
 fn planned(world: &World) -> (Plan, Effort) {
-    match plan_world(world, &Control::QUIET) {
-        Outcome::Planned { plan, effort, .. } => (plan, effort),
-        other => panic!("no plan but {other:#?}"),
-    }
+    let outcome = plan_world(world, &Control::QUIET).expect("in order");
+    let planned = outcome.into_planned().expect("a plan");
+    (planned.plan, planned.effort)
 }
 
 #[test]

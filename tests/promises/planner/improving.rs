@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use planner::plan::Plan;
 use planner::plan::outcome::Effort;
 use planner::scenario::world::World;
-use planner::{Control, Outcome, plan_world};
+use planner::{Control, plan_world};
 
 use super::duties;
 
@@ -21,10 +21,9 @@ fn planned_for(world: &World, looks: usize) -> (Plan, Effort) {
         improve: &|| asked.fetch_add(1, Ordering::Relaxed) < looks,
         ..Control::QUIET
     };
-    match plan_world(world, &control) {
-        Outcome::Planned { plan, effort, .. } => (plan, effort),
-        other => panic!("no plan but {other:#?}"),
-    }
+    let outcome = plan_world(world, &control).expect("in order");
+    let planned = outcome.into_planned().expect("a plan");
+    (planned.plan, planned.effort)
 }
 
 /// By the verifier alone: a sampler would take minutes for so many.
@@ -68,9 +67,8 @@ fn a_crowd_stopped_on_the_way_is_safe_and_leaves_most_of_those_flying_who_had_a_
             stop: &|| asked.fetch_add(1, Ordering::Relaxed) >= looks,
             ..Control::QUIET
         };
-        let Outcome::Planned { plan, .. } = plan_world(&world, &control) else {
-            panic!("no plan");
-        };
+        let outcome = plan_world(&world, &control).expect("in order");
+        let plan = outcome.into_planned().expect("a plan").plan;
         assert_safe(&world, &plan);
         planned.push(plan.drones.len() - plan.unplanned.len());
     }

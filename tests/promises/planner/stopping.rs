@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use planner::{Control, Outcome, plan_world};
+use planner::{Control, FailureCause, Outcome, plan_world};
 
 use super::assert_sound;
 use super::worlds::{block, drone, room};
@@ -38,14 +38,13 @@ fn a_planner_told_to_stop_leaves_drones_out_and_is_still_safe() {
             stop: &|| asked.fetch_add(1, Ordering::Relaxed) >= calls,
             ..Control::QUIET
         };
-        match plan_world(&world, &control) {
-            Outcome::Planned { plan, .. } => {
-                assert_sound(&world, &plan);
-                planned.push(plan.drones.len() - plan.unplanned.len());
-            }
-            Outcome::Stopped => planned.push(0),
-            blocked => panic!("{blocked:#?}"),
-        }
+        let outcome = plan_world(&world, &control).expect("in order");
+        let plan = outcome
+            .into_planned()
+            .expect("starts that bear one another")
+            .plan;
+        assert_sound(&world, &plan);
+        planned.push(plan.drones.len() - plan.unplanned.len());
     }
     assert_eq!(planned[0], 0);
     assert!(planned.is_sorted(), "{planned:?}");
@@ -58,16 +57,16 @@ fn a_stopped_planner_says_so() {
         stop: &|| true,
         ..Control::QUIET
     };
-    match plan_world(&crossing(), &control) {
-        Outcome::Planned { plan, .. } => {
-            assert_eq!(plan.unplanned.len(), plan.drones.len());
-            assert!(
-                plan.unplanned
-                    .iter()
-                    .all(|it| it.reason.contains("stopped"))
-            );
-        }
-        Outcome::Stopped => {}
-        blocked => panic!("{blocked:#?}"),
+    let Ok(Outcome::Partial(planned)) = plan_world(&crossing(), &control) else {
+        panic!("a plan in which all drones stay");
+    };
+    assert_eq!(planned.plan.unplanned.len(), planned.plan.drones.len());
+    for (failure, told) in planned.failures.iter().zip(&planned.plan.unplanned) {
+        assert!(matches!(failure.cause, FailureCause::Stopped(_)));
+        assert!(told.reason.contains("stopped"), "{}", told.reason);
+        assert_eq!(
+            (&failure.drone, &failure.cause.to_string()),
+            (&told.name, &told.reason)
+        );
     }
 }

@@ -3,12 +3,10 @@
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
 use planner::plan::outcome::{Blocker, EndpointKind};
-use planner::scenario::placement::{Spot, landing_place_m, misplaced};
-use planner::scenario::solid::Solids;
 use planner::scenario::world::{
     AtEnd, AtStart, Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone,
 };
-use planner::solver::endpoints;
+use planner::scenario::{Misplaced, Spot, WorldError};
 use proptest::prelude::*;
 
 /// An empty room from the origin, cells of 1 m.
@@ -299,8 +297,7 @@ fn made(world: &World, name: &str, frame: &str, recipe: &DroneRecipe) -> Drone {
         .collect();
     let mut start_m = place(recipe.start);
     if recipe.landed {
-        let solids = Solids::new(&world.obstacles);
-        start_m = landing_place_m(&world.bounds_m, &solids, start_m, vehicle.body_radius_m);
+        start_m = world.resting_place_m(start_m, vehicle.body_radius_m);
     }
     Drone {
         name: name.to_owned(),
@@ -317,12 +314,19 @@ fn made(world: &World, name: &str, frame: &str, recipe: &DroneRecipe) -> Drone {
     }
 }
 
+fn misplaced(world: &World) -> Vec<Misplaced> {
+    let faults = world.check().err().map_or(Vec::new(), |faults| faults.0);
+    let misplaced = faults.into_iter().map(|fault| match fault {
+        WorldError::Misplaced { found, .. } => found,
+        other => panic!("{other}"),
+    });
+    misplaced.collect()
+}
+
 /// Moves what is out of place, and drops whom that does not help: what reading a scenario refuses is no question here.
 fn mended(mut world: World) -> World {
-    let solids = Solids::new(&world.obstacles);
     for _ in 0..4 {
-        let wrong = misplaced(&world, &solids);
-        for it in wrong {
+        for it in misplaced(&world) {
             let drone = &mut world.drones[it.drone];
             match (it.spot, it.nearest_m) {
                 (Spot::Start, Some(place_m)) => drone.start_m = place_m,
@@ -331,16 +335,13 @@ fn mended(mut world: World) -> World {
             }
         }
     }
-    let mut wrong: Vec<usize> = misplaced(&world, &solids)
-        .iter()
-        .map(|it| it.drone)
-        .collect();
+    let mut wrong: Vec<usize> = misplaced(&world).iter().map(|it| it.drone).collect();
     wrong.dedup();
     for drone in wrong.into_iter().rev() {
         world.drones.remove(drone);
     }
     loop {
-        let conflict = endpoints::check(&world)
+        let conflict = planner::endpoint_conflicts(&world)
             .into_iter()
             .find(|conflict| conflict.when == EndpointKind::Starts);
         let Some(conflict) = conflict else {

@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use planner::plan::outcome::Outcome;
+use planner::Planned;
 use planner::plan::{Plan, Status};
 use serde::{Deserialize, Serialize};
 
@@ -96,14 +96,12 @@ pub struct Measured {
 }
 
 impl Figures {
-    /// Of one run over a fleet of so many drones.
+    /// Of one run over a fleet of so many drones; `None`: its starts exclude one another.
     #[must_use]
-    pub fn of(outcome: &Outcome, drones: usize, measured: Measured) -> Figures {
-        let (status, plan, effort) = match outcome {
-            Outcome::Planned { plan, effort, .. } => (plan.status.as_str(), Some(plan), *effort),
-            Outcome::Blocked { .. } => ("blocked", None, Default::default()),
-            Outcome::Stopped => ("stopped", None, Default::default()),
-        };
+    pub fn of(planned: Option<&Planned>, drones: usize, measured: Measured) -> Figures {
+        let plan = planned.map(|planned| &planned.plan);
+        let status = plan.map_or("blocked", |plan| plan.status.as_str());
+        let effort = planned.map_or_else(Default::default, |planned| planned.effort);
         let fleet = plan.map(|plan| plan.fleet.clone()).unwrap_or_default();
         let ignoring = plan.and_then(|plan| plan.ignoring_downwash.as_ref());
         Figures {
@@ -135,7 +133,7 @@ impl Figures {
     /// Whether there is a plan, safe or not.
     #[must_use]
     pub fn has_plan(&self) -> bool {
-        !["blocked", "stopped"].contains(&self.status.as_str())
+        self.status != "blocked"
     }
 }
 

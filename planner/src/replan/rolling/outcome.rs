@@ -6,7 +6,7 @@ use super::splice::{at_end, write_errand, write_legs};
 use super::turn::Asked;
 use super::{Cause, Changed, Running, id};
 use crate::plan::{AtEnd, Unplanned};
-use crate::solver::explain::briefly;
+use crate::solver::explain::known_cause;
 use crate::solver::priority::Paths;
 
 /// Writes what was found into tracks and plan: who has changed, and for whom there is no way.
@@ -72,7 +72,7 @@ pub(super) fn write(
                     write_legs(entry, &track.legs, &running.kinds);
                 }
                 if let Some((_, why)) = left_out {
-                    let reason = briefly(&running.world, *why);
+                    let reason = known_cause(&running.world, *why);
                     let out = Unplanned {
                         name: name.clone(),
                         reason: format!("{reason}; {}", instead(cause, stops)),

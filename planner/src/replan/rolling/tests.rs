@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use nalgebra::Point3;
 
 use super::*;
-use crate::plan::outcome::Outcome;
 use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::read_world;
 use crate::scenario::world::{AtStart, Drone, Task};
@@ -15,10 +14,9 @@ fn hall(drones: usize) -> (World, Plan) {
 }
 
 fn planned(text: &str) -> (World, Plan) {
-    let world = read_world(text, &|file| Err(format!("there is no {file}"))).expect("in order");
-    let Outcome::Planned { plan, .. } = crate::plan_world(&world, &Control::QUIET) else {
-        panic!("no plan");
-    };
+    let world = read_world(text).expect("in order");
+    let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");
+    let plan = outcome.into_planned().expect("a plan").plan;
     assert!(plan.violations.is_empty() && plan.unplanned.is_empty());
     (world, plan)
 }

@@ -16,7 +16,7 @@ use crate::graph::roadmap::Roadmap;
 use crate::plan::Unplanned;
 use crate::plan::outcome::{Control, Effort};
 use crate::scenario::world::Task;
-use crate::solver::explain::briefly;
+use crate::solver::explain::known_cause;
 use crate::solver::priority::{Affected, Paths, plan_affected, stays_at_start};
 
 /// Names, and when each could be made to do something else.
@@ -195,7 +195,7 @@ fn turn(
         let turned_away: Vec<Unplanned> = turned_away
             .map(|(drone, why)| Unplanned {
                 name: running.world.drones[drone.0 as usize].name.clone(),
-                reason: format!("{}; it is not let in", briefly(&running.world, *why)),
+                reason: format!("{}; it is not let in", known_cause(&running.world, *why)),
             })
             .collect();
         if !turned_away.is_empty() {

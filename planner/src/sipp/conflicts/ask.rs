@@ -21,13 +21,13 @@ const WHOLE_SHARE: f64 = 0.8;
 
 /// A step that is thought of.
 #[derive(Clone, Copy, Debug)]
-pub struct Thought {
+pub(crate) struct Thought {
     /// Class of who steps.
-    pub class: usize,
+    pub(crate) class: usize,
     /// From where and to where: neighbours on the lattice.
-    pub way: [Vertex; 2],
+    pub(crate) way: [Vertex; 2],
     /// From when and until when.
-    pub time: [Tick; 2],
+    pub(crate) time: [Tick; 2],
 }
 
 impl Crowd<'_> {
@@ -50,7 +50,7 @@ impl Crowd<'_> {
     }
 
     /// Until when a place is free to hover at from a moment on but for those who give way, and when it is again.
-    pub fn free_until(
+    pub(crate) fn free_until(
         &self,
         class: usize,
         place: Vertex,
@@ -66,7 +66,13 @@ impl Crowd<'_> {
     }
 
     /// Adds who is in the way of hovering at a place between two moments, and what it costs.
-    pub fn stay(&self, class: usize, place: Vertex, [from, to]: [Tick; 2], verdict: &mut Verdict) {
+    pub(crate) fn stay(
+        &self,
+        class: usize,
+        place: Vertex,
+        [from, to]: [Tick; 2],
+        verdict: &mut Verdict,
+    ) {
         for it in &self.taken[class][place as usize] {
             if it.began >= to {
                 break;
@@ -89,7 +95,7 @@ impl Crowd<'_> {
     }
 
     /// Adds who is in the way of being at a place at the end of a step. Their times are those of its departure.
-    pub fn arrive(
+    pub(crate) fn arrive(
         &self,
         class: usize,
         place: Vertex,
@@ -119,7 +125,7 @@ impl Crowd<'_> {
     /// Adds who is in the way of a step, and what it costs. Their times are those of its departure.
     ///
     /// `false` if nobody is in the way, but wakes may add up to too much: it has to be judged in full.
-    pub fn step(&self, costmap: &Costmap, thought: &Thought, verdict: &mut Verdict) -> bool {
+    pub(crate) fn step(&self, costmap: &Costmap, thought: &Thought, verdict: &mut Verdict) -> bool {
         let mut loads = Loads::default();
         let lattice = &self.steps.lattice;
         let [at, to] = thought.way.map(|place| lattice.steps(place));

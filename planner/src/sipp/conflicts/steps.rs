@@ -56,7 +56,7 @@ impl Span {
 
 /// Tables of a fleet: they do not change while it is planned.
 #[derive(Debug)]
-pub struct Steps {
+pub(crate) struct Steps {
     pub(super) lattice: Lattice,
     classes: Vec<Class>,
     /// Per drone, its classes by kind.
@@ -82,7 +82,7 @@ pub(crate) struct Pace {
 impl Steps {
     /// Tables for a fleet, and for whoever else is in the costmap; `None` where there are zones, air that comes late, too
     /// many classes, or too much to tabulate.
-    pub fn new(lattice: &Lattice, errands: &[Errand], costmap: &Costmap) -> Option<Steps> {
+    pub(crate) fn new(lattice: &Lattice, errands: &[Errand], costmap: &Costmap) -> Option<Steps> {
         if costmap.has_zones() || costmap.has_advected_wakes() {
             return None;
         }

@@ -15,7 +15,7 @@ const HALL: &str = r#"Scenario(
 )"#;
 
 fn job() -> (Job, Costmap) {
-    let world = read_world(HALL, &|file| Err(file.to_owned())).expect("in order");
+    let world = read_world(HALL).expect("in order");
     let job = prepare(&world);
     let costmap = empty_costmap(&world, job.roadmap.lattice(), true);
     (job, costmap)

@@ -5,14 +5,14 @@ use costmap::verdict::Blocker;
 
 use super::label::Label;
 use super::walk::Search;
-use super::{Hindrance, IMMOVABLE, Obstruction};
+use super::{IMMOVABLE, Obstruction, Obstructor};
 
 impl Search<'_> {
     /// A label at the price that the verdict asks for; `None` if it is forbidden.
     pub(super) fn settled(&mut self, mut label: Label) -> Option<Label> {
         let came_from = self.labels[label.parent as usize];
         if let Some(zone) = self.verdict.breaks_zone {
-            self.obstructed(&came_from, Hindrance::Zone(zone));
+            self.obstructed(&came_from, Obstructor::Zone(zone));
             return None;
         }
         let price = self.verdict.price_s * self.scene.energy_weight * Tick::PER_SECOND;
@@ -28,7 +28,7 @@ impl Search<'_> {
             }
             let weight = self.scene.weight(&blocker);
             if weight == IMMOVABLE {
-                self.obstructed(&came_from, Hindrance::Drone(drone, why));
+                self.obstructed(&came_from, Obstructor::Drone(drone, why));
                 return None;
             }
             label.paid = label.paid.saturating_add(weight);
@@ -42,7 +42,7 @@ impl Search<'_> {
         self.met.has(met, blocker.drone) && !self.scene.is_under_way(blocker)
     }
 
-    fn obstructed(&mut self, label: &Label, by: Hindrance) {
+    fn obstructed(&mut self, label: &Label, by: Obstructor) {
         let remaining =
             self.errand
                 .remaining(self.scene.roadmap, usize::from(label.stage), label.vertex);

@@ -11,7 +11,7 @@ use super::label::{Label, Offered, Open, Step, hurried};
 use super::met::Met;
 use super::node::Nodes;
 use super::outlook::Outlook;
-use super::{Doubts, Found, Hindrance, Obstruction, Scene};
+use super::{Doubts, Found, Obstruction, Obstructor, Scene};
 use crate::graph::agent::Errand;
 use crate::graph::distances::UNREACHABLE;
 use crate::sipp::goal_occupancy::Stays;
@@ -63,7 +63,7 @@ impl<'a> Search<'a> {
     pub(super) fn run(&mut self, most_expansions: u64) -> Option<Found> {
         if let Some(never) = self.stays.never {
             return Some(Found::Blocked(Some(Obstruction {
-                by: Hindrance::Drone(never.0, never.1),
+                by: Obstructor::Drone(never.0, never.1),
                 at_m: self.scene.roadmap.position_m(self.errand.last_vertex()),
                 at: Tick(0),
                 remaining: 0,

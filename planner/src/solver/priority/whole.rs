@@ -25,7 +25,7 @@ const CROWDED_SHARE: f64 = 0.4;
 const ORDERS: u64 = 4;
 
 /// Plans the whole fleet, with the tables of its steps if there are any; those in `excluded` stay at their starts from the beginning.
-pub fn plan_fleet(
+pub(crate) fn plan_fleet(
     job: &Job,
     costmap: &Costmap,
     steps: Option<&Steps>,

@@ -23,7 +23,7 @@ fn world(size_m: [u32; 3], flights: &[([f64; 3], [f64; 3])]) -> World {
         (size_m[0], size_m[1], size_m[2]),
         drones.join(", ")
     );
-    crate::scenario::read_world(&text, &|file| Err(file.to_owned())).expect("in order")
+    crate::scenario::read_world(&text).expect("in order")
 }
 
 fn examined(world: &World) -> (Job, WellFormed) {

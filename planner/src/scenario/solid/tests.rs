@@ -1,8 +1,8 @@
 //! Distances to obstacles, against closed forms by hand and against dense sampling.
 
+use crate::scenario::solid::Solids;
+use crate::scenario::world::{Bounds, Obstacle, Solid};
 use nalgebra::Point3;
-use planner::scenario::solid::Solids;
-use planner::scenario::world::{Bounds, Obstacle, Solid};
 use proptest::prelude::*;
 
 fn block(min: [f64; 3], max: [f64; 3]) -> Obstacle {

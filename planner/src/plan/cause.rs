@@ -1,0 +1,313 @@
+//! Why a drone has no path, as data; `Display` makes the sentence that `plan.json` holds.
+
+use std::fmt;
+
+use nalgebra::Point3;
+use serde::Serialize;
+
+use crate::plan::outcome::Exclusion;
+
+/// Why a drone stays at its start.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FailureCause {
+    /// The roadmap has no path through free space to one of its tasks; where that is known, which.
+    NoPath(Option<MissingPath>),
+    /// Its goal and another's, or a zone, exclude one another; where that is known, how.
+    GoalConflict(Option<GoalConflict>),
+    /// The descent from its last task is too narrow.
+    NoRoomToLand {
+        /// How much room is missing (m).
+        short_m: f64,
+    },
+    /// Other drones, or a zone that its wake is too strong for.
+    Obstructed {
+        /// What was in the way nearest to the goal; `None`: drones evicted one another up to the limit.
+        by: Option<Hindrance>,
+        /// The way out, as far as one was looked for.
+        remedy: Remedy,
+    },
+    /// The run was stopped first; with how crowded the floor is, where it is.
+    Stopped(Option<Crowding>),
+}
+
+/// The part of a drone's job that no path leads along.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MissingPath {
+    /// From here (m).
+    pub from_m: Point3<f64>,
+    /// To this task, counted from 1.
+    pub task: usize,
+    /// Where that is (m).
+    pub to_m: Point3<f64>,
+    /// Radius of the body (m).
+    pub body_radius_m: f64,
+    /// Kept from obstacles beyond it (m).
+    pub clearance_m: f64,
+    /// Spacing of the lattice (m).
+    pub cell_m: f64,
+}
+
+/// Two goals, or a goal and a zone, that exclude one another.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GoalConflict {
+    /// Who is exposed, by name.
+    pub drone: String,
+    /// To what: "`name`" of a drone, or "zone `name`".
+    pub with: String,
+    /// How.
+    pub why: Exclusion,
+    /// A goal for `drone` near its own where this pair is in order (m).
+    pub nearest_fix_m: Option<Point3<f64>>,
+}
+
+/// What was in the way of a search.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Hindrance {
+    /// What it is.
+    pub kind: HindranceKind,
+    /// How far the drone could get (m).
+    pub at_m: Point3<f64>,
+    /// When it would have gone on (s).
+    pub from_s: f64,
+}
+
+/// What can be in the way.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HindranceKind {
+    /// A zone that the drone's own wake is too strong for.
+    Zone {
+        /// Its name.
+        zone: String,
+        /// Its limit (m/s).
+        air_limit_mps: f64,
+    },
+    /// The body of another drone.
+    Body(String),
+    /// The near-field column of either of the two.
+    Column(String),
+    /// The downwash of another drone.
+    Downwash(String),
+    /// Its own downwash, on another drone.
+    OwnDownwash(String),
+    /// Its downwash and another drone's together, in a zone.
+    ZoneTogether(String),
+}
+
+/// What could be done about it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Remedy {
+    /// Not looked for, or none known.
+    Unknown,
+    /// The floor is crowded.
+    LessCrowding(Crowding),
+    /// The same as for this drone, which the group has in common.
+    SameAs(String),
+    /// There is no pass at any air limit.
+    NoneAtAnyLimit,
+    /// A pass just within the limits, which this search keeps off.
+    JustWithinLimits,
+    /// Higher air limits.
+    RaiseLimits(Exposure),
+}
+
+/// The gentlest pass there is, and the air limits that it wants.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Exposure {
+    /// Who is exposed most.
+    pub drone: String,
+    /// Where (m).
+    pub at_m: Point3<f64>,
+    /// To whose wake, how far above (m), and how far aside (m).
+    pub beside: Option<(String, f64, f64)>,
+    /// Mean downwash over the rotor discs, over its induced velocity.
+    pub alpha: f64,
+    /// What that costs (% of the power).
+    pub extra_percent: f64,
+    /// Whose limits have to be raised.
+    pub drones: Vec<String>,
+    /// To what, margin included.
+    pub air_limit: f64,
+}
+
+/// Columns of the floor under drones that hover until the end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Crowding {
+    /// Columns held.
+    pub held: usize,
+    /// Columns that there are.
+    pub open: usize,
+}
+
+fn place(point_m: &Point3<f64>) -> String {
+    format!("({:.2}, {:.2}, {:.2})", point_m.x, point_m.y, point_m.z)
+}
+
+impl fmt::Display for FailureCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FailureCause::NoPath(Some(missing)) => missing.fmt(f),
+            FailureCause::NoPath(None) => f.write_str(
+                "there is no way through free space to one of its tasks that its body fits through",
+            ),
+            FailureCause::GoalConflict(Some(conflict)) => conflict.fmt(f),
+            FailureCause::GoalConflict(None) => {
+                f.write_str("its end and another's exclude one another")
+            }
+            FailureCause::NoRoomToLand { short_m } => write!(
+                f,
+                "the descent from its last task lacks {short_m:.2} m of room beside an obstacle; \
+                 move the task sideways, or end with Hover or Leave"
+            ),
+            FailureCause::Obstructed { by, remedy } => {
+                match by {
+                    Some(by) => by.fmt(f)?,
+                    None => f.write_str("it and others kept taking each other's way")?,
+                }
+                remedy.fmt(f)
+            }
+            FailureCause::Stopped(crowding) => {
+                f.write_str("planning was stopped before its turn")?;
+                crowding.map_or(Ok(()), |crowding| Remedy::LessCrowding(crowding).fmt(f))
+            }
+        }
+    }
+}
+
+impl fmt::Display for MissingPath {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "no way through free space from {} to task {} at {} for a body of {:.2} m radius with {:.2} m \
+             clearance, on a lattice of {:.2} m; widen the gap, or set a smaller cell_m",
+            place(&self.from_m),
+            self.task,
+            place(&self.to_m),
+            self.body_radius_m,
+            self.clearance_m,
+            self.cell_m,
+        )
+    }
+}
+
+impl fmt::Display for GoalConflict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let GoalConflict { drone, with, .. } = self;
+        match self.why {
+            Exclusion::Bodies { gap_m, needs_m } if gap_m < 0.0 => write!(
+                f,
+                "at its goal the body of `{drone}` overlaps that of {with} by {:.2} m, between them must be {needs_m:.2} m",
+                -gap_m
+            ),
+            Exclusion::Bodies { gap_m, needs_m } => write!(
+                f,
+                "the goal of `{drone}` is {gap_m:.2} m from the body of {with}, it needs {needs_m:.2} m"
+            ),
+            Exclusion::Column => write!(
+                f,
+                "the goal of `{drone}` is in the near-field column of {with}"
+            ),
+            Exclusion::Air {
+                air_mps,
+                alpha,
+                limit,
+            } => write!(
+                f,
+                "the goal of `{drone}` is in the downwash of {with}: {air_mps:.1} m/s, alpha {alpha:.2}, its limit is {limit:.2}"
+            ),
+            Exclusion::Zone { air_mps, limit_mps } => write!(
+                f,
+                "the goal of `{drone}` blows {air_mps:.1} m/s into {with}, which allows {limit_mps:.1} m/s"
+            ),
+        }?;
+        match &self.nearest_fix_m {
+            Some(fix_m) => write!(f, "; move `{drone}`'s goal to {}", place(fix_m)),
+            None => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Hindrance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.kind {
+            HindranceKind::Zone {
+                zone,
+                air_limit_mps,
+            } => write!(
+                f,
+                "its own downwash is too strong for zone `{zone}`, which allows {air_limit_mps:.1} m/s,"
+            ),
+            HindranceKind::Body(other) => write!(f, "the body of `{other}` is in its way"),
+            HindranceKind::Column(other) => write!(
+                f,
+                "the near-field column between it and `{other}` is in its way"
+            ),
+            HindranceKind::Downwash(other) => write!(f, "the downwash of `{other}` is in its way"),
+            HindranceKind::OwnDownwash(other) => {
+                write!(f, "its downwash would fall on `{other}`")
+            }
+            HindranceKind::ZoneTogether(other) => write!(
+                f,
+                "its downwash and that of `{other}` are too much for a zone"
+            ),
+        }?;
+        write!(f, " at {} from {:.1} s on", place(&self.at_m), self.from_s)?;
+        match self.kind {
+            HindranceKind::Zone { .. } => {
+                f.write_str("; fly higher or around, or raise the zone's air_limit_mps")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Remedy {
+    /// With the semicolon that sets it off from what is in the way.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Remedy::Unknown => Ok(()),
+            Remedy::LessCrowding(Crowding { held, open }) => write!(
+                f,
+                "; {held} of the floor's {open} columns ({:.0} %) are under drones that hover for ever: \
+                 let some of them land or leave, or give the fleet more floor",
+                100.0 * *held as f64 / *open as f64
+            ),
+            Remedy::SameAs(drone) => write!(f, "; see `{drone}`"),
+            Remedy::NoneAtAnyLimit => {
+                f.write_str("; no pass at any air limit: bodies, columns or zones are in the way")
+            }
+            Remedy::JustWithinLimits => {
+                f.write_str("; there is a pass just within the limits, which this search keeps off")
+            }
+            Remedy::RaiseLimits(exposure) => write!(f, "; {exposure}"),
+        }
+    }
+}
+
+impl fmt::Display for Exposure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<String> = self.drones.iter().map(|name| format!("`{name}`")).collect();
+        write!(
+            f,
+            "no pass without exposure: the gentlest puts `{}` at {}",
+            self.drone,
+            place(&self.at_m)
+        )?;
+        if let Some((other, below_m, aside_m)) = &self.beside {
+            write!(
+                f,
+                ", {below_m:.1} m below and {aside_m:.1} m beside `{other}`"
+            )?;
+        }
+        write!(
+            f,
+            ", alpha {:.2}, +{:.0} % power; raise the air_limit of {} to {:.2}, with a margin",
+            self.alpha,
+            self.extra_percent,
+            names.join(", "),
+            self.air_limit,
+        )
+    }
+}

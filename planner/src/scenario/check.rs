@@ -1,0 +1,420 @@
+//! Worlds built by hand, held against the rules that scenarios are read by.
+
+use nalgebra::{Point3, Vector3};
+use thiserror::Error;
+
+use super::finding_file::unfit;
+use super::limits::{
+    AIR_LIMIT, BODY_RADIUS_M, CELL_M, CENTRELINE, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG,
+    Limits, MASS_KG, MAX_SPEED_MPS, MOST_INDUCED_VELOCITY_MPS, MOST_LATTICE_PLACES,
+    MOST_MASS_RATIO, MOTOR_DISTANCE_M, ORIGIN, PLACE_M, PRESSURE_PA, PROPELLER_DIAMETER_M,
+    PROPELLERS, SIZE_M, SPREADING, TEMPERATURE_C, WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS, lattice_places,
+    name_fault,
+};
+use super::problem::{Problem, Problems};
+use crate::scenario::placement::{Misfit, Misplaced, Spot, landing_place_m, misplaced};
+use crate::scenario::solid::Solids;
+use crate::scenario::world::{Bounds, Drone, Solid, World};
+
+/// What is wrong with a [`World`].
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum WorldError {
+    /// Nothing to plan.
+    #[error("there are no drones")]
+    NoDrones,
+    /// A name that cannot stand in a table.
+    #[error("the name of {whose} is {fault}")]
+    Name {
+        /// Of what.
+        whose: String,
+        /// What is wrong with it.
+        fault: &'static str,
+    },
+    /// Two drones have one name.
+    #[error("two drones are called `{0}`")]
+    SameName(String),
+    /// A number that is not finite or out of range.
+    #[error("{quantity} of {whose} is {value}: must be from {low} to {high} {unit}")]
+    OutOfRange {
+        /// Of what.
+        whose: String,
+        /// Which quantity.
+        quantity: &'static str,
+        /// What it is.
+        value: f64,
+        /// Lowest allowed value.
+        low: f64,
+        /// Highest allowed value.
+        high: f64,
+        /// Of all three.
+        unit: &'static str,
+    },
+    /// A box without volume.
+    #[error("{0} encloses nothing")]
+    Flat(String),
+    /// A mesh without faces, or with a face whose vertex is not there.
+    #[error("the mesh of {0} has no sound faces")]
+    Mesh(String),
+    /// A lattice that no memory holds.
+    #[error(
+        "cells of {cell_m} m are too small for these bounds: {places:.1e} places, at most {most:.0e}"
+    )]
+    Lattice {
+        /// Spacing (m).
+        cell_m: f64,
+        /// Places that it makes.
+        places: f64,
+        /// Places that are allowed.
+        most: f64,
+    },
+    /// A mass that its rotors cannot carry.
+    #[error("drone `{drone}` cannot lift {mass_kg} kg")]
+    Mass {
+        /// Which drone.
+        drone: String,
+        /// With load (kg).
+        mass_kg: f64,
+    },
+    /// A drone cannot be where it is told to be.
+    #[error("{words}")]
+    Misplaced {
+        /// Where, why, and a place near it that would do.
+        found: Misplaced,
+        /// The same as a sentence.
+        words: String,
+    },
+    /// The effects of a finding that the planner cannot fly, or that this fleet cannot.
+    #[error("the effects of the air cannot be flown: {0}")]
+    Effects(String),
+}
+
+impl World {
+    /// Where a drone of this body radius (m) rests that comes straight down from a place (m): its rotor-plane
+    /// centre one body radius above the highest surface below, or where it already is, if that is lower.
+    pub fn resting_place_m(&self, from_m: Point3<f64>, body_radius_m: f64) -> Point3<f64> {
+        let solids = Solids::new(&self.obstacles);
+        landing_place_m(&self.bounds_m, &solids, from_m, body_radius_m)
+    }
+
+    /// Holds a world against the rules of a scenario: numbers finite and in range, names sound and unique, drones
+    /// where they can be. A world that was read is in order.
+    ///
+    /// # Errors
+    /// Everything that is wrong; places are looked at once all numbers are in order.
+    pub fn check(&self) -> Result<(), Problems<WorldError>> {
+        let mut check = Check { errors: Vec::new() };
+        check.numbers(self);
+        if check.errors.is_empty() {
+            check.places(self);
+        }
+        match check.errors.is_empty() {
+            true => Ok(()),
+            false => Err(Problems(check.errors)),
+        }
+    }
+}
+
+struct Check {
+    errors: Vec<WorldError>,
+}
+
+impl Check {
+    fn number(&mut self, whose: &str, quantity: &'static str, value: f64, limits: &Limits) {
+        let Limits { low, high, unit } = *limits;
+        if !limits.contain(value) {
+            self.errors.push(WorldError::OutOfRange {
+                whose: whose.to_owned(),
+                quantity,
+                value,
+                low,
+                high,
+                unit,
+            });
+        }
+    }
+
+    fn place(&mut self, whose: &str, quantity: &'static str, place_m: &Point3<f64>) {
+        for &coordinate in place_m.iter() {
+            self.number(whose, quantity, coordinate, &PLACE_M);
+        }
+    }
+
+    fn corners(&mut self, whose: &str, bounds: &Bounds) {
+        self.place(whose, "the lowest corner", &bounds.min);
+        self.place(whose, "the highest corner", &bounds.max);
+        let size_m: Vector3<f64> = bounds.max - bounds.min;
+        if size_m.iter().any(|size_m| *size_m < SIZE_M.low) {
+            self.errors.push(WorldError::Flat(whose.to_owned()));
+        }
+    }
+
+    fn name(&mut self, whose: String, name: &str) {
+        let fault = name_fault(name).map(|fault| WorldError::Name { whose, fault });
+        self.errors.extend(fault);
+    }
+
+    fn numbers(&mut self, world: &World) {
+        self.name("the world".to_owned(), &world.name);
+        self.corners("the bounds", &world.bounds_m);
+        self.number(
+            "the air",
+            "temperature",
+            world.air.temperature_c,
+            &TEMPERATURE_C,
+        );
+        self.number("the air", "pressure", world.air.pressure_pa, &PRESSURE_PA);
+        self.number("the jet", "centreline", world.jet.centreline, &CENTRELINE);
+        self.number("the jet", "spreading", world.jet.spreading, &SPREADING);
+        self.number("the jet", "origin", world.jet.origin, &ORIGIN);
+        let planning = &world.planning;
+        self.number("the lattice", "spacing", planning.cell_m, &CELL_M);
+        self.number("the fleet", "clearance", planning.clearance_m, &CLEARANCE_M);
+        self.number(
+            "the fleet",
+            "energy weight",
+            planning.energy_weight,
+            &ENERGY_WEIGHT,
+        );
+        let places = lattice_places(world.bounds_m.max - world.bounds_m.min, planning.cell_m);
+        if places > MOST_LATTICE_PLACES {
+            self.errors.push(WorldError::Lattice {
+                cell_m: planning.cell_m,
+                places,
+                most: MOST_LATTICE_PLACES,
+            });
+        }
+        for (index, obstacle) in world.obstacles.iter().enumerate() {
+            self.name(format!("obstacle {}", index + 1), &obstacle.name);
+            self.solid(&format!("obstacle `{}`", obstacle.name), &obstacle.shape);
+        }
+        for (index, zone) in world.zones.iter().enumerate() {
+            let whose = format!("zone `{}`", zone.name);
+            self.name(format!("zone {}", index + 1), &zone.name);
+            self.corners(&whose, &zone.bounds_m);
+            self.number(&whose, "air limit", zone.air_limit_mps, &ZONE_AIR_LIMIT_MPS);
+        }
+        if world.drones.is_empty() {
+            self.errors.push(WorldError::NoDrones);
+        }
+        let mut names: Vec<&str> = world
+            .drones
+            .iter()
+            .map(|drone| drone.name.as_str())
+            .collect();
+        names.sort_unstable();
+        let twice = names.windows(2).filter(|pair| pair[0] == pair[1]);
+        (self.errors).extend(twice.map(|pair| WorldError::SameName(pair[0].to_owned())));
+        for (index, drone) in world.drones.iter().enumerate() {
+            self.name(format!("drone {}", index + 1), &drone.name);
+            self.drone(drone, world.air.density_kg_per_m3());
+        }
+    }
+
+    fn solid(&mut self, whose: &str, shape: &Solid) {
+        match shape {
+            Solid::Box(bounds) => self.corners(whose, bounds),
+            Solid::Cylinder {
+                base_m,
+                radius_m,
+                height_m,
+            } => {
+                self.place(whose, "the base", base_m);
+                self.number(whose, "radius", *radius_m, &SIZE_M);
+                self.number(whose, "height", *height_m, &SIZE_M);
+            }
+            Solid::Mesh {
+                vertices_m,
+                triangles,
+                ..
+            } => {
+                for vertex_m in vertices_m {
+                    self.place(whose, "a vertex", vertex_m);
+                }
+                let is_there = |corner: &u32| (*corner as usize) < vertices_m.len();
+                if triangles.is_empty() || !triangles.iter().flatten().all(is_there) {
+                    self.errors.push(WorldError::Mesh(whose.to_owned()));
+                }
+            }
+        }
+    }
+
+    fn drone(&mut self, drone: &Drone, density_kg_per_m3: f64) {
+        let whose = format!("drone `{}`", drone.name);
+        let (vehicle, airframe) = (&drone.vehicle, &drone.vehicle.airframe);
+        for (quantity, value, limits) in [
+            ("mass", airframe.mass_kg(), &MASS_KG),
+            (
+                "number of propellers",
+                f64::from(airframe.propellers()),
+                &PROPELLERS,
+            ),
+            (
+                "propeller diameter",
+                airframe.propeller_diameter_m(),
+                &PROPELLER_DIAMETER_M,
+            ),
+            (
+                "motor distance",
+                airframe.motor_distance_m(),
+                &MOTOR_DISTANCE_M,
+            ),
+            ("width factor", airframe.width_factor(), &WIDTH_FACTOR),
+            ("body radius", vehicle.body_radius_m, &BODY_RADIUS_M),
+            ("highest speed", vehicle.max_speed_mps, &MAX_SPEED_MPS),
+            ("air limit", drone.air_limit, &AIR_LIMIT),
+        ] {
+            self.number(&whose, quantity, value, limits);
+        }
+        self.place(&whose, "the start", &drone.start_m);
+        let mut loads_kg = vec![0.0];
+        for task in &drone.tasks {
+            self.place(&whose, "a task", &task.to_m);
+            self.number(&whose, "a dwell", task.dwell_s, &DWELL_S);
+            if let Some(load_kg) = task.load_kg {
+                self.number(&whose, "a load", load_kg, &LOAD_KG);
+                loads_kg.push(load_kg);
+            }
+        }
+        let own_kg = airframe.mass_kg();
+        let too_heavy = |mass_kg: &f64| {
+            *mass_kg > own_kg * MOST_MASS_RATIO
+                || airframe.hover_induced_velocity_mps(*mass_kg, density_kg_per_m3)
+                    > MOST_INDUCED_VELOCITY_MPS
+        };
+        let masses_kg = loads_kg.iter().map(|load_kg| own_kg + load_kg);
+        if let Some(mass_kg) = masses_kg.into_iter().find(too_heavy) {
+            self.errors.push(WorldError::Mass {
+                drone: drone.name.clone(),
+                mass_kg,
+            });
+        }
+    }
+
+    fn places(&mut self, world: &World) {
+        for found in misplaced(world, &Solids::new(&world.obstacles)) {
+            let words = found.words(world).to_string();
+            self.errors.push(WorldError::Misplaced { found, words });
+        }
+        let refused = world.effects.flown().err().into_iter().flatten();
+        let refused = refused.map(|(name, why)| format!("`{name}`: {why}"));
+        let unfit = refused.chain(unfit(world)).map(WorldError::Effects);
+        self.errors.extend(unfit);
+    }
+}
+
+impl Misplaced {
+    /// What is wrong, as a problem that has no place in a text yet.
+    pub(super) fn words(&self, world: &World) -> Problem {
+        let name = &world.drones[self.drone].name;
+        let (who, verb, word) = match self.spot {
+            Spot::Start => (format!("`{name}`"), "starts", "start"),
+            Spot::Task(index) => (format!("task {} of `{name}`", index + 1), "lies", "place"),
+            Spot::Landing => (format!("`{name}`"), "lands", "place to come down from"),
+        };
+        let (message, label) = match self.why {
+            Misfit::OutOfBounds { by_m } => (
+                format!("{who} {verb} out of bounds"),
+                format!("{by_m:.2} m outside"),
+            ),
+            Misfit::Obstacle {
+                obstacle,
+                distance_m,
+                needs_m,
+            } => {
+                let solid = &world.obstacles[obstacle].name;
+                let needs = format!("its body needs {needs_m:.2} m to the face");
+                if self.spot == Spot::Landing {
+                    let (rest_z_m, passes_m) = (self.place_m.z, distance_m.max(0.0));
+                    (
+                        format!("{who} {verb} in obstacle `{solid}`"),
+                        format!(
+                            "coming down from here to z = {rest_z_m:.2} m it passes {passes_m:.2} m from it; {needs}"
+                        ),
+                    )
+                } else if distance_m <= 0.0 {
+                    (
+                        format!("{who} {verb} inside obstacle `{solid}`"),
+                        format!("{:.2} m inside; {needs}", -distance_m),
+                    )
+                } else {
+                    (
+                        format!("{who} {verb} too near to obstacle `{solid}`"),
+                        format!("{distance_m:.2} m from it; {needs}"),
+                    )
+                }
+            }
+        };
+        let nearest = self.nearest_m.map(|nearest_m| {
+            let [x, y, z] = nearest_m.coords.into();
+            format!("nearest free {word} is ({x:.2}, {y:.2}, {z:.2})")
+        });
+        Problem {
+            message,
+            label: Some(label),
+            help: nearest,
+            ..Problem::default()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::read_world;
+    use crate::scenario::world::Obstacle;
+    use crate::{Control, plan_world};
+
+    fn world() -> World {
+        let text = r#"(name: "two", bounds_m: (min: (0, 0, 0), max: (20, 10, 8)), drones: [
+            (name: "a", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (9, 9, 3), load_kg: 0.1)]),
+            (name: "b", airframe: "kolibri", start_m: (1, 9, 1)),
+        ])"#;
+        read_world(text).expect("in order")
+    }
+
+    #[test]
+    fn a_world_changed_by_hand_is_refused_with_all_that_is_wrong() {
+        assert_eq!(world().check(), Ok(()));
+        let mut broken = world();
+        broken.drones[1].name = "a".to_owned();
+        broken.drones[0].tasks[0].dwell_s = f64::INFINITY;
+        broken.drones[0].tasks[0].load_kg = Some(2.0);
+        broken.planning.cell_m = 0.0;
+        let faults = broken.check().expect_err("four faults");
+        let is_named = faults.contains(&WorldError::SameName("a".to_owned()));
+        let ranges = faults.iter().filter_map(|fault| match fault {
+            WorldError::OutOfRange { quantity, .. } => Some(*quantity),
+            _ => None,
+        });
+        assert!(is_named, "{faults}");
+        assert_eq!(
+            ranges.collect::<Vec<_>>(),
+            ["spacing", "a dwell"],
+            "{faults}"
+        );
+        assert!(matches!(faults[faults.len() - 1], WorldError::Mass { .. }));
+        assert_eq!(plan_world(&broken, &Control::QUIET), Err(faults));
+    }
+
+    #[test]
+    fn a_start_moved_into_an_obstacle_is_refused_with_a_place_near_it() {
+        let mut broken = world();
+        broken.obstacles.push(Obstacle {
+            name: "rack".to_owned(),
+            shape: Solid::Box(Bounds {
+                min: Point3::new(0.0, 8.0, 0.0),
+                max: Point3::new(3.0, 10.0, 2.0),
+            }),
+        });
+        let faults = broken.check().expect_err("in the rack");
+        let [WorldError::Misplaced { found, words }] = &faults[..] else {
+            panic!("{faults}");
+        };
+        assert_eq!((found.drone, found.spot), (1, Spot::Start));
+        assert!(found.nearest_m.is_some());
+        assert!(
+            words.starts_with("`b` starts inside obstacle `rack`"),
+            "{words}"
+        );
+    }
+}
