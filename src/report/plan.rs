@@ -66,12 +66,9 @@ fn heading(plan: &Plan) -> String {
 
 fn table(plan: &Plan) -> Vec<Part> {
     let listed = most_affected_first(plan);
-    let row = |drone: &&DronePlan| match is_unplanned(plan, drone) {
-        true => stays(drone),
-        false => row(drone),
-    };
+    let rows = listed.iter().map(|drone| cells(plan, drone));
     let headings = "drone | arrives | waits | detour | worst downwash | extra energy";
-    let mut parts = vec![Part::table("lrrrlr", headings, listed.iter().map(row))];
+    let mut parts = vec![Part::table("lrrrlr", headings, rows)];
     let hidden = plan.drones.len() - listed.len();
     if hidden > 0 {
         parts.push(Part::Line(format!(
@@ -88,47 +85,39 @@ fn is_unplanned(plan: &Plan, drone: &DronePlan) -> bool {
 /// All drones in the scenario's order; of a large fleet those unplanned and those delayed most, most
 /// delayed first, ties by extra energy, then in the scenario's order.
 fn most_affected_first(plan: &Plan) -> Vec<&DronePlan> {
-    let mut drones: Vec<&DronePlan> = plan.drones.iter().collect();
-    if drones.len() <= LIST_ALL_UP_TO {
-        return drones;
+    if plan.drones.len() <= LIST_ALL_UP_TO {
+        return plan.drones.iter().collect();
     }
     let delay_s = |drone: &DronePlan| match is_unplanned(plan, drone) {
         true => f64::INFINITY,
         false => drone.arrives_s - drone.alone_s,
     };
-    drones.sort_by(|a, b| {
-        let later = delay_s(b).total_cmp(&delay_s(a));
+    let drones = plan.drones.iter().map(|drone| (delay_s(drone), drone));
+    let mut drones: Vec<(f64, &DronePlan)> = drones.collect();
+    drones.sort_by(|(delay_a, a), (delay_b, b)| {
+        let later = delay_b.total_cmp(delay_a);
         later.then(b.extra_energy_percent.total_cmp(&a.extra_energy_percent))
     });
-    drones.truncate(LIST_MOST_AFFECTED);
-    drones
+    let most = drones.into_iter().take(LIST_MOST_AFFECTED);
+    most.map(|(_, drone)| drone).collect()
 }
 
-fn row(drone: &DronePlan) -> Vec<String> {
-    vec![
-        drone.name.clone(),
-        if drone.trajectory.t_s.len() == 1 && drone.arrives_s == 0.0 {
-            "parked".to_owned()
-        } else {
-            format!("{:.1} s", drone.arrives_s)
-        },
-        format!("{:.1} s", positive_zero(drone.waits_s)),
-        format!("{:+.1} m", positive_zero(drone.detour_m)),
-        air(drone),
-        format!("{:+.1} %", positive_zero(drone.extra_energy_percent)),
-    ]
-}
-
-fn stays(drone: &DronePlan) -> Vec<String> {
-    let nothing = || "-".to_owned();
-    vec![
-        drone.name.clone(),
-        "stays".into(),
-        nothing(),
-        nothing(),
-        air(drone),
-        nothing(),
-    ]
+fn cells(plan: &Plan, drone: &DronePlan) -> Vec<String> {
+    let is_parked = drone.trajectory.t_s.len() == 1 && drone.arrives_s == 0.0;
+    let [arrives, waits, detour, energy] = match is_unplanned(plan, drone) {
+        true => ["stays", "-", "-", "-"].map(str::to_owned),
+        false => [
+            match is_parked {
+                true => "parked".to_owned(),
+                false => format!("{:.1} s", drone.arrives_s),
+            },
+            format!("{:.1} s", positive_zero(drone.waits_s)),
+            format!("{:+.1} m", positive_zero(drone.detour_m)),
+            format!("{:+.1} %", positive_zero(drone.extra_energy_percent)),
+        ],
+    };
+    let name = drone.name.clone();
+    vec![name, arrives, waits, detour, air(drone), energy]
 }
 
 /// "0.2 m/s (m1, t=7.1 s)"
@@ -186,12 +175,12 @@ pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
         worst_zone_air_mps,
         unplanned,
     } = ignoring;
-    let left_out = match unplanned {
+    let without = match unplanned {
         0 => String::new(),
-        _ => format!(
-            " {} no path even so.",
-            count(*unplanned, "drone finds", "drones find")
-        ),
+        some => {
+            let drones = count(*some, "drone finds", "drones find");
+            format!(" {drones} no path even so.")
+        }
     };
     let mut harm = Vec::new();
     if *drones_over_limit > 0 {
@@ -208,11 +197,11 @@ pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
     }
     if harm.is_empty() {
         return format!(
-            "Ignoring downwash: makespan {makespan_s:.1} s, and no drone would exceed its limit (worst air {worst_air_mps:.1} m/s).{left_out}"
+            "Ignoring downwash: makespan {makespan_s:.1} s, and no drone would exceed its limit (worst downwash {worst_air_mps:.1} m/s).{without}"
         );
     }
     format!(
-        "Ignoring downwash: makespan {makespan_s:.1} s, but {}.{left_out}",
+        "Ignoring downwash: makespan {makespan_s:.1} s, but {}.{without}",
         harm.join(", and ")
     )
 }
@@ -273,7 +262,7 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
         };
         assert_eq!(
             contrast(Some(&harmless)),
-            "Ignoring downwash: makespan 8.0 s, and no drone would exceed its limit (worst air 0.4 m/s). 1 drone finds no path even so."
+            "Ignoring downwash: makespan 8.0 s, and no drone would exceed its limit (worst downwash 0.4 m/s). 1 drone finds no path even so."
         );
         assert!(contrast(None).starts_with("Ignoring downwash: "));
     }

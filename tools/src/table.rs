@@ -82,3 +82,24 @@ pub fn joined<T: ToString>(words: impl IntoIterator<Item = T>, between: &str) ->
 pub fn count(number: usize, one: &str, many: &str) -> String {
     format!("{number} {}", if number == 1 { one } else { many })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_is_markdown_with_its_alignment_and_no_bar_within_a_cell() {
+        let rows = [vec!["a|b".to_owned(), "1".to_owned()]];
+        assert_eq!(
+            Table::new("lr", "place | drones", rows).markdown(),
+            "| place | drones |\n| --- | ---: |\n| a/b | 1 |\n"
+        );
+    }
+
+    #[test]
+    fn numbers_keep_three_figures_and_the_whole_number() {
+        let shown = [12345.6, 99.96, 1.234, 0.0126, -0.0001, 0.0, f64::NAN].map(figures);
+        let expected = ["12346", "100.0", "1.23", "0.013", "0", "0", "unknown"];
+        assert_eq!(shown, expected);
+    }
+}
