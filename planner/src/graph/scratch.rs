@@ -16,19 +16,19 @@ thread_local! {
 
 /// A number for each place.
 #[derive(Debug, Default)]
-pub(crate) struct Sheet {
+pub(crate) struct ScratchBuffer {
     numbers: Vec<u32>,
     written: Vec<Vertex>,
 }
 
-impl Sheet {
+impl ScratchBuffer {
     /// So many zeros.
-    pub(crate) fn new(places: usize) -> Sheet {
+    pub(crate) fn new(places: usize) -> ScratchBuffer {
         let wiped = WIPED.with_borrow_mut(|wiped| {
-            let index = wiped.iter().position(|sheet| sheet.len() == places)?;
+            let index = wiped.iter().position(|buffer| buffer.len() == places)?;
             Some(wiped.remove(index))
         });
-        Sheet {
+        ScratchBuffer {
             numbers: wiped.unwrap_or_else(|| vec![0; places]),
             written: Vec::new(),
         }
@@ -54,7 +54,7 @@ impl Sheet {
     }
 }
 
-impl Drop for Sheet {
+impl Drop for ScratchBuffer {
     fn drop(&mut self) {
         for place in &self.written {
             self.numbers[*place as usize] = 0;
@@ -81,14 +81,18 @@ mod tests {
     #[test]
     fn a_sheet_is_blank_whoever_wrote_on_it_before() {
         for round in 0..5 {
-            let mut sheets = [Sheet::new(100), Sheet::new(100), Sheet::new(7)];
-            for sheet in &mut sheets {
-                assert!((0..7).all(|place| sheet.get(place) == 0));
-                sheet.set(round, 3);
-                sheet.set(round, 4);
-                assert_eq!(sheet.get(round), 4);
+            let mut buffers = [
+                ScratchBuffer::new(100),
+                ScratchBuffer::new(100),
+                ScratchBuffer::new(7),
+            ];
+            for buffer in &mut buffers {
+                assert!((0..7).all(|place| buffer.get(place) == 0));
+                buffer.set(round, 3);
+                buffer.set(round, 4);
+                assert_eq!(buffer.get(round), 4);
             }
-            assert!(!sheets[0].is_empty() && Sheet::default().is_empty());
+            assert!(!buffers[0].is_empty() && ScratchBuffer::default().is_empty());
         }
         let kept = WIPED.with_borrow(|wiped| wiped.iter().map(Vec::len).collect::<Vec<_>>());
         assert_eq!(kept.iter().filter(|len| **len == 100).count(), 2);

@@ -118,7 +118,7 @@ pub fn plan_region(
         control,
         &mut effort,
     );
-    let failures = paths.stranded.iter().map(|&(drone, why)| Failure {
+    let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: everybody.drones[drone.0 as usize].name.clone(),
         cause: known_cause(&everybody, why),
     });

@@ -13,7 +13,6 @@ use costmap::leg::{DroneId, Leg, Tick};
 
 use crate::graph::roadmap::Vertex;
 
-pub(crate) mod abreast;
 mod ask;
 mod column;
 mod pair;
@@ -21,11 +20,12 @@ mod pieces;
 mod shape;
 mod span;
 pub(crate) mod steps;
+pub(crate) mod synchronous;
 #[cfg(test)]
 mod tests;
 mod ways;
 
-pub(crate) use ask::Thought;
+pub(crate) use ask::StepQuery;
 use column::{Column, Glance, Record};
 use pieces::pieces;
 pub(crate) use steps::Steps;
@@ -46,7 +46,7 @@ const FORBIDDEN: u16 = u16::MAX;
 
 /// Everybody's steps.
 #[derive(Clone, Debug)]
-pub(crate) struct Crowd<'a> {
+pub(crate) struct ReservationTable<'a> {
     steps: &'a Steps,
     /// By column: x first, then y.
     columns: Vec<Column>,
@@ -64,11 +64,11 @@ pub(crate) struct Crowd<'a> {
     whole_columns: Vec<u32>,
 }
 
-impl<'a> Crowd<'a> {
+impl<'a> ReservationTable<'a> {
     /// Those who are in a costmap already.
-    pub(crate) fn new(steps: &'a Steps, costmap: &Costmap) -> Crowd<'a> {
+    pub(crate) fn new(steps: &'a Steps, costmap: &Costmap) -> ReservationTable<'a> {
         let [nx, ny, _] = steps.lattice.counts();
-        let mut crowd = Crowd {
+        let mut reservations = ReservationTable {
             steps,
             columns: vec![Column::default(); nx * ny],
             glances: vec![Glance::default(); nx * ny],
@@ -79,9 +79,9 @@ impl<'a> Crowd<'a> {
             whole_columns: vec![0; steps.class_count()],
         };
         for drone in 0..costmap.drone_count() as u32 {
-            crowd.insert(costmap.legs(DroneId(drone)));
+            reservations.insert(costmap.legs(DroneId(drone)));
         }
-        crowd
+        reservations
     }
 
     /// Whether it knows of a place.
@@ -132,14 +132,14 @@ impl<'a> Crowd<'a> {
 
     fn take_places(&mut self, at: [i32; 3], record: &Record) {
         for me in 0..self.steps.class_count() {
-            self.around(me, at, record, |crowd, place, taken| {
+            self.around(me, at, record, |reservations, place, taken| {
                 if taken.clear == Tick::FOREVER && taken.price == FORBIDDEN {
-                    let closed = &mut crowd.closed[me][place as usize];
-                    crowd.closed_count[me] += u32::from(*closed == Tick::FOREVER);
+                    let closed = &mut reservations.closed[me][place as usize];
+                    reservations.closed_count[me] += u32::from(*closed == Tick::FOREVER);
                     *closed = taken.began.min(*closed);
-                    crowd.settle_column(me, place);
+                    reservations.settle_column(me, place);
                 }
-                let all = &mut crowd.taken[me][place as usize];
+                let all = &mut reservations.taken[me][place as usize];
                 // What lasts on is one interval.
                 let last = all.iter().rposition(|known| known.drone == taken.drone);
                 if let Some(known) = last.map(|last| &mut all[last])
@@ -190,19 +190,19 @@ impl<'a> Crowd<'a> {
                     flying: leg.flying,
                 };
                 for me in 0..self.steps.class_count() {
-                    self.around(me, at, &record, |crowd, place, _| {
-                        let all = &mut crowd.taken[me][place as usize];
+                    self.around(me, at, &record, |reservations, place, _| {
+                        let all = &mut reservations.taken[me][place as usize];
                         all.retain(|known| known.drone != leg.drone);
                         let closing = all
                             .iter()
                             .filter(|it| it.clear == Tick::FOREVER && it.price == FORBIDDEN);
                         let first = closing.map(|it| it.began).min();
                         let first = first.unwrap_or(Tick::FOREVER);
-                        let closed = &mut crowd.closed[me][place as usize];
+                        let closed = &mut reservations.closed[me][place as usize];
                         let opens = *closed != Tick::FOREVER && first == Tick::FOREVER;
-                        crowd.closed_count[me] -= u32::from(opens);
+                        reservations.closed_count[me] -= u32::from(opens);
                         *closed = first;
-                        crowd.settle_column(me, place);
+                        reservations.settle_column(me, place);
                     });
                 }
             });

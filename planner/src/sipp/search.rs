@@ -22,20 +22,20 @@ use rustc_hash::FxHashSet;
 
 use crate::graph::agent::Errand;
 use crate::graph::roadmap::{Roadmap, Vertex};
-use crate::sipp::conflicts::Crowd;
+use crate::sipp::conflicts::ReservationTable;
 use crate::sipp::goal_occupancy::Stays;
 
 mod confirm;
+mod heuristic;
 mod label;
 mod met;
 mod node;
-mod outlook;
 mod path;
 mod settle;
 mod wait;
 mod walk;
 
-use outlook::Outlook;
+use heuristic::Heuristic;
 pub(crate) use path::joined;
 use walk::Search;
 
@@ -49,7 +49,7 @@ const PLAIN_SHIFT: u32 = 5;
 const PLAIN_STATES: u64 = 64;
 /// Past those who stay the search is in more of a hurry the longer it takes: the part, and up to how many states. Chosen here: the
 /// first nearly always answers, and the others keep a crowd from costing seconds a drone.
-const PATIENCE: [(u32, u64); 4] = [(5, 500), (3, 1_500), (2, 5_000), (0, u64::MAX)];
+const WEIGHT_SCHEDULE: [(u32, u64); 4] = [(5, 500), (3, 1_500), (2, 5_000), (0, u64::MAX)];
 /// Where more of all places than this are closed for good there is no plain look: chosen here.
 const PLAIN_SHARE: f64 = 0.12;
 /// A plain look may take a state more for each of these ticks of the way: chosen here, two a step of 1 m at 2 m/s.
@@ -63,7 +63,7 @@ pub(crate) struct Scene<'a> {
     /// Everybody planned so far.
     pub(crate) costmap: &'a Costmap,
     /// The same in brief, for searches whose answer is judged afterwards.
-    pub(crate) crowd: Option<&'a Crowd<'a>>,
+    pub(crate) reservations: Option<&'a ReservationTable<'a>>,
     /// Price in ticks of meeting each drone, or [`IMMOVABLE`].
     pub(crate) weights: &'a [u32],
     /// Until when each drone goes on as it does, whatever its price; empty: nobody is under way.
@@ -162,7 +162,7 @@ pub(crate) struct Searched {
 const MOST_TRIES: usize = 8;
 
 /// Steps and stays that looked free in brief and are not: from where and to where.
-pub(crate) type Doubts = FxHashSet<(Vertex, Vertex)>;
+pub(crate) type RefutedEdges = FxHashSet<(Vertex, Vertex)>;
 
 /// Finds the cheapest way for one errand.
 ///
@@ -171,7 +171,7 @@ pub(crate) type Doubts = FxHashSet<(Vertex, Vertex)>;
 pub(crate) fn search(mut scene: Scene<'_>, errand: &Errand) -> Searched {
     if !errand.forgiven.is_empty() {
         // What is forgiven depends on how somebody is in the way.
-        scene.crowd = None;
+        scene.reservations = None;
     }
     let searched = find(scene, errand);
     errand.forget();
@@ -179,17 +179,17 @@ pub(crate) fn search(mut scene: Scene<'_>, errand: &Errand) -> Searched {
 }
 
 fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
-    let mut doubts = Rc::new(Doubts::default());
+    let mut refuted = Rc::new(RefutedEdges::default());
     let mut expansions = 0;
-    let mut outlook = None;
+    let mut heuristic = None;
     let stays = Rc::new(Stays::new(&scene, errand));
     for _ in 0..MOST_TRIES {
-        if scene.crowd.is_none() {
+        if scene.reservations.is_none() {
             break;
         }
-        let searched = look(scene, errand, &doubts, &stays, &mut outlook);
+        let searched = look(scene, errand, &refuted, &stays, &mut heuristic);
         expansions += searched.expansions;
-        let known = doubts.len();
+        let known = refuted.len();
         match &searched.found {
             Found::Stopped => {
                 return Searched {
@@ -199,7 +199,7 @@ fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
             }
             Found::Blocked(_) => break,
             Found::Path(path) => {
-                if is_as_thought(&scene, path, Rc::make_mut(&mut doubts)) {
+                if is_valid(&scene, path, Rc::make_mut(&mut refuted)) {
                     return Searched {
                         expansions,
                         ..searched
@@ -207,12 +207,12 @@ fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
                 }
             }
         }
-        if doubts.len() == known {
+        if refuted.len() == known {
             break;
         }
     }
     let whole = Scene {
-        crowd: None,
+        reservations: None,
         ..scene
     };
     let searched = look(whole, errand, &Rc::default(), &stays, &mut None);
@@ -224,16 +224,16 @@ fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
 
 /// Whether a plain look is in vain, or takes as long as one past those who stay.
 fn is_crowded(scene: &Scene<'_>, errand: &Errand) -> bool {
-    let Some(crowd) = scene.crowd else {
+    let Some(reservations) = scene.reservations else {
         return false;
     };
-    let class = crowd.class(errand.drone, errand.kinds[0]);
-    let share = class.map_or(0.0, |class| crowd.closed_share(class));
+    let class = reservations.class(errand.drone, errand.kinds[0]);
+    let share = class.map_or(0.0, |class| reservations.closed_share(class));
     share > PLAIN_SHARE || !errand.is_straight(scene.roadmap)
 }
 
 /// Whether the costmap says of a path what was thought of it; if not, what is in doubt.
-fn is_as_thought(scene: &Scene<'_>, path: &Path, doubts: &mut Doubts) -> bool {
+fn is_valid(scene: &Scene<'_>, path: &Path, refuted: &mut RefutedEdges) -> bool {
     let lattice = scene.roadmap.lattice();
     let mut verdict = Verdict::default();
     let mut sound = true;
@@ -244,7 +244,7 @@ fn is_as_thought(scene: &Scene<'_>, path: &Path, doubts: &mut Doubts) -> bool {
             sound = false;
             let ends = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
             if let (Some(from), Some(to)) = ends {
-                doubts.insert((from, to));
+                refuted.insert((from, to));
             }
         }
     }
@@ -254,37 +254,37 @@ fn is_as_thought(scene: &Scene<'_>, path: &Path, doubts: &mut Doubts) -> bool {
 fn look<'a>(
     scene: Scene<'a>,
     errand: &'a Errand,
-    doubts: &Rc<Doubts>,
+    refuted: &Rc<RefutedEdges>,
     stays: &Rc<Stays>,
-    outlook: &mut Option<Outlook<'a>>,
+    heuristic: &mut Option<Heuristic<'a>>,
 ) -> Searched {
     let mut expansions = 0;
     if !is_crowded(&scene, errand) {
         let far = u64::from(errand.alone_ticks) / TICKS_A_STATE;
-        let by = Outlook::plain(scene, errand);
-        let (doubts, stays) = (doubts.clone(), stays.clone());
-        let mut search = Search::new(scene, errand, doubts, by, stays, PLAIN_SHIFT);
+        let by = Heuristic::plain(scene, errand);
+        let (refuted, stays) = (refuted.clone(), stays.clone());
+        let mut search = Search::new(scene, errand, refuted, by, stays, PLAIN_SHIFT);
         let found = search.run(scene.most_expansions.min(PLAIN_STATES + far));
         expansions = search.expansions;
         if let Some(found) = found {
             return Searched { found, expansions };
         }
     }
-    let by = outlook
+    let by = heuristic
         .take()
-        .unwrap_or_else(|| Outlook::new(scene, errand));
-    let (doubts, stays) = (doubts.clone(), stays.clone());
-    let mut search = Search::new(scene, errand, doubts, by, stays, PATIENCE[0].0);
+        .unwrap_or_else(|| Heuristic::new(scene, errand));
+    let (refuted, stays) = (refuted.clone(), stays.clone());
+    let mut search = Search::new(scene, errand, refuted, by, stays, WEIGHT_SCHEDULE[0].0);
     let mut found = None;
-    for (impatience_shift, most_expansions) in PATIENCE {
-        search.hurry(impatience_shift);
+    for (weight_shift, most_expansions) in WEIGHT_SCHEDULE {
+        search.reweigh(weight_shift);
         found = search.run(most_expansions.min(scene.most_expansions));
         if found.is_some() {
             break;
         }
     }
     expansions += search.expansions;
-    *outlook = Some(search.nodes.into_outlook());
+    *heuristic = Some(search.nodes.into_heuristic());
     Searched {
         found: found.unwrap_or(Found::Blocked(None)),
         expansions,

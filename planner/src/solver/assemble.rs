@@ -29,7 +29,7 @@ pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
         .collect();
     let planned = |entry: &&DronePlan| {
         !paths
-            .stranded
+            .unplanned
             .iter()
             .any(|(drone, _)| world.drones[drone.0 as usize].name == entry.name)
     };

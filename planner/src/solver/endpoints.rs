@@ -115,18 +115,18 @@ fn body_gap_m(scene: &Scene<'_>, one: &Site, other: &Site) -> Option<f64> {
 fn in_zone(scene: &Scene<'_>, sites: &Sites, k: usize) -> Vec<Excluded> {
     let downwash = sites.all().iter();
     let downwash: Vec<Downwash<'_>> = downwash.filter_map(|it| scene.downwash(it, k)).collect();
-    let together: Vec<&Downwash<'_>> = downwash.iter().collect();
-    let Some(peak) = scene.zone_peak(k, &together) else {
+    let run: Vec<&Downwash<'_>> = downwash.iter().collect();
+    let Some(peak) = scene.zone_peak(k, &run) else {
         return Vec::new();
     };
     let why = Exclusion::Zone {
         air_mps: peak.air_mps,
         limit_mps: scene.world.zones[k].air_limit_mps,
     };
-    let alone = (together.iter()).filter(|it| scene.zone_peak(k, &[**it]).is_some());
+    let alone = (run.iter()).filter(|it| scene.zone_peak(k, &[**it]).is_some());
     let mut by: Vec<usize> = alone.map(|it| it.from()).collect();
     if by.is_empty() {
-        by.extend(scene.field().strongest(&together, &peak));
+        by.extend(scene.field().strongest(&run, &peak));
     }
     (by.into_iter())
         .map(|drone| (drone, Blocker::Zone(k), why))

@@ -14,7 +14,7 @@ use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Scene, sear
 use crate::solver::assemble::assemble;
 use crate::solver::density::Density;
 use crate::solver::prepare::Job;
-use crate::solver::priority::{Paths, Stranded, plan_group};
+use crate::solver::priority::{FailureKind, Paths, plan_group};
 use crate::verify::verify;
 
 /// From this share of columns held on a crowd is named as a reason: chosen here, a quarter of them costs a hall of a
@@ -50,7 +50,7 @@ pub(crate) fn failures(
     let crowding = crowding(job, paths);
     let obstructed = |drone: DroneId| {
         let (group, by) = groups.of_drone(drone);
-        let first = group.and_then(|group| groups.first_stranded(group, &paths.stranded));
+        let first = group.and_then(|group| groups.first_unplanned(group, &paths.unplanned));
         let remedy = match (group.and_then(|group| passes[group].as_ref()), first) {
             (Some(_), Some(first)) if first != drone => {
                 Remedy::SameAs(name(world, first).to_owned())
@@ -63,34 +63,34 @@ pub(crate) fn failures(
             remedy,
         }
     };
-    let failures = paths.stranded.iter().map(|&(drone, why)| Failure {
+    let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: name(world, drone).to_owned(),
         cause: match why {
-            Stranded::NoWay => FailureCause::NoPath(missing_path(world, job, drone)),
-            Stranded::EndpointConflict => {
+            FailureKind::NoWay => FailureCause::NoPath(missing_path(world, job, drone)),
+            FailureKind::EndpointConflict => {
                 FailureCause::GoalConflict(goal_conflict(world, conflicts, drone))
             }
-            Stranded::Stopped => FailureCause::Stopped(crowding),
-            Stranded::Obstructed(_) => obstructed(drone),
-            Stranded::Landing(_) | Stranded::Zone(_) => known_cause(world, why),
+            FailureKind::Stopped => FailureCause::Stopped(crowding),
+            FailureKind::Obstructed(_) => obstructed(drone),
+            FailureKind::Landing(_) | FailureKind::Zone(_) => known_cause(world, why),
         },
     });
     failures.collect()
 }
 
 /// The cause as far as it is known without looking for a way out.
-pub(crate) fn known_cause(world: &World, why: Stranded) -> FailureCause {
+pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     let obstructed = |by: Option<Obstruction>| FailureCause::Obstructed {
         by: by.map(|by| hindrance(world, &by)),
         remedy: Remedy::Unknown,
     };
     match why {
-        Stranded::NoWay => FailureCause::NoPath(None),
-        Stranded::EndpointConflict => FailureCause::GoalConflict(None),
-        Stranded::Landing(short_m) => FailureCause::NoRoomToLand { short_m },
-        Stranded::Obstructed(by) => obstructed(by),
-        Stranded::Zone(by) => obstructed(Some(by)),
-        Stranded::Stopped => FailureCause::Stopped(None),
+        FailureKind::NoWay => FailureCause::NoPath(None),
+        FailureKind::EndpointConflict => FailureCause::GoalConflict(None),
+        FailureKind::Landing(short_m) => FailureCause::NoRoomToLand { short_m },
+        FailureKind::Obstructed(by) => obstructed(by),
+        FailureKind::Zone(by) => obstructed(Some(by)),
+        FailureKind::Stopped => FailureCause::Stopped(None),
     }
 }
 
@@ -112,14 +112,14 @@ impl Groups {
             members: Vec::new(),
             obstructions: Vec::new(),
         };
-        for &(drone, why) in &paths.stranded {
-            if let Stranded::Obstructed(_) = why {
+        for &(drone, why) in &paths.unplanned {
+            if let FailureKind::Obstructed(_) = why {
                 let by = in_the_way(job, paths, drone, control);
                 groups.obstructions.push((drone, by));
                 // Whom no other order would help is no part of the question.
                 let hopeless = |other: DroneId| {
-                    let known = paths.stranded.iter().find(|(drone, _)| *drone == other);
-                    known.is_some_and(|(_, why)| !matches!(why, Stranded::Obstructed(_)))
+                    let known = paths.unplanned.iter().find(|(drone, _)| *drone == other);
+                    known.is_some_and(|(_, why)| !matches!(why, FailureKind::Obstructed(_)))
                 };
                 let other = by.and_then(|by| match by.by {
                     Obstructor::Drone(other, _) if !hopeless(other) => Some(other),
@@ -145,9 +145,13 @@ impl Groups {
     }
 
     /// Whose reason tells what the group could do.
-    fn first_stranded(&self, group: usize, stranded: &[(DroneId, Stranded)]) -> Option<DroneId> {
+    fn first_unplanned(
+        &self,
+        group: usize,
+        unplanned: &[(DroneId, FailureKind)],
+    ) -> Option<DroneId> {
         let members = &self.members[group];
-        let mut drones = stranded.iter().map(|(drone, _)| *drone);
+        let mut drones = unplanned.iter().map(|(drone, _)| *drone);
         drones.find(|drone| members.contains(drone))
     }
 
@@ -240,7 +244,7 @@ fn in_the_way(
     let scene = Scene {
         roadmap: &job.roadmap,
         costmap: &paths.costmap,
-        crowd: None,
+        reservations: None,
         weights: &weights,
         under_way: &[],
         energy_weight: 0.0,
@@ -281,7 +285,7 @@ fn gentlest_pass(
     }
     let mut with_pass = paths.clone();
     with_pass
-        .stranded
+        .unplanned
         .retain(|(drone, _)| !group.contains(drone));
     for path in pass {
         let drone = path.legs.first().map(|leg| leg.drone.0 as usize);

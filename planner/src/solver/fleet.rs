@@ -20,7 +20,7 @@ use crate::solver::assemble::{assemble, judged};
 use crate::solver::endpoints;
 use crate::solver::explain::failures;
 use crate::solver::prepare::{Job, empty_costmap, prepare};
-use crate::solver::priority::{Stranded, plan_fleet};
+use crate::solver::priority::{FailureKind, plan_fleet};
 use crate::solver::well_formed::examine;
 use crate::verify::verify;
 
@@ -88,14 +88,14 @@ pub(crate) fn told(failures: &[Failure]) -> Vec<Unplanned> {
 pub(crate) fn kept_out_by_zones(
     job: &mut Job,
     empty: &Costmap,
-    excluded: &[(DroneId, Stranded)],
+    excluded: &[(DroneId, FailureKind)],
     control: &Control<'_>,
-) -> Vec<(DroneId, Stranded)> {
+) -> Vec<(DroneId, FailureKind)> {
     let weights = vec![IMMOVABLE; job.errands.len()];
     let scene = Scene {
         roadmap: &job.roadmap,
         costmap: empty,
-        crowd: None,
+        reservations: None,
         weights: &weights,
         under_way: &[],
         energy_weight: 0.0,
@@ -118,7 +118,7 @@ pub(crate) fn kept_out_by_zones(
     for (errand, found) in job.errands.iter_mut().zip(found) {
         match found {
             Some(Found::Path(path)) => errand.alone_ticks = path.arrives.0,
-            Some(Found::Blocked(Some(by))) => out.push((errand.drone, Stranded::Zone(by))),
+            Some(Found::Blocked(Some(by))) => out.push((errand.drone, FailureKind::Zone(by))),
             _ => {}
         }
     }
@@ -167,9 +167,9 @@ fn ignoring_downwash(
         &mut effort,
     );
     if paths
-        .stranded
+        .unplanned
         .iter()
-        .any(|(_, why)| *why == Stranded::Stopped)
+        .any(|(_, why)| *why == FailureKind::Stopped)
     {
         return None;
     }
@@ -199,7 +199,7 @@ fn ignoring_downwash(
         time_over_limit_s: report.air_met.iter().map(|met| met.time_over_limit_s).sum(),
         zones_over_limit: zones.len(),
         worst_zone_air_mps: blown_on().map(|v| v.value).fold(0.0, f64::max),
-        unplanned: paths.stranded.len(),
+        unplanned: paths.unplanned.len(),
     })
 }
 
@@ -209,11 +209,11 @@ pub(crate) fn excluded(
     job: &Job,
     conflicts: &[EndpointConflict],
     counts: impl Fn(&EndpointConflict) -> bool,
-) -> Vec<(DroneId, Stranded)> {
-    let mut out: Vec<(DroneId, Stranded)> = job
+) -> Vec<(DroneId, FailureKind)> {
+    let mut out: Vec<(DroneId, FailureKind)> = job
         .blocked_landings
         .iter()
-        .map(|&(drone, short_m)| (DroneId(drone as u32), Stranded::Landing(short_m)))
+        .map(|&(drone, short_m)| (DroneId(drone as u32), FailureKind::Landing(short_m)))
         .collect();
     let mut open: Vec<&EndpointConflict> = conflicts
         .iter()
@@ -236,7 +236,7 @@ pub(crate) fn excluded(
         else {
             break;
         };
-        out.push((DroneId(worst as u32), Stranded::EndpointConflict));
+        out.push((DroneId(worst as u32), FailureKind::EndpointConflict));
         open.retain(|c| !involves(c, worst));
     }
     out.sort_unstable_by_key(|(drone, _)| *drone);

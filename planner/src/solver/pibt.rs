@@ -15,21 +15,21 @@ use rayon::prelude::*;
 use crate::graph::agent::Errand;
 use crate::plan::outcome::{Control, Effort};
 use crate::sipp::conflicts::Steps;
-use crate::sipp::conflicts::abreast::Abreast;
+use crate::sipp::conflicts::synchronous::SynchronousSteps;
 use crate::sipp::search::{Path, joined};
 use crate::solver::prepare::Job;
 use crate::solver::priority::stays_at_start;
 
+mod configuration;
 mod far;
-mod flock;
 mod round;
 mod rounds;
 
-use flock::{Flock, Whereabouts};
+use configuration::{AgentState, Configuration};
 use rounds::rounds;
 
 /// How far a fleet came by steps of everybody at once.
-pub(crate) struct Together {
+pub(crate) struct PibtRun {
     /// When the last step ended.
     pub(crate) at: Tick,
     /// What everybody has to do from then on.
@@ -47,7 +47,7 @@ pub(crate) struct Together {
 ///
 /// `None` where it was told to stop, and where steps along the lattice are not all that somebody does: starts on the ground
 /// or beside the lattice, tasks beside it, flights begun already.
-pub(crate) fn step_together(
+pub(crate) fn run_pibt(
     job: &Job,
     costmap: &Costmap,
     steps: &Steps,
@@ -55,7 +55,7 @@ pub(crate) fn step_together(
     seed: u64,
     control: &Control<'_>,
     effort: &mut Effort,
-) -> Option<Together> {
+) -> Option<PibtRun> {
     if costmap.drone_count() != job.errands.len() {
         return None;
     }
@@ -68,20 +68,25 @@ pub(crate) fn step_together(
     for drone in fixed {
         is_fixed[drone.0 as usize] = true;
     }
-    let abreast = Abreast::new(steps);
-    let flock = Flock::new(job, &abreast, &is_fixed, ticks)?;
-    let all = rounds(&flock, flock.starts(&job.errands), seed, control.stop)?;
+    let synchronous = SynchronousSteps::new(steps);
+    let configuration = Configuration::new(job, &synchronous, &is_fixed, ticks)?;
+    let all = rounds(
+        &configuration,
+        configuration.starts(&job.errands),
+        seed,
+        control.stop,
+    )?;
     effort.rounds += all.len() as u64 - 1;
     let at = moment(all.len() - 1, ticks);
     let each = job.errands.par_iter().enumerate().map(|(drone, errand)| {
-        let places: Vec<Whereabouts> = all.iter().map(|now| now[drone]).collect();
+        let places: Vec<AgentState> = all.iter().map(|now| now[drone]).collect();
         let last = places[places.len() - 1];
-        let is_home = flock.is_home(drone, &last);
+        let is_home = configuration.is_home(drone, &last);
         let legs = legs(job, errand, &places, is_home, ticks);
         (rest_of(job, errand, &last, at), is_home, legs)
     });
     let each: Vec<_> = each.collect();
-    let mut together = Together {
+    let mut run = PibtRun {
         at,
         errands: Vec::with_capacity(each.len()),
         home: Vec::with_capacity(each.len()),
@@ -89,14 +94,14 @@ pub(crate) fn step_together(
         legs: Vec::with_capacity(each.len()),
     };
     for (errand, home, legs) in each {
-        together.errands.push(errand);
-        together.home.push(home);
-        together.legs.push(legs);
+        run.errands.push(errand);
+        run.home.push(home);
+        run.legs.push(legs);
     }
-    Some(together)
+    Some(run)
 }
 
-impl Together {
+impl PibtRun {
     /// Everybody's whole ways, with those of who was planned from there on, and the costmap with all of them in it.
     ///
     /// `None` if it says that somebody is in the way of somebody.
@@ -154,7 +159,7 @@ fn moment(round: usize, ticks: u32) -> Tick {
     Tick(round as u32 * ticks)
 }
 
-fn leg(job: &Job, errand: &Errand, at: &Whereabouts, to: &Whereabouts, time: [Tick; 2]) -> Leg {
+fn leg(job: &Job, errand: &Errand, at: &AgentState, to: &AgentState, time: [Tick; 2]) -> Leg {
     let kind = usize::from(at.stage) + usize::from(at.rest > 0);
     Leg {
         drone: errand.drone,
@@ -169,7 +174,7 @@ fn leg(job: &Job, errand: &Errand, at: &Whereabouts, to: &Whereabouts, time: [Ti
 }
 
 /// What a drone flies that is at these places after each round; at home it ends with the last step that led there.
-fn legs(job: &Job, errand: &Errand, places: &[Whereabouts], is_home: bool, ticks: u32) -> Vec<Leg> {
+fn legs(job: &Job, errand: &Errand, places: &[AgentState], is_home: bool, ticks: u32) -> Vec<Leg> {
     let last = places.len() - 1;
     let moves = |step: &usize| places[*step].place != places[last].place;
     let until = if is_home {
@@ -185,7 +190,7 @@ fn legs(job: &Job, errand: &Errand, places: &[Whereabouts], is_home: bool, ticks
 }
 
 /// What a drone has still to do when it is there; a dwell that has begun is begun again.
-fn rest_of(job: &Job, errand: &Errand, last: &Whereabouts, at: Tick) -> Errand {
+fn rest_of(job: &Job, errand: &Errand, last: &AgentState, at: Tick) -> Errand {
     let stage = usize::from(last.stage);
     let mut rest = Errand {
         start: last.place,

@@ -15,7 +15,7 @@ use costmap::verdict::{Blocker, Verdict};
 use crate::graph::agent::Errand;
 use crate::graph::roadmap::Roadmap;
 use crate::plan::outcome::{Control, Effort};
-use crate::sipp::conflicts::Crowd;
+use crate::sipp::conflicts::ReservationTable;
 use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Scene, search};
 use crate::solver::prepare::Job;
 
@@ -35,14 +35,14 @@ pub(crate) struct Paths {
     /// Per drone; `None`: it stays at its start.
     pub(crate) paths: Vec<Option<Path>>,
     /// Why those without a path have none.
-    pub(crate) stranded: Vec<(DroneId, Stranded)>,
+    pub(crate) unplanned: Vec<(DroneId, FailureKind)>,
     /// Everybody's reservations, the stranded included.
     pub(crate) costmap: Costmap,
 }
 
 /// Why a drone stays at its start.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Stranded {
+pub(crate) enum FailureKind {
     /// The roadmap has no way through free space to one of its tasks.
     NoWay,
     /// Its end excludes somebody else's.
@@ -83,17 +83,17 @@ pub(crate) fn plan_group(
         attempt.weights[drone.0 as usize] = FIRST_WEIGHT;
     }
     attempt.run(group.iter().copied().collect());
-    let all = attempt.stranded.is_empty();
+    let all = attempt.unplanned.is_empty();
     all.then(|| attempt.paths.into_iter().flatten().collect())
 }
 
 mod affected;
 mod batch;
-mod improve;
+mod by_pibt;
+mod finalise;
+mod lns;
 mod order;
-mod together;
 mod whole;
-mod wind_up;
 
 pub(crate) use affected::{Affected, plan_affected};
 pub(crate) use whole::plan_fleet;
@@ -103,7 +103,7 @@ struct Attempt<'a> {
     errands: &'a [Errand],
     costmap: Costmap,
     /// What the costmap says, in brief; `None`: searches ask the costmap itself.
-    crowd: Option<Crowd<'a>>,
+    reservations: Option<ReservationTable<'a>>,
     energy_weight: f64,
     control: &'a Control<'a>,
     effort: &'a mut Effort,
@@ -122,7 +122,7 @@ struct Attempt<'a> {
     /// of them: everybody stays at the start.
     kept: Vec<Vec<Leg>>,
     paths: Vec<Option<Path>>,
-    stranded: Vec<(DroneId, Stranded)>,
+    unplanned: Vec<(DroneId, FailureKind)>,
 }
 
 impl<'a> Attempt<'a> {
@@ -142,7 +142,7 @@ impl<'a> Attempt<'a> {
             roadmap,
             errands,
             costmap,
-            crowd: None,
+            reservations: None,
             energy_weight,
             control,
             effort,
@@ -155,14 +155,14 @@ impl<'a> Attempt<'a> {
             under_way: Vec::new(),
             kept: Vec::new(),
             paths: vec![None; drones],
-            stranded: Vec::new(),
+            unplanned: Vec::new(),
         }
     }
 
-    fn exclude(&mut self, excluded: &[(DroneId, Stranded)]) {
+    fn exclude(&mut self, excluded: &[(DroneId, FailureKind)]) {
         let mut queue = VecDeque::new();
         for &(drone, why) in excluded {
-            self.strand(drone, why, &mut queue);
+            self.leave_unplanned(drone, why, &mut queue);
         }
     }
 
@@ -188,7 +188,7 @@ impl<'a> Attempt<'a> {
         Scene {
             roadmap: self.roadmap,
             costmap: &self.costmap,
-            crowd: self.crowd.as_ref(),
+            reservations: self.reservations.as_ref(),
             weights: &self.weights,
             under_way: &self.under_way,
             energy_weight: self.energy_weight,
@@ -211,17 +211,17 @@ impl<'a> Attempt<'a> {
             .saturating_add(WEIGHT_GROWTH)
             .min(IMMOVABLE - 1);
         if self.evicted[index] > self.most_evictions {
-            self.strand(drone, Stranded::Obstructed(None), queue);
+            self.leave_unplanned(drone, FailureKind::Obstructed(None), queue);
         } else {
             queue.push_front(drone);
         }
     }
 
     /// Leaves a drone at its start for ever, and takes back whoever is in conflict with that.
-    fn strand(&mut self, drone: DroneId, why: Stranded, queue: &mut VecDeque<DroneId>) {
+    fn leave_unplanned(&mut self, drone: DroneId, why: FailureKind, queue: &mut VecDeque<DroneId>) {
         let stay = self.without_way(drone);
         self.weights[drone.0 as usize] = IMMOVABLE;
-        self.stranded.push((drone, why));
+        self.unplanned.push((drone, why));
         let mut verdict = Verdict::default();
         loop {
             let movable = |other: &DroneId| {
@@ -268,17 +268,20 @@ impl<'a> Attempt<'a> {
             return;
         };
         self.release(drone);
-        let Some(crowd) = &mut self.crowd else {
+        let Some(reservations) = &mut self.reservations else {
             return self.costmap.reserve(reservation);
         };
         let legs = reservation.legs().to_vec();
         let costmap = &mut self.costmap;
-        rayon::join(|| costmap.reserve(reservation), || crowd.insert(&legs));
+        rayon::join(
+            || costmap.reserve(reservation),
+            || reservations.insert(&legs),
+        );
     }
 
     fn release(&mut self, drone: DroneId) {
-        if let Some(crowd) = &mut self.crowd {
-            crowd.remove(self.costmap.legs(drone));
+        if let Some(reservations) = &mut self.reservations {
+            reservations.remove(self.costmap.legs(drone));
         }
         self.costmap.remove(drone);
     }
@@ -303,19 +306,19 @@ impl<'a> Attempt<'a> {
     }
 
     /// Lets those fly after all who were in others' way and are no more, one at a time.
-    fn rescue(&mut self) {
+    fn retry(&mut self) {
         let immovable = vec![IMMOVABLE; self.weights.len()];
         let mut index = 0;
-        while let Some(&(drone, why)) = self.stranded.get(index) {
+        while let Some(&(drone, why)) = self.unplanned.get(index) {
             index += 1;
             let keeps = self.evicted[drone.0 as usize] > 0 && !self.kept.is_empty();
-            if keeps || !matches!(why, Stranded::Obstructed(_)) || (self.control.stop)() {
+            if keeps || !matches!(why, FailureKind::Obstructed(_)) || (self.control.stop)() {
                 continue;
             }
             let stay = self.costmap.legs(drone).to_vec();
             self.release(drone);
             let scene = Scene {
-                crowd: None,
+                reservations: None,
                 weights: &immovable,
                 careful: true,
                 ..self.scene()
@@ -326,7 +329,7 @@ impl<'a> Attempt<'a> {
             if let Found::Path(path) = searched.found {
                 self.reserve(path.legs.clone());
                 self.paths[drone.0 as usize] = Some(path);
-                self.stranded.remove(index - 1);
+                self.unplanned.remove(index - 1);
                 index = 0;
             } else {
                 self.reserve(stay);
@@ -335,10 +338,10 @@ impl<'a> Attempt<'a> {
     }
 
     fn into_paths(mut self) -> Paths {
-        self.stranded.sort_unstable_by_key(|(drone, _)| *drone);
+        self.unplanned.sort_unstable_by_key(|(drone, _)| *drone);
         Paths {
             paths: self.paths,
-            stranded: self.stranded,
+            unplanned: self.unplanned,
             costmap: self.costmap,
         }
     }

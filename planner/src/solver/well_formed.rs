@@ -18,7 +18,7 @@ use crate::graph::agent::{Ending, Errand};
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::plan::outcome::{Offence, OffenceKind, WellFormed};
 use crate::sipp::conflicts::Steps;
-use crate::sipp::conflicts::abreast::Abreast;
+use crate::sipp::conflicts::synchronous::SynchronousSteps;
 use crate::solver::prepare::Job;
 
 mod marks;
@@ -39,9 +39,9 @@ pub(crate) struct Endpoint {
 
 /// Examines a fleet; `None` where somebody lands, and where a start or a task lies beside the lattice, which the tables do not know.
 pub(crate) fn examine(job: &Job, steps: &Steps) -> Option<WellFormed> {
-    let abreast = Abreast::new(steps);
+    let synchronous = SynchronousSteps::new(steps);
     let ends = endpoints(job, steps)?;
-    let (marks, mut offences) = Marks::new(job, &abreast, &ends);
+    let (marks, mut offences) = Marks::new(job, &synchronous, &ends);
     let rooms = |class: usize| {
         let of_class = |errand: &Errand| {
             let mut kinds = errand.kinds.iter();

@@ -7,14 +7,14 @@ use super::buckets::Buckets;
 use super::{Mover, UNREACHABLE, diagonals_first};
 use crate::graph::lattice::{AXES, Lattice, NEIGHBOURS};
 use crate::graph::roadmap::{Roadmap, Vertex};
-use crate::graph::scratch::Sheet;
+use crate::graph::scratch::ScratchBuffer;
 
 /// A search from the goal that can be resumed.
 #[derive(Debug, Default)]
 pub(crate) struct Backwards {
     pub(super) lead: Lead,
     /// Ticks known so far, twice one more than these, one more where they are exact; nothing where it is closed.
-    known: Sheet,
+    known: ScratchBuffer,
     /// Places by ticks so far plus the least that may be missing to where the drone comes from.
     buckets: Buckets,
     now: usize,
@@ -61,7 +61,7 @@ impl Lead {
 
 impl Backwards {
     pub(super) fn begin(&mut self, roadmap: &Roadmap, goal: Vertex) {
-        self.known = Sheet::new(roadmap.place_count());
+        self.known = ScratchBuffer::new(roadmap.place_count());
         self.set(goal, 0);
         let lead = self.lead.ticks(roadmap, goal);
         self.buckets.push(lead as usize, goal);

@@ -25,7 +25,10 @@ pub(super) fn write(
         let name = running.world.drones[index].name.clone();
         let entry = &mut running.plan.drones[index];
         let track = &mut running.tracks[index];
-        let left_out = paths.stranded.iter().find(|(drone, _)| *drone == id(index));
+        let left_out = paths
+            .unplanned
+            .iter()
+            .find(|(drone, _)| *drone == id(index));
         let stops = left_out.is_some() && stopped.contains(&index);
         match (path, cause) {
             (Some(path), _) => {

@@ -189,7 +189,7 @@ fn turn(
         let paths = plan_affected(&running.job, affected.clone(), weight, control, &mut effort);
         let outside = |index: usize| asked.get(&index).is_some_and(|it| it.cause == Cause::Added);
         let turned_away = paths
-            .stranded
+            .unplanned
             .iter()
             .filter(|(drone, _)| outside(drone.0 as usize));
         let turned_away: Vec<Unplanned> = turned_away
@@ -251,7 +251,7 @@ fn clashing(
     stopped: &BTreeSet<usize>,
 ) -> Vec<usize> {
     let mut verdict = Verdict::default();
-    let stranded = paths.stranded.iter().map(|(drone, _)| drone.0 as usize);
+    let unplanned = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
     let can_stop = |index: &usize| {
         let is_settled = asked.get(index).is_some_and(|it| it.settled);
         !is_settled && !stopped.contains(index)
@@ -269,7 +269,7 @@ fn clashing(
                 verdict.blockers.iter().any(met)
             })
     };
-    let mut found: Vec<usize> = stranded.filter(can_stop).collect();
+    let mut found: Vec<usize> = unplanned.filter(can_stop).collect();
     found.retain(|index| clashes(index));
     found
 }

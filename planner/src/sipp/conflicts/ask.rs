@@ -8,7 +8,7 @@ use super::column::spells;
 use super::pair::Near;
 use super::steps::{LOADS, STILL, Span};
 use super::ways::index;
-use super::{Crowd, FORBIDDEN, Record};
+use super::{FORBIDDEN, Record, ReservationTable};
 use crate::graph::roadmap::Vertex;
 
 /// What wakes may add up to here (parts of `LOADS`): chosen here, a fifth more than a budget, since each counts as at its
@@ -21,7 +21,7 @@ const WHOLE_SHARE: f64 = 0.8;
 
 /// A step that is thought of.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Thought {
+pub(crate) struct StepQuery {
     /// Class of who steps.
     pub(crate) class: usize,
     /// From where and to where: neighbours on the lattice.
@@ -30,7 +30,7 @@ pub(crate) struct Thought {
     pub(crate) time: [Tick; 2],
 }
 
-impl Crowd<'_> {
+impl ReservationTable<'_> {
     /// The share of all places that are closed for good at some time, to a class.
     pub(crate) fn closed_share(&self, class: usize) -> f64 {
         f64::from(self.closed_count[class]) / self.steps.lattice.place_count() as f64
@@ -125,15 +125,15 @@ impl Crowd<'_> {
     /// Adds who is in the way of a step, and what it costs. Their times are those of its departure.
     ///
     /// `false` if nobody is in the way, but wakes may add up to too much: it has to be judged in full.
-    pub(crate) fn step(&self, costmap: &Costmap, thought: &Thought, verdict: &mut Verdict) -> bool {
+    pub(crate) fn step(&self, costmap: &Costmap, query: &StepQuery, verdict: &mut Verdict) -> bool {
         let mut loads = Loads::default();
         let lattice = &self.steps.lattice;
-        let [at, to] = thought.way.map(|place| lattice.steps(place));
+        let [at, to] = query.way.map(|place| lattice.steps(place));
         let way = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
-        let spells = spells(thought.time);
-        let until = thought.time[1];
+        let spells = spells(query.time);
+        let until = query.time[1];
         for other in 0..self.steps.class_count() {
-            let pair = self.steps.pair(thought.class, other);
+            let pair = self.steps.pair(query.class, other);
             let mut look_at = |near: &Near, record: &Record| {
                 let [dx, dy] = near.aside;
                 let dz = i32::from(record.layer) - at[2];
@@ -142,13 +142,13 @@ impl Crowd<'_> {
                 }
                 let span = pair.span([way, usize::from(record.way)], near, dz);
                 let there = [at[0] + dx, at[1] + dy, at[2] + dz];
-                if !self.is_against(thought, [at, there], way, &span, record, verdict) {
-                    loads.add(costmap, thought, &span, record);
+                if !self.is_against(query, [at, there], way, &span, record, verdict) {
+                    loads.add(costmap, query, &span, record);
                 }
             };
             for (near, column) in self.columns_near(&pair.near[way], at) {
                 if self.glances[column].may_be_passed(spells) {
-                    let passing = self.columns[column].passing(thought.time);
+                    let passing = self.columns[column].passing(query.time);
                     passing.for_each(|record| look_at(near, record));
                 }
             }
@@ -177,16 +177,16 @@ impl Crowd<'_> {
     /// Whether somebody's step is in the way, or would be if its wake reached; adds that, or what it costs.
     fn is_against(
         &self,
-        thought: &Thought,
+        query: &StepQuery,
         [at, there]: [[i32; 3]; 2],
         way: usize,
         span: &Span,
         record: &Record,
         verdict: &mut Verdict,
     ) -> bool {
-        let (me, other) = (thought.class, usize::from(record.class));
+        let (me, other) = (query.class, usize::from(record.class));
         let others = usize::from(record.way);
-        let [from, until] = thought.time;
+        let [from, until] = query.time;
         if span.is_empty() {
             if span.price > 0 {
                 let seconds = record.end.min(until).seconds() - record.start.max(from).seconds();
@@ -235,7 +235,7 @@ struct Loads {
 }
 
 impl Loads {
-    fn add(&mut self, costmap: &Costmap, thought: &Thought, span: &Span, record: &Record) {
+    fn add(&mut self, costmap: &Costmap, query: &StepQuery, span: &Span, record: &Record) {
         if span.on_first > 0 {
             let load = u32::from(span.on_first);
             self.on_me.push(([record.start, record.end], load));
@@ -246,7 +246,7 @@ impl Loads {
             // Mostly it is little at any time.
             let (drone, part) = (record.drone, record.part);
             self.is_too_much_for_others = costmap.filled(drone, part) * LOADS > most
-                && costmap.filled_between(drone, part, thought.time) * LOADS > most;
+                && costmap.filled_between(drone, part, query.time) * LOADS > most;
         }
     }
 

@@ -18,7 +18,7 @@ const LEAST_PRICE: f64 = 0.0625;
 /// Loads below this share of a budget are left to the verdict: chosen here, an eighth of the most that one wake may fill.
 const LEAST_LOAD: f64 = 0.05;
 /// The same where everybody steps at once, and nothing is looked for again: chosen here, three parts of [`LOADS`].
-const LEAST_ABREAST: f64 = 0.012;
+const LEAST_SYNCHRONOUS: f64 = 0.012;
 /// Azimuths at which a wake is asked for: chosen here, moved jets are not round.
 const AZIMUTHS: u32 = 8;
 
@@ -253,7 +253,7 @@ impl Shape {
     }
 
     /// Loads on both of two steps that begin together and last as long; `None`: they are too near one another.
-    pub(super) fn abreast(
+    pub(super) fn synchronous(
         &self,
         [mine, theirs]: [[i32; 3]; 2],
         offset: [i32; 3],
@@ -273,7 +273,7 @@ impl Shape {
         if distance < self.radius(low, high) {
             return None;
         }
-        Some(self.loads(low, high, distance, LEAST_ABREAST))
+        Some(self.loads(low, high, distance, LEAST_SYNCHRONOUS))
     }
 }
 

@@ -58,7 +58,7 @@ fn no_step_that_the_costmap_forbids_is_free_in_the_crowd() {
         };
         let mut costmap = empty.clone();
         costmap.insert(vec![other]);
-        let crowd = Crowd::new(&steps, &costmap);
+        let reservations = ReservationTable::new(&steps, &costmap);
         for offset in 0..60 {
             let from = [
                 2 + offset % 3,
@@ -71,15 +71,15 @@ fn no_step_that_the_costmap_forbids_is_free_in_the_crowd() {
             };
             let mut exact = Verdict::default();
             costmap.judge(&leg, &mut exact);
-            let thought = Thought {
-                class: crowd.class(leg.drone, leg.kind).expect("known"),
+            let query = StepQuery {
+                class: reservations.class(leg.drone, leg.kind).expect("known"),
                 way: vertices(&job, &leg),
                 time: [leg.start, leg.end],
             };
             let mut brief = Verdict::default();
-            let mut is_free = crowd.step(&costmap, &thought, &mut brief);
+            let mut is_free = reservations.step(&costmap, &query, &mut brief);
             if way == STILL {
-                crowd.stay(thought.class, thought.way[0], thought.time, &mut brief);
+                reservations.stay(query.class, query.way[0], query.time, &mut brief);
                 is_free = true;
             }
             let allows = is_free && brief.blockers.is_empty();
@@ -112,17 +112,17 @@ fn a_step_is_free_when_it_departs_after_all_are_clear() {
         let other = step(&job, 1, [3, 3, 4], others, 200).expect("inside");
         let mut costmap = empty.clone();
         costmap.insert(vec![other]);
-        let crowd = Crowd::new(&steps, &costmap);
+        let reservations = ReservationTable::new(&steps, &costmap);
         for z in [3, 4, 6] {
             let leg = step(&job, 0, [3, 3, z], way, 210).expect("inside");
             let ask = |departs: u32| {
                 let mut verdict = Verdict::default();
-                let thought = Thought {
-                    class: crowd.class(leg.drone, leg.kind).expect("known"),
+                let query = StepQuery {
+                    class: reservations.class(leg.drone, leg.kind).expect("known"),
                     way: vertices(&job, &leg),
                     time: [Tick(departs), Tick(departs + leg.end.0 - leg.start.0)],
                 };
-                crowd.step(&costmap, &thought, &mut verdict);
+                reservations.step(&costmap, &query, &mut verdict);
                 verdict.blockers
             };
             if let Some(blocker) = ask(210).first() {
@@ -149,23 +149,23 @@ fn who_is_taken_back_leaves_nothing_behind() {
         ..second
     };
     costmap.insert(vec![first]);
-    let before = Crowd::new(&steps, &costmap);
+    let before = ReservationTable::new(&steps, &costmap);
     costmap.insert(vec![second, hover]);
-    let mut crowd = before.clone();
-    crowd.insert(costmap.legs(second.drone));
+    let mut reservations = before.clone();
+    reservations.insert(costmap.legs(second.drone));
     let place = job
         .roadmap
         .lattice()
         .place_at(&hover.to_m)
         .expect("a place");
     let below = job.roadmap.lattice().at([3, 4, 6]).expect("a place");
-    let class = crowd.class(first.drone, first.kind).expect("known");
-    assert_eq!(crowd.closed_from(class)[place as usize], hover.start);
-    assert_ne!(crowd.taken, before.taken);
-    assert!(crowd.closed_from(class)[below as usize] <= hover.start);
-    crowd.remove(costmap.legs(second.drone));
-    assert_eq!(crowd.columns, before.columns);
-    assert_eq!(crowd.glances, before.glances);
-    assert_eq!(crowd.taken, before.taken);
-    assert_eq!(crowd.closed, before.closed);
+    let class = reservations.class(first.drone, first.kind).expect("known");
+    assert_eq!(reservations.closed_from(class)[place as usize], hover.start);
+    assert_ne!(reservations.taken, before.taken);
+    assert!(reservations.closed_from(class)[below as usize] <= hover.start);
+    reservations.remove(costmap.legs(second.drone));
+    assert_eq!(reservations.columns, before.columns);
+    assert_eq!(reservations.glances, before.glances);
+    assert_eq!(reservations.taken, before.taken);
+    assert_eq!(reservations.closed, before.closed);
 }

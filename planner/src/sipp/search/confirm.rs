@@ -7,7 +7,7 @@ use super::label::{Label, Step};
 use super::wait::clear_after;
 use super::walk::Search;
 use crate::graph::agent::Ending;
-use crate::sipp::conflicts::Thought;
+use crate::sipp::conflicts::StepQuery;
 
 /// What is known of a step by the crowd's tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,14 +75,14 @@ impl Search<'_> {
 
     /// Judges what leads to a state by the crowd's tables, if they know of it.
     fn judge_in_brief(&self, from: &Label, label: &Label, verdict: &mut Verdict) -> Brief {
-        let Some(crowd) = self.scene.crowd else {
+        let Some(reservations) = self.scene.reservations else {
             return Brief::Nothing;
         };
         let known = !from.grounded
-            && crowd.knows(from.vertex)
-            && crowd.knows(label.vertex)
-            && !self.doubts.contains(&(from.vertex, label.vertex));
-        let class = crowd.class(self.errand.drone, self.kind(label.stage));
+            && reservations.knows(from.vertex)
+            && reservations.knows(label.vertex)
+            && !self.refuted.contains(&(from.vertex, label.vertex));
+        let class = reservations.class(self.errand.drone, self.kind(label.stage));
         let Some(class) = class.filter(|_| known) else {
             return Brief::Nothing;
         };
@@ -90,22 +90,22 @@ impl Search<'_> {
         match label.step {
             Step::Move => {
                 // Mostly it is the place it leads to that is taken.
-                crowd.arrive(class, label.vertex, time, verdict);
+                reservations.arrive(class, label.vertex, time, verdict);
                 if !verdict.blockers.iter().all(|it| self.passes(label.met, it)) {
                     return Brief::WhereItLeads;
                 }
                 verdict.clear();
                 let way = [from.vertex, label.vertex];
-                let thought = Thought { class, way, time };
-                if !crowd.step(self.scene.costmap, &thought, verdict) {
+                let query = StepQuery { class, way, time };
+                if !reservations.step(self.scene.costmap, &query, verdict) {
                     return Brief::Nothing;
                 }
             }
-            Step::Dwell => crowd.stay(class, label.vertex, time, verdict),
+            Step::Dwell => reservations.stay(class, label.vertex, time, verdict),
             Step::End => match self.errand.ending {
                 Ending::Hover => {
                     let time = [label.at, Tick::FOREVER];
-                    crowd.stay(class, label.vertex, time, verdict);
+                    reservations.stay(class, label.vertex, time, verdict);
                 }
                 Ending::Leave => {}
                 Ending::Land { .. } => return Brief::Nothing,

@@ -19,21 +19,21 @@ pub(super) enum Step {
 
 /// Steps that have been thought of: up to a total, as it was reckoned then.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Offered {
+pub(super) struct PartialExpansion {
     pub(super) upto: u32,
-    pub(super) impatience_shift: u32,
+    pub(super) weight_shift: u32,
 }
 
-impl Offered {
+impl PartialExpansion {
     /// Whether a step that costs so much has not been thought of.
     pub(super) fn leaves_out(&self, cost: u32, remaining: u32) -> bool {
-        hurried(cost, remaining, self.impatience_shift) > self.upto
+        weighted(cost, remaining, self.weight_shift) > self.upto
     }
 }
 
 /// A cost with what is left to fly counted one part in 2ⁿ more.
-pub(super) fn hurried(cost: u32, remaining: u32, impatience_shift: u32) -> u32 {
-    cost.saturating_add(remaining >> impatience_shift)
+pub(super) fn weighted(cost: u32, remaining: u32, weight_shift: u32) -> u32 {
+    cost.saturating_add(remaining >> weight_shift)
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +53,7 @@ pub(super) struct Label {
     /// The costmap has been asked about what leads here.
     pub(super) judged: bool,
     /// Which of its steps have been thought of.
-    pub(super) offered: Option<Offered>,
+    pub(super) expanded: Option<PartialExpansion>,
 }
 
 /// Cheapest first; among equals what is known for good, then the nearest to the end, then the newest.

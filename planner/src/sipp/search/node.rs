@@ -7,14 +7,14 @@ use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use rustc_hash::FxHashMap;
 
+use super::heuristic::Heuristic;
 use super::label::{Label, Step};
 use super::met::Met;
-use super::outlook::Outlook;
-use super::{Doubts, Scene};
+use super::{RefutedEdges, Scene};
 use crate::graph::agent::Errand;
 use crate::graph::roadmap::Vertex;
-use crate::graph::scratch::Sheet;
-use crate::sipp::conflicts::Crowd;
+use crate::graph::scratch::ScratchBuffer;
+use crate::sipp::conflicts::ReservationTable;
 
 /// A moment at which a place is known to be reached.
 #[derive(Clone, Copy, Debug)]
@@ -53,10 +53,10 @@ struct Hover {
 pub(super) struct Nodes<'a> {
     scene: Scene<'a>,
     errand: &'a Errand,
-    doubts: Rc<Doubts>,
-    outlook: Outlook<'a>,
+    refuted: Rc<RefutedEdges>,
+    heuristic: Heuristic<'a>,
     /// By stage and vertex, one more than the index of the node; 0: none.
-    flying: Sheet,
+    flying: ScratchBuffer,
     /// On the ground, where it starts, and after the last stage, where it ends.
     standing: FxHashMap<(Vertex, u16, bool), usize>,
     all: Vec<Node>,
@@ -70,15 +70,15 @@ impl<'a> Nodes<'a> {
     pub(super) fn new(
         scene: Scene<'a>,
         errand: &'a Errand,
-        doubts: Rc<Doubts>,
-        outlook: Outlook<'a>,
+        refuted: Rc<RefutedEdges>,
+        heuristic: Heuristic<'a>,
     ) -> Nodes<'a> {
         Nodes {
-            outlook,
+            heuristic,
             scene,
             errand,
-            doubts,
-            flying: Sheet::new(scene.roadmap.place_count() * errand.stages.len()),
+            refuted,
+            flying: ScratchBuffer::new(scene.roadmap.place_count() * errand.stages.len()),
             standing: FxHashMap::default(),
             all: Vec::new(),
             visits: Vec::new(),
@@ -114,7 +114,7 @@ impl<'a> Nodes<'a> {
     }
 
     fn add(&mut self, stage: u16, vertex: Vertex) {
-        let (remaining, is_final) = self.outlook.at_least(usize::from(stage), vertex);
+        let (remaining, is_final) = self.heuristic.at_least(usize::from(stage), vertex);
         self.all.push(Node {
             remaining,
             is_final,
@@ -137,10 +137,10 @@ impl<'a> Nodes<'a> {
         let known = self.all[node];
         if !known.is_final {
             let stage = usize::from(label.stage);
-            let (mut remaining, mut is_final) = self.outlook.at_least(stage, label.vertex);
+            let (mut remaining, mut is_final) = self.heuristic.at_least(stage, label.vertex);
             if !is_final && remaining <= known.remaining {
-                self.outlook.look_on(stage, label.vertex, LOOK_TICKS);
-                (remaining, is_final) = self.outlook.at_least(stage, label.vertex);
+                self.heuristic.look_on(stage, label.vertex, LOOK_TICKS);
+                (remaining, is_final) = self.heuristic.at_least(stage, label.vertex);
             }
             (self.all[node].remaining, self.all[node].is_final) = (remaining, is_final);
         }
@@ -148,8 +148,8 @@ impl<'a> Nodes<'a> {
     }
 
     /// What was looked ahead by, for the next search.
-    pub(super) fn into_outlook(self) -> Outlook<'a> {
-        self.outlook
+    pub(super) fn into_heuristic(self) -> Heuristic<'a> {
+        self.heuristic
     }
 
     pub(super) fn visit(&mut self, node: usize, label: &Label) {
@@ -207,8 +207,8 @@ impl<'a> Nodes<'a> {
         from: Tick,
         gives_way: impl Fn(DroneId) -> bool,
     ) -> (Tick, Tick) {
-        if let Some((crowd, class)) = self.crowd_at(label) {
-            return crowd.free_until(class, label.vertex, from, gives_way);
+        if let Some((reservations, class)) = self.reservations_at(label) {
+            return reservations.free_until(class, label.vertex, from, gives_way);
         }
         let hover = self.hover(node, label);
         if hover.breaks_zone.is_some() {
@@ -230,8 +230,8 @@ impl<'a> Nodes<'a> {
         [from, to]: [Tick; 2],
         verdict: &mut Verdict,
     ) {
-        if let Some((crowd, class)) = self.crowd_at(label) {
-            return crowd.stay(class, label.vertex, [from, to], verdict);
+        if let Some((reservations, class)) = self.reservations_at(label) {
+            return reservations.stay(class, label.vertex, [from, to], verdict);
         }
         let hover = self.hover(node, label);
         verdict.breaks_zone = verdict.breaks_zone.or(hover.breaks_zone);
@@ -240,13 +240,14 @@ impl<'a> Nodes<'a> {
     }
 
     /// What is known of a state's place in brief, if anything is.
-    fn crowd_at(&self, label: &Label) -> Option<(&'a Crowd<'a>, usize)> {
+    fn reservations_at(&self, label: &Label) -> Option<(&'a ReservationTable<'a>, usize)> {
         let stay = (label.vertex, label.vertex);
-        let crowd = self.scene.crowd?;
-        let known = !label.grounded && crowd.knows(label.vertex) && !self.doubts.contains(&stay);
+        let reservations = self.scene.reservations?;
+        let known =
+            !label.grounded && reservations.knows(label.vertex) && !self.refuted.contains(&stay);
         let kind = self.errand.kinds[usize::from(label.stage)];
-        let class = known.then(|| crowd.class(self.errand.drone, kind))?;
-        Some((crowd, class?))
+        let class = known.then(|| reservations.class(self.errand.drone, kind))?;
+        Some((reservations, class?))
     }
 
     fn hover(&mut self, node: usize, label: &Label) -> &Hover {

@@ -31,7 +31,7 @@ impl Search<'_> {
             paid: from.paid,
             met: from.met,
             judged: false,
-            offered: None,
+            expanded: None,
             ..*label
         });
     }
@@ -76,7 +76,7 @@ impl Search<'_> {
                 at,
                 parent: index,
                 judged: false,
-                offered: None,
+                expanded: None,
                 ..label
             });
         }

@@ -7,11 +7,11 @@ use costmap::leg::{KindId, Leg, Tick};
 use costmap::verdict::Verdict;
 use nalgebra::Point3;
 
-use super::label::{Label, Offered, Open, Step, hurried};
+use super::heuristic::Heuristic;
+use super::label::{Label, Open, PartialExpansion, Step, weighted};
 use super::met::Met;
 use super::node::Nodes;
-use super::outlook::Outlook;
-use super::{Doubts, Found, Obstruction, Obstructor, Scene};
+use super::{Found, Obstruction, Obstructor, RefutedEdges, Scene};
 use crate::graph::agent::Errand;
 use crate::graph::distances::UNREACHABLE;
 use crate::sipp::goal_occupancy::Stays;
@@ -19,7 +19,7 @@ use crate::sipp::goal_occupancy::Stays;
 pub(super) struct Search<'a> {
     pub(super) scene: Scene<'a>,
     pub(super) errand: &'a Errand,
-    pub(super) doubts: Rc<Doubts>,
+    pub(super) refuted: Rc<RefutedEdges>,
     pub(super) labels: Vec<Label>,
     pub(super) open: BinaryHeap<Open>,
     pub(super) nodes: Nodes<'a>,
@@ -29,7 +29,7 @@ pub(super) struct Search<'a> {
     pub(super) verdict: Verdict,
     pub(super) all: Verdict,
     pub(super) obstruction: Option<Obstruction>,
-    impatience_shift: u32,
+    weight_shift: u32,
     pub(super) expansions: u64,
 }
 
@@ -37,24 +37,24 @@ impl<'a> Search<'a> {
     pub(super) fn new(
         scene: Scene<'a>,
         errand: &'a Errand,
-        doubts: Rc<Doubts>,
-        outlook: Outlook<'a>,
+        refuted: Rc<RefutedEdges>,
+        heuristic: Heuristic<'a>,
         stays: Rc<Stays>,
-        impatience_shift: u32,
+        weight_shift: u32,
     ) -> Search<'a> {
         Search {
             scene,
             errand,
-            doubts: doubts.clone(),
+            refuted: refuted.clone(),
             labels: Vec::new(),
             open: BinaryHeap::new(),
-            nodes: Nodes::new(scene, errand, doubts, outlook),
+            nodes: Nodes::new(scene, errand, refuted, heuristic),
             met: Met::new(),
             stays,
             verdict: Verdict::default(),
             all: Verdict::default(),
             obstruction: None,
-            impatience_shift,
+            weight_shift,
             expansions: 0,
         }
     }
@@ -95,14 +95,14 @@ impl<'a> Search<'a> {
             parent: u32::MAX,
             met: 0,
             judged: true,
-            offered: None,
+            expanded: None,
         });
     }
 
     /// Counts what is left to fly one part in 2ⁿ more from here on. What is known stays known; what is open is put in the
     /// order that this makes.
-    pub(super) fn hurry(&mut self, impatience_shift: u32) {
-        self.impatience_shift = impatience_shift;
+    pub(super) fn reweigh(&mut self, weight_shift: u32) {
+        self.weight_shift = weight_shift;
         for open in std::mem::take(&mut self.open) {
             let label = self.labels[open.label as usize];
             let node = self.nodes.at(&label);
@@ -113,8 +113,8 @@ impl<'a> Search<'a> {
     fn take_turn(&mut self, open: Open) -> Option<Found> {
         let Open { label, total, .. } = open;
         let found = self.labels[label as usize];
-        if found.offered.is_some() {
-            self.offer(label, total);
+        if found.expanded.is_some() {
+            self.expand_partially(label, total);
             return None;
         }
         if found.step == Step::Later {
@@ -168,7 +168,7 @@ impl<'a> Search<'a> {
         let cost = self.cost(node, label)?;
         let remaining = self.nodes.remaining(node);
         Some(Open {
-            total: hurried(cost, remaining, self.impatience_shift),
+            total: weighted(cost, remaining, self.weight_shift),
             remaining,
             is_bound: !self.nodes.is_final(node),
             label: index,
@@ -237,14 +237,14 @@ impl<'a> Search<'a> {
             }),
             Some(_) => {}
         }
-        self.offer(index, total);
+        self.expand_partially(index, total);
         self.wait_for_stays(index);
     }
 
     /// Steps to neighbouring places that cost no more than this in all. The dearer ones have their turn
     /// when it comes to them: mostly never (partial expansion: T. Yoshizumi, T. Miura, T. Ishida, "A* with
     /// partial expansion for large branching factor problems", AAAI 2000).
-    fn offer(&mut self, index: u32, most: u32) {
+    fn expand_partially(&mut self, index: u32, most: u32) {
         let label = self.labels[index as usize];
         if usize::from(label.stage) == self.errand.stages.len() {
             return;
@@ -252,9 +252,9 @@ impl<'a> Search<'a> {
         let roadmap = self.scene.roadmap;
         let mut next = u32::MAX;
         // What was offered in less haste is offered whole.
-        let known = label.offered;
+        let known = label.expanded;
         let most = match known {
-            Some(known) if known.impatience_shift != self.impatience_shift => u32::MAX,
+            Some(known) if known.weight_shift != self.weight_shift => u32::MAX,
             _ => most,
         };
         let errand = self.errand;
@@ -266,7 +266,7 @@ impl<'a> Search<'a> {
             };
             // Mostly that alone is too dear.
             let remaining = self.nodes.remaining(node);
-            let total = hurried(least, remaining, self.impatience_shift);
+            let total = weighted(least, remaining, self.weight_shift);
             if total > most {
                 next = next.min(total);
                 return;
@@ -279,7 +279,7 @@ impl<'a> Search<'a> {
                 at,
                 parent: index,
                 judged: false,
-                offered: None,
+                expanded: None,
                 ..label
             };
             if self.nodes.is_covered(node, &step) {
@@ -288,7 +288,7 @@ impl<'a> Search<'a> {
             let Some(cost) = self.cost(node, &step) else {
                 return;
             };
-            let total = hurried(cost, remaining, self.impatience_shift);
+            let total = weighted(cost, remaining, self.weight_shift);
             if total > most {
                 next = next.min(total);
             } else if known.is_none_or(|known| known.leaves_out(cost, remaining)) {
@@ -301,9 +301,9 @@ impl<'a> Search<'a> {
                 self.labels.push(step);
             }
         });
-        self.labels[index as usize].offered = Some(Offered {
+        self.labels[index as usize].expanded = Some(PartialExpansion {
             upto: most,
-            impatience_shift: self.impatience_shift,
+            weight_shift: self.weight_shift,
         });
         if next < u32::MAX {
             let node = self.nodes.at(&label);

@@ -4,9 +4,9 @@
 //! backtracking for iterative multi-agent path finding", Artificial Intelligence 310, 2022), for drones that keep others out
 //! of more than their own place: one step may push several, so that what a push in vain has changed is taken back.
 
-use super::flock::{Flock, Whereabouts};
+use super::configuration::{AgentState, Configuration};
 use crate::graph::roadmap::Vertex;
-use crate::sipp::conflicts::abreast::{MOST_LOADS, STAYS};
+use crate::sipp::conflicts::synchronous::{MOST_LOADS, STAYS};
 
 /// Steps tried for one drone and all whom it pushes: chosen here, mostly a few are enough.
 const MOST_TRIES: u32 = 200;
@@ -14,8 +14,8 @@ const NOBODY: u32 = u32::MAX;
 
 /// Everybody's next step, as far as it is decided.
 pub(super) struct Round<'a> {
-    flock: &'a Flock<'a>,
-    now: &'a [Whereabouts],
+    configuration: &'a Configuration<'a>,
+    now: &'a [AgentState],
     /// By column of the floor, the first who is in it; by drone, the next in the same.
     first: Vec<u32>,
     next: Vec<u32>,
@@ -32,15 +32,21 @@ pub(super) struct Round<'a> {
 }
 
 impl<'a> Round<'a> {
-    pub(super) fn new(flock: &'a Flock<'a>, now: &'a [Whereabouts], random: u64) -> Round<'a> {
-        let [nx, ny, _] = flock.abreast.steps.counts();
+    pub(super) fn new(
+        configuration: &'a Configuration<'a>,
+        now: &'a [AgentState],
+        random: u64,
+    ) -> Round<'a> {
+        let [nx, ny, _] = configuration.synchronous.steps.counts();
         let mut round = Round {
-            flock,
+            configuration,
             now,
             first: vec![NOBODY; nx * ny],
             next: vec![NOBODY; now.len()],
             ways: vec![STAYS as u8; now.len()],
-            decided: (0..now.len()).map(|drone| flock.is_fixed(drone)).collect(),
+            decided: (0..now.len())
+                .map(|drone| configuration.is_fixed(drone))
+                .collect(),
             stuck: vec![false; now.len()],
             loads: vec![0; now.len()],
             trail: Vec::new(),
@@ -99,13 +105,18 @@ impl<'a> Round<'a> {
 
     /// What a drone could do, nearest to its goal first, then what pushes nobody.
     fn options(&mut self, drone: usize) -> [Option<u8>; 7] {
-        let (flock, at) = (self.flock, self.now[drone]);
+        let (configuration, at) = (self.configuration, self.now[drone]);
         let mut keyed = [(u32::MAX, true, 0, 0); 7];
         let mut count = 0;
-        flock.options(drone, &at, |way, to| {
+        configuration.options(drone, &at, |way, to| {
             let is_taken = to != at.place && self.is_taken(drone, to);
-            let dice = self.dice();
-            keyed[count] = (flock.steps_from(drone, &at, to), is_taken, dice, way as u8);
+            let tie_break = self.tie_break();
+            keyed[count] = (
+                configuration.steps_from(drone, &at, to),
+                is_taken,
+                tie_break,
+                way as u8,
+            );
             count += 1;
         });
         keyed[..count].sort_unstable();
@@ -118,7 +129,7 @@ impl<'a> Round<'a> {
         first != NOBODY && (first as usize != drone || self.next[drone] != NOBODY)
     }
 
-    fn dice(&mut self) -> u32 {
+    fn tie_break(&mut self) -> u32 {
         // Xorshift: G. Marsaglia, "Xorshift RNGs", Journal of Statistical Software 8, 2003.
         self.random ^= self.random << 13;
         self.random ^= self.random >> 7;
@@ -183,11 +194,11 @@ impl<'a> Round<'a> {
 
     /// Calls `f` with everybody to whom a step of this drone could matter, and what the two do to one another.
     fn around(&self, drone: usize, way: usize, mut f: impl FnMut(usize, Option<[u8; 2]>)) {
-        let (flock, abreast) = (self.flock, self.flock.abreast);
-        let mine = flock.pace(drone, &self.now[drone], way);
-        let [nx, ny, _] = abreast.steps.counts();
-        for class in 0..abreast.steps.class_count() {
-            for aside in abreast.near(mine.class, class, way) {
+        let (configuration, synchronous) = (self.configuration, self.configuration.synchronous);
+        let mine = configuration.pace(drone, &self.now[drone], way);
+        let [nx, ny, _] = synchronous.steps.counts();
+        for class in 0..synchronous.steps.class_count() {
+            for aside in synchronous.near(mine.class, class, way) {
                 let [i, j] = [mine.at[0] + aside[0], mine.at[1] + aside[1]];
                 if i < 0 || j < 0 || i as usize >= nx || j as usize >= ny {
                     continue;
@@ -200,9 +211,9 @@ impl<'a> Round<'a> {
                         continue;
                     }
                     let others = usize::from(self.ways[index]);
-                    let theirs = flock.pace(index, &self.now[index], others);
+                    let theirs = configuration.pace(index, &self.now[index], others);
                     if theirs.class == class {
-                        f(index, abreast.meet(&mine, &theirs, [way, others]));
+                        f(index, synchronous.meet(&mine, &theirs, [way, others]));
                     }
                 }
             }

@@ -6,7 +6,7 @@ use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::Verdict;
 
-use super::{Attempt, Paths, Stranded};
+use super::{Attempt, FailureKind, Paths};
 use crate::plan::outcome::{Control, Effort};
 use crate::sipp::search::{IMMOVABLE, Path};
 use crate::solver::prepare::Job;
@@ -74,7 +74,7 @@ pub(crate) fn plan_affected(
         attempt.weights[drone.0 as usize] = IMMOVABLE;
         attempt.paths[drone.0 as usize] = None;
         attempt.costmap.remove(drone);
-        attempt.strand(drone, Stranded::Stopped, &mut queue);
+        attempt.leave_unplanned(drone, FailureKind::Stopped, &mut queue);
     }
     for &drone in group {
         attempt.costmap.remove(drone);
@@ -84,7 +84,7 @@ pub(crate) fn plan_affected(
     }
     attempt.run(queue);
     attempt
-        .stranded
+        .unplanned
         .retain(|(drone, _)| !settled.contains(drone));
     for (index, path) in attempt.paths.iter_mut().enumerate() {
         // Those who never had to give way.

@@ -7,7 +7,7 @@ use costmap::leg::DroneId;
 use costmap::verdict::{Blocker, Verdict};
 use rayon::prelude::*;
 
-use super::{Attempt, Stranded};
+use super::{Attempt, FailureKind};
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::outcome::Progress;
 use crate::sipp::search::{Found, IMMOVABLE, Path, Scene, Searched, search};
@@ -33,7 +33,7 @@ impl Attempt<'_> {
                 return false;
             }
             if (self.control.stop)() {
-                self.wind_up(queue);
+                self.finalise(queue);
                 return true;
             }
             let batch = self.next_batch(&mut queue, most);
@@ -78,7 +78,7 @@ impl Attempt<'_> {
                 evictions: self.effort.evictions,
             });
         }
-        self.rescue();
+        self.retry();
         true
     }
 
@@ -92,7 +92,7 @@ impl Attempt<'_> {
                 continue;
             }
             if self.errands[drone.0 as usize].alone_ticks == UNREACHABLE {
-                self.strand(drone, Stranded::NoWay, queue);
+                self.leave_unplanned(drone, FailureKind::NoWay, queue);
                 continue;
             }
             batch.push(drone);
@@ -117,13 +117,13 @@ impl Attempt<'_> {
         match searched.found {
             // It waits for the next look at whether to stop.
             Found::Stopped => queue.push_front(drone),
-            Found::Blocked(by) => self.strand(drone, Stranded::Obstructed(by), queue),
+            Found::Blocked(by) => self.leave_unplanned(drone, FailureKind::Obstructed(by), queue),
             Found::Path(path) => {
-                let (is_as_thought, is_borne) = rayon::join(
+                let (is_valid, is_borne) = rayon::join(
                     || is_first || self.meets_only_those_it_knows(drone, &path),
                     || self.is_borne(drone, &path),
                 );
-                if !is_as_thought {
+                if !is_valid {
                     return false;
                 }
                 for &met in &path.met {

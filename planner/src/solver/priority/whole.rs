@@ -3,14 +3,14 @@
 use costmap::costmap::Costmap;
 use costmap::leg::DroneId;
 
+use super::by_pibt::plan_by_pibt;
 use super::order::order_of;
-use super::together::plan_together;
-use super::{Attempt, Paths, Stranded};
+use super::{Attempt, FailureKind, Paths};
 use crate::graph::agent::Errand;
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::outcome::{Control, Effort};
 use crate::scenario::world::Planning;
-use crate::sipp::conflicts::{Crowd, Steps};
+use crate::sipp::conflicts::{ReservationTable, Steps};
 use crate::sipp::search::IMMOVABLE;
 use crate::solver::density::Density;
 use crate::solver::prepare::Job;
@@ -29,7 +29,7 @@ pub(crate) fn plan_fleet(
     job: &Job,
     costmap: &Costmap,
     steps: Option<&Steps>,
-    excluded: &[(DroneId, Stranded)],
+    excluded: &[(DroneId, FailureKind)],
     planning: &Planning,
     control: &Control<'_>,
     effort: &mut Effort,
@@ -44,7 +44,7 @@ pub(crate) fn plan_fleet(
         control,
     };
     let has_all = |best: &Option<Paths>| {
-        let left_out = best.as_ref().map(|paths| paths.stranded.len());
+        let left_out = best.as_ref().map(|paths| paths.unplanned.len());
         left_out == Some(hopeless)
     };
     let better = |one: Option<Paths>, other| one.into_iter().chain(other).min_by_key(score);
@@ -52,13 +52,13 @@ pub(crate) fn plan_fleet(
     let is_crowded = wakes && Density::of_goals(job).share() > CROWDED_SHARE;
     let mut best = None;
     if is_crowded {
-        best = plan_together(&setting, effort);
+        best = plan_by_pibt(&setting, effort);
     }
     for order in 0..ORDERS {
         let found = setting.in_order(order, best.is_some(), effort);
         best = better(best, found);
         if order == 0 && !is_crowded && !has_all(&best) && !(control.stop)() {
-            best = better(best, plan_together(&setting, effort));
+            best = better(best, plan_by_pibt(&setting, effort));
         }
         if has_all(&best) || (control.stop)() {
             break;
@@ -66,10 +66,10 @@ pub(crate) fn plan_fleet(
     }
     let best = best.unwrap_or_else(|| Paths {
         paths: Vec::new(),
-        stranded: Vec::new(),
+        unplanned: Vec::new(),
         costmap: costmap.clone(),
     });
-    if best.stranded.len() == hopeless && (control.improve)() {
+    if best.unplanned.len() == hopeless && (control.improve)() {
         setting.improved(best, effort)
     } else {
         best
@@ -82,7 +82,7 @@ pub(super) struct Setting<'a> {
     /// With nobody in it.
     pub(super) costmap: &'a Costmap,
     pub(super) steps: Option<&'a Steps>,
-    pub(super) excluded: &'a [(DroneId, Stranded)],
+    pub(super) excluded: &'a [(DroneId, FailureKind)],
     pub(super) planning: &'a Planning,
     pub(super) control: &'a Control<'a>,
 }
@@ -104,14 +104,14 @@ impl Setting<'_> {
     /// The same plan, better by as much as there is time for.
     fn improved(&self, paths: Paths, effort: &mut Effort) -> Paths {
         let mut attempt = self.attempt(paths.costmap, effort);
-        for (drone, _) in &paths.stranded {
+        for (drone, _) in &paths.unplanned {
             attempt.weights[drone.0 as usize] = IMMOVABLE;
         }
         for errand in self.job.errands.iter().filter(|errand| errand.stays()) {
             attempt.weights[errand.drone.0 as usize] = IMMOVABLE;
         }
-        (attempt.paths, attempt.stranded) = (paths.paths, paths.stranded);
-        attempt.improve_while_there_is_time();
+        (attempt.paths, attempt.unplanned) = (paths.paths, paths.unplanned);
+        attempt.improve_by_lns();
         attempt.into_paths()
     }
 
@@ -126,12 +126,14 @@ impl Setting<'_> {
             self.control,
             effort,
         );
-        attempt.crowd = self.steps.map(|steps| Crowd::new(steps, &attempt.costmap));
+        attempt.reservations = self
+            .steps
+            .map(|steps| ReservationTable::new(steps, &attempt.costmap));
         attempt
     }
 }
 
-pub(super) fn known_hopeless(job: &Job, excluded: &[(DroneId, Stranded)]) -> usize {
+pub(super) fn known_hopeless(job: &Job, excluded: &[(DroneId, FailureKind)]) -> usize {
     let unreachable = |errand: &&Errand| {
         errand.alone_ticks == UNREACHABLE
             && !excluded.iter().any(|(drone, _)| *drone == errand.drone)
@@ -143,5 +145,5 @@ pub(super) fn known_hopeless(job: &Job, excluded: &[(DroneId, Stranded)]) -> usi
 fn score(paths: &Paths) -> (usize, u64) {
     let known = paths.paths.iter().flatten();
     let arrivals = known.map(|path| u64::from(path.arrives.0));
-    (paths.stranded.len(), arrivals.sum())
+    (paths.unplanned.len(), arrivals.sum())
 }

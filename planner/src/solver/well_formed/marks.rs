@@ -3,8 +3,8 @@
 use super::Endpoint;
 use crate::graph::roadmap::Vertex;
 use crate::plan::outcome::{Offence, OffenceKind};
-use crate::sipp::conflicts::abreast::{Abreast, FORWARDS, MOST_LOADS, STAYS, WAYS};
 use crate::sipp::conflicts::steps::Pace;
+use crate::sipp::conflicts::synchronous::{FORWARDS, MOST_LOADS, STAYS, SynchronousSteps, WAYS};
 use crate::solver::prepare::Job;
 
 /// A place, and the steps from it to the next place along x, y and z.
@@ -30,7 +30,7 @@ impl Marks {
     /// Also says whose goals and others' starts exclude one another.
     pub(super) fn new(
         job: &Job,
-        abreast: &Abreast<'_>,
+        synchronous: &SynchronousSteps<'_>,
         ends: &[Endpoint],
     ) -> (Marks, Vec<Offence>) {
         let lattice = job.roadmap.lattice();
@@ -38,7 +38,7 @@ impl Marks {
         let mut offences = Vec::new();
         let mut filled = vec![0; ends.len()];
         for index in 0..ends.len() {
-            columns.around(abreast, index, |other, met| {
+            columns.around(synchronous, index, |other, met| {
                 let (end, other) = (&ends[index], &ends[other]);
                 match met {
                     Some([on_me, _]) => filled[index] += i32::from(on_me),
@@ -51,7 +51,7 @@ impl Marks {
                 }
             });
         }
-        let classes = abreast.steps.class_count();
+        let classes = synchronous.steps.class_count();
         let slots = SLOTS * lattice.place_count();
         let mut marks = Marks {
             closers: vec![vec![[NOBODY; 2]; slots]; classes],
@@ -59,7 +59,7 @@ impl Marks {
         for class in 0..classes {
             let mut loads = vec![0_u16; slots];
             let beside: Vec<Vec<_>> = (0..classes)
-                .map(|hovering| abreast.beside(class, hovering).collect())
+                .map(|hovering| synchronous.beside(class, hovering).collect())
                 .collect();
             for (end, filled) in ends.iter().zip(&filled) {
                 let there = lattice.steps(end.place);
@@ -80,7 +80,7 @@ impl Marks {
                         at,
                         by: WAYS[way],
                     };
-                    match abreast.meet(&passes, &hovers, [way, STAYS]) {
+                    match synchronous.meet(&passes, &hovers, [way, STAYS]) {
                         Some([on_me, on_them]) => {
                             loads[slot] = loads[slot].saturating_add(u16::from(on_me));
                             if on_them > 0 && filled + i32::from(on_them) > MOST_LOADS {
@@ -165,7 +165,7 @@ impl<'a> Columns<'a> {
     /// Calls `f` with all endpoints of others near one of them, and what hovering at both does.
     fn around(
         &self,
-        abreast: &Abreast<'_>,
+        synchronous: &SynchronousSteps<'_>,
         index: usize,
         mut f: impl FnMut(usize, Option<[u8; 2]>),
     ) {
@@ -176,8 +176,8 @@ impl<'a> Columns<'a> {
         };
         let mine = pace(index);
         let [nx, ny, _] = self.counts;
-        for class in 0..abreast.steps.class_count() {
-            for aside in abreast.near(mine.class, class, STAYS) {
+        for class in 0..synchronous.steps.class_count() {
+            for aside in synchronous.near(mine.class, class, STAYS) {
                 let [i, j] = [mine.at[0] + aside[0], mine.at[1] + aside[1]];
                 if i < 0 || j < 0 || i as usize >= nx || j as usize >= ny {
                     continue;
@@ -186,7 +186,7 @@ impl<'a> Columns<'a> {
                     let other = other as usize;
                     let theirs = pace(other);
                     if theirs.class == class && self.ends[other].drone != self.ends[index].drone {
-                        f(other, abreast.meet(&mine, &theirs, [STAYS; 2]));
+                        f(other, synchronous.meet(&mine, &theirs, [STAYS; 2]));
                     }
                 }
             }

@@ -10,7 +10,7 @@ use super::marks::{Marks, is_free, others};
 use crate::graph::agent::Errand;
 use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Roadmap, Vertex};
-use crate::sipp::conflicts::abreast::{AMONG_NEIGHBOURS, BACK, FORWARDS};
+use crate::sipp::conflicts::synchronous::{AMONG_NEIGHBOURS, BACK, FORWARDS};
 
 /// Places of a room that is looked around in for whoever encloses it: chosen here, a pocket has a few, and who stands
 /// around a hall says nothing.

@@ -147,7 +147,7 @@ fn who_is_said_not_to_wait_has_a_way_past_everybody_at_start_and_goal_at_once() 
             let scene = Scene {
                 roadmap: &job.roadmap,
                 costmap: &costmap,
-                crowd: None,
+                reservations: None,
                 weights: &weights,
                 under_way: &[],
                 energy_weight: 0.0,

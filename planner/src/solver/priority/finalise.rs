@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use costmap::leg::DroneId;
 
-use super::{Attempt, Stranded};
+use super::{Attempt, FailureKind};
 use crate::sipp::search::{Found, IMMOVABLE, Scene, search};
 
 /// States of all searches after the stop: chosen here, about a second of work.
@@ -17,11 +17,11 @@ const MOST_EVICTIONS: u32 = 4;
 
 impl Attempt<'_> {
     /// Leaves those in the queue at their starts, and as few others as a second allows.
-    pub(super) fn wind_up(&mut self, waiting: VecDeque<DroneId>) {
+    pub(super) fn finalise(&mut self, waiting: VecDeque<DroneId>) {
         let mut displaced = VecDeque::new();
         for drone in waiting {
             if self.weights[drone.0 as usize] != IMMOVABLE {
-                self.strand(drone, Stranded::Stopped, &mut displaced);
+                self.leave_unplanned(drone, FailureKind::Stopped, &mut displaced);
             }
         }
         let immovable = vec![IMMOVABLE; self.weights.len()];
@@ -52,7 +52,7 @@ impl Attempt<'_> {
                     continue;
                 }
             }
-            self.strand(drone, Stranded::Stopped, &mut displaced);
+            self.leave_unplanned(drone, FailureKind::Stopped, &mut displaced);
         }
     }
 }

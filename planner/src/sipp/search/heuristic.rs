@@ -12,10 +12,10 @@ use super::Scene;
 use crate::graph::agent::{Errand, Stage};
 use crate::graph::distances::{Backwards, Floor, UNREACHABLE};
 use crate::graph::roadmap::{Roadmap, Vertex};
-use crate::sipp::conflicts::Crowd;
+use crate::sipp::conflicts::ReservationTable;
 
 /// What a search looks ahead by.
-pub(super) struct Outlook<'a> {
+pub(super) struct Heuristic<'a> {
     scene: Scene<'a>,
     errand: &'a Errand,
     /// By stage, where it pays.
@@ -42,19 +42,19 @@ impl<'a> Ahead<'a> {
     /// From a place to a task, from a moment on.
     fn new(
         roadmap: &'a Roadmap,
-        (crowd, class): (&'a Crowd<'a>, usize),
+        (reservations, class): (&'a ReservationTable<'a>, usize),
         stage: &Stage,
         from: Vertex,
         begins: u32,
     ) -> Ahead<'a> {
-        let columns = crowd.closed_columns(class);
+        let columns = reservations.closed_columns(class);
         let floor = columns.and_then(|columns| {
             let floor = stage.distances.floor(roadmap, from)?;
             Some((Map::Floor(floor), columns))
         });
         let air = || {
             let backwards = stage.distances.backwards(roadmap, from);
-            (Map::Air(backwards), crowd.closed_from(class))
+            (Map::Air(backwards), reservations.closed_from(class))
         };
         let (map, closed) = floor.unwrap_or_else(air);
         Ahead {
@@ -65,10 +65,10 @@ impl<'a> Ahead<'a> {
     }
 }
 
-impl<'a> Outlook<'a> {
+impl<'a> Heuristic<'a> {
     /// As if nobody were there.
-    pub(super) fn plain(scene: Scene<'a>, errand: &'a Errand) -> Outlook<'a> {
-        Outlook {
+    pub(super) fn plain(scene: Scene<'a>, errand: &'a Errand) -> Heuristic<'a> {
+        Heuristic {
             scene,
             errand,
             stages: Vec::new(),
@@ -76,34 +76,34 @@ impl<'a> Outlook<'a> {
     }
 
     /// Around those who stay, but for detours that are dearer than making one of them give way.
-    pub(super) fn new(scene: Scene<'a>, errand: &'a Errand) -> Outlook<'a> {
-        let mut outlook = Outlook::plain(scene, errand);
-        let patience = scene.weights.iter().copied().min().unwrap_or(0);
-        let Some(crowd) = scene.crowd.filter(|_| scene.detours) else {
-            return outlook;
+    pub(super) fn new(scene: Scene<'a>, errand: &'a Errand) -> Heuristic<'a> {
+        let mut heuristic = Heuristic::plain(scene, errand);
+        let least_weight = scene.weights.iter().copied().min().unwrap_or(0);
+        let Some(reservations) = scene.reservations.filter(|_| scene.detours) else {
+            return heuristic;
         };
         let mut begins = errand.departs.0;
         let mut from = errand.start;
         for (index, stage) in errand.stages.iter().enumerate() {
-            let class = crowd.class(errand.drone, errand.kinds[index]);
-            let ahead =
-                class.map(|class| Ahead::new(scene.roadmap, (crowd, class), stage, from, begins));
-            outlook.stages.push(ahead);
+            let class = reservations.class(errand.drone, errand.kinds[index]);
+            let ahead = class
+                .map(|class| Ahead::new(scene.roadmap, (reservations, class), stage, from, begins));
+            heuristic.stages.push(ahead);
             let plain = match errand.stages.len() {
                 // Known, but for air in zones, and then there is no crowd.
                 1 => errand.alone_ticks.saturating_sub(stage.rest_ticks),
                 _ => stage.distances.ticks(scene.roadmap, from),
             };
-            let past = outlook.settled(index, from);
-            if past.saturating_sub(stage.rest_ticks) > plain.saturating_add(patience) {
-                outlook.stages[index] = None;
+            let past = heuristic.settled(index, from);
+            if past.saturating_sub(stage.rest_ticks) > plain.saturating_add(least_weight) {
+                heuristic.stages[index] = None;
             }
             begins = begins
                 .saturating_add(plain)
                 .saturating_add(stage.dwell_ticks);
             from = stage.distances.goal();
         }
-        outlook
+        heuristic
     }
 
     /// Ticks from a place to the end of the last dwell at least, and whether that is final.

@@ -29,7 +29,7 @@ struct Before {
 
 impl Attempt<'_> {
     /// Makes a plan in which everybody has a way better for as long as the caller says, and notes by how much.
-    pub(super) fn improve_while_there_is_time(&mut self) {
+    pub(super) fn improve_by_lns(&mut self) {
         (self.control.progress)(Progress::Improving);
         let before = self.sum_of_arrivals();
         self.improve(self.control.improve);

@@ -43,7 +43,7 @@ const fn among_neighbours() -> [usize; 7] {
 
 /// What such steps do to one another.
 #[derive(Debug)]
-pub(crate) struct Abreast<'a> {
+pub(crate) struct SynchronousSteps<'a> {
     pub(crate) steps: &'a Steps,
     /// `[class][other class]`.
     pairs: Vec<Pair>,
@@ -67,9 +67,9 @@ pub(crate) const MOST_LOADS: i32 = 150;
 
 const TOO_NEAR: [u8; 2] = [u8::MAX; 2];
 
-impl<'a> Abreast<'a> {
-    pub(crate) fn new(steps: &'a Steps) -> Abreast<'a> {
-        Abreast {
+impl<'a> SynchronousSteps<'a> {
+    pub(crate) fn new(steps: &'a Steps) -> SynchronousSteps<'a> {
+        SynchronousSteps {
             steps,
             pairs: steps.shapes.iter().map(Pair::new).collect(),
         }
@@ -131,7 +131,7 @@ impl Pair {
                 for dz in -layers..=layers {
                     for dy in -reach..=reach {
                         for dx in -reach..=reach {
-                            let met = shape.abreast([way, others], [dx, dy, dz]);
+                            let met = shape.synchronous([way, others], [dx, dy, dz]);
                             if met != Some([0; 2]) && !own.contains(&[dx, dy]) {
                                 own.push([dx, dy]);
                             }

@@ -7,12 +7,12 @@ use super::{Attempt, Paths, stays_at_start};
 use crate::graph::agent::Errand;
 use crate::graph::roadmap::Roadmap;
 use crate::plan::outcome::Effort;
-use crate::sipp::conflicts::Crowd;
+use crate::sipp::conflicts::ReservationTable;
 use crate::sipp::search::{IMMOVABLE, Path};
-use crate::solver::pibt::step_together;
+use crate::solver::pibt::run_pibt;
 
 /// Ways for everybody but those who are excluded, or `None`.
-pub(super) fn plan_together(setting: &Setting<'_>, effort: &mut Effort) -> Option<Paths> {
+pub(super) fn plan_by_pibt(setting: &Setting<'_>, effort: &mut Effort) -> Option<Paths> {
     let Setting {
         job,
         costmap,
@@ -26,11 +26,11 @@ pub(super) fn plan_together(setting: &Setting<'_>, effort: &mut Effort) -> Optio
     }
     let fixed: Vec<DroneId> = excluded.iter().map(|(drone, _)| *drone).collect();
     let seed = setting.planning.seed;
-    let together = step_together(job, costmap, steps, &fixed, seed, control, effort)?;
+    let run = run_pibt(job, costmap, steps, &fixed, seed, control, effort)?;
     let most = effort.expansions + MOST_EXPANSIONS_A_DRONE * job.errands.len() as u64;
     let mut attempt = Attempt::new(
         &job.roadmap,
-        &together.errands,
+        &run.errands,
         costmap.clone(),
         setting.planning.energy_weight,
         control,
@@ -38,13 +38,13 @@ pub(super) fn plan_together(setting: &Setting<'_>, effort: &mut Effort) -> Optio
     );
     attempt.gives_up_at = Some(most);
     attempt.detours = false;
-    attempt.crowd = Some(Crowd::new(steps, costmap));
+    attempt.reservations = Some(ReservationTable::new(steps, costmap));
     let mut waiting = Vec::new();
-    for (index, errand) in together.errands.iter().enumerate() {
-        if together.fixed[index] {
+    for (index, errand) in run.errands.iter().enumerate() {
+        if run.fixed[index] {
             attempt.reserve(vec![stays_at_start(errand, &job.roadmap)]);
             attempt.weights[index] = IMMOVABLE;
-        } else if together.home[index] {
+        } else if run.home[index] {
             let legs = vec![stays(errand, &job.roadmap)];
             attempt.reserve(legs.clone());
             attempt.paths[index] = Some(Path {
@@ -58,22 +58,22 @@ pub(super) fn plan_together(setting: &Setting<'_>, effort: &mut Effort) -> Optio
     }
     waiting.sort_unstable();
     let is_through = attempt.run(waiting.into_iter().map(|(_, drone)| drone).collect());
-    if !is_through || !attempt.stranded.is_empty() {
+    if !is_through || !attempt.unplanned.is_empty() {
         return None;
     }
     let moved = |(path, errand): (Option<Path>, &Errand)| {
         path.filter(|path| path.legs != [stays(errand, &job.roadmap)])
     };
-    let planned = attempt.paths.into_iter().zip(&together.errands).map(moved);
+    let planned = attempt.paths.into_iter().zip(&run.errands).map(moved);
     let planned = planned.collect();
-    let (paths, costmap) = together.whole(job, costmap, planned)?;
+    let (paths, costmap) = run.whole(job, costmap, planned)?;
     let mut paths: Vec<Option<Path>> = paths.into_iter().map(Some).collect();
     for (drone, _) in excluded {
         paths[drone.0 as usize] = None;
     }
     Some(Paths {
         paths,
-        stranded: excluded.to_vec(),
+        unplanned: excluded.to_vec(),
         costmap,
     })
 }
@@ -142,7 +142,7 @@ mod tests {
             control: &Control::QUIET,
         };
         let mut effort = Effort::default();
-        let paths = plan_together(&setting, &mut effort).expect("everybody comes home");
+        let paths = plan_by_pibt(&setting, &mut effort).expect("everybody comes home");
         assert!(effort.rounds > 0);
         let report = verify(&assemble(&world, &job, &paths));
         assert!(report.violations.is_empty(), "{:#?}", report.violations);

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use super::far::Far;
 use crate::graph::agent::Errand;
 use crate::graph::roadmap::{Roadmap, Vertex};
-use crate::sipp::conflicts::abreast::{AMONG_NEIGHBOURS, Abreast, STAYS, WAYS};
 use crate::sipp::conflicts::steps::Pace;
+use crate::sipp::conflicts::synchronous::{AMONG_NEIGHBOURS, STAYS, SynchronousSteps, WAYS};
 use crate::solver::prepare::Job;
 
 /// Places times goals; fleets with more are not planned together. Chosen here: half a gigabyte where there are obstacles, none where not.
@@ -17,7 +17,7 @@ const MOST_ENTRIES: usize = 256 << 20;
 
 /// Where a drone is between two steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Whereabouts {
+pub(super) struct AgentState {
     pub(super) place: Vertex,
     /// Which of its tasks it is on the way to.
     pub(super) stage: u16,
@@ -43,24 +43,24 @@ struct Member {
 }
 
 /// Everybody.
-pub(super) struct Flock<'a> {
+pub(super) struct Configuration<'a> {
     roadmap: &'a Roadmap,
-    pub(super) abreast: &'a Abreast<'a>,
+    pub(super) synchronous: &'a SynchronousSteps<'a>,
     members: Vec<Member>,
 }
 
-impl<'a> Flock<'a> {
+impl<'a> Configuration<'a> {
     /// `None` where somebody's way is not one along the lattice from the beginning to the end.
     pub(super) fn new(
         job: &'a Job,
-        abreast: &'a Abreast<'a>,
+        synchronous: &'a SynchronousSteps<'a>,
         fixed: &[bool],
         step_ticks: u32,
-    ) -> Option<Flock<'a>> {
+    ) -> Option<Configuration<'a>> {
         let roadmap = &job.roadmap;
         let members = job.errands.iter().zip(fixed);
         let members = members
-            .map(|(errand, fixed)| member(roadmap, abreast.steps, errand, *fixed, step_ticks));
+            .map(|(errand, fixed)| member(roadmap, synchronous.steps, errand, *fixed, step_ticks));
         let mut members: Vec<Member> = members.collect::<Option<_>>()?;
         let of_member = |member: &Member| {
             let radius = member.radius_m.to_bits();
@@ -86,9 +86,9 @@ impl<'a> Flock<'a> {
                 member.after[stage - 1] = steps + member.after[stage];
             }
         }
-        Some(Flock {
+        Some(Configuration {
             roadmap,
-            abreast,
+            synchronous,
             members,
         })
     }
@@ -103,9 +103,9 @@ impl<'a> Flock<'a> {
     }
 
     /// Where everybody is at first.
-    pub(super) fn starts(&self, errands: &[Errand]) -> Vec<Whereabouts> {
+    pub(super) fn starts(&self, errands: &[Errand]) -> Vec<AgentState> {
         let start = |(drone, errand): (usize, &Errand)| {
-            let at = Whereabouts {
+            let at = AgentState {
                 place: errand.start,
                 stage: 0,
                 rest: 0,
@@ -116,24 +116,24 @@ impl<'a> Flock<'a> {
     }
 
     /// Whether a drone is where it stays for ever.
-    pub(super) fn is_home(&self, drone: usize, at: &Whereabouts) -> bool {
+    pub(super) fn is_home(&self, drone: usize, at: &AgentState) -> bool {
         let member = &self.members[drone];
         usize::from(at.stage) + 1 == member.goals.len() && Some(&at.place) == member.goals.last()
     }
 
     /// Steps to the drone's last task past all before it, with nobody else there.
-    pub(super) fn steps_left(&self, drone: usize, at: &Whereabouts) -> u32 {
+    pub(super) fn steps_left(&self, drone: usize, at: &AgentState) -> u32 {
         let after = self.members[drone].after[usize::from(at.stage)];
         self.steps_from(drone, at, at.place) + after
     }
 
     /// Steps to its next task from a place nearby.
-    pub(super) fn steps_from(&self, drone: usize, at: &Whereabouts, place: Vertex) -> u32 {
+    pub(super) fn steps_from(&self, drone: usize, at: &AgentState, place: Vertex) -> u32 {
         self.members[drone].far[usize::from(at.stage)].steps(self.roadmap.lattice(), place)
     }
 
     /// A drone as others meet it.
-    pub(super) fn pace(&self, drone: usize, at: &Whereabouts, way: usize) -> Pace {
+    pub(super) fn pace(&self, drone: usize, at: &AgentState, way: usize) -> Pace {
         let classes = &self.members[drone].classes;
         let stage = usize::from(at.stage) + usize::from(at.rest > 0);
         Pace {
@@ -144,7 +144,7 @@ impl<'a> Flock<'a> {
     }
 
     /// Calls `f` with all that a drone could do next, and with where it would be.
-    pub(super) fn options(&self, drone: usize, at: &Whereabouts, mut f: impl FnMut(usize, Vertex)) {
+    pub(super) fn options(&self, drone: usize, at: &AgentState, mut f: impl FnMut(usize, Vertex)) {
         let member = &self.members[drone];
         f(STAYS, at.place);
         if member.is_fixed || at.rest > 0 {
@@ -161,22 +161,22 @@ impl<'a> Flock<'a> {
     }
 
     /// Where a drone is after a step.
-    pub(super) fn after(&self, drone: usize, at: &Whereabouts, way: usize) -> Whereabouts {
+    pub(super) fn after(&self, drone: usize, at: &AgentState, way: usize) -> AgentState {
         if at.rest > 0 {
             let rest = at.rest - 1;
             let stage = at.stage + u16::from(rest == 0);
-            return Whereabouts { stage, rest, ..*at };
+            return AgentState { stage, rest, ..*at };
         }
         let stride = match way {
             STAYS => 0,
             _ => self.roadmap.lattice().strides()[AMONG_NEIGHBOURS[way]],
         };
         let place = at.place.wrapping_add_signed(stride);
-        self.arrived(drone, Whereabouts { place, ..*at })
+        self.arrived(drone, AgentState { place, ..*at })
     }
 
     /// The next task, if this one is reached.
-    fn arrived(&self, drone: usize, at: Whereabouts) -> Whereabouts {
+    fn arrived(&self, drone: usize, at: AgentState) -> AgentState {
         let member = &self.members[drone];
         let mut at = at;
         while usize::from(at.stage) + 1 < member.goals.len()
