@@ -8,7 +8,7 @@ use diagnosis::campaign::{CampaignFinding, diagnose_campaign};
 use serde::Serialize;
 use tools::real_flights::{self, DRONES, HARDWARE, NORMAL, QUESTIONS, Question, SWARM, Set};
 use validation::folder;
-use validation::metrics::{LONG_SAMPLES, Mark, Marks};
+use validation::metrics::{LONG_SAMPLES, Metric, Metrics};
 use validation::{Answer as Given, Case};
 
 use crate::commands::diagnose;
@@ -53,9 +53,9 @@ struct Printed<'a> {
     seed: u64,
     count: usize,
     reached: bool,
-    marks: Vec<Mark>,
+    marks: Vec<Metric>,
     #[serde(flatten)]
-    all: &'a Marks,
+    all: &'a Metrics,
 }
 
 /// Answers no where a mark is missed.
@@ -85,7 +85,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         seed,
         count,
         reached: marks.are_reached(),
-        marks: marks.marks(),
+        marks: marks.metrics(),
         all: &marks,
     };
     let text = text(seed, &marks);
@@ -128,7 +128,7 @@ fn flights(folder: &Path) -> Result<Answer, Failure> {
 
 /// Side by side, recordings take one another's time: the slowest of the long ones once more, alone, by the time that processors spend
 /// on it, which other programs do not change.
-fn time(seed: u64, marks: &Marks) -> String {
+fn time(seed: u64, marks: &Metrics) -> String {
     let long = marks
         .cases
         .iter()
@@ -157,7 +157,7 @@ fn time(seed: u64, marks: &Marks) -> String {
     )
 }
 
-fn text(seed: u64, marks: &Marks) -> String {
+fn text(seed: u64, marks: &Metrics) -> String {
     let mut text = format!(
         "{} made-up recordings, seed {seed}\n\n{}\nby family\n{}\nwhat was answered how often\n{}",
         marks.cases.len(),
@@ -186,7 +186,7 @@ fn folder(out: &Path, seed: u64, index: usize) -> Result<Vec<(PathBuf, String)>,
         .map(|(name, text)| (here.join(name), text))
         .collect();
     // Nobody is asked any more.
-    let truth = truth.open(&Given::nothing());
+    let truth = truth.unblind(&Given::nothing());
     files.push((
         truths.join(format!("{}.json", recording.name)),
         serde_json::to_string(&truth).expect("a truth has nothing that JSON cannot say"),

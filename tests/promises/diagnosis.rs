@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-/// A made-up recording with a wind that is not in its metadata; it ships.
+/// A synthetic recording with a wind that is not in its metadata; it ships.
 fn draughty() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("recordings/draughty-hall")
 }
@@ -32,7 +32,7 @@ fn json(output: &Output) -> Value {
 }
 
 #[test]
-fn a_concealed_wind_is_located_named_and_predicts_what_was_not_fitted() {
+fn an_injected_wind_is_located_named_and_predicts_what_was_not_fitted() {
     let desk = tempfile::tempdir().unwrap();
     let recording = draughty().display().to_string();
     let output = plan(desk.path(), &["diagnose", &recording]);
@@ -176,19 +176,23 @@ fn the_same_seed_proves_the_same() {
     );
 }
 
-/// How many cases. Two in five conceal nothing; more than these belong to `plan prove`, this guards against what breaks it all.
+/// How many cases. Two in five have no injected effect; more than these belong to `plan prove`, this guards against what breaks it all.
 const CASES: usize = 10;
 
 #[test]
-fn a_concealed_world_yields_no_false_alarm_and_most_of_its_effects_by_name() {
-    let marks = validation::prove(20, CASES, validation::ask);
-    let told = || marks.table() + &marks.confusion_table();
-    assert_eq!(marks.false_alarms.of, 4);
-    assert_eq!(marks.false_alarms.hits, 0, "{}", told());
-    assert_eq!(marks.accusations.hits, 0, "{}", told());
-    // Six concealed effects allow no rate: at most one of those that can be seen may be missed, and one more misnamed.
-    assert!(marks.detected.hits + 1 >= marks.detected.of, "{}", told());
-    assert!(marks.named.hits + 2 >= marks.named.of, "{}", told());
+fn a_synthetic_world_yields_no_false_alarm_and_most_of_its_effects_by_name() {
+    let metrics = validation::prove(20, CASES, validation::ask);
+    let told = || metrics.table() + &metrics.confusion_table();
+    assert_eq!(metrics.false_alarms.of, 4);
+    assert_eq!(metrics.false_alarms.hits, 0, "{}", told());
+    assert_eq!(metrics.accusations.hits, 0, "{}", told());
+    // Six injected effects allow no rate: at most one of those that can be seen may be missed, and one more misnamed.
+    assert!(
+        metrics.detected.hits + 1 >= metrics.detected.of,
+        "{}",
+        told()
+    );
+    assert!(metrics.named.hits + 2 >= metrics.named.of, "{}", told());
 }
 
 #[test]

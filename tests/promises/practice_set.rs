@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use diagnosis::infer::finding::Verdict;
 use diagnosis::record::read;
 use rayon::prelude::*;
-use validation::metrics::{Marked, Marks, practice};
+use validation::metrics::{Assessed, Metrics, practice};
 
 #[test]
 #[cfg_attr(
@@ -23,7 +23,7 @@ fn the_practice_set_is_named_without_a_false_alarm() {
         .filter(|path| path.join("meta.json").is_file())
         .collect();
     paths.sort();
-    let marked = paths.par_iter().map(|path| {
+    let assessed = paths.par_iter().map(|path| {
         let files: BTreeMap<String, Vec<u8>> = fs::read_dir(path)
             .unwrap()
             .map(|entry| {
@@ -38,16 +38,16 @@ fn the_practice_set_is_named_without_a_false_alarm() {
         // Opened once the answer is given.
         let truth = fs::read_to_string(folder.join("truth").join(format!("{name}.json"))).unwrap();
         let truth = practice(&truth, recording.probes.is_none()).unwrap();
-        Marked::of(&truth, &given)
+        Assessed::of(&truth, &given)
     });
-    let marks = Marks::over(marked.collect());
-    println!("{}\n{}", marks.table(), marks.confusion_table());
-    for case in marks.cases.iter().filter(|case| case.is_missed()) {
+    let metrics = Metrics::over(assessed.collect());
+    println!("{}\n{}", metrics.table(), metrics.confusion_table());
+    for case in metrics.cases.iter().filter(|case| case.is_missed()) {
         println!("{}", case.line());
     }
-    let nulls = marks.cases.iter().filter(|case| case.is_null());
+    let nulls = metrics.cases.iter().filter(|case| case.is_null());
     assert!(nulls.clone().count() > 0);
     assert!(nulls.clone().all(|case| case.verdict == Verdict::None));
     // Below the mark of 0.9: one of 22 is 0.045.
-    assert!(marks.named.rate().unwrap() >= 0.85, "{}", marks.table());
+    assert!(metrics.named.rate().unwrap() >= 0.85, "{}", metrics.table());
 }

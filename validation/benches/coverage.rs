@@ -1,7 +1,8 @@
-//! How often do the intervals of a calibration hold the true constants of the jet, and how often is a fit called poor?
+//! How often do the intervals of a calibration hold the true constants of the jet, and how often is
+//! a fit called poor?
 //!
-//! `cargo bench -p leeward-validation --bench coverage -- 1000 4` (campaigns; flights a drone). The answers stand in the documentation of
-//! `diagnosis::calibrate`.
+//! `cargo bench -p leeward-validation --bench coverage -- 1000 4` (campaigns; flights a drone). The
+//! answers stand in the documentation of `diagnosis::calibrate`.
 
 use diagnosis::calibrate::{Options, Verdict, calibrate};
 use rayon::prelude::*;

@@ -1,4 +1,5 @@
-//! Marks a diagnosis on the practice set: `cargo run --release -p leeward-validation --example practice -- FOLDER`.
+//! Assesses a diagnosis on the practice set: `cargo run --release -p leeward-validation --example
+//! practice -- FOLDER`.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -8,7 +9,7 @@ use std::time::Instant;
 
 use diagnosis::record::read::read_folder;
 use diagnosis::record::recording::Recording;
-use validation::metrics::{Marked, Marks, practice};
+use validation::metrics::{Assessed, Metrics, practice};
 use validation::{Truth, ask};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -22,29 +23,29 @@ fn main() -> Result<(), Box<dyn Error>> {
         names.extend(name.strip_suffix(".json").map(str::to_owned));
     }
     names.sort();
-    let mut marked = Vec::new();
+    let mut assessed = Vec::new();
     for name in names {
         let recording = recording(&Path::new(&folder).join(&name), &name)?;
         let started = Instant::now();
         let mut answer = ask(&recording);
         answer.seconds = started.elapsed().as_secs_f64();
-        // Opened only now.
+        // Unblinded only now.
         let text = fs::read_to_string(
             Path::new(&folder)
                 .join("truth")
                 .join(format!("{name}.json")),
         )?;
         let truth: Truth = practice(&text, recording.probes.is_none())?;
-        let of_this = Marked::of(&truth, &answer);
+        let of_this = Assessed::of(&truth, &answer);
         println!("{name} {}", of_this.line());
-        marked.push(of_this);
+        assessed.push(of_this);
     }
-    let marks = Marks::over(marked);
+    let metrics = Metrics::over(assessed);
     println!(
         "\n{}{}\n{}",
-        marks.table(),
-        marks.time_line(),
-        marks.confusion_table()
+        metrics.table(),
+        metrics.time_line(),
+        metrics.confusion_table()
     );
     Ok(())
 }

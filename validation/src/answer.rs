@@ -1,4 +1,4 @@
-//! What a diagnosis answers, as far as it is marked: plain data.
+//! What a diagnosis answers, as far as it is assessed: plain data.
 
 use std::collections::BTreeMap;
 
@@ -12,11 +12,14 @@ use serde::{Deserialize, Serialize};
 pub struct Answer {
     /// Whether something is missing.
     pub verdict: Verdict,
-    /// What, ambiguous or not: the name put first of each effect, and with it those that it cannot be told from.
+    /// What, ambiguous or not: the name put first of each effect, and with it those that it cannot
+    /// be told from.
     pub effects: Vec<Named>,
-    /// Rows of `probes.csv`, or of `receiver.csv` where there are no probes, in which it says the difference lies.
+    /// Rows of `probes.csv`, or of `receiver.csv` where there are no probes, in which it says the
+    /// difference lies.
     pub region: Vec<usize>,
-    /// The corrected simulation of each of those files' rows; not a number where it has none. Empty: the simulation as it was.
+    /// The corrected simulation of each of those files' rows; not a number where it has none.
+    /// Empty: the simulation as it was.
     pub prediction: Vec<f64>,
     /// How long it took (s), as its caller measured.
     pub seconds: f64,
@@ -47,13 +50,14 @@ impl Answer {
     }
 }
 
-/// What [`diagnose`] answers; a recording that cannot be diagnosed is one in which nothing was found.
+/// What [`diagnose`] answers; a recording that cannot be diagnosed is one in which nothing was
+/// found.
 #[must_use]
 pub fn ask(recording: &Recording) -> Answer {
     diagnose(recording).map_or_else(|_| Answer::nothing(), |finding| answer(&finding))
 }
 
-/// The part of a finding that is marked.
+/// The part of a finding that is assessed.
 #[must_use]
 pub fn answer(finding: &Finding) -> Answer {
     let named = |effect: &Effect| Named {

@@ -1,7 +1,7 @@
-//! Families of made-up recordings: a flight, and what is concealed in it.
+//! Families of synthetic recordings: a flight, and the effects injected into it.
 
 use crate::flights::{Flight, scene};
-use crate::injected::{Effect, conceal};
+use crate::injected::{Effect, inject};
 use crate::scene::{ACCURACY_ABS_MPS, ACCURACY_REL, Scene};
 use crate::truth::Size;
 use diagnosis::statistics::draws::Draws;
@@ -11,7 +11,7 @@ use diagnosis::statistics::draws::Draws;
 pub(super) struct Family {
     pub(super) name: &'static str,
     flight: Flight,
-    conceals: &'static [Effect],
+    injects: &'static [Effect],
     twist: Twist,
 }
 
@@ -37,11 +37,11 @@ enum Twist {
     Mountain,
 }
 
-const fn family(name: &'static str, flight: Flight, conceals: &'static [Effect]) -> Family {
+const fn family(name: &'static str, flight: Flight, injects: &'static [Effect]) -> Family {
     Family {
         name,
         flight,
-        conceals,
+        injects,
         twist: Twist::None,
     }
 }
@@ -50,12 +50,12 @@ const fn null(name: &'static str, flight: Flight, twist: Twist) -> Family {
     Family {
         name,
         flight,
-        conceals: &[],
+        injects: &[],
         twist,
     }
 }
 
-/// Recordings in which nothing is concealed.
+/// Recordings without an injected effect.
 pub(super) const NULLS: &[Family] = &[
     null("null_grid", Flight::Grid, Twist::None),
     null("null_grid_noisy", Flight::Noisy, Twist::None),
@@ -227,28 +227,27 @@ const OUTSIDE: &[Family] = &[
     family("outside_flapping", Flight::SlowPasses, &[Effect::Flapping]),
 ];
 
-/// How many families conceal something.
-pub(super) fn concealing_families() -> usize {
+/// How many families inject an effect.
+pub(super) fn injecting_families() -> usize {
     SINGLES.len() + HARD.len() + PAIRS.len() + OUTSIDE.len()
 }
 
 /// One of them.
-pub(super) fn concealing(index: usize) -> &'static Family {
+pub(super) fn injecting(index: usize) -> &'static Family {
     let mut all = SINGLES.iter().chain(HARD).chain(PAIRS).chain(OUTSIDE);
-    all.nth(index % concealing_families())
-        .unwrap_or(&SINGLES[0])
+    all.nth(index % injecting_families()).unwrap_or(&SINGLES[0])
 }
 
 impl Family {
     pub(super) fn is_null(&self) -> bool {
-        self.conceals.is_empty()
+        self.injects.is_empty()
     }
 
     /// One scene of it.
     pub(super) fn scene(&self, size: Size, random: &mut Draws) -> Scene {
         let mut scene = scene(self.flight, size, random);
-        for &effect in self.conceals {
-            conceal(effect, size, &mut scene, random);
+        for &effect in self.injects {
+            inject(effect, size, &mut scene, random);
         }
         self.twist.into_scene(&mut scene, random);
         scene

@@ -1,4 +1,4 @@
-//! The flights of the made-up campaign, before anything is concealed in them.
+//! The flights of the synthetic campaign, before any effect is injected.
 
 mod receivers;
 
@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use crate::scene::{ACCURACY_ABS_MPS, ACCURACY_REL, Probe, Scene};
 use crate::truth::Size;
 use crate::world::{
-    Air, Drone, Emitter, Faults, Instrument, KOLIBRI, Load, Noise, OFFBOARD_1, OFFBOARD_2, Way,
+    Air, Drone, Emitter, Faults, Instrument, KOLIBRI, Load, Noise, OFFBOARD_1, OFFBOARD_2, Route,
 };
 use diagnosis::statistics::draws::Draws;
 
@@ -94,7 +94,7 @@ pub(super) fn scene(flight: Flight, size: Size, random: &mut Draws) -> Scene {
     scene
 }
 
-/// Nobody, nowhere: weather, instrument and noise of a day.
+/// No drone yet: weather, instrument and noise of a day.
 fn day(random: &mut Draws) -> Scene {
     Scene {
         emitters: Vec::new(),
@@ -135,10 +135,10 @@ fn day(random: &mut Draws) -> Scene {
 
 pub(super) const ALWAYS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-fn emitter(drone: Drone, way: Way) -> Emitter {
+fn emitter(drone: Drone, route: Route) -> Emitter {
     Emitter {
         drone,
-        way,
+        route,
         load: Load::default(),
     }
 }
@@ -151,7 +151,8 @@ fn around(azimuth_rad: f64, radius_m: f64) -> Vector3<f64> {
     )
 }
 
-/// A hover point above the probe: depth (in motor distances) even in its logarithm, most of them within two half-widths.
+/// A hover point above the probe: depth (in motor distances) even in its logarithm, most of them
+/// within two half-widths.
 fn hover_point(drone: &Drone, depths: [f64; 2], wide: f64, random: &mut Draws) -> Vector3<f64> {
     let [low, high] = depths.map(f64::ln);
     let depth_m = random.between(low, high).exp() * drone.motors_m;
@@ -169,18 +170,18 @@ fn hover_point(drone: &Drone, depths: [f64; 2], wide: f64, random: &mut Draws) -
 
 fn grid(drone: Drone, points: usize, depths: [f64; 2], wide: f64, random: &mut Draws) -> Scene {
     let mut scene = day(random);
-    let mut way = Way::swaying(SWAY_M, random);
+    let mut route = Route::swaying(SWAY_M, random);
     for _ in 0..points {
-        way.go(hover_point(&drone, depths, wide, random), 0.35);
-        way.stay(random.between(5.0, 9.0));
+        route.go(hover_point(&drone, depths, wide, random), 0.35);
+        route.stay(random.between(5.0, 9.0));
     }
-    scene.emitters.push(emitter(drone, way));
+    scene.emitters.push(emitter(drone, route));
     scene
 }
 
 fn rare_near_grid(drone: Drone, random: &mut Draws) -> Scene {
     let mut scene = day(random);
-    let mut way = Way::swaying(SWAY_M, random);
+    let mut route = Route::swaying(SWAY_M, random);
     for point in 0..130 {
         if point % 32 == 16 {
             let depth_m = random.between(0.5, 1.1) * drone.motors_m;
@@ -188,42 +189,42 @@ fn rare_near_grid(drone: Drone, random: &mut Draws) -> Scene {
                 random.between(0.0, TAU),
                 random.between(0.0, 0.6) * drone.motors_m,
             );
-            way.go(place_m + Vector3::z() * (PROBE_Z_M + depth_m), 0.35);
+            route.go(place_m + Vector3::z() * (PROBE_Z_M + depth_m), 0.35);
         } else {
-            way.go(hover_point(&drone, [2.6, 14.0], 1.0, random), 0.35);
+            route.go(hover_point(&drone, [2.6, 14.0], 1.0, random), 0.35);
         }
-        way.stay(6.0);
+        route.stay(6.0);
     }
-    scene.emitters.push(emitter(drone, way));
+    scene.emitters.push(emitter(drone, route));
     scene
 }
 
 /// The same points, each with its own heading.
 fn turned(mut scene: Scene, random: &mut Draws) -> Scene {
     let drone = scene.emitters[0].drone;
-    let mut way = Way::swaying(SWAY_M, random);
+    let mut route = Route::swaying(SWAY_M, random);
     for _ in 0..120 {
-        way.go(hover_point(&drone, [2.6, 14.0], 1.0, random), 0.35);
-        way.turn(random.between(-PI, PI), [0.0; 2]);
-        way.stay(6.0);
+        route.go(hover_point(&drone, [2.6, 14.0], 1.0, random), 0.35);
+        route.turn(random.between(-PI, PI), [0.0; 2]);
+        route.stay(6.0);
     }
-    scene.emitters[0].way = way;
+    scene.emitters[0].route = route;
     scene
 }
 
 fn leaning(drone: Drone, size: Size, random: &mut Draws) -> Scene {
     let mut scene = day(random);
-    let mut way = Way::swaying(SWAY_M, random);
+    let mut route = Route::swaying(SWAY_M, random);
     let lean_rad = size.of([2.0, 4.5, 9.0]).to_radians() * random.between(0.85, 1.15);
     let azimuth = random.between(0.0, TAU);
     for point in 0..120 {
-        way.go(hover_point(&drone, [2.6, 14.0], 1.3, random), 0.35);
+        route.go(hover_point(&drone, [2.6, 14.0], 1.3, random), 0.35);
         if point == 0 {
-            way.turn(0.0, [lean_rad * azimuth.cos(), lean_rad * azimuth.sin()]);
+            route.turn(0.0, [lean_rad * azimuth.cos(), lean_rad * azimuth.sin()]);
         }
-        way.stay(6.0);
+        route.stay(6.0);
     }
-    scene.emitters.push(emitter(drone, way));
+    scene.emitters.push(emitter(drone, route));
     scene
 }
 
@@ -231,24 +232,24 @@ fn passes(drone: Drone, rate_hz: f64, speeds_mps: [f64; 2], random: &mut Draws) 
     let mut scene = day(random);
     scene.instrument.rate_hz = rate_hz;
     scene.track_hz = rate_hz;
-    let mut way = Way::swaying(SWAY_M, random);
+    let mut route = Route::swaying(SWAY_M, random);
     let half_m = 5.1 * drone.motors_m;
     let most_s = if rate_hz > 5.0 { 330.0 } else { 500.0 };
     let [slow, fast] = speeds_mps.map(f64::ln);
-    while way.end_s() < most_s {
+    while route.end_s() < most_s {
         let depth_m = random.between(2.7, 12.0) * drone.motors_m;
         let azimuth = random.between(0.0, TAU);
         let missing_m = random.normal() * 0.6 * drone.half_m(depth_m);
         let middle_m = around(azimuth + 0.5 * PI, missing_m) + Vector3::z() * (PROBE_Z_M + depth_m);
-        way.go(middle_m - around(azimuth, half_m), 0.75);
-        way.stay(0.5);
-        way.go(
+        route.go(middle_m - around(azimuth, half_m), 0.75);
+        route.stay(0.5);
+        route.go(
             middle_m + around(azimuth, half_m),
             random.between(slow, fast).exp(),
         );
-        way.stay(0.6);
+        route.stay(0.6);
     }
-    scene.emitters.push(emitter(drone, way));
+    scene.emitters.push(emitter(drone, route));
     scene
 }
 
@@ -256,22 +257,22 @@ fn up_and_down(drone: Drone, size: Size, random: &mut Draws) -> Scene {
     let mut scene = day(random);
     scene.instrument.rate_hz = 10.0;
     scene.track_hz = 10.0;
-    let mut way = Way::swaying(SWAY_M, random);
+    let mut route = Route::swaying(SWAY_M, random);
     let low_m = Vector3::z() * (PROBE_Z_M + 3.0 * drone.motors_m);
     let high_m = Vector3::z() * (PROBE_Z_M + 14.0 * drone.motors_m);
-    while way.end_s() < 300.0 {
+    while route.end_s() < 300.0 {
         let aside_m = around(
             random.between(0.0, TAU),
             random.normal().abs() * 0.7 * drone.motors_m,
         );
         let speed_mps = size.of([0.9, 1.6, 2.6]) * random.between(0.6, 1.2);
-        way.go(low_m + aside_m, 1.0);
-        way.stay(1.0);
-        way.go(high_m + aside_m, speed_mps);
-        way.stay(1.0);
-        way.go(low_m + aside_m, 0.8 * speed_mps);
+        route.go(low_m + aside_m, 1.0);
+        route.stay(1.0);
+        route.go(high_m + aside_m, speed_mps);
+        route.stay(1.0);
+        route.go(low_m + aside_m, 0.8 * speed_mps);
     }
-    scene.emitters.push(emitter(drone, way));
+    scene.emitters.push(emitter(drone, route));
     scene
 }
 
@@ -286,7 +287,7 @@ fn rake(size: Size, random: &mut Draws) -> Scene {
             on_s: ALWAYS,
         })
         .collect();
-    let mut way = Way::swaying(SWAY_M, random);
+    let mut route = Route::swaying(SWAY_M, random);
     let lowest = size.of([9.0, 4.0, 3.2]);
     let highest = size.of([16.0, 12.8, 8.0]);
     for _ in 0..100 {
@@ -295,10 +296,10 @@ fn rake(size: Size, random: &mut Draws) -> Scene {
             random.between(0.0, TAU),
             (0.5 * random.normal().abs()).min(1.5),
         );
-        way.go(place_m + Vector3::z() * z_m, 0.35);
-        way.stay(random.between(5.0, 8.0));
+        route.go(place_m + Vector3::z() * z_m, 0.35);
+        route.stay(random.between(5.0, 8.0));
     }
-    scene.emitters.push(emitter(drone, way));
+    scene.emitters.push(emitter(drone, route));
     scene
 }
 
@@ -331,20 +332,23 @@ fn row(random: &mut Draws) -> Scene {
             on_s: ALWAYS,
         })
         .collect();
-    let mut way = Way::swaying(SWAY_M, random);
+    let mut route = Route::swaying(SWAY_M, random);
     for _ in 0..115 {
         let over_m = Vector3::x() * [-0.9, 0.0, 0.9][random.index(3)];
-        way.go(over_m + hover_point(&drone, [2.6, 13.0], 1.0, random), 0.4);
-        way.stay(6.0);
+        route.go(over_m + hover_point(&drone, [2.6, 13.0], 1.0, random), 0.4);
+        route.stay(6.0);
     }
-    scene.emitters.push(emitter(drone, way));
+    scene.emitters.push(emitter(drone, route));
     scene
 }
 
 fn pair(random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let drone = [OFFBOARD_1, OFFBOARD_2][random.index(2)];
-    let mut ways = [Way::swaying(SWAY_M, random), Way::swaying(SWAY_M, random)];
+    let mut routes = [
+        Route::swaying(SWAY_M, random),
+        Route::swaying(SWAY_M, random),
+    ];
     let mut places_m: [Vector3<f64>; 2] = [Vector3::zeros(); 2];
     for _ in 0..125 {
         let azimuth = random.between(0.0, TAU);
@@ -356,14 +360,17 @@ fn pair(random: &mut Draws) -> Scene {
         let way_m = (0..2)
             .map(|i| (next_m[i] - places_m[i]).norm())
             .fold(0.1, f64::max);
-        for (i, way) in ways.iter_mut().enumerate() {
+        for (i, route) in routes.iter_mut().enumerate() {
             let own_m = (next_m[i] - places_m[i]).norm().max(1e-6);
-            way.go(next_m[i], 0.6 * own_m / way_m);
-            way.stay(7.0);
+            route.go(next_m[i], 0.6 * own_m / way_m);
+            route.stay(7.0);
         }
         places_m = next_m;
     }
-    scene.emitters = ways.into_iter().map(|way| emitter(drone, way)).collect();
+    scene.emitters = routes
+        .into_iter()
+        .map(|route| emitter(drone, route))
+        .collect();
     scene
 }
 
@@ -371,20 +378,23 @@ fn swap(random: &mut Draws) -> Scene {
     let mut scene = day(random);
     let away_m = Vector3::new(40.0, 40.0, 20.0);
     let drones = [KOLIBRI, [OFFBOARD_1, OFFBOARD_2][random.index(2)]];
-    let mut ways = [Way::swaying(SWAY_M, random), Way::swaying(SWAY_M, random)];
-    ways[1].go(away_m, 8.0);
+    let mut routes = [
+        Route::swaying(SWAY_M, random),
+        Route::swaying(SWAY_M, random),
+    ];
+    routes[1].go(away_m, 8.0);
     for _ in 0..65 {
-        ways[0].go(hover_point(&drones[0], [2.6, 14.0], 1.0, random), 0.35);
-        ways[0].stay(6.0);
+        routes[0].go(hover_point(&drones[0], [2.6, 14.0], 1.0, random), 0.35);
+        routes[0].stay(6.0);
     }
-    ways[0].go(away_m, 8.0);
-    let swapped_s = ways[0].end_s();
-    ways[1].stay(swapped_s);
+    routes[0].go(away_m, 8.0);
+    let swapped_s = routes[0].end_s();
+    routes[1].stay(swapped_s);
     for _ in 0..65 {
-        ways[1].go(hover_point(&drones[1], [2.6, 14.0], 1.0, random), 0.35);
-        ways[1].stay(6.0);
+        routes[1].go(hover_point(&drones[1], [2.6, 14.0], 1.0, random), 0.35);
+        routes[1].stay(6.0);
     }
-    let [first, second] = ways;
+    let [first, second] = routes;
     scene.emitters = vec![emitter(drones[0], first), emitter(drones[1], second)];
     scene
 }

@@ -8,9 +8,11 @@ use diagnosis::record::Superposition;
 use diagnosis::record::baseline::{Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
 use diagnosis::record::recording::{Measures, Recording, Role};
 
-/// File names and texts: `meta.json`, `vehicles.csv`, and `probes.csv` and `receiver.csv` where there are probes and receivers.
+/// File names and texts: `meta.json`, `vehicles.csv`, and `probes.csv` and `receiver.csv` where
+/// there are probes and receivers.
 ///
-/// Where a track has no throttle it is written as 1, and as empty for a receiver, whose own table has it; no power is written as empty.
+/// Where a track has no throttle it is written as 1, and as empty for a receiver, whose own table
+/// has it; no power is written as empty.
 #[must_use]
 pub fn texts(recording: &Recording) -> Vec<(&'static str, String)> {
     let mut files = vec![

@@ -1,15 +1,16 @@
-//! What is concealed in a flight: how each effect is set into its air, its drones or its instruments, weak, as met, or strong.
+//! The injected effects: how each is set into its air, its drones or its instruments, weak, as met,
+//! or strong.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use crate::names;
 use crate::scene::Scene;
-use crate::truth::{Concealed, Size};
+use crate::truth::{Injected, Size};
 use crate::world::{Flap, Panel, Room, Summing, Vent, stability};
 use diagnosis::statistics::draws::Draws;
 
-/// Everything that this world can conceal.
+/// Every effect that this world can inject.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Effect {
     Crossflow,
@@ -54,7 +55,7 @@ pub(super) enum Effect {
 }
 
 /// Sets an effect into a scene.
-pub(super) fn conceal(effect: Effect, size: Size, scene: &mut Scene, random: &mut Draws) {
+pub(super) fn inject(effect: Effect, size: Size, scene: &mut Scene, random: &mut Draws) {
     let mut amount = |values: [f64; 3]| size.of(values) * random.between(0.88, 1.12);
     match effect {
         Effect::Crossflow => {
@@ -174,7 +175,7 @@ pub(super) fn conceal(effect: Effect, size: Size, scene: &mut Scene, random: &mu
 }
 
 fn named(scene: &mut Scene, name: &str, parameters: &[(&str, f64)]) {
-    scene.effects.push(Concealed {
+    scene.effects.push(Injected {
         name: name.to_owned(),
         accepted: names::accepted(name),
         parameters: parameters
@@ -184,10 +185,10 @@ fn named(scene: &mut Scene, name: &str, parameters: &[(&str, f64)]) {
     });
 }
 
-/// Slope of the leaning axis in the world, as the way has it.
+/// Slope of the leaning axis in the world, as the route has it.
 fn lean(scene: &Scene) -> [(&'static str, f64); 2] {
-    let way = &scene.emitters[0].way;
-    let knot = way.knot(0.5 * way.end_s());
+    let route = &scene.emitters[0].route;
+    let knot = route.knot(0.5 * route.end_s());
     let [roll, pitch] = knot.lean_rad;
     let down =
         nalgebra::Rotation3::from_euler_angles(roll, pitch, knot.yaw_rad) * -nalgebra::Vector3::z();
@@ -364,7 +365,7 @@ fn outside(effect: Effect, size: Size, scene: &mut Scene, random: &mut Draws) {
         }
     };
     scene.is_outside = true;
-    scene.effects.push(Concealed {
+    scene.effects.push(Injected {
         name: name.to_owned(),
         accepted: Vec::new(),
         parameters: BTreeMap::new(),

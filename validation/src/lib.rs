@@ -1,17 +1,19 @@
-//! The proof: recordings with a concealed effect, made in a world that shares no code with `airflow`; answers; marks.
+//! Validation: recordings with an injected effect, made in a world that shares no code with
+//! `airflow`; answers; metrics.
 //!
 //! # In reading order
 //!
-//! `world`: its air, instruments, drones. `flights`: who flies where. `conceal`: what is hidden. `families`: which goes with which.
-//! `scene` and `log`: what is recorded. [`Truth`], sealed until there is an [`Answer`]. [`marks`]: how good the answers are.
+//! `world`: its air, instruments, drones. `flights`: which drone flies where. `injected`: the
+//! effects. `families`: which goes with which. `scene` and `recorded`: what is recorded. [`Truth`],
+//! sealed until there is an [`Answer`]. [`metrics`]: how good the answers are.
 //!
 //! ```
 //! use validation::{Answer, prove};
 //!
-//! // Who never finds anything accuses nobody.
-//! let marks = prove(1, 8, |_recording| Answer::nothing());
-//! assert_eq!(marks.false_alarms.hits, 0);
-//! assert_eq!(marks.detected.hits, 0);
+//! // An answer that never names an effect raises no false alarm.
+//! let metrics = prove(1, 8, |_recording| Answer::nothing());
+//! assert_eq!(metrics.false_alarms.hits, 0);
+//! assert_eq!(metrics.detected.hits, 0);
 //! ```
 
 mod answer;
@@ -32,12 +34,12 @@ use rayon::prelude::*;
 pub use answer::{Answer, Named, answer, ask};
 pub use diagnosis::infer::candidates::is_sensor;
 pub use names::canonical;
-pub use truth::{Concealed, DETECTABLE_CHI2, Sealed, Size, Truth};
+pub use truth::{DETECTABLE_CHI2, Injected, Sealed, Size, Truth};
 
 use diagnosis::record::recording::Recording;
 use diagnosis::statistics::draws::Draws;
-use families::{Family, NULLS, concealing, concealing_families};
-use metrics::{Marked, Marks};
+use families::{Family, NULLS, injecting, injecting_families};
+use metrics::{Assessed, Metrics};
 
 /// A recording and what is true of it.
 #[derive(Clone, Debug)]
@@ -48,21 +50,22 @@ pub struct Case {
     pub truth: Sealed,
 }
 
-/// Who stands where in every five cases. Two in five conceal nothing, so that a few hundred cases have their hundred nulls.
+/// What each of five cases in turn is. Two in five have no injected effect, so that a few hundred
+/// cases have their hundred nulls.
 const TURN: [Place; 5] = [
     Place::Null(0),
-    Place::Concealing(0),
+    Place::Injecting(0),
     Place::Null(1),
-    Place::Concealing(1),
-    Place::Concealing(2),
+    Place::Injecting(1),
+    Place::Injecting(2),
 ];
 const NULLS_A_TURN: usize = 2;
-const CONCEALING_A_TURN: usize = 3;
+const INJECTING_A_TURN: usize = 3;
 
 #[derive(Clone, Copy, Debug)]
 enum Place {
     Null(usize),
-    Concealing(usize),
+    Injecting(usize),
 }
 
 /// Family and size of case number `index`.
@@ -70,12 +73,12 @@ fn kind(index: usize) -> (&'static Family, Size) {
     let turn = index / TURN.len();
     match TURN[index % TURN.len()] {
         Place::Null(at) => (&NULLS[(turn * NULLS_A_TURN + at) % NULLS.len()], Size::Mid),
-        Place::Concealing(at) => {
-            let nth = turn * CONCEALING_A_TURN + at;
-            let (round, place) = (nth / concealing_families(), nth % concealing_families());
+        Place::Injecting(at) => {
+            let nth = turn * INJECTING_A_TURN + at;
+            let (round, place) = (nth / injecting_families(), nth % injecting_families());
             // A family meets another size every time round.
             (
-                concealing(place),
+                injecting(place),
                 Size::ALL[(round + place + 1) % Size::ALL.len()],
             )
         }
@@ -84,7 +87,7 @@ fn kind(index: usize) -> (&'static Family, Size) {
 
 /// Case number `index` of a seed: the same for every count and on every machine.
 ///
-/// Two in five conceal nothing. The others go through all families and, in turn, all sizes.
+/// Two in five have no injected effect. The others go through all families and, in turn, all sizes.
 #[must_use]
 pub fn case(seed: u64, index: usize) -> Case {
     let (family, size) = kind(index);
@@ -104,15 +107,16 @@ pub fn case(seed: u64, index: usize) -> Case {
     }
 }
 
-/// Makes so many cases, has each diagnosed, and only then opens its truth. Cases run side by side; the marks are in their order.
-pub fn prove(seed: u64, count: usize, diagnose: impl Fn(&Recording) -> Answer + Sync) -> Marks {
+/// Makes so many cases, has each diagnosed, and only then unblinds it. Cases run side by side; the
+/// metrics are in their order.
+pub fn prove(seed: u64, count: usize, diagnose: impl Fn(&Recording) -> Answer + Sync) -> Metrics {
     let of_case = |index: usize| {
         let Case { recording, truth } = case(seed, index);
         let answer = diagnose(&recording);
-        Marked::of(&truth.open(&answer), &answer)
+        Assessed::of(&truth.unblind(&answer), &answer)
     };
-    let marked: Vec<Marked> = (0..count).into_par_iter().map(of_case).collect();
-    Marks::over(marked)
+    let assessed: Vec<Assessed> = (0..count).into_par_iter().map(of_case).collect();
+    Metrics::over(assessed)
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! From a made-up flight to what is recorded of it, in the types that everybody reads. The one place where the made-up world meets
-//! those of `airflow`, and only their descriptions.
+//! From a synthetic flight to what is recorded of it, in the types of `diagnosis`. The one place
+//! where the synthetic world meets those of `airflow`, and only their descriptions.
 
 use nalgebra::{Point3, UnitQuaternion};
 
@@ -31,7 +31,7 @@ pub(super) fn recording(scene: &Scene, name: &str, rows: &[Row], random: &mut Dr
         ));
     }
     if let Some(receiver) = &scene.receiver {
-        let rows = scene.way_rows(&receiver.way, random);
+        let rows = scene.route_rows(&receiver.route, random);
         vehicles.push(vehicle(
             "recv".to_owned(),
             &receiver.drone,
@@ -121,11 +121,11 @@ fn vehicle(id: String, drone: &Drone, role: Role, rows: &[TrackRow], track_hz: f
         let [roll, pitch, yaw] = row.attitude_rad;
         UnitQuaternion::from_euler_angles(roll, pitch, yaw)
     };
-    let blows = role != Role::Receiver;
+    let has_wake = role != Role::Receiver;
     let stated = Origin::Stated;
     Vehicle {
         id,
-        airframe: airframe.expect("the drones of the made-up world are constants, and sound"),
+        airframe: airframe.expect("the drones of the synthetic world are constants, and sound"),
         known: Known {
             mass: stated,
             propeller_diameter: stated,
@@ -137,8 +137,8 @@ fn vehicle(id: String, drone: &Drone, role: Role, rows: &[TrackRow], track_hz: f
             position_m: rows.iter().map(|row| Point3::from(row.place_m)).collect(),
             velocity_mps: rows.iter().map(|row| row.velocity_mps).collect(),
             attitude: rows.iter().map(attitude).collect(),
-            throttle_ratio: blows.then(|| rows.iter().map(|row| row.throttle).collect()),
-            power_w: blows.then(|| rows.iter().map(|row| row.power_w).collect()),
+            throttle_ratio: has_wake.then(|| rows.iter().map(|row| row.throttle).collect()),
+            power_w: has_wake.then(|| rows.iter().map(|row| row.power_w).collect()),
             longest_step_s: LONGEST_STEP / track_hz,
             ..Track::default()
         },

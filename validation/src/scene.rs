@@ -1,12 +1,13 @@
-//! One made-up flight: who flies where, through what air, measured with what; and what is recorded of it.
+//! One synthetic flight: which drone flies where, through what air, measured with what; and what is
+//! recorded of it.
 
 use nalgebra::Vector3;
 
 use crate::recorded;
-use crate::truth::{Concealed, Truth};
+use crate::truth::{Injected, Truth};
 use crate::world::{
-    Air, Answer, Drone, Emitter, Faults, GRAVITY, Instrument, Met, Noise, Readings, Seen, Summing,
-    Way, World, density, detectable,
+    Air, Answer, Drone, Emitter, Faults, GRAVITY, Instrument, Met, Noise, Readings, Route, Seen,
+    Summing, World, density, detectable,
 };
 use diagnosis::record::recording::Recording;
 use diagnosis::statistics::draws::Draws;
@@ -17,10 +18,11 @@ const THROTTLE_NOISE: f64 = 0.015;
 const CAPTURE_NOISE_M: f64 = 0.0015;
 /// Power that lifts over electrical power. Chosen here, as small drones have it.
 const FIGURE_OF_MERIT: f64 = 0.6;
-/// How well mass and propellers are known, as a relative error of the jet's speed. Chosen here: a percent of the mass.
+/// How well mass and propellers are known, as a relative error of the jet's speed. Chosen here: a
+/// percent of the mass.
 const KNOWN: f64 = 0.003;
 
-/// A made-up flight.
+/// A synthetic flight.
 #[derive(Clone, Debug)]
 pub(super) struct Scene {
     pub(super) emitters: Vec<Emitter>,
@@ -42,7 +44,7 @@ pub(super) struct Scene {
     pub(super) declares_radial: bool,
     /// Spans (s) of which the logger lost the readings.
     pub(super) lost_s: Vec<[f64; 2]>,
-    pub(super) effects: Vec<Concealed>,
+    pub(super) effects: Vec<Injected>,
     pub(super) is_outside: bool,
 }
 
@@ -57,7 +59,7 @@ pub(super) struct Probe {
 #[derive(Clone, Debug)]
 pub(super) struct Receiver {
     pub(super) drone: Drone,
-    pub(super) way: Way,
+    pub(super) route: Route,
     pub(super) answer: Answer,
     /// Voltage when full, and what it loses over the flight.
     pub(super) full_v: f64,
@@ -93,9 +95,9 @@ pub(super) struct TrackRow {
 
 impl Scene {
     pub(super) fn end_s(&self) -> f64 {
-        let ways = self.emitters.iter().map(|emitter| &emitter.way);
-        let ways = ways.chain(self.receiver.iter().map(|receiver| &receiver.way));
-        ways.map(Way::end_s).fold(0.0, f64::max)
+        let routes = self.emitters.iter().map(|emitter| &emitter.route);
+        let routes = routes.chain(self.receiver.iter().map(|receiver| &receiver.route));
+        routes.map(Route::end_s).fold(0.0, f64::max)
     }
 
     fn density(&self) -> f64 {
@@ -219,7 +221,7 @@ impl Scene {
             let battery_v = receiver.full_v - receiver.sags_v * t_s / end_s;
             // What is read at `t` was there a little later or earlier.
             let throttle = |world: &World, answer: &Answer, at_s: f64| {
-                let place_m = receiver.way.position_m(at_s);
+                let place_m = receiver.route.position_m(at_s);
                 let down_mps = -world.velocity_mps(at_s, place_m).z;
                 let met = Met {
                     alpha: down_mps / hover_mps,
@@ -253,7 +255,8 @@ impl Scene {
 
     fn chi2_of_rows(&self, rows: &[Row]) -> f64 {
         let accuracy = match self.receiver {
-            // A throttle is a number of the autopilot: the rotors' calibration is what is not known.
+            // A throttle is a number of the autopilot: the rotors' calibration is what is not
+            // known.
             Some(_) => [0.02, 0.01],
             None => [ACCURACY_REL, ACCURACY_ABS_MPS],
         };
@@ -293,7 +296,7 @@ impl Scene {
     pub(super) fn track(&self, emitter: &Emitter, random: &mut Draws) -> Vec<TrackRow> {
         let drone = &emitter.drone;
         let hover_w = drone.mass_kg * GRAVITY * drone.hover_mps(self.density()) / FIGURE_OF_MERIT;
-        let mut rows = self.way_rows(&emitter.way, random);
+        let mut rows = self.route_rows(&emitter.route, random);
         for row in &mut rows {
             let (throttle, power) = self.works(emitter.load.at(row.t_s));
             row.throttle = rounded(throttle * (1.0 + THROTTLE_NOISE * random.normal()), 3);
@@ -305,18 +308,18 @@ impl Scene {
         rows
     }
 
-    /// What the tracker logs of a way.
-    pub(super) fn way_rows(&self, way: &Way, random: &mut Draws) -> Vec<TrackRow> {
+    /// What the tracker logs of a route.
+    pub(super) fn route_rows(&self, route: &Route, random: &mut Draws) -> Vec<TrackRow> {
         let rows = (self.end_s() * self.track_hz) as usize;
         let row = |i: usize| {
             let t_s = i as f64 / self.track_hz;
-            let knot = way.knot(t_s);
+            let knot = route.knot(t_s);
             let mut captured = |value: f64| rounded(value + CAPTURE_NOISE_M * random.normal(), 4);
             let [roll, pitch] = knot.lean_rad;
             TrackRow {
                 t_s,
-                place_m: way.position_m(t_s).map(&mut captured),
-                velocity_mps: way.velocity_mps(t_s).map(&mut captured),
+                place_m: route.position_m(t_s).map(&mut captured),
+                velocity_mps: route.velocity_mps(t_s).map(&mut captured),
                 attitude_rad: [roll, pitch, knot.yaw_rad].map(|angle| rounded(angle, 4)),
                 throttle: 1.0,
                 power_w: 0.0,

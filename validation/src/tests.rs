@@ -5,12 +5,12 @@ use crate::folder::texts;
 use diagnosis::forward::simulate::simulate;
 use diagnosis::record::read::read_folder;
 
-/// One case of every family that conceals nothing, and as many others.
+/// One case of every family without an injected effect, and as many others.
 const EVERY_NULL: usize = 55;
 
-fn opened(seed: u64, index: usize) -> (Recording, Truth) {
+fn unblinded(seed: u64, index: usize) -> (Recording, Truth) {
     let Case { recording, truth } = case(seed, index);
-    (recording, truth.open(&Answer::nothing()))
+    (recording, truth.unblind(&Answer::nothing()))
 }
 
 fn recorded(recording: &Recording) -> Vec<f64> {
@@ -36,7 +36,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 #[test]
 fn the_declared_simulation_is_the_one_that_the_diagnosis_makes() {
     let worst = (0..EVERY_NULL).into_par_iter().map(|index| {
-        let (recording, truth) = opened(3, index);
+        let (recording, truth) = unblinded(3, index);
         let samples = simulate(&recording).samples;
         let of = |row: usize| truth.baseline_clean[row];
         // Rows whose drone is known; nearly all.
@@ -51,20 +51,21 @@ fn the_declared_simulation_is_the_one_that_the_diagnosis_makes() {
         (mean(squares).sqrt(), truth.family)
     });
     for (off, family) in worst.collect::<Vec<_>>() {
-        // The tracker's 1.5 mm, and 0.1 to 0.25 s between rows of a track, at gradients of up to 60 /s: below
-        // a third of the noise.
+        // The tracker's 1.5 mm, and 0.1 to 0.25 s between rows of a track, at gradients of up to 60
+        // /s: below a third of the noise.
         assert!(off < 0.33, "{family}: {off}");
     }
 }
 
 #[test]
-fn recordings_that_conceal_nothing_differ_from_the_simulation_by_noise_and_calibration() {
+fn recordings_without_an_injected_effect_differ_from_the_simulation_by_noise_and_calibration() {
     let nulls = (0..EVERY_NULL).filter(|index| index % 5 == 0 || index % 5 == 2);
     for index in nulls {
-        let (recording, truth) = opened(4, index);
+        let (recording, truth) = unblinded(4, index);
         assert_eq!(truth.label(), "none");
         assert!(truth.region.is_empty());
-        // What an oracle sees beside gain and offset within their accuracy: less than one deviation.
+        // What an oracle sees beside gain and offset within their accuracy: less than one
+        // deviation.
         assert!(
             truth.oracle_chi2 < 1.0,
             "{}: {}",
@@ -88,12 +89,12 @@ fn recordings_that_conceal_nothing_differ_from_the_simulation_by_noise_and_calib
 }
 
 #[test]
-fn what_is_concealed_is_there_and_has_names() {
+fn an_injected_effect_is_there_and_has_names() {
     let mut families = BTreeSet::new();
-    let count = 5 * concealing_families().div_ceil(CONCEALING_A_TURN);
+    let count = 5 * injecting_families().div_ceil(INJECTING_A_TURN);
     let cases: Vec<(Recording, Truth)> = (0..count)
         .into_par_iter()
-        .map(|index| opened(5, index))
+        .map(|index| unblinded(5, index))
         .collect();
     for (recording, truth) in cases.iter().filter(|(_, truth)| !truth.effects.is_empty()) {
         let (family, _size) = truth
@@ -102,7 +103,8 @@ fn what_is_concealed_is_there_and_has_names() {
             .expect("its size is behind it");
         families.insert(family.to_owned());
         let is_masked = truth.family.starts_with("masked_payload_gain");
-        // Each that can be seen at all is seen somewhere; a payload and a gain that cancel are seen in the throttle alone.
+        // Each that can be seen at all is seen somewhere; a payload and a gain that cancel are seen
+        // in the throttle alone.
         if truth.oracle_chi2 >= DETECTABLE_CHI2 && !is_masked {
             assert!(!truth.region.is_empty(), "{}", truth.family);
         }
@@ -129,14 +131,14 @@ fn what_is_concealed_is_there_and_has_names() {
             assert!(share < 0.08, "{}: {share}", truth.family);
         }
     }
-    assert_eq!(families.len(), concealing_families());
+    assert_eq!(families.len(), injecting_families());
 }
 
 #[test]
 fn the_texts_of_a_recording_read_back_as_the_recording() {
     // A grid, a pair, a receiver: nulls and others.
     for index in [0, 1, 2, 4, 10] {
-        let (recording, truth) = opened(6, index);
+        let (recording, truth) = unblinded(6, index);
         let files: BTreeMap<String, Vec<u8>> = texts(&recording)
             .into_iter()
             .map(|(name, text)| (name.to_owned(), text.into_bytes()))
@@ -168,30 +170,33 @@ fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
     let texts_of = |seed| texts(&case(seed, 1).recording);
     assert_eq!(texts_of(7), texts_of(7));
     assert_ne!(texts_of(7), texts_of(8));
-    let marks = |threads: usize| {
+    let metrics = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.expect("a pool of a few threads")
             .install(|| prove(7, 10, |_| Answer::nothing()))
     };
-    assert_eq!(marks(1), marks(3));
+    assert_eq!(metrics(1), metrics(3));
 }
 
 #[test]
 fn who_answers_nothing_is_marked_so() {
-    let marks = prove(9, 30, |_| Answer::nothing());
-    assert_eq!((marks.false_alarms.hits, marks.false_alarms.of), (0, 12));
-    assert_eq!((marks.detected.hits, marks.named.hits), (0, 0));
-    assert_eq!(marks.skill_median, Some(0.0));
-    assert!(marks.confusion["none"]["none"] == 12);
+    let metrics = prove(9, 30, |_| Answer::nothing());
+    assert_eq!(
+        (metrics.false_alarms.hits, metrics.false_alarms.of),
+        (0, 12)
+    );
+    assert_eq!((metrics.detected.hits, metrics.named.hits), (0, 0));
+    assert_eq!(metrics.skill_median, Some(0.0));
+    assert!(metrics.confusion["none"]["none"] == 12);
 }
 
 #[test]
 fn three_times_round_every_family_has_met_every_size() {
-    let turns = concealing_families(); // three a turn
+    let turns = injecting_families(); // three a turn
     let met: BTreeSet<(&str, Size)> = (0..5 * turns)
         .map(kind)
         .filter(|(family, _)| !family.is_null())
         .map(|(family, size)| (family.name, size))
         .collect();
-    assert_eq!(met.len(), 3 * concealing_families());
+    assert_eq!(met.len(), 3 * injecting_families());
 }

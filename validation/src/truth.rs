@@ -1,4 +1,4 @@
-//! What was concealed in a recording, and the seal on it.
+//! The injected effects of a recording, and the seal on it.
 
 use std::collections::BTreeMap;
 
@@ -30,9 +30,9 @@ impl Size {
     }
 }
 
-/// One concealed effect.
+/// One injected effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Concealed {
+pub struct Injected {
     /// Canonical name; for effects outside the library, what it is.
     pub name: String,
     /// Every name that is right; empty outside the library.
@@ -41,14 +41,15 @@ pub struct Concealed {
     pub parameters: BTreeMap<String, f64>,
 }
 
-/// What is true of a made-up recording. Rows are those of `probes.csv`, or of `receiver.csv` where there are no probes.
+/// What is true of a synthetic recording. Rows are those of `probes.csv`, or of `receiver.csv`
+/// where there are no probes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
-    /// What kind of recording it is, with the size of what it conceals.
+    /// What kind of recording it is, with the size of its effects.
     pub family: String,
-    /// Empty: nothing is concealed.
-    pub effects: Vec<Concealed>,
-    /// Whether what is concealed is in no library.
+    /// Empty: none is injected.
+    pub effects: Vec<Injected>,
+    /// Whether the injected effect is in no library.
     pub is_outside: bool,
     /// Rows in which the true difference exceeds half a standard deviation of the noise.
     pub region: Vec<usize>,
@@ -58,8 +59,8 @@ pub struct Truth {
     pub baseline_clean: Vec<f64>,
     /// Standard deviation of the noise.
     pub noise: Vec<f64>,
-    /// Likelihood ratio of the true difference to nothing but calibration within the stated accuracy, the noise known: below 25
-    /// "none" is as right as the name.
+    /// Likelihood ratio of the true difference to nothing but calibration within the stated
+    /// accuracy, the noise known: below 25 "none" is as right as the name.
     pub oracle_chi2: f64,
 }
 
@@ -83,14 +84,14 @@ impl Truth {
         }
     }
 
-    /// Whether everything that is concealed is a fault of instruments.
+    /// Whether every injected effect is a fault of instruments.
     #[must_use]
     pub fn is_sensor_only(&self) -> bool {
         !self.effects.is_empty() && self.effects.iter().all(|effect| is_sensor(&effect.name))
     }
 }
 
-/// A truth that only an answer opens.
+/// A truth that only an answer unblinds.
 #[derive(Clone, Debug)]
 pub struct Sealed(Truth);
 
@@ -99,9 +100,9 @@ impl Sealed {
         Sealed(truth)
     }
 
-    /// Opens it, now that the answer is given.
+    /// Unblinds it, now that the answer is given.
     #[must_use]
-    pub fn open(self, _given: &Answer) -> Truth {
+    pub fn unblind(self, _given: &Answer) -> Truth {
         self.0
     }
 }

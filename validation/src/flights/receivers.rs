@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::{SWAY_M, day, emitter};
 use crate::scene::{Receiver, Scene};
 use crate::truth::Size;
-use crate::world::{Answer, Drone, KOLIBRI, MATRICE, OFFBOARD_1, OFFBOARD_2, Way};
+use crate::world::{Answer, Drone, KOLIBRI, MATRICE, OFFBOARD_1, OFFBOARD_2, Route};
 use diagnosis::statistics::draws::Draws;
 
 /// Noise and channel of a throttle.
@@ -16,10 +16,10 @@ fn throttle_day(random: &mut Draws) -> Scene {
     scene
 }
 
-fn receiver(drone: Drone, way: Way, random: &mut Draws) -> Receiver {
+fn receiver(drone: Drone, route: Route, random: &mut Draws) -> Receiver {
     Receiver {
         drone,
-        way,
+        route,
         answer: Answer::default(),
         full_v: 16.6,
         sags_v: random.between(1.2, 2.0),
@@ -28,20 +28,20 @@ fn receiver(drone: Drone, way: Way, random: &mut Draws) -> Receiver {
 
 pub(super) fn under(random: &mut Draws) -> Scene {
     let mut scene = throttle_day(random);
-    let mut above = Way::swaying(SWAY_M, random);
+    let mut above = Route::swaying(SWAY_M, random);
     above.go(Vector3::z() * 4.0, 1.0);
-    let mut way = Way::swaying(SWAY_M, random);
+    let mut route = Route::swaying(SWAY_M, random);
     for _ in 0..45 {
         let (y_m, z_m) = (0.35 * random.normal(), random.between(1.0, 3.2));
         let side = random.sign();
-        way.go(Vector3::new(-1.6 * side, y_m, z_m), 3.0);
-        way.go(
+        route.go(Vector3::new(-1.6 * side, y_m, z_m), 3.0);
+        route.go(
             Vector3::new(1.6 * side, y_m, z_m),
             random.between(0.25, 0.5),
         );
     }
     scene.emitters.push(emitter(OFFBOARD_2, above));
-    scene.receiver = Some(receiver(KOLIBRI, way, random));
+    scene.receiver = Some(receiver(KOLIBRI, route, random));
     scene
 }
 
@@ -51,10 +51,10 @@ pub(super) fn to_surface(up: bool, size: Size, random: &mut Draws) -> Scene {
     let radius_m = 0.5 * drone.propeller_m;
     let nearest_m = size.of([3.0, 1.8, 1.0]) * radius_m;
     scene.ceiling_z_m = up.then_some(5.0);
-    // Somebody blows far away: a recording without any wake would be another kind.
-    let mut above = Way::swaying(SWAY_M, random);
+    // Another drone hovers far away: a recording without any wake would be another kind.
+    let mut above = Route::swaying(SWAY_M, random);
     above.go(Vector3::new(0.0, 0.0, 4.5), 1.0);
-    let mut way = Way::swaying(SWAY_M, random);
+    let mut route = Route::swaying(SWAY_M, random);
     for step in 0..70 {
         let gap_m = nearest_m * random.between(0.0, 3.0).exp();
         let z_m = if up {
@@ -69,11 +69,11 @@ pub(super) fn to_surface(up: bool, size: Size, random: &mut Draws) -> Scene {
             random.between(2.5, 4.0)
         };
         let x_m = if up { aside_m + 3.0 } else { aside_m };
-        way.go(Vector3::new(x_m, 0.2 * random.normal(), z_m), 0.8);
-        way.stay(5.0);
+        route.go(Vector3::new(x_m, 0.2 * random.normal(), z_m), 0.8);
+        route.stay(5.0);
     }
     scene.emitters.push(emitter(OFFBOARD_1, above));
-    scene.receiver = Some(receiver(drone, way, random));
+    scene.receiver = Some(receiver(drone, route, random));
     scene
 }
 
@@ -82,8 +82,8 @@ pub(super) fn rare_to_ceiling(random: &mut Draws) -> Scene {
     scene.ceiling_z_m = Some(6.0);
     if let Some(receiver) = &mut scene.receiver {
         receiver.drone = MATRICE;
-        receiver.way.go(Vector3::new(4.0, 0.0, 5.6), 1.5);
-        receiver.way.stay(16.0);
+        receiver.route.go(Vector3::new(4.0, 0.0, 5.6), 1.5);
+        receiver.route.stay(16.0);
     }
     scene
 }

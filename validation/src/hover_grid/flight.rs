@@ -1,11 +1,12 @@
-//! From a grid to a recording: the way of the drone, the air that reaches the probe, what the probe makes of it.
+//! From a grid to a recording: the route of the drone, the air that reaches the probe, what the
+//! probe makes of it.
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::HoverGrid;
-use super::true_jet::Blown;
+use super::true_jet::PreparedJet;
 use diagnosis::record::Superposition;
 use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
 use diagnosis::record::recording::{
@@ -19,8 +20,8 @@ const HOP_MPS: f64 = 0.8;
 
 pub(super) fn fly(grid: &HoverGrid, seed: u64) -> Recording {
     let mut random = Draws::new(seed ^ 0x6D61_6465_5F75_7021);
-    let way = Way::over(grid, &mut random);
-    let duration_s = way.knots.last().map_or(0.0, |knot| knot.0);
+    let route = Route::over(grid, &mut random);
+    let duration_s = route.knots.last().map_or(0.0, |knot| knot.0);
     let ambient_mps = random.between(grid.ambient_mps.0, grid.ambient_mps.1);
     let mut track = Track {
         longest_step_s: 2.5 / grid.track_hz,
@@ -28,15 +29,15 @@ pub(super) fn fly(grid: &HoverGrid, seed: u64) -> Recording {
     };
     for i in 0..=(duration_s * grid.track_hz) as usize {
         let t_s = i as f64 / grid.track_hz;
-        let (position_m, velocity_mps) = way.at(t_s);
+        let (position_m, velocity_mps) = route.at(t_s);
         track.t_s.push(t_s);
         track.position_m.push(position_m);
         track.velocity_mps.push(velocity_mps);
         track
             .attitude
-            .push(UnitQuaternion::from_euler_angles(0.0, 0.0, way.yaw_rad));
+            .push(UnitQuaternion::from_euler_angles(0.0, 0.0, route.yaw_rad));
     }
-    let samples = readings(grid, &way, ambient_mps, duration_s, &mut random);
+    let samples = readings(grid, &route, ambient_mps, duration_s, &mut random);
     Recording {
         name: format!("{}-{seed}", grid.airframe.name()),
         environment: Environment {
@@ -98,12 +99,12 @@ fn induced_velocity_mps(grid: &HoverGrid) -> f64 {
 
 fn readings(
     grid: &HoverGrid,
-    way: &Way,
+    route: &Route,
     ambient_mps: f64,
     duration_s: f64,
     random: &mut Draws,
 ) -> Vec<ProbeSample> {
-    let blown = Blown::new(grid.jet);
+    let jet = PreparedJet::new(grid.jet);
     let l_m = grid.airframe.motor_distance_m();
     let u_h_mps = induced_velocity_mps(grid);
     let gain = 1.0 + random.within(grid.accuracy_rel);
@@ -114,15 +115,15 @@ fn readings(
     let mut samples = Vec::new();
     for i in 1..=(duration_s * grid.rate_hz) as usize {
         let t_s = i as f64 * step_s;
-        let (centre_m, _) = way.at(t_s);
+        let (centre_m, _) = route.at(t_s);
         for (probe, position_m) in grid.probes_m.iter().enumerate() {
             let gust = &mut gusts[probe];
             *gust = kept * *gust + (1.0 - kept * kept).sqrt() * random.normal();
             let away_m = position_m - centre_m;
-            let (sin, cos) = way.yaw_rad.sin_cos();
+            let (sin, cos) = route.yaw_rad.sin_cos();
             let forward = (cos * away_m.x + sin * away_m.y) / l_m;
             let left = (cos * away_m.y - sin * away_m.x) / l_m;
-            let (axial, radial) = blown.velocity(forward, left, -away_m.z / l_m);
+            let (axial, radial) = jet.velocity(forward, left, -away_m.z / l_m);
             let axial_mps = u_h_mps * axial * (1.0 + grid.turbulence * *gust);
             let lateral_mps = u_h_mps * axial * grid.lateral_turbulence;
             let squares = axial_mps * axial_mps
@@ -143,15 +144,15 @@ fn readings(
 }
 
 /// Where the drone is: knots joined by straight lines, and a slow straying about them.
-struct Way {
+struct Route {
     knots: Vec<(f64, Point3<f64>)>,
     yaw_rad: f64,
     /// Amplitude (m), angular speed (rad/s) and phase, three for each axis.
     straying: [[(f64, f64, f64); 3]; 3],
 }
 
-impl Way {
-    fn over(grid: &HoverGrid, random: &mut Draws) -> Way {
+impl Route {
+    fn over(grid: &HoverGrid, random: &mut Draws) -> Route {
         let l_m = grid.airframe.motor_distance_m();
         let yaw_rad = random.between(0.0, TAU);
         let line_rad = if grid.along_body_y {
@@ -182,13 +183,14 @@ impl Way {
         }
         let straying = [(); 3].map(|()| {
             [(); 3].map(|()| {
-                // Three sines of equal power; 0.1 to 0.3 Hz is how hovering drones sway (chosen here).
+                // Three sines of equal power; 0.1 to 0.3 Hz is how hovering drones sway (chosen
+                // here).
                 let amplitude_m = grid.jitter_m * (2.0_f64 / 3.0).sqrt();
                 let rad_per_s = TAU * random.between(0.1, 0.3);
                 (amplitude_m, rad_per_s, random.between(0.0, TAU))
             })
         });
-        Way {
+        Route {
             knots,
             yaw_rad,
             straying,

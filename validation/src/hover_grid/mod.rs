@@ -1,4 +1,5 @@
-//! One flight as the paper flew them: a drone hovers for some seconds at each point of a grid above a fixed anemometer.
+//! One flight as the paper flew them: a drone hovers for some seconds at each point of a grid above
+//! a fixed anemometer.
 
 mod flight;
 mod true_jet;
@@ -9,7 +10,7 @@ use nalgebra::Point3;
 
 pub use true_jet::{TrueJet, TrueProfile};
 
-/// A made-up grid flight. Every number may be changed before it is flown.
+/// A synthetic grid flight. Every number may be changed before it is flown.
 #[derive(Clone, Debug)]
 pub struct HoverGrid {
     /// Who flies.
@@ -18,9 +19,11 @@ pub struct HoverGrid {
     pub jet: TrueJet,
     /// Depths of the probe below the rotors, over the motor distance.
     pub depths_over_l: Vec<f64>,
-    /// Distances of the axis from the probe, over the motor distance, along a line whose direction is drawn for every flight.
+    /// Distances of the axis from the probe, over the motor distance, along a line whose direction
+    /// is drawn for every flight.
     pub offsets_over_l: Vec<f64>,
-    /// Whether the line goes along the body's y axis (for near-field profiles) instead of any direction.
+    /// Whether the line goes along the body's y axis (for near-field profiles) instead of any
+    /// direction.
     pub along_body_y: bool,
     /// Where the probes stand (m).
     pub probes_m: Vec<Point3<f64>>,
@@ -30,18 +33,22 @@ pub struct HoverGrid {
     pub rate_hz: f64,
     /// Rows of the track a second.
     pub track_hz: f64,
-    /// Standard deviation of the axial speed over the local mean. What a slow probe sees of a turbulence of 0.25 on the axis.
+    /// Standard deviation of the axial speed over the local mean. What a slow probe sees of a
+    /// turbulence of 0.25 on the axis.
     pub turbulence: f64,
     /// Memory of that (s).
     pub memory_s: f64,
-    /// Standard deviation of each of the two lateral speeds over the local mean, faster than the probe: it reads them in
-    /// quadrature, so they raise what it reads. 0 unless wanted: the mean jet is then what a speed probe reads.
+    /// Standard deviation of each of the two lateral speeds over the local mean, faster than the
+    /// probe: it reads them in quadrature, so they raise what it reads. 0 unless wanted: the mean
+    /// jet is then what a speed probe reads.
     pub lateral_turbulence: f64,
-    /// How far the drone strays around each point (m, standard deviation per axis); the track knows.
+    /// How far the drone strays around each point (m, standard deviation per axis); the track
+    /// knows.
     pub jitter_m: f64,
     /// Range of the ambient speed (m/s), one draw a flight.
     pub ambient_mps: (f64, f64),
-    /// Plus or minus what the gain of the probe may be off, one draw a flight; the paper's probe: 0.05.
+    /// Plus or minus what the gain of the probe may be off, one draw a flight; the paper's probe:
+    /// 0.05.
     pub accuracy_rel: f64,
     /// Plus or minus what its zero may be off (m/s), one draw a flight; the paper's probe: 0.03.
     pub accuracy_abs_mps: f64,
@@ -51,7 +58,8 @@ pub struct HoverGrid {
     pub air: Air,
 }
 
-/// Greatest height of the rotors above the probe in the paper's hall (m): 7 m high, the probe at 2 m.
+/// Greatest height of the rotors above the probe in the paper's hall (m): 7 m high, the probe at 2
+/// m.
 const MOST_DEPTH_M: f64 = 4.5;
 /// Where the paper's deepest data lie (`s/l`).
 const DEEPEST_OVER_L: f64 = 24.0;
@@ -59,8 +67,9 @@ const DEEPEST_OVER_L: f64 = 24.0;
 const MOST_DEPTH_SMALL_M: f64 = 3.0;
 
 impl HoverGrid {
-    /// The paper's kind of flight for one of its drones: seven depths from 2.6 l to where its hall or its interest ends, thirteen
-    /// offsets to 1.5 half-widths of the deepest; eight minutes at one reading a second. `None`: no such drone.
+    /// The paper's kind of flight for one of its drones: seven depths from 2.6 l to where its hall
+    /// or its interest ends, thirteen offsets to 1.5 half-widths of the deepest; eight minutes at
+    /// one reading a second. `None`: no such drone.
     #[must_use]
     pub fn over_one_probe(airframe: &str) -> Option<HoverGrid> {
         let airframe = Airframe::preset(airframe)?;
@@ -100,7 +109,8 @@ impl HoverGrid {
         })
     }
 
-    /// Profiles along the body's y axis from 0.4 to 2.4 motor distances: what the near field's lobes are measured on.
+    /// Profiles along the body's y axis from 0.4 to 2.4 motor distances: what the near field's
+    /// lobes are measured on.
     #[must_use]
     pub fn near_field(airframe: &str) -> Option<HoverGrid> {
         let mut grid = HoverGrid::over_one_probe(airframe)?;

@@ -1,13 +1,16 @@
-//! The air of the made-up world: a mean jet of any profile, its radial flow integrated from continuity, four lobes near the rotors.
+//! The air of the synthetic world: a mean jet of any profile, its radial flow integrated from
+//! continuity, four lobes near the rotors.
 
 use std::f64::consts::LN_2;
 
 /// Half-widths up to which the profile is tabulated; beyond, the air is still.
 const WIDEST_XI: f64 = 40.0;
-/// Steps of the table per half-width: the trapezoidal sum of the flow is then good to 1e-4 of the centreline.
+/// Steps of the table per half-width: the trapezoidal sum of the flow is then good to 1e-4 of the
+/// centreline.
 const STEPS_PER_XI: f64 = 64.0;
 
-/// A jet as the made-up world has it; lengths over the motor distance, speeds over the induced velocity.
+/// A jet as the synthetic world has it; lengths over the motor distance, speeds over the induced
+/// velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueJet {
     /// Decay constant.
@@ -69,14 +72,14 @@ impl TrueProfile {
 
 /// A jet ready to be asked.
 #[derive(Clone, Debug)]
-pub(super) struct Blown {
+pub(super) struct PreparedJet {
     jet: TrueJet,
     /// Shape and `∫₀^ξ f ξ' dξ'` at multiples of the step.
     table: Vec<(f64, f64)>,
 }
 
-impl Blown {
-    pub(super) fn new(jet: TrueJet) -> Blown {
+impl PreparedJet {
+    pub(super) fn new(jet: TrueJet) -> PreparedJet {
         let steps = (WIDEST_XI * STEPS_PER_XI) as usize;
         let step = 1.0 / STEPS_PER_XI;
         let mut flow = 0.0;
@@ -90,12 +93,13 @@ impl Blown {
             }
             table.push((shape, flow));
         }
-        Blown { jet, table }
+        PreparedJet { jet, table }
     }
 
     /// Axial and radial speed below 2.5 motor distances.
     ///
-    /// With `U_C ~ 1/σ` and `r_half ~ σ`, continuity gives `V = U_C S (ξ f - F/ξ)`, `F = ∫₀^ξ f ξ' dξ'`.
+    /// With `U_C ~ 1/σ` and `r_half ~ σ`, continuity gives `V = U_C S (ξ f - F/ξ)`, `F = ∫₀^ξ f ξ'
+    /// dξ'`.
     fn far(&self, depth: f64, radius: f64) -> (f64, f64) {
         let q = self.jet.width_factor;
         let past_origin = depth - self.jet.origin;
@@ -115,10 +119,12 @@ impl Blown {
         (centre * shape, centre * spreading * outwards)
     }
 
-    /// Axial and radial speed at a place in the body's horizontal frame: `x` forward, `y` left, depth below the rotors.
+    /// Axial and radial speed at a place in the body's horizontal frame: `x` forward, `y` left,
+    /// depth below the rotors.
     ///
-    /// Above 2.5: four Gaussians whose centres stand on the diagonals and come to the axis at `lobes_merge`, faded into the jet
-    /// between 2 and 2.5. Made up so that the distance of the lobes is known.
+    /// Above 2.5: four Gaussians whose centres stand on the diagonals and come to the axis at
+    /// `lobes_merge`, faded into the jet between 2 and 2.5. Chosen so that the distance of the
+    /// lobes is known.
     pub(super) fn velocity(&self, x: f64, y: f64, depth: f64) -> (f64, f64) {
         let radius = x.hypot(y);
         if depth <= 0.0 {
@@ -140,7 +146,8 @@ impl Blown {
         ((1.0 - part) * near + part * far, part * outwards)
     }
 
-    /// `δ`: distance of the lobes from the axis along `x` and along `y`, from that of the rotors to 0.
+    /// `δ`: distance of the lobes from the axis along `x` and along `y`, from that of the rotors to
+    /// 0.
     pub(super) fn lobe(&self, depth: f64) -> f64 {
         0.125_f64.sqrt() * (1.0 - depth / self.jet.lobes_merge).max(0.0)
     }

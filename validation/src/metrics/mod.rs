@@ -1,8 +1,8 @@
 //! How good answers are, given the truth: one case, then all of them.
 //!
-//! | mark | of | a hit |
+//! | metric | of | a hit |
 //! | --- | --- | --- |
-//! | false alarms | recordings that conceal nothing | any verdict but none |
+//! | false alarms | recordings without an injected effect | any verdict but none |
 //! | accusations | only an instrument is at fault | an effect of the air is named |
 //! | detected | χ² of 25 (200) and more | any verdict but none |
 //! | named | in the library, 25 and more | every effect has its own name in first place |
@@ -22,11 +22,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 pub use practice::{PracticeError, practice};
-pub use table::Mark;
+pub use table::Metric;
 
 use crate::answer::{Answer, Named};
 use crate::names::canonical;
-use crate::truth::{Concealed, DETECTABLE_CHI2, Truth};
+use crate::truth::{DETECTABLE_CHI2, Injected, Truth};
 use diagnosis::infer::candidates::is_sensor;
 use diagnosis::infer::finding::{Interval, Verdict};
 use diagnosis::statistics::quantile::quantile;
@@ -38,12 +38,12 @@ const MASKED: &str = "masked";
 /// Recordings of so many samples and more count for the time.
 pub const LONG_SAMPLES: usize = 3500;
 
-/// One answer, marked.
+/// One answer, assessed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Marked {
+pub struct Assessed {
     /// Kind of recording.
     pub family: String,
-    /// What was concealed: [`Truth::label`].
+    /// What was injected: [`Truth::label`].
     pub truth: String,
     /// What was answered: names joined by `+`, `none` or `outside_library`.
     pub answered: String,
@@ -99,10 +99,10 @@ impl Share {
     }
 }
 
-/// All answers, marked.
+/// All answers, assessed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Marks {
-    /// Recordings that conceal nothing and were said to.
+pub struct Metrics {
+    /// Recordings without an injected effect and were said to.
     pub false_alarms: Share,
     /// Faults of instruments that were put on the air.
     pub accusations: Share,
@@ -128,18 +128,19 @@ pub struct Marks {
     pub outside: Share,
     /// Masked pairs with both named.
     pub masked: Share,
-    /// Longest time (s) for a recording of 3500 samples and more; `None`: there was none, or nobody measured.
+    /// Longest time (s) for a recording of 3500 samples and more; `None`: there was none, or none
+    /// was measured.
     pub slowest_s: Option<f64>,
     /// How often each truth got each answer.
     pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
     /// Every case, in order.
-    pub cases: Vec<Marked>,
+    pub cases: Vec<Assessed>,
 }
 
-impl Marked {
-    /// Marks one answer.
+impl Assessed {
+    /// Assesses one answer.
     #[must_use]
-    pub fn of(truth: &Truth, answer: &Answer) -> Marked {
+    pub fn of(truth: &Truth, answer: &Answer) -> Assessed {
         let effects = match answer.verdict {
             Verdict::Library | Verdict::Ambiguous => &answer.effects[..],
             Verdict::None | Verdict::OutsideLibrary => &[],
@@ -162,7 +163,7 @@ impl Marked {
                 }
             }
         }
-        Marked {
+        Assessed {
             family: truth.family.clone(),
             truth: truth.label(),
             answered: label(answer.verdict, effects),
@@ -186,7 +187,8 @@ impl Marked {
         }
     }
 
-    /// Whether it is worth a look: a false alarm, or something that can be seen and was not said rightly.
+    /// Whether it is worth a look: a false alarm, or something that can be seen and was not said
+    /// rightly.
     #[must_use]
     pub fn is_missed(&self) -> bool {
         if self.is_null() {
@@ -200,18 +202,18 @@ impl Marked {
         !right && (self.detected || self.oracle_chi2 >= DETECTABLE_CHI2)
     }
 
-    /// Whether nothing was concealed.
+    /// Whether no effect was injected.
     #[must_use]
     pub fn is_null(&self) -> bool {
         self.truth == "none"
     }
 }
 
-impl Marks {
+impl Metrics {
     /// Adds cases up, in their order.
     #[must_use]
-    pub fn over(cases: Vec<Marked>) -> Marks {
-        let share = |among: &dyn Fn(&Marked) -> bool, hit: &dyn Fn(&Marked) -> bool| {
+    pub fn over(cases: Vec<Assessed>) -> Metrics {
+        let share = |among: &dyn Fn(&Assessed) -> bool, hit: &dyn Fn(&Assessed) -> bool| {
             let mut share = Share::default();
             cases
                 .iter()
@@ -219,12 +221,12 @@ impl Marks {
                 .for_each(|case| share.count(hit(case)));
             share
         };
-        let conceals = |case: &Marked| !case.is_null();
-        let visible = |case: &Marked| conceals(case) && case.oracle_chi2 >= DETECTABLE_CHI2;
-        let in_library = |case: &Marked| visible(case) && !case.is_outside;
-        let masks = |case: &Marked| visible(case) && case.family.starts_with(MASKED);
-        let detected = |case: &Marked| case.detected;
-        let named = |case: &Marked| case.named;
+        let injects = |case: &Assessed| !case.is_null();
+        let visible = |case: &Assessed| injects(case) && case.oracle_chi2 >= DETECTABLE_CHI2;
+        let in_library = |case: &Assessed| visible(case) && !case.is_outside;
+        let masks = |case: &Assessed| visible(case) && case.family.starts_with(MASKED);
+        let detected = |case: &Assessed| case.detected;
+        let named = |case: &Assessed| case.named;
         let locations = cases
             .iter()
             .filter(|case| visible(case))
@@ -248,17 +250,17 @@ impl Marks {
             hits: sum.hits + case.covered.hits,
             of: sum.of + case.covered.of,
         });
-        Marks {
+        Metrics {
             false_alarms: share(&|case| case.is_null(), &detected),
             accusations: share(&|case| case.is_sensor_only, &|case| case.accused),
             detected: share(&visible, &detected),
             detected_plain: share(
-                &|case| conceals(case) && case.oracle_chi2 >= PLAIN_CHI2,
+                &|case| injects(case) && case.oracle_chi2 >= PLAIN_CHI2,
                 &detected,
             ),
             named: share(&in_library, &named),
             in_set: share(&in_library, &|case| case.in_set),
-            spurious: share(&|case| conceals(case) && !case.is_outside, &|case| {
+            spurious: share(&|case| injects(case) && !case.is_outside, &|case| {
                 case.spurious
             }),
             location: (!locations.is_empty())
@@ -277,11 +279,11 @@ impl Marks {
     }
 }
 
-fn is_right(of: &Concealed, named: &Named) -> bool {
+fn is_right(of: &Injected, named: &Named) -> bool {
     of.accepted.contains(&named.name)
 }
 
-fn is_within(of: &Concealed, named: &Named) -> bool {
+fn is_within(of: &Injected, named: &Named) -> bool {
     is_right(of, named)
         || named
             .alternatives
@@ -289,11 +291,12 @@ fn is_within(of: &Concealed, named: &Named) -> bool {
             .any(|name| of.accepted.contains(name))
 }
 
-/// For each truth the named effect that is its own, as many as possible: augmenting paths (a handful of each).
+/// For each truth the named effect that is its own, as many as possible: augmenting paths (a
+/// handful of each).
 fn pairing(
-    truths: &[Concealed],
+    truths: &[Injected],
     named: &[Named],
-    fits: fn(&Concealed, &Named) -> bool,
+    fits: fn(&Injected, &Named) -> bool,
 ) -> Vec<Option<usize>> {
     let mut owner: Vec<Option<usize>> = vec![None; named.len()];
     for truth in 0..truths.len() {

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::{Concealed, Truth, canonical};
+use super::{Injected, Truth, canonical};
 
-/// White part of the noise of its probes (m/s) and of its throttles. Recovered from the rows that its truths list: those where the
-/// difference exceeds half a deviation.
+/// White part of the noise of its probes (m/s) and of its throttles. Recovered from the rows that
+/// its truths list: those where the difference exceeds half a deviation.
 const WHITE_MPS: f64 = 0.06;
 const WHITE_THROTTLE: f64 = 0.0125;
 
@@ -45,7 +45,8 @@ struct WrittenEffect {
     accept: Vec<String>,
 }
 
-/// The truth of one recording of the practice set from its `truth/<id>.json`; `is_throttle` where it has a receiver and no probes.
+/// The truth of one recording of the practice set from its `truth/<id>.json`; `is_throttle` where
+/// it has a receiver and no probes.
 ///
 /// # Errors
 /// A text of another kind.
@@ -67,7 +68,7 @@ pub fn practice(text: &str, is_throttle: bool) -> Result<Truth, PracticeError> {
             .effects
             .iter()
             .any(|effect| effect.accept.is_empty()),
-        effects: written.effects.into_iter().map(concealed).collect(),
+        effects: written.effects.into_iter().map(injected).collect(),
         region: written.region_sample_index,
         noise: written.truth_clean.iter().map(noise).collect(),
         truth_clean: written.truth_clean,
@@ -76,7 +77,7 @@ pub fn practice(text: &str, is_throttle: bool) -> Result<Truth, PracticeError> {
     })
 }
 
-fn concealed(written: WrittenEffect) -> Concealed {
+fn injected(written: WrittenEffect) -> Injected {
     let value = |name: &str| written.params.get(name).copied();
     let renamed = |name: &str, value: Option<f64>| Some((name.to_owned(), value?));
     // The parameters that mean the same as in the library, by its names.
@@ -101,7 +102,7 @@ fn concealed(written: WrittenEffect) -> Concealed {
         .accept
         .first()
         .map_or(written.effect.as_str(), |name| canonical(name));
-    Concealed {
+    Injected {
         name: first.to_owned(),
         parameters: parameters.into_iter().flatten().collect(),
         accepted: written.accept,

@@ -1,12 +1,12 @@
-//! Marks as text.
+//! Metrics as text.
 
 use std::fmt::{self, Write as _};
 
 use serde::Serialize;
 
-use super::{Marked, Marks, Share};
+use super::{Assessed, Metrics, Share};
 
-/// Which side of its goal a mark has to be on.
+/// Which side of its goal a metric has to be on.
 #[derive(Clone, Copy)]
 enum Goal {
     AtLeast(f64),
@@ -34,10 +34,10 @@ impl fmt::Display for Goal {
     }
 }
 
-/// One mark.
+/// One metric.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Mark {
-    /// What is marked.
+pub struct Metric {
+    /// What is measured.
     pub name: &'static str,
     /// What was reached; `None`: there was no case of it.
     pub value: Option<f64>,
@@ -49,9 +49,9 @@ pub struct Mark {
     pub reached: Option<bool>,
 }
 
-impl Mark {
-    fn new(name: &'static str, value: Option<f64>, of: Option<Share>, goal: Goal) -> Mark {
-        Mark {
+impl Metric {
+    fn new(name: &'static str, value: Option<f64>, of: Option<Share>, goal: Goal) -> Metric {
+        Metric {
             name,
             value,
             of,
@@ -61,16 +61,16 @@ impl Mark {
     }
 }
 
-impl Marks {
-    /// Every mark with what is to be reached, in the order of reports; the same for the same seed. Time is left out: it is never the
-    /// same.
+impl Metrics {
+    /// Every metric with what is to be reached, in the order of reports; the same for the same
+    /// seed. Time is left out: it is never the same.
     #[must_use]
-    pub fn marks(&self) -> Vec<Mark> {
+    pub fn metrics(&self) -> Vec<Metric> {
         let share = |name, share: Share, goal: Goal| {
             let value = share.rate();
-            Mark::new(name, value, Some(share), goal)
+            Metric::new(name, value, Some(share), goal)
         };
-        let plain = |name, value, goal: Goal| Mark::new(name, value, None, goal);
+        let plain = |name, value, goal: Goal| Metric::new(name, value, None, goal);
         vec![
             share("null false alarm", self.false_alarms, Goal::AtMost(0.005)),
             share("wrongful accusation", self.accusations, Goal::AtMost(0.01)),
@@ -96,22 +96,24 @@ impl Marks {
         ]
     }
 
-    /// Whether every mark of which there are cases is reached.
+    /// Whether every metric of which there are cases is reached.
     #[must_use]
     pub fn are_reached(&self) -> bool {
-        self.marks().iter().all(|mark| mark.reached != Some(false))
+        self.metrics()
+            .iter()
+            .all(|metric| metric.reached != Some(false))
     }
 
-    /// [`Marks::marks`] as text.
+    /// [`Metrics::metrics`] as text.
     #[must_use]
     pub fn table(&self) -> String {
-        let mut text = format!("{:<24} {:>7} {:>9}  to reach\n", "mark", "reached", "of");
-        for mark in self.marks() {
-            let value = number(mark.value, 3);
-            let of = mark
+        let mut text = format!("{:<24} {:>7} {:>9}  to reach\n", "metric", "reached", "of");
+        for metric in self.metrics() {
+            let value = number(metric.value, 3);
+            let of = metric
                 .of
                 .map_or(String::new(), |of| format!("{}/{}", of.hits, of.of));
-            let missed = if mark.reached == Some(false) {
+            let missed = if metric.reached == Some(false) {
                 "  missed"
             } else {
                 ""
@@ -120,7 +122,7 @@ impl Marks {
             let _ = writeln!(
                 text,
                 "{:<24} {value:>7} {of:>9}  {}{missed}",
-                mark.name, mark.goal
+                metric.name, metric.goal
             );
         }
         text
@@ -166,12 +168,12 @@ impl Marks {
             "family", "cases", "detected", "named", "in set", "location", "skill", "chi2"
         );
         for name in names {
-            let mine: Vec<&Marked> = self
+            let mine: Vec<&Assessed> = self
                 .cases
                 .iter()
                 .filter(|case| case.family == name)
                 .collect();
-            let count = |hit: fn(&&&Marked) -> bool| mine.iter().filter(hit).count();
+            let count = |hit: fn(&&&Assessed) -> bool| mine.iter().filter(hit).count();
             let location = mean(mine.iter().filter_map(|case| case.location));
             let skill = mine
                 .iter()
@@ -197,8 +199,8 @@ impl Marks {
     }
 }
 
-impl Marked {
-    /// One line: family, what was concealed, what was answered, location, skill.
+impl Assessed {
+    /// One line: family, what was injected, what was answered, location, skill.
     #[must_use]
     pub fn line(&self) -> String {
         format!(

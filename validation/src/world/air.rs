@@ -1,4 +1,4 @@
-//! All the air of the made-up world: jets, what bends and stops them, and what blows besides.
+//! All the air of the synthetic world: jets, what bends and stops them, and what else moves.
 
 use std::f64::consts::TAU;
 
@@ -10,13 +10,13 @@ use super::draughts::{Flap, Panel, Room, Vent};
 use super::floor;
 use super::jet::{Across, Cut, Drone, SPREADING};
 use super::lobes::Lobes;
-use super::way::Way;
+use super::route::Route;
 
-/// A drone that blows.
+/// A drone with its wake.
 #[derive(Clone, Debug)]
 pub(crate) struct Emitter {
     pub(crate) drone: Drone,
-    pub(crate) way: Way,
+    pub(crate) route: Route,
     pub(crate) load: Load,
 }
 
@@ -68,10 +68,11 @@ pub(crate) struct Air {
     pub(crate) strength: f64,
     /// Power of propeller diameter over motor distance that a jet's speed goes with besides.
     pub(crate) size_exponent: f64,
-    /// Part of the speed that the body takes away between four lobes; `None`: one jet from the rotor plane on.
+    /// Part of the speed that the body takes away between four lobes; `None`: one jet from the
+    /// rotor plane on.
     pub(crate) lobes: Option<f64>,
     pub(crate) summing: Summing,
-    /// Whether the air that jets draw in is felt.
+    /// Whether the air that jets draw in counts.
     pub(crate) radial: bool,
     pub(crate) room: Option<Room>,
     pub(crate) vent: Option<Vent>,
@@ -188,10 +189,10 @@ impl World {
             velocity_mps += Vector3::new(x, y, 0.0);
         }
         if let Some(room) = self.air.room {
-            velocity_mps += room.blows(t_s);
+            velocity_mps += room.velocity_mps(t_s);
         }
         if let Some(vent) = self.air.vent {
-            velocity_mps += vent.blows(point_m);
+            velocity_mps += vent.velocity_mps(point_m);
         }
         velocity_mps
     }
@@ -199,10 +200,10 @@ impl World {
     fn share(&self, index: usize, t_s: f64, point_m: Vector3<f64>) -> Option<Share> {
         let (emitter, prepared, air) = (&self.emitters[index], &self.prepared[index], &self.air);
         let drone = &emitter.drone;
-        let mut centre_m = emitter.way.position_m(t_s);
+        let mut centre_m = emitter.route.position_m(t_s);
         let mut left_s = t_s;
         if let Some(carried) = &prepared.carried {
-            let (axis_m, sunk_m, at_s) = carried.crossing(&emitter.way, t_s, point_m.z)?;
+            let (axis_m, sunk_m, at_s) = carried.crossing(&emitter.route, t_s, point_m.z)?;
             centre_m = Vector3::new(axis_m.x, axis_m.y, point_m.z + sunk_m);
             left_s = at_s;
         }
@@ -211,7 +212,7 @@ impl World {
             return None;
         }
         from_m -= self.drawn_aside(index, t_s, centre_m, -from_m.z);
-        let knot = emitter.way.knot(left_s);
+        let knot = emitter.route.knot(left_s);
         let cut = self.cut(index, from_m, left_s, knot.yaw_rad, knot.lean_rad)?;
         let mut speed_mps = air.across.speed_mps(&cut);
         if let Some(lobes) = &prepared.lobes {
@@ -270,7 +271,7 @@ impl World {
         // The paper's drones lie around a ratio of 0.53.
         hover_mps *= (drone.propeller_m / drone.motors_m / 0.53).powf(self.air.size_exponent);
         if self.air.climbs {
-            hover_mps *= climbing(emitter.way.velocity_mps(left_s).z / prepared.hover_mps);
+            hover_mps *= climbing(emitter.route.velocity_mps(left_s).z / prepared.hover_mps);
         }
         if let Some(bent) = &prepared.bent {
             let beside = bent.beside(from_m);
@@ -312,13 +313,14 @@ impl World {
         let mut aside_m = Vector3::zeros();
         if self.air.summing.attraction > 0.0 {
             for (other, emitter) in self.emitters.iter().enumerate() {
-                let mut towards_m = emitter.way.position_m(t_s) - centre_m;
+                let mut towards_m = emitter.route.position_m(t_s) - centre_m;
                 towards_m.z = 0.0;
                 let apart_m = towards_m.norm();
                 if other == index || !(1e-3..4.0).contains(&apart_m) {
                     continue;
                 }
-                // Sink flow of the other, (dQ/ds)/(2π D), against the fall at the centre speed: summed over the depth.
+                // Sink flow of the other, (dQ/ds)/(2π D), against the fall at the centre speed:
+                // summed over the depth.
                 let (start, end) = (drone.past_origin(0.0), drone.past_origin(depth_m));
                 let sum = 0.5 * (end * end - start * start) * drone.motors_m * drone.motors_m;
                 let drawn_m = self.air.summing.attraction * SPREADING * SPREADING * sum
@@ -331,8 +333,9 @@ impl World {
             let step_m = depth_m / f64::from(steps);
             for step in 0..steps {
                 let at_m = (f64::from(step) + 0.5) * step_m;
-                let wind_mps = vent.blows(centre_m + aside_m - Vector3::z() * at_m);
-                // Momentum of the air taken in so far over that of the jet: 2.3 between a Gaussian's 2 and the paper's 3.
+                let wind_mps = vent.velocity_mps(centre_m + aside_m - Vector3::z() * at_m);
+                // Momentum of the air taken in so far over that of the jet: 2.3 between a
+                // Gaussian's 2 and the paper's 3.
                 let taken = 2.3 * at_m / (10.11 * drone.motors_m * self.prepared[index].hover_mps);
                 aside_m += wind_mps * (taken * step_m);
             }
@@ -341,7 +344,8 @@ impl World {
     }
 }
 
-/// Induced speed over that of hover when climbing at a speed over that of hover: `(V + v) v = 1`, by Newton's way.
+/// Induced speed over that of hover when climbing at a speed over that of hover: `(V + v) v = 1`,
+/// by Newton's route.
 fn climbing(climb: f64) -> f64 {
     let mut induced = 1.0;
     for _ in 0..6 {

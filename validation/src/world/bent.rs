@@ -1,8 +1,10 @@
 //! A jet in a wind or in layered air, as a row of parcels that swallow what they meet.
 //!
-//! A closure of another family than an ordinary differential equation along the arc with a drag force: each parcel is a slice of a top-hat jet that
-//! keeps its momentum and takes in that of the air it swallows, all around by shear and from the front by the area that it turns to
-//! the wind (projected-area entrainment, Frick 1984, recalled; the cylinder's share of that area). No drag, no constant to fit.
+//! A closure of another family than an ordinary differential equation along the arc with a drag
+//! force: each parcel is a slice of a top-hat jet that keeps its momentum and takes in that of the
+//! air it swallows, all around by shear and from the front by the area that it turns to the wind
+//! (projected-area entrainment, Frick 1984; the cylinder's share of that area). No drag, no
+//! constant to fit.
 
 use std::f64::consts::PI;
 
@@ -10,8 +12,8 @@ use nalgebra::Vector3;
 
 use super::jet::{Drone, GRAVITY, SPREADING, momentum_of_profile};
 
-/// Radius of the top hat over the half-width. Chosen here between that of a Gaussian of the same flow and momentum (1.70) and that
-/// of the paper's profile (2.69).
+/// Radius of the top hat over the half-width. Chosen here between that of a Gaussian of the same
+/// flow and momentum (1.70) and that of the paper's profile (2.69).
 const TOP_HAT: f64 = 2.0;
 /// Deepest arc (in motor distances) and step of the table.
 const DEEPEST: f64 = 45.0;
@@ -21,7 +23,7 @@ const STEP: f64 = 0.05;
 #[derive(Clone, Copy, Debug)]
 struct Node {
     place_m: Vector3<f64>,
-    /// Way along the axis (m).
+    /// Route along the axis (m).
     s_m: f64,
     along: Vector3<f64>,
     /// Excess speed and radius over those in still air at the same arc.
@@ -70,8 +72,8 @@ impl Parcel {
 }
 
 impl Bent {
-    /// A jet of a drone that hovers at an induced speed in a wind (m/s) and air whose potential temperature rises with height:
-    /// `stability` is its buoyancy frequency (1/s).
+    /// A jet of a drone that hovers at an induced speed in a wind (m/s) and air whose potential
+    /// temperature rises with height: `stability` is its buoyancy frequency (1/s).
     pub(crate) fn new(drone: &Drone, hover_mps: f64, wind_mps: [f64; 2], stability: f64) -> Bent {
         let wind = Vector3::new(wind_mps[0], wind_mps[1], 0.0) / hover_mps;
         let frequency = stability * drone.motors_m / hover_mps;
@@ -93,7 +95,8 @@ impl Bent {
         }
     }
 
-    /// Where a point, from the rotor plane's centre, lies beside the axis: at the nearest place on it.
+    /// Where a point, from the rotor plane's centre, lies beside the axis: at the nearest place on
+    /// it.
     pub(crate) fn beside(&self, point_m: Vector3<f64>) -> Beside {
         let distance = |node: &Node| (point_m - node.place_m).norm_squared();
         let nearest = (0..self.nodes.len())
@@ -198,8 +201,8 @@ mod tests {
 
     #[test]
     fn the_bend_lies_among_measured_ones() {
-        // Effective constant c' of x/l = c' (W/U_H) (s/l)²/(2 B): 2 (a Gaussian's entrainment alone) to 6 among integral
-        // models up to a tenth of the induced speed, more beyond.
+        // Effective constant c' of x/l = c' (W/U_H) (s/l)²/(2 B): 2 (a Gaussian's entrainment
+        // alone) to 6 among integral models up to a tenth of the induced speed, more beyond.
         for (wind, s) in [(0.02, 6.0), (0.05, 10.0), (0.1, 10.0), (0.2, 8.0)] {
             let hover_mps = 6.66;
             let bent = Bent::new(&OFFBOARD_1, hover_mps, [wind * hover_mps, 0.0], 0.0);

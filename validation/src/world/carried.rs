@@ -1,11 +1,13 @@
-//! Wakes of drones that move: parcels let go at fixed times, each sinking as fast as the jet carries it.
+//! Wakes of drones that move: parcels let go at fixed times, each sinking as fast as the jet
+//! carries it.
 
 use nalgebra::Vector3;
 
 use super::jet::Drone;
-use super::way::Way;
+use super::route::Route;
 
-/// Between one parcel and the next (s): a drone at 3 m/s moves 6 cm, a third of the smallest half-width flown.
+/// Between one parcel and the next (s): a drone at 3 m/s moves 6 cm, a third of the smallest
+/// half-width flown.
 const BETWEEN_S: f64 = 0.02;
 /// Oldest parcels kept (s).
 const OLDEST_S: f64 = 12.0;
@@ -34,18 +36,18 @@ impl Carried {
         Carried { sunk_m }
     }
 
-    /// Where the axis crosses a height, and how far its air has come since it left the rotors. `None`: no air of this drone is
-    /// there yet.
+    /// Where the axis crosses a height, and how far its air has come since it left the rotors.
+    /// `None`: no air of this drone is there yet.
     pub(crate) fn crossing(
         &self,
-        way: &Way,
+        route: &Route,
         t_s: f64,
         z_m: f64,
     ) -> Option<(Vector3<f64>, f64, f64)> {
         let mut newer: Option<(Vector3<f64>, f64, f64)> = None;
         for (age, &sunk_m) in self.sunk_m.iter().enumerate() {
             let let_go_s = t_s - age as f64 * BETWEEN_S;
-            let left_m = way.position_m(let_go_s);
+            let left_m = route.position_m(let_go_s);
             let height_m = left_m.z - sunk_m;
             if height_m <= z_m {
                 let Some((newer_m, newer_sunk_m, newer_s)) = newer else {

@@ -1,4 +1,4 @@
-//! What blows or stands in the way besides jets: a room in motion, and what no library of effects has.
+//! Draughts and obstacles besides jets: a room in motion, and what no library of effects has.
 
 use nalgebra::Vector3;
 
@@ -37,7 +37,7 @@ pub(crate) struct Flap {
 }
 
 impl Vent {
-    pub(super) fn blows(&self, point_m: Vector3<f64>) -> Vector3<f64> {
+    pub(super) fn velocity_mps(&self, point_m: Vector3<f64>) -> Vector3<f64> {
         let away = (point_m.x - self.at_m[0]).hypot(point_m.y - self.at_m[1]) / self.radius_m;
         (-0.5 * away * away).exp() * Vector3::new(self.blows_mps[0], self.blows_mps[1], 0.0)
     }
@@ -57,7 +57,7 @@ impl Panel {
 }
 
 impl Room {
-    pub(super) fn blows(&self, t_s: f64) -> Vector3<f64> {
+    pub(super) fn velocity_mps(&self, t_s: f64) -> Vector3<f64> {
         let speed_mps = self.speed_mps * (1.0 - (-t_s.max(0.0) / self.spin_up_s).exp());
         let (up, level) = self.elevation_rad.sin_cos();
         let (y, x) = self.azimuth_rad.sin_cos();

@@ -4,21 +4,24 @@ use std::f64::consts::TAU;
 
 use super::jet::{Drone, momentum_of_profile};
 
-/// Height over which the jet stops, in half-widths at the floor. Chosen here within the literature's 0.8 to 1.
+/// Height over which the jet stops, in half-widths at the floor. Chosen here within the
+/// literature's 0.8 to 1.
 const STOPS: f64 = 0.95;
 /// Radius at which it has turned, in half-widths at the floor.
 const TURNED: f64 = 1.3;
-/// Part of its momentum that is left after the turn, and the power by which friction takes of it on the way out. Chosen here: a jet
-/// of unit momentum from unit height then runs at 1.2 at unit radius (Poreh et al. 1967: 1.3, recalled).
+/// Part of its momentum that is left after the turn, and the power by which friction takes of it on
+/// the route out. Chosen here: a jet of unit momentum from unit height then runs at 1.2 at unit
+/// radius (assumed here, because Poreh et al. 1967 report 1.3).
 const LEFT: f64 = 0.85;
 const FRICTION: f64 = 0.1;
-/// Growth of the layer's half-height with radius (Glauert 1956 and later measurements: 0.08 to 0.1, recalled).
+/// Growth of the layer's half-height with radius (assumed here, because Glauert 1956 and later
+/// measurements lie at 0.08 to 0.1).
 const GROWTH: f64 = 0.087;
 /// Height of the fastest air over the half-height.
 const FASTEST: f64 = 0.15;
 
-/// Downward share and outward speed (m/s) at a height above the floor and a distance from where the axis meets it, for a jet from
-/// `drop_m` above the floor.
+/// Downward share and outward speed (m/s) at a height above the floor and a distance from where the
+/// axis meets it, for a jet from `drop_m` above the floor.
 pub(crate) fn turned(
     drone: &Drone,
     hover_mps: f64,
@@ -45,7 +48,8 @@ pub(crate) fn turned(
 /// `∫ layer² dη`, by its sum.
 const LAYER_MOMENTUM: f64 = 0.7596;
 
-/// Speed over the fastest, at a height over that of half the speed: a seventh power from the floor, then as a free shear layer.
+/// Speed over the fastest, at a height over that of half the speed: a seventh power from the floor,
+/// then as a free shear layer.
 fn layer(eta: f64) -> f64 {
     if eta <= 0.0 {
         return 0.0;
@@ -73,7 +77,7 @@ mod tests {
 
     #[test]
     fn the_wall_jet_is_of_the_measured_size() {
-        // Poreh et al. 1967 (recalled): 1.32 √J/H at r = H; 3.17 m²/s is √J of this drone.
+        // After Poreh et al. 1967: 1.32 √J/H at r = H; 3.17 m²/s is √J of this drone.
         let fastest_mps = (1..400)
             .map(|i| turned(&OFFBOARD_2, 9.66, 3.0, 0.002 * f64::from(i), 3.0).1)
             .fold(0.0, f64::max);

@@ -1,4 +1,5 @@
-//! What instruments make of the air: magnitude, lag, calibration, faults, noise, steps of the reading.
+//! What instruments make of the air: magnitude, lag, calibration, faults, noise, steps of the
+//! reading.
 
 use nalgebra::Vector3;
 
@@ -65,7 +66,8 @@ pub(crate) struct Readings {
     pub(crate) logged: Vec<f64>,
 }
 
-/// Longest step (s) of the air that a slow probe is carried through: half of it is how much later it reads.
+/// Longest step (s) of the air that a slow probe is carried through: half of it is how much later
+/// it reads.
 const FINE_S: f64 = 0.02;
 
 impl Instrument {

@@ -1,4 +1,5 @@
-//! The hover jet of the made-up world: the fit of Bauersfeld et al. (RA-L 2025) written anew, and what may change its cross-section.
+//! The hover jet of the synthetic world: the fit of Bauersfeld et al. (RA-L 2025) written anew, and
+//! what may change its cross-section.
 
 use std::f64::consts::{PI, TAU};
 
@@ -84,9 +85,11 @@ pub(super) fn momentum_of_profile() -> f64 {
 /// What the air does across the axis, besides the paper's profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Across {
-    /// Factor on the half-width, and on the inverse of the centre speed: propellers leaning outwards (above 1) or inwards.
+    /// Factor on the half-width, and on the inverse of the centre speed: propellers leaning
+    /// outwards (above 1) or inwards.
     pub(crate) width: f64,
-    /// The jet is there only part of the time near its edge: place and width of the edge, in half-widths.
+    /// The jet is there only part of the time near its edge: place and width of the edge, in
+    /// half-widths.
     pub(crate) edge: Option<[f64; 2]>,
     /// Standard deviation of the axis's place over the depth.
     pub(crate) wander: f64,
@@ -111,7 +114,7 @@ impl Default for Across {
 /// A cut through a jet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cut {
-    /// Way along the axis (m).
+    /// Route along the axis (m).
     pub(crate) s_m: f64,
     /// Speed on the axis (m/s) and half-width (m) before anything changes them across.
     pub(crate) centre_mps: f64,
@@ -164,7 +167,8 @@ impl Across {
         shape
     }
 
-    /// Speed around the axis (m/s): a vortex with a core of half a half-width, slowing with the square of the depth.
+    /// Speed around the axis (m/s): a vortex with a core of half a half-width, slowing with the
+    /// square of the depth.
     pub(crate) fn around_mps(&self, cut: &Cut, drone: &Drone) -> f64 {
         let core = (cut.off_m.norm() / (0.5 * cut.half_m)).max(1e-9);
         // The largest value of (1 - exp(-x²))/x is 0.638.
@@ -207,7 +211,7 @@ pub(super) fn beside(along: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     (first, along.cross(&first))
 }
 
-/// `erfc`, Abramowitz & Stegun 7.1.26 (recalled): good to 1.5e-7.
+/// `erfc`, Abramowitz & Stegun 7.1.26: good to 1.5e-7.
 fn complementary_error(x: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.327_591_1 * x.abs());
     let series = [

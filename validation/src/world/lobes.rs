@@ -1,5 +1,5 @@
-//! Close below the rotors: four flat-topped jets whose momenta add (Reichardt), a slow core behind the body, and as much momentum
-//! through every cut as further down.
+//! Close below the rotors: four flat-topped jets whose momenta add (Reichardt), a slow core behind
+//! the body, and as much momentum through every cut as further down.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 

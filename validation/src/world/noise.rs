@@ -1,4 +1,5 @@
-//! Turbulence with memory on top of white noise: made, and known well enough to say how visible a difference is.
+//! Turbulence with memory on top of white noise: made, and known well enough to say how visible a
+//! difference is.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -50,8 +51,9 @@ pub(crate) struct Seen {
     pub(crate) mean: f64,
 }
 
-/// Likelihood ratio (χ²) of a known difference against gain and offset within what the maker allows (normal, 95 % within it, none
-/// beyond), with the noise known: how detectable it is at best. Readings of one instrument in the order of time.
+/// Likelihood ratio (χ²) of a known difference against gain and offset within what the maker allows
+/// (normal, 95 % within it, none beyond), with the noise known: how detectable it is at best.
+/// Readings of one instrument in the order of time.
 pub(crate) fn detectable(seen: &[Seen], noise: &Noise, accuracy: [f64; 2]) -> f64 {
     // Innovations of difference, gain and offset under the same filter: it is linear.
     let mut gust = [0.0f64; 3];
@@ -84,7 +86,8 @@ pub(crate) fn detectable(seen: &[Seen], noise: &Noise, accuracy: [f64; 2]) -> f6
     (squared - explained(&against, &among, accuracy)).max(0.0)
 }
 
-/// Largest `2 a·x - x·M x` within a box: one coordinate after the other, which converges as it is convex.
+/// Largest `2 a·x - x·M x` within a box: one coordinate after the other, which converges as it is
+/// convex.
 fn explained(against: &Vector2<f64>, among: &Matrix2<f64>, within: [f64; 2]) -> f64 {
     let mut at = Vector2::<f64>::zeros();
     for _ in 0..200 {

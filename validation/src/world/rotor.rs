@@ -7,7 +7,7 @@ use super::jet::Drone;
 pub(crate) struct Answer {
     /// Share of the blades' lift that the inflow takes at hover; 0: the paper's law alone.
     pub(crate) inflow: f64,
-    /// Whether floor and ceiling are felt.
+    /// Whether floor and ceiling act on it.
     pub(crate) floor: bool,
     pub(crate) ceiling: bool,
     /// Power by which the throttle rises as the voltage falls.
@@ -46,8 +46,8 @@ impl Answer {
     }
 }
 
-/// Upwash of the mirror images of four rotors over the induced speed: each image is a disc of sources (its axis exactly, beside it
-/// as a point).
+/// Upwash of the mirror images of four rotors over the induced speed: each image is a disc of
+/// sources (its axis exactly, beside it as a point).
 fn from_images(drone: &Drone, height_m: f64) -> f64 {
     let radius_m = 0.5 * drone.propeller_m;
     let away_m = 2.0 * height_m.max(0.25 * radius_m);

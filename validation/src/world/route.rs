@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use diagnosis::statistics::draws::Draws;
 
-/// One knot of a way.
+/// One knot of a route.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Knot {
     pub(crate) t_s: f64,
@@ -16,20 +16,21 @@ pub(crate) struct Knot {
     pub(crate) lean_rad: [f64; 2],
 }
 
-/// A way through space and time; before its first and after its last knot the drone stands there.
+/// A route through space and time; before its first and after its last knot the drone stands there.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Way {
+pub(crate) struct Route {
     knots: Vec<Knot>,
     /// Amplitude (m), angular speed (rad/s), phase: three for each axis.
     sways: [[[f64; 3]; 3]; 3],
 }
 
-impl Way {
-    /// A way that sways by a standard deviation (m) on each axis.
-    pub(crate) fn swaying(sway_m: f64, random: &mut Draws) -> Way {
+impl Route {
+    /// A route that sways by a standard deviation (m) on each axis.
+    pub(crate) fn swaying(sway_m: f64, random: &mut Draws) -> Route {
         let sways = [(); 3].map(|()| {
             [(); 3].map(|()| {
-                // Three sines of equal power; 0.1 to 0.3 Hz is how hovering drones sway (chosen here).
+                // Three sines of equal power; 0.1 to 0.3 Hz is how hovering drones sway (chosen
+                // here).
                 let rad_per_s = TAU * random.between(0.1, 0.3);
                 [
                     sway_m * (2f64 / 3.0).sqrt(),
@@ -38,7 +39,7 @@ impl Way {
                 ]
             })
         });
-        Way {
+        Route {
             knots: Vec::new(),
             sways,
         }
