@@ -105,7 +105,7 @@ fn seen(recording: &Recording, finding: &Finding) -> Option<Seen> {
             .map(|sample| rows.binary_search(&sample.row).is_ok())
             .collect(),
         corrected,
-        names: COVARIATES.to_vec(),
+        names: COVARIATES.map(|(name, _)| name).to_vec(),
         covariates: observed.covariates,
         samples: observed.samples,
     })

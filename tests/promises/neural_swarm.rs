@@ -9,11 +9,12 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use airflow::Superposition;
-use diagnosis::forward::force_sums::ForceSums;
+use diagnosis::forward::clock::{ClockKnown, ClockOffset};
+use diagnosis::forward::held_out::{
+    ForceSkill, ForceSums, ForceTest, clock_offsets, held_out_force,
+};
 use diagnosis::record::read::{Campaign, read_flight};
 use diagnosis::record::recording::Recording;
-use diagnosis::thrust::clock::{ClockKnown, ClockOffset};
-use diagnosis::thrust::held_out::{ForceSkill, ForceTest, clock_offsets, held_out_force};
 use rayon::prelude::*;
 
 fn read(path: &Path, campaign: &Campaign) -> Recording {
@@ -59,9 +60,9 @@ fn force_below_another_drone_is_predicted_in_flights_that_nothing_was_fitted_to(
         }
         eprintln!(
             "  collection {collection}: {:.3}, {:.3}; force over simulated {:.2}",
-            sums.r2_disc_mean(),
-            sums.r2_centre(),
-            sums.disc_mean.slope()
+            sums.r2(&sums.disc_mean),
+            sums.r2(&sums.centre),
+            sums.disc_mean.product_n2 / sums.disc_mean.simulated_n2
         );
     }
 

@@ -1,19 +1,20 @@
 //! Receivers in synthetic flights, where everything is known: thrust map, lag, clock and force are found again.
 
 use airflow::{Air, Airframe, Jet, Wake, mean_over_discs_mps};
+use diagnosis::forward::clock::{self, ClockKnown};
 use diagnosis::forward::flow::Flow;
 use diagnosis::forward::force;
-use diagnosis::forward::low_pass::LowPass;
+use diagnosis::forward::held_out::{ForceTest, ForceTestError, clock_offsets, held_out_force};
 use diagnosis::forward::simulate::Channel;
 use diagnosis::record::baseline::{Baseline, ReceiverLaw};
 use diagnosis::record::recording::{
     Clock, Environment, Known, Origin, ReceiverSample, Recording, Role, Track, Vehicle,
 };
 use diagnosis::record::remark::RemarkKind;
-use diagnosis::thrust::clock::{self, ClockKnown};
-use diagnosis::thrust::held_out::{ForceTest, ForceTestError, clock_offsets, held_out_force};
+use diagnosis::record::thrust_map::{CUBIC_FROM_ZERO, OFFSET, ThrustMap};
+use diagnosis::thrust::free_flight::flown_n;
 use diagnosis::thrust::identify::{IdentifyError, Lag, Options, identify};
-use diagnosis::thrust::thrust_map::{CUBIC_FROM_ZERO, OFFSET, ThrustMap};
+use diagnosis::thrust::low_pass::LowPass;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 const AIR: Air = Air {
@@ -32,7 +33,13 @@ fn airframe() -> Airframe {
 /// About 0.33 N at duty 0.6 and 3.8 V: hover of 34 g.
 fn truth() -> ThrustMap {
     let newtons = vec![0.05, 0.04, -0.1, 0.12, 0.1];
-    ThrustMap::new(CUBIC_FROM_ZERO.to_vec(), newtons, 4.2, LAG_S, [0.1, 0.9]).unwrap()
+    ThrustMap::new(
+        CUBIC_FROM_ZERO.into_iter().zip(newtons).collect(),
+        4.2,
+        LAG_S,
+        [0.1, 0.9],
+    )
+    .unwrap()
 }
 
 /// Numbers between -1 and 1 that look like noise, the same in every run.
@@ -82,7 +89,7 @@ fn drone(
     (track.duty, track.battery_v) = (Some(duties), Some(batteries_v));
     let hover_mps =
         airframe.hover_induced_velocity_mps(airframe.mass_kg(), AIR.density_kg_per_m3());
-    let thrust_n = truth().thrust_n(&track).unwrap();
+    let thrust_n = flown_n(&truth(), &track).unwrap();
     let felt = |(row, thrust_n): (usize, &f64)| {
         let alpha = air_mps(track.t_s[row]) / hover_mps;
         let left = airflow::power::thrust_ratio_at_constant_power(alpha);
@@ -199,8 +206,7 @@ fn a_published_map_gets_the_offset_that_it_lacks() {
     let flights: Vec<Recording> = (1..=3).map(alone).collect();
     let mut terms: Vec<_> = truth().terms().collect();
     terms.push((OFFSET[0], -0.004));
-    let (terms, newtons) = terms.into_iter().unzip();
-    let published = ThrustMap::new(terms, newtons, 4.2, LAG_S, [0.1, 0.9]).unwrap();
+    let published = ThrustMap::new(terms, 4.2, LAG_S, [0.1, 0.9]).unwrap();
     let options = Options {
         terms: OFFSET.to_vec(),
         base: Some(published),

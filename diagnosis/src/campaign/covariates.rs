@@ -1,10 +1,11 @@
-//! What surrounds each judged row of a campaign: the coordinates that regions and curves are told in.
+//! What surrounds each judged row of a campaign: the coordinates that regions and curves are told
+//! in.
 
 use super::forces::Forces;
 use crate::forward::simulate::Place;
 
 /// How many of them, from the first, say where a row is: what regions are told in.
-pub const PLACES: usize = 4;
+pub(super) const PLACES: usize = 4;
 
 /// Names of the coordinates and their letters, in the order of [`covariates`].
 pub const COORDINATES: [(&str, &str); 13] = [
@@ -23,10 +24,10 @@ pub const COORDINATES: [(&str, &str); 13] = [
     ("time s", "t"),
 ];
 
-/// One column for each of [`COORDINATES`], one entry a judged row, and the place in the wake of the drone above. Those of the drone above are of the one whose axis is nearest in
-/// half-widths of its hover jet; not a number where nobody is above.
-#[must_use]
-pub fn covariates(forces: &Forces) -> (Vec<Vec<f64>>, Vec<Option<Place>>) {
+/// One column for each of [`COORDINATES`], one entry a judged row, and the place in the wake of the
+/// drone above. Those of the drone above are of the one whose axis is nearest in half-widths of its
+/// hover jet; not a number where none is above.
+pub(super) fn covariates(forces: &Forces) -> (Vec<Vec<f64>>, Vec<Option<Place>>) {
     let mut columns = vec![Vec::with_capacity(forces.rows); COORDINATES.len()];
     let mut places = Vec::with_capacity(forces.rows);
     for ((part, step), air_mps) in forces.judged().zip(forces.hover_air_mps()) {

@@ -3,12 +3,11 @@
 use serde::Serialize;
 
 use super::covariates::{COORDINATES, PLACES};
-use super::forces::Forces;
+use super::forces::{Forces, RATE_HZ};
 use super::forward::{Chosen, Turn, forward};
 use super::library::library;
-use super::options::CampaignOptions;
 use super::scatter::{Scatter, scatter};
-use super::skill::{Curve, Skill, curves, skills};
+use super::skill::{Curve, Judged, Skill};
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::observed::Explained;
 use crate::forward::simulate::{Channel, Sample};
@@ -23,10 +22,23 @@ use crate::statistics::held_out::{FOLDS, Gain};
 use crate::statistics::scan;
 use crate::thrust::identify::IdentifyError;
 
-/// Offset (N) that all flights together may have without anybody's fault: 0.2 g.
+/// Offset (N) that all flights together may have without a fault: 0.2 g.
 const TOLERANCE_N: f64 = 0.002;
 /// Height (m) below which a flight counts as near the floor: what thrust maps are identified above.
 const LOW_M: f64 = 0.35;
+
+/// Most effects named. Chosen here: beyond four, terms mend the form of others.
+const MOST_EFFECTS: usize = 4;
+
+/// What of a campaign is diagnosed, and from which beginning.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CampaignOptions {
+    /// Recordings whose rows are judged, by index; empty: all. The others serve the thrust maps
+    /// only.
+    pub judge: Vec<usize>,
+    /// Whether to begin with drones that fly alone, whatever the baseline says: no wakes at all.
+    pub alone: bool,
+}
 
 /// Why a campaign cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -57,7 +69,8 @@ pub struct CampaignFinding {
     pub flights: usize,
     /// The terms in the order in which they were taken.
     pub taken: Vec<Taken>,
-    /// What would have come next and does not gain enough: its name, its gain over what was taken, and the standard error of that.
+    /// What would have come next and does not gain enough: its name, its gain over what was taken,
+    /// and the standard error of that.
     pub next: Option<(String, f64, f64)>,
     /// The judged rows as simulated.
     #[serde(skip)]
@@ -77,7 +90,8 @@ pub struct CampaignFinding {
     pub curves: Vec<Curve>,
     /// The box in which the residual leaves the noise most, found without any candidate.
     pub located: Option<Located>,
-    /// Held-out gain of any function of the coordinates (boosted trees) before, and on what is left.
+    /// Held-out gain of any function of the coordinates (boosted trees) before, and on what is
+    /// left.
     pub flexible_gain: [f64; 2],
     /// Its standard error over flights, on what is left.
     pub flexible_gain_error: f64,
@@ -135,8 +149,9 @@ pub fn near_floor(recordings: &[Recording]) -> Vec<usize> {
 
 /// Diagnoses the vertical forces of several flights together.
 ///
-/// Thrust maps first, each from flights that it is not used on; then the noise; then one effect after another, judged on whole flights that were not
-/// fitted; then where, how well, and how surely.
+/// Thrust maps first, each from flights that it is not used on; then the noise; then one effect
+/// after another, judged on whole flights that were not fitted; then where, how well, and how
+/// surely.
 ///
 /// # Errors
 /// No force, no thrust map, or too few flights.
@@ -149,7 +164,7 @@ pub fn diagnose_campaign(
         return Err(CampaignError::NoForce);
     }
     let base = Hypothesis::default();
-    let scatter = scatter(&forces, &forces.at_every_step(&base), 1.0 / options.rate_hz);
+    let scatter = scatter(&forces, &forces.at_every_step(&base), 1.0 / RATE_HZ);
     let flights = scatter.noise.blocks.count();
     if flights < FOLDS {
         return Err(CampaignError::TooFew {
@@ -157,10 +172,10 @@ pub fn diagnose_campaign(
             least: FOLDS,
         });
     }
-    let candidates = library(&forces, forces.is_alone());
+    let candidates = library(&forces, forces.alone);
     let setting = Setting::within(&forces, &scatter.noise, base, [1e-6, TOLERANCE_N]);
     let tried = singles(&setting, &candidates);
-    let mut chosen = forward(&setting, &candidates, tried, options.most_effects);
+    let mut chosen = forward(&setting, &candidates, tried, MOST_EFFECTS);
     let test = global_test(&setting, &candidates, &chosen.selection.nothing.fit);
     if !test.is_significant {
         chosen.selection.withdraw();
@@ -176,7 +191,8 @@ pub fn diagnose_campaign(
         setting.predicted_held_out(&members, &best.fit),
     ];
     let columns = forces.covariates().columns;
-    let skills = skills(&forces, columns, &held_out);
+    let judged = Judged::new(&forces, columns, &held_out);
+    let skills = judged.skills();
     let effects = terms(&setting, &candidates, &chosen);
     let shape = outside(&setting, &candidates, &chosen.selection, &test);
     let recorded = forces.recorded();
@@ -234,7 +250,7 @@ pub fn diagnose_campaign(
                 gain.standard_error,
             )
         }),
-        curves: curves(&forces, columns, &held_out),
+        curves: judged.curves(),
         located: located(columns, &scatter, &rest),
         flexible_gain: [before.total, left.total],
         flexible_gain_error: left.standard_error,

@@ -1,61 +1,133 @@
-//! Vertical forces of several flights, thinned to what a diagnosis needs, and what any hypothesis makes of them.
+//! Vertical forces of several flights, thinned to what a diagnosis needs, and what any hypothesis
+//! makes of them.
 //!
 //! ```text
 //! F = [ τ(α) g(z) s(V) f(V_h) - 1 ] T + F_drag          α = η (U + κ V_z)/U_H
 //! ```
 //!
-//! `T` is the vertical thrust in still air by a thrust map that was identified in *other* flights, with nobody above and away from the floor; `τ` the receiver
-//! law of the baseline; `g`, `s`, `f` what floor, battery and forward flight do. Recorded and simulated force pass the same low-pass.
+//! `T` is the vertical thrust in still air by a thrust map identified in *other* flights, away from
+//! other drones and from the floor; `U` the air from the drones above; `V_z`, `V_h` the drone's own
+//! climb and horizontal speed; `τ` the receiver law of the baseline; `g`, `s`, `f` what floor,
+//! battery and forward flight do. Recorded and simulated force pass the same low-pass.
 
 use std::collections::VecDeque;
-use std::sync::Mutex;
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use airflow::Wake;
+use airflow::DiscPoints;
+use airflow::effects::{Effects, Reception};
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::air_met::{Kept, wakes};
 use super::covariates::{COORDINATES, covariates};
-use super::options::CampaignOptions;
-use super::steps::{Part, Step, part};
+use super::diagnose::CampaignOptions;
+use crate::forward::flow::{Flow, Wakes};
+use crate::forward::force;
 use crate::forward::hypothesis::Hypothesis;
-use crate::forward::low_pass::LowPass;
 use crate::forward::observed::{Covariates, Explained};
+use crate::forward::receiver::thrust_ratio;
 use crate::forward::simulate::{Channel, Place, Sample};
-use crate::record::recording::Recording;
+use crate::record::recording::{Recording, Role};
 use crate::statistics::held_out::FOLDS;
-use crate::thrust::free_flight::{self, Trace};
-use crate::thrust::held_out::deal;
-use crate::thrust::identify::{Bench, IdentifyError};
+use crate::thrust::free_flight::{Around, Trace};
+use crate::thrust::identify::{self, IdentifyError, deal, fold_maps};
+use crate::thrust::low_pass::{self, LowPass};
 
-/// Of steps where nothing is near, one in so many is judged, and of the others. Chosen here: half a second and a fifth of one, in which the
-/// scatter forgets most.
+/// Steps within a second. Chosen here: the forces hold nothing above some 3 Hz.
+pub(super) const RATE_HZ: f64 = 10.0;
+/// Low-pass of everything compared. Chosen here, as [`RATE_HZ`].
+const LOW_PASS: LowPass = LowPass { cutoff_hz: 3.0 };
+/// Most rows judged. Chosen here: a diagnosis of an hour of flights within a minute.
+const MOST_ROWS: usize = 6000;
+/// Of steps where no drone is near, one in so many is judged, and of the others. Chosen here: half
+/// a second and a fifth of one, in which the scatter forgets most.
 const THINNED: usize = 5;
 const NEAR: usize = 2;
-/// Steps of a window, and before and after one that are simulated for what low-pass and lags remember.
+/// Steps of a window, and before and after one that are simulated for what low-pass and lags
+/// remember.
 const WINDOW: usize = 40;
 const BEFORE: usize = 10;
+/// Half-widths from its axis beyond which a drone above is taken to be without any effect, beside
+/// the receiver's own size. Chosen here: the hover jet has less than half a percent of its speed
+/// there.
+const REACH: f64 = 6.0;
+/// Airs kept. Chosen here: some megabytes each for an hour of flights, and as many as fits on all
+/// threads ask for at a time.
+const MOST_KEPT: usize = 24;
+
+/// Air (m/s) at every step of every part.
+type Airs = Arc<Vec<Vec<f64>>>;
 
 /// Forces of a campaign.
 #[derive(Debug)]
-pub struct Forces<'a> {
+pub(super) struct Forces<'a> {
     /// All recordings.
-    pub recordings: &'a [Recording],
+    pub(super) recordings: &'a [Recording],
     /// One vehicle in one flight each, in the order of the flights' names.
-    pub parts: Vec<Part>,
+    pub(super) parts: Vec<Part>,
     /// Judged rows.
-    pub rows: usize,
-    /// What a hypothesis-free simulation gives.
+    pub(super) rows: usize,
+    /// Whether no drone has a wake unless a hypothesis says so.
     pub(super) alone: bool,
-    pub(super) low_pass: LowPass,
-    pub(super) wakes: Vec<Wake>,
-    /// Of every recording and vehicle: which of the wakes, `None` where it does not blow.
-    pub(super) wake_of: Vec<Vec<Option<usize>>>,
-    /// Air of the hover jets at every step of every part (m/s).
-    pub(super) hover_air_mps: Vec<Vec<f64>>,
+    wakes: Wakes,
+    /// Air of the hover jets.
+    hover_air_mps: Airs,
     /// One column for each of [`COORDINATES`].
     columns: Vec<Vec<f64>>,
     places: Vec<Option<Place>>,
-    pub(super) kept: Mutex<VecDeque<Kept>>,
+    /// The last few airs with effects on, by effects and clock (s): many hypotheses differ in what
+    /// a drone makes of the same air.
+    kept: Mutex<VecDeque<((Effects, f64), Airs)>>,
+}
+
+/// One vehicle in one flight.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    /// Which recording, and which of its vehicles.
+    pub(super) recording: usize,
+    pub(super) vehicle: usize,
+    /// Number of its flight among those judged, in the order of their names.
+    pub(super) flight: usize,
+    /// Equal steps in time.
+    pub(super) steps: Vec<Step>,
+    /// Parts of the steps without a gap.
+    runs: Vec<Range<usize>>,
+    /// Steps that are judged.
+    pub(super) judged: Vec<usize>,
+    /// Whether a step is simulated at all.
+    is_needed: Vec<bool>,
+    hover_mps: f64,
+    discs: DiscPoints,
+}
+
+/// One moment of a part.
+#[derive(Clone, Debug)]
+pub(super) struct Step {
+    pub(super) t_s: f64,
+    pub(super) position_m: Point3<f64>,
+    pub(super) velocity_mps: Vector3<f64>,
+    /// Vertical part of the thrust in still air (N).
+    pub(super) thrust_n: f64,
+    /// Force recorded (N).
+    pub(super) recorded_n: f64,
+    /// Height over the floor (m).
+    pub(super) height_m: f64,
+    pub(super) battery_v: f64,
+    /// That over its first in the flight.
+    voltage_ratio: f64,
+    /// Whether no drone is above and the floor far away.
+    pub(super) is_free: bool,
+    /// Drones above whose wake may reach it.
+    pub(super) above: Vec<Above>,
+}
+
+/// A drone above, at one moment.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Above {
+    /// Which vehicle of the recording.
+    pub(super) vehicle: usize,
+    pub(super) position_m: Point3<f64>,
+    pub(super) velocity_mps: Vector3<f64>,
 }
 
 impl<'a> Forces<'a> {
@@ -63,86 +135,57 @@ impl<'a> Forces<'a> {
     ///
     /// # Errors
     /// A thrust map that cannot be identified.
-    pub fn new(
+    pub(super) fn new(
         recordings: &'a [Recording],
         options: &CampaignOptions,
     ) -> Result<Forces<'a>, IdentifyError> {
         let is_judged = |index: usize| options.judge.is_empty() || options.judge.contains(&index);
         let (by_name, _) = deal(recordings, FOLDS);
         // Folds count the judged flights alone, so that each holds as many.
-        let mut flight_of = vec![usize::MAX; recordings.len()];
+        let mut flight_of: Vec<Option<usize>> = vec![None; recordings.len()];
         for (flight, &index) in by_name.iter().filter(|&&i| is_judged(i)).enumerate() {
-            flight_of[index] = flight;
+            flight_of[index] = Some(flight);
         }
-        let wanted: Vec<(usize, usize)> = by_name
-            .iter()
-            .flat_map(|&index| (0..recordings[index].vehicles.len()).map(move |v| (index, v)))
-            .filter(|&(index, v)| !options.except.contains(&recordings[index].vehicles[v].id))
-            .collect();
-        let low_pass = options.identify.low_pass;
-        let traces: Vec<Trace> = wanted
-            .par_iter()
-            .filter_map(|&(index, vehicle)| {
-                let free = &options.identify.free;
-                let around = free_flight::around(&recordings[index], vehicle, free, 0.0);
-                Trace::new(recordings, (index, vehicle), around, low_pass)
-            })
-            .collect();
-        let mut groups: Vec<&str> = traces.iter().map(|t| options.share.group(t.of)).collect();
-        groups.sort_unstable();
-        groups.dedup();
-        let mut parts: Vec<Part> = Vec::new();
-        for group in groups {
-            let of_group = || traces.iter().filter(|t| options.share.group(t.of) == group);
-            let bench = Bench::new(of_group().collect(), &options.identify);
-            for fold in 0..FOLDS {
-                let held = |index: usize| {
-                    flight_of[index] != usize::MAX && flight_of[index] % FOLDS == fold
-                };
-                if !of_group().any(|trace| held(trace.recording)) {
-                    continue;
-                }
-                let map = bench.fit(|index| !held(index))?.map;
-                let of_fold: Vec<&Trace> = of_group().filter(|t| held(t.recording)).collect();
-                let made: Vec<Option<Part>> = of_fold
-                    .par_iter()
-                    .map(|trace| {
-                        let thrust_n = trace.thrust_n(&map)?;
-                        let flight = flight_of[trace.recording];
-                        part(recordings, trace, &thrust_n, flight, options)
-                    })
-                    .collect();
-                parts.extend(made.into_iter().flatten());
-            }
-        }
+        let fold_of: Vec<Option<usize>> = flight_of.iter().map(|of| Some((*of)? % FOLDS)).collect();
+        let identify = identify::Options {
+            low_pass: LOW_PASS,
+            ..identify::Options::default()
+        };
+        let traces = Trace::of_all(recordings, &by_name, (&identify.free, 0.0), LOW_PASS);
+        let maps = fold_maps(&traces, &fold_of, &identify).map_err(|failed| failed.found)?;
+        let of_trace = |trace: &Trace| {
+            let fold = fold_of[trace.recording]?;
+            let mut maps = maps.iter();
+            let map = maps.find(|map| map.fold == fold && map.airframe == trace.airframe())?;
+            Part::new(
+                recordings,
+                trace,
+                &trace.thrust_n(&map.found.map)?,
+                flight_of[trace.recording]?,
+            )
+        };
+        let mut parts: Vec<Part> = traces.par_iter().filter_map(of_trace).collect();
         parts.sort_by_key(|part| (part.flight, part.vehicle));
-        let (wakes, wake_of) = wakes(recordings);
         let mut forces = Forces {
             recordings,
             parts,
             rows: 0,
             alone: options.alone || recordings.iter().all(|one| !one.baseline.wakes),
-            low_pass,
-            wakes,
-            wake_of,
-            hover_air_mps: Vec::new(),
+            wakes: Wakes::of_all(recordings),
+            hover_air_mps: Arc::default(),
             columns: Vec::new(),
             places: Vec::new(),
             kept: Mutex::default(),
         };
-        forces.choose_rows(options.most_rows);
-        let plain = Hypothesis::default();
-        forces.hover_air_mps = forces
-            .parts
-            .par_iter()
-            .map(|part| forces.air_mps(part, &plain, &forces.wakes))
-            .collect();
+        forces.choose_rows();
+        forces.hover_air_mps = forces.air_mps(&Hypothesis::default(), &forces.wakes);
         (forces.columns, forces.places) = covariates(&forces);
         Ok(forces)
     }
 
-    /// Windows of a few seconds, as many as are allowed, spread over all flights: simulating costs what is judged and little more.
-    fn choose_rows(&mut self, most: usize) {
+    /// Windows of a few seconds, as many as are allowed, spread over all flights: simulating costs
+    /// what is judged and little more.
+    fn choose_rows(&mut self) {
         let mut stride = 1;
         loop {
             let mut rows = 0;
@@ -162,40 +205,35 @@ impl<'a> Forces<'a> {
                 rows += part.judged.len();
             }
             self.rows = rows;
-            if rows <= most.max(1) || stride > 50 {
+            if rows <= MOST_ROWS || stride > 50 {
                 return;
             }
             stride += 1;
         }
     }
 
-    /// Whether no wakes blow unless a hypothesis says so.
-    #[must_use]
-    pub fn is_alone(&self) -> bool {
-        self.alone
-    }
-
     /// Judged steps with their part, in order.
-    pub fn judged(&self) -> impl Iterator<Item = (&Part, &Step)> + '_ {
-        let of = |part: &'_ Part| part.judged.len();
-        debug_assert_eq!(self.parts.iter().map(of).sum::<usize>(), self.rows);
+    pub(super) fn judged(&self) -> impl Iterator<Item = (&Part, &Step)> + '_ {
         self.parts
             .iter()
             .flat_map(|part| part.judged.iter().map(move |&at| (part, &part.steps[at])))
     }
 
-    /// Air of the hover jets at every judged row (m/s).
-    #[must_use]
-    pub fn hover_air_mps(&self) -> Vec<f64> {
-        let parts = self.parts.iter().zip(&self.hover_air_mps);
+    /// Of values at every step of every part those at the judged rows.
+    fn at_judged(&self, every: &[Vec<f64>]) -> Vec<f64> {
+        let parts = self.parts.iter().zip(every);
         parts
-            .flat_map(|(part, air_mps)| part.judged.iter().map(|&at| air_mps[at]))
+            .flat_map(|(part, values)| part.judged.iter().map(|&at| values[at]))
             .collect()
     }
 
+    /// Air of the hover jets at every judged row (m/s).
+    pub(super) fn hover_air_mps(&self) -> Vec<f64> {
+        self.at_judged(&self.hover_air_mps)
+    }
+
     /// The judged rows, beside a simulation of them; rows count along them.
-    #[must_use]
-    pub fn samples(&self, simulated_n: &[f64]) -> Vec<Sample> {
+    pub(super) fn samples(&self, simulated_n: &[f64]) -> Vec<Sample> {
         let air_mps = self.hover_air_mps();
         self.judged()
             .enumerate()
@@ -214,11 +252,245 @@ impl<'a> Forces<'a> {
     }
 
     /// Half-width (m) of a vehicle's hover jet at a depth.
-    #[must_use]
-    pub fn half_width_m(&self, recording: usize, vehicle: usize, depth_m: f64) -> Option<f64> {
-        let wake = self.wake_of[recording][vehicle]?;
-        Some(self.wakes[wake].half_width_m(depth_m))
+    pub(super) fn half_width_m(
+        &self,
+        recording: usize,
+        vehicle: usize,
+        depth_m: f64,
+    ) -> Option<f64> {
+        Some(self.wakes.of(recording, vehicle)?.half_width_m(depth_m))
     }
+
+    /// Forces (N) at every step of every part under a hypothesis; 0 at those that are not needed.
+    pub(super) fn at_every_step(&self, hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
+        // The effects of the air alone, those of the receiver left out.
+        let effects = Effects {
+            ground_effect_thrust: None,
+            ceiling_effect: None,
+            receiver_inflow: None,
+            battery_sag: None,
+            body_drag: None,
+            own_motion: None,
+            ..hypothesis.effects
+        };
+        let of_air = Hypothesis {
+            effects,
+            ..*hypothesis
+        };
+        let blows = !self.alone || hypothesis.downwash.is_some();
+        let air_mps = blows.then(|| self.known_air_mps(&of_air));
+        let factor = hypothesis.downwash.unwrap_or(1.0);
+        let of_part = |(index, part): (usize, &Part)| {
+            let air_mps = air_mps.as_ref().map(|air_mps| &air_mps[index]);
+            part.forces_n(&self.recordings[part.recording], hypothesis, |at| {
+                air_mps.map_or(0.0, |air_mps| factor * air_mps[at])
+            })
+        };
+        self.parts.par_iter().enumerate().map(of_part).collect()
+    }
+
+    /// Air under a hypothesis, from those kept where it is there.
+    fn known_air_mps(&self, of_air: &Hypothesis) -> Airs {
+        let key = (of_air.effects, of_air.sensor.clock_s);
+        if key == (Effects::default(), 0.0) {
+            return Arc::clone(&self.hover_air_mps);
+        }
+        // A thread that has panicked leaves nothing half done here.
+        let kept = || self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, air_mps)) = kept().iter().find(|(known, _)| *known == key) {
+            return Arc::clone(air_mps);
+        }
+        let air_mps = self.air_mps(of_air, &self.wakes.with_effects(&of_air.effects));
+        let mut kept = kept();
+        if kept.len() >= MOST_KEPT {
+            kept.pop_front();
+        }
+        kept.push_back((key, Arc::clone(&air_mps)));
+        air_mps
+    }
+
+    /// Air (m/s) over the rotor discs or at the centre, as each baseline declares. Where a delay
+    /// leads back into a gap of a track, the air of the hover jets stands.
+    fn air_mps(&self, of_air: &Hypothesis, wakes: &Wakes) -> Airs {
+        let of_part = |(index, part): (usize, &Part)| -> Vec<f64> {
+            let recording = &self.recordings[part.recording];
+            let flow = Flow::through((recording, part.recording), wakes, of_air);
+            let air = recording.baseline.receiver_air;
+            let at_step = |at: usize| {
+                let step = &part.steps[at];
+                let counts = |vehicle| step.above.iter().any(|above| above.vehicle == vehicle);
+                if !part.is_needed[at] || step.above.is_empty() {
+                    return 0.0;
+                }
+                let known = self
+                    .hover_air_mps
+                    .get(index)
+                    .map_or(0.0, |air_mps| air_mps[at]);
+                flow.met_mps(air, &part.discs, (step.t_s, step.position_m), counts)
+                    .unwrap_or(known)
+            };
+            (0..part.steps.len()).map(at_step).collect()
+        };
+        Arc::new(self.parts.par_iter().enumerate().map(of_part).collect())
+    }
+}
+
+impl Part {
+    /// One vehicle's flight in equal steps; `None` where it has no battery voltage. `thrust_n`: its
+    /// vertical thrust at each entry.
+    fn new(
+        recordings: &[Recording],
+        trace: &Trace,
+        thrust_n: &[f64],
+        flight: usize,
+    ) -> Option<Part> {
+        let recording = &recordings[trace.recording];
+        let track = &trace.of.track;
+        let recorded_n = force::recorded_n(trace, thrust_n, LOW_PASS);
+        let mut smooth_n = thrust_n.to_vec();
+        trace.smooth(LOW_PASS, &mut smooth_n);
+        let battery_v = track.battery_v.as_deref()?;
+        let first_v = *battery_v.iter().find(|v| v.is_finite() && **v > 0.0)?;
+        let floor_z_m = recording.environment.floor_z_m.unwrap_or(f64::NEG_INFINITY);
+        let gap_s = 1.0 / RATE_HZ;
+        let mut steps: Vec<Step> = Vec::new();
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        let usable = |row: usize| {
+            (recorded_n[row] + smooth_n[row] + track.velocity_mps[row].norm()).is_finite()
+                && trace.around[row] != Around::Unknown
+        };
+        let mut sources = Vec::new();
+        for run in low_pass::runs(&track.t_s, track.longest_step_s, usable) {
+            let from = steps.len();
+            let mut next_s = f64::NEG_INFINITY;
+            for row in run {
+                let t_s = track.t_s[row];
+                // A millisecond: times are decimal fractions.
+                if t_s < next_s - 1e-3 || !above(recording, trace.vehicle, row, &mut sources) {
+                    continue;
+                }
+                next_s = t_s.max(next_s) + gap_s;
+                let position_m = track.position_m[row];
+                steps.push(Step {
+                    t_s,
+                    position_m,
+                    velocity_mps: track.velocity_mps[row],
+                    thrust_n: smooth_n[row],
+                    recorded_n: recorded_n[row],
+                    height_m: position_m.z - floor_z_m,
+                    battery_v: battery_v[row],
+                    voltage_ratio: battery_v[row] / first_v,
+                    is_free: trace.around[row] == Around::Free,
+                    above: sources.clone(),
+                });
+            }
+            if steps.len() > from {
+                runs.push(from..steps.len());
+            }
+        }
+        Some(Part {
+            recording: trace.recording,
+            vehicle: trace.vehicle,
+            flight,
+            steps,
+            runs,
+            judged: Vec::new(),
+            is_needed: Vec::new(),
+            hover_mps: recording.hover_mps(trace.of),
+            discs: trace.of.airframe.disc_points(),
+        })
+    }
+
+    /// Forces (N) at every step that is needed, of the air (m/s) that it meets there.
+    fn forces_n(
+        &self,
+        recording: &Recording,
+        hypothesis: &Hypothesis,
+        air_mps: impl Fn(usize) -> f64,
+    ) -> Vec<f64> {
+        let effects = &hypothesis.effects;
+        let law = recording.baseline.receiver_law;
+        let airframe = &recording.vehicles[self.vehicle].airframe;
+        let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
+        let at_step = |at: usize| {
+            if !self.is_needed[at] {
+                return 0.0;
+            }
+            let (step, air_mps) = (&self.steps[at], air_mps(at));
+            let velocity_mps = step.velocity_mps;
+            let mut alpha = air_mps / self.hover_mps;
+            let mut factor = effects.thrust_ratio(&Reception {
+                height_m: Some(step.height_m),
+                gap_m: None,
+                propeller_radius_m: 0.5 * airframe.propeller_diameter_m(),
+                voltage_ratio: Some(step.voltage_ratio),
+            });
+            if let Some(motion) = &effects.own_motion {
+                alpha = motion.alpha(alpha, velocity_mps.z / self.hover_mps);
+                let forward = velocity_mps.x.hypot(velocity_mps.y) / self.hover_mps;
+                factor *= motion.thrust_ratio(forward);
+            }
+            if let Some(battery) = &effects.battery_sag {
+                let throttle = battery.throttle_factor(step.voltage_ratio);
+                factor /= throttle * throttle;
+            }
+            let left = match effects.receiver_alpha(alpha) {
+                0.0 => 1.0,
+                alpha => thrust_ratio(law, alpha),
+            };
+            let drag_n = effects.body_drag.map_or(0.0, |drag| {
+                let past_mps = air_mps + velocity_mps.z;
+                drag.force_n(density_kg_per_m3, airframe.motor_distance_m(), past_mps)
+            });
+            (left * factor - 1.0) * step.thrust_n + drag_n
+        };
+        let mut forces_n: Vec<f64> = (0..self.steps.len()).map(at_step).collect();
+        let times_s: Vec<f64> = self.steps.iter().map(|step| step.t_s).collect();
+        let sensor = &hypothesis.sensor;
+        for run in &self.runs {
+            let t_s = &times_s[run.clone()];
+            low_pass::lag(sensor.lag_s, t_s, &mut forces_n[run.clone()]);
+            LOW_PASS.smooth(t_s, &mut forces_n[run.clone()]);
+        }
+        let began_s = times_s.first().copied().unwrap_or(0.0);
+        for (force_n, t_s) in forces_n.iter_mut().zip(&times_s) {
+            *force_n = sensor.reads(*force_n, t_s - began_s);
+        }
+        forces_n
+    }
+}
+
+/// The drones above an entry of a vehicle's track whose wake may reach it. `false`: some drone's
+/// place is not known then.
+fn above(recording: &Recording, vehicle: usize, row: usize, found: &mut Vec<Above>) -> bool {
+    found.clear();
+    let track = &recording.vehicles[vehicle].track;
+    let (t_s, position_m) = (track.t_s[row], track.position_m[row]);
+    for (other, of) in recording.vehicles.iter().enumerate() {
+        if other == vehicle || of.role == Role::Receiver {
+            continue;
+        }
+        let Some(moment) = of.track.moment(t_s) else {
+            return false;
+        };
+        let other_m = of.track.position_at(moment);
+        let apart_m = other_m - position_m;
+        let emitter_m = of.airframe.motor_distance_m();
+        let half_m = recording.jet.spreading * (apart_m.z - recording.jet.origin * emitter_m);
+        let own_m = recording.vehicles[vehicle].airframe.motor_distance_m();
+        let reach_m = REACH * half_m + own_m;
+        if apart_m.z > 0.0
+            && apart_m.x.hypot(apart_m.y) < reach_m
+            && !of.track.is_idle(moment.entry)
+        {
+            found.push(Above {
+                vehicle: other,
+                position_m: other_m,
+                velocity_mps: of.track.velocity_at(moment),
+            });
+        }
+    }
+    true
 }
 
 impl Explained for Forces<'_> {
@@ -227,11 +499,7 @@ impl Explained for Forces<'_> {
     }
 
     fn predict(&self, hypothesis: &Hypothesis) -> Vec<f64> {
-        let every = self.at_every_step(hypothesis);
-        let parts = self.parts.iter().zip(&every);
-        parts
-            .flat_map(|(part, forces_n)| part.judged.iter().map(|&at| forces_n[at]))
-            .collect()
+        self.at_judged(&self.at_every_step(hypothesis))
     }
 
     fn times_s(&self) -> Vec<f64> {

@@ -1,7 +1,9 @@
-//! One effect after another: at each turn the candidate that gains most on flights not fitted, all taken so far fitted again with it.
+//! One effect after another: at each turn the candidate that gains most on flights not fitted, all
+//! taken so far fitted again with it.
 //!
-//! Real flights hold more than one or two things, so the search does not end at a pair. A term is taken only where it gains clearly over
-//! what stands, and where whole flights agree on it; it is kept only if what is left without it is clearly worse.
+//! Real flights hold more than one or two things, so the search does not end at a pair. A term is
+//! taken only where it gains clearly over what stands, and where whole flights agree on it; it is
+//! kept only if what is left without it is clearly worse.
 
 use rayon::prelude::*;
 
@@ -10,9 +12,9 @@ use crate::infer::fit::Setting;
 use crate::infer::select::{Selection, Singles, Tried, attempt, promising};
 use crate::statistics::held_out::Gain;
 
-/// Least gain of a term in held-out log density, alone, in standard errors over flights, and as part of the whole gain. Chosen here:
-/// standard errors over flights are honest about flights but not about forms, so three of them; and terms of less than 2 % mend the form of
-/// others.
+/// Least gain of a term in held-out log density, alone, in standard errors over flights, and as
+/// part of the whole gain. Chosen here: standard errors over flights are honest about flights but
+/// not about forms, so three of them; and terms of less than 2 % mend the form of others.
 const LEAST_GAIN: f64 = 10.0;
 const LEAST_ERRORS: f64 = 3.0;
 const LEAST_SHARE: f64 = 0.02;
@@ -21,31 +23,35 @@ const FITTED: usize = 6;
 
 /// What was taken, and everything tried on the way.
 #[derive(Clone, Debug)]
-pub struct Chosen {
+pub(super) struct Chosen {
     /// As of one recording, of any number of terms.
-    pub selection: Selection,
+    pub(super) selection: Selection,
     /// The terms in the order in which they were taken.
-    pub turns: Vec<Turn>,
+    pub(super) turns: Vec<Turn>,
     /// What would have come next and was not taken, with its gain over what stands.
-    pub next: Option<(usize, Gain)>,
+    pub(super) next: Option<(usize, Gain)>,
 }
 
 /// One term that was taken.
 #[derive(Clone, Debug)]
-pub struct Turn {
+pub(super) struct Turn {
     /// Which candidate.
-    pub which: usize,
+    pub(super) which: usize,
     /// What it gained over what stood before it.
-    pub gain: Gain,
+    pub(super) gain: Gain,
     /// Candidates that would have done as well in its place, best first.
-    pub alternatives: Vec<usize>,
+    pub(super) alternatives: Vec<usize>,
     /// Every candidate fitted at this turn with its gain over what stood, best first.
-    pub fitted: Vec<(usize, Gain)>,
+    pub(super) fitted: Vec<(usize, Gain)>,
 }
 
 /// Chooses at most so many effects, from the fits of each alone.
-#[must_use]
-pub fn forward(setting: &Setting, candidates: &[Candidate], tried: Singles, most: usize) -> Chosen {
+pub(super) fn forward(
+    setting: &Setting,
+    candidates: &[Candidate],
+    tried: Singles,
+    most: usize,
+) -> Chosen {
     let Singles { nothing, singles } = tried;
     let mut best = nothing.clone();
     let mut turns: Vec<Turn> = Vec::new();
@@ -157,8 +163,8 @@ fn sensors_first(
     }
 }
 
-/// Leaves only those alternatives that say the same thing: what still gains half as much beside the term is another effect, not the same by
-/// another name.
+/// Leaves only those alternatives that say the same thing: what still gains half as much beside the
+/// term is another effect, not the same by another name.
 fn keep_substitutes(turn: &mut Turn, beside: &[(usize, Gain)]) {
     let total = |gains: &[(usize, Gain)], which: usize| {
         let found = gains.iter().find(|(k, _)| *k == which);
@@ -178,8 +184,8 @@ fn last_matters(candidates: &[Candidate], tried: &Tried) -> bool {
     last.size(&tried.fit.values[own..]) >= 1.0
 }
 
-/// Whether nothing that makes up a term was driven to an end of what it may be: a term that would go further mends the form of something else.
-/// What only shapes a term may lie there.
+/// Whether nothing that makes up a term was driven to an end of what it may be: a term that would
+/// go further mends the form of something else. What only shapes a term may lie there.
 fn is_inside(candidates: &[Candidate], tried: &Tried) -> bool {
     let parameters = tried.which.iter().flat_map(|&k| {
         let own = candidates[k].parameters.iter().enumerate();

@@ -1,19 +1,23 @@
 //! One drone alone against its own earlier flights: has a weight or a propeller changed?
 //!
-//! In steady hover each motor is given the voltage that its share of the weight takes. Its logarithm over that of normal flights, `e_m`, is parted into four modes,
-//! motors numbered around the frame, neighbours turning in opposite senses:
+//! In steady hover each motor is given the voltage that its share of the weight takes. Its
+//! logarithm over that of normal flights, `e_m`, is parted into four modes, motors numbered around
+//! the frame, neighbours turning in opposite senses:
 //!
 //! ```text
 //! total (e1+e2+e3+e4)/4     turn (e1-e2+e3-e4)/4     lean (e3-e1)/2, (e4-e2)/2
 //! ```
 //!
-//! - **payload_mass**: all work harder, those near it most. A weight under a motor needs `(-1, 1, 3, 1)` quarters of it, so it leans at most twice
-//!   as far as it is heavy, and does not turn: torque goes with thrust.
-//! - **damaged_propeller**: one motor works harder, `e_k`: total and turn are a quarter of it, the lean half. A shorter blade also takes less torque for its thrust
-//!   (`Q/T` goes with the diameter), and the others make up for it: the turn is larger by up to as much again.
+//! - **payload_mass**: all work harder, those near it most. A weight under a motor needs `(-1, 1,
+//!   3, 1)` quarters of it, so it leans at most twice as far as it is heavy, and does not turn:
+//!   torque goes with thrust.
+//! - **damaged_propeller**: one motor works harder, `e_k`: total and turn are a quarter of it, the
+//!   lean half. A shorter blade also takes less torque for its thrust (`Q/T` goes with the
+//!   diameter), and the others make up for it: the turn is larger by up to as much again.
 //!
-//! So the turn alone tells them apart, and of two neighbouring propellers it cancels: then only the set is told. A weight that stands in a propeller's wash takes its
-//! thrust too, and reads as a damaged propeller; no steady duty cycle can tell that.
+//! So the turn alone tells them apart, and of two neighbouring propellers it cancels: then only the
+//! set is told. A weight that stands in a propeller's wash takes its thrust too, and reads as a
+//! damaged propeller; no steady duty cycle can tell that.
 
 use std::fmt;
 
@@ -22,15 +26,17 @@ use serde::Serialize;
 use crate::record::recording::Recording;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Vertical speed (m/s) and departure of the specific force from gravity (parts) up to which a drone counts as hovering. Chosen here.
+/// Vertical speed (m/s) and departure of the specific force from gravity (parts) up to which a
+/// drone counts as hovering. Chosen here.
 const STEADY_MPS: f64 = 0.1;
 const STEADY_FORCE: f64 = 0.1;
 /// Height (m) above which it does: out of ground effect.
 const ABOVE_FLOOR_M: f64 = 0.4;
 /// Steady rows below which nothing is said: two seconds at 50 Hz.
 const LEAST_ROWS: usize = 100;
-/// Chance below which a flight is not normal. Chosen here: one normal flight in twenty is accused. With a handful of normal flights to
-/// compare with, less asks for changes of more than five of their standard deviations.
+/// Chance below which a flight is not normal. Chosen here: one normal flight in twenty is accused.
+/// With a handful of normal flights to compare with, less asks for changes of more than five of
+/// their standard deviations.
 const LEAST_CHANCE: f64 = 0.05;
 /// How far a weight may lean for its total: two under a motor, a fifth more where it hangs outside.
 const MOST_LEAN: f64 = 2.4;
@@ -49,7 +55,8 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// Of the first vehicle of a recording; `None` without duty cycles or battery, or with too little steady hover.
+    /// Of the first vehicle of a recording; `None` without duty cycles or battery, or with too
+    /// little steady hover.
     #[must_use]
     pub fn of(recording: &Recording) -> Option<Effort> {
         let track = &recording.vehicles.first()?.track;
@@ -221,8 +228,9 @@ pub struct HardwareRow {
     pub found: HardwareFinding,
 }
 
-/// Every flight against the normal flights of the same drone: `drone_of` and `is_normal` by recording. A normal flight is compared with the
-/// others, and left out of the scatter too. Flights without steady hover have no row.
+/// Every flight against the normal flights of the same drone: `drone_of` and `is_normal` by
+/// recording. A normal flight is compared with the others, and left out of the scatter too. Flights
+/// without steady hover have no row.
 #[must_use]
 pub fn hardware_rows(
     recordings: &[Recording],
@@ -279,7 +287,8 @@ fn answers(modes: [f64; 4], sd: [f64; 4]) -> Vec<Answer> {
             || answer.name == "payload_mass"
             || !answer.motors.iter().any(|motor| alone.contains(motor))
     });
-    // Something fastened under a motor stands in its wash: it takes that propeller's thrust as a cut would.
+    // Something fastened under a motor stands in its wash: it takes that propeller's thrust as a
+    // cut would.
     let is_one = all[0].name == "damaged_propeller" && all[0].motors.len() == 1;
     if is_one && !all.iter().any(|answer| answer.name == "payload_mass") {
         let under = Answer {

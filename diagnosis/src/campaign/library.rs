@@ -20,10 +20,10 @@ const NOT_IN_FORCES: [&str; 8] = [
     "near_field",
 ];
 
-/// Candidates for the forces of a campaign, physics first. With `alone` no jet blows, and the other drone's wake is one of them; what changes
-/// a jet changes nothing then until the wake is taken.
-#[must_use]
-pub fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
+/// Candidates for the forces of a campaign, physics first. With `alone` there is no wake, and the
+/// other drone's wake is one of them; what changes a jet changes nothing then until the wake is
+/// taken.
+pub(super) fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
     let shows = shows(forces, alone);
     let mut candidates = Vec::new();
     let is_below = forces.judged().any(|(_, step)| !step.above.is_empty());
@@ -54,8 +54,9 @@ pub fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
     candidates
 }
 
-/// A force is a mean over rotor discs: it tells how much of the jet ends in an edge, not how steep that is. Chosen here: steeper than a normal
-/// distribution's, as far as forces tell anything of it.
+/// A force is a mean over rotor discs: it tells how much of the jet ends in an edge, not how steep
+/// that is. Chosen here: steeper than a normal distribution's, as far as forces tell anything of
+/// it.
 fn edge(candidate: &mut Candidate) {
     candidate.equation = "f = (1 - tau)/(1 + a xi^2)^2 + tau exp(-ln2 xi^4)";
     candidate.parameters.truncate(1);

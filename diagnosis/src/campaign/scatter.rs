@@ -1,12 +1,14 @@
-//! How far recorded forces scatter where nothing is missing, and what all rows of one flight share.
+//! The noise of recorded forces where nothing is missing, and what all rows of one flight share.
 //!
 //! ```text
 //! σ² = σ₀² + σ₁² F²,     k = ρ^Δ  between rows Δ steps apart,     plus for each vehicle in each flight:
 //! an offset ~ N(0, s²),  a thrust map too steep by N(0, (2.5 %)²),  a drift over the flight ~ N(0, (s/2)²)
 //! ```
 //!
-//! `σ₀`, `ρ` and `s` come from steps with nobody above and the floor far away; `σ₁` from how much more a row surprises where the simulated force is large. What a flight
-//! shares is in the covariance, so that no effect is credited with a weak battery or a bent propeller, and no flight counts as hundreds of witnesses.
+//! `σ₀`, `ρ` and `s` come from steps with no drone above and the floor far away; `σ₁` from how much
+//! more a row surprises where the simulated force is large. What a flight shares is in the
+//! covariance, so that no effect is credited with a weak battery or a bent propeller, and no flight
+//! counts as hundreds of witnesses.
 
 use super::forces::Forces;
 use crate::statistics::noise::{Noise, NoiseModel, Whitener};
@@ -17,25 +19,24 @@ use crate::statistics::sequence::{Blocks, Sequence};
 pub(super) const MOST_OFFSET_N: f64 = 0.0098;
 /// Least, where flights happen to agree (N).
 const LEAST_OFFSET_N: f64 = 0.001;
-/// How far the thrust map's slope may be off in one flight. Chosen here: what a changed propeller or pack is worth.
+/// How far the thrust map's slope may be off in one flight. Chosen here: what a changed propeller
+/// or pack is worth.
 const SLOPE: f64 = 0.025;
 /// A median absolute deviation over a normal's standard deviation.
 const MAD: f64 = 1.4826;
 
 /// The scatter of a campaign's forces, and what it was worked out from.
 #[derive(Clone, Debug)]
-pub struct Scatter {
+pub(super) struct Scatter {
     /// For the fits; blocks are whole flights.
-    pub noise: Noise,
-    /// `σ₀`, `σ₁` and `ρ`.
-    pub model: NoiseModel,
+    pub(super) noise: Noise,
     /// `s` (N).
-    pub offset_n: f64,
+    pub(super) offset_n: f64,
 }
 
-/// The scatter around a simulation, which is given at every step of every part; steps are `step_s` apart.
-#[must_use]
-pub fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) -> Scatter {
+/// The scatter around a simulation, which is given at every step of every part; steps are `step_s`
+/// apart.
+pub(super) fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) -> Scatter {
     let still = still(forces, simulated_n);
     let (mut t_s, mut series, mut flow, mut rest, mut block) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -64,7 +65,6 @@ pub fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) -> Scatte
     };
     Scatter {
         noise: Noise { whitener, blocks },
-        model,
         offset_n: still.offset_n,
     }
 }

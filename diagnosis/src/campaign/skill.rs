@@ -1,6 +1,8 @@
-//! How well forces are predicted in flights that were not fitted, by place, with intervals over whole flights; and the curves to see it by.
+//! How well forces are predicted in flights that were not fitted, by place, with intervals over
+//! whole flights; and the curves to see it by.
 //!
-//! Thrust maps differ by some tenths of a gram between flights: one offset for each vehicle in each flight is taken off before anything is judged.
+//! Thrust maps differ by some tenths of a gram between flights: one offset for each vehicle in each
+//! flight is taken off before anything is judged.
 
 use serde::Serialize;
 
@@ -12,6 +14,8 @@ use crate::statistics::quantile::median;
 
 /// Draws of flights with replacement. Chosen here: enough for two digits of a 95 % interval.
 const DRAWS: usize = 400;
+/// Rows below which nothing is said of a place. Chosen here: fewer make no mean.
+const LEAST_ROWS: usize = 20;
 
 /// Error and `R²` over some rows; intervals are 95 % over flights: lower end, value, upper end.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -34,25 +38,8 @@ pub struct Skill {
     pub r2_gained: [f64; 3],
 }
 
-/// Predictions with one offset a vehicle and flight, at most a gram, that brings their median to the recorded one: a thrust map is not known
-/// better, and the baseline gets the same.
-fn with_offsets(forces: &Forces, recorded: &[f64], predicted: &[f64]) -> Vec<f64> {
-    let mut shifted = predicted.to_vec();
-    let mut from = 0;
-    for part in &forces.parts {
-        let span = from..from + part.judged.len();
-        from = span.end;
-        let mut rests: Vec<f64> = span.clone().map(|i| recorded[i] - predicted[i]).collect();
-        let offset_n = median(&mut rests)
-            .unwrap_or(0.0)
-            .clamp(-MOST_OFFSET_N, MOST_OFFSET_N);
-        shifted[span].iter_mut().for_each(|f| *f += offset_n);
-    }
-    shifted
-}
-
 /// Mean force along one coordinate.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Curve {
     /// Coordinate, with its unit, and which rows.
     pub along: String,
@@ -88,145 +75,172 @@ impl Sums {
     }
 }
 
-/// Skills over all rows, below another drone, beside its jet, and near the floor; those without rows are left out.
-#[must_use]
-pub fn skills(forces: &Forces, columns: &[Vec<f64>], held_out: &[Vec<f64>; 2]) -> Vec<Skill> {
-    let places: [(&str, &dyn Fn(usize) -> bool); 4] = [
-        ("all rows", &|_| true),
-        (
-            "under another drone (within 2 half-widths, 0.3 m above the floor)",
-            &|i| columns[2][i] < 2.0 && columns[3][i] > 0.3,
-        ),
-        ("depth 0.2 to 0.8 m, within a half-width", &|i| {
-            columns[2][i] < 1.0 && (0.2..0.8).contains(&columns[0][i])
-        }),
-        ("lower than 0.15 m", &|i| columns[3][i] < 0.15),
-    ];
-    places
-        .into_iter()
-        .filter_map(|(name, test)| skill(forces, held_out, name, test))
-        .collect()
+/// The judged rows as recorded and as predicted by a fit to other flights, before and after.
+pub(super) struct Judged<'a> {
+    /// One column for each of [`super::covariates::COORDINATES`].
+    columns: &'a [Vec<f64>],
+    /// Flight of each row.
+    flights: Vec<usize>,
+    recorded: Vec<f64>,
+    before: Vec<f64>,
+    after: Vec<f64>,
 }
 
-fn skill(
-    forces: &Forces,
-    [before, after]: &[Vec<f64>; 2],
-    name: &str,
-    test: &dyn Fn(usize) -> bool,
-) -> Option<Skill> {
-    let recorded = forces.recorded();
-    let flights: Vec<usize> = forces.judged().map(|(part, _)| part.flight).collect();
-    let [before, after] =
-        [before, after].map(|predicted| with_offsets(forces, &recorded, predicted));
-    let mut by_flight = vec![Sums::default(); flights.iter().max()? + 1];
-    let mut total = Sums::default();
-    for i in (0..recorded.len()).filter(|&i| test(i)) {
-        let y = recorded[i];
-        let one = Sums([
-            1.0,
-            y,
-            y * y,
-            (y - before[i]).powi(2),
-            (y - after[i]).powi(2),
-        ]);
-        by_flight[flights[i]].add(&one);
-        total.add(&one);
-    }
-    by_flight.retain(|sums| sums.0[0] > 0.0);
-    let rows = total.0[0] as usize;
-    if rows < 20 {
-        return None;
-    }
-    let figures = total.figures();
-    let ends = intervals_95(by_flight.len(), DRAWS, rows as u64, |picked| {
-        let mut sums = Sums::default();
-        picked
-            .iter()
-            .for_each(|&flight| sums.add(&by_flight[flight]));
-        sums.figures()
-    });
-    let interval = |which: usize| [ends[which][0], figures[which], ends[which][1]];
-    Some(Skill {
-        rows_where: name.to_owned(),
-        rows,
-        flights: by_flight.len(),
-        rms_before_n: (total.0[3] / total.0[0]).sqrt(),
-        rms_after_n: interval(3),
-        r2_before: figures[0],
-        r2_after: interval(1),
-        r2_gained: interval(2),
-    })
-}
-
-/// Force by depth on the axis of a drone above, and by height where nobody is.
-#[must_use]
-pub fn curves(forces: &Forces, columns: &[Vec<f64>], held_out: &[Vec<f64>; 2]) -> Vec<Curve> {
-    let depths = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0];
-    let heights = [0.05, 0.07, 0.09, 0.11, 0.14, 0.18, 0.25, 0.35, 0.5];
-    let radii = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0];
-    let curves = [
-        curve(
-            forces,
-            held_out,
-            "depth m, within a half-width",
-            &depths,
-            &|i| (columns[2][i] < 1.0).then_some(columns[0][i]),
-        ),
-        curve(
-            forces,
-            held_out,
-            "distance/half-width, depth 0.2 to 0.8 m",
-            &radii,
-            &|i| (0.2..0.8).contains(&columns[0][i]).then_some(columns[2][i]),
-        ),
-        curve(forces, held_out, "height m, nobody above", &heights, &|i| {
-            columns[2][i].is_nan().then_some(columns[3][i])
-        }),
-    ];
-    curves.into_iter().flatten().collect()
-}
-
-fn curve(
-    forces: &Forces,
-    [before, after]: &[Vec<f64>; 2],
-    along: &str,
-    edges: &[f64],
-    value: &dyn Fn(usize) -> Option<f64>,
-) -> Option<Curve> {
-    let recorded = forces.recorded();
-    let flights: Vec<usize> = forces.judged().map(|(part, _)| part.flight).collect();
-    let [before, after] =
-        [before, after].map(|predicted| with_offsets(forces, &recorded, predicted));
-    let mut curve = Curve {
-        along: along.to_owned(),
-        bins: Vec::new(),
-        rows: Vec::new(),
-        recorded_n: Vec::new(),
-        error_n: Vec::new(),
-        before_n: Vec::new(),
-        after_n: Vec::new(),
-    };
-    for ends in edges.windows(2) {
-        let inside: Vec<usize> = (0..recorded.len())
-            .filter(|&i| value(i).is_some_and(|x| x >= ends[0] && x < ends[1]))
-            .collect();
-        if inside.len() < 20 {
-            continue;
+impl<'a> Judged<'a> {
+    /// Of held-out predictions by the baseline and by the corrected simulation.
+    pub(super) fn new(
+        forces: &Forces,
+        columns: &'a [Vec<f64>],
+        [before, after]: &[Vec<f64>; 2],
+    ) -> Judged<'a> {
+        let recorded = forces.recorded();
+        Judged {
+            columns,
+            flights: forces.judged().map(|(part, _)| part.flight).collect(),
+            before: with_offsets(forces, &recorded, before),
+            after: with_offsets(forces, &recorded, after),
+            recorded,
         }
-        let count = inside.len() as f64;
-        let mean = |of: &dyn Fn(usize) -> f64| inside.iter().map(|&i| of(i)).sum::<f64>() / count;
-        let level = mean(&|i| recorded[i] - after[i]);
-        let mut by_flight = vec![0.0; flights.last().map_or(0, |last| last + 1)];
-        for &i in &inside {
-            by_flight[flights[i]] += recorded[i] - after[i] - level;
-        }
-        let square: f64 = by_flight.iter().map(|sum| sum * sum).sum();
-        curve.bins.push([ends[0], ends[1]]);
-        curve.rows.push(inside.len());
-        curve.recorded_n.push(mean(&|i| recorded[i]));
-        curve.error_n.push(square.sqrt() / count);
-        curve.before_n.push(mean(&|i| before[i]));
-        curve.after_n.push(mean(&|i| after[i]));
     }
-    (!curve.bins.is_empty()).then_some(curve)
+
+    /// Skills over all rows, below another drone, beside its jet, and near the floor; those without
+    /// rows are left out.
+    pub(super) fn skills(&self) -> Vec<Skill> {
+        let [depth_m, _, xi, height_m, ..] = self.columns else {
+            return Vec::new();
+        };
+        let places: [(&str, &dyn Fn(usize) -> bool); 4] = [
+            ("all rows", &|_| true),
+            (
+                "under another drone (within 2 half-widths, 0.3 m above the floor)",
+                &|i| xi[i] < 2.0 && height_m[i] > 0.3,
+            ),
+            ("depth 0.2 to 0.8 m, within a half-width", &|i| {
+                xi[i] < 1.0 && (0.2..0.8).contains(&depth_m[i])
+            }),
+            ("lower than 0.15 m", &|i| height_m[i] < 0.15),
+        ];
+        places
+            .into_iter()
+            .filter_map(|(name, test)| self.skill(name, test))
+            .collect()
+    }
+
+    fn skill(&self, name: &str, test: &dyn Fn(usize) -> bool) -> Option<Skill> {
+        let mut by_flight = vec![Sums::default(); self.flights.iter().max()? + 1];
+        let mut total = Sums::default();
+        for i in (0..self.recorded.len()).filter(|&i| test(i)) {
+            let y = self.recorded[i];
+            let left = [&self.before, &self.after].map(|predicted| (y - predicted[i]).powi(2));
+            let one = Sums([1.0, y, y * y, left[0], left[1]]);
+            by_flight[self.flights[i]].add(&one);
+            total.add(&one);
+        }
+        by_flight.retain(|sums| sums.0[0] > 0.0);
+        let rows = total.0[0] as usize;
+        if rows < LEAST_ROWS {
+            return None;
+        }
+        let figures = total.figures();
+        let ends = intervals_95(by_flight.len(), DRAWS, rows as u64, |picked| {
+            let mut sums = Sums::default();
+            picked
+                .iter()
+                .for_each(|&flight| sums.add(&by_flight[flight]));
+            sums.figures()
+        });
+        let interval = |which: usize| [ends[which][0], figures[which], ends[which][1]];
+        Some(Skill {
+            rows_where: name.to_owned(),
+            rows,
+            flights: by_flight.len(),
+            rms_before_n: (total.0[3] / total.0[0]).sqrt(),
+            rms_after_n: interval(3),
+            r2_before: figures[0],
+            r2_after: interval(1),
+            r2_gained: interval(2),
+        })
+    }
+
+    /// Force by depth and by distance from the axis of a drone above, and by height where none is.
+    pub(super) fn curves(&self) -> Vec<Curve> {
+        let [depth_m, _, xi, height_m, ..] = self.columns else {
+            return Vec::new();
+        };
+        let curves: [(&str, &[f64], &dyn Fn(usize) -> Option<f64>); 3] = [
+            (
+                "depth m, within a half-width",
+                &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0],
+                &|i| (xi[i] < 1.0).then_some(depth_m[i]),
+            ),
+            (
+                "distance/half-width, depth 0.2 to 0.8 m",
+                &[0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0],
+                &|i| (0.2..0.8).contains(&depth_m[i]).then_some(xi[i]),
+            ),
+            (
+                "height m, nobody above",
+                &[0.05, 0.07, 0.09, 0.11, 0.14, 0.18, 0.25, 0.35, 0.5],
+                &|i| xi[i].is_nan().then_some(height_m[i]),
+            ),
+        ];
+        curves
+            .into_iter()
+            .filter_map(|(along, edges, value)| self.curve(along, edges, value))
+            .collect()
+    }
+
+    fn curve(
+        &self,
+        along: &str,
+        edges: &[f64],
+        value: &dyn Fn(usize) -> Option<f64>,
+    ) -> Option<Curve> {
+        let mut curve = Curve {
+            along: along.to_owned(),
+            ..Curve::default()
+        };
+        for ends in edges.windows(2) {
+            let inside: Vec<usize> = (0..self.recorded.len())
+                .filter(|&i| value(i).is_some_and(|x| x >= ends[0] && x < ends[1]))
+                .collect();
+            if inside.len() < LEAST_ROWS {
+                continue;
+            }
+            let count = inside.len() as f64;
+            let mean =
+                |of: &dyn Fn(usize) -> f64| inside.iter().map(|&i| of(i)).sum::<f64>() / count;
+            let left_n = |i: usize| self.recorded[i] - self.after[i];
+            let level_n = mean(&left_n);
+            let mut by_flight = vec![0.0; self.flights.last().map_or(0, |last| last + 1)];
+            for &i in &inside {
+                by_flight[self.flights[i]] += left_n(i) - level_n;
+            }
+            let square: f64 = by_flight.iter().map(|sum| sum * sum).sum();
+            curve.bins.push([ends[0], ends[1]]);
+            curve.rows.push(inside.len());
+            curve.recorded_n.push(mean(&|i| self.recorded[i]));
+            curve.error_n.push(square.sqrt() / count);
+            curve.before_n.push(mean(&|i| self.before[i]));
+            curve.after_n.push(mean(&|i| self.after[i]));
+        }
+        (!curve.bins.is_empty()).then_some(curve)
+    }
+}
+
+/// Predictions with one offset a vehicle and flight, at most a gram, that brings their median to
+/// the recorded one: a thrust map is not known better, and the baseline gets the same.
+fn with_offsets(forces: &Forces, recorded: &[f64], predicted: &[f64]) -> Vec<f64> {
+    let mut shifted = predicted.to_vec();
+    let mut from = 0;
+    for part in &forces.parts {
+        let span = from..from + part.judged.len();
+        from = span.end;
+        let mut rests: Vec<f64> = span.clone().map(|i| recorded[i] - predicted[i]).collect();
+        let offset_n = median(&mut rests)
+            .unwrap_or(0.0)
+            .clamp(-MOST_OFFSET_N, MOST_OFFSET_N);
+        shifted[span].iter_mut().for_each(|f| *f += offset_n);
+    }
+    shifted
 }

@@ -4,8 +4,8 @@
 //! y = (1 + gain) · L[ √((U + W)² + V² + a²) ] + offset,      L: ẏ = (x - y)/τ
 //! ```
 //!
-//! A probe of magnitude never reads the jet alone, and no scalar is taken off it: subtracting the ambient speed from a magnitude
-//! makes a jet look up to 0.1 U_C weaker where the two are alike.
+//! A probe of magnitude never reads the jet alone, and no scalar is taken off it: subtracting the
+//! ambient speed from a magnitude makes a jet look up to 0.1 U_C weaker where the two are alike.
 
 use nalgebra::{Point3, Vector3};
 
@@ -13,11 +13,12 @@ use crate::forward::flow::Flow;
 use crate::forward::hypothesis::Sensor;
 use crate::record::recording::{Environment, Instrument, Measures, ProbeSample};
 
-/// Steps of the low-pass in a time constant. Chosen here: the air is taken as linear within a step, which leaves less than a
-/// hundredth of its change in a time constant.
+/// Steps of the low-pass in a time constant. Chosen here: the air is taken as linear within a step,
+/// which leaves less than a hundredth of its change in a time constant.
 const STEPS_PER_TAU: f64 = 5.0;
 
-/// The steady reading (m/s) of a true probe in air of a velocity (world frame, z up) and an ambient speed without direction.
+/// The steady reading (m/s) of a true probe in air of a velocity (world frame, z up) and an ambient
+/// speed without direction.
 #[must_use]
 pub fn steady_reading_mps(
     velocity_mps: Vector3<f64>,
@@ -36,8 +37,8 @@ pub fn steady_reading_mps(
     }
 }
 
-/// Readings (m/s) of one probe, whose samples come in the order of time; `None` where some drone's place is not known. `first_s` is
-/// when the recording began, for what drifts.
+/// Readings (m/s) of one probe, whose samples come in the order of time; `None` where some drone's
+/// place is not known. `first_s` is when the recording began, for what drifts.
 #[must_use]
 pub fn readings_mps(
     flow: &Flow,

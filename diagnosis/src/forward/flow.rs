@@ -1,23 +1,25 @@
-//! The air that a recording's baseline simulates, and a hypothesis on top of it: at any point, at any moment.
+//! The air that a recording's baseline simulates, and a hypothesis on top of it: at any point, at
+//! any moment.
 
 use airflow::effects::{Effects, EntrainmentRadial, Surroundings};
-use airflow::{Source, Superposition, Wake};
+use airflow::{Airframe, DiscPoints, Wake};
 use nalgebra::{Point3, Vector3};
 
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::simulate::Place;
-use crate::record::baseline::{Delay, Observation, Upper};
-use crate::record::recording::{Recording, Role, Track};
+use crate::record::baseline::{Delay, Observation, ReceiverAir, Upper};
+use crate::record::recording::{Recording, Role, Track, Vehicle};
 use crate::record::track::Moment;
 
-/// Throttle over that of hover, and mean duty cycle, below which a drone is taken to stand with idle rotors and not to blow. Chosen
-/// here: well above idle, and half of the least that holds any drone in the air.
+/// Throttle over that of hover, and mean duty cycle, below which a drone is taken to stand with
+/// idle rotors and to have no wake. Chosen here: well above idle, and half of the least that holds
+/// any drone in the air.
 const IDLE_THROTTLE: f64 = 0.3;
 const IDLE_DUTY: f64 = 0.2;
 
-/// Turns of the fixed point `t' = t - τ(z_e(t') - z)`. It contracts by the climb speed over the jet's speed, a few percent:
-/// four leave less than a microsecond.
-const DELAY_TURNS: usize = 4;
+/// Iterations of the fixed point `t' = t - τ(z_e(t') - z)`. It contracts by the climb speed over
+/// the jet's speed, a few percent: four leave less than a microsecond.
+const DELAY_ITERATIONS: usize = 4;
 
 /// All wakes of one recording over its time.
 #[derive(Clone, Debug)]
@@ -33,7 +35,7 @@ pub struct Flow<'a> {
     began_s: f64,
 }
 
-/// A vehicle that blows.
+/// A vehicle with a wake.
 #[derive(Clone, Debug)]
 struct Emitter<'a> {
     vehicle: usize,
@@ -43,40 +45,95 @@ struct Emitter<'a> {
     clock_s: f64,
 }
 
-/// Plain wakes of a recording's vehicles, by index: made once, shared by many flows.
+/// One drone's wake as its air arrives at a point.
+struct Arrival<'a> {
+    vehicle: usize,
+    wake: &'a Wake,
+    /// From where the drone was when the air left it (m).
+    offset_m: Vector3<f64>,
+    at: Surroundings,
+}
+
+/// Wakes of the vehicles of some recordings, alike ones made once, shared by many flows.
 #[derive(Clone, Debug)]
-pub struct Wakes(Vec<Option<Wake>>);
+pub struct Wakes {
+    made: Vec<Wake>,
+    /// By recording and vehicle: which of them; `None` where it has none.
+    of: Vec<Vec<Option<usize>>>,
+}
 
 impl Wakes {
-    /// That of one vehicle.
-    #[must_use]
-    pub fn of(&self, vehicle: usize) -> Option<&Wake> {
-        self.0.get(vehicle)?.as_ref()
-    }
-
-    /// The wakes that the baseline declares; `None` for those who do not blow.
+    /// The wakes that the baseline of one recording declares: none where each of its drones flies
+    /// alone.
     #[must_use]
     pub fn new(recording: &Recording) -> Wakes {
-        let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
-        let mut known: Vec<Wake> = Vec::new();
-        let blows = |role| recording.baseline.wakes && role != Role::Receiver;
-        let mut wake_of = |airframe: &airflow::Airframe| {
-            if let Some(wake) = known.iter().find(|wake| wake.airframe() == airframe) {
-                return wake.clone();
-            }
-            let mass_kg = airframe.mass_kg();
-            let wake = Wake::new(airframe, mass_kg, density_kg_per_m3, &recording.jet);
-            let wake = match recording.baseline.upper {
-                Upper::FourRotors => wake,
-                Upper::FarFieldExtrapolated => wake.extrapolated(),
+        let mut wakes = Wakes::of_all(std::slice::from_ref(recording));
+        if !recording.baseline.wakes {
+            wakes.of = vec![vec![None; recording.vehicles.len()]];
+        }
+        wakes
+    }
+
+    /// The wakes of all vehicles but receivers, whether or not their baselines declare any.
+    #[must_use]
+    pub fn of_all(recordings: &[Recording]) -> Wakes {
+        let mut made: Vec<(Wake, &Recording)> = Vec::new();
+        let mut of = Vec::with_capacity(recordings.len());
+        for recording in recordings {
+            let mut of_vehicle = |vehicle: &Vehicle| {
+                let same = |(wake, known): &(Wake, &Recording)| {
+                    *wake.airframe() == vehicle.airframe
+                        && known.environment.air == recording.environment.air
+                        && known.jet == recording.jet
+                        && known.baseline.upper == recording.baseline.upper
+                };
+                if vehicle.role == Role::Receiver {
+                    return None;
+                }
+                made.iter().position(same).or_else(|| {
+                    made.push((hover_wake(recording, &vehicle.airframe), recording));
+                    Some(made.len() - 1)
+                })
             };
-            known.push(wake.clone());
-            wake
-        };
-        let of_vehicle = |vehicle: &crate::record::recording::Vehicle| {
-            blows(vehicle.role).then(|| wake_of(&vehicle.airframe))
-        };
-        Wakes(recording.vehicles.iter().map(of_vehicle).collect())
+            of.push(recording.vehicles.iter().map(&mut of_vehicle).collect());
+        }
+        let made = made.into_iter().map(|(wake, _)| wake).collect();
+        Wakes { made, of }
+    }
+
+    /// That of one vehicle of one recording.
+    #[must_use]
+    pub fn of(&self, recording: usize, vehicle: usize) -> Option<&Wake> {
+        let wake = (*self.of.get(recording)?.get(vehicle)?)?;
+        self.made.get(wake)
+    }
+
+    /// All of them with effects of the air on.
+    #[must_use]
+    pub fn with_effects(&self, effects: &Effects) -> Wakes {
+        Wakes {
+            made: self
+                .made
+                .iter()
+                .map(|wake| wake.with_effects(effects))
+                .collect(),
+            of: self.of.clone(),
+        }
+    }
+}
+
+/// The wake in hover, its upper part as the recording's baseline declares it.
+fn hover_wake(recording: &Recording, airframe: &Airframe) -> Wake {
+    let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
+    let wake = Wake::new(
+        airframe,
+        airframe.mass_kg(),
+        density_kg_per_m3,
+        &recording.jet,
+    );
+    match recording.baseline.upper {
+        Upper::FourRotors => wake,
+        Upper::FarFieldExtrapolated => wake.extrapolated(),
     }
 }
 
@@ -87,54 +144,64 @@ impl<'a> Flow<'a> {
         Flow::supposing(recording, &Wakes::new(recording), &Hypothesis::default())
     }
 
-    /// The same with a hypothesis on top.
+    /// The same with a hypothesis on top of the recording's own plain wakes.
     #[must_use]
     pub fn supposing(recording: &'a Recording, wakes: &Wakes, hypothesis: &Hypothesis) -> Flow<'a> {
-        let mut effects = hypothesis.effects;
+        let mut hypothesis = *hypothesis;
+        let effects = &mut hypothesis.effects;
         let axial_only = recording.baseline.observation == Observation::AxialAndAmbient
             && effects.entrainment_radial.is_none();
-        let plain = effects == Effects::default();
-        if axial_only && !plain {
+        if *effects == Effects::default() {
+            let mut flow = Flow::through((recording, 0), wakes, &hypothesis);
+            flow.axial_only = axial_only;
+            return flow;
+        }
+        if axial_only {
             effects.entrainment_radial = Some(EntrainmentRadial { factor: 0.0 });
         }
-        let emitters = recording.vehicles.iter().zip(&wakes.0).enumerate();
-        let emitters: Vec<Emitter> = emitters
-            .filter_map(|(index, (vehicle, wake))| {
-                let wake = wake.as_ref()?;
-                Some(Emitter {
-                    vehicle: index,
-                    wake: if plain {
-                        wake.clone()
-                    } else {
-                        wake.with_effects(&effects)
-                    },
-                    track: &vehicle.track,
-                    clock_s: hypothesis.sensor.clock_s,
-                })
+        let wakes = wakes.with_effects(effects);
+        Flow::through((recording, 0), &wakes, &hypothesis)
+    }
+
+    /// A hypothesis on wakes that have its effects on already; the recording comes with its place
+    /// among those that the wakes are of.
+    #[must_use]
+    pub fn through(
+        (recording, at): (&'a Recording, usize),
+        wakes: &Wakes,
+        hypothesis: &Hypothesis,
+    ) -> Flow<'a> {
+        let emitter = |(vehicle, of): (usize, &'a Vehicle)| {
+            Some(Emitter {
+                vehicle,
+                wake: wakes.of(at, vehicle)?.clone(),
+                track: &of.track,
+                clock_s: hypothesis.sensor.clock_s,
             })
-            .collect();
+        };
+        let vehicles = recording.vehicles.iter().enumerate();
+        let emitters: Vec<Emitter> = vehicles.filter_map(emitter).collect();
         let took_off = |emitter: &Emitter| emitter.track.t_s.first().copied();
-        let began_s = emitters
-            .iter()
-            .filter_map(took_off)
-            .fold(f64::INFINITY, f64::min);
+        let began_s = emitters.iter().filter_map(took_off);
         let declared = match recording.baseline.delay {
             Delay::None => None,
             Delay::Transport { convection } => Some(convection),
         };
         Flow {
             recording,
+            began_s: began_s.fold(f64::INFINITY, f64::min),
             emitters,
-            began_s,
-            effects,
-            convection: effects
+            effects: hypothesis.effects,
+            convection: hypothesis
+                .effects
                 .wake_transport
                 .map_or(declared, |transport| transport.convection()),
-            axial_only: axial_only && plain,
+            axial_only: false,
         }
     }
 
-    /// Sets a vehicle's clock offset: `offset_s` is added to the recording's time to read its track.
+    /// Sets a vehicle's clock offset: `offset_s` is added to the recording's time to read its
+    /// track.
     pub fn set_clock_offset(&mut self, vehicle: usize, offset_s: f64) {
         for emitter in &mut self.emitters {
             if emitter.vehicle == vehicle {
@@ -143,33 +210,48 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// The wakes that can reach a point at a time, each where its drone was when that air left it; `but` names a vehicle that does
-    /// not blow on itself. `false`: some drone's place is not known then (a gap in its track), and the air is not either.
-    pub fn sources_at<'s>(
-        &'s self,
-        t_s: f64,
-        point_m: Point3<f64>,
-        but: Option<usize>,
-        sources: &mut Vec<Source<'s>>,
-    ) -> bool {
-        sources.clear();
-        for emitter in self.but(but) {
-            let Some(moment) = self.moment_of(emitter, t_s, point_m) else {
-                return false;
-            };
-            if !emitter.track.is_idle(moment.entry) {
-                sources.push(Source {
-                    wake: &emitter.wake,
-                    position_m: emitter.track.position_at(moment),
-                    ends_at_z_m: self.floor_z_m().unwrap_or(f64::NEG_INFINITY),
-                });
+    /// Air (m/s, downwards) that a rotor plane centred at `centre_m` meets at a time: at its centre
+    /// or over its discs, from the vehicles whose index `counts`. `None` where the place of one of
+    /// them is not known then: a gap in its track.
+    pub fn met_mps(
+        &self,
+        air: ReceiverAir,
+        discs: &DiscPoints,
+        (t_s, centre_m): (f64, Point3<f64>),
+        counts: impl Fn(usize) -> bool,
+    ) -> Option<f64> {
+        if air == ReceiverAir::Centre {
+            return Some(-self.velocity_among_mps(t_s, centre_m, counts)?.z);
+        }
+        let plain = self.effects == Effects::default();
+        let mut gathered = vec![0.0; discs.weights.len()];
+        for arrival in self.arrivals(t_s, centre_m, counts) {
+            let Arrival {
+                wake, offset_m, at, ..
+            } = arrival?;
+            if offset_m.z >= -airflow::HEIGHT_TOLERANCE_M {
+                continue;
+            }
+            for (so_far, &[x, y]) in gathered.iter_mut().zip(&discs.offsets_m) {
+                let offset_m = offset_m + Vector3::new(x, y, 0.0);
+                let down_mps = match plain {
+                    true => wake.axial_speed_mps(offset_m),
+                    false => -self.effects.meet(wake, offset_m, &at).z,
+                };
+                *so_far = self.gather(*so_far, down_mps);
             }
         }
-        true
+        let (wind_mps, _) = self.effects.background_mps(t_s - self.began_s);
+        let weighed = discs.weights.iter().zip(gathered);
+        let mean_mps: f64 = weighed
+            .map(|(weight, gathered)| weight * self.finish(gathered))
+            .sum();
+        Some(mean_mps - wind_mps.z)
     }
 
-    /// Velocity (m/s, world) of the air at a point: axial speeds added as the baseline says, horizontal ones as vectors, the wind on
-    /// top. Without the radial flow where the baseline's probe does not see it. `None` where some drone's place is not known.
+    /// Velocity (m/s, world) of the air at a point: axial speeds added as the baseline says,
+    /// horizontal ones as vectors, the wind on top. Without the radial flow where the baseline's
+    /// probe does not see it. `None` where some drone's place is not known.
     #[must_use]
     pub fn velocity_mps(
         &self,
@@ -177,31 +259,30 @@ impl<'a> Flow<'a> {
         point_m: Point3<f64>,
         but: Option<usize>,
     ) -> Option<Vector3<f64>> {
-        let floor_z_m = self.floor_z_m();
-        let below_floor =
-            floor_z_m.is_some_and(|z_m| point_m.z < z_m - airflow::HEIGHT_TOLERANCE_M);
+        self.velocity_among_mps(t_s, point_m, |vehicle| Some(vehicle) != but)
+    }
+
+    fn velocity_among_mps(
+        &self,
+        t_s: f64,
+        point_m: Point3<f64>,
+        counts: impl Fn(usize) -> bool,
+    ) -> Option<Vector3<f64>> {
+        let below_floor = self
+            .floor_z_m()
+            .is_some_and(|z_m| point_m.z < z_m - airflow::HEIGHT_TOLERANCE_M);
         let mut horizontal_mps = Vector3::zeros();
         let mut gathered = 0.0;
-        for emitter in self.but(but) {
-            let moment = self.moment_of(emitter, t_s, point_m)?;
-            if emitter.track.is_idle(moment.entry) {
-                continue;
-            }
-            let position_m = emitter.track.position_at(moment);
-            let offset_m = point_m - position_m;
+        for arrival in self.arrivals(t_s, point_m, counts) {
+            let Arrival {
+                wake, offset_m, at, ..
+            } = arrival?;
             if offset_m.z >= -airflow::HEIGHT_TOLERANCE_M || below_floor {
                 continue;
             }
-            let velocity_mps = if self.axial_only {
-                Vector3::new(0.0, 0.0, -emitter.wake.axial_speed_mps(offset_m))
-            } else {
-                let at = Surroundings {
-                    t_s,
-                    climb_mps: emitter.track.velocity_mps[moment.entry].z,
-                    floor_z_m,
-                    emitter_z_m: position_m.z,
-                };
-                self.effects.meet(&emitter.wake, offset_m, &at)
+            let velocity_mps = match self.axial_only {
+                true => Vector3::new(0.0, 0.0, -wake.axial_speed_mps(offset_m)),
+                false => self.effects.meet(wake, offset_m, &at),
             };
             horizontal_mps += Vector3::new(velocity_mps.x, velocity_mps.y, 0.0);
             gathered = self.gather(gathered, -velocity_mps.z);
@@ -211,7 +292,8 @@ impl<'a> Flow<'a> {
         Some(horizontal_mps + wind_mps - Vector3::z() * down_mps)
     }
 
-    /// The speed (m/s) without direction that is there at a time beside the jets: the ambient of the metadata, and a draught.
+    /// The speed (m/s) without direction that is there at a time beside the jets: the ambient of
+    /// the metadata, and a level draught of the room.
     #[must_use]
     pub fn ambient_mps(&self, t_s: f64) -> f64 {
         let (_, draught_mps) = self.effects.background_mps(t_s - self.began_s);
@@ -224,49 +306,46 @@ impl<'a> Flow<'a> {
         &self.effects
     }
 
-    /// Where a point lies in the wake that blows hardest on it, or, where none does, in that of the drone above whose axis is
-    /// nearest in half-widths. `None` with no drone above, or none whose place is known.
+    /// Where a point lies in the wake that is fastest there, or, where none does, in that of the
+    /// drone above whose axis is nearest in half-widths. `None` with no drone above, or none whose
+    /// place is known.
     #[must_use]
     pub fn place(&self, t_s: f64, point_m: Point3<f64>, but: Option<usize>) -> Option<Place> {
         let mut best: Option<(f64, Place)> = None;
-        for emitter in self.but(but) {
-            let Some(moment) = self.moment_of(emitter, t_s, point_m) else {
-                continue;
-            };
-            let offset_m = point_m - emitter.track.position_at(moment);
-            if offset_m.z >= 0.0 || emitter.track.is_idle(moment.entry) {
+        let others = |vehicle| Some(vehicle) != but;
+        for arrival in self.arrivals(t_s, point_m, others).flatten() {
+            let (wake, offset_m) = (arrival.wake, arrival.offset_m);
+            if offset_m.z >= 0.0 {
                 continue;
             }
-            let length_m = emitter.wake.motor_distance_m();
+            let length_m = wake.motor_distance_m();
             let radius_m = offset_m.x.hypot(offset_m.y);
             let place = Place {
-                emitter: emitter.vehicle,
+                emitter: arrival.vehicle,
                 s_over_l: -offset_m.z / length_m,
                 r_over_l: radius_m / length_m,
-                xi: radius_m / emitter.wake.half_width_m(-offset_m.z),
+                xi: radius_m / wake.half_width_m(-offset_m.z),
                 azimuth_rad: offset_m.y.atan2(offset_m.x),
             };
-            let speed_mps = emitter.wake.axial_speed_mps(offset_m);
-            let harder = best.is_none_or(|(best_mps, best)| {
+            let speed_mps = wake.axial_speed_mps(offset_m);
+            let is_faster = best.is_none_or(|(best_mps, best)| {
                 speed_mps > best_mps || (speed_mps == best_mps && place.xi < best.xi)
             });
-            if harder {
+            if is_faster {
                 best = Some((speed_mps, place));
             }
         }
         best.map(|(_, place)| place)
     }
 
-    /// Axial speeds (m/s) of the two jets that blow hardest on a point, harder first; 0 where there is none.
+    /// Axial speeds (m/s) of the two jets that are fastest at a point, the faster first; 0 where
+    /// there is none.
     #[must_use]
     pub fn strongest_mps(&self, t_s: f64, point_m: Point3<f64>, but: Option<usize>) -> [f64; 2] {
         let mut strongest_mps = [0.0; 2];
-        for emitter in self.but(but) {
-            let Some(moment) = self.moment_of(emitter, t_s, point_m) else {
-                continue;
-            };
-            let offset_m = point_m - emitter.track.position_at(moment);
-            let speed_mps = emitter.wake.axial_speed_mps(offset_m);
+        let others = |vehicle| Some(vehicle) != but;
+        for arrival in self.arrivals(t_s, point_m, others).flatten() {
+            let speed_mps = arrival.wake.axial_speed_mps(arrival.offset_m);
             if speed_mps > strongest_mps[0] {
                 strongest_mps = [speed_mps, strongest_mps[0]];
             } else if speed_mps > strongest_mps[1] {
@@ -276,30 +355,21 @@ impl<'a> Flow<'a> {
         strongest_mps
     }
 
-    /// How wakes add up in the baseline.
-    #[must_use]
-    pub fn superposition(&self) -> Superposition {
-        self.recording.baseline.superposition
-    }
-
     fn gather(&self, so_far: f64, speed_mps: f64) -> f64 {
-        if let Some(merging) = &self.effects.jet_merging {
-            return merging.gather(so_far, speed_mps);
-        }
-        match self.superposition() {
-            Superposition::Momentum => so_far + speed_mps * speed_mps,
-            Superposition::Linear => so_far + speed_mps,
-            Superposition::Strongest => so_far.max(speed_mps),
+        match &self.effects.jet_merging {
+            Some(merging) => merging.gather(so_far, speed_mps),
+            None => self
+                .recording
+                .baseline
+                .superposition
+                .gather(so_far, speed_mps),
         }
     }
 
     fn finish(&self, gathered: f64) -> f64 {
-        if let Some(merging) = &self.effects.jet_merging {
-            return merging.finish(gathered);
-        }
-        match self.superposition() {
-            Superposition::Momentum => gathered.sqrt(),
-            Superposition::Linear | Superposition::Strongest => gathered,
+        match &self.effects.jet_merging {
+            Some(merging) => merging.finish(gathered),
+            None => self.recording.baseline.superposition.finish(gathered),
         }
     }
 
@@ -307,10 +377,35 @@ impl<'a> Flow<'a> {
         self.recording.environment.floor_z_m
     }
 
-    fn but(&self, vehicle: Option<usize>) -> impl Iterator<Item = &Emitter<'a>> {
-        self.emitters
-            .iter()
-            .filter(move |emitter| Some(emitter.vehicle) != vehicle)
+    /// The wakes of the vehicles that count, as their air arrives at a point; idle rotors have
+    /// none. `None` for a drone whose place is not known.
+    fn arrivals(
+        &self,
+        t_s: f64,
+        point_m: Point3<f64>,
+        counts: impl Fn(usize) -> bool,
+    ) -> impl Iterator<Item = Option<Arrival<'_>>> {
+        let emitters = self.emitters.iter();
+        emitters
+            .filter(move |emitter| counts(emitter.vehicle))
+            .filter_map(move |emitter| {
+                let Some(moment) = self.moment_of(emitter, t_s, point_m) else {
+                    return Some(None);
+                };
+                let position_m = emitter.track.position_at(moment);
+                let arrival = || Arrival {
+                    vehicle: emitter.vehicle,
+                    wake: &emitter.wake,
+                    offset_m: point_m - position_m,
+                    at: Surroundings {
+                        t_s,
+                        climb_mps: emitter.track.velocity_mps[moment.entry].z,
+                        floor_z_m: self.floor_z_m(),
+                        emitter_z_m: position_m.z,
+                    },
+                };
+                (!emitter.track.is_idle(moment.entry)).then(|| Some(arrival()))
+            })
     }
 
     /// When the air at a point left a drone; `None`: its place is not known then.
@@ -318,7 +413,7 @@ impl<'a> Flow<'a> {
         let t_s = t_s + emitter.clock_s;
         let mut moment = emitter.track.moment(t_s)?;
         if let Some(convection) = self.convection {
-            for _ in 0..DELAY_TURNS {
+            for _ in 0..DELAY_ITERATIONS {
                 let depth_m = emitter.track.position_at(moment).z - point_m.z;
                 let far = emitter.wake.far_field();
                 // Air older than the track came from where the track begins.
@@ -326,7 +421,7 @@ impl<'a> Flow<'a> {
                     .max(*emitter.track.t_s.first()?);
                 let before = moment;
                 moment = emitter.track.moment(left_s)?;
-                // A drone that keeps its height needs one turn.
+                // A drone that keeps its height needs one iteration.
                 if moment == before {
                     break;
                 }

@@ -10,8 +10,8 @@ pub struct Hypothesis {
     pub effects: Effects,
     /// Of the instruments.
     pub sensor: Sensor,
-    /// Wakes that the baseline leaves out because there every drone flies alone: their speed over that of the hover jet. `None`: as
-    /// the baseline has it.
+    /// Wakes that the baseline leaves out because there every drone flies alone: their speed over
+    /// that of the hover jet. `None`: as the baseline has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub downwash: Option<f64>,
 }

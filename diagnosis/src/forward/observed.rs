@@ -1,33 +1,36 @@
-//! A recording made ready to be explained: its samples beside the baseline's, with everything that a residual may depend on.
+//! A recording made ready to be explained: its samples beside the baseline's, with everything that
+//! a residual may depend on.
 
 use crate::forward::flow::{Flow, Wakes};
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::simulate::{Channel, Sample, Series, series, simulate};
 use crate::record::recording::Recording;
 
-/// Names of the covariates, in the order of [`Observed::covariates`].
-pub const COVARIATES: [&str; 18] = [
-    "s/l",
-    "r/l",
-    "xi",
-    "cos az",
-    "sin az",
-    "height m",
-    "time s",
-    "air m/s",
-    "emitter z m",
-    "emitter speed m/s",
-    "climb m/s",
-    "second jet/first",
-    "battery V",
-    "height/half-width",
-    "cos az body",
-    "sin az body",
-    "x m",
-    "y m",
+/// Names of the covariates with their units, and their letters in an expression, in the order of
+/// [`Observed::covariates`].
+pub const COVARIATES: [(&str, &str); 18] = [
+    ("s/l", "s"),
+    ("r/l", "r"),
+    ("xi", "xi"),
+    ("cos az", "cos"),
+    ("sin az", "sin"),
+    ("height m", "h"),
+    ("time s", "t"),
+    ("air m/s", "U"),
+    ("emitter z m", "z_e"),
+    ("emitter speed m/s", "v_e"),
+    ("climb m/s", "v_z"),
+    ("second jet/first", "U2/U1"),
+    ("battery V", "V"),
+    ("height/half-width", "h/r_half"),
+    ("cos az body", "cos_b"),
+    ("sin az body", "sin_b"),
+    ("x m", "x"),
+    ("y m", "y"),
 ];
 
-/// Values recorded, what a hypothesis makes of them, and what surrounds each: all that a diagnosis needs to know.
+/// Values recorded, what a hypothesis makes of them, and what surrounds each: all that a diagnosis
+/// needs to know.
 pub trait Explained: std::fmt::Debug + Sync {
     /// Recorded values.
     fn recorded(&self) -> Vec<f64>;
@@ -41,7 +44,8 @@ pub trait Explained: std::fmt::Debug + Sync {
     /// What surrounds each value.
     fn covariates(&self) -> Covariates<'_>;
 
-    /// For each series that a pulsation of the rotors would show in: its samples, and when the air there was released (s).
+    /// For each series that a pulsation of the rotors would show in: its samples, and when the air
+    /// there was released (s).
     fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)>;
 }
 
@@ -55,8 +59,8 @@ pub struct Covariates<'a> {
 }
 
 impl Covariates<'_> {
-    /// Azimuth (rad) about the drone that blows on a value: in the world from east, or in the drone's body from its nose. `None` where nobody
-    /// knows; not a number below no drone.
+    /// Azimuth (rad) about the drone whose wake a value lies in: in the world from east, or in the
+    /// drone's body from its nose. `None` where it is not known; not a number below no drone.
     #[must_use]
     pub fn azimuth_rad(&self, in_body: bool) -> Option<Vec<f64>> {
         let [cos, sin] = match in_body {
@@ -72,21 +76,6 @@ impl Covariates<'_> {
         Some(cos.iter().zip(sin).map(angle).collect())
     }
 }
-
-/// [`COVARIATES`] with their letters.
-const LETTERED: [(&str, &str); COVARIATES.len()] = {
-    let letters = [
-        "s", "r", "xi", "cos", "sin", "h", "t", "U", "z_e", "v_e", "v_z", "U2/U1", "V", "h/r_half",
-        "cos_b", "sin_b", "x", "y",
-    ];
-    let mut all = [("", ""); COVARIATES.len()];
-    let mut at = 0;
-    while at < all.len() {
-        all[at] = (COVARIATES[at], letters[at]);
-        at += 1;
-    }
-    all
-};
 
 /// Samples of one recording, one channel, and what surrounds each of them.
 #[derive(Clone, Debug)]
@@ -106,7 +95,8 @@ pub struct Observed<'a> {
 }
 
 impl<'a> Observed<'a> {
-    /// The samples of a recording: of its probes where it has any, of its receivers otherwise. `None` without either.
+    /// The samples of a recording: of its probes where it has any, of its receivers otherwise.
+    /// `None` without either.
     #[must_use]
     pub fn new(recording: &'a Recording) -> Option<Observed<'a>> {
         Observed::of(recording, None)
@@ -147,13 +137,14 @@ impl<'a> Observed<'a> {
         Some(observed)
     }
 
-    /// How long ago (s) the air at a sample left its drone, at the centreline's speed; 0 below none.
+    /// How long ago (s) the air at a sample left its drone, at the centreline's speed; 0 below
+    /// none.
     #[must_use]
     pub fn age_s(&self, sample: usize) -> f64 {
         let sample = &self.samples[sample];
         let age = sample.place.and_then(|place| {
             let airframe = &self.recording.vehicles[place.emitter].airframe;
-            let wake = self.wakes.of(place.emitter)?;
+            let wake = self.wakes.of(0, place.emitter)?;
             let depth_m = place.s_over_l * airframe.motor_distance_m();
             Some(wake.far_field().transport_time_s(depth_m, 1.0))
         });
@@ -178,7 +169,7 @@ impl<'a> Observed<'a> {
     /// One covariate by name.
     #[must_use]
     pub fn covariate(&self, name: &str) -> Option<&[f64]> {
-        let at = COVARIATES.iter().position(|known| *known == name)?;
+        let at = COVARIATES.iter().position(|(known, _)| *known == name)?;
         self.covariates.get(at).map(Vec::as_slice)
     }
 }
@@ -207,7 +198,7 @@ impl Explained for Observed<'_> {
 
     fn covariates(&self) -> Covariates<'_> {
         Covariates {
-            names: &LETTERED,
+            names: &COVARIATES,
             columns: &self.covariates,
         }
     }
@@ -240,11 +231,9 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
         let state = emitter.and_then(|emitter| {
             let moment = emitter.track.moment(sample.t_s)?;
             let (_, _, yaw_rad) = emitter.track.attitude_at(moment).euler_angles();
-            Some((
-                emitter.track.position_at(moment),
-                emitter.track.velocity_at(moment),
-                yaw_rad,
-            ))
+            let velocity_mps = emitter.track.velocity_at(moment);
+            let z_m = emitter.track.position_at(moment).z;
+            Some(([z_m, velocity_mps.norm(), velocity_mps.z], yaw_rad))
         });
         let [first_mps, second_mps] = flow.strongest_mps(sample.t_s, sample.position_m, but);
         let height_m = sample.position_m.z - floor_m;
@@ -261,23 +250,29 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             });
         let body_rad = place
             .zip(state)
-            .map(|(place, (_, _, yaw_rad))| place.azimuth_rad - yaw_rad);
+            .map(|(place, (_, yaw_rad))| place.azimuth_rad - yaw_rad);
         let battery_v = match sample.channel {
             Channel::Throttle | Channel::Power => recording.receivers[sample.row].battery_v,
             _ => None,
         };
+        let [s_over_l, r_over_l, xi, cos, sin] =
+            place.map_or([-1.0, -1.0, -1.0, 0.0, 0.0], |place| {
+                let (sin, cos) = place.azimuth_rad.sin_cos();
+                [place.s_over_l, place.r_over_l, place.xi, cos, sin]
+            });
+        let [emitter_z_m, emitter_mps, climb_mps] = state.map_or([0.0; 3], |(state, _)| state);
         let row = [
-            place.map_or(-1.0, |place| place.s_over_l),
-            place.map_or(-1.0, |place| place.r_over_l),
-            place.map_or(-1.0, |place| place.xi),
-            place.map_or(0.0, |place| place.azimuth_rad.cos()),
-            place.map_or(0.0, |place| place.azimuth_rad.sin()),
+            s_over_l,
+            r_over_l,
+            xi,
+            cos,
+            sin,
             height_m,
             sample.t_s,
             sample.air_mps,
-            state.map_or(0.0, |(position_m, ..)| position_m.z),
-            state.map_or(0.0, |(_, velocity_mps, _)| velocity_mps.norm()),
-            state.map_or(0.0, |(_, velocity_mps, _)| velocity_mps.z),
+            emitter_z_m,
+            emitter_mps,
+            climb_mps,
             if first_mps > 0.0 {
                 second_mps / first_mps
             } else {

@@ -1,16 +1,17 @@
-//! How a drone answers to air from above, `alpha` of its own induced velocity, by the law that the baseline declares.
+//! How a drone answers to air from above, `alpha` of its own induced velocity, by the law that the
+//! baseline declares.
 //!
-//! The two laws are two ends of what an autopilot does. One that holds height raises its power by `beta`; a drone at a limit of
-//! its power, or faster through the jet than its controller, loses thrust instead. `beta` is the power to *hold* thrust: taken as
-//! thrust lost, `T (1 - 1/beta)`, it predicts far too much.
+//! The two laws are two ends of what an autopilot does. One that holds height raises its power by
+//! `beta`; a drone at a limit of its power, or faster through the jet than its controller, loses
+//! thrust instead. `beta` is the power to *hold* thrust: taken as thrust lost, `T (1 - 1/beta)`, it
+//! predicts far too much.
 
-use airflow::effects::{Effects, Reception};
-use airflow::{DiscPoints, power};
-use nalgebra::{Point3, Vector3};
+use airflow::effects::Reception;
+use airflow::power;
 
 use crate::forward::flow::Flow;
 use crate::forward::hypothesis::Sensor;
-use crate::record::baseline::{ReceiverAir, ReceiverLaw};
+use crate::record::baseline::ReceiverLaw;
 use crate::record::recording::{ReceiverSample, Recording, Track};
 
 /// Throttle over that of hover in still air.
@@ -40,48 +41,16 @@ pub fn thrust_ratio(law: ReceiverLaw, alpha: f64) -> f64 {
     }
 }
 
-/// Air (m/s, downwards) that a vehicle of the recording meets at a time with its rotor plane centred at `centre_m`: at the centre
-/// or over its discs, as declared. `None` where some other drone's place is not known.
-#[must_use]
-pub fn air_met_mps(
-    flow: &Flow,
-    air: ReceiverAir,
-    vehicle: usize,
-    discs: &DiscPoints,
-    t_s: f64,
-    centre_m: Point3<f64>,
-) -> Option<f64> {
-    let down_mps = |point_m| Some(-flow.velocity_mps(t_s, point_m, Some(vehicle))?.z);
-    match air {
-        ReceiverAir::Centre => down_mps(centre_m),
-        ReceiverAir::DiscMean if *flow.effects() == Effects::default() => {
-            let mut sources = Vec::new();
-            flow.sources_at(t_s, centre_m, Some(vehicle), &mut sources)
-                .then(|| {
-                    airflow::mean_over_discs_mps(&sources, discs, centre_m, flow.superposition())
-                })
-        }
-        ReceiverAir::DiscMean => {
-            let mut mean_mps = 0.0;
-            for (&[x, y], weight) in discs.offsets_m.iter().zip(&discs.weights) {
-                mean_mps += weight * down_mps(centre_m + Vector3::new(x, y, 0.0))?;
-            }
-            Some(mean_mps)
-        }
-    }
-}
-
 /// Part of its own induced velocity below which the air from above does not count as a wake.
 const STILL: f64 = 0.02;
 /// Entries that a reference needs. Chosen here: twenty means of a noise of 5 % are known to 1 %.
 const LEAST_STILL: usize = 20;
 
-/// Power of each row of the receivers over that of the same drone where nobody blows on it; not a number where none was logged, or
-/// nobody knows what it is without a wake.
+/// Power of each row of the receivers over that of the same drone in no wake; not a number where
+/// none was logged, or the drone is never out of a wake.
 #[must_use]
 pub fn recorded_power_ratios(recording: &Recording) -> Vec<f64> {
     let flow = Flow::new(recording);
-    let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
     let power_w = |sample: &ReceiverSample| {
         let track = &recording.vehicles[sample.vehicle].track;
         let column = track.power_w.as_ref()?;
@@ -90,8 +59,7 @@ pub fn recorded_power_ratios(recording: &Recording) -> Vec<f64> {
     };
     let mut ratios = vec![f64::NAN; recording.receivers.len()];
     for (index, vehicle) in recording.vehicles.iter().enumerate() {
-        let airframe = &vehicle.airframe;
-        let hover_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3);
+        let hover_mps = recording.hover_mps(vehicle);
         let is_still = |sample: &ReceiverSample| {
             let moment = vehicle.track.moment(sample.t_s)?;
             let centre_m = vehicle.track.position_at(moment);
@@ -118,7 +86,8 @@ pub fn recorded_power_ratios(recording: &Recording) -> Vec<f64> {
     ratios
 }
 
-/// Throttle or power ratios of one receiver, whose samples come in the order of time; `None` where some drone's place is not known.
+/// Throttle or power ratios of one receiver, whose samples come in the order of time; `None` where
+/// some drone's place is not known.
 #[must_use]
 pub fn ratios(
     recording: &Recording,
@@ -134,15 +103,15 @@ pub fn ratios(
     let vehicle = &recording.vehicles[vehicle_index];
     let baseline = &recording.baseline;
     let airframe = &vehicle.airframe;
-    let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
-    let hover_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3);
+    let hover_mps = recording.hover_mps(vehicle);
     let discs = airframe.disc_points();
     let first_v = samples.iter().find_map(|sample| sample.battery_v);
     let ratio_of = |sample: &ReceiverSample| {
         let moment = vehicle.track.moment(sample.t_s + sensor.clock_s)?;
         let centre_m = vehicle.track.position_at(moment);
         let air = baseline.receiver_air;
-        let air_mps = air_met_mps(flow, air, vehicle_index, &discs, sample.t_s, centre_m)?;
+        let others = |other| other != vehicle_index;
+        let air_mps = flow.met_mps(air, &discs, (sample.t_s, centre_m), others)?;
         let height_m = recording.environment.floor_z_m.map(|z_m| centre_m.z - z_m);
         let gap_m = recording
             .environment
@@ -159,10 +128,13 @@ pub fn ratios(
         };
         let effects = flow.effects();
         let own_mps = vehicle.track.velocity_at(moment) / hover_mps;
-        let felt = effects.receiver_alpha(air_mps / hover_mps);
-        let (alpha, lift) = effects.own_motion.map_or((felt, 1.0), |motion| {
+        let received = effects.receiver_alpha(air_mps / hover_mps);
+        let (alpha, lift) = effects.own_motion.map_or((received, 1.0), |motion| {
             let forward = own_mps.x.hypot(own_mps.y);
-            (motion.alpha(felt, own_mps.z), motion.thrust_ratio(forward))
+            (
+                motion.alpha(received, own_mps.z),
+                motion.thrust_ratio(forward),
+            )
         });
         let law = baseline.receiver_law;
         let steady = if is_power {

@@ -1,4 +1,5 @@
-//! How far recordings are from their simulation, by region: below the rotors, across the jet, over the floor, in time.
+//! How far recordings are from their simulation, by region: below the rotors, across the jet, over
+//! the floor, in time.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -53,11 +54,13 @@ pub struct Region {
     pub rms: f64,
     /// Root mean square of recorded values, for scale.
     pub recorded_rms: f64,
-    /// Root mean square over what the instrument's stated accuracy allows; `None` where none is stated.
+    /// Root mean square over what the instrument's stated accuracy allows; `None` where none is
+    /// stated.
     pub rms_over_accuracy: Option<f64>,
 }
 
-/// Edges of intervals. Depth from 0 in the steps of the near field (2.5 l), then wider; `ξ` as in the paper's table.
+/// Edges of intervals. Depth from 0 in the steps of the near field (2.5 l), then wider; `ξ` as in
+/// the paper's table.
 const S_EDGES: [f64; 10] = [
     0.0,
     1.0,
@@ -71,10 +74,12 @@ const S_EDGES: [f64; 10] = [
     f64::INFINITY,
 ];
 const XI_EDGES: [f64; 8] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f64::INFINITY];
-/// Intervals of height and time: as many equal ones over what was covered. Chosen here: a table that fits a screen.
+/// Intervals of height and time: as many equal ones over what was covered. Chosen here: a table
+/// that fits a screen.
 const EVEN_INTERVALS: usize = 6;
 
-/// Residuals of every channel, first everywhere, then along each coordinate; empty intervals are left away.
+/// Residuals of every channel, first everywhere, then along each coordinate; empty intervals are
+/// left away.
 #[must_use]
 pub fn by_region(recording: &Recording, samples: &[Sample]) -> Vec<Region> {
     let instrument = recording.probes.as_ref().map(|probes| &probes.instrument);

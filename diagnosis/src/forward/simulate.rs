@@ -43,14 +43,14 @@ pub struct Sample {
     pub simulated: f64,
     /// Axial speed of the air that is simulated there (m/s).
     pub air_mps: f64,
-    /// Place in the wake that blows hardest there; `None`: no drone above.
+    /// Place in the strongest wake there; `None`: no drone above.
     pub place: Option<Place>,
 }
 
 /// A place in one drone's wake.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Index of the vehicle that blows.
+    /// Index of the vehicle whose wake it is.
     pub emitter: usize,
     /// Depth below its rotor plane over its motor distance.
     pub s_over_l: f64,
@@ -81,19 +81,19 @@ pub fn simulate(recording: &Recording) -> Simulation {
     };
     for series in series(recording) {
         let values = series.simulate(recording, &flow, &Sensor::default());
-        let mut unknown = Unknown::default();
+        let mut unknown_s = Vec::new();
         let recorded = series.rows.iter().zip(&series.recorded);
         for ((&row, &recorded), value) in recorded.zip(values) {
             match sample(recording, &flow, &series, (row, recorded), value) {
                 Some(sample) => simulation.samples.push(sample),
-                None => unknown.note(series.channel.time_s(recording, row)),
+                None => unknown_s.push(series.channel.time_s(recording, row)),
             }
         }
         let subject = match series.channel {
             Channel::Speed => format!("probe {}", series.subject),
             _ => recording.vehicles[series.subject as usize].id.clone(),
         };
-        simulation.left_out.extend(unknown.remark(&subject));
+        simulation.left_out.extend(unknown(&unknown_s, subject));
     }
     let place = |sample: &Sample| (sample.channel, sample.row);
     simulation.samples.sort_by_key(place);
@@ -139,7 +139,8 @@ pub fn series(recording: &Recording) -> Vec<Series> {
     [speeds, throttles, by_subject(Channel::Power, powers)].concat()
 }
 
-/// From subject, time and value of each row. Values that are no numbers were told where they were read.
+/// From subject, time and value of each row. Values that are no numbers were told where they were
+/// read.
 fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) -> Vec<Series> {
     let samples: Vec<(u32, f64, f64)> = samples.collect();
     let mut order: Vec<usize> = (0..samples.len())
@@ -161,7 +162,8 @@ fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) 
 }
 
 impl Series {
-    /// Its values as they would be in this air through this sensor; `None` where some drone's place is not known.
+    /// Its values as they would be in this air through this sensor; `None` where some drone's place
+    /// is not known.
     #[must_use]
     pub fn simulate(
         &self,
@@ -239,33 +241,20 @@ fn sample(
     })
 }
 
-/// Samples at times when some drone's place is not known.
-#[derive(Clone, Debug, Default)]
-struct Unknown {
-    samples: usize,
-    span_s: Option<(f64, f64)>,
-}
-
-impl Unknown {
-    fn note(&mut self, t_s: f64) {
-        self.samples += 1;
-        let (from_s, to_s) = self.span_s.unwrap_or((t_s, t_s));
-        self.span_s = Some((from_s.min(t_s), to_s.max(t_s)));
-    }
-
-    fn remark(self, subject: &str) -> Option<Remark> {
-        let (from_s, to_s) = self.span_s?;
-        Some(Remark {
-            kind: RemarkKind::Gap,
-            subject: Some(subject.to_owned()),
-            samples: self.samples,
-            span_s: self.span_s,
-            message: format!(
-                "{} readings between {from_s:.2} and {to_s:.2} s are not simulated: some drone's place is not known then",
-                self.samples
-            ),
-        })
-    }
+/// Of readings at times (s) when some drone's place is not known; `None` of none.
+fn unknown(times_s: &[f64], subject: String) -> Option<Remark> {
+    let from_s = times_s.iter().copied().reduce(f64::min)?;
+    let to_s = times_s.iter().copied().reduce(f64::max)?;
+    let samples = times_s.len();
+    Some(Remark {
+        kind: RemarkKind::Gap,
+        subject: Some(subject),
+        samples,
+        span_s: Some((from_s, to_s)),
+        message: format!(
+            "{samples} readings between {from_s:.2} and {to_s:.2} s are not simulated: some drone's place is not known then"
+        ),
+    })
 }
 
 impl Sample {

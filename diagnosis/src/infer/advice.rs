@@ -76,7 +76,7 @@ fn places(
         let drone_m = track.position_at(track.moment(t_s)?);
         Some((
             instrument,
-            wakes.of(index)?,
+            wakes.of(0, index)?,
             t_s,
             t_s - track.t_s[0],
             drone_m,

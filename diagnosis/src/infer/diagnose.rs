@@ -404,7 +404,7 @@ fn region(observed: &Observed, noise: &Noise, corrected: &[f64]) -> Region {
     }
     let mut bounds = BTreeMap::new();
     let mut narrow: Vec<(f64, String)> = Vec::new();
-    for (name, column) in COVARIATES.iter().zip(&observed.covariates) {
+    for ((name, _), column) in COVARIATES.iter().zip(&observed.covariates) {
         let within = span(inside.iter().map(|&i| column[i]).collect(), 0.05);
         let whole = span(column.clone(), 0.02);
         let part = (within[1] - within[0]) / (whole[1] - whole[0]);

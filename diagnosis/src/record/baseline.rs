@@ -1,14 +1,14 @@
 //! What "simulation" means for one recording: declared in its metadata, obeyed everywhere.
 //!
-//! A difference between a recording and a simulation says something only if the simulation is pinned down. Two recordings of one
-//! campaign may declare different ones.
+//! A difference between a recording and a simulation says something only if the simulation is
+//! pinned down. Two recordings of one campaign may declare different ones.
 
 use airflow::Superposition;
 
 /// The simulation that a recording is compared with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Baseline {
-    /// Whether drones blow on one another at all. `false`: each flies alone.
+    /// Whether drones meet one another's wakes at all. `false`: each flies alone.
     pub wakes: bool,
     /// How several wakes add up.
     pub superposition: Superposition,
@@ -29,7 +29,8 @@ pub struct Baseline {
 pub enum Delay {
     /// At the same moment: wakes are attached to their drones.
     None,
-    /// `τ(s) = l (σ² - s₀²)/(2 B k U_H)` earlier, `k` the convection speed over that of the centreline.
+    /// `τ(s) = l (σ² - s₀²)/(2 B k U_H)` earlier, `k` the convection speed over that of the
+    /// centreline.
     Transport {
         /// `k`, above 0; 1: everything moves at the centreline's speed.
         convection: f64,
@@ -57,12 +58,14 @@ pub enum ReceiverAir {
 /// How a receiver answers to the air that it meets, `alpha` of its own induced velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReceiverLaw {
-    /// It holds its thrust: power is multiplied by `beta`, throttle by `beta^exponent` (the paper's: one half).
+    /// It holds its thrust: power is multiplied by `beta`, throttle by `beta^exponent` (the
+    /// paper's: one half).
     HoldsThrust {
         /// Of `beta` in the throttle.
         exponent: f64,
     },
-    /// It holds its aerodynamic power, and thrust falls ([`airflow::power::thrust_ratio_at_constant_power`]).
+    /// It holds its aerodynamic power, and thrust falls
+    /// ([`airflow::power::thrust_ratio_at_constant_power`]).
     HoldsPower,
 }
 

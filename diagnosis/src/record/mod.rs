@@ -5,6 +5,7 @@ pub mod problem;
 pub mod read;
 pub mod recording;
 pub mod remark;
+pub mod thrust_map;
 pub mod track;
 
 /// What a recording describes its air and its drones by.

@@ -1,14 +1,16 @@
-//! What was recorded, as plain data: vehicles and their tracks, probes, receivers, the surroundings, and what "simulation"
-//! is declared to mean. Nothing here is computed; readers make it, everybody else reads it.
+//! What was recorded, as plain data: vehicles and their tracks, probes, receivers, the
+//! surroundings, and what "simulation" is declared to mean. Nothing here is computed; `read` makes
+//! it, the other rooms read it.
 //!
-//! World frame, metres, z up; seconds on one clock per recording (see [`Clock`]); attitude turns body into world.
+//! World frame, metres, z up; seconds on one clock per recording (see [`Clock`]); attitude turns
+//! body into world.
 
 use airflow::{Air, Airframe, Jet};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use crate::record::baseline::Baseline;
 use crate::record::remark::Remark;
-use crate::thrust::thrust_map::ThrustMap;
+use crate::record::thrust_map::ThrustMap;
 
 /// One flight, or one session of probes: what the tool compares a simulation with.
 #[derive(Clone, Debug)]
@@ -27,8 +29,20 @@ pub struct Recording {
     pub baseline: Baseline,
     /// The jet that it is simulated with; the paper's unless the metadata say otherwise.
     pub jet: Jet,
-    /// What was noticed while reading: gaps, impossible values, assumptions. Kept, told, never mended in silence.
+    /// What was noticed while reading: gaps, impossible values, assumptions. Kept, told, never
+    /// mended in silence.
     pub remarks: Vec<Remark>,
+}
+
+impl Recording {
+    /// Induced velocity `U_H` (m/s) of one of its vehicles in hover, at its stated mass and in the
+    /// recording's air.
+    #[must_use]
+    pub fn hover_mps(&self, vehicle: &Vehicle) -> f64 {
+        let airframe = &vehicle.airframe;
+        let density_kg_per_m3 = self.environment.air.density_kg_per_m3();
+        airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3)
+    }
 }
 
 /// The surroundings of a recording.
@@ -44,7 +58,8 @@ pub struct Environment {
     pub ceiling_z_m: Option<f64>,
     /// Speed (m/s) that the probes read before take-off.
     pub ambient_mps: f64,
-    /// Whether that has been taken off the recorded speeds. A scalar never should be; readers remark on it.
+    /// Whether that has been taken off the recorded speeds. A scalar never should be; readers
+    /// remark on it.
     pub ambient_is_subtracted: bool,
 }
 

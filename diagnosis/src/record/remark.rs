@@ -1,4 +1,5 @@
-//! What was noticed about a recording without being an error: named, counted, placed in time. Nothing is dropped in silence.
+//! What was noticed about a recording without being an error: named, counted, placed in time.
+//! Nothing is dropped in silence.
 
 use serde::Serialize;
 

@@ -4,7 +4,8 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use crate::record::recording::Track;
 
-/// A moment between two entries: the entry before it and the share of the step that has passed, 0 to 1.
+/// A moment between two entries: the entry before it and the share of the step that has passed, 0
+/// to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
     /// Index of the entry at or before it.
@@ -13,12 +14,13 @@ pub struct Moment {
     pub share: f64,
 }
 
-/// Entries that are looked at beside where even steps would have a time. Chosen here: a search over 4000 looks at twelve.
+/// Entries that are looked at beside where even steps would have a time. Chosen here: a search over
+/// 4000 looks at twelve.
 const NEAR: usize = 8;
 
 impl Track {
-    /// Where a time falls. `None` in gaps and more than half of the longest step before the first or after the last entry; closer
-    /// than that the nearest entry answers.
+    /// Where a time falls. `None` in gaps and more than half of the longest step before the first
+    /// or after the last entry; closer than that the nearest entry answers.
     #[must_use]
     pub fn moment(&self, t_s: f64) -> Option<Moment> {
         let after = self.first_after(t_s);
@@ -44,7 +46,8 @@ impl Track {
         None
     }
 
-    /// Index of the first entry after a time. Entries come at nearly even steps, so it is looked for where they would have it first.
+    /// Index of the first entry after a time. Entries come at nearly even steps, so it is looked
+    /// for where they would have it first.
     fn first_after(&self, t_s: f64) -> usize {
         let search = || self.t_s.partition_point(|&entry_s| entry_s <= t_s);
         let (Some(first_s), Some(last_s)) = (self.t_s.first(), self.t_s.last()) else {

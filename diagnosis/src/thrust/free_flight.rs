@@ -1,13 +1,15 @@
-//! Rows at which a drone's thrust can be told from its specific force alone: nobody above, the floor far away.
+//! Rows at which a drone's thrust can be told from its specific force alone: no drone above, the
+//! floor far away.
 //!
-//! There, `m a_z = T z_z` with `a` the specific force and `z_z` the vertical part of the body's axis: whatever is left over is
-//! the thrust map's fault, not the air's.
+//! There, `m a_z = T z_z` with `a` the specific force and `z_z` the vertical part of the body's
+//! axis: whatever is left over is the thrust map's fault, not the air's.
 
 use nalgebra::{DMatrix, Vector3};
+use rayon::prelude::*;
 
-use crate::forward::low_pass::{self, LowPass};
-use crate::record::recording::{Recording, Vehicle};
-use crate::thrust::thrust_map::{self, Term, ThrustMap};
+use crate::record::recording::{Recording, Track, Vehicle};
+use crate::record::thrust_map::{Term, ThrustMap};
+use crate::thrust::low_pass::{self, LowPass};
 
 /// Where a drone counts as flying in undisturbed air.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,8 +22,8 @@ pub struct FreeFlight {
     pub floor_m: f64,
 }
 
-/// Chosen here, for drones of 0.1 m: half a jet's width at 3 m to the side, ground effect below a tenth of a percent
-/// (`(R/4z)²` with `R` a rotor's radius).
+/// Chosen here, for drones of 0.1 m: half a jet's width at 3 m to the side, ground effect below a
+/// tenth of a percent (`(R/4z)²` with `R` a rotor's radius).
 impl Default for FreeFlight {
     fn default() -> FreeFlight {
         FreeFlight {
@@ -45,8 +47,8 @@ pub enum Around {
     Unknown,
 }
 
-/// What is around a vehicle at every entry of its track; "below" is with another drone higher and horizontally closer than
-/// `under_m`.
+/// What is around a vehicle at every entry of its track; "below" is with another drone higher and
+/// horizontally closer than `under_m`.
 #[must_use]
 pub fn around(
     recording: &Recording,
@@ -97,7 +99,42 @@ pub(crate) struct Trace<'a> {
     runs: Vec<std::ops::Range<usize>>,
 }
 
+/// Thrust (N) by a map at every entry of a track, lag and all; not a number where duty cycle or
+/// battery is not, and the lag starts afresh after such a row or a gap. `None` without duty cycles
+/// or battery voltage.
+#[must_use]
+pub fn flown_n(map: &ThrustMap, track: &Track) -> Option<Vec<f64>> {
+    let (duty, battery_v) = (track.duty.as_ref()?, track.battery_v.as_ref()?);
+    let steady_n = |(&duty, &v): (&[f64; 4], &f64)| map.steady_n(duty, v);
+    let mut thrust_n: Vec<f64> = duty.iter().zip(battery_v).map(steady_n).collect();
+    let runs = low_pass::runs(&track.t_s, track.longest_step_s, |row| {
+        thrust_n[row].is_finite()
+    });
+    for run in runs {
+        low_pass::lag(map.lag_s(), &track.t_s[run.clone()], &mut thrust_n[run]);
+    }
+    Some(thrust_n)
+}
+
 impl<'a> Trace<'a> {
+    /// Every vehicle that logs a force, recordings in the given order; `under_m` as of [`around`].
+    pub(crate) fn of_all(
+        recordings: &'a [Recording],
+        in_order: &[usize],
+        (free, under_m): (&FreeFlight, f64),
+        low_pass: LowPass,
+    ) -> Vec<Trace<'a>> {
+        let vehicles =
+            |&index: &usize| (0..recordings[index].vehicles.len()).map(move |v| (index, v));
+        let all: Vec<(usize, usize)> = in_order.iter().flat_map(vehicles).collect();
+        all.into_par_iter()
+            .filter_map(|(index, vehicle)| {
+                let around = around(&recordings[index], vehicle, free, under_m);
+                Trace::new(recordings, (index, vehicle), around, low_pass)
+            })
+            .collect()
+    }
+
     /// `None` without specific force, duty cycles or battery voltage.
     pub(crate) fn new(
         recordings: &'a [Recording],
@@ -144,6 +181,11 @@ impl<'a> Trace<'a> {
         })
     }
 
+    /// Name of its airframe: drones of one airframe share a thrust map.
+    pub(crate) fn airframe(&self) -> &'a str {
+        self.of.airframe.name()
+    }
+
     /// Entries at which the thrust map can be identified, in order.
     pub(crate) fn free_rows(&self) -> impl Iterator<Item = usize> + '_ {
         let rows = self.around.iter().zip(&self.lift_n).enumerate();
@@ -157,9 +199,10 @@ impl<'a> Trace<'a> {
             .map(|row| (self.duty[row], self.battery_v[row]))
     }
 
-    /// Vertical part of the thrust (N) by a map, as flown, lag and all; low-passed only where asked for.
+    /// Vertical part of the thrust (N) by a map, as flown, lag and all; low-passed only where asked
+    /// for.
     pub(crate) fn thrust_n(&self, map: &ThrustMap) -> Option<Vec<f64>> {
-        let mut thrust_n = map.thrust_n(&self.of.track)?;
+        let mut thrust_n = flown_n(map, &self.of.track)?;
         for (thrust_n, upright) in thrust_n.iter_mut().zip(&self.upright) {
             *thrust_n *= upright;
         }
@@ -173,8 +216,9 @@ impl<'a> Trace<'a> {
         }
     }
 
-    /// Products over the free rows of everything that a least-squares fit needs: `Σ z zᵀ` with `z` the terms' values (lagged, made
-    /// vertical, low-passed), the lift minus what `base` gives, and 1.
+    /// Products over the free rows of everything that a least-squares fit needs: `Σ z zᵀ` with `z`
+    /// the terms' values (lagged, made vertical, low-passed), the lift minus what `base` gives, and
+    /// 1.
     pub(crate) fn gram(
         &self,
         terms: &[Term],
@@ -194,21 +238,15 @@ impl<'a> Trace<'a> {
             self.smooth(low_pass, &mut column);
             column
         };
-        let mut columns: Vec<Vec<f64>> = terms
-            .iter()
-            .map(|&term| {
-                ready(thrust_map::column(
-                    term,
-                    self.duty,
-                    self.battery_v,
-                    reference_v,
-                ))
-            })
-            .collect();
+        let inputs = || self.duty.iter().zip(self.battery_v);
+        let of_term = |term: &Term| {
+            let value = |(&duty, v): (&[f64; 4], &f64)| term.over_motors(duty, v / reference_v);
+            ready(inputs().map(value).collect())
+        };
+        let mut columns: Vec<Vec<f64>> = terms.iter().map(of_term).collect();
         let mut left_n = self.lift_n.clone();
         if let Some(base) = base {
-            let steady_n = self.duty.iter().zip(self.battery_v);
-            let steady_n = steady_n.map(|(&duty, &v)| base.steady_n(duty, v)).collect();
+            let steady_n = inputs().map(|(&duty, &v)| base.steady_n(duty, v)).collect();
             for (left_n, base_n) in left_n.iter_mut().zip(ready(steady_n)) {
                 *left_n -= base_n;
             }
@@ -227,11 +265,29 @@ impl<'a> Trace<'a> {
                 }
             }
         }
-        for i in 0..width {
-            for j in 0..i {
-                gram[(j, i)] = gram[(i, j)];
-            }
-        }
+        gram.fill_upper_triangle_with_lower_triangle();
         gram
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lag_starts_afresh_after_a_gap() {
+        let track = Track {
+            t_s: vec![0.0, 0.02, 1.0, 1.02],
+            duty: Some(vec![[0.2; 4], [0.5; 4], [0.8; 4], [0.8; 4]]),
+            battery_v: Some(vec![4.2; 4]),
+            longest_step_s: 0.05,
+            ..Track::default()
+        };
+        let map = ThrustMap::new(vec![(Term::new(1, 1), 0.1)], 4.2, 0.05, [0.1, 0.9]);
+        let map = map.expect("valid");
+        let thrust_n = flown_n(&map, &track).expect("duty and battery");
+        assert!(thrust_n[1] < map.steady_n([0.5; 4], 4.2));
+        assert_eq!(thrust_n[2], map.steady_n([0.8; 4], 4.2));
+        assert_eq!(map.rows_outside(&track), 0);
     }
 }

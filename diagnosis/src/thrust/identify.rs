@@ -1,7 +1,9 @@
-//! The thrust map of a kind of drone, by least squares over its free flight: coefficients, lag, scatter, and how well they are known.
+//! The thrust map of a kind of drone, by least squares over its free flight: coefficients, lag,
+//! scatter, and how well they are known.
 //!
-//! Thrust is linear in the coefficients, and stays so through lag and low-pass; the lag itself is searched for. Rows of one flight are
-//! anything but independent, so standard errors are clustered by flight: with `X` the terms' values and `e` what is left,
+//! Thrust is linear in the coefficients, and stays so through lag and low-pass; the lag itself is
+//! searched for. Rows of one flight are anything but independent, so standard errors are clustered
+//! by flight: with `X` the terms' values and `e` what is left,
 //!
 //! ```text
 //! cov = F/(F-1) · (XᵀX)⁻¹ ( Σ_flights Xᵀe eᵀX ) (XᵀX)⁻¹           F flights
@@ -11,22 +13,27 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::forward::low_pass::LowPass;
 use crate::record::recording::Recording;
+use crate::record::thrust_map::{CUBIC_FROM_ZERO, Term, ThrustMap, ThrustMapError};
 use crate::statistics::quantile::nearest_rank;
 use crate::thrust::free_flight::{self, FreeFlight, Trace};
 use crate::thrust::least_squares::{Solved, lag_standard_error_s};
-use crate::thrust::thrust_map::{CUBIC_FROM_ZERO, Term, ThrustMap, ThrustMapError};
+use crate::thrust::low_pass::LowPass;
 
-/// Step of the search for the lag (s). Chosen here: the square error is smooth in the lag on this scale, and the vertex of the
-/// parabola through the best three is taken.
+/// Step of the search for the lag (s). Chosen here: the square error is smooth in the lag on this
+/// scale, and the vertex of the parabola through the best three is taken.
 const LAG_STEP_S: f64 = 0.01;
 
-/// Half the step of the differences that the lag's standard error is worked out from (s). Chosen here: half that of the search.
+/// Half the step of the differences that the lag's standard error is worked out from (s). Chosen
+/// here: half that of the search.
 const HALF_STEP_S: f64 = 0.5 * LAG_STEP_S;
 
-/// Share of the duty cycles that is left outside the fitted range, half at each end. Chosen here: the few that lie beyond say nothing.
+/// Share of the duty cycles that is left outside the fitted range, half at each end. Chosen here:
+/// the few that lie beyond say nothing.
 const OUTSIDE_SHARE: f64 = 0.01;
+
+/// Voltage (V) of a full lithium-polymer cell, that the battery is divided by where there is no base.
+const FULL_CELL_V: f64 = 4.2;
 
 /// Rows below which nothing is identified, for each term. Chosen here.
 const ROWS_PER_TERM: usize = 20;
@@ -38,11 +45,10 @@ pub struct Options {
     pub terms: Vec<Term>,
     /// What the fitted terms are added to: a published map, when only an offset is to be found.
     pub base: Option<ThrustMap>,
-    /// Voltage (V) that the battery is divided by; that of `base` where there is one.
-    pub battery_reference_v: f64,
     /// The rotors' lag.
     pub lag: Lag,
-    /// Applied to specific force and thrust alike, so that what is left is what the low-pass leaves of the difference.
+    /// Applied to specific force and thrust alike, so that what is left is what the low-pass leaves
+    /// of the difference.
     pub low_pass: LowPass,
     /// Which rows count.
     pub free: FreeFlight,
@@ -62,7 +68,6 @@ impl Default for Options {
         Options {
             terms: CUBIC_FROM_ZERO.to_vec(),
             base: None,
-            battery_reference_v: 4.2, // a full lithium-polymer cell
             lag: Lag::UpTo(0.15),
             low_pass: LowPass { cutoff_hz: 5.0 },
             free: FreeFlight::default(),
@@ -75,9 +80,11 @@ impl Default for Options {
 pub struct Identification {
     /// The map.
     pub map: ThrustMap,
-    /// Standard errors of the fitted terms (N), clustered by flight, in the order of [`Options::terms`]; none with one flight.
+    /// Standard errors of the fitted terms (N), clustered by flight, in the order of
+    /// [`Options::terms`]; none with one flight.
     pub standard_errors_n: Option<Vec<f64>>,
-    /// Standard error of the lag (s), clustered by flight; none where the lag was given or lies at an end of its search.
+    /// Standard error of the lag (s), clustered by flight; none where the lag was given or lies at
+    /// an end of its search.
     pub lag_standard_error_s: Option<f64>,
     /// Root mean square of what is left (N).
     pub scatter_n: f64,
@@ -117,7 +124,7 @@ pub struct FlightRest {
 pub enum IdentifyError {
     /// Too little free flight.
     #[error(
-        "{rows} rows with nobody above and away from the floor; {needed} are needed to identify {terms} terms"
+        "{rows} rows with no drone above and away from the floor; {needed} are needed to identify {terms} terms"
     )]
     TooFewRows {
         /// What there is.
@@ -137,8 +144,9 @@ pub enum IdentifyError {
     Map(#[from] ThrustMapError),
 }
 
-/// Identifies one thrust map for the given vehicles, each `(recording, vehicle)` by index. Those that lack specific force, duty cycle or
-/// battery voltage are passed over; they have no rows in the result.
+/// Identifies one thrust map for the given vehicles, each `(recording, vehicle)` by index. Those
+/// that lack specific force, duty cycle or battery voltage are passed over; they have no rows in
+/// the result.
 ///
 /// # Errors
 /// Too few rows, terms that cannot be told apart, or numbers that make no map.
@@ -155,12 +163,75 @@ pub fn identify(
             Trace::new(recordings, (recording, vehicle), around, options.low_pass)
         })
         .collect();
-    let traces: Vec<&Trace> = traces.iter().collect();
-    Bench::new(traces, options).fit(|_| true)
+    Bench::new(traces.iter().collect(), options).fit(|_| true)
 }
 
-/// Free flights with the sums that fits need, at every lag of the search: many fits over different flights cost little more than one.
-pub(crate) struct Bench<'a> {
+/// Recordings in the order of their names, and the fold that each is dealt to in turn.
+pub(crate) fn deal(recordings: &[Recording], folds: usize) -> (Vec<usize>, Vec<usize>) {
+    let mut by_name: Vec<usize> = (0..recordings.len()).collect();
+    by_name.sort_by(|&a, &b| recordings[a].name.cmp(&recordings[b].name));
+    let mut fold_of = vec![0; recordings.len()];
+    for (place, &recording) in by_name.iter().enumerate() {
+        fold_of[recording] = place % folds;
+    }
+    (by_name, fold_of)
+}
+
+/// The thrust map of one airframe for the flights of one fold, identified in the flights of the
+/// others.
+#[derive(Debug)]
+pub(crate) struct FoldMap<T> {
+    /// Name of the airframe.
+    pub(crate) airframe: String,
+    pub(crate) fold: usize,
+    /// What was identified, or why nothing was.
+    pub(crate) found: T,
+}
+
+/// A thrust map for every airframe and every fold that holds a flight of it out, airframes by name.
+/// `fold_of` gives the fold of each recording; one without is never held out.
+///
+/// # Errors
+/// The first map that cannot be identified.
+pub(crate) fn fold_maps(
+    traces: &[Trace],
+    fold_of: &[Option<usize>],
+    options: &Options,
+) -> Result<Vec<FoldMap<Identification>>, FoldMap<IdentifyError>> {
+    let mut airframes: Vec<&str> = traces.iter().map(Trace::airframe).collect();
+    airframes.sort_unstable();
+    airframes.dedup();
+    let mut maps = Vec::new();
+    for airframe in airframes {
+        let own = || traces.iter().filter(|trace| trace.airframe() == airframe);
+        let mut folds: Vec<usize> = own().filter_map(|trace| fold_of[trace.recording]).collect();
+        folds.sort_unstable();
+        folds.dedup();
+        let bench = Bench::new(own().collect(), options);
+        for fold in folds {
+            let airframe = airframe.to_owned();
+            match bench.fit(|recording| fold_of[recording] != Some(fold)) {
+                Ok(found) => maps.push(FoldMap {
+                    airframe,
+                    fold,
+                    found,
+                }),
+                Err(found) => {
+                    return Err(FoldMap {
+                        airframe,
+                        fold,
+                        found,
+                    });
+                }
+            }
+        }
+    }
+    Ok(maps)
+}
+
+/// Free flights with the sums that fits need, at every lag of the search: many fits over different
+/// flights cost little more than one.
+struct Bench<'a> {
     traces: Vec<&'a Trace<'a>>,
     options: &'a Options,
     lags_s: Vec<f64>,
@@ -169,7 +240,7 @@ pub(crate) struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    pub(crate) fn new(traces: Vec<&'a Trace<'a>>, options: &'a Options) -> Bench<'a> {
+    fn new(traces: Vec<&'a Trace<'a>>, options: &'a Options) -> Bench<'a> {
         let lags_s: Vec<f64> = match options.lag {
             Lag::Fixed(lag_s) => vec![lag_s],
             Lag::UpTo(most_s) => {
@@ -194,10 +265,7 @@ impl<'a> Bench<'a> {
 
     fn reference_v(&self) -> f64 {
         let base = self.options.base.as_ref();
-        base.map_or(
-            self.options.battery_reference_v,
-            ThrustMap::battery_reference_v,
-        )
+        base.map_or(FULL_CELL_V, ThrustMap::battery_reference_v)
     }
 
     fn grams_at(&self, lag_s: f64, members: &[usize]) -> Vec<DMatrix<f64>> {
@@ -216,20 +284,11 @@ impl<'a> Bench<'a> {
     }
 
     /// The map of the flights whose recording is to be used.
-    pub(crate) fn fit(
-        &self,
-        used: impl Fn(usize) -> bool,
-    ) -> Result<Identification, IdentifyError> {
+    fn fit(&self, used: impl Fn(usize) -> bool) -> Result<Identification, IdentifyError> {
         let members: Vec<usize> = (0..self.traces.len())
             .filter(|&member| used(self.traces[member].recording))
             .collect();
         let terms = self.options.terms.len();
-        let pick = |lag: usize| -> Vec<&DMatrix<f64>> {
-            members
-                .iter()
-                .map(|&member| &self.grams[lag][member])
-                .collect()
-        };
         let rows: usize = members
             .iter()
             .map(|&member| self.traces[member].free_rows().count())
@@ -243,8 +302,11 @@ impl<'a> Bench<'a> {
             });
         }
         let degenerate = || IdentifyError::Degenerate(terms);
-        let square_n2 = |lag| Some(Solved::new(&pick(lag), terms)?.square_n2);
-        let squares: Option<Vec<f64>> = (0..self.lags_s.len()).map(square_n2).collect();
+        let square_n2 = |grams: &Vec<DMatrix<f64>>| {
+            let of_members = members.iter().map(|&member| &grams[member]);
+            Some(Solved::new(of_members, terms)?.square_n2)
+        };
+        let squares: Option<Vec<f64>> = self.grams.iter().map(square_n2).collect();
         let squares = squares.ok_or_else(degenerate)?;
         let best = (0..squares.len()).fold(0, |best, lag| match squares[lag] < squares[best] {
             true => lag,
@@ -255,20 +317,16 @@ impl<'a> Bench<'a> {
             true => self.lags_s[best] + LAG_STEP_S * vertex(&squares[best - 1..=best + 1]),
             false => self.lags_s[best],
         };
-        let grams_n2 = self.grams_at(lag_s, &members);
-        let grams: Vec<&DMatrix<f64>> = grams_n2.iter().collect();
+        let grams = self.grams_at(lag_s, &members);
         let solved = Solved::new(&grams, terms).ok_or_else(degenerate)?;
-        let lag_standard_error_s = match inside {
-            true => {
+        let lag_standard_error_s = inside
+            .then(|| {
                 let [before, after] = [-HALF_STEP_S, HALF_STEP_S]
                     .map(|shift_s| self.grams_at(lag_s + shift_s, &members));
-                let [before, after] =
-                    [&before, &after].map(|grams| grams.iter().collect::<Vec<_>>());
                 let flights = self.clusters(&members);
                 lag_standard_error_s(&solved, &before, &after, &flights, HALF_STEP_S)
-            }
-            false => None,
-        };
+            })
+            .flatten();
         self.report(&members, &grams, &solved, lag_s, lag_standard_error_s)
     }
 
@@ -285,7 +343,7 @@ impl<'a> Bench<'a> {
     fn report(
         &self,
         members: &[usize],
-        grams: &[&DMatrix<f64>],
+        grams: &[DMatrix<f64>],
         solved: &Solved,
         lag_s: f64,
         lag_standard_error_s: Option<f64>,
@@ -308,7 +366,7 @@ impl<'a> Bench<'a> {
             .iter()
             .flat_map(|&member| self.traces[member].free_duty());
         let flights = self.clusters(members);
-        let rest = |(&member, gram): (&usize, &&DMatrix<f64>)| {
+        let rest = |(&member, gram): (&usize, &DMatrix<f64>)| {
             let trace = self.traces[member];
             let [rows, sum_n, square_n2] = solved.rest(gram);
             let mean_n = if rows > 0.0 { sum_n / rows } else { 0.0 };
@@ -353,8 +411,7 @@ impl<'a> Bench<'a> {
                 None => terms.push((term, newtons)),
             }
         }
-        let (terms, newtons) = terms.into_iter().unzip();
-        ThrustMap::new(terms, newtons, self.reference_v(), lag_s, range)
+        ThrustMap::new(terms, self.reference_v(), lag_s, range)
     }
 }
 

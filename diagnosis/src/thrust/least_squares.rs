@@ -2,28 +2,67 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+/// Normal equations `XᵀX b = Xᵀy`, solved in units in which each column of `X` has length 1.
+pub(crate) struct Normal {
+    cholesky: Cholesky<f64, Dyn>,
+    /// Inverse lengths of the columns.
+    scale: DVector<f64>,
+}
+
+impl Normal {
+    /// From `XᵀX`; `None` where its columns depend on one another.
+    pub(crate) fn new(square: &DMatrix<f64>) -> Option<Normal> {
+        let scale = DVector::from_fn(square.nrows(), |i, _| square[(i, i)].sqrt().recip());
+        let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
+            square[(i, j)] * scale[i] * scale[j]
+        });
+        let cholesky = Cholesky::new(scaled)?;
+        Some(Normal { cholesky, scale })
+    }
+
+    /// `(XᵀX)⁻¹ right`.
+    pub(crate) fn solve(&self, right: &DVector<f64>) -> DVector<f64> {
+        let scaled = self.cholesky.solve(&right.component_mul(&self.scale));
+        scaled.component_mul(&self.scale)
+    }
+
+    /// Variances of the solution from `Xᵀe` of each cluster of rows, of which there are at least
+    /// two.
+    pub(crate) fn clustered_variance(&self, scores: &[DVector<f64>]) -> DVector<f64> {
+        let mut variance = DVector::zeros(self.scale.len());
+        for score in scores {
+            let shift = self.solve(score);
+            variance += shift.component_mul(&shift);
+        }
+        variance * few_clusters(scores.len())
+    }
+}
+
+/// `F/(F - 1)`.
+fn few_clusters(clusters: usize) -> f64 {
+    clusters as f64 / (clusters as f64 - 1.0)
+}
+
 /// Least squares solved from the sums of [`Trace::gram`].
 pub(crate) struct Solved {
     pub(crate) newtons: DVector<f64>,
     /// Weights that turn a row of the sums into what is left: minus the coefficients, 1, 0.
     weights: DVector<f64>,
     pub(crate) square_n2: f64,
-    cholesky: Cholesky<f64, Dyn>,
-    /// Inverse lengths of the columns: the sums are solved in units in which each column has length 1.
-    scale: DVector<f64>,
+    normal: Normal,
 }
 
 impl Solved {
-    pub(crate) fn new(grams: &[&DMatrix<f64>], terms: usize) -> Option<Solved> {
+    pub(crate) fn new<'g>(
+        grams: impl IntoIterator<Item = &'g DMatrix<f64>>,
+        terms: usize,
+    ) -> Option<Solved> {
         let mut sum = DMatrix::zeros(terms + 2, terms + 2);
         for gram in grams {
-            sum += *gram;
+            sum += gram;
         }
-        let scale = DVector::from_fn(terms, |i, _| sum[(i, i)].sqrt().recip());
-        let scaled = DMatrix::from_fn(terms, terms, |i, j| sum[(i, j)] * scale[i] * scale[j]);
-        let cholesky = Cholesky::new(scaled)?;
-        let right = DVector::from_fn(terms, |i, _| sum[(i, terms)] * scale[i]);
-        let newtons = cholesky.solve(&right).component_mul(&scale);
+        let normal = Normal::new(&sum.view((0, 0), (terms, terms)).into_owned())?;
+        let newtons = normal.solve(&sum.view((0, terms), (terms, 1)).column(0).into_owned());
         let mut weights = DVector::zeros(terms + 2);
         weights.rows_mut(0, terms).copy_from(&-&newtons);
         weights[terms] = 1.0;
@@ -32,8 +71,7 @@ impl Solved {
             newtons,
             weights,
             square_n2,
-            cholesky,
-            scale,
+            normal,
         })
     }
 
@@ -44,30 +82,21 @@ impl Solved {
         [gram[(last, last)], left[last], self.weights.dot(&left)]
     }
 
-    /// `Xᵀe` of one trace, in the units of the scaled columns.
+    /// `Xᵀe` of one trace.
     fn score(&self, gram: &DMatrix<f64>) -> DVector<f64> {
-        let left = gram * &self.weights;
-        left.rows(0, self.scale.len()).component_mul(&self.scale)
+        (gram * &self.weights)
+            .rows(0, self.newtons.len())
+            .into_owned()
     }
 
     pub(crate) fn standard_errors(
         &self,
-        grams: &[&DMatrix<f64>],
+        grams: &[DMatrix<f64>],
         flights: &[usize],
     ) -> Option<Vec<f64>> {
         let scores = by_flight(grams.iter().map(|gram| self.score(gram)), flights)?;
-        let mut variance = DVector::zeros(self.scale.len());
-        for score in &scores {
-            let shift = self.cholesky.solve(score).component_mul(&self.scale);
-            variance += shift.component_mul(&shift);
-        }
-        let few = few_flights(scores.len());
-        Some(
-            variance
-                .iter()
-                .map(|variance| (few * variance).sqrt())
-                .collect(),
-        )
+        let variance = self.normal.clustered_variance(&scores);
+        Some(variance.iter().map(|variance| variance.sqrt()).collect())
     }
 }
 
@@ -86,21 +115,16 @@ fn by_flight(
     (sums.len() > 1).then(|| sums.into_iter().flatten().collect())
 }
 
-/// `F/(F - 1)`.
-fn few_flights(flights: usize) -> f64 {
-    flights as f64 / (flights as f64 - 1.0)
-}
-
-/// Standard error of the lag, from the sums `step_s` before and after it: the error's slope with the lag in each flight, freed of
-/// what the coefficients take up, over its curvature.
+/// Standard error of the lag, from the sums `step_s` before and after it: the error's slope with
+/// the lag in each flight, freed of what the coefficients take up, over its curvature.
 pub(crate) fn lag_standard_error_s(
     solved: &Solved,
-    before: &[&DMatrix<f64>],
-    after: &[&DMatrix<f64>],
+    before: &[DMatrix<f64>],
+    after: &[DMatrix<f64>],
     flights: &[usize],
     step_s: f64,
 ) -> Option<f64> {
-    let terms = solved.scale.len();
+    let terms = solved.newtons.len();
     let [square_before, square_after] =
         [before, after].map(|grams| Solved::new(grams, terms).map(|solved| solved.square_n2));
     let curvature =
@@ -109,7 +133,7 @@ pub(crate) fn lag_standard_error_s(
     for (before, after) in before.iter().zip(after) {
         by_coefficient += (solved.score(after) - solved.score(before)) / (2.0 * step_s);
     }
-    let taken_up = solved.cholesky.solve(&by_coefficient);
+    let taken_up = solved.normal.solve(&by_coefficient);
     let slopes = before.iter().zip(after).map(|(before, after)| {
         let [[.., before_n2], [.., after_n2]] = [solved.rest(before), solved.rest(after)];
         let of_lag = -0.5 * (after_n2 - before_n2) / (2.0 * step_s);
@@ -118,5 +142,5 @@ pub(crate) fn lag_standard_error_s(
     });
     let slopes = by_flight(slopes, flights)?;
     let square: f64 = slopes.iter().map(|slope| slope[0] * slope[0]).sum();
-    (curvature > 0.0).then(|| (few_flights(slopes.len()) * square).sqrt() / curvature)
+    (curvature > 0.0).then(|| (few_clusters(slopes.len()) * square).sqrt() / curvature)
 }

@@ -78,11 +78,7 @@ pub(crate) fn options(
     if near_the_floor && judge.is_empty() {
         return Err(CampaignError::NoForce.into());
     }
-    Ok(CampaignOptions {
-        alone,
-        judge,
-        ..CampaignOptions::default()
-    })
+    Ok(CampaignOptions { alone, judge })
 }
 
 /// `4777 values of the vertical force in 88 flights, from drones that fly alone`.

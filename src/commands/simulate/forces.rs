@@ -2,12 +2,12 @@
 
 use diagnosis::forward::flow::Flow;
 use diagnosis::forward::force;
-use diagnosis::forward::low_pass::LowPass;
 use diagnosis::forward::simulate::Sample;
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::{Remark, RemarkKind};
+use diagnosis::record::thrust_map::OFFSET;
 use diagnosis::thrust::identify::{Identification, Lag, Options, identify};
-use diagnosis::thrust::thrust_map::OFFSET;
+use diagnosis::thrust::low_pass::LowPass;
 use serde::Serialize;
 
 use crate::io::progress::Progress;

@@ -1,8 +1,8 @@
 //! How well forces are predicted in flights that nothing was fitted to, and how far apart the drones' clocks are.
 
+use diagnosis::forward::clock::{ClockKnown, ClockOffset};
+use diagnosis::forward::held_out::{ForceSkill, ForceTest, clock_offsets, held_out_force};
 use diagnosis::record::recording::Recording;
-use diagnosis::thrust::clock::{ClockKnown, ClockOffset};
-use diagnosis::thrust::held_out::{ForceSkill, ForceTest, clock_offsets, held_out_force};
 use serde::Serialize;
 
 use crate::io::progress::Progress;

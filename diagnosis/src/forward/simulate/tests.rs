@@ -160,7 +160,8 @@ fn with_transport_the_jet_of_a_passing_drone_arrives_later() {
             .max_by(|a, b| a.simulated.total_cmp(&b.simulated));
         peak.map(|sample| sample.t_s).expect("samples")
     };
-    // 2 m below an Offboard 2: (σ² - s₀²)/(2 B U_H) l = (13.336² - 5.817²)/(2 · 10.11 · 9.66) · 0.266 = 0.196 s
+    // 2 m below an Offboard 2: (σ² - s₀²)/(2 B U_H) l = (13.336² - 5.817²)/(2 · 10.11 · 9.66) ·
+    // 0.266 = 0.196 s
     let late_s = passes(Delay::Transport { convection: 1.0 }) - passes(Delay::None);
     assert!(
         (late_s - 0.2).abs() < 0.051,

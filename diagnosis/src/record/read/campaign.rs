@@ -26,7 +26,8 @@ impl Campaign {
     /// ```
     ///
     /// # Errors
-    /// The first thing that is no campaign, at its line; or, of one that is, everything that contradicts itself.
+    /// The first thing that is no campaign, at its line; or, of one that is, everything that
+    /// contradicts itself.
     pub fn parse(file: &str, text: &str) -> Result<Campaign, Problems> {
         let mut found = Found::default();
         let ron = ron::Options::default()
@@ -51,12 +52,7 @@ impl Campaign {
     #[must_use]
     pub fn baseline(&self) -> Baseline {
         // Checked while parsing.
-        baseline(
-            "",
-            &self.baseline,
-            Baseline::default(),
-            &mut Found::default(),
-        )
+        baseline("", &self.baseline, &mut Found::default())
     }
 
     fn check(&self, file: &str, text: &str, found: &mut Found) {
@@ -135,7 +131,7 @@ impl Campaign {
             let message = format!("is {}, not above the floor at {}", ceiling.0, floor.0);
             at("ceiling_z_m", "ceiling_z_m", message, None);
         }
-        baseline(file, &self.baseline, Baseline::default(), found);
+        baseline(file, &self.baseline, found);
     }
 }
 

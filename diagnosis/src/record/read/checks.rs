@@ -1,10 +1,11 @@
-//! What cannot be in a vehicle's rows: times out of order, values that no drone has, holes, a frozen position, the floor, a crash.
+//! What cannot be in a vehicle's rows: times out of order, values that no drone has, holes, a
+//! frozen position, the floor, a crash.
 //!
 //! A row with a value that cannot be is left out as a whole and counted; nothing is mended.
 
 use super::found::Found;
 use super::samples::{Attitude, Samples};
-use crate::record::remark::{Remark, RemarkKind};
+use crate::record::remark::RemarkKind;
 use crate::statistics::quantile::median;
 
 /// Farthest coordinate (m). Chosen here: a site in its own frame, not a map in UTM metres.
@@ -17,15 +18,19 @@ const HARDEST_MPS2: f64 = 500.0;
 const NORM_TOLERANCE: f64 = 0.02;
 /// Largest throttle over hover. Chosen here: no multirotor hovers on a fifth of its throttle range.
 const MOST_THROTTLE_RATIO: f64 = 5.0;
-/// How far below the floor a position may be read (m). Chosen here: a bad marker model, not a cellar.
+/// How far below the floor a position may be read (m). Chosen here: a bad marker model, not a
+/// cellar.
 const BELOW_FLOOR_M: f64 = 0.2;
 /// A gap is longer than this many median steps ...
 const GAP_OVER_MEDIAN: f64 = 3.0;
-/// ... and longer than this (s): chosen here, the time in which a Crazyflie's attitude can turn by 45°.
+/// ... and longer than this (s): chosen here, the time in which a Crazyflie's attitude can turn by
+/// 45°.
 const GAP_S: f64 = 0.05;
-/// Steps off the median by more than this part of it count as uneven; told when one in a hundred is. Chosen here.
+/// Steps off the median by more than this part of it count as uneven; told when one in a hundred
+/// is. Chosen here.
 const UNEVEN: f64 = 0.25;
-/// Identical positions in a row that make a frozen position, provided the velocity says it moved by [`FROZEN_M`].
+/// Identical positions in a row that make a frozen position, provided the velocity says it moved by
+/// [`FROZEN_M`].
 const FROZEN_ROWS: usize = 8;
 /// Chosen here: twenty times the millimetre to which positions are logged.
 const FROZEN_M: f64 = 0.02;
@@ -74,10 +79,10 @@ pub(super) fn check(
         "left out: their time is missing, repeats or goes back",
     );
     let longest_step_s = steps(&keep, &mut log);
-    for fault in Fault::ALL {
+    for (words, fault) in FAULTS {
         let mut first = None;
         let mut faulty = Vec::new();
-        keep.retain(|&row| match fault.in_row(samples, row, limits) {
+        keep.retain(|&row| match fault(samples, row, limits) {
             None => true,
             Some(value) => {
                 first.get_or_insert(value);
@@ -86,7 +91,7 @@ pub(super) fn check(
             }
         });
         if let Some(value) = first {
-            let what = format!("left out: {} (first {value:.4})", fault.words());
+            let what = format!("left out: {words} (first {value:.4})");
             log.rows(RemarkKind::Impossible, &faulty, &what);
         }
     }
@@ -102,105 +107,66 @@ pub(super) fn check(
     }
 }
 
-/// What can be wrong with the values of a row.
-#[derive(Clone, Copy)]
-enum Fault {
-    Missing,
-    Position,
-    Speed,
-    Acceleration,
-    Quaternion,
-    Duty,
-    Battery,
-    Throttle,
-    Power,
-    BelowFloor,
-}
+/// What can be wrong with the values of a row: in words, and the value at fault in the unit of its
+/// column.
+type Fault = (
+    &'static str,
+    fn(&Samples, usize, &FlightLimits) -> Option<f64>,
+);
 
-impl Fault {
-    const ALL: [Fault; 10] = [
-        Fault::Missing,
-        Fault::Position,
-        Fault::Speed,
-        Fault::Acceleration,
-        Fault::Quaternion,
-        Fault::Duty,
-        Fault::Battery,
-        Fault::Throttle,
-        Fault::Power,
-        Fault::BelowFloor,
-    ];
-
-    fn words(self) -> &'static str {
-        match self {
-            Fault::Missing => "a value is missing or not finite",
-            Fault::Position => "a coordinate beyond 10 km",
-            Fault::Speed => "a velocity beyond 100 m/s",
-            Fault::Acceleration => "an acceleration beyond 500 m/s2",
-            Fault::Quaternion => "the quaternion's norm is not 1 within 2 %",
-            Fault::Duty => "a duty cycle outside 0 to 1",
-            Fault::Battery => "a battery voltage of 0 or below",
-            Fault::Throttle => "a throttle outside 0 to 5 times hover",
-            Fault::Power => "a negative power",
-            Fault::BelowFloor => "more than 0.2 m below the floor",
-        }
-    }
-
-    /// The value at fault, in the unit of its column.
-    fn in_row(self, samples: &Samples, row: usize, limits: &FlightLimits) -> Option<f64> {
-        let at = |column: &Option<Vec<f64>>| column.as_ref().map(|column| column[row]);
-        let one = |column: &Option<Vec<f64>>, bad: fn(f64) -> bool| at(column).filter(|&v| bad(v));
-        let three = |column: &Option<Vec<[f64; 3]>>, bad: fn(f64) -> bool| {
-            let values = column.as_ref().map(|column| column[row])?;
-            values.into_iter().find(|&value| bad(value))
-        };
-        let off = |value: f64| !value.is_finite();
-        match self {
-            Fault::Missing => samples.position_m[row]
-                .into_iter()
-                .find(|&value| off(value))
-                .or_else(|| three(&samples.velocity_mps, off))
-                .or_else(|| three(&samples.acceleration_mps2, off))
-                .or_else(|| match &samples.attitude {
-                    Some(Attitude::Quaternion(all)) => all[row].into_iter().find(|&v| off(v)),
-                    Some(Attitude::Angles(all)) => all[row].into_iter().find(|&v| off(v)),
-                    None => None,
-                })
-                .or_else(|| samples.duty.as_ref()?[row].into_iter().find(|&v| off(v)))
-                .or_else(|| one(&samples.battery_v, off))
-                .or_else(|| one(&samples.throttle_ratio, off))
-                .or_else(|| one(&samples.power_w, off)),
-            Fault::Position => {
-                let far = |value: &f64| value.abs() > FARTHEST_M;
-                samples.position_m[row].into_iter().find(far)
+/// In the order in which rows are judged.
+const FAULTS: [Fault; 10] = [
+    ("a value is missing or not finite", |samples, row, _| {
+        let mut values = samples.row(row).into_iter();
+        values.find(|value| !value.is_finite())
+    }),
+    ("a coordinate beyond 10 km", |samples, row, _| {
+        let mut position_m = samples.position_m[row].into_iter();
+        position_m.find(|value| value.abs() > FARTHEST_M)
+    }),
+    ("a velocity beyond 100 m/s", |samples, row, _| {
+        let mut velocity_mps = samples.velocity_mps.as_ref()?[row].into_iter();
+        velocity_mps.find(|value| value.abs() > FASTEST_MPS)
+    }),
+    ("an acceleration beyond 500 m/s2", |samples, row, _| {
+        let mut acceleration_mps2 = samples.acceleration_mps2.as_ref()?[row].into_iter();
+        acceleration_mps2.find(|value| value.abs() > HARDEST_MPS2)
+    }),
+    (
+        "the quaternion's norm is not 1 within 2 %",
+        |samples, row, _| match samples.attitude.as_ref()? {
+            Attitude::Quaternion(all) => {
+                let norm = all[row].iter().map(|v| v * v).sum::<f64>().sqrt();
+                ((norm - 1.0).abs() > NORM_TOLERANCE).then_some(norm)
             }
-            Fault::Speed => three(&samples.velocity_mps, |v| v.abs() > FASTEST_MPS),
-            Fault::Acceleration => three(&samples.acceleration_mps2, |v| v.abs() > HARDEST_MPS2),
-            Fault::Quaternion => match &samples.attitude {
-                Some(Attitude::Quaternion(all)) => {
-                    let norm = all[row].iter().map(|v| v * v).sum::<f64>().sqrt();
-                    ((norm - 1.0).abs() > NORM_TOLERANCE).then_some(norm)
-                }
-                _ => None,
-            },
-            Fault::Duty => {
-                let duty = samples.duty.as_ref()?[row];
-                duty.into_iter().find(|duty| !(0.0..=1.0).contains(duty))
-            }
-            Fault::Battery => one(&samples.battery_v, |v| v <= 0.0),
-            Fault::Throttle => one(&samples.throttle_ratio, |v| {
-                !(0.0..=MOST_THROTTLE_RATIO).contains(&v)
-            }),
-            Fault::Power => one(&samples.power_w, |v| v < 0.0),
-            Fault::BelowFloor => {
-                let z_m = samples.position_m[row][2];
-                (z_m < limits.floor_z_m? - BELOW_FLOOR_M).then_some(z_m)
-            }
-        }
-    }
-}
+            Attitude::Angles(_) => None,
+        },
+    ),
+    ("a duty cycle outside 0 to 1", |samples, row, _| {
+        let mut duty = samples.duty.as_ref()?[row].into_iter();
+        duty.find(|duty| !(0.0..=1.0).contains(duty))
+    }),
+    ("a battery voltage of 0 or below", |samples, row, _| {
+        Some(samples.battery_v.as_ref()?[row]).filter(|&v| v <= 0.0)
+    }),
+    (
+        "a throttle outside 0 to 5 times hover",
+        |samples, row, _| {
+            Some(samples.throttle_ratio.as_ref()?[row])
+                .filter(|ratio| !(0.0..=MOST_THROTTLE_RATIO).contains(ratio))
+        },
+    ),
+    ("a negative power", |samples, row, _| {
+        Some(samples.power_w.as_ref()?[row]).filter(|&w| w < 0.0)
+    }),
+    ("more than 0.2 m below the floor", |samples, row, limits| {
+        let z_m = samples.position_m[row][2];
+        (z_m < limits.floor_z_m? - BELOW_FLOOR_M).then_some(z_m)
+    }),
+];
 
-/// Rows whose times rise strictly, and the others. A single time far ahead of its neighbours is the culprit, not all that follow it.
+/// Rows whose times rise strictly, and the others. A single time far ahead of its neighbours is the
+/// culprit, not all that follow it.
 fn in_order(t_s: &[f64]) -> (Vec<usize>, Vec<usize>) {
     let (mut kept, mut left_out) = (Vec::with_capacity(t_s.len()), Vec::new());
     let mut last_s = f64::NEG_INFINITY;
@@ -362,26 +328,9 @@ struct Log<'a> {
 }
 
 impl Log<'_> {
-    /// "12 rows `what`", or nothing where there are none.
     fn rows(&mut self, kind: RemarkKind, rows: &[usize], what: &str) {
-        if rows.is_empty() {
-            return;
-        }
-        let times = rows
-            .iter()
-            .map(|&row| self.t_s[row])
-            .filter(|t_s| t_s.is_finite());
-        let span_s = times.fold(None, |span: Option<(f64, f64)>, t_s| {
-            let (low, high) = span.unwrap_or((t_s, t_s));
-            Some((low.min(t_s), high.max(t_s)))
-        });
-        let noun = if rows.len() == 1 { "row" } else { "rows" };
-        self.found.remarks.push(Remark {
-            kind,
-            subject: Some(self.vehicle.to_owned()),
-            samples: rows.len(),
-            span_s,
-            message: format!("{} {noun} {what}", rows.len()),
-        });
+        let times_s = rows.iter().map(|&row| self.t_s[row]);
+        let subject = Some(self.vehicle);
+        self.found.rows(kind, subject, ("row", times_s), what);
     }
 }

@@ -1,9 +1,11 @@
-//! Which column of a table holds what, and in which unit: `x_m`, `ax_g`, `t_us`. The unit ends the name; a column without one is
-//! not guessed at.
+//! Which column of a table holds what, and in which unit: `x_m`, `ax_g`, `t_us`. The unit ends the
+//! name; a column without one is not guessed at.
 
 use std::collections::BTreeMap;
 
 use super::found::{Found, Place, did_you_mean, listed};
+use super::table::{Rows, Table};
+use crate::record::remark::RemarkKind;
 
 /// What a column may hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,9 +16,8 @@ pub(super) enum Role {
     Acceleration(usize),
     /// x, y, z, w.
     Quaternion(usize),
-    Roll,
-    Pitch,
-    Yaw,
+    /// Roll, pitch, yaw.
+    Angle(usize),
     Duty(usize),
     Battery,
     Throttle,
@@ -89,9 +90,9 @@ const ROLES: [(&str, Role, Units); 25] = [
     ("qy", Role::Quaternion(1), NONE),
     ("qz", Role::Quaternion(2), NONE),
     ("qw", Role::Quaternion(3), NONE),
-    ("roll", Role::Roll, ANGLE),
-    ("pitch", Role::Pitch, ANGLE),
-    ("yaw", Role::Yaw, ANGLE),
+    ("roll", Role::Angle(0), ANGLE),
+    ("pitch", Role::Angle(1), ANGLE),
+    ("yaw", Role::Angle(2), ANGLE),
     ("pwm1", Role::Duty(0), SHARE),
     ("pwm2", Role::Duty(1), SHARE),
     ("pwm3", Role::Duty(2), SHARE),
@@ -104,6 +105,15 @@ const ROLES: [(&str, Role, Units); 25] = [
 
 /// Names of the column that says whose row it is.
 const VEHICLE: [&str; 2] = ["vehicle", "vehicle_id"];
+
+/// Groups of columns of which some without the others mean nothing. Angles are not among them: a
+/// missing one is taken as 0.
+const GROUPS: [(fn(usize) -> Role, usize); 4] = [
+    (Role::Velocity, 3),
+    (Role::Acceleration, 3),
+    (Role::Quaternion, 4),
+    (Role::Duty, 4),
+];
 
 /// Without these nothing is where anything was.
 const REQUIRED: [&str; 4] = ["t", "x", "y", "z"];
@@ -139,13 +149,13 @@ pub(super) fn meaning(name: &str) -> Option<(Role, Unit)> {
 /// Names with their first units, for messages: `t_s`, `x_m`, ...
 pub(super) fn known_names() -> Vec<String> {
     let ours = |(stem, _, units): &(&str, Role, Units)| format!("{stem}{}", units[0].0);
-    let mut names: Vec<String> = VEHICLE[..1].iter().map(|&name| name.to_owned()).collect();
-    names.extend(ROLES.iter().map(ours));
-    names
+    let vehicle = std::iter::once(VEHICLE[0].to_owned());
+    vehicle.chain(ROLES.iter().map(ours)).collect()
 }
 
-/// Finds the columns of `header`; `renamed` gives the table's own name for one of ours (`"x_mm": "pos.x"`).
-pub(super) fn find(
+/// Finds the columns of `header`; `renamed` gives the table's own name for one of ours (`"x_mm":
+/// "pos.x"`).
+fn find(
     file: &str,
     header: &[String],
     renamed: &BTreeMap<String, String>,
@@ -192,36 +202,53 @@ pub(super) fn find(
     columns
 }
 
+/// A long table of vehicles with all the columns that are known; `check` may find more wrong with
+/// them.
+pub(super) fn read(
+    file: &str,
+    bytes: &[u8],
+    renamed: &BTreeMap<String, String>,
+    found: &mut Found,
+    check: impl FnOnce(&Columns, &mut Found),
+) -> Option<(Rows, Columns)> {
+    let table = Table::open(file, bytes, found)?;
+    let before = found.problems.len();
+    let columns = find(file, table.header(), renamed, found);
+    check(&columns, found);
+    for (role, count) in GROUPS {
+        columns.refuse_partial((0..count).map(role), found, file);
+    }
+    if found.problems.len() > before {
+        return None;
+    }
+    if !columns.unused.is_empty() {
+        let names = listed(columns.unused.iter().map(String::as_str));
+        let message = format!("columns of {file} that are not used: {names}");
+        found.remark(RemarkKind::Unused, None, message);
+    }
+    let wanted: Vec<usize> = columns.by_role.values().map(|column| column.at).collect();
+    Some((table.read(&wanted, columns.vehicle, found), columns))
+}
+
 impl Columns {
-    /// Whether all of these are there.
-    pub(super) fn has(&self, roles: &[Role]) -> bool {
-        roles.iter().all(|role| self.by_role.contains_key(role))
+    /// Whether there is such a column.
+    pub(super) fn has(&self, role: Role) -> bool {
+        self.by_role.contains_key(&role)
     }
 
-    /// Takes out a group that is only partly there, and says so.
-    pub(super) fn drop_partial(&mut self, roles: &[Role], found: &mut Found, file: &str) {
-        let there = |role: &&Role| self.by_role.contains_key(*role);
-        let count = roles.iter().filter(there).count();
-        if count == 0 || count == roles.len() {
+    /// A group that is only partly there is a problem.
+    fn refuse_partial(&self, roles: impl Iterator<Item = Role>, found: &mut Found, file: &str) {
+        let (given, missing): (Vec<Role>, Vec<Role>) = roles.partition(|&role| self.has(role));
+        if given.is_empty() || missing.is_empty() {
             return;
         }
-        let missing: Vec<&str> = roles
-            .iter()
-            .filter(|role| !self.by_role.contains_key(role))
-            .map(|role| stem_of(*role))
-            .collect();
-        let given: Vec<&str> = roles
-            .iter()
-            .filter_map(|role| self.by_role.get(role).map(|column| column.name.as_str()))
-            .collect();
-        found.problem(
-            Place::file(file).line(1),
-            format!(
-                "has the columns {} but none for {}",
-                listed(given),
-                listed(missing)
-            ),
+        let given = given.iter().map(|role| self.by_role[role].name.as_str());
+        let message = format!(
+            "has the columns {} but none for {}",
+            listed(given),
+            listed(missing.into_iter().map(stem_of))
         );
+        found.problem(Place::file(file).line(1), message);
     }
 }
 
@@ -236,49 +263,40 @@ fn stem_of(role: Role) -> &'static str {
     entry.map_or("?", |(stem, _, _)| stem)
 }
 
-/// Reports a required column that is missing, or there without a unit, or with one that nobody knows.
+/// Reports a required column that is missing, or there without a unit, or with one that is not
+/// known.
 fn require(file: &str, stem: &str, header: &[String], columns: &Columns, found: &mut Found) {
     let Some((_, role, units)) = ROLES.iter().find(|(known, _, _)| *known == stem) else {
         return;
     };
-    if columns.by_role.contains_key(role) {
+    if columns.has(*role) {
         return;
     }
     let names: Vec<String> = units
         .iter()
         .map(|(unit, _)| format!("{stem}{unit}"))
         .collect();
-    let names = listed(names.iter().map(String::as_str));
-    let ours = format!("{stem}{}", units[0].0);
-    let unit_less = header.iter().find(|name| *name == stem);
-    let unknown = header.iter().find(|name| {
-        let suffix = name
-            .strip_prefix(stem)
-            .and_then(|rest| rest.strip_prefix('_'));
-        suffix.is_some_and(|suffix| !suffix.is_empty())
-    });
-    let help = |theirs: &str| {
-        Some(format!(
-            "name it one of {names}, or write `columns: {{ \"{ours}\": \"{theirs}\" }}` in the metadata, with the unit that it has"
-        ))
+    let has_unit = |name: &String| {
+        name.strip_prefix(stem)
+            .is_some_and(|rest| rest.len() > 1 && rest.starts_with('_'))
     };
-    match (unit_less, unknown) {
-        (Some(name), _) => found.helped(
-            Place::field(file, name).line(1),
-            "has no unit in its name",
-            help(name),
-        ),
-        (None, Some(name)) => found.helped(
-            Place::field(file, name).line(1),
-            format!("has a unit that is not known for `{stem}`"),
-            help(name),
-        ),
-        (None, None) => found.helped(
-            Place::field(file, &ours).line(1),
-            "is missing",
-            help("your column"),
-        ),
-    }
+    let bare = header.iter().find(|name| *name == stem);
+    let (name, message) = match (bare, header.iter().find(|name| has_unit(name))) {
+        (Some(name), _) => (name, "has no unit in its name".to_owned()),
+        (None, Some(name)) => (name, format!("has a unit that is not known for `{stem}`")),
+        (None, None) => (&names[0], "is missing".to_owned()),
+    };
+    let theirs = if header.contains(name) {
+        name
+    } else {
+        "your column"
+    };
+    let help = format!(
+        "name it one of {}, or write `columns: {{ \"{}\": \"{theirs}\" }}` in the metadata, with the unit that it has",
+        listed(names.iter().map(String::as_str)),
+        names[0]
+    );
+    found.helped(Place::field(file, name).line(1), message, Some(help));
 }
 
 #[cfg(test)]

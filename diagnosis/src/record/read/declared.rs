@@ -1,4 +1,5 @@
-//! What "simulation" means, from the words of the metadata: every word known, or refused with those that are.
+//! What "simulation" means, from the words of the metadata: every word known, or refused with those
+//! that are.
 
 use airflow::Superposition;
 use serde::Deserialize;
@@ -10,7 +11,8 @@ use crate::record::baseline::{Baseline, Delay, Observation, ReceiverAir, Receive
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Declared {
-    /// How wakes add up: `momentum_sum`, `linear_sum`, `strongest`, or `none` (each drone flies alone).
+    /// How wakes add up: `momentum_sum`, `linear_sum`, `strongest`, or `none` (each drone flies
+    /// alone).
     pub superposition: Option<String>,
     /// `none`, or `transport`: air arrives as late as the jet carries it.
     pub emitter_delay: Option<String>,
@@ -20,7 +22,8 @@ pub struct Declared {
     pub near_field: Option<String>,
     /// `disc_mean` or `centre`.
     pub receiver_air: Option<String>,
-    /// `throttle = sqrt(beta)`, `throttle = beta^0.4`, `power = beta`, or `thrust at constant power`.
+    /// `throttle = sqrt(beta)`, `throttle = beta^0.4`, `power = beta`, or `thrust at constant
+    /// power`.
     pub receiver_law: Option<String>,
     /// `sqrt(U_axial^2 + ambient^2)` or `sqrt(U_axial^2 + V^2 + ambient^2)`.
     pub observation: Option<String>,
@@ -74,13 +77,9 @@ const RECEIVER_LAWS: Words<ReceiverLaw> = &[
 /// Before the exponent of a law of any power.
 const POWER_LAW: &str = "throttle=beta^";
 
-/// The baseline that is declared; what is left open stays as in `otherwise`.
-pub(super) fn baseline(
-    file: &str,
-    declared: &Declared,
-    otherwise: Baseline,
-    found: &mut Found,
-) -> Baseline {
+/// The baseline that is declared; what is left open stays as by default.
+pub(super) fn baseline(file: &str, declared: &Declared, found: &mut Found) -> Baseline {
+    let otherwise = Baseline::default();
     let mut words = Spoken { file, found };
     let superposition = words.word("superposition", &declared.superposition, SUPERPOSITIONS);
     let is_delayed = words.word("emitter_delay", &declared.emitter_delay, DELAYS);
@@ -200,7 +199,7 @@ mod tests {
             convection: None,
         };
         let mut found = Found::default();
-        let read = baseline("meta.json", &declared, Baseline::default(), &mut found);
+        let read = baseline("meta.json", &declared, &mut found);
         assert!(found.problems.is_empty());
         let meant = Baseline {
             wakes: true,
@@ -224,7 +223,7 @@ mod tests {
             ..Declared::default()
         };
         let mut found = Found::default();
-        let read = baseline("meta.json", &declared, Baseline::default(), &mut found);
+        let read = baseline("meta.json", &declared, &mut found);
         assert!(found.problems.is_empty());
         assert!(!read.wakes);
         assert_eq!(read.delay, Delay::Transport { convection: 0.6 });
@@ -243,7 +242,7 @@ mod tests {
             ..Declared::default()
         };
         let mut found = Found::default();
-        baseline("meta.json", &declared, Baseline::default(), &mut found);
+        baseline("meta.json", &declared, &mut found);
         let words: Vec<String> = found.problems.iter().map(ToString::to_string).collect();
         assert_eq!(
             words,

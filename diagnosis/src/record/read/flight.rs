@@ -1,4 +1,5 @@
-//! A flight log: one table, a row for each vehicle and time, or all of one vehicle; its campaign says the rest.
+//! A flight log: one table, a row for each vehicle and time, or all of one vehicle; its campaign
+//! says the rest.
 
 use std::collections::BTreeMap;
 
@@ -7,10 +8,9 @@ use nalgebra::Vector3;
 
 use super::checks::FlightLimits;
 use super::columns::{self, Columns, Role as Column};
-use super::folder::{CRASH_TILT_DEG, split, unknown, unused};
+use super::folder::CRASH_TILT_DEG;
 use super::found::{Found, Place, listed};
-use super::samples::{GROUPS, Samples};
-use super::table::Table;
+use super::samples::Samples;
 use super::track::{Conventions, track};
 use super::written::{Campaign, Sourced, VehicleType, WrittenClock};
 use crate::record::problem::Problems;
@@ -31,9 +31,7 @@ pub fn read_flight(
     let vehicles = vehicles(file, bytes, campaign, &mut found);
     let recording =
         vehicles.and_then(|vehicles| recording(name, file, vehicles, campaign, &mut found));
-    let (mut recording, remarks) = found.into_result(recording)?;
-    recording.remarks = remarks;
-    Ok(recording)
+    found.recording(recording)
 }
 
 /// The recording of some vehicles; a problem where there are none.
@@ -102,27 +100,16 @@ fn vehicles(
     campaign: &Campaign,
     found: &mut Found,
 ) -> Option<Vec<Vehicle>> {
-    let table = Table::open(file, bytes, found)?;
-    let before = found.problems.len();
     let renamed: BTreeMap<String, String> = campaign.columns.0.iter().cloned().collect();
-    let mut columns = columns::find(file, table.header(), &renamed, found);
-    for group in GROUPS {
-        columns.drop_partial(group, found, file);
-    }
-    let only = only_vehicle(file, &columns, campaign, found);
-    what_acceleration_is(file, &columns, campaign, found);
-    if found.problems.len() > before {
-        return None;
-    }
-    unused(file, &columns, found);
-    let wanted: Vec<usize> = columns.by_role.values().map(|column| column.at).collect();
-    let mut rows = table.read(&wanted, columns.vehicle, found);
-    if let Some(only) = only {
-        rows.names = vec![only.to_owned()];
+    let (mut rows, columns) = columns::read(file, bytes, &renamed, found, |columns, found| {
+        a_vehicle_is_named(file, columns, campaign, found);
+        what_acceleration_is(file, columns, campaign, found);
+    })?;
+    if let (None, [(only, _)]) = (columns.vehicle, campaign.vehicles.0.as_slice()) {
+        rows.names = vec![only.clone()];
         rows.named = vec![0; rows.lines.len()];
     }
-    let by_vehicle = split(&rows);
-    unknown(file, &rows, &by_vehicle, campaign.vehicles.keys(), found);
+    let by_vehicle = rows.by_vehicle(file, campaign.vehicles.keys(), found);
     let mut vehicles = Vec::with_capacity(by_vehicle.len());
     for (id, mine) in rows.names.iter().zip(&by_vehicle) {
         let Some(kind) = campaign
@@ -138,22 +125,12 @@ fn vehicles(
     Some(vehicles)
 }
 
-/// The one vehicle that a table without a column of vehicles is of.
-fn only_vehicle<'c>(
-    file: &str,
-    columns: &Columns,
-    campaign: &'c Campaign,
-    found: &mut Found,
-) -> Option<&'c str> {
-    match (columns.vehicle, campaign.vehicles.0.as_slice()) {
-        (Some(_), _) => None,
-        (None, [(only, _)]) => Some(only),
-        (None, several) => {
-            let ids = listed(several.iter().map(|(id, _)| id.as_str()));
-            let message = format!("is missing, and the campaign has several vehicles: {ids}");
-            found.problem(Place::field(file, "vehicle").line(1), message);
-            None
-        }
+/// A table without a column of vehicles is of the only one that the campaign has.
+fn a_vehicle_is_named(file: &str, columns: &Columns, campaign: &Campaign, found: &mut Found) {
+    if columns.vehicle.is_none() && campaign.vehicles.0.len() != 1 {
+        let ids = listed(campaign.vehicles.keys());
+        let message = format!("is missing, and the campaign has several vehicles: {ids}");
+        found.problem(Place::field(file, "vehicle").line(1), message);
     }
 }
 

@@ -6,16 +6,16 @@ use airflow::Jet;
 use nalgebra::Vector3;
 
 use super::checks::FlightLimits;
-use super::columns::{self, Columns};
+use super::columns;
 use super::found::{Found, Place, did_you_mean, listed};
-use super::meta::{META, Meta, MetaVehicle, meta};
+use super::meta::{META, Meta, meta};
 use super::probes::{PROBES, probes};
-use super::samples::{GROUPS, Samples};
-use super::table::{Rows, Table};
+use super::samples::Samples;
+use super::table::Table;
 use super::track::{Conventions, Frame, Turns, track};
 use crate::record::problem::Problems;
-use crate::record::recording::{Clock, ReceiverSample, Recording, Vehicle};
-use crate::record::remark::{Remark, RemarkKind};
+use crate::record::recording::{ReceiverSample, Recording, Vehicle};
+use crate::record::remark::RemarkKind;
 
 const VEHICLES: &str = "vehicles.csv";
 const RECEIVER: &str = "receiver.csv";
@@ -29,13 +29,12 @@ pub(super) const CRASH_TILT_DEG: f64 = 45.0;
 /// A recording from the files of its folder, by name: `meta.json` and the tables beside it.
 ///
 /// # Errors
-/// Everything that keeps it from being read, in the order meta.json, vehicles.csv, probes.csv, receiver.csv.
+/// Everything that keeps it from being read, in the order meta.json, vehicles.csv, probes.csv,
+/// receiver.csv.
 pub fn read_folder(name: &str, files: &BTreeMap<String, Vec<u8>>) -> Result<Recording, Problems> {
     let mut found = Found::default();
     let read = folder(name, files, &mut found);
-    let (mut recording, remarks) = found.into_result(read)?;
-    recording.remarks = remarks;
-    Ok(recording)
+    found.recording(read)
 }
 
 fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Option<Recording> {
@@ -103,7 +102,17 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
 }
 
 fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>> {
-    let (rows, columns) = table(VEHICLES, bytes, found)?;
+    let (rows, columns) = columns::read(
+        VEHICLES,
+        bytes,
+        &BTreeMap::new(),
+        found,
+        |columns, found| {
+            if columns.vehicle.is_none() {
+                found.problem(Place::field(VEHICLES, "vehicle_id").line(1), "is missing");
+            }
+        },
+    )?;
     let how = Conventions {
         frame: Frame::ZUp,
         acceleration: None,
@@ -117,110 +126,26 @@ fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>
             tilt_rad: CRASH_TILT_DEG.to_radians(),
         },
     };
-    let by_vehicle = split(&rows);
-    unknown(
-        VEHICLES,
-        &rows,
-        &by_vehicle,
-        meta.ids.iter().map(String::as_str),
-        found,
-    );
+    let by_vehicle = rows.by_vehicle(VEHICLES, meta.ids.iter().map(String::as_str), found);
     let mut vehicles = Vec::with_capacity(meta.vehicles.len());
-    for MetaVehicle {
-        id,
-        airframe,
-        known,
-        role,
-    } in &meta.vehicles
-    {
+    for vehicle in &meta.vehicles {
+        let id = &vehicle.id;
         let name = rows.names.iter().position(|name| name == id);
         let Some(mine) = name.map(|name| &by_vehicle[name]) else {
             let field = format!("vehicles.{id}");
-            found.problem(
-                Place::field(META, &field),
-                format!("has no row in {VEHICLES}"),
-            );
+            let message = format!("has no row in {VEHICLES}");
+            found.problem(Place::field(META, &field), message);
             continue;
         };
         let samples = Samples::gather(id, &rows, &columns, mine, how.gravity_mps2, found);
-        let Some(track) = track(id, VEHICLES, samples, &how, found) else {
-            continue;
-        };
-        vehicles.push(Vehicle {
-            id: id.clone(),
-            airframe: airframe.clone(),
-            known: *known,
-            role: *role,
-            track,
-            thrust_map: None,
-            clock: Clock::Shared,
-        });
-    }
-    Some(vehicles)
-}
-
-/// A long table of vehicles with all the columns that are known.
-pub(super) fn table(file: &str, bytes: &[u8], found: &mut Found) -> Option<(Rows, Columns)> {
-    let table = Table::open(file, bytes, found)?;
-    let before = found.problems.len();
-    let mut columns = columns::find(file, table.header(), &BTreeMap::new(), found);
-    if columns.vehicle.is_none() {
-        found.problem(Place::field(file, "vehicle_id").line(1), "is missing");
-    }
-    for group in GROUPS {
-        columns.drop_partial(group, found, file);
-    }
-    if found.problems.len() > before {
-        return None;
-    }
-    unused(file, &columns, found);
-    let wanted: Vec<usize> = columns.by_role.values().map(|column| column.at).collect();
-    Some((table.read(&wanted, columns.vehicle, found), columns))
-}
-
-/// One remark with all the columns that nothing reads.
-pub(super) fn unused(file: &str, columns: &Columns, found: &mut Found) {
-    if !columns.unused.is_empty() {
-        let names = listed(columns.unused.iter().map(String::as_str));
-        found.remark(
-            RemarkKind::Unused,
-            None,
-            format!("columns of {file} that are not used: {names}"),
-        );
-    }
-}
-
-/// Rows of each name, in the order of [`Rows::names`].
-pub(super) fn split(rows: &Rows) -> Vec<Vec<usize>> {
-    let mut by_name = vec![Vec::new(); rows.names.len()];
-    for (row, &name) in rows.named.iter().enumerate() {
-        by_name[name].push(row);
-    }
-    by_name
-}
-
-/// Ids in a table that the metadata do not know: without a mass they cannot be simulated, and left out they would blow unseen.
-pub(super) fn unknown<'a>(
-    file: &str,
-    rows: &Rows,
-    by_name: &[Vec<usize>],
-    known: impl Iterator<Item = &'a str> + Clone,
-    found: &mut Found,
-) {
-    for (name, mine) in rows.names.iter().zip(by_name) {
-        if !known.clone().any(|id| id == name) {
-            let line = mine.first().map_or(0, |&row| rows.lines[row]);
-            found.helped(
-                Place::file(file).line(line),
-                format!(
-                    "vehicle `{name}` is not in the metadata ({} rows)",
-                    mine.len()
-                ),
-                did_you_mean(name, known.clone())
-                    .or_else(|| Some(format!("known are {}", listed(known.clone())))),
-            );
+        if let Some(track) = track(id, VEHICLES, samples, &how, found) {
+            vehicles.push(Vehicle {
+                track,
+                ..vehicle.clone()
+            });
         }
     }
+    Some(vehicles)
 }
 
 fn receivers(
@@ -230,38 +155,12 @@ fn receivers(
     found: &mut Found,
 ) -> Option<Vec<ReceiverSample>> {
     let table = Table::open(RECEIVER, bytes, found)?;
-    let mut column = |name: &str| {
-        let column = table.column(name);
-        if column.is_none() {
-            found.problem(Place::field(RECEIVER, name).line(1), "is missing");
-        }
-        column
-    };
-    let (time, throttle, id) = (
-        column("t_s"),
-        column("throttle_ratio"),
-        column("vehicle_id"),
-    );
-    let battery = table.column("battery_v");
-    let used = ["t_s", "vehicle_id", "throttle_ratio", "battery_v"];
-    for name in table
-        .header()
-        .iter()
-        .filter(|name| !used.contains(&name.as_str()))
-    {
-        let message = format!("column `{name}` of {RECEIVER} is not used");
-        found.remark(RemarkKind::Unused, None, message);
-    }
-    let wanted: Vec<usize> = [time?, throttle?].into_iter().chain(battery).collect();
-    let rows = table.read(&wanted, Some(id?), found);
-    let by_name = split(&rows);
-    unknown(
-        RECEIVER,
-        &rows,
-        &by_name,
-        meta.ids.iter().map(String::as_str),
-        found,
-    );
+    let names = ["t_s", "throttle_ratio", "vehicle_id"];
+    let mut wanted = table.columns(&names, &["battery_v"], found)?;
+    let id = wanted.pop();
+    wanted.extend(table.column("battery_v"));
+    let rows = table.read(&wanted, id, found);
+    rows.by_vehicle(RECEIVER, meta.ids.iter().map(String::as_str), found);
     let mut samples = Vec::with_capacity(rows.lines.len());
     let mut last_s = vec![f64::NEG_INFINITY; rows.names.len()];
     let mut left_out = Vec::new();
@@ -288,18 +187,10 @@ fn receivers(
             battery_v: battery_v.filter(|volts| volts.is_finite() && *volts > 0.0),
         });
     }
-    if let (Some(&first), Some(&last)) = (left_out.first(), left_out.last()) {
-        found.remarks.push(Remark {
-            kind: RemarkKind::Impossible,
-            subject: None,
-            samples: left_out.len(),
-            span_s: Some((first, last)),
-            message: format!(
-                "{} rows of {RECEIVER} left out: their time repeats or goes back, or the throttle is missing or outside 0 to 5 times hover",
-                left_out.len()
-            ),
-        });
-    }
+    let what = format!(
+        "of {RECEIVER} left out: their time repeats or goes back, or the throttle is missing or outside 0 to 5 times hover"
+    );
+    found.rows(RemarkKind::Impossible, None, ("row", left_out), &what);
     Some(samples)
 }
 

@@ -1,6 +1,7 @@
 //! What reading turns up: problems that keep a file from being read, and remarks on one that was.
 
 use crate::record::problem::{Problem, Problems};
+use crate::record::recording::Recording;
 use crate::record::remark::{Remark, RemarkKind};
 
 /// Gathers problems and remarks while the files of one recording are read.
@@ -79,7 +80,40 @@ impl Found {
         });
     }
 
-    /// The recording if nothing is wrong with it, else everything that is: files in the order they were read, lines rising.
+    /// A remark on rows (`noun`: "row", "reading") at these times (s), in the order of the file:
+    /// "12 rows `what`"; none where there are none.
+    pub(super) fn rows(
+        &mut self,
+        kind: RemarkKind,
+        subject: Option<&str>,
+        (noun, times_s): (&str, impl IntoIterator<Item = f64>),
+        what: &str,
+    ) {
+        let times_s: Vec<f64> = times_s.into_iter().collect();
+        let finite = || times_s.iter().copied().filter(|t_s| t_s.is_finite());
+        let (first_s, last_s) = (finite().reduce(f64::min), finite().reduce(f64::max));
+        if times_s.is_empty() {
+            return;
+        }
+        let several = if times_s.len() == 1 { "" } else { "s" };
+        self.remarks.push(Remark {
+            kind,
+            subject: subject.map(str::to_owned),
+            samples: times_s.len(),
+            span_s: first_s.zip(last_s),
+            message: format!("{} {noun}{several} {what}", times_s.len()),
+        });
+    }
+
+    /// The recording with its remarks if nothing is wrong with it, else everything that is.
+    pub(super) fn recording(self, read: Option<Recording>) -> Result<Recording, Problems> {
+        let (mut recording, remarks) = self.into_result(read)?;
+        recording.remarks = remarks;
+        Ok(recording)
+    }
+
+    /// What was read if nothing is wrong with it, else everything that is: files in the order they
+    /// were read, lines rising.
     pub(super) fn into_result<T>(self, read: Option<T>) -> Result<(T, Vec<Remark>), Problems> {
         match read {
             Some(read) if self.problems.is_empty() => Ok((read, self.remarks)),
@@ -94,12 +128,14 @@ pub(super) fn listed<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
     quoted.join(", ")
 }
 
-/// "did you mean `x`?" for the nearest of `known`, if one is near enough for `typed` to be a slip of the hand.
+/// "did you mean `x`?" for the nearest of `known`, if one is near enough for `typed` to be a slip
+/// of the hand.
 pub(super) fn did_you_mean<'a>(
     typed: &str,
     known: impl IntoIterator<Item = &'a str>,
 ) -> Option<String> {
-    // A third of the letters, at least one: chosen here, so that `kolbri` finds `kolibri` and `x` nothing.
+    // A third of the letters, at least one: chosen here, so that `kolbri` finds `kolibri` and `x`
+    // nothing.
     let slips = (typed.chars().count() / 3).max(1);
     let nearest = known
         .into_iter()

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value};
 
-use super::found::{Found, Place, did_you_mean};
+use super::found::{Found, Place, did_you_mean, listed};
+use crate::record::remark::RemarkKind;
 
 /// An object whose keys are checked off as they are read.
 pub(super) struct Fields<'a> {
@@ -74,7 +75,8 @@ impl<'a> Fields<'a> {
         Fields::of(self.file, self.path_of(key), value, found)
     }
 
-    /// Every key with its object, sorted by key: the order of a JSON map depends on how the reader was built.
+    /// Every key with its object, sorted by key: the order of a JSON map depends on how the reader
+    /// was built.
     pub(super) fn objects(
         &mut self,
         key: &'static str,
@@ -92,64 +94,64 @@ impl<'a> Fields<'a> {
         objects
     }
 
-    pub(super) fn number(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
+    /// The value of a key that must be there.
+    pub(super) fn get<T: Held<'a>>(&mut self, key: &'static str, found: &mut Found) -> Option<T> {
         let value = self.required(key, found)?;
-        self.as_number(key, value, found)
+        self.held(key, value, found)
     }
 
-    pub(super) fn optional_number(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
+    /// The value of a key that may be left out or null.
+    pub(super) fn optional<T: Held<'a>>(
+        &mut self,
+        key: &'static str,
+        found: &mut Found,
+    ) -> Option<T> {
         let value = self.value(key)?;
-        self.as_number(key, value, found)
+        self.held(key, value, found)
     }
 
-    fn as_number(&self, key: &str, value: &Value, found: &mut Found) -> Option<f64> {
-        let number = value.as_f64();
-        if number.is_none() {
-            self.fault(key, format!("must be a number, not {}", kind(value)), found);
+    fn held<T: Held<'a>>(&self, key: &str, value: &'a Value, found: &mut Found) -> Option<T> {
+        let held = T::held(value);
+        if held.is_none() {
+            let message = format!("must be {}, not {}", T::WHAT, kind(value));
+            self.fault(key, message, found);
         }
-        number
+        held
+    }
+
+    /// A number that must be above 0.
+    pub(super) fn positive(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
+        let number: f64 = self.get(key, found)?;
+        if number <= 0.0 {
+            self.fault(key, format!("is {number}; it must be above 0"), found);
+        }
+        Some(number)
     }
 
     /// A number that must not be below 0.
     pub(super) fn not_negative(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
-        let number = self.number(key, found)?;
+        let number: f64 = self.get(key, found)?;
         if number < 0.0 {
             self.fault(key, format!("is {number}; it must be 0 or more"), found);
         }
         Some(number)
     }
 
-    pub(super) fn text(&mut self, key: &'static str, found: &mut Found) -> Option<&'a str> {
-        let value = self.required(key, found)?;
-        let text = value.as_str();
-        if text.is_none() {
-            self.fault(key, format!("must be a text, not {}", kind(value)), found);
+    /// One of some words, by what it means.
+    pub(super) fn word<T: Copy>(
+        &mut self,
+        key: &'static str,
+        words: &[(&str, T)],
+        found: &mut Found,
+    ) -> Option<T> {
+        let text: &str = self.get(key, found)?;
+        let meant = words.iter().find(|(word, _)| *word == text);
+        if meant.is_none() {
+            let known = listed(words.iter().map(|(word, _)| *word));
+            let message = format!("is \"{text}\"; it must be one of {known}");
+            self.fault(key, message, found);
         }
-        text
-    }
-
-    pub(super) fn flag(&mut self, key: &'static str, found: &mut Found) -> Option<bool> {
-        let value = self.required(key, found)?;
-        let flag = value.as_bool();
-        if flag.is_none() {
-            self.fault(
-                key,
-                format!("must be true or false, not {}", kind(value)),
-                found,
-            );
-        }
-        flag
-    }
-
-    pub(super) fn texts(&mut self, key: &'static str, found: &mut Found) -> Option<Vec<&'a str>> {
-        let value = self.required(key, found)?;
-        let texts = value
-            .as_array()
-            .and_then(|items| items.iter().map(Value::as_str).collect());
-        if texts.is_none() {
-            self.fault(key, "must be a list of texts", found);
-        }
-        texts
+        meant.map(|(_, meaning)| *meaning)
     }
 
     /// Whether the key is there.
@@ -157,13 +159,55 @@ impl<'a> Fields<'a> {
         self.map.get(key).is_some_and(|value| !value.is_null())
     }
 
-    /// Paths of the keys that nobody read.
-    pub(super) fn unread(&self) -> Vec<String> {
-        self.map
-            .keys()
-            .filter(|key| !self.known.contains(key.as_str()))
-            .map(|key| self.path_of(key))
-            .collect()
+    /// Remarks on the keys that were not read.
+    pub(super) fn finish(&self, found: &mut Found) {
+        let unread = self.map.keys();
+        for key in unread.filter(|key| !self.known.contains(key.as_str())) {
+            let message = format!("`{}` of {} is not used", self.path_of(key), self.file);
+            found.remark(RemarkKind::Unused, None, message);
+        }
+    }
+}
+
+/// What a key may hold.
+pub(super) trait Held<'a>: Sized {
+    /// In words.
+    const WHAT: &'static str;
+
+    /// `None` where a value is something else.
+    fn held(value: &'a Value) -> Option<Self>;
+}
+
+impl<'a> Held<'a> for f64 {
+    const WHAT: &'static str = "a number";
+
+    fn held(value: &'a Value) -> Option<f64> {
+        value.as_f64()
+    }
+}
+
+impl<'a> Held<'a> for bool {
+    const WHAT: &'static str = "true or false";
+
+    fn held(value: &'a Value) -> Option<bool> {
+        value.as_bool()
+    }
+}
+
+impl<'a> Held<'a> for &'a str {
+    const WHAT: &'static str = "a text";
+
+    fn held(value: &'a Value) -> Option<&'a str> {
+        value.as_str()
+    }
+}
+
+impl<'a> Held<'a> for Vec<String> {
+    const WHAT: &'static str = "a list of texts";
+
+    fn held(value: &'a Value) -> Option<Vec<String>> {
+        let text = |item: &Value| item.as_str().map(str::to_owned);
+        value.as_array()?.iter().map(text).collect()
     }
 }
 

@@ -1,4 +1,5 @@
-//! `meta.json` of a `downwash-recording/1` folder: surroundings, vehicles, probe, and what "simulation" means.
+//! `meta.json` of a `downwash-recording/1` folder: surroundings, vehicles, probe, and what
+//! "simulation" means.
 
 use airflow::{Air, Airframe};
 use serde_json::Value;
@@ -7,7 +8,9 @@ use super::declared::{Declared, baseline};
 use super::found::{Found, Place};
 use super::json::Fields;
 use crate::record::baseline::Baseline;
-use crate::record::recording::{Environment, Instrument, Known, Measures, Origin, Role};
+use crate::record::recording::{
+    Clock, Environment, Instrument, Known, Measures, Origin, Role, Track, Vehicle,
+};
 use crate::record::remark::RemarkKind;
 
 /// The file's name.
@@ -17,11 +20,21 @@ const FORMAT: &str = "downwash-recording/1";
 /// 0 °C (K).
 const ZERO_CELSIUS_K: f64 = 273.15;
 
+const ROLES: [(&str, Role); 3] = [
+    ("emitter", Role::Emitter),
+    ("receiver", Role::Receiver),
+    ("both", Role::Both),
+];
+const MEASURES: [(&str, Measures); 2] = [
+    ("speed_magnitude", Measures::SpeedMagnitude),
+    ("axial", Measures::Axial),
+];
+
 /// What `meta.json` says.
 pub(super) struct Meta {
     pub(super) environment: Environment,
-    /// Sorted by id.
-    pub(super) vehicles: Vec<MetaVehicle>,
+    /// Sorted by id, without their tracks.
+    pub(super) vehicles: Vec<Vehicle>,
     /// Every id that it speaks of, also where something is wrong with the vehicle.
     pub(super) ids: Vec<String>,
     /// Whether it speaks of a probe.
@@ -30,14 +43,6 @@ pub(super) struct Meta {
     pub(super) baseline: Baseline,
     /// Names of the tables that belong to it.
     pub(super) channels: Vec<String>,
-}
-
-/// A vehicle without its track.
-pub(super) struct MetaVehicle {
-    pub(super) id: String,
-    pub(super) airframe: Airframe,
-    pub(super) known: Known,
-    pub(super) role: Role,
 }
 
 /// Reads the file; `None` where something is missing that the rest depends on.
@@ -51,19 +56,16 @@ pub(super) fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
         }
     };
     let mut fields = Fields::root(META, &value, found)?;
-    let format = fields.text("format", found)?;
+    let format: &str = fields.get("format", found)?;
     if format != FORMAT {
-        fields.fault(
-            "format",
-            format!("is \"{format}\"; this reads \"{FORMAT}\""),
-            found,
-        );
+        let message = format!("is \"{format}\"; this reads \"{FORMAT}\"");
+        fields.fault("format", message, found);
         return None;
     }
     let environment = environment(&mut fields, found);
     let objects = fields.objects("vehicles", found);
     let ids = objects.iter().map(|(id, _)| (*id).to_owned()).collect();
-    let vehicles: Vec<MetaVehicle> = objects
+    let vehicles: Vec<Vehicle> = objects
         .into_iter()
         .filter_map(|(id, mut of)| vehicle(id, &mut of, found))
         .collect();
@@ -74,8 +76,8 @@ pub(super) fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
         .and_then(|mut of| instrument(&mut of, found));
     let declared = fields.object("baseline", found);
     let baseline = declared.map(|mut of| declared_baseline(&mut of, found));
-    let channels = fields.texts("channels", found);
-    unread(&fields, found);
+    let channels = fields.get("channels", found);
+    fields.finish(found);
     Some(Meta {
         environment: environment?,
         vehicles,
@@ -83,56 +85,26 @@ pub(super) fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
         has_probe,
         instrument,
         baseline: baseline?,
-        channels: channels?.into_iter().map(str::to_owned).collect(),
+        channels: channels?,
     })
 }
 
 fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment> {
-    let gravity_mps2 = fields.number("g_mps2", found);
-    if let Some(gravity_mps2) = gravity_mps2
-        && gravity_mps2 <= 0.0
-    {
-        fields.fault(
-            "g_mps2",
-            format!("is {gravity_mps2}; it must be above 0"),
-            found,
-        );
-    }
+    let gravity_mps2 = fields.positive("g_mps2", found);
     let mut of = fields.object("environment", found)?;
-    let temperature_k = of.number("temperature_k", found);
-    let pressure_pa = of.number("pressure_pa", found);
-    let floor_z_m = of.optional_number("floor_z_m", found);
-    let ceiling_z_m = of.optional_number("ceiling_z_m", found);
+    let temperature_k = of.positive("temperature_k", found);
+    let pressure_pa = of.positive("pressure_pa", found);
+    let floor_z_m = of.optional("floor_z_m", found);
+    let ceiling_z_m = of.optional("ceiling_z_m", found);
     let ambient_mps = of.not_negative("ambient_speed_before_takeoff_mps", found);
-    let ambient_is_subtracted = of.flag("ambient_is_subtracted", found);
-    if let Some(kelvin) = temperature_k
-        && kelvin <= 0.0
-    {
-        of.fault(
-            "temperature_k",
-            format!("is {kelvin}; it must be above 0"),
-            found,
-        );
-    }
-    if let Some(pascal) = pressure_pa
-        && pascal <= 0.0
-    {
-        of.fault(
-            "pressure_pa",
-            format!("is {pascal}; it must be above 0"),
-            found,
-        );
-    }
+    let ambient_is_subtracted = of.get("ambient_is_subtracted", found);
     if let (Some(floor), Some(ceiling)) = (floor_z_m, ceiling_z_m)
         && ceiling <= floor
     {
-        of.fault(
-            "ceiling_z_m",
-            format!("is {ceiling}, not above the floor at {floor}"),
-            found,
-        );
+        let message = format!("is {ceiling}, not above the floor at {floor}");
+        of.fault("ceiling_z_m", message, found);
     }
-    unread(&of, found);
+    of.finish(found);
     if ambient_is_subtracted == Some(true) {
         let message = "the ambient speed has been taken off the readings; of a magnitude that takes too much wherever the jet blows across it";
         found.remark(RemarkKind::Assumed, None, message);
@@ -150,27 +122,18 @@ fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment
     })
 }
 
-fn vehicle(id: &str, of: &mut Fields<'_>, found: &mut Found) -> Option<MetaVehicle> {
-    let kind = of.text("type", found);
-    let mass_kg = of.number("mass_kg", found);
-    let propeller_diameter_m = of.number("prop_diameter_m", found);
-    let propellers = of.number("n_props", found);
-    let motor_distance_m = of.number("motor_distance_m", found);
-    let width_factor = of.optional_number("width_factor", found).unwrap_or(1.0);
-    let role = match of.text("role", found) {
-        Some("emitter") => Some(Role::Emitter),
-        Some("receiver") => Some(Role::Receiver),
-        Some("both") => Some(Role::Both),
-        Some(other) => {
-            let message = format!("is \"{other}\"; it must be emitter, receiver or both");
-            of.fault("role", message, found);
-            None
-        }
-        None => None,
-    };
-    unread(of, found);
+fn vehicle(id: &str, of: &mut Fields<'_>, found: &mut Found) -> Option<Vehicle> {
+    let kind: Option<&str> = of.get("type", found);
+    let mass_kg: Option<f64> = of.get("mass_kg", found);
+    let propeller_diameter_m: Option<f64> = of.get("prop_diameter_m", found);
+    let propellers: Option<f64> = of.get("n_props", found);
+    let motor_distance_m: Option<f64> = of.get("motor_distance_m", found);
+    let width_factor = of.optional("width_factor", found).unwrap_or(1.0);
+    let role = of.word("role", &ROLES, found);
+    of.finish(found);
     let propellers = propellers?;
-    // Exact for every count that there is; the cast saturates for the others, which the airframe refuses or the fraction gives away.
+    // Exact for every count that there is; the cast saturates for the others, which the airframe
+    // refuses or the fraction gives away.
     let count = propellers as u32;
     if f64::from(count) != propellers {
         let message = format!("is {propellers}; it must be a whole number");
@@ -201,7 +164,7 @@ fn vehicle(id: &str, of: &mut Fields<'_>, found: &mut Found) -> Option<MetaVehic
         motor_distance_m,
         width_factor,
     );
-    Some(MetaVehicle {
+    Some(Vehicle {
         id: id.to_owned(),
         airframe: airframe.ok()?,
         known: Known {
@@ -210,36 +173,21 @@ fn vehicle(id: &str, of: &mut Fields<'_>, found: &mut Found) -> Option<MetaVehic
             motor_distance: Origin::Stated,
         },
         role: role?,
+        track: Track::default(),
+        thrust_map: None,
+        clock: Clock::Shared,
     })
 }
 
 fn instrument(of: &mut Fields<'_>, found: &mut Found) -> Option<Instrument> {
-    let kind = of.text("kind", found);
-    let measures = match of.text("measures", found) {
-        Some("speed_magnitude") => Some(Measures::SpeedMagnitude),
-        Some("axial") => Some(Measures::Axial),
-        Some(other) => {
-            let message = format!("is \"{other}\"; it must be speed_magnitude or axial");
-            of.fault("measures", message, found);
-            None
-        }
-        None => None,
-    };
-    let rate_hz = of.number("rate_hz", found);
-    if let Some(rate_hz) = rate_hz
-        && rate_hz <= 0.0
-    {
-        of.fault(
-            "rate_hz",
-            format!("is {rate_hz}; it must be above 0"),
-            found,
-        );
-    }
+    let kind: Option<&str> = of.get("kind", found);
+    let measures = of.word("measures", &MEASURES, found);
+    let rate_hz = of.positive("rate_hz", found);
     let lowpass_tau_s = of.not_negative("lowpass_tau_s", found);
     let accuracy_abs_mps = of.not_negative("accuracy_abs_mps", found);
     let accuracy_rel = of.not_negative("accuracy_rel", found);
     let resolution_mps = of.not_negative("resolution_mps", found);
-    unread(of, found);
+    of.finish(found);
     Some(Instrument {
         kind: kind?.to_owned(),
         measures: measures?,
@@ -251,9 +199,10 @@ fn instrument(of: &mut Fields<'_>, found: &mut Found) -> Option<Instrument> {
     })
 }
 
-/// All of its words are required here: a recording that leaves one open does not say what it is compared with.
+/// All of its words are required here: a recording that leaves one open does not say what it is
+/// compared with.
 fn declared_baseline(of: &mut Fields<'_>, found: &mut Found) -> Baseline {
-    let mut text = |key, found: &mut Found| of.text(key, found).map(str::to_owned);
+    let mut text = |key, found: &mut Found| of.get(key, found).map(|text: &str| text.to_owned());
     let declared = Declared {
         superposition: text("superposition", found),
         emitter_delay: text("emitter_delay", found),
@@ -261,15 +210,8 @@ fn declared_baseline(of: &mut Fields<'_>, found: &mut Found) -> Baseline {
         receiver_air: text("receiver_air", found),
         receiver_law: text("receiver_law", found),
         observation: text("observation", found),
-        convection: of.optional_number("convection", found),
+        convection: of.optional("convection", found),
     };
-    unread(of, found);
-    baseline(META, &declared, Baseline::default(), found)
-}
-
-fn unread(fields: &Fields<'_>, found: &mut Found) {
-    for path in fields.unread() {
-        let message = format!("`{path}` of {META} is not used");
-        found.remark(RemarkKind::Unused, None, message);
-    }
+    of.finish(found);
+    baseline(META, &declared, found)
 }

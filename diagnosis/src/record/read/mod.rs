@@ -1,12 +1,13 @@
-//! From the bytes of files to a [`Recording`](crate::record::recording::Recording): every fault at once at its place, everything noticed as
-//! a remark.
+//! From the bytes of files to a [`Recording`](crate::record::recording::Recording): every fault at
+//! once at its place, everything noticed as a remark.
 //!
 //! # In reading order
 //!
-//! `found`: what reading turns up. `table` and `json`: the files as such. `columns`: names and units. `samples`, `checks` and
-//! `track`: one vehicle, as logged, judged, and turned into the world. `declared`: the words of a baseline. Then the formats: `folder`
-//! (`meta`, `probes`); `written` and `campaign`: what the logs of a campaign leave unsaid; `flight`: one table; `topics` and `px4`:
-//! flights of PX4.
+//! `found`: what reading turns up. `table` and `json`: the files as such. `columns`: names and
+//! units. `samples`, `checks` and `track`: one vehicle, as logged, judged, and turned into the
+//! world. `declared`: the words of a baseline. Then the formats: `folder` (`meta`, `probes`);
+//! `written` and `campaign`: what the logs of a campaign leave unsaid; `flight`: one table;
+//! `topics` and `px4`: flights of PX4.
 
 mod campaign;
 mod checks;

@@ -1,6 +1,7 @@
 //! `probes.csv`: readings of anemometers, and which of them cannot be used.
 //!
-//! Sample `i` is data row `i`, so nothing is taken out: a reading that cannot be used becomes NaN, is counted and told.
+//! Sample `i` is data row `i`, so nothing is taken out: a reading that cannot be used becomes NaN,
+//! is counted and told.
 
 use std::collections::BTreeMap;
 
@@ -9,40 +10,24 @@ use nalgebra::Point3;
 use super::found::{Found, Place};
 use super::table::Table;
 use crate::record::recording::{Instrument, ProbeSample, Probes};
-use crate::record::remark::{Remark, RemarkKind};
+use crate::record::remark::RemarkKind;
 
 /// The file's name.
 pub(super) const PROBES: &str = "probes.csv";
 /// Identical readings in a row that make a stuck probe.
 const STUCK_READINGS: usize = 8;
-/// Fastest reading (m/s). Chosen here: four times the fastest jet of the paper's airframes at their rotors.
+/// Fastest reading (m/s). Chosen here: four times the fastest jet of the paper's airframes at their
+/// rotors.
 const FASTEST_MPS: f64 = 100.0;
-/// Readings within half a step of the highest that make a plateau. Chosen here: a jet's highest reading stands alone.
+/// Readings within half a step of the highest that make a plateau. Chosen here: a jet's highest
+/// reading stands alone.
 const PLATEAU_READINGS: usize = 8;
 
 /// Reads the table.
 pub(super) fn probes(bytes: &[u8], instrument: &Instrument, found: &mut Found) -> Option<Probes> {
     let table = Table::open(PROBES, bytes, found)?;
     let wanted = ["t_s", "probe_id", "x_m", "y_m", "z_m", "speed_mps"];
-    let columns: Vec<Option<usize>> = wanted
-        .iter()
-        .map(|name| {
-            let column = table.column(name);
-            if column.is_none() {
-                found.problem(Place::field(PROBES, name).line(1), "is missing");
-            }
-            column
-        })
-        .collect();
-    let columns: Vec<usize> = columns.into_iter().collect::<Option<_>>()?;
-    let unused = table
-        .header()
-        .iter()
-        .filter(|name| !wanted.contains(&name.as_str()));
-    for name in unused {
-        let message = format!("column `{name}` of {PROBES} is not used");
-        found.remark(RemarkKind::Unused, None, message);
-    }
+    let columns = table.columns(&wanted, &[], found)?;
     let rows = table.read(&columns, None, found);
     let mut samples = Vec::with_capacity(rows.lines.len());
     for (row, &line) in rows.lines.iter().enumerate() {
@@ -78,8 +63,10 @@ fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found
         of_probe.entry(sample.probe_id).or_default().push(row);
     }
     for (probe_id, rows) in of_probe {
+        let subject = format!("probe {probe_id}");
         let mut tell = |kind, rows: &[usize], samples: &[ProbeSample], what: &str| {
-            remark(probe_id, kind, rows, samples, what, found);
+            let times_s = rows.iter().map(|&row| samples[row].t_s);
+            found.rows(kind, Some(&subject), ("reading", times_s), what);
         };
         let mut last_s = f64::NEG_INFINITY;
         let (mut backward, mut missing, mut impossible) = (Vec::new(), Vec::new(), Vec::new());
@@ -201,29 +188,4 @@ fn gaps(
     let what =
         format!("with a gap after them, the longest of {worst_s:.2} s (the rate is {rate_hz} Hz)");
     tell(RemarkKind::Gap, &rows, samples, &what);
-}
-
-fn remark(
-    probe_id: u32,
-    kind: RemarkKind,
-    rows: &[usize],
-    samples: &[ProbeSample],
-    what: &str,
-    found: &mut Found,
-) {
-    let (Some(&first), Some(&last)) = (rows.first(), rows.last()) else {
-        return;
-    };
-    let noun = if rows.len() == 1 {
-        "reading"
-    } else {
-        "readings"
-    };
-    found.remarks.push(Remark {
-        kind,
-        subject: Some(format!("probe {probe_id}")),
-        samples: rows.len(),
-        span_s: Some((samples[first].t_s, samples[last].t_s)),
-        message: format!("{} {noun} {what}", rows.len()),
-    });
 }

@@ -1,7 +1,8 @@
 //! A flight logged by PX4, from its topics: everything brought to the times of the position.
 //!
-//! PX4's world is north-east-down and its body forward-right-down; half a turn about x makes of them our world, **x north, y west,
-//! z up**, and our body of x forward, y left, z up. Heights are above the place where the estimator started. One log, one vehicle.
+//! PX4's world is north-east-down and its body forward-right-down; half a turn about x makes of
+//! them our world, **x north, y west, z up**, and our body of x forward, y left, z up. Heights are
+//! above the place where the estimator started. One log, one vehicle.
 
 use std::collections::BTreeMap;
 
@@ -15,14 +16,17 @@ use crate::record::problem::Problems;
 use crate::record::recording::Recording;
 use crate::record::remark::RemarkKind;
 
-/// Farthest reading (s) that still speaks for a moment: attitude, acceleration and motors, which are logged at 10 Hz or faster ...
+/// Farthest reading (s) that still speaks for a moment: attitude, acceleration and motors, which
+/// are logged at 10 Hz or faster ...
 const NEAR_S: f64 = 0.2;
 /// ... and the battery, logged at 1 Hz or faster.
 const BATTERY_NEAR_S: f64 = 3.0;
-/// Pulse widths (µs) of a motor that stands and one that is given all there is: PX4's defaults since servos were analogue.
+/// Pulse widths (µs) of a motor that stands and one that is given all there is: PX4's defaults
+/// since servos were analogue.
 const PULSE_US: [f64; 2] = [1000.0, 2000.0];
 
-/// A recording from the bytes of a ULog. Of the campaign, frame and kind of acceleration are PX4's own, whatever it says.
+/// A recording from the bytes of a ULog. Of the campaign, frame and kind of acceleration are PX4's
+/// own, whatever it says.
 ///
 /// # Errors
 /// Everything that keeps it from being read.
@@ -35,7 +39,7 @@ pub fn read_ulog(
     let mut found = Found::default();
     let topics = from_ulog(file, bytes, &mut found);
     let read = topics.and_then(|topics| flight(name, file, &topics, campaign, &mut found));
-    finished(found, read)
+    found.recording(read)
 }
 
 /// A recording from the tables that `ulog2csv` wrote of one log, by name.
@@ -50,13 +54,7 @@ pub fn read_ulog_tables(
     let mut found = Found::default();
     let topics = from_tables(files, &mut found);
     let read = flight(name, name, &topics, campaign, &mut found);
-    finished(found, read)
-}
-
-fn finished(found: Found, read: Option<Recording>) -> Result<Recording, Problems> {
-    let (mut recording, remarks) = found.into_result(read)?;
-    recording.remarks = remarks;
-    Ok(recording)
+    found.recording(read)
 }
 
 fn flight(
@@ -103,26 +101,16 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         );
         return None;
     };
-    let Some(position_m) = position.columns(["x", "y", "z"]) else {
+    let Some(position_m) = position.columns(0) else {
         found.problem(Place::field(file, POSITION), "has no `x`, `y` and `z`");
         return None;
     };
     let start_us = position.t_us.first().copied().unwrap_or(0.0);
-    let t_s: Vec<f64> = position
-        .t_us
-        .iter()
-        .map(|t_us| (t_us - start_us) * 1e-6)
-        .collect();
+    let t_s = position.t_s(start_us);
     let position_m = only_valid(position, position_m);
-    let at = |topic: &Topic| -> Vec<f64> {
-        topic
-            .t_us
-            .iter()
-            .map(|t_us| (t_us - start_us) * 1e-6)
-            .collect()
-    };
+    let at = |topic: &Topic| topic.t_s(start_us);
     let attitude = topics.get("vehicle_attitude").and_then(|topic| {
-        let mut q = topic.columns(["q[0]", "q[1]", "q[2]", "q[3]"])?;
+        let mut q = topic.columns(0)?;
         same_half(&mut q);
         let mut q = brought(&at(topic), &q, &t_s, NEAR_S);
         for [w, x, y, z] in &mut q {
@@ -132,24 +120,14 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         }
         Some(Attitude::Quaternion(q))
     });
-    let acceleration = [
-        ("vehicle_acceleration", ["xyz[0]", "xyz[1]", "xyz[2]"]),
-        (
-            "sensor_combined",
-            [
-                "accelerometer_m_s2[0]",
-                "accelerometer_m_s2[1]",
-                "accelerometer_m_s2[2]",
-            ],
-        ),
-    ]
-    .into_iter()
-    .find_map(|(name, fields)| {
-        let topic = topics.get(name)?;
-        Some(averaged(&at(topic), &topic.columns(fields)?, &t_s, NEAR_S))
-    });
+    let acceleration = ["vehicle_acceleration", "sensor_combined"]
+        .into_iter()
+        .find_map(|name| {
+            let topic = topics.get(name)?;
+            Some(averaged(&at(topic), &topic.columns(0)?, &t_s, NEAR_S))
+        });
     let battery_v = topics.get("battery_status").and_then(|topic| {
-        let volts = topic.columns(["voltage_v"])?;
+        let volts = topic.columns::<1>(0)?;
         let volts = brought(&at(topic), &volts, &t_s, BATTERY_NEAR_S);
         Some(volts.into_iter().map(|[volts]| volts).collect())
     });
@@ -168,7 +146,7 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         }
     }
     Some(Samples {
-        velocity_mps: position.columns(["vx", "vy", "vz"]),
+        velocity_mps: position.columns(3),
         t_s,
         position_m,
         acceleration_mps2: acceleration,
@@ -182,10 +160,8 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
 
 /// Positions that the estimator itself does not trust are missing.
 fn only_valid(topic: &Topic, mut position_m: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
-    for flag in ["xy_valid", "z_valid"] {
-        let Some(valid) = topic.fields.get(flag) else {
-            continue;
-        };
+    // `xy_valid` and `z_valid`.
+    for valid in topic.fields.iter().skip(6) {
         for (position_m, valid) in position_m.iter_mut().zip(valid) {
             if *valid == 0.0 {
                 *position_m = [f64::NAN; 3];
@@ -204,11 +180,11 @@ fn duty(
     found: &mut Found,
 ) -> Option<Vec<[f64; 4]>> {
     if let Some(topic) = topics.get("actuator_motors") {
-        let control = topic.columns(["control[0]", "control[1]", "control[2]", "control[3]"])?;
+        let control = topic.columns(0)?;
         return Some(brought(&at(topic), &control, t_s, NEAR_S));
     }
     let topic = topics.get("actuator_outputs")?;
-    let pulses_us = topic.columns(["output[0]", "output[1]", "output[2]", "output[3]"])?;
+    let pulses_us = topic.columns::<4>(0)?;
     let [low_us, high_us] = PULSE_US;
     let message = format!("motors from pulse widths: {low_us} to {high_us} us are taken as 0 to 1");
     found.remark(RemarkKind::Assumed, Some(id), message);
@@ -220,25 +196,8 @@ fn duty(
     Some(brought(&at(topic), &duties, t_s, NEAR_S))
 }
 
-impl Topic {
-    /// Several fields as one column; `None` unless every record has all of them.
-    fn columns<const N: usize>(&self, fields: [&str; N]) -> Option<Vec<[f64; N]>> {
-        let mut columns: [&[f64]; N] = [&[]; N];
-        for (column, field) in columns.iter_mut().zip(fields) {
-            *column = self.fields.get(field)?;
-            if column.len() != self.t_us.len() {
-                return None;
-            }
-        }
-        let rows = 0..self.t_us.len();
-        Some(
-            rows.map(|row| std::array::from_fn(|axis| columns[axis][row]))
-                .collect(),
-        )
-    }
-}
-
-/// `q` and `-q` are the same attitude; neighbours are made to lie on the same side, so that between them is between them.
+/// `q` and `-q` are the same attitude; neighbours are made to lie on the same side, so that between
+/// them is between them.
 fn same_half(quaternions: &mut [[f64; 4]]) {
     let mut last: Option<[f64; 4]> = None;
     for q in quaternions {
@@ -250,7 +209,8 @@ fn same_half(quaternions: &mut [[f64; 4]]) {
     }
 }
 
-/// Values at other times, on the line between the two readings around each; NaN farther than `near_s` from either.
+/// Values at other times, on the line between the two readings around each; NaN farther than
+/// `near_s` from either.
 fn brought<const N: usize>(
     at_s: &[f64],
     values: &[[f64; N]],
@@ -279,8 +239,8 @@ fn brought<const N: usize>(
         .collect()
 }
 
-/// Mean of the readings nearer to each time than to its neighbours, so that vibration does not alias; where there is none, the line
-/// between those around it.
+/// Mean of the readings nearer to each time than to its neighbours, so that vibration does not
+/// alias; where there is none, the line between those around it.
 fn averaged<const N: usize>(
     at_s: &[f64],
     values: &[[f64; N]],

@@ -29,25 +29,6 @@ pub(super) enum Attitude {
     Angles(Vec<[f64; 3]>),
 }
 
-const POSITION: [Role; 3] = [Role::Position(0), Role::Position(1), Role::Position(2)];
-const VELOCITY: [Role; 3] = [Role::Velocity(0), Role::Velocity(1), Role::Velocity(2)];
-const ACCELERATION: [Role; 3] = [
-    Role::Acceleration(0),
-    Role::Acceleration(1),
-    Role::Acceleration(2),
-];
-const QUATERNION: [Role; 4] = [
-    Role::Quaternion(0),
-    Role::Quaternion(1),
-    Role::Quaternion(2),
-    Role::Quaternion(3),
-];
-const DUTY: [Role; 4] = [Role::Duty(0), Role::Duty(1), Role::Duty(2), Role::Duty(3)];
-const ANGLES: [Role; 3] = [Role::Roll, Role::Pitch, Role::Yaw];
-
-/// Groups of columns of which some without the others mean nothing. Angles are not among them: a missing one is taken as 0.
-pub(super) const GROUPS: [&[Role]; 4] = [&VELOCITY, &ACCELERATION, &QUATERNION, &DUTY];
-
 impl Samples {
     /// The rows of one vehicle, times in seconds and everything in SI.
     pub(super) fn gather(
@@ -65,39 +46,27 @@ impl Samples {
             gravity_mps2,
             empty: Vec::new(),
         };
-        let angles_logged = ANGLES.iter().any(|&role| columns.has(&[role]));
-        let quaternion = gather.group(QUATERNION).map(Attitude::Quaternion);
-        let angles = |gather: &mut Gather<'_>| {
-            let [roll, pitch, yaw] = ANGLES.map(|role| gather.column(role));
-            let none = roll.is_none() && pitch.is_none() && yaw.is_none();
-            let zero = || vec![0.0; mine.len()];
-            (!none).then(|| {
-                let [roll, pitch, yaw] =
-                    [roll, pitch, yaw].map(|column| column.unwrap_or_else(zero));
-                Attitude::Angles(transposed([roll, pitch, yaw]))
-            })
-        };
-        let attitude = quaternion.or_else(|| angles(&mut gather));
-        if angles_logged && matches!(attitude, Some(Attitude::Angles(_))) {
-            let missing = [
-                (Role::Roll, "roll"),
-                (Role::Pitch, "pitch"),
-                (Role::Yaw, "yaw"),
-            ]
-            .into_iter()
-            .filter(|(role, _)| !columns.has(&[*role]));
-            for (_, angle) in missing {
-                let message = format!("{angle} is not logged: taken as 0");
-                found.remark(RemarkKind::Assumed, Some(vehicle), message);
+        let mut attitude = gather.group(Role::Quaternion).map(Attitude::Quaternion);
+        if attitude.is_none() {
+            let angles = [0, 1, 2].map(|axis| gather.column(Role::Angle(axis)));
+            if angles.iter().any(Option::is_some) {
+                for (axis, angle) in ["roll", "pitch", "yaw"].into_iter().enumerate() {
+                    if !columns.has(Role::Angle(axis)) {
+                        let message = format!("{angle} is not logged: taken as 0");
+                        found.remark(RemarkKind::Assumed, Some(vehicle), message);
+                    }
+                }
+                let angles = angles.map(|angle| angle.unwrap_or_else(|| vec![0.0; mine.len()]));
+                attitude = Some(Attitude::Angles(transposed(angles)));
             }
         }
         let samples = Samples {
             t_s: gather.column(Role::Time).unwrap_or_default(),
-            position_m: gather.group(POSITION).unwrap_or_default(),
-            velocity_mps: gather.group(VELOCITY),
-            acceleration_mps2: gather.group(ACCELERATION),
+            position_m: gather.group(Role::Position).unwrap_or_default(),
+            velocity_mps: gather.group(Role::Velocity),
+            acceleration_mps2: gather.group(Role::Acceleration),
             attitude,
-            duty: gather.group(DUTY),
+            duty: gather.group(Role::Duty),
             battery_v: gather.column(Role::Battery),
             throttle_ratio: gather.column(Role::Throttle),
             power_w: gather.column(Role::Power),
@@ -110,8 +79,29 @@ impl Samples {
         samples
     }
 
-    /// From north-east-down with a body of forward-right-down to north-west-up with forward-left-up: half a turn about x, for
-    /// the world and the body alike, which changes the sign of every y and z.
+    /// All values of a row but its time.
+    pub(super) fn row(&self, row: usize) -> Vec<f64> {
+        let mut values = self.position_m[row].to_vec();
+        for vectors in [&self.velocity_mps, &self.acceleration_mps2]
+            .into_iter()
+            .flatten()
+        {
+            values.extend(vectors[row]);
+        }
+        match &self.attitude {
+            Some(Attitude::Quaternion(all)) => values.extend(all[row]),
+            Some(Attitude::Angles(all)) => values.extend(all[row]),
+            None => {}
+        }
+        values.extend(self.duty.iter().flat_map(|duty| duty[row]));
+        let scalars = [&self.battery_v, &self.throttle_ratio, &self.power_w];
+        values.extend(scalars.into_iter().flatten().map(|column| column[row]));
+        values
+    }
+
+    /// From north-east-down with a body of forward-right-down to north-west-up with
+    /// forward-left-up: half a turn about x, for the world and the body alike, which changes the
+    /// sign of every y and z.
     pub(super) fn turn_up(&mut self) {
         let flip = |vector: &mut [f64; 3]| {
             vector[1] = -vector[1];
@@ -169,15 +159,15 @@ impl Gather<'_> {
         Some(values)
     }
 
-    fn group<const N: usize>(&mut self, roles: [Role; N]) -> Option<Vec<[f64; N]>> {
-        if !self.columns.has(&roles) {
+    /// `None` unless all columns of the group are there, with something in each.
+    fn group<const N: usize>(&mut self, role: fn(usize) -> Role) -> Option<Vec<[f64; N]>> {
+        let roles: [Role; N] = std::array::from_fn(role);
+        if !roles.iter().all(|&role| self.columns.has(role)) {
             return None;
         }
         let columns = roles.map(|role| self.column(role));
-        if columns.iter().any(Option::is_none) {
-            return None;
-        }
-        Some(transposed(columns.map(Option::unwrap_or_default)))
+        let is_whole = columns.iter().all(Option::is_some);
+        is_whole.then(|| transposed(columns.map(Option::unwrap_or_default)))
     }
 }
 

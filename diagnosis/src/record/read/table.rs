@@ -1,8 +1,11 @@
-//! A comma-separated table as numbers: only the columns that are asked for, each fault at its line and column.
+//! A comma-separated table as numbers: only the columns that are asked for, each fault at its line
+//! and column.
 
-use super::found::{Found, Place};
+use super::found::{Found, Place, did_you_mean, listed};
+use crate::record::remark::RemarkKind;
 
-/// Most faulty cells reported of one column; the rest are counted. Chosen here: enough to see the pattern.
+/// Most faulty cells reported of one column; the rest are counted. Chosen here: enough to see the
+/// pattern.
 const MOST_REPORTED: usize = 5;
 
 /// A table whose header has been read.
@@ -83,6 +86,30 @@ impl<'b> Table<'b> {
         self.header.iter().position(|column| column == name)
     }
 
+    /// Places of some columns by name, a problem where one is missing; a remark names the columns
+    /// that are neither among them nor `optional`.
+    pub(super) fn columns(
+        &self,
+        names: &[&str],
+        optional: &[&str],
+        found: &mut Found,
+    ) -> Option<Vec<usize>> {
+        let mut columns = Vec::with_capacity(names.len());
+        for name in names {
+            match self.column(name) {
+                Some(column) => columns.push(column),
+                None => found.problem(Place::field(self.file, name).line(1), "is missing"),
+            }
+        }
+        for name in &self.header {
+            if !names.contains(&name.as_str()) && !optional.contains(&name.as_str()) {
+                let message = format!("column `{name}` of {} is not used", self.file);
+                found.remark(RemarkKind::Unused, None, message);
+            }
+        }
+        (columns.len() == names.len()).then_some(columns)
+    }
+
     /// Reads all rows; cells that are no numbers and rows of the wrong length are problems.
     pub(super) fn read(
         mut self,
@@ -159,7 +186,36 @@ impl<'b> Table<'b> {
 }
 
 impl Rows {
-    /// Index of a name; rows of one vehicle mostly follow each other, so the last one is tried first.
+    /// Rows of each name, in the order of [`Rows::names`]; a problem for every name that the
+    /// metadata do not know: without a mass such a drone cannot be simulated, and left out its wake
+    /// would be missing.
+    pub(super) fn by_vehicle<'a>(
+        &self,
+        file: &str,
+        known: impl Iterator<Item = &'a str> + Clone,
+        found: &mut Found,
+    ) -> Vec<Vec<usize>> {
+        let mut by_name = vec![Vec::new(); self.names.len()];
+        for (row, &name) in self.named.iter().enumerate() {
+            by_name[name].push(row);
+        }
+        for (name, mine) in self.names.iter().zip(&by_name) {
+            if !known.clone().any(|id| id == name) {
+                let line = mine.first().map_or(0, |&row| self.lines[row]);
+                let count = mine.len();
+                found.helped(
+                    Place::file(file).line(line),
+                    format!("vehicle `{name}` is not in the metadata ({count} rows)"),
+                    did_you_mean(name, known.clone())
+                        .or_else(|| Some(format!("known are {}", listed(known.clone())))),
+                );
+            }
+        }
+        by_name
+    }
+
+    /// Index of a name; rows of one vehicle mostly follow each other, so the last one is tried
+    /// first.
     fn name(&mut self, name: &[u8]) -> usize {
         let last = self.named.last().copied();
         if let Some(last) = last

@@ -1,4 +1,5 @@
-//! Topics of a PX4 flight: which ones are read and which of their fields, from a ULog or from the tables that `ulog2csv` makes of one.
+//! Topics of a PX4 flight: which ones are read and which of their fields, from a ULog or from the
+//! tables that `ulog2csv` makes of one.
 
 use std::collections::BTreeMap;
 
@@ -16,8 +17,28 @@ use crate::record::remark::{Remark, RemarkKind};
 pub(super) struct Topic {
     /// Time since the start of the autopilot (µs).
     pub(super) t_us: Vec<f64>,
-    /// As long as the times, each.
-    pub(super) fields: BTreeMap<&'static str, Vec<f64>>,
+    /// In the order of [`READ`], each as long as the times; shorter where some record lacks it.
+    pub(super) fields: Vec<Vec<f64>>,
+}
+
+impl Topic {
+    /// Times (s) since a start (µs).
+    pub(super) fn t_s(&self, start_us: f64) -> Vec<f64> {
+        let since_s = |t_us: &f64| (t_us - start_us) * 1e-6;
+        self.t_us.iter().map(since_s).collect()
+    }
+
+    /// Several fields, from the given one on, as one column; `None` unless every record has all of
+    /// them.
+    pub(super) fn columns<const N: usize>(&self, from: usize) -> Option<Vec<[f64; N]>> {
+        let fields = self.fields.get(from..from + N)?;
+        let rows = self.t_us.len();
+        let is_whole = fields.iter().all(|field| field.len() == rows);
+        is_whole.then(|| {
+            let row = |row: usize| std::array::from_fn(|axis| fields[axis][row]);
+            (0..rows).map(row).collect()
+        })
+    }
 }
 
 /// Topics by name.
@@ -25,7 +46,8 @@ pub(super) type Topics = BTreeMap<&'static str, Topic>;
 
 const TIMESTAMP: &str = "timestamp";
 
-/// What is read, with the fields that a flight has; more are there, and the older of two topics stands in for the newer.
+/// What is read, with the fields that a flight has; more are there, and the older of two topics
+/// stands in for the newer.
 pub(super) const READ: [(&str, &[&str]); 7] = [
     (
         "vehicle_local_position",
@@ -56,7 +78,8 @@ fn fields_of(topic: &str) -> Option<(&'static str, &'static [&'static str])> {
     READ.into_iter().find(|(name, _)| *name == topic)
 }
 
-/// The topics of a ULog. What stands before a broken record is read; that it breaks off is a remark.
+/// The topics of a ULog. What stands before a broken record is read; that it breaks off is a
+/// remark.
 pub(super) fn from_ulog(file: &str, bytes: &[u8], found: &mut Found) -> Option<Topics> {
     let mut topics = Topics::new();
     let mut others: BTreeMap<String, usize> = BTreeMap::new();
@@ -103,10 +126,12 @@ pub(super) fn from_ulog(file: &str, bytes: &[u8], found: &mut Found) -> Option<T
     Some(topics)
 }
 
-/// Header and flags of a ULog, which say where data were appended after a crash (bytes): 16, and 3 + 40 for the flags.
+/// Header and flags of a ULog, which say where data were appended after a crash (bytes): 16, and 3
+/// + 40 for the flags.
 const HEAD_BYTES: usize = 59;
 
-/// Parses a log: what was written in one go, then what was appended to it. Says whether the first part ends with a whole record.
+/// Parses a log: what was written in one go, then what was appended to it. Says whether the first
+/// part ends with a whole record.
 fn sections(bytes: &[u8], parser: &mut LogParser<'_>) -> Result<bool, String> {
     let said = |error: UlogParseError| error.description;
     let (head, rest) = bytes.split_at(bytes.len().min(HEAD_BYTES));
@@ -147,16 +172,13 @@ fn gather(message: &DataMessage<'_>, topics: &mut Topics, others: &mut BTreeMap<
         return;
     };
     let topic = topics.entry(name).or_default();
+    topic.fields.resize(wanted.len(), Vec::new());
     // Exact for the first 285 years after switching on.
     topic.t_us.push(t_us as f64);
-    for &field in wanted {
-        let there = message.flattened_format.fields.iter();
-        let there = there
-            .into_iter()
-            .find(|of| of.flattened_field_name == field);
-        if let Some(value) = there.and_then(|of| value(of, message.data)) {
-            topic.fields.entry(field).or_default().push(value);
-        }
+    for (&field, values) in wanted.iter().zip(&mut topic.fields) {
+        let mut there = message.flattened_format.fields.iter();
+        let there = there.find(|of| of.flattened_field_name == field);
+        values.extend(there.and_then(|of| value(of, message.data)));
     }
 }
 
@@ -204,26 +226,24 @@ pub(super) fn from_tables(files: &BTreeMap<String, Vec<u8>>, found: &mut Found) 
             found.problem(Place::field(file, TIMESTAMP).line(1), "is missing");
             continue;
         };
-        let there: Vec<(&'static str, usize)> = wanted
-            .iter()
-            .filter_map(|&field| Some((field, table.column(field)?)))
-            .collect();
-        let columns: Vec<usize> = std::iter::once(stamp)
-            .chain(there.iter().map(|(_, column)| *column))
-            .collect();
+        let places: Vec<Option<usize>> = wanted.iter().map(|field| table.column(field)).collect();
+        let there = places.iter().copied().flatten();
+        let columns: Vec<usize> = std::iter::once(stamp).chain(there).collect();
         let mut numbers = table.read(&columns, None, found).numbers.into_iter();
-        topics.insert(
-            name,
-            Topic {
-                t_us: numbers.next().unwrap_or_default(),
-                fields: there.iter().map(|(field, _)| *field).zip(numbers).collect(),
-            },
-        );
+        let topic = Topic {
+            t_us: numbers.next().unwrap_or_default(),
+            fields: places
+                .iter()
+                .map(|place| place.and_then(|_| numbers.next()).unwrap_or_default())
+                .collect(),
+        };
+        topics.insert(name, topic);
     }
     topics
 }
 
-/// Log, topic and instance of the name of a table that `ulog2csv` wrote; `None` for topics that are not read.
+/// Log, topic and instance of the name of a table that `ulog2csv` wrote; `None` for topics that are
+/// not read.
 #[must_use]
 pub fn table_name(file: &str) -> Option<(&str, &str, u32)> {
     let (stem, instance) = file.strip_suffix(".csv")?.rsplit_once('_')?;

@@ -1,4 +1,5 @@
-//! From a vehicle's rows to its track: checked, turned into the world frame with z up, moved to the rotor plane.
+//! From a vehicle's rows to its track: checked, turned into the world frame with z up, moved to the
+//! rotor plane.
 
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use serde::Deserialize;
@@ -15,7 +16,8 @@ pub enum Frame {
     /// World z up; body x forward, y left, z up.
     #[default]
     ZUp,
-    /// World x north, y east, z down; body x forward, y right, z down. Turned by half a turn about x, into x north, y west, z up.
+    /// World x north, y east, z down; body x forward, y right, z down. Turned by half a turn about
+    /// x, into x north, y west, z up.
     NorthEastDown,
 }
 
@@ -61,7 +63,8 @@ pub(super) struct Conventions {
     /// `None`: right-handed in the frame of the log.
     pub(super) pitch: Option<Pitch>,
     pub(super) gravity_mps2: f64,
-    /// From the logged point to the centre of the rotor plane, in the body (x forward, y left, z up; m).
+    /// From the logged point to the centre of the rotor plane, in the body (x forward, y left, z
+    /// up; m).
     pub(super) rotor_offset_m: Vector3<f64>,
     pub(super) limits: FlightLimits,
 }
@@ -144,7 +147,8 @@ fn picked<T: Copy>(column: &[T], keep: &[usize]) -> Vec<T> {
     keep.iter().map(|&row| column[row]).collect()
 }
 
-/// Turns a pitch that is positive with the nose up. Half a turn about x has done it already for north-east-down.
+/// Turns a pitch that is positive with the nose up. Half a turn about x has done it already for
+/// north-east-down.
 fn right_handed_pitch(samples: &mut Samples, how: &Conventions) {
     let nose_up_is_positive = match (how.pitch, how.frame) {
         (None, _) => false,

@@ -1,5 +1,5 @@
-//! What a campaign file may hold, field by field, as its user writes it (RON). Every number is checked in its own type, so that RON
-//! itself points at the character.
+//! What a campaign file may hold, field by field, as its user writes it (RON). Every number is
+//! checked in its own type, so that RON itself points at the character.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -10,9 +10,10 @@ use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use super::declared::Declared;
 use super::track::{Acceleration, Frame, Pitch, Turns};
 use crate::record::recording::Origin;
-use crate::thrust::thrust_map::{Term, ThrustMap, ThrustMapError};
+use crate::record::thrust_map::{Term, ThrustMap, ThrustMapError};
 
-/// A campaign: what the logs of some flights leave unsaid. All flights beside the file are read with it.
+/// A campaign: what the logs of some flights leave unsaid. All flights beside the file are read
+/// with it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Campaign {
@@ -24,16 +25,20 @@ pub struct Campaign {
     /// Frame of the logged positions and attitude: `ZUp` (default) or `NorthEastDown`.
     #[serde(default)]
     pub frame: Frame,
-    /// What `ax ay az` are; needed if they are there. Their unit ends their names (`ax_mps2`, `ax_g`).
+    /// What `ax ay az` are; needed if they are there. Their unit ends their names (`ax_mps2`,
+    /// `ax_g`).
     #[serde(default)]
     pub acceleration: Option<Acceleration>,
-    /// Which way `qx qy qz qw` turn: `BodyToWorld` (default) or `WorldToBody`. Their order is that of the columns' names.
+    /// Which way `qx qy qz qw` turn: `BodyToWorld` (default) or `WorldToBody`. Their order is that
+    /// of the columns' names.
     #[serde(default)]
     pub quaternion: Turns,
-    /// Sign of a logged pitch: right-handed in the logs' frame unless this says `NoseUp` or `NoseDown`.
+    /// Sign of a logged pitch: right-handed in the logs' frame unless this says `NoseUp` or
+    /// `NoseDown`.
     #[serde(default)]
     pub pitch: Option<Pitch>,
-    /// Clocks of the vehicles: `Shared`, or `Own(within_s: 0.03)`. Left out, shared is assumed, and a remark says so.
+    /// Clocks of the vehicles: `Shared`, or `Own(within_s: 0.03)`. Left out, shared is assumed, and
+    /// a remark says so.
     #[serde(default)]
     pub clock: Option<WrittenClock>,
     /// Gravity (m/s²); default 9.81. Also what `ax_g` is in.
@@ -48,14 +53,15 @@ pub struct Campaign {
     /// Height of the ceiling (m). Left out: none.
     #[serde(default)]
     pub ceiling_z_m: Option<Finite>,
-    /// Tilt (deg) that is a crash: the flight of that vehicle is cut half a second before. Default 45.
+    /// Tilt (deg) that is a crash: the flight of that vehicle is cut half a second before. Default
+    /// 45.
     #[serde(default)]
     pub crash_tilt_deg: Option<Positive>,
     /// What "simulation" means; what is left out is the planner's own air.
     #[serde(default)]
     pub baseline: Declared,
-    /// Our name of a column, with its unit, and the logs' name for it: `{ "x_mm": "stateEstimate.x" }`. Columns that have our names
-    /// need no entry.
+    /// Our name of a column, with its unit, and the logs' name for it: `{ "x_mm": "stateEstimate.x"
+    /// }`. Columns that have our names need no entry.
     #[serde(default)]
     pub columns: Pairs<String>,
     /// Kinds of vehicles.
@@ -80,14 +86,16 @@ pub struct VehicleType {
     pub propeller_diameter_m: Sourced<Positive>,
     /// Motor distance (m): the diagonal from motor to motor.
     pub motor_distance_m: Sourced<Positive>,
-    /// Width of its jet over that of the paper's fit; default 1, for propellers that are not canted.
+    /// Width of its jet over that of the paper's fit; default 1, for propellers that are not
+    /// canted.
     #[serde(default = "one")]
     pub width_factor: Positive,
-    /// From the logged point to the centre of the rotor plane, in the body: x forward, y left, z up (m). Left out, 0 is assumed, and a
-    /// remark says so.
+    /// From the logged point to the centre of the rotor plane, in the body: x forward, y left, z up
+    /// (m). Left out, 0 is assumed, and a remark says so.
     #[serde(default)]
     pub rotor_offset_m: Option<Sourced<[Finite; 3]>>,
-    /// Logged height (m, z up) below which it stands on the floor or touches it: such rows are cut. Left out: never.
+    /// Logged height (m, z up) below which it stands on the floor or touches it: such rows are cut.
+    /// Left out: never.
     #[serde(default)]
     pub touch_z_m: Option<Finite>,
     /// From duty cycle to thrust. Left out, it is identified from the flights.
@@ -95,7 +103,8 @@ pub struct VehicleType {
     pub thrust_map: Option<WrittenThrustMap>,
 }
 
-/// Thrust of one motor (N): sum of terms `c u^i v^j` with duty cycle `u`, battery voltage over the reference `v`.
+/// Thrust of one motor (N): sum of terms `c u^i v^j` with duty cycle `u`, battery voltage over the
+/// reference `v`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WrittenThrustMap {
@@ -200,13 +209,12 @@ impl WrittenThrustMap {
     /// # Errors
     /// What keeps the numbers from being a map.
     pub fn meaning(&self) -> Result<ThrustMap, ThrustMapError> {
-        let terms = self.terms.iter();
+        let term = |of: &WrittenTerm| {
+            let term = Term::new(of.duty_power, of.battery_power);
+            (term, of.thrust.newtons())
+        };
         ThrustMap::new(
-            terms
-                .clone()
-                .map(|term| Term::new(term.duty_power, term.battery_power))
-                .collect(),
-            terms.map(|term| term.thrust.newtons()).collect(),
+            self.terms.iter().map(term).collect(),
             self.battery_reference_v.0,
             self.lag_s.0,
             self.duty_range.map(|duty| duty.0),

@@ -1,4 +1,5 @@
-//! Logs written here, byte by byte after the format's description (docs.px4.io, "ULog File Format"), and their tables.
+//! Logs written here, byte by byte after the format's description (docs.px4.io, "ULog File
+//! Format"), and their tables.
 
 use super::*;
 use crate::record::recording::Track;
@@ -64,7 +65,8 @@ impl Log {
     }
 }
 
-/// Two seconds: north at 1 m/s, 2 m east, 3 m up, level with the nose east; the estimator distrusts itself in the last sample.
+/// Two seconds: north at 1 m/s, 2 m east, 3 m up, level with the nose east; the estimator distrusts
+/// itself in the last sample.
 fn flight() -> Log {
     let mut log = Log::new();
     log.formats();

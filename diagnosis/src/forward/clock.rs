@@ -1,43 +1,47 @@
-//! Clocks of vehicles that log on their own: how far each is from the others, as far as the forces tell.
+//! Clocks of vehicles that log on their own: how far each is from the others, as far as the forces
+//! tell.
 //!
-//! A drone that flies under another is pushed at a moment that both logs know, each by its own clock. The offset is the shift that makes
-//! the simulated force fit best, within the bounds that the recording states, beside a gain and a constant for each receiver, so
-//! that a force simulated too strong does not pass for a clock.
+//! A drone that flies below another is pushed down at a moment that both logs know, each by its own
+//! clock. The offset is the shift that makes the simulated force fit best, within the bounds that
+//! the recording states, beside a gain and a constant for each receiver, so that a force simulated
+//! too strong does not pass for a clock.
 //!
 //! ```text
 //! F_r(t) = g_r F_simulated,r(t; δ) + c_r + e,       |δ_v| ≤ bound,  δ = 0 for the reference
 //! ```
 //!
-//! It is an *effective* offset: air that takes its time from drone to drone shifts the force just so, unless the baseline declares that
-//! delay. Two clocks alone cannot be told from it when the same drone is always the lower one.
+//! It is an *effective* offset: air that takes its time from drone to drone shifts the force just
+//! so, unless the baseline declares that delay. Two clocks alone cannot be told from it when the
+//! same drone is always the lower one.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use crate::forward::flow::Flow;
-use crate::forward::force::{self, AirMet};
-use crate::forward::low_pass::LowPass;
+use crate::forward::force::Force;
 use crate::record::recording::{Clock, Recording};
-use crate::thrust::free_flight::{self, Around, FreeFlight, Trace};
-use crate::thrust::thrust_map::ThrustMap;
+use crate::record::thrust_map::ThrustMap;
+use crate::thrust::free_flight::{Around, FreeFlight, Trace};
+use crate::thrust::least_squares::Normal;
+use crate::thrust::low_pass::LowPass;
 
-/// Half the step of the differences that the search goes by (s). Chosen here: half a sample of a 50 Hz log, below the time in which a
-/// low-passed force changes.
+/// Half the step of the differences that the search goes by (s). Chosen here: half a sample of a 50
+/// Hz log, below the time in which a low-passed force changes.
 const HALF_STEP_S: f64 = 0.01;
 
-/// Turns of the search, all with the slopes at no offset. Chosen here: offsets are small against the time in which a low-passed force
-/// changes, and the second turn hardly moves them.
-const TURNS: usize = 3;
+/// Iterations of the search, all with the slopes at no offset. Chosen here: offsets are small
+/// against the time in which a low-passed force changes, and the second hardly moves them.
+const ITERATIONS: usize = 3;
 
-/// Rows this long (s) count as one when the interval is worked out, because what is left of the force is anything but
-/// independent from row to row. Chosen here: longer than a passage.
+/// Rows this long (s) count as one when the interval is worked out, because what is left of the
+/// force is anything but independent from row to row. Chosen here: longer than a passage.
 const BLOCK_S: f64 = 2.0;
 
 /// Blocks below which nothing is told. Chosen here: fewer make no spread.
 const LEAST_BLOCKS: usize = 6;
 
-/// Least gain of a receiver, and inverse of the largest, that the shift is worked out with. Chosen here: beyond it there is no force
-/// to tell a time by.
+/// Least gain of a receiver, and inverse of the largest, that the shift is worked out with. Chosen
+/// here: beyond it there is no force to tell a time by.
 const LEAST_GAIN: f64 = 0.25;
 
 /// Half-width of the interval in standard errors: 95 % of a normal distribution.
@@ -69,10 +73,11 @@ pub enum ClockKnown {
     CannotBeTold,
 }
 
-/// Estimates the clock offsets of a recording: one entry for each vehicle. The reference is the first vehicle on the recording's
-/// clock, or else the first of all.
+/// Estimates the clock offsets of a recording: one entry for each vehicle. The reference is the
+/// first vehicle on the recording's clock, or else the first of all.
 ///
-/// `maps` holds each vehicle's thrust map, as far as there is one. They should come from other flights.
+/// `maps` holds each vehicle's thrust map, as far as there is one. They should come from other
+/// flights.
 #[must_use]
 pub fn offsets(
     recording: &Recording,
@@ -101,7 +106,17 @@ pub fn offsets(
             known,
         });
     }
-    let search = Search::new(recording, maps, low_pass, &unknown);
+    let free = FreeFlight::default();
+    let all = std::slice::from_ref(recording);
+    let traces = Trace::of_all(all, &[0], (&free, free.beside_m), low_pass);
+    let search = Search {
+        recording,
+        forces: traces
+            .iter()
+            .filter_map(|trace| Force::of(recording, trace, (*maps.get(trace.vehicle)?)?, low_pass))
+            .collect(),
+        unknown: &unknown,
+    };
     for (estimate, &(vehicle, bound_s)) in search.run().iter().zip(&unknown) {
         let Some((offset_s, standard_error_s)) = *estimate else {
             continue;
@@ -124,16 +139,9 @@ pub fn offsets(
     offsets
 }
 
-/// One receiver's flight, with what was recorded.
-struct Receiver<'a> {
-    trace: Trace<'a>,
-    thrust_n: Vec<f64>,
-    recorded_n: Vec<f64>,
-    hover_mps: f64,
-}
-
-/// What a turn of the search finds: shifts of the clocks (s), their standard errors, gains of the receivers.
-struct Turn {
+/// What an iteration of the search finds: shifts of the clocks (s), their standard errors, gains of
+/// the receivers.
+struct Step {
     shifts_s: Vec<f64>,
     errors_s: Vec<f64>,
     gains: Vec<f64>,
@@ -141,42 +149,13 @@ struct Turn {
 
 struct Search<'a> {
     recording: &'a Recording,
-    receivers: Vec<Receiver<'a>>,
+    /// Of the vehicles whose thrust map is known.
+    forces: Vec<Force<'a>>,
+    /// Vehicles with a clock of their own, and the bound on its offset (s).
     unknown: &'a [(usize, f64)],
-    low_pass: LowPass,
 }
 
-impl<'a> Search<'a> {
-    fn new(
-        recording: &'a Recording,
-        maps: &[Option<&ThrustMap>],
-        low_pass: LowPass,
-        unknown: &'a [(usize, f64)],
-    ) -> Search<'a> {
-        let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
-        let free = FreeFlight::default();
-        let receiver = |(vehicle, map): (usize, &Option<&ThrustMap>)| {
-            let around = free_flight::around(recording, vehicle, &free, free.beside_m);
-            let all = std::slice::from_ref(recording);
-            let trace = Trace::new(all, (0, vehicle), around, low_pass)?;
-            let thrust_n = trace.thrust_n((*map)?)?;
-            let airframe = &trace.of.airframe;
-            Some(Receiver {
-                recorded_n: force::recorded_n(&trace, &thrust_n, low_pass),
-                hover_mps: airframe
-                    .hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3),
-                thrust_n,
-                trace,
-            })
-        };
-        Search {
-            recording,
-            receivers: maps.iter().enumerate().filter_map(receiver).collect(),
-            unknown,
-            low_pass,
-        }
-    }
-
+impl Search<'_> {
     /// Simulated force of each receiver (N) with the clocks so far off.
     fn simulated_n(&self, offsets_s: &[f64]) -> Vec<Vec<f64>> {
         let mut flow = Flow::new(self.recording);
@@ -185,58 +164,49 @@ impl<'a> Search<'a> {
             flow.set_clock_offset(vehicle, offset_s);
             own_s[vehicle] = offset_s;
         }
-        let baseline = &self.recording.baseline;
-        let one = |receiver: &Receiver| {
-            let vehicle = receiver.trace.vehicle;
-            let met = AirMet::along(self.recording, &flow, vehicle, own_s[vehicle]);
-            force::simulated_n(
-                baseline.receiver_law,
-                &receiver.trace,
-                &receiver.thrust_n,
-                met.declared(baseline.receiver_air),
-                receiver.hover_mps,
-                self.low_pass,
-            )
+        let air = self.recording.baseline.receiver_air;
+        let one = |force: &Force| {
+            force.simulated_n(&force.air_mps(&flow, air, own_s[force.trace.vehicle]))
         };
-        self.receivers.iter().map(one).collect()
+        self.forces.iter().map(one).collect()
     }
 
     /// Offset and standard error (s) of each unknown clock; `None` where nothing depends on it.
     fn run(&self) -> Vec<Option<(f64, f64)>> {
         let clocks = self.unknown.len();
-        if clocks == 0 || self.receivers.is_empty() {
+        if clocks == 0 || self.forces.is_empty() {
             return vec![None; clocks];
         }
         let mut offsets_s = vec![0.0; clocks];
-        let mut gains = vec![1.0; self.receivers.len()];
+        let mut gains = vec![1.0; self.forces.len()];
         let mut errors_s = vec![f64::INFINITY; clocks];
         let slopes: Vec<Vec<Vec<f64>>> = (0..clocks)
             .map(|clock| self.slopes(&offsets_s, clock))
             .collect();
-        for _ in 0..TURNS {
-            let Some(turn) = self.turn(&offsets_s, &gains, &slopes) else {
+        for _ in 0..ITERATIONS {
+            let Some(step) = self.step(&offsets_s, &gains, &slopes) else {
                 return vec![None; clocks];
             };
             let unknown = offsets_s.iter_mut().zip(self.unknown);
-            for ((offset_s, (_, bound_s)), shift_s) in unknown.zip(turn.shifts_s) {
+            for ((offset_s, (_, bound_s)), shift_s) in unknown.zip(step.shifts_s) {
                 *offset_s = (*offset_s + shift_s).clamp(-bound_s, *bound_s);
             }
-            (gains, errors_s) = (turn.gains, turn.errors_s);
+            (gains, errors_s) = (step.gains, step.errors_s);
         }
         offsets_s.into_iter().zip(errors_s).map(Some).collect()
     }
 
-    /// One turn of Gauss and Newton; `slopes` by clock, receiver and row.
-    fn turn(&self, offsets_s: &[f64], gains: &[f64], slopes: &[Vec<Vec<f64>>]) -> Option<Turn> {
+    /// A Gauss-Newton iteration; `slopes` by clock, receiver and row.
+    fn step(&self, offsets_s: &[f64], gains: &[f64], slopes: &[Vec<Vec<f64>>]) -> Option<Step> {
         let clocks = offsets_s.len();
         let middle_n = self.simulated_n(offsets_s);
-        let width = clocks + 2 * self.receivers.len();
+        let width = clocks + 2 * self.forces.len();
         let mut square = DMatrix::zeros(width, width);
         let mut right = DVector::zeros(width);
         let mut rows: Vec<(usize, DVector<f64>, f64)> = Vec::new();
         let mut blocks = 0;
-        for (r, receiver) in self.receivers.iter().enumerate() {
-            let track = &receiver.trace.of.track;
+        for (r, force) in self.forces.iter().enumerate() {
+            let track = &force.trace.of.track;
             let mut block_ends_s = f64::NEG_INFINITY;
             for row in 0..track.t_s.len() {
                 let mut x = DVector::zeros(width);
@@ -245,8 +215,8 @@ impl<'a> Search<'a> {
                 }
                 x[clocks + 2 * r] = middle_n[r][row];
                 x[clocks + 2 * r + 1] = 1.0;
-                let left_n = receiver.recorded_n[row] - middle_n[r][row];
-                let judged = receiver.trace.around[row] == Around::Below;
+                let left_n = force.recorded_n[row] - middle_n[r][row];
+                let judged = force.trace.around[row] == Around::Below;
                 if !judged || !(left_n + x.sum()).is_finite() {
                     continue;
                 }
@@ -260,43 +230,33 @@ impl<'a> Search<'a> {
             }
         }
         square.fill_upper_triangle_with_lower_triangle();
-        // A receiver never under anybody leaves empty columns, and a clock that nobody's force depends on does too.
+        // A receiver that is never below another drone leaves empty columns, and so does a clock
+        // that no force depends on.
         for i in 0..width {
             if square[(i, i)] <= 0.0 {
                 square[(i, i)] = 1.0;
             }
         }
-        let scale = DVector::from_fn(width, |i, _| square[(i, i)].sqrt().recip());
-        let scaled = DMatrix::from_fn(width, width, |i, j| square[(i, j)] * scale[i] * scale[j]);
         if blocks < LEAST_BLOCKS {
             return None;
         }
-        let cholesky = Cholesky::new(scaled)?;
-        let solution = cholesky
-            .solve(&right.component_mul(&scale))
-            .component_mul(&scale);
+        let normal = Normal::new(&square)?;
+        let solution = normal.solve(&right);
         let mut scores = vec![DVector::zeros(width); blocks];
         for (block, x, left_n) in &rows {
             scores[*block].axpy(left_n - x.dot(&solution), x, 1.0);
         }
-        let mut variance = DVector::<f64>::zeros(width);
-        for score in &scores {
-            let shift = cholesky
-                .solve(&score.component_mul(&scale))
-                .component_mul(&scale);
-            variance += shift.component_mul(&shift);
-        }
-        let few = blocks as f64 / (blocks as f64 - 1.0);
+        let variance = normal.clustered_variance(&scores);
         let errors_s = (0..clocks).map(|clock| match variance[clock] > 0.0 {
-            true => (few * variance[clock]).sqrt(),
-            false => f64::INFINITY, // nobody's force depends on it
+            true => variance[clock].sqrt(),
+            false => f64::INFINITY, // no force depends on it
         });
         let gain =
             |r: usize| (1.0 + solution[clocks + 2 * r]).clamp(LEAST_GAIN, LEAST_GAIN.recip());
-        Some(Turn {
+        Some(Step {
             shifts_s: solution.rows(0, clocks).iter().copied().collect(),
             errors_s: errors_s.collect(),
-            gains: (0..self.receivers.len()).map(gain).collect(),
+            gains: (0..self.forces.len()).map(gain).collect(),
         })
     }
 

@@ -1,7 +1,9 @@
-//! Low-passes for logged series. The zero-phase one: second-order Butterworth, forwards and then backwards, exact at any spacing.
+//! Low-passes for logged series. The zero-phase one: second-order Butterworth, forwards and then
+//! backwards, exact at any spacing.
 //!
-//! Between two samples the input is taken as linear, and the filter's differential equation is solved, not approximated, so uneven
-//! steps are nothing special. Across gaps and samples that are not numbers nothing is carried: each run is filtered alone.
+//! Between two samples the input is taken as linear, and the filter's differential equation is
+//! solved, not approximated, so uneven steps are nothing special. Across gaps and samples that are
+//! not numbers nothing is carried: each run is filtered alone.
 //!
 //! ```text
 //! y'' + √2 ω y' + ω² y = ω² u,   ω = 2π f
@@ -10,14 +12,16 @@
 use std::f64::consts::{SQRT_2, TAU};
 use std::ops::Range;
 
-/// The filter, by the frequency at which one pass halves the power (two passes: quarter it, half the amplitude).
+/// The filter, by the frequency at which one pass halves the power (two passes: quarter it, half
+/// the amplitude).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LowPass {
     /// Cut-off (Hz), above 0.
     pub cutoff_hz: f64,
 }
 
-/// Parts of a series without a step longer than `longest_step_s` and without a row that is not `usable`; in order, none empty.
+/// Parts of a series without a step longer than `longest_step_s` and without a row that is not
+/// `usable`; in order, none empty.
 #[must_use]
 pub fn runs(t_s: &[f64], longest_step_s: f64, usable: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
@@ -42,10 +46,10 @@ impl LowPass {
     /// let t_s: Vec<f64> = (0..100).map(|i| 0.02 * f64::from(i)).collect();
     /// let mut spike = vec![0.0; 100];
     /// spike[50] = 1.0;
-    /// diagnosis::forward::low_pass::LowPass { cutoff_hz: 5.0 }.smooth(&t_s, &mut spike);
+    /// diagnosis::thrust::low_pass::LowPass { cutoff_hz: 5.0 }.smooth(&t_s, &mut spike);
     /// assert!(spike[50] < 0.3 && spike[50] > spike[49], "lower, and still in its place");
     /// ```
-    /// It starts and ends as if the first and the last value had stood for ever.
+    /// It starts and ends as if the first and the last value had stood before and after.
     ///
     /// `t_s` and `values` have the same length; times rise strictly.
     pub fn smooth(&self, t_s: &[f64], values: &mut [f64]) {
@@ -70,8 +74,8 @@ impl LowPass {
     }
 }
 
-/// First-order lag of a run in place, starting at its first value; each value stands over the step that leads to it, as a
-/// command does.
+/// First-order lag of a run in place, starting at its first value; each value stands over the step
+/// that leads to it, as a command does.
 pub(crate) fn lag(lag_s: f64, t_s: &[f64], values: &mut [f64]) {
     if lag_s <= 0.0 {
         return;
@@ -120,8 +124,8 @@ impl Pass {
             let (sine, cosine) = (sigma * step_s).sin_cos();
             (self.step_s, self.cosine, self.sine) = (step_s, decay * cosine, decay * sine);
         }
-        // A ramp is followed at a distance of √2/ω = 1/σ times its slope; what is off that dies away as the free oscillation
-        // e'' + 2σ e' + 2σ² e = 0.
+        // A ramp is followed at a distance of √2/ω = 1/σ times its slope; what is off that dies
+        // away as the free oscillation e'' + 2σ e' + 2σ² e = 0.
         let ramp = (to - from) / step_s;
         let off = self.value - (from - ramp / sigma);
         let off_slope = self.slope - ramp;
@@ -169,7 +173,8 @@ mod tests {
             for frequency_hz in [1.0_f64, 5.0, 12.0] {
                 let (amplitude, phase) = response(frequency_hz, &times_s);
                 let expected = 1.0 / (1.0 + (frequency_hz / 5.0).powi(4));
-                // A chord of 1.4 ms lies below a sine of 12 Hz by (2π·12·0.0014)²/8 = 0.14 % at most.
+                // A chord of 1.4 ms lies below a sine of 12 Hz by (2π·12·0.0014)²/8 = 0.14 % at
+                // most.
                 assert!((amplitude - expected).abs() < 2e-3 * expected.max(0.1));
                 assert!(phase.abs() < 2e-3, "{frequency_hz} Hz: {phase} rad");
             }

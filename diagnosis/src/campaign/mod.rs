@@ -1,0 +1,23 @@
+//! Several flights of one campaign, diagnosed together by the forces on their drones: folds, errors
+//! and intervals over whole flights.
+//!
+//! # In reading order
+//!
+//! `forces`: drones in equal steps of time, rows, and what a hypothesis makes of them.
+//! [`covariates`]: what surrounds them. `scatter`: the noise, and what one flight shares.
+//! `library`: what may be missing in a force. `forward`: one effect after another. [`skill`]: how
+//! well flights that were not fitted are predicted. [`diagnose`]: all of it, and the finding.
+//! [`hardware`]: one drone's motors against its own normal flights.
+
+pub mod covariates;
+pub mod diagnose;
+mod forces;
+mod forward;
+pub mod hardware;
+mod library;
+mod scatter;
+pub mod skill;
+
+pub use diagnose::{
+    CampaignError, CampaignFinding, CampaignOptions, diagnose_campaign, near_floor,
+};
