@@ -1,24 +1,36 @@
-//! Figures, one file each: SVG that needs no network, no script and no colour to be read.
+//! Figures: SVG that needs no network, no script and no colour to be read, all on one canvas.
+//!
+//! In reading order: [`canvas`], a sheet with a title, paths and texts; [`colours`], the palette and the colour scales; [`axes`], charts
+//! with linear axes; [`legend`]. Then one file for each kind of figure: [`field`], [`residual_map`] (both on a [`grid`]), [`profiles`],
+//! [`expansion`], [`signature`], [`agreement`], and [`plan`] for plan.svg. Last the figures of each command with their captions:
+//! [`simulation`], [`calibration`], [`finding`].
+//!
+//! SVG is written here rather than by a library: of those that draw charts, plotters has whole pixels only, no gradients, groups or
+//! names, and the picture of a plan needs all of these.
 
 mod agreement;
 mod axes;
-mod before_after;
 pub(crate) mod calibration;
+mod canvas;
 mod colours;
-mod compact;
 mod expansion;
 mod field;
 pub(crate) mod finding;
-mod near_field;
+mod grid;
+mod legend;
 pub(crate) mod plan;
 mod profiles;
 mod readings;
-mod receiver;
 mod residual_map;
-mod sheet;
 mod signature;
 pub(crate) mod simulation;
 #[cfg(test)]
 mod tests;
 
 use crate::report::Figure;
+
+/// A figure by its file's name, with how to read it; `None` without a picture.
+fn figure(name: &str, svg: Option<String>, caption: &str) -> Option<Figure> {
+    let (name, caption) = (name.to_owned(), caption.to_owned());
+    svg.map(|svg| Figure { name, svg, caption })
+}

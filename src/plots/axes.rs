@@ -1,328 +1,247 @@
-//! What several figures draw: axes, lines, marks that differ in shape, heat maps and their colour bars, legends.
+//! A chart with linear axes, and what is drawn in it: lines, bands, marks that differ in shape, heat maps.
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
+use super::canvas::{
+    Area, BOLD, CENTRED, Canvas, Letters, Spot, TO_THE_LEFT, circle, fill, polyline, rectangle,
+    solid, stroke,
+};
+use super::colours::{Colour, FAINT, INK, PAPER, SERIES, WHITE, round_step};
+use super::readings::Spread;
 
-use super::colours::{SERIES, Scale};
-use super::sheet::{Area, Chart, Drawn, FAINT, INK, PAPER, SOFT, anchored, font, px};
+/// What tick labels and axis labels take beside and below a chart (px).
+const LEFT: f64 = 56.0;
+const BOTTOM: f64 = 42.0;
+/// What is left free on the right, and above; with a heading more (px).
+const RIGHT: f64 = 14.0;
+const TOP: f64 = 6.0;
+const HEADING: f64 = 18.0;
+/// Ticks are at least this far apart (px): numbers beside one another need more than stacked ones.
+const TICK_ACROSS: f64 = 55.0;
+const TICK_UP: f64 = 34.0;
+/// Opacity of bands: several may lie above one another.
+pub(super) const BAND: f64 = 0.16;
 
-/// What an axis says and how far it goes.
-#[derive(Clone, Copy)]
-pub(super) struct Axis<'a> {
-    pub(super) label: &'a str,
-    pub(super) from: f64,
-    pub(super) to: f64,
+/// What an axis says, and the values at its ends: left and right, or below and above. Depth grows downwards.
+pub(super) type Axis<'a> = (&'a str, (f64, f64));
+
+/// A rectangle of the sheet with linear coordinates, x to the right and y upwards.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chart {
+    pub(super) area: Area,
+    /// Values at the left and right edge.
+    pub(super) x: (f64, f64),
+    /// Values at the lower and upper edge.
+    pub(super) y: (f64, f64),
 }
 
-/// A frame with axes; a heading goes above it. `from` may be larger than `to`: depth grows downwards.
-pub(super) fn axes<'a, 'b>(
-    area: &'a Area<'b>,
-    heading: &str,
-    x: Axis,
-    y: Axis,
-) -> Drawn<Chart<'a, 'b>> {
-    let mut chart = ChartBuilder::on(area)
-        .margin_top(px(if heading.is_empty() { 6.0 } else { 24.0 }))
-        .margin_right(px(14.0))
-        .margin_left(px(4.0))
-        .margin_bottom(px(4.0))
-        .x_label_area_size(px(38.0))
-        .y_label_area_size(px(50.0))
-        .build_cartesian_2d(x.from..x.to, y.from..y.to)?;
-    let (width, height) = chart.plotting_area().dim_in_pixel();
-    let labels =
-        |length: u32, each: f64| (f64::from(length) / f64::from(px(each))).max(2.0) as usize;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .axis_style(INK.stroke_width(px(0.75).unsigned_abs()))
-        .set_all_tick_mark_size(px(4.0))
-        .x_labels(labels(width, 55.0))
-        .y_labels(labels(height, 34.0))
-        .x_label_formatter(&|value| tick(*value))
-        .y_label_formatter(&|value| tick(*value))
-        .label_style(font(11.0, INK))
-        .axis_desc_style(font(12.0, INK))
-        .x_desc(x.label)
-        .y_desc(y.label)
-        .draw()?;
-    if !heading.is_empty() {
-        let (xs, _) = chart.plotting_area().get_pixel_range();
-        let (left, _) = area.get_pixel_range();
-        area.draw(&Text::new(
-            heading.to_owned(),
-            (xs.start - left.start, px(5.0)),
-            super::sheet::bold(12.0, INK),
-        ))?;
+impl Chart {
+    /// A chart that fills an area, axes included; a heading goes above it.
+    pub(super) fn draw(canvas: &mut Canvas, area: Area, heading: &str, [x, y]: [Axis; 2]) -> Chart {
+        let heading_px = if heading.is_empty() { 0.0 } else { HEADING };
+        let chart = Chart {
+            area: area.inset([LEFT, TOP + heading_px, RIGHT, BOTTOM]),
+            x: x.1,
+            y: y.1,
+        };
+        chart.axes(canvas, heading, x.0, y.0);
+        chart
     }
-    Ok(chart)
+
+    /// The place of a point.
+    pub(super) fn at(&self, (x, y): (f64, f64)) -> Spot {
+        let part = |value: f64, (from, to): (f64, f64)| (value - from) / (to - from);
+        let right = self.area.width * part(x, self.x);
+        let up = self.area.height * part(y, self.y);
+        (self.area.left + right, self.area.bottom() - up)
+    }
+
+    /// Round values along x and along y, each with its place along that axis (px). To one scale they have one step, unless that leaves too few.
+    fn ticks(&self) -> [Vec<(f64, f64)>; 2] {
+        let least = |(from, to): (f64, f64), px: f64, apart: f64| (to - from).abs() * apart / px;
+        let across = least(self.x, self.area.width, TICK_ACROSS);
+        let upwards = least(self.y, self.area.height, TICK_UP);
+        let is_one_scale = (across / TICK_ACROSS - upwards / TICK_UP).abs() < 1e-9 * across;
+        let is_high = (self.y.1 - self.y.0).abs() > 3.0 * across;
+        let upwards = if is_one_scale && is_high {
+            across
+        } else {
+            upwards
+        };
+        let at_x = |value: f64| (self.at((value, self.y.0)).0, value);
+        let at_y = |value: f64| (self.at((self.x.0, value)).1, value);
+        [
+            multiples(self.x, round_step(across)).map(at_x).collect(),
+            multiples(self.y, round_step(upwards)).map(at_y).collect(),
+        ]
+    }
+
+    /// The axes with their ticks and labels, and a heading above.
+    pub(super) fn axes(&self, canvas: &mut Canvas, heading: &str, x_label: &str, y_label: &str) {
+        let (area, right, bottom) = (self.area, self.area.right(), self.area.bottom());
+        let (left, top) = (area.left, area.top);
+        let mut lines = format!("M{left:.1} {top:.1}V{bottom:.1}H{right:.1}");
+        let [across, upwards] = self.ticks();
+        let letters = Letters::new(11.0, INK).with(CENTRED);
+        for (x, value) in across {
+            lines += &format!("M{x:.1} {bottom:.1}v4");
+            canvas.text((x, bottom + 12.0), &number(value), &letters);
+        }
+        let letters = Letters::new(11.0, INK).with(TO_THE_LEFT);
+        for (y, value) in upwards {
+            lines += &format!("M{left:.1} {y:.1}h-4");
+            canvas.text((left - 7.0, y), &number(value), &letters);
+        }
+        canvas.path(&lines, &solid(INK, 0.8));
+        let label = Letters::new(12.0, INK);
+        canvas.text((left, top - 13.0), heading, &label.clone().with(BOLD));
+        let (x, y) = (left + area.width / 2.0, top + area.height / 2.0);
+        canvas.text_upwards((left - 43.0, y), y_label, label.clone());
+        canvas.text((x, bottom + 31.0), x_label, &label.with(CENTRED));
+    }
+
+    /// White ground, framed, with a grid through the ticks.
+    pub(super) fn grid(&self, canvas: &mut Canvas) {
+        let Area {
+            left,
+            top,
+            width,
+            height,
+        } = self.area;
+        let [across, upwards] = self.ticks();
+        let upright = across
+            .iter()
+            .map(|(x, _)| format!("M{x:.1} {top:.1}v{height:.1}"));
+        let level = upwards
+            .iter()
+            .map(|(y, _)| format!("M{left:.1} {y:.1}h{width:.1}"));
+        self.ground(canvas, &fill(WHITE, 1.0));
+        canvas.path(
+            &upright.chain(level).collect::<String>(),
+            &solid(FAINT, 0.8),
+        );
+        self.ground(canvas, &solid(INK, 0.8));
+    }
+
+    /// All of it in one look.
+    pub(super) fn ground(&self, canvas: &mut Canvas, look: &str) {
+        let (left, top) = (self.area.left, self.area.top);
+        let path = rectangle((left, top), (self.area.right(), self.area.bottom()));
+        canvas.path(&path, look);
+    }
+
+    /// A line through points.
+    pub(super) fn line(
+        &self,
+        canvas: &mut Canvas,
+        points: impl IntoIterator<Item = (f64, f64)>,
+        look: &str,
+    ) {
+        canvas.path(
+            &polyline(points.into_iter().map(|point| self.at(point))),
+            look,
+        );
+    }
+
+    /// The area between the ends of spreads over rising abscissas.
+    pub(super) fn band(&self, canvas: &mut Canvas, spreads: &[(f64, Spread)], look: &str) {
+        let low = spreads.iter().map(|(x, spread)| (*x, spread.low));
+        let high = spreads.iter().rev().map(|(x, spread)| (*x, spread.high));
+        self.line(canvas, low.chain(high), look);
+    }
+
+    /// Marks at points, their shape and colour by number; hollow marks say "not part of the fit". What lies beyond the chart is left out.
+    pub(super) fn marks(
+        &self,
+        canvas: &mut Canvas,
+        points: impl IntoIterator<Item = (f64, f64)>,
+        (series, is_hollow): (usize, bool),
+        size: f64,
+    ) {
+        let within = |value: f64, (from, to): (f64, f64)| (value - from) * (value - to) <= 0.0;
+        let inside = |(x, y): &(f64, f64)| within(*x, self.x) && within(*y, self.y);
+        let marks = points.into_iter().filter(inside);
+        let path: String = marks
+            .map(|point| mark(self.at(point), series, size))
+            .collect();
+        canvas.path(&path, &mark_look(series, is_hollow));
+    }
+
+    /// A heat map: cells row by row, each in one of the colours, or none; `corners` of a cell by its row and column.
+    pub(super) fn cells(
+        &self,
+        canvas: &mut Canvas,
+        rows: std::slice::Chunks<Option<usize>>,
+        colours: &[Colour],
+        corners: impl Fn(usize, usize) -> [(f64, f64); 2],
+    ) {
+        // Neighbours in a row with one colour are one rectangle, and all rectangles of one colour one path.
+        let mut paths = vec![String::new(); colours.len()];
+        for (row, cells) in rows.enumerate() {
+            let mut column = 0;
+            for run in cells.chunk_by(|left, right| left == right) {
+                let [from, _] = corners(row, column);
+                column += run.len();
+                let [_, to] = corners(row, column - 1);
+                if let Some(colour) = run[0] {
+                    paths[colour] += &rectangle(self.at(from), self.at(to));
+                }
+            }
+        }
+        // Crisp, or neighbours would show seams.
+        for (path, colour) in paths.iter().zip(colours) {
+            canvas.path(
+                path,
+                &(fill(*colour, 1.0) + r#" shape-rendering="crispEdges""#),
+            );
+        }
+    }
 }
 
-/// A tick's number without idle zeros, and never `-0`.
-fn tick(value: f64) -> String {
+/// The multiples of a step between two values.
+fn multiples((from, to): (f64, f64), step: f64) -> impl Iterator<Item = f64> {
+    let (first, last) = (from.min(to) / step - 1e-6, from.max(to) / step + 1e-6);
+    let numbers = first.ceil() as i64..=last.floor() as i64;
+    numbers.map(move |number| number as f64 * step)
+}
+
+/// A number without idle zeros, and never `-0`.
+pub(super) fn number(value: f64) -> String {
     let text = format!("{value:.3}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" {
-        "0".into()
-    } else {
-        text.into()
-    }
+    if text == "-0" { "0" } else { text }.to_owned()
 }
 
-/// How a line looks where colour does not show.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stroke {
-    Solid,
-    Dashed,
-}
-
-/// A line through points, those outside the frame cut off by leaving them out.
-pub(super) fn line(
-    chart: &mut Chart,
-    points: &[(f64, f64)],
-    colour: RGBColor,
-    width: f64,
-    stroke: Stroke,
-) -> Drawn {
-    let style = colour.stroke_width(px(width).unsigned_abs());
-    let points = points.iter().copied();
-    match stroke {
-        Stroke::Solid => chart.draw_series(LineSeries::new(points, style))?,
-        Stroke::Dashed => {
-            chart.draw_series(DashedLineSeries::new(points, px(5.0), px(3.0), style))?
-        }
-    };
-    Ok(())
-}
-
-/// The area between two curves over the same abscissas.
-pub(super) fn band(chart: &mut Chart, edges: &[(f64, f64, f64)], colour: RGBAColor) -> Drawn {
-    if edges.len() < 2 {
-        return Ok(());
-    }
-    let mut outline: Vec<(f64, f64)> = edges.iter().map(|&(x, low, _)| (x, low)).collect();
-    outline.extend(edges.iter().rev().map(|&(x, _, high)| (x, high)));
-    chart.draw_series(std::iter::once(Polygon::new(outline, colour.filled())))?;
-    Ok(())
-}
-
-/// Corners of the marks and how far they reach, so that equal areas look equally heavy; no corners: a disc.
-const SHAPES: [(&[(f64, f64)], f64); 7] = [
-    (&[], 1.0),
-    (&[(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)], 0.89),
-    (&[(0.0, -1.2), (1.04, 0.6), (-1.04, 0.6)], 1.2),
-    (&[(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)], 1.25),
-    (&[(0.0, 1.2), (1.04, -0.6), (-1.04, -0.6)], 1.2),
+/// Corners of the marks, x and y in turn, over their size, so that all look equally heavy; no corners: a disc.
+const SHAPES: [&[f64]; 7] = [
+    &[],
+    &[-0.89, -0.89, 0.89, -0.89, 0.89, 0.89, -0.89, 0.89],
+    &[0.0, -1.44, 1.25, 0.72, -1.25, 0.72],
+    &[0.0, -1.25, 1.25, 0.0, 0.0, 1.25, -1.25, 0.0],
+    &[0.0, 1.44, 1.25, -0.72, -1.25, -0.72],
     // A plus.
-    (
-        &[
-            (-0.4, -1.2),
-            (0.4, -1.2),
-            (0.4, -0.4),
-            (1.2, -0.4),
-            (1.2, 0.4),
-            (0.4, 0.4),
-            (0.4, 1.2),
-            (-0.4, 1.2),
-            (-0.4, 0.4),
-            (-1.2, 0.4),
-            (-1.2, -0.4),
-            (-0.4, -0.4),
-        ],
-        1.0,
-    ),
+    &[
+        -0.4, -1.2, 0.4, -1.2, 0.4, -0.4, 1.2, -0.4, 1.2, 0.4, 0.4, 0.4, 0.4, 1.2, -0.4, 1.2, -0.4,
+        0.4, -1.2, 0.4, -1.2, -0.4, -0.4, -0.4,
+    ],
     // An hourglass.
-    (&[(-1.0, -1.1), (1.0, -1.1), (-1.0, 1.1), (1.0, 1.1)], 1.1),
+    &[-1.1, -1.21, 1.1, -1.21, -1.1, 1.21, 1.1, 1.21],
 ];
 
-/// A mark at a place, its shape by number; hollow marks say "not part of the fit".
-pub(super) fn mark(
-    chart: &mut Chart,
-    (x, y): (f64, f64),
-    series: usize,
-    size: f64,
-    hollow: bool,
-) -> Drawn {
-    let centre = chart.backend_coord(&(x, y));
-    let area = chart.plotting_area().strip_coord_spec();
-    let (xs, ys) = area.get_pixel_range();
-    mark_at(
-        &area,
-        (centre.0 - xs.start, centre.1 - ys.start),
-        series,
-        size,
-        hollow,
-    )
-}
-
-fn mark_at(area: &Area, at: (i32, i32), series: usize, size: f64, hollow: bool) -> Drawn {
-    let colour = SERIES[series % SERIES.len()];
-    // Equal areas look equally heavy.
-    let (corners, reach) = SHAPES[series % SHAPES.len()];
-    let line = colour.stroke_width(px(1.2).unsigned_abs());
+/// The path of one mark.
+pub(super) fn mark((x, y): Spot, series: usize, size: f64) -> String {
+    let corners = SHAPES[series % SHAPES.len()];
     if corners.is_empty() {
-        let radius = px(size * reach);
-        if hollow {
-            area.draw(&Circle::new(at, radius, PAPER.filled()))?;
-            return area.draw(&Circle::new(at, radius, line));
-        }
-        return area.draw(&Circle::new(at, radius, colour.filled()));
+        return circle((x, y), size);
     }
-    let mut outline: Vec<(i32, i32)> = corners
-        .iter()
-        .map(|(x, y)| (at.0 + px(x * size * reach), at.1 + px(y * size * reach)))
-        .collect();
-    if !hollow {
-        return area.draw(&Polygon::new(outline, colour.filled()));
-    }
-    area.draw(&Polygon::new(outline.clone(), PAPER.filled()))?;
-    outline.push(outline[0]);
-    outline.push(outline[1]);
-    area.draw(&PathElement::new(outline, line))
+    let corners = corners.chunks(2);
+    polyline(corners.map(|corner| (x + size * corner[0], y + size * corner[1]))) + "z"
 }
 
-/// A vertical bar through a mark: an interval.
-pub(super) fn bar(chart: &mut Chart, x: f64, (low, high): (f64, f64), colour: RGBColor) -> Drawn {
-    let style = colour.stroke_width(px(0.8).unsigned_abs());
-    chart.draw_series(std::iter::once(PathElement::new(
-        vec![(x, low), (x, high)],
-        style,
-    )))?;
-    Ok(())
-}
-
-/// One entry of a legend.
-pub(super) enum Sign {
-    Mark { series: usize, hollow: bool },
-    Line(RGBColor, Stroke),
-    Patch(RGBAColor),
-    Nothing,
-}
-
-/// Entries one below the other, from a place (px) in the area.
-pub(super) fn legend(area: &Area, (x, y): (f64, f64), entries: &[(Sign, String)]) -> Drawn {
-    for (index, (sign, text)) in entries.iter().enumerate() {
-        let middle = y + 18.0 * index as f64;
-        match sign {
-            Sign::Mark { series, hollow } => {
-                mark_at(area, (px(x + 11.0), px(middle)), *series, 3.6, *hollow)?;
-            }
-            Sign::Line(colour, stroke) => {
-                let style = colour.stroke_width(px(1.8).unsigned_abs());
-                let pieces: &[(f64, f64)] = match stroke {
-                    Stroke::Solid => &[(0.0, 22.0)],
-                    Stroke::Dashed => &[(0.0, 6.0), (8.0, 14.0), (16.0, 22.0)],
-                };
-                for (from, to) in pieces {
-                    let ends = vec![(px(x + from), px(middle)), (px(x + to), px(middle))];
-                    area.draw(&PathElement::new(ends, style))?;
-                }
-            }
-            Sign::Patch(colour) => {
-                let corners = [(px(x), px(middle - 6.0)), (px(x + 22.0), px(middle + 6.0))];
-                area.draw(&Rectangle::new(corners, colour.filled()))?;
-            }
-            Sign::Nothing => {}
-        }
-        let indent = if matches!(sign, Sign::Nothing) {
-            0.0
-        } else {
-            30.0
-        };
-        area.draw(&Text::new(
-            text.clone(),
-            (px(x + indent), px(middle)),
-            anchored(font(12.0, INK), HPos::Left, VPos::Center),
-        ))?;
-    }
-    Ok(())
-}
-
-/// The steps of a colour scale, upright, with their edges; from a place (px) in the area, so high (px).
-pub(super) fn colour_bar(
-    area: &Area,
-    (x, y): (f64, f64),
-    height: f64,
-    label: &str,
-    scale: &Scale,
-) -> Drawn {
-    let step_height = height / scale.steps as f64;
-    let bottom = y + height;
-    for step in 0..scale.steps {
-        let (low, high) = (
-            bottom - step_height * step as f64,
-            bottom - step_height * (step + 1) as f64,
-        );
-        let corners = [(px(x), px(high)), (px(x + 16.0), px(low))];
-        area.draw(&Rectangle::new(corners, scale.colour(step).filled()))?;
-    }
-    let outline = [(px(x), px(y)), (px(x + 16.0), px(bottom))];
-    area.draw(&Rectangle::new(
-        outline,
-        SOFT.stroke_width(px(0.75).unsigned_abs()),
-    ))?;
-    for step in 0..=scale.steps {
-        area.draw(&Text::new(
-            signed_tick(scale.edge(step), scale.low < 0.0),
-            (px(x + 22.0), px(bottom - step_height * step as f64)),
-            anchored(font(10.5, INK), HPos::Left, VPos::Center),
-        ))?;
-    }
-    area.draw(&Text::new(
-        label.to_owned(),
-        (px(x), px(y - 12.0)),
-        anchored(font(12.0, INK), HPos::Left, VPos::Center),
-    ))
-}
-
-fn signed_tick(value: f64, signed: bool) -> String {
-    let text = tick(value);
-    if signed && value > 0.0 {
-        format!("+{text}")
+/// The look of the marks of one series.
+pub(super) fn mark_look(series: usize, is_hollow: bool) -> String {
+    let colour = SERIES[series % SERIES.len()];
+    if is_hollow {
+        fill(PAPER, 1.0) + &stroke(colour, 1.2)
     } else {
-        text
+        fill(colour, 1.0)
     }
-}
-
-/// Cells of a heat map, a colour at a time; neighbours in a row with the same step become one.
-pub(super) fn cells(
-    chart: &mut Chart,
-    scale: &Scale,
-    rows: impl Iterator<Item = Vec<Option<Cell>>>,
-) -> Drawn {
-    let mut joined: Vec<Cell> = Vec::new();
-    for row in rows {
-        let mut open: Option<Cell> = None;
-        for cell in row.into_iter().chain([None]) {
-            open = match (open, cell) {
-                (Some(left), Some(right)) if left.step == right.step => Some(Cell {
-                    to: right.to,
-                    ..left
-                }),
-                (left, right) => {
-                    joined.extend(left);
-                    right
-                }
-            };
-        }
-    }
-    joined.sort_by_key(|cell| cell.step);
-    chart.draw_series(joined.into_iter().map(|cell| {
-        let colour = scale.colour(cell.step);
-        Rectangle::new([cell.from, cell.to], colour.filled())
-    }))?;
-    Ok(())
-}
-
-/// One cell of a heat map, from corner to corner.
-#[derive(Clone, Copy)]
-pub(super) struct Cell {
-    pub(super) from: (f64, f64),
-    pub(super) to: (f64, f64),
-    pub(super) step: usize,
-}
-
-/// Where nothing was measured.
-pub(super) fn ground(chart: &mut Chart) -> Drawn {
-    chart.plotting_area().fill(&FAINT)
 }

@@ -1,143 +1,116 @@
-//! The figures of a calibration: expansion, profiles in similarity coordinates, residuals of the fit, near-field lobes.
+//! The figures of `plan calibrate`: expansion, profiles in similarity coordinates, what the jet leaves, and the near field.
 
 use airflow::Jet;
-use diagnosis::calibrate::{Calibration, DroneFit, FittedJet};
+use diagnosis::calibrate::{Calibration, DroneFit};
 use diagnosis::forward::simulate::simulate;
 use diagnosis::record::recording::Recording;
 use rayon::prelude::*;
 
-use super::Figure;
-use super::expansion::{self, Expansion, Uncertainty};
-use super::near_field::{self, Lobe};
-use super::profiles::{self, Profile, ProfileSeries, Words};
+use super::expansion::{self, Expansion};
+use super::figure;
+use super::profiles::{self, Profile, Words};
 use super::readings::{Reading, Spread};
-use super::residual_map;
-use super::simulation::{drones, slices, speed_readings};
+use super::residual_map::ResidualMap;
+use super::simulation::speed_readings;
+use crate::report::Figure;
 use crate::report::words::count;
 
 /// Distance over half-width that the profiles show.
 const WIDEST_XI: f64 = 4.0;
-/// Half a 95 % interval of a normal distribution over its standard deviation.
-const HALF_95: f64 = 1.96;
 
-/// The expansion figure first.
+/// Every figure that the calibration allows, the expansion first.
 pub(crate) fn draw(name: &str, found: &Calibration, recordings: &[Recording]) -> Vec<Figure> {
-    [
-        expansion_of(name, found),
-        profiles_of(name, found),
-        residuals_of(name, found, recordings),
-        lobes_of(name, found),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
-}
-
-fn uncertainty(jet: &FittedJet) -> Uncertainty {
-    let correlation = &jet.correlation;
-    Uncertainty {
-        deviations: [jet.centreline, jet.spreading, jet.origin]
-            .map(|estimate| (estimate.interval.high - estimate.interval.low) / (2.0 * HALF_95)),
-        correlations: [
-            correlation.centreline_spreading,
-            correlation.centreline_origin,
-            correlation.spreading_origin,
-        ],
-    }
-}
-
-fn expansion_of(name: &str, found: &Calibration) -> Option<Figure> {
-    let svg = expansion::draw(&Expansion {
-        title: &format!("Half-width and centreline against depth: {name}"),
-        subtitle: "marks: each slice of each drone fitted alone, with 95 % intervals; curves: one jet for all drones without cant",
-        drones: &drones(found),
-        slices: &slices(found),
+    let expansion = expansion::draw(&Expansion {
+        title: (
+            &format!("Half-width and centreline against depth: {name}"),
+            "marks: each slice of each drone fitted alone, with 95 % intervals; curves: one jet for all drones without cant",
+        ),
+        found,
         jet: (&found.jet.jet(), "calibrated"),
-        uncertainty: Some(&uncertainty(&found.jet)),
-        other: Some((&Jet::default(), "the paper")),
-    })?;
-    Some(Figure {
-        name: "expansion".into(),
-        svg,
-        caption: "The paper's expansion figure. Solid: the calibrated jet with the 95 % band of its constants; dashed: the paper's. Canted drones are hollow and not in the fit. A slice's own gain of the probe (5 % by its stated accuracy) moves its centreline up or down, not its half-width.".into(),
-    })
+        has_band: true,
+        other: (&Jet::default(), "the paper"),
+    });
+    let title = format!("Near field: the rotors' jets merge: {name}");
+    let slices = "two maxima fitted along the body's y axis, slice by slice, with 95 % intervals";
+    let near_field = expansion::near_field((&title, slices), &found.drones);
+    let figures = [
+        figure(
+            "expansion",
+            expansion,
+            "The paper's expansion figure. Solid: the calibrated jet with the 95 % band of its constants; dashed: the paper's. Canted drones are hollow and not in the fit. A slice's own gain of the probe (5 % by its stated accuracy) moves its centreline up or down, not its half-width.",
+        ),
+        figure(
+            "profiles",
+            profiles_of(name, found),
+            "Medians per radius with the band of 16 to 84 % of the readings (one standard deviation). Nothing is subtracted: a speed probe also reads radial and ambient speed, so readings stand above the curve far out. Hollow: not in the fit.",
+        ),
+        figure(
+            "residuals",
+            residuals_of(name, found, recordings),
+            "Median of recorded minus simulated with the calibrated jet in each cell, as the recordings declare the simulation; the gain of the probe in single flights is not taken off.",
+        ),
+        figure(
+            "near-field",
+            near_field,
+            "Distance delta of the two maxima from the axis. Where it falls to the width of the maxima they are one.",
+        ),
+    ];
+    figures.into_iter().flatten().collect()
 }
 
-fn profiles_of(name: &str, found: &Calibration) -> Option<Figure> {
+fn profiles_of(name: &str, found: &Calibration) -> Option<String> {
     let jet = found.jet.jet();
-    let panels: Vec<Profile> = found
-        .drones
-        .iter()
-        .filter_map(|drone| panel(drone, &jet))
-        .collect();
-    let marks =
-        ["shallowest slice", "slice between", "deepest slice"].map(|mark| (mark.to_owned(), false));
+    let drones = found.drones.iter();
+    let panels: Vec<Profile> = drones.filter_map(|drone| panel(drone, &jet)).collect();
     let words = Words {
-        title: &format!("Radial profiles over the calibrated jet: {name}"),
-        subtitle: "each drone's far field, distances over r_half and speeds over U_C of the calibrated jet at that depth",
+        title: (
+            &format!("Radial profiles over the calibrated jet: {name}"),
+            "each drone's far field, distances over r_half and speeds over U_C of the calibrated jet at that depth",
+        ),
         x: "distance from the axis over half-width xi",
         y: "speed / U_C",
-        marks: &marks,
+        marks: &["shallowest slice", "slice between", "deepest slice"],
         curve: "the jet's profile",
     };
-    let svg = profiles::draw(&words, &panels)?;
-    Some(Figure {
-        name: "profiles".into(),
-        svg,
-        caption: "Medians per radius with the band of 16 to 84 % of the readings (one standard deviation). Nothing is subtracted: a speed probe also reads radial and ambient speed, so readings stand above the curve far out. Hollow: not in the fit.".into(),
-    })
+    profiles::draw(&words, &panels)
 }
 
 /// Shallowest, middle and deepest far-field slice of a drone; `None` without any.
 fn panel(drone: &DroneFit, jet: &Jet) -> Option<Profile> {
-    let far: Vec<_> = drone
-        .profiles
-        .iter()
-        .filter(|profile| profile.fit.is_some())
-        .collect();
+    let slices = drone.profiles.iter();
+    let far: Vec<_> = slices.filter(|profile| profile.fit.is_some()).collect();
     let last = far.len().checked_sub(1)?;
     let mut chosen = vec![(0, far[0]), (1, far[last / 2]), (2, far[last])];
     chosen.dedup_by(|a, b| std::ptr::eq(a.1, b.1));
-    let series: Vec<ProfileSeries> = chosen
-        .iter()
-        .map(|(mark, profile)| {
-            let sigma = profile.s_over_l - jet.origin;
-            let (half_width, centreline) = (jet.spreading * sigma, jet.centreline / sigma);
-            let points = profile.bins.iter().map(|bin| {
-                let spread = Spread {
-                    median: bin.median / centreline,
-                    low: bin.low / centreline,
-                    high: bin.high / centreline,
-                };
-                (bin.r_over_l / half_width, spread)
-            });
-            ProfileSeries {
-                mark: *mark,
-                hollow: !drone.in_fit,
-                points: points.filter(|(xi, _)| *xi <= WIDEST_XI).collect(),
-            }
-        })
-        .collect();
+    let series = chosen.iter().map(|(mark, profile)| {
+        let sigma = profile.s_over_l - jet.origin;
+        let (half_width, centreline) = (jet.spreading * sigma, jet.centreline / sigma);
+        let points = profile.bins.iter().map(|bin| {
+            let [low, median, high] =
+                [bin.low, bin.median, bin.high].map(|speed| speed / centreline);
+            (bin.r_over_l / half_width, Spread::new(low, median, high))
+        });
+        let shown = points.filter(|(xi, _)| *xi <= WIDEST_XI);
+        ((*mark, !drone.in_fit), shown.collect())
+    });
     let curve = (0..=60).map(|i| {
         let xi = WIDEST_XI * f64::from(i) / 60.0;
-        (
-            xi,
-            (1.0 + (std::f64::consts::SQRT_2 - 1.0) * xi * xi).powi(-2),
-        )
+        let widening = 1.0 + (std::f64::consts::SQRT_2 - 1.0) * xi * xi;
+        (xi, widening.powi(-2))
     });
-    let depths: Vec<String> = chosen
+    let depths = chosen
         .iter()
-        .map(|(_, profile)| format!("{:.1}", profile.s_over_l))
-        .collect();
+        .map(|(_, profile)| format!("{:.1}", profile.s_over_l));
+    let depths = depths.collect::<Vec<_>>().join(", ");
     Some(Profile {
-        heading: format!("{}, s/l = {}", drone.airframe, depths.join(", ")),
-        series,
+        heading: format!("{}, s/l = {depths}", drone.airframe),
+        series: series.collect(),
         curve: curve.collect(),
     })
 }
 
 /// What the fitted jet leaves of the readings of the drones in the fit, through the same observation operator.
-fn residuals_of(name: &str, found: &Calibration, recordings: &[Recording]) -> Option<Figure> {
+fn residuals_of(name: &str, found: &Calibration, recordings: &[Recording]) -> Option<String> {
     let jet = found.jet.jet();
     let readings: Vec<Vec<Reading>> = recordings
         .par_iter()
@@ -153,44 +126,9 @@ fn residuals_of(name: &str, found: &Calibration, recordings: &[Recording]) -> Op
         })
         .collect();
     let readings = readings.concat();
-    let svg = residual_map::draw(
-        &format!("What the calibrated jet leaves: {name}"),
-        &format!(
-            "{} below drones without cant",
-            count(readings.len(), "reading", "readings")
-        ),
-        ("U_H", "the instrument's stated accuracy"),
-        &readings,
-        &jet,
-    )?;
-    Some(Figure {
-        name: "residuals".into(),
-        svg,
-        caption: "Median of recorded minus simulated with the calibrated jet in each cell, as the recordings declare the simulation; the gain of the probe in single flights is not taken off.".into(),
-    })
-}
-
-fn lobes_of(name: &str, found: &Calibration) -> Option<Figure> {
-    let mut lobes = Vec::new();
-    for (drone, of) in found.drones.iter().enumerate() {
-        for lobe in &of.lobes {
-            lobes.push(Lobe {
-                drone,
-                s_over_l: lobe.s_over_l,
-                delta_over_l: lobe.delta.value,
-                interval: Some((lobe.delta.interval.low, lobe.delta.interval.high)),
-            });
-        }
-    }
-    let svg = near_field::draw(
-        &format!("Near field: the rotors' jets merge: {name}"),
-        "two maxima fitted along the body's y axis, slice by slice, with 95 % intervals",
-        &drones(found),
-        &lobes,
-    )?;
-    Some(Figure {
-        name: "near-field".into(),
-        svg,
-        caption: "Distance delta of the two maxima from the axis. Where it falls to the width of the maxima they are one.".into(),
-    })
+    let title = format!("What the calibrated jet leaves: {name}");
+    let number = count(readings.len(), "reading", "readings");
+    let subtitle = format!("{number} below drones without cant");
+    let unit = ("U_H", "the instrument's stated accuracy");
+    ResidualMap::of_readings((&title, &subtitle), unit, &readings, &jet).draw()
 }

@@ -1,50 +1,77 @@
-//! Colour maps that keep their order in grey print and for any common colour vision, in even steps.
+//! The one palette, and colour maps that keep their order in grey print and for any common colour vision, in even steps.
 
-use plotters::style::RGBColor;
+use std::fmt;
+
+/// Text and axes.
+pub(super) const INK: Colour = Colour(0x1f2933);
+/// Second to the ink.
+pub(super) const SOFT: Colour = Colour(0x52606d);
+/// Grid lines, places without samples.
+pub(super) const FAINT: Colour = Colour(0xdde1e6);
+/// The sheet itself.
+pub(super) const PAPER: Colour = Colour(0xfcfcfa);
+/// The ground of a room.
+pub(super) const WHITE: Colour = Colour(0xffffff);
+/// Wakes.
+pub(super) const AIR: Colour = Colour(0x2b7bba);
+/// The worst air of a plan.
+pub(super) const WORST: Colour = Colour(0xb3243b);
+/// Solids, and their edges.
+pub(super) const SOLID: Colour = Colour(0xc3cad2);
+/// Edges of solids.
+pub(super) const SOLID_EDGE: Colour = Colour(0x7b8794);
+/// Zones with an air limit.
+pub(super) const ZONE: Colour = Colour(0xe8a33d);
+/// Edges and names of such zones.
+pub(super) const ZONE_EDGE: Colour = Colour(0x8a5a10);
+
+/// Lines and marks of several drones, told apart by shape or dashes as well: Paul Tol's "muted" (personal.sron.nl/~pault), the seven
+/// that stand out most on a light sheet.
+pub(super) const SERIES: [Colour; 7] = [
+    Colour(0x332288),
+    Colour(0x117733),
+    Colour(0x882255),
+    Colour(0xcc6677),
+    Colour(0x999933),
+    Colour(0x44aa99),
+    Colour(0xaa4499),
+];
 
 /// "viridis" of S. van der Walt and N. Smith (matplotlib 1.5, 2015, CC0) at 0, 0.1, ... 1: dark is slow, light is fast, perceived
 /// lightness rises evenly.
-const VIRIDIS: [(u8, u8, u8); 11] = [
-    (0x44, 0x01, 0x54),
-    (0x48, 0x25, 0x76),
-    (0x41, 0x44, 0x87),
-    (0x35, 0x60, 0x8D),
-    (0x2A, 0x78, 0x8E),
-    (0x21, 0x90, 0x8C),
-    (0x22, 0xA8, 0x84),
-    (0x43, 0xBF, 0x71),
-    (0x7A, 0xD1, 0x51),
-    (0xBB, 0xDF, 0x27),
-    (0xFD, 0xE7, 0x25),
+const VIRIDIS: [u32; 11] = [
+    0x440154, 0x482576, 0x414487, 0x35608d, 0x2a788e, 0x21908c, 0x22a884, 0x43bf71, 0x7ad151,
+    0xbbdf27, 0xfde725,
 ];
 
 /// "RdBu" of C. Brewer (colorbrewer2.org, 11 classes, marked as safe for colour-blind readers), turned round: blue is below, red is
 /// above, white is none.
-const BLUE_TO_RED: [(u8, u8, u8); 11] = [
-    (0x05, 0x30, 0x61),
-    (0x21, 0x66, 0xAC),
-    (0x43, 0x93, 0xC3),
-    (0x92, 0xC5, 0xDE),
-    (0xD1, 0xE5, 0xF0),
-    (0xF7, 0xF7, 0xF7),
-    (0xFD, 0xDB, 0xC7),
-    (0xF4, 0xA5, 0x82),
-    (0xD6, 0x60, 0x4D),
-    (0xB2, 0x18, 0x2B),
-    (0x67, 0x00, 0x1F),
+const BLUE_TO_RED: [u32; 11] = [
+    0x053061, 0x2166ac, 0x4393c3, 0x92c5de, 0xd1e5f0, 0xf7f7f7, 0xfddbc7, 0xf4a582, 0xd6604d,
+    0xb2182b, 0x67001f,
 ];
 
-/// Lines and marks of several drones, told apart by shape as well: Paul Tol's "muted" (personal.sron.nl/~pault), the seven that
-/// stand out most on a light sheet.
-pub(super) const SERIES: [RGBColor; 7] = [
-    RGBColor(0x33, 0x22, 0x88),
-    RGBColor(0x11, 0x77, 0x33),
-    RGBColor(0x88, 0x22, 0x55),
-    RGBColor(0xCC, 0x66, 0x77),
-    RGBColor(0x99, 0x99, 0x33),
-    RGBColor(0x44, 0xAA, 0x99),
-    RGBColor(0xAA, 0x44, 0x99),
-];
+/// An sRGB colour, `0xrrggbb`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Colour(pub(super) u32);
+
+impl fmt::Display for Colour {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "#{:06x}", self.0)
+    }
+}
+
+impl Colour {
+    /// Between this colour (0) and another (1), channel by channel.
+    pub(super) fn towards(self, other: Colour, part: f64) -> Colour {
+        let channel = |colour: Colour, shift: u32| f64::from((colour.0 >> shift) & 0xff);
+        let mixed = |shift| {
+            let from = channel(self, shift);
+            ((from + part * (channel(other, shift) - from)).round() as u32) << shift
+        };
+        Colour(mixed(16) | mixed(8) | mixed(0))
+    }
+}
 
 /// A colour scale in even steps between two values.
 #[derive(Clone, Debug)]
@@ -52,7 +79,7 @@ pub(super) struct Scale {
     pub(super) low: f64,
     pub(super) high: f64,
     pub(super) steps: usize,
-    colours: &'static [(u8, u8, u8); 11],
+    colours: &'static [u32; 11],
 }
 
 impl Scale {
@@ -86,20 +113,15 @@ impl Scale {
         ((part * self.steps as f64).floor().max(0.0) as usize).min(self.steps - 1)
     }
 
-    pub(super) fn colour(&self, step: usize) -> RGBColor {
-        let part = if self.steps > 1 {
-            step as f64 / (self.steps - 1) as f64
-        } else {
-            0.5
-        };
-        let place = part * (self.colours.len() - 1) as f64;
-        let below = (place.floor() as usize).min(self.colours.len() - 2);
-        let share = place - below as f64;
-        let ((r0, g0, b0), (r1, g1, b1)) = (self.colours[below], self.colours[below + 1]);
-        let between = |from: u8, to: u8| {
-            (f64::from(from) + share * (f64::from(to) - f64::from(from))).round() as u8
-        };
-        RGBColor(between(r0, r1), between(g0, g1), between(b0, b1))
+    /// The colour of a step, counted from 0.
+    pub(super) fn colour(&self, step: usize) -> Colour {
+        let last = self.colours.len() - 1;
+        let place = match self.steps {
+            1 => 0.5,
+            steps => step as f64 / (steps - 1) as f64,
+        } * last as f64;
+        let below = (place.floor() as usize).min(last - 1);
+        Colour(self.colours[below]).towards(Colour(self.colours[below + 1]), place - below as f64)
     }
 
     /// Lower edge of a step.
@@ -115,11 +137,10 @@ pub(super) fn round_step(value: f64) -> f64 {
     }
     let power = 10.0_f64.powf(value.log10().floor());
     let digits = value / power;
-    let round = [1.0, 2.0, 2.5, 5.0, 10.0]
+    let round = [1.0, 2.0, 2.5, 5.0]
         .into_iter()
-        .find(|step| *step >= digits - 1e-9)
-        .unwrap_or(10.0);
-    round * power
+        .find(|step| *step >= digits - 1e-9);
+    round.unwrap_or(10.0) * power
 }
 
 #[cfg(test)]
@@ -127,16 +148,16 @@ mod tests {
     use super::*;
 
     /// Relative luminance of sRGB (IEC 61966-2-1), which grey print keeps.
-    fn luminance(RGBColor(r, g, b): RGBColor) -> f64 {
-        let linear = |byte: u8| {
-            let part = f64::from(byte) / 255.0;
+    fn luminance(Colour(rgb): Colour) -> f64 {
+        let linear = |shift: u32| {
+            let part = f64::from((rgb >> shift) & 0xff) / 255.0;
             if part <= 0.04045 {
                 part / 12.92
             } else {
                 ((part + 0.055) / 1.055).powf(2.4)
             }
         };
-        0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b)
+        0.2126 * linear(16) + 0.7152 * linear(8) + 0.0722 * linear(0)
     }
 
     #[test]
@@ -154,6 +175,6 @@ mod tests {
         assert_eq!((scale.low, scale.step_of(0.0)), (-scale.high, 5));
         assert!(scale.high >= 0.37);
         assert_eq!(scale.step_of(f64::MAX), 10);
-        assert_eq!(scale.colour(5), RGBColor(0xF7, 0xF7, 0xF7));
+        assert_eq!(scale.colour(5), Colour(0xf7f7f7));
     }
 }

@@ -1,278 +1,219 @@
-//! The paper's expansion figure: half-width and centreline against depth, drone by drone, with the jet through them.
-
-use plotters::prelude::*;
+//! What calibrated slices of jets show against depth, drone by drone: half-width and centreline with the jet through them (the
+//! paper's expansion figure), and in the near field how the rotors' jets approach the axis.
+//!
+//! x: depth below the rotor plane over the motor distance; y: a length over the motor distance, or a speed over U_H.
 
 use airflow::{FAR_FIELD_FROM_S_OVER_L, Jet};
+use diagnosis::calibrate::{Calibration, DroneFit, Estimate, FittedJet, SliceFit};
 
-use super::axes::{Axis, Sign, Stroke, axes, band, bar, legend, line, mark};
-use super::colours::SERIES;
-use super::sheet::{Chart, Drawn, INK, SOFT, px, sheet};
+use super::axes::{BAND, Chart};
+use super::canvas::{Canvas, HEAD, dashed, fill, polyline, solid};
+use super::colours::{INK, SERIES, SOFT};
+use super::legend::{Entry, LINE, sheet};
+use super::readings::Spread;
 
 const WIDTH: f64 = 980.0;
-const HEIGHT: f64 = 540.0;
-const LEGEND: f64 = 92.0;
+const PANEL_HEIGHT: f64 = 380.0;
+const NEAR_WIDTH: f64 = 760.0;
 /// Points along a curve.
 const STEPS: usize = 60;
+const DEPTH: &str = "depth below the rotor plane s / l";
 
 /// What is drawn.
-#[derive(Clone, Debug)]
-pub(crate) struct Expansion<'a> {
-    pub(crate) title: &'a str,
-    pub(crate) subtitle: &'a str,
-    /// Drones, hollow where they are beside the fit.
-    pub(crate) drones: &'a [(String, bool)],
-    pub(crate) slices: &'a [ExpansionSlice],
+pub(super) struct Expansion<'a> {
+    pub(super) title: (&'a str, &'a str),
+    /// Its slices are the marks.
+    pub(super) found: &'a Calibration,
     /// The jet through them, and what the legend calls it.
-    pub(crate) jet: (&'a Jet, &'a str),
-    /// How well the jet is known, where that is known.
-    pub(crate) uncertainty: Option<&'a Uncertainty>,
+    pub(super) jet: (&'a Jet, &'a str),
+    /// Whether the band of the calibrated jet is drawn: where it is the jet through them.
+    pub(super) has_band: bool,
     /// Another jet to compare with, and its name.
-    pub(crate) other: Option<(&'a Jet, &'a str)>,
+    pub(super) other: (&'a Jet, &'a str),
 }
 
-/// Standard deviations of `B`, `S` and `s₀`, and the correlations of `B` with `S`, `B` with `s₀`, `S` with `s₀`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Uncertainty {
-    pub(crate) deviations: [f64; 3],
-    pub(crate) correlations: [f64; 3],
-}
+/// One estimate of each slice of a drone, by depth over the motor distance.
+type Slices = Vec<(f64, Estimate)>;
 
-impl Uncertainty {
-    /// Standard deviation of a quantity by its slopes in `B`, `S` and `s₀`, to first order.
-    fn of(&self, slopes: [f64; 3]) -> f64 {
-        let [b, s, origin] = [0, 1, 2].map(|i| slopes[i] * self.deviations[i]);
-        let [b_s, b_origin, s_origin] = self.correlations;
-        let variance = b * b
-            + s * s
-            + origin * origin
-            + 2.0 * (b * s * b_s + b * origin * b_origin + s * origin * s_origin);
-        variance.max(0.0).sqrt()
-    }
-}
-
-/// One slice of one drone's jet.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ExpansionSlice {
-    /// Which of the drones.
-    pub(crate) drone: usize,
-    pub(crate) s_over_l: f64,
-    pub(crate) half_width_over_l: f64,
-    pub(crate) centreline_over_u_h: f64,
-    /// 95 % intervals, where they are known.
-    pub(crate) half_width_interval: Option<(f64, f64)>,
-    pub(crate) centreline_interval: Option<(f64, f64)>,
-}
-
-/// A curve of the jet along its depth, and its slopes in `B`, `S` and `s₀`.
-#[derive(Clone, Copy)]
+/// A curve of the jet along its depth by its constants `B`, `S` and `s₀`, and the estimate of one slice that belongs to it.
 struct Law {
-    value: fn(&Jet, f64) -> f64,
-    slopes: fn(&Jet, f64) -> [f64; 3],
+    label: &'static str,
+    value: fn([f64; 3], f64) -> f64,
+    estimate: fn(&SliceFit) -> Estimate,
 }
 
 /// Eq. 6 of the paper.
 const HALF_WIDTH: Law = Law {
-    value: |jet, s| jet.spreading * (s - jet.origin),
-    slopes: |jet, s| [0.0, s - jet.origin, -jet.spreading],
+    label: "half-width r_half / l",
+    value: |[_, spreading, origin], s| spreading * (s - origin),
+    estimate: |slice| slice.half_width,
 };
 /// Eq. 5 of the paper.
 const CENTRELINE: Law = Law {
-    value: |jet, s| jet.centreline / (s - jet.origin),
-    slopes: |jet, s| {
-        let sigma = s - jet.origin;
-        [1.0 / sigma, 0.0, jet.centreline / (sigma * sigma)]
-    },
+    label: "centreline speed U_C / U_H",
+    value: |[centreline, _, origin], s| centreline / (s - origin),
+    estimate: |slice| slice.centreline,
 };
-/// Of a normal distribution: 95 % lie within so many standard deviations.
-const WITHIN_95: f64 = 1.96;
 
-/// `None` without slices.
-pub(crate) fn draw(figure: &Expansion) -> Option<String> {
-    let deepest = figure
-        .slices
-        .iter()
-        .map(|slice| slice.s_over_l)
-        .reduce(f64::max)?;
-    let s_to = (deepest * 1.06).max(FAR_FIELD_FROM_S_OVER_L + 1.0);
-    Some(sheet(
-        (WIDTH, HEIGHT),
-        figure.title,
-        figure.subtitle,
-        |area| {
-            let (signs, panels) = area.split_vertically(px(LEGEND));
-            key(&signs, figure)?;
-            let panels = panels.split_evenly((1, 2));
-            panel(
-                &panels[0],
-                figure,
-                s_to,
-                "half-width r_half / l",
-                HALF_WIDTH,
-                |slice| (slice.half_width_over_l, slice.half_width_interval),
-            )?;
-            panel(
-                &panels[1],
-                figure,
-                s_to,
-                "centreline speed U_C / U_H",
-                CENTRELINE,
-                |slice| (slice.centreline_over_u_h, slice.centreline_interval),
-            )
-        },
-    ))
+fn constants(jet: &Jet) -> [f64; 3] {
+    [jet.centreline, jet.spreading, jet.origin]
 }
 
-fn key(area: &super::sheet::Area, figure: &Expansion) -> Drawn {
-    let (jet, name) = figure.jet;
-    let drones = figure
-        .drones
-        .iter()
-        .enumerate()
-        .map(|(series, (name, hollow))| {
-            let name = if *hollow {
-                format!("{name} (not in the fit)")
-            } else {
-                name.clone()
+impl Law {
+    fn slices(&self, drone: &DroneFit) -> Slices {
+        let profiles = drone.profiles.iter();
+        let fits = profiles.filter_map(|profile| Some((profile.s_over_l, profile.fit.as_ref()?)));
+        fits.map(|(s, fit)| (s, (self.estimate)(fit))).collect()
+    }
+
+    /// Half the 95 % interval that the constants of a jet leave at a depth, to first order.
+    fn reach(&self, found: &FittedJet, s: f64) -> f64 {
+        let estimates = [found.centreline, found.spreading, found.origin];
+        let [b, s, origin] = [0, 1, 2].map(|moved| {
+            let interval = estimates[moved].interval;
+            let value = |end: f64| {
+                let mut constants = estimates.map(|estimate| estimate.value);
+                constants[moved] += end * (interval.high - interval.low) / 2.0;
+                (self.value)(constants, s)
             };
-            (
-                Sign::Mark {
-                    series,
-                    hollow: *hollow,
-                },
-                name,
-            )
-        })
-        .collect::<Vec<_>>();
-    let mut columns: Vec<Vec<(Sign, String)>> = Vec::new();
-    for entry in drones {
-        match columns.last_mut() {
-            Some(column) if column.len() < 4 => column.push(entry),
-            _ => columns.push(vec![entry]),
-        }
-    }
-    let mut lines = vec![(
-        Sign::Line(INK, Stroke::Solid),
-        format!(
-            "{name}: r_half/l = {:.5} (s/l {}), U_C/U_H = {:.2}/(s/l {})",
-            jet.spreading,
-            minus(jet.origin),
-            jet.centreline,
-            minus(jet.origin)
-        ),
-    )];
-    if figure.uncertainty.is_some() {
-        lines.push((Sign::Patch(INK.mix(0.16)), "its 95 % interval".into()));
-    }
-    if let Some((jet, name)) = figure.other {
-        lines.push((
-            Sign::Line(SERIES[2], Stroke::Dashed),
-            format!(
-                "{name}: {:.5}, {:.2}, origin {:.3}",
-                jet.spreading, jet.centreline, jet.origin
-            ),
-        ));
-    }
-    lines.push((
-        Sign::Line(SOFT, Stroke::Dashed),
-        "2.5 l: the far field begins".into(),
-    ));
-    let mut x = 20.0;
-    for column in &columns {
-        legend(area, (x, 10.0), column)?;
-        let widest = column.iter().map(|(_, name)| name.chars().count()).max();
-        x += 56.0 + 6.2 * widest.unwrap_or(0) as f64;
-    }
-    legend(area, (x, 10.0), &lines)
-}
-
-/// `- -5.8` as `+ 5.8`.
-fn minus(origin: f64) -> String {
-    if origin < 0.0 {
-        format!("+ {:.3}", -origin)
-    } else {
-        format!("- {origin:.3}")
+            (value(1.0) - value(-1.0)) / 2.0
+        });
+        let with = &found.correlation;
+        let products = b * s * with.centreline_spreading
+            + b * origin * with.centreline_origin
+            + s * origin * with.spreading_origin;
+        let square = b * b + s * s + origin * origin + 2.0 * products;
+        square.max(0.0).sqrt()
     }
 }
 
-fn panel(
-    area: &super::sheet::Area,
-    figure: &Expansion,
-    s_to: f64,
-    label: &str,
-    law: Law,
-    value: impl Fn(&ExpansionSlice) -> (f64, Option<(f64, f64)>),
-) -> Drawn {
-    let abscissas = |from: f64| -> Vec<f64> {
-        (0..=STEPS)
-            .map(|i| from + (s_to - from) * i as f64 / STEPS as f64)
+/// Half-width and centreline; `None` without slices.
+pub(super) fn draw(figure: &Expansion) -> Option<String> {
+    let drones = &figure.found.drones;
+    let depths = drones.iter().flat_map(|drone| HALF_WIDTH.slices(drone));
+    let deepest = depths.map(|(s, _)| s).reduce(f64::max)?;
+    let s_from = FAR_FIELD_FROM_S_OVER_L;
+    let s_to = (deepest * 1.06).max(s_from + 1.0);
+    let curve = |law: &Law, jet: &Jet| -> Vec<(f64, f64)> {
+        let depth = |i: usize| s_from + (s_to - s_from) * i as f64 / STEPS as f64;
+        let depths = (0..=STEPS).map(depth);
+        depths
+            .map(|s| (s, (law.value)(constants(jet), s)))
             .collect()
     };
-    let from = FAR_FIELD_FROM_S_OVER_L;
-    let highest = figure
-        .slices
-        .iter()
-        .map(|slice| value(slice).0)
-        .chain([from, s_to].map(|s| (law.value)(figure.jet.0, s)))
-        .fold(0.0, f64::max);
-    let x = Axis {
-        label: "depth below the rotor plane s / l",
-        from: 0.0,
-        to: s_to,
-    };
-    let y = Axis {
-        label,
-        from: 0.0,
-        to: highest * 1.08,
-    };
-    let mut chart = axes(area, "", x, y)?;
-    line(
-        &mut chart,
-        &[(from, 0.0), (from, highest * 1.08)],
-        SOFT,
-        0.8,
-        Stroke::Dashed,
-    )?;
-    if let Some(uncertainty) = figure.uncertainty {
-        let edge = |s: f64| {
-            let middle = (law.value)(figure.jet.0, s);
-            let reach = WITHIN_95 * uncertainty.of((law.slopes)(figure.jet.0, s));
-            (s, middle - reach, middle + reach)
+    let size = (WIDTH, HEAD + 5.0 * LINE + PANEL_HEIGHT);
+    let (mut canvas, below) = sheet(size, figure.title, &key(figure));
+    for (panel, law) in below.grid(1, 2).into_iter().zip([HALF_WIDTH, CENTRELINE]) {
+        let slices: Vec<Slices> = drones.iter().map(|drone| law.slices(drone)).collect();
+        let through = curve(&law, figure.jet.0);
+        let marks = slices.iter().flatten().map(|(_, estimate)| estimate.value);
+        let highest = marks
+            .chain(through.iter().map(|(_, y)| *y))
+            .fold(0.0, f64::max);
+        let (x, y) = ((DEPTH, (0.0, s_to)), (law.label, (0.0, 1.08 * highest)));
+        let chart = Chart::draw(&mut canvas, panel, "", [x, y]);
+        let begins = [0.0, 1.08 * highest].map(|y| (s_from, y));
+        chart.line(&mut canvas, begins, &dashed(SOFT, 0.8));
+        if figure.has_band {
+            let spread = |&(s, median): &(f64, f64)| {
+                let reach = law.reach(&figure.found.jet, s);
+                (s, Spread::new(median - reach, median, median + reach))
+            };
+            let band: Vec<(f64, Spread)> = through.iter().map(spread).collect();
+            chart.band(&mut canvas, &band, &fill(INK, BAND));
+        }
+        let other = curve(&law, figure.other.0);
+        chart.line(&mut canvas, other, &dashed(SERIES[2], 1.6));
+        chart.line(&mut canvas, through, &solid(INK, 1.8));
+        marks_of(&mut canvas, &chart, drones, &slices);
+    }
+    Some(canvas.finish())
+}
+
+/// The marks of each drone with their intervals, hollow where it is beside the fit.
+fn marks_of(canvas: &mut Canvas, chart: &Chart, drones: &[DroneFit], slices: &[Slices]) {
+    let (bottom, top) = chart.y;
+    for (index, (drone, slices)) in drones.iter().zip(slices).enumerate() {
+        let bar = |(s, estimate): &(f64, Estimate)| {
+            let ends = [estimate.interval.low, estimate.interval.high];
+            polyline(ends.map(|end| chart.at((*s, end.clamp(bottom, top)))))
         };
-        let edges: Vec<(f64, f64, f64)> = abscissas(from).into_iter().map(edge).collect();
-        band(&mut chart, &edges, INK.mix(0.16))?;
+        let bars: String = slices.iter().map(bar).collect();
+        canvas.path(&bars, &solid(SERIES[index % SERIES.len()], 0.8));
+        let marks = slices.iter().map(|(s, estimate)| (*s, estimate.value));
+        chart.marks(canvas, marks, (index, !drone.in_fit), 3.4);
     }
-    let curve = |jet: &Jet| -> Vec<(f64, f64)> {
-        abscissas(from)
-            .into_iter()
-            .map(|s| (s, (law.value)(jet, s)))
-            .collect()
-    };
-    if let Some((jet, _)) = figure.other {
-        line(&mut chart, &curve(jet), SERIES[2], 1.6, Stroke::Dashed)?;
-    }
-    line(&mut chart, &curve(figure.jet.0), INK, 1.8, Stroke::Solid)?;
-    marks(&mut chart, figure, highest * 1.08, value)
 }
 
-fn marks(
-    chart: &mut Chart,
-    figure: &Expansion,
-    top: f64,
-    value: impl Fn(&ExpansionSlice) -> (f64, Option<(f64, f64)>),
-) -> Drawn {
-    for slice in figure.slices {
-        let (middle, interval) = value(slice);
-        if let Some((low, high)) = interval {
-            let colour = SERIES[slice.drone % SERIES.len()];
-            bar(chart, slice.s_over_l, (low.max(0.0), high.min(top)), colour)?;
-        }
-        if (0.0..=top).contains(&middle) {
-            let hollow = figure
-                .drones
-                .get(slice.drone)
-                .is_some_and(|(_, hollow)| *hollow);
-            mark(chart, (slice.s_over_l, middle), slice.drone, 3.4, hollow)?;
+fn drone_entry(index: usize, drone: &DroneFit) -> Entry {
+    let mut name = drone.airframe.clone();
+    if !drone.in_fit {
+        name += " (not in the fit)";
+    }
+    Entry::mark(index, !drone.in_fit, &name)
+}
+
+fn key(figure: &Expansion) -> Vec<Entry> {
+    let drones = figure.found.drones.iter().enumerate();
+    let marks = drones.map(|(index, drone)| drone_entry(index, drone));
+    let mut entries: Vec<Entry> = marks.collect();
+    let (jet, name) = figure.jet;
+    let [centreline, spreading, origin] = constants(jet);
+    let sign = if origin < 0.0 { '+' } else { '-' };
+    let sigma = format!("s/l {sign} {:.3}", origin.abs());
+    let half_width = format!("r_half/l = {spreading:.5} ({sigma})");
+    let laws = format!("{name}: {half_width}, U_C/U_H = {centreline:.2}/({sigma})");
+    entries.push(Entry::line(&solid(INK, 1.8), &laws));
+    if figure.has_band {
+        entries.push(Entry::band(INK, "its 95 % interval"));
+    }
+    let (jet, name) = figure.other;
+    let [centreline, spreading, origin] = constants(jet);
+    let other = format!("{name}: {spreading:.5}, {centreline:.2}, origin {origin:.3}");
+    entries.push(Entry::line(&dashed(SERIES[2], 1.6), &other));
+    let begins = format!("{FAR_FIELD_FROM_S_OVER_L} l: the far field begins");
+    entries.push(Entry::line(&dashed(SOFT, 0.8), &begins));
+    entries
+}
+
+/// Where the maxima of the rotors' jets lie in the near field: their distance from the axis against depth, with 95 % intervals;
+/// `None` without maxima.
+pub(super) fn near_field(title: (&str, &str), drones: &[DroneFit]) -> Option<String> {
+    let maxima = |drone: &DroneFit| -> Slices {
+        let lobes = drone.lobes.iter();
+        lobes.map(|lobe| (lobe.s_over_l, lobe.delta)).collect()
+    };
+    let lobes: Vec<Slices> = drones.iter().map(maxima).collect();
+    let ends = lobes
+        .iter()
+        .flatten()
+        .map(|(s, delta)| (*s, delta.interval.high));
+    let (deepest, widest) = ends.reduce(|a, b| (a.0.max(b.0), a.1.max(b.1)))?;
+    let mut entries = Vec::new();
+    for (index, drone) in drones.iter().enumerate() {
+        if !drone.lobes.is_empty() {
+            entries.push(drone_entry(index, drone));
         }
     }
-    Ok(())
+    let (hub, merges) = (dashed(SOFT, 0.9), solid(INK, 0.9));
+    entries.push(Entry::line(&hub, "rotor hub, along x or y"));
+    let merged = "1.5 l and 2.5 l: between them the paper sees the jets merge";
+    entries.push(Entry::line(&merges, merged));
+    let size = (NEAR_WIDTH, HEAD + 3.0 * LINE + PANEL_HEIGHT);
+    let (mut canvas, below) = sheet(size, title, &entries);
+    let x_to = 1.05 * deepest.max(FAR_FIELD_FROM_S_OVER_L);
+    let y_to = 1.08 * widest.clamp(0.5, 1.0);
+    let y = (
+        "distance of the maxima from the axis delta / l",
+        (0.0, y_to),
+    );
+    let chart = Chart::draw(&mut canvas, below, "", [(DEPTH, (0.0, x_to)), y]);
+    // Where a rotor's hub stands, seen along an axis of the body: l/(2 √2) from the centre.
+    let hub_over_l = 0.5 * std::f64::consts::FRAC_1_SQRT_2;
+    chart.line(&mut canvas, [0.0, x_to].map(|s| (s, hub_over_l)), &hub);
+    for s in [1.5, FAR_FIELD_FROM_S_OVER_L] {
+        chart.line(&mut canvas, [0.0, y_to].map(|y| (s, y)), &merges);
+    }
+    marks_of(&mut canvas, &chart, drones, &lobes);
+    Some(canvas.finish())
 }

@@ -1,60 +1,132 @@
-//! plan.svg: the plan from above and from the side, with the wakes of whoever hovers and the moment
-//! of the worst air.
+//! plan.svg: the plan from above and from the side, with the wakes of hovering drones and the moment of the worst air.
 //!
-//! To scale, metres on the axes, z up. A light sheet of its own, so that it reads on dark pages too.
+//! From above: x (m) across, y (m) upwards; from the side: x (m) across, z (m) upwards; all to one scale.
 
-mod axes;
-mod canvas;
 mod labels;
 mod layers;
-mod legend;
-mod view;
 mod wakes;
 
-use planner::plan::Plan;
+use nalgebra::Point3;
+use planner::Outline;
+use planner::plan::{AtEnd, AtStart, Corners, DronePlan, Plan};
 
-use canvas::Canvas;
+use super::axes::Chart;
+use super::canvas::{Area, Canvas, HEAD, MARGIN, Spot, circle, fill, rectangle, solid, stroke};
+use super::colours::{AIR, Colour, PAPER, SERIES, WORST};
+use super::legend::{Entry, LINE, legend};
+use crate::report::words::count;
 use labels::Labels;
-use view::{Layout, View};
 use wakes::{WorstMoment, hovering_wakes, worst_moment};
 
-use crate::report::words::count;
+/// Largest drawing, both views together (px); chosen so that a README shows it without shrinking much.
+const WIDTH_PX: f64 = 880.0;
+const HEIGHT_PX: f64 = 840.0;
+const LEFT_PX: f64 = 64.0;
+/// The caption of a view.
+const TOP_PX: f64 = HEAD + 32.0;
+const RIGHT_PX: f64 = 36.0;
+/// Between the views: tick labels, axis title and the caption of the second.
+const GAP_PX: f64 = 84.0;
+/// Tick labels, axis title and the legend.
+const BOTTOM_PX: f64 = 56.0 + 3.0 * LINE;
+/// Title and legend want this much, however narrow the drawing.
+const NARROWEST_SHEET_PX: f64 = 760.0;
 
-/// Colours of Paul Tol's "muted" scheme for lines (personal.sron.nl/~pault), told apart by people
-/// with any common colour vision; its sand and cyan are left out, too pale on this sheet.
-const PALETTE: [&str; 7] = [
-    "#332288", "#117733", "#882255", "#44AA99", "#CC6677", "#AA4499", "#999933",
-];
 /// Dashes told apart once the colours have gone round.
 const DASHES: [&str; 3] = [
     "",
-    " stroke-dasharray=\"6 3\"",
-    " stroke-dasharray=\"2 2.5\"",
+    r#" stroke-dasharray="6 3""#,
+    r#" stroke-dasharray="2 2.5""#,
 ];
 
 /// How a drone's line looks: colour first, then dashes.
-fn line_style(index: usize) -> (&'static str, &'static str) {
-    (
-        PALETTE[index % PALETTE.len()],
-        DASHES[index / PALETTE.len() % DASHES.len()],
-    )
+fn line_style(index: usize) -> (Colour, &'static str) {
+    let round = index / SERIES.len();
+    (SERIES[index % SERIES.len()], DASHES[round % DASHES.len()])
+}
+
+/// From where a view looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Eye {
+    /// Down the z axis: x to the right, y up.
+    Above,
+    /// Along the y axis: x to the right, z up.
+    Side,
+}
+
+/// One view: a chart with one scale across and upwards.
+#[derive(Clone, Copy, Debug)]
+struct View {
+    eye: Eye,
+    chart: Chart,
+    px_per_m: f64,
+}
+
+impl View {
+    /// A world point (m) on the sheet.
+    fn at(&self, point_m: &Point3<f64>) -> Spot {
+        let up_m = match self.eye {
+            Eye::Above => point_m.y,
+            Eye::Side => point_m.z,
+        };
+        self.chart.at((point_m.x, up_m))
+    }
+
+    /// The path around a box between two world points (m).
+    fn rectangle(&self, min_m: &Point3<f64>, max_m: &Point3<f64>) -> String {
+        rectangle(self.at(min_m), self.at(max_m))
+    }
+}
+
+/// Both views to one scale: the side view below the one from above, so that both share x; beside it where the world is so tall that this
+/// gives the larger scale.
+fn views(bounds_m: &Corners) -> [View; 2] {
+    let size = bounds_m.max - bounds_m.min;
+    let stacked = (WIDTH_PX / size.x).min((HEIGHT_PX - GAP_PX) / (size.y + size.z));
+    let beside = ((WIDTH_PX - GAP_PX) / (2.0 * size.x)).min(HEIGHT_PX / size.y.max(size.z));
+    let px_per_m = stacked.max(beside);
+    let [width, above, side] = [size.x, size.y, size.z].map(|size_m| size_m * px_per_m);
+    let below = (LEFT_PX, TOP_PX + above + GAP_PX);
+    // Floors on one line.
+    let right = LEFT_PX + width + GAP_PX;
+    let floor = TOP_PX + above.max(side);
+    let places = match stacked >= beside {
+        true => [(LEFT_PX, TOP_PX), below],
+        false => [(LEFT_PX, floor - above), (right, floor - side)],
+    };
+    let (low, high) = (&bounds_m.min, &bounds_m.max);
+    let view = |eye, place, height, y| {
+        let area = Area::new(place, (width, height));
+        let x = (low.x, high.x);
+        let chart = Chart { area, x, y };
+        View {
+            eye,
+            chart,
+            px_per_m,
+        }
+    };
+    [
+        view(Eye::Above, places[0], above, (low.y, high.y)),
+        view(Eye::Side, places[1], side, (low.z, high.z)),
+    ]
 }
 
 /// Draws the plan.
 pub(crate) fn draw(plan: &Plan) -> String {
-    let layout = Layout::of(&plan.bounds_m);
-    let wakes = hovering_wakes(plan);
-    let worst = worst_moment(plan);
-    let mut canvas = Canvas::new(
-        layout.width_px,
-        layout.height_px,
-        &title(plan),
-        &subtitle(plan, worst.as_ref()),
-    );
-    for view in [&layout.above, &layout.side] {
-        draw_view(&mut canvas, view, plan, &wakes, worst.as_ref());
+    let views = views(&plan.bounds_m);
+    let side = views[1].chart.area;
+    let (worst, wakes) = (worst_moment(plan), hovering_wakes(plan));
+    let width = (side.right() + RIGHT_PX).max(NARROWEST_SHEET_PX);
+    let defs = wakes::fade("air", AIR, 1.0, 0.35) + &wakes::fade("worst-air", WORST, 0.5, 0.15);
+    let size = (width, side.bottom() + BOTTOM_PX);
+    let title = (&title(plan)[..], &subtitle(plan, worst.as_ref())[..]);
+    let (mut canvas, sheet) = Canvas::new(size, title, &defs);
+    for view in &views {
+        draw_view(&mut canvas, view, plan, (&wakes, worst.as_ref()));
     }
-    legend::draw(&mut canvas, &layout, plan, worst.is_some());
+    let above = side.bottom() + 50.0 - sheet.top;
+    let below = sheet.inset([MARGIN, above, MARGIN, 0.0]);
+    legend(&mut canvas, below, &key(plan, worst.is_some()));
     canvas.finish()
 }
 
@@ -62,10 +134,9 @@ fn draw_view(
     canvas: &mut Canvas,
     view: &View,
     plan: &Plan,
-    wakes: &[planner::Outline],
-    worst: Option<&WorstMoment>,
+    (wakes, worst): (&[Outline], Option<&WorstMoment>),
 ) {
-    axes::floor(canvas, view);
+    view.chart.grid(canvas);
     layers::obstacles(canvas, view, plan);
     layers::zones(canvas, view, plan);
     canvas.group("wakes", |canvas| {
@@ -73,15 +144,17 @@ fn draw_view(
             wakes::draw(canvas, view, wake, wakes.len());
         }
     });
-    layers::trajectories(canvas, view, plan);
-    layers::markers(canvas, view, plan);
+    let mut labels = Labels::within(view.chart.area);
+    layers::drones(canvas, view, plan, &mut labels);
     if let Some(worst) = worst {
         wakes::draw_worst(canvas, view, worst);
     }
-    axes::draw(canvas, view);
+    let (caption, up) = match view.eye {
+        Eye::Above => ("from above", "y (m)"),
+        Eye::Side => ("from the side, along y", "z (m)"),
+    };
+    view.chart.axes(canvas, caption, "x (m)", up);
     // The most telling first: they choose their places.
-    let mut labels = Labels::within(view);
-    layers::keep_clear(view, plan, &mut labels);
     if let Some(worst) = worst {
         wakes::label_worst(view, worst, &mut labels);
     }
@@ -100,25 +173,58 @@ fn title(plan: &Plan) -> String {
 
 fn subtitle(plan: &Plan, worst: Option<&WorstMoment>) -> String {
     let mut text = match worst {
-        Some(worst) => format!(
-            "Worst air: {} meets {:.1} m/s at t = {:.1} s, {:.2} of its induced velocity; its limit is {:.2}",
-            worst.name, worst.air_mps, worst.at_s, worst.alpha, worst.limit
+        Some(WorstMoment { drone, at_s, .. }) => format!(
+            "Worst air: {} is exposed to {:.1} m/s at t = {at_s:.1} s, {:.2} of its induced velocity; its limit is {:.2}",
+            drone.name,
+            drone.worst_air_mps,
+            wakes::alpha(drone),
+            drone.air_limit
         ),
-        None => "Nobody meets air from above".into(),
+        None => "No drone is exposed to downwash".into(),
     };
     if !plan.unplanned.is_empty() {
-        text += &format!(
-            ". {} at the start",
-            count(plan.unplanned.len(), "drone stays", "drones stay")
-        );
+        let unplanned = count(plan.unplanned.len(), "drone stays", "drones stay");
+        text += &format!(". {unplanned} at the start");
     }
     if !plan.violations.is_empty() {
-        text += &format!(
-            ". NOT SAFE: {}",
-            count(plan.violations.len(), "violation", "violations")
-        );
+        let violations = count(plan.violations.len(), "violation", "violations");
+        text += &format!(". NOT SAFE: {violations}");
     }
     text
+}
+
+/// The signs that this plan's picture shows.
+fn key(plan: &Plan, has_worst: bool) -> Vec<Entry> {
+    let drone = SERIES[0];
+    let dot = |radius| circle((11.0, 0.0), radius);
+    let ring = fill(PAPER, 1.0) + &stroke(drone, 1.6);
+    let wake = wakes::look(AIR, r#" fill="url(#air)" fill-opacity="0.4""#);
+    let mut entries = vec![
+        Entry::new(&dot(5.0), &ring, "start"),
+        Entry::new(&dot(3.8), &fill(drone, 1.0), "goal"),
+        Entry::new(
+            "M8 -9h6v4h1l4 12h-16l4 -12h1z",
+            &wake,
+            "wake of a hovering drone: column, then half-width",
+        ),
+    ];
+    let lands =
+        |drone: &DronePlan| drone.at_start == AtStart::Landed || drone.at_end == AtEnd::Land;
+    if plan.drones.iter().any(lands) {
+        let square = rectangle((6.5, -4.5), (15.5, 4.5));
+        entries.push(Entry::new(&square, &fill(drone, 1.0), "landed: no wake"));
+    }
+    if has_worst {
+        let worst = "worst air, and the wake it comes from";
+        entries.push(Entry::new(&dot(6.0), &solid(WORST, 2.2), worst));
+    }
+    if !plan.obstacles.is_empty() {
+        entries.push(Entry::patch(&layers::solid_look(Eye::Above), "obstacle"));
+    }
+    if !plan.zones.is_empty() {
+        entries.push(Entry::patch(&layers::zone_look(), "zone with an air limit"));
+    }
+    entries
 }
 
 #[cfg(test)]

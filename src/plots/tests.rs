@@ -1,12 +1,19 @@
-//! Every figure on made-up readings: well-formed, small, the same twice, and with nothing in it that is not a number.
+//! Every figure on synthetic readings: well-formed, small, the same twice, and with nothing in it that is not a number.
 
 use airflow::Jet;
+use diagnosis::calibrate::{
+    Calibration, Correlation, Counts, DroneFit, Estimate, FittedJet, Goodness, Interval, Lobes,
+    Profile, Resampling, ResidualTests, SliceFit, Unit, Verdict,
+};
+use diagnosis::forward::simulate::{Channel, Sample};
+use nalgebra::Point3;
 
-use super::expansion::{Expansion, ExpansionSlice, Uncertainty};
-use super::near_field::Lobe;
-use super::profiles::{Profile, ProfileSeries, Words};
-use super::readings::{Reading, radial_slices};
-use super::receiver::Trace;
+use super::agreement::{self, Trace};
+use super::expansion::{self, Expansion};
+use super::profiles::{self, Words};
+use super::readings::Reading;
+use super::residual_map::{Above, ResidualMap};
+use super::signature::{self, Mismatch};
 use super::*;
 
 /// Even draws from 0 to 1 without a generator: multiples of the golden ratio.
@@ -39,144 +46,220 @@ fn readings() -> Vec<Reading> {
         .collect()
 }
 
-fn drones() -> Vec<(String, bool)> {
-    vec![
-        ("kolibri".into(), false),
-        ("offboard-1".into(), false),
-        ("matrice-300".into(), false),
-        ("mavic-3e".into(), true),
-        ("elios-3".into(), true),
-    ]
+/// So many per cent around a value.
+fn estimate(value: f64, percent: f64) -> Estimate {
+    let reach = value.abs() * percent / 100.0;
+    Estimate {
+        value,
+        interval: Interval {
+            low: value - reach,
+            high: value + reach,
+        },
+    }
+}
+
+/// Five drones with six slices and two near-field slices each; two of them beside the fit.
+fn calibration() -> Calibration {
+    let jet = Jet::default();
+    let slice = |drone: usize, i: usize| {
+        let s_over_l = 2.6 + 0.4 * (drone + 5 * i) as f64;
+        let sigma = s_over_l - jet.origin;
+        let off = 1.0 + 0.1 * (even(drone + 5 * i, 0.0) - 0.5);
+        Profile {
+            s_from: s_over_l - 0.2,
+            s_to: s_over_l + 0.2,
+            s_over_l,
+            bins: Vec::new(),
+            fit: Some(SliceFit {
+                centreline: estimate(jet.centreline / sigma, 4.0),
+                half_width: estimate(jet.spreading * sigma * off, 5.0),
+            }),
+        }
+    };
+    let lobe = |i: usize| Lobes {
+        s_over_l: 0.4 * (i + 1) as f64,
+        delta: estimate(0.36 - 0.05 * i as f64, 15.0),
+        width: 0.2,
+        peak: 1.5,
+        samples: 100,
+    };
+    let names = [
+        "kolibri",
+        "offboard-1",
+        "matrice-300",
+        "mavic-3e",
+        "elios-3",
+    ];
+    let drones = names.iter().enumerate().map(|(drone, name)| DroneFit {
+        airframe: (*name).to_owned(),
+        in_fit: drone < 3,
+        induced_velocity_mps: 7.4,
+        motor_distance_m: 0.12,
+        flights: 1,
+        samples: 1000,
+        profiles: (0..6).map(|i| slice(drone, i)).collect(),
+        lobes: (0..2).map(lobe).collect(),
+        lobes_merge_s_over_l: None,
+        departures: Vec::new(),
+    });
+    let centreline = estimate(jet.centreline, 2.0);
+    Calibration {
+        jet: FittedJet {
+            centreline,
+            spreading: estimate(0.074, 3.0),
+            origin: estimate(jet.origin, 4.0),
+            correlation: Correlation {
+                centreline_spreading: 0.3,
+                centreline_origin: -0.8,
+                spreading_origin: 0.2,
+            },
+            resampling: Resampling {
+                unit: Unit::Flight,
+                units: 5,
+                draws: 100,
+                block_s: None,
+            },
+            centreline_if_one_gain: centreline.interval,
+            gains: Vec::new(),
+        },
+        goodness: Goodness {
+            verdict: Verdict::Fits,
+            p: 0.5,
+            rms_over_centreline: 0.01,
+            regions: Vec::new(),
+            sentence: String::new(),
+        },
+        drones: drones.collect(),
+        residual_tests: ResidualTests {
+            through_operator: Vec::new(),
+            scalar_subtracted: Vec::new(),
+            caveats: Vec::new(),
+        },
+        counts: Counts::default(),
+        recordings: Vec::new(),
+        caveats: Vec::new(),
+    }
+}
+
+/// A minute of one drone below another.
+fn samples(phase: f64) -> Vec<Sample> {
+    let sample = |row: usize| {
+        let t_s = row as f64 / 50.0;
+        let simulated = -0.1 * (0.5 * t_s + phase).sin().max(0.0);
+        Sample {
+            channel: Channel::VerticalForce,
+            row,
+            t_s,
+            subject: 0,
+            position_m: Point3::origin(),
+            recorded: simulated * 1.1 + 0.03 * (even(row, 0.4) - 0.5),
+            simulated,
+            air_mps: 1.0,
+            place: None,
+        }
+    };
+    (0..3000).map(sample).collect()
+}
+
+fn expansion_of(found: &Calibration) -> Option<String> {
+    expansion::draw(&Expansion {
+        title: ("Expansion", "five drones"),
+        found,
+        jet: (&found.jet.jet(), "fit"),
+        has_band: true,
+        other: (&Jet::default(), "the paper"),
+    })
+}
+
+fn signature_of(readings: &[Reading]) -> Option<String> {
+    let of = |value: fn(&Reading) -> f64| -> Vec<f64> { readings.iter().map(value).collect() };
+    let before = of(|reading| reading.recorded - reading.simulated);
+    let mismatch = Mismatch {
+        after: before.clone(),
+        before,
+        law: of(|reading| 0.1 * reading.simulated),
+    };
+    let (depths, distances) = (
+        of(|reading| reading.s_over_l),
+        of(|reading| reading.across_over_l),
+    );
+    let coordinates = [("depth", &depths[..]), ("distance", &distances[..])];
+    let words = ("recorded - simulated (m/s)", Some("law"));
+    signature::draw(
+        ("Signature", "two coordinates"),
+        words,
+        &coordinates,
+        &mismatch,
+    )
+}
+
+fn before_and_after(readings: &[Reading]) -> Option<String> {
+    let jet = Jet::default();
+    let mut map = ResidualMap::of_readings(("Before", "after"), ("U_H", "noise"), readings, &jet);
+    let after = map.panels[0].1.iter().map(|residual| 0.1 * residual);
+    map.panels.push(("after", after.collect()));
+    let inside = readings.iter().map(|reading| reading.s_over_l < 6.0);
+    map.above = Above::Region(inside.collect());
+    map.draw()
 }
 
 fn all() -> Vec<(&'static str, String)> {
     let jet = Jet::default();
-    let readings = readings();
-    let slices = radial_slices(&readings, 6, 14);
-    let profiles: Vec<Profile> = slices
+    let (readings, found) = (readings(), calibration());
+    let (low, lower) = (samples(0.0), samples(1.0));
+    let traces = [("low", &low), ("lower", &lower)].map(|(name, samples)| Trace {
+        name: name.to_owned(),
+        samples: samples.iter().collect(),
+    });
+    let pairs: Vec<(f64, f64)> = low
         .iter()
-        .map(|slice| Profile {
-            heading: format!("s = {:.1} to {:.1} l", slice.s_from, slice.s_to),
-            series: vec![ProfileSeries {
-                mark: 0,
-                hollow: false,
-                points: slice
-                    .bins
-                    .iter()
-                    .map(|bin| (bin.r_over_l, bin.recorded))
-                    .collect(),
-            }],
-            curve: slice
-                .bins
-                .iter()
-                .map(|bin| (bin.r_over_l, bin.simulated))
-                .collect(),
-        })
+        .map(|one| (one.recorded, one.simulated))
         .collect();
-    let marks = [("<recorded>".to_owned(), false)];
     let words = Words {
-        title: "Radial profiles",
-        subtitle: "kolibri, U_H = 7.41 m/s",
+        title: ("Radial profiles", "kolibri, U_H = 7.41 m/s"),
         x: "r / l",
         y: "speed / U_H",
-        marks: &marks,
+        marks: &["<recorded>"],
         curve: "simulated",
     };
-    let slices: Vec<ExpansionSlice> = (0..30)
-        .map(|i| {
-            let s = 2.6 + 0.4 * f64::from(i);
-            let half =
-                jet.spreading * (s - jet.origin) * (1.0 + 0.1 * (even(i as usize, 0.0) - 0.5));
-            let centre = jet.centreline / (s - jet.origin);
-            ExpansionSlice {
-                drone: i as usize % 5,
-                s_over_l: s,
-                half_width_over_l: half,
-                centreline_over_u_h: centre,
-                half_width_interval: Some((half * 0.95, half * 1.05)),
-                centreline_interval: None,
-            }
-        })
-        .collect();
-    let lobes: Vec<Lobe> = (0..12)
-        .map(|i| Lobe {
-            drone: i % 5,
-            s_over_l: 0.2 * (i + 1) as f64,
-            delta_over_l: (0.36 - 0.02 * i as f64).max(0.0),
-            interval: Some((0.3 - 0.02 * i as f64, 0.42 - 0.02 * i as f64)),
-        })
-        .collect();
-    let trace = |name: &str, phase: f64| Trace {
-        name: name.into(),
-        moments: (0..3000)
-            .map(|i| {
-                let t = f64::from(i) / 50.0;
-                let simulated = -0.1 * (0.5 * t + phase).sin().max(0.0);
-                (
-                    t,
-                    simulated * 1.1 + 0.03 * (even(i as usize, 0.4) - 0.5),
-                    simulated,
-                )
-            })
-            .collect(),
-    };
-    vec![
+    let unit = ("U_H", "the accuracy");
+    let figures = [
         (
             "field",
-            field::draw("Field", "kolibri", &readings, &jet, false).expect("readings"),
+            field::draw(("Field", "kolibri"), &readings, &jet, false),
         ),
         (
             "residuals",
-            residual_map::draw(
-                "Residuals",
-                "a & b",
-                ("U_H", "the accuracy"),
-                &readings,
-                &jet,
-            )
-            .expect("readings"),
+            ResidualMap::of_readings(("Residuals", "a & b"), unit, &readings, &jet).draw(),
         ),
+        ("before-after", before_and_after(&readings)),
         (
             "profiles",
-            profiles::draw(&words, &profiles).expect("profiles"),
+            profiles::draw(&words, &profiles::of_slices(&readings, 6, 14)),
         ),
-        (
-            "expansion",
-            expansion::draw(&Expansion {
-                title: "Expansion",
-                subtitle: "five drones",
-                drones: &drones(),
-                slices: &slices,
-                jet: (
-                    &Jet {
-                        spreading: 0.074,
-                        ..jet
-                    },
-                    "fit",
-                ),
-                uncertainty: Some(&Uncertainty {
-                    deviations: [0.1, 0.001, 0.1],
-                    correlations: [0.3, -0.8, 0.2],
-                }),
-                other: Some((&jet, "the paper")),
-            })
-            .expect("slices"),
-        ),
+        ("expansion", expansion_of(&found)),
         (
             "near-field",
-            near_field::draw("Near field", "five drones", &drones(), &lobes).expect("lobes"),
+            expansion::near_field(("Near field", "five drones"), &found.drones),
+        ),
+        ("signature", signature_of(&readings)),
+        (
+            "agreement",
+            agreement::before_and_after(
+                ("Force", "both"),
+                "force (N)",
+                [("a", &pairs), ("b", &pairs[..300])],
+            ),
         ),
         (
             "receiver",
-            receiver::draw(
-                "Force",
-                "two drones",
-                "vertical force (N)",
-                &[trace("low", 0.0), trace("lower", 1.0)],
-            )
-            .expect("traces"),
+            agreement::over_time(("Force", "two drones"), "vertical force (N)", &traces),
         ),
-    ]
+    ];
+    figures
+        .into_iter()
+        .map(|(name, svg)| (name, svg.expect(name)))
+        .collect()
 }
 
 #[test]
@@ -189,11 +272,10 @@ fn every_figure_is_well_formed_small_and_the_same_twice() {
             "{name}"
         );
         assert!(svg.contains("<title>") && svg.contains("<desc>"), "{name}");
-        assert_eq!(
-            svg.matches("<text").count(),
-            svg.matches("</text>").count(),
-            "{name}"
-        );
+        for tag in ["text", "g"] {
+            let opened = svg.matches(&format!("<{tag} ")).count();
+            assert_eq!(opened, svg.matches(&format!("</{tag}>")).count(), "{name}");
+        }
         assert!(svg.len() < 130_000, "{name}: {} bytes", svg.len());
     }
 }
@@ -202,11 +284,8 @@ fn every_figure_is_well_formed_small_and_the_same_twice() {
 fn what_a_person_wrote_is_escaped() {
     let found = all();
     let of = |wanted: &str| {
-        &found
-            .iter()
-            .find(|(name, _)| *name == wanted)
-            .expect("drawn")
-            .1
+        let figure = found.iter().find(|(name, _)| *name == wanted);
+        &figure.expect("drawn").1
     };
     assert!(of("residuals").contains("<desc>a &amp; b</desc>"));
     assert!(of("profiles").contains("&lt;recorded&gt;"));
@@ -215,8 +294,12 @@ fn what_a_person_wrote_is_escaped() {
 #[test]
 fn without_readings_there_is_no_figure() {
     let jet = Jet::default();
-    assert!(field::draw("", "", &[], &jet, false).is_none());
-    assert!(residual_map::draw("", "", ("", ""), &[], &jet).is_none());
-    assert!(receiver::draw("", "", "", &[]).is_none());
-    assert!(near_field::draw("", "", &[], &[]).is_none());
+    assert!(field::draw(("", ""), &[], &jet, false).is_none());
+    assert!(
+        ResidualMap::of_readings(("", ""), ("", ""), &[], &jet)
+            .draw()
+            .is_none()
+    );
+    assert!(agreement::over_time(("", ""), "", &[]).is_none());
+    assert!(expansion::near_field(("", ""), &[]).is_none());
 }
