@@ -5,12 +5,18 @@
 //!
 //! # In reading order
 //!
-//! [`record`]: what was recorded, what "simulation" means for it, and from bytes to it.
-//! [`forward`]: the air that the baseline makes, what a probe and a drone make of it, what would
-//! have been recorded, and how far off that is. [`thrust`]: from duty cycle to thrust, and how far
-//! apart the logs' clocks are. [`calibrate`]: the constants of the jet that fit best.
-//! [`statistics`] and [`infer`]: which effect is missing. [`campaign`]: many flights together.
-//! [`made_up`] and [`prove`]: recordings of a world made up here, to try all of it on.
+//! - [`record`]: what was recorded, what "simulation" means for it, and from bytes to it.
+//! - [`thrust`]: from duty cycles to thrust, identified in free flight.
+//! - [`forward`]: the air that the baseline makes, what a probe and a drone make of it, what would
+//!   have been recorded, how far off that is; vertical forces and the clocks of the logs.
+//! - [`statistics`]: tests, folds, trees and intervals on plain numbers.
+//! - [`calibrate`]: the constants of the jet that fit best.
+//! - [`infer`]: which effect is missing in one recording: candidates, fits, selection, the finding.
+//! - [`campaign`]: the forces of many flights together, and one drone's motors against its own
+//!   normal flights.
+//!
+//! Each imports from those above it only. The crate `validation` makes synthetic recordings to try
+//! all of it on.
 
 pub mod calibrate;
 pub mod campaign;

@@ -5,7 +5,8 @@
 //!
 //! `world`: its air, instruments, drones. `flights`: which drone flies where. `injected`: the
 //! effects. `families`: which goes with which. `scene` and `recorded`: what is recorded. [`Truth`],
-//! sealed until there is an [`Answer`]. [`metrics`]: how good the answers are.
+//! sealed until there is an [`Answer`]. [`metrics`]: how good the answers are. [`hover_grid`]:
+//! flights over one probe, for calibrations. [`folder`]: a recording as the texts of its folder.
 //!
 //! ```
 //! use validation::{Answer, prove};

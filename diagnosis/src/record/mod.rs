@@ -1,4 +1,11 @@
 //! What was recorded, and from the bytes of files to it.
+//!
+//! # In reading order
+//!
+//! [`recording`]: environment, vehicles, tracks, readings; plain data in SI units, world z up.
+//! [`baseline`]: what "simulation" means for it. [`thrust_map`]: from duty cycle to thrust.
+//! [`track`]: where a vehicle was between two entries. [`remark`] and [`problem`]: what was noticed,
+//! and what keeps a file from being read. [`read`]: one module a format.
 
 pub mod baseline;
 pub mod problem;

@@ -1,4 +1,10 @@
-//! From duty cycles to thrust: the map identified in free flight, and the clocks of the logs.
+//! From duty cycles to thrust: the map of an airframe, identified in free flight.
+//!
+//! # In reading order
+//!
+//! [`low_pass`]: the filters that logged and simulated series share. [`free_flight`]: where nothing
+//! but thrust carries a drone. [`identify`]: the map by least squares, its lag and its standard
+//! errors; one map for each fold of flights held out.
 
 pub mod free_flight;
 pub mod identify;

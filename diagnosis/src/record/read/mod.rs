@@ -3,11 +3,11 @@
 //!
 //! # In reading order
 //!
-//! `found`: what reading turns up. `table` and `json`: the files as such. `columns`: names and
-//! units. `samples`, `checks` and `track`: one vehicle, as logged, judged, and turned into the
-//! world. `declared`: the words of a baseline. Then the formats: `folder` (`meta`, `probes`);
-//! `written` and `campaign`: what the logs of a campaign leave unsaid; `flight`: one table;
-//! `topics` and `px4`: flights of PX4.
+//! `found`: problems and remarks as they are met. `table` and `json`: the files as such. `columns`:
+//! names, units, and a table of vehicles. `samples`, `checks` and `track`: one vehicle as logged,
+//! judged, and turned into the world. `declared`: the words of a baseline. Then the formats:
+//! `folder` with `meta` and `probes`; `written` and `campaign`: what the logs of a campaign leave
+//! unsaid; `flight`: one table; `px4` with `topics`: flights of PX4.
 
 mod campaign;
 mod checks;
