@@ -15,7 +15,7 @@ pub(crate) struct ConflictEntry {
     /// The drone or zone that excludes it.
     with: String,
     /// `starts` or `goals`.
-    when: &'static str,
+    when: EndpointKind,
     /// What is wrong.
     message: String,
     /// Where both are, and by how much it is wrong.
@@ -114,10 +114,7 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
     ConflictEntry {
         drone: name.clone(),
         with,
-        when: match conflict.when {
-            EndpointKind::Starts => "starts",
-            EndpointKind::Goals => "goals",
-        },
+        when: conflict.when,
         message,
         detail,
         help,

@@ -25,7 +25,7 @@ struct PairEntry<'a> {
     with: &'a str,
     /// `goal_at_start`: the goal of the one lies in the wake or at the place of the other's start, or the reverse;
     /// `enclosed`: start or goal of the other is beside the room that the one cannot leave.
-    why: &'static str,
+    why: OffenceKind,
 }
 
 /// All of it, with names.
@@ -33,18 +33,12 @@ pub(crate) fn describe<'a>(known: &WellFormed, plan: &'a Plan) -> WellFormedEntr
     let pair = |offence: &Offence| PairEntry {
         drone: &plan.drones[offence.drone].name,
         with: &plan.drones[offence.other].name,
-        why: match offence.kind {
-            OffenceKind::GoalAtStart => "goal_at_start",
-            OffenceKind::Enclosed => "enclosed",
-        },
+        why: offence.kind,
     };
+    let name = |drone: &usize| plan.drones[*drone].name.as_str();
     WellFormedEntry {
         proven: known.is_proven(),
-        waiting: known
-            .waiting
-            .iter()
-            .map(|drone| plan.drones[*drone].name.as_str())
-            .collect(),
+        waiting: known.waiting.iter().map(name).collect(),
         pairs: known.offences.iter().map(pair).collect(),
     }
 }

@@ -47,7 +47,7 @@ impl Instance {
 /// What came of an instance. Reading the scenario is not timed.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Figures {
-    /// `safe`, `partial`, `unsafe`, `blocked` or `stopped`.
+    /// `safe`, `partial`, `unsafe` or `blocked`.
     pub status: String,
     /// Drones without a path.
     pub left_out: usize,

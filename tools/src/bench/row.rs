@@ -56,7 +56,6 @@ impl Run {
         let mut said = Vec::new();
         match figures.status.as_str() {
             "blocked" => said.push("starts exclude one another".to_owned()),
-            "stopped" => said.push("stopped before there was a plan".to_owned()),
             _ if figures.left_out > 0 => said.push(format!("{} unplanned", figures.left_out)),
             _ => {}
         }
