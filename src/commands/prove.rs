@@ -1,4 +1,4 @@
-//! `plan prove`: made-up recordings with a concealed effect, diagnosed, and the answers marked.
+//! `plan prove`: synthetic recordings with an injected effect, diagnosed blind, and the metrics of the answers.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -23,22 +23,22 @@ use crate::{Answer, Format};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Draws flights, weather, instruments and what is concealed
+    /// Draws flights, weather, instruments and the injected effects
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Recordings to make; two in five conceal nothing
+    /// Recordings to make; two in five have nothing injected
     #[arg(long, default_value_t = 600)]
     count: usize,
     /// Instead: the table of real flights, from a folder with `neural_swarm2` and `crazypad` in it; run it where `recordings/` lies
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "format", "count", "seed"])]
     flights: Option<PathBuf>,
-    /// How to print the marks
+    /// How to print the metrics
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
     /// Write marks.json and marks.txt to this folder
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Write the recordings there as well, and what they conceal to truth/: about 200 kB each
+    /// Write the recordings there as well, and what was injected to truth/: about 200 kB each
     #[arg(long, requires = "out")]
     recordings: bool,
 }
@@ -58,14 +58,14 @@ struct Printed<'a> {
     all: &'a Metrics,
 }
 
-/// Answers no where a mark is missed.
+/// Answers no where a metric misses its goal.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     if let Some(folder) = &arguments.flights {
         return flights(folder);
     }
     let Arguments { seed, count, .. } = *arguments;
     let out = arguments.out.clone().map(OutFolder::prepare).transpose()?;
-    let progress = Progress::start("proving", count);
+    let progress = Progress::start("validating", count);
     let mut marks = validation::prove(seed, count, |recording| {
         let start = Instant::now();
         let given = validation::ask(recording);
@@ -159,7 +159,7 @@ fn time(seed: u64, marks: &Metrics) -> String {
 
 fn text(seed: u64, marks: &Metrics) -> String {
     let mut text = format!(
-        "{} made-up recordings, seed {seed}\n\n{}\nby family\n{}\nwhat was answered how often\n{}",
+        "{} synthetic recordings, seed {seed}\n\n{}\nby family\n{}\nwhat was answered how often\n{}",
         marks.cases.len(),
         marks.table(),
         marks.family_table(),
@@ -176,7 +176,7 @@ fn text(seed: u64, marks: &Metrics) -> String {
     text
 }
 
-/// The files of one case: the recording in a folder of its own, what it conceals beside it.
+/// The files of one case: the recording in a folder of its own, what was injected beside it.
 fn folder(out: &Path, seed: u64, index: usize) -> Result<Vec<(PathBuf, String)>, Failure> {
     let Case { recording, truth } = validation::case(seed, index);
     let here = OutFolder::prepare(out.join(&recording.name))?.path;
@@ -185,7 +185,7 @@ fn folder(out: &Path, seed: u64, index: usize) -> Result<Vec<(PathBuf, String)>,
         .into_iter()
         .map(|(name, text)| (here.join(name), text))
         .collect();
-    // Nobody is asked any more.
+    // No answer is still to come.
     let truth = truth.unblind(&Given::nothing());
     files.push((
         truths.join(format!("{}.json", recording.name)),
