@@ -126,6 +126,8 @@ pub struct Exposure {
     pub alpha: f64,
     /// What that costs (% of the power).
     pub extra_percent: f64,
+    /// Axial exposure (m) and extra energy (J) of its whole flight; absent where wakes are advected.
+    pub whole: Option<(f64, f64)>,
     /// Whose limits have to be raised.
     pub drones: Vec<String>,
     /// To what, margin included.
@@ -303,9 +305,18 @@ impl fmt::Display for Exposure {
         }
         write!(
             f,
-            ", alpha {:.2}, +{:.0} % power; raise the air_limit of {} to {:.2}, with a margin",
-            self.alpha,
-            self.extra_percent,
+            ", alpha {:.2}, +{:.0} % power",
+            self.alpha, self.extra_percent
+        )?;
+        if let Some((axial_exposure_m, extra_energy_j)) = self.whole {
+            write!(
+                f,
+                " there, {axial_exposure_m:.1} m of axial exposure and {extra_energy_j:.0} J in all"
+            )?;
+        }
+        write!(
+            f,
+            "; raise the air_limit of {} to {:.2}, with a margin",
             names.join(", "),
             self.air_limit,
         )

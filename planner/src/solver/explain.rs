@@ -1,6 +1,8 @@
 //! Why a drone stays at its start: who or what is in the way, where and when, and the way out.
 
-use costmap::leg::DroneId;
+use costmap::assess::Worst;
+use costmap::costmap::Costmap;
+use costmap::leg::{DroneId, Leg};
 use costmap::verdict::Why;
 
 use crate::graph::distances::UNREACHABLE;
@@ -283,6 +285,27 @@ fn gentlest_pass(
             None => too_low = middle,
         }
     }
+    if !others.has_advected_wakes() {
+        let mut costmap = others.with_limits_raised(enough);
+        let flown: Vec<Leg> = pass.into_iter().flat_map(|path| path.legs).collect();
+        for drone in group {
+            let own = flown.iter().filter(|leg| leg.drone == *drone);
+            costmap.insert(own.copied().collect());
+        }
+        // Those who pass, and those who meet their wakes.
+        let near = flown.iter().flat_map(|leg| costmap.near(leg));
+        let mut drones: Vec<DroneId> = near.map(|item| item.leg.drone).collect();
+        drones.extend(group);
+        drones.sort_unstable();
+        drones.dedup();
+        let assessed = drones.iter().filter_map(|&drone| assess(&costmap, drone));
+        let mut exposed: Vec<Assessed> = assessed.filter(|it| it.over > 1.0).collect();
+        exposed.sort_by(|a, b| b.over.total_cmp(&a.over));
+        let worst = exposed.first();
+        return worst.map_or(Remedy::JustWithinLimits, |worst| {
+            Remedy::RaiseLimits(worst.exposure(world, &exposed))
+        });
+    }
     let mut with_pass = paths.clone();
     with_pass
         .unplanned
@@ -304,6 +327,72 @@ fn gentlest_pass(
     })
 }
 
+/// The air along the whole path of a drone, and the worst of it.
+struct Assessed {
+    drone: DroneId,
+    worst: Worst,
+    /// The worst over its limit.
+    over: f64,
+    axial_exposure_m: f64,
+    extra_energy_j: f64,
+}
+
+/// `None` where a drone meets no air.
+fn assess(costmap: &Costmap, drone: DroneId) -> Option<Assessed> {
+    let mut worst: Option<(f64, Worst)> = None;
+    let (mut axial_exposure_m, mut extra_energy_j) = (0.0, 0.0);
+    for leg in costmap.legs(drone) {
+        let assessment = costmap.assess(leg).ok()?;
+        axial_exposure_m += assessment.own.axial_exposure_m;
+        extra_energy_j += assessment.own.extra_energy_j;
+        let here = assessment.worst.map(|it| (it.alpha / leg.air_limit, it));
+        worst = match (worst, here) {
+            (Some(known), Some(here)) if here.0 <= known.0 => Some(known),
+            (known, here) => here.or(known),
+        };
+    }
+    let (over, worst) = worst?;
+    Some(Assessed {
+        drone,
+        worst,
+        over,
+        axial_exposure_m,
+        extra_energy_j,
+    })
+}
+
+impl Assessed {
+    fn exposure(&self, world: &World, exposed: &[Assessed]) -> Exposure {
+        let name = |drone: DroneId| world.drones[drone.0 as usize].name.clone();
+        let mut drones: Vec<String> = exposed.iter().map(|it| name(it.drone)).collect();
+        // As they are quoted.
+        drones.sort_unstable_by_key(|name| format!("{name}`"));
+        let Worst {
+            alpha,
+            at_m,
+            from,
+            from_m,
+        } = self.worst;
+        let aside_m = (from_m.xy() - at_m.xy()).norm();
+        Exposure {
+            drone: name(self.drone),
+            at_m,
+            beside: Some((name(from), from_m.z - at_m.z, aside_m)),
+            alpha,
+            extra_percent: 100.0 * (airflow::power::beta(alpha) - 1.0),
+            whole: Some((self.axial_exposure_m, self.extra_energy_j)),
+            drones,
+            air_limit: with_margin(alpha),
+        }
+    }
+}
+
+/// The search's bounds are a few percent above the air itself.
+fn with_margin(alpha: f64) -> f64 {
+    (alpha * 105.0).ceil() / 100.0
+}
+
+/// The same where wakes are advected: as the verifier found it.
 fn exposure(plan: &Plan, worst: &Violation, exposed: &[Violation]) -> Exposure {
     let alpha = worst.value;
     let mut drones: Vec<String> = exposed.iter().map(|v| v.drone.clone()).collect();
@@ -323,8 +412,8 @@ fn exposure(plan: &Plan, worst: &Violation, exposed: &[Violation]) -> Exposure {
         beside,
         alpha,
         extra_percent: 100.0 * (airflow::power::beta(alpha) - 1.0),
+        whole: None,
         drones,
-        // The search's bounds are a few percent above the air itself.
-        air_limit: (alpha * 105.0).ceil() / 100.0,
+        air_limit: with_margin(alpha),
     }
 }
