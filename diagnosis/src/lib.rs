@@ -5,11 +5,11 @@
 //!
 //! # In reading order
 //!
+//! - [`statistics`]: tests, folds, trees and intervals on plain numbers.
 //! - [`record`]: what was recorded, what "simulation" means for it, and from bytes to it.
 //! - [`thrust`]: from duty cycles to thrust, identified in free flight.
 //! - [`forward`]: the air that the baseline makes, what a probe and a drone make of it, what would
 //!   have been recorded, how far off that is; vertical forces and the clocks of the logs.
-//! - [`statistics`]: tests, folds, trees and intervals on plain numbers.
 //! - [`calibrate`]: the constants of the jet that fit best.
 //! - [`infer`]: which effect is missing in one recording: candidates, fits, selection, the finding.
 //! - [`campaign`]: the forces of many flights together, and one drone's motors against its own
