@@ -113,6 +113,20 @@ impl Errand {
             && self.forgiven.contains(&blocker.drone)
     }
 
+    /// Hovering at a place (m) as one of its kinds, from tick 0 until the end.
+    pub(crate) fn hover(&self, at_m: Point3<f64>, kind: KindId) -> Leg {
+        Leg {
+            drone: self.drone,
+            kind,
+            start: Tick(0),
+            end: Tick::FOREVER,
+            from_m: at_m,
+            to_m: at_m,
+            flying: true,
+            air_limit: self.air_limit,
+        }
+    }
+
     /// It has nothing to do but to stay where it is, in the air or on the ground.
     pub(crate) fn stays(&self) -> bool {
         self.stages.is_empty()

@@ -7,8 +7,8 @@ use std::ops::Range;
 use nalgebra::Point3;
 
 use super::limits::{Limits, PLACE_M, name_fault};
-use super::problem::{Problem, did_you_mean, nearest};
-use super::source::{Pair, Value, line};
+use super::problem::{Cited, Problem, did_you_mean, nearest};
+use super::source::{Pair, Value, line, root};
 use super::written::At;
 
 /// Gathers what is wrong while a text is read.
@@ -35,6 +35,39 @@ pub(super) struct Field<'r, 't> {
     pub(super) value: Value<'t>,
     pub(super) key: &'static str,
     pub(super) who: &'r str,
+}
+
+/// Reads a file that a scenario cites.
+///
+/// # Errors
+/// Everything that is wrong with it, each at its place in it.
+pub(super) fn cited<T>(
+    file: &str,
+    text: &str,
+    read: impl FnOnce(&mut Reader<'_>) -> Option<T>,
+) -> Result<T, Vec<Problem>> {
+    let mut reader = Reader {
+        text,
+        problems: Vec::new(),
+    };
+    let found = match root(text) {
+        Ok(_) => read(&mut reader),
+        Err(problem) => {
+            reader.report(*problem);
+            None
+        }
+    };
+    if let Some(found) = found.filter(|_| reader.problems.is_empty()) {
+        return Ok(found);
+    }
+    let cited = Box::new(Cited {
+        file: file.to_owned(),
+        text: text.to_owned(),
+    });
+    for problem in &mut reader.problems {
+        problem.cited = Some(cited.clone());
+    }
+    Err(reader.problems)
 }
 
 impl<'t> Reader<'t> {

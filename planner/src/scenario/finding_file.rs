@@ -6,9 +6,9 @@ use std::ops::Range;
 
 use airflow::effects::{EFFECTS, Effects, Parameter, Treatment};
 
-use super::fields::{Field, Reader, Record};
+use super::fields::{Field, Reader, Record, cited};
 use super::limits::Limits;
-use super::problem::{Cited, Problem};
+use super::problem::Problem;
 use super::source::root;
 use super::written::Written;
 use crate::scenario::world::World;
@@ -112,34 +112,11 @@ pub(super) fn read(
             ),
         ]
     })?;
-    let mut reader = Reader {
-        text: &text,
-        problems: Vec::new(),
-    };
-    let read = match root(&text) {
-        Ok(_) => effects(&mut reader),
-        Err(problem) => {
-            reader.report(*problem);
-            None
-        }
-    };
-    match read {
-        Some(read) if reader.problems.is_empty() => Ok(CitedFinding {
-            notes: notes(&read, file),
-            effects: read.effects,
-        }),
-        _ => {
-            let mut problems = reader.problems;
-            let cited = Box::new(Cited {
-                file: file.clone(),
-                text: text.clone(),
-            });
-            for problem in &mut problems {
-                problem.cited = Some(cited.clone());
-            }
-            Err(problems)
-        }
-    }
+    let read = cited(file, &text, effects)?;
+    Ok(CitedFinding {
+        notes: notes(&read, file),
+        effects: read.effects,
+    })
 }
 
 /// What of the file counts.

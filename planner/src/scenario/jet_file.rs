@@ -2,9 +2,9 @@
 
 use airflow::Jet;
 
-use super::fields::{Field, Reader};
+use super::fields::{Field, Reader, cited};
 use super::limits::{ANY, CENTRELINE, Limits, ORIGIN, SPREADING};
-use super::problem::{Cited, Problem};
+use super::problem::Problem;
 use super::source::root;
 use super::written::At;
 
@@ -37,31 +37,7 @@ pub(super) fn read(
             problem.help("`plan calibrate` writes such a file; without `jet` the paper's is flown"),
         ]
     })?;
-    let mut reader = Reader {
-        text: &text,
-        problems: Vec::new(),
-    };
-    let cited = match root(&text) {
-        Ok(_) => jet(&mut reader, file),
-        Err(problem) => {
-            reader.report(*problem);
-            None
-        }
-    };
-    match cited {
-        Some(cited) if reader.problems.is_empty() => Ok(cited),
-        _ => {
-            let mut problems = reader.problems;
-            let cited = Box::new(Cited {
-                file: file.clone(),
-                text: text.clone(),
-            });
-            for problem in &mut problems {
-                problem.cited = Some(cited.clone());
-            }
-            Err(problems)
-        }
-    }
+    cited(file, &text, |reader| jet(reader, file))
 }
 
 fn jet(reader: &mut Reader<'_>, file: &str) -> Option<CitedJet> {

@@ -42,11 +42,6 @@ struct StayPrice {
 impl StayPrice {
     /// The price of `stay`, whenever it begins, for `ticks`; [`Tick::FOREVER`]'s for ever.
     fn new(scene: &Scene<'_>, stay: Leg, ticks: u32) -> StayPrice {
-        let stay = Leg {
-            start: Tick(0),
-            end: Tick::FOREVER,
-            ..stay
-        };
         let mut verdict = Verdict::default();
         scene.judge(&stay, &mut verdict);
         let blockers = &mut verdict.blockers;
@@ -107,18 +102,9 @@ impl StayPrice {
 impl Stays {
     /// Those of an errand among everybody planned.
     pub(crate) fn new(scene: &Scene<'_>, errand: &Errand) -> Stays {
-        let stay = |at: Vertex, kind: KindId, flying: bool| {
-            let at_m = scene.roadmap.position_m(at);
-            Leg {
-                drone: errand.drone,
-                kind,
-                start: Tick(0),
-                end: Tick::FOREVER,
-                from_m: at_m,
-                to_m: at_m,
-                flying,
-                air_limit: errand.air_limit,
-            }
+        let stay = |at: Vertex, kind: KindId, flying: bool| Leg {
+            flying,
+            ..errand.hover(scene.roadmap.position_m(at), kind)
         };
         let dwells = errand.stages.iter().zip(&errand.kinds[1..]);
         let dwells = dwells.map(|(stage, &kind)| {

@@ -81,7 +81,28 @@ pub(crate) struct Scene<'a> {
     pub(crate) stop: &'a (dyn Fn() -> bool + Sync),
 }
 
-impl Scene<'_> {
+impl<'a> Scene<'a> {
+    /// Every step judged in full by the costmap, among drones that have these prices.
+    pub(crate) fn judged(
+        roadmap: &'a Roadmap,
+        costmap: &'a Costmap,
+        weights: &'a [u32],
+        stop: &'a (dyn Fn() -> bool + Sync),
+    ) -> Scene<'a> {
+        Scene {
+            roadmap,
+            costmap,
+            reservations: None,
+            weights,
+            under_way: &[],
+            energy_weight: 0.0,
+            detours: true,
+            careful: true,
+            most_expansions: u64::MAX,
+            stop,
+        }
+    }
+
     /// What is in the way is flown already, and cannot be taken back.
     fn is_under_way(&self, blocker: &Blocker) -> bool {
         let until = self.under_way.get(blocker.drone.0 as usize);

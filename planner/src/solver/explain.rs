@@ -244,16 +244,8 @@ fn in_the_way(
 ) -> Option<Obstruction> {
     let weights = vec![IMMOVABLE; job.errands.len()];
     let scene = Scene {
-        roadmap: &job.roadmap,
-        costmap: &paths.costmap,
-        reservations: None,
-        weights: &weights,
-        under_way: &[],
-        energy_weight: 0.0,
-        detours: true,
-        careful: true,
         most_expansions: MOST_EXPANSIONS,
-        stop: control.stop,
+        ..Scene::judged(&job.roadmap, &paths.costmap, &weights, control.stop)
     };
     match search(scene, &job.errands[drone.0 as usize]).found {
         Found::Blocked(by) => by,

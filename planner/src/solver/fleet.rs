@@ -92,18 +92,7 @@ pub(crate) fn kept_out_by_zones(
     control: &Control<'_>,
 ) -> Vec<(DroneId, FailureKind)> {
     let weights = vec![IMMOVABLE; job.errands.len()];
-    let scene = Scene {
-        roadmap: &job.roadmap,
-        costmap: empty,
-        reservations: None,
-        weights: &weights,
-        under_way: &[],
-        energy_weight: 0.0,
-        detours: true,
-        careful: true,
-        most_expansions: u64::MAX,
-        stop: control.stop,
-    };
+    let scene = Scene::judged(&job.roadmap, empty, &weights, control.stop);
     let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
     let found: Vec<Option<Found>> = job
         .errands

@@ -161,15 +161,12 @@ fn moment(round: usize, ticks: u32) -> Tick {
 
 fn leg(job: &Job, errand: &Errand, at: &AgentState, to: &AgentState, time: [Tick; 2]) -> Leg {
     let kind = usize::from(at.stage) + usize::from(at.rest > 0);
+    let kind = errand.kinds[kind.min(errand.kinds.len() - 1)];
     Leg {
-        drone: errand.drone,
-        kind: errand.kinds[kind.min(errand.kinds.len() - 1)],
         start: time[0],
         end: time[1],
-        from_m: job.roadmap.position_m(at.place),
         to_m: job.roadmap.position_m(to.place),
-        flying: true,
-        air_limit: errand.air_limit,
+        ..errand.hover(job.roadmap.position_m(at.place), kind)
     }
 }
 
@@ -211,14 +208,8 @@ fn stay_home(job: &Job, errand: &Errand, legs: &mut Vec<Leg>) -> Tick {
     let dwell = errand.stages.last().map_or(0, |stage| stage.dwell_ticks);
     let arrives = home.after(dwell);
     let stay = Leg {
-        drone: errand.drone,
-        kind: errand.kinds[errand.kinds.len() - 1],
         start: home,
-        end: Tick::FOREVER,
-        from_m: at_m,
-        to_m: at_m,
-        flying: true,
-        air_limit: errand.air_limit,
+        ..errand.hover(at_m, errand.kinds[errand.kinds.len() - 1])
     };
     let dwelling = Leg {
         end: arrives,

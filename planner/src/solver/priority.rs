@@ -16,7 +16,7 @@ use crate::graph::agent::Errand;
 use crate::graph::roadmap::Roadmap;
 use crate::plan::outcome::{Control, Effort};
 use crate::sipp::conflicts::ReservationTable;
-use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Scene, search};
+use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Scene, Searched, search};
 use crate::solver::prepare::Job;
 
 /// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
@@ -199,6 +199,16 @@ impl<'a> Attempt<'a> {
         }
     }
 
+    /// Counts a search; the path that it found, if it found one.
+    fn counted(&mut self, searched: Searched) -> Option<Path> {
+        self.effort.searches += 1;
+        self.effort.expansions += searched.expansions;
+        match searched.found {
+            Found::Path(path) => Some(path),
+            Found::Blocked(_) | Found::Stopped => None,
+        }
+    }
+
     fn evict(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
         let index = drone.0 as usize;
         if self.paths[index].is_none() {
@@ -324,9 +334,7 @@ impl<'a> Attempt<'a> {
                 ..self.scene()
             };
             let searched = search(scene, &self.errands[drone.0 as usize]);
-            self.effort.searches += 1;
-            self.effort.expansions += searched.expansions;
-            if let Found::Path(path) = searched.found {
+            if let Some(path) = self.counted(searched) {
                 self.reserve(path.legs.clone());
                 self.paths[drone.0 as usize] = Some(path);
                 self.unplanned.remove(index - 1);
@@ -349,15 +357,8 @@ impl<'a> Attempt<'a> {
 
 /// The one leg of a drone that is not planned.
 pub(crate) fn stays_at_start(errand: &Errand, roadmap: &crate::graph::roadmap::Roadmap) -> Leg {
-    let at_m = roadmap.position_m(errand.start);
     Leg {
-        drone: errand.drone,
-        kind: errand.kinds[0],
-        start: Tick(0),
-        end: Tick::FOREVER,
-        from_m: at_m,
-        to_m: at_m,
         flying: !errand.grounded,
-        air_limit: errand.air_limit,
+        ..errand.hover(roadmap.position_m(errand.start), errand.kinds[0])
     }
 }

@@ -255,14 +255,8 @@ impl<'a> Nodes<'a> {
         self.hovers.entry(node).or_insert_with(|| {
             let here_m = scene.roadmap.position_m(label.vertex);
             let stay = Leg {
-                drone: errand.drone,
-                kind: errand.kinds[usize::from(label.stage)],
-                start: Tick(0),
-                end: Tick::FOREVER,
-                from_m: here_m,
-                to_m: here_m,
                 flying: !label.grounded,
-                air_limit: errand.air_limit,
+                ..errand.hover(here_m, errand.kinds[usize::from(label.stage)])
             };
             let mut verdict = Verdict::default();
             scene.judge(&stay, &mut verdict);

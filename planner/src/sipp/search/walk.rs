@@ -201,15 +201,13 @@ impl<'a> Search<'a> {
     }
 
     pub(super) fn leg(&self, label: &Label, to_m: Point3<f64>, ticks: u32) -> Leg {
+        let from_m = self.scene.roadmap.position_m(label.vertex);
         Leg {
-            drone: self.errand.drone,
-            kind: self.kind(label.stage),
             start: label.at,
             end: label.at.after(ticks),
-            from_m: self.scene.roadmap.position_m(label.vertex),
             to_m,
             flying: !label.grounded,
-            air_limit: self.errand.air_limit,
+            ..self.errand.hover(from_m, self.kind(label.stage))
         }
     }
 

@@ -1,6 +1,6 @@
 //! A fleet that steps together until nearly everybody is home; who is not is planned among those who are.
 
-use costmap::leg::{DroneId, Leg, Tick};
+use costmap::leg::{DroneId, Leg};
 
 use super::whole::{MOST_EXPANSIONS_A_DRONE, Setting, known_hopeless};
 use super::{Attempt, Paths, stays_at_start};
@@ -80,16 +80,10 @@ pub(super) fn plan_by_pibt(setting: &Setting<'_>, effort: &mut Effort) -> Option
 
 /// What a drone does that is home.
 fn stays(errand: &Errand, roadmap: &Roadmap) -> Leg {
-    let at_m = roadmap.position_m(errand.start);
+    let kind = errand.kinds[errand.kinds.len() - 1];
     Leg {
-        drone: errand.drone,
-        kind: errand.kinds[errand.kinds.len() - 1],
         start: errand.departs,
-        end: Tick::FOREVER,
-        from_m: at_m,
-        to_m: at_m,
-        flying: true,
-        air_limit: errand.air_limit,
+        ..errand.hover(roadmap.position_m(errand.start), kind)
     }
 }
 

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use costmap::leg::DroneId;
 
 use super::{Attempt, FailureKind};
-use crate::sipp::search::{Found, IMMOVABLE, Scene, search};
+use crate::sipp::search::{IMMOVABLE, Scene, search};
 
 /// States of all searches after the stop: chosen here, about a second of work.
 const ALL_EXPANSIONS: u64 = 60_000;
@@ -41,10 +41,8 @@ impl Attempt<'_> {
                     ..self.scene()
                 };
                 let searched = search(scene, &self.errands[index]);
-                self.effort.searches += 1;
-                self.effort.expansions += searched.expansions;
                 left = left.saturating_sub(searched.expansions);
-                if let Found::Path(path) = searched.found
+                if let Some(path) = self.counted(searched)
                     && self.costmap.is_borne(&path.legs)
                 {
                     self.reserve(path.legs.clone());

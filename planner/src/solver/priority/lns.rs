@@ -9,7 +9,7 @@ use costmap::leg::{DroneId, Leg};
 
 use super::Attempt;
 use crate::plan::outcome::Progress;
-use crate::sipp::search::{Found, IMMOVABLE, Path, Scene, search};
+use crate::sipp::search::{IMMOVABLE, Path, Scene, search};
 
 /// Prices of taking what another holds (ticks), one round after another. Chosen here: a tenth of a second finds those
 /// who lose hardly anything, two seconds only those who hold somebody up for long.
@@ -125,12 +125,7 @@ impl Attempt<'_> {
             ..self.scene()
         };
         let searched = search(scene, &self.errands[drone.0 as usize]);
-        self.effort.searches += 1;
-        self.effort.expansions += searched.expansions;
-        match searched.found {
-            Found::Path(path) => Some(path),
-            _ => None,
-        }
+        self.counted(searched)
     }
 
     fn take_out(&mut self, drone: DroneId) -> Before {
