@@ -30,8 +30,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Names beyond these stand in [`scenario`], [`plan`](mod@plan), [`replan`] and [`verify`](mod@verify). To read the
-//! code, take the rooms in this order, each of which imports only from those before it:
+//! Names beyond these stand in [`scenario`], [`plan`](mod@plan), [`replan`] and
+//! [`verify`](mod@verify). To read the code, take the rooms in this order, each of which imports
+//! only from those before it:
 //!
 //! 1. `plan`: a plan as plain data (`plan.json`), its trajectories, and what a run answers ([`Outcome`]).
 //! 2. `scenario`: RON text with every error at its place, the [`World`] that it means, obstacles as distances,
@@ -46,8 +47,9 @@
 //!    floor is crowded, large-neighbourhood search in the time left, and why a drone has no path.
 //! 7. `replan`: a plan changed while it is flown, and a fleet around fixed trajectories.
 //!
-//! World frame throughout: metres, z up; a position is the centre of a drone's rotor plane. Times are seconds
-//! from the plan's beginning; inside the search they are whole ticks of a hundredth of a second.
+//! World frame throughout: metres, z up; a position is the centre of a drone's rotor plane. Times
+//! are seconds from the plan's beginning; inside the search they are whole ticks of a hundredth of
+//! a second.
 
 pub mod plan;
 pub mod replan;

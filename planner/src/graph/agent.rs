@@ -1,5 +1,5 @@
 //! One drone's job on the roadmap: where it starts, what it passes, how it ends, and how long that
-//! takes with nobody else there.
+//! takes with no other drone there.
 
 use std::sync::Arc;
 
@@ -35,8 +35,8 @@ pub(crate) struct Errand {
     pub(crate) mover: Mover,
     /// Highest mean air over its discs, over its induced velocity.
     pub(crate) air_limit: f64,
-    /// Ticks to the end of its last dwell with nobody else there, its wake kept out of the zones;
-    /// [`UNREACHABLE`] if there is no way.
+    /// Ticks to the end of its last dwell with no other drone there, its wake kept out of the
+    /// zones; [`UNREACHABLE`] if there is no way.
     pub(crate) alone_ticks: u32,
     /// Length of that way (m).
     pub(crate) alone_m: f64,
@@ -49,14 +49,14 @@ pub(crate) struct Stage {
     pub(crate) distances: Arc<Distances>,
     /// How long it hovers there.
     pub(crate) dwell_ticks: u32,
-    /// From arriving there to the end of the last dwell, with nobody else there.
+    /// From arriving there to the end of the last dwell, with no other drone there.
     pub(crate) rest_ticks: u32,
 }
 
 /// What a drone does after its last dwell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Ending {
-    /// Stays in the air for ever.
+    /// Stays in the air until the end.
     Hover,
     /// Descends straight down and rests without a wake.
     Land {
@@ -70,7 +70,7 @@ pub(crate) enum Ending {
 }
 
 impl Ending {
-    /// What is flown after the last dwell, given how it would stay where that ended for ever.
+    /// What is flown after the last dwell, given how it would stay where that ended until the end.
     pub(crate) fn legs(&self, stay: Leg) -> Vec<Leg> {
         match *self {
             Ending::Leave => Vec::new(),
@@ -101,12 +101,13 @@ impl Ending {
     }
 }
 
-/// How long after it departs a drone may take to fly out of the air that it is in: chosen here, 2 s, two to
-/// four cells.
+/// How long after it departs a drone may take to fly out of the air that it is in: chosen here, 2
+/// s, two to four cells.
 pub(crate) const FORGIVEN_TICKS: u32 = 200;
 
 impl Errand {
-    /// Whether a leg from `departs` on may be in somebody's way because it was before: never body to body.
+    /// Whether a leg from `departs` on may be in a drone's way because it was before: never body to
+    /// body.
     pub(crate) fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
         blocker.why != Why::Bodies
             && departs < self.departs.after(FORGIVEN_TICKS)
@@ -157,7 +158,8 @@ impl Errand {
         }
     }
 
-    /// Ticks from a vertex, on the way to a stage, to the end of the last dwell; [`UNREACHABLE`] if there is no way.
+    /// Ticks from a vertex, on the way to a stage, to the end of the last dwell; [`UNREACHABLE`] if
+    /// there is no way.
     pub(crate) fn remaining(&self, roadmap: &Roadmap, stage: usize, from: Vertex) -> u32 {
         match self.stages.get(stage) {
             Some(stage) => add(stage.distances.ticks(roadmap, from), stage.rest_ticks),
@@ -165,7 +167,7 @@ impl Errand {
         }
     }
 
-    /// Works out how long its way is with nobody else there, in time and in metres.
+    /// Works out how long its way is with no other drone there, in time and in metres.
     pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
         self.alone_ticks = self.alone(roadmap);
         let starts = std::iter::once(self.start)
@@ -183,14 +185,15 @@ impl Errand {
         first.is_none_or(|stage| stage.distances.is_straight(roadmap, self.start))
     }
 
-    /// Forgets the distances, which take more room than all else; they are worked out anew when they are asked for.
+    /// Forgets the distances, which take more room than all else; they are worked out anew when
+    /// they are asked for.
     pub(crate) fn forget(&self) {
         for stage in &self.stages {
             stage.distances.forget();
         }
     }
 
-    /// Ticks from the start to the end of the last dwell with nobody else there.
+    /// Ticks from the start to the end of the last dwell with no other drone there.
     pub(crate) fn alone(&self, roadmap: &Roadmap) -> u32 {
         self.remaining(roadmap, 0, self.start)
     }

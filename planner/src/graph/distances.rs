@@ -1,10 +1,11 @@
 //! How long the rest of the way takes: the search's heuristic, exact on an empty roadmap.
 //!
 //! Between two lattice places with nothing in the box between them the answer is closed (diagonal
-//! steps first). Otherwise it comes from a Dijkstra search backwards from the goal that is led towards
-//! the place the drone comes from and stops as soon as it knows what is asked: "reverse resumable A*"
-//! (D. Silver, "Cooperative pathfinding", AIIDE 2005). Its queue is an array of buckets, one a tick
-//! (R. Dial, "Algorithm 360", Communications of the ACM 12, 1969): durations are small whole numbers.
+//! steps first). Otherwise it comes from a Dijkstra search backwards from the goal that is led
+//! towards the place the drone comes from and stops as soon as it knows what is asked: "reverse
+//! resumable A*" (D. Silver, "Cooperative pathfinding", AIIDE 2005). Its queue is an array of
+//! buckets, one a tick (R. Dial, "Algorithm 360", Communications of the ACM 12, 1969): durations
+//! are small whole numbers.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -88,7 +89,8 @@ impl Mover {
         roadmap.open_steps(self.radius_m).filter(|_| on_lattice)
     }
 
-    /// Calls `f` with the places that it may step to, in ascending order, and the ticks that each takes.
+    /// Calls `f` with the places that it may step to, in ascending order, and the ticks that each
+    /// takes.
     pub(crate) fn steps_from(
         &self,
         roadmap: &Roadmap,
@@ -126,7 +128,7 @@ impl Mover {
     }
 }
 
-/// Ticks from anywhere to one goal for one drone with nobody else there.
+/// Ticks from anywhere to one goal for one drone with no other drone there.
 #[derive(Debug)]
 pub(crate) struct Distances {
     goal: Vertex,
@@ -189,7 +191,8 @@ impl Distances {
         backwards.ticks(roadmap, &self.mover, self.goal, from, |_, _| true)
     }
 
-    /// Length of a shortest way (m) from a place that has been asked about already; as far as it is known.
+    /// Length of a shortest way (m) from a place that has been asked about already; as far as it is
+    /// known.
     pub(crate) fn length_m(&self, roadmap: &Roadmap, from: Vertex) -> f64 {
         let backwards = self.worked_out();
         let known = |at: Vertex| match backwards.known(at) {
@@ -228,7 +231,8 @@ impl Distances {
         backwards.unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The same search from the goal from its beginning, for whoever comes from a place and knows more places that are closed.
+    /// The same search from the goal from its beginning, for the drone that comes from a place and
+    /// knows more places that are closed.
     pub(crate) fn backwards(&self, roadmap: &Roadmap, from: Vertex) -> Backwards {
         let mut backwards = Backwards::default();
         backwards.lead = Lead::new(roadmap, from, &self.mover);
@@ -236,7 +240,8 @@ impl Distances {
         backwards
     }
 
-    /// A search on the floor for a drone that comes from a place, where nothing solid is in between.
+    /// A search on the floor for a drone that comes from a place, where nothing solid is in
+    /// between.
     pub(crate) fn floor<'a>(&self, roadmap: &'a Roadmap, from: Vertex) -> Option<Floor<'a>> {
         let steps = self.closed_form.filter(|_| self.mover.stops.is_empty())?;
         let is_straight = self.is_straight(roadmap, from);

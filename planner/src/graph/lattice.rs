@@ -47,9 +47,9 @@ const fn axes() -> [usize; 26] {
 
 impl Lattice {
     /// Fits a lattice into the bounds, shifted on each axis so that it meets most of `places`:
-    /// cells centred between the bounds' faces, unless more places lie on whole cells from them, or most
-    /// places have another shift in common. An axis shorter than a cell has one layer, in its middle
-    /// unless its places know better.
+    /// cells centred between the bounds' faces, unless more places lie on whole cells from them, or
+    /// most places have another shift in common. An axis shorter than a cell has one layer, in its
+    /// middle unless its places know better.
     pub(crate) fn new(bounds: &Bounds, cell_m: f64, places: &[Point3<f64>]) -> Lattice {
         let mut origin_m = bounds.min;
         let mut counts = [1; 3];
@@ -173,7 +173,8 @@ fn to_the_nanometre(coordinate_m: f64) -> f64 {
     (coordinate_m * 1e9).round() / 1e9
 }
 
-/// How many marked places a box of a lattice holds, in constant time (a summed-area table in three dimensions).
+/// How many marked places a box of a lattice holds, in constant time (a summed-area table in three
+/// dimensions).
 #[derive(Clone, Debug)]
 pub(crate) struct BoxCount {
     counts: [usize; 3],

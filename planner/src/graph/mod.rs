@@ -1,4 +1,5 @@
-//! Where drones can go and how long it takes: the lattice, the roadmap beyond it, times to every goal.
+//! Where drones can go and how long it takes: the lattice, the roadmap beyond it, times to every
+//! goal.
 
 pub(crate) mod agent;
 pub(crate) mod distances;

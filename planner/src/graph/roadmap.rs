@@ -1,8 +1,9 @@
-//! The ways through free space: a 26-connected lattice, and a petgraph of the ways to every place beyond it that a drone
-//! starts from or is sent to.
+//! The ways through free space: a 26-connected lattice, and a petgraph of the ways to every place
+//! beyond it that a drone starts from or is sent to.
 //!
-//! One roadmap serves all sizes of drones: each way carries its clearance, and a drone uses those that
-//! are wide enough for its body. Lattice places come first and keep their numbers, blocked or not.
+//! One roadmap serves all sizes of drones: each way carries its clearance, and a drone uses those
+//! that are wide enough for its body. Lattice places come first and keep their numbers, blocked or
+//! not.
 
 use nalgebra::Point3;
 use petgraph::graphmap::DiGraphMap;
@@ -25,7 +26,8 @@ const CLEARANCE_TOLERANCE_M: f64 = 1e-4;
 pub(crate) struct Way {
     /// m.
     pub(crate) length_m: f32,
-    /// Distance to the nearest obstacle, and of its ends to the floor (m); capped at what the largest drone needs.
+    /// Distance to the nearest obstacle, and of its ends to the floor (m); capped at what the
+    /// largest drone needs.
     pub(crate) clearance_m: f32,
 }
 
@@ -171,8 +173,8 @@ impl Roadmap {
         }
     }
 
-    /// By lattice place, the steps that a ball of this radius may take, as bits in the order of [`NEIGHBOURS`]; `None` if
-    /// nobody asked for the radius.
+    /// By lattice place, the steps that a ball of this radius may take, as bits in the order of
+    /// [`NEIGHBOURS`]; `None` if the radius was not asked for.
     pub(crate) fn open_steps(&self, radius_m: f64) -> Option<&[u32]> {
         self.open
             .iter()
@@ -180,7 +182,8 @@ impl Roadmap {
             .map(|(_, open)| open.as_slice())
     }
 
-    /// Lattice places where a ball of this radius cannot take every step; `None` if nobody asked for the radius.
+    /// Lattice places where a ball of this radius cannot take every step; `None` if the radius was
+    /// not asked for.
     pub(crate) fn narrow(&self, radius_m: f64) -> Option<&BoxCount> {
         self.narrow
             .iter()
@@ -189,10 +192,12 @@ impl Roadmap {
     }
 }
 
-/// Clearance of the 13 ways from a lattice place to neighbours of higher number; the others are theirs.
+/// Clearance of the 13 ways from a lattice place to neighbours of higher number; the others are
+/// theirs.
 type Forward = Vec<[f32; 13]>;
 
-/// Neighbours of a lattice place, in ascending order: which of [`NEIGHBOURS`] each is, and the clearance of the way there.
+/// Neighbours of a lattice place, in ascending order: which of [`NEIGHBOURS`] each is, and the
+/// clearance of the way there.
 fn around<'a>(
     lattice: &'a Lattice,
     forward: &'a Forward,
@@ -258,7 +263,7 @@ impl Survey<'_> {
                     let ends_m = a_m.min(b_m);
                     let between_m = 0.5 * (a_m + b_m - (to_m - from_m).norm());
                     let free_m = if ends_m <= 0.0 {
-                        // Nobody fits, wherever the way is narrowest.
+                        // No drone fits, wherever the way is narrowest.
                         ends_m
                     } else if between_m >= self.widest_m {
                         // Distances change by no more than one moves.

@@ -1,7 +1,7 @@
 //! A number for each place, zero at first: what searches write on.
 //!
-//! A sheet is wiped where it was written on, and used again by the next search of its thread: a new one takes as long to fill as
-//! a short search.
+//! A sheet is wiped where it was written on, and used again by the next search of its thread: a new
+//! one takes as long to fill as a short search.
 
 use std::cell::RefCell;
 

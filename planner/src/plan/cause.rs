@@ -22,7 +22,8 @@ pub enum FailureCause {
     },
     /// Other drones, or a zone that its wake is too strong for.
     Obstructed {
-        /// What was in the way nearest to the goal; `None`: drones evicted one another up to the limit.
+        /// What was in the way nearest to the goal; `None`: drones evicted one another up to the
+        /// limit.
         by: Option<Hindrance>,
         /// The way out, as far as one was looked for.
         remedy: Remedy,

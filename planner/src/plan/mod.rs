@@ -1,8 +1,9 @@
 //! A plan as plain data: the contents of `plan.json`, format `plan/1`.
 //!
-//! A plan holds all that a judge needs (air, airframes, obstacles, zones), so that it can be checked
-//! without its scenario. Positions are rotor-plane centres in metres, z up; times in seconds.
-//! Wall-clock figures are not part of a plan: the same scenario and seed give the same bytes.
+//! A plan holds all that a judge needs (air, airframes, obstacles, zones), so that it can be
+//! checked without its scenario. Positions are rotor-plane centres in metres, z up; times in
+//! seconds. Wall-clock figures are not part of a plan: the same scenario and seed give the same
+//! bytes.
 
 pub mod cause;
 pub mod outcome;
@@ -25,7 +26,8 @@ pub struct Plan {
     pub scenario: String,
     /// The answer in one word.
     pub status: Status,
-    /// Wakes are attached to their drones without delay; `false` where a finding says that their air takes its time.
+    /// Wakes are attached to their drones without delay; `false` where a finding says that their
+    /// air takes its time.
     pub quasi_static: bool,
     /// The air that the plan assumes.
     pub air: AirModel,
@@ -44,7 +46,7 @@ pub struct Plan {
     pub unplanned: Vec<Unplanned>,
     /// Sums over the fleet.
     pub fleet: Fleet,
-    /// The same fleet planned without wakes, judged with them; absent where nobody asked.
+    /// The same fleet planned without wakes, judged with them; absent where it is not asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ignoring_downwash: Option<IgnoringDownwash>,
     /// What the verifier found.
@@ -56,8 +58,8 @@ pub struct Plan {
 pub struct Sample {
     /// Time since the plan began (s).
     pub t_s: f64,
-    /// Rotor-plane centres in the world's frame, z up (m), in the order of [`Plan::drones`]; `None`: the
-    /// drone is not there yet, or has left.
+    /// Rotor-plane centres in the world's frame, z up (m), in the order of [`Plan::drones`];
+    /// `None`: the drone is not there yet, or has left.
     pub position_m: Vec<Option<Point3<f64>>>,
 }
 
@@ -67,8 +69,8 @@ impl Plan {
         self.status == Status::Safe && self.violations.is_empty() && self.unplanned.is_empty()
     }
 
-    /// Where all drones are, `rate_hz` times a second (1/s) from time 0 to the end of the last motion, and
-    /// once at or after it; nothing unless the rate is positive and finite.
+    /// Where all drones are, `rate_hz` times a second (1/s) from time 0 to the end of the last
+    /// motion, and once at or after it; nothing unless the rate is positive and finite.
     pub fn sample(&self, rate_hz: f64) -> Vec<Sample> {
         if !(rate_hz > 0.0 && rate_hz.is_finite()) {
             return Vec::new();
@@ -95,9 +97,9 @@ impl Plan {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// Everybody planned, nothing violated.
+    /// Every drone planned, nothing violated.
     Safe,
-    /// Nothing violated, but somebody stays at the start.
+    /// Nothing violated, but a drone stays at the start.
     Partial,
     /// The verifier found violations.
     Unsafe,
@@ -219,13 +221,13 @@ pub struct DronePlan {
     pub at_start: AtStart,
     /// `hover`, `land` or `leave`.
     pub at_end: AtEnd,
-    /// When its wake is on: from, until (`null`: for ever). From 0 until 0: never.
+    /// When its wake is on: from, until (`null`: until the end). From 0 until 0: never.
     pub airborne_s: (f64, Option<f64>),
     /// Where it is when.
     pub trajectory: TrajectoryEntry,
     /// End of the last dwell (s).
     pub arrives_s: f64,
-    /// The same with nobody else there (s).
+    /// The same with no other drone there (s).
     pub alone_s: f64,
     /// Time spent waiting beyond its dwells (s).
     #[serde(default)]
@@ -261,7 +263,7 @@ pub enum AtStart {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AtEnd {
-    /// Blows on for ever.
+    /// Keeps hovering, with its wake.
     Hover,
     /// Rests without a wake.
     Land,
@@ -356,7 +358,7 @@ pub struct Fleet {
     pub makespan_s: f64,
     /// s.
     pub sum_of_arrivals_s: f64,
-    /// Sum of each drone's arrival with nobody else there (s).
+    /// Sum of each drone's arrival with no other drone there (s).
     #[serde(default)]
     pub sum_alone_s: f64,
     /// Energy that downwash costs the fleet (J).
@@ -399,7 +401,7 @@ pub struct Violation {
     pub with: Option<String>,
     /// First moment found (s).
     pub from_s: f64,
-    /// Last moment found (s); `null`: for ever.
+    /// Last moment found (s); `null`: until the end.
     pub until_s: Option<f64>,
     /// Where the drone is at the worst moment (m).
     pub position_m: Point3<f64>,

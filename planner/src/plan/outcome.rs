@@ -12,10 +12,11 @@ use crate::plan::{Plan, Status};
 pub enum Outcome {
     /// Every drone is planned, and the verifier found nothing.
     Safe(Box<Planned>),
-    /// The verifier found nothing; the drones in [`Planned::failures`] stay at their starts. A run that is
-    /// stopped early answers so, too: with every drone that has no path yet among them.
+    /// The verifier found nothing; the drones in [`Planned::failures`] stay at their starts. A run
+    /// that is stopped early answers so, too: with every drone that has no path yet among them.
     Partial(Box<Planned>),
-    /// The verifier found violations: the plan must not be flown. A fault of the search, worth a report.
+    /// The verifier found violations: the plan must not be flown. A fault of the search, worth a
+    /// report.
     Unsafe(Box<Planned>),
     /// The starts themselves exclude one another: no plan can be safe.
     Infeasible {
@@ -33,9 +34,9 @@ pub struct Planned {
     pub failures: Vec<Failure>,
     /// Goals that exclude one another; the drones dropped for it are among the failures.
     pub conflicts: Vec<EndpointConflict>,
-    /// Whether every order of the fleet leads to a plan; `None` where that is not examined: among zones, in
-    /// air that arrives with a delay, around others' fixed trajectories, where a drone lands, and where a
-    /// start or a task lies beside the lattice.
+    /// Whether every order of the fleet leads to a plan; `None` where that is not examined: among
+    /// zones, in air that arrives with a delay, around others' fixed trajectories, where a drone
+    /// lands, and where a start or a task lies beside the lattice.
     pub well_formed: Option<WellFormed>,
     /// What the search did.
     pub effort: Effort,
@@ -92,14 +93,16 @@ pub struct Effort {
     pub expansions: u64,
     /// Drones whose plan was taken back for another's.
     pub evictions: u64,
-    /// Steps of everybody at once that were tried, where one after another found no way.
+    /// PIBT rounds that were tried, where one after another found no way.
     pub rounds: u64,
-    /// By how much the sum of arrivals fell once everybody had a way (ticks of 1/100 s); `None`: nobody asked for it.
+    /// By how much the sum of arrivals fell once every drone had a way (ticks of 1/100 s); `None`:
+    /// it was not asked for.
     pub improved_ticks: Option<u64>,
 }
 
 impl Effort {
-    /// By how much the sum of arrivals fell once everybody had a way (s); `None`: nobody asked for it.
+    /// By how much the sum of arrivals fell once every drone had a way (s); `None`: it was not
+    /// asked for.
     pub fn improved_s(&self) -> Option<f64> {
         let ticks = self.improved_ticks?;
         Some(ticks as f64 / costmap::leg::Tick::PER_SECOND)
@@ -220,8 +223,8 @@ pub struct Control<'a> {
     pub improve: &'a (dyn Fn() -> bool + Sync),
     /// Told now and then.
     pub progress: &'a (dyn Fn(Progress) + Sync),
-    /// Whether the fleet is planned a second time, as if there were no wakes, and that plan judged with
-    /// them: [`Plan::ignoring_downwash`]. It takes about as long again.
+    /// Whether the fleet is planned a second time, as if there were no wakes, and that plan judged
+    /// with them: [`Plan::ignoring_downwash`]. It takes about as long again.
     pub contrast: bool,
 }
 
@@ -239,7 +242,7 @@ pub enum Progress {
         /// Taken back so far.
         evictions: u64,
     },
-    /// Everybody has a way; better ones are looked for while there is time.
+    /// Every drone has a way; better ones are looked for while there is time.
     Improving,
     /// The continuous-time check.
     Verifying,
@@ -247,8 +250,8 @@ pub enum Progress {
     IgnoringDownwash,
 }
 
-/// Share of a time limit after which a plan that is complete is not made better any more. Chosen here:
-/// checks take less time than planning does.
+/// Share of a time limit after which a plan that is complete is not made better any more. Chosen
+/// here: checks take less time than planning does.
 pub const IMPROVING_SHARE: f64 = 0.6;
 
 impl Control<'_> {
@@ -260,8 +263,9 @@ impl Control<'_> {
         contrast: false,
     };
 
-    /// Runs a planner for at most `limit_s` (s): it stops then, and until [`IMPROVING_SHARE`] of it a plan that
-    /// is complete is made better. `elapsed_s` says how long it has been running (s): libraries read no clock.
+    /// Runs a planner for at most `limit_s` (s): it stops then, and until [`IMPROVING_SHARE`] of it
+    /// a plan that is complete is made better. `elapsed_s` says how long it has been running (s):
+    /// libraries read no clock.
     ///
     /// ```
     /// # let text = r#"Scenario(name: "one", bounds_m: (min: (0, 0, 0), max: (9, 9, 6)),

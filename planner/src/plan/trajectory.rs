@@ -1,7 +1,7 @@
 //! Where a drone is when: pieces with a time span each, read from the break points of a plan.
 //!
-//! Pieces are straight today. Nothing outside this module may assume so: the rest of the crate asks a
-//! [`Motion`] where it is, in which box it stays, and when it is inside a ball or an upright
+//! Pieces are straight today. Nothing outside this module may assume so: the rest of the crate asks
+//! a [`Motion`] where it is, in which box it stays, and when it is inside a ball or an upright
 //! cylinder. A piece of higher order has to answer the same questions.
 //!
 //! World frame, z up, metres and seconds.
@@ -34,7 +34,8 @@ pub struct Piece {
 /// What happens after the last break point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tail {
-    /// It stays; a last piece at rest reaches up to this time (s), or to the last break point if that is later.
+    /// It stays; a last piece at rest reaches up to this time (s), or to the last break point if
+    /// that is later.
     Stays {
         /// s.
         until_s: f64,
@@ -85,12 +86,13 @@ pub enum TrajectoryError {
 impl Trajectory {
     /// Reads break points; the first place is held from time 0 on.
     ///
-    /// Two points at one time make no piece: the second takes over there (a change of mass, or, if the
-    /// places differ, one of [`Trajectory::jumps`]).
+    /// Two points at one time make no piece: the second takes over there (a change of mass, or, if
+    /// the places differ, one of [`Trajectory::jumps`]).
     ///
     /// # Errors
     ///
-    /// Lists of different length or without points, numbers that are not finite, times that run backwards.
+    /// Lists of different length or without points, numbers that are not finite, times that run
+    /// backwards.
     pub fn new(entry: &TrajectoryEntry, tail: Tail) -> Result<Trajectory, TrajectoryError> {
         let (times, positions, masses) =
             (entry.t_s.len(), entry.position_m.len(), entry.mass_kg.len());

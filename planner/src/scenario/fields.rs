@@ -351,7 +351,8 @@ impl<'t> Record<'t> {
         &self.head
     }
 
-    /// Notes keys that are given twice, that nobody asked for or that are missing; says whether all was well.
+    /// Notes keys that are given twice, that are not known or that are missing; says whether all
+    /// was well.
     pub(super) fn close(self, reader: &mut Reader<'t>) -> bool {
         let Record {
             who,

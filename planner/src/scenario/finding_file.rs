@@ -1,6 +1,8 @@
-//! The file of a finding: the effects that a diagnosis found, and that a plan is to be flown through.
+//! The file of a finding: the effects that a diagnosis found, and that a plan is to be flown
+//! through.
 //!
-//! `plan diagnose` writes more into it than is flown: verdict, evidence, advice. All of that is left alone here.
+//! `plan diagnose` writes more into it than is flown: verdict, evidence, advice. All of that is
+//! left alone here.
 
 use std::ops::Range;
 
@@ -24,7 +26,7 @@ pub(super) struct Citation {
 /// A finding that is flown.
 pub(super) struct CitedFinding {
     pub(super) effects: Effects,
-    /// What whoever reads the plan should know of it.
+    /// What a reader of the plan should know of it.
     pub(super) notes: Vec<String>,
 }
 
@@ -98,7 +100,8 @@ impl Citation {
 /// Reads the cited file.
 ///
 /// # Errors
-/// Everything that is wrong with it, each at its place in it; at the citation, where it cannot be had at all.
+/// Everything that is wrong with it, each at its place in it; at the citation, where it cannot be
+/// had at all.
 pub(super) fn read(
     citation: &Citation,
     files: &super::Files<'_>,

@@ -11,7 +11,7 @@ use super::written::At;
 /// A jet that a scenario cites.
 pub(super) struct CitedJet {
     pub(super) jet: Jet,
-    /// What whoever reads the plan should know of it.
+    /// What a reader of the plan should know of it.
     pub(super) note: Option<String>,
 }
 
@@ -25,7 +25,8 @@ enum Fit {
 /// Reads the cited file.
 ///
 /// # Errors
-/// Everything that is wrong with it, each at its place in it; at the citation, where it cannot be had at all.
+/// Everything that is wrong with it, each at its place in it; at the citation, where it cannot be
+/// had at all.
 pub(super) fn read(
     citation: &At<String>,
     files: &super::Files<'_>,

@@ -50,7 +50,7 @@ pub(super) const MASS_KG: Limits = from(0.001, 1000.0, "kg");
 pub(super) const PROPELLER_DIAMETER_M: Limits = from(0.005, 10.0, "m");
 /// As for the propellers, of which it holds several.
 pub(super) const MOTOR_DISTANCE_M: Limits = from(0.01, 20.0, "m");
-/// One propeller has no motor distance; beyond 16 nobody has built.
+/// One propeller has no motor distance; beyond 16 none has been built.
 pub(super) const PROPELLERS: Limits = from(2.0, 16.0, "");
 /// The paper's canted drones are within 15 % of 1; twice or half is another jet.
 pub(super) const WIDTH_FACTOR: Limits = from(0.5, 2.0, "");
@@ -66,18 +66,21 @@ pub(super) const SIZE_M: Limits = from(0.001, 20_000.0, "m");
 pub(super) const DWELL_S: Limits = from(0.0, 86_400.0, "s");
 /// What a load may weigh by itself; the airframe sets a narrower limit, see [`MOST_MASS_RATIO`].
 pub(super) const LOAD_KG: Limits = from(0.0, 1000.0, "kg");
-/// From a thousandth (nobody may be below anybody) to twice the own induced velocity, where hovering costs
-/// 2.4 times the power (β(2) = 1 + √2).
+/// From a thousandth (no drone may be below another) to twice the own induced velocity, where
+/// hovering costs 2.4 times the power (β(2) = 1 + √2).
 pub(super) const AIR_LIMIT: Limits = from(0.001, 2.0, "times its induced velocity");
 /// Still air to a strong breeze's mean.
 pub(super) const ZONE_AIR_LIMIT_MPS: Limits = from(0.01, 50.0, "m/s");
 /// Weather stations have read -89 and +57 °C.
 pub(super) const TEMPERATURE_C: Limits = from(-90.0, 60.0, "deg C");
-/// From the top of Everest (33 700 Pa, rounded down) to the highest reading at sea level (108 400 Pa, rounded up).
+/// From the top of Everest (33 700 Pa, rounded down) to the highest reading at sea level (108 400
+/// Pa, rounded up).
 pub(super) const PRESSURE_PA: Limits = from(30_000.0, 110_000.0, "Pa");
-/// A jet's decay constant: the paper's is 10; a hundredth or ten times that is a slip or another unit.
+/// A jet's decay constant: the paper's is 10; a hundredth or ten times that is a slip or another
+/// unit.
 pub(super) const CENTRELINE: Limits = from(0.1, 100.0, "");
-/// A jet's spreading rate: round jets have 0.07 to 0.11 (recalled), walls and swirl a few times that.
+/// A jet's spreading rate: round jets have 0.07 to 0.11 (recalled), walls and swirl a few times
+/// that.
 pub(super) const SPREADING: Limits = from(0.005, 1.0, "");
 /// A jet's virtual origin: above the rotors, where `airflow` needs it; the paper's is -5.8.
 pub(super) const ORIGIN: Limits = from(-100.0, -0.01, "motor distances below the rotors");
@@ -90,10 +93,11 @@ pub(super) const CLEARANCE_M: Limits = from(0.0, 10.0, "m");
 /// 0 ignores energy; 1000 s of delay for one second's energy is already absurd.
 pub(super) const ENERGY_WEIGHT: Limits = from(0.0, 1000.0, "");
 
-/// Greatest mass, load included, over the airframe's own: the best racing drones lift some ten times
-/// their mass at full thrust, nobody hovers at half of that.
+/// Greatest mass, load included, over the airframe's own: the best racing drones lift some ten
+/// times their mass at full thrust, none hovers at half of that.
 pub(super) const MOST_MASS_RATIO: f64 = 5.0;
-/// Greatest induced velocity at hover (m/s): the paper's airframes have 5 to 10, helicopters up to 20.
+/// Greatest induced velocity at hover (m/s): the paper's airframes have 5 to 10, helicopters up to
+/// 20.
 pub(super) const MOST_INDUCED_VELOCITY_MPS: f64 = 60.0;
 /// Most places in the roadmap's lattice: its 26 edges each, at 16 bytes, are then 0.8 GB.
 pub(super) const MOST_LATTICE_PLACES: f64 = 2e6;

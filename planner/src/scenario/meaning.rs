@@ -1,4 +1,5 @@
-//! From what was written to what it means: airframes by name, meshes and the jet by file, places against solids.
+//! From what was written to what it means: airframes by name, meshes and the jet by file, places
+//! against solids.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -128,7 +129,8 @@ pub(super) fn world(
             problem.label(why)
         }));
     }
-    // Where the others are to be is looked at, too: a place out of bounds is told beside an unknown airframe.
+    // Where the others are to be is looked at, too: a place out of bounds is told beside an unknown
+    // airframe.
     for it in unsound {
         sources.push(it.source);
         world.drones.push(it.drone);
@@ -366,7 +368,8 @@ impl<'w> Fleet<'w> {
         self.problems.len() == before
     }
 
-    /// Refuses a mass that would need air faster than any rotor's: a unit mistaken, once per airframe.
+    /// Refuses a mass that would need air faster than any rotor's: a unit mistaken, once per
+    /// airframe.
     fn bears(
         &mut self,
         source: &written::Drone,

@@ -43,7 +43,8 @@ pub use schema::schema;
 
 use crate::scenario::world::World;
 
-/// The files that a scenario may cite: meshes, a calibrated jet, a finding. Libraries read none themselves.
+/// The files that a scenario may cite: meshes, a calibrated jet, a finding. Libraries read none
+/// themselves.
 #[derive(Clone, Copy)]
 pub struct Files<'a> {
     read: &'a dyn Fn(&str) -> Result<String, String>,
@@ -59,8 +60,8 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// The fleet flies through this finding instead of the one that the scenario cites; its text is asked for by
-    /// this name.
+    /// The fleet flies through this finding instead of the one that the scenario cites; its text is
+    /// asked for by this name.
     #[must_use]
     pub fn with_finding(self, file: &'a str) -> Files<'a> {
         Files {
@@ -77,7 +78,8 @@ impl<'a> Files<'a> {
 /// Reads a scenario that cites no files, and what it means.
 ///
 /// # Errors
-/// Everything that is wrong, in the order of the text: a drone in an obstacle beside a misspelt key.
+/// Everything that is wrong, in the order of the text: a drone in an obstacle beside a misspelt
+/// key.
 pub fn read_world(text: &str) -> Result<World, Problems> {
     let none = |file: &str| Err(format!("`{file}` was not given"));
     read_world_with(text, &Files::new(&none))

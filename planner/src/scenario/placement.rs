@@ -8,8 +8,8 @@ use nalgebra::{Point3, Vector3};
 use crate::scenario::solid::{Solids, TOUCHING_M};
 use crate::scenario::world::{AtEnd, AtStart, Bounds, Drone, World};
 
-/// How far a body that rests on something may sink into it (m). Chosen here: coordinates are typed in
-/// centimetres, and half of one is how they get rounded. Plan checks allow the same.
+/// How far a body that rests on something may sink into it (m). Chosen here: coordinates are typed
+/// in centimetres, and half of one is how they get rounded. Plan checks allow the same.
 pub(crate) const REST_TOLERANCE_M: f64 = 0.005;
 
 /// A drone that is told to be where it cannot be.
@@ -23,8 +23,8 @@ pub struct Misplaced {
     pub place_m: Point3<f64>,
     /// What is wrong there.
     pub why: Misfit,
-    /// A place near it that is in order, to the centimetre, if there is one. For a landing: where its
-    /// last task should be.
+    /// A place near it that is in order, to the centimetre, if there is one. For a landing: where
+    /// its last task should be.
     pub nearest_m: Option<Point3<f64>>,
 }
 
@@ -109,8 +109,8 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
     found
 }
 
-/// Where a drone that comes down from `last_m` rests: with its centre one body radius above the highest
-/// surface below, or where it already is, if that is lower.
+/// Where a drone that comes down from `last_m` rests: with its centre one body radius above the
+/// highest surface below, or where it already is, if that is lower.
 pub(crate) fn landing_place_m(
     bounds_m: &Bounds,
     solids: &Solids,
@@ -140,7 +140,8 @@ fn landing(world: &World, solids: &Solids, drone: &Drone) -> Option<Point3<f64>>
     ))
 }
 
-/// What is wrong with coming down from `last_m`: the ball has to pass and to rest without sinking in.
+/// What is wrong with coming down from `last_m`: the ball has to pass and to rest without sinking
+/// in.
 fn landing_misfit(
     world: &World,
     solids: &Solids,
@@ -178,8 +179,8 @@ fn outside_by_m(bounds_m: &Bounds, place_m: Point3<f64>) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// A place near `place_m`, within bounds and `needs_m` clear of all obstacles, whole centimetres if such a
-/// one is near: what a person types back. The nearest one along 154 directions, faces first.
+/// A place near `place_m`, within bounds and `needs_m` clear of all obstacles, whole centimetres if
+/// such a one is near: what a person types back. The nearest one along 154 directions, faces first.
 pub(crate) fn nearest_free_m(
     bounds_m: Bounds,
     solids: &Solids,
@@ -245,7 +246,8 @@ fn way_out_m(
     None
 }
 
-/// The 26 directions to the neighbours in a lattice, faces first, then 128 spread evenly over the sphere.
+/// The 26 directions to the neighbours in a lattice, faces first, then 128 spread evenly over the
+/// sphere.
 fn directions() -> impl Iterator<Item = Vector3<f64>> {
     let mut lattice: Vec<Vector3<f64>> = (0..27)
         .filter(|i| *i != 13)

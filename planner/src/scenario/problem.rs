@@ -8,7 +8,8 @@ use std::ops::Range;
 pub struct Problem {
     /// What and who, lowercase, no final period.
     pub message: String,
-    /// Where, in bytes of the text (of the cited file where there is one); `None` where no place in the text is to blame.
+    /// Where, in bytes of the text (of the cited file where there is one); `None` where no place in
+    /// the text is to blame.
     pub span: Option<Range<usize>>,
     /// The file that the place lies in, where that is not the scenario itself.
     pub cited: Option<Box<Cited>>,
@@ -104,7 +105,8 @@ pub(super) fn nearest<'a>(
     typed: &str,
     known: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
-    // A third of the letters, at least two: chosen here, so that `kolbri` finds `kolibri` and `x` nothing.
+    // A third of the letters, at least two: chosen here, so that `kolbri` finds `kolibri` and `x`
+    // nothing.
     let slips = (typed.chars().count() / 3).max(2);
     let lower = typed.to_lowercase();
     known

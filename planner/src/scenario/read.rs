@@ -20,8 +20,9 @@ use crate::scenario::world::{AtEnd, AtStart};
 
 /// What could be read, and what was wrong.
 ///
-/// Wrong items of a list are left out; in place of wrong bounds there are the widest ones, and in place of
-/// other wrong values their defaults, so that the rest can still be checked against one another.
+/// Wrong items of a list are left out; in place of wrong bounds there are the widest ones, and in
+/// place of other wrong values their defaults, so that the rest can still be checked against one
+/// another.
 #[derive(Debug)]
 pub(super) struct Reading {
     /// `None` where the text is no RON or no record.
@@ -331,7 +332,8 @@ fn lattice_fits(
     if places(cell_m) <= MOST_LATTICE_PLACES {
         return;
     }
-    // Whole centimetres, so that it can be typed; the loop ends because larger cells make fewer places.
+    // Whole centimetres, so that it can be typed; the loop ends because larger cells make fewer
+    // places.
     let mut fits_cm = (cell_m * 100.0).ceil();
     while places(fits_cm / 100.0) > MOST_LATTICE_PLACES {
         fits_cm = (fits_cm * 1.02).ceil();

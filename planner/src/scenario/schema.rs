@@ -5,9 +5,9 @@ use serde_json::{Map, Value, json};
 
 use super::written::{MAX_SPEED_DEFAULT_MPS, Written};
 
-/// The JSON schema of a scenario: keys, units, ranges. `defaults` lists every key that may be left out,
-/// by its path; where a default depends on something else, words say on what. `presets` lists the
-/// airframes that are known by name.
+/// The JSON schema of a scenario: keys, units, ranges. `defaults` lists every key that may be left
+/// out, by its path; where a default depends on something else, words say on what. `presets` lists
+/// the airframes that are known by name.
 pub fn schema() -> Schema {
     let mut schema = schemars::schema_for!(Written);
     let mut defaults = Map::new();

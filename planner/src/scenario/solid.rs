@@ -50,8 +50,8 @@ enum Form {
 }
 
 impl Solids {
-    /// Sorts the obstacles into a tree. A mesh is cut into its connected parts: a closed part has an
-    /// inside, an open one is a sheet without thickness.
+    /// Sorts the obstacles into a tree. A mesh is cut into its connected parts: a closed part has
+    /// an inside, an open one is a sheet without thickness.
     pub(crate) fn new(obstacles: &[Obstacle]) -> Solids {
         let mut parts = Vec::new();
         for (obstacle, Obstacle { shape, .. }) in obstacles.iter().enumerate() {
@@ -271,9 +271,9 @@ impl Form {
 
 /// The least value on a segment of a signed distance to a convex solid.
 ///
-/// The signed distance to a convex set is a convex function, also inside it, so golden sections close
-/// in on its minimum: 48 of them leave 1e-10 of the segment's length, and the value is no farther off
-/// than that, because a distance changes at most by the way gone.
+/// The signed distance to a convex set is a convex function, also inside it, so golden sections
+/// close in on its minimum: 48 of them leave 1e-10 of the segment's length, and the value is no
+/// farther off than that, because a distance changes at most by the way gone.
 fn smallest_on_segment_m(a: Vector, b: Vector, distance_m: impl Fn(Vector) -> f64) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_8;
     const SECTIONS: usize = 48;

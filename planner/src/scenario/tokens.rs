@@ -1,5 +1,6 @@
-//! RON cut into tokens that are just fine enough to tell its commas, colons and brackets from those in
-//! texts and comments. Only text that ron accepts needs to be cut right; any text is cut without a panic.
+//! RON cut into tokens that are just fine enough to tell its commas, colons and brackets from those
+//! in texts and comments. Only text that ron accepts needs to be cut right; any text is cut without
+//! a panic.
 
 /// A text in quotes, a character in quotes, or one other byte that is neither blank nor comment.
 pub(super) struct Token {
@@ -103,7 +104,8 @@ impl Iterator for Tokens<'_> {
 
 /// How many bytes of blanks come first.
 fn blank(rest: &[u8]) -> Option<usize> {
-    // ron takes these beside ASCII's: next line, left-to-right and right-to-left marks, line and paragraph separators.
+    // ron takes these beside ASCII's: next line, left-to-right and right-to-left marks, line and
+    // paragraph separators.
     const WIDE: [&str; 5] = ["\u{85}", "\u{200e}", "\u{200f}", "\u{2028}", "\u{2029}"];
     match rest[0] {
         b' ' | b'\t' | b'\n' | b'\r' | 0x0b | 0x0c => Some(1),

@@ -1,12 +1,14 @@
-//! Who is in the way of what on the lattice, and when: what searches ask millions of times, by table.
+//! Who is in the way of what on the lattice, and when: what searches ask millions of times, by
+//! table.
 //!
-//! Everybody's steps are kept by the column of the floor in which they begin, in order of time; whoever steps
-//! looks up those around it. Of hovering at a place the answer is written down there, leg by leg as it is
-//! reserved, since searches ask for it again and again: SIPP's safe intervals (M. Phillips and M. Likhachev, ICRA
-//! 2011), shared by all searches.
+//! Every drone's steps are kept by the column of the floor in which they begin, in order of time;
+//! the drone that steps looks up those around it. Of hovering at a place the answer is written down
+//! there, leg by leg as it is reserved, since searches ask for it again and again: SIPP's safe
+//! intervals (M. Phillips and M. Likhachev, ICRA 2011), shared by all searches.
 //!
-//! It serves to find ways: pairs, of sums only whether they may be too much, and legs off the lattice count as standing still at
-//! the places next to them in turn. Whoever plans with it has the [`Costmap`] judge what was found.
+//! It serves to find ways: pairs, of sums only whether they may be too much, and legs off the
+//! lattice count as standing still at the places next to them in turn. The drone that plans with it
+//! has the [`Costmap`] judge what was found.
 
 use costmap::costmap::{Costmap, part_at};
 use costmap::leg::{DroneId, Leg, Tick};
@@ -31,7 +33,7 @@ use pieces::pieces;
 pub(crate) use steps::Steps;
 use steps::{Pace, STILL, cells};
 
-/// Somebody's leg, as it concerns hovering at one place.
+/// A drone's leg, as it concerns hovering at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Taken {
     began: Tick,
@@ -44,13 +46,13 @@ struct Taken {
 /// The price of what may not be.
 const FORBIDDEN: u16 = u16::MAX;
 
-/// Everybody's steps.
+/// Every drone's steps.
 #[derive(Clone, Debug)]
 pub(crate) struct ReservationTable<'a> {
     steps: &'a Steps,
     /// By column: x first, then y.
     columns: Vec<Column>,
-    /// Of each, when somebody may be there.
+    /// Of each, when a drone may be there.
     glances: Vec<Glance>,
     /// By class and place, in order of beginning.
     taken: Vec<Vec<Vec<Taken>>>,

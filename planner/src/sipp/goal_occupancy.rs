@@ -1,7 +1,8 @@
 //! What staying at a place costs at least, by when: others may still come through it.
 //!
-//! A drone that has to dwell where another hovers for ten seconds more can wait, or make it give way.
-//! Known before the search, the cheaper of the two keeps it from trying every way of being early.
+//! A drone that has to dwell where another hovers for ten seconds more can wait, or make it give
+//! way. Known before the search, the cheaper of the two keeps it from trying every way of being
+//! early.
 
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
@@ -23,7 +24,7 @@ pub(crate) struct Stays {
 struct Stay {
     /// After which it begins.
     stage: u16,
-    /// From its beginning to the end of the last dwell, with nobody else there.
+    /// From its beginning to the end of the last dwell, with no other drone there.
     rest_ticks: u32,
     price: StayPrice,
 }
@@ -40,7 +41,7 @@ struct StayPrice {
 }
 
 impl StayPrice {
-    /// The price of `stay`, whenever it begins, for `ticks`; [`Tick::FOREVER`]'s for ever.
+    /// The price of `stay`, whenever it begins, for `ticks`; [`Tick::FOREVER`]'s until the end.
     fn new(scene: &Scene<'_>, stay: Leg, ticks: u32) -> StayPrice {
         let mut verdict = Verdict::default();
         scene.judge(&stay, &mut verdict);
@@ -100,7 +101,7 @@ impl StayPrice {
 }
 
 impl Stays {
-    /// Those of an errand among everybody planned.
+    /// Those of an errand among every drone planned.
     pub(crate) fn new(scene: &Scene<'_>, errand: &Errand) -> Stays {
         let stay = |at: Vertex, kind: KindId, flying: bool| Leg {
             flying,
@@ -137,7 +138,8 @@ impl Stays {
         }
     }
 
-    /// Least of later arrivals and prices that is still to come after a stage, beyond `ends`: the end of the last dwell at the earliest.
+    /// Least of later arrivals and prices that is still to come after a stage, beyond `ends`: the
+    /// end of the last dwell at the earliest.
     pub(crate) fn excess(&self, stage: u16, ends: u32) -> u32 {
         let excess = self.ahead(stage, ends).map(|(stay, at)| stay.excess(at));
         excess.max().unwrap_or(0)

@@ -1,4 +1,5 @@
-//! The search for one drone: safe-interval path planning (SIPP) past the drones that are planned already.
+//! The search for one drone: safe-interval path planning (SIPP) past the drones that are planned
+//! already.
 
 pub(crate) mod conflicts;
 pub(crate) mod search;

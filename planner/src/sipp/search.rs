@@ -1,16 +1,17 @@
 //! Space-time A* for one drone among those already planned.
 //!
-//! A state is a place, a task and a moment. From there the drone steps to a neighbouring place, dwells, or
-//! ends. Who is in the way is asked of the crowd's tables, where there are any, and the way that was found is judged by the costmap; without them
-//! every step is. A drone in the way does not forbid a step: it may be met,
-//! once, at a price, and gives way afterwards (ejection chains: F. Glover, "Ejection chains, reference
-//! structures and alternating path methods for traveling salesman problems", Discrete Applied Mathematics
-//! 65, 1996; here as penalties in the search, as in PBS and LNS2 for multi-agent path finding). An
-//! immovable one forbids it. Or the step is taken later.
+//! A state is a place, a task and a moment. From there the drone steps to a neighbouring place,
+//! dwells, or ends. Who is in the way is asked of the tables of reservations, where there are any,
+//! and the way that was found is judged by the costmap; without them every step is. A drone in the
+//! way does not forbid a step: it may be met, once, at a price, and gives way afterwards (ejection
+//! chains: F. Glover, "Ejection chains, reference structures and alternating path methods for
+//! traveling salesman problems", Discrete Applied Mathematics 65, 1996; here as penalties in the
+//! search, as in PBS and LNS2 for multi-agent path finding). An immovable one forbids it. Or the
+//! step is taken later.
 //!
 //! A state stands for all the time for which hovering at its place is free from then on, as in
-//! safe-interval path planning (M. Phillips and M. Likhachev, "SIPP", ICRA 2011): later arrivals within it
-//! are dropped, and the neighbouring places are reached in each of their own intervals.
+//! safe-interval path planning (M. Phillips and M. Likhachev, "SIPP", ICRA 2011): later arrivals
+//! within it are dropped, and the neighbouring places are reached in each of their own intervals.
 
 use std::rc::Rc;
 
@@ -39,20 +40,24 @@ use heuristic::Heuristic;
 pub(crate) use path::joined;
 use walk::Search;
 
-/// A drone that nobody can make give way.
+/// A drone that no drone can make give way.
 pub(crate) const IMMOVABLE: u32 = u32::MAX;
 
-/// What is left to fly counts one part in 2ⁿ more than it takes, so that of ways that differ by less the one found first
-/// will do. The part bounds the excess of an answer over the best. Chosen here.
+/// What is left to fly counts one part in 2ⁿ more than it takes, so that of ways that differ by
+/// less the one found first will do. The part bounds the excess of an answer over the best. Chosen
+/// here.
 const PLAIN_SHIFT: u32 = 5;
-/// A plain look, where hardly anybody is in the way and nothing in between, takes so many states: chosen here.
+/// A plain look, where hardly anybody is in the way and nothing in between, takes so many states:
+/// chosen here.
 const PLAIN_STATES: u64 = 64;
-/// Past those who stay the search is in more of a hurry the longer it takes: the part, and up to how many states. Chosen here: the
-/// first nearly always answers, and the others keep a crowd from costing seconds a drone.
+/// Past those who stay the search is in more of a hurry the longer it takes: the part, and up to
+/// how many states. Chosen here: the first nearly always answers, and the others keep a crowd from
+/// costing seconds a drone.
 const WEIGHT_SCHEDULE: [(u32, u64); 4] = [(5, 500), (3, 1_500), (2, 5_000), (0, u64::MAX)];
 /// Where more of all places than this are closed for good there is no plain look: chosen here.
 const PLAIN_SHARE: f64 = 0.12;
-/// A plain look may take a state more for each of these ticks of the way: chosen here, two a step of 1 m at 2 m/s.
+/// A plain look may take a state more for each of these ticks of the way: chosen here, two a step
+/// of 1 m at 2 m/s.
 const TICKS_A_STATE: u64 = 25;
 
 /// What a search works on.
@@ -60,18 +65,19 @@ const TICKS_A_STATE: u64 = 25;
 pub(crate) struct Scene<'a> {
     /// Ways through free space.
     pub(crate) roadmap: &'a Roadmap,
-    /// Everybody planned so far.
+    /// Every drone planned so far.
     pub(crate) costmap: &'a Costmap,
     /// The same in brief, for searches whose answer is judged afterwards.
     pub(crate) reservations: Option<&'a ReservationTable<'a>>,
     /// Price in ticks of meeting each drone, or [`IMMOVABLE`].
     pub(crate) weights: &'a [u32],
-    /// Until when each drone goes on as it does, whatever its price; empty: nobody is under way.
+    /// Until when each drone goes on as it does, whatever its price; empty: no drone is under way.
     pub(crate) under_way: &'a [Tick],
     /// Seconds of delay that a second's worth of hover energy is worth.
     pub(crate) energy_weight: f64,
-    /// Whether a detour around those who stay for good is looked for before any of them gives way. Where half of the floor is held
-    /// for good, those who are led around others end up in their way, and quarrels do not end.
+    /// Whether a detour around those who stay for good is looked for before any of them gives way.
+    /// Where half of the floor is held for good, those who are led around others end up in their
+    /// way, and quarrels do not end.
     pub(crate) detours: bool,
     /// Whether every step is judged in full, weak wakes on those far off included.
     pub(crate) careful: bool,
@@ -129,7 +135,7 @@ impl<'a> Scene<'a> {
 /// A way from start to end.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Path {
-    /// Back to back from where its errand begins; the last one may last for ever.
+    /// Back to back from where its errand begins; the last one may last until the end.
     pub(crate) legs: Vec<Leg>,
     /// End of the last dwell.
     pub(crate) arrives: Tick,
@@ -179,7 +185,7 @@ pub(crate) struct Searched {
     pub(crate) expansions: u64,
 }
 
-/// Ways tried by the crowd's intervals before every step is judged; chosen here.
+/// Ways tried by the reservation table's intervals before every step is judged; chosen here.
 const MOST_TRIES: usize = 8;
 
 /// Steps and stays that looked free in brief and are not: from where and to where.
@@ -187,11 +193,11 @@ pub(crate) type RefutedEdges = FxHashSet<(Vertex, Vertex)>;
 
 /// Finds the cheapest way for one errand.
 ///
-/// With a crowd it is looked for in brief, and judged in the end; steps that were taken for free are judged
-/// at once when it is looked for again.
+/// With a reservation table it is looked for in brief, and judged in the end; steps that were taken
+/// for free are judged at once when it is looked for again.
 pub(crate) fn search(mut scene: Scene<'_>, errand: &Errand) -> Searched {
     if !errand.forgiven.is_empty() {
-        // What is forgiven depends on how somebody is in the way.
+        // What is forgiven depends on how a drone is in the way.
         scene.reservations = None;
     }
     let searched = find(scene, errand);

@@ -1,7 +1,8 @@
-//! How much of the floor is under drones that hover for ever: what makes a crowded scenario hard.
+//! How much of the floor is under drones that hover until the end: what makes a crowded scenario
+//! hard.
 //!
-//! A wake in a hall of some metres fills its column from the drone down to the floor, so that room grows with the
-//! floor and not with the height.
+//! A wake in a hall of some metres fills its column from the drone down to the floor, so that room
+//! grows with the floor and not with the height.
 
 use std::collections::BTreeSet;
 
@@ -15,9 +16,9 @@ use crate::solver::priority::Paths;
 /// Columns of the lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Density {
-    /// In which somebody hovers from some time on for ever.
+    /// In which a drone hovers from some time on until the end.
     pub(crate) held: usize,
-    /// In which somebody could be at some height.
+    /// In which a drone could be at some height.
     pub(crate) open: usize,
 }
 

@@ -19,8 +19,8 @@ use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, Paths, plan_group};
 use crate::verify::verify;
 
-/// From this share of columns held on a crowd is named as a reason: chosen here, a quarter of them costs a hall of a
-/// thousand drones seconds to plan, a half of them more than a minute.
+/// From this share of columns held on a crowd is named as a reason: chosen here, a quarter of them
+/// costs a hall of a thousand drones seconds to plan, a half of them more than a minute.
 const CROWDED_SHARE: f64 = 0.25;
 /// For how many groups the gentlest pass is looked for: chosen here, some dozens of searches each.
 const MOST_PASSES: usize = 3;
@@ -235,7 +235,7 @@ fn hindrance(world: &World, by: &Obstruction) -> Hindrance {
     }
 }
 
-/// What stops a drone if everybody else keeps to its plan.
+/// What stops a drone if every other drone keeps to its plan.
 fn in_the_way(
     job: &Job,
     paths: &Paths,
@@ -253,7 +253,8 @@ fn in_the_way(
     }
 }
 
-/// The least raise of all limits that lets the whole group pass, found by bisection, and what it means.
+/// The least raise of all limits that lets the whole group pass, found by bisection, and what it
+/// means.
 fn gentlest_pass(
     world: &World,
     job: &Job,

@@ -26,11 +26,12 @@ use crate::verify::verify;
 
 /// Plans a fleet out of its own downwash and verifies the plan.
 ///
-/// Reads no clock and no file: `control` says when to stop. The same world gives the same plan on any
-/// number of threads.
+/// Reads no clock and no file: `control` says when to stop. The same world gives the same plan on
+/// any number of threads.
 ///
 /// # Errors
-/// What is wrong with a world that was built by hand ([`World::check`]); one that was read is in order.
+/// What is wrong with a world that was built by hand ([`World::check`]); one that was read is in
+/// order.
 pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Problems<WorldError>> {
     world.check()?;
     (control.progress)(Progress::Preparing);
@@ -115,7 +116,8 @@ pub(crate) fn kept_out_by_zones(
 }
 
 /// What the fleet would do if drones did not blow, judged with their wakes: the contrast alone, for
-/// worlds that [`plan_world`] finds blocked. `None` where even the bodies exclude one another at the start.
+/// worlds that [`plan_world`] finds blocked. `None` where even the bodies exclude one another at
+/// the start.
 pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash> {
     let conflicts = endpoints::check(world);
     let stuck = |c: &EndpointConflict| {
@@ -128,8 +130,8 @@ pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash
     ignoring_downwash(world, &prepare(world), &conflicts, control)
 }
 
-/// The same fleet on the same roadmap as if drones did not blow, judged with their wakes; `None` if it
-/// was stopped before the end.
+/// The same fleet on the same roadmap as if drones did not blow, judged with their wakes; `None` if
+/// it was stopped before the end.
 fn ignoring_downwash(
     world: &World,
     job: &Job,
@@ -140,7 +142,7 @@ fn ignoring_downwash(
     let excluded = excluded(job, conflicts, bodies);
     let costmap = empty_costmap(world, job.roadmap.lattice(), false);
     let mut effort = Effort::default();
-    // This phase is one to whoever watches.
+    // This phase is one to the drone that watches.
     let quiet = Control {
         progress: &|_| {},
         ..*control

@@ -1,4 +1,5 @@
-//! The whole fleet: endpoints, priorities with evictions, PIBT, LNS, and the reason of each drone left unplanned.
+//! The whole fleet: endpoints, priorities with evictions, PIBT, LNS, and the reason of each drone
+//! left unplanned.
 
 pub(crate) mod assemble;
 pub(crate) mod density;

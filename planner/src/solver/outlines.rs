@@ -36,7 +36,8 @@ impl WakeOutlines {
         }
     }
 
-    /// Of a drone that hovers at a place (m) with a mass (kg). Of an airframe that cannot be, the column is all that there is.
+    /// Of a drone that hovers at a place (m) with a mass (kg). Of an airframe that cannot be, the
+    /// column is all that there is.
     pub fn of(&self, drone: &DronePlan, at_m: Point3<f64>, mass_kg: f64) -> Outline {
         let entry = &drone.airframe;
         let Ok(airframe) = entry.airframe() else {

@@ -1,11 +1,14 @@
-//! Everybody at once, where there is no way for one after another.
+//! Every drone at once, where there is no way for one after another.
 //!
-//! On a crowded floor whoever is planned last finds the rest in the way, in whatever order: with half of all columns
-//! held hardly anybody has a way that those who wait at their starts, and those who are home, leave free. Here all of
-//! them step at the same time, one cell along one axis or none, for as long as the slowest needs; whoever is in the way is
-//! pushed on, home or not. The ways are longer than those of [`crate::solver::priority`], which plans those who are left at the end.
+//! On a crowded floor the drone that is planned last finds the rest in the way, in whatever order:
+//! with half of all columns held hardly anybody has a way that those who wait at their starts, and
+//! those who are home, leave free. Here all of them step at the same time, one cell along one axis
+//! or none, for as long as the slowest needs; the drone that is in the way is pushed on, home or
+//! not. The ways are longer than those of [`crate::solver::priority`], which plans those who are
+//! left at the end.
 //!
-//! What two steps do to one another is read from the crowd's tables, with room to spare for the sums of many wakes.
+//! What two steps do to one another is read from the tables of reservations, with room to spare for
+//! the sums of many wakes.
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
@@ -28,25 +31,26 @@ mod rounds;
 use configuration::{AgentState, Configuration};
 use rounds::rounds;
 
-/// How far a fleet came by steps of everybody at once.
+/// How far a fleet came by steps of every drone at once.
 pub(crate) struct PibtRun {
     /// When the last step ended.
     pub(crate) at: Tick,
-    /// What everybody has to do from then on.
+    /// What every drone has to do from then on.
     pub(crate) errands: Vec<Errand>,
     /// Whether each is where it stays.
     pub(crate) home: Vec<bool>,
     /// Whether each stays at its start whatever happens.
     pub(crate) fixed: Vec<bool>,
-    /// Everybody's legs up to then; of those at home, up to when they came there for the last time.
+    /// Every drone's legs up to then; of those at home, up to when they came there for the last
+    /// time.
     legs: Vec<Vec<Leg>>,
 }
 
-/// Moves everybody as far towards their goals as steps at the same time get them; those in `fixed` stay at their starts, and
-/// so do those without tasks.
+/// Moves every drone as far towards their goals as steps at the same time get them; those in
+/// `fixed` stay at their starts, and so do those without tasks.
 ///
-/// `None` where it was told to stop, and where steps along the lattice are not all that somebody does: starts on the ground
-/// or beside the lattice, tasks beside it, flights begun already.
+/// `None` where it was told to stop, and where steps along the lattice are not all that a drone
+/// does: starts on the ground or beside the lattice, tasks beside it, flights begun already.
 pub(crate) fn run_pibt(
     job: &Job,
     costmap: &Costmap,
@@ -102,9 +106,10 @@ pub(crate) fn run_pibt(
 }
 
 impl PibtRun {
-    /// Everybody's whole ways, with those of who was planned from there on, and the costmap with all of them in it.
+    /// Every drone's whole ways, with those of who was planned from there on, and the costmap with
+    /// all of them in it.
     ///
-    /// `None` if it says that somebody is in the way of somebody.
+    /// `None` if it says that a drone is in the way of a drone.
     pub(crate) fn whole(
         self,
         job: &Job,
@@ -170,7 +175,8 @@ fn leg(job: &Job, errand: &Errand, at: &AgentState, to: &AgentState, time: [Tick
     }
 }
 
-/// What a drone flies that is at these places after each round; at home it ends with the last step that led there.
+/// What a drone flies that is at these places after each round; at home it ends with the last step
+/// that led there.
 fn legs(job: &Job, errand: &Errand, places: &[AgentState], is_home: bool, ticks: u32) -> Vec<Leg> {
     let last = places.len() - 1;
     let moves = |step: &usize| places[*step].place != places[last].place;

@@ -20,7 +20,8 @@ use crate::scenario::placement::landing_place_m;
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtEnd, AtStart, Drone, Solid, Task, Vehicle, World};
 
-/// Descents end on what they land on: a body may come this close to it (m), the verifier's own tolerance.
+/// Descents end on what they land on: a body may come this close to it (m), the verifier's own
+/// tolerance.
 const TOUCH_M: f64 = 1e-3;
 
 /// Everything that stays the same while a fleet is planned.
@@ -119,7 +120,8 @@ pub(crate) struct Duties<'a> {
     pub(crate) clearance_m: f64,
 }
 
-/// The errand of a drone that is in the air and does its tasks; how long it takes is not worked out yet.
+/// The errand of a drone that is in the air and does its tasks; how long it takes is not worked out
+/// yet.
 pub(crate) fn errand_of(
     id: DroneId,
     drone: &Drone,
@@ -184,7 +186,8 @@ fn ending(world: &World, solids: &Solids, drone: &Drone) -> Result<Ending, f64> 
     ending_from(world, solids, drone, last_m)
 }
 
-/// How a drone ends that is here after its last dwell; an error tells how much room a landing lacks (m).
+/// How a drone ends that is here after its last dwell; an error tells how much room a landing lacks
+/// (m).
 pub(crate) fn ending_from(
     world: &World,
     solids: &Solids,

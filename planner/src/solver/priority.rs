@@ -1,10 +1,11 @@
 //! The order of the fleet, and what to do when a drone finds no way.
 //!
-//! Shortest errand first. A search never has to fail: a drone may cross what others hold, at a price
-//! for each of them; whoever is crossed is evicted, replanned next, and dearer from then on. The
-//! growing prices end quarrels: without growth two drones can evict each other for ever. A drone that
-//! is evicted too often, or that has no way at all, stays at its start for good; the rest is planned
-//! around it, and the fleet is tried again in other orders, the best answer counting.
+//! Shortest errand first. A search never has to fail: a drone may cross what others hold, at a
+//! price for each of them; the drone that is crossed is evicted, replanned next, and dearer from
+//! then on. The growing prices end quarrels: without growth two drones can evict each other until
+//! the end. A drone that is evicted too often, or that has no way at all, stays at its start for
+//! good; the rest is planned around it, and the fleet is tried again in other orders, the best
+//! answer counting.
 
 use std::collections::VecDeque;
 
@@ -24,7 +25,7 @@ const FIRST_WEIGHT: u32 = 500;
 /// Added at every eviction: chosen here, half the first price.
 const WEIGHT_GROWTH: u32 = 250;
 /// A drone evicted more often than this stays at its start. Chosen here: fleets of 1000 that can be
-/// planned evict nobody more than a few times.
+/// planned evict no drone more than a few times.
 const MOST_EVICTIONS: u32 = 24;
 /// States of one search; chosen here, seconds of work.
 const MOST_EXPANSIONS: u64 = 400_000;
@@ -36,7 +37,7 @@ pub(crate) struct Paths {
     pub(crate) paths: Vec<Option<Path>>,
     /// Why those without a path have none.
     pub(crate) unplanned: Vec<(DroneId, FailureKind)>,
-    /// Everybody's reservations, the stranded included.
+    /// Every drone's reservations, the stranded included.
     pub(crate) costmap: Costmap,
 }
 
@@ -45,9 +46,10 @@ pub(crate) struct Paths {
 pub(crate) enum FailureKind {
     /// The roadmap has no way through free space to one of its tasks.
     NoWay,
-    /// Its end excludes somebody else's.
+    /// Its end excludes another drone's.
     EndpointConflict,
-    /// What it would land on, or what is beside it, leaves too little room: how much is missing (m).
+    /// What it would land on, or what is beside it, leaves too little room: how much is missing
+    /// (m).
     Landing(f64),
     /// Others are in the way.
     Obstructed(Option<Obstruction>),
@@ -109,7 +111,7 @@ struct Attempt<'a> {
     effort: &'a mut Effort,
     weights: Vec<u32>,
     evicted: Vec<u32>,
-    /// Whose weak wakes were too much for somebody: their steps are judged in full.
+    /// Whose weak wakes were too much for a drone: their steps are judged in full.
     careful: Vec<bool>,
     most_evictions: u32,
     /// See [`Scene::detours`].
@@ -118,8 +120,8 @@ struct Attempt<'a> {
     gives_up_at: Option<u64>,
     /// See [`Scene::under_way`].
     under_way: Vec<Tick>,
-    /// What each drone flies if it finds no way: it is not there at all if that is nothing. Not even a list
-    /// of them: everybody stays at the start.
+    /// What each drone flies if it finds no way: it is not there at all if that is nothing. Not
+    /// even a list of them: every drone stays at the start.
     kept: Vec<Vec<Leg>>,
     paths: Vec<Option<Path>>,
     unplanned: Vec<(DroneId, FailureKind)>,
@@ -135,7 +137,7 @@ impl<'a> Attempt<'a> {
         effort: &'a mut Effort,
     ) -> Attempt<'a> {
         let drones = errands.len();
-        // Whoever is in the costmap without an errand gives way to nobody.
+        // The drone that is in the costmap without an errand gives way to no drone.
         let mut weights = vec![FIRST_WEIGHT; drones];
         weights.resize(costmap.drone_count().max(drones), IMMOVABLE);
         Attempt {
@@ -227,7 +229,8 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// Leaves a drone at its start for ever, and takes back whoever is in conflict with that.
+    /// Leaves a drone at its start until the end, and takes back the drone that is in conflict with
+    /// that.
     fn leave_unplanned(&mut self, drone: DroneId, why: FailureKind, queue: &mut VecDeque<DroneId>) {
         let stay = self.without_way(drone);
         self.weights[drone.0 as usize] = IMMOVABLE;
@@ -248,7 +251,7 @@ impl<'a> Attempt<'a> {
                 allowed &= verdict.is_allowed();
             }
             if !hit.iter().any(movable) && !allowed && self.kept.is_empty() {
-                // Those who stay would bear one another, were nobody else near them.
+                // Those who stay would bear one another, were no other drone near them.
                 for &other in &hit.clone() {
                     for leg in self.costmap.legs(other) {
                         hit.extend(self.costmap.near(leg).iter().map(|item| item.leg.drone));

@@ -13,7 +13,8 @@ use crate::graph::scratch::ScratchBuffer;
 #[derive(Debug, Default)]
 pub(crate) struct Backwards {
     pub(super) lead: Lead,
-    /// Ticks known so far, twice one more than these, one more where they are exact; nothing where it is closed.
+    /// Ticks known so far, twice one more than these, one more where they are exact; nothing where
+    /// it is closed.
     known: ScratchBuffer,
     /// Places by ticks so far plus the least that may be missing to where the drone comes from.
     buckets: Buckets,
@@ -71,8 +72,8 @@ impl Backwards {
         *self = Backwards::default();
     }
 
-    /// Ticks to the goal through places that are open, or [`UNREACHABLE`]. Whether a place is, `is_open` is asked with the
-    /// least ticks to it from where the drone comes.
+    /// Ticks to the goal through places that are open, or [`UNREACHABLE`]. Whether a place is,
+    /// `is_open` is asked with the least ticks to it from where the drone comes.
     pub(crate) fn ticks(
         &mut self,
         roadmap: &Roadmap,
@@ -155,7 +156,7 @@ impl Backwards {
             return self.settle_on_lattice(roadmap.lattice(), mover, place, open, is_open);
         }
         mover.steps_from(roadmap, place, |to, duration| {
-            // Whoever is done is not farther.
+            // What is done is not farther.
             if here + duration < self.least(to) {
                 let lead = self.lead.ticks(roadmap, to);
                 if is_open(to, lead) {
@@ -186,7 +187,7 @@ impl Backwards {
             let d = NEIGHBOURS[n];
             let to = place.wrapping_add_signed(strides[n]);
             let ticks = here + mover.steps[AXES[n]].1;
-            // Whoever is done is not farther.
+            // What is done is not farther.
             if ticks < self.least(to) {
                 let lead = match &self.lead {
                     Lead::Steps(towards, steps) => {

@@ -1,14 +1,17 @@
-//! How far it is at least to a goal past columns that are closed from bottom to top: a search on the floor.
+//! How far it is at least to a goal past columns that are closed from bottom to top: a search on
+//! the floor.
 //!
-//! Seen from above a way through the air is a way from column to column, each of them open somewhere. No step takes less
-//! than its part along the floor, and every layer that it climbs or descends takes some more. So the shortest way on the floor, and
-//! the height, bound the way through the air from below, for an eighth of the work in a hall of eight layers.
+//! Seen from above a way through the air is a way from column to column, each of them open
+//! somewhere. No step takes less than its part along the floor, and every layer that it climbs or
+//! descends takes some more. So the shortest way on the floor, and the height, bound the way
+//! through the air from below, for an eighth of the work in a hall of eight layers.
 
 use super::buckets::Buckets;
 use super::{UNREACHABLE, diagonals_first};
 use crate::graph::lattice::Lattice;
 
-/// A search backwards from the goal's column that can be resumed, led towards where the drone comes from.
+/// A search backwards from the goal's column that can be resumed, led towards where the drone comes
+/// from.
 #[derive(Debug)]
 pub(crate) struct Floor<'a> {
     lattice: &'a Lattice,
@@ -37,7 +40,8 @@ const AROUND: [[i32; 2]; 8] = [
 ];
 
 impl<'a> Floor<'a> {
-    /// From a place to a goal on a lattice, given the ticks of a step along one, two and three axes.
+    /// From a place to a goal on a lattice, given the ticks of a step along one, two and three
+    /// axes.
     pub(super) fn new(lattice: &'a Lattice, [from, goal]: [u32; 2], steps: [u32; 3]) -> Floor<'a> {
         let [nx, ny, _] = lattice.counts();
         let mut floor = Floor {
@@ -57,8 +61,8 @@ impl<'a> Floor<'a> {
         floor
     }
 
-    /// Raises what is known of a place by so many ticks, if it is not known for good before. Whether a column is open is
-    /// asked with the least ticks to it from where the drone comes.
+    /// Raises what is known of a place by so many ticks, if it is not known for good before.
+    /// Whether a column is open is asked with the least ticks to it from where the drone comes.
     pub(crate) fn look_on(&mut self, place: u32, by: u32, is_open: impl Fn(u32, u32) -> bool) {
         let column = self.lattice.column(place);
         let until = self.now.saturating_add(by as usize);
@@ -70,7 +74,8 @@ impl<'a> Floor<'a> {
         }
     }
 
-    /// Ticks from a place to the goal at least, or [`UNREACHABLE`], as far as they are known, and whether that is for good.
+    /// Ticks from a place to the goal at least, or [`UNREACHABLE`], as far as they are known, and
+    /// whether that is for good.
     pub(crate) fn at_least(&self, place: u32) -> (u32, bool) {
         let column = self.lattice.column(place);
         let at = self.lattice.steps(place);
@@ -111,7 +116,7 @@ impl<'a> Floor<'a> {
             };
             let axes = (dx * dx + dy * dy) as usize;
             let ticks = here + self.steps[axes - 1];
-            // Whoever is done is not farther.
+            // What is done is not farther.
             if ticks < self.ticks[to as usize] {
                 let lead = self.lead(at);
                 if is_open(to, lead) {

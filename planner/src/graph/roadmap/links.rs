@@ -95,7 +95,8 @@ impl<'a> Links<'a> {
         None
     }
 
-    /// Ways to the corners of the stop's cell or, where one of them is blocked, to those around as well.
+    /// Ways to the corners of the stop's cell or, where one of them is blocked, to those around as
+    /// well.
     fn link_to_lattice(&mut self, vertex: Vertex, stop: &Stop) {
         let lattice = self.survey.lattice;
         let [i, j, k] = lattice.cell_of(&stop.point_m);

@@ -91,7 +91,8 @@ impl Motion {
         self.velocity_mps.z
     }
 
-    /// Farthest that any place of the window lies from the place at its middle (m), or an upper bound.
+    /// Farthest that any place of the window lies from the place at its middle (m), or an upper
+    /// bound.
     pub fn half_path_m(&self, from_s: f64, until_s: f64) -> f64 {
         0.5 * self.max_speed_mps() * (until_s - from_s)
     }
@@ -137,7 +138,8 @@ impl Motion {
         self.spans(span)
     }
 
-    /// Spans inside the open upright cylinder around the origin's axis, between two heights (s), in order.
+    /// Spans inside the open upright cylinder around the origin's axis, between two heights (s), in
+    /// order.
     pub fn inside_cylinder_s(&self, radius_m: f64, z_m: (f64, f64)) -> Vec<(f64, f64)> {
         let (p, v) = (self.start_m, self.velocity_mps);
         let within_radius = below_zero(
@@ -182,7 +184,8 @@ pub struct LevelWay {
 }
 
 impl LevelWay {
-    /// Its nearest and its farthest place from the vertical axis through minus `shift_m`, as seen from there (m): closed form.
+    /// Its nearest and its farthest place from the vertical axis through minus `shift_m`, as seen
+    /// from there (m): closed form.
     #[inline]
     pub fn extremes_m(&self, shift_m: [f64; 2]) -> (Vector2<f64>, Vector2<f64>) {
         let shift = Vector2::from(shift_m);
@@ -200,8 +203,8 @@ impl LevelWay {
     }
 }
 
-/// The open interval of τ where `a τ² + 2 b τ + c < 0`, for `a >= 0`; everything or nothing where `a = 0`
-/// (then `b` is 0 too: two drones at rest to one another, the case a ray cast misses).
+/// The open interval of τ where `a τ² + 2 b τ + c < 0`, for `a >= 0`; everything or nothing where
+/// `a = 0` (then `b` is 0 too: two drones at rest to one another, the case a ray cast misses).
 fn below_zero(a: f64, b: f64, c: f64) -> Option<(f64, f64)> {
     if a <= 0.0 {
         return (c < 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY));

@@ -219,7 +219,8 @@ fn corners() -> impl Strategy<Value = ([f64; 3], [f64; 3])> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// 1000 steps along a leg of at most 18 m: what lies between two samples differs by 9 mm at most.
+    /// 1000 steps along a leg of at most 18 m: what lies between two samples differs by 9 mm at
+    /// most.
     #[test]
     fn clearance_of_a_leg_is_the_least_distance_along_it(
         (min, max) in corners(), base in [0.0..5.0, 0.0..5.0, 0.0..5.0f64], a in place(), b in place(),

@@ -1,4 +1,4 @@
-//! What a search asks of the crowd.
+//! What a search asks of the reservation table.
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Tick};
@@ -11,12 +11,13 @@ use super::ways::index;
 use super::{FORBIDDEN, Record, ReservationTable};
 use crate::graph::roadmap::Vertex;
 
-/// What wakes may add up to here (parts of `LOADS`): chosen here, a fifth more than a budget, since each counts as at its
-/// nearest: of 6 038 that add up to nine tenths and more in `plan bench hall --drones 1000 --seeds 1` (ca21ed3), 6 035 were free.
+/// What wakes may add up to here (parts of `LOADS`): chosen here, a fifth more than a budget, since
+/// each counts as at its nearest: of 6 038 that add up to nine tenths and more in `plan bench hall
+/// --drones 1000 --seeds 1` (ca21ed3), 6 035 were free.
 const MOST_LOADS: u32 = 300;
 
-/// Where more than this share of closed places is in columns closed from bottom to top, one may as well look at the floor
-/// alone: chosen here.
+/// Where more than this share of closed places is in columns closed from bottom to top, one may as
+/// well look at the floor alone: chosen here.
 const WHOLE_SHARE: f64 = 0.8;
 
 /// A step that is thought of.
@@ -41,7 +42,8 @@ impl ReservationTable<'_> {
         &self.closed[class]
     }
 
-    /// By column, from when on hovering is forbidden for good at all of its places, if nearly all closed places are in such columns.
+    /// By column, from when on hovering is forbidden for good at all of its places, if nearly all
+    /// closed places are in such columns.
     pub(crate) fn closed_columns(&self, class: usize) -> Option<&[Tick]> {
         let tall = self.steps.lattice.counts()[2] as f64;
         let (whole, all) = (self.whole_columns[class], self.closed_count[class]);
@@ -49,7 +51,8 @@ impl ReservationTable<'_> {
         (share > WHOLE_SHARE).then_some(&self.closed_columns[class])
     }
 
-    /// Until when a place is free to hover at from a moment on but for those who give way, and when it is again.
+    /// Until when a place is free to hover at from a moment on but for those who give way, and when
+    /// it is again.
     pub(crate) fn free_until(
         &self,
         class: usize,
@@ -94,7 +97,8 @@ impl ReservationTable<'_> {
         }
     }
 
-    /// Adds who is in the way of being at a place at the end of a step. Their times are those of its departure.
+    /// Adds who is in the way of being at a place at the end of a step. Their times are those of
+    /// its departure.
     pub(crate) fn arrive(
         &self,
         class: usize,
@@ -124,7 +128,8 @@ impl ReservationTable<'_> {
 
     /// Adds who is in the way of a step, and what it costs. Their times are those of its departure.
     ///
-    /// `false` if nobody is in the way, but wakes may add up to too much: it has to be judged in full.
+    /// `false` if no drone is in the way, but wakes may add up to too much: it has to be judged in
+    /// full.
     pub(crate) fn step(&self, costmap: &Costmap, query: &StepQuery, verdict: &mut Verdict) -> bool {
         let mut loads = Loads::default();
         let lattice = &self.steps.lattice;
@@ -174,7 +179,8 @@ impl ReservationTable<'_> {
         })
     }
 
-    /// Whether somebody's step is in the way, or would be if its wake reached; adds that, or what it costs.
+    /// Whether a drone's step is in the way, or would be if its wake reached; adds that, or what it
+    /// costs.
     fn is_against(
         &self,
         query: &StepQuery,

@@ -2,7 +2,7 @@
 
 use costmap::leg::{DroneId, Tick};
 
-/// Somebody's step, or stay.
+/// A drone's step, or stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Record {
     pub(super) start: Tick,
@@ -21,7 +21,8 @@ pub(super) struct Record {
 pub(super) struct Column {
     /// What ends.
     passing: Vec<Record>,
-    /// Latest end of each of these and all before it: apart, so that a bisection meets nothing else.
+    /// Latest end of each of these and all before it: apart, so that a bisection meets nothing
+    /// else.
     latest: Vec<Tick>,
     /// What does not: kept apart, or else nothing that begins later would ever be over.
     staying: Vec<Record>,
@@ -53,7 +54,7 @@ impl Column {
         }
     }
 
-    /// When somebody may be there.
+    /// When a drone may be there.
     pub(super) fn glance(&self) -> Glance {
         let mut glance = Glance::default();
         for record in self.passing.iter().chain(&self.staying) {
@@ -88,7 +89,8 @@ pub(super) fn spells([from, until]: [Tick; 2]) -> u64 {
     bits.rotate_left(first % u64::BITS)
 }
 
-/// When somebody may be in a column: what is known of it without a look at its steps, which are elsewhere.
+/// When a drone may be in a column: what is known of it without a look at its steps, which are
+/// elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Glance {
     passing: u64,
@@ -113,12 +115,12 @@ impl Glance {
         }
     }
 
-    /// Whether somebody may pass in a time that has these spells.
+    /// Whether a drone may pass in a time that has these spells.
     pub(super) fn may_be_passed(&self, spells: u64) -> bool {
         self.passing & spells != 0
     }
 
-    /// Whether somebody is there before a tick who stays.
+    /// Whether a drone is there before a tick who stays.
     pub(super) fn is_held(&self, until: Tick) -> bool {
         self.stays_from < until
     }

@@ -1,7 +1,9 @@
-//! What two classes do to one another: by the directions of two steps, and how far one begins from the other.
+//! What two classes do to one another: by the directions of two steps, and how far one begins from
+//! the other.
 //!
-//! Turned by quarters and mirrored about the vertical all is the same, so that one of each eight pairs of directions is
-//! worked out and kept: a table that stays close to the processor, where searches ask it all the time.
+//! Turned by quarters and mirrored about the vertical all is the same, so that one of each eight
+//! pairs of directions is worked out and kept: a table that stays close to the processor, where
+//! searches ask it all the time.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -27,16 +29,17 @@ pub(super) struct Pair {
     kinds: Vec<u16>,
     /// The first is nothing.
     spans: Vec<Span>,
-    /// By direction and direction: how they are turned, and which of those that are kept they are then.
+    /// By direction and direction: how they are turned, and which of those that are kept they are
+    /// then.
     alike: Vec<(u8, u16)>,
     /// By turn and column, which column it becomes.
     turned: Vec<u16>,
     columns: usize,
     /// By direction of the second: what it does to who hovers, if anything.
     pub(super) hovering: Vec<Vec<([i32; 3], Span)>>,
-    /// By direction of the first: columns in which somebody can matter.
+    /// By direction of the first: columns in which a drone can matter.
     pub(super) near: Vec<Vec<Near>>,
-    /// By direction of the first: columns in which somebody who hovers can matter.
+    /// By direction of the first: columns in which a drone who hovers can matter.
     pub(super) near_still: Vec<Vec<Near>>,
 }
 

@@ -5,8 +5,8 @@ use costmap::leg::{Leg, Tick};
 use super::steps::STILL;
 use crate::graph::lattice::Lattice;
 
-/// Calls `f` with a leg as steps on the lattice: where each begins, its direction, and when. A leg off the lattice
-/// counts as standing still at the places next to it in turn.
+/// Calls `f` with a leg as steps on the lattice: where each begins, its direction, and when. A leg
+/// off the lattice counts as standing still at the places next to it in turn.
 pub(super) fn pieces(lattice: &Lattice, leg: &Leg, mut f: impl FnMut([i32; 3], usize, [Tick; 2])) {
     let exact = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
     if let (Some(from), Some(to)) = exact {

@@ -13,11 +13,14 @@ use crate::graph::lattice::Lattice;
 
 /// Share of a budget that one wake may fill here: chosen here, the rest is for wakes farther off.
 const ONE_WAKES_SHARE: f64 = 0.4;
-/// Prices below this are left to the verdict: chosen here, three hundredths of a second a step (s/s).
+/// Prices below this are left to the verdict: chosen here, three hundredths of a second a step
+/// (s/s).
 const LEAST_PRICE: f64 = 0.0625;
-/// Loads below this share of a budget are left to the verdict: chosen here, an eighth of the most that one wake may fill.
+/// Loads below this share of a budget are left to the verdict: chosen here, an eighth of the most
+/// that one wake may fill.
 const LEAST_LOAD: f64 = 0.05;
-/// The same where everybody steps at once, and nothing is looked for again: chosen here, three parts of [`LOADS`].
+/// The same where every drone steps at once, and nothing is looked for again: chosen here, three
+/// parts of [`LOADS`].
 const LEAST_SYNCHRONOUS: f64 = 0.012;
 /// Azimuths at which a wake is asked for: chosen here, moved jets are not round.
 const AZIMUTHS: u32 = 8;
@@ -30,7 +33,8 @@ pub(super) struct Shape {
     pub(super) layers: i32,
     pub(super) reach: i32,
     bodies: i32,
-    /// Radius (cells) at `k` layers above the other and between `k` and `k + 1`, from the lowest on.
+    /// Radius (cells) at `k` layers above the other and between `k` and `k + 1`, from the lowest
+    /// on.
     at: Vec<f64>,
     between: Vec<f64>,
     /// By layers above the other and [`RINGS`] aside, what hovering costs both (s/s).
@@ -156,8 +160,8 @@ impl Shape {
         row.get(ring).copied().unwrap_or(0.0)
     }
 
-    /// Loads on both at a distance, while the height of the first over the second is between these layers; nothing where it is
-    /// less than this share of a budget.
+    /// Loads on both at a distance, while the height of the first over the second is between these
+    /// layers; nothing where it is less than this share of a budget.
     fn loads(&self, low: i32, high: i32, distance: f64, least: f64) -> [u8; 2] {
         let most = (self.at.len() / 2) as i32;
         let index = |k: i32| (k + most).clamp(0, 2 * most) as usize;
@@ -225,7 +229,8 @@ impl Shape {
         let (mine, theirs) = (cells(way), cells(others));
         let at_layer = |layer: i32| {
             let offset = [aside[0], aside[1], layer];
-            // Heights of the first over the second: at the beginning, and when either or both have arrived.
+            // Heights of the first over the second: at the beginning, and when either or both have
+            // arrived.
             let [low, high] = lowest_and_highest(
                 [0, mine[2], -theirs[2], mine[2] - theirs[2]].map(|rise| rise - layer),
             );
@@ -252,7 +257,8 @@ impl Shape {
         (-self.layers..=self.layers).map(at_layer).collect()
     }
 
-    /// Loads on both of two steps that begin together and last as long; `None`: they are too near one another.
+    /// Loads on both of two steps that begin together and last as long; `None`: they are too near
+    /// one another.
     pub(super) fn synchronous(
         &self,
         [mine, theirs]: [[i32; 3]; 2],
@@ -283,7 +289,8 @@ fn lowest_and_highest(heights: [i32; 4]) -> [i32; 2] {
     [a.min(b).min(c).min(d), a.max(b).max(c).max(d)]
 }
 
-/// What two drones are to one another, one this far aside of the other, at heights over it between these: at all azimuths.
+/// What two drones are to one another, one this far aside of the other, at heights over it between
+/// these: at all azimuths.
 fn meet_at(
     fleet: &Fleet,
     [me, other]: [Class; 2],

@@ -1,8 +1,9 @@
-//! When two steps are too near one another, in closed form: straight ways at constant speed, and a circle.
+//! When two steps are too near one another, in closed form: straight ways at constant speed, and a
+//! circle.
 //!
-//! Both begin at places of the lattice. With `δ` how much later one begins than the other, the least distance over
-//! the time that they share is convex in `δ` (the minimum of a convex function over part of a convex set), so that
-//! the `δ` at which they are too near are one interval.
+//! Both begin at places of the lattice. With `δ` how much later one begins than the other, the
+//! least distance over the time that they share is convex in `δ` (the minimum of a convex function
+//! over part of a convex set), so that the `δ` at which they are too near are one interval.
 
 /// A way on the floor, in cells: where it begins, how far it leads, and its ticks.
 #[derive(Clone, Copy, Debug)]
@@ -12,13 +13,14 @@ pub(super) struct Way {
     pub(super) ticks: f64,
 }
 
-/// Rounds of search for the nearest: chosen here, a ten-thousandth of the delays looked at, a hundredth of a tick for steps of
-/// seconds.
+/// Rounds of search for the nearest: chosen here, a ten-thousandth of the delays looked at, a
+/// hundredth of a tick for steps of seconds.
 const ROUNDS: usize = 20;
 /// Rounds of search for where it is too near: chosen here, a four-thousandth of these delays.
 const EDGE_ROUNDS: usize = 12;
 
-/// First and last moment of a way, in ticks since it began, at which it is nearer to the origin than `radius`.
+/// First and last moment of a way, in ticks since it began, at which it is nearer to the origin
+/// than `radius`.
 pub(super) fn passing(way: &Way, radius: f64) -> Option<[f64; 2]> {
     let [x, y] = way.from;
     let [u, v] = way.by;
@@ -46,8 +48,8 @@ pub(super) fn least_distance(way: &Way) -> f64 {
     nearest_square_on(x, y, u, v).sqrt()
 }
 
-/// How much later, in ticks, the first way begins than the second when they come nearest, and their least distance
-/// then, if it is less than `far`; else a bound.
+/// How much later, in ticks, the first way begins than the second when they come nearest, and their
+/// least distance then, if it is less than `far`; else a bound.
 pub(super) fn nearest(first: &Way, second: &Way, far: f64) -> (f64, f64) {
     let range = |axis: usize, way: &Way| {
         let ends = [way.from[axis], way.from[axis] + way.by[axis]];
@@ -63,8 +65,8 @@ pub(super) fn nearest(first: &Way, second: &Way, far: f64) -> (f64, f64) {
         return (low, gap);
     }
     let least = |delta: f64| nearest_square(first, second, delta);
-    // By golden sections: one of two looks serves the next round too (J. Kiefer, "Sequential minimax search for a maximum",
-    // Proceedings of the American Mathematical Society 4, 1953).
+    // By golden sections: one of two looks serves the next round too (J. Kiefer, "Sequential
+    // minimax search for a maximum", Proceedings of the American Mathematical Society 4, 1953).
     let section = 0.5 * (5.0_f64.sqrt() - 1.0);
     let inner = |low: f64, high: f64| [high - section * (high - low), low + section * (high - low)];
     let [mut early, mut late] = inner(low, high);
@@ -86,7 +88,8 @@ pub(super) fn nearest(first: &Way, second: &Way, far: f64) -> (f64, f64) {
     (middle, least(middle).sqrt())
 }
 
-/// How much later, in ticks, the first way may not begin than the second: from and to. They are too near if it begins `delta` later.
+/// How much later, in ticks, the first way may not begin than the second: from and to. They are too
+/// near if it begins `delta` later.
 pub(super) fn too_near(first: &Way, second: &Way, delta: f64, radius: f64) -> [f64; 2] {
     let least = |delta: f64| nearest_square(first, second, delta);
     let square = radius * radius;
@@ -123,7 +126,8 @@ fn nearest_square(first: &Way, second: &Way, delta: f64) -> f64 {
     nearest_square_on(x, y, p - x, q - y)
 }
 
-/// Square of the least distance from the origin of a way that begins at `x`, `y` and leads on by `u`, `v`.
+/// Square of the least distance from the origin of a way that begins at `x`, `y` and leads on by
+/// `u`, `v`.
 fn nearest_square_on(x: f64, y: f64, u: f64, v: f64) -> f64 {
     let square = u * u + v * v;
     let share = if square == 0.0 {
@@ -156,7 +160,8 @@ mod tests {
 
     #[test]
     fn a_drone_may_follow_another_when_it_is_a_radius_ahead() {
-        // Both one cell in 50 ticks along x, the first one cell behind: half a cell apart from 25 ticks on.
+        // Both one cell in 50 ticks along x, the first one cell behind: half a cell apart from 25
+        // ticks on.
         let behind = way([-1.0, 0.0], [1.0, 0.0], 50.0);
         let ahead = way([0.0, 0.0], [1.0, 0.0], 50.0);
         let (delta, least) = nearest(&behind, &ahead, 2.0);

@@ -1,9 +1,10 @@
 //! What two steps on the lattice do to one another, as a table.
 //!
-//! Bodies, columns and wakes of two drones keep them a radius apart that depends on the height between them alone. Two steps
-//! from neighbouring places break it for some delays of one against the other, which are one interval: so all of it
-//! fits into a table by direction, direction and offset. It serves to find ways, not to judge them: pairs only, no
-//! sums, and the height between two steps counts as all that it becomes on the way.
+//! Bodies, columns and wakes of two drones keep them a radius apart that depends on the height
+//! between them alone. Two steps from neighbouring places break it for some delays of one against
+//! the other, which are one interval: so all of it fits into a table by direction, direction and
+//! offset. It serves to find ways, not to judge them: pairs only, no sums, and the height between
+//! two steps counts as all that it becomes on the way.
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
@@ -15,9 +16,11 @@ pub(super) use super::ways::{STILL, cells};
 use crate::graph::agent::Errand;
 use crate::graph::lattice::Lattice;
 
-/// Fleets of more classes than this are planned without. Chosen here: every class keeps intervals of its own.
+/// Fleets of more classes than this are planned without. Chosen here: every class keeps intervals
+/// of its own.
 const MOST_CLASSES: usize = 4;
-/// Tables of more entries than this are not made. Chosen here: an eighth of them is worked out and kept, 2 MiB.
+/// Tables of more entries than this are not made. Chosen here: an eighth of them is worked out and
+/// kept, 2 MiB.
 const MOST_ENTRIES: usize = 8 << 20;
 
 /// What flies alike as others are concerned.
@@ -31,16 +34,17 @@ pub(super) struct Class {
 
 /// What one step does to another that begins at some offset from it.
 ///
-/// Both move: the delays of the first against the second, in ticks, at which they are too near. One stands still: when
-/// the other is too near, in ticks since it began. Nobody moves: not empty if they are too near.
+/// Both move: the delays of the first against the second, in ticks, at which they are too near. One
+/// stands still: when the other is too near, in ticks since it began. No drone moves: not empty if
+/// they are too near.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Span {
     pub(super) from: i16,
     pub(super) to: i16,
     /// What it costs both while they are not too near (thousandths of a second a second).
     pub(super) price: u16,
-    /// What the second's wake fills of the first's budget, at most, while they are not too near (parts of
-    /// [`LOADS`]), and the other way round.
+    /// What the second's wake fills of the first's budget, at most, while they are not too near
+    /// (parts of [`LOADS`]), and the other way round.
     pub(super) on_first: u8,
     pub(super) on_second: u8,
 }
@@ -64,7 +68,8 @@ pub(crate) struct Steps {
     /// `[class][other class]`.
     pairs: Vec<Pair>,
     pub(super) shapes: Vec<Shape>,
-    /// By class and place, the lowest layer that the wake of who hovers there reaches; empty without covers.
+    /// By class and place, the lowest layer that the wake of who hovers there reaches; empty
+    /// without covers.
     wake_ends: Vec<Vec<u16>>,
 }
 
@@ -80,8 +85,8 @@ pub(crate) struct Pace {
 }
 
 impl Steps {
-    /// Tables for a fleet, and for whoever else is in the costmap; `None` where there are zones, air that comes late, too
-    /// many classes, or too much to tabulate.
+    /// Tables for a fleet, and for the drone that else is in the costmap; `None` where there are
+    /// zones, air that comes late, too many classes, or too much to tabulate.
     pub(crate) fn new(lattice: &Lattice, errands: &[Errand], costmap: &Costmap) -> Option<Steps> {
         if costmap.has_zones() || costmap.has_advected_wakes() {
             return None;
@@ -162,7 +167,8 @@ impl Steps {
         found.map(|(_, class)| *class)
     }
 
-    /// Beginnings of a step, from where somebody hovers, with which it forbids or costs something there.
+    /// Beginnings of a step, from where a drone hovers, with which it forbids or costs something
+    /// there.
     pub(super) fn hovering(&self, me: usize, other: usize, way: usize) -> &[([i32; 3], Span)] {
         &self.pair(me, other).hovering[way]
     }
@@ -182,7 +188,7 @@ impl Steps {
         heights.iter().any(|height| height.abs() < bodies)
     }
 
-    /// Whether the wake of whoever is higher reaches down to the other.
+    /// Whether the wake of the drone that is higher reaches down to the other.
     pub(super) fn can_blow(&self, one: &Pace, other: &Pace) -> bool {
         let (above, below) = if one.at[2] < other.at[2] {
             (other, one)

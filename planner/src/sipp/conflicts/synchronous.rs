@@ -60,9 +60,10 @@ struct Pair {
     near: Vec<Vec<[i32; 2]>>,
 }
 
-/// What wakes of those who are close may fill of a budget, parts of [`super::steps::LOADS`]. Chosen here: three fifths, the rest is
-/// for the many farther off: with nine tenths the costmap found some nine hundred legs of 2000 drones on half the columns of a hall
-/// too near others, with three fifths none.
+/// What wakes of those who are close may fill of a budget, parts of [`super::steps::LOADS`]. Chosen
+/// here: three fifths, the rest is for the many farther off: with nine tenths the costmap found
+/// some nine hundred legs of 2000 drones on half the columns of a hall too near others, with three
+/// fifths none.
 pub(crate) const MOST_LOADS: i32 = 150;
 
 const TOO_NEAR: [u8; 2] = [u8::MAX; 2];
@@ -75,8 +76,8 @@ impl<'a> SynchronousSteps<'a> {
         }
     }
 
-    /// Steps beside a place, from where they begin, that matter to who hovers there: their direction, and how far from
-    /// the place they begin.
+    /// Steps beside a place, from where they begin, that matter to who hovers there: their
+    /// direction, and how far from the place they begin.
     pub(crate) fn beside(
         &self,
         class: usize,
@@ -102,8 +103,8 @@ impl<'a> SynchronousSteps<'a> {
         &self.pair(class, other).near[way]
     }
 
-    /// What the two fill of one another's budgets, in parts of [`super::steps::LOADS`]; `None`: they are too near one
-    /// another.
+    /// What the two fill of one another's budgets, in parts of [`super::steps::LOADS`]; `None`:
+    /// they are too near one another.
     pub(crate) fn meet(
         &self,
         one: &Pace,

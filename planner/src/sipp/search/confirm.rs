@@ -1,4 +1,5 @@
-//! Whether what leads to a state may be done: in brief by the crowd's tables where they know of it, in full by the costmap.
+//! Whether what leads to a state may be done: in brief by the tables of reservations where they
+//! know of it, in full by the costmap.
 
 use costmap::leg::Tick;
 use costmap::verdict::{Blocker, Verdict};
@@ -9,7 +10,7 @@ use super::walk::Search;
 use crate::graph::agent::Ending;
 use crate::sipp::conflicts::StepQuery;
 
-/// What is known of a step by the crowd's tables.
+/// What is known of a step by the tables of reservations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Brief {
     Nothing,
@@ -19,8 +20,8 @@ enum Brief {
 }
 
 impl Search<'_> {
-    /// Judges what leads to a state when its turn comes, not when it is thought of: most never have their
-    /// turn. Thinks of the same later, too.
+    /// Judges what leads to a state when its turn comes, not when it is thought of: most never have
+    /// their turn. Thinks of the same later, too.
     ///
     /// `false` if it is forbidden, or dearer than thought: then it waits for its turn again.
     pub(super) fn is_confirmed(&mut self, index: u32) -> bool {
@@ -73,7 +74,7 @@ impl Search<'_> {
         false
     }
 
-    /// Judges what leads to a state by the crowd's tables, if they know of it.
+    /// Judges what leads to a state by the tables of reservations, if they know of it.
     fn judge_in_brief(&self, from: &Label, label: &Label, verdict: &mut Verdict) -> Brief {
         let Some(reservations) = self.scene.reservations else {
             return Brief::Nothing;

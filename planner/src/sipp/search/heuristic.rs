@@ -1,9 +1,10 @@
 //! How long the rest of the way takes at least, past those who stay where they are for good.
 //!
-//! In a crowd most who are in the way hover at their goals already. A place where somebody hovers for ever, and has
-//! begun to before one can be there, is closed; the distances around such places are worked out from the goal as far as
-//! they are asked for, which takes less than all the states of a search that runs into them. Who could be made
-//! to give way is closed as well: where that is a detour dearer than the price, nothing is closed. Where whoever stays closes
+//! In a crowd most who are in the way hover at their goals already. A place where a drone hovers
+//! until the end, and has begun to before one can be there, is closed; the distances around such
+//! places are worked out from the goal as far as they are asked for, which takes less than all the
+//! states of a search that runs into them. Who could be made to give way is closed as well: where
+//! that is a detour dearer than the price, nothing is closed. Where the drone that stays closes
 //! whole columns and nothing is solid in between, it is enough to look at the floor.
 
 use costmap::leg::Tick;
@@ -66,7 +67,7 @@ impl<'a> Ahead<'a> {
 }
 
 impl<'a> Heuristic<'a> {
-    /// As if nobody were there.
+    /// As if no drone were there.
     pub(super) fn plain(scene: Scene<'a>, errand: &'a Errand) -> Heuristic<'a> {
         Heuristic {
             scene,
@@ -90,7 +91,7 @@ impl<'a> Heuristic<'a> {
                 .map(|class| Ahead::new(scene.roadmap, (reservations, class), stage, from, begins));
             heuristic.stages.push(ahead);
             let plain = match errand.stages.len() {
-                // Known, but for air in zones, and then there is no crowd.
+                // Known, but for air in zones, and then there is no reservation table.
                 1 => errand.alone_ticks.saturating_sub(stage.rest_ticks),
                 _ => stage.distances.ticks(scene.roadmap, from),
             };

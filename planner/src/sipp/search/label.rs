@@ -56,7 +56,8 @@ pub(super) struct Label {
     pub(super) expanded: Option<PartialExpansion>,
 }
 
-/// Cheapest first; among equals what is known for good, then the nearest to the end, then the newest.
+/// Cheapest first; among equals what is known for good, then the nearest to the end, then the
+/// newest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Open {
     pub(super) total: u32,

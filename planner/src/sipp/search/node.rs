@@ -1,5 +1,5 @@
-//! Places on the way to a task: how far they are from the end, when they have been reached, and when they
-//! are free to hover at.
+//! Places on the way to a task: how far they are from the end, when they have been reached, and
+//! when they are free to hover at.
 
 use std::rc::Rc;
 
@@ -20,7 +20,7 @@ use crate::sipp::conflicts::ReservationTable;
 #[derive(Clone, Copy, Debug)]
 struct Visit {
     from: Tick,
-    /// Until when it is free to hover at; `None`: nobody has asked.
+    /// Until when it is free to hover at; `None`: no drone has asked.
     to: Option<Tick>,
     /// Who gives way by then, in `Search::met`.
     met: u32,
@@ -28,7 +28,8 @@ struct Visit {
     before: u32,
 }
 
-/// What is known of the way on is raised by so much at a time: chosen here, half a step of 1 m at 2 m/s.
+/// What is known of the way on is raised by so much at a time: chosen here, half a step of 1 m at 2
+/// m/s.
 const LOOK_TICKS: u32 = 25;
 
 /// No visit.
@@ -62,7 +63,7 @@ pub(super) struct Nodes<'a> {
     all: Vec<Node>,
     /// Those of all places.
     visits: Vec<Visit>,
-    /// By node, who is in the way of hovering there, whenever, where somebody has asked.
+    /// By node, who is in the way of hovering there, whenever, where a drone has asked.
     hovers: FxHashMap<usize, Hover>,
 }
 
@@ -174,7 +175,7 @@ impl<'a> Nodes<'a> {
         let mut visits = self.visits(node);
         match label.step {
             Step::Later | Step::End => false,
-            // A wait is news though its place is free: somebody will have passed elsewhere.
+            // A wait is news though its place is free: a drone will have passed elsewhere.
             Step::Wait => visits.any(|visit| visit.from == label.at),
             _ => visits.any(|visit| {
                 visit.from == label.at

@@ -1,8 +1,8 @@
 //! When it is worth trying a step later.
 //!
-//! A state stands for all the time for which its place is free to hover at from then on. Its steps are
-//! thought of for the first moment; one that is blocked then is thought of again for when it may be free,
-//! and one that is not for when the place it leads to is free the next time.
+//! A state stands for all the time for which its place is free to hover at from then on. Its steps
+//! are thought of for the first moment; one that is blocked then is thought of again for when it
+//! may be free, and one that is not for when the place it leads to is free the next time.
 
 use costmap::leg::Tick;
 use costmap::verdict::Blocker;
@@ -10,8 +10,8 @@ use costmap::verdict::Blocker;
 use super::label::{Label, Step};
 use super::walk::Search;
 
-/// Departures after a wait are on whole multiples of this, so that a crowd does not make a state of every
-/// moment: chosen here, a quarter second.
+/// Departures after a wait are on whole multiples of this, so that a crowd does not make a state of
+/// every moment: chosen here, a quarter second.
 const WAIT_GRID_TICKS: u32 = 25;
 
 impl Search<'_> {
@@ -83,8 +83,8 @@ impl Search<'_> {
     }
 }
 
-/// The first moment after `departs` at which none of these may be in the way any more; `None` if one stays.
-/// Times known `roughly` are those of whole legs.
+/// The first moment after `departs` at which none of these may be in the way any more; `None` if
+/// one stays. Times known `roughly` are those of whole legs.
 pub(super) fn clear_after(
     departs: Tick,
     blockers: &[Blocker],

@@ -1,4 +1,5 @@
-//! The search itself: states have their turn in order, and lead to steps, waits, dwells and the end.
+//! The search itself: states have their turn in order, and lead to steps, waits, dwells and the
+//! end.
 
 use std::collections::BinaryHeap;
 use std::rc::Rc;
@@ -99,8 +100,8 @@ impl<'a> Search<'a> {
         });
     }
 
-    /// Counts what is left to fly one part in 2ⁿ more from here on. What is known stays known; what is open is put in the
-    /// order that this makes.
+    /// Counts what is left to fly one part in 2ⁿ more from here on. What is known stays known; what
+    /// is open is put in the order that this makes.
     pub(super) fn reweigh(&mut self, weight_shift: u32) {
         self.weight_shift = weight_shift;
         for open in std::mem::take(&mut self.open) {
@@ -154,7 +155,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// When a state has its turn: by what a way through it costs at least. `None` if there is no way, or no need to go there.
+    /// When a state has its turn: by what a way through it costs at least. `None` if there is no
+    /// way, or no need to go there.
     pub(super) fn turn(&mut self, index: u32, label: &Label) -> Option<Open> {
         let node = self.nodes.at(label);
         if self.nodes.is_covered(node, label) {
@@ -182,7 +184,7 @@ impl<'a> Search<'a> {
             return Some(least);
         }
         let excess = self.stays.excess(label.stage, least - label.paid);
-        // The highest: somebody who never leaves is where it has to stay.
+        // The highest: a drone who never leaves is where it has to stay.
         least.checked_add(excess).filter(|cost| *cost < u32::MAX)
     }
 
@@ -239,9 +241,9 @@ impl<'a> Search<'a> {
         self.wait_for_stays(index);
     }
 
-    /// Steps to neighbouring places that cost no more than this in all. The dearer ones have their turn
-    /// when it comes to them: mostly never (partial expansion: T. Yoshizumi, T. Miura, T. Ishida, "A* with
-    /// partial expansion for large branching factor problems", AAAI 2000).
+    /// Steps to neighbouring places that cost no more than this in all. The dearer ones have their
+    /// turn when it comes to them: mostly never (partial expansion: T. Yoshizumi, T. Miura, T.
+    /// Ishida, "A* with partial expansion for large branching factor problems", AAAI 2000).
     fn expand_partially(&mut self, index: u32, most: u32) {
         let label = self.labels[index as usize];
         if usize::from(label.stage) == self.errand.stages.len() {

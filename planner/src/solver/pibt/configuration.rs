@@ -12,7 +12,8 @@ use crate::sipp::conflicts::steps::Pace;
 use crate::sipp::conflicts::synchronous::{AMONG_NEIGHBOURS, STAYS, SynchronousSteps, WAYS};
 use crate::solver::prepare::Job;
 
-/// Places times goals; fleets with more are not planned together. Chosen here: half a gigabyte where there are obstacles, none where not.
+/// Places times goals; fleets with more are not planned together. Chosen here: half a gigabyte
+/// where there are obstacles, none where not.
 const MOST_ENTRIES: usize = 256 << 20;
 
 /// Where a drone is between two steps.
@@ -29,7 +30,7 @@ pub(super) struct AgentState {
 struct Member {
     /// Where its tasks are; its start, if it has none.
     goals: Vec<Vertex>,
-    /// Steps of dwelling at each but the last, where it stays for ever.
+    /// Steps of dwelling at each but the last, where it stays until the end.
     rests: Vec<u16>,
     /// Steps to each of them.
     far: Vec<Arc<Far>>,
@@ -42,7 +43,7 @@ struct Member {
     is_fixed: bool,
 }
 
-/// Everybody.
+/// Every drone.
 pub(super) struct Configuration<'a> {
     roadmap: &'a Roadmap,
     pub(super) synchronous: &'a SynchronousSteps<'a>,
@@ -50,7 +51,7 @@ pub(super) struct Configuration<'a> {
 }
 
 impl<'a> Configuration<'a> {
-    /// `None` where somebody's way is not one along the lattice from the beginning to the end.
+    /// `None` where a drone's way is not one along the lattice from the beginning to the end.
     pub(super) fn new(
         job: &'a Job,
         synchronous: &'a SynchronousSteps<'a>,
@@ -102,7 +103,7 @@ impl<'a> Configuration<'a> {
         self.members[drone].is_fixed
     }
 
-    /// Where everybody is at first.
+    /// Where every drone is at first.
     pub(super) fn starts(&self, errands: &[Errand]) -> Vec<AgentState> {
         let start = |(drone, errand): (usize, &Errand)| {
             let at = AgentState {
@@ -115,13 +116,13 @@ impl<'a> Configuration<'a> {
         errands.iter().enumerate().map(start).collect()
     }
 
-    /// Whether a drone is where it stays for ever.
+    /// Whether a drone is where it stays until the end.
     pub(super) fn is_home(&self, drone: usize, at: &AgentState) -> bool {
         let member = &self.members[drone];
         usize::from(at.stage) + 1 == member.goals.len() && Some(&at.place) == member.goals.last()
     }
 
-    /// Steps to the drone's last task past all before it, with nobody else there.
+    /// Steps to the drone's last task past all before it, with no other drone there.
     pub(super) fn steps_left(&self, drone: usize, at: &AgentState) -> u32 {
         let after = self.members[drone].after[usize::from(at.stage)];
         self.steps_from(drone, at, at.place) + after

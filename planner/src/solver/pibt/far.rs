@@ -1,14 +1,16 @@
 //! How many steps along the axes it is to a goal.
 //!
-//! Where nothing is in the way, all fly in the middle layer: who is as high as another does not blow on it, and the fewer
-//! layers there are between two, the less. `plan bench hall --drones 2000 --seeds 1` takes 206 steps, and took 358 at any height.
+//! Where nothing is in the way, all fly in the middle layer: who is as high as another does not
+//! blow on it, and the fewer layers there are between two, the less. `plan bench hall --drones 2000
+//! --seeds 1` takes 206 steps, and took 358 at any height.
 
 use crate::graph::lattice::{Lattice, NEIGHBOURS};
 use crate::graph::roadmap::{Roadmap, Vertex};
 
 /// Steps from everywhere to one goal.
 pub(super) enum Far {
-    /// Nothing is in the way: steps of the goal from the lattice's first place. By way of the middle layer.
+    /// Nothing is in the way: steps of the goal from the lattice's first place. By way of the
+    /// middle layer.
     Straight([i32; 3]),
     /// By place.
     Table(Vec<u16>),
@@ -18,7 +20,7 @@ pub(super) enum Far {
 const UNREACHED: u16 = u16::MAX;
 
 impl Far {
-    /// For a ball of this radius; `None` if nobody asked the roadmap for it.
+    /// For a ball of this radius; `None` if the roadmap was not asked for it.
     pub(super) fn new(roadmap: &Roadmap, goal: Vertex, radius_m: f64) -> Option<Far> {
         let lattice = roadmap.lattice();
         let narrow = roadmap.narrow(radius_m)?;

@@ -1,8 +1,9 @@
-//! One step of everybody: who goes first pushes others out of the way.
+//! One step of every drone: who goes first pushes others out of the way.
 //!
-//! Priority inheritance with backtracking (K. Okumura, M. Machida, X. Défago, Y. Tamura, "Priority inheritance with
-//! backtracking for iterative multi-agent path finding", Artificial Intelligence 310, 2022), for drones that keep others out
-//! of more than their own place: one step may push several, so that what a push in vain has changed is taken back.
+//! Priority inheritance with backtracking (K. Okumura, M. Machida, X. Défago, Y. Tamura, "Priority
+//! inheritance with backtracking for iterative multi-agent path finding", Artificial Intelligence
+//! 310, 2022), for drones that keep others out of more than their own place: one step may push
+//! several, so that what a push in vain has changed is taken back.
 
 use super::configuration::{AgentState, Configuration};
 use crate::graph::roadmap::Vertex;
@@ -12,7 +13,7 @@ use crate::sipp::conflicts::synchronous::{MOST_LOADS, STAYS};
 const MOST_TRIES: u32 = 200;
 const NOBODY: u32 = u32::MAX;
 
-/// Everybody's next step, as far as it is decided.
+/// Every drone's next step, as far as it is decided.
 pub(super) struct Round<'a> {
     configuration: &'a Configuration<'a>,
     now: &'a [AgentState],
@@ -67,14 +68,14 @@ impl<'a> Round<'a> {
         round
     }
 
-    /// Decides for all in this order, and says what everybody does.
+    /// Decides for all in this order, and says what every drone does.
     pub(super) fn decide_all(mut self, order: &[u32]) -> Vec<u8> {
         for &drone in order {
             if !self.decided[drone as usize] {
                 self.tries = MOST_TRIES;
                 self.trail.clear();
                 self.decide(drone as usize);
-                // Who finds nothing stays: nobody has decided on a step that is too near to that.
+                // Who finds nothing stays: no drone has decided on a step that is too near to that.
                 self.decided[drone as usize] = true;
             }
         }
@@ -103,7 +104,7 @@ impl<'a> Round<'a> {
         false
     }
 
-    /// What a drone could do, nearest to its goal first, then what pushes nobody.
+    /// What a drone could do, nearest to its goal first, then what pushes no drone.
     fn options(&mut self, drone: usize) -> [Option<u8>; 7] {
         let (configuration, at) = (self.configuration, self.now[drone]);
         let mut keyed = [(u32::MAX, true, 0, 0); 7];
@@ -123,7 +124,7 @@ impl<'a> Round<'a> {
         std::array::from_fn(|index| (index < count).then(|| keyed[index].3))
     }
 
-    /// Whether somebody else is in the column of a place.
+    /// Whether another drone is in the column of a place.
     fn is_taken(&self, drone: usize, place: Vertex) -> bool {
         let first = self.first[place as usize % self.first.len()];
         first != NOBODY && (first as usize != drone || self.next[drone] != NOBODY)
@@ -192,7 +193,8 @@ impl<'a> Round<'a> {
         borne
     }
 
-    /// Calls `f` with everybody to whom a step of this drone could matter, and what the two do to one another.
+    /// Calls `f` with every drone to whom a step of this drone could matter, and what the two do to
+    /// one another.
     fn around(&self, drone: usize, way: usize, mut f: impl FnMut(usize, Option<[u8; 2]>)) {
         let (configuration, synchronous) = (self.configuration, self.configuration.synchronous);
         let mine = configuration.pace(drone, &self.now[drone], way);

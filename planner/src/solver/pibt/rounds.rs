@@ -1,15 +1,17 @@
-//! Round after round, until nearly everybody is home.
+//! Round after round, until nearly every drone is home.
 
 use super::configuration::{AgentState, Configuration};
 use super::round::Round;
 
-/// Drones that may be on their way yet when the rounds end, of all: chosen here, a fiftieth. The last few push one another
-/// out of their homes in turn, and are sooner planned one after another.
+/// Drones that may be on their way yet when the rounds end, of all: chosen here, a fiftieth. The
+/// last few push one another out of their homes in turn, and are sooner planned one after another.
 const LAST_SHARE: usize = 50;
-/// Rounds without one in which fewer steps are left than ever before: chosen here, longer than a queue takes to dissolve.
+/// Rounds without one in which fewer steps are left than ever before: chosen here, longer than a
+/// queue takes to dissolve.
 const MOST_IN_VAIN: usize = 60;
 
-/// Where everybody is after each round, up to the one that left the fewest steps; `None` if it was told to stop.
+/// Where every drone is after each round, up to the one that left the fewest steps; `None` if it
+/// was told to stop.
 pub(super) fn rounds(
     configuration: &Configuration<'_>,
     starts: Vec<AgentState>,
@@ -21,7 +23,8 @@ pub(super) fn rounds(
         let of = |drone: usize| configuration.steps_left(drone, &all[drone]);
         (0..drones).map(of).sum()
     };
-    // How long each has been on its way since it was last at home; at first, those with farther to go are before others.
+    // How long each has been on its way since it was last at home; at first, those with farther to
+    // go are before others.
     let far = |drone: usize| configuration.steps_left(drone, &starts[drone]);
     let farthest = (0..drones).map(far).max().unwrap_or(0);
     let first = |drone: usize| far(drone) as f32 / (farthest + 1) as f32;

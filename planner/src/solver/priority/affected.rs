@@ -11,8 +11,8 @@ use crate::plan::outcome::{Control, Effort};
 use crate::sipp::search::{IMMOVABLE, Path};
 use crate::solver::prepare::Job;
 
-/// Price in ticks of changing the way of a drone that nobody asked to change. Chosen here: 20 s, so
-/// that those who are asked rather wait for a while.
+/// Price in ticks of changing the way of a drone that no drone asked to change. Chosen here: 20 s,
+/// so that those who are asked rather wait for a while.
 const UNASKED_WEIGHT: u32 = 2_000;
 
 /// What is given when a few are planned anew.
@@ -22,16 +22,16 @@ pub(crate) struct Affected<'a> {
     pub(crate) group: &'a [DroneId],
     /// Whose legs are others now, and what they keep: no way is looked for.
     pub(crate) settled: &'a [DroneId],
-    /// Everybody's legs as they are.
+    /// Every drone's legs as they are.
     pub(crate) costmap: Costmap,
     /// Until when each drone goes on as it does.
     pub(crate) under_way: Vec<Tick>,
-    /// What each drone goes on with if it finds no way; nothing for those who cannot be made to give way,
-    /// and in the group for those who are not let in then.
+    /// What each drone goes on with if it finds no way; nothing for those who cannot be made to
+    /// give way, and in the group for those who are not let in then.
     pub(crate) kept: Vec<Vec<Leg>>,
 }
 
-/// Plans those in the group; whoever gives way to them is planned again.
+/// Plans those in the group; the drone that gives way to them is planned again.
 ///
 /// Paths are those of drones whose way has changed. Those who find none keep what they are to keep.
 pub(crate) fn plan_affected(
@@ -106,7 +106,8 @@ fn shortest_first(job: &Job, group: &[DroneId]) -> VecDeque<DroneId> {
 }
 
 impl Attempt<'_> {
-    /// Takes back whoever is in conflict with legs that are flown in any case, and can still be moved.
+    /// Takes back the drone that is in conflict with legs that are flown in any case, and can still
+    /// be moved.
     fn clear_the_way(&mut self, begun: &[Leg], queue: &mut VecDeque<DroneId>) {
         let mut verdict = Verdict::default();
         let mut hit = Vec::new();

@@ -12,14 +12,15 @@ use crate::graph::distances::UNREACHABLE;
 use crate::plan::outcome::Progress;
 use crate::sipp::search::{Found, IMMOVABLE, Path, Scene, Searched, search};
 
-/// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they are
-/// seldom in one another's way.
+/// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they
+/// are seldom in one another's way.
 const LARGEST_BATCH: usize = 16;
 
 impl Attempt<'_> {
-    /// Plans all in the queue, several at a time as if the others of the batch were not there. They are taken
-    /// in order, and whoever is in the way of one before it is planned again. How many there are in a batch
-    /// depends on how that went before, and not on the number of threads. `false` if it gave up.
+    /// Plans all in the queue, several at a time as if the others of the batch were not there. They
+    /// are taken in order, and the drone that is in the way of one before it is planned again. How
+    /// many there are in a batch depends on how that went before, and not on the number of threads.
+    /// `false` if it gave up.
     pub(super) fn run(&mut self, queue: VecDeque<DroneId>) -> bool {
         // Among the threads that share the work: little of it can be handed on from outside.
         rayon::scope(|_| self.run_here(queue))
@@ -131,7 +132,8 @@ impl Attempt<'_> {
                 }
                 let stuck = |met: &DroneId| self.weights[met.0 as usize] == IMMOVABLE;
                 if path.met.iter().any(stuck) {
-                    // Whoever was to give way has given up instead, and is in the way for good.
+                    // The drone that was to give way has given up instead, and is in the way for
+                    // good.
                     queue.push_front(drone);
                     return true;
                 }
@@ -150,7 +152,8 @@ impl Attempt<'_> {
         true
     }
 
-    /// Whether everybody farther off bears what a path brings them, so far as that was not asked of every step.
+    /// Whether every drone farther off bears what a path brings them, so far as that was not asked
+    /// of every step.
     fn is_borne(&self, drone: DroneId, path: &Path) -> bool {
         self.careful[drone.0 as usize] || self.costmap.is_borne(&path.legs)
     }

@@ -1,4 +1,5 @@
-//! A fleet that steps together until nearly everybody is home; who is not is planned among those who are.
+//! A fleet that steps together until nearly every drone is home; who is not is planned among those
+//! who are.
 
 use costmap::leg::{DroneId, Leg};
 
@@ -11,7 +12,7 @@ use crate::sipp::conflicts::ReservationTable;
 use crate::sipp::search::{IMMOVABLE, Path};
 use crate::solver::pibt::run_pibt;
 
-/// Ways for everybody but those who are excluded, or `None`.
+/// Ways for every drone but those who are excluded, or `None`.
 pub(super) fn plan_by_pibt(setting: &Setting<'_>, effort: &mut Effort) -> Option<Paths> {
     let Setting {
         job,

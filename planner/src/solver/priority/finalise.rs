@@ -1,5 +1,5 @@
-//! Told to stop: whoever has no way yet stays at its start, and those who would have flown past it find another way, or stay
-//! as well.
+//! Told to stop: the drone that has no way yet stays at its start, and those who would have flown
+//! past it find another way, or stay as well.
 
 use std::collections::VecDeque;
 
@@ -12,7 +12,7 @@ use crate::sipp::search::{IMMOVABLE, Scene, search};
 const ALL_EXPANSIONS: u64 = 60_000;
 /// States of one of them.
 const MOST_EXPANSIONS: u64 = 4_000;
-/// Whoever is in the way more often than this stays at its start.
+/// The drone that is in the way more often than this stays at its start.
 const MOST_EVICTIONS: u32 = 4;
 
 impl Attempt<'_> {

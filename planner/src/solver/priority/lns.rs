@@ -1,9 +1,11 @@
-//! Better while there is time: whoever loses most is planned again at the cost of a few others.
+//! Better while there is time: the drone that loses most is planned again at the cost of a few
+//! others.
 //!
-//! Large neighbourhood search (J. Li, Z. Chen, D. Harabor, P. J. Stuckey, S. Koenig, "Anytime multi-agent path finding
-//! via large neighborhood search", IJCAI 2021), with neighbourhoods that the search chooses: a delayed drone may take
-//! what others hold, cheaply; those are planned again among all the rest, who stay as they are. What is not
-//! better in sum is taken back, so that there is a safe plan at every moment.
+//! Large neighbourhood search (J. Li, Z. Chen, D. Harabor, P. J. Stuckey, S. Koenig, "Anytime
+//! multi-agent path finding via large neighborhood search", IJCAI 2021), with neighbourhoods that
+//! the search chooses: a delayed drone may take what others hold, cheaply; those are planned again
+//! among all the rest, who stay as they are. What is not better in sum is taken back, so that there
+//! is a safe plan at every moment.
 
 use costmap::leg::{DroneId, Leg};
 
@@ -11,8 +13,9 @@ use super::Attempt;
 use crate::plan::outcome::Progress;
 use crate::sipp::search::{IMMOVABLE, Path, Scene, search};
 
-/// Prices of taking what another holds (ticks), one round after another. Chosen here: a tenth of a second finds those
-/// who lose hardly anything, two seconds only those who hold somebody up for long.
+/// Prices of taking what another holds (ticks), one round after another. Chosen here: a tenth of a
+/// second finds those who lose hardly anything, two seconds only those who hold a drone up for
+/// long.
 const PRICES: [u32; 3] = [10, 50, 200];
 /// Drones planned again for one: chosen here, more of them hardly ever all find a way.
 const MOST_OTHERS: usize = 6;
@@ -28,7 +31,8 @@ struct Before {
 }
 
 impl Attempt<'_> {
-    /// Makes a plan in which everybody has a way better for as long as the caller says, and notes by how much.
+    /// Makes a plan in which every drone has a way better for as long as the caller says, and notes
+    /// by how much.
     pub(super) fn improve_by_lns(&mut self) {
         (self.control.progress)(Progress::Improving);
         let before = self.sum_of_arrivals();
@@ -41,7 +45,8 @@ impl Attempt<'_> {
         paths.map(|path| u64::from(path.arrives.0)).sum()
     }
 
-    /// Makes the sum of arrivals less while it `goes_on`, or until a whole round finds nothing any more.
+    /// Makes the sum of arrivals less while it `goes_on`, or until a whole round finds nothing any
+    /// more.
     fn improve(&mut self, goes_on: &(dyn Fn() -> bool + Sync)) {
         loop {
             let mut found = false;

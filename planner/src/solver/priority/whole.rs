@@ -15,16 +15,17 @@ use crate::sipp::search::IMMOVABLE;
 use crate::solver::density::Density;
 use crate::solver::prepare::Job;
 
-/// States a drone, over the whole fleet, after which the plan that there is will do. Chosen here: `plan bench warehouse
-/// --drones 1500 --seeds 1` is through after 840, 2000 drones never were.
+/// States a drone, over the whole fleet, after which the plan that there is will do. Chosen here:
+/// `plan bench warehouse --drones 1500 --seeds 1` is through after 840, 2000 drones never were.
 pub(super) const MOST_EXPANSIONS_A_DRONE: u64 = 1_500;
-/// Where more than this share of all columns is held in the end, everybody is planned at once first. Chosen here: where
-/// less is, one after another nearly always find ways, and better ones.
+/// Where more than this share of all columns is held in the end, every drone is planned at once
+/// first. Chosen here: where less is, one after another nearly always find ways, and better ones.
 const CROWDED_SHARE: f64 = 0.4;
-/// Orders tried when somebody is left out; chosen here.
+/// Orders tried when a drone is left out; chosen here.
 const ORDERS: u64 = 4;
 
-/// Plans the whole fleet, with the tables of its steps if there are any; those in `excluded` stay at their starts from the beginning.
+/// Plans the whole fleet, with the tables of its steps if there are any; those in `excluded` stay
+/// at their starts from the beginning.
 pub(crate) fn plan_fleet(
     job: &Job,
     costmap: &Costmap,
@@ -79,7 +80,7 @@ pub(crate) fn plan_fleet(
 /// What a fleet is planned with.
 pub(super) struct Setting<'a> {
     pub(super) job: &'a Job,
-    /// With nobody in it.
+    /// With no drone in it.
     pub(super) costmap: &'a Costmap,
     pub(super) steps: Option<&'a Steps>,
     pub(super) excluded: &'a [(DroneId, FailureKind)],
