@@ -90,6 +90,8 @@ fn stays(errand: &Errand, roadmap: &Roadmap) -> Leg {
 
 #[cfg(test)]
 mod tests {
+    use costmap::leg::Tick;
+
     use super::*;
     use crate::graph::agent::Ending;
     use crate::plan::outcome::Control;
