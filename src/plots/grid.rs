@@ -1,9 +1,11 @@
 //! A heat map of a wake in a plane through its axis: distance from the axis across, depth downwards, both over the motor distance.
 
+use diagnosis::statistics::quantile::quantile;
+
 use super::axes::Chart;
 use super::canvas::{Area, Canvas, fill};
 use super::colours::{Colour, FAINT, Scale};
-use super::readings::{Spread, quantile, sorted};
+use super::readings::{Spread, sorted};
 
 /// Rows and columns to try, finest first: even numbers of columns split at the axis.
 const ROWS: [usize; 8] = [36, 30, 25, 20, 16, 13, 10, 8];
@@ -37,8 +39,8 @@ impl Grid {
         let depths = sorted(places.iter().map(|(_, s)| *s));
         let s_from = *depths.first()?;
         // The outermost few would leave the rest too little room.
-        let s_to = quantile(&depths, 0.99).max(s_from + 0.1);
-        let across_to = quantile(&across, 0.98).max(0.1);
+        let s_to = quantile(&depths, 0.99)?.max(s_from + 0.1);
+        let across_to = quantile(&across, 0.98)?.max(0.1);
         let fitted = |(rows, columns): (usize, usize)| {
             let edge = |row: usize| s_from + (s_to - s_from) * row as f64 / rows as f64;
             let mut grid = Grid {

@@ -2,11 +2,13 @@
 //!
 //! x: distance from the axis, over the motor distance or the half-width; y: speed over U_H or the centreline's.
 
+use diagnosis::statistics::quantile::quantile;
+
 use super::axes::{BAND, Chart};
 use super::canvas::{HEAD, fill, solid};
 use super::colours::{INK, SERIES};
 use super::legend::{Entry, LINE, sheet};
-use super::readings::{Reading, Spread, quantile, sorted};
+use super::readings::{Reading, Spread, sorted};
 
 const COLUMNS: usize = 3;
 const WIDTH: f64 = 980.0;
@@ -88,7 +90,8 @@ pub(super) fn of_slices(readings: &[Reading], slices: usize, bins: usize) -> Vec
 
 fn of_slice(slice: &[&Reading], bins: usize) -> Profile {
     let r_over_l = |reading: &&Reading| reading.across_over_l.abs();
-    let widest = quantile(&sorted(slice.iter().map(r_over_l)), 0.99).max(1e-6);
+    let widest = quantile(&sorted(slice.iter().map(r_over_l)), 0.99);
+    let widest = widest.unwrap_or_default().max(1e-6);
     let mut held: Vec<Vec<&Reading>> = vec![Vec::new(); bins];
     for reading in slice {
         let place = r_over_l(reading) / widest * bins as f64;

@@ -1,6 +1,7 @@
 //! Samples in the coordinates of the wake that they were taken in, and what is typical of several.
 
 use diagnosis::forward::simulate::Sample;
+use diagnosis::statistics::quantile::quantile;
 
 /// One recorded value beside the simulated one, in the strongest wake there.
 #[derive(Clone, Copy, Debug)]
@@ -52,8 +53,8 @@ impl Spread {
     pub(crate) fn of(values: impl Iterator<Item = f64>) -> Option<Spread> {
         let values = sorted(values);
         // One standard deviation to either side, where the values are normal.
-        let at = |part: f64| quantile(&values, part);
-        (!values.is_empty()).then(|| Spread::new(at(0.1587), at(0.5), at(0.8413)))
+        let at = |share: f64| quantile(&values, share);
+        Some(Spread::new(at(0.1587)?, at(0.5)?, at(0.8413)?))
     }
 }
 
@@ -61,14 +62,6 @@ pub(super) fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values
-}
-
-/// Quantile by linear interpolation of sorted values; `values` is not empty.
-pub(super) fn quantile(sorted: &[f64], part: f64) -> f64 {
-    let place = part * (sorted.len() - 1) as f64;
-    let below = place.floor() as usize;
-    let above = (below + 1).min(sorted.len() - 1);
-    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
 
 #[cfg(test)]

@@ -3,13 +3,14 @@
 //! Across: distance from the axis over the motor distance; down: depth over the motor distance; colour: residual in its unit.
 
 use airflow::Jet;
+use diagnosis::statistics::quantile::quantile;
 
 use super::axes::Chart;
 use super::canvas::{Canvas, dashed, fill, polyline, solid};
 use super::colours::{FAINT, INK, PAPER, Scale};
 use super::grid::{Grid, SIGNED};
 use super::legend::{Entry, LINE, colour_bar, legend, sheet};
-use super::readings::{Reading, places, quantile, sorted};
+use super::readings::{Reading, places, sorted};
 
 const PANEL: f64 = 430.0;
 const HEIGHT: f64 = 530.0;
@@ -68,7 +69,7 @@ impl<'a> ResidualMap<'a> {
         let first = of_cells(&self.panels.first()?.1);
         let sizes = sorted(first.iter().flatten().map(|residual| residual.abs()));
         // Chosen here: the largest twentieth of the cells saturates, a few would leave the rest pale.
-        let scale = Scale::of_residuals(quantile(&sizes, 0.95));
+        let scale = Scale::of_residuals(quantile(&sizes, 0.95)?);
         let panels = self.panels.len();
         let size = (PANEL * panels as f64 + SIDE, HEIGHT);
         let (mut canvas, below) = sheet(size, self.title, &[]);
