@@ -196,10 +196,10 @@ fn a_synthetic_world_yields_no_false_alarm_and_most_of_its_effects_by_name() {
 }
 
 #[test]
-fn the_signature_in_the_readme_is_of_the_run_beside_it() {
+fn the_signature_in_the_docs_is_of_the_run_beside_it() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let readme = fs::read_to_string(root.join("README.md")).unwrap();
-    assert!(readme.contains("](docs/signature.svg)"));
+    let page = fs::read_to_string(root.join("docs/diagnosis.md")).unwrap();
+    assert!(page.contains("](signature.svg)"));
     let desk = tempfile::tempdir().unwrap();
     let recording = draughty().display().to_string();
     assert_eq!(
@@ -219,7 +219,7 @@ fn the_signature_in_the_readme_is_of_the_run_beside_it() {
     assert_eq!(
         words(&kept),
         words(&now),
-        "draw docs/signature.svg again, see README.md"
+        "draw docs/signature.svg again, see docs/diagnosis.md"
     );
 }
 

@@ -256,9 +256,9 @@ fn a_folder_that_cannot_be_written_leaves_no_file_behind() {
 }
 
 #[test]
-fn the_expansion_picture_in_the_readme_is_of_the_run_beside_it() {
-    let readme = fs::read_to_string(root().join("README.md")).unwrap();
-    assert!(readme.contains("](docs/expansion.svg)"));
+fn the_expansion_picture_in_the_docs_is_of_the_run_beside_it() {
+    let page = fs::read_to_string(root().join("docs/diagnosis.md")).unwrap();
+    assert!(page.contains("](expansion.svg)"));
     let desk = tempfile::tempdir().unwrap();
     let all = shelf().display().to_string();
     super::succeeds(&mut command(desk.path(), &["calibrate", &all]));
@@ -280,6 +280,6 @@ fn the_expansion_picture_in_the_readme_is_of_the_run_beside_it() {
     assert_eq!(
         words(&kept),
         words(&now),
-        "draw docs/expansion.svg again, see README.md"
+        "draw docs/expansion.svg again, see docs/diagnosis.md"
     );
 }

@@ -128,13 +128,13 @@ fn what_does_not_fit_is_refused_before_anything_is_planned() {
 }
 
 #[test]
-fn the_table_in_the_readme_has_the_columns_that_are_printed() {
+fn the_table_in_the_docs_has_the_columns_that_are_printed() {
     let (_, printed, _) = bench(&["hall", "--drones", "2", "--seeds", "1"]);
     let head = printed.lines().find(|line| line.starts_with('|')).unwrap();
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
-    let readme = std::fs::read_to_string(readme).unwrap();
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/benchmarks.md");
+    let page = std::fs::read_to_string(page).unwrap();
     assert!(
-        readme.contains(head),
+        page.contains(head),
         "print it again, by `plan bench`: {head}"
     );
 }

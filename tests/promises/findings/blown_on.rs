@@ -11,8 +11,8 @@ use planner::scenario::world::World;
 use super::corrected_air::{hall_at, is_safe, planned};
 use super::{tilt, wind};
 
-/// Steps of time (s): a drone flies 4 cm at most between two.
-const STEP_S: f64 = 0.02;
+/// Steps of time (s): a drone flies 10 cm at most between two, 4 cm in the long run.
+const STEP_S: f64 = crate::samples(0.05, 0.02);
 
 /// Where a drone is, at rest before and after.
 fn place_m(drone: &DronePlan, t_s: f64) -> Point3<f64> {
