@@ -22,7 +22,8 @@ use std::time::{Duration, Instant};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use planner::plan::Plan;
 use planner::plan::outcome::Progress;
-use planner::replan::rolling::{Change, Running};
+use planner::replan::change::Change;
+use planner::replan::rolling::Running;
 use planner::scenario::world::{Drone, Task, World};
 use planner::{Control, plan_world, read_world};
 

@@ -5,7 +5,6 @@ mod page;
 pub(crate) mod plan;
 pub(crate) mod sections;
 mod tables;
-pub(crate) mod well_formed;
 pub(crate) mod words;
 
 pub(crate) use sections::{Figure, Part, Report};

@@ -18,7 +18,6 @@ use crate::io::watch::{Durations, Watch, peak_memory_bytes};
 use crate::plots;
 use crate::report::conflicts::{self, ConflictEntry};
 use crate::report::plan as report;
-use crate::report::well_formed::{self, WellFormedEntry};
 use crate::report::{Part, Report, words};
 use crate::{Answer, Format};
 
@@ -75,8 +74,6 @@ struct Printed<'a> {
     status: &'static str,
     plan: Option<&'a Plan>,
     conflicts: Vec<ConflictEntry>,
-    /// Whether any order of the fleet leads to a plan; `null` where that is not examined.
-    well_formed: Option<WellFormedEntry<'a>>,
     timing: Option<Timing>,
     files: Vec<PathBuf>,
 }
@@ -148,13 +145,11 @@ fn deliver(
     durations: &Durations,
 ) -> Result<Answer, Failure> {
     let Planned { plan, effort, .. } = planned;
-    let known = planned.well_formed.as_ref();
-    let report = report::report(plan, durations, known, effort.improved_s());
+    let report = report::report(plan, durations, effort.improved_s());
     let mut printed = Printed {
         status: plan.status.as_str(),
         plan: Some(plan),
         conflicts: conflicts::describe_all(&planned.conflicts, world),
-        well_formed: known.map(|known| well_formed::describe(known, plan)),
         timing: Some(Timing::of(durations, effort)),
         files: Vec::new(),
     };

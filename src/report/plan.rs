@@ -1,10 +1,8 @@
 //! A plan as people read it: which drone arrives when, what the others cost it, and what ignoring downwash
 //! would have meant.
 
-use planner::plan::outcome::WellFormed;
 use planner::plan::{DronePlan, IgnoringDownwash, Plan};
 
-use super::well_formed;
 use super::words::{count, decimal, joined, tally};
 use super::{Part, Report};
 use crate::io::watch::Durations;
@@ -17,16 +15,10 @@ const LIST_MOST_AFFECTED: usize = 15;
 const NO_AIR_MPS: f64 = 0.05;
 
 /// Which drone arrives when, exposed to what, and how the fleet does.
-pub(crate) fn report(
-    plan: &Plan,
-    durations: &Durations,
-    well_formed: Option<&WellFormed>,
-    improved_s: Option<f64>,
-) -> Report {
+pub(crate) fn report(plan: &Plan, durations: &Durations, improved_s: Option<f64>) -> Report {
     let mut report = Report::new(heading(plan), String::new());
     report.section("", table(plan));
     let mut lines = vec![summary(plan, durations)];
-    lines.extend(well_formed.map(|known| well_formed::in_a_line(known, plan)));
     lines.extend(improved_s.map(|improved_s| improved(plan, improved_s)));
     let ignoring = plan.ignoring_downwash.as_ref();
     if ignoring.is_some() || !durations.ignoring_downwash.is_zero() {
@@ -221,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_small_fleet_is_listed_whole_in_its_order_with_the_contrast_below() {
-        let text = report(&sample::warehouse(), &durations(), None, None).text();
+        let text = report(&sample::warehouse(), &durations(), None).text();
         let expected = "\
 sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
 
@@ -239,7 +231,7 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
 
     #[test]
     fn of_a_large_fleet_the_most_delayed_are_listed_and_the_rest_counted() {
-        let text = report(&sample::hall(200), &durations(), None, Some(3.5)).text();
+        let text = report(&sample::hall(200), &durations(), Some(3.5)).text();
         assert_eq!(
             text.lines().filter(|line| line.starts_with("  d")).count(),
             LIST_MOST_AFFECTED + 1

@@ -104,7 +104,7 @@ fn starts_in_body_column_and_wake_are_told_apart_and_mended() {
 }
 
 #[test]
-fn landed_starts_neither_blow_nor_suffer() {
+fn landed_starts_have_no_wake_and_no_limit() {
     let mut below = pair([0.2, 0.0, -3.0]);
     below.drones[1].at_start = AtStart::Landed;
     assert!(check(&below).is_empty());

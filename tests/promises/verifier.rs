@@ -4,10 +4,11 @@ mod air;
 pub(crate) mod plans;
 mod zones;
 
-use planner::plan::{Plan, Unplanned, ViolationKind};
+use airflow::effects::{Effects, JetMerging};
+use planner::plan::{Plan, ShapeEntry, Unplanned, ViolationKind};
 use planner::verify::verify;
 
-use plans::{drone, kinds, lands, plan, preset, with_box, with_mesh_box};
+use plans::{drone, kinds, lands, plan, preset, with_box, with_cylinder, with_mesh_box, with_zone};
 
 /// Asserts that the first plan is refused for exactly this, and the second for nothing.
 fn refused(kind: ViolationKind, broken: &Plan, repaired: &Plan) {
@@ -28,7 +29,44 @@ fn broken(mut plan: Plan, change: impl FnOnce(&mut Plan)) -> Plan {
 #[test]
 fn a_plan_that_contradicts_itself_is_refused_as_malformed() {
     let good = one(&[(0.0, [1.0, 1.0, 1.0]), (5.0, [5.0, 1.0, 1.0])]);
-    let faults: [fn(&mut Plan); 13] = [
+    let good = with_zone(good, [30.0, 30.0, 0.0], [32.0, 32.0, 2.0], 1.5);
+    let good = with_box(good, "rack", [20.0, 20.0, 0.0], [22.0, 22.0, 3.0]);
+    let good = with_mesh_box(good, "net", [20.0, 30.0, 0.0], [22.0, 32.0, 3.0]);
+    let good = with_cylinder(good, "column", [30.0, 20.0, 0.0], 0.5, 3.0);
+    let of_the_whole: [fn(&mut Plan); 9] = [
+        |plan| plan.format = "plan/0".to_owned(),
+        |plan| plan.air.density_kg_per_m3 = 0.0,
+        |plan| plan.air.jet.spreading = -0.1,
+        |plan| plan.air.superposition = "vector".to_owned(),
+        |plan| {
+            plan.air.effects = Some(Effects {
+                jet_merging: Some(JetMerging { exponent: 0.8 }),
+                ..Effects::default()
+            });
+        },
+        |plan| plan.bounds_m.max.z = -1.0,
+        |plan| plan.zones[0].air_limit_mps = f64::NAN,
+        |plan| plan.zones[0].max_m.x = 29.0,
+        |plan| {
+            let twice = plan.drones[0].clone();
+            plan.drones.push(twice);
+        },
+    ];
+    for fault in of_the_whole {
+        let broken = broken(good.clone(), fault);
+        assert!(kinds(&broken).contains(&ViolationKind::Malformed));
+    }
+    for index in 0..3 {
+        let broken = broken(good.clone(), |plan| {
+            match &mut plan.obstacles[index].shape {
+                ShapeEntry::Box { min_m, .. } => min_m.z = 4.0,
+                ShapeEntry::Mesh { triangles, .. } => triangles[0][0] = 8,
+                ShapeEntry::Cylinder { radius_m, .. } => *radius_m = -1.0,
+            }
+        });
+        refused(ViolationKind::Malformed, &broken, &good);
+    }
+    let faults: [fn(&mut Plan); 16] = [
         |plan| plan.drones[0].trajectory.t_s.push(9.0),
         |plan| plan.drones[0].trajectory.t_s[0] = 6.0,
         |plan| plan.drones[0].trajectory.position_m[1].y = f64::NAN,
@@ -39,11 +77,14 @@ fn a_plan_that_contradicts_itself_is_refused_as_malformed() {
         |plan| plan.drones[0].airborne_s = (6.0, None),
         |plan| plan.drones[0].airborne_s = (0.0, Some(4.0)),
         |plan| plan.drones[0].airborne_s = (0.0, Some(0.0)),
-        |plan| plan.air.superposition = "vector".to_owned(),
-        |plan| plan.format = "plan/0".to_owned(),
+        |plan| plan.drones[0].airborne_s = (1.0, None),
+        |plan| plan.drones[0].airframe.body_radius_m = 0.0,
+        |plan| plan.drones[0].airframe.max_speed_mps = f64::INFINITY,
+        |plan| plan.drones[0].air_limit = f64::NAN,
+        |plan| plan.drones[0].enters_s = Some(1.0),
         |plan| {
             plan.unplanned.push(Unplanned {
-                name: "nobody".to_owned(),
+                name: "unknown".to_owned(),
                 reason: String::new(),
             })
         },
@@ -111,15 +152,17 @@ fn a_body_that_clips_a_corner_between_break_points_is_refused() {
             (0.0, [7.0 - shift, 13.0 - shift, 1.0]),
             (5.0, [13.0 - shift, 7.0 - shift, 1.0]),
         ]);
-        let box_ = with_box(leg.clone(), "rack", [10.0, 10.0, 0.0], [12.0, 12.0, 3.0]);
-        (
-            box_,
-            with_mesh_box(leg, "rack", [10.0, 10.0, 0.0], [12.0, 12.0, 3.0]),
-        )
+        // The axis of the cylinder is 0.5 m from the edge, away from the path.
+        let axis_m = 10.0 + 0.5 / 2.0_f64.sqrt();
+        [
+            with_box(leg.clone(), "rack", [10.0, 10.0, 0.0], [12.0, 12.0, 3.0]),
+            with_mesh_box(leg.clone(), "rack", [10.0, 10.0, 0.0], [12.0, 12.0, 3.0]),
+            with_cylinder(leg, "column", [axis_m, axis_m, 0.0], 0.5, 3.0),
+        ]
     };
-    let (broken, repaired) = (past(0.19), past(0.20));
-    refused(ViolationKind::Obstacle, &broken.0, &repaired.0);
-    refused(ViolationKind::Obstacle, &broken.1, &repaired.1);
+    for (broken, repaired) in past(0.19).iter().zip(&past(0.20)) {
+        refused(ViolationKind::Obstacle, broken, repaired);
+    }
 }
 
 #[test]

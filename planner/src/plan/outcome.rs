@@ -34,10 +34,6 @@ pub struct Planned {
     pub failures: Vec<Failure>,
     /// Goals that exclude one another; the drones dropped for it are among the failures.
     pub conflicts: Vec<EndpointConflict>,
-    /// Whether every order of the fleet leads to a plan; `None` where that is not examined: among
-    /// zones, in air that arrives with a delay, around others' fixed trajectories, where a drone
-    /// lands, and where a start or a task lies beside the lattice.
-    pub well_formed: Option<WellFormed>,
     /// What the search did.
     pub effort: Effort,
 }
@@ -173,45 +169,6 @@ pub enum Exclusion {
         /// The zone's limit (m/s).
         limit_mps: f64,
     },
-}
-
-/// Whether every order of the fleet leads to a plan; see [`crate::solver::well_formed`].
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct WellFormed {
-    /// Drones examined: the whole fleet.
-    pub drones: usize,
-    /// Those among them that may have to wait for others, indices in the world's drones.
-    pub waiting: Vec<usize>,
-    /// What keeps the endpoints from being well-formed, by drone.
-    pub offences: Vec<Offence>,
-}
-
-/// Two drones whose endpoints make one of them wait for the other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-pub struct Offence {
-    /// Who has to wait, an index in the world's drones.
-    pub drone: usize,
-    /// For whom.
-    pub other: usize,
-    /// What it is about.
-    pub kind: OffenceKind,
-}
-
-/// How two drones' endpoints are in one another's way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum OffenceKind {
-    /// The goal of the first and the start of the other exclude one another.
-    GoalAtStart,
-    /// The start or the goal of the other is beside the room that the first cannot leave.
-    Enclosed,
-}
-
-impl WellFormed {
-    /// Whether every order leads to a plan.
-    pub fn is_proven(&self) -> bool {
-        self.waiting.is_empty()
-    }
 }
 
 /// How a caller watches, stops and extends a run of a planner that reads no clock itself.

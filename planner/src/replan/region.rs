@@ -1,5 +1,5 @@
 //! A fleet planned around drones that are not its own: their trajectories are fixed, moving bodies and wakes
-//! that nobody can make give way. So several planners can own several areas, each told what the others fly.
+//! that do not give way. So several planners can own several areas, each told what the others fly.
 //!
 //! ```
 //! use planner::plan::outcome::{Control, Outcome};
@@ -16,18 +16,16 @@
 //! let Outcome::Safe(both) = told else { panic!("no safe plan") };
 //! let both = both.plan;
 //! assert_eq!(both.drones[1].trajectory, plan.drones[0].trajectory);
-//! # Ok::<(), Vec<planner::replan::region::RegionError>>(())
+//! # Ok::<(), Vec<planner::replan::GivenError>>(())
 //! ```
 
 use costmap::leg::DroneId;
-use thiserror::Error;
 
+use crate::plan::DronePlan;
 use crate::plan::outcome::{Control, Effort, EndpointKind, Failure, Outcome, Planned, Progress};
-use crate::plan::trajectory::{Tail, Trajectory};
-use crate::plan::{AtStart, DronePlan};
-use crate::replan::rolling::legs::legs_of;
-use crate::scenario::WorldError;
-use crate::scenario::world::{self, Drone, Vehicle, World};
+use crate::replan::track::legs_of;
+use crate::replan::{GivenError, given};
+use crate::scenario::world::World;
 use crate::sipp::conflicts::Steps;
 use crate::solver::assemble::{assemble, judged};
 use crate::solver::endpoints;
@@ -37,47 +35,27 @@ use crate::solver::prepare::{Kinds, costmap_for, prepare};
 use crate::solver::priority::plan_fleet;
 use crate::verify::verify;
 
-/// What is wrong with the world, or with another fleet's trajectory.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum RegionError {
-    /// The world is not in order.
-    #[error(transparent)]
-    World(#[from] WorldError),
-    /// Two are called the same.
-    #[error("`{0}` is one of several drones of this name")]
-    Name(String),
-    /// It cannot be read.
-    #[error("`{drone}`: {why}")]
-    Unreadable {
-        /// Who.
-        drone: String,
-        /// What is wrong.
-        why: String,
-    },
-}
-
 /// Plans a fleet around `others`, whose trajectories stay as they are, and verifies all of them together.
 ///
-/// Times of both count from the same moment. In the plan the fleet comes first, in the world's order, then
+/// The others are obstacles that move: their bodies and wakes are in the costmap before the first drone of
+/// the fleet is planned, and no search may displace them. They are checked by the same ranges as a
+/// scenario's drones. Times of both count from the same moment. In the plan the fleet comes first, in the world's order, then
 /// the others as they were given, but for the air that they meet now. Sums over the fleet are over its own.
 ///
 /// # Errors
 ///
-/// All that is wrong with the world, or else with the others.
+/// All that is wrong with the world, or else with the others: names that are taken, trajectories that cannot be read, numbers out
+/// of range.
 pub fn plan_region(
     world: &World,
     others: &[DronePlan],
     control: &Control<'_>,
-) -> Result<Outcome, Vec<RegionError>> {
-    let faults = world.check().map_err(|faults| faults.0);
-    faults.map_err(|faults| {
-        faults
-            .into_iter()
-            .map(RegionError::from)
-            .collect::<Vec<_>>()
-    })?;
+) -> Result<Outcome, Vec<GivenError>> {
+    if let Err(faults) = world.check() {
+        return Err(faults.0.into_iter().map(GivenError::from).collect());
+    }
     (control.progress)(Progress::Preparing);
-    let everybody = joined(world, others)?;
+    let all = joined(world, others)?;
     let conflicts = endpoints::check(world);
     if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
         return Ok(Outcome::Infeasible { conflicts });
@@ -87,7 +65,7 @@ pub fn plan_region(
     let own = world.drones.len();
     let fixed: Vec<_> = others
         .iter()
-        .zip(&everybody.drones[own..])
+        .zip(&all.drones[own..])
         .enumerate()
         .map(|(index, (entry, drone))| {
             let id = DroneId((own + index) as u32);
@@ -97,7 +75,7 @@ pub fn plan_region(
         })
         .collect();
     let lattice = job.roadmap.lattice();
-    let mut costmap = costmap_for(&everybody, &kinds, lattice, true, everybody.drones.len());
+    let mut costmap = costmap_for(&all, &kinds, lattice, true, all.drones.len());
     let mut left_out = excluded(&job, &conflicts, |_| true);
     if !world.zones.is_empty() {
         left_out.extend(kept_out_by_zones(&mut job, &costmap, &left_out, control));
@@ -119,8 +97,8 @@ pub fn plan_region(
         &mut effort,
     );
     let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
-        drone: everybody.drones[drone.0 as usize].name.clone(),
-        cause: known_cause(&everybody, why),
+        drone: all.drones[drone.0 as usize].name.clone(),
+        cause: known_cause(&all, why),
     });
     let failures: Vec<Failure> = failures.collect();
 
@@ -135,25 +113,21 @@ pub fn plan_region(
         plan,
         failures,
         conflicts,
-        well_formed: None,
         effort,
     }))
 }
 
-/// The world with the others in it, who have nothing to do in it.
-fn joined(world: &World, others: &[DronePlan]) -> Result<World, Vec<RegionError>> {
+/// The world with the others in it, which have nothing to do in it.
+fn joined(world: &World, others: &[DronePlan]) -> Result<World, Vec<GivenError>> {
     let mut joined = world.clone();
     let mut problems = Vec::new();
     for entry in others {
         if joined.drones.iter().any(|known| known.name == entry.name) {
-            problems.push(RegionError::Name(entry.name.clone()));
+            problems.push(GivenError::Twice(entry.name.clone()));
         }
-        match drone(entry) {
+        match given(entry, world.air.density_kg_per_m3()) {
             Ok(drone) => joined.drones.push(drone),
-            Err(why) => problems.push(RegionError::Unreadable {
-                drone: entry.name.clone(),
-                why,
-            }),
+            Err(error) => problems.push(error),
         }
     }
     if problems.is_empty() {
@@ -161,42 +135,6 @@ fn joined(world: &World, others: &[DronePlan]) -> Result<World, Vec<RegionError>
     } else {
         Err(problems)
     }
-}
-
-fn drone(entry: &DronePlan) -> Result<Drone, String> {
-    Trajectory::new(&entry.trajectory, Tail::Gone).map_err(|error| error.to_string())?;
-    let frame = &entry.airframe;
-    let airframe = frame.airframe()?;
-    let positive = |value: f64| value.is_finite() && value > 0.0;
-    let sizes = [frame.body_radius_m, frame.max_speed_mps];
-    if !sizes
-        .into_iter()
-        .chain(entry.trajectory.mass_kg.iter().copied())
-        .all(positive)
-    {
-        return Err(
-            "its body radius, highest speed and masses must be more than nothing".to_owned(),
-        );
-    }
-    if !(entry.air_limit.is_finite() && entry.air_limit > 0.0) {
-        return Err(format!("its air limit is {}", entry.air_limit));
-    }
-    Ok(Drone {
-        name: entry.name.clone(),
-        vehicle: Vehicle {
-            airframe,
-            body_radius_m: frame.body_radius_m,
-            max_speed_mps: frame.max_speed_mps,
-        },
-        start_m: entry.trajectory.position_m[0],
-        at_start: match entry.at_start {
-            AtStart::Hover => world::AtStart::Hover,
-            AtStart::Landed => world::AtStart::Landed,
-        },
-        tasks: Vec::new(),
-        at_end: world::AtEnd::Hover,
-        air_limit: entry.air_limit,
-    })
 }
 
 #[cfg(test)]
@@ -221,7 +159,7 @@ mod tests {
         tasks: [(to_m: (12.5, 4.5, 0.5))])"#;
 
     #[test]
-    fn who_knows_of_others_keeps_out_of_their_wakes_and_who_does_not_does_not() {
+    fn a_fleet_told_of_others_keeps_out_of_their_wakes() {
         let theirs = planned(crate::plan_world(&read(THEIRS), &Control::QUIET).expect("in order"));
         let ours = read(OURS);
         let told = plan_region(&ours, &theirs.drones, &Control::QUIET).expect("readable");
@@ -247,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_said_of_everybody() {
+    fn all_that_cannot_be_read_is_reported() {
         let mut theirs =
             planned(crate::plan_world(&read(THEIRS), &Control::QUIET).expect("in order"));
         let mut twice = theirs.drones[0].clone();

@@ -2,14 +2,15 @@
 //! are given something else to do.
 //!
 //! [`Running`] is what a fleet manager keeps between changes. Up to the moment of a change the plan is
-//! history. From there on only those change who are asked to, and whoever has to give way to them;
-//! everybody else keeps their trajectory to the last byte. A drone between two places flies on to the next
-//! one before it does anything else, and a dwell that has begun is not interrupted, but by a new task.
-//! Whoever finds no way goes on with the one it had, or stops if that is no way any more; who comes and
-//! finds none is not let in.
+//! history. From there on only those drones change that are asked to, and those that have to give way to
+//! them; all others keep their trajectories to the last byte. A drone between two places flies on to the
+//! next one before it does anything else, and a dwell that has begun is not interrupted, but by a new task.
+//! A drone without a path goes on with the one it had, or stops if that is none any more; one that comes
+//! and has none is not let in.
 //!
 //! ```
-//! use planner::replan::rolling::{Change, Running};
+//! use planner::replan::change::Change;
+//! use planner::replan::rolling::Running;
 //! use planner::{Control, Outcome, scenario::world::Task};
 //!
 //! let text = tools::instances::hall(12, 1)?;
@@ -33,96 +34,57 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod apply;
-mod changes;
-pub(crate) mod legs;
-mod outcome;
-mod splice;
-mod track;
-mod turn;
-
 use costmap::costmap::Costmap;
-use costmap::leg::{DroneId, Leg, Tick};
-use thiserror::Error;
+use costmap::leg::{Leg, Tick};
+use serde::Serialize;
 
-pub use changes::{Change, ChangeError};
-use track::{State, Track};
-
-use crate::plan::outcome::{Control, Effort};
-use crate::plan::{Fleet, Plan, Unplanned, Violation};
+use super::change::{self, Change, ChangeError};
+use super::track::{State, Track, cut, legs_of};
+use super::{GivenError, given, turn};
+use crate::plan::outcome::{Control, Effort, Progress};
+use crate::plan::{Plan, Unplanned, Violation};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::World;
-use crate::solver::assemble::{judged, rounded};
+use crate::solver::assemble::{fleet, judged};
 use crate::solver::prepare::{Job, Kinds, costmap_for, prepare};
 use crate::verify::verify;
 
 /// Room for drones that come later: chosen here, so that the costmap is seldom made anew.
 const SPARE_DRONES: usize = 64;
 
-/// A plan that is being flown, and what planning on needs: the roadmap, the ways home of every drone, and
-/// everybody's legs in the costmap.
+/// A plan that is being flown, and what planning on needs: the roadmap, the distances to every goal, and
+/// all legs in the costmap.
 #[derive(Debug)]
 pub struct Running {
-    world: World,
-    plan: Plan,
-    solids: Solids,
-    job: Job,
-    kinds: Kinds,
-    costmap: Costmap,
-    tracks: Vec<Track>,
+    pub(super) world: World,
+    pub(super) plan: Plan,
+    pub(super) solids: Solids,
+    pub(super) job: Job,
+    pub(super) kinds: Kinds,
+    pub(super) costmap: Costmap,
+    pub(super) tracks: Vec<Track>,
     /// Everything before is history.
-    known: Tick,
-}
-
-/// Why a plan cannot be flown on.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum RunningError {
-    /// Not the plan of this world.
-    #[error("the plan has {plan} drones, the world {world}")]
-    Count {
-        /// In the plan.
-        plan: usize,
-        /// In the world.
-        world: usize,
-    },
-    /// Not the plan of this world.
-    #[error("drone {index} of the plan is `{plan}`, of the world `{world}`")]
-    Name {
-        /// In both.
-        index: usize,
-        /// In the plan.
-        plan: String,
-        /// In the world.
-        world: String,
-    },
-    /// The plan contradicts itself.
-    #[error("`{drone}`: {why}")]
-    Malformed {
-        /// Who.
-        drone: String,
-        /// How.
-        why: String,
-    },
+    pub(super) known: Tick,
 }
 
 /// What became of some changes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Replanned {
-    /// Whose trajectory is another one now, in the order of the plan.
+    /// The drones that have another trajectory now, in the order of the plan.
     pub changed: Vec<Changed>,
-    /// For whom there is no way, in the order of the plan: who was given another task goes on with what it
-    /// had, who is late follows its plan as late as it is, and who comes is not let in. Whoever would run into others
-    /// like that, or had to give way to one who stops, stops as well.
+    /// The drones without a path, in the order of the plan: one that was given another task goes on with
+    /// what it had, one that is late follows its plan as late as it is, and one that comes is not let in.
+    /// One that would run into others like that, or had to give way to one that stops, stops as well.
     pub refused: Vec<Unplanned>,
-    /// Violations that begin before those in them could be made to do anything else, as of a late drone that
-    /// is in somebody's way already. They are in the plan, too.
+    /// Violations that begin before the drones in them could be made to do anything else, as of a late
+    /// drone that is in another's way already. They are in the plan, too.
     pub unavoidable: Vec<Violation>,
     /// What the search did.
     pub effort: Effort,
 }
 
 /// A drone with another trajectory.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Changed {
     /// Its name.
     pub drone: String,
@@ -131,7 +93,8 @@ pub struct Changed {
 }
 
 /// Why a drone has another trajectory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Cause {
     /// It is late.
     Late,
@@ -151,7 +114,7 @@ impl Running {
     /// # Errors
     ///
     /// The plan has other drones than the world, or a trajectory that cannot be read.
-    pub fn new(world: World, plan: Plan) -> Result<Running, RunningError> {
+    pub fn new(world: World, plan: Plan) -> Result<Running, GivenError> {
         check(&world, &plan)?;
         let mut job = prepare(&world);
         let mut kinds = Kinds::of(&world);
@@ -159,14 +122,12 @@ impl Running {
         let mut tracks = Vec::with_capacity(errands.len());
         for ((errand, drone), entry) in errands.into_iter().zip(&world.drones).zip(&plan.drones) {
             let planned = !plan.unplanned.iter().any(|one| one.name == entry.name);
-            let vehicle = &drone.vehicle;
-            let whole = legs::legs_of(errand.drone, entry, !planned, |mass_kg| {
-                kinds.kind(vehicle, mass_kg)
+            let whole = legs_of(errand.drone, entry, !planned, |mass_kg| {
+                kinds.kind(&drone.vehicle, mass_kg)
             });
             let stops = errand.mover.stops().iter();
             let stops_m: Vec<_> = stops.map(|&stop| job.roadmap.position_m(stop)).collect();
-            let lattice = job.roadmap.lattice();
-            let cut = |leg: &Leg| legs::cut(leg, lattice, &stops_m);
+            let cut = |leg: &Leg| cut(leg, job.roadmap.lattice(), &stops_m);
             tracks.push(Track {
                 legs: whole.iter().flat_map(cut).collect(),
                 errand,
@@ -193,7 +154,7 @@ impl Running {
         &self.plan
     }
 
-    /// The world as it is now: with those who came, and everybody's last tasks.
+    /// The world as it is now: with the drones that came, and the last tasks of all.
     pub fn world(&self) -> &World {
         &self.world
     }
@@ -216,13 +177,13 @@ impl Running {
         let there =
             |index: usize| self.tracks[index].state(&self.job.roadmap, at, false) != State::Absent;
         let widest_m = self.job.roadmap.widest_m();
-        let problems = changes::problems(&self.world, &self.solids, widest_m, changes, there);
+        let problems = change::problems(&self.world, &self.solids, widest_m, changes, there);
         if !problems.is_empty() {
             return Err(problems);
         }
         self.known = at;
         let (told, could_change) = turn::take(self, at, changes, control);
-        (control.progress)(crate::plan::outcome::Progress::Verifying);
+        (control.progress)(Progress::Verifying);
         self.judge();
         let early = |violation: &&Violation| {
             let released = |name: &str| could_change.iter().find(|(known, _)| known == name);
@@ -253,8 +214,8 @@ impl Running {
         Ok(at)
     }
 
-    /// A costmap with room for more, and what everybody still flies in it.
-    fn fill_costmap(&mut self) {
+    /// A costmap with room for more, and what all drones still fly in it.
+    pub(super) fn fill_costmap(&mut self) {
         let room = self.tracks.len() + SPARE_DRONES;
         let lattice = self.job.roadmap.lattice();
         self.costmap = costmap_for(&self.world, &self.kinds, lattice, true, room);
@@ -263,93 +224,38 @@ impl Running {
         }
     }
 
-    /// The whole plan judged, the sums over the fleet made anew. Everybody is verified, not only those who
-    /// have changed.
+    /// The whole plan judged, the sums over the fleet made anew. All drones are verified, not only those
+    /// that have changed.
     fn judge(&mut self) {
-        let unplanned = std::mem::take(&mut self.plan.unplanned);
-        let left_out = |name: &str| unplanned.iter().any(|one| one.name == name);
-        let flying = || {
-            self.plan
-                .drones
-                .iter()
-                .filter(|drone| !left_out(&drone.name))
-        };
-        self.plan.fleet = Fleet {
-            makespan_s: flying().map(|drone| drone.arrives_s).fold(0.0, f64::max),
-            sum_of_arrivals_s: rounded(flying().map(|drone| drone.arrives_s).sum()),
-            sum_alone_s: rounded(flying().map(|drone| drone.alone_s).sum()),
-            extra_energy_j: 0.0,
-        };
+        let unplanned = self.plan.unplanned.clone();
+        self.plan.fleet = fleet(&self.plan.drones, |drone| {
+            unplanned.iter().all(|one| one.name != drone.name)
+        });
         self.plan.ignoring_downwash = None;
-        self.plan.unplanned = unplanned.clone();
         let report = verify(&self.plan);
         self.plan = judged(self.plan.clone(), report, unplanned);
     }
 }
 
-/// Plans on once, from a plan and the world that it was made for: [`Running::new`] and [`Running::replan`].
-///
-/// # Errors
-///
-/// As of both.
-pub fn replan(
-    world: &World,
-    plan: &Plan,
-    at_s: f64,
-    changes: &[Change],
-    control: &Control<'_>,
-) -> Result<(Running, Replanned), ReplanError> {
-    let mut running = Running::new(world.clone(), plan.clone())?;
-    let told = running.replan(at_s, changes, control)?;
-    Ok((running, told))
-}
-
-/// Why [`replan`] did not answer.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum ReplanError {
-    /// About the plan.
-    #[error(transparent)]
-    Running(#[from] RunningError),
-    /// About the changes, all of them.
-    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
-    Changes(Vec<ChangeError>),
-}
-
-impl From<Vec<ChangeError>> for ReplanError {
-    fn from(errors: Vec<ChangeError>) -> ReplanError {
-        ReplanError::Changes(errors)
-    }
-}
-
-fn check(world: &World, plan: &Plan) -> Result<(), RunningError> {
+/// Whether this is the plan of this world, and can be flown.
+fn check(world: &World, plan: &Plan) -> Result<(), GivenError> {
     if world.drones.len() != plan.drones.len() {
-        return Err(RunningError::Count {
+        return Err(GivenError::Count {
             plan: plan.drones.len(),
             world: world.drones.len(),
         });
     }
     for (index, (drone, entry)) in world.drones.iter().zip(&plan.drones).enumerate() {
         if drone.name != entry.name {
-            return Err(RunningError::Name {
+            return Err(GivenError::Name {
                 index,
                 plan: entry.name.clone(),
                 world: drone.name.clone(),
             });
         }
-        let tail = crate::plan::trajectory::Tail::Gone;
-        crate::plan::trajectory::Trajectory::new(&entry.trajectory, tail).map_err(|error| {
-            RunningError::Malformed {
-                drone: entry.name.clone(),
-                why: error.to_string(),
-            }
-        })?;
+        given(entry, world.air.density_kg_per_m3())?;
     }
     Ok(())
-}
-
-/// Index of a drone as the costmap counts.
-fn id(index: usize) -> DroneId {
-    DroneId(index as u32)
 }
 
 #[cfg(test)]

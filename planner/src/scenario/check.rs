@@ -115,6 +115,15 @@ impl World {
     }
 }
 
+impl Drone {
+    /// The numbers of a drone built by hand that no scenario may have, in air of a density (kg/m³).
+    pub(crate) fn faults(&self, density_kg_per_m3: f64) -> Vec<WorldError> {
+        let mut check = Check { errors: Vec::new() };
+        check.drone(self, density_kg_per_m3);
+        check.errors
+    }
+}
+
 struct Check {
     errors: Vec<WorldError>,
 }

@@ -25,7 +25,7 @@ mod check;
 mod fields;
 mod finding_file;
 mod jet_file;
-mod limits;
+pub(crate) mod limits;
 mod meaning;
 mod mesh;
 mod places;

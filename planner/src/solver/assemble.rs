@@ -27,19 +27,11 @@ pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
             drone_plan(world, job, drone, errand, path)
         })
         .collect();
-    let planned = |entry: &&DronePlan| {
-        !paths
-            .unplanned
-            .iter()
-            .any(|(drone, _)| world.drones[drone.0 as usize].name == entry.name)
+    let left_out = |name: &str| {
+        let mut unplanned = paths.unplanned.iter();
+        unplanned.any(|(drone, _)| world.drones[drone.0 as usize].name == name)
     };
-    let arrivals = || drones.iter().filter(planned);
-    let fleet = Fleet {
-        makespan_s: arrivals().map(|d| d.arrives_s).fold(0.0, f64::max),
-        sum_of_arrivals_s: rounded(arrivals().map(|d| d.arrives_s).sum()),
-        sum_alone_s: rounded(arrivals().map(|d| d.alone_s).sum()),
-        extra_energy_j: 0.0,
-    };
+    let fleet = fleet(&drones, |drone| !left_out(&drone.name));
     Plan {
         format: FORMAT.to_owned(),
         scenario: world.name.clone(),
@@ -79,9 +71,20 @@ pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
     }
 }
 
+/// Sums over the drones that are planned, before their air is known.
+pub(crate) fn fleet(drones: &[DronePlan], is_planned: impl Fn(&DronePlan) -> bool) -> Fleet {
+    let planned = || drones.iter().filter(|drone| is_planned(drone));
+    Fleet {
+        makespan_s: planned().map(|drone| drone.arrives_s).fold(0.0, f64::max),
+        sum_of_arrivals_s: rounded(planned().map(|drone| drone.arrives_s).sum()),
+        sum_alone_s: rounded(planned().map(|drone| drone.alone_s).sum()),
+        extra_energy_j: 0.0,
+    }
+}
+
 /// Writes the verifier's findings, and why some stay behind, into a plan.
 pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) -> Plan {
-    for (drone, met) in plan.drones.iter_mut().zip(report.air_met) {
+    for (drone, met) in plan.drones.iter_mut().zip(report.exposures) {
         drone.worst_air_mps = met.worst_air_mps;
         drone.worst_air_from = met.worst_air_from;
         drone.worst_air_at_s = met.worst_air_at_s;
@@ -114,49 +117,75 @@ fn drone_plan(
         &job.roadmap,
     )];
     let legs = path.map_or(&stays[..], |path| &path.legs);
+    let masses_kg = masses_kg(drone);
+    let mass_kg = |leg: &Leg| {
+        let stage = errand.kinds.iter().position(|kind| *kind == leg.kind);
+        masses_kg[stage.unwrap_or(0)]
+    };
+    let mut entry = blank(world, drone);
+    write_legs(&mut entry, legs, mass_kg);
+    if legs.is_empty() {
+        entry.trajectory = TrajectoryEntry {
+            t_s: vec![0.0],
+            position_m: vec![job.roadmap.position_m(errand.start)],
+            mass_kg: vec![masses_kg[0]],
+        };
+    }
+    write_arrival(
+        &mut entry,
+        legs,
+        errand,
+        path.map_or(Tick(0), |path| path.arrives),
+    );
+    // A drone that stays at its start neither lands nor leaves.
+    entry.at_end = match (path, drone.at_start) {
+        (Some(_), _) => at_end(drone),
+        (None, world::AtStart::Landed) => AtEnd::Land,
+        (None, world::AtStart::Hover) => AtEnd::Hover,
+    };
+    entry
+}
+
+/// Writes down where a drone is when, and when its wake is on; `mass_kg` says what a leg weighs (kg).
+pub(crate) fn write_legs(entry: &mut DronePlan, legs: &[Leg], mass_kg: impl Fn(&Leg) -> f64) {
+    entry.trajectory = break_points(legs, mass_kg);
     let flying = || legs.iter().filter(|leg| leg.flying);
     let finite = |tick: Tick| (tick != Tick::FOREVER).then(|| tick.seconds());
+    // One span in the air: a drone that lands and rises again counts as airborne in between.
+    entry.airborne_s = match (flying().next(), flying().next_back()) {
+        (Some(first), Some(last)) => (first.start.seconds(), finite(last.end)),
+        _ => {
+            let begins_s = entry.enters_s.unwrap_or(0.0);
+            (begins_s, Some(begins_s))
+        }
+    };
+}
+
+/// Writes down how an errand goes from its departure on: when it arrives, and what the others cost it.
+pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], errand: &Errand, arrives: Tick) {
     let alone = errand.alone_ticks;
-    let alone_s = if alone == UNREACHABLE {
+    entry.arrives_s = arrives.seconds();
+    entry.alone_s = if alone == UNREACHABLE {
         0.0
     } else {
-        Tick(alone).seconds()
+        errand.departs.after(alone).seconds()
     };
-    let arrives = path.map_or(Tick(0), |path| path.arrives);
-    let (waits_s, detour_m) = path.map_or((0.0, 0.0), |path| {
-        let dwells: u32 = errand.stages.iter().map(|stage| stage.dwell_ticks).sum();
-        let before = |leg: &&Leg| leg.start < path.arrives;
-        let still: u32 = path
-            .legs
-            .iter()
-            .filter(before)
-            .filter(|leg| leg.stays())
-            .map(|leg| leg.end.min(path.arrives).0 - leg.start.0)
-            .sum();
-        let flown_m: f64 = path
-            .legs
-            .iter()
-            .filter(before)
-            .map(|leg| (leg.to_m - leg.from_m).norm())
-            .sum();
-        let detour_m = (flown_m - errand.alone_m).max(0.0);
-        (
-            Tick(still.saturating_sub(dwells)).seconds(),
-            rounded(detour_m),
-        )
-    });
-    DronePlan {
-        at_end: at_end(drone, path),
-        airborne_s: match (flying().next(), flying().next_back()) {
-            (Some(first), Some(last)) => (first.start.seconds(), finite(last.end)),
-            _ => (0.0, Some(0.0)),
-        },
-        trajectory: trajectory(drone, errand, job, legs),
-        arrives_s: arrives.seconds(),
-        alone_s,
-        waits_s,
-        detour_m,
-        ..blank(world, drone)
+    let ahead = |leg: &&Leg| leg.start >= errand.departs && leg.start < arrives;
+    let still = legs.iter().filter(ahead).filter(|leg| leg.stays());
+    let still: u32 = still.map(|leg| leg.end.min(arrives).0 - leg.start.0).sum();
+    let dwells: u32 = errand.stages.iter().map(|stage| stage.dwell_ticks).sum();
+    let flown = legs.iter().filter(ahead);
+    let flown_m: f64 = flown.map(|leg| (leg.to_m - leg.from_m).norm()).sum();
+    entry.waits_s = Tick(still.saturating_sub(dwells)).seconds();
+    entry.detour_m = rounded((flown_m - errand.alone_m).max(0.0));
+}
+
+/// How a drone that has a path ends.
+pub(crate) fn at_end(drone: &Drone) -> AtEnd {
+    match drone.at_end {
+        world::AtEnd::Hover => AtEnd::Hover,
+        world::AtEnd::Land => AtEnd::Land,
+        world::AtEnd::Leave => AtEnd::Leave,
     }
 }
 
@@ -185,31 +214,6 @@ pub(crate) fn blank(world: &World, drone: &Drone) -> DronePlan {
         extra_energy_j: 0.0,
         extra_energy_percent: 0.0,
     }
-}
-
-/// A drone that stays at its start neither lands nor leaves.
-fn at_end(drone: &Drone, path: Option<&Path>) -> AtEnd {
-    match (path, drone.at_end, drone.at_start) {
-        (None, _, world::AtStart::Landed) | (Some(_), world::AtEnd::Land, _) => AtEnd::Land,
-        (None, _, world::AtStart::Hover) | (Some(_), world::AtEnd::Hover, _) => AtEnd::Hover,
-        (Some(_), world::AtEnd::Leave, _) => AtEnd::Leave,
-    }
-}
-
-fn trajectory(drone: &Drone, errand: &Errand, job: &Job, legs: &[Leg]) -> TrajectoryEntry {
-    let masses_kg = masses_kg(drone);
-    let mass_kg = |leg: &Leg| {
-        let stage = errand.kinds.iter().position(|kind| *kind == leg.kind);
-        masses_kg[stage.unwrap_or(0)]
-    };
-    if legs.is_empty() {
-        return TrajectoryEntry {
-            t_s: vec![0.0],
-            position_m: vec![job.roadmap.position_m(errand.start)],
-            mass_kg: vec![masses_kg[0]],
-        };
-    }
-    break_points(legs, mass_kg)
 }
 
 /// Legs back to back as break points.

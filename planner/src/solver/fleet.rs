@@ -21,7 +21,6 @@ use crate::solver::endpoints;
 use crate::solver::explain::failures;
 use crate::solver::prepare::{Job, empty_costmap, prepare};
 use crate::solver::priority::{FailureKind, plan_fleet};
-use crate::solver::well_formed::examine;
 use crate::verify::verify;
 
 /// Plans a fleet out of its own downwash and verifies the plan.
@@ -46,7 +45,6 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         excluded.extend(kept_out_by_zones(&mut job, &costmap, &excluded, control));
     }
     let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
-    let well_formed = steps.as_ref().and_then(|steps| examine(&job, steps));
     let paths = plan_fleet(
         &job,
         &costmap,
@@ -71,7 +69,6 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         plan,
         failures,
         conflicts,
-        well_formed,
         effort,
     }))
 }
@@ -183,11 +180,15 @@ fn ignoring_downwash(
         makespan_s: plan.fleet.makespan_s,
         drones_over_limit: over.len(),
         worst_air_mps: report
-            .air_met
+            .exposures
             .iter()
             .map(|met| met.worst_air_mps)
             .fold(0.0, f64::max),
-        time_over_limit_s: report.air_met.iter().map(|met| met.time_over_limit_s).sum(),
+        time_over_limit_s: report
+            .exposures
+            .iter()
+            .map(|met| met.time_over_limit_s)
+            .sum(),
         zones_over_limit: zones.len(),
         worst_zone_air_mps: blown_on().map(|v| v.value).fold(0.0, f64::max),
         unplanned: paths.unplanned.len(),

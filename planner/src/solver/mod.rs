@@ -7,7 +7,6 @@ pub(crate) mod endpoints;
 pub(crate) mod explain;
 pub(crate) mod prepare;
 pub(crate) mod priority;
-pub(crate) mod well_formed;
 
 pub(crate) mod fleet;
 pub(crate) mod outlines;

@@ -230,18 +230,28 @@ impl Kinds {
             of_drones: Vec::new(),
         };
         for drone in &world.drones {
-            let bare_kg = drone.vehicle.airframe.mass_kg();
-            let mut mass_kg = bare_kg;
-            let mut own = vec![all.kind(&drone.vehicle, mass_kg)];
-            for task in &drone.tasks {
-                if let Some(load_kg) = task.load_kg {
-                    mass_kg = bare_kg + load_kg;
-                }
-                own.push(all.kind(&drone.vehicle, mass_kg));
-            }
+            let bare = all.kind(&drone.vehicle, drone.vehicle.airframe.mass_kg());
+            let own = all.along(&drone.vehicle, bare, &drone.tasks);
             all.of_drones.push(own);
         }
         all
+    }
+
+    /// What flies towards each task, and after the last, given what flies first.
+    pub(crate) fn along(
+        &mut self,
+        vehicle: &Vehicle,
+        first: KindId,
+        tasks: &[Task],
+    ) -> Vec<KindId> {
+        let bare_kg = vehicle.airframe.mass_kg();
+        let mut kinds = vec![first];
+        for task in tasks {
+            let before = kinds[kinds.len() - 1];
+            let loaded = |load_kg| self.kind(vehicle, bare_kg + load_kg);
+            kinds.push(task.load_kg.map_or(before, loaded));
+        }
+        kinds
     }
 
     pub(crate) fn kind(&mut self, vehicle: &Vehicle, mass_kg: f64) -> KindId {

@@ -16,13 +16,12 @@
 //! | zone | the wakes superposed at every point of the box, and the wall jets along the floor | subdivision of box and time on an upper bound | 0.5 %, 1 cm |
 //!
 //! `clearance_m` is the planner's margin, not a rule: bodies are judged by their radii alone, because
-//! a landing drone comes within any clearance of what it lands on. The smallest gap between two bodies
-//! is reported ([`Report::smallest_gap_m`]). Wakes weaker than [`FAINTEST_WAKE_MPS`] on their own are
-//! left out of every sum.
+//! a landing drone comes within any clearance of what it lands on. Wakes weaker than
+//! [`FAINTEST_WAKE_MPS`] on their own are left out of every sum.
 //!
 //! A drone that keeps hovering at its end is judged up to the last time of the whole plan and at rest
 //! after it; its axial exposure, energy and time over the limit count to its own last time
-//! ([`AirMet`]).
+//! ([`DroneExposure`]).
 //!
 //! `scene` is the plan as the checks see it; `checks` holds one file for each of them, `bounds` what
 //! bounds a wake over ranges of places, `time` what happens over spans of time.
@@ -35,6 +34,7 @@ mod violation;
 
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::plan::{Plan, Violation};
 use checks::{air, collision, contents, limits, obstacle, zone};
@@ -53,19 +53,17 @@ type Span = (f64, f64);
 type Found = (usize, Violation);
 
 /// What the verifier found.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
     /// By time, then kind, then drone.
     pub violations: Vec<Violation>,
     /// For each drone of the plan, in its order; zeros for one whose trajectory cannot be read.
-    pub air_met: Vec<AirMet>,
-    /// Smallest gap between two bodies (m); `None`: no two come near enough for the wake of one to reach the other.
-    pub smallest_gap_m: Option<f64>,
+    pub exposures: Vec<DroneExposure>,
 }
 
 /// The downwash that one drone is exposed to while it is airborne.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AirMet {
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct DroneExposure {
     /// Highest mean axial speed over its rotor discs (m/s), to 0.1 %; its rest after the plan included.
     pub worst_air_mps: f64,
     /// The drone whose wake contributed most to that.
@@ -85,25 +83,22 @@ pub struct AirMet {
 /// Judges a plan, on as many threads as there are; their number changes nothing in the report.
 pub fn verify(plan: &Plan) -> Report {
     let (scene, mut found) = contents::read(plan);
-    let mut air_met = vec![AirMet::default(); plan.drones.len()];
-    let mut smallest_gap_m: Option<f64> = None;
+    let mut exposures = vec![DroneExposure::default(); plan.drones.len()];
     if let Some(scene) = scene {
         let near = time::encounters::encounters(&scene);
         let judged: Vec<_> = (scene.flights.par_iter().zip(&near).enumerate())
             .map(|(k, (flight, near))| {
                 let mut found = limits::check(&scene, flight);
                 found.extend(obstacle::check(&scene, flight));
-                let (collisions, gap_m) = collision::check(&scene, near, k);
-                found.extend(collisions);
-                let (air, met) = air::check(&scene, near, flight);
+                found.extend(collision::check(&scene, near, k));
+                let (air, exposure) = air::check(&scene, near, flight);
                 found.extend(air);
-                (found, gap_m, met)
+                (found, exposure)
             })
             .collect();
-        for (flight, (here, gap_m, met)) in scene.flights.iter().zip(judged) {
+        for (flight, (here, exposure)) in scene.flights.iter().zip(judged) {
             found.extend(here);
-            air_met[flight.index] = met;
-            smallest_gap_m = smallest_gap_m.into_iter().chain(gap_m).reduce(f64::min);
+            exposures[flight.index] = exposure;
         }
         let zones = scene.zones.par_iter();
         found.par_extend(zones.flat_map(|it| zone::check(&scene, it)));
@@ -116,8 +111,7 @@ pub fn verify(plan: &Plan) -> Report {
     });
     Report {
         violations: found.into_iter().map(|(_, violation)| violation).collect(),
-        air_met,
-        smallest_gap_m,
+        exposures,
     }
 }
 

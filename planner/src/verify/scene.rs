@@ -12,7 +12,9 @@ use super::{Places, Span};
 use crate::plan::trajectory::{Motion, Trajectory};
 use crate::plan::{Corners, ZoneEntry};
 
-/// All that the checks need.
+/// All that the checks need of a plan: its geometry, its air, and every flight that could be read.
+///
+/// World frame, z up; metres, seconds, m/s.
 pub(crate) struct Scene<'a> {
     pub(crate) bounds_m: Corners,
     pub(crate) obstacles: Obstacles,
@@ -35,9 +37,11 @@ pub(crate) struct Flight {
     /// In the plan.
     pub(crate) index: usize,
     pub(crate) name: String,
+    /// Up to the scene's horizon where it stays.
     pub(crate) trajectory: Trajectory,
     /// When its wake is on and its air is limited (s); empty where the second is not after the first.
     pub(crate) airborne_s: Span,
+    /// Highest mean air over its discs, over its induced velocity.
     pub(crate) air_limit: f64,
     pub(crate) max_speed_mps: f64,
     pub(crate) body_radius_m: f64,
@@ -83,7 +87,9 @@ impl Flight {
 pub(crate) struct Attached<'a> {
     /// The drone: an index of the caller's.
     pub(crate) from: usize,
+    /// At that piece's mass and climb.
     pub(crate) wake: &'a BoundedWake,
+    /// Of the drone, over the time that the wake is attached to it.
     pub(crate) motion: Motion,
     /// Solids on whose top it may end.
     pub(crate) stops: &'a [u32],

@@ -44,7 +44,7 @@ impl Scene<'_> {
     }
 }
 
-/// A contradiction of the plan as a whole (drone 0), or of one drone, at a time (s) and a place (m).
+/// A violation of the kind `malformed`: a contradiction of the plan as a whole (drone 0), or of one drone, at a time (s) and a place (m).
 pub(crate) fn malformed(
     (index, drone): (usize, &str),
     why: String,
@@ -65,6 +65,7 @@ pub(crate) fn malformed(
     (index, violation)
 }
 
+/// The unit of a violation's value and limit.
 fn unit(kind: ViolationKind) -> &'static str {
     match kind {
         ViolationKind::Malformed => "",

@@ -217,8 +217,8 @@ fn a_drone_that_sinks_blows_harder_and_one_that_climbs_less() {
             climb_descent: Some(ClimbDescent { exponent: 1.0 }),
             ..Effects::default()
         };
-        let still = verify(&plan(vec![upper.clone(), lower.clone()])).air_met[1].dose_m;
-        verify(&in_air(&plan(vec![upper, lower]), climb)).air_met[1].dose_m / still
+        let still = verify(&plan(vec![upper.clone(), lower.clone()])).exposures[1].dose_m;
+        verify(&in_air(&plan(vec![upper, lower]), climb)).exposures[1].dose_m / still
     };
     // Momentum theory at 2 m/s over 5.36 m/s: 1.204 while it sinks, 0.831 while it climbs.
     assert!(
@@ -240,7 +240,7 @@ fn jets_that_merge_otherwise_than_assumed_are_judged_as_found() {
         let lower = drone("lower", "offboard-2", &[(0.0, [10.0, 10.0, 4.5])]);
         let mut plan = plan(vec![above("a", 9.3), above("b", 10.7), lower]);
         plan.air.effects = effects;
-        verify(&plan).air_met[2].worst_air_mps
+        verify(&plan).exposures[2].worst_air_mps
     };
     let merging = |exponent: f64| {
         Some(Effects {
@@ -263,7 +263,8 @@ fn the_worst_air_told_is_that_of_dense_samples() {
         let knots = [(0.0, [7.0, 10.6, 3.0]), (4.0, [13.0, 10.2, 2.5])];
         let upper = drone("upper", "matrice-300", &[(0.0, [10.0, 10.0, 8.0])]);
         let lower = drone("lower", "kolibri", &knots);
-        let told_mps = verify(&in_air(&plan(vec![upper, lower]), effects)).air_met[1].worst_air_mps;
+        let told_mps =
+            verify(&in_air(&plan(vec![upper, lower]), effects)).exposures[1].worst_air_mps;
 
         let frame = |name: &str| Airframe::preset(name).expect("a preset");
         let density = airflow::Air::default().density_kg_per_m3();

@@ -87,7 +87,7 @@ fn the_worst_late_air_told_is_that_of_dense_samples() {
     for case in 0..6 {
         let effects = lagging(0.5 + 0.5 * f64::from(case));
         let plan = in_air(&random_flights(case), effects);
-        let told = verify(&plan).air_met;
+        let told = verify(&plan).exposures;
         let told = told.iter().zip(&plan.drones).map(|(met, drone)| {
             met.worst_air_mps / (drone.air_limit * drone.airframe.hover_induced_velocity_mps)
         });

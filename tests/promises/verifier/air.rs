@@ -30,6 +30,10 @@ fn a_hover_below_a_hover_is_refused_at_zero_relative_velocity() {
     refused(ViolationKind::Air, &stack(3.0, 0.0), &stack(3.0, 2.0));
     // On the column's rim, where the discs reach in but the centre does not.
     assert!(!kinds(&stack(0.5, 0.2)).contains(&ViolationKind::Column));
+    // A limit as high as any leaves the column.
+    let tolerant =
+        |aside_m: f64| broken(stack(0.5, aside_m), |plan| plan.drones[1].air_limit = 10.0);
+    refused(ViolationKind::Column, &tolerant(0.0), &tolerant(0.2));
     // Carried along at the same velocity: still no relative motion.
     let carried = |aside_m: f64| {
         plan(vec![
@@ -73,7 +77,7 @@ fn a_fast_crossing_of_a_thin_wake_between_half_second_samples_is_refused() {
     assert!(report.violations[0].from_s > 0.05 && report.violations[0].until_s < Some(0.45));
     assert!(
         (report.violations[0].position_m.x - 5.475).abs() < 2e-3,
-        "worst on the axis, to a millisecond of way"
+        "worst on the axis, to a millisecond of path"
     );
 }
 
@@ -105,7 +109,7 @@ fn a_shelf_stops_a_wake_and_a_mesh_or_a_narrow_shelf_does_not() {
 }
 
 #[test]
-fn a_wake_that_slides_off_a_shelf_is_felt_from_there_on() {
+fn a_wake_that_slides_off_a_shelf_reaches_below_from_there_on() {
     let sliding = plan(vec![
         drone(
             "upper",
@@ -130,7 +134,7 @@ fn a_wake_that_slides_off_a_shelf_is_felt_from_there_on() {
 }
 
 #[test]
-fn landed_drones_neither_blow_nor_are_limited() {
+fn landed_drones_have_no_wake_and_no_limit() {
     let body_m = preset("offboard-2").body_radius_m;
     let mut parked = drone("parked", "offboard-2", &[(0.0, [5.0, 5.0, body_m])]);
     parked.at_start = AtStart::Landed;
@@ -225,7 +229,7 @@ fn a_payload_strengthens_the_wake_and_the_carrier() {
     };
     let bare = carrying(1.207);
     let alpha = |plan: &Plan| {
-        verify(plan).air_met[1].worst_air_mps / preset("offboard-2").hover_induced_velocity_mps
+        verify(plan).exposures[1].worst_air_mps / preset("offboard-2").hover_induced_velocity_mps
     };
     let heavy = carrying(4.0 * 1.207);
     // Four times the mass, twice the induced velocity, twice the wake.
@@ -254,7 +258,7 @@ fn three_wakes_of_which_none_alone_exceeds_the_limit_are_refused_together() {
         plan(drones)
     };
     refused(ViolationKind::Air, &around(3), &around(1));
-    let worst = |count| verify(&around(count)).air_met[0].worst_air_mps;
+    let worst = |count| verify(&around(count)).exposures[0].worst_air_mps;
     // At each point of the discs momentum adds; the mean of square roots makes it a few percent less or more.
     assert!(
         (worst(3) / worst(1) / 3.0_f64.sqrt() - 1.0).abs() < 0.05,
@@ -305,7 +309,7 @@ fn random_plans_are_judged_as_dense_samples_judge_them() {
             .for_each(|drone| drone.airframe.max_speed_mps = 100.0);
         let report = verify(&random_plan);
         let dense = sample(&random_plan, 1e-3);
-        for (k, (met, dense)) in report.air_met.iter().zip(&dense).enumerate() {
+        for (k, (met, dense)) in report.exposures.iter().zip(&dense).enumerate() {
             let u_h = dense.induced_velocity_mps;
             // Up to 10 m/s of relative speed and a slope of 4 U_H per motor distance: samples 1 ms apart may miss
             // the top by 0.01 U_H, and a rotor plane crossed between two of them by more.

@@ -27,7 +27,7 @@ pub(crate) fn preset(name: &str) -> AirframeEntry {
     }
 }
 
-/// Hovers from 0 s on along the knots, and at the last one for ever.
+/// Hovers from 0 s on along the knots, and stays at the last one.
 pub(crate) fn drone(name: &str, airframe: &str, knots: &[Knot]) -> DronePlan {
     let airframe = preset(airframe);
     let last_s = knots.last().map_or(0.0, |knot| knot.0);
@@ -115,6 +115,24 @@ pub(crate) fn with_box(mut plan: Plan, name: &str, min_m: [f64; 3], max_m: [f64;
     plan
 }
 
+pub(crate) fn with_cylinder(
+    mut plan: Plan,
+    name: &str,
+    base_m: [f64; 3],
+    radius_m: f64,
+    height_m: f64,
+) -> Plan {
+    plan.obstacles.push(ObstacleEntry {
+        name: name.to_owned(),
+        shape: ShapeEntry::Cylinder {
+            base_m: base_m.into(),
+            radius_m,
+            height_m,
+        },
+    });
+    plan
+}
+
 /// A closed box of twelve triangles.
 pub(crate) fn with_mesh_box(mut plan: Plan, name: &str, min_m: [f64; 3], max_m: [f64; 3]) -> Plan {
     let corner = |k: usize| {
@@ -187,7 +205,7 @@ pub(crate) struct Sampled {
     pub(crate) induced_velocity_mps: f64,
 }
 
-/// Every drone by samples one step apart, hovering for ever at the end; no obstacles, no landings.
+/// Every drone by samples one step apart, hovering on at the end; no obstacles, no landings.
 pub(crate) fn sample(plan: &Plan, step_s: f64) -> Vec<Sampled> {
     let last_s = plan
         .drones

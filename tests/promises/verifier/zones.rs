@@ -23,9 +23,9 @@ fn a_zone_is_judged_at_every_point_and_with_all_wakes_summed() {
         &above(5.0, AtEnd::Hover),
         &above(20.0, AtEnd::Hover),
     );
-    let for_ever = verify(&above(1.0, AtEnd::Hover));
-    assert_eq!(for_ever.violations.len(), 1);
-    assert_eq!(for_ever.violations[0].until_s, None);
+    let stays = verify(&above(1.0, AtEnd::Hover));
+    assert_eq!(stays.violations.len(), 1);
+    assert_eq!(stays.violations[0].until_s, None);
     let two = |aside_m: f64| {
         let drones = vec![
             drone("a", "offboard-2", &[(0.0, [10.0 - aside_m, 10.0, 6.0])]),

@@ -9,6 +9,19 @@ use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::read_world;
 use crate::scenario::world::{AtStart, Drone, Task};
 
+/// Plans on once, from a plan and the world that it was made for.
+fn replan(
+    world: &World,
+    plan: &Plan,
+    at_s: f64,
+    changes: &[Change],
+    control: &Control<'_>,
+) -> Result<(Running, Replanned), Vec<ChangeError>> {
+    let mut running = Running::new(world.clone(), plan.clone()).expect("its plan");
+    let told = running.replan(at_s, changes, control)?;
+    Ok((running, told))
+}
+
 fn hall(drones: usize) -> (World, Plan) {
     planned(&tools::instances::hall(drones, 1).expect("the hall has room"))
 }
@@ -59,7 +72,7 @@ fn another(world: &World, name: &str, at_m: [f64; 3], to: Task) -> Change {
     })
 }
 
-/// A place in a column that nobody starts or ends in.
+/// A place in a column in which no drone starts or ends.
 fn free_column(plan: &Plan, nth: usize) -> [f64; 2] {
     let taken: BTreeSet<[i64; 2]> = plan
         .drones
@@ -191,7 +204,7 @@ fn a_drone_that_comes_is_nowhere_before() {
     assert_eq!(new.enters_s, Some(5.0));
     assert_eq!(new.trajectory.t_s[0], 5.0);
     assert_eq!(told.changed.last().expect("it changed").cause, Cause::Added);
-    // Where it comes from somebody else may have been before.
+    // Where it comes from another drone may have been before.
     let mut shared = running.plan().clone();
     let index = shared.drones.len() - 1;
     shared.drones[0].trajectory.position_m[0] = Point3::new(x, y, 5.5);
@@ -227,9 +240,9 @@ fn a_replan_of_a_replan_of_a_replan_is_sound() {
     let (world, plan) = hall(40);
     let mut running = Running::new(world.clone(), plan.clone()).expect("its plan");
     let changes = ten_changes(&world, &plan);
-    for (turn, some) in changes.chunks(3).enumerate() {
+    for (nth, some) in changes.chunks(3).enumerate() {
         let before = running.plan().clone();
-        let at_s = 2.0 + 1.37 * turn as f64;
+        let at_s = 2.0 + 1.37 * nth as f64;
         let told = running
             .replan(at_s, some, &Control::QUIET)
             .expect("in order");

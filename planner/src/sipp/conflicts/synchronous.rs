@@ -17,10 +17,6 @@ pub(crate) const WAYS: [[i32; 3]; 7] = [
 /// The direction of who stays.
 pub(crate) const STAYS: usize = 0;
 
-/// Which of [`WAYS`] leads forwards along each axis, and which back.
-pub(crate) const FORWARDS: [usize; 3] = [4, 5, 6];
-pub(crate) const BACK: [usize; 3] = [3, 2, 1];
-
 /// Which of [`NEIGHBOURS`] each of [`WAYS`] leads to; staying counts for nothing.
 pub(crate) const AMONG_NEIGHBOURS: [usize; 7] = among_neighbours();
 
@@ -74,24 +70,6 @@ impl<'a> SynchronousSteps<'a> {
             steps,
             pairs: steps.shapes.iter().map(Pair::new).collect(),
         }
-    }
-
-    /// Steps beside a place, from where they begin, that matter to who hovers there: their
-    /// direction, and how far from the place they begin.
-    pub(crate) fn beside(
-        &self,
-        class: usize,
-        hovering: usize,
-    ) -> impl Iterator<Item = (usize, [i32; 3])> + '_ {
-        let pair = self.pair(class, hovering);
-        let (reach, layers) = (pair.reach, pair.layers);
-        let offsets = (-layers..=layers).flat_map(move |dz| {
-            (-reach..=reach).flat_map(move |dy| (-reach..=reach).map(move |dx| [dx, dy, dz]))
-        });
-        let steps = (0..WAYS.len()).flat_map(move |way| offsets.clone().map(move |by| (way, by)));
-        steps
-            .filter(move |(way, by)| pair.at([*way, STAYS], *by) != [0; 2])
-            .map(|(way, by)| (way, by.map(|by| -by)))
     }
 
     fn pair(&self, class: usize, other: usize) -> &Pair {

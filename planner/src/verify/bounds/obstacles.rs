@@ -1,7 +1,9 @@
 //! The obstacles of a plan: how far a place is from them, what lies below it, and where a wake ends.
 //!
 //! A wake ends at the floor, or at the first top face of a box or a cylinder that covers its whole
-//! half-width disc; unions of faces and meshes stop no wake.
+//! half-width disc; unions of faces and meshes stop no wake. Of a box of places of the drone it is asked
+//! whether the wake may end on a face from one of them, and whether it does from all: between the two the
+//! end is not known, and both are taken into account.
 
 use airflow::Wake;
 use nalgebra::{Point3, Vector3};
@@ -93,7 +95,12 @@ impl Obstacles {
 }
 
 impl Solid {
-    /// A solid, or why its numbers make none.
+    /// A solid.
+    ///
+    /// # Errors
+    ///
+    /// In words, why its numbers make none: not finite, corners in disorder, a negative size, or triangles
+    /// between vertices that are not there.
     pub(crate) fn new(entry: &ObstacleEntry) -> Result<Solid, String> {
         let no = |what: &str| format!("obstacle `{}` is no {what}", entry.name);
         let (shape, box_m) = match &entry.shape {
@@ -284,7 +291,7 @@ fn moved(wake: &Wake, places_m: &Places, z_m: f64) -> Option<(Places, (f64, f64)
     ))
 }
 
-/// A mesh; where its triangles close a volume, also its inside counts.
+/// A mesh; where its triangles close a volume, also its inside counts. `None` where the numbers make none.
 fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Shape> {
     let mut corners = triangles.iter().flatten();
     let known = corners.all(|&k| (k as usize) < vertices_m.len());

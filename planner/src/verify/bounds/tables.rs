@@ -29,11 +29,13 @@ struct Samples {
 }
 
 impl Samples {
+    /// By depth, ring and bearing.
     fn speed(&self, s: usize, r: usize, b: usize) -> f64 {
         self.speeds[(s * self.radii_m.len() + r) * self.bearings + b % self.bearings]
     }
 
-    /// Differences to the next sample down, outwards and around, as one slope (1/m).
+    /// Differences to the next sample down, outwards and around, as one slope over U_H (1/m); 0 towards where
+    /// there is none.
     fn slope(&self, s: usize, r: usize, b: usize) -> f64 {
         let here = self.speed(s, r, b);
         let (mut down, mut outwards, mut around) = (0.0, 0.0, 0.0);
@@ -92,6 +94,7 @@ pub(super) struct NearTable {
 }
 
 impl NearTable {
+    /// Of a wake at any mass: in units of its induced velocity the near field is the same.
     pub(super) fn new(wake: &Wake) -> NearTable {
         let depth_m = wake.near_field_depth_m();
         let layer_m = depth_m / LAYERS as f64;
@@ -295,6 +298,8 @@ fn edges_below(wake: &Wake, from_m: f64, to_m: f64, edges_m: &mut Vec<f64>) {
 }
 
 impl Layer {
+    /// Between two depths (m): the vertical through the middle of the axis there, and what is sampled about
+    /// it at as many depths as the axis needs.
     fn new(wake: &Wake, from_m: f64, to_m: f64, rings: &[f64]) -> Layer {
         // Just below the rotor plane: at it the field jumps to zero.
         let from_m = from_m.max(1e-6 * wake.near_field_depth_m());

@@ -52,12 +52,12 @@ fn wakes() -> Vec<Wake> {
 }
 
 #[test]
-fn the_speed_along_a_way_lies_within_the_bounds_of_a_moved_wake() {
+fn the_speed_along_a_path_lies_within_the_bounds_of_a_moved_wake() {
     for (w, wake) in (0_u32..).zip(wakes()) {
         let bounded = BoundedWake::new(wake.clone(), DEEPEST_M);
-        for way in 0..1500_u32 {
-            let pick = |n: u32| at(7919 * w + 11 * way + n);
-            // Short and long ways, in and about the jet.
+        for path in 0..1500_u32 {
+            let pick = |n: u32| at(7919 * w + 11 * path + n);
+            // Short and long paths, in and about the jet.
             let depth_m = 0.02 + (DEEPEST_M - 1.0) * pick(1) * pick(1);
             // A strong wind takes a small drone's jet away before.
             let (Some([x_m, y_m]), Some(spread_m)) = (wake.axis_m(depth_m), wake.spread_m(depth_m))
@@ -87,7 +87,7 @@ fn the_speed_along_a_way_lies_within_the_bounds_of_a_moved_wake() {
                 assert!(
                     speed_mps <= high_mps + slack_mps
                         && (!below || speed_mps >= low_mps - slack_mps),
-                    "{speed_mps} outside {low_mps} to {high_mps} at {here_m}, way {way} of wake {w}"
+                    "{speed_mps} outside {low_mps} to {high_mps} at {here_m}, path {path} of wake {w}"
                 );
             }
         }

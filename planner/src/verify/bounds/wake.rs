@@ -8,7 +8,9 @@
 //!
 //! and that is one value of the field times a ratio of centreline speeds. Near field (and the join,
 //! which is smooth) and wakes that effects have moved or reshaped: from [`tables`](super::tables). All of
-//! it closes in on the field as the ranges shrink. Offsets are from the drone, in the world's axes.
+//! it closes in on the field as the ranges shrink. Offsets are from the drone, in the world's axes; a box
+//! of them is its lowest and highest corner. Round wakes are asked by the distance from their axis, which
+//! is nearer to the truth than the box; moved wakes by the box.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -50,7 +52,9 @@ enum Bounds {
 }
 
 impl BoundedWake {
-    /// Bounds down to a depth (m); only moved wakes end there.
+    /// Bounds down to a depth (m); only those of moved wakes end there.
+    ///
+    /// Tabulates the near field, or every layer of a moved wake: milliseconds, so [`WakeCache`] keeps them.
     pub(crate) fn new(wake: Wake, deepest_m: f64) -> BoundedWake {
         let bounds = if wake.is_shaped() {
             Bounds::Moved {
@@ -234,6 +238,7 @@ struct Far<'a> {
 }
 
 impl<'a> Far<'a> {
+    /// The part of a range of depths (m) that lies below the near field.
     fn new(wake: &'a Wake, depth_m: (f64, f64)) -> Far<'a> {
         let top_m = depth_m.0.max(wake.near_field_depth_m() * JUST_BELOW);
         let bottom_m = depth_m.1.max(top_m);
@@ -295,7 +300,7 @@ struct Known {
 }
 
 impl WakeCache {
-    /// For air of a density (kg/m³), a jet, what a finding adds to it, and wakes down to a depth (m).
+    /// An empty cache, for air of a density (kg/m³), a jet, what a finding adds to it, and wakes down to a depth (m).
     pub(crate) fn new(density_kg_per_m3: f64, jet: Jet, flown: Flown, deepest_m: f64) -> WakeCache {
         WakeCache {
             density_kg_per_m3,

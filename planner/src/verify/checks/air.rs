@@ -1,5 +1,12 @@
 //! The downwash that one drone is exposed to: its worst, its exposure and energy, and when it exceeds
 //! the limit.
+//!
+//! ```text
+//! exposure = ∫ U_D dt            energy = ∫ (β(α) - 1) m g U_H dt,   α = gain U_D / U_H
+//! ```
+//!
+//! over its airborne flight, by Gauss-Kronrod quadrature; the worst and the spans over the limit by
+//! subdivision on bounds, the rest after the plan included.
 
 use airflow::power;
 
@@ -10,7 +17,7 @@ use crate::verify::time::encounters::Encounter;
 use crate::verify::time::subdivision::{above, integrate, join, maximise};
 use crate::verify::time::window::{Window, windows};
 use crate::verify::violation::Worst;
-use crate::verify::{AirMet, Found, Span};
+use crate::verify::{DroneExposure, Found, Span};
 
 /// How far the mean may exceed the limit, over U_H: chosen here, a three-hundredth of the default limit.
 pub(crate) const ALPHA_TOLERANCE: f64 = 1e-3;
@@ -34,12 +41,12 @@ pub(crate) fn check(
     scene: &Scene<'_>,
     near: &[Encounter],
     receiver: &Flight,
-) -> (Vec<Found>, AirMet) {
+) -> (Vec<Found>, DroneExposure) {
     if receiver.airborne_s.1 <= receiver.airborne_s.0 {
-        return (Vec::new(), AirMet::default());
+        return (Vec::new(), DroneExposure::default());
     }
     let windows = windows(scene, near, receiver);
-    let mut met = AirMet::default();
+    let mut met = DroneExposure::default();
     let mut seed: Option<Moment> = None;
     let mut own_energy_j = 0.0;
     for (index, window) in windows.iter().enumerate() {
@@ -127,7 +134,7 @@ fn over_limit(
     scene: &Scene<'_>,
     (receiver, windows): (&Flight, &[Window<'_>]),
     worst: Option<Moment>,
-    met: &mut AirMet,
+    met: &mut DroneExposure,
 ) -> Vec<Found> {
     let flown = &scene.flown;
     let mut parts = Vec::new();

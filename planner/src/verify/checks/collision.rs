@@ -1,4 +1,7 @@
 //! Two bodies: relative motion of two straight pieces, in closed form.
+//!
+//! The distance of two balls on straight paths is the root of a parabola in time: where it is smallest, and
+//! when it is below the sum of the radii less [`TOUCH_M`], follows without sampling.
 
 use super::obstacle::TOUCH_M;
 use crate::plan::ViolationKind;
@@ -8,11 +11,10 @@ use crate::verify::time::encounters::Encounter;
 use crate::verify::time::subdivision::join;
 use crate::verify::violation::Worst;
 
-/// Collisions of one flight with those after it, and the smallest gap between their bodies (m).
-pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> (Vec<Found>, Option<f64>) {
+/// Collisions of one flight with those after it.
+pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<Found> {
     let one = &scene.flights[k];
     let mut found = Vec::new();
-    let mut smallest_m: Option<f64> = None;
     // By drone and then by time: see `encounters`.
     let after = near.partition_point(|encounter| encounter.other <= k);
     for same in near[after..].chunk_by(|a, b| a.other == b.other) {
@@ -29,8 +31,6 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> (Vec<Fou
                 let there = &theirs.pieces()[theirs.pieces_during(from_s, until_s)];
                 for relative in there.iter().filter_map(|it| it.motion.seen_from(&here)) {
                     let (t_s, distance_m) = relative.nearest_to_origin();
-                    let gap_m = distance_m - sum_m;
-                    smallest_m = Some(smallest_m.map_or(gap_m, |known| known.min(gap_m)));
                     if distance_m < worst.1 {
                         worst = (t_s, distance_m);
                     }
@@ -50,5 +50,5 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> (Vec<Fou
             found.push(scene.violation(one, ViolationKind::Collision, span_s, worst));
         }
     }
-    (found, smallest_m)
+    found
 }

@@ -1,4 +1,8 @@
 //! From the data of a plan to what the checks need; what contradicts itself is named here.
+//!
+//! A plan may come from any program. Numbers that are not finite or not positive where they must be, air
+//! that no model covers, names that do not match and claims about who is airborne that the trajectory
+//! denies become violations of the kind `malformed`; what can still be judged is.
 
 use std::str::FromStr;
 use std::sync::Arc;

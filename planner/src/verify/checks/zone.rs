@@ -64,6 +64,7 @@ impl Downwash<'_> {
         }
     }
 
+    /// While it is there (s).
     fn span_s(&self) -> Span {
         match self {
             Downwash::Attached(attached) => (attached.motion.from_s, attached.motion.until_s),
@@ -71,6 +72,7 @@ impl Downwash<'_> {
         }
     }
 
+    /// Of its drone (m/s).
     fn max_speed_mps(&self) -> f64 {
         match self {
             Downwash::Attached(attached) => attached.motion.max_speed_mps(),
@@ -292,6 +294,10 @@ impl Field<'_> {
     }
 
     /// The highest air over the box and the span, if it violates the limit (m/s).
+    ///
+    /// Best first: the part of box and time with the highest upper bound is cut in two where it is longest,
+    /// a second of time counting as the path that the fastest drone flies in it, until that bound is no more
+    /// than [`CLEARED`] above the limit or the best place known.
     pub(crate) fn highest(
         &self,
         all: &[&Downwash<'_>],

@@ -11,6 +11,9 @@
 //! a span of `t'`, of `t` and of heights `g` has bounds, and spans whose bounds miss `t` are dropped. Air
 //! older than the flight came from where it began. Where a drone becomes lighter its air becomes slower,
 //! and what arrives in between left at that moment.
+//!
+//! `τ(s) = l (σ² - s0²)/(2 B U_H k)` with `σ = s/l - s0`: the centreline speed times the convection factor
+//! `k`, integrated from the rotor plane down ([`airflow::FarField::transport_time_s`]).
 
 use airflow::Source;
 

@@ -1,5 +1,9 @@
 //! The pairs of drones that can touch, or reach one another with their wakes, and when: slabs of time,
 //! swept along x.
+//!
+//! Two drones are near one another in a slab if the boxes of their motions in it are, level distance
+//! against the sum of body radii, and against the reach of either wake down to the other and its rotor
+//! tips. What is not near here is not looked at by any check of pairs; a reach errs outwards.
 
 use std::sync::Arc;
 
@@ -62,7 +66,7 @@ pub(crate) fn encounters(scene: &Scene<'_>) -> Vec<Vec<Encounter>> {
     near
 }
 
-/// How far the air of each flight reaches.
+/// How far the air of each flight reaches: beyond, it is fainter than what counts, at any of its masses.
 struct Reach {
     /// Different wakes of each flight.
     wakes: Vec<Vec<Arc<BoundedWake>>>,

@@ -1,5 +1,9 @@
 //! Where the air in a window is highest, where it exceeds a limit, and what it sums to, by subdivision
 //! of time on bounds that close in on the value as spans shrink.
+//!
+//! A span is dropped when its upper bound is not above what is looked for, and halved otherwise, down to
+//! [`SHORTEST_S`]. So what is dropped holds in continuous time; only what is left at the shortest spans is
+//! judged by its middle.
 
 use super::window::Window;
 use crate::verify::Span;
@@ -8,8 +12,10 @@ use crate::verify::Span;
 /// this; at 2 m/s it is 2 mm of path, a hundredth of the half-width of the narrowest wake known here.
 pub(crate) const SHORTEST_S: f64 = 1e-3;
 
-/// Raises `best` (s, m/s) to the highest mean air on a span of a window, to within `tolerance` of it (a
-/// function of the value).
+/// Raises `best` (s, m/s) to the highest mean air on a span of a window.
+///
+/// It is found to within `tolerance` of it (m/s, a function of the value): spans whose bound is no more than
+/// that above the best known are not searched.
 pub(crate) fn maximise(
     window: &Window<'_>,
     span_s: Span,
@@ -52,7 +58,7 @@ pub(crate) fn above(window: &Window<'_>, span_s: Span, limit_mps: f64, parts: &m
     }
 }
 
-/// Appends a span, or lengthens the last one where they touch.
+/// Appends a span, or lengthens the last one where they touch: gaps up to [`SHORTEST_S`] are none.
 pub(crate) fn join(parts: &mut Vec<Span>, span_s: Span) {
     match parts.last_mut() {
         Some(last) if span_s.0 - last.1 <= SHORTEST_S => last.1 = last.1.max(span_s.1),

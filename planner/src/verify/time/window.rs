@@ -1,5 +1,16 @@
 //! One receiver during a span of time in which it and every drone that reaches it fly one piece each:
 //! the mean air over its rotor discs as a function of time, and what bounds it.
+//!
+//! With weights `w` of the points `p` of the discs and wakes `u` superposed at each of them,
+//!
+//! ```text
+//! mean(t) = Σ w_p ⊕ u_k(p, t)          ⊕: momentum √Σu², linear Σu, or the strongest
+//! rough   = ⊕ max over the box around the discs        one bound a wake
+//! high    = Σ w_p ⊕ max over the path of p             one bound a wake and point
+//! range   = mean(middle) ± ⊕ slope_k × half the path   where no wake begins or ends
+//! ```
+//!
+//! All three hold over a whole span, because `⊕` grows with each of its arguments and is subadditive.
 
 use airflow::{Source, mean_over_discs_mps};
 use nalgebra::{Point3, Vector3};
@@ -137,7 +148,8 @@ impl<'a> Window<'a> {
         (self.alone_mps(&passing, self.span_s) > FAINTEST_WAKE_MPS).then_some(passing)
     }
 
-    /// Whether a wake surely reaches the receiver's height, and whether it may.
+    /// Whether a wake surely reaches the receiver's height over a span, and whether it may: a top face may
+    /// stop it above.
     fn reaches(&self, emitter: &Attached<'_>, span_s: Span) -> (bool, bool) {
         let (low_m, high_m) = self.motion.box_m(span_s.0, span_s.1);
         emitter.reaches(&self.scene.obstacles, (low_m.z, high_m.z), span_s)
@@ -219,11 +231,12 @@ impl<'a> Window<'a> {
         advected.chain(attached)
     }
 
-    /// Where the receiver is (m).
+    /// Where the receiver's rotor-plane centre is (m, world).
     pub(crate) fn place_m(&self, t_s: f64) -> Point3<f64> {
         self.motion.at_m(t_s).into()
     }
 
+    /// Mean over the receiver's discs of some wakes, superposed (m/s).
     fn mean_of_mps(&self, sources: &[Source<'a>], t_s: f64) -> f64 {
         let (discs, how) = (&self.receiver.discs, self.scene.superposition);
         mean_over_discs_mps(sources, discs, self.place_m(t_s), how)
@@ -312,7 +325,7 @@ impl<'a> Window<'a> {
     }
 
     /// A lower and an upper bound of the mean air that close in on it (m/s): from the value at the middle,
-    /// by how much each wake may change on the way from there. Superposed, changes are no more than the
+    /// by how much each wake may change from there. Superposed, changes are no more than the
     /// changes superposed.
     pub(crate) fn range_mps(&self, span_s: Span) -> (f64, f64) {
         let changes_mps = self.passing.iter().map(|it| self.change_mps(it, span_s));

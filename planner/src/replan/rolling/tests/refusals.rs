@@ -1,10 +1,10 @@
-//! Who gives way, who finds no way, what is wrong with a change, and who carries or stands on something.
+//! Drones that give way, drones without a path, what is wrong with a change, and loads and landings.
 
 use super::*;
 
 #[test]
-fn whoever_is_in_the_way_gives_way() {
-    // `b` waits for nobody: its goal is where `a` is told to hover for a while.
+fn a_drone_in_the_way_gives_way() {
+    // `b` does not wait: its goal is where `a` is told to hover for a while.
     let (world, plan) = planned(
         r#"Scenario(name: "corridor", bounds_m: (min: (0, 0, 0), max: (24, 5, 3)),
           drones: [
@@ -24,7 +24,7 @@ fn whoever_is_in_the_way_gives_way() {
     );
     let (running, told) = replan(&world, &plan, 2.0, &[change], &Control::QUIET).expect("in order");
     sound(&running);
-    // Either has to wait for the other, and it is not the one that nobody asked.
+    // Either has to wait for the other, and it is not the one that was not asked.
     assert_eq!(told.refused.len() + told.changed.len(), 1, "{told:#?}");
     assert_eq!(
         find(running.plan(), "b").trajectory,
@@ -48,9 +48,9 @@ fn a_late_drone_that_is_in_conflict_already_is_told_of() {
     assert_eq!(running.plan().violations, told.unavoidable);
 }
 
-/// A late drone finds no way and stops, above the goal of another: that one stops before it gets there.
+/// A late drone finds no path and stops, above the goal of another: that one stops before it gets there.
 #[test]
-fn whoever_would_end_under_one_that_stops_stops_as_well() {
+fn a_drone_that_would_end_under_one_that_stops_stops_as_well() {
     let (world, plan) = planned(&tools::instances::hall(500, 2).expect("the hall has room"));
     let changes = [
         late("d115", 5.9),
@@ -77,7 +77,7 @@ fn whoever_would_end_under_one_that_stops_stops_as_well() {
 }
 
 #[test]
-fn whoever_finds_no_way_goes_on_with_what_it_had() {
+fn a_drone_without_a_path_goes_on_with_what_it_had() {
     let (world, plan) = hall(20);
     let goal = find(&plan, "d2")
         .trajectory
@@ -104,7 +104,7 @@ fn whoever_finds_no_way_goes_on_with_what_it_had() {
 }
 
 #[test]
-fn whoever_comes_and_finds_no_way_is_not_let_in() {
+fn a_drone_that_comes_and_has_no_path_is_not_let_in() {
     let (world, plan) = hall(20);
     let goal = |name: &str| {
         find(&plan, name)

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use thiserror::Error;
 
+use crate::scenario::WorldError;
 use crate::scenario::placement::{Misfit, Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
@@ -36,7 +37,7 @@ pub enum Change {
 }
 
 impl Change {
-    /// Whom it is about.
+    /// The name of the drone that it is about.
     pub fn drone(&self) -> &str {
         match self {
             Change::Late { drone, .. }
@@ -61,10 +62,10 @@ pub enum ChangeError {
         /// Of the plan (s).
         known_s: f64,
     },
-    /// Nobody is called that.
+    /// No drone is called that.
     #[error("no drone is called `{0}`")]
     Unknown(String),
-    /// Somebody is called that already, or was.
+    /// A drone is called that already, or was.
     #[error("`{0}` is in the plan already; give the drone that comes another name")]
     Known(String),
     /// More than one change.
@@ -73,33 +74,34 @@ pub enum ChangeError {
     /// It has left or was taken out.
     #[error("`{0}` is not there any more")]
     Gone(String),
-    /// A number that makes no sense.
-    #[error("`{drone}`: its {what} is {value}")]
-    Number {
-        /// Who.
+    /// Not a delay from 0 on.
+    #[error("`{drone}` cannot be {by_s} s behind its plan")]
+    Delay {
+        /// The drone's name.
         drone: String,
-        /// Which number.
-        what: &'static str,
-        /// The number.
-        value: f64,
+        /// How far behind (s).
+        by_s: f64,
     },
+    /// A number that no scenario may have.
+    #[error(transparent)]
+    Number(WorldError),
     /// A place where it cannot be.
     #[error("`{drone}` cannot be at {place}: {why}")]
     Misplaced {
-        /// Who.
+        /// The drone's name.
         drone: String,
         /// Its start, a task or its landing, and where.
         place: String,
         /// What is in the way.
         why: String,
     },
-    /// Larger than all whom the roadmap was made for.
+    /// Larger than all drones that the roadmap was made for.
     #[error(
         "the body of `{drone}` has a radius of {radius_m:.3} m, and the roadmap is made for {known_m:.3} m at most; \
          plan the whole scenario with it"
     )]
     TooLarge {
-        /// Who.
+        /// The drone's name.
         drone: String,
         /// m.
         radius_m: f64,
@@ -108,7 +110,7 @@ pub enum ChangeError {
     },
 }
 
-/// All that is wrong with these changes; `is_there` says who can still be changed.
+/// All that is wrong with these changes; `is_there` says which drones can still be changed.
 pub(super) fn problems(
     world: &World,
     solids: &Solids,
@@ -118,10 +120,7 @@ pub(super) fn problems(
 ) -> Vec<ChangeError> {
     let mut found = Vec::new();
     let mut seen = BTreeSet::new();
-    let mut placed = World {
-        drones: Vec::new(),
-        ..world.clone()
-    };
+    let mut placed: Vec<Drone> = Vec::new();
     for change in changes {
         let name = change.drone();
         if !seen.insert(name) {
@@ -131,91 +130,52 @@ pub(super) fn problems(
         match (change, index) {
             (Change::Added(_), Some(_)) => found.push(ChangeError::Known(name.to_owned())),
             (Change::Added(drone), None) => {
-                found.extend(numbers(drone));
                 let radius_m = drone.vehicle.body_radius_m;
-                if radius_m + world.planning.clearance_m > widest_m {
+                let known_m = widest_m - world.planning.clearance_m;
+                if radius_m > known_m {
                     found.push(ChangeError::TooLarge {
                         drone: name.to_owned(),
                         radius_m,
-                        known_m: widest_m - world.planning.clearance_m,
+                        known_m,
                     });
                 }
-                placed.drones.push(drone.clone());
+                placed.push(drone.clone());
             }
             (_, None) => found.push(ChangeError::Unknown(name.to_owned())),
             (_, Some(index)) if !is_there(index) => found.push(ChangeError::Gone(name.to_owned())),
             (Change::Late { by_s, .. }, _) if !(by_s.is_finite() && *by_s >= 0.0) => {
-                found.push(ChangeError::Number {
+                found.push(ChangeError::Delay {
                     drone: name.to_owned(),
-                    what: "delay (s)",
-                    value: *by_s,
+                    by_s: *by_s,
                 });
             }
             (Change::Retasked { tasks, .. }, Some(index)) => {
-                let drone = Drone {
+                let known = &world.drones[index];
+                placed.push(Drone {
                     tasks: tasks.clone(),
-                    start_m: tasks
-                        .first()
-                        .map_or(world.drones[index].start_m, |task| task.to_m),
+                    // Where it is now is not asked.
+                    start_m: tasks.first().map_or(known.start_m, |task| task.to_m),
                     at_start: AtStart::Hover,
-                    ..world.drones[index].clone()
-                };
-                found.extend(numbers(&drone));
-                placed.drones.push(drone);
+                    ..known.clone()
+                });
             }
             _ => {}
         }
     }
-    let finite = |drone: &Drone| {
-        let tasks = drone.tasks.iter().map(|task| task.to_m);
-        tasks
-            .chain([drone.start_m])
-            .all(|at_m| at_m.iter().all(|c| c.is_finite()))
-    };
-    placed.drones.retain(finite);
-    // Where the others are is not asked: they are there.
-    let comes = |name: &str| {
-        let added = |change: &Change| matches!(change, Change::Added(_)) && change.drone() == name;
-        changes.iter().any(added)
+    let density = world.air.density_kg_per_m3();
+    let faults = placed.iter().flat_map(|drone| drone.faults(density));
+    found.extend(faults.map(ChangeError::Number));
+    placed.retain(|drone| {
+        let goals_m = drone.tasks.iter().map(|task| task.to_m);
+        let mut places_m = goals_m.chain([drone.start_m]);
+        places_m.all(|at_m| at_m.iter().all(|c| c.is_finite()))
+    });
+    let comes = |name: &str| !world.drones.iter().any(|known| known.name == name);
+    let placed = World {
+        drones: placed,
+        ..world.clone()
     };
     found.extend(misplacements(&placed, solids, comes));
-    found
-}
-
-fn numbers(drone: &Drone) -> Vec<ChangeError> {
-    let mut found = Vec::new();
-    let mut asked = |what: &'static str, value: f64, ok: bool| {
-        if !(value.is_finite() && ok) {
-            found.push(ChangeError::Number {
-                drone: drone.name.clone(),
-                what,
-                value,
-            });
-        }
-    };
-    for task in &drone.tasks {
-        asked("dwell (s)", task.dwell_s, task.dwell_s >= 0.0);
-        let load_kg = task.load_kg.unwrap_or(0.0);
-        asked("load (kg)", load_kg, load_kg >= 0.0);
-        for axis in 0..3 {
-            asked("place (m)", task.to_m[axis], true);
-        }
-    }
-    for axis in 0..3 {
-        asked("place (m)", drone.start_m[axis], true);
-    }
-    asked("air limit", drone.air_limit, drone.air_limit >= 0.0);
-    let vehicle = &drone.vehicle;
-    asked(
-        "highest speed (m/s)",
-        vehicle.max_speed_mps,
-        vehicle.max_speed_mps > 0.0,
-    );
-    asked(
-        "body radius (m)",
-        vehicle.body_radius_m,
-        vehicle.body_radius_m > 0.0,
-    );
     found
 }
 
@@ -226,15 +186,14 @@ fn misplacements(
 ) -> Vec<ChangeError> {
     let mut found: Vec<ChangeError> = Vec::new();
     for it in misplaced(placed, solids) {
-        if it.spot == Spot::Start && !comes(&placed.drones[it.drone].name) {
+        let drone = &placed.drones[it.drone].name;
+        if it.spot == Spot::Start && !comes(drone) {
             continue;
         }
-        let at = format!(
-            "({:.2}, {:.2}, {:.2})",
-            it.place_m.x, it.place_m.y, it.place_m.z
-        );
+        let c = it.place_m.coords;
+        let at = format!("({:.2}, {:.2}, {:.2})", c.x, c.y, c.z);
         found.push(ChangeError::Misplaced {
-            drone: placed.drones[it.drone].name.clone(),
+            drone: drone.clone(),
             place: match it.spot {
                 Spot::Start => format!("its start {at}"),
                 Spot::Task(task) => format!("task {} {at}", task + 1),

@@ -1,11 +1,17 @@
 //! What one drone flies, and where in that and in its tasks it is at a moment.
 
-use costmap::leg::{Leg, Tick};
+use costmap::leg::{DroneId, KindId, Leg, Tick};
 use nalgebra::Point3;
 
 use crate::graph::agent::Errand;
+use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Roadmap, Vertex};
+use crate::plan::trajectory::SAME_PLACE_M;
+use crate::plan::{AtEnd, DronePlan};
 use crate::sipp::search::joined;
+
+/// A time this close to a whole tick is one (ticks): what writing it in seconds rounds.
+const SAME_TICK: f64 = 1e-6;
 
 /// One drone of a running plan.
 #[derive(Clone, Debug)]
@@ -16,7 +22,7 @@ pub(super) struct Track {
     pub(super) errand: Errand,
     /// When it was last told what to do.
     pub(super) since: Tick,
-    /// It has a way to the end of its errand. Others stay where they are.
+    /// It has a path to the end of its errand. Others stay where they are.
     pub(super) planned: bool,
 }
 
@@ -25,7 +31,7 @@ pub(super) struct Track {
 pub(super) enum State {
     /// It has not come yet, or has left.
     Absent,
-    /// All its tasks are done, and how it ends goes on whatever is planned; or it has no way.
+    /// All its tasks are done, and how it ends goes on whatever is planned; or it has no path.
     Ends,
     /// It can go on otherwise from a place and a moment.
     Flies {
@@ -70,30 +76,21 @@ impl Track {
             _ if leg.start == at && self.vertex_at(roadmap, &leg.from_m).is_some() => at,
             _ => leg.end,
         };
-        let begun: Vec<Leg> = self.legs[index..]
-            .iter()
-            .filter(|leg| leg.start < departs)
-            .map(|leg| {
-                if leg.stays() {
-                    leg.between(leg.start, departs)
-                } else {
-                    *leg
-                }
-            })
-            .collect();
+        let begun = self.legs[index..].iter().filter(|leg| leg.start < departs);
+        // Flown to its end is what moves.
+        let cut = |leg: &Leg| match leg.stays() {
+            true => leg.between(leg.start, departs),
+            false => *leg,
+        };
+        let begun: Vec<Leg> = begun.map(cut).collect();
         let at_m = begun.last().map_or(leg.from_m, |leg| leg.to_m);
-        // A leg down or up counts as flown: on the ground is who stays there before or after it.
+        // A leg down or up counts as flown: a drone that stays there before or after it is on the ground.
         let past = self.legs.partition_point(|leg| leg.end <= departs);
-        let around = [past.checked_sub(1), Some(past)];
-        let around = around
-            .into_iter()
-            .flatten()
-            .filter_map(|at| self.legs.get(at));
-        let mut stands = around.filter(|leg| leg.stays()).map(|leg| !leg.flying);
+        let mut around = self.legs[past.saturating_sub(1)..].iter().take(2);
         let grounded = if past == 0 {
             !leg.flying || self.errand.grounded
         } else {
-            stands.any(|it| it)
+            around.any(|leg| leg.stays() && !leg.flying)
         };
         State::Flies {
             done: dwells.iter().filter(|dwell| dwell.1 <= departs).count(),
@@ -103,6 +100,29 @@ impl Track {
             departs,
             at_m,
         }
+    }
+
+    /// What it has to do from where it can do something else; `None` where it cannot be planned anew: it has
+    /// nothing left to do but to end, which it cannot do otherwise.
+    pub(super) fn ready(&self, roadmap: &Roadmap, at: Tick) -> Option<Errand> {
+        let State::Flies {
+            done,
+            begun,
+            departs,
+            at_m,
+            grounded,
+        } = self.state(roadmap, at, false)
+        else {
+            return None;
+        };
+        let start = self.vertex_at(roadmap, &at_m)?;
+        (done < self.errand.stages.len()).then(|| Errand {
+            start,
+            departs,
+            begun,
+            grounded,
+            ..self.errand_after(done)
+        })
     }
 
     /// When each task is begun to dwell at and done, as far as legs get.
@@ -172,51 +192,39 @@ impl Track {
             stage.rest_ticks = stage.rest_ticks.saturating_sub(gone);
         }
         self.since = at;
+        let later = |leg: Leg| Leg {
+            start: leg.start.after(by),
+            end: leg.end.after(by),
+            ..leg
+        };
         let mut legs: Vec<Leg> = Vec::with_capacity(self.legs.len() + 2);
-        for leg in &self.legs {
-            let later = |leg: Leg| Leg {
-                start: leg.start.after(by),
-                end: leg.end.after(by),
-                ..leg
-            };
+        for &leg in &self.legs {
             if leg.start > was {
-                legs.push(later(*leg));
-                continue;
-            }
-            if leg.end <= was {
-                legs.push(*leg);
-                continue;
-            }
-            if leg.stays() {
+                legs.push(later(leg));
+            } else if leg.end <= was {
+                legs.push(leg);
+            } else {
+                let here_m = leg.position_m(was);
+                if leg.start < was {
+                    legs.push(leg.between(leg.start, was));
+                }
                 legs.push(Leg {
-                    end: leg.end.after(by),
-                    ..*leg
+                    start: was,
+                    end: at,
+                    from_m: here_m,
+                    to_m: here_m,
+                    ..leg
                 });
-                continue;
+                legs.push(later(leg.between(was, leg.end)));
             }
-            let here_m = leg.position_m(was);
-            if leg.start < was {
-                legs.push(leg.between(leg.start, was));
-            }
-            legs.push(Leg {
-                start: was,
-                end: at,
-                from_m: here_m,
-                to_m: here_m,
-                ..*leg
-            });
-            legs.push(later(leg.between(was, leg.end)));
         }
         self.legs = joined(legs);
     }
 
     /// The legs that end after a moment.
     pub(super) fn rest(&self, at: Tick) -> Vec<Leg> {
-        self.legs
-            .iter()
-            .filter(|leg| leg.end > at)
-            .copied()
-            .collect()
+        let ahead = self.legs.iter().filter(|leg| leg.end > at);
+        ahead.copied().collect()
     }
 
     /// Goes on with these legs from where they begin.
@@ -236,4 +244,92 @@ impl Track {
             *last = last.between(last.start, at);
         }
     }
+}
+
+/// The legs of a drone, back to back; between two break points there is one.
+///
+/// A break point between two ticks is passed by on the straight line between its places at both: by less than
+/// it flies in a tick. `kind` is what flies at a mass (kg).
+pub(crate) fn legs_of(
+    drone: DroneId,
+    plan: &DronePlan,
+    stays: bool,
+    mut kind: impl FnMut(f64) -> KindId,
+) -> Vec<Leg> {
+    let entry = &plan.trajectory;
+    let (Some(first_s), Some(last_m)) = (entry.t_s.first(), entry.position_m.last()) else {
+        return Vec::new();
+    };
+    let begins = plan.enters_s.map_or(0, |_| whole(*first_s)[0]);
+    let until_s = plan.airborne_s.1.unwrap_or(f64::INFINITY);
+    let switches_s = [plan.airborne_s.0, until_s].into_iter();
+    let times_s = entry.t_s.iter().copied();
+    let times_s = times_s.chain(switches_s.filter(|t_s| t_s.is_finite()));
+    let mut ticks: Vec<u32> = times_s.flat_map(whole).chain([begins]).collect();
+    ticks.retain(|tick| *tick >= begins);
+    ticks.sort_unstable();
+    ticks.dedup();
+    let place_m = |tick: u32| {
+        let known = (entry.t_s.iter()).rposition(|t_s| whole(*t_s) == [tick; 2]);
+        let known_m = known.map(|index| entry.position_m[index]);
+        let place_m = known_m.or_else(|| entry.position_m(Tick(tick).seconds()));
+        place_m.unwrap_or(*last_m)
+    };
+    let mut leg = |start: Tick, end: Tick, [from_m, to_m]: [Point3<f64>; 2]| {
+        let (from_s, to_s) = (start.seconds() + 1e-9, end.seconds() - 1e-9);
+        let last = entry.t_s.partition_point(|t_s| *t_s < to_s).max(1);
+        let first = entry.t_s.partition_point(|t_s| *t_s <= from_s).max(1);
+        // The heaviest counts where a mass changes within a tick: its wake is stronger.
+        let masses_kg = entry.mass_kg[first - 1..last].iter().copied();
+        Leg {
+            drone,
+            kind: kind(masses_kg.fold(0.0, f64::max)),
+            start,
+            end,
+            from_m,
+            to_m,
+            flying: plan.airborne_s.0 < to_s && from_s < until_s,
+            air_limit: plan.air_limit,
+        }
+    };
+    let pairs = ticks.windows(2).map(|pair| {
+        let ends_m = [place_m(pair[0]), place_m(pair[1])];
+        leg(Tick(pair[0]), Tick(pair[1]), ends_m)
+    });
+    let mut legs: Vec<Leg> = pairs.collect();
+    if stays || plan.at_end != AtEnd::Leave {
+        let rests = Tick(ticks.last().copied().unwrap_or(0));
+        legs.push(leg(rests, Tick::FOREVER, [*last_m; 2]));
+    }
+    legs
+}
+
+/// The whole ticks at or around a time (s).
+fn whole(t_s: f64) -> [u32; 2] {
+    let ticks = t_s * Tick::PER_SECOND;
+    if (ticks - ticks.round()).abs() < SAME_TICK {
+        return [ticks.round() as u32; 2];
+    }
+    [ticks.floor() as u32, ticks.ceil() as u32]
+}
+
+/// Cuts a leg wherever it passes a place of the lattice, or one of these (m), at a whole tick.
+pub(super) fn cut(leg: &Leg, lattice: &Lattice, stops_m: &[Point3<f64>]) -> Vec<Leg> {
+    let mut parts = Vec::new();
+    let mut rest = *leg;
+    let inner = leg.start.0 + 1..if leg.stays() { 0 } else { leg.end.0 };
+    for tick in inner.map(Tick) {
+        let here_m = leg.position_m(tick);
+        let on_lattice = lattice.at(lattice.cell_of(&here_m));
+        let on_lattice = on_lattice.map(|place| lattice.position_m(place));
+        let mut known = on_lattice.iter().chain(stops_m);
+        if let Some(&place_m) = known.find(|at_m| (*at_m - here_m).norm() < SAME_PLACE_M) {
+            let (end, to_m) = (tick, place_m);
+            parts.push(Leg { end, to_m, ..rest });
+            rest.start = tick;
+            rest.from_m = place_m;
+        }
+    }
+    parts.push(rest);
+    parts
 }

@@ -1,0 +1,570 @@
+//! One turn of a running plan: the changes are applied, the drones affected planned, and the plan written
+//! on.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use costmap::leg::{DroneId, KindId, Leg, Tick};
+use costmap::reservations::timeline::BUCKET_TICKS;
+use costmap::verdict::{Blocker, Verdict};
+use nalgebra::Point3;
+
+use super::change::Change;
+use super::rolling::{Cause, Changed, Replanned, Running};
+use super::track::{State, Track};
+use crate::graph::agent::{Ending, Errand, FORGIVEN_TICKS};
+use crate::graph::distances::Distances;
+use crate::graph::roadmap::{Stop, Vertex};
+use crate::plan::outcome::{Control, Effort};
+use crate::plan::{AtEnd, Unplanned};
+use crate::scenario::world::{AtStart, Drone, Task};
+use crate::solver::assemble::{at_end, blank, rounded, write_arrival, write_legs};
+use crate::solver::explain::known_cause;
+use crate::solver::prepare::{Duties, ending_from, errand_of};
+use crate::solver::priority::{Affected, Paths, plan_affected, stays_at_start};
+
+/// Names, and when each could be made to do something else.
+pub(super) type Released = Vec<(String, Tick)>;
+
+/// What is remembered of a drone until it is known whether its change can be.
+struct Asked {
+    cause: Cause,
+    /// As it was, if it goes on with that when there is no path.
+    before: Option<(Track, Vec<Task>)>,
+    /// No path is looked for: what it flies is settled.
+    settled: bool,
+}
+
+/// Applies the changes, which are in order, and plans the drones affected. A drone that comes and finds no
+/// path is not let in: the others are planned without it.
+pub(super) fn take(
+    running: &mut Running,
+    at: Tick,
+    changes: &[Change],
+    control: &Control<'_>,
+) -> (Replanned, Released) {
+    let comes = |change: &Change| matches!(change, Change::Added(_));
+    let mut changes = changes.to_vec();
+    let mut turned_away = Vec::new();
+    loop {
+        let before = (changes.iter().any(comes)).then(|| {
+            let Running {
+                world,
+                plan,
+                tracks,
+                ..
+            } = &*running;
+            (world.clone(), plan.clone(), tracks.clone())
+        });
+        let turn = Turn {
+            running,
+            at,
+            asked: BTreeMap::new(),
+        };
+        match turn.plan(&changes, control) {
+            Ok((mut told, released)) => {
+                told.refused.extend(turned_away);
+                return (told, released);
+            }
+            Err(refused) => {
+                changes.retain(|change| {
+                    !(comes(change) && refused.iter().any(|out| out.name == change.drone()))
+                });
+                turned_away.extend(refused);
+                if let Some((world, plan, tracks)) = before {
+                    running.world = world;
+                    running.plan = plan;
+                    running.tracks = tracks;
+                    renew_distances(running);
+                }
+            }
+        }
+    }
+}
+
+/// Distances to a goal are kept by place, and there are other places now.
+fn renew_distances(running: &mut Running) {
+    for track in &mut running.tracks {
+        let mover = track.errand.mover.clone();
+        let mut from = track.errand.start;
+        for stage in &mut track.errand.stages {
+            let goal = stage.distances.goal();
+            let anew = Distances::new(&running.job.roadmap, goal, from, mover.clone());
+            stage.distances = Arc::new(anew);
+            from = goal;
+        }
+    }
+}
+
+/// One try, from a moment on.
+struct Turn<'a> {
+    running: &'a mut Running,
+    at: Tick,
+    /// By index of the drone.
+    asked: BTreeMap<usize, Asked>,
+}
+
+impl Turn<'_> {
+    fn ask(&mut self, index: usize, cause: Cause, settled: bool) {
+        let asked = Asked {
+            cause,
+            before: None,
+            settled,
+        };
+        self.asked.insert(index, asked);
+    }
+
+    /// Applies one change, which is in order, to tracks, tasks and the roadmap's stops.
+    fn apply(&mut self, change: &Change) {
+        let mut drones = self.running.world.drones.iter();
+        let index = drones.position(|drone| drone.name == change.drone());
+        match (change, index) {
+            (Change::Added(drone), _) => self.add(drone),
+            (Change::Late { by_s, .. }, Some(index)) => self.fall_behind(index, *by_s),
+            (Change::Retasked { tasks, .. }, Some(index)) => self.retask(index, tasks),
+            (Change::Removed { .. }, Some(index)) => {
+                let track = &mut self.running.tracks[index];
+                track.cut(self.at);
+                track.errand.stages.clear();
+                track.errand.kinds.truncate(1);
+                self.running.world.drones[index].tasks.clear();
+                self.running.costmap.remove(id(index));
+                self.ask(index, Cause::Removed, true);
+            }
+            (_, None) => {}
+        }
+    }
+
+    fn fall_behind(&mut self, index: usize, by_s: f64) {
+        let (at, roadmap) = (self.at, &self.running.job.roadmap);
+        let track = &mut self.running.tracks[index];
+        let first = track.legs.first().map_or(at, |leg| leg.start);
+        let by = Tick::lasting(by_s).min(at.0 - first.0);
+        let was = Tick(at.0 - by);
+        let rests = track.rest(was).iter().all(Leg::stays);
+        if by == 0 || !track.planned || rests && track.state(roadmap, was, false) == State::Ends {
+            // It is where it stays.
+            return;
+        }
+        track.fall_behind(roadmap, at, by);
+        let settled = track.state(roadmap, at, false) == State::Ends;
+        let entry = &mut self.running.plan.drones[index];
+        entry.arrives_s = rounded(entry.arrives_s + Tick(by).seconds());
+        self.ask(index, Cause::Late, settled);
+    }
+
+    fn add(&mut self, drone: &Drone) {
+        let index = self.running.tracks.len();
+        let grounded = drone.at_start == AtStart::Landed;
+        let start = self.connect(drone, [drone.start_m], grounded)[0];
+        let bare_kg = drone.vehicle.airframe.mass_kg();
+        let kind = self.running.kinds.kind(&drone.vehicle, bare_kg);
+        self.running.world.drones.push(drone.clone());
+        let errand = Errand {
+            grounded,
+            departs: self.at,
+            ..self.errand(index, start, kind, &drone.tasks)
+        };
+        let stay = Leg {
+            start: self.at,
+            from_m: drone.start_m,
+            to_m: drone.start_m,
+            ..stays_at_start(&errand, &self.running.job.roadmap)
+        };
+        self.running.tracks.push(Track {
+            legs: vec![stay],
+            errand,
+            since: self.at,
+            planned: true,
+        });
+        let mut entry = blank(&self.running.world, drone);
+        entry.enters_s = (self.at > Tick(0)).then(|| self.at.seconds());
+        self.running.plan.drones.push(entry);
+        self.ask(index, Cause::Added, false);
+    }
+
+    fn retask(&mut self, index: usize, tasks: &[Task]) {
+        let roadmap = &self.running.job.roadmap;
+        let track = &self.running.tracks[index];
+        let State::Flies {
+            begun,
+            departs,
+            at_m,
+            grounded,
+            ..
+        } = track.state(roadmap, self.at, true)
+        else {
+            return;
+        };
+        let now = track.legs.iter().find(|leg| leg.end > self.at);
+        let last = begun.last().or(now);
+        let kind = last.map_or(track.errand.kinds[0], |leg| leg.kind);
+        let drone = self.running.world.drones[index].clone();
+        let before = (track.clone(), drone.tasks.clone());
+        let known = track.vertex_at(roadmap, &at_m);
+        let start = known.unwrap_or_else(|| self.connect(&drone, [at_m], grounded)[0]);
+        self.running.world.drones[index].tasks = tasks.to_vec();
+        let errand = Errand {
+            departs,
+            begun,
+            grounded,
+            ..self.errand(index, start, kind, tasks)
+        };
+        let stay = Leg {
+            start: departs,
+            from_m: at_m,
+            to_m: at_m,
+            ..stays_at_start(&errand, &self.running.job.roadmap)
+        };
+        let track = &mut self.running.tracks[index];
+        track.errand = errand;
+        track.since = departs;
+        track.planned = true;
+        // Until there is a path it is one that ends where it can turn.
+        track.cut(departs);
+        track.go_on(&[stay]);
+        let asked = Asked {
+            cause: Cause::Retasked,
+            before: Some(before),
+            settled: false,
+        };
+        self.asked.insert(index, asked);
+    }
+
+    /// Vertices of places (m) for a drone; those that are new to the roadmap are connected.
+    fn connect(
+        &mut self,
+        drone: &Drone,
+        places_m: impl IntoIterator<Item = Point3<f64>>,
+        grounded: bool,
+    ) -> Vec<Vertex> {
+        let running = &mut *self.running;
+        let radius_m = drone.vehicle.body_radius_m + running.world.planning.clearance_m;
+        let stop = |point_m| Stop {
+            point_m,
+            radius_m,
+            grounded,
+        };
+        let stops: Vec<Stop> = places_m.into_iter().map(stop).collect();
+        let roadmap = &mut running.job.roadmap;
+        let known = roadmap.place_count();
+        let solids = (!running.world.obstacles.is_empty()).then_some(&running.solids);
+        let vertices = roadmap.connect(&running.world.bounds_m, solids, &stops);
+        if roadmap.place_count() > known {
+            renew_distances(running);
+        }
+        vertices
+    }
+
+    /// What a drone has to do from a vertex on, carrying what it carries.
+    fn errand(&mut self, index: usize, start: Vertex, kind: KindId, tasks: &[Task]) -> Errand {
+        let drone = self.running.world.drones[index].clone();
+        let mut vertices = vec![start];
+        let goals_m = tasks.iter().map(|task| task.to_m);
+        vertices.extend(self.connect(&drone, goals_m, false));
+        let running = &mut *self.running;
+        let kinds = running.kinds.along(&drone.vehicle, kind, tasks);
+        let roadmap = &running.job.roadmap;
+        let last_m = roadmap.position_m(vertices[vertices.len() - 1]);
+        let ending = ending_from(&running.world, &running.solids, &drone, last_m);
+        let duties = Duties {
+            roadmap,
+            tasks,
+            vertices: &vertices,
+            clearance_m: running.world.planning.clearance_m,
+        };
+        // Checked before for the last task; above whatever it passes now it may have to stay.
+        let ending = ending.unwrap_or(Ending::Hover);
+        let mut errand = errand_of(id(index), &drone, &duties, kinds, ending);
+        errand.chain(roadmap);
+        errand
+    }
+
+    /// Applies the changes and plans; an error names the drones that come and find no path.
+    fn plan(
+        mut self,
+        changes: &[Change],
+        control: &Control<'_>,
+    ) -> Result<(Replanned, Released), Vec<Unplanned>> {
+        let kinds_before = self.running.kinds.kinds.len();
+        let conditions = *self.running.costmap.fleet().conditions();
+        changes.iter().for_each(|change| self.apply(change));
+        let running = &mut *self.running;
+        let outgrown = running.kinds.kinds.len() > kinds_before
+            || running.tracks.len() > running.costmap.drone_count()
+            || running.world.drones.iter().any(|drone| {
+                drone.air_limit < conditions.lowest_air_limit
+                    || drone.vehicle.max_speed_mps > conditions.fastest_mps
+            });
+        if outgrown {
+            running.fill_costmap();
+        }
+
+        let errands = self.errands();
+        let running = &mut *self.running;
+        let under_way: Vec<Tick> = (errands.iter())
+            .map(|(errand, _)| errand.departs.max(self.at))
+            .collect();
+        let (errands, mut kept): (Vec<Errand>, Vec<Vec<Leg>>) = errands.into_iter().unzip();
+        running.job.errands = errands;
+        let (mut group, mut settled) = (Vec::new(), Vec::new());
+        for (&index, asked) in &self.asked {
+            if asked.cause == Cause::Removed {
+                continue;
+            }
+            if asked.settled {
+                kept[index] = running.tracks[index].rest(self.at);
+                settled.push(id(index));
+                continue;
+            }
+            group.push(id(index));
+            if let Some((before, _)) = &asked.before {
+                kept[index] = before.rest(self.at);
+            }
+            if asked.cause == Cause::Added {
+                kept[index].clear();
+            }
+            if asked.cause == Cause::Late {
+                let gives_way = |it: &Blocker| {
+                    let other = it.drone.0 as usize;
+                    it.clear > under_way[other] && !kept[other].is_empty()
+                };
+                let blockers = blockers_at_departure(running, index);
+                let firm = blockers.into_iter().filter(|it| !gives_way(it));
+                let firm: BTreeSet<DroneId> = firm.map(|it| it.drone).collect();
+                running.job.errands[index].forgiven = firm.into_iter().collect();
+            }
+        }
+        let released = (under_way.iter().zip(&running.world.drones))
+            .zip(&running.job.errands)
+            .map(|((tick, drone), errand)| {
+                let is_forgiven = !errand.forgiven.is_empty();
+                let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
+                (drone.name.clone(), tick.after(out))
+            })
+            .collect();
+        let mut affected = Affected {
+            group: &group,
+            settled: &settled,
+            costmap: running.costmap.clone(),
+            under_way,
+            kept,
+        };
+        let weight = running.world.planning.energy_weight;
+        let mut effort = Effort::default();
+        let mut stopped = BTreeSet::new();
+        let paths = loop {
+            let running = &*self.running;
+            let paths = plan_affected(&running.job, affected.clone(), weight, control, &mut effort);
+            let left_out = paths
+                .unplanned
+                .iter()
+                .map(|(drone, why)| (drone.0 as usize, *why));
+            let comes = |(index, _): &(usize, _)| {
+                (self.asked.get(index)).is_some_and(|it| it.cause == Cause::Added)
+            };
+            let turned_away: Vec<Unplanned> = (left_out.filter(comes))
+                .map(|(index, why)| Unplanned {
+                    name: running.world.drones[index].name.clone(),
+                    reason: format!("{}; it is not let in", known_cause(&running.world, why)),
+                })
+                .collect();
+            if !turned_away.is_empty() {
+                return Err(turned_away);
+            }
+            let stuck = self.clashing(&paths, &affected.under_way, &stopped);
+            if stuck.is_empty() {
+                break paths;
+            }
+            for index in stuck {
+                // It stops where it can.
+                let errand = &running.job.errands[index];
+                let stay = Leg {
+                    start: errand.departs,
+                    ..stays_at_start(errand, &running.job.roadmap)
+                };
+                affected.kept[index] = errand.begun.iter().copied().chain([stay]).collect();
+                stopped.insert(index);
+            }
+        };
+        let (changed, refused) = self.write(&stopped, paths);
+        let told = Replanned {
+            changed,
+            refused,
+            unavoidable: Vec::new(),
+            effort,
+        };
+        Ok((told, released))
+    }
+
+    /// What each drone has to do from where it can do something else, and what it keeps if it finds no
+    /// path; nothing is kept of drones that cannot be planned anew.
+    fn errands(&mut self) -> Vec<(Errand, Vec<Leg>)> {
+        let roadmap = &self.running.job.roadmap;
+        let mut errands = Vec::with_capacity(self.running.tracks.len());
+        for (index, track) in self.running.tracks.iter().enumerate() {
+            let told = self.asked.get_mut(&index).filter(|asked| !asked.settled);
+            let cause = told.as_ref().map(|asked| asked.cause);
+            let ready = match cause {
+                Some(Cause::Added | Cause::Retasked) => Some(track.errand.clone()),
+                _ => track.ready(roadmap, self.at),
+            };
+            if let Some(told) = told {
+                told.settled = ready.is_none();
+            }
+            let kept = (ready.as_ref()).map_or_else(Vec::new, |_| track.rest(self.at));
+            let mut errand = ready.unwrap_or_else(|| Errand {
+                begun: Vec::new(),
+                ..track.errand.clone()
+            });
+            if self.asked.contains_key(&index) {
+                errand.measure_alone(roadmap);
+            } else {
+                // Of the others hardly any is planned anew: measured then.
+                errand.alone_ticks = 0;
+            }
+            errands.push((errand, kept));
+        }
+        errands
+    }
+
+    /// The drones that have found no path, and would run into others if they went on as they are to: late,
+    /// or as they had to.
+    fn clashing(&self, paths: &Paths, under_way: &[Tick], stopped: &BTreeSet<usize>) -> Vec<usize> {
+        let mut verdict = Verdict::default();
+        let mut clashes = |index: &usize| {
+            let legs = paths.costmap.legs(id(*index)).iter();
+            let mut ahead = legs.filter(|leg| leg.end > under_way[*index]);
+            ahead.any(|leg| {
+                paths.costmap.judge(leg, &mut verdict);
+                let met = |it: &Blocker| it.clear > under_way[it.drone.0 as usize];
+                verdict.blockers.iter().any(met)
+            })
+        };
+        let can_stop = |index: &usize| {
+            let is_settled = self.asked.get(index).is_some_and(|it| it.settled);
+            !is_settled && !stopped.contains(index)
+        };
+        let left_out = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
+        let left_out = left_out.filter(can_stop);
+        left_out.filter(|index| clashes(index)).collect()
+    }
+
+    /// Writes what was found into tracks and plan: the drones that have changed, and those without a path.
+    fn write(self, stopped: &BTreeSet<usize>, mut paths: Paths) -> (Vec<Changed>, Vec<Unplanned>) {
+        let (mut changed, mut refused) = (Vec::new(), Vec::new());
+        let Running {
+            world,
+            plan,
+            job,
+            kinds,
+            costmap,
+            tracks,
+            known,
+            ..
+        } = self.running;
+        *costmap = paths.costmap;
+        let mass_kg = |leg: &Leg| kinds.kinds[usize::from(leg.kind.0)].1;
+        for index in 0..tracks.len() {
+            let path = paths.paths.get_mut(index).and_then(Option::take);
+            let asked = self.asked.get(&index);
+            let cause = asked.map(|asked| asked.cause);
+            let name = world.drones[index].name.clone();
+            let (entry, track) = (&mut plan.drones[index], &mut tracks[index]);
+            let left_out = paths
+                .unplanned
+                .iter()
+                .find(|(drone, _)| *drone == id(index));
+            let stops = left_out.is_some() && stopped.contains(&index);
+            match (path, cause) {
+                (Some(path), _) => {
+                    if cause.is_none() {
+                        job.errands[index].measure_alone(&job.roadmap);
+                    }
+                    let errand = &job.errands[index];
+                    if path.legs.is_empty() {
+                        track.cut(errand.departs);
+                    } else {
+                        track.go_on(&path.legs);
+                    }
+                    write_legs(entry, &track.legs, mass_kg);
+                    write_arrival(entry, &track.legs, errand, path.arrives);
+                    entry.at_end = at_end(&world.drones[index]);
+                    plan.unplanned.retain(|one| one.name != name);
+                }
+                (None, Some(Cause::Removed)) => {
+                    if track.legs.is_empty() {
+                        // Gone before it began.
+                        entry.trajectory.t_s.truncate(1);
+                        entry.trajectory.position_m.truncate(1);
+                        entry.trajectory.mass_kg.truncate(1);
+                        entry.airborne_s = (0.0, Some(0.0));
+                    } else {
+                        write_legs(entry, &track.legs, mass_kg);
+                    }
+                    entry.at_end = AtEnd::Leave;
+                    entry.arrives_s = entry.arrives_s.min(known.seconds());
+                    plan.unplanned.retain(|one| one.name != name);
+                }
+                (None, None) if !stops => continue,
+                (None, cause) => {
+                    let before = asked.and_then(|asked| asked.before.as_ref());
+                    if let Some((before, tasks)) = before {
+                        *track = before.clone();
+                        world.drones[index].tasks.clone_from(tasks);
+                    }
+                    if stops || before.is_none() {
+                        track.go_on(costmap.legs(id(index)));
+                        write_legs(entry, &track.legs, mass_kg);
+                    }
+                    if let Some((_, why)) = left_out {
+                        let instead = match cause {
+                            _ if stops => "it stops at the next place on its way",
+                            Some(Cause::Late) => "it follows its plan as late as it is",
+                            _ => "it goes on with what it had to do",
+                        };
+                        let out = Unplanned {
+                            name: name.clone(),
+                            reason: format!("{}; {instead}", known_cause(world, *why)),
+                        };
+                        if stops {
+                            track.planned = false;
+                            entry.arrives_s = job.errands[index].departs.seconds();
+                            let flying = track.legs.last().is_some_and(|leg| leg.flying);
+                            entry.at_end = if flying { AtEnd::Hover } else { AtEnd::Land };
+                            plan.unplanned.push(out.clone());
+                        }
+                        refused.push(out);
+                    }
+                    if cause == Some(Cause::Retasked) && !stops {
+                        continue;
+                    }
+                }
+            }
+            changed.push(Changed {
+                drone: name,
+                cause: cause.unwrap_or(Cause::GaveWay),
+            });
+        }
+        (changed, refused)
+    }
+}
+
+/// The drones in the way of a late one where it can do something else first: it has to get away from
+/// those that do not give way.
+fn blockers_at_departure(running: &Running, index: usize) -> Vec<Blocker> {
+    let errand = &running.job.errands[index];
+    let now = Leg {
+        start: errand.departs,
+        end: errand.departs.after(BUCKET_TICKS),
+        ..stays_at_start(errand, &running.job.roadmap)
+    };
+    let mut verdict = Verdict::default();
+    running.costmap.judge(&now, &mut verdict);
+    verdict.blockers
+}
+
+/// Index of a drone as the costmap counts.
+fn id(index: usize) -> DroneId {
+    DroneId(index as u32)
+}
