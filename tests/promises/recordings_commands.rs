@@ -193,11 +193,11 @@ fn the_number_of_threads_changes_no_byte() {
 
 #[test]
 fn the_recordings_that_ship_are_what_their_command_writes() {
-    let readme = fs::read_to_string(root().join("recordings/README.md")).unwrap();
-    let line = readme
+    let page = fs::read_to_string(root().join("docs/recordings.md")).unwrap();
+    let line = page
         .lines()
         .find_map(|line| line.strip_prefix("plan generate "))
-        .expect("recordings/README.md states its command");
+        .expect("docs/recordings.md states its command");
     let desk = tempfile::tempdir().unwrap();
     let mut arguments = vec!["generate"];
     arguments.extend(line.split_whitespace());
