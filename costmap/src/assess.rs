@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use parry3d::shape::Ball;
 
 use crate::costmap::Costmap;
-use crate::leg::{DroneId, Leg};
+use crate::leg::{DroneId, Leg, Tick};
 use crate::verdict::{Blocker, Verdict};
 use crate::volumes::frame::{self, NotFinite};
 use crate::volumes::swept::{Mover, may_meet};
@@ -59,7 +59,12 @@ impl Costmap {
         let mut verdict = Verdict::default();
         self.judge(leg, &mut verdict);
         let rest = self.horizon().max(leg.start.after(1));
-        let leg = &leg.between(leg.start, leg.end.min(rest));
+        let end = if leg.end == Tick::FOREVER {
+            rest
+        } else {
+            leg.end
+        };
+        let leg = &leg.between(leg.start, end);
         let mut above = Vec::new();
         for item in self.near(leg) {
             if leg.flying
@@ -143,7 +148,7 @@ fn flight(leg: &Leg) -> Flight {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::leg::{KindId, Tick};
+    use crate::leg::KindId;
     use crate::reservations::ground::Ground;
     use crate::wake::fleet::{Conditions, Fleet, Kind};
     use crate::wake::surfaces::BlockingSurfaces;

@@ -310,16 +310,19 @@ pub fn nearest_radius_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
 mod tests {
     use super::*;
 
-    /// A number from 0 to 1, the same for the same index.
+    /// A number from 0 to 1, the same for the same index and unrelated to its neighbours': the finaliser of MurmurHash3.
     fn at(index: u32) -> f64 {
-        (f64::from(index) * 0.754_877_666_246_69).fract()
+        let mut bits = index.wrapping_add(1).wrapping_mul(0x9e37_79b9);
+        bits = (bits ^ (bits >> 16)).wrapping_mul(0x85eb_ca6b);
+        bits = (bits ^ (bits >> 13)).wrapping_mul(0xc2b2_ae35);
+        f64::from(bits ^ (bits >> 16)) / f64::from(u32::MAX)
     }
 
     #[test]
     fn delays_hold_all_pairs_of_moments_in_a_volume_and_end_at_some() {
         const STEPS: u32 = 80;
         let mut met = 0;
-        for case in 0..600 {
+        for case in 0..2_000 {
             let value = |k: u32| 2.0 * at(29 * case + k) - 1.0;
             let line = |k: u32| {
                 // Every third line lies level, every fifth stands still.
