@@ -1,6 +1,6 @@
 //! Questions: how long does a diagnosis take of one long recording; how long does a calibration take of all that the paper's kind of campaign can bring?
 //!
-//! The diagnosis: the first made-up recording of seed 1 with 4000 samples or more; at most 5 s are allowed.
+//! The diagnosis: the first synthetic recording of seed 1 with 4000 samples or more; at most 5 s are allowed.
 //!
 //! Measured: 1.12 s, two shared virtual cores of an AMD EPYC with nothing beside it; 4164 samples, verdict `library`.
 //!

@@ -39,7 +39,7 @@ fn planned() -> (World, Plan) {
     (world, planned.plan)
 }
 
-/// Places in columns that nobody starts or ends in.
+/// Places in columns in which no drone starts or ends.
 fn free_places(world: &World) -> impl Iterator<Item = [f64; 2]> + '_ {
     let columns = (0..4096).map(|cell: u32| [cell * 37 % 64, cell * 37 / 64 % 64]);
     let middle = |column: [u32; 2]| column.map(|cell| f64::from(cell) + 0.5);
@@ -120,7 +120,7 @@ fn rolling(c: &mut Criterion) {
                     ..Control::QUIET
                 };
                 black_box(running.replan(AT_S, &changes, &control)).expect("in order");
-                took += *checks.lock().expect("nobody panicked");
+                took += *checks.lock().expect("no thread panicked");
             }
             took
         });

@@ -142,7 +142,7 @@ impl Costmap {
         self.budget
     }
 
-    /// Everybody's legs near a footprint that a span of time touches.
+    /// The legs of all drones near a footprint that a span of time touches.
     pub(crate) fn items_near(&self, around: &Footprint, start: Tick, end: Tick) -> Vec<&Item> {
         let mut found = Vec::new();
         self.timeline

@@ -73,7 +73,7 @@ fn planned(world: &World) -> Result<Option<Plan>, Box<dyn Error>> {
     Ok(None)
 }
 
-/// What is left of a world once its plan has been flown up to a time (s): everybody starts where it is,
+/// What is left of a world once its plan has been flown up to a time (s): every drone starts where it is,
 /// and keeps its one task until that is done. Who has several tasks or a load keeps books of its own.
 fn at_time(world: &World, plan: &Plan, now_s: f64) -> World {
     let mut rest = world.clone();
@@ -96,7 +96,7 @@ fn at_time(world: &World, plan: &Plan, now_s: f64) -> World {
 }
 
 fn tell(when: &str, plan: &Plan) {
-    println!("{when}: everybody done in {:.1} s", plan.fleet.makespan_s);
+    println!("{when}: all done in {:.1} s", plan.fleet.makespan_s);
     for drone in &plan.drones {
         println!(
             "  {:8} arrives {:5.1} s ({:.1} s if alone), worst air {:.2} m/s of {:.2} allowed",

@@ -234,7 +234,7 @@ fn the_synthetic_world_shares_no_code_with_the_physics_that_is_to_find_it() {
 
 #[test]
 fn shapes_are_stood_up_in_one_place() {
-    // Parry's round shapes stand on y: whoever hangs one into the world needs a rotation.
+    // Parry's round shapes stand on y: to hang one into the world takes a rotation.
     let turning = ["parry3d::math::Rotation", "parry3d::glamx", "glam", "glamx"];
     let poses = [
         "Pose::from_parts",

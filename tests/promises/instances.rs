@@ -32,7 +32,7 @@ fn a_mixed_hall_filled_to_the_last_column_still_has_endpoints_in_order() {
         let Err(InstanceError::TooManyMixed { room, .. }) =
             Floor::MixedHall.scenario(usize::MAX, seed)
         else {
-            panic!("nobody has so much room");
+            panic!("no drone has so much room");
         };
         let world = world(Floor::MixedHall, room, seed);
         let heavy = world.drones.iter().skip(9).step_by(10);
@@ -200,7 +200,7 @@ fn the_yaml_of_lib_multi_robot_planning_holds_the_same_and_its_first_two_numbers
     let blocked = after("  - ");
     assert_eq!(blocked.len(), 76 * 2 * 12 * 6);
     assert!(blocked.iter().all(|&at| shelved(at)));
-    // A reader of two numbers sees every shelf as a wall, and nobody in one.
+    // A reader of two numbers sees every shelf as a wall, and no drone in one.
     assert!(
         flights()
             .iter()

@@ -48,7 +48,7 @@ fn packed(drones: usize, seed: u64, side: usize, [every, goals_on]: [usize; 2]) 
     world
 }
 
-/// Everything a plan must be, whoever is left out of it.
+/// Everything a plan must be, whichever drones are unplanned.
 fn assert_sound(world: &World, plan: &Plan) {
     assert!(plan.violations.is_empty(), "{:#?}", plan.violations);
     duties::assert_done(world, plan);

@@ -363,7 +363,7 @@ fn powered(eta: f64) -> Recording {
         vehicle.track.t_s.iter_mut().for_each(|t_s| *t_s *= 10.0);
         vehicle.track.longest_step_s *= 10.0;
     }
-    // Every fifth moment: a throttle that nobody could read.
+    // Every fifth moment: a throttle that cannot be read.
     let moments = recording.vehicles[0].track.t_s.iter().step_by(5);
     recording.receivers = moments
         .map(|&t_s| ReceiverSample {

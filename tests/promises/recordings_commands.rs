@@ -10,7 +10,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The made-up flights that ship.
+/// The synthetic flights that ship.
 fn shelf() -> PathBuf {
     root().join("recordings/hover-grids")
 }

@@ -3,7 +3,7 @@
 use diagnosis::infer::candidates::names_of;
 
 /// Names that would be right as well, because the recording cannot tell: one factor on the jets or
-/// on the readings, a steady draught against an offset, air drawn in against a probe that reads it.
+/// on the readings, a steady flow against an offset, air drawn in against a probe that reads it.
 const ALSO: &[(&str, &[&str])] = &[
     ("payload_mass", &["momentum_scale"]),
     ("air_density", &["momentum_scale"]),

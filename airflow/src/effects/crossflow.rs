@@ -49,7 +49,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     name: "crossflow",
     aliases: &["ambient_wind", "jet_in_crossflow"],
     equation: "integral jet in a wind (W_x, W_y): dM_x/ds = W dQ/ds + F, Q' = 2 pi b (alpha |u - W cos| + 0.34 |W sin|)",
-    description: "wind bends the jet downwind, weakens it, and leaves a draught beside it",
+    description: "wind bends the jet downwind, weakens it, and leaves a level flow beside it",
     parameters: &[
         // The fastest induced velocity known here is 14 m/s; beyond `MOST_WIND` of it the model
         // does not hold.

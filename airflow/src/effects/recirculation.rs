@@ -4,9 +4,9 @@
 //! u_r(t) = u_∞ (1 - exp(-(t - t₀)/τ_r))
 //! ```
 //!
-//! A draught that grows after take-off, everywhere; for a hall of 25 x 25 x 7 m some 0.1 m/s after
+//! A return flow that grows after take-off, everywhere; for a hall of 25 x 25 x 7 m some 0.1 m/s after
 //! ten minutes (order of magnitude, assumed here because no measurement is known). What the jets
-//! carry down must come up between them: the part `e` of the draught rises (against the jets), the
+//! carry down must come up between them: the part `e` of it rises (against the jets), the
 //! rest has no direction that a speed probe could tell and adds in squares. Taken for: a probe's
 //! offset or drift, which do not grow with flight time and stay after landing; wind.
 
@@ -20,7 +20,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     name: "recirculation",
     aliases: &["background_flow"],
     equation: "u_r(t) = u (1 - exp(-t/tau)), of which e rises",
-    description: "the jets set the room in motion: a draught that grows after take-off, part of it upwards against the jets",
+    description: "the jets set the room in motion: a return flow that grows after take-off, part of it upwards against the jets",
     parameters: &[
         Parameter::new("speed_mps", &["u"], "m/s", [0.0, 5.0]).fit(0.0, 2.0),
         Parameter::new("time_s", &["tau"], "s", [1e-3, 1e5])
@@ -33,7 +33,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     ],
     essential: 1,
     home: Home::Surroundings,
-    treatment: |_| Treatment::Bounded("every limit is lower by the draught at its strongest"),
+    treatment: |_| Treatment::Bounded("every limit is lower by the return flow at its strongest"),
     get: |effects| (effects.recirculation).map(|room| vec![room.speed_mps, room.time_s, room.rise]),
     set: |effects, p| {
         effects.recirculation = Some(Recirculation {
@@ -44,7 +44,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     },
 };
 
-/// A growing draught.
+/// A growing return flow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Recirculation {
@@ -58,7 +58,7 @@ pub struct Recirculation {
 }
 
 impl Recirculation {
-    /// The draught at a time since take-off (s): what rises (m/s, world), and the speed (m/s)
+    /// The return flow at a time since take-off (s): what rises (m/s, world), and the speed (m/s)
     /// without direction.
     #[must_use]
     pub fn draught_mps(&self, since_takeoff_s: f64) -> (Vector3<f64>, f64) {

@@ -5,7 +5,7 @@
 //! x(s) = s tan χ
 //! ```
 //!
-//! Range: a few tenths. Taken for: wind (drift grows with `s²` and leaves a draught far from the
+//! Range: a few tenths. Taken for: wind (drift grows with `s²` and leaves a level flow far from the
 //! jet), a shifted probe or drone (constant in `s`).
 
 use serde::{Deserialize, Serialize};

@@ -51,7 +51,7 @@ fn at(index: u32) -> f64 {
     (f64::from(index) * 0.754_877_666_246_69).fract()
 }
 
-/// Five random legs, back to back; two drones in three stay at the end for ever.
+/// Five random legs, back to back; two drones in three stay at the end without end.
 fn legs(drone: u32, round: u32) -> Vec<Leg> {
     let place = |k: u32| {
         let i = 1000 * round + 31 * drone + 3 * k;
@@ -121,7 +121,7 @@ fn what_was_taken_back_leaves_no_trace() {
             used.insert(legs(drone, round));
         }
     }
-    // Some are gone in the end, and everybody else was inserted in another order.
+    // Some are gone in the end, and the others were inserted in another order.
     let gone = |drone: u32| drone % 5 == 2;
     (0..DRONES)
         .filter(|d| gone(*d))

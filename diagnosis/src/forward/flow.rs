@@ -293,7 +293,7 @@ impl<'a> Flow<'a> {
     }
 
     /// The speed (m/s) without direction that is there at a time beside the jets: the ambient of
-    /// the metadata, and a level draught of the room.
+    /// the metadata, and a level flow of the room.
     #[must_use]
     pub fn ambient_mps(&self, t_s: f64) -> f64 {
         let (_, draught_mps) = self.effects.background_mps(t_s - self.began_s);

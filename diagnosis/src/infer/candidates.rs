@@ -41,7 +41,7 @@ pub struct Parameter {
     pub high: f64,
     /// The value at which the effect vanishes.
     pub neutral: f64,
-    /// Distance from there below which nobody would act on it.
+    /// Distance from there below which it changes no decision.
     pub practical: f64,
 }
 
@@ -81,7 +81,7 @@ pub enum Change {
 }
 
 impl Candidate {
-    /// How large a fitted effect is, in units of what matters: below 1 nobody would act on it.
+    /// How large a fitted effect is, in units of what matters: below 1 it changes no decision.
     #[must_use]
     pub fn size(&self, values: &[f64]) -> f64 {
         let parts = self.parameters.iter().zip(values).take(self.essential);

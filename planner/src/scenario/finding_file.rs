@@ -59,25 +59,25 @@ pub(super) fn unfit(world: &World) -> Vec<String> {
         .drones
         .iter()
         .find_map(|drone| flown.beyond(&drone.vehicle.airframe, density));
-    let draught_mps = flown.draught_mps;
+    let return_flow_mps = flown.return_flow_mps;
     let drone = world.drones.iter().find(|drone| {
         let airframe = &drone.vehicle.airframe;
         let own_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density);
-        draught_mps > 0.0 && flown.receiver_gain * draught_mps >= drone.air_limit * own_mps
+        return_flow_mps > 0.0 && flown.receiver_gain * return_flow_mps >= drone.air_limit * own_mps
     });
     let drone = drone.map(|drone| {
         format!(
-            "a draught of {draught_mps:.2} m/s alone exceeds the air limit of drone `{}`",
+            "a return flow of {return_flow_mps:.2} m/s alone exceeds the air limit of drone `{}`",
             drone.name
         )
     });
     let zone = world
         .zones
         .iter()
-        .find(|zone| draught_mps > 0.0 && draught_mps >= zone.air_limit_mps);
+        .find(|zone| return_flow_mps > 0.0 && return_flow_mps >= zone.air_limit_mps);
     let zone = zone.map(|zone| {
         format!(
-            "a draught of {draught_mps:.2} m/s alone exceeds the limit of zone `{}`",
+            "a return flow of {return_flow_mps:.2} m/s alone exceeds the limit of zone `{}`",
             zone.name
         )
     });

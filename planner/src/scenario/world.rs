@@ -31,7 +31,7 @@ pub struct World {
     pub drones: Vec<Drone>,
     /// How to plan.
     pub planning: Planning,
-    /// What whoever reads the plan should know about this question: frames outside the jet's fit, frames
+    /// What a reader of the plan should know about this question: frames outside the jet's fit, frames
     /// without a near-field model.
     pub notes: Vec<String>,
 }
@@ -143,7 +143,7 @@ pub enum AtStart {
 /// What a drone does after its last dwell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub enum AtEnd {
-    /// Stays in the air for ever.
+    /// Stays in the air without end.
     Hover,
     /// Descends straight to the floor or obstacle top below and rests there without a wake.
     Land,

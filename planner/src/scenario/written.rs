@@ -214,7 +214,7 @@ pub(super) struct Drone {
     /// Where it goes, in order.
     #[schemars(default, extend("default" = []))]
     pub(super) tasks: Vec<Task>,
-    /// After its last dwell: hover there for ever, land straight below, or leave with body and wake.
+    /// After its last dwell: hover there, land straight below, or leave with body and wake.
     #[schemars(default = "at_end")]
     pub(super) at_end: AtEnd,
     /// Mean air over its rotor discs that it bears, over its own induced velocity at its current mass.

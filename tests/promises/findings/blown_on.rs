@@ -112,7 +112,7 @@ pub(super) fn most_met(plan: &Plan, effects: &Effects) -> f64 {
             .filter(|&k| flies(&plan.drones[k], t_s))
             .collect();
         for &me in &flying {
-            // Nobody blows upwards.
+            // No wake acts upwards.
             let lowest_m = places_m[me].z;
             let highest_m = |other: usize| {
                 let knots_m = plan.drones[other].trajectory.position_m.iter();

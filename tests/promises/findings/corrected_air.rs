@@ -87,7 +87,7 @@ fn below_leaning_jets_only_a_plan_made_with_the_finding_is_not_blown_on() {
 
 #[test]
 fn below_loaded_drones_only_a_plan_made_with_the_finding_is_not_blown_on() {
-    // Nearer to the surveyors than the draught lets them be.
+    // Nearer to the surveyors than the wind lets them be.
     let ignorant = planned(&hall_at(6.0, 0.3, Effects::default()));
     assert!(is_safe(&ignorant), "{:?}", ignorant.violations);
     let real = heavier(2.4);

@@ -93,7 +93,7 @@ fn the_worst_late_air_told_is_that_of_dense_samples() {
         });
         let told = told.fold(0.0, f64::max);
         let sampled = most_met(&plan, &effects);
-        assert!(sampled > 0.1, "{sampled}: nobody is blown on in {case}");
+        assert!(sampled > 0.1, "{sampled}: no drone is exposed in {case}");
         // The verifier promises the highest to 0.1 %; samples 2 cm of way apart miss a little more.
         assert!(
             told >= 0.998 * sampled && told <= 1.03 * sampled + 0.01,

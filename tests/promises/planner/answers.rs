@@ -82,7 +82,7 @@ fn corridor_with_bay(bay: bool) -> World {
 
 #[test]
 fn a_drone_whose_goal_is_in_anothers_way_lets_it_pass_first() {
-    // Whoever flies the shorter errand is planned first and stops where the other must pass.
+    // The drone with the shorter path is planned first and stops where the other must pass.
     let mut world = corridor_with_bay(true);
     world.drones[1].start_m.x = 0.5;
     let Ok(Outcome::Safe(planned)) = plan_world(&world, &Control::QUIET) else {
@@ -93,7 +93,7 @@ fn a_drone_whose_goal_is_in_anothers_way_lets_it_pass_first() {
     assert_sound(&world, &plan);
     assert!(effort.evictions > 0, "{effort:?}");
     let short = &plan.drones[0];
-    assert!(short.arrives_s > short.alone_s, "it let nobody pass");
+    assert!(short.arrives_s > short.alone_s, "it gave way to no drone");
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn aside_m(above_m: f64, alpha: f64) -> f64 {
 }
 
 /// `lower` and `upper` cannot leave their starts, where one blows on the other with three quarters of what
-/// it may; whoever hovers at a goal beside them must not add to that.
+/// it may; a drone that hovers at a goal beside them must not add to that.
 #[test]
 fn nobody_ends_where_he_adds_too_much_to_those_who_stay() {
     let aside_m = aside_m(3.5, 0.23);
@@ -238,7 +238,7 @@ fn nobody_ends_where_he_adds_too_much_to_those_who_stay() {
     ];
     drones[1].air_limit = 1.0;
     let mut world = room([12.0, 12.0, 6.0], drones);
-    // Nobody gets past this wall, and two have their goals behind it.
+    // No drone gets past this wall, and two have their goals behind it.
     world
         .obstacles
         .push(block("wall", [9.0, 0.0, 0.0], [9.5, 12.0, 6.0]));

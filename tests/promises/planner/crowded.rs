@@ -1,4 +1,4 @@
-//! A floor so full that nobody has a way past all others: everybody gets home all the same.
+//! A floor so full that no drone has a path past all others: every drone gets home all the same.
 
 use planner::plan::Plan;
 use planner::plan::outcome::Effort;
@@ -26,7 +26,7 @@ fn with_half_of_all_columns_held_everybody_gets_home_at_any_number_of_threads() 
         pool.build().unwrap().install(|| planned(&world))
     });
     let (plan, effort) = &one;
-    assert!(effort.rounds > 0, "nobody had to step together: {effort:?}");
+    assert!(effort.rounds > 0, "PIBT was not used: {effort:?}");
     assert!(plan.unplanned.is_empty(), "{:?}", plan.unplanned);
     assert!(plan.violations.is_empty(), "{:#?}", plan.violations);
     duties::assert_done(&world, plan);
@@ -47,7 +47,7 @@ fn what_is_to_be_done_on_the_way_is_done_on_a_full_floor_too() {
         drone.tasks[1].dwell_s = 1.0;
     }
     let (plan, effort) = planned(&world);
-    assert!(effort.rounds > 0, "nobody had to step together: {effort:?}");
+    assert!(effort.rounds > 0, "PIBT was not used: {effort:?}");
     assert!(plan.unplanned.is_empty(), "{:?}", plan.unplanned);
     assert!(plan.violations.is_empty(), "{:#?}", plan.violations);
     duties::assert_done(&world, &plan);

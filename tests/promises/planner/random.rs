@@ -55,7 +55,7 @@ proptest! {
         let mut alone: Vec<f64> = plan.drones.iter().map(|drone| drone.alone_s).collect();
         alone.sort_by(f64::total_cmp);
         let ties = alone.windows(2).any(|pair| pair[0] == pair[1]);
-        // Somebody left out makes it try other orders, which the seed draws.
+        // An unplanned drone makes it try other orders, which the seed draws.
         prop_assume!(!ties && plan.unplanned.is_empty());
         world.planning.seed ^= seed;
         prop_assert_eq!(plan, planned(&world));

@@ -26,14 +26,14 @@ struct Now<'a> {
     wake_end_z_m: f64,
 }
 
-/// Asserts that no sample of the plan breaks a limit, and that nobody met more air than the plan says.
+/// Asserts that no sample of the plan breaks a limit, and that no drone met more air than the plan says.
 pub(super) fn assert_safe(plan: &Plan) {
     let last_s = plan
         .drones
         .iter()
         .filter_map(|drone| drone.trajectory.t_s.last().copied())
         .fold(0.0, f64::max);
-    // One second more: those who hover for ever hover on.
+    // One second more: drones that hover at their goals hover on.
     for step in 0..=((last_s + 1.0) / STEP_S) as usize {
         judge(plan, step as f64 * STEP_S);
     }

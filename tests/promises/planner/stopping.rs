@@ -1,4 +1,4 @@
-//! Whoever stops the planner gets a safe plan for those who have one by then.
+//! A caller that stops the planner gets a safe plan for those who have one by then.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

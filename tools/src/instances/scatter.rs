@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn a_matrice_keeps_the_columns_around_its_own_free_up_to_the_last_drone_that_fits() {
         let Err(InstanceError::TooManyMixed { room, .. }) = mixed(64, 8, usize::MAX, 7) else {
-            panic!("nobody has so much room");
+            panic!("no drone has so much room");
         };
         assert!(matches!(
             mixed(64, 8, room + 1, 7),

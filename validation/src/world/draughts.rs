@@ -12,7 +12,7 @@ pub(crate) struct Room {
     pub(crate) azimuth_rad: f64,
 }
 
-/// A draught in one place.
+/// A local flow in one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Vent {
     pub(crate) at_m: [f64; 2],

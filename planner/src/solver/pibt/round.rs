@@ -11,7 +11,7 @@ use crate::sipp::conflicts::synchronous::{MOST_LOADS, STAYS};
 
 /// Steps tried for one drone and all whom it pushes: chosen here, mostly a few are enough.
 const MOST_TRIES: u32 = 200;
-const NOBODY: u32 = u32::MAX;
+const NONE: u32 = u32::MAX;
 
 /// Every drone's next step, as far as it is decided.
 pub(super) struct Round<'a> {
@@ -42,8 +42,8 @@ impl<'a> Round<'a> {
         let mut round = Round {
             configuration,
             now,
-            first: vec![NOBODY; nx * ny],
-            next: vec![NOBODY; now.len()],
+            first: vec![NONE; nx * ny],
+            next: vec![NONE; now.len()],
             ways: vec![STAYS as u8; now.len()],
             decided: (0..now.len())
                 .map(|drone| configuration.is_fixed(drone))
@@ -127,7 +127,7 @@ impl<'a> Round<'a> {
     /// Whether another drone is in the column of a place.
     fn is_taken(&self, drone: usize, place: Vertex) -> bool {
         let first = self.first[place as usize % self.first.len()];
-        first != NOBODY && (first as usize != drone || self.next[drone] != NOBODY)
+        first != NONE && (first as usize != drone || self.next[drone] != NONE)
     }
 
     fn tie_break(&mut self) -> u32 {
@@ -206,7 +206,7 @@ impl<'a> Round<'a> {
                     continue;
                 }
                 let mut other = self.first[i as usize + nx * j as usize];
-                while other != NOBODY {
+                while other != NONE {
                     let index = other as usize;
                     other = self.next[index];
                     if index == drone {

@@ -1,4 +1,4 @@
-//! A fleet that steps together until nearly every drone is home; who is not is planned among those
+//! PIBT until nearly every drone is home; the others are planned among those
 //! who are.
 
 use costmap::leg::{DroneId, Leg};
@@ -139,7 +139,7 @@ mod tests {
             control: &Control::QUIET,
         };
         let mut effort = Effort::default();
-        let paths = plan_by_pibt(&setting, &mut effort).expect("everybody comes home");
+        let paths = plan_by_pibt(&setting, &mut effort).expect("every drone comes home");
         assert!(effort.rounds > 0);
         let report = verify(&assemble(&world, &job, &paths));
         assert!(report.violations.is_empty(), "{:#?}", report.violations);
@@ -154,7 +154,7 @@ mod tests {
                 }
             }
             if errand.stages.is_empty() {
-                assert_eq!(path.legs.len(), 1, "nobody without a task is pushed");
+                assert_eq!(path.legs.len(), 1, "no drone without a task is displaced");
                 continue;
             }
             let passes = |leg: &Leg| {
