@@ -24,7 +24,7 @@ pub struct Flown {
     /// Receiver gain: factor on the air that a receiver is exposed to; 1: momentum theory.
     pub receiver_gain: f64,
     /// Air that is there without any jet, in whatever direction (m/s).
-    pub draught_mps: f64,
+    pub return_flow_mps: f64,
     /// Speed of the air that carries wakes down over that of the centreline.
     pub convection: Option<f64>,
     /// The wall jet along the floor.
@@ -38,7 +38,7 @@ impl Default for Flown {
             climb: None,
             superposition: None,
             receiver_gain: 1.0,
-            draught_mps: 0.0,
+            return_flow_mps: 0.0,
             convection: None,
             wall: None,
         }
@@ -82,7 +82,7 @@ impl Effects {
                 }
             }),
             receiver_gain: self.receiver_alpha(1.0),
-            draught_mps: self.recirculation.map_or(0.0, |room| room.speed_mps),
+            return_flow_mps: self.recirculation.map_or(0.0, |room| room.speed_mps),
             convection: (self.wake_transport).and_then(|transport| transport.convection()),
             wall: self
                 .ground_impingement

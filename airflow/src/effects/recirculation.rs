@@ -61,7 +61,7 @@ impl Recirculation {
     /// The return flow at a time since take-off (s): what rises (m/s, world), and the speed (m/s)
     /// without direction.
     #[must_use]
-    pub fn draught_mps(&self, since_takeoff_s: f64) -> (Vector3<f64>, f64) {
+    pub fn return_flow_mps(&self, since_takeoff_s: f64) -> (Vector3<f64>, f64) {
         let speed_mps = self.speed_mps * -(-since_takeoff_s.max(0.0) / self.time_s).exp_m1();
         let level = (1.0 - self.rise * self.rise).max(0.0).sqrt();
         (

@@ -65,7 +65,7 @@ impl Effects {
             .crossflow
             .map_or([0.0; 2], |crossflow| crossflow.wind_mps);
         let (rising_mps, level_mps) = self.recirculation.map_or((Vector3::zeros(), 0.0), |room| {
-            room.draught_mps(since_takeoff_s)
+            room.return_flow_mps(since_takeoff_s)
         });
         (Vector3::new(x, y, 0.0) + rising_mps, level_mps)
     }

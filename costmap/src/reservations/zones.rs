@@ -153,7 +153,7 @@ impl Wakes<'_> {
         }
         let limit_mps = left(
             zone.air_limit_mps,
-            self.fleet.conditions().flown.draught_mps,
+            self.fleet.conditions().flown.return_flow_mps,
         );
         let above_mps = self.wake_in_zone_mps(leg, zone);
         let along_mps = self.wall_jet_in_zone_mps(leg, zone);

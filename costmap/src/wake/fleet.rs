@@ -184,7 +184,7 @@ impl Fleet {
                 let (receiver, emitter) = (pair / emitters.len(), pair % emitters.len());
                 let limit = left(
                     conditions.lowest_air_limit,
-                    flown.draught_mps / slowest(receiver),
+                    flown.return_flow_mps / slowest(receiver),
                 );
                 let budget = limit * slowest(receiver) / fastest(emitter);
                 let negligible = negligible_share(conditions.superposition) * budget * budget;
@@ -204,7 +204,7 @@ impl Fleet {
             .par_iter()
             .enumerate()
             .map(|(emitter, wake)| {
-                let limit_mps = left(conditions.lowest_zone_limit_mps, flown.draught_mps);
+                let limit_mps = left(conditions.lowest_zone_limit_mps, flown.return_flow_mps);
                 let limit = (limit_mps / fastest(emitter)).min(1.0);
                 // With wall jets among them wakes count by their speed.
                 let superposition = match flown.wall {
@@ -377,7 +377,10 @@ impl Fleet {
     fn square_of(&self, emitter: KindId, (receiver, air_limit): (KindId, f64), share: f64) -> f64 {
         let measure_mps = self.measure_mps(receiver);
         let ratio = self.wake(emitter).induced_velocity_mps() / measure_mps;
-        let limit = left(air_limit, self.conditions.flown.draught_mps / measure_mps);
+        let limit = left(
+            air_limit,
+            self.conditions.flown.return_flow_mps / measure_mps,
+        );
         let additive = (share * f64::from(BUDGET)).floor() / WHOLE;
         let of_limit = match self.conditions.superposition {
             Superposition::Linear => additive,
@@ -416,7 +419,7 @@ impl Fleet {
     pub(crate) fn load_of(&self, emitter: &Leg, receiver: &Leg, peak_square: f64) -> u32 {
         let measure_mps = self.measure_mps(receiver.kind);
         let ratio = self.wake(emitter.kind).induced_velocity_mps() / measure_mps;
-        let recirculated = self.conditions.flown.draught_mps / measure_mps;
+        let recirculated = self.conditions.flown.return_flow_mps / measure_mps;
         self.load(peak_square.sqrt() * ratio / left(receiver.air_limit, recirculated))
     }
 
@@ -541,7 +544,7 @@ impl Fleet {
         let envelope = self.envelope(usize::from(emitter.0), usize::from(receiver.0));
         let measure_mps = self.measure_mps(receiver);
         let ratio = self.wake(emitter).induced_velocity_mps() / measure_mps;
-        let recirculated = self.conditions.flown.draught_mps / measure_mps;
+        let recirculated = self.conditions.flown.return_flow_mps / measure_mps;
         let limit = left(self.conditions.lowest_air_limit, recirculated);
         let load = |step: usize| {
             let square = envelope.highest_square(step as f64 * FAR_STEP_M);

@@ -296,8 +296,11 @@ impl<'a> Flow<'a> {
     /// the metadata, and a level flow of the room.
     #[must_use]
     pub fn ambient_mps(&self, t_s: f64) -> f64 {
-        let (_, draught_mps) = self.effects.background_mps(t_s - self.began_s);
-        self.recording.environment.ambient_mps.hypot(draught_mps)
+        let (_, return_flow_mps) = self.effects.background_mps(t_s - self.began_s);
+        self.recording
+            .environment
+            .ambient_mps
+            .hypot(return_flow_mps)
     }
 
     /// What is added to the baseline.

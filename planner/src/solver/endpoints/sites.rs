@@ -143,7 +143,7 @@ impl<'a> Scene<'a> {
     /// Whether that much air (m/s) is too much for a site.
     pub(super) fn over_limit(&self, site: &Site, air_mps: f64) -> bool {
         let limit_mps = (site.air_limit + ALPHA_TOLERANCE) * site.induced_velocity_mps;
-        air_mps > limit_mps - self.flown.draught_mps
+        air_mps > limit_mps - self.flown.return_flow_mps
     }
 
     /// Whether the receiver's centre is in the other's near-field column.
@@ -185,7 +185,7 @@ impl<'a> Scene<'a> {
     pub(super) fn zone_peak(&self, zone: usize, all: &[&Downwash<'_>]) -> Option<Peak> {
         let zone = &self.world.zones[zone];
         let places_m = (zone.bounds_m.min.coords, zone.bounds_m.max.coords);
-        let limit_mps = zone.air_limit_mps - self.flown.draught_mps;
+        let limit_mps = zone.air_limit_mps - self.flown.return_flow_mps;
         (self.field()).highest(all, &places_m, (0.0, 0.0), limit_mps)
     }
 }

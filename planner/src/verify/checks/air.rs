@@ -141,7 +141,7 @@ fn over_limit(
     for window in windows.iter().filter(|window| !window.is_calm()) {
         let u_h_mps = window.induced_velocity_mps;
         let most_mps = (receiver.air_limit + ALPHA_TOLERANCE) * (u_h_mps / flown.receiver_gain);
-        let limit_mps = most_mps - flown.draught_mps;
+        let limit_mps = most_mps - flown.return_flow_mps;
         let worst_mps = met.worst_air_mps * (1.0 + WORST_TOLERANCE) + WORST_FLOOR * u_h_mps;
         if worst_mps > limit_mps {
             let mut here = Vec::new();
@@ -157,7 +157,7 @@ fn over_limit(
             continue;
         };
         let window = &windows[at.window];
-        let air_mps = at.mean_mps + flown.draught_mps;
+        let air_mps = at.mean_mps + flown.return_flow_mps;
         let worst = Worst {
             with: strongest(scene, windows, at),
             position_m: window.place_m(at.t_s),

@@ -100,7 +100,7 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
     cuts_s.sort_by(f64::total_cmp);
     cuts_s.dedup();
 
-    let limit_mps = zone.air_limit_mps - scene.flown.draught_mps;
+    let limit_mps = zone.air_limit_mps - scene.flown.return_flow_mps;
     let mut parts: Vec<Span> = Vec::new();
     let mut worst: Vec<(Peak, usize)> = Vec::new();
     for (span_s, under_way) in between(&cuts_s, &spans_s) {
@@ -133,7 +133,7 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
         let worst = Worst {
             with: Some(zone.name.clone()),
             position_m: flight.position_m(peak.t_s),
-            value: peak.air_mps + scene.flown.draught_mps,
+            value: peak.air_mps + scene.flown.return_flow_mps,
             limit: zone.air_limit_mps,
         };
         scene.violation(flight, ViolationKind::Zone, span_s, worst)
