@@ -144,6 +144,22 @@ impl FarField {
         let sigma_m = self.sigma_m(depth_m)?;
         Some((4.0 * self.steepness + 9.0).sqrt() / sigma_m)
     }
+
+    /// A bound on `(u'²/u + |u''|)/u` (1/m²) along straight paths at a depth and below, a prime
+    /// being a derivative with the length of the path. With `u = N σ³/q²`, `q = σ² + A r²` and
+    /// `A = a σ²/r_half²`, the steepness,
+    ///
+    /// ```text
+    /// u'/u = 3 σ'/σ - 2 q'/q               (u'/u)² <= (4 A + 9)/σ²
+    /// (u'/u)' = -3 σ'²/σ² - 2 q''/q + 2 q'²/q²,   q'² <= 4 q (σ'² + A (1 - σ'²)) = 2 q q''
+    ///         so it lies within ±(4 A + 7)/σ²
+    /// u''/u = (u'/u)' + (u'/u)²
+    /// ```
+    #[must_use]
+    pub fn bent_over_speed_per_m2(&self, depth_m: f64) -> Option<f64> {
+        let sigma_m = self.sigma_m(depth_m)?;
+        Some((12.0 * self.steepness + 25.0) / (sigma_m * sigma_m))
+    }
     /// Momentum flux over density (m⁴/s²), the same at every depth.
     ///
     /// ```text

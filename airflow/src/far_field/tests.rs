@@ -136,3 +136,30 @@ fn the_spindle_is_where_the_speed_is_met_and_ends_where_the_axis_meets_it() {
     assert_eq!(jet().spindle_end_m(20.0), None);
     assert_eq!(jet().spindle_end_m(0.0), Some(f64::INFINITY));
 }
+
+#[test]
+fn no_straight_path_is_bent_more_than_the_bound() {
+    let h = 1e-4; // m
+    for (s, r) in points() {
+        let bound_per_m2 = jet().bent_over_speed_per_m2(s).expect("deep");
+        for k in 0..16 {
+            let (up, level) = (0.1 * f64::from(k)).sin_cos();
+            for turn in [0.0, 0.6, 1.2, 1.571] {
+                let at_mps = |path_m: f64| {
+                    let (x, y) = (
+                        r + path_m * level * f64::cos(turn),
+                        path_m * level * f64::sin(turn),
+                    );
+                    jet()
+                        .axial_speed_mps(s + path_m * up + 2.0 * h, x.hypot(y))
+                        .expect("deep")
+                };
+                let [before, here, after] = [-h, 0.0, h].map(at_mps);
+                let slope = (after - before) / (2.0 * h);
+                let bent = (after - 2.0 * here + before) / (h * h);
+                // Rounding of 10 m/s over h² leaves 1e-6 / s² or so.
+                assert!(slope * slope / here + bent.abs() <= bound_per_m2 * here + 1e-5);
+            }
+        }
+    }
+}

@@ -192,7 +192,12 @@ pub(crate) struct Passage<'a> {
     middle: Option<CrossSection<'a>>,
 }
 
-impl Passage<'_> {
+impl<'a> Passage<'a> {
+    /// The far field's part, where nothing else counts.
+    pub(crate) fn far_alone(&self) -> Option<&Far<'a>> {
+        self.far.as_ref().filter(|_| self.near.is_none())
+    }
+
     /// Highest axial speed (m/s), and steepest slope (1/s; 0 in the far field), at and beyond a level
     /// offset; a moved wake goes by the box of offsets instead.
     fn highest(&self, nearest_m: Vector2<f64>, places_m: &Places) -> (f64, f64) {
@@ -219,8 +224,11 @@ impl Passage<'_> {
         let change_mps = slope_per_s * half_path_m;
         // The far field's bound is its own. A path so long that the slope tells no more than the table is
         // not looked at; nor one through the rotor plane, where air begins.
-        let is_far = self.near.is_none() && self.far.is_some();
-        if is_far || !self.starts_below || change_mps.is_nan() || change_mps >= speed_mps {
+        if self.far_alone().is_some()
+            || !self.starts_below
+            || change_mps.is_nan()
+            || change_mps >= speed_mps
+        {
             return speed_mps;
         }
         let wake = &self.bounded.wake;
@@ -230,7 +238,7 @@ impl Passage<'_> {
 }
 
 /// The far field's part of a range of depths.
-struct Far<'a> {
+pub(crate) struct Far<'a> {
     top_m: f64,
     bottom: CrossSection<'a>,
     /// Centreline speed at the top over that at the bottom.
@@ -255,7 +263,7 @@ impl<'a> Far<'a> {
 
     /// Highest axial speed (m/s) at and beyond a level offset (m).
     #[inline]
-    fn highest_mps(&self, nearest_m: Vector2<f64>) -> f64 {
+    pub(crate) fn highest_mps(&self, nearest_m: Vector2<f64>) -> f64 {
         self.bottom.axial_speed_mps(nearest_m.x, nearest_m.y) * self.ratio
     }
 }

@@ -14,7 +14,7 @@ use super::column;
 use crate::plan::ViolationKind;
 use crate::verify::scene::{Flight, Scene};
 use crate::verify::time::encounters::Encounter;
-use crate::verify::time::subdivision::{above, integrate, join, maximise};
+use crate::verify::time::subdivision::{Chord, above, integrate, join, maximise};
 use crate::verify::time::window::{Window, windows};
 use crate::verify::violation::Worst;
 use crate::verify::{DroneExposure, Found, Span};
@@ -145,7 +145,11 @@ fn over_limit(
         let worst_mps = met.worst_air_mps * (1.0 + WORST_TOLERANCE) + WORST_FLOOR * u_h_mps;
         if worst_mps > limit_mps {
             let mut here = Vec::new();
-            above(window, window.span_s, limit_mps, &mut here);
+            let whole = Chord {
+                span_s: window.span_s,
+                ends_mps: None,
+            };
+            above(window, whole, limit_mps, &mut here);
             here.into_iter().for_each(|span_s| join(&mut parts, span_s));
         }
     }

@@ -38,13 +38,31 @@ pub(crate) fn maximise(
     }
 }
 
+/// A span of a window and, where they have been looked at, the values at its ends (m/s).
+#[derive(Clone, Copy)]
+pub(crate) struct Chord {
+    pub(crate) span_s: Span,
+    pub(crate) ends_mps: Option<(f64, f64)>,
+}
+
 /// Appends the parts of a span of a window where the mean air exceeds a limit (m/s), in order; adjacent
 /// parts are joined.
-pub(crate) fn above(window: &Window<'_>, span_s: Span, limit_mps: f64, parts: &mut Vec<Span>) {
+///
+/// In far fields by the chord between the ends of a span, from which the mean is never farther than its
+/// bend: so the moment at which a limit is crossed takes few spans. Elsewhere by slopes from the middle.
+pub(crate) fn above(window: &Window<'_>, chord: Chord, limit_mps: f64, parts: &mut Vec<Span>) {
+    let Chord { span_s, ends_mps } = chord;
     if window.rough_mps(span_s) <= limit_mps {
         return;
     }
-    let (low_mps, high_mps) = window.range_mps(span_s);
+    let chord = window.bend_mps(span_s).map(|bend_mps| {
+        let ends = || (window.mean_mps(span_s.0), window.mean_mps(span_s.1));
+        (ends_mps.unwrap_or_else(ends), bend_mps)
+    });
+    let (low_mps, high_mps) = match chord {
+        Some(((a, b), bend_mps)) => (a.min(b) - bend_mps, a.max(b) + bend_mps),
+        None => window.range_mps(span_s),
+    };
     if high_mps <= limit_mps {
         return;
     }
@@ -53,8 +71,17 @@ pub(crate) fn above(window: &Window<'_>, span_s: Span, limit_mps: f64, parts: &m
     if low_mps > limit_mps || shortest && window.mean_mps(middle_s) > limit_mps {
         join(parts, span_s);
     } else if !shortest {
-        above(window, (span_s.0, middle_s), limit_mps, parts);
-        above(window, (middle_s, span_s.1), limit_mps, parts);
+        let ends = chord.map(|(ends_mps, _)| (ends_mps, window.mean_mps(middle_s)));
+        let first = Chord {
+            span_s: (span_s.0, middle_s),
+            ends_mps: ends.map(|((from, _), middle)| (from, middle)),
+        };
+        let second = Chord {
+            span_s: (middle_s, span_s.1),
+            ends_mps: ends.map(|((_, until), middle)| (middle, until)),
+        };
+        above(window, first, limit_mps, parts);
+        above(window, second, limit_mps, parts);
     }
 }
 

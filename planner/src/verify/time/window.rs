@@ -12,7 +12,7 @@
 //!
 //! All three hold over a whole span, because `⊕` grows with each of its arguments and is subadditive.
 
-use airflow::{Source, mean_over_discs_mps};
+use airflow::{Source, Superposition, mean_over_discs_mps};
 use nalgebra::{Point3, Vector3};
 
 use super::advected::{Advected, Left};
@@ -162,17 +162,19 @@ impl<'a> Window<'a> {
 
     /// An upper bound of one wake anywhere on the receiver's discs (m/s).
     fn alone_mps(&self, passing: &Passing<'_>, span_s: Span) -> f64 {
-        let (off_axis_m, places_m) = self.around_discs_m(passing, span_s);
-        if places_m.0.z >= 0.0 || !self.reaches(&passing.emitter, span_s).1 {
+        let (low_m, _) = passing.relative.box_m(span_s.0, span_s.1);
+        if low_m.z >= 0.0 || !self.reaches(&passing.emitter, span_s).1 {
             return 0.0;
         }
+        let (off_axis_m, places_m) = self.around_discs_m(passing, span_s);
         passing.emitter.wake.highest_mps(&places_m, off_axis_m)
     }
 
     /// Smallest distance of the receiver's discs from an emitter's axis, and the box of their offsets from
     /// it (m).
     fn around_discs_m(&self, passing: &Passing<'_>, (from_s, until_s): Span) -> (f64, Places) {
-        let (nearest_m, _) = passing.relative.axis_distance_m(from_s, until_s, [0.0; 2]);
+        let level = passing.relative.level_way(from_s, until_s);
+        let nearest_m = level.extremes_m([0.0; 2]).0.norm();
         let (low_m, high_m) = passing.relative.box_m(from_s, until_s);
         let off_axis_m = (nearest_m - self.receiver.tip_radius_m).max(0.0);
         (off_axis_m, self.widened(&(low_m, high_m)))
@@ -244,7 +246,8 @@ impl<'a> Window<'a> {
 
     /// Mean air over the receiver's discs at a time of the window (m/s).
     pub(crate) fn mean_mps(&self, t_s: f64) -> f64 {
-        let sources: Vec<Source<'a>> = self.sources(t_s).map(|(_, source)| source).collect();
+        let mut sources = Vec::with_capacity(self.advected.len() + self.attached().len());
+        sources.extend(self.sources(t_s).map(|(_, source)| source));
         self.mean_of_mps(&sources, t_s)
     }
 
@@ -312,6 +315,13 @@ impl<'a> Window<'a> {
         let middle_m = relative.at_m(0.5 * (span_s.0 + span_s.1));
         let half_path_m = relative.half_path_m(span_s.0, span_s.1);
         let mut passage = emitter.wake.passage((-high_m.z, -low_m.z));
+        let how = self.scene.superposition;
+        if let Some(far) = passage.far_alone() {
+            for (so_far, &point_m) in gathered.iter_mut().zip(points_m) {
+                *so_far = how.gather(*so_far, far.highest_mps(level.extremes_m(point_m).0));
+            }
+            return;
+        }
         for (so_far, &[x, y]) in gathered.iter_mut().zip(points_m) {
             let point_m = Vector3::new(x, y, 0.0);
             let high_mps = passage.highest_along_mps(
@@ -320,7 +330,7 @@ impl<'a> Window<'a> {
                 &(middle_m + point_m),
                 half_path_m,
             );
-            *so_far = self.scene.superposition.gather(*so_far, high_mps);
+            *so_far = how.gather(*so_far, high_mps);
         }
     }
 
@@ -341,20 +351,57 @@ impl<'a> Window<'a> {
     /// By how much one wake may differ, anywhere on the receiver's discs, from what it is in the middle of
     /// a part of the window (m/s); `None` where it may begin or end within it.
     fn change_mps(&self, passing: &Passing<'_>, span_s: Span) -> Option<f64> {
-        let (off_axis_m, places_m) = self.around_discs_m(passing, span_s);
+        let (low_m, high_m) = passing.relative.box_m(span_s.0, span_s.1);
         let (surely, maybe) = self.reaches(&passing.emitter, span_s);
-        if places_m.0.z >= 0.0 || !maybe {
+        if low_m.z >= 0.0 || !maybe {
             return Some(0.0);
         }
         // At the rotor plane itself the wake begins; within rounding of it nothing is certain.
-        if !surely || -places_m.1.z <= airflow::HEIGHT_TOLERANCE_M {
+        if !surely || -high_m.z <= airflow::HEIGHT_TOLERANCE_M {
             return None;
         }
         let half_path_m = passing.relative.half_path_m(span_s.0, span_s.1);
         if half_path_m == 0.0 {
             return Some(0.0);
         }
+        let (off_axis_m, places_m) = self.around_discs_m(passing, span_s);
         Some(passing.emitter.wake.steepest_per_s(&places_m, off_axis_m) * half_path_m)
+    }
+
+    /// By how much the mean air may leave its chord over a span (m/s); `None` outside the far field, and
+    /// where a wake may begin or end. Along straight paths two places `L` apart a function stays within
+    /// `max |f''| L²/8` of its chord; of superposed wakes
+    ///
+    /// ```text
+    /// f = √(Σ u²):   f f'' = Σ (u'² + u u'') - f'²,   0 <= Σ u'² - f'²   so   |f''| <= √(Σ (u'²/u + |u''|)²)
+    /// ```
+    ///
+    /// and for sums alike, with sums in place of roots.
+    pub(crate) fn bend_mps(&self, span_s: Span) -> Option<f64> {
+        let how = self.scene.superposition;
+        if self.is_advected() || how == Superposition::Strongest {
+            return None;
+        }
+        let mut gathered = 0.0;
+        for passing in &self.passing {
+            let (wake, relative) = (passing.emitter.wake, &passing.relative);
+            let (low_m, high_m) = relative.box_m(span_s.0, span_s.1);
+            let (surely, maybe) = self.reaches(&passing.emitter, span_s);
+            if low_m.z >= 0.0 || !maybe {
+                continue;
+            }
+            if !surely || wake.is_moved() {
+                return None;
+            }
+            let bent_per_m2 = wake.wake.far_field().bent_over_speed_per_m2(-high_m.z)?;
+            let path_m = 2.0 * relative.half_path_m(span_s.0, span_s.1);
+            if path_m > 0.0 {
+                let (off_axis_m, places_m) = self.around_discs_m(passing, span_s);
+                let high_mps = wake.highest_mps(&places_m, off_axis_m);
+                gathered = how.gather(gathered, bent_per_m2 * path_m * path_m * high_mps);
+            }
+        }
+        Some(how.finish(gathered) / 8.0)
     }
 
     /// Whether no wake can rise and fall unseen within a part of the window: the path flown as seen from
