@@ -12,7 +12,7 @@ use crate::graph::roadmap::{Roadmap, Vertex};
 
 /// One drone's job.
 #[derive(Clone, Debug)]
-pub(crate) struct Errand {
+pub(crate) struct Agent {
     /// Who.
     pub(crate) drone: DroneId,
     /// Where it starts.
@@ -23,10 +23,10 @@ pub(crate) struct Errand {
     pub(crate) begun: Vec<Leg>,
     /// It starts on the ground, without a wake.
     pub(crate) grounded: bool,
-    /// Whose air it is in when it departs, and cannot but fly out of; see [`Errand::forgives`].
+    /// Whose air it is in when it departs, and cannot but fly out of; see [`Agent::forgives`].
     pub(crate) forgiven: Vec<DroneId>,
     /// Its tasks in order.
-    pub(crate) stages: Vec<Stage>,
+    pub(crate) waypoints: Vec<Waypoint>,
     /// What flies towards each task, and after the last.
     pub(crate) kinds: Vec<KindId>,
     /// What it does after the last dwell.
@@ -44,7 +44,7 @@ pub(crate) struct Errand {
 
 /// A task on the roadmap.
 #[derive(Clone, Debug)]
-pub(crate) struct Stage {
+pub(crate) struct Waypoint {
     /// Ticks to it from anywhere.
     pub(crate) distances: Arc<Distances>,
     /// How long it hovers there.
@@ -105,7 +105,7 @@ impl Ending {
 /// s, two to four cells.
 pub(crate) const FORGIVEN_TICKS: u32 = 200;
 
-impl Errand {
+impl Agent {
     /// Whether a leg from `departs` on may be in a drone's way because it was before: never body to
     /// body.
     pub(crate) fn forgives(&self, blocker: &Blocker, departs: Tick) -> bool {
@@ -130,7 +130,7 @@ impl Errand {
 
     /// It has nothing to do but to stay where it is, in the air or on the ground.
     pub(crate) fn stays(&self) -> bool {
-        self.stages.is_empty()
+        self.waypoints.is_empty()
             && match self.ending {
                 Ending::Hover => true,
                 Ending::Land { .. } => self.grounded,
@@ -140,29 +140,29 @@ impl Errand {
 
     /// Where it is after its last dwell.
     pub(crate) fn last_vertex(&self) -> Vertex {
-        self.stages
+        self.waypoints
             .last()
-            .map_or(self.start, |stage| stage.distances.goal())
+            .map_or(self.start, |waypoint| waypoint.distances.goal())
     }
 
     /// Works out, from the last task backwards, how long the rest takes; unreachable tasks stay so.
     pub(crate) fn chain(&mut self, roadmap: &Roadmap) {
         let mut rest: u32 = 0;
-        for index in (0..self.stages.len()).rev() {
-            if let Some(next) = self.stages.get(index + 1) {
-                let from = self.stages[index].distances.goal();
+        for index in (0..self.waypoints.len()).rev() {
+            if let Some(next) = self.waypoints.get(index + 1) {
+                let from = self.waypoints[index].distances.goal();
                 rest = add(rest, next.distances.ticks(roadmap, from));
             }
-            rest = add(rest, self.stages[index].dwell_ticks);
-            self.stages[index].rest_ticks = rest;
+            rest = add(rest, self.waypoints[index].dwell_ticks);
+            self.waypoints[index].rest_ticks = rest;
         }
     }
 
-    /// Ticks from a vertex, on the way to a stage, to the end of the last dwell; [`UNREACHABLE`] if
+    /// Ticks from a vertex, on the way to a waypoint, to the end of the last dwell; [`UNREACHABLE`] if
     /// there is no way.
-    pub(crate) fn remaining(&self, roadmap: &Roadmap, stage: usize, from: Vertex) -> u32 {
-        match self.stages.get(stage) {
-            Some(stage) => add(stage.distances.ticks(roadmap, from), stage.rest_ticks),
+    pub(crate) fn remaining(&self, roadmap: &Roadmap, waypoint: usize, from: Vertex) -> u32 {
+        match self.waypoints.get(waypoint) {
+            Some(waypoint) => add(waypoint.distances.ticks(roadmap, from), waypoint.rest_ticks),
             None => 0,
         }
     }
@@ -170,26 +170,29 @@ impl Errand {
     /// Works out how long its way is with no other drone there, in time and in metres.
     pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
         self.alone_ticks = self.alone(roadmap);
-        let starts = std::iter::once(self.start)
-            .chain(self.stages.iter().map(|stage| stage.distances.goal()));
-        let ways = starts.zip(&self.stages);
+        let starts = std::iter::once(self.start).chain(
+            self.waypoints
+                .iter()
+                .map(|waypoint| waypoint.distances.goal()),
+        );
+        let ways = starts.zip(&self.waypoints);
         self.alone_m = ways
-            .map(|(from, stage)| stage.distances.length_m(roadmap, from))
+            .map(|(from, waypoint)| waypoint.distances.length_m(roadmap, from))
             .sum();
         self.forget();
     }
 
     /// Whether distances from its start are known without a search.
     pub(crate) fn is_straight(&self, roadmap: &Roadmap) -> bool {
-        let first = self.stages.first();
-        first.is_none_or(|stage| stage.distances.is_straight(roadmap, self.start))
+        let first = self.waypoints.first();
+        first.is_none_or(|waypoint| waypoint.distances.is_straight(roadmap, self.start))
     }
 
     /// Forgets the distances, which take more room than all else; they are worked out anew when
     /// they are asked for.
     pub(crate) fn forget(&self) {
-        for stage in &self.stages {
-            stage.distances.forget();
+        for waypoint in &self.waypoints {
+            waypoint.distances.forget();
         }
     }
 

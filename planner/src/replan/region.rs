@@ -85,7 +85,7 @@ pub fn plan_region(
     }
     let mut effort = Effort::default();
     let planning = &world.planning;
-    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
+    let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap);
     let steps = steps.as_ref();
     let paths = plan_fleet(
         &job,

@@ -118,19 +118,19 @@ impl Running {
         check(&world, &plan)?;
         let mut job = prepare(&world);
         let mut kinds = Kinds::of(&world);
-        let errands = std::mem::take(&mut job.errands);
-        let mut tracks = Vec::with_capacity(errands.len());
-        for ((errand, drone), entry) in errands.into_iter().zip(&world.drones).zip(&plan.drones) {
+        let agents = std::mem::take(&mut job.agents);
+        let mut tracks = Vec::with_capacity(agents.len());
+        for ((agent, drone), entry) in agents.into_iter().zip(&world.drones).zip(&plan.drones) {
             let planned = !plan.unplanned.iter().any(|one| one.name == entry.name);
-            let whole = legs_of(errand.drone, entry, !planned, |mass_kg| {
+            let whole = legs_of(agent.drone, entry, !planned, |mass_kg| {
                 kinds.kind(&drone.vehicle, mass_kg)
             });
-            let stops = errand.mover.stops().iter();
+            let stops = agent.mover.stops().iter();
             let stops_m: Vec<_> = stops.map(|&stop| job.roadmap.position_m(stop)).collect();
             let cut = |leg: &Leg| cut(leg, job.roadmap.lattice(), &stops_m);
             tracks.push(Track {
                 legs: whole.iter().flat_map(cut).collect(),
-                errand,
+                agent,
                 since: Tick(0),
                 planned,
             });

@@ -3,7 +3,7 @@
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use nalgebra::Point3;
 
-use crate::graph::agent::Errand;
+use crate::graph::agent::Agent;
 use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::plan::trajectory::SAME_PLACE_M;
@@ -19,10 +19,10 @@ pub(super) struct Track {
     /// Its legs, back to back, from where it comes to where it ends.
     pub(super) legs: Vec<Leg>,
     /// What it had to do from [`Track::since`] on.
-    pub(super) errand: Errand,
+    pub(super) agent: Agent,
     /// When it was last told what to do.
     pub(super) since: Tick,
-    /// It has a path to the end of its errand. Others stay where they are.
+    /// It has a path to the end of its agent. Others stay where they are.
     pub(super) planned: bool,
 }
 
@@ -63,7 +63,7 @@ impl Track {
             return State::Absent;
         };
         let dwells = self.dwells(roadmap);
-        let finished = dwells.len() == self.errand.stages.len()
+        let finished = dwells.len() == self.agent.waypoints.len()
             && dwells.last().is_none_or(|dwell| dwell.1 <= at);
         if !drops && (finished || !self.planned) {
             return State::Ends;
@@ -88,7 +88,7 @@ impl Track {
         let past = self.legs.partition_point(|leg| leg.end <= departs);
         let mut around = self.legs[past.saturating_sub(1)..].iter().take(2);
         let grounded = if past == 0 {
-            !leg.flying || self.errand.grounded
+            !leg.flying || self.agent.grounded
         } else {
             around.any(|leg| leg.stays() && !leg.flying)
         };
@@ -104,7 +104,7 @@ impl Track {
 
     /// What it has to do from where it can do something else; `None` where it cannot be planned anew: it has
     /// nothing left to do but to end, which it cannot do otherwise.
-    pub(super) fn ready(&self, roadmap: &Roadmap, at: Tick) -> Option<Errand> {
+    pub(super) fn ready(&self, roadmap: &Roadmap, at: Tick) -> Option<Agent> {
         let State::Flies {
             done,
             begun,
@@ -116,12 +116,12 @@ impl Track {
             return None;
         };
         let start = self.vertex_at(roadmap, &at_m)?;
-        (done < self.errand.stages.len()).then(|| Errand {
+        (done < self.agent.waypoints.len()).then(|| Agent {
             start,
             departs,
             begun,
             grounded,
-            ..self.errand_after(done)
+            ..self.agent_after(done)
         })
     }
 
@@ -130,19 +130,19 @@ impl Track {
     /// A task is done once the drone has been at its place for the whole dwell in one piece, after the task
     /// before it, at the mass that it flies with from there.
     pub(super) fn dwells(&self, roadmap: &Roadmap) -> Vec<(Tick, Tick)> {
-        let mut dwells = Vec::with_capacity(self.errand.stages.len());
+        let mut dwells = Vec::with_capacity(self.agent.waypoints.len());
         let mut from = self.since;
         let mut index = self.legs.partition_point(|leg| leg.end <= from);
-        for (stage, kind) in self.errand.stages.iter().zip(&self.errand.kinds[1..]) {
-            let goal_m = roadmap.position_m(stage.distances.goal());
+        for (waypoint, kind) in self.agent.waypoints.iter().zip(&self.agent.kinds[1..]) {
+            let goal_m = roadmap.position_m(waypoint.distances.goal());
             let dwell = loop {
                 let Some(leg) = self.legs.get(index) else {
                     return dwells;
                 };
                 let begins = leg.start.max(from);
                 let there = leg.position_m(begins) == goal_m && leg.kind == *kind;
-                if there && self.stays_until(index, goal_m) >= begins.after(stage.dwell_ticks) {
-                    break (begins, begins.after(stage.dwell_ticks));
+                if there && self.stays_until(index, goal_m) >= begins.after(waypoint.dwell_ticks) {
+                    break (begins, begins.after(waypoint.dwell_ticks));
                 }
                 index += 1;
             };
@@ -163,17 +163,17 @@ impl Track {
 
     /// The vertex of a place among those that it may use: its own stops before the lattice.
     pub(super) fn vertex_at(&self, roadmap: &Roadmap, at_m: &Point3<f64>) -> Option<Vertex> {
-        let own = self.errand.mover.stops().iter().copied();
+        let own = self.agent.mover.stops().iter().copied();
         let own = own.filter(|&stop| roadmap.position_m(stop) == *at_m);
         own.chain(roadmap.lattice().place_at(at_m)).next()
     }
 
     /// What it has to do once this many tasks are done.
-    pub(super) fn errand_after(&self, done: usize) -> Errand {
-        Errand {
-            stages: self.errand.stages[done..].to_vec(),
-            kinds: self.errand.kinds[done..].to_vec(),
-            ..self.errand.clone()
+    pub(super) fn agent_after(&self, done: usize) -> Agent {
+        Agent {
+            waypoints: self.agent.waypoints[done..].to_vec(),
+            kinds: self.agent.kinds[done..].to_vec(),
+            ..self.agent.clone()
         }
     }
 
@@ -183,13 +183,13 @@ impl Track {
         let was = Tick(at.0 - by);
         let dwells = self.dwells(roadmap);
         let done = dwells.iter().filter(|dwell| dwell.1 <= was).count();
-        self.errand = self.errand_after(done);
-        if let (Some(dwell), Some(stage)) = (dwells.get(done), self.errand.stages.first_mut())
+        self.agent = self.agent_after(done);
+        if let (Some(dwell), Some(waypoint)) = (dwells.get(done), self.agent.waypoints.first_mut())
             && dwell.0 <= was
         {
-            let gone = stage.dwell_ticks - (dwell.1.0 - was.0);
-            stage.dwell_ticks -= gone;
-            stage.rest_ticks = stage.rest_ticks.saturating_sub(gone);
+            let gone = waypoint.dwell_ticks - (dwell.1.0 - was.0);
+            waypoint.dwell_ticks -= gone;
+            waypoint.rest_ticks = waypoint.rest_ticks.saturating_sub(gone);
         }
         self.since = at;
         let later = |leg: Leg| Leg {

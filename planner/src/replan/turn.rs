@@ -12,7 +12,7 @@ use nalgebra::Point3;
 use super::change::Change;
 use super::rolling::{Cause, Changed, Replanned, Running};
 use super::track::{State, Track};
-use crate::graph::agent::{Ending, Errand, FORGIVEN_TICKS};
+use crate::graph::agent::{Agent, Ending, FORGIVEN_TICKS};
 use crate::graph::distances::Distances;
 use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort};
@@ -20,7 +20,7 @@ use crate::plan::{AtEnd, Unplanned};
 use crate::scenario::world::{AtStart, Drone, Task};
 use crate::solver::assemble::{at_end, blank, rounded, write_arrival, write_legs};
 use crate::solver::explain::known_cause;
-use crate::solver::prepare::{Duties, ending_from, errand_of};
+use crate::solver::prepare::{Duties, agent_of, ending_from};
 use crate::solver::priority::{Affected, Paths, plan_affected, stays_at_start};
 
 /// Names, and when each could be made to do something else.
@@ -85,12 +85,12 @@ pub(super) fn take(
 /// Distances to a goal are kept by place, and there are other places now.
 fn renew_distances(running: &mut Running) {
     for track in &mut running.tracks {
-        let mover = track.errand.mover.clone();
-        let mut from = track.errand.start;
-        for stage in &mut track.errand.stages {
-            let goal = stage.distances.goal();
+        let mover = track.agent.mover.clone();
+        let mut from = track.agent.start;
+        for waypoint in &mut track.agent.waypoints {
+            let goal = waypoint.distances.goal();
             let anew = Distances::new(&running.job.roadmap, goal, from, mover.clone());
-            stage.distances = Arc::new(anew);
+            waypoint.distances = Arc::new(anew);
             from = goal;
         }
     }
@@ -125,8 +125,8 @@ impl Turn<'_> {
             (Change::Removed { .. }, Some(index)) => {
                 let track = &mut self.running.tracks[index];
                 track.cut(self.at);
-                track.errand.stages.clear();
-                track.errand.kinds.truncate(1);
+                track.agent.waypoints.clear();
+                track.agent.kinds.truncate(1);
                 self.running.world.drones[index].tasks.clear();
                 self.running.costmap.remove(id(index));
                 self.ask(index, Cause::Removed, true);
@@ -160,20 +160,20 @@ impl Turn<'_> {
         let bare_kg = drone.vehicle.airframe.mass_kg();
         let kind = self.running.kinds.kind(&drone.vehicle, bare_kg);
         self.running.world.drones.push(drone.clone());
-        let errand = Errand {
+        let agent = Agent {
             grounded,
             departs: self.at,
-            ..self.errand(index, start, kind, &drone.tasks)
+            ..self.agent(index, start, kind, &drone.tasks)
         };
         let stay = Leg {
             start: self.at,
             from_m: drone.start_m,
             to_m: drone.start_m,
-            ..stays_at_start(&errand, &self.running.job.roadmap)
+            ..stays_at_start(&agent, &self.running.job.roadmap)
         };
         self.running.tracks.push(Track {
             legs: vec![stay],
-            errand,
+            agent,
             since: self.at,
             planned: true,
         });
@@ -198,26 +198,26 @@ impl Turn<'_> {
         };
         let now = track.legs.iter().find(|leg| leg.end > self.at);
         let last = begun.last().or(now);
-        let kind = last.map_or(track.errand.kinds[0], |leg| leg.kind);
+        let kind = last.map_or(track.agent.kinds[0], |leg| leg.kind);
         let drone = self.running.world.drones[index].clone();
         let before = (track.clone(), drone.tasks.clone());
         let known = track.vertex_at(roadmap, &at_m);
         let start = known.unwrap_or_else(|| self.connect(&drone, [at_m], grounded)[0]);
         self.running.world.drones[index].tasks = tasks.to_vec();
-        let errand = Errand {
+        let agent = Agent {
             departs,
             begun,
             grounded,
-            ..self.errand(index, start, kind, tasks)
+            ..self.agent(index, start, kind, tasks)
         };
         let stay = Leg {
             start: departs,
             from_m: at_m,
             to_m: at_m,
-            ..stays_at_start(&errand, &self.running.job.roadmap)
+            ..stays_at_start(&agent, &self.running.job.roadmap)
         };
         let track = &mut self.running.tracks[index];
-        track.errand = errand;
+        track.agent = agent;
         track.since = departs;
         track.planned = true;
         // Until there is a path it is one that ends where it can turn.
@@ -257,7 +257,7 @@ impl Turn<'_> {
     }
 
     /// What a drone has to do from a vertex on, carrying what it carries.
-    fn errand(&mut self, index: usize, start: Vertex, kind: KindId, tasks: &[Task]) -> Errand {
+    fn agent(&mut self, index: usize, start: Vertex, kind: KindId, tasks: &[Task]) -> Agent {
         let drone = self.running.world.drones[index].clone();
         let mut vertices = vec![start];
         let goals_m = tasks.iter().map(|task| task.to_m);
@@ -275,9 +275,9 @@ impl Turn<'_> {
         };
         // Checked before for the last task; above whatever it passes now it may have to stay.
         let ending = ending.unwrap_or(Ending::Hover);
-        let mut errand = errand_of(id(index), &drone, &duties, kinds, ending);
-        errand.chain(roadmap);
-        errand
+        let mut agent = agent_of(id(index), &drone, &duties, kinds, ending);
+        agent.chain(roadmap);
+        agent
     }
 
     /// Applies the changes and plans; an error names the drones that come and find no path.
@@ -300,13 +300,13 @@ impl Turn<'_> {
             running.fill_costmap();
         }
 
-        let errands = self.errands();
+        let agents = self.agents();
         let running = &mut *self.running;
-        let under_way: Vec<Tick> = (errands.iter())
-            .map(|(errand, _)| errand.departs.max(self.at))
+        let under_way: Vec<Tick> = (agents.iter())
+            .map(|(agent, _)| agent.departs.max(self.at))
             .collect();
-        let (errands, mut kept): (Vec<Errand>, Vec<Vec<Leg>>) = errands.into_iter().unzip();
-        running.job.errands = errands;
+        let (agents, mut kept): (Vec<Agent>, Vec<Vec<Leg>>) = agents.into_iter().unzip();
+        running.job.agents = agents;
         let (mut group, mut settled) = (Vec::new(), Vec::new());
         for (&index, asked) in &self.asked {
             if asked.cause == Cause::Removed {
@@ -332,13 +332,13 @@ impl Turn<'_> {
                 let blockers = blockers_at_departure(running, index);
                 let firm = blockers.into_iter().filter(|it| !gives_way(it));
                 let firm: BTreeSet<DroneId> = firm.map(|it| it.drone).collect();
-                running.job.errands[index].forgiven = firm.into_iter().collect();
+                running.job.agents[index].forgiven = firm.into_iter().collect();
             }
         }
         let released = (under_way.iter().zip(&running.world.drones))
-            .zip(&running.job.errands)
-            .map(|((tick, drone), errand)| {
-                let is_forgiven = !errand.forgiven.is_empty();
+            .zip(&running.job.agents)
+            .map(|((tick, drone), agent)| {
+                let is_forgiven = !agent.forgiven.is_empty();
                 let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
                 (drone.name.clone(), tick.after(out))
             })
@@ -378,12 +378,12 @@ impl Turn<'_> {
             }
             for index in stuck {
                 // It stops where it can.
-                let errand = &running.job.errands[index];
+                let agent = &running.job.agents[index];
                 let stay = Leg {
-                    start: errand.departs,
-                    ..stays_at_start(errand, &running.job.roadmap)
+                    start: agent.departs,
+                    ..stays_at_start(agent, &running.job.roadmap)
                 };
-                affected.kept[index] = errand.begun.iter().copied().chain([stay]).collect();
+                affected.kept[index] = agent.begun.iter().copied().chain([stay]).collect();
                 stopped.insert(index);
             }
         };
@@ -399,33 +399,33 @@ impl Turn<'_> {
 
     /// What each drone has to do from where it can do something else, and what it keeps if it finds no
     /// path; nothing is kept of drones that cannot be planned anew.
-    fn errands(&mut self) -> Vec<(Errand, Vec<Leg>)> {
+    fn agents(&mut self) -> Vec<(Agent, Vec<Leg>)> {
         let roadmap = &self.running.job.roadmap;
-        let mut errands = Vec::with_capacity(self.running.tracks.len());
+        let mut agents = Vec::with_capacity(self.running.tracks.len());
         for (index, track) in self.running.tracks.iter().enumerate() {
             let told = self.asked.get_mut(&index).filter(|asked| !asked.settled);
             let cause = told.as_ref().map(|asked| asked.cause);
             let ready = match cause {
-                Some(Cause::Added | Cause::Retasked) => Some(track.errand.clone()),
+                Some(Cause::Added | Cause::Retasked) => Some(track.agent.clone()),
                 _ => track.ready(roadmap, self.at),
             };
             if let Some(told) = told {
                 told.settled = ready.is_none();
             }
             let kept = (ready.as_ref()).map_or_else(Vec::new, |_| track.rest(self.at));
-            let mut errand = ready.unwrap_or_else(|| Errand {
+            let mut agent = ready.unwrap_or_else(|| Agent {
                 begun: Vec::new(),
-                ..track.errand.clone()
+                ..track.agent.clone()
             });
             if self.asked.contains_key(&index) {
-                errand.measure_alone(roadmap);
+                agent.measure_alone(roadmap);
             } else {
                 // Of the others hardly any is planned anew: measured then.
-                errand.alone_ticks = 0;
+                agent.alone_ticks = 0;
             }
-            errands.push((errand, kept));
+            agents.push((agent, kept));
         }
-        errands
+        agents
     }
 
     /// The drones that have found no path, and would run into others if they went on as they are to: late,
@@ -479,16 +479,16 @@ impl Turn<'_> {
             match (path, cause) {
                 (Some(path), _) => {
                     if cause.is_none() {
-                        job.errands[index].measure_alone(&job.roadmap);
+                        job.agents[index].measure_alone(&job.roadmap);
                     }
-                    let errand = &job.errands[index];
+                    let agent = &job.agents[index];
                     if path.legs.is_empty() {
-                        track.cut(errand.departs);
+                        track.cut(agent.departs);
                     } else {
                         track.go_on(&path.legs);
                     }
                     write_legs(entry, &track.legs, mass_kg);
-                    write_arrival(entry, &track.legs, errand, path.arrives);
+                    write_arrival(entry, &track.legs, agent, path.arrives);
                     entry.at_end = at_end(&world.drones[index]);
                     plan.unplanned.retain(|one| one.name != name);
                 }
@@ -529,7 +529,7 @@ impl Turn<'_> {
                         };
                         if stops {
                             track.planned = false;
-                            entry.arrives_s = job.errands[index].departs.seconds();
+                            entry.arrives_s = job.agents[index].departs.seconds();
                             let flying = track.legs.last().is_some_and(|leg| leg.flying);
                             entry.at_end = if flying { AtEnd::Hover } else { AtEnd::Land };
                             plan.unplanned.push(out.clone());
@@ -553,11 +553,11 @@ impl Turn<'_> {
 /// The drones in the way of a late one where it can do something else first: it has to get away from
 /// those that do not give way.
 fn blockers_at_departure(running: &Running, index: usize) -> Vec<Blocker> {
-    let errand = &running.job.errands[index];
+    let agent = &running.job.agents[index];
     let now = Leg {
-        start: errand.departs,
-        end: errand.departs.after(BUCKET_TICKS),
-        ..stays_at_start(errand, &running.job.roadmap)
+        start: agent.departs,
+        end: agent.departs.after(BUCKET_TICKS),
+        ..stays_at_start(agent, &running.job.roadmap)
     };
     let mut verdict = Verdict::default();
     running.costmap.judge(&now, &mut verdict);

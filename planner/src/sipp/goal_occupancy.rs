@@ -7,7 +7,7 @@
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
 
-use crate::graph::agent::{Ending, Errand};
+use crate::graph::agent::{Agent, Ending};
 use crate::graph::roadmap::Vertex;
 use crate::sipp::search::{IMMOVABLE, Scene};
 
@@ -23,7 +23,7 @@ pub(crate) struct Stays {
 #[derive(Debug)]
 struct Stay {
     /// After which it begins.
-    stage: u16,
+    waypoint: u16,
     /// From its beginning to the end of the last dwell, with no other drone there.
     rest_ticks: u32,
     price: StayPrice,
@@ -101,61 +101,66 @@ impl StayPrice {
 }
 
 impl Stays {
-    /// Those of an errand among every drone planned.
-    pub(crate) fn new(scene: &Scene<'_>, errand: &Errand) -> Stays {
+    /// Those of an agent among every drone planned.
+    pub(crate) fn new(scene: &Scene<'_>, agent: &Agent) -> Stays {
         let stay = |at: Vertex, kind: KindId, flying: bool| Leg {
             flying,
-            ..errand.hover(scene.roadmap.position_m(at), kind)
+            ..agent.hover(scene.roadmap.position_m(at), kind)
         };
-        let dwells = errand.stages.iter().zip(&errand.kinds[1..]);
-        let dwells = dwells.map(|(stage, &kind)| {
-            let price = match stage.dwell_ticks {
+        let dwells = agent.waypoints.iter().zip(&agent.kinds[1..]);
+        let dwells = dwells.map(|(waypoint, &kind)| {
+            let price = match waypoint.dwell_ticks {
                 0 => StayPrice::default(),
-                ticks => StayPrice::new(scene, stay(stage.distances.goal(), kind, true), ticks),
+                ticks => StayPrice::new(scene, stay(waypoint.distances.goal(), kind, true), ticks),
             };
-            (stage.rest_ticks, price)
+            (waypoint.rest_ticks, price)
         });
-        let flies = !errand.stages.is_empty() || !errand.grounded;
-        let end = match (errand.ending, errand.kinds.last()) {
+        let flies = !agent.waypoints.is_empty() || !agent.grounded;
+        let end = match (agent.ending, agent.kinds.last()) {
             (Ending::Hover, Some(&kind)) => {
-                StayPrice::new(scene, stay(errand.last_vertex(), kind, flies), u32::MAX)
+                StayPrice::new(scene, stay(agent.last_vertex(), kind, flies), u32::MAX)
             }
             _ => StayPrice::default(),
         };
         let mut never = None;
         let all = dwells.chain(std::iter::once((0, end)));
-        let priced = (0..).zip(all).filter_map(|(stage, (rest_ticks, price))| {
-            never = never.or(price.never);
-            (!price.is_free()).then_some(Stay {
-                stage,
-                rest_ticks,
-                price,
-            })
-        });
+        let priced = (0..)
+            .zip(all)
+            .filter_map(|(waypoint, (rest_ticks, price))| {
+                never = never.or(price.never);
+                (!price.is_free()).then_some(Stay {
+                    waypoint,
+                    rest_ticks,
+                    price,
+                })
+            });
         Stays {
             priced: priced.collect(),
             never,
         }
     }
 
-    /// Least of later arrivals and prices that is still to come after a stage, beyond `ends`: the
+    /// Least of later arrivals and prices that is still to come after a waypoint, beyond `ends`: the
     /// end of the last dwell at the earliest.
-    pub(crate) fn excess(&self, stage: u16, ends: u32) -> u32 {
-        let excess = self.ahead(stage, ends).map(|(stay, at)| stay.excess(at));
+    pub(crate) fn excess(&self, waypoint: u16, ends: u32) -> u32 {
+        let excess = self.ahead(waypoint, ends).map(|(stay, at)| stay.excess(at));
         excess.max().unwrap_or(0)
     }
 
     /// How much later it is best to arrive.
-    pub(crate) fn slack(&self, stage: u16, ends: u32) -> u32 {
+    pub(crate) fn slack(&self, waypoint: u16, ends: u32) -> u32 {
         let dearest = self
-            .ahead(stage, ends)
+            .ahead(waypoint, ends)
             .max_by_key(|(stay, at)| stay.excess(*at));
         dearest.map_or(0, |(stay, at)| stay.slack(at))
     }
 
     /// Prices of the stays that are still to come, each with the least tick at which it can begin.
-    fn ahead(&self, stage: u16, ends: u32) -> impl Iterator<Item = (&StayPrice, u32)> {
-        let ahead = self.priced.iter().filter(move |stay| stay.stage >= stage);
+    fn ahead(&self, waypoint: u16, ends: u32) -> impl Iterator<Item = (&StayPrice, u32)> {
+        let ahead = self
+            .priced
+            .iter()
+            .filter(move |stay| stay.waypoint >= waypoint);
         ahead.map(move |stay| (&stay.price, ends.saturating_sub(stay.rest_ticks)))
     }
 }

@@ -21,7 +21,7 @@ use costmap::verdict::{Blocker, Verdict, Why};
 use nalgebra::Point3;
 use rustc_hash::FxHashSet;
 
-use crate::graph::agent::Errand;
+use crate::graph::agent::Agent;
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::sipp::conflicts::ReservationTable;
 use crate::sipp::goal_occupancy::Stays;
@@ -135,7 +135,7 @@ impl<'a> Scene<'a> {
 /// A way from start to end.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Path {
-    /// Back to back from where its errand begins; the last one may last until the end.
+    /// Back to back from where its agent begins; the last one may last until the end.
     pub(crate) legs: Vec<Leg>,
     /// End of the last dwell.
     pub(crate) arrives: Tick,
@@ -191,30 +191,30 @@ const MOST_TRIES: usize = 8;
 /// Steps and stays that looked free in brief and are not: from where and to where.
 pub(crate) type RefutedEdges = FxHashSet<(Vertex, Vertex)>;
 
-/// Finds the cheapest way for one errand.
+/// Finds the cheapest way for one agent.
 ///
 /// With a reservation table it is looked for in brief, and judged in the end; steps that were taken
 /// for free are judged at once when it is looked for again.
-pub(crate) fn search(mut scene: Scene<'_>, errand: &Errand) -> Searched {
-    if !errand.forgiven.is_empty() {
+pub(crate) fn search(mut scene: Scene<'_>, agent: &Agent) -> Searched {
+    if !agent.forgiven.is_empty() {
         // What is forgiven depends on how a drone is in the way.
         scene.reservations = None;
     }
-    let searched = find(scene, errand);
-    errand.forget();
+    let searched = find(scene, agent);
+    agent.forget();
     searched
 }
 
-fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
+fn find(scene: Scene<'_>, agent: &Agent) -> Searched {
     let mut refuted = Rc::new(RefutedEdges::default());
     let mut expansions = 0;
     let mut heuristic = None;
-    let stays = Rc::new(Stays::new(&scene, errand));
+    let stays = Rc::new(Stays::new(&scene, agent));
     for _ in 0..MOST_TRIES {
         if scene.reservations.is_none() {
             break;
         }
-        let searched = look(scene, errand, &refuted, &stays, &mut heuristic);
+        let searched = look(scene, agent, &refuted, &stays, &mut heuristic);
         expansions += searched.expansions;
         let known = refuted.len();
         match &searched.found {
@@ -242,7 +242,7 @@ fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
         reservations: None,
         ..scene
     };
-    let searched = look(whole, errand, &Rc::default(), &stays, &mut None);
+    let searched = look(whole, agent, &Rc::default(), &stays, &mut None);
     Searched {
         expansions: expansions + searched.expansions,
         ..searched
@@ -250,13 +250,13 @@ fn find(scene: Scene<'_>, errand: &Errand) -> Searched {
 }
 
 /// Whether a plain look is in vain, or takes as long as one past those who stay.
-fn is_crowded(scene: &Scene<'_>, errand: &Errand) -> bool {
+fn is_crowded(scene: &Scene<'_>, agent: &Agent) -> bool {
     let Some(reservations) = scene.reservations else {
         return false;
     };
-    let class = reservations.class(errand.drone, errand.kinds[0]);
+    let class = reservations.class(agent.drone, agent.kinds[0]);
     let share = class.map_or(0.0, |class| reservations.closed_share(class));
-    share > PLAIN_SHARE || !errand.is_straight(scene.roadmap)
+    share > PLAIN_SHARE || !agent.is_straight(scene.roadmap)
 }
 
 /// Whether the costmap says of a path what was thought of it; if not, what is in doubt.
@@ -280,17 +280,17 @@ fn is_valid(scene: &Scene<'_>, path: &Path, refuted: &mut RefutedEdges) -> bool 
 
 fn look<'a>(
     scene: Scene<'a>,
-    errand: &'a Errand,
+    agent: &'a Agent,
     refuted: &Rc<RefutedEdges>,
     stays: &Rc<Stays>,
     heuristic: &mut Option<Heuristic<'a>>,
 ) -> Searched {
     let mut expansions = 0;
-    if !is_crowded(&scene, errand) {
-        let far = u64::from(errand.alone_ticks) / TICKS_A_STATE;
-        let by = Heuristic::plain(scene, errand);
+    if !is_crowded(&scene, agent) {
+        let far = u64::from(agent.alone_ticks) / TICKS_A_STATE;
+        let by = Heuristic::plain(scene, agent);
         let (refuted, stays) = (refuted.clone(), stays.clone());
-        let mut search = Search::new(scene, errand, refuted, by, stays, PLAIN_SHIFT);
+        let mut search = Search::new(scene, agent, refuted, by, stays, PLAIN_SHIFT);
         let found = search.run(scene.most_expansions.min(PLAIN_STATES + far));
         expansions = search.expansions;
         if let Some(found) = found {
@@ -299,9 +299,9 @@ fn look<'a>(
     }
     let by = heuristic
         .take()
-        .unwrap_or_else(|| Heuristic::new(scene, errand));
+        .unwrap_or_else(|| Heuristic::new(scene, agent));
     let (refuted, stays) = (refuted.clone(), stays.clone());
-    let mut search = Search::new(scene, errand, refuted, by, stays, WEIGHT_SCHEDULE[0].0);
+    let mut search = Search::new(scene, agent, refuted, by, stays, WEIGHT_SCHEDULE[0].0);
     let mut found = None;
     for (weight_shift, most_expansions) in WEIGHT_SCHEDULE {
         search.reweigh(weight_shift);

@@ -4,7 +4,7 @@ use airflow::effects::Effects;
 use costmap::leg::{Leg, Tick};
 use nalgebra::Point3;
 
-use crate::graph::agent::Errand;
+use crate::graph::agent::Agent;
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::{
     AirModel, AirframeEntry, AtEnd, AtStart, Corners, DronePlan, FORMAT, Fleet, JetEntry,
@@ -21,10 +21,10 @@ pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
     let drones: Vec<DronePlan> = world
         .drones
         .iter()
-        .zip(&job.errands)
-        .map(|(drone, errand)| {
-            let path = paths.paths[errand.drone.0 as usize].as_ref();
-            drone_plan(world, job, drone, errand, path)
+        .zip(&job.agents)
+        .map(|(drone, agent)| {
+            let path = paths.paths[agent.drone.0 as usize].as_ref();
+            drone_plan(world, job, drone, agent, path)
         })
         .collect();
     let left_out = |name: &str| {
@@ -109,32 +109,29 @@ fn drone_plan(
     world: &World,
     job: &Job,
     drone: &Drone,
-    errand: &Errand,
+    agent: &Agent,
     path: Option<&Path>,
 ) -> DronePlan {
-    let stays = [crate::solver::priority::stays_at_start(
-        errand,
-        &job.roadmap,
-    )];
+    let stays = [crate::solver::priority::stays_at_start(agent, &job.roadmap)];
     let legs = path.map_or(&stays[..], |path| &path.legs);
     let masses_kg = masses_kg(drone);
     let mass_kg = |leg: &Leg| {
-        let stage = errand.kinds.iter().position(|kind| *kind == leg.kind);
-        masses_kg[stage.unwrap_or(0)]
+        let waypoint = agent.kinds.iter().position(|kind| *kind == leg.kind);
+        masses_kg[waypoint.unwrap_or(0)]
     };
     let mut entry = blank(world, drone);
     write_legs(&mut entry, legs, mass_kg);
     if legs.is_empty() {
         entry.trajectory = TrajectoryEntry {
             t_s: vec![0.0],
-            position_m: vec![job.roadmap.position_m(errand.start)],
+            position_m: vec![job.roadmap.position_m(agent.start)],
             mass_kg: vec![masses_kg[0]],
         };
     }
     write_arrival(
         &mut entry,
         legs,
-        errand,
+        agent,
         path.map_or(Tick(0), |path| path.arrives),
     );
     // A drone that stays at its start neither lands nor leaves.
@@ -161,23 +158,27 @@ pub(crate) fn write_legs(entry: &mut DronePlan, legs: &[Leg], mass_kg: impl Fn(&
     };
 }
 
-/// Writes down how an errand goes from its departure on: when it arrives, and what the others cost it.
-pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], errand: &Errand, arrives: Tick) {
-    let alone = errand.alone_ticks;
+/// Writes down how an agent goes from its departure on: when it arrives, and what the others cost it.
+pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, arrives: Tick) {
+    let alone = agent.alone_ticks;
     entry.arrives_s = arrives.seconds();
     entry.alone_s = if alone == UNREACHABLE {
         0.0
     } else {
-        errand.departs.after(alone).seconds()
+        agent.departs.after(alone).seconds()
     };
-    let ahead = |leg: &&Leg| leg.start >= errand.departs && leg.start < arrives;
+    let ahead = |leg: &&Leg| leg.start >= agent.departs && leg.start < arrives;
     let still = legs.iter().filter(ahead).filter(|leg| leg.stays());
     let still: u32 = still.map(|leg| leg.end.min(arrives).0 - leg.start.0).sum();
-    let dwells: u32 = errand.stages.iter().map(|stage| stage.dwell_ticks).sum();
+    let dwells: u32 = agent
+        .waypoints
+        .iter()
+        .map(|waypoint| waypoint.dwell_ticks)
+        .sum();
     let flown = legs.iter().filter(ahead);
     let flown_m: f64 = flown.map(|leg| (leg.to_m - leg.from_m).norm()).sum();
     entry.waits_s = Tick(still.saturating_sub(dwells)).seconds();
-    entry.detour_m = rounded((flown_m - errand.alone_m).max(0.0));
+    entry.detour_m = rounded((flown_m - agent.alone_m).max(0.0));
 }
 
 /// How a drone that has a path ends.

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use costmap::leg::{Leg, Tick};
 use nalgebra::Point3;
 
-use crate::graph::agent::{Ending, Errand};
+use crate::graph::agent::{Agent, Ending};
 use crate::solver::prepare::Job;
 use crate::solver::priority::Paths;
 
@@ -25,17 +25,17 @@ pub(crate) struct Density {
 impl Density {
     /// Of what a fleet does in the end.
     pub(crate) fn of(job: &Job, paths: &Paths) -> Density {
-        let last = |errand: &Errand| paths.costmap.legs(errand.drone).last();
+        let last = |agent: &Agent| paths.costmap.legs(agent.drone).last();
         let hover = |leg: &&Leg| leg.flying && leg.end == Tick::FOREVER;
-        let ends = job.errands.iter().filter_map(last).filter(hover);
+        let ends = job.agents.iter().filter_map(last).filter(hover);
         Density::under(job, ends.map(|leg| leg.to_m))
     }
 
     /// Of what a fleet is to do in the end.
     pub(crate) fn of_goals(job: &Job) -> Density {
-        let hovers = |errand: &&Errand| errand.ending == Ending::Hover;
-        let goal_m = |errand: &Errand| job.roadmap.position_m(errand.last_vertex());
-        Density::under(job, job.errands.iter().filter(hovers).map(goal_m))
+        let hovers = |agent: &&Agent| agent.ending == Ending::Hover;
+        let goal_m = |agent: &Agent| job.roadmap.position_m(agent.last_vertex());
+        Density::under(job, job.agents.iter().filter(hovers).map(goal_m))
     }
 
     fn under(job: &Job, ends_m: impl Iterator<Item = Point3<f64>>) -> Density {

@@ -169,16 +169,16 @@ fn name(world: &World, drone: DroneId) -> &str {
 }
 
 fn missing_path(world: &World, job: &Job, drone: DroneId) -> Option<MissingPath> {
-    let errand = &job.errands[drone.0 as usize];
+    let agent = &job.agents[drone.0 as usize];
     let drone = &world.drones[drone.0 as usize];
-    let mut from = errand.start;
+    let mut from = agent.start;
     let mut to = 0;
-    for (index, stage) in errand.stages.iter().enumerate() {
+    for (index, waypoint) in agent.waypoints.iter().enumerate() {
         to = index;
-        if stage.distances.ticks(&job.roadmap, from) == UNREACHABLE {
+        if waypoint.distances.ticks(&job.roadmap, from) == UNREACHABLE {
             break;
         }
-        from = stage.distances.goal();
+        from = waypoint.distances.goal();
     }
     Some(MissingPath {
         from_m: job.roadmap.position_m(from),
@@ -242,12 +242,12 @@ fn in_the_way(
     drone: DroneId,
     control: &Control<'_>,
 ) -> Option<Obstruction> {
-    let weights = vec![IMMOVABLE; job.errands.len()];
+    let weights = vec![IMMOVABLE; job.agents.len()];
     let scene = Scene {
         most_expansions: MOST_EXPANSIONS,
         ..Scene::judged(&job.roadmap, &paths.costmap, &weights, control.stop)
     };
-    match search(scene, &job.errands[drone.0 as usize]).found {
+    match search(scene, &job.agents[drone.0 as usize]).found {
         Found::Blocked(by) => by,
         Found::Path(_) | Found::Stopped => None,
     }

@@ -44,7 +44,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
     if !world.zones.is_empty() {
         excluded.extend(kept_out_by_zones(&mut job, &costmap, &excluded, control));
     }
-    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
+    let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap);
     let paths = plan_fleet(
         &job,
         &costmap,
@@ -89,23 +89,22 @@ pub(crate) fn kept_out_by_zones(
     excluded: &[(DroneId, FailureKind)],
     control: &Control<'_>,
 ) -> Vec<(DroneId, FailureKind)> {
-    let weights = vec![IMMOVABLE; job.errands.len()];
+    let weights = vec![IMMOVABLE; job.agents.len()];
     let scene = Scene::judged(&job.roadmap, empty, &weights, control.stop);
     let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
     let found: Vec<Option<Found>> = job
-        .errands
+        .agents
         .par_iter()
-        .map(|errand| {
-            let worth =
-                !errand.stays() && errand.alone_ticks != UNREACHABLE && !known(errand.drone);
-            worth.then(|| search(scene, errand).found)
+        .map(|agent| {
+            let worth = !agent.stays() && agent.alone_ticks != UNREACHABLE && !known(agent.drone);
+            worth.then(|| search(scene, agent).found)
         })
         .collect();
     let mut out = Vec::new();
-    for (errand, found) in job.errands.iter_mut().zip(found) {
+    for (agent, found) in job.agents.iter_mut().zip(found) {
         match found {
-            Some(Found::Path(path)) => errand.alone_ticks = path.arrives.0,
-            Some(Found::Blocked(Some(by))) => out.push((errand.drone, FailureKind::Zone(by))),
+            Some(Found::Path(path)) => agent.alone_ticks = path.arrives.0,
+            Some(Found::Blocked(Some(by))) => out.push((agent.drone, FailureKind::Zone(by))),
             _ => {}
         }
     }
@@ -144,7 +143,7 @@ fn ignoring_downwash(
         progress: &|_| {},
         ..*control
     };
-    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
+    let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap);
     let paths = plan_fleet(
         job,
         &costmap,

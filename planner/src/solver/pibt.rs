@@ -15,7 +15,7 @@ use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::Verdict;
 use rayon::prelude::*;
 
-use crate::graph::agent::Errand;
+use crate::graph::agent::Agent;
 use crate::plan::outcome::{Control, Effort};
 use crate::sipp::conflicts::Steps;
 use crate::sipp::conflicts::synchronous::SynchronousSteps;
@@ -36,7 +36,7 @@ pub(crate) struct PibtRun {
     /// When the last step ended.
     pub(crate) at: Tick,
     /// What every drone has to do from then on.
-    pub(crate) errands: Vec<Errand>,
+    pub(crate) agents: Vec<Agent>,
     /// Whether each is where it stays.
     pub(crate) home: Vec<bool>,
     /// Whether each stays at its start whatever happens.
@@ -60,15 +60,12 @@ pub(crate) fn run_pibt(
     control: &Control<'_>,
     effort: &mut Effort,
 ) -> Option<PibtRun> {
-    if costmap.drone_count() != job.errands.len() {
+    if costmap.drone_count() != job.agents.len() {
         return None;
     }
-    let ticks = job
-        .errands
-        .iter()
-        .map(|errand| errand.mover.step_ticks()[0]);
+    let ticks = job.agents.iter().map(|agent| agent.mover.step_ticks()[0]);
     let ticks = ticks.max()?;
-    let mut is_fixed: Vec<bool> = job.errands.iter().map(Errand::stays).collect();
+    let mut is_fixed: Vec<bool> = job.agents.iter().map(Agent::stays).collect();
     for drone in fixed {
         is_fixed[drone.0 as usize] = true;
     }
@@ -76,29 +73,29 @@ pub(crate) fn run_pibt(
     let configuration = Configuration::new(job, &synchronous, &is_fixed, ticks)?;
     let all = rounds(
         &configuration,
-        configuration.starts(&job.errands),
+        configuration.starts(&job.agents),
         seed,
         control.stop,
     )?;
     effort.rounds += all.len() as u64 - 1;
     let at = moment(all.len() - 1, ticks);
-    let each = job.errands.par_iter().enumerate().map(|(drone, errand)| {
+    let each = job.agents.par_iter().enumerate().map(|(drone, agent)| {
         let places: Vec<AgentState> = all.iter().map(|now| now[drone]).collect();
         let last = places[places.len() - 1];
         let is_home = configuration.is_home(drone, &last);
-        let legs = legs(job, errand, &places, is_home, ticks);
-        (rest_of(job, errand, &last, at), is_home, legs)
+        let legs = legs(job, agent, &places, is_home, ticks);
+        (rest_of(job, agent, &last, at), is_home, legs)
     });
     let each: Vec<_> = each.collect();
     let mut run = PibtRun {
         at,
-        errands: Vec::with_capacity(each.len()),
+        agents: Vec::with_capacity(each.len()),
         home: Vec::with_capacity(each.len()),
         fixed: is_fixed,
         legs: Vec::with_capacity(each.len()),
     };
-    for (errand, home, legs) in each {
-        run.errands.push(errand);
+    for (agent, home, legs) in each {
+        run.agents.push(agent);
         run.home.push(home);
         run.legs.push(legs);
     }
@@ -121,7 +118,7 @@ impl PibtRun {
         for (index, (mut legs, planned)) in self.legs.into_iter().zip(planned).enumerate() {
             let arrives = match planned {
                 _ if self.fixed[index] => {
-                    legs = vec![stays_at_start(&job.errands[index], &job.roadmap)];
+                    legs = vec![stays_at_start(&job.agents[index], &job.roadmap)];
                     Tick(0)
                 }
                 Some(path) => {
@@ -140,7 +137,7 @@ impl PibtRun {
                     legs.extend(path.legs);
                     path.arrives
                 }
-                None => stay_home(job, &job.errands[index], &mut legs),
+                None => stay_home(job, &job.agents[index], &mut legs),
             };
             let legs = joined(legs);
             costmap.insert(legs.clone());
@@ -164,20 +161,20 @@ fn moment(round: usize, ticks: u32) -> Tick {
     Tick(round as u32 * ticks)
 }
 
-fn leg(job: &Job, errand: &Errand, at: &AgentState, to: &AgentState, time: [Tick; 2]) -> Leg {
-    let kind = usize::from(at.stage) + usize::from(at.rest > 0);
-    let kind = errand.kinds[kind.min(errand.kinds.len() - 1)];
+fn leg(job: &Job, agent: &Agent, at: &AgentState, to: &AgentState, time: [Tick; 2]) -> Leg {
+    let kind = usize::from(at.waypoint) + usize::from(at.rest > 0);
+    let kind = agent.kinds[kind.min(agent.kinds.len() - 1)];
     Leg {
         start: time[0],
         end: time[1],
         to_m: job.roadmap.position_m(to.place),
-        ..errand.hover(job.roadmap.position_m(at.place), kind)
+        ..agent.hover(job.roadmap.position_m(at.place), kind)
     }
 }
 
 /// What a drone flies that is at these places after each round; at home it ends with the last step
 /// that led there.
-fn legs(job: &Job, errand: &Errand, places: &[AgentState], is_home: bool, ticks: u32) -> Vec<Leg> {
+fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, ticks: u32) -> Vec<Leg> {
     let last = places.len() - 1;
     let moves = |step: &usize| places[*step].place != places[last].place;
     let until = if is_home {
@@ -187,20 +184,20 @@ fn legs(job: &Job, errand: &Errand, places: &[AgentState], is_home: bool, ticks:
     };
     let legs = (0..until).map(|step| {
         let time = [moment(step, ticks), moment(step + 1, ticks)];
-        leg(job, errand, &places[step], &places[step + 1], time)
+        leg(job, agent, &places[step], &places[step + 1], time)
     });
     joined(legs.collect())
 }
 
 /// What a drone has still to do when it is there; a dwell that has begun is begun again.
-fn rest_of(job: &Job, errand: &Errand, last: &AgentState, at: Tick) -> Errand {
-    let stage = usize::from(last.stage);
-    let mut rest = Errand {
+fn rest_of(job: &Job, agent: &Agent, last: &AgentState, at: Tick) -> Agent {
+    let waypoint = usize::from(last.waypoint);
+    let mut rest = Agent {
         start: last.place,
         departs: at,
-        stages: errand.stages[stage..].to_vec(),
-        kinds: errand.kinds[stage..].to_vec(),
-        ..errand.clone()
+        waypoints: agent.waypoints[waypoint..].to_vec(),
+        kinds: agent.kinds[waypoint..].to_vec(),
+        ..agent.clone()
     };
     rest.alone_ticks = rest.alone(&job.roadmap);
     rest.forget();
@@ -208,14 +205,17 @@ fn rest_of(job: &Job, errand: &Errand, last: &AgentState, at: Tick) -> Errand {
 }
 
 /// Adds what a drone does once it is home, and says when its last dwell ends.
-fn stay_home(job: &Job, errand: &Errand, legs: &mut Vec<Leg>) -> Tick {
+fn stay_home(job: &Job, agent: &Agent, legs: &mut Vec<Leg>) -> Tick {
     let home = legs.last().map_or(Tick(0), |last| last.end);
-    let at_m = job.roadmap.position_m(errand.last_vertex());
-    let dwell = errand.stages.last().map_or(0, |stage| stage.dwell_ticks);
+    let at_m = job.roadmap.position_m(agent.last_vertex());
+    let dwell = agent
+        .waypoints
+        .last()
+        .map_or(0, |waypoint| waypoint.dwell_ticks);
     let arrives = home.after(dwell);
     let stay = Leg {
         start: home,
-        ..errand.hover(at_m, errand.kinds[errand.kinds.len() - 1])
+        ..agent.hover(at_m, agent.kinds[agent.kinds.len() - 1])
     };
     let dwelling = Leg {
         end: arrives,
@@ -224,7 +224,7 @@ fn stay_home(job: &Job, errand: &Errand, legs: &mut Vec<Leg>) -> Tick {
     if dwell > 0 {
         legs.push(dwelling);
     }
-    legs.extend(errand.ending.legs(Leg {
+    legs.extend(agent.ending.legs(Leg {
         start: arrives,
         ..stay
     }));

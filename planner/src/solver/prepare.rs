@@ -1,4 +1,4 @@
-//! From a world to what the search needs: roadmap, errands, and an empty costmap.
+//! From a world to what the search needs: roadmap, agents, and an empty costmap.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use costmap::wake::surfaces::{BlockingSurfaces, Top};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use crate::graph::agent::{Ending, Errand, Stage};
+use crate::graph::agent::{Agent, Ending, Waypoint};
 use crate::graph::distances::{Distances, Mover, UNREACHABLE};
 use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Roadmap, Stop, Vertex};
@@ -30,12 +30,12 @@ pub(crate) struct Job {
     /// Ways through free space.
     pub(crate) roadmap: Roadmap,
     /// One per drone, in the world's order.
-    pub(crate) errands: Vec<Errand>,
+    pub(crate) agents: Vec<Agent>,
     /// Drones whose landing is blocked, and by how much (m).
     pub(crate) blocked_landings: Vec<(usize, f64)>,
 }
 
-/// Makes the roadmap and every drone's errand.
+/// Makes the roadmap and every drone's agent.
 pub(crate) fn prepare(world: &World) -> Job {
     let solids = Solids::new(&world.obstacles);
     let mut stops = Vec::new();
@@ -50,7 +50,7 @@ pub(crate) fn prepare(world: &World) -> Job {
     );
     let kinds = Kinds::of(world);
     let mut blocked_landings = Vec::new();
-    let mut errands = Vec::with_capacity(world.drones.len());
+    let mut agents = Vec::with_capacity(world.drones.len());
     let mut next = 0;
     for (index, drone) in world.drones.iter().enumerate() {
         let own = &vertices[next..=next + drone.tasks.len()];
@@ -60,15 +60,15 @@ pub(crate) fn prepare(world: &World) -> Job {
             blocked_landings.push((index, short_m));
             Ending::Hover
         });
-        errands.push(errand(world, &roadmap, &kinds, index, own, ending));
+        agents.push(agent(world, &roadmap, &kinds, index, own, ending));
     }
-    errands.par_iter_mut().for_each(|errand| {
-        errand.chain(&roadmap);
-        errand.measure_alone(&roadmap);
+    agents.par_iter_mut().for_each(|agent| {
+        agent.chain(&roadmap);
+        agent.measure_alone(&roadmap);
     });
     Job {
         roadmap,
-        errands,
+        agents,
         blocked_landings,
     }
 }
@@ -88,14 +88,14 @@ pub(crate) fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = 
     std::iter::once(start).chain(tasks)
 }
 
-fn errand(
+fn agent(
     world: &World,
     roadmap: &Roadmap,
     kinds: &Kinds,
     index: usize,
     vertices: &[Vertex],
     ending: Ending,
-) -> Errand {
+) -> Agent {
     let drone = &world.drones[index];
     let id = DroneId(index as u32);
     let duties = Duties {
@@ -104,9 +104,9 @@ fn errand(
         vertices,
         clearance_m: world.planning.clearance_m,
     };
-    Errand {
+    Agent {
         grounded: drone.at_start == AtStart::Landed,
-        ..errand_of(id, drone, &duties, kinds.of_drone(index), ending)
+        ..agent_of(id, drone, &duties, kinds.of_drone(index), ending)
     }
 }
 
@@ -120,15 +120,15 @@ pub(crate) struct Duties<'a> {
     pub(crate) clearance_m: f64,
 }
 
-/// The errand of a drone that is in the air and does its tasks; how long it takes is not worked out
+/// The agent of a drone that is in the air and does its tasks; how long it takes is not worked out
 /// yet.
-pub(crate) fn errand_of(
+pub(crate) fn agent_of(
     id: DroneId,
     drone: &Drone,
     duties: &Duties<'_>,
     kinds: Vec<KindId>,
     ending: Ending,
-) -> Errand {
+) -> Agent {
     let Duties {
         roadmap, vertices, ..
     } = *duties;
@@ -138,22 +138,22 @@ pub(crate) fn errand_of(
         drone.vehicle.body_radius_m + duties.clearance_m,
         with_lifts(roadmap, vertices),
     );
-    let stages = (duties.tasks.iter())
+    let waypoints = (duties.tasks.iter())
         .zip(vertices.windows(2))
-        .map(|(task, way)| Stage {
+        .map(|(task, way)| Waypoint {
             distances: Arc::new(Distances::new(roadmap, way[1], way[0], mover.clone())),
             dwell_ticks: Tick::lasting(task.dwell_s),
             rest_ticks: 0,
         })
         .collect();
-    Errand {
+    Agent {
         drone: id,
         start: vertices[0],
         departs: Tick(0),
         begun: Vec::new(),
         forgiven: Vec::new(),
         grounded: false,
-        stages,
+        waypoints,
         kinds,
         ending,
         mover,

@@ -1,6 +1,6 @@
 //! The order of the fleet, and what to do when a drone finds no way.
 //!
-//! Shortest errand first. A search never has to fail: a drone may cross what others hold, at a
+//! Shortest agent first. A search never has to fail: a drone may cross what others hold, at a
 //! price for each of them; the drone that is crossed is evicted, replanned next, and dearer from
 //! then on. The growing prices end quarrels: without growth two drones can evict each other until
 //! the end. A drone that is evicted too often, or that has no way at all, stays at its start for
@@ -13,7 +13,7 @@ use costmap::costmap::{Costmap, Reservation};
 use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 
-use crate::graph::agent::Errand;
+use crate::graph::agent::Agent;
 use crate::graph::roadmap::Roadmap;
 use crate::plan::outcome::{Control, Effort};
 use crate::sipp::conflicts::ReservationTable;
@@ -73,7 +73,7 @@ pub(crate) fn plan_group(
     };
     let mut attempt = Attempt::new(
         &job.roadmap,
-        &job.errands,
+        &job.agents,
         others.clone(),
         0.0,
         &quiet,
@@ -102,7 +102,7 @@ pub(crate) use whole::plan_fleet;
 
 struct Attempt<'a> {
     roadmap: &'a Roadmap,
-    errands: &'a [Errand],
+    agents: &'a [Agent],
     costmap: Costmap,
     /// What the costmap says, in brief; `None`: searches ask the costmap itself.
     reservations: Option<ReservationTable<'a>>,
@@ -130,19 +130,19 @@ struct Attempt<'a> {
 impl<'a> Attempt<'a> {
     fn new(
         roadmap: &'a Roadmap,
-        errands: &'a [Errand],
+        agents: &'a [Agent],
         costmap: Costmap,
         energy_weight: f64,
         control: &'a Control<'a>,
         effort: &'a mut Effort,
     ) -> Attempt<'a> {
-        let drones = errands.len();
-        // The drone that is in the costmap without an errand gives way to no drone.
+        let drones = agents.len();
+        // The drone that is in the costmap without an agent gives way to no drone.
         let mut weights = vec![FIRST_WEIGHT; drones];
         weights.resize(costmap.drone_count().max(drones), IMMOVABLE);
         Attempt {
             roadmap,
-            errands,
+            agents,
             costmap,
             reservations: None,
             energy_weight,
@@ -171,14 +171,13 @@ impl<'a> Attempt<'a> {
     /// Drones without tasks are planned first, and for good: where they are is where they go.
     fn settle_who_stays(&mut self) {
         let weights = &self.weights;
-        let stays =
-            |errand: &&Errand| errand.stays() && weights[errand.drone.0 as usize] != IMMOVABLE;
-        let staying: Vec<&Errand> = self.errands.iter().filter(stays).collect();
-        for errand in staying {
-            let legs = vec![stays_at_start(errand, self.roadmap)];
+        let stays = |agent: &&Agent| agent.stays() && weights[agent.drone.0 as usize] != IMMOVABLE;
+        let staying: Vec<&Agent> = self.agents.iter().filter(stays).collect();
+        for agent in staying {
+            let legs = vec![stays_at_start(agent, self.roadmap)];
             self.reserve(legs.clone());
-            self.weights[errand.drone.0 as usize] = IMMOVABLE;
-            self.paths[errand.drone.0 as usize] = Some(Path {
+            self.weights[agent.drone.0 as usize] = IMMOVABLE;
+            self.paths[agent.drone.0 as usize] = Some(Path {
                 legs,
                 arrives: Tick(0),
                 met: Vec::new(),
@@ -303,17 +302,14 @@ impl<'a> Attempt<'a> {
     fn without_way(&self, drone: DroneId) -> Vec<Leg> {
         match self.kept.get(drone.0 as usize) {
             Some(kept) => kept.clone(),
-            None => vec![stays_at_start(
-                &self.errands[drone.0 as usize],
-                self.roadmap,
-            )],
+            None => vec![stays_at_start(&self.agents[drone.0 as usize], self.roadmap)],
         }
     }
 
     fn take_back(&mut self, drone: DroneId) {
         self.release(drone);
         // What it is flying it goes on with.
-        self.reserve(self.errands[drone.0 as usize].begun.clone());
+        self.reserve(self.agents[drone.0 as usize].begun.clone());
         self.paths[drone.0 as usize] = None;
         self.effort.evictions += 1;
     }
@@ -336,7 +332,7 @@ impl<'a> Attempt<'a> {
                 careful: true,
                 ..self.scene()
             };
-            let searched = search(scene, &self.errands[drone.0 as usize]);
+            let searched = search(scene, &self.agents[drone.0 as usize]);
             if let Some(path) = self.counted(searched) {
                 self.reserve(path.legs.clone());
                 self.paths[drone.0 as usize] = Some(path);
@@ -359,9 +355,9 @@ impl<'a> Attempt<'a> {
 }
 
 /// The one leg of a drone that is not planned.
-pub(crate) fn stays_at_start(errand: &Errand, roadmap: &crate::graph::roadmap::Roadmap) -> Leg {
+pub(crate) fn stays_at_start(agent: &Agent, roadmap: &crate::graph::roadmap::Roadmap) -> Leg {
     Leg {
-        flying: !errand.grounded,
-        ..errand.hover(roadmap.position_m(errand.start), errand.kinds[0])
+        flying: !agent.grounded,
+        ..agent.hover(roadmap.position_m(agent.start), agent.kinds[0])
     }
 }

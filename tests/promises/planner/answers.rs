@@ -58,7 +58,7 @@ fn of_two_goals_that_exclude_each_other_one_is_left_out_and_the_rest_flies() {
 /// A corridor one drone wide and high, 12 m long between two rooms, with a bay in the middle for one more.
 fn corridor_with_bay(bay: bool) -> World {
     let drones = vec![
-        // The shorter errand goes first, and ends at the mouth of the bay's corridor for good.
+        // The shorter path goes first, and ends at the mouth of the bay's corridor for good.
         drone("short", "kolibri", [1.5, 1.5, 0.5], [8.5, 1.5, 0.5]),
         drone("long", "kolibri", [2.5, 1.5, 0.5], [15.5, 1.5, 0.5]),
     ];

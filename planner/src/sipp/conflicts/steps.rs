@@ -13,7 +13,7 @@ use nalgebra::Point3;
 use super::pair::Pair;
 use super::shape::Shape;
 pub(super) use super::ways::{STILL, cells};
-use crate::graph::agent::Errand;
+use crate::graph::agent::Agent;
 use crate::graph::lattice::Lattice;
 
 /// Fleets of more classes than this are planned without. Chosen here: every class keeps intervals
@@ -87,26 +87,26 @@ pub(crate) struct Pace {
 impl Steps {
     /// Tables for a fleet, and for the drone that else is in the costmap; `None` where there are
     /// zones, air that comes late, too many classes, or too much to tabulate.
-    pub(crate) fn new(lattice: &Lattice, errands: &[Errand], costmap: &Costmap) -> Option<Steps> {
+    pub(crate) fn new(lattice: &Lattice, agents: &[Agent], costmap: &Costmap) -> Option<Steps> {
         if costmap.has_zones() || costmap.has_advected_wakes() {
             return None;
         }
         let mut classes: Vec<Class> = Vec::new();
         let mut of_drones = Vec::with_capacity(costmap.drone_count());
-        for errand in errands {
-            let ticks = errand.mover.step_ticks();
+        for agent in agents {
+            let ticks = agent.mover.step_ticks();
             let mut own = Vec::new();
-            for &kind in &errand.kinds {
+            for &kind in &agent.kinds {
                 let class = Class {
                     kind,
-                    air_limit: errand.air_limit,
+                    air_limit: agent.air_limit,
                     ticks,
                 };
                 own.push((kind, index_of(&mut classes, class)));
             }
             of_drones.push(own);
         }
-        for drone in errands.len()..costmap.drone_count() {
+        for drone in agents.len()..costmap.drone_count() {
             let legs = costmap.legs(DroneId(drone as u32)).iter();
             let own = legs.map(|leg| {
                 let class = Class {

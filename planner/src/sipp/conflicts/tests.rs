@@ -25,18 +25,18 @@ fn job() -> (Job, Costmap) {
 fn step(job: &Job, drone: usize, from: [i32; 3], way: usize, start: u32) -> Option<Leg> {
     let lattice = job.roadmap.lattice();
     let to = [0, 1, 2].map(|axis| from[axis] + cells(way)[axis]);
-    let errand = &job.errands[drone];
+    let agent = &job.agents[drone];
     let axes = cells(way).iter().filter(|cells| **cells != 0).count();
-    let ticks = errand.mover.step_ticks()[axes.max(1) - 1];
+    let ticks = agent.mover.step_ticks()[axes.max(1) - 1];
     Some(Leg {
-        drone: errand.drone,
-        kind: errand.kinds[0],
+        drone: agent.drone,
+        kind: agent.kinds[0],
         start: Tick(start),
         end: Tick(start + ticks),
         from_m: lattice.position_m(lattice.at(from)?),
         to_m: lattice.position_m(lattice.at(to)?),
         flying: true,
-        air_limit: errand.air_limit,
+        air_limit: agent.air_limit,
     })
 }
 
@@ -49,7 +49,7 @@ fn vertices(job: &Job, leg: &Leg) -> [Vertex; 2] {
 #[test]
 fn no_step_that_the_costmap_forbids_is_free_in_the_crowd() {
     let (job, empty) = job();
-    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &empty).expect("a small fleet");
+    let steps = Steps::new(job.roadmap.lattice(), &job.agents, &empty).expect("a small fleet");
     let (mut forbidden, mut taken, mut tried) = (0, 0, 0);
     for case in 0..27 * 27 {
         let (way, others) = (case % 27, case / 27);
@@ -104,7 +104,7 @@ fn no_step_that_the_costmap_forbids_is_free_in_the_crowd() {
 #[test]
 fn a_step_is_free_when_it_departs_after_all_are_clear() {
     let (job, empty) = job();
-    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &empty).expect("a small fleet");
+    let steps = Steps::new(job.roadmap.lattice(), &job.agents, &empty).expect("a small fleet");
     let mut met = 0;
     for case in 0..26 * 26 {
         let direction = |index: usize| index + usize::from(index >= STILL);
@@ -139,7 +139,7 @@ fn a_step_is_free_when_it_departs_after_all_are_clear() {
 #[test]
 fn who_is_taken_back_leaves_nothing_behind() {
     let (job, mut costmap) = job();
-    let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap).expect("a small fleet");
+    let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap).expect("a small fleet");
     let first = step(&job, 0, [3, 3, 4], 14, 0).expect("inside");
     let second = step(&job, 1, [3, 4, 6], 22, 30).expect("inside");
     let hover = Leg {

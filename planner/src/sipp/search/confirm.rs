@@ -83,7 +83,7 @@ impl Search<'_> {
             && reservations.knows(from.vertex)
             && reservations.knows(label.vertex)
             && !self.refuted.contains(&(from.vertex, label.vertex));
-        let class = reservations.class(self.errand.drone, self.kind(label.stage));
+        let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
         let Some(class) = class.filter(|_| known) else {
             return Brief::Nothing;
         };
@@ -103,7 +103,7 @@ impl Search<'_> {
                 }
             }
             Step::Dwell => reservations.stay(class, label.vertex, time, verdict),
-            Step::End => match self.errand.ending {
+            Step::End => match self.agent.ending {
                 Ending::Hover => {
                     let time = [label.at, Tick::FOREVER];
                     reservations.stay(class, label.vertex, time, verdict);

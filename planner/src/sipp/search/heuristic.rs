@@ -10,7 +10,7 @@
 use costmap::leg::Tick;
 
 use super::Scene;
-use crate::graph::agent::{Errand, Stage};
+use crate::graph::agent::{Agent, Waypoint};
 use crate::graph::distances::{Backwards, Floor, UNREACHABLE};
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::sipp::conflicts::ReservationTable;
@@ -18,9 +18,9 @@ use crate::sipp::conflicts::ReservationTable;
 /// What a search looks ahead by.
 pub(super) struct Heuristic<'a> {
     scene: Scene<'a>,
-    errand: &'a Errand,
-    /// By stage, where it pays.
-    stages: Vec<Option<Ahead<'a>>>,
+    agent: &'a Agent,
+    /// By waypoint, where it pays.
+    waypoints: Vec<Option<Ahead<'a>>>,
 }
 
 struct Ahead<'a> {
@@ -44,17 +44,17 @@ impl<'a> Ahead<'a> {
     fn new(
         roadmap: &'a Roadmap,
         (reservations, class): (&'a ReservationTable<'a>, usize),
-        stage: &Stage,
+        waypoint: &Waypoint,
         from: Vertex,
         begins: u32,
     ) -> Ahead<'a> {
         let columns = reservations.closed_columns(class);
         let floor = columns.and_then(|columns| {
-            let floor = stage.distances.floor(roadmap, from)?;
+            let floor = waypoint.distances.floor(roadmap, from)?;
             Some((Map::Floor(floor), columns))
         });
         let air = || {
-            let backwards = stage.distances.backwards(roadmap, from);
+            let backwards = waypoint.distances.backwards(roadmap, from);
             (Map::Air(backwards), reservations.closed_from(class))
         };
         let (map, closed) = floor.unwrap_or_else(air);
@@ -68,74 +68,82 @@ impl<'a> Ahead<'a> {
 
 impl<'a> Heuristic<'a> {
     /// As if no drone were there.
-    pub(super) fn plain(scene: Scene<'a>, errand: &'a Errand) -> Heuristic<'a> {
+    pub(super) fn plain(scene: Scene<'a>, agent: &'a Agent) -> Heuristic<'a> {
         Heuristic {
             scene,
-            errand,
-            stages: Vec::new(),
+            agent,
+            waypoints: Vec::new(),
         }
     }
 
     /// Around those who stay, but for detours that are dearer than making one of them give way.
-    pub(super) fn new(scene: Scene<'a>, errand: &'a Errand) -> Heuristic<'a> {
-        let mut heuristic = Heuristic::plain(scene, errand);
+    pub(super) fn new(scene: Scene<'a>, agent: &'a Agent) -> Heuristic<'a> {
+        let mut heuristic = Heuristic::plain(scene, agent);
         let least_weight = scene.weights.iter().copied().min().unwrap_or(0);
         let Some(reservations) = scene.reservations.filter(|_| scene.detours) else {
             return heuristic;
         };
-        let mut begins = errand.departs.0;
-        let mut from = errand.start;
-        for (index, stage) in errand.stages.iter().enumerate() {
-            let class = reservations.class(errand.drone, errand.kinds[index]);
-            let ahead = class
-                .map(|class| Ahead::new(scene.roadmap, (reservations, class), stage, from, begins));
-            heuristic.stages.push(ahead);
-            let plain = match errand.stages.len() {
+        let mut begins = agent.departs.0;
+        let mut from = agent.start;
+        for (index, waypoint) in agent.waypoints.iter().enumerate() {
+            let class = reservations.class(agent.drone, agent.kinds[index]);
+            let ahead = class.map(|class| {
+                Ahead::new(scene.roadmap, (reservations, class), waypoint, from, begins)
+            });
+            heuristic.waypoints.push(ahead);
+            let plain = match agent.waypoints.len() {
                 // Known, but for air in zones, and then there is no reservation table.
-                1 => errand.alone_ticks.saturating_sub(stage.rest_ticks),
-                _ => stage.distances.ticks(scene.roadmap, from),
+                1 => agent.alone_ticks.saturating_sub(waypoint.rest_ticks),
+                _ => waypoint.distances.ticks(scene.roadmap, from),
             };
             let past = heuristic.settled(index, from);
-            if past.saturating_sub(stage.rest_ticks) > plain.saturating_add(least_weight) {
-                heuristic.stages[index] = None;
+            if past.saturating_sub(waypoint.rest_ticks) > plain.saturating_add(least_weight) {
+                heuristic.waypoints[index] = None;
             }
             begins = begins
                 .saturating_add(plain)
-                .saturating_add(stage.dwell_ticks);
-            from = stage.distances.goal();
+                .saturating_add(waypoint.dwell_ticks);
+            from = waypoint.distances.goal();
         }
         heuristic
     }
 
     /// Ticks from a place to the end of the last dwell at least, and whether that is final.
-    pub(super) fn at_least(&self, stage: usize, from: Vertex) -> (u32, bool) {
-        match (self.stages.get(stage), self.errand.stages.get(stage)) {
-            (Some(Some(ahead)), Some(stage)) => {
+    pub(super) fn at_least(&self, waypoint: usize, from: Vertex) -> (u32, bool) {
+        match (
+            self.waypoints.get(waypoint),
+            self.agent.waypoints.get(waypoint),
+        ) {
+            (Some(Some(ahead)), Some(waypoint)) => {
                 let (ticks, is_final) = match &ahead.map {
                     Map::Air(backwards) => backwards.at_least(self.scene.roadmap, from),
                     Map::Floor(floor) => floor.at_least(from),
                 };
                 let all = match ticks {
                     UNREACHABLE => UNREACHABLE,
-                    _ => ticks.saturating_add(stage.rest_ticks),
+                    _ => ticks.saturating_add(waypoint.rest_ticks),
                 };
                 (all, is_final)
             }
-            _ => (self.errand.remaining(self.scene.roadmap, stage, from), true),
+            _ => (
+                self.agent.remaining(self.scene.roadmap, waypoint, from),
+                true,
+            ),
         }
     }
 
     /// The same, final.
-    fn settled(&mut self, stage: usize, from: Vertex) -> u32 {
-        self.look_on(stage, from, u32::MAX);
-        self.at_least(stage, from).0
+    fn settled(&mut self, waypoint: usize, from: Vertex) -> u32 {
+        self.look_on(waypoint, from, u32::MAX);
+        self.at_least(waypoint, from).0
     }
 
     /// Raises what is known of a place by so many ticks, if it is not final before.
     pub(super) fn look_on(&mut self, index: usize, from: Vertex, by: u32) {
-        let (Some(Some(ahead)), Some(stage)) =
-            (self.stages.get_mut(index), self.errand.stages.get(index))
-        else {
+        let (Some(Some(ahead)), Some(waypoint)) = (
+            self.waypoints.get_mut(index),
+            self.agent.waypoints.get(index),
+        ) else {
             return;
         };
         let (closed, begins) = (ahead.closed, ahead.begins);
@@ -145,7 +153,7 @@ impl<'a> Heuristic<'a> {
         };
         match &mut ahead.map {
             Map::Air(backwards) => {
-                let mover = stage.distances.mover();
+                let mover = waypoint.distances.mover();
                 backwards.look_on(self.scene.roadmap, mover, from, by, is_open);
             }
             Map::Floor(floor) => floor.look_on(from, by, is_open),

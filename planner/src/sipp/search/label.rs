@@ -39,7 +39,7 @@ pub(super) fn weighted(cost: u32, remaining: u32, weight_shift: u32) -> u32 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Label {
     pub(super) vertex: Vertex,
-    pub(super) stage: u16,
+    pub(super) waypoint: u16,
     pub(super) grounded: bool,
     pub(super) step: Step,
     /// Until then it stays where its parent is.

@@ -11,7 +11,7 @@ use super::heuristic::Heuristic;
 use super::label::{Label, Step};
 use super::met::Met;
 use super::{RefutedEdges, Scene};
-use crate::graph::agent::Errand;
+use crate::graph::agent::Agent;
 use crate::graph::roadmap::Vertex;
 use crate::graph::scratch::ScratchBuffer;
 use crate::sipp::conflicts::ReservationTable;
@@ -53,12 +53,12 @@ struct Hover {
 /// All places that a search has thought of.
 pub(super) struct Nodes<'a> {
     scene: Scene<'a>,
-    errand: &'a Errand,
+    agent: &'a Agent,
     refuted: Rc<RefutedEdges>,
     heuristic: Heuristic<'a>,
-    /// By stage and vertex, one more than the index of the node; 0: none.
+    /// By waypoint and vertex, one more than the index of the node; 0: none.
     flying: ScratchBuffer,
-    /// On the ground, where it starts, and after the last stage, where it ends.
+    /// On the ground, where it starts, and after the last waypoint, where it ends.
     standing: FxHashMap<(Vertex, u16, bool), usize>,
     all: Vec<Node>,
     /// Those of all places.
@@ -70,16 +70,16 @@ pub(super) struct Nodes<'a> {
 impl<'a> Nodes<'a> {
     pub(super) fn new(
         scene: Scene<'a>,
-        errand: &'a Errand,
+        agent: &'a Agent,
         refuted: Rc<RefutedEdges>,
         heuristic: Heuristic<'a>,
     ) -> Nodes<'a> {
         Nodes {
             heuristic,
             scene,
-            errand,
+            agent,
             refuted,
-            flying: ScratchBuffer::new(scene.roadmap.place_count() * errand.stages.len()),
+            flying: ScratchBuffer::new(scene.roadmap.place_count() * agent.waypoints.len()),
             standing: FxHashMap::default(),
             all: Vec::new(),
             visits: Vec::new(),
@@ -89,33 +89,33 @@ impl<'a> Nodes<'a> {
 
     /// The node of a state.
     pub(super) fn at(&mut self, label: &Label) -> usize {
-        let is_over = usize::from(label.stage) == self.errand.stages.len();
+        let is_over = usize::from(label.waypoint) == self.agent.waypoints.len();
         if !label.grounded && !is_over {
-            return self.flying(label.stage, label.vertex);
+            return self.flying(label.waypoint, label.vertex);
         }
         let next = self.all.len();
-        let key = (label.vertex, label.stage, label.grounded);
+        let key = (label.vertex, label.waypoint, label.grounded);
         let known = *self.standing.entry(key).or_insert(next);
         if known == next {
-            self.add(label.stage, label.vertex);
+            self.add(label.waypoint, label.vertex);
         }
         known
     }
 
-    /// The node of flying at a place before the last stage is over.
-    pub(super) fn flying(&mut self, stage: u16, vertex: Vertex) -> usize {
-        let index = u32::from(stage) * self.scene.roadmap.place_count() as u32 + vertex;
+    /// The node of flying at a place before the last waypoint is over.
+    pub(super) fn flying(&mut self, waypoint: u16, vertex: Vertex) -> usize {
+        let index = u32::from(waypoint) * self.scene.roadmap.place_count() as u32 + vertex;
         let known = self.flying.get(index);
         if known > 0 {
             return known as usize - 1;
         }
-        self.add(stage, vertex);
+        self.add(waypoint, vertex);
         self.flying.set(index, self.all.len() as u32);
         self.all.len() - 1
     }
 
-    fn add(&mut self, stage: u16, vertex: Vertex) {
-        let (remaining, is_final) = self.heuristic.at_least(usize::from(stage), vertex);
+    fn add(&mut self, waypoint: u16, vertex: Vertex) {
+        let (remaining, is_final) = self.heuristic.at_least(usize::from(waypoint), vertex);
         self.all.push(Node {
             remaining,
             is_final,
@@ -137,11 +137,11 @@ impl<'a> Nodes<'a> {
     pub(super) fn look_on(&mut self, node: usize, label: &Label) -> (u32, bool) {
         let known = self.all[node];
         if !known.is_final {
-            let stage = usize::from(label.stage);
-            let (mut remaining, mut is_final) = self.heuristic.at_least(stage, label.vertex);
+            let waypoint = usize::from(label.waypoint);
+            let (mut remaining, mut is_final) = self.heuristic.at_least(waypoint, label.vertex);
             if !is_final && remaining <= known.remaining {
-                self.heuristic.look_on(stage, label.vertex, LOOK_TICKS);
-                (remaining, is_final) = self.heuristic.at_least(stage, label.vertex);
+                self.heuristic.look_on(waypoint, label.vertex, LOOK_TICKS);
+                (remaining, is_final) = self.heuristic.at_least(waypoint, label.vertex);
             }
             (self.all[node].remaining, self.all[node].is_final) = (remaining, is_final);
         }
@@ -246,18 +246,18 @@ impl<'a> Nodes<'a> {
         let reservations = self.scene.reservations?;
         let known =
             !label.grounded && reservations.knows(label.vertex) && !self.refuted.contains(&stay);
-        let kind = self.errand.kinds[usize::from(label.stage)];
-        let class = known.then(|| reservations.class(self.errand.drone, kind))?;
+        let kind = self.agent.kinds[usize::from(label.waypoint)];
+        let class = known.then(|| reservations.class(self.agent.drone, kind))?;
         Some((reservations, class?))
     }
 
     fn hover(&mut self, node: usize, label: &Label) -> &Hover {
-        let (scene, errand) = (self.scene, self.errand);
+        let (scene, agent) = (self.scene, self.agent);
         self.hovers.entry(node).or_insert_with(|| {
             let here_m = scene.roadmap.position_m(label.vertex);
             let stay = Leg {
                 flying: !label.grounded,
-                ..errand.hover(here_m, errand.kinds[usize::from(label.stage)])
+                ..agent.hover(here_m, agent.kinds[usize::from(label.waypoint)])
             };
             let mut verdict = Verdict::default();
             scene.judge(&stay, &mut verdict);

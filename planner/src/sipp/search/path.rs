@@ -13,7 +13,7 @@ impl Search<'_> {
             chain.push(*parent);
         }
         chain.reverse();
-        let mut legs: Vec<Leg> = self.errand.begun.clone();
+        let mut legs: Vec<Leg> = self.agent.begun.clone();
         for pair in chain.windows(2) {
             let (from, to) = (&pair[0], &pair[1]);
             legs.extend(self.stay(from, to.departs));
@@ -51,7 +51,7 @@ impl Search<'_> {
         match to.step {
             Step::End => return self.ending_legs(&departed),
             Step::Move => leg.flying = true,
-            Step::Dwell => leg.kind = self.kind(to.stage),
+            Step::Dwell => leg.kind = self.kind(to.waypoint),
             Step::Start | Step::Wait | Step::Later => {}
         }
         Vec::from_iter((leg.start < leg.end).then_some(leg))
@@ -64,7 +64,7 @@ impl Search<'_> {
             end: Tick::FOREVER,
             ..self.leg(label, here_m, 0)
         };
-        self.errand.ending.legs(stay)
+        self.agent.ending.legs(stay)
     }
 }
 

@@ -20,7 +20,7 @@ impl Search<'_> {
         for position in 0..self.verdict.blockers.len() {
             let blocker = self.verdict.blockers[position];
             let Blocker { drone, why, .. } = blocker;
-            if self.errand.forgives(&blocker, label.departs) {
+            if self.agent.forgives(&blocker, label.departs) {
                 continue;
             }
             if self.passes(label.met, &blocker) {
@@ -43,9 +43,11 @@ impl Search<'_> {
     }
 
     fn obstructed(&mut self, label: &Label, by: Obstructor) {
-        let remaining =
-            self.errand
-                .remaining(self.scene.roadmap, usize::from(label.stage), label.vertex);
+        let remaining = self.agent.remaining(
+            self.scene.roadmap,
+            usize::from(label.waypoint),
+            label.vertex,
+        );
         if self
             .obstruction
             .is_none_or(|known| remaining < known.remaining)

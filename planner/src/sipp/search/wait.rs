@@ -67,7 +67,7 @@ impl Search<'_> {
         }
         let node = self.nodes.at(&label);
         let ends = label.at.0.saturating_add(self.nodes.remaining(node));
-        let slack = self.stays.slack(label.stage, ends);
+        let slack = self.stays.slack(label.waypoint, ends);
         if slack > 0 {
             let at = label.at.after(slack);
             self.push(Label {

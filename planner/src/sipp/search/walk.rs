@@ -13,13 +13,13 @@ use super::label::{Label, Open, PartialExpansion, Step, weighted};
 use super::met::Met;
 use super::node::Nodes;
 use super::{Found, Obstruction, Obstructor, RefutedEdges, Scene};
-use crate::graph::agent::Errand;
+use crate::graph::agent::Agent;
 use crate::graph::distances::UNREACHABLE;
 use crate::sipp::goal_occupancy::Stays;
 
 pub(super) struct Search<'a> {
     pub(super) scene: Scene<'a>,
-    pub(super) errand: &'a Errand,
+    pub(super) agent: &'a Agent,
     pub(super) refuted: Rc<RefutedEdges>,
     pub(super) labels: Vec<Label>,
     pub(super) open: BinaryHeap<Open>,
@@ -37,7 +37,7 @@ pub(super) struct Search<'a> {
 impl<'a> Search<'a> {
     pub(super) fn new(
         scene: Scene<'a>,
-        errand: &'a Errand,
+        agent: &'a Agent,
         refuted: Rc<RefutedEdges>,
         heuristic: Heuristic<'a>,
         stays: Rc<Stays>,
@@ -45,11 +45,11 @@ impl<'a> Search<'a> {
     ) -> Search<'a> {
         Search {
             scene,
-            errand,
+            agent,
             refuted: refuted.clone(),
             labels: Vec::new(),
             open: BinaryHeap::new(),
-            nodes: Nodes::new(scene, errand, refuted, heuristic),
+            nodes: Nodes::new(scene, agent, refuted, heuristic),
             met: Met::new(),
             stays,
             verdict: Verdict::default(),
@@ -65,7 +65,7 @@ impl<'a> Search<'a> {
         if let Some(never) = self.stays.never {
             return Some(Found::Blocked(Some(Obstruction {
                 by: Obstructor::Drone(never.0, never.1),
-                at_m: self.scene.roadmap.position_m(self.errand.last_vertex()),
+                at_m: self.scene.roadmap.position_m(self.agent.last_vertex()),
                 at: Tick(0),
                 remaining: 0,
             })));
@@ -86,12 +86,12 @@ impl<'a> Search<'a> {
 
     fn begin(&mut self) {
         self.push(Label {
-            vertex: self.errand.start,
-            stage: 0,
-            grounded: self.errand.grounded,
+            vertex: self.agent.start,
+            waypoint: 0,
+            grounded: self.agent.grounded,
             step: Step::Start,
-            departs: self.errand.departs,
-            at: self.errand.departs,
+            departs: self.agent.departs,
+            at: self.agent.departs,
             paid: 0,
             parent: u32::MAX,
             met: 0,
@@ -183,7 +183,7 @@ impl<'a> Search<'a> {
         if label.met != 0 || label.step == Step::End {
             return Some(least);
         }
-        let excess = self.stays.excess(label.stage, least - label.paid);
+        let excess = self.stays.excess(label.waypoint, least - label.paid);
         // The highest: a drone who never leaves is where it has to stay.
         least.checked_add(excess).filter(|cost| *cost < u32::MAX)
     }
@@ -198,8 +198,8 @@ impl<'a> Search<'a> {
         (least < u32::MAX).then_some(least)
     }
 
-    pub(super) fn kind(&self, stage: u16) -> KindId {
-        self.errand.kinds[usize::from(stage)]
+    pub(super) fn kind(&self, waypoint: u16) -> KindId {
+        self.agent.kinds[usize::from(waypoint)]
     }
 
     pub(super) fn leg(&self, label: &Label, to_m: Point3<f64>, ticks: u32) -> Leg {
@@ -209,7 +209,7 @@ impl<'a> Search<'a> {
             end: label.at.after(ticks),
             to_m,
             flying: !label.grounded,
-            ..self.errand.hover(from_m, self.kind(label.stage))
+            ..self.agent.hover(from_m, self.kind(label.waypoint))
         }
     }
 
@@ -217,18 +217,18 @@ impl<'a> Search<'a> {
         let label = self.labels[index as usize];
         let node = self.nodes.at(&label);
         self.nodes.visit(node, &label);
-        let stage = self.errand.stages.get(usize::from(label.stage));
+        let waypoint = self.agent.waypoints.get(usize::from(label.waypoint));
         let done = Label {
             departs: label.at,
             parent: index,
             judged: false,
             ..label
         };
-        match stage {
-            Some(stage) if stage.distances.goal() == label.vertex => self.push(Label {
-                stage: label.stage + 1,
+        match waypoint {
+            Some(waypoint) if waypoint.distances.goal() == label.vertex => self.push(Label {
+                waypoint: label.waypoint + 1,
                 step: Step::Dwell,
-                at: label.at.after(stage.dwell_ticks),
+                at: label.at.after(waypoint.dwell_ticks),
                 ..done
             }),
             None => self.push(Label {
@@ -246,7 +246,7 @@ impl<'a> Search<'a> {
     /// Ishida, "A* with partial expansion for large branching factor problems", AAAI 2000).
     fn expand_partially(&mut self, index: u32, most: u32) {
         let label = self.labels[index as usize];
-        if usize::from(label.stage) == self.errand.stages.len() {
+        if usize::from(label.waypoint) == self.agent.waypoints.len() {
             return;
         }
         let roadmap = self.scene.roadmap;
@@ -257,10 +257,10 @@ impl<'a> Search<'a> {
             Some(known) if known.weight_shift != self.weight_shift => u32::MAX,
             _ => most,
         };
-        let errand = self.errand;
-        errand.mover.steps_from(roadmap, label.vertex, |to, ticks| {
+        let agent = self.agent;
+        agent.mover.steps_from(roadmap, label.vertex, |to, ticks| {
             let at = label.at.after(ticks);
-            let node = self.nodes.flying(label.stage, to);
+            let node = self.nodes.flying(label.waypoint, to);
             let Some(least) = self.least(node, label.paid, at) else {
                 return;
             };

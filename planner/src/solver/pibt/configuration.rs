@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::far::Far;
-use crate::graph::agent::Errand;
+use crate::graph::agent::Agent;
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::sipp::conflicts::steps::Pace;
 use crate::sipp::conflicts::synchronous::{AMONG_NEIGHBOURS, STAYS, SynchronousSteps, WAYS};
@@ -21,7 +21,7 @@ const MOST_ENTRIES: usize = 256 << 20;
 pub(super) struct AgentState {
     pub(super) place: Vertex,
     /// Which of its tasks it is on the way to.
-    pub(super) stage: u16,
+    pub(super) waypoint: u16,
     /// Steps for which it still dwells there.
     pub(super) rest: u16,
 }
@@ -59,9 +59,9 @@ impl<'a> Configuration<'a> {
         step_ticks: u32,
     ) -> Option<Configuration<'a>> {
         let roadmap = &job.roadmap;
-        let members = job.errands.iter().zip(fixed);
+        let members = job.agents.iter().zip(fixed);
         let members = members
-            .map(|(errand, fixed)| member(roadmap, synchronous.steps, errand, *fixed, step_ticks));
+            .map(|(agent, fixed)| member(roadmap, synchronous.steps, agent, *fixed, step_ticks));
         let mut members: Vec<Member> = members.collect::<Option<_>>()?;
         let of_member = |member: &Member| {
             let radius = member.radius_m.to_bits();
@@ -81,10 +81,11 @@ impl<'a> Configuration<'a> {
         for member in &mut members {
             let keys = of_member(member);
             member.far = keys.iter().map(|key| far[key].clone()).collect();
-            for stage in (1..keys.len()).rev() {
-                let (from, to) = (member.goals[stage - 1], &member.far[stage]);
-                let steps = to.steps(roadmap.lattice(), from) + u32::from(member.rests[stage - 1]);
-                member.after[stage - 1] = steps + member.after[stage];
+            for waypoint in (1..keys.len()).rev() {
+                let (from, to) = (member.goals[waypoint - 1], &member.far[waypoint]);
+                let steps =
+                    to.steps(roadmap.lattice(), from) + u32::from(member.rests[waypoint - 1]);
+                member.after[waypoint - 1] = steps + member.after[waypoint];
             }
         }
         Some(Configuration {
@@ -104,41 +105,41 @@ impl<'a> Configuration<'a> {
     }
 
     /// Where every drone is at first.
-    pub(super) fn starts(&self, errands: &[Errand]) -> Vec<AgentState> {
-        let start = |(drone, errand): (usize, &Errand)| {
+    pub(super) fn starts(&self, agents: &[Agent]) -> Vec<AgentState> {
+        let start = |(drone, agent): (usize, &Agent)| {
             let at = AgentState {
-                place: errand.start,
-                stage: 0,
+                place: agent.start,
+                waypoint: 0,
                 rest: 0,
             };
             self.arrived(drone, at)
         };
-        errands.iter().enumerate().map(start).collect()
+        agents.iter().enumerate().map(start).collect()
     }
 
     /// Whether a drone is where it stays until the end.
     pub(super) fn is_home(&self, drone: usize, at: &AgentState) -> bool {
         let member = &self.members[drone];
-        usize::from(at.stage) + 1 == member.goals.len() && Some(&at.place) == member.goals.last()
+        usize::from(at.waypoint) + 1 == member.goals.len() && Some(&at.place) == member.goals.last()
     }
 
     /// Steps to the drone's last task past all before it, with no other drone there.
     pub(super) fn steps_left(&self, drone: usize, at: &AgentState) -> u32 {
-        let after = self.members[drone].after[usize::from(at.stage)];
+        let after = self.members[drone].after[usize::from(at.waypoint)];
         self.steps_from(drone, at, at.place) + after
     }
 
     /// Steps to its next task from a place nearby.
     pub(super) fn steps_from(&self, drone: usize, at: &AgentState, place: Vertex) -> u32 {
-        self.members[drone].far[usize::from(at.stage)].steps(self.roadmap.lattice(), place)
+        self.members[drone].far[usize::from(at.waypoint)].steps(self.roadmap.lattice(), place)
     }
 
     /// A drone as others meet it.
     pub(super) fn pace(&self, drone: usize, at: &AgentState, way: usize) -> Pace {
         let classes = &self.members[drone].classes;
-        let stage = usize::from(at.stage) + usize::from(at.rest > 0);
+        let waypoint = usize::from(at.waypoint) + usize::from(at.rest > 0);
         Pace {
-            class: classes[stage.min(classes.len() - 1)],
+            class: classes[waypoint.min(classes.len() - 1)],
             at: self.roadmap.lattice().steps(at.place),
             by: WAYS[way],
         }
@@ -165,8 +166,12 @@ impl<'a> Configuration<'a> {
     pub(super) fn after(&self, drone: usize, at: &AgentState, way: usize) -> AgentState {
         if at.rest > 0 {
             let rest = at.rest - 1;
-            let stage = at.stage + u16::from(rest == 0);
-            return AgentState { stage, rest, ..*at };
+            let waypoint = at.waypoint + u16::from(rest == 0);
+            return AgentState {
+                waypoint,
+                rest,
+                ..*at
+            };
         }
         let stride = match way {
             STAYS => 0,
@@ -180,12 +185,12 @@ impl<'a> Configuration<'a> {
     fn arrived(&self, drone: usize, at: AgentState) -> AgentState {
         let member = &self.members[drone];
         let mut at = at;
-        while usize::from(at.stage) + 1 < member.goals.len()
-            && at.place == member.goals[usize::from(at.stage)]
+        while usize::from(at.waypoint) + 1 < member.goals.len()
+            && at.place == member.goals[usize::from(at.waypoint)]
             && at.rest == 0
         {
-            at.rest = member.rests[usize::from(at.stage)];
-            at.stage += u16::from(at.rest == 0);
+            at.rest = member.rests[usize::from(at.waypoint)];
+            at.waypoint += u16::from(at.rest == 0);
         }
         at
     }
@@ -194,34 +199,34 @@ impl<'a> Configuration<'a> {
 fn member(
     roadmap: &Roadmap,
     steps: &crate::sipp::conflicts::Steps,
-    errand: &Errand,
+    agent: &Agent,
     is_fixed: bool,
     step_ticks: u32,
 ) -> Option<Member> {
-    let goals: Vec<Vertex> = if errand.stages.is_empty() || is_fixed {
-        vec![errand.start]
+    let goals: Vec<Vertex> = if agent.waypoints.is_empty() || is_fixed {
+        vec![agent.start]
     } else {
-        let goal = |stage: &crate::graph::agent::Stage| stage.distances.goal();
-        errand.stages.iter().map(goal).collect()
+        let goal = |waypoint: &crate::graph::agent::Waypoint| waypoint.distances.goal();
+        agent.waypoints.iter().map(goal).collect()
     };
     let on_lattice = goals.iter().all(|goal| !roadmap.is_stop(*goal));
-    let is_plain = errand.departs.0 == 0 && errand.begun.is_empty() && errand.forgiven.is_empty();
-    if !on_lattice || roadmap.is_stop(errand.start) || errand.grounded || !is_plain {
+    let is_plain = agent.departs.0 == 0 && agent.begun.is_empty() && agent.forgiven.is_empty();
+    if !on_lattice || roadmap.is_stop(agent.start) || agent.grounded || !is_plain {
         return None;
     }
-    let class = |kind| steps.class(errand.drone, kind);
-    let classes: Option<Vec<usize>> = errand.kinds.iter().map(|kind| class(*kind)).collect();
-    let rest = |stage: &crate::graph::agent::Stage| {
-        u16::try_from(stage.dwell_ticks.div_ceil(step_ticks)).ok()
+    let class = |kind| steps.class(agent.drone, kind);
+    let classes: Option<Vec<usize>> = agent.kinds.iter().map(|kind| class(*kind)).collect();
+    let rest = |waypoint: &crate::graph::agent::Waypoint| {
+        u16::try_from(waypoint.dwell_ticks.div_ceil(step_ticks)).ok()
     };
-    let rests: Option<Vec<u16>> = errand.stages.iter().map(rest).collect();
+    let rests: Option<Vec<u16>> = agent.waypoints.iter().map(rest).collect();
     Some(Member {
         after: vec![0; goals.len()],
         far: Vec::new(),
         goals,
         rests: rests?,
         classes: classes?,
-        radius_m: errand.mover.radius_m(),
+        radius_m: agent.mover.radius_m(),
         is_fixed,
     })
 }

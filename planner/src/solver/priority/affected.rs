@@ -44,7 +44,7 @@ pub(crate) fn plan_affected(
     let group = affected.group;
     let mut attempt = Attempt::new(
         &job.roadmap,
-        &job.errands,
+        &job.agents,
         affected.costmap,
         energy_weight,
         control,
@@ -78,7 +78,7 @@ pub(crate) fn plan_affected(
     }
     for &drone in group {
         attempt.costmap.remove(drone);
-        let begun = job.errands[drone.0 as usize].begun.clone();
+        let begun = job.agents[drone.0 as usize].begun.clone();
         attempt.costmap.insert(begun.clone());
         attempt.clear_the_way(&begun, &mut queue);
     }
@@ -99,7 +99,7 @@ pub(crate) fn plan_affected(
 fn shortest_first(job: &Job, group: &[DroneId]) -> VecDeque<DroneId> {
     let mut keyed: Vec<(u32, DroneId)> = group
         .iter()
-        .map(|&drone| (job.errands[drone.0 as usize].alone_ticks, drone))
+        .map(|&drone| (job.agents[drone.0 as usize].alone_ticks, drone))
         .collect();
     keyed.sort_unstable();
     keyed.into_iter().map(|(_, drone)| drone).collect()

@@ -48,8 +48,8 @@ impl Attempt<'_> {
                 .with_max_len(1)
                 .map(|drone| {
                     let careful = self.careful[drone.0 as usize];
-                    let errand = &self.errands[drone.0 as usize];
-                    let searched = search(Scene { careful, ..scene }, errand);
+                    let agent = &self.agents[drone.0 as usize];
+                    let searched = search(Scene { careful, ..scene }, agent);
                     let reservation = match &searched.found {
                         Found::Path(path) => Some(scene.costmap.reservation(path.legs.clone())),
                         _ => None,
@@ -92,7 +92,7 @@ impl Attempt<'_> {
             if self.weights[drone.0 as usize] == IMMOVABLE {
                 continue;
             }
-            if self.errands[drone.0 as usize].alone_ticks == UNREACHABLE {
+            if self.agents[drone.0 as usize].alone_ticks == UNREACHABLE {
                 self.leave_unplanned(drone, FailureKind::NoWay, queue);
                 continue;
             }

@@ -5,7 +5,7 @@ use costmap::leg::{DroneId, Leg};
 
 use super::whole::{MOST_EXPANSIONS_A_DRONE, Setting, known_hopeless};
 use super::{Attempt, Paths, stays_at_start};
-use crate::graph::agent::Errand;
+use crate::graph::agent::Agent;
 use crate::graph::roadmap::Roadmap;
 use crate::plan::outcome::Effort;
 use crate::sipp::conflicts::ReservationTable;
@@ -28,10 +28,10 @@ pub(super) fn plan_by_pibt(setting: &Setting<'_>, effort: &mut Effort) -> Option
     let fixed: Vec<DroneId> = excluded.iter().map(|(drone, _)| *drone).collect();
     let seed = setting.planning.seed;
     let run = run_pibt(job, costmap, steps, &fixed, seed, control, effort)?;
-    let most = effort.expansions + MOST_EXPANSIONS_A_DRONE * job.errands.len() as u64;
+    let most = effort.expansions + MOST_EXPANSIONS_A_DRONE * job.agents.len() as u64;
     let mut attempt = Attempt::new(
         &job.roadmap,
-        &run.errands,
+        &run.agents,
         costmap.clone(),
         setting.planning.energy_weight,
         control,
@@ -41,20 +41,20 @@ pub(super) fn plan_by_pibt(setting: &Setting<'_>, effort: &mut Effort) -> Option
     attempt.detours = false;
     attempt.reservations = Some(ReservationTable::new(steps, costmap));
     let mut waiting = Vec::new();
-    for (index, errand) in run.errands.iter().enumerate() {
+    for (index, agent) in run.agents.iter().enumerate() {
         if run.fixed[index] {
-            attempt.reserve(vec![stays_at_start(errand, &job.roadmap)]);
+            attempt.reserve(vec![stays_at_start(agent, &job.roadmap)]);
             attempt.weights[index] = IMMOVABLE;
         } else if run.home[index] {
-            let legs = vec![stays(errand, &job.roadmap)];
+            let legs = vec![stays(agent, &job.roadmap)];
             attempt.reserve(legs.clone());
             attempt.paths[index] = Some(Path {
                 legs,
-                arrives: errand.departs,
+                arrives: agent.departs,
                 met: Vec::new(),
             });
         } else {
-            waiting.push((errand.alone_ticks, errand.drone));
+            waiting.push((agent.alone_ticks, agent.drone));
         }
     }
     waiting.sort_unstable();
@@ -62,10 +62,10 @@ pub(super) fn plan_by_pibt(setting: &Setting<'_>, effort: &mut Effort) -> Option
     if !is_through || !attempt.unplanned.is_empty() {
         return None;
     }
-    let moved = |(path, errand): (Option<Path>, &Errand)| {
-        path.filter(|path| path.legs != [stays(errand, &job.roadmap)])
+    let moved = |(path, agent): (Option<Path>, &Agent)| {
+        path.filter(|path| path.legs != [stays(agent, &job.roadmap)])
     };
-    let planned = attempt.paths.into_iter().zip(&run.errands).map(moved);
+    let planned = attempt.paths.into_iter().zip(&run.agents).map(moved);
     let planned = planned.collect();
     let (paths, costmap) = run.whole(job, costmap, planned)?;
     let mut paths: Vec<Option<Path>> = paths.into_iter().map(Some).collect();
@@ -80,11 +80,11 @@ pub(super) fn plan_by_pibt(setting: &Setting<'_>, effort: &mut Effort) -> Option
 }
 
 /// What a drone does that is home.
-fn stays(errand: &Errand, roadmap: &Roadmap) -> Leg {
-    let kind = errand.kinds[errand.kinds.len() - 1];
+fn stays(agent: &Agent, roadmap: &Roadmap) -> Leg {
+    let kind = agent.kinds[agent.kinds.len() - 1];
     Leg {
-        start: errand.departs,
-        ..errand.hover(roadmap.position_m(errand.start), kind)
+        start: agent.departs,
+        ..agent.hover(roadmap.position_m(agent.start), kind)
     }
 }
 
@@ -129,7 +129,7 @@ mod tests {
         (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
         let job = prepare(&world);
         let costmap = empty_costmap(&world, job.roadmap.lattice(), true);
-        let steps = Steps::new(job.roadmap.lattice(), &job.errands, &costmap);
+        let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap);
         let setting = Setting {
             job: &job,
             costmap: &costmap,
@@ -143,27 +143,27 @@ mod tests {
         assert!(effort.rounds > 0);
         let report = verify(&assemble(&world, &job, &paths));
         assert!(report.violations.is_empty(), "{:#?}", report.violations);
-        for (path, errand) in paths.paths.iter().flatten().zip(&job.errands) {
+        for (path, agent) in paths.paths.iter().flatten().zip(&job.agents) {
             let last = path.legs.last().expect("it flies");
-            let goal_m = job.roadmap.position_m(errand.last_vertex());
-            match errand.ending {
+            let goal_m = job.roadmap.position_m(agent.last_vertex());
+            match agent.ending {
                 Ending::Hover => assert_eq!((last.to_m, last.end), (goal_m, Tick::FOREVER)),
                 Ending::Leave => assert_eq!(last.to_m, goal_m),
                 Ending::Land { rest_m, .. } => {
                     assert_eq!((last.to_m, last.flying), (rest_m, false))
                 }
             }
-            if errand.stages.is_empty() {
+            if agent.waypoints.is_empty() {
                 assert_eq!(path.legs.len(), 1, "no drone without a task is displaced");
                 continue;
             }
             let passes = |leg: &Leg| {
                 leg.stays()
-                    && leg.from_m == job.roadmap.position_m(errand.stages[0].distances.goal())
+                    && leg.from_m == job.roadmap.position_m(agent.waypoints[0].distances.goal())
             };
             let dwells = path.legs.iter().filter(|leg| passes(leg));
             let longest = dwells.map(|leg| leg.end.0 - leg.start.0).max();
-            assert!(longest.unwrap_or(0) >= errand.stages[0].dwell_ticks);
+            assert!(longest.unwrap_or(0) >= agent.waypoints[0].dwell_ticks);
         }
     }
 }

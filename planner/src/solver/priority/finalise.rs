@@ -40,7 +40,7 @@ impl Attempt<'_> {
                     stop: &|| false,
                     ..self.scene()
                 };
-                let searched = search(scene, &self.errands[index]);
+                let searched = search(scene, &self.agents[index]);
                 left = left.saturating_sub(searched.expansions);
                 if let Some(path) = self.counted(searched)
                     && self.costmap.is_borne(&path.legs)

@@ -51,11 +51,11 @@ impl Attempt<'_> {
         loop {
             let mut found = false;
             for price in PRICES {
-                let mut delayed: Vec<(u32, DroneId)> = (self.errands.iter())
-                    .filter_map(|errand| {
-                        let path = self.paths[errand.drone.0 as usize].as_ref()?;
-                        let delay = path.arrives.0.saturating_sub(errand.alone_ticks);
-                        (delay > 0).then_some((delay, errand.drone))
+                let mut delayed: Vec<(u32, DroneId)> = (self.agents.iter())
+                    .filter_map(|agent| {
+                        let path = self.paths[agent.drone.0 as usize].as_ref()?;
+                        let delay = path.arrives.0.saturating_sub(agent.alone_ticks);
+                        (delay > 0).then_some((delay, agent.drone))
                     })
                     .collect();
                 delayed.sort_unstable_by_key(|(delay, drone)| (std::cmp::Reverse(*delay), *drone));
@@ -129,7 +129,7 @@ impl Attempt<'_> {
             most_expansions: MOST_EXPANSIONS,
             ..self.scene()
         };
-        let searched = search(scene, &self.errands[drone.0 as usize]);
+        let searched = search(scene, &self.agents[drone.0 as usize]);
         self.counted(searched)
     }
 

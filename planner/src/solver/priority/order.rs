@@ -9,15 +9,15 @@ use crate::solver::prepare::Job;
 /// Shortest alone first; later orders shuffle neighbours in that order more and more.
 pub(super) fn order_of(job: &Job, order: u64, seed: u64) -> VecDeque<DroneId> {
     let mut keyed: Vec<(u64, DroneId)> = job
-        .errands
+        .agents
         .iter()
-        .map(|errand| {
-            let alone = u64::from(errand.alone_ticks);
-            let noise = splitmix64(seed ^ (order << 32) ^ u64::from(errand.drone.0)) % 1000;
+        .map(|agent| {
+            let alone = u64::from(agent.alone_ticks);
+            let noise = splitmix64(seed ^ (order << 32) ^ u64::from(agent.drone.0)) % 1000;
             // In the first order noise only breaks ties.
             (
                 alone * 1000 + order * alone * noise / 2 + noise,
-                errand.drone,
+                agent.drone,
             )
         })
         .collect();

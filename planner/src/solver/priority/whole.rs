@@ -6,7 +6,7 @@ use costmap::leg::DroneId;
 use super::by_pibt::plan_by_pibt;
 use super::order::order_of;
 use super::{Attempt, FailureKind, Paths};
-use crate::graph::agent::Errand;
+use crate::graph::agent::Agent;
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::outcome::{Control, Effort};
 use crate::scenario::world::Planning;
@@ -93,7 +93,7 @@ impl Setting<'_> {
     fn in_order(&self, order: u64, has_another: bool, effort: &mut Effort) -> Option<Paths> {
         let mut attempt = self.attempt(self.costmap.clone(), effort);
         if has_another {
-            let most = MOST_EXPANSIONS_A_DRONE * self.job.errands.len() as u64;
+            let most = MOST_EXPANSIONS_A_DRONE * self.job.agents.len() as u64;
             attempt.gives_up_at = Some(attempt.effort.expansions + most);
         }
         attempt.exclude(self.excluded);
@@ -108,8 +108,8 @@ impl Setting<'_> {
         for (drone, _) in &paths.unplanned {
             attempt.weights[drone.0 as usize] = IMMOVABLE;
         }
-        for errand in self.job.errands.iter().filter(|errand| errand.stays()) {
-            attempt.weights[errand.drone.0 as usize] = IMMOVABLE;
+        for agent in self.job.agents.iter().filter(|agent| agent.stays()) {
+            attempt.weights[agent.drone.0 as usize] = IMMOVABLE;
         }
         (attempt.paths, attempt.unplanned) = (paths.paths, paths.unplanned);
         attempt.improve_by_lns();
@@ -117,11 +117,11 @@ impl Setting<'_> {
     }
 
     fn attempt<'b>(&'b self, costmap: Costmap, effort: &'b mut Effort) -> Attempt<'b> {
-        let (roadmap, errands) = (&self.job.roadmap, &self.job.errands);
+        let (roadmap, agents) = (&self.job.roadmap, &self.job.agents);
         let energy_weight = self.planning.energy_weight;
         let mut attempt = Attempt::new(
             roadmap,
-            errands,
+            agents,
             costmap,
             energy_weight,
             self.control,
@@ -135,11 +135,10 @@ impl Setting<'_> {
 }
 
 pub(super) fn known_hopeless(job: &Job, excluded: &[(DroneId, FailureKind)]) -> usize {
-    let unreachable = |errand: &&Errand| {
-        errand.alone_ticks == UNREACHABLE
-            && !excluded.iter().any(|(drone, _)| *drone == errand.drone)
+    let unreachable = |agent: &&Agent| {
+        agent.alone_ticks == UNREACHABLE && !excluded.iter().any(|(drone, _)| *drone == agent.drone)
     };
-    excluded.len() + job.errands.iter().filter(unreachable).count()
+    excluded.len() + job.agents.iter().filter(unreachable).count()
 }
 
 /// Those left out, then the sum of arrivals.
