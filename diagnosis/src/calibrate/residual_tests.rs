@@ -93,7 +93,7 @@ const CAVEATS: [&str; 6] = [
     "six tests at 0.05 raise a false alarm in up to a quarter of cases; the column after Holm does not",
     "with the ambient speed taken off as a scalar, a magnitude probe reads less than the axial speed: beyond xi = 3 the mean of \
      epsilon is above 0 even if the profile is right",
-    "gusts across the jet raise what a magnitude probe reads (about 4 % on the axis of a round jet, recalled); the fitted jet \
+    "gusts across the jet raise what a magnitude probe reads (about 4 % on the axis of a round jet, assumed here); the fitted jet \
      contains that unless lateral_turbulence is given",
     "a chi-squared test that does not reject normality says nothing about independence, and with few cells nothing at all",
 ];

@@ -79,8 +79,8 @@ pub(super) const PRESSURE_PA: Limits = from(30_000.0, 110_000.0, "Pa");
 /// A jet's decay constant: the paper's is 10; a hundredth or ten times that is a slip or another
 /// unit.
 pub(super) const CENTRELINE: Limits = from(0.1, 100.0, "");
-/// A jet's spreading rate: round jets have 0.07 to 0.11 (recalled), walls and swirl a few times
-/// that.
+/// A jet's spreading rate: the paper's is 0.077, round jets have 0.094 to 0.102 (Pope, Turbulent
+/// Flows, 2000, table 5.1); the range leaves room for walls and swirl.
 pub(super) const SPREADING: Limits = from(0.005, 1.0, "");
 /// A jet's virtual origin: above the rotors, where `airflow` needs it; the paper's is -5.8.
 pub(super) const ORIGIN: Limits = from(-100.0, -0.01, "motor distances below the rotors");
