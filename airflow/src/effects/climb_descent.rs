@@ -17,7 +17,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     name: "climb_descent",
     aliases: &[],
     equation: "U -> U (v_i/v_h)^p, v_i/v_h = -x/2 + sqrt(x^2/4 + 1), x = V_z/v_h",
-    description: "a climbing drone blows less, a sinking one more",
+    description: "a climbing drone has a weaker wake, a sinking one a stronger",
     parameters: &[Parameter::ratio("exponent", &["p"], 0.0, [0.0, 3.0])],
     essential: 1,
     home: Home::Surroundings,

@@ -277,8 +277,8 @@ impl<'a> Forces<'a> {
             effects,
             ..*hypothesis
         };
-        let blows = !self.alone || hypothesis.downwash.is_some();
-        let air_mps = blows.then(|| self.known_air_mps(&of_air));
+        let has_wake = !self.alone || hypothesis.downwash.is_some();
+        let air_mps = has_wake.then(|| self.known_air_mps(&of_air));
         let factor = hypothesis.downwash.unwrap_or(1.0);
         let of_part = |(index, part): (usize, &Part)| {
             let air_mps = air_mps.as_ref().map(|air_mps| &air_mps[index]);

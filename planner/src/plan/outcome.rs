@@ -162,7 +162,7 @@ pub enum Exclusion {
         /// The drone's limit.
         limit: f64,
     },
-    /// The drone blows into a zone.
+    /// The drone's wake reaches into a zone.
     Zone {
         /// Highest summed speed in the zone (m/s).
         air_mps: f64,

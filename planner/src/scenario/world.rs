@@ -134,7 +134,7 @@ pub struct Task {
 /// How a drone begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub enum AtStart {
-    /// In the air: its wake blows from time 0.
+    /// In the air, with its wake, from time 0.
     Hover,
     /// On the ground, without a wake, until it first moves.
     Landed,

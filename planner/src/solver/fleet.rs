@@ -111,7 +111,7 @@ pub(crate) fn kept_out_by_zones(
     out
 }
 
-/// What the fleet would do if drones did not blow, judged with their wakes: the contrast alone, for
+/// What the fleet would do if it were planned without wakes, judged with them: the contrast alone, for
 /// worlds that [`plan_world`] finds blocked. `None` where even the bodies exclude one another at
 /// the start.
 pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash> {
@@ -126,7 +126,7 @@ pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash
     ignoring_downwash(world, &prepare(world), &conflicts, control)
 }
 
-/// The same fleet on the same roadmap as if drones did not blow, judged with their wakes; `None` if
+/// The same fleet on the same roadmap planned without wakes, judged with them; `None` if
 /// it was stopped before the end.
 fn ignoring_downwash(
     world: &World,

@@ -49,7 +49,7 @@ fn given_or_cited_a_finding_makes_the_same_plan_and_without_it_another() {
     let text = String::from_utf8(made("given")).unwrap();
     assert!(text.contains("crossflow") && text.contains("wind_mps"));
 
-    // The check goes by the air that a plan names: the plain plan in the corrected air is blown on.
+    // The check goes by the air that a plan names: the plain plan in the corrected air is exposed.
     let mut plain: serde_json::Value = serde_json::from_slice(&made("plain")).unwrap();
     let given: serde_json::Value = serde_json::from_slice(&made("given")).unwrap();
     plain["air"] = given["air"].clone();

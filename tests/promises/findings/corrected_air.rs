@@ -64,7 +64,7 @@ fn blown_on(plan: &Plan) -> usize {
         .count()
 }
 
-/// Planned in still air: safe there, blown on in the real air. Planned in the real air: safe in it.
+/// Planned in still air: safe there, over the limit in the real air. Planned in the real air: safe in it.
 fn only_the_finding_helps(real: Effects) {
     let ignorant = planned(&hall(Effects::default()));
     assert!(is_safe(&ignorant));

@@ -215,7 +215,7 @@ fn aside_m(above_m: f64, alpha: f64) -> f64 {
     far_m
 }
 
-/// `lower` and `upper` cannot leave their starts, where one blows on the other with three quarters of what
+/// `lower` and `upper` cannot leave their starts, where the wake of one reaches the other with three quarters of what
 /// it may; a drone that hovers at a goal beside them must not add to that.
 #[test]
 fn nobody_ends_where_he_adds_too_much_to_those_who_stay() {

@@ -347,7 +347,7 @@ fn mended(mut world: World) -> World {
         let Some(conflict) = conflict else {
             return world;
         };
-        // A zone is blown into by the one named; of two drones, the later goes.
+        // The wake of the one named reaches the zone; of two drones, the later goes.
         let later = match conflict.blocker {
             Blocker::Drone(other) => other.max(conflict.drone),
             Blocker::Zone(_) => conflict.drone,

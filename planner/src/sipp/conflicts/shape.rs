@@ -317,7 +317,7 @@ fn is_too_near(
 ) -> bool {
     let most = (ONE_WAKES_SHARE * f64::from(BUDGET)) as u32;
     meet_at(fleet, classes, radius_m, z_m).any(|met| {
-        let blown = met.column || met.load_on_first > most || met.load_on_second > most;
-        met.bodies || air && blown
+        let exposed = met.column || met.load_on_first > most || met.load_on_second > most;
+        met.bodies || air && exposed
     })
 }

@@ -1,8 +1,8 @@
 //! How many steps along the axes it is to a goal.
 //!
-//! Where nothing is in the way, all fly in the middle layer: who is as high as another does not
-//! blow on it, and the fewer layers there are between two, the less. `plan bench hall --drones 2000
-//! --seeds 1` takes 206 steps, and took 358 at any height.
+//! Where nothing is in the way, all fly in the middle layer: a drone is not exposed to the wake of
+//! another at its own height, and the fewer layers there are between two, the less. `plan bench hall
+//! --drones 2000 --seeds 1` takes 206 steps this way, and 358 with a goal layer for each drone.
 
 use crate::graph::lattice::{Lattice, NEIGHBOURS};
 use crate::graph::roadmap::{Roadmap, Vertex};
