@@ -43,7 +43,8 @@ const fn samples<T: Copy>(short: T, long: T) -> T {
 
 /// A set of recordings that do not ship; what needs it is ignored where `build.rs` did not find it.
 fn shared(set: &str) -> PathBuf {
-    let folder = option_env!("SHARED_RECORDINGS").expect("asked only where recordings were found");
+    let folder: Option<&str> = option_env!("SHARED_RECORDINGS");
+    let folder = folder.expect("asked only where recordings were found");
     PathBuf::from(folder).join(set)
 }
 

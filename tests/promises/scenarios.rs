@@ -155,7 +155,7 @@ fn in_the_warehouse_at_least_five_drones_would_fly_through_downwash() {
 #[test]
 fn the_courier_of_the_warehouse_is_heavier_from_the_parcel_to_the_table() {
     let plan = shipped_plan("warehouse");
-    let courier = drone(&plan, "courier");
+    let courier = drone(plan, "courier");
     let mut masses_kg = courier.trajectory.mass_kg.clone();
     masses_kg.dedup();
     assert_eq!(masses_kg.len(), 3, "{masses_kg:?}");

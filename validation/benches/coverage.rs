@@ -12,7 +12,9 @@ use validation::hover_grid::{HoverGrid, TrueJet, TrueProfile};
 const UNCANTED: [&str; 4] = ["kolibri", "offboard-1", "offboard-2", "matrice-300"];
 
 /// Which of the three constants an interval holds, and whether the fit is called poor.
-fn campaign(seed: u64, flights: u64, profile: TrueProfile) -> ([bool; 3], bool) {
+type Answer = ([bool; 3], bool);
+
+fn campaign(seed: u64, flights: u64, profile: TrueProfile) -> Answer {
     let mut recordings = Vec::new();
     for (name, drone) in UNCANTED.iter().zip(0..) {
         let mut grid = HoverGrid::over_one_probe(name).expect("a drone of the paper");
@@ -43,11 +45,11 @@ fn main() {
         TrueProfile::GaussianTail,
         TrueProfile::TopHat,
     ] {
-        let answers: Vec<([bool; 3], bool)> = (0..campaigns)
+        let answers: Vec<Answer> = (0..campaigns)
             .into_par_iter()
             .map(|seed| campaign(seed, flights, profile))
             .collect();
-        let percent = |hit: &dyn Fn(&([bool; 3], bool)) -> bool| {
+        let percent = |hit: &dyn Fn(&Answer) -> bool| {
             100.0 * answers.iter().filter(|answer| hit(answer)).count() as f64 / campaigns as f64
         };
         let held = [0, 1, 2].map(|k| percent(&|answer| answer.0[k]));

@@ -7,7 +7,7 @@ use crate::forward::simulate::Place;
 /// How many of them, from the first, say where a row is: what regions are told in.
 pub(super) const PLACES: usize = 4;
 
-/// Names of the coordinates and their letters, in the order of [`covariates`].
+/// Names of the coordinates and their letters, in the order of `covariates`.
 pub const COORDINATES: [(&str, &str); 13] = [
     ("depth m", "s"),
     ("beside m", "r"),

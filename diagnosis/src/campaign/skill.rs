@@ -17,6 +17,9 @@ const DRAWS: usize = 400;
 /// Rows below which nothing is said of a place. Chosen here: fewer make no mean.
 const LEAST_ROWS: usize = 20;
 
+/// What a row counts under along a curve; `None` where it does not belong to it.
+type Abscissa<'a> = &'a dyn Fn(usize) -> Option<f64>;
+
 /// Error and `R²` over some rows; intervals are 95 % over flights: lower end, value, upper end.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Skill {
@@ -167,7 +170,7 @@ impl<'a> Judged<'a> {
         let [depth_m, _, xi, height_m, ..] = self.columns else {
             return Vec::new();
         };
-        let curves: [(&str, &[f64], &dyn Fn(usize) -> Option<f64>); 3] = [
+        let curves: [(&str, &[f64], Abscissa<'_>); 3] = [
             (
                 "depth m, within a half-width",
                 &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0],
@@ -190,12 +193,7 @@ impl<'a> Judged<'a> {
             .collect()
     }
 
-    fn curve(
-        &self,
-        along: &str,
-        edges: &[f64],
-        value: &dyn Fn(usize) -> Option<f64>,
-    ) -> Option<Curve> {
+    fn curve(&self, along: &str, edges: &[f64], value: Abscissa<'_>) -> Option<Curve> {
         let mut curve = Curve {
             along: along.to_owned(),
             ..Curve::default()

@@ -198,7 +198,6 @@ mod tests {
             let options = Options {
                 least_step: 0.0,
                 accepted: 0.01,
-                ..Options::default()
             };
             found += usize::from(!steps(&series(seed, |_| 1.0, 0.1, 0.6), options).is_empty());
         }

@@ -84,7 +84,7 @@ pub enum ChangeError {
     },
     /// A number that no scenario may have.
     #[error(transparent)]
-    Number(WorldError),
+    Number(Box<WorldError>),
     /// A place where it cannot be.
     #[error("`{drone}` cannot be at {place}: {why}")]
     Misplaced {
@@ -164,7 +164,7 @@ pub(super) fn problems(
     }
     let density = world.air.density_kg_per_m3();
     let faults = placed.iter().flat_map(|drone| drone.faults(density));
-    found.extend(faults.map(ChangeError::Number));
+    found.extend(faults.map(|fault| ChangeError::Number(Box::new(fault))));
     placed.retain(|drone| {
         let goals_m = drone.tasks.iter().map(|task| task.to_m);
         let mut places_m = goals_m.chain([drone.start_m]);

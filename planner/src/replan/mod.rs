@@ -20,7 +20,7 @@ use crate::scenario::world::{self, Drone, Vehicle};
 pub enum GivenError {
     /// The world is not in order, or a drone has a number that no scenario may have.
     #[error(transparent)]
-    World(#[from] WorldError),
+    World(Box<WorldError>),
     /// Not the plan of this world.
     #[error("the plan has {plan} drones, the world {world}")]
     Count {
@@ -50,6 +50,12 @@ pub enum GivenError {
         /// What is wrong.
         why: String,
     },
+}
+
+impl From<WorldError> for GivenError {
+    fn from(error: WorldError) -> GivenError {
+        GivenError::World(Box::new(error))
+    }
 }
 
 /// What flies in a plan, with nothing to do, where its trajectory begins; in air of a density (kg/m³).

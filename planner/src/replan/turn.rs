@@ -465,12 +465,12 @@ impl Turn<'_> {
         } = self.running;
         *costmap = paths.costmap;
         let mass_kg = |leg: &Leg| kinds.kinds[usize::from(leg.kind.0)].1;
-        for index in 0..tracks.len() {
+        for (index, track) in tracks.iter_mut().enumerate() {
             let path = paths.paths.get_mut(index).and_then(Option::take);
             let asked = self.asked.get(&index);
             let cause = asked.map(|asked| asked.cause);
             let name = world.drones[index].name.clone();
-            let (entry, track) = (&mut plan.drones[index], &mut tracks[index]);
+            let entry = &mut plan.drones[index];
             let left_out = paths
                 .unplanned
                 .iter()

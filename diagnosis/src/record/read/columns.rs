@@ -106,9 +106,12 @@ const ROLES: [(&str, Role, Units); 25] = [
 /// Names of the column that says whose row it is.
 const VEHICLE: [&str; 2] = ["vehicle", "vehicle_id"];
 
+/// The role of a column by its place in a group.
+type RoleOf = fn(usize) -> Role;
+
 /// Groups of columns of which some without the others mean nothing. Angles are not among them: a
 /// missing one is taken as 0.
-const GROUPS: [(fn(usize) -> Role, usize); 4] = [
+const GROUPS: [(RoleOf, usize); 4] = [
     (Role::Velocity, 3),
     (Role::Acceleration, 3),
     (Role::Quaternion, 4),
