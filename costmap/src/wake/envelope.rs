@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::moved_jet::{MovedSlab, slabs_m};
-use crate::volumes::downwash::{Section, clip_depth};
+use crate::volumes::downwash::clip_depth;
 use crate::volumes::relative::nearest_radius_m;
 
 /// Columns per row: chosen here, about a tenth of a half-width each.
@@ -121,33 +121,6 @@ impl Envelope {
         }
         met.mean *= share / pieces;
         met
-    }
-
-    /// The iso-exposure volume: outside of it no place has a mean square above `square` (in units of the
-    /// emitter's induced velocity, squared).
-    ///
-    /// Convex sections below the emitter, from above: the hull of what the table holds, round about the emitter.
-    pub fn iso_exposure(&self, square: f64) -> Vec<Section> {
-        let mut profile: Vec<[f64; 2]> = Vec::new();
-        for (row, depths_m) in self.depths_m.windows(2).enumerate() {
-            let squares = &self.squares[row * COLUMNS..(row + 1) * COLUMNS];
-            let Some(last) = squares.iter().rposition(|&it| f64::from(it) > square) else {
-                continue;
-            };
-            let edge_m = (last + 1) as f64 / self.rows[row].columns_per_m;
-            let radius_m = edge_m + self.aside_m(row).norm();
-            for &depth_m in depths_m {
-                push_on_hull(&mut profile, [depth_m, radius_m]);
-            }
-        }
-        let section = |ends: &[[f64; 2]]| Section {
-            from_depth_m: ends[0][0],
-            to_depth_m: ends[1][0],
-            from_radius_m: ends[0][1],
-            to_radius_m: ends[1][1],
-        };
-        let sections = profile.windows(2).map(section);
-        sections.filter(|it| it.height_m() > 0.0).collect()
     }
 
     /// Bound on the mean square at any place as far from the emitter's axis as a path and between its depths, at any bearing.
@@ -540,18 +513,6 @@ fn at_middle(row: &(f64, Vec<Sample>), radius_m: f64) -> f64 {
         (Some(inner), Some(outer)) => inner.mean + (outer.mean - inner.mean) * place.fract(),
         _ => 0.0,
     }
-}
-
-/// Adds a point (depth, radius) no shallower than all before to the upper convex hull of a profile.
-fn push_on_hull(profile: &mut Vec<[f64; 2]>, point: [f64; 2]) {
-    while let [.., a, b] = profile[..] {
-        let turn = (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0]);
-        if turn < 0.0 {
-            break;
-        }
-        profile.pop();
-    }
-    profile.push(point);
 }
 
 #[cfg(test)]

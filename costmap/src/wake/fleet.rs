@@ -9,7 +9,6 @@ use std::sync::OnceLock;
 use crate::leg::{KindId, Leg};
 use crate::volumes::downwash::{Section, column};
 use crate::volumes::iso_speed::IsoSpeedVolume;
-use crate::volumes::keep_out::KeepOut;
 use crate::volumes::relative::nearest_radius_m;
 use crate::wake::envelope::Envelope;
 
@@ -351,42 +350,6 @@ impl Fleet {
             }
         }
         (meeting != Meeting::default()).then_some(meeting)
-    }
-
-    /// Where a drone of the first kind must not be, seen from one of the second (m): where bodies touch, in a column, or
-    /// where one wake alone fills more than `share` of the other's budget at its air limit. Kinds with air limits.
-    pub fn keep_out(&self, [first, second]: [(KindId, f64); 2], share: f64) -> KeepOut {
-        let body_m = self.kind(first.0).body_radius_m + self.kind(second.0).body_radius_m;
-        let below = |emitter: KindId, receiver: (KindId, f64)| {
-            if !self.conditions.wakes {
-                return Vec::new();
-            }
-            let envelope = self.envelope(usize::from(emitter.0), usize::from(receiver.0.0));
-            let mut sections = envelope.iso_exposure(self.square_of(emitter, receiver, share));
-            sections.push(self.columns[usize::from(emitter.0)]);
-            sections
-        };
-        KeepOut::new(
-            body_m + self.conditions.clearance_m,
-            &below(second.0, first),
-            &below(first.0, second),
-        )
-    }
-
-    /// The mean square of an emitter's air that fills a share of a receiver's budget: [`Fleet::load_of`] backwards.
-    fn square_of(&self, emitter: KindId, (receiver, air_limit): (KindId, f64), share: f64) -> f64 {
-        let measure_mps = self.measure_mps(receiver);
-        let ratio = self.wake(emitter).induced_velocity_mps() / measure_mps;
-        let limit = left(
-            air_limit,
-            self.conditions.flown.return_flow_mps / measure_mps,
-        );
-        let additive = (share * f64::from(BUDGET)).floor() / WHOLE;
-        let of_limit = match self.conditions.superposition {
-            Superposition::Linear => additive,
-            Superposition::Momentum | Superposition::Strongest => additive.sqrt(),
-        };
-        (of_limit * limit / ratio).powi(2)
     }
 
     fn add_wake(

@@ -132,28 +132,6 @@ fn a_way_meets_no_less_than_any_place_on_it() {
     }
 }
 
-/// The volume that bodies of tables are cut from: outside of it the table itself stays within the limit, and its
-/// hull is hardly wider than the table.
-#[test]
-fn outside_an_iso_exposure_volume_no_place_is_above_its_limit() {
-    for names in PAIRS {
-        let (_, _, envelope) = pair(names);
-        for limit in [0.1, 0.2, 0.3, 0.6] {
-            let sections = envelope.iso_exposure(limit * limit);
-            let (mut above, mut held) = (0, 0);
-            for [x, y, z] in places(40_000) {
-                let place_m = Vector3::new(4.0 * x - 2.0, 4.0 * y - 2.0, -DEEPEST_M * z);
-                let is_above = at(&envelope, place_m) > limit * limit;
-                let is_held = sections.iter().any(|section| section.holds(place_m));
-                assert!(is_held || !is_above, "{names:?}, {limit}: {place_m}");
-                above += u32::from(is_above);
-                held += u32::from(is_held);
-            }
-            println!("{names:?}, {limit}: {held} held, {above} above");
-        }
-    }
-}
-
 #[test]
 fn the_column_is_entered_where_samples_say_so() {
     let column = crate::volumes::downwash::column(&pair(PAIRS[0]).0);
