@@ -4,8 +4,8 @@ use airflow::effects::{GroundImpingement, ProfileTail};
 
 use super::forces::Forces;
 use crate::infer::candidates::{
-    BODY_DRAG, CLOCK, Candidate, Change, DRIFT, GAIN, GROUND_IMPINGEMENT, Kind, LAG, OFFSET,
-    OWN_MOTION, Shows, of_the_jet, of_the_receiver, of_the_surroundings, parameter,
+    BODY_DRAG, CLOCK, Candidate, Change, DRIFT, Fault, GAIN, GROUND_IMPINGEMENT, Kind, LAG, OFFSET,
+    OWN_MOTION, Parameter, Shows, of_the_air, of_the_receiver, sizes_differ,
 };
 
 /// Effects of the jet that no vertical force can show, or that another name here stands for.
@@ -31,8 +31,7 @@ pub(super) fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
         candidates.push(downwash());
     }
     if is_below {
-        candidates.extend(of_the_jet(&shows));
-        candidates.extend(of_the_surroundings(&shows));
+        candidates.extend(of_the_air(&shows));
         candidates.extend(shows.floor.then(|| {
             let mut impingement = GROUND_IMPINGEMENT.candidate(&shows);
             stops_at_the_floor(&mut impingement);
@@ -41,7 +40,7 @@ pub(super) fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
     }
     candidates.extend(of_the_receiver(&shows));
     candidates.extend([OWN_MOTION, BODY_DRAG].map(|trial| trial.candidate(&shows)));
-    candidates.extend(of_the_force());
+    candidates.extend(OF_THE_FORCE.iter().map(|fault| fault.candidate(&shows)));
     // Where the wake itself is a candidate, its strength is its own parameter.
     let is_its_own = |name: &str| alone && name == "momentum_scale";
     candidates
@@ -70,12 +69,6 @@ fn edge(candidate: &mut Candidate) {
 }
 
 fn shows(forces: &Forces, alone: bool) -> Shows {
-    let vehicles = || forces.recordings.iter().flat_map(|r| &r.vehicles);
-    let ratio = |v: &crate::record::recording::Vehicle| {
-        v.airframe.propeller_diameter_m() / v.airframe.motor_distance_m()
-    };
-    let low = vehicles().map(ratio).fold(f64::INFINITY, f64::min);
-    let high = vehicles().map(ratio).fold(0.0, f64::max);
     let lowest_m = forces.judged().map(|(_, step)| step.height_m);
     Shows {
         air: !alone,
@@ -86,7 +79,7 @@ fn shows(forces: &Forces, alone: bool) -> Shows {
             .map(|(_, step)| step.above.len())
             .max()
             .unwrap_or(0),
-        sizes_differ: high > 1.03 * low,
+        sizes_differ: sizes_differ(forces.recordings.iter().flat_map(|r| &r.vehicles)),
         near: false,
         // Five propeller radii of a large drone, ten of a small one: ground effect ends there.
         floor: lowest_m.fold(f64::INFINITY, f64::min) < 0.25,
@@ -107,7 +100,7 @@ fn downwash() -> Candidate {
         kind: Kind::Physics,
         equation: "U = f U_jet(s, r) of every drone above; F = (tau(U/U_H) - 1) T",
         description: "the drone flies in the wake of another one above it, which pushes it down",
-        parameters: vec![parameter("f", "1", [0.0, 2.5], 0.0, 0.1)],
+        parameters: vec![Parameter::new("f", "1", [0.0, 2.5], 0.1)],
         essential: 1,
         starts: vec![vec![0.7]],
         closure_error: 0.0,
@@ -120,7 +113,10 @@ fn downwash() -> Candidate {
 fn stops_at_the_floor(candidate: &mut Candidate) {
     candidate.equation = "U -> U (1 - exp(-(h/(c r_f))^2))";
     candidate.description = "the other drone's jet stops above the floor";
-    candidate.parameters = vec![parameter("c", "1", [0.02, 3.0], 0.02, 0.3)];
+    candidate.parameters = vec![Parameter {
+        neutral: 0.02,
+        ..Parameter::new("c", "1", [0.02, 3.0], 0.3)
+    }];
     candidate.essential = 1;
     candidate.starts = vec![vec![0.8]];
     candidate.change = Change::Hypothesis(|p, h| {
@@ -132,48 +128,41 @@ fn stops_at_the_floor(candidate: &mut Candidate) {
 }
 
 /// Faults of the force itself: accelerometer, thrust map, clocks.
-fn of_the_force() -> Vec<Candidate> {
-    vec![
-        Candidate {
-            equation: "F -> (1 + g) F",
-            description: "every simulated force is too large or too small by one factor",
-            // A thrust map that carries its drone in free flight cannot be further off than this.
-            parameters: vec![parameter("g", "1", [-0.3, 0.3], 0.0, 0.07)],
-            starts: vec![vec![0.08]],
-            change: Change::Hypothesis(|p, h| h.sensor.gain = p[0]),
-            ..GAIN.candidate()
-        },
-        Candidate {
-            equation: "F -> F + b",
-            description: "the accelerometer or the thrust map is off by one amount in all flights",
-            parameters: vec![parameter("b", "N", [-0.05, 0.05], 0.0, 0.005)],
-            starts: vec![vec![0.005]],
-            change: Change::Hypothesis(|p, h| h.sensor.offset = p[0]),
-            ..OFFSET.candidate()
-        },
-        Candidate {
-            equation: "F -> F + b' t",
-            description: "the accelerometer or the thrust map drifts in the same way in all flights",
-            parameters: vec![parameter("b'", "N/h", [-3.0, 3.0], 0.0, 0.3)],
-            starts: vec![vec![0.3]],
-            change: Change::Hypothesis(|p, h| h.sensor.offset_drift_per_h = p[0]),
-            ..DRIFT.candidate()
-        },
-        Candidate {
-            equation: "tau F' = F_met - F",
-            description: "the force arrives later than the air: rotors and drones answer with a lag",
-            parameters: vec![parameter("tau", "s", [0.0, 1.0], 0.0, 0.03)],
-            starts: vec![vec![0.05]],
-            change: Change::Hypothesis(|p, h| h.sensor.lag_s = p[0]),
-            ..LAG.candidate()
-        },
-        Candidate {
-            equation: "the other drones' tracks are read at t + dt",
-            description: "the clocks of drones above and below disagree, in all flights alike",
-            parameters: vec![parameter("dt", "s", [-0.5, 0.5], 0.0, 0.04)],
-            starts: vec![vec![-0.08], vec![0.08]],
-            change: Change::Hypothesis(|p, h| h.sensor.clock_s = p[0]),
-            ..CLOCK.candidate()
-        },
-    ]
-}
+const OF_THE_FORCE: [Fault; 5] = [
+    Fault {
+        equation: "F -> (1 + g) F",
+        description: "every simulated force is too large or too small by one factor",
+        // A thrust map that carries its drone in free flight cannot be further off than this.
+        parameters: &[Parameter::new("g", "1", [-0.3, 0.3], 0.07)],
+        ..GAIN
+    },
+    Fault {
+        equation: "F -> F + b",
+        description: "the accelerometer or the thrust map is off by one amount in all flights",
+        parameters: &[Parameter::new("b", "N", [-0.05, 0.05], 0.005)],
+        starts: &[0.005],
+        ..OFFSET
+    },
+    Fault {
+        equation: "F -> F + b' t",
+        description: "the accelerometer or the thrust map drifts in the same way in all flights",
+        parameters: &[Parameter::new("b'", "N/h", [-3.0, 3.0], 0.3)],
+        starts: &[0.3],
+        change: |p, h| h.sensor.offset_drift_per_h = p[0],
+        ..DRIFT
+    },
+    Fault {
+        equation: "tau F' = F_met - F",
+        description: "the force arrives later than the air: rotors and drones answer with a lag",
+        parameters: &[Parameter::new("tau", "s", [0.0, 1.0], 0.03)],
+        starts: &[0.05],
+        ..LAG
+    },
+    Fault {
+        equation: "the other drones' tracks are read at t + dt",
+        description: "the clocks of drones above and below disagree, in all flights alike",
+        parameters: &[Parameter::new("dt", "s", [-0.5, 0.5], 0.04)],
+        starts: &[-0.08, 0.08],
+        ..CLOCK
+    },
+];

@@ -7,9 +7,10 @@
 //! Speeds alone cannot tell a heavier drone from thinner air or from a probe that reads too much;
 //! this can, and it reveals pairs that cancel one another in the speeds.
 
-use airflow::effects::{AirDensity, PayloadMass};
+use airflow::effects::EffectSpec;
 
 use crate::forward::hypothesis::Hypothesis;
+use crate::infer::intervals::NINETY_FIVE;
 use crate::record::recording::{Recording, Role, Vehicle};
 use crate::statistics::change_point::{self, Options};
 
@@ -25,61 +26,45 @@ const EFFICIENCY: f64 = 0.6;
 const CHANGE_WITHIN: f64 = 2.0;
 
 /// What throttle and power say.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Actuation {
     /// Mean throttle over that of hover, of all emitters.
     pub throttle_ratio: f64,
     /// Mean power over that of hover, where it is logged.
     pub power_ratio: Option<f64>,
     /// What that means.
-    pub found: Option<Found>,
+    pub cause: Option<Cause>,
 }
 
-/// A cause in the drones.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Found {
-    /// Mass over the stated one, from a moment on (s).
-    Payload {
-        /// `m/m₀`.
-        mass_factor: f64,
-        /// Negative infinity: always.
-        since_s: f64,
-        /// How far off that moment may be (s).
-        since_within_s: f64,
-        /// Infinity: for good.
-        until_s: f64,
-        /// Standard error of the factor.
-        error: f64,
-    },
-    /// Density over the stated one.
-    Density {
-        /// `ρ/ρ₀`.
-        density_factor: f64,
-        /// Standard error of the factor.
-        error: f64,
-    },
+/// A cause in the drones: more or less mass or density than stated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cause {
+    /// Its name in the effect table: `payload_mass` or `air_density`.
+    pub effect: &'static str,
+    /// Values of its parameters: the factor (1), and of a payload the moments from which and until
+    /// which it is carried (s); infinite: always.
+    pub values: Vec<f64>,
+    /// Half-widths of their 95 % intervals, in their units; of a moment how far off it may be.
+    pub half_widths: Vec<f64>,
 }
 
-impl Found {
+impl Cause {
+    fn payload(mass_factor: f64, error: f64, [since_s, until_s]: [f64; 2], within_s: f64) -> Cause {
+        Cause {
+            effect: "payload_mass",
+            values: vec![mass_factor, since_s, until_s],
+            half_widths: vec![NINETY_FIVE * error, within_s],
+        }
+    }
+
+    /// Its row of the effect table.
+    pub(crate) fn spec(&self) -> &'static EffectSpec {
+        EffectSpec::named(self.effect).expect("both are rows of the effect table")
+    }
+
     /// Puts it into a hypothesis.
     pub fn set(&self, hypothesis: &mut Hypothesis) {
-        match *self {
-            Found::Payload {
-                mass_factor,
-                since_s,
-                until_s,
-                ..
-            } => {
-                hypothesis.effects.payload_mass = Some(PayloadMass {
-                    mass_factor,
-                    since_s,
-                    until_s,
-                });
-            }
-            Found::Density { density_factor, .. } => {
-                hypothesis.effects.air_density = Some(AirDensity { density_factor });
-            }
-        }
+        self.spec().set(&mut hypothesis.effects, &self.values);
     }
 }
 
@@ -90,34 +75,28 @@ pub fn actuation(recording: &Recording) -> Option<Actuation> {
         .vehicles
         .iter()
         .filter(|vehicle| vehicle.role == Role::Emitter);
-    let with_throttle: Vec<&Vehicle> = emitters
-        .filter(|vehicle| vehicle.track.throttle_ratio.is_some())
+    let throttles: Vec<(&Vehicle, &Vec<f64>)> = emitters
+        .filter_map(|vehicle| Some((vehicle, vehicle.track.throttle_ratio.as_ref()?)))
         .collect();
-    let vehicle = *with_throttle.first()?;
-    let ratios = with_throttle.iter().filter_map(|vehicle| {
-        let column = vehicle.track.throttle_ratio.as_ref()?;
-        Some(mean(column))
-    });
-    let throttle_ratio = mean(&ratios.collect::<Vec<_>>());
+    let (vehicle, _) = *throttles.first()?;
+    let ratios: Vec<f64> = throttles.iter().map(|(_, column)| mean(column)).collect();
+    let throttle_ratio = mean(&ratios);
     let density = recording.environment.air.density_kg_per_m3();
     let hover_w = vehicle
         .airframe
         .hover_power_w(vehicle.airframe.mass_kg(), density)
         / EFFICIENCY;
-    let power_ratio = vehicle
-        .track
-        .power_w
-        .as_ref()
-        .map(|power_w| mean(power_w) / hover_w);
+    let power_w = vehicle.track.power_w.as_ref();
+    let power_ratio = power_w.map(|power_w| mean(power_w) / hover_w);
     Some(Actuation {
         throttle_ratio,
         power_ratio,
-        found: step(vehicle).or_else(|| always(vehicle, throttle_ratio, power_ratio)),
+        cause: step(vehicle).or_else(|| always(vehicle, throttle_ratio, power_ratio)),
     })
 }
 
 /// A constant departure.
-fn always(vehicle: &Vehicle, throttle: f64, power: Option<f64>) -> Option<Found> {
+fn always(vehicle: &Vehicle, throttle: f64, power: Option<f64>) -> Option<Cause> {
     if (throttle - 1.0).abs() < LEAST {
         return None;
     }
@@ -127,22 +106,18 @@ fn always(vehicle: &Vehicle, throttle: f64, power: Option<f64>) -> Option<Found>
     let density_factor = mass_factor / (throttle * throttle);
     // Whichever departs more is taken for the cause, alone.
     if power.is_some() && (density_factor - 1.0).abs() > (mass_factor - 1.0).abs() {
-        return Some(Found::Density {
-            density_factor: (throttle * throttle).recip(),
-            error,
+        return Some(Cause {
+            effect: "air_density",
+            values: vec![(throttle * throttle).recip()],
+            half_widths: vec![NINETY_FIVE * error],
         });
     }
-    Some(Found::Payload {
-        mass_factor: throttle * throttle,
-        since_s: f64::NEG_INFINITY,
-        since_within_s: 0.0,
-        until_s: f64::INFINITY,
-        error,
-    })
+    let always_s = [f64::NEG_INFINITY, f64::INFINITY];
+    Some(Cause::payload(throttle * throttle, error, always_s, 0.0))
 }
 
 /// A step from the stated mass to another, and back where there is a second one.
-fn step(vehicle: &Vehicle) -> Option<Found> {
+fn step(vehicle: &Vehicle) -> Option<Cause> {
     let track = &vehicle.track;
     let column = track.throttle_ratio.as_ref()?;
     let steps = change_point::steps(column, Options::default());
@@ -164,13 +139,12 @@ fn step(vehicle: &Vehicle) -> Option<Found> {
     let step_s = (track.t_s[track.t_s.len() - 1] - track.t_s[0]) / track.t_s.len().max(2) as f64;
     let part = &column[loaded];
     let ratio = mean(part) / plain;
-    Some(Found::Payload {
-        mass_factor: ratio * ratio,
-        since_s,
-        since_within_s: CHANGE_WITHIN * step_s,
-        until_s,
-        error: 2.0 * standard_error(part),
-    })
+    Some(Cause::payload(
+        ratio * ratio,
+        2.0 * standard_error(part),
+        [since_s, until_s],
+        CHANGE_WITHIN * step_s,
+    ))
 }
 
 fn mean(values: &[f64]) -> f64 {

@@ -6,19 +6,17 @@
 
 use std::collections::BTreeMap;
 
-use airflow::effects::EffectSpec;
-
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::observed::{COVARIATES, Explained, Observed};
 use crate::forward::simulate::Channel;
-use crate::infer::actuation::{Actuation, Found, actuation};
+use crate::infer::actuation::{Cause, actuation};
 use crate::infer::advice::advice;
 use crate::infer::candidates::{Candidate, Kind, applicable};
 use crate::infer::finding::{
     Detectable, Effect, Estimate, Finding, HeldOut, Ranked, Region, RunnerUp, verdict,
 };
 use crate::infer::fit::{Fit, Setting};
-use crate::infer::intervals::{NINETY_FIVE, half_widths};
+use crate::infer::intervals::half_widths;
 use crate::infer::noise::noise;
 use crate::infer::outside::{Shape, global_test, is_beyond_doubt, outside};
 use crate::infer::select::{Selection, Singles, Tried, select, singles};
@@ -85,15 +83,15 @@ pub fn diagnose_channel(
     let observed = Observed::of(recording, channel)
         .ok_or_else(|| DiagnoseError::NothingToCompare(recording.name.clone()))?;
     let actuation = actuation(recording);
-    let found = actuation.and_then(|actuation| actuation.found);
+    let mut candidates = applicable(&observed);
+    // A payload shows in the throttle and has been looked for there: where that is logged it is no
+    // candidate any more.
+    candidates.retain(|candidate| actuation.is_none() || candidate.name != "payload_mass");
+    let cause = actuation.and_then(|actuation| actuation.cause);
     let mut base = Hypothesis::default();
-    if let Some(found) = found {
-        found.set(&mut base);
+    if let Some(cause) = &cause {
+        cause.set(&mut base);
     }
-    let candidates: Vec<Candidate> = applicable(&observed)
-        .into_iter()
-        .filter(|candidate| possible(candidate, actuation.as_ref()))
-        .collect();
     let mut noise = noise(&observed, &observed.predict(&base));
     let blocks = noise.blocks.count();
     if blocks < FOLDS {
@@ -132,7 +130,7 @@ pub fn diagnose_channel(
         both.for_each(|(f, more)| *f += more);
         selection.withdraw();
     }
-    let mut effects: Vec<Effect> = found.map(from_actuation).into_iter().collect();
+    let mut effects: Vec<Effect> = cause.iter().map(from_actuation).collect();
     effects.extend(named(&setting, &candidates, &observed, &selection));
     let rows = observed.samples.iter().map(|sample| sample.row + 1).max();
     let mut prediction = vec![f64::NAN; rows.unwrap_or(0)];
@@ -182,12 +180,6 @@ fn clearer(observed: &Observed, before: &Noise, tried: &Singles) -> Option<Noise
     let change: f64 = pairs.map(|(now, before)| (now / before).ln()).sum();
     let is_less = change / (before.sd().len() as f64) < CLEARLY_LESS.ln();
     (is_less && likelihood - likelihood_before > LIKELIER).then_some(around)
-}
-
-/// A payload shows in the throttle and has been looked for there: where that is logged it is no
-/// candidate any more.
-fn possible(candidate: &Candidate, actuation: Option<&Actuation>) -> bool {
-    actuation.is_none() || candidate.name != "payload_mass"
 }
 
 /// Errors on blocks left out of the fit, fold by fold.
@@ -265,48 +257,33 @@ pub(crate) fn detectable(setting: &Setting, candidates: &[Candidate]) -> Vec<Det
 }
 
 /// What throttle and power say, as an effect.
-fn from_actuation(found: Found) -> Effect {
-    let within = |value: f64, half: f64, unit: &str| Estimate {
-        value,
-        low: value - half,
-        high: value + half,
-        unit: unit.into(),
+fn from_actuation(cause: &Cause) -> Effect {
+    let spec = cause.spec();
+    let known = cause.values.iter().zip(&cause.half_widths);
+    let known = spec.components().zip(known);
+    // A moment that is not finite is none.
+    let parameters: BTreeMap<String, Estimate> = known
+        .filter(|(_, (value, _))| value.is_finite())
+        .map(|((parameter, symbol), (value, half))| {
+            let estimate = Estimate {
+                value: *value,
+                low: value - half,
+                high: value + half,
+                unit: parameter.unit.into(),
+            };
+            (symbol.to_owned(), estimate)
+        })
+        .collect();
+    let says = match cause.effect {
+        "payload_mass" => "its throttle and its power say so",
+        _ => "throttle and power say so",
     };
-    let (name, says, factor, error) = match found {
-        Found::Payload {
-            mass_factor, error, ..
-        } => {
-            let says = "its throttle and its power say so";
-            ("payload_mass", says, mass_factor, error)
-        }
-        Found::Density {
-            density_factor,
-            error,
-        } => {
-            let says = "throttle and power say so";
-            ("air_density", says, density_factor, error)
-        }
+    let equation = match parameters.len() {
+        1 => spec.equation.trim_end_matches(" from t0 on"),
+        _ => spec.equation,
     };
-    let spec = EffectSpec::named(name).expect("both are rows of the effect table");
-    let symbols: Vec<&str> = spec.components().map(|(_, symbol)| symbol).collect();
-    let factor = within(factor, NINETY_FIVE * error, "1");
-    let mut parameters = BTreeMap::from([(symbols[0].to_owned(), factor)]);
-    let mut equation = spec.equation;
-    if let Found::Payload {
-        since_s,
-        since_within_s,
-        ..
-    } = found
-    {
-        if since_s.is_finite() {
-            let moment = within(since_s, since_within_s, "s");
-            parameters.insert(symbols[1].to_owned(), moment);
-        } else {
-            equation = equation.trim_end_matches(" from t0 on");
-        }
-    }
     Effect {
-        name: name.into(),
+        name: spec.name.into(),
         kind: Some(Kind::Physics),
         alternatives: Vec::new(),
         equation: equation.into(),

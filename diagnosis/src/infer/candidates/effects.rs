@@ -1,9 +1,11 @@
-//! What a fit needs beside the effect table: which recordings can show an effect, the size from which it matters, where fits
-//! begin, how far its law may be off, and which measurement settles it.
+//! What a fit needs beside the effect table: which recordings can show an effect, the size from
+//! which it matters, where fits begin, how far its law may be off, and which measurement settles
+//! it.
 
 use airflow::effects::{EffectSpec, FitOver};
 
-use super::{Candidate, Change, Kind, Parameter, Shows};
+use super::candidate::{Candidate, Change, Kind, Parameter};
+use super::shows::Shows;
 
 /// One effect as a fit tries it. Numbers without a source are chosen here.
 pub(crate) struct Trial {
@@ -11,8 +13,8 @@ pub(crate) struct Trial {
     effect: &'static str,
     /// Whether a recording can show it.
     shown: fn(&Shows) -> bool,
-    /// For each parameter, in its unit, the distance from neutral below which it would change no decision; a moment's is
-    /// all of the recording.
+    /// For each parameter, in its unit, the distance from neutral below which it would change no
+    /// decision; a moment's is all of the recording.
     practical: &'static [f64],
     /// Where fits begin, in what the fit's range is over.
     starts: &'static [&'static [f64]],
@@ -22,14 +24,10 @@ pub(crate) struct Trial {
     settled_by: &'static str,
 }
 
-/// Effects of a jet itself, as far as a recording can show them.
-pub(crate) fn of_the_jet(shows: &Shows) -> Vec<Candidate> {
-    shown(OF_THE_JET, shows)
-}
-
-/// Effects of what a jet meets: loads, motion, floor, room.
-pub(crate) fn of_the_surroundings(shows: &Shows) -> Vec<Candidate> {
-    shown(OF_THE_SURROUNDINGS, shows)
+/// Effects of a jet, and of what it meets: loads, motion, floor, room; as far as a recording can
+/// show them.
+pub(crate) fn of_the_air(shows: &Shows) -> Vec<Candidate> {
+    shown(OF_THE_AIR, shows)
 }
 
 /// Effects of how a drone answers to air.
@@ -43,8 +41,8 @@ fn shown(trials: &[Trial], shows: &Shows) -> Vec<Candidate> {
 }
 
 impl Trial {
-    /// A law that is exact for what it describes, shown wherever there is a jet: its name in the effect table, what is practical, where
-    /// fits begin.
+    /// A law that is exact for what it describes, shown wherever there is a jet: its name in the
+    /// effect table, what is practical, where fits begin.
     const fn new(
         effect: &'static str,
         practical: &'static [f64],
@@ -133,9 +131,12 @@ const SCALE: &str = "the weight of the drone on a scale, and its throttle and po
 pub(super) const ONE_AXIS: &str =
     "the same places with a probe of one axis, held down the jet and across it";
 const LEVEL: &str = "the wind beside the jet, ten motor distances from it, and the same hover turned by half a turn";
-const HEIGHTS: &str = "a hover at three heights with nobody above";
+pub(super) const MOTORS_OFF: &str =
+    "a minute with the motors off before take-off and one after landing, the probe running";
+pub(super) const BOTH_WAYS: &str = "a pass over the probe and back at two speeds: a clock shifts both ways alike, a slow sensor and slow air do not";
+const HEIGHTS: &str = "a hover at three heights with no drone above";
 
-const OF_THE_JET: &[Trial] = &[
+const OF_THE_AIR: &[Trial] = &[
     Trial::new(
         "crossflow",
         &[0.08, 0.08],
@@ -178,9 +179,6 @@ const OF_THE_JET: &[Trial] = &[
     Trial::new("entrainment_radial", &[0.4], &[&[1.4]])
         .shown(|shows| shows.probes && !shows.axial_only)
         .settled_by(ONE_AXIS),
-];
-
-const OF_THE_SURROUNDINGS: &[Trial] = &[
     Trial::new(
         "payload_mass",
         &[0.1, 1.0],
@@ -189,7 +187,7 @@ const OF_THE_SURROUNDINGS: &[Trial] = &[
     .settled_by(SCALE),
     Trial::new("wake_transport", &[0.3], &[&[1.0], &[2.0]])
         .shown(|shows| shows.moves)
-        .settled_by(super::sensor::BOTH_WAYS),
+        .settled_by(BOTH_WAYS),
     Trial::new("climb_descent", &[0.5], &[&[1.0]]).shown(|shows| shows.climbs),
     GROUND_IMPINGEMENT,
     Trial::new(
@@ -198,7 +196,7 @@ const OF_THE_SURROUNDINGS: &[Trial] = &[
         &[&[0.2, 60.0, 0.3], &[0.2, 400.0, 0.3], &[0.2, 120.0, -0.3]],
     )
     .shown(|shows| shows.probes)
-    .settled_by(super::sensor::MOTORS_OFF),
+    .settled_by(MOTORS_OFF),
 ];
 
 const OF_THE_RECEIVER: &[Trial] = &[

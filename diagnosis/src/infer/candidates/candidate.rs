@@ -1,0 +1,119 @@
+//! One thing that may be missing, and its parameters.
+
+use airflow::effects::EffectSpec;
+use serde::{Deserialize, Serialize};
+
+use crate::forward::hypothesis::Hypothesis;
+
+/// Whether an effect is one of the air or of an instrument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Of the air, or of how a drone answers to it.
+    Physics,
+    /// Of an instrument or a clock.
+    Sensor,
+}
+
+/// One parameter of a candidate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// As in the equation.
+    pub name: &'static str,
+    /// Its unit; 1 for a ratio.
+    pub unit: &'static str,
+    /// Lowest value that the fit may take.
+    pub low: f64,
+    /// Highest.
+    pub high: f64,
+    /// The value at which the effect vanishes.
+    pub neutral: f64,
+    /// Distance from there below which it changes no decision.
+    pub practical: f64,
+}
+
+/// One thing that may be missing.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// Canonical name.
+    pub name: &'static str,
+    /// Of the air or of the sensor.
+    pub kind: Kind,
+    /// Its equation, with the parameters' names in it.
+    pub equation: &'static str,
+    /// What happens, in one sentence.
+    pub description: &'static str,
+    /// Its parameters. Those after the first `essential` shape the effect but cannot make it
+    /// vanish.
+    pub parameters: Vec<Parameter>,
+    /// How many of the parameters make it vanish when they are neutral.
+    pub essential: usize,
+    /// Where fits begin.
+    pub starts: Vec<Vec<f64>>,
+    /// One standard deviation of what its law in closed form may be off from the mechanism, in
+    /// parts of the effect: chosen here, as far as other closures of the same mechanism differ from
+    /// it.
+    pub closure_error: f64,
+    /// The measurement that settles whether it is there, whatever the air; empty where none is
+    /// known.
+    pub settled_by: &'static str,
+    /// What values of its parameters change.
+    pub change: Change,
+}
+
+/// Where the values of a candidate's parameters go.
+#[derive(Clone, Copy, Debug)]
+pub enum Change {
+    /// Into an effect of the air or of a receiver.
+    Effect(&'static EffectSpec),
+    /// Into anything else that is assumed.
+    Hypothesis(fn(&[f64], &mut Hypothesis)),
+}
+
+impl Parameter {
+    /// Of a fault: from `low` to `high` in its unit, neutral at 0.
+    pub(crate) const fn new(
+        name: &'static str,
+        unit: &'static str,
+        [low, high]: [f64; 2],
+        practical: f64,
+    ) -> Parameter {
+        Parameter {
+            name,
+            unit,
+            low,
+            high,
+            neutral: 0.0,
+            practical,
+        }
+    }
+}
+
+impl Candidate {
+    /// How large a fitted effect is, in units of what matters: below 1 it changes no decision.
+    #[must_use]
+    pub fn size(&self, values: &[f64]) -> f64 {
+        let parts = self.parameters.iter().zip(values).take(self.essential);
+        let squares = parts.map(|(parameter, value)| {
+            let part = (value - parameter.neutral) / parameter.practical;
+            part * part
+        });
+        squares.sum::<f64>().sqrt()
+    }
+
+    /// The hypothesis with its parameters at these values.
+    #[must_use]
+    pub fn on(&self, base: &Hypothesis, values: &[f64]) -> Hypothesis {
+        let mut hypothesis = *base;
+        self.set(values, &mut hypothesis);
+        hypothesis
+    }
+
+    /// Puts values of the parameters into a hypothesis.
+    pub(crate) fn set(&self, values: &[f64], hypothesis: &mut Hypothesis) {
+        match self.change {
+            Change::Effect(spec) => spec.set(&mut hypothesis.effects, values),
+            Change::Hypothesis(set) => set(values, hypothesis),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What a recording can show.
+
+use crate::forward::observed::{Explained, Observed};
+use crate::forward::simulate::{Channel, Sample};
+use crate::record::baseline::{Observation, Upper};
+use crate::record::recording::{Role, Vehicle};
+
+/// What a recording has that effects need.
+pub(crate) struct Shows {
+    /// Whether there is a wake at all.
+    pub(crate) air: bool,
+    /// Whether it is of a speed probe.
+    pub(crate) probes: bool,
+    /// Highest induced velocity at hover (m/s).
+    pub(crate) hover_mps: f64,
+    /// Most jets.
+    pub(crate) jets: usize,
+    /// Whether propeller diameter over motor distance differs among the drones.
+    pub(crate) sizes_differ: bool,
+    /// Whether samples lie above 2.5 motor distances, where the baseline only extrapolates.
+    pub(crate) near: bool,
+    /// Whether samples lie near a floor.
+    pub(crate) floor: bool,
+    /// Whether there is a ceiling.
+    pub(crate) ceiling: bool,
+    /// Whether emitters move.
+    pub(crate) moves: bool,
+    /// Whether they climb or descend.
+    pub(crate) climbs: bool,
+    /// Whether the receiver's battery voltage varies.
+    pub(crate) battery: bool,
+    /// Whether a receiver moves.
+    pub(crate) receiver_moves: bool,
+    /// Whether the baseline simulates axial speed alone.
+    pub(crate) axial_only: bool,
+    /// Times of the first and the last sample (s).
+    pub(crate) span_s: [f64; 2],
+    /// Highest reading, in the channel's unit.
+    pub(crate) fastest: f64,
+}
+
+/// Whether propeller diameter over motor distance differs by 3 %: below that, what the exponent of
+/// `dl_ratio` does is below any noise.
+pub(crate) fn sizes_differ<'v>(vehicles: impl Iterator<Item = &'v Vehicle>) -> bool {
+    let airframes = vehicles.map(|vehicle| &vehicle.airframe);
+    let [low, high] = ends(airframes.map(|a| a.propeller_diameter_m() / a.motor_distance_m()));
+    high > 1.03 * low
+}
+
+/// The least and the greatest value.
+fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+        [low.min(value), high.max(value)]
+    })
+}
+
+/// Whether a receiver climbs or flies forward at a tenth of its own induced velocity in more than
+/// 2 % of the samples.
+fn receiver_moves(observed: &Observed) -> bool {
+    let recording = observed.recording;
+    let density = recording.environment.air.density_kg_per_m3();
+    let moves = |sample: &Sample| {
+        let vehicle = recording.vehicles.get(sample.subject as usize)?;
+        let moment = vehicle.track.moment(sample.t_s)?;
+        let airframe = &vehicle.airframe;
+        let hover_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density);
+        Some(vehicle.track.velocity_at(moment).norm() > 0.1 * hover_mps)
+    };
+    let moving = observed.samples.iter().filter(|s| moves(s) == Some(true));
+    moving.count() as f64 > 0.02 * observed.samples.len() as f64
+}
+
+impl Shows {
+    pub(super) fn of(observed: &Observed) -> Shows {
+        let recording = observed.recording;
+        let density = recording.environment.air.density_kg_per_m3();
+        let emitters: Vec<_> = recording
+            .vehicles
+            .iter()
+            .filter(|vehicle| vehicle.role != Role::Receiver && recording.baseline.wakes)
+            .collect();
+        let hover = |vehicle: &&Vehicle| {
+            let airframe = &vehicle.airframe;
+            airframe.hover_induced_velocity_mps(airframe.mass_kg(), density)
+        };
+        let range = |name: &str| {
+            let column = observed.covariate(name).unwrap_or_default();
+            ends(column.iter().copied())
+        };
+        let share = |name: &str, test: &dyn Fn(f64) -> bool| {
+            let column = observed.covariate(name).unwrap_or_default();
+            column.iter().filter(|x| test(**x)).count() as f64 / column.len().max(1) as f64
+        };
+        Shows {
+            air: !emitters.is_empty(),
+            probes: observed.channel == Channel::Speed,
+            hover_mps: emitters.iter().map(hover).fold(0.1, f64::max),
+            jets: emitters.len(),
+            sizes_differ: sizes_differ(emitters.iter().copied()),
+            near: share("s/l", &|s| (0.0..2.5).contains(&s)) > 0.005
+                && recording.baseline.upper == Upper::FarFieldExtrapolated,
+            floor: recording.environment.floor_z_m.is_some()
+                && share("height/half-width", &|h| h < 2.5) > 0.005,
+            ceiling: recording.environment.ceiling_z_m.is_some(),
+            // The paper's limit for hover is 0.1 m/s.
+            moves: share("emitter speed m/s", &|v| v > 0.1) > 0.02,
+            climbs: share("climb m/s", &|v| v.abs() > 0.1) > 0.02,
+            battery: {
+                let [low, high] = range("battery V");
+                low > 0.0 && high > 1.01 * low && observed.channel != Channel::Power
+            },
+            receiver_moves: observed.channel != Channel::Speed && receiver_moves(observed),
+            axial_only: recording.baseline.observation == Observation::AxialAndAmbient,
+            span_s: range("time s"),
+            fastest: observed.recorded().into_iter().fold(0.0, f64::max),
+        }
+    }
+}
