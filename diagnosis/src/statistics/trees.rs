@@ -11,6 +11,7 @@
 //! with R the sum of weight times residual and W of weight on a side. A covariate that is NaN has a
 //! bin of its own, below all others.
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::held_out::{self, FOLDS, Gain};
@@ -109,8 +110,8 @@ impl Forest {
         value
     }
 
-    /// Mean prediction over samples with one covariate set to each of some values (Friedman 2001,
-    /// § 8.2), in the unit of what was fitted.
+    /// Mean prediction over the samples with one covariate set to each of some values (Friedman
+    /// 2001, § 8.2), in the unit of what was fitted. `covariates` are those of the fit.
     #[must_use]
     pub fn partial_dependence(
         &self,
@@ -118,27 +119,14 @@ impl Forest {
         covariate: usize,
         at: &[f64],
     ) -> Vec<f64> {
-        let bins: Vec<Vec<u8>> = covariates
-            .iter()
-            .zip(&self.edges)
-            .map(|(values, edges)| values.iter().map(|&value| bin_of(edges, value)).collect())
-            .collect();
+        let mut binned = Binned::new(covariates);
         let rows = covariates.first().map_or(0, Vec::len);
-        at.iter()
-            .map(|&value| {
-                let set = bin_of(&self.edges[covariate], value);
-                let of_row = |row: usize| {
-                    self.value(|other| {
-                        if other == covariate {
-                            set
-                        } else {
-                            bins[other][row]
-                        }
-                    })
-                };
-                (0..rows).map(of_row).sum::<f64>() / rows.max(1) as f64
-            })
-            .collect()
+        let mean_at = |&value: &f64| {
+            binned.bins[covariate].fill(bin_of(&self.edges[covariate], value));
+            let values = (0..rows).map(|row| self.value(|other| binned.bins[other][row]));
+            values.sum::<f64>() / rows.max(1) as f64
+        };
+        at.iter().map(mean_at).collect()
     }
 
     /// Of every covariate, the share of the squares that its splits took away; 1 in all.
@@ -218,36 +206,12 @@ impl Binned {
     }
 }
 
-/// Sums over the samples of a bin.
-#[derive(Clone, Copy, Default)]
-struct Cell {
-    residual: f64,
-    weight: f64,
-    count: f64,
-}
+/// Sums over the samples of a bin: of weight times residual (x), of weight (y), and their number
+/// (z).
+type Cell = Vector3<f64>;
 
 /// Of every covariate, of every bin: one node's sums.
 type Cells = Vec<[Cell; BINS + 2]>;
-
-impl Cell {
-    fn take(&mut self, other: Cell) {
-        self.residual += other.residual;
-        self.weight += other.weight;
-        self.count += other.count;
-    }
-
-    fn less(self, other: Cell) -> Cell {
-        Cell {
-            residual: self.residual - other.residual,
-            weight: self.weight - other.weight,
-            count: self.count - other.count,
-        }
-    }
-
-    fn gain(self, lambda: f64) -> f64 {
-        self.residual * self.residual / (self.weight + lambda)
-    }
-}
 
 /// What one tree is grown on.
 struct Ground<'a> {
@@ -260,18 +224,14 @@ struct Ground<'a> {
 impl Ground<'_> {
     fn cell(&self, i: u32) -> Cell {
         let (residual, weight) = self.weighted[i as usize];
-        Cell {
-            residual,
-            weight,
-            count: 1.0,
-        }
+        Cell::new(residual, weight, 1.0)
     }
 
     fn cells(&self, rows: &[u32]) -> Cells {
-        let mut cells = vec![[Cell::default(); BINS + 2]; self.bins.len()];
+        let mut cells = vec![[Cell::zeros(); BINS + 2]; self.bins.len()];
         for (bins, cells) in self.bins.iter().zip(&mut cells) {
             for &i in rows {
-                cells[usize::from(bins[i as usize])].take(self.cell(i));
+                cells[usize::from(bins[i as usize])] += self.cell(i);
             }
         }
         cells
@@ -280,19 +240,18 @@ impl Ground<'_> {
     /// The covariate and the last bin on the left that gain most; ties go to the earlier covariate
     /// and the lower bin.
     fn best_split(&self, cells: &Cells) -> Option<(f64, usize, u8)> {
+        let of = |cell: Cell| cell.x * cell.x / (cell.y + self.lambda);
         let mut best: Option<(f64, usize, u8)> = None;
         for (covariate, cells) in cells.iter().enumerate() {
-            let mut all = Cell::default();
-            cells.iter().for_each(|cell| all.take(*cell));
-            let mut below = Cell::default();
+            let all: Cell = cells.iter().sum();
+            let mut below = Cell::zeros();
             for (bin, cell) in cells.iter().enumerate() {
-                below.take(*cell);
-                let above = all.less(below);
-                if below.count < LEAST_LEAF || above.count < LEAST_LEAF {
+                below += cell;
+                let above = all - below;
+                if below.z < LEAST_LEAF || above.z < LEAST_LEAF {
                     continue;
                 }
-                let gain =
-                    below.gain(self.lambda) + above.gain(self.lambda) - all.gain(self.lambda);
+                let gain = of(below) + of(above) - of(all);
                 if gain > best.map_or(0.0, |(most, _, _)| most) {
                     best = Some((gain, covariate, bin as u8));
                 }
@@ -327,7 +286,7 @@ impl Ground<'_> {
                 let left_is_small = left.len() <= right.len();
                 let small = cells_of(if left_is_small { &left } else { &right });
                 for (large, small) in cells.iter_mut().flatten().zip(small.iter().flatten()) {
-                    *large = large.less(*small);
+                    *large -= small;
                 }
                 children.extend(if left_is_small {
                     [(left, small), (right, cells)]
@@ -338,11 +297,10 @@ impl Ground<'_> {
             nodes = children;
         }
         let leaf = |rows: &Vec<u32>| {
-            let mut sum = Cell::default();
-            rows.iter().for_each(|&i| sum.take(self.cell(i)));
-            let weight = sum.weight + self.lambda;
+            let sum: Cell = rows.iter().map(|&i| self.cell(i)).sum();
+            let weight = sum.y + self.lambda;
             if weight > 0.0 {
-                RATE * sum.residual / weight
+                RATE * sum.x / weight
             } else {
                 0.0
             }
