@@ -9,14 +9,14 @@
 //! flights at random (all regions of a flight together) gives the largest `|t|` and the sum of `t²`
 //! that noise makes.
 
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 
-use super::Options;
-use super::calibration::{Goodness, Misfit, Unit, Verdict};
-use super::jet_fit::{Data, Joint, xi};
+use super::calibration::{Goodness, Misfit, Options, Unit, Verdict};
+use super::jet_fit::{Joint, xi};
 use super::samples::quantile;
 use super::spread::{Units, units};
 use crate::statistics::draws::Draws;
+use crate::statistics::quantile::interval_of;
 
 /// Edges of the regions in `ξ`. Chosen here: halves where the profile bends, wider where there is
 /// little air.
@@ -48,9 +48,9 @@ struct Region {
     by_instrument: Vec<Vector2<f64>>,
 }
 
-pub(super) fn goodness(data: Data<'_>, joint: &Joint, options: &Options) -> Goodness {
-    match units(data, joint, FEWEST_UNITS) {
-        Some(units) => judge(data, joint, &units, options),
+pub(super) fn goodness(joint: &Joint<'_>, options: &Options) -> Goodness {
+    match units(joint, FEWEST_UNITS) {
+        Some(units) => judge(joint, &units, options),
         None => Goodness {
             verdict: Verdict::Undecided,
             p: 1.0,
@@ -61,7 +61,9 @@ pub(super) fn goodness(data: Data<'_>, joint: &Joint, options: &Options) -> Good
     }
 }
 
-fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goodness {
+fn judge(joint: &Joint<'_>, units: &Units, options: &Options) -> Goodness {
+    let data = joint.data;
+    let within = |edges: &[f64], value: f64| interval_of(edges, value).unwrap_or(0);
     let columns = S_EDGES.len() - 1;
     let mut regions = vec![Region::default(); (XI_EDGES.len() - 1) * columns];
     let mut squares = 0.0;
@@ -76,7 +78,7 @@ fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goo
         region
             .by_instrument
             .resize(data.flights.len(), Vector2::zeros());
-        let weight = fitted.weight * centre_mps;
+        let weight = fitted.weight() * centre_mps;
         region.cells += 1;
         region.weighted += weight * fitted.residual_mps;
         region.weights += weight * centre_mps;
@@ -89,7 +91,7 @@ fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goo
         .collect();
     let shares: Vec<Vec<f64>> = judged
         .iter()
-        .map(|b| shares(&regions[*b], data, joint, units))
+        .map(|b| shares(&regions[*b], joint, units))
         .collect();
     let errors: Vec<f64> = shares
         .iter()
@@ -101,6 +103,7 @@ fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goo
         .map(|(shares, error)| shares.iter().sum::<f64>() / error.max(f64::MIN_POSITIVE))
         .collect();
     let (p, most_in_noise) = against_noise(&shares, &errors, &t, options);
+    let deepest = data.cells.iter().map(|cell| cell.s).fold(0.0, f64::max);
     let misfits: Vec<Misfit> = judged
         .iter()
         .zip(&t)
@@ -110,7 +113,7 @@ fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goo
                 xi_from: XI_EDGES[row],
                 xi_to: XI_EDGES[row + 1].min(6.0),
                 s_from: S_EDGES[column],
-                s_to: S_EDGES[column + 1].min(deepest(data)),
+                s_to: S_EDGES[column + 1].min(deepest),
                 cells: regions[*b].cells,
                 mean: regions[*b].weighted / regions[*b].weights,
                 t: *t,
@@ -128,19 +131,8 @@ fn judge(data: Data<'_>, joint: &Joint, units: &Units, options: &Options) -> Goo
     }
 }
 
-fn within(edges: &[f64], value: f64) -> usize {
-    edges
-        .partition_point(|edge| *edge <= value)
-        .saturating_sub(1)
-        .min(edges.len() - 2)
-}
-
-fn deepest(data: Data<'_>) -> f64 {
-    data.cells.iter().map(|cell| cell.s).fold(0.0, f64::max)
-}
-
 /// What each unit adds to the misfit of a region, its pull on the fitted constants taken off.
-fn shares(region: &Region, data: Data<'_>, joint: &Joint, units: &Units) -> Vec<f64> {
+fn shares(region: &Region, joint: &Joint<'_>, units: &Units) -> Vec<f64> {
     let through = units.inverse * region.by_constants;
     let mut shares: Vec<f64> = region
         .by_unit
@@ -150,11 +142,11 @@ fn shares(region: &Region, data: Data<'_>, joint: &Joint, units: &Units) -> Vec<
         .collect();
     if units.unit == Unit::Block {
         // Blocks of one flight share its gain and zero, which were fitted too.
-        for (i, (cell, fitted)) in data.cells.iter().zip(&joint.cells).enumerate() {
+        for (i, (cell, fitted)) in joint.data.cells.iter().zip(&joint.cells).enumerate() {
             let columns = Vector2::new(fitted.predicted_mps, 1.0);
-            let normal: &Matrix2<f64> = &units.instrument_inverse[cell.flight];
-            let moved = region.by_instrument[cell.flight].dot(&(normal * columns));
-            shares[units.unit_of[i]] -= fitted.weight * fitted.residual_mps * moved;
+            let inverse = &joint.nuisance_inverse[cell.flight];
+            let moved = region.by_instrument[cell.flight].dot(&(inverse * columns));
+            shares[units.unit_of[i]] -= fitted.weight() * fitted.residual_mps * moved;
         }
     }
     shares

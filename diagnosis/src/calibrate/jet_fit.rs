@@ -138,11 +138,11 @@ pub(super) struct Data<'a> {
     pub(super) cells: &'a [Cell],
 }
 
-/// A cell as the fit leaves it.
+/// A cell at the constants of a fit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FittedCell {
-    /// 1/variance ((m/s)⁻²) as assumed.
-    pub(super) weight: f64,
+pub(super) struct AtCell {
+    /// Root of 1/variance ((m/s)⁻¹) as assumed.
+    root_weight: f64,
     /// Mean predicted reading (m/s), without the flight's gain and zero.
     pub(super) predicted_mps: f64,
     /// By `B`, `S`, `s₀`, with the flight's gain.
@@ -151,53 +151,49 @@ pub(super) struct FittedCell {
     pub(super) residual_mps: f64,
 }
 
-/// The joint fit.
+impl AtCell {
+    /// 1/variance ((m/s)⁻²) as assumed.
+    pub(super) fn weight(&self) -> f64 {
+        self.root_weight * self.root_weight
+    }
+}
+
+/// The joint fit: constants, and for them the best gain and zero of every flight.
 #[derive(Clone, Debug)]
-pub(super) struct Joint {
+pub(super) struct Joint<'a> {
+    pub(super) data: Data<'a>,
     pub(super) constants: Constants,
+    /// In the order of the data's cells.
+    pub(super) cells: Vec<AtCell>,
     /// Gain - 1 and zero (m/s) of each flight.
     pub(super) nuisances: Vec<Vector2<f64>>,
-    /// In the order of the cells.
-    pub(super) cells: Vec<FittedCell>,
+    /// Inverse of the normal matrix of gain and zero, of each flight.
+    pub(super) nuisance_inverse: Vec<Matrix2<f64>>,
+    /// Derivatives of the nuisances by the constants.
+    slopes: Vec<Matrix2x3<f64>>,
     /// Whether Levenberg-Marquardt converged.
     pub(super) converged: bool,
 }
 
 /// Fits `B`, `S`, `s₀` with every flight's gain and zero, from a start.
-pub(super) fn fit_jet(data: Data<'_>, start: Constants) -> Joint {
+pub(super) fn fit_jet(data: Data<'_>, start: Constants) -> Joint<'_> {
     let mut constants = start;
     let mut converged = true;
     for _ in 0..ROUNDS {
-        let mut problem = Problem::new(data, constants);
+        let mut joint = Joint::new(data, constants);
         let start = Vector3::new(constants[0].ln(), constants[1].ln(), constants[2]);
         let minimum = minimise(start, |x: &Vector3<f64>| {
-            problem.place(Vector3::new(x[0].exp(), x[1].exp(), x[2]));
-            problem.evaluate()
+            joint.place(Vector3::new(x[0].exp(), x[1].exp(), x[2]));
+            joint.evaluate()
         });
         let at = minimum.unknowns;
         constants = Vector3::new(at[0].exp(), at[1].exp(), at[2]);
         converged = minimum.converged;
     }
-    let mut problem = Problem::new(data, constants);
-    problem.place(constants);
-    let cells = data.cells.iter().zip(&problem.cells);
-    let cells = cells
-        .map(|(cell, at)| {
-            let [gain, zero_mps] = problem.nuisances[cell.flight].into();
-            FittedCell {
-                weight: at.root_weight * at.root_weight,
-                predicted_mps: at.predicted_mps,
-                gradient: (1.0 + gain) * at.gradient,
-                residual_mps: cell.median_mps - (1.0 + gain) * at.predicted_mps - zero_mps,
-            }
-        })
-        .collect();
-    Joint {
-        constants,
-        nuisances: problem.nuisances,
-        cells,
-        converged,
-    }
+    let mut joint = Joint::new(data, constants);
+    joint.place(constants);
+    joint.converged = converged;
+    joint
 }
 
 /// Variance of a cell's median ((m/s)²) as assumed for its weight.
@@ -212,44 +208,30 @@ pub(super) fn precisions(flight: &Flight) -> Vector2<f64> {
         .map(|accuracy| (0.5 * accuracy.max(LEAST_ACCURACY)).powi(-2))
 }
 
-#[derive(Clone, Copy, Debug)]
-struct AtCell {
-    root_weight: f64,
-    predicted_mps: f64,
-    gradient: Vector3<f64>,
-}
-
-struct Problem<'a> {
-    data: Data<'a>,
-    constants: Constants,
-    cells: Vec<AtCell>,
-    nuisances: Vec<Vector2<f64>>,
-    /// Derivatives of the nuisances by the constants.
-    slopes: Vec<Matrix2x3<f64>>,
-}
-
-impl<'a> Problem<'a> {
-    /// With weights as `constants` predict them.
-    fn new(data: Data<'a>, constants: Constants) -> Problem<'a> {
+impl<'a> Joint<'a> {
+    /// With weights as `constants` predict them; nothing is fitted yet.
+    fn new(data: Data<'a>, constants: Constants) -> Joint<'a> {
         let blank = AtCell {
             root_weight: 0.0,
             predicted_mps: 0.0,
             gradient: Vector3::zeros(),
+            residual_mps: 0.0,
         };
-        let mut problem = Problem {
+        let mut joint = Joint {
             data,
             constants,
             cells: vec![blank; data.cells.len()],
             nuisances: Vec::new(),
+            nuisance_inverse: Vec::new(),
             slopes: Vec::new(),
+            converged: false,
         };
-        problem.predict();
-        for (at, cell) in problem.cells.iter_mut().zip(data.cells) {
-            at.root_weight = assumed_variance(at.predicted_mps, cell.count())
-                .sqrt()
-                .recip();
+        joint.predict();
+        for (at, cell) in joint.cells.iter_mut().zip(data.cells) {
+            let variance = assumed_variance(at.predicted_mps, cell.count());
+            at.root_weight = variance.sqrt().recip();
         }
-        problem
+        joint
     }
 
     fn predict(&mut self) {
@@ -281,7 +263,7 @@ impl<'a> Problem<'a> {
         // Σ w p ∇p, Σ w ∇p and Σ w (y - 2 p) ∇p of each flight.
         let mut sums = vec![[Vector3::zeros(); 3]; flights];
         for (at, cell) in self.cells.iter().zip(self.data.cells) {
-            let weight = at.root_weight * at.root_weight;
+            let weight = at.weight();
             let p = at.predicted_mps;
             let columns = Vector2::new(p, 1.0);
             normal[cell.flight] += weight * columns * columns.transpose();
@@ -292,6 +274,7 @@ impl<'a> Problem<'a> {
             sums[2] += weight * (cell.median_mps - 2.0 * p) * at.gradient;
         }
         self.nuisances.clear();
+        self.nuisance_inverse.clear();
         self.slopes.clear();
         for ((normal, right), sums) in normal.iter().zip(&right).zip(&sums) {
             let inverse = normal.try_inverse().unwrap_or_else(Matrix2::zeros);
@@ -303,7 +286,13 @@ impl<'a> Problem<'a> {
                 (-sums[1] - gain * sums[1]).transpose(),
             ]);
             self.nuisances.push(nuisance);
+            self.nuisance_inverse.push(inverse);
             self.slopes.push(inverse * slope);
+        }
+        for (at, cell) in self.cells.iter_mut().zip(self.data.cells) {
+            let [gain, zero_mps] = self.nuisances[cell.flight].into();
+            at.gradient *= 1.0 + gain;
+            at.residual_mps = cell.median_mps - (1.0 + gain) * at.predicted_mps - zero_mps;
         }
     }
 
@@ -316,13 +305,9 @@ impl<'a> Problem<'a> {
         let mut jacobian = OMatrix::<f64, Dyn, U3>::zeros(rows);
         for (row, (at, cell)) in self.cells.iter().zip(self.data.cells).enumerate() {
             let slope = &self.slopes[cell.flight];
-            let [gain, zero_mps] = self.nuisances[cell.flight].into();
-            residuals[row] =
-                at.root_weight * (cell.median_mps - (1.0 + gain) * at.predicted_mps - zero_mps);
+            residuals[row] = at.root_weight * at.residual_mps;
             for k in 0..3 {
-                let moved = (1.0 + gain) * at.gradient[k]
-                    + at.predicted_mps * slope[(0, k)]
-                    + slope[(1, k)];
+                let moved = at.gradient[k] + at.predicted_mps * slope[(0, k)] + slope[(1, k)];
                 jacobian[(row, k)] = -at.root_weight * moved * scale[k];
             }
         }
@@ -342,13 +327,6 @@ impl<'a> Problem<'a> {
             jacobian,
         }
     }
-}
-
-/// Flights that have a cell, each once, in order.
-pub(super) fn flights_of(cells: &[Cell]) -> Vec<usize> {
-    let mut flights: Vec<usize> = cells.iter().map(|cell| cell.flight).collect();
-    flights.dedup();
-    flights
 }
 
 /// A curve at one reading.

@@ -4,7 +4,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
 use super::calibration::{Departure, ResidualTest, ResidualTests};
-use super::jet_fit::{Constants, Data, Joint, precisions, xi};
+use super::jet_fit::{Constants, Joint, precisions, xi};
 use super::profiles::Measured;
 use crate::statistics::quantile::interval_of;
 
@@ -17,8 +17,8 @@ const FEWEST_FOR_NORMAL: usize = 50;
 /// Longest lag of the autocorrelation, in cells: four minutes of the paper's dwells. Chosen here.
 const LONGEST_LAG: usize = 50;
 
-pub(super) fn residual_tests(data: Data<'_>, joint: &Joint) -> ResidualTests {
-    let constants = &joint.constants;
+pub(super) fn residual_tests(joint: &Joint<'_>) -> ResidualTests {
+    let (data, constants) = (joint.data, &joint.constants);
     let mut operator = vec![Vec::new(); XI_EDGES.len() - 1];
     let mut scalar = operator.clone();
     for (cell, fitted) in data.cells.iter().zip(&joint.cells) {

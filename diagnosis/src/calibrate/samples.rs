@@ -2,12 +2,11 @@
 //! the paper's median per grid cell, of one flight each, so that a flight can be drawn with all
 //! that is its own.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use airflow::{FAR_FIELD_FROM_S_OVER_L, Jet};
 use nalgebra::{Point3, Vector3};
 
-use super::Options;
 use super::calibration::{Counts, Dropped, DroppedCount};
 use super::jet_fit::Operator;
 use crate::record::baseline::Observation;
@@ -17,6 +16,12 @@ use crate::record::recording::{
 use crate::record::track::Moment;
 use crate::statistics::quantile;
 
+/// Readings count while the drone is slower than this (m/s), as in the paper.
+const SLOWER_THAN_MPS: f64 = 0.1;
+/// Depth and width of a grid cell over the motor distance. Chosen here: the centreline changes by
+/// 3 % over the one at 2.5 l, and the other is a sixth of the half-width there.
+const CELL_S_OVER_L: f64 = 0.25;
+const CELL_R_OVER_L: f64 = 0.1;
 /// Readings beyond so many half-widths of the paper's jet are not compared: the paper's own table
 /// ends there.
 const FARTHEST_XI: f64 = 6.0;
@@ -73,7 +78,9 @@ pub(super) struct Gathered<'r> {
     pub(super) ambient_added_again: bool,
 }
 
-pub(super) fn gather<'r>(recordings: &'r [Recording], options: &Options) -> Gathered<'r> {
+/// Every reading of known place below one hovering drone, with the lateral turbulence that its
+/// probe is taken to read.
+pub(super) fn gather(recordings: &[Recording], lateral_turbulence: f64) -> Gathered<'_> {
     let mut gathered = Gathered::default();
     let mut dropped: BTreeMap<Dropped, usize> = BTreeMap::new();
     for recording in recordings {
@@ -90,8 +97,8 @@ pub(super) fn gather<'r>(recordings: &'r [Recording], options: &Options) -> Gath
         for sample in &probes.samples {
             let flying = the_one_flying(recording, &emitters, &probes.instrument, sample);
             let found = flying.and_then(|(emitter, state)| {
-                place(recording, emitters[emitter], &state, sample, options)
-                    .map(|placed| (emitter, placed))
+                let placed = place(recording, emitters[emitter], &state, sample)?;
+                Ok((emitter, placed))
             });
             let (emitter, mut placed) = match found {
                 Ok(found) => found,
@@ -102,13 +109,12 @@ pub(super) fn gather<'r>(recordings: &'r [Recording], options: &Options) -> Gath
             };
             placed.flight = *flights[emitter].get_or_insert_with(|| {
                 let drone = gathered.drone(emitters[emitter]);
-                gathered.flights.push(flight(
-                    recording,
-                    &probes.instrument,
-                    emitters[emitter],
-                    drone,
-                    options,
-                ));
+                let mut flight = flight(recording, &probes.instrument, emitters[emitter]);
+                flight.drone = drone;
+                if probes.instrument.measures == Measures::SpeedMagnitude {
+                    flight.operator.lateral = lateral_turbulence;
+                }
+                gathered.flights.push(flight);
                 gathered.flights.len() - 1
             });
             if recording.environment.ambient_is_subtracted {
@@ -143,13 +149,7 @@ impl<'r> Gathered<'r> {
     }
 }
 
-fn flight(
-    recording: &Recording,
-    instrument: &Instrument,
-    vehicle: &Vehicle,
-    drone: usize,
-    options: &Options,
-) -> Flight {
+fn flight(recording: &Recording, instrument: &Instrument, vehicle: &Vehicle) -> Flight {
     let environment = &recording.environment;
     let airframe = &vehicle.airframe;
     let magnitude = instrument.measures == Measures::SpeedMagnitude;
@@ -157,7 +157,7 @@ fn flight(
     let density = environment.air.density_kg_per_m3();
     Flight {
         recording: recording.name.clone(),
-        drone,
+        drone: 0,
         operator: Operator {
             // U_H goes with the root of gravity; `airflow` assumes the standard one.
             induced_velocity_mps: airframe.hover_induced_velocity_mps(airframe.mass_kg(), density)
@@ -168,11 +168,7 @@ fn flight(
                 0.0
             },
             radial: f64::from(u8::from(radial)),
-            lateral: if magnitude {
-                options.lateral_turbulence
-            } else {
-                0.0
-            },
+            lateral: 0.0,
         },
         accuracy_rel: instrument.accuracy_rel,
         accuracy_abs_mps: instrument.accuracy_abs_mps,
@@ -256,9 +252,8 @@ fn place(
     vehicle: &Vehicle,
     state: &State,
     sample: &ProbeSample,
-    options: &Options,
 ) -> Result<Sample, Dropped> {
-    if state.fastest_mps >= options.slower_than_mps {
+    if state.fastest_mps >= SLOWER_THAN_MPS {
         return Err(Dropped::Moving);
     }
     let l_m = vehicle.airframe.motor_distance_m();
@@ -319,12 +314,12 @@ impl Cell {
 
 /// Sorts readings into cells; each cell's readings then stand together, in order of time. Cells are
 /// in order of flight and time.
-pub(super) fn cells(samples: &mut [Sample], options: &Options) -> Vec<Cell> {
+pub(super) fn cells(samples: &mut [Sample]) -> Vec<Cell> {
     let key = |sample: &Sample| {
         (
             sample.flight,
-            (sample.s / options.cell_s_over_l) as u32,
-            (sample.r / options.cell_r_over_l) as u32,
+            (sample.s / CELL_S_OVER_L) as u32,
+            (sample.r / CELL_R_OVER_L) as u32,
             sample.probe,
         )
     };
@@ -352,6 +347,12 @@ pub(super) fn cells(samples: &mut [Sample], options: &Options) -> Vec<Cell> {
             .then(a.from.cmp(&b.from))
     });
     cells
+}
+
+/// Flights that have a cell, each once, in order.
+pub(super) fn flights_of<'c>(cells: impl IntoIterator<Item = &'c Cell>) -> Vec<usize> {
+    let flights: BTreeSet<usize> = cells.into_iter().map(|cell| cell.flight).collect();
+    flights.into_iter().collect()
 }
 
 /// Quantile of values in any order; 0 of nothing.

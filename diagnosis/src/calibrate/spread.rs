@@ -16,7 +16,8 @@ use nalgebra::{Matrix2, Matrix3, Matrix3x2, Vector2, Vector3};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::calibration::{Interval, Unit};
-use super::jet_fit::{Data, Joint, precisions};
+use super::jet_fit::{Joint, precisions};
+use super::samples::Cell;
 
 /// Shortest block (s): three of the paper's dwells, beyond the memory of gusts and of a hovering
 /// drone's sway. Chosen here.
@@ -46,8 +47,6 @@ pub(super) struct Units {
     pub(super) instrument: Matrix3<f64>,
     /// Covariance if one gain with the stated accuracy were common to all flights.
     pub(super) common_gain: Matrix3<f64>,
-    /// For each flight: inverse of the normal matrix of its gain and zero.
-    pub(super) instrument_inverse: Vec<Matrix2<f64>>,
     /// For each cell: its unit.
     pub(super) unit_of: Vec<usize>,
     /// For each cell: gradient freed of what the flight's gain and zero can take over.
@@ -56,29 +55,20 @@ pub(super) struct Units {
 
 /// Flights where there are at least `fewest_flights`, else blocks. `None` where the cells do not
 /// determine the constants.
-pub(super) fn units(data: Data<'_>, joint: &Joint, fewest_flights: usize) -> Option<Units> {
+pub(super) fn units(joint: &Joint<'_>, fewest_flights: usize) -> Option<Units> {
+    let data = joint.data;
     let flights = data.flights.len();
-    let mut normal: Vec<Matrix2<f64>> = data
-        .flights
-        .iter()
-        .map(|flight| Matrix2::from_diagonal(&precisions(flight)))
-        .collect();
     let mut cross = vec![Matrix3x2::zeros(); flights];
     let mut own = vec![Matrix3::zeros(); flights];
     let mut used = vec![false; flights];
     for (cell, fitted) in data.cells.iter().zip(&joint.cells) {
         let columns = Vector2::new(fitted.predicted_mps, 1.0);
-        normal[cell.flight] += fitted.weight * columns * columns.transpose();
-        cross[cell.flight] += fitted.weight * fitted.gradient * columns.transpose();
-        own[cell.flight] += fitted.weight * fitted.gradient * fitted.gradient.transpose();
+        cross[cell.flight] += fitted.weight() * fitted.gradient * columns.transpose();
+        own[cell.flight] += fitted.weight() * fitted.gradient * fitted.gradient.transpose();
         used[cell.flight] = true;
     }
-    let instrument_inverse: Vec<Matrix2<f64>> = normal
-        .iter()
-        .map(|normal| normal.try_inverse().unwrap_or_else(Matrix2::zeros))
-        .collect();
-    let taken: Vec<Matrix3x2<f64>> = instrument_inverse
-        .iter()
+    let inverses = joint.nuisance_inverse.iter();
+    let taken: Vec<Matrix3x2<f64>> = inverses
         .zip(&cross)
         .map(|(inverse, cross)| cross * inverse)
         .collect();
@@ -88,26 +78,20 @@ pub(super) fn units(data: Data<'_>, joint: &Joint, fewest_flights: usize) -> Opt
     let inverse = information.iter().sum::<Matrix3<f64>>().try_inverse()?;
 
     let by_flight = used.iter().filter(|used| **used).count() >= fewest_flights;
-    let (unit, block_s, unit_of) = if by_flight {
-        (
-            Unit::Flight,
-            None,
-            data.cells.iter().map(|cell| cell.flight).collect(),
-        )
-    } else {
-        let block_s = data
+    let unit = if by_flight { Unit::Flight } else { Unit::Block };
+    let block_s = (!by_flight).then(|| {
+        let of_flights = data
             .flights
             .iter()
-            .map(|flight| BLOCK_READINGS * flight.step_s)
-            .fold(SHORTEST_BLOCK_S, f64::max);
-        (Unit::Block, Some(block_s), blocks(data, block_s))
-    };
-    let (numbers, unit_of) = numbered(&unit_of);
+            .map(|flight| BLOCK_READINGS * flight.step_s);
+        of_flights.fold(SHORTEST_BLOCK_S, f64::max)
+    });
+    let unit_of = blocks(data.cells, block_s.unwrap_or(f64::INFINITY));
     let blank = ResamplingUnit {
         information: Matrix3::zeros(),
         pull: Vector3::zeros(),
     };
-    let mut units = vec![blank; numbers];
+    let mut units = vec![blank; unit_of.last().map_or(0, |last| last + 1)];
     let mut freed = Vec::with_capacity(data.cells.len());
     for ((cell, fitted), unit) in data.cells.iter().zip(&joint.cells).zip(&unit_of) {
         let gradient =
@@ -115,11 +99,11 @@ pub(super) fn units(data: Data<'_>, joint: &Joint, fewest_flights: usize) -> Opt
         if by_flight {
             // With gain and zero at their best, the slope of the eliminated problem is that of the
             // cells alone.
-            units[*unit].pull += fitted.weight * fitted.residual_mps * fitted.gradient;
+            units[*unit].pull += fitted.weight() * fitted.residual_mps * fitted.gradient;
             units[*unit].information = information[cell.flight];
         } else {
-            units[*unit].pull += fitted.weight * fitted.residual_mps * gradient;
-            units[*unit].information += fitted.weight * gradient * gradient.transpose();
+            units[*unit].pull += fitted.weight() * fitted.residual_mps * gradient;
+            units[*unit].information += fitted.weight() * gradient * gradient.transpose();
         }
         freed.push(gradient);
     }
@@ -143,40 +127,25 @@ pub(super) fn units(data: Data<'_>, joint: &Joint, fewest_flights: usize) -> Opt
             Unit::Block => inverse * prior * inverse,
         },
         common_gain: shift * shift.transpose(),
-        instrument_inverse,
         unit_of,
         freed,
     })
 }
 
-/// A label for each cell: its flight's block of time.
-fn blocks(data: Data<'_>, block_s: f64) -> Vec<usize> {
+/// The unit of each cell, numbered in order: its flight's block of time, of at most so many seconds.
+fn blocks(cells: &[Cell], block_s: f64) -> Vec<usize> {
     // Cells come in order of flight and time.
-    let mut label = 0;
-    let mut start: Option<(usize, f64)> = None;
-    data.cells
-        .iter()
-        .map(|cell| {
-            match start {
-                Some((flight, t_s)) if flight == cell.flight && cell.t_s < t_s + block_s => {}
-                Some(_) => {
-                    label += 1;
-                    start = Some((cell.flight, cell.t_s));
-                }
-                None => start = Some((cell.flight, cell.t_s)),
-            }
-            label
-        })
-        .collect()
-}
-
-/// How many labels there are, and the labels numbered in order of appearance.
-fn numbered(labels: &[usize]) -> (usize, Vec<usize>) {
-    let mut seen: Vec<usize> = labels.to_vec();
-    seen.sort_unstable();
-    seen.dedup();
-    let number = |label: &usize| seen.binary_search(label).unwrap_or(0);
-    (seen.len(), labels.iter().map(number).collect())
+    let mut starts: Vec<(usize, f64)> = Vec::new();
+    let of_cell = |cell: &Cell| {
+        let goes_on = starts
+            .last()
+            .is_some_and(|&(flight, t_s)| flight == cell.flight && cell.t_s < t_s + block_s);
+        if !goes_on {
+            starts.push((cell.flight, cell.t_s));
+        }
+        starts.len() - 1
+    };
+    cells.iter().map(of_cell).collect()
 }
 
 /// Above so many units their number is freedom enough, and a sum over all pairs would be wasted.

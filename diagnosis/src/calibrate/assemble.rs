@@ -1,0 +1,267 @@
+//! From recordings to a calibration: gathered, fitted, judged, and put together.
+
+use airflow::Jet;
+use nalgebra::Matrix3;
+
+use super::calibration::{
+    Calibration, Correlation, Counts, DroneFit, Estimate, FittedJet, FlightGain, Interval, Options,
+    Resampling, Unit,
+};
+use super::goodness::goodness;
+use super::jet_fit::{Constants, Data, Joint, fit_jet};
+use super::profiles::{Measured, lobes, profiles};
+use super::residual_tests::{departures, residual_tests};
+use super::samples::{Cell, Gathered, cells, flights_of, gather};
+use super::spread::{Spread, Units, spread, units};
+
+use crate::record::recording::Recording;
+
+/// Fewest cells that three constants, a gain and a zero are fitted to.
+const FEWEST_CELLS: usize = 12;
+/// Fewest flights in the fit that are resampled as wholes; with fewer, blocks of time are. Chosen
+/// here: below eight the interval of a mean of flights is already a fifth wider by Student's t
+/// alone.
+const FEWEST_FLIGHTS: usize = 8;
+
+/// Why recordings cannot be calibrated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CalibrateError {
+    /// No recording has a probe.
+    #[error("none of the {0} recordings has readings of a speed probe")]
+    NoProbe(usize),
+    /// Nothing, or next to nothing, is left to fit.
+    #[error(
+        "only {} grid cells below uncanted drones from 2.5 motor distances down, at least {FEWEST_CELLS} are needed{}",
+        .0.cells, most_dropped(.0)
+    )]
+    TooFew(Box<Counts>),
+    /// The readings do not determine all three constants.
+    #[error(
+        "the readings do not determine B, S and s0 together: they need several depths, the axis and the edge"
+    )]
+    Undetermined,
+    /// The search for the best constants did not end.
+    #[error(
+        "the fit did not converge; at B = {centreline:.3}, S = {spreading:.4}, s0 = {origin:.2} it gave up"
+    )]
+    NotConverged {
+        /// `B` where it stopped.
+        centreline: f64,
+        /// `S` where it stopped.
+        spreading: f64,
+        /// `s₀` where it stopped.
+        origin: f64,
+    },
+}
+
+fn most_dropped(counts: &Counts) -> String {
+    counts.dropped.first().map_or(String::new(), |dropped| {
+        format!(
+            "; {} of {} readings were left out as {:?}",
+            dropped.samples, counts.read, dropped.reason
+        )
+    })
+}
+
+/// Calibrates the jet from recordings of drones that hover over speed probes.
+///
+/// A flight is one emitter of one recording. Recordings without a probe are passed over.
+/// Deterministic: the same recordings and options give the same numbers.
+///
+/// ```
+/// use diagnosis::calibrate::{Options, calibrate};
+/// use diagnosis::record::recording::Recording;
+///
+/// fn spreading_interval(flights: &[Recording]) -> Option<(f64, f64)> {
+///     let calibration = calibrate(flights, &Options::default()).ok()?;
+///     let interval = calibration.jet.spreading.interval;
+///     Some((interval.low, interval.high))
+/// }
+/// // No reading, no jet.
+/// assert_eq!(spreading_interval(&[]), None);
+/// ```
+///
+/// # Errors
+/// Where there is nothing to fit, or not enough to tell the three constants apart.
+pub fn calibrate(
+    recordings: &[Recording],
+    options: &Options,
+) -> Result<Calibration, CalibrateError> {
+    if recordings
+        .iter()
+        .all(|recording| recording.probes.is_none())
+    {
+        return Err(CalibrateError::NoProbe(recordings.len()));
+    }
+    let mut gathered = gather(recordings, options.lateral_turbulence);
+    let far_cells = cells(&mut gathered.far);
+    let near_cells = cells(&mut gathered.near);
+    let in_fit = |cell: &&Cell| {
+        let drone = gathered.drones[gathered.flights[cell.flight].drone];
+        !drone.airframe.fit_excludes()
+    };
+    let fitted_cells: Vec<Cell> = far_cells.iter().filter(in_fit).cloned().collect();
+    gathered.counts.cells = fitted_cells.len();
+    if fitted_cells.len() < FEWEST_CELLS {
+        return Err(CalibrateError::TooFew(Box::new(gathered.counts)));
+    }
+    let data = Data {
+        flights: &gathered.flights,
+        samples: &gathered.far,
+        cells: &fitted_cells,
+    };
+    let paper = Jet::default();
+    let joint = fit_jet(
+        data,
+        Constants::new(paper.centreline, paper.spreading, paper.origin),
+    );
+    if !joint.converged {
+        let [centreline, spreading, origin] = joint.constants.into();
+        return Err(CalibrateError::NotConverged {
+            centreline,
+            spreading,
+            origin,
+        });
+    }
+    let units = units(&joint, FEWEST_FLIGHTS).ok_or(CalibrateError::Undetermined)?;
+    let spread = spread(&units).ok_or(CalibrateError::Undetermined)?;
+    let jet = fitted_jet(&joint, &units, &spread, options.draws);
+    let drones = (0..gathered.drones.len())
+        .map(|drone| {
+            let measured = |samples, cells| Measured {
+                drone,
+                flights: &gathered.flights,
+                samples,
+                cells,
+            };
+            let near = measured(&gathered.near, &near_cells);
+            let far = measured(&gathered.far, &far_cells);
+            drone_fit(&gathered, near, far, &joint.constants)
+        })
+        .collect();
+    let mut names: Vec<String> = Vec::new();
+    for flight in &gathered.flights {
+        if !names.contains(&flight.recording) {
+            names.push(flight.recording.clone());
+        }
+    }
+    Ok(Calibration {
+        goodness: goodness(&joint, options),
+        residual_tests: residual_tests(&joint),
+        caveats: caveats(&gathered, &jet),
+        drones,
+        jet,
+        counts: gathered.counts,
+        recordings: names,
+    })
+}
+
+fn fitted_jet(joint: &Joint<'_>, units: &Units, spread: &Spread, draws: usize) -> FittedJet {
+    let estimate = |k: usize| Estimate {
+        value: joint.constants[k],
+        interval: spread.interval(k, joint.constants[k], 0.0),
+    };
+    let correlation = |i: usize, j: usize| {
+        let c: &Matrix3<f64> = &spread.covariance;
+        c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt()
+    };
+    let extra = units.common_gain[(0, 0)];
+    FittedJet {
+        centreline: estimate(0),
+        spreading: estimate(1),
+        origin: estimate(2),
+        correlation: Correlation {
+            centreline_spreading: correlation(0, 1),
+            centreline_origin: correlation(0, 2),
+            spreading_origin: correlation(1, 2),
+        },
+        resampling: Resampling {
+            unit: units.unit,
+            units: units.units.len(),
+            draws,
+            block_s: units.block_s,
+        },
+        centreline_if_one_gain: spread.interval(0, joint.constants[0], extra),
+        gains: flights_of(joint.data.cells)
+            .into_iter()
+            .map(|flight| FlightGain {
+                recording: joint.data.flights[flight].recording.clone(),
+                gain: joint.nuisances[flight][0],
+                offset_mps: joint.nuisances[flight][1],
+            })
+            .collect(),
+    }
+}
+
+fn drone_fit(
+    gathered: &Gathered<'_>,
+    near: Measured<'_>,
+    far: Measured<'_>,
+    constants: &Constants,
+) -> DroneFit {
+    let airframe = &gathered.drones[far.drone].airframe;
+    let flights = far
+        .flights
+        .iter()
+        .filter(|flight| flight.drone == far.drone);
+    let speeds_mps: Vec<f64> = flights
+        .map(|flight| flight.operator.induced_velocity_mps)
+        .collect();
+    let (lobes, lobes_merge_s_over_l) = lobes(near);
+    DroneFit {
+        airframe: airframe.name().to_owned(),
+        in_fit: !airframe.fit_excludes(),
+        induced_velocity_mps: speeds_mps.iter().sum::<f64>() / speeds_mps.len().max(1) as f64,
+        motor_distance_m: airframe.motor_distance_m(),
+        flights: speeds_mps.len(),
+        samples: near.of_drone().count() + far.of_drone().count(),
+        profiles: profiles(near, far, constants),
+        lobes,
+        lobes_merge_s_over_l,
+        departures: departures(far, constants),
+    }
+}
+
+fn caveats(gathered: &Gathered<'_>, jet: &FittedJet) -> Vec<String> {
+    let mut caveats = Vec::new();
+    let Interval { low, high } = jet.centreline_if_one_gain;
+    caveats.push(format!(
+        "a gain of the probe that all flights share cannot be seen by drawing flights: if there was one within the stated \
+         accuracy, B lies between {low:.2} and {high:.2}"
+    ));
+    if jet.resampling.unit == Unit::Block {
+        caveats.push(format!(
+            "there are too few flights to draw: intervals come from {} blocks of time, and the probe's stated accuracy is added",
+            jet.resampling.units
+        ));
+    }
+    let lengths: Vec<f64> = gathered
+        .drones
+        .iter()
+        .filter(|drone| !drone.airframe.fit_excludes())
+        .map(|drone| drone.airframe.propeller_diameter_m() / drone.airframe.motor_distance_m())
+        .collect();
+    let narrowest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
+    let widest = lengths.iter().copied().fold(0.0, f64::max);
+    if widest < 1.1 * narrowest {
+        caveats.push(
+            "all drones of the fit have nearly the same propeller diameter over motor distance: whether the jet goes with \
+             U_H l or with U_H d cannot be told"
+                .to_owned(),
+        );
+    }
+    if gathered.ambient_added_again {
+        caveats.push(
+            "where the ambient speed had been subtracted from the readings it was added again: a magnitude probe reads the root \
+             of the sum of squares"
+                .to_owned(),
+        );
+    }
+    if !jet.jet().problems().is_empty() {
+        caveats.push(
+            "these constants are no usable jet: the virtual origin lies below the rotors"
+                .to_owned(),
+        );
+    }
+    caveats
+}
