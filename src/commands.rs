@@ -7,6 +7,7 @@ pub(crate) mod diagnose;
 pub(crate) mod generate;
 pub(crate) mod plan;
 pub(crate) mod prove;
+mod recordings;
 pub(crate) mod schema;
 pub(crate) mod simulate;
 

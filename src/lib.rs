@@ -6,11 +6,11 @@ mod io;
 mod plots;
 mod report;
 #[cfg(test)]
-mod sample;
+mod tests;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{Parser, Subcommand};
 
 use commands::{bench, calibrate, check, diagnose, generate, plan, prove, schema, simulate};
 use io::failure::Failure;
@@ -50,28 +50,6 @@ enum Command {
     Prove(prove::Arguments),
 }
 
-/// How to print an answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// For people
-    Text,
-    /// One JSON object on standard output, and nothing else there
-    Json,
-}
-
-/// What a command that could be carried out answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Answer {
-    Yes,
-    No,
-}
-
-impl From<bool> for Answer {
-    fn from(yes: bool) -> Answer {
-        if yes { Answer::Yes } else { Answer::No }
-    }
-}
-
 /// Reads the command line, runs the subcommand, and answers with its exit code: 0 yes, 1 no, 2 a broken question.
 pub fn main() -> ExitCode {
     let line = CommandLine::parse();
@@ -88,12 +66,11 @@ pub fn main() -> ExitCode {
         // `arg_required_else_help` has answered already.
         (None, None) => Err(Failure::NothingToDo),
     };
-    match answer {
-        Ok(Answer::Yes) => ExitCode::SUCCESS,
-        Ok(Answer::No) => ExitCode::from(1),
-        Err(failure) => {
+    answer.map_or_else(
+        |failure| {
             failure.print();
             ExitCode::from(2)
-        }
-    }
+        },
+        ExitCode::from,
+    )
 }

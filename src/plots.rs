@@ -26,11 +26,3 @@ mod signature;
 pub(crate) mod simulation;
 #[cfg(test)]
 mod tests;
-
-use crate::report::Figure;
-
-/// A figure by its file's name, with how to read it; `None` without a picture.
-fn figure(name: &str, svg: Option<String>, caption: &str) -> Option<Figure> {
-    let (name, caption) = (name.to_owned(), caption.to_owned());
-    svg.map(|svg| Figure { name, svg, caption })
-}

@@ -6,5 +6,3 @@ pub(crate) mod plan;
 pub(crate) mod sections;
 mod tables;
 pub(crate) mod words;
-
-pub(crate) use sections::{Figure, Part, Report};

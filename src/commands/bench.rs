@@ -6,22 +6,22 @@ use std::time::Duration;
 
 use clap::Args;
 use planner::Control;
-use serde::Serialize;
-use tools::bench::growth::{Growth, growth};
+use serde_json::json;
+use tools::bench::growth::growth;
 use tools::bench::instance::{Figures, Instance, Measured};
 use tools::bench::machine::Machine;
-use tools::bench::row::{Row, Run};
+use tools::bench::row::Row;
+use tools::bench::suite::Suite;
 use tools::bench::{apart, table};
 use tools::instances::Floor;
-use tools::table::joined;
 
 use super::by_name;
 use super::plan::{read_text, seconds, use_threads};
-use crate::io::failure::{Failure, answer};
+use crate::io::answer::{Answer, Format, print};
+use crate::io::failure::Failure;
 use crate::io::files;
 use crate::io::progress::Progress;
 use crate::io::watch::{Watch, peak_memory_bytes};
-use crate::{Answer, Format};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -51,19 +51,10 @@ pub(crate) struct Arguments {
     one: bool,
 }
 
-/// What `--format json` prints.
-#[derive(Serialize)]
-struct Printed<'a> {
-    format: &'static str,
-    command: &'a str,
-    machine: &'a Machine,
-    rows: &'a [Row],
-    growth: Vec<Growth>,
-}
-
 /// Answers no where a fleet could not be planned whole or a plan is not verified.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let asked = arguments.instances();
+    let suite = arguments.suite();
+    let asked = suite.instances();
     // Nothing is planned where something does not fit.
     for one in &asked {
         one.place.scenario(one.drones, one.seed)?;
@@ -73,21 +64,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             return Err(Failure::NotOneInstance(asked.len()));
         };
         let figures = plan(one)?;
-        answer(&files::json(&figures))?;
+        print(&files::json(&figures))?;
         return Ok(Answer::from(figures.is_safe()));
     }
     let machine = Machine::here(arguments.jobs);
-    let command = arguments.command(asked.first());
-    let rows = arguments.rows(asked);
-    answer(&match arguments.format {
-        Format::Text => table::text(&command, &machine, &rows, arguments.seeds.len()),
-        Format::Json => files::json_pretty(&Printed {
-            format: "bench/1",
-            command: &command,
-            machine: &machine,
-            growth: growth(&rows),
-            rows: &rows,
-        }),
+    let command = suite.command();
+    let rows = rows(&suite, asked.len());
+    print(&match arguments.format {
+        Format::Text => table::text(&command, &machine, &rows, suite.seeds.len()),
+        Format::Json => files::json_pretty(&json!({
+            "format": "bench/1",
+            "command": command,
+            "machine": machine,
+            "rows": rows,
+            "growth": growth(&rows),
+        })),
     })?;
     Ok(Answer::from(rows.iter().all(Row::is_safe)))
 }
@@ -134,58 +125,30 @@ fn plan(one: &Instance) -> Result<Figures, Failure> {
 }
 
 impl Arguments {
-    /// Every instance, row by row, seed by seed.
-    fn instances(&self) -> Vec<Instance> {
-        let mut asked = Vec::new();
-        for &place in &self.places {
-            for &drones in &self.drones {
-                asked.extend(self.seeds.iter().map(|&seed| Instance {
-                    place,
-                    drones,
-                    seed,
-                    time_limit: self.time_limit,
-                    jobs: self.jobs,
-                    contrast: !self.without_contrast,
-                }));
-            }
+    fn suite(&self) -> Suite {
+        Suite {
+            places: self.places.clone(),
+            drones: self.drones.clone(),
+            seeds: self.seeds.clone(),
+            time_limit: self.time_limit,
+            jobs: self.jobs,
+            contrast: !self.without_contrast,
         }
-        asked
     }
+}
 
-    /// One instance after another, so that none takes another's time; after an interrupt the rest is not run, and says so.
-    fn rows(&self, asked: Vec<Instance>) -> Vec<Row> {
-        let watch = Watch::start(None);
-        let progress = Progress::start("planning instances", asked.len());
-        let mut runs = asked.into_iter().map(|one| {
-            let result = if watch.stop() {
-                Err("not run: interrupted".to_owned())
-            } else {
-                apart::plan(&one)
-            };
-            progress.done_one();
-            Run::of(one.seed, result)
-        });
-        let mut rows = Vec::new();
-        for &place in &self.places {
-            for &drones in &self.drones {
-                let runs = runs.by_ref().take(self.seeds.len()).collect();
-                rows.push(Row::of(place, drones, runs));
-            }
-        }
-        drop(runs);
-        progress.finish();
-        rows
-    }
-
-    /// The command that does this again.
-    fn command(&self, any: Option<&Instance>) -> String {
-        let mut words = vec![
-            "plan bench".to_owned(),
-            joined(self.places.iter().map(|place| place.name()), " "),
-            format!("--drones {}", joined(&self.drones, ",")),
-            format!("--seeds {}", joined(&self.seeds, ",")),
-        ];
-        words.extend(any.into_iter().flat_map(Instance::options));
-        words.join(" ")
-    }
+/// Each instance in a process of its own; after an interrupt the rest is not run, and says so.
+fn rows(suite: &Suite, instances: usize) -> Vec<Row> {
+    let watch = Watch::start(None);
+    let progress = Progress::start("planning instances", instances);
+    let rows = suite.rows(|one| {
+        let figures = match watch.stop() {
+            true => Err("not run: interrupted".to_owned()),
+            false => apart::plan(one),
+        };
+        progress.done_one();
+        figures
+    });
+    progress.finish();
+    rows
 }

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use planner::plan::{FORMAT, Plan, Violation};
 use planner::verify::verify;
-use serde::Serialize;
+use serde_json::json;
 
-use crate::io::failure::{Failure, answer};
+use crate::io::answer::{Answer, Format, print};
+use crate::io::failure::Failure;
 use crate::io::files;
-use crate::report::words::{count, violation};
-use crate::{Answer, Format};
+use crate::report::words::{count, joined, violation};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -22,52 +22,40 @@ pub(crate) struct Arguments {
     format: Format,
 }
 
-/// What `--format json` prints.
-#[derive(Serialize)]
-struct CheckEntry<'a> {
-    scenario: &'a str,
-    drones: usize,
-    unplanned: usize,
-    violations: &'a [Violation],
-}
-
 /// Answers as the run did that wrote the plan: an unplanned drone is a no, a violation is a no.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let plan = read(&arguments.plan)?;
     let violations = verify(&plan).violations;
-    let entry = CheckEntry {
-        scenario: &plan.scenario,
-        drones: plan.drones.len(),
-        unplanned: plan.unplanned.len(),
-        violations: &violations,
-    };
-    answer(&match arguments.format {
-        Format::Json => files::json(&entry),
-        Format::Text => text(&entry),
+    print(&match arguments.format {
+        Format::Json => files::json(&json!({
+            "scenario": plan.scenario,
+            "drones": plan.drones.len(),
+            "unplanned": plan.unplanned.len(),
+            "violations": violations,
+        })),
+        Format::Text => text(&plan, &violations),
     })?;
     Ok(Answer::from(
         violations.is_empty() && plan.unplanned.is_empty(),
     ))
 }
 
-fn text(entry: &CheckEntry) -> String {
-    let mut text = String::new();
-    for found in entry.violations {
-        text += &format!("{}\n", violation(found));
-    }
-    text += &format!(
-        "{}: {}, {}",
-        entry.scenario,
-        count(entry.drones, "drone", "drones"),
-        count(entry.violations.len(), "violation", "violations")
-    );
-    if entry.unplanned > 0 {
-        text += &format!(
+fn text(plan: &Plan, violations: &[Violation]) -> String {
+    let lines = violations.iter().map(|found| violation(found) + "\n");
+    let stay = match plan.unplanned.len() {
+        0 => String::new(),
+        some => format!(
             ", {} at the start",
-            count(entry.unplanned, "drone stays", "drones stay")
-        );
-    }
-    text + "\n"
+            count(some, "drone stays", "drones stay")
+        ),
+    };
+    format!(
+        "{}{}: {}, {}{stay}\n",
+        joined(lines, ""),
+        plan.scenario,
+        count(plan.drones.len(), "drone", "drones"),
+        count(violations.len(), "violation", "violations")
+    )
 }
 
 fn read(path: &Path) -> Result<Plan, Failure> {
@@ -76,10 +64,9 @@ fn read(path: &Path) -> Result<Plan, Failure> {
         path: path.to_owned(),
         reason,
     };
-    let parsed: Result<Plan, _> =
-        serde_path_to_error::deserialize(&mut serde_json::Deserializer::from_str(&text));
-    let plan =
-        parsed.map_err(|error| not_a_plan(format!("`{}`: {}", error.path(), error.inner())))?;
+    let json = &mut serde_json::Deserializer::from_str(&text);
+    let plan: Plan = serde_path_to_error::deserialize(json)
+        .map_err(|error| not_a_plan(format!("`{}`: {}", error.path(), error.inner())))?;
     if plan.format != FORMAT {
         return Err(not_a_plan(format!(
             "`format` is \"{}\", this program reads \"{FORMAT}\"",

@@ -4,8 +4,6 @@ pub(crate) mod flights;
 pub(crate) mod hardware;
 mod words;
 
-use std::path::{Path, PathBuf};
-
 use clap::Args;
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::diagnose::{DiagnoseError, diagnose_channel};
@@ -16,25 +14,20 @@ use diagnosis::record::recording::{Recording, Vehicle};
 use serde::Serialize;
 
 use super::by_name;
-use crate::io::failure::{Failure, answer};
-use crate::io::files;
-use crate::io::files::OutFolder;
+use super::recordings::{Asked, Printed};
+use crate::io::answer::{Answer, Format, print};
+use crate::io::failure::Failure;
+use crate::io::files::{self, OutFolder};
 use crate::io::progress::Progress;
-use crate::io::recordings;
 use crate::plots;
-use crate::report::Report;
-use crate::report::words::{file_stem, wrote};
-use crate::{Answer, Format};
+use crate::report::sections::Report;
+use crate::report::words::channel_words;
 use flights::Flights;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Recordings: folders with a meta.json, flight logs (.csv, .csv.gz, .ulg), or folders of either
-    #[arg(required = true, value_name = "RECORDING")]
-    recordings: Vec<PathBuf>,
-    /// What flight logs leave unsaid (RON) [default: the campaign.ron beside or above them]
-    #[arg(long, value_name = "FILE")]
-    meta: Option<PathBuf>,
+    #[command(flatten)]
+    asked: Asked,
     /// Of flight logs: begin with drones that fly alone, without any wakes
     #[arg(long, conflicts_with = "normal")]
     alone: bool,
@@ -53,16 +46,12 @@ pub(crate) struct Arguments {
     )]
     drones: Vec<String>,
     /// What to compare, where a recording has several: the probes' speed, a receiver's throttle over hover, its power over that without a wake [default: speed, else throttle]
-    #[arg(long, value_parser = by_name(&COMPARED, file_stem))]
+    #[arg(long, value_parser = by_name(&COMPARED, |channel| channel_words(channel).file_stem))]
     channel: Option<Channel>,
-    /// How to print the answer: one object, or a list of them where several recordings are diagnosed
-    #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
-    /// Folder for finding.ron, diagnosis.json, figures and report.html; of several recordings each gets a folder in it [default: out/NAME, that of the first recording]
-    #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
 }
 
+/// Of diagnosis.json.
+const FORMAT: &str = "diagnosis/1";
 /// What can be compared with the simulation of one recording.
 const COMPARED: [Channel; 3] = [Channel::Speed, Channel::Throttle, Channel::Power];
 
@@ -70,110 +59,103 @@ const COMPARED: [Channel; 3] = [Channel::Speed, Channel::Throttle, Channel::Powe
 ///
 /// Recordings of probes and of receivers are diagnosed one by one; flight logs together, with whole flights held out.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let recordings = recordings::read_all(&arguments.recordings, arguments.meta.as_deref())?;
+    let (recordings, name) = arguments.asked.read()?;
     let logs = recordings.iter().filter(|one| is_log(one)).count();
-    if arguments.normal.is_some() && logs == recordings.len() {
-        return hardware::run(arguments, &recordings);
-    }
-    if logs > 0 && logs == recordings.len() {
-        return flights::run(arguments, &recordings);
-    }
-    let for_logs = arguments.alone || arguments.near_floor || arguments.normal.is_some();
-    if logs > 0 || for_logs {
-        return Err(Failure::NotOnlyFlightLogs {
-            others: recordings.len() - logs,
-        });
+    let are_logs = logs > 0 && logs == recordings.len();
+    match (are_logs, &arguments.normal) {
+        (true, Some(normal)) => return hardware::run(arguments, &recordings, normal),
+        (true, None) => return flights::run(arguments, &recordings, &name),
+        _ if logs > 0 || arguments.alone || arguments.near_floor || arguments.normal.is_some() => {
+            let others = recordings.len() - logs;
+            return Err(Failure::NotOnlyFlightLogs { others });
+        }
+        _ => {}
     }
     let (found, errors) = diagnose_all(&recordings, arguments.channel);
-    let Some((first, _)) = found.first() else {
-        return Err(Failure::Diagnose(errors));
-    };
-    let name = recordings::name_of(&arguments.recordings, &first.name);
-    let out = OutFolder::of(arguments.out.as_deref(), &name)?;
-    let several = recordings.len() > 1;
-    let mut texts = Vec::new();
-    let mut reports = Vec::new();
-    for (recording, finding) in &found {
-        let report = report(recording, finding);
-        let below = match several {
-            true => Path::new(&recording.name),
-            false => Path::new(""),
-        };
-        let folder = OutFolder::prepare(out.path.join(below))?.path;
-        let named = |(file, text): (String, String)| (folder.join(file), text);
-        texts.extend(files_of(finding, None, &report).into_iter().map(named));
-        reports.push(report.text());
+    match found.as_slice() {
+        [] => return Err(Failure::Diagnose(errors)),
+        [(recording, finding)] if recordings.len() == 1 => {
+            let report = report(recording, finding);
+            deliver(&arguments.asked, &name, &report, &Found::alone(finding))?;
+        }
+        several => deliver_all(&arguments.asked, &name, several)?,
     }
-    files::write(&texts)?;
-    let files: Vec<PathBuf> = texts.into_iter().map(|(path, _)| path).collect();
-    answer(&match (arguments.format, found.as_slice()) {
-        (Format::Json, [(_, finding)]) if !several => {
-            files::json(&Printed::of(finding, None, files))
-        }
-        (Format::Json, _) => {
-            let findings = found.iter().map(|(_, finding)| finding);
-            let of = |finding| Printed::of(finding, None, Vec::new());
-            files::json(&findings.map(of).collect::<Vec<_>>())
-        }
-        (Format::Text, _) if !several => reports.concat() + &wrote(&files),
-        (Format::Text, _) => {
-            let folder = out.path.display();
-            words::summary(&found).text()
-                + &format!(
-                    "\nwrote {folder}/<recording>/report.html  finding.ron  diagnosis.json  and the figures\n"
-                )
-        }
-    })?;
     if !errors.is_empty() {
         return Err(Failure::Diagnose(errors));
     }
-    let explained = |finding: &Finding| finding.verdict != Verdict::OutsideLibrary;
     Ok(Answer::from(
-        found.iter().all(|(_, finding)| explained(finding)),
+        found.iter().all(|(_, finding)| is_explained(finding)),
     ))
 }
 
-/// A finding as programs read it: `diagnosis/1`, in diagnosis.json and with the files what `--format json` prints. Rows count
-/// from 0 and are those of probes.csv, or of receiver.csv where there are no probes.
+fn is_explained(finding: &Finding) -> bool {
+    finding.verdict != Verdict::OutsideLibrary
+}
+
+/// A finding as programs read it, in diagnosis.json and as `--format json` prints it. Rows count from 0 and are those of
+/// probes.csv, or of receiver.csv where there are no probes.
 #[derive(Serialize)]
-struct Printed<'a> {
-    format: &'static str,
+struct Found<'a> {
     #[serde(flatten)]
     finding: &'a Finding,
     #[serde(flatten)]
     flights: Option<&'a Flights<'a>>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    files: Vec<PathBuf>,
 }
 
-impl<'a> Printed<'a> {
-    fn of(
-        finding: &'a Finding,
-        flights: Option<&'a Flights<'a>>,
-        files: Vec<PathBuf>,
-    ) -> Printed<'a> {
-        Printed {
-            format: "diagnosis/1",
+impl<'a> Found<'a> {
+    fn alone(finding: &'a Finding) -> Found<'a> {
+        Found {
             finding,
-            flights,
-            files,
+            flights: None,
+        }
+    }
+
+    fn printed(&self) -> Printed<'_, Found<'a>> {
+        Printed {
+            format: FORMAT,
+            answer: self,
+            files: &[],
         }
     }
 }
 
-/// Names and contents of the files of one finding.
-fn files_of(
-    finding: &Finding,
-    flights: Option<&Flights>,
-    report: &Report,
-) -> Vec<(String, String)> {
-    let json = files::json(&Printed::of(finding, flights, Vec::new()));
-    let mut files = vec![
-        ("finding.ron".to_owned(), finding_ron(finding)),
-        ("diagnosis.json".to_owned(), json),
-    ];
-    files.extend(report.files());
-    files
+/// Writes and prints one finding.
+fn deliver(asked: &Asked, name: &str, report: &Report, found: &Found) -> Result<(), Failure> {
+    let finding = ("finding.ron".to_owned(), finding_ron(found.finding));
+    let json = ("diagnosis.json", 2, FORMAT);
+    asked.deliver((name, report), json, found, vec![finding])
+}
+
+/// Writes each finding to a folder of its own, and prints a line of each.
+fn deliver_all(asked: &Asked, name: &str, found: &[(&Recording, Finding)]) -> Result<(), Failure> {
+    let out = asked.folder(name)?.path;
+    let mut texts = Vec::new();
+    for (recording, finding) in found {
+        let folder = OutFolder::prepare(out.join(&recording.name))?.path;
+        let json = files::json(&Found::alone(finding).printed());
+        let mut here = vec![
+            ("finding.ron".to_owned(), finding_ron(finding)),
+            ("diagnosis.json".to_owned(), json),
+        ];
+        here.extend(report(recording, finding).files());
+        texts.extend(
+            here.into_iter()
+                .map(|(file, text)| (folder.join(file), text)),
+        );
+    }
+    files::write(&texts)?;
+    print(&match asked.format {
+        Format::Json => {
+            let all = found.iter().map(|(_, finding)| Found::alone(finding));
+            let all: Vec<Found> = all.collect();
+            files::json(&all.iter().map(Found::printed).collect::<Vec<_>>())
+        }
+        Format::Text => format!(
+            "{}\nwrote {}/<recording>/report.html  finding.ron  diagnosis.json  and the figures\n",
+            words::summary(found).text(),
+            out.display()
+        ),
+    })
 }
 
 fn report(recording: &Recording, finding: &Finding) -> Report {

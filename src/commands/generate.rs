@@ -7,8 +7,8 @@ use tools::instances::{self, Floor};
 use validation::folder::texts;
 use validation::hover_grid::HoverGrid;
 
-use crate::Answer;
-use crate::io::failure::{Failure, answer};
+use crate::io::answer::{Answer, print};
+use crate::io::failure::Failure;
 use crate::io::files::{self, OutFolder};
 
 #[derive(Args)]
@@ -140,7 +140,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 fn scenario(text: String, out: Option<&Path>) -> Result<Answer, Failure> {
     match out {
         Some(path) => files::write(&[(path.to_owned(), text)])?,
-        None => answer(&text)?,
+        None => print(&text)?,
     }
     Ok(Answer::Yes)
 }

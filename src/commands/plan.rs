@@ -10,7 +10,8 @@ use planner::plan::outcome::Effort;
 use planner::{Control, Outcome, Plan, Planned, World};
 use serde::Serialize;
 
-use crate::io::failure::{Failure, answer, tell, tell_error};
+use crate::io::answer::{Answer, Format, print};
+use crate::io::failure::{Failure, tell, tell_error};
 use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::problems;
@@ -18,8 +19,8 @@ use crate::io::watch::{Durations, Watch, peak_memory_bytes};
 use crate::plots;
 use crate::report::conflicts::{self, ConflictEntry};
 use crate::report::plan as report;
-use crate::report::{Part, Report, words};
-use crate::{Answer, Format};
+use crate::report::sections::{Part, Report};
+use crate::report::words;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -101,7 +102,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     // A world that was read is in order.
     let outcome = planner::plan_world(&world, &control)
-        .map_err(|faults| Failure::Scenario(faults.to_string()))?;
+        .map_err(|faults| Failure::Drawn(faults.to_string()))?;
     let conflicts = match outcome {
         Outcome::Safe(planned) | Outcome::Partial(planned) | Outcome::Unsafe(planned) => {
             let durations = watch.finish();
@@ -170,7 +171,7 @@ fn say(
     report: &Report,
     errors: Vec<Vec<String>>,
 ) -> Result<(), Failure> {
-    answer(&match format {
+    print(&match format {
         Format::Json => files::json_with_plan_inside(printed),
         Format::Text => report.text() + &words::wrote(&printed.files),
     })?;
@@ -282,6 +283,6 @@ pub(crate) fn read_text(
     }
     planner::read_world_with(text, &files).map_err(|found| {
         let colour = problems::colour_on_stderr();
-        Failure::Scenario(problems::draw(&found, name, text, colour))
+        Failure::Drawn(problems::draw(&found, name, text, colour))
     })
 }

@@ -12,14 +12,14 @@ use validation::metrics::{LONG_SAMPLES, Metric, Metrics};
 use validation::{Answer as Given, Case};
 
 use crate::commands::diagnose;
-use crate::io::failure::{Failure, answer};
+use crate::io::answer::{Answer, Format, print};
+use crate::io::failure::Failure;
 use crate::io::files;
 use crate::io::files::OutFolder;
 use crate::io::progress::Progress;
 use crate::io::recordings;
 use crate::io::watch::cpu_s;
 use crate::report::words::wrote;
-use crate::{Answer, Format};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -103,7 +103,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     files::write(&written)?;
     let named = written.iter().take(2).map(|(path, _)| path.clone());
     let named: Vec<PathBuf> = named.collect();
-    answer(&match arguments.format {
+    print(&match arguments.format {
         Format::Json => json,
         Format::Text => text + &time + &wrote(&named),
     })?;
@@ -122,7 +122,7 @@ fn flights(folder: &Path) -> Result<Answer, Failure> {
     let found: Vec<CampaignFinding> = QUESTIONS.iter().map(ask).collect::<Result<_, Failure>>()?;
     let drones = DRONES.map(str::to_owned);
     let hardware = diagnose::hardware::judge(&read(&HARDWARE)?, NORMAL, &drones)?;
-    answer(&real_flights::table(&found, &hardware).markdown())?;
+    print(&real_flights::table(&found, &hardware).markdown())?;
     Ok(Answer::from(real_flights::is_named(&found, &hardware)))
 }
 

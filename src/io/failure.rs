@@ -8,6 +8,7 @@ use diagnosis::campaign::CampaignError;
 use diagnosis::infer::diagnose::DiagnoseError;
 use thiserror::Error;
 use tools::instances::InstanceError;
+use tools::table::joined;
 
 /// What keeps a command from answering.
 #[derive(Debug, Error)]
@@ -26,12 +27,9 @@ pub(crate) enum Failure {
     },
     #[error("cannot write to standard output: {0}")]
     Print(std::io::Error),
-    /// The scenario's problems, each at its place, ready to print.
+    /// The problems of scenarios, recordings or campaign files, each at its place, ready to print.
     #[error("{0}")]
-    Scenario(String),
-    /// The problems of recordings and of their campaign files, ready to print.
-    #[error("{0}")]
-    Recordings(String),
+    Drawn(String),
     #[error(
         "nothing to compare in {0} recordings: no probe readings below a drone, no throttle, no force that a thrust map allows"
     )]
@@ -47,7 +45,7 @@ pub(crate) enum Failure {
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
     /// One error a recording.
-    #[error("{}", joined(.0))]
+    #[error("{}", joined(.0, "; "))]
     Diagnose(Vec<DiagnoseError>),
     #[error(transparent)]
     Campaign(#[from] CampaignError),
@@ -82,9 +80,7 @@ impl Failure {
     pub(crate) fn print(&self) {
         match self {
             // Carries its own "error:" labels.
-            Failure::Scenario(rendered) | Failure::Recordings(rendered) => {
-                tell(rendered.trim_end());
-            }
+            Failure::Drawn(rendered) => tell(rendered.trim_end()),
             Failure::Diagnose(errors) => {
                 for error in errors {
                     tell_error(&error.to_string(), &[]);
@@ -93,11 +89,6 @@ impl Failure {
             other => tell_error(&other.to_string(), &[]),
         }
     }
-}
-
-fn joined(errors: &[DiagnoseError]) -> String {
-    let errors: Vec<String> = errors.iter().map(ToString::to_string).collect();
-    errors.join("; ")
 }
 
 /// One error on standard error: what is wrong, then indented lines, the last of them what to do.
@@ -117,13 +108,4 @@ pub(crate) fn tell_error(what: &str, more: &[String]) {
 pub(crate) fn tell(text: &str) {
     // With standard error closed there is no reader left.
     let _ = writeln!(anstream::stderr(), "{text}");
-}
-
-/// Text on standard output. A reader that closes it early (`plan ... | head`) is no failure.
-pub(crate) fn answer(text: &str) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::Print(error)),
-        _ => Ok(()),
-    }
 }

@@ -5,6 +5,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::io::failure::Failure;
 
@@ -107,102 +108,53 @@ impl Drop for Waiting {
 /// JSON with the outermost object and the lists and objects in it broken into lines, everything
 /// deeper on one line: a plan has one line per drone, and two plans can be compared line by line.
 pub(crate) fn json(value: &impl Serialize) -> String {
-    lines_down_to(value, 2)
+    json_down_to(value, 2)
 }
 
 /// The same where the plan is itself a member: its drones keep their lines.
 pub(crate) fn json_with_plan_inside(value: &impl Serialize) -> String {
-    lines_down_to(value, 3)
+    json_down_to(value, 3)
 }
 
 /// The same, every value on a line of its own.
 pub(crate) fn json_pretty(value: &impl Serialize) -> String {
-    lines_down_to(value, usize::MAX)
+    json_down_to(value, usize::MAX)
 }
 
-fn lines_down_to(value: &impl Serialize, levels: usize) -> String {
-    let mut bytes = Vec::new();
-    let lines = Lines {
-        levels,
-        depth: 0,
-        empty: true,
+/// The same with lines down to so many brackets.
+pub(crate) fn json_down_to(value: &impl Serialize, levels: usize) -> String {
+    let value = serde_json::to_value(value).expect("answers hold string keys alone");
+    let mut text = String::new();
+    write_value(&mut text, &value, 0, levels);
+    text + "\n"
+}
+
+/// Writes a value `depth` brackets deep: down to `levels` each member has a line.
+fn write_value(text: &mut String, value: &Value, depth: usize, levels: usize) {
+    let (brackets, members): (_, Vec<(String, &Value)>) = match value {
+        Value::Array(items) => ("[]", items.iter().map(|it| (String::new(), it)).collect()),
+        Value::Object(fields) => {
+            let named = |(key, it)| (format!("{}: ", Value::from(String::as_str(key))), it);
+            ("{}", fields.iter().map(named).collect())
+        }
+        leaf => return *text += &leaf.to_string(),
     };
-    value
-        .serialize(&mut serde_json::Serializer::with_formatter(
-            &mut bytes, lines,
-        ))
-        .expect("plans hold nothing that JSON cannot: string keys, and memory takes every write");
-    bytes.push(b'\n');
-    String::from_utf8(bytes).expect("serde_json writes UTF-8")
-}
-
-/// Breaks lines down to a depth.
-struct Lines {
-    levels: usize,
-    depth: usize,
-    empty: bool,
-}
-
-impl Lines {
-    fn open<W: ?Sized + io::Write>(&mut self, writer: &mut W, bracket: &[u8]) -> io::Result<()> {
-        self.depth += 1;
-        self.empty = true;
-        writer.write_all(bracket)
+    let breaks = depth < levels && !members.is_empty();
+    let line = |depth: usize| match breaks {
+        true => format!("\n{:width$}", "", width = 2 * depth),
+        false => String::new(),
+    };
+    *text += &brackets[..1];
+    for (index, (key, member)) in members.into_iter().enumerate() {
+        *text += match (index, breaks) {
+            (0, _) => "",
+            (_, true) => ",",
+            (_, false) => ", ",
+        };
+        *text += &(line(depth + 1) + &key);
+        write_value(text, member, depth + 1, levels);
     }
-
-    fn member<W: ?Sized + io::Write>(&mut self, writer: &mut W, first: bool) -> io::Result<()> {
-        self.empty = false;
-        writer.write_all(if first { b"" } else { b"," })?;
-        if self.depth <= self.levels {
-            return self.line(writer);
-        }
-        writer.write_all(if first { b"" } else { b" " })
-    }
-
-    fn close<W: ?Sized + io::Write>(&mut self, writer: &mut W, bracket: &[u8]) -> io::Result<()> {
-        self.depth -= 1;
-        if self.depth < self.levels && !self.empty {
-            self.line(writer)?;
-        }
-        self.empty = false;
-        writer.write_all(bracket)
-    }
-
-    fn line<W: ?Sized + io::Write>(&self, writer: &mut W) -> io::Result<()> {
-        write!(writer, "\n{:width$}", "", width = 2 * self.depth)
-    }
-}
-
-impl serde_json::ser::Formatter for Lines {
-    fn begin_array<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
-        self.open(writer, b"[")
-    }
-    fn begin_array_value<W: ?Sized + io::Write>(
-        &mut self,
-        writer: &mut W,
-        first: bool,
-    ) -> io::Result<()> {
-        self.member(writer, first)
-    }
-    fn end_array<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
-        self.close(writer, b"]")
-    }
-    fn begin_object<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
-        self.open(writer, b"{")
-    }
-    fn begin_object_key<W: ?Sized + io::Write>(
-        &mut self,
-        writer: &mut W,
-        first: bool,
-    ) -> io::Result<()> {
-        self.member(writer, first)
-    }
-    fn begin_object_value<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
-        writer.write_all(b": ")
-    }
-    fn end_object<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {
-        self.close(writer, b"}")
-    }
+    *text += &(line(depth) + &brackets[1..]);
 }
 
 #[cfg(test)]
@@ -211,7 +163,7 @@ mod tests {
 
     #[test]
     fn every_drone_has_one_line_and_the_json_reads_back() {
-        let plan = crate::sample::warehouse();
+        let plan = crate::tests::warehouse();
         let text = json(&plan);
         let lines: Vec<&str> = text
             .lines()

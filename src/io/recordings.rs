@@ -301,7 +301,7 @@ fn refused(Problems(problems): Problems) -> Failure {
         }
     });
     let drawn = listed(groups, problems.len(), colour_on_stderr());
-    Failure::Recordings(drawn + &counted(problems.len()) + "\n")
+    Failure::Drawn(drawn + &counted(problems.len()) + "\n")
 }
 
 #[cfg(test)]

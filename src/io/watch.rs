@@ -1,19 +1,16 @@
 //! Watching a planner that reads no clock itself: when to stop it, how far it is, how long it took.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, Once};
+use std::sync::{Mutex, Once, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use planner::plan::outcome::Progress;
+use planner::plan::outcome::{IMPROVING_SHARE, Progress};
 
 use crate::io::failure::tell;
 
 /// A bar before this would only flicker.
 const SHOW_PROGRESS_AFTER: Duration = Duration::from_secs(1);
-/// Share of a time limit after which a plan that is complete is not made better any more: chosen here, checks take less than
-/// planning does.
-const IMPROVING_SHARE: f64 = 0.6;
 /// Exit code of a process ended by a second interrupt: 128 + SIGINT, as shells have it.
 const ENDED: i32 = 130;
 /// Whether this process has been interrupted.
@@ -22,10 +19,11 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Stops, shows and times one run.
 pub(crate) struct Watch {
     started: Instant,
-    deadline: Option<Instant>,
+    limit: Option<Duration>,
     bar: ProgressBar,
     bar_shown: Once,
-    phases: Mutex<Phases>,
+    /// What the time is added to now, since when, and the sums so far.
+    phases: Mutex<(Part, Instant, Durations)>,
 }
 
 /// Time spent so far in each part of a run.
@@ -34,12 +32,6 @@ pub(crate) struct Durations {
     pub(crate) planning: Duration,
     pub(crate) verification: Duration,
     pub(crate) ignoring_downwash: Duration,
-}
-
-struct Phases {
-    now: Part,
-    since: Instant,
-    spent: Durations,
 }
 
 /// Where the time of a part of a run is added up.
@@ -63,32 +55,31 @@ impl Watch {
         let started = Instant::now();
         Watch {
             started,
-            // A limit beyond the clock's range is no limit.
-            deadline: time_limit.and_then(|limit| started.checked_add(limit)),
+            limit: time_limit,
             bar: ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden()),
             bar_shown: Once::new(),
-            phases: Mutex::new(Phases {
-                now: PLANNING,
-                since: started,
-                spent: Durations::default(),
-            }),
+            phases: Mutex::new((PLANNING, started, Durations::default())),
         }
     }
 
     /// Whether the planner should come to an end.
     pub(crate) fn stop(&self) -> bool {
-        INTERRUPTED.load(Ordering::Relaxed)
-            || self.deadline.is_some_and(|end| Instant::now() >= end)
+        INTERRUPTED.load(Ordering::Relaxed) || self.is_past(1.0)
     }
 
     /// Whether there is a limit, and time to make a plan better before it: the last part of it is for the check, and for the
     /// plan that ignores downwash.
     pub(crate) fn improve(&self) -> bool {
-        !INTERRUPTED.load(Ordering::Relaxed)
-            && self.deadline.is_some_and(|end| {
-                let limit = end - self.started;
-                self.started.elapsed() < limit.mul_f64(IMPROVING_SHARE)
-            })
+        self.limit.is_some()
+            && !INTERRUPTED.load(Ordering::Relaxed)
+            && !self.is_past(IMPROVING_SHARE)
+    }
+
+    /// Whether there is a limit, and this share of it is over.
+    fn is_past(&self, share: f64) -> bool {
+        let elapsed_s = self.started.elapsed().as_secs_f64();
+        let limit_s = self.limit.map(|limit| limit.as_secs_f64());
+        limit_s.is_some_and(|limit_s| elapsed_s >= share * limit_s)
     }
 
     /// Takes what the planner tells.
@@ -106,23 +97,19 @@ impl Watch {
     /// Ends the last phase and takes the bar away.
     pub(crate) fn finish(&self) -> Durations {
         self.bar.finish_and_clear();
-        self.enter(PLANNING);
-        self.phases().spent
+        self.enter(PLANNING)
     }
 
-    fn enter(&self, next: Part) {
-        let mut phases = self.phases();
-        let now = Instant::now();
-        let passed = now - phases.since;
-        *(phases.now)(&mut phases.spent) += passed;
-        (phases.now, phases.since) = (next, now);
-    }
-
-    fn phases(&self) -> std::sync::MutexGuard<'_, Phases> {
+    /// Adds up what has passed since the last call; gives the sums.
+    fn enter(&self, next: Part) -> Durations {
         // Plain sums: a panic elsewhere cannot have left them half-written.
-        self.phases
-            .lock()
-            .unwrap_or_else(std::sync::PoisonError::into_inner)
+        let phases = self.phases.lock();
+        let mut phases = phases.unwrap_or_else(PoisonError::into_inner);
+        let (now, since, mut spent) = *phases;
+        let here = Instant::now();
+        *now(&mut spent) += here - since;
+        *phases = (next, here, spent);
+        spent
     }
 
     fn show(&self, progress: Progress) {

@@ -7,12 +7,11 @@ use diagnosis::record::recording::Recording;
 use rayon::prelude::*;
 
 use super::expansion::{self, Expansion};
-use super::figure;
 use super::profiles::{self, Profile, Words};
 use super::readings::{Reading, Spread};
 use super::residual_map::ResidualMap;
 use super::simulation::speed_readings;
-use crate::report::Figure;
+use crate::report::sections::Figure;
 use crate::report::words::count;
 
 /// Distance over half-width that the profiles show.
@@ -34,22 +33,22 @@ pub(crate) fn draw(name: &str, found: &Calibration, recordings: &[Recording]) ->
     let slices = "two maxima fitted along the body's y axis, slice by slice, with 95 % intervals";
     let near_field = expansion::near_field((&title, slices), &found.drones);
     let figures = [
-        figure(
+        Figure::of(
             "expansion",
             expansion,
             "The paper's expansion figure. Solid: the calibrated jet with the 95 % band of its constants; dashed: the paper's. Canted drones are hollow and not in the fit. A slice's own gain of the probe (5 % by its stated accuracy) moves its centreline up or down, not its half-width.",
         ),
-        figure(
+        Figure::of(
             "profiles",
             profiles_of(name, found),
             "Medians per radius with the band of 16 to 84 % of the readings (one standard deviation). Nothing is subtracted: a speed probe also reads radial and ambient speed, so readings stand above the curve far out. Hollow: not in the fit.",
         ),
-        figure(
+        Figure::of(
             "residuals",
             residuals_of(name, found, recordings),
             "Median of recorded minus simulated with the calibrated jet in each cell, as the recordings declare the simulation; the gain of the probe in single flights is not taken off.",
         ),
-        figure(
+        Figure::of(
             "near-field",
             near_field,
             "Distance delta of the two maxima from the axis. Where it falls to the width of the maxima they are one.",

@@ -8,11 +8,11 @@ use diagnosis::infer::finding::Finding;
 use diagnosis::infer::noise::noise;
 use diagnosis::record::recording::Recording;
 
+use super::agreement;
 use super::residual_map::{Above, ResidualMap};
 use super::signature::{self, Mismatch};
-use super::{agreement, figure};
-use crate::report::Figure;
-use crate::report::words::{figures, quantity, unit};
+use crate::report::sections::Figure;
+use crate::report::words::{channel_words, figures};
 
 /// Medians further off than so many standard deviations of one sample get a sign.
 const SIGNS: f64 = 2.0;
@@ -101,18 +101,18 @@ pub(crate) fn draw_campaign(name: &str, found: &CampaignFinding, subtitle: &str)
 
 fn all(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Vec<Figure> {
     let figures = [
-        figure(
+        Figure::of(
             "residuals",
             residuals(name, subtitle, finding.channel, seen),
             "Medians by cell, by place in the strongest wake there, folded onto the plane through its axis in which the two sides differ most; azimuths from x towards y. \
              Blue: the simulation is too high; red: too low. Outlined: cells of which half the samples or more lie in the region.",
         ),
-        figure(
+        Figure::of(
             "signature",
             signature(name, subtitle, finding, seen),
             "The coordinates along which the correction changes most, or the residual where there is none; as many samples in every bin.",
         ),
-        figure(
+        Figure::of(
             "agreement",
             agreement(name, subtitle, finding.channel, seen),
             "Every sample; the line is where both are equal. The rms here is over all samples, fitted ones too; FIT above has that of blocks that were not fitted.",
@@ -126,7 +126,7 @@ fn residuals(name: &str, subtitle: &str, channel: Channel, seen: &Seen) -> Optio
     let title = format!("Recorded minus simulated, before and after: {name}");
     let mut map = ResidualMap {
         title: (&title, subtitle),
-        unit: unit(channel),
+        unit: channel_words(channel).unit,
         across: &format!(
             "distance from the axis r / l, right: azimuth {:.0} deg",
             towards_rad.to_degrees()
@@ -217,7 +217,10 @@ fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Opti
         (true, false) => Some(format!("fitted {}", names.join(" and "))),
     };
     let title = format!("Signature of the mismatch: {name}");
-    let y = format!("recorded - simulated ({})", unit(finding.channel));
+    let y = format!(
+        "recorded - simulated ({})",
+        channel_words(finding.channel).unit
+    );
     signature::draw(
         (&title, subtitle),
         (&y, law.as_deref()),
@@ -227,6 +230,7 @@ fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Opti
 }
 
 fn agreement(name: &str, subtitle: &str, channel: Channel, seen: &Seen) -> Option<String> {
+    let words = channel_words(channel);
     let samples = seen.samples.iter();
     let before: Vec<(f64, f64)> = samples
         .map(|sample| (sample.recorded, sample.simulated))
@@ -236,7 +240,7 @@ fn agreement(name: &str, subtitle: &str, channel: Channel, seen: &Seen) -> Optio
     let heading = |what: &str, pairs: &[(f64, f64)]| {
         let square = pairs.iter().map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         let rms = (square / pairs.len().max(1) as f64).sqrt();
-        format!("{what}: rms {} {}", figures(rms), unit(channel))
+        format!("{what}: rms {} {}", figures(rms), words.unit)
     };
     let headings = [
         heading("as simulated", &before),
@@ -244,5 +248,5 @@ fn agreement(name: &str, subtitle: &str, channel: Channel, seen: &Seen) -> Optio
     ];
     let title = format!("Recorded against predicted: {name}");
     let panels = [(&headings[0][..], &before[..]), (&headings[1], &after)];
-    agreement::before_and_after((&title, subtitle), quantity(channel), panels)
+    agreement::before_and_after((&title, subtitle), words.quantity, panels)
 }

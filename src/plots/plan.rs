@@ -230,7 +230,7 @@ fn key(plan: &Plan, has_worst: bool) -> Vec<Entry> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample;
+    use crate::tests as sample;
 
     #[test]
     fn the_same_plan_draws_the_same_picture() {

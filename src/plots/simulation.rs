@@ -8,12 +8,12 @@ use diagnosis::record::recording::{Recording, Vehicle};
 
 use super::agreement::{self, Trace};
 use super::expansion::{self, Expansion};
+use super::field;
 use super::profiles::{self, Words};
 use super::readings::Reading;
 use super::residual_map::ResidualMap;
-use super::{field, figure};
-use crate::report::Figure;
-use crate::report::words::{count, file_stem, quantity, unit};
+use crate::report::sections::Figure;
+use crate::report::words::{ChannelWords, channel_words, count};
 
 /// Panels and points of the radial profiles.
 const SLICES: usize = 6;
@@ -108,7 +108,7 @@ fn speeds(name: &str, all: &[Simulated]) -> [Option<Figure>; 4] {
     };
     let panels = profiles::of_slices(&readings, SLICES, BINS);
     [
-        figure(
+        Figure::of(
             "field",
             field::draw(
                 (&of_field, subtitle),
@@ -119,17 +119,17 @@ fn speeds(name: &str, all: &[Simulated]) -> [Option<Figure>; 4] {
             "Medians of the readings in each cell, in the strongest wake there, folded onto a plane through its axis: left of 0 lie readings on the side of negative x. \
              Lines: where the axial speed of the simulated jet is 0.1, 0.25, 0.5 and 1 U_H, the same on both sides. Rows reach half-way to the next depth that was measured. Grey: no samples.",
         ),
-        figure(
+        Figure::of(
             "residuals",
             ResidualMap::of_readings((&of_residuals, subtitle), unit, &readings, &jet).draw(),
             "Median of recorded minus simulated in each cell. Blue: less air was recorded than simulated; red: more; signs where it is more than the instrument may be off.",
         ),
-        figure(
+        Figure::of(
             "profiles",
             profiles::draw(&words, &panels),
             "As many readings in every panel, shallowest first. The band holds the middle 68 % of the recorded readings: turbulence, and the range of depths of the panel.",
         ),
-        figure(
+        Figure::of(
             "expansion",
             expansion_of(name, all, &jet, &hover),
             "The paper's expansion figure. The dashed curve is fitted to these recordings; `plan calibrate` says how well it is known.",
@@ -188,7 +188,12 @@ fn receivers(
             });
         }
     }
-    let (quantity, stem) = (quantity(channel), file_stem(channel));
+    let ChannelWords {
+        quantity,
+        unit,
+        file_stem: stem,
+        ..
+    } = channel_words(channel);
     let samples: usize = traces.iter().map(|trace| trace.samples.len()).sum();
     let title = format!("Recorded and simulated {quantity}: {name}");
     let subtitle = format!(
@@ -201,15 +206,15 @@ fn receivers(
     let title = format!("Residuals of the {quantity} below other drones: {name}");
     let number = count(readings.len(), "sample", "samples");
     let subtitle = format!("{number} in the wake of another drone");
-    let unit = (unit(channel), "the scatter in free flight");
+    let unit = (unit, "the scatter in free flight");
     let residuals = ResidualMap::of_readings((&title, &subtitle), unit, &readings, &jet).draw();
     [
-        figure(
+        Figure::of(
             stem,
             over_time,
             "Left: over time. Right: every sample of every drone; one value in two thousand may lie beyond the frame.",
         ),
-        figure(
+        Figure::of(
             &format!("{stem}-residuals"),
             residuals,
             "Median of recorded minus simulated in each cell, by the receiver's place in the strongest wake there.",

@@ -164,7 +164,7 @@ fn ceiling(alpha: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample;
+    use crate::tests as sample;
 
     #[test]
     fn a_start_in_a_downwash_names_the_place_the_air_and_the_smallest_fix() {

@@ -3,8 +3,8 @@
 
 use planner::plan::{DronePlan, IgnoringDownwash, Plan};
 
+use super::sections::{Part, Report};
 use super::words::{count, decimal, joined, tally};
-use super::{Part, Report};
 use crate::io::watch::Durations;
 
 /// Fleets up to this size are listed whole; it fits on a screen or two.
@@ -201,7 +201,7 @@ pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample;
+    use crate::tests as sample;
     use std::time::Duration;
 
     fn durations() -> Durations {

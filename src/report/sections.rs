@@ -24,6 +24,14 @@ pub(crate) struct Figure {
     pub(crate) caption: String,
 }
 
+impl Figure {
+    /// `None` without a picture.
+    pub(crate) fn of(name: &str, svg: Option<String>, caption: &str) -> Option<Figure> {
+        let (name, caption) = (name.to_owned(), caption.to_owned());
+        svg.map(|svg| Figure { name, svg, caption })
+    }
+}
+
 /// A heading with what stands below it; without a heading it goes on after a gap.
 #[derive(Debug)]
 pub(crate) struct Section {

@@ -28,41 +28,30 @@ pub(crate) fn decimal(value: f64) -> String {
     }
 }
 
-/// What a person calls a channel, with its unit.
-pub(crate) fn quantity(channel: Channel) -> &'static str {
-    match channel {
-        Channel::Speed => "speed (m/s)",
-        Channel::Throttle => "throttle over hover",
-        Channel::Power => "power over hover",
-        Channel::VerticalForce => "vertical force (N)",
-    }
+/// What a channel is called.
+pub(crate) struct ChannelWords {
+    /// On screen, with its unit.
+    pub(crate) quantity: &'static str,
+    /// Its unit alone.
+    pub(crate) unit: &'static str,
+    /// In names of files and on the command line.
+    pub(crate) file_stem: &'static str,
+    /// What the columns of its table end in.
+    pub(crate) suffix: &'static str,
 }
 
-/// Its unit alone.
-pub(crate) fn unit(channel: Channel) -> &'static str {
-    match channel {
-        Channel::Speed => "m/s",
-        Channel::Throttle | Channel::Power => "of hover",
-        Channel::VerticalForce => "N",
-    }
-}
-
-/// What its files are called.
-pub(crate) fn file_stem(channel: Channel) -> &'static str {
-    match channel {
-        Channel::Speed => "speed",
-        Channel::Throttle => "throttle",
-        Channel::Power => "power",
-        Channel::VerticalForce => "vertical-force",
-    }
-}
-
-/// What the columns of its table end in.
-pub(crate) fn suffix(channel: Channel) -> &'static str {
-    match channel {
-        Channel::Speed => "mps",
-        Channel::Throttle | Channel::Power => "over_hover",
-        Channel::VerticalForce => "n",
+pub(crate) fn channel_words(channel: Channel) -> ChannelWords {
+    let [quantity, unit, file_stem, suffix] = match channel {
+        Channel::Speed => ["speed (m/s)", "m/s", "speed", "mps"],
+        Channel::Throttle => ["throttle over hover", "of hover", "throttle", "over_hover"],
+        Channel::Power => ["power over hover", "of hover", "power", "over_hover"],
+        Channel::VerticalForce => ["vertical force (N)", "N", "vertical-force", "n"],
+    };
+    ChannelWords {
+        quantity,
+        unit,
+        file_stem,
+        suffix,
     }
 }
 

@@ -2,8 +2,8 @@
 
 use diagnosis::calibrate::{Calibration, Dropped, Estimate, Interval, ResidualTest, Unit, Verdict};
 
+use crate::report::sections::{Figure, Part, Report};
 use crate::report::words::{count, decimal, joined};
-use crate::report::{Figure, Part, Report};
 
 /// What was found, how well it is known, and what it was found from.
 pub(super) fn report(name: &str, found: &Calibration, figures: Vec<Figure>) -> Report {

@@ -5,20 +5,16 @@ use diagnosis::campaign::{
     CampaignError, CampaignFinding, CampaignOptions, diagnose_campaign, near_floor,
 };
 use diagnosis::forward::simulate::{Channel, Sample};
-use diagnosis::infer::finding::Verdict;
 use diagnosis::record::recording::Recording;
 use serde::Serialize;
 
-use super::{Arguments, Printed, files_of, words};
-use crate::io::failure::{Failure, answer};
-use crate::io::files;
-use crate::io::files::OutFolder;
+use super::{Arguments, Found, deliver, is_explained, words};
+use crate::io::answer::Answer;
+use crate::io::failure::Failure;
 use crate::io::progress::Progress;
-use crate::io::recordings;
 use crate::plots;
-use crate::report::words::{joined, wrote};
-use crate::report::{Part, Report};
-use crate::{Answer, Format};
+use crate::report::sections::{Part, Report};
+use crate::report::words::joined;
 
 /// What only several flights can say, beside their finding.
 #[derive(Serialize)]
@@ -36,15 +32,15 @@ struct Row<'a> {
     t_s: f64,
 }
 
-pub(super) fn run(arguments: &Arguments, recordings: &[Recording]) -> Result<Answer, Failure> {
+pub(super) fn run(
+    arguments: &Arguments,
+    recordings: &[Recording],
+    name: &str,
+) -> Result<Answer, Failure> {
     let options = options(recordings, arguments.alone, arguments.near_floor)?;
     let progress = Progress::start("diagnosing flights together", 1);
     let found = diagnose_campaign(recordings, &options)?;
     progress.finish();
-    let finding = &found.finding;
-    let first = recordings.first().map_or("flights", |one| &one.name);
-    let name = recordings::name_of(&arguments.recordings, first);
-    let report = report(&name, &found, &options);
     let row = |(sample, &of): (&Sample, &usize)| Row {
         flight: &recordings[of].name,
         vehicle: &recordings[of].vehicles[sample.subject as usize].id,
@@ -55,14 +51,13 @@ pub(super) fn run(arguments: &Arguments, recordings: &[Recording]) -> Result<Ans
         rows: rows.map(row).collect(),
         found: &found,
     };
-    let out = OutFolder::of(arguments.out.as_deref(), &name)?;
-    let texts = files_of(finding, Some(&flights), &report);
-    let files = files::write_below(&out.path, texts)?;
-    answer(&match arguments.format {
-        Format::Text => report.text() + &wrote(&files),
-        Format::Json => files::json(&Printed::of(finding, Some(&flights), files)),
-    })?;
-    Ok(Answer::from(finding.verdict != Verdict::OutsideLibrary))
+    let report = report(name, &found, &options);
+    let answer = Found {
+        finding: &found.finding,
+        flights: Some(&flights),
+    };
+    deliver(&arguments.asked, name, &report, &answer)?;
+    Ok(Answer::from(is_explained(&found.finding)))
 }
 
 /// What of the flights is judged, and from which beginning.

@@ -2,30 +2,24 @@
 
 use diagnosis::campaign::hardware::{HardwareRow, hardware_rows};
 use diagnosis::record::recording::Recording;
-use serde::Serialize;
+use serde_json::json;
 
 use super::Arguments;
-use crate::io::failure::{Failure, answer};
+use crate::io::answer::{Answer, Format, print};
+use crate::io::failure::Failure;
 use crate::io::files;
+use crate::report::sections::{Part, Report};
 use crate::report::words::count;
-use crate::report::{Part, Report};
-use crate::{Answer, Format};
-
-#[derive(Serialize)]
-struct Printed<'a> {
-    format: &'static str,
-    flights: &'a [HardwareRow],
-}
 
 /// Answers yes: each flight is normal, or has a change with a name.
-pub(super) fn run(arguments: &Arguments, recordings: &[Recording]) -> Result<Answer, Failure> {
-    let normal = arguments.normal.as_deref().unwrap_or_default();
+pub(super) fn run(
+    arguments: &Arguments,
+    recordings: &[Recording],
+    normal: &str,
+) -> Result<Answer, Failure> {
     let rows = judge(recordings, normal, &arguments.drones)?;
-    answer(&match arguments.format {
-        Format::Json => files::json(&Printed {
-            format: "hardware/1",
-            flights: &rows,
-        }),
+    print(&match arguments.asked.format {
+        Format::Json => files::json(&json!({"format": "hardware/1", "flights": rows})),
         Format::Text => report(&rows, recordings.len()).text(),
     })?;
     Ok(Answer::Yes)

@@ -8,8 +8,8 @@ use diagnosis::infer::finding::{Effect, Finding, HeldOut, Ranked, Verdict};
 use diagnosis::infer::outside::Shape;
 use diagnosis::record::recording::{Recording, Role};
 
-use crate::report::words::{count, each_once, figures, joined, quantity, unit};
-use crate::report::{Figure, Part, Report};
+use crate::report::sections::{Figure, Part, Report};
+use crate::report::words::{channel_words, count, each_once, figures, joined};
 
 /// Candidates shown at a terminal; the page and the JSON have all.
 const SHOWN: usize = 8;
@@ -79,7 +79,7 @@ pub(super) fn what(recording: &Recording, finding: &Finding) -> String {
         }
         channel => format!(
             "{samples} values of a receiver's {} {below}",
-            quantity(channel)
+            channel_words(channel).quantity
         ),
     }
 }
@@ -88,7 +88,7 @@ pub(super) fn what(recording: &Recording, finding: &Finding) -> String {
 pub(super) fn amount(value: f64, channel: Channel) -> String {
     match channel {
         Channel::VerticalForce => format!("{:.1} mN", 1e3 * value),
-        _ => measured(value, unit(channel)),
+        _ => measured(value, channel_words(channel).unit),
     }
 }
 

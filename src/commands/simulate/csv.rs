@@ -6,11 +6,11 @@ use diagnosis::forward::simulate::{Channel, Sample};
 use rayon::prelude::*;
 
 use super::Simulated;
-use crate::report::words::suffix;
+use crate::report::words::channel_words;
 
 /// One row a sample, in the order of the recordings; empty where there is no wake to be in.
 pub(super) fn table(channel: Channel, all: &[Simulated]) -> String {
-    let unit = suffix(channel);
+    let unit = channel_words(channel).suffix;
     let mut text = format!(
         "recording,row,t_s,subject,x_m,y_m,z_m,height_m,recorded_{unit},simulated_{unit},residual_{unit},air_mps,emitter,s_over_l,r_over_l,xi,azimuth_rad\n"
     );

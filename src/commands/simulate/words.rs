@@ -8,8 +8,8 @@ use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, Rec
 use super::forces::Map;
 use super::skill::Skill;
 use super::{Printed, RemarkOf, Simulated};
-use crate::report::words::{count, decimal, each_once, joined, quantity, tally};
-use crate::report::{Figure, Part, Report};
+use crate::report::sections::{Figure, Part, Report};
+use crate::report::words::{channel_words, count, decimal, each_once, joined, tally};
 
 /// More remarks of a kind than these are counted, not printed; residuals.json has all.
 const REMARKS_OF_A_KIND: usize = 6;
@@ -29,7 +29,7 @@ pub(super) fn report(
         "Residuals by region",
         vec![
             Part::line("Recorded minus simulated: mean (bias), root mean square (rms), that of the recorded values for scale, and the rms over what the instrument's stated accuracy allows."),
-            by_region(printed.regions),
+            by_region(&printed.regions),
         ],
     );
     let list = |entries: Vec<String>| match entries.is_empty() {
@@ -38,7 +38,11 @@ pub(super) fn report(
     };
     let maps = printed.thrust_maps.iter().map(Map::sentence).collect();
     report.section("Thrust maps, identified in free flight", list(maps));
-    let held_out = printed.held_out.map(Skill::sentences).unwrap_or_default();
+    let held_out = printed
+        .held_out
+        .as_ref()
+        .map(Skill::sentences)
+        .unwrap_or_default();
     report.section("Vertical force, whole flights held out", list(held_out));
     report.section("Remarks", list(remarks(printed)));
     report
@@ -124,7 +128,7 @@ fn by_region(regions: &[Region]) -> Part {
         let now = (region.channel, region.axis);
         if last != Some(now) {
             rows.push(vec![match region.axis {
-                None => quantity(region.channel).to_owned(),
+                None => channel_words(region.channel).quantity.to_owned(),
                 Some(axis) => axis.label().to_owned(),
             }]);
             last = Some(now);
