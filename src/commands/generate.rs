@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
 use tools::instances::{self, Floor};
-use validation::folder::texts;
-use validation::hover_grid::HoverGrid;
+use validation::hover_grid::set::{GridSet, UNCANTED};
 
 use crate::io::answer::{Answer, print};
 use crate::io::failure::Failure;
@@ -26,9 +25,9 @@ enum Instance {
     Hall {
         #[command(flatten)]
         scattered: Scattered,
-        /// Make every tenth drone one of these; it keeps the eight columns around its start and its goal free
-        #[arg(long, value_enum, value_name = "AIRFRAME")]
-        every_tenth: Option<Heavy>,
+        /// Make every tenth drone one of these (6.3 kg, 0.89 m from motor to motor); it keeps the eight columns around its start and its goal free
+        #[arg(long, value_parser = ["matrice-300"], value_name = "AIRFRAME")]
+        every_tenth: Option<String>,
     },
     /// Empty field, 160 x 160 x 8 m, random starts and goals
     Field(Scattered),
@@ -72,9 +71,6 @@ struct HoverGrids {
     seed: u64,
 }
 
-/// The drones that the paper's fit is made from.
-const UNCANTED: [&str; 4] = ["kolibri", "offboard-1", "offboard-2", "matrice-300"];
-
 #[derive(Args)]
 struct Scattered {
     /// How many drones
@@ -100,41 +96,21 @@ enum Form {
     LibMultiRobotPlanning,
 }
 
-/// An airframe that can fly among Offboards 2.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Heavy {
-    /// 6.3 kg, 0.89 m from motor to motor
-    #[value(name = "matrice-300")]
-    Matrice300,
-}
-
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let out = arguments.out.as_deref();
     let text = match &arguments.instance {
         Instance::Hall {
             scattered,
-            every_tenth,
-        } => {
-            let floor = match every_tenth {
-                Some(Heavy::Matrice300) => Floor::MixedHall,
-                None => Floor::Hall,
-            };
-            return over(floor, scattered, arguments.out.as_deref());
-        }
-        Instance::Field(scattered) => {
-            return over(Floor::Field, scattered, arguments.out.as_deref());
-        }
-        Instance::Warehouse(scattered) => {
-            return over(Floor::Warehouse, scattered, arguments.out.as_deref());
-        }
+            every_tenth: None,
+        } => return over(Floor::Hall, scattered, out),
+        Instance::Hall { scattered, .. } => return over(Floor::MixedHall, scattered, out),
+        Instance::Field(scattered) => return over(Floor::Field, scattered, out),
+        Instance::Warehouse(scattered) => return over(Floor::Warehouse, scattered, out),
         Instance::Window { drones } => instances::window(*drones),
         Instance::Circle { drones, radius } => instances::circle(*drones, *radius),
-        Instance::Recordings(grids) => {
-            let out = arguments.out.as_deref();
-            let folder = out.ok_or(Failure::NoFolder("recordings are folders"))?;
-            return recordings(grids, folder);
-        }
+        Instance::Recordings(grids) => return recordings(grids, out),
     }?;
-    scenario(text, arguments.out.as_deref())
+    scenario(text, out)
 }
 
 fn scenario(text: String, out: Option<&Path>) -> Result<Answer, Failure> {
@@ -147,73 +123,45 @@ fn scenario(text: String, out: Option<&Path>) -> Result<Answer, Failure> {
 
 /// Random flights over a floor, in the form asked for.
 fn over(floor: Floor, scattered: &Scattered, out: Option<&Path>) -> Result<Answer, Failure> {
-    let Scattered {
-        drones,
-        seed,
-        format,
-    } = *scattered;
-    if format == Form::Scenario {
-        return scenario(floor.scenario(drones, seed)?, out);
-    }
-    let grid = floor.grid(drones, seed)?;
-    let folder = out.ok_or(Failure::NoFolder("this format is files by name"))?;
-    let texts = if format == Form::Movingai {
-        instances::movingai(&grid).to_vec()
-    } else {
-        vec![instances::lib_multi_robot_planning(&grid)]
+    let Scattered { drones, seed, .. } = *scattered;
+    let texts = match scattered.format {
+        Form::Scenario => return scenario(floor.scenario(drones, seed)?, out),
+        Form::Movingai => instances::movingai(&floor.grid(drones, seed)?).to_vec(),
+        Form::LibMultiRobotPlanning => {
+            vec![instances::lib_multi_robot_planning(
+                &floor.grid(drones, seed)?,
+            )]
+        }
     };
+    let folder = out.ok_or(Failure::NoFolder("this format is files by name"))?;
     let folder = OutFolder::prepare(folder.to_owned())?.path;
-    let named = |(name, text)| (folder.join(name), text);
-    files::write(&texts.into_iter().map(named).collect::<Vec<_>>())?;
+    files::write_below(&folder, texts)?;
     Ok(Answer::Yes)
 }
 
-/// One folder a flight, named by drone and number; nothing is written unless all of it can be.
-fn recordings(grids: &HoverGrids, folder: &Path) -> Result<Answer, Failure> {
-    let names: Vec<&str> = match grids.drones.as_slice() {
-        [] => UNCANTED.to_vec(),
-        named => named.iter().map(String::as_str).collect(),
+/// One folder a flight; nothing is written unless all of it can be.
+fn recordings(grids: &HoverGrids, out: Option<&Path>) -> Result<Answer, Failure> {
+    let out = out.ok_or(Failure::NoFolder("recordings are folders"))?;
+    let airframes: Vec<&str> = grids.drones.iter().map(String::as_str).collect();
+    let set = GridSet {
+        airframes: match airframes.as_slice() {
+            [] => &UNCANTED,
+            named => named,
+        },
+        flights: grids.flights,
+        near_field: grids.near_field,
+        short: grids.short,
+        seed: grids.seed,
     };
     let mut written = Vec::new();
-    for (index, &name) in (0_u64..).zip(&names) {
-        let unknown = || Failure::NoSuchAirframe(name.to_owned());
-        let mut kinds = vec![("", HoverGrid::over_one_probe(name).ok_or_else(unknown)?)];
-        if grids.near_field {
-            kinds.push(("-near", HoverGrid::near_field(name).ok_or_else(unknown)?));
-        }
-        for (kind, (suffix, mut grid)) in (0_u64..).zip(kinds) {
-            if grids.short {
-                shorten(&mut grid);
-            }
-            for flight in 0..grids.flights {
-                // No two flights of a run share a seed.
-                let seed = ((grids.seed * 64 + index) * 2 + kind) * 4096 + flight;
-                let path = folder.join(format!("{name}{suffix}-{}", flight + 1));
-                for (file, text) in texts(&grid.fly(seed)) {
-                    written.push((path.join(file), text));
-                }
-            }
-        }
-    }
-    for (path, _) in &written {
-        let parent = path.parent().unwrap_or(folder);
-        std::fs::create_dir_all(parent).map_err(Failure::write(parent))?;
+    for (name, texts) in set.folders()? {
+        let folder = OutFolder::prepare(out.join(name))?.path;
+        written.extend(
+            texts
+                .into_iter()
+                .map(|(file, text)| (folder.join(file), text)),
+        );
     }
     files::write(&written)?;
     Ok(Answer::Yes)
-}
-
-/// Every `n`th of a list, ends included, so that so many are left.
-fn thinned(values: &[f64], left: usize) -> Vec<f64> {
-    let last = values.len().saturating_sub(1);
-    (0..left)
-        .filter_map(|i| values.get((i * last + (left - 1) / 2) / (left - 1)))
-        .copied()
-        .collect()
-}
-
-fn shorten(grid: &mut HoverGrid) {
-    grid.depths_over_l = thinned(&grid.depths_over_l, 5);
-    grid.offsets_over_l = thinned(&grid.offsets_over_l, 9);
-    grid.track_hz = 2.0;
 }

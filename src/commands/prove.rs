@@ -14,8 +14,7 @@ use validation::{Answer as Given, Case};
 use crate::commands::diagnose;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
-use crate::io::files;
-use crate::io::files::OutFolder;
+use crate::io::files::{self, OutFolder};
 use crate::io::progress::Progress;
 use crate::io::recordings;
 use crate::io::watch::cpu_s;
@@ -80,16 +79,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     // What is written does not differ from run to run.
     marks.slowest_s = None;
     marks.cases.iter_mut().for_each(|case| case.seconds = 0.0);
-    let printed = Printed {
+    let text = marks.report(seed);
+    let json = files::json(&Printed {
         format: "marks/1",
         seed,
         count,
         reached: marks.are_reached(),
         marks: marks.metrics(),
         all: &marks,
-    };
-    let text = text(seed, &marks);
-    let json = files::json(&printed);
+    });
     let mut written = Vec::new();
     if let Some(out) = &out {
         written.push((out.path.join("marks.json"), json.clone()));
@@ -129,27 +127,20 @@ fn flights(folder: &Path) -> Result<Answer, Failure> {
 /// Side by side, recordings take one another's time: the slowest of the long ones once more, alone, by the time that processors spend
 /// on it, which other programs do not change.
 fn time(seed: u64, marks: &Metrics) -> String {
-    let long = marks
-        .cases
-        .iter()
-        .enumerate()
-        .filter(|(_, case)| case.samples >= LONG_SAMPLES);
-    let Some((index, slowest)) = long.max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds)) else {
+    let Some((index, slowest)) = marks.slowest() else {
         return String::new();
     };
     let Case { recording, .. } = validation::case(seed, index);
     let before_s = cpu_s();
     let _again = validation::ask(&recording);
-    let used_s = cpu_s()
+    let used = match cpu_s()
         .zip(before_s)
-        .map(|(now_s, before_s)| now_s - before_s);
-    let used = used_s.map_or_else(
-        || "not measured on this system".to_owned(),
-        |used_s| {
-            let missed = if used_s > MOST_CPU_S { ", missed" } else { "" };
-            format!("{used_s:.1} s{missed}")
-        },
-    );
+        .map(|(now_s, before_s)| now_s - before_s)
+    {
+        None => "not measured on this system".to_owned(),
+        Some(used_s) if used_s > MOST_CPU_S => format!("{used_s:.1} s, missed"),
+        Some(used_s) => format!("{used_s:.1} s"),
+    };
     format!(
         "\nCPU time of the slowest recording of {LONG_SAMPLES} samples and more ({}, {} samples), alone: {used}; at most {MOST_CPU_S} s, \
          which is 5 s on two cores\n",
@@ -157,39 +148,16 @@ fn time(seed: u64, marks: &Metrics) -> String {
     )
 }
 
-fn text(seed: u64, marks: &Metrics) -> String {
-    let mut text = format!(
-        "{} synthetic recordings, seed {seed}\n\n{}\nby family\n{}\nwhat was answered how often\n{}",
-        marks.cases.len(),
-        marks.table(),
-        marks.family_table(),
-        marks.confusion_table()
-    );
-    let missed = marks.cases.iter().enumerate();
-    let missed: Vec<String> = missed
-        .filter(|(_, case)| case.is_missed())
-        .map(|(index, case)| format!("{index:>4} {}\n", case.line()))
-        .collect();
-    if !missed.is_empty() {
-        text += &format!("\nmissed, by number of the case\n{}", missed.concat());
-    }
-    text
-}
-
 /// The files of one case: the recording in a folder of its own, what was injected beside it.
 fn folder(out: &Path, seed: u64, index: usize) -> Result<Vec<(PathBuf, String)>, Failure> {
     let Case { recording, truth } = validation::case(seed, index);
     let here = OutFolder::prepare(out.join(&recording.name))?.path;
     let truths = OutFolder::prepare(out.join("truth"))?.path;
-    let mut files: Vec<(PathBuf, String)> = folder::texts(&recording)
-        .into_iter()
-        .map(|(name, text)| (here.join(name), text))
-        .collect();
+    let texts = folder::texts(&recording).into_iter();
+    let mut files: Vec<_> = texts.map(|(name, text)| (here.join(name), text)).collect();
     // No answer is still to come.
     let truth = truth.unblind(&Given::nothing());
-    files.push((
-        truths.join(format!("{}.json", recording.name)),
-        serde_json::to_string(&truth).expect("a truth has nothing that JSON cannot say"),
-    ));
+    let file = truths.join(format!("{}.json", recording.name));
+    files.push((file, files::json_down_to(&truth, 0)));
     Ok(files)
 }

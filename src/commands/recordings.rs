@@ -24,7 +24,7 @@ pub(crate) struct Asked {
     /// How to print the answer: one object, or a list of them where several recordings are diagnosed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,
-    /// Folder for report.html, its figures and what programs read [default: out/NAME, that of the first recording]
+    /// Folder for report.html, figures, tables, RON and JSON; of several recordings diagnosed each gets a folder in it [default: out/NAME, that of the first recording]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

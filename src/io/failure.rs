@@ -9,6 +9,7 @@ use diagnosis::infer::diagnose::DiagnoseError;
 use thiserror::Error;
 use tools::instances::InstanceError;
 use tools::table::joined;
+use validation::hover_grid::set::NoSuchAirframe;
 
 /// What keeps a command from answering.
 #[derive(Debug, Error)]
@@ -40,8 +41,8 @@ pub(crate) enum Failure {
     NoFolder(&'static str),
     #[error("--one takes one place, one size and one seed, which would be 1 instance, not {0}")]
     NotOneInstance(usize),
-    #[error("no airframe is called `{0}`; `plan schema` lists them")]
-    NoSuchAirframe(String),
+    #[error(transparent)]
+    NoSuchAirframe(#[from] NoSuchAirframe),
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
     /// One error a recording.

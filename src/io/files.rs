@@ -1,11 +1,12 @@
 //! What `plan` writes: whole files or none, and the line breaks of its JSON.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde_json::Value;
+use tempfile::NamedTempFile;
 
 use crate::io::failure::Failure;
 
@@ -48,11 +49,11 @@ impl OutFolder {
 pub(crate) fn write(files: &[(PathBuf, String)]) -> Result<(), Failure> {
     let mut waiting = Vec::with_capacity(files.len());
     for (path, text) in files {
-        waiting.push(Waiting::new(path, text).map_err(Failure::write(path))?);
+        waiting.push((path, complete(path, text).map_err(Failure::write(path))?));
     }
-    for file in waiting {
-        let path = file.path.clone();
-        file.take_its_name().map_err(Failure::write(&path))?;
+    for (path, file) in waiting {
+        file.persist(path)
+            .map_err(|error| Failure::write(path)(error.error))?;
     }
     Ok(())
 }
@@ -68,41 +69,20 @@ pub(crate) fn write_below(
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }
 
-/// A file complete on disk under a temporary name; dropped early, it is deleted.
-struct Waiting {
-    path: PathBuf,
-    temporary: PathBuf,
-}
-
-impl Waiting {
-    fn new(path: &Path, text: &str) -> io::Result<Waiting> {
-        let name = path.file_name().ok_or(io::ErrorKind::IsADirectory)?;
-        if path.is_dir() {
-            return Err(io::ErrorKind::IsADirectory.into());
-        }
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(name);
-        hidden.push(format!(".{}.partial", std::process::id()));
-        let waiting = Waiting {
-            path: path.to_owned(),
-            temporary: path.with_file_name(hidden),
-        };
-        let mut file = File::create(&waiting.temporary)?;
-        file.write_all(text.as_bytes())?;
-        file.sync_all()?;
-        Ok(waiting)
+/// A file complete on disk beside its place; dropped before it takes its name, it is deleted.
+fn complete(path: &Path, text: &str) -> io::Result<NamedTempFile> {
+    if path.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
     }
-
-    fn take_its_name(self) -> io::Result<()> {
-        fs::rename(&self.temporary, &self.path)
-    }
-}
-
-impl Drop for Waiting {
-    fn drop(&mut self) {
-        // Gone already once it has its name.
-        let _ = fs::remove_file(&self.temporary);
-    }
+    let mut temporary = tempfile::Builder::new();
+    // As any file is made: the user's mask decides who may read it.
+    #[cfg(unix)]
+    temporary.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let folder = path.parent().filter(|it| !it.as_os_str().is_empty());
+    let mut file = temporary.tempfile_in(folder.unwrap_or(Path::new(".")))?;
+    file.write_all(text.as_bytes())?;
+    file.as_file().sync_all()?;
+    Ok(file)
 }
 
 /// JSON with the outermost object and the lists and objects in it broken into lines, everything

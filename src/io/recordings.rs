@@ -24,6 +24,7 @@ const PARENTS: usize = 2;
 const FLIGHTS: &str = "flights";
 /// Endings of flight logs, with what may pack them.
 const ENDINGS: [&str; 4] = [".csv.gz", ".csv", ".ulg.gz", ".ulg"];
+
 /// Reads every recording at `paths`, sorted by name: folders with a meta.json; flight logs, alone or in a folder, with the campaign
 /// file `meta`, or the campaign.ron beside or above them.
 pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Recording>, Failure> {
@@ -33,13 +34,23 @@ pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Rec
     }
     sources.sort();
     sources.dedup();
-    let campaigns = campaigns(&sources, meta)?;
-    let read = |source: &Source| {
-        let key = source.campaign_key(meta);
-        source.read(key.and_then(|key| campaigns.get(&key)))
-    };
-    let read: Vec<Result<Result<Recording, Problems>, Failure>> =
-        sources.par_iter().map(read).collect();
+    let campaigns: Vec<Option<PathBuf>> = sources
+        .iter()
+        .map(|source| source.campaign(meta))
+        .collect::<Result<_, Failure>>()?;
+    let mut parsed = BTreeMap::new();
+    for file in campaigns.iter().flatten() {
+        if !parsed.contains_key(file) {
+            let text = fs::read_to_string(file).map_err(Failure::read(file))?;
+            let campaign = Campaign::parse(&file.display().to_string(), &text).map_err(refused)?;
+            parsed.insert(file, campaign);
+        }
+    }
+    let read: Vec<Result<Result<Recording, Problems>, Failure>> = sources
+        .par_iter()
+        .zip(&campaigns)
+        .map(|(source, file)| source.read(file.as_ref().map(|file| &parsed[file])))
+        .collect();
     let mut recordings = Vec::with_capacity(read.len());
     let mut problems = Vec::new();
     for one in read {
@@ -82,9 +93,6 @@ enum Kind {
     /// Tables that `ulog2csv` made of one log, whose name theirs begin with.
     Tables,
 }
-
-/// Campaign files by the folder that they were found for; one for all under the empty path.
-type Campaigns = BTreeMap<PathBuf, Campaign>;
 
 /// Adds what is at `path`: a recording, a flight, or a folder of either.
 fn find(path: &Path, sources: &mut Vec<Source>) -> Result<(), Failure> {
@@ -135,7 +143,7 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
 
 /// Logs of which `ulog2csv` has written the position, by which one knows them.
 fn logs_of_tables(entries: &[PathBuf]) -> Vec<String> {
-    let names = entries.iter().filter_map(|path| path.file_name()?.to_str());
+    let names = entries.iter().map(|path| file_name(path));
     names
         .filter_map(read::table_name)
         .filter(|(_, topic, instance)| *topic == "vehicle_local_position" && *instance == 0)
@@ -145,17 +153,20 @@ fn logs_of_tables(entries: &[PathBuf]) -> Vec<String> {
 
 /// Whether a table is one of those that `ulog2csv` made of one of these logs; it makes one of every topic.
 fn is_of(path: &Path, logs: &[String]) -> bool {
-    let name = path
-        .file_name()
-        .and_then(|name| name.to_str())
-        .unwrap_or_default();
-    let of = |log: &String| {
-        let rest = name
-            .strip_prefix(log.as_str())
-            .and_then(|rest| rest.strip_prefix('_'));
-        rest.is_some_and(|rest| rest.ends_with(".csv"))
+    let rest = |log: &String| {
+        file_name(path)
+            .strip_prefix(log.as_str())?
+            .strip_prefix('_')
     };
-    logs.iter().any(of)
+    logs.iter()
+        .filter_map(rest)
+        .any(|rest| rest.ends_with(".csv"))
+}
+
+/// Empty where it is not Unicode.
+fn file_name(path: &Path) -> &str {
+    let name = path.file_name().and_then(|name| name.to_str());
+    name.unwrap_or_default()
 }
 
 fn unusable(path: &Path, message: &str, help: &str) -> Failure {
@@ -166,44 +177,6 @@ fn unusable(path: &Path, message: &str, help: &str) -> Failure {
         message: message.to_owned(),
         help: Some(help.to_owned()),
     }]))
-}
-
-/// Reads every campaign file that the flights need, each once.
-fn campaigns(sources: &[Source], meta: Option<&Path>) -> Result<Campaigns, Failure> {
-    let mut campaigns = Campaigns::new();
-    for source in sources {
-        let Some(folder) = source.campaign_key(meta) else {
-            continue;
-        };
-        if campaigns.contains_key(&folder) {
-            continue;
-        }
-        let file = match meta {
-            Some(file) => file.to_owned(),
-            None => beside(&folder).ok_or_else(|| {
-                let help = format!(
-                    "name one with --meta, or put a {CAMPAIGN} beside it or up to {PARENTS} folders above; recordings/README.md says what it holds"
-                );
-                unusable(&source.path, "has no campaign file", &help)
-            })?,
-        };
-        let text = fs::read_to_string(&file).map_err(Failure::read(&file))?;
-        let campaign = Campaign::parse(&file.display().to_string(), &text).map_err(refused)?;
-        campaigns.insert(folder, campaign);
-    }
-    Ok(campaigns)
-}
-
-/// The campaign file of a folder: in it or in one of its parents.
-fn beside(folder: &Path) -> Option<PathBuf> {
-    // Parents of a relative path end where the path does; the disk knows further.
-    let folder = match folder.as_os_str().is_empty() {
-        true => fs::canonicalize("."),
-        false => fs::canonicalize(folder),
-    };
-    let folder = folder.ok()?;
-    let mut candidates = folder.ancestors().take(1 + PARENTS);
-    candidates.find_map(|up| Some(up.join(CAMPAIGN)).filter(|file| file.is_file()))
 }
 
 impl Source {
@@ -219,7 +192,7 @@ impl Source {
 
     /// `None` where the file's name does not end as logs do.
     fn log(path: PathBuf) -> Option<Source> {
-        let file = path.file_name()?.to_str()?;
+        let file = file_name(&path);
         let stem = ENDINGS.iter().find_map(|ending| file.strip_suffix(ending));
         let stem = stem.filter(|stem| !stem.is_empty() && !stem.starts_with('.'))?;
         Some(Source {
@@ -229,19 +202,30 @@ impl Source {
         })
     }
 
-    /// The folder for which its campaign file is looked for: the empty path for `meta`; `None` where it needs none.
-    fn campaign_key(&self, meta: Option<&Path>) -> Option<PathBuf> {
-        match (&self.kind, meta) {
-            (Kind::Folder, _) => None,
-            (_, Some(_)) => Some(PathBuf::new()),
-            (Kind::Log, None) => Some(self.path.parent().map(Path::to_owned).unwrap_or_default()),
-            (Kind::Tables, None) => Some(self.path.clone()),
-        }
+    /// Its campaign file: `meta`, else the one beside it or in a folder above; `None` where it needs none.
+    fn campaign(&self, meta: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
+        let folder = match (&self.kind, meta) {
+            (Kind::Folder, _) => return Ok(None),
+            (_, Some(file)) => return Ok(Some(file.to_owned())),
+            (Kind::Log, None) => self.path.parent().unwrap_or(Path::new("")),
+            (Kind::Tables, None) => &self.path,
+        };
+        // Parents of a relative path end where the path does; the disk knows further.
+        let folder = fs::canonicalize(Path::new(".").join(folder)).unwrap_or_default();
+        let mut candidates = folder.ancestors().take(1 + PARENTS);
+        let found = candidates.find_map(|up| Some(up.join(CAMPAIGN)).filter(|file| file.is_file()));
+        let help = || {
+            format!(
+                "name one with --meta, or put a {CAMPAIGN} beside it or up to {PARENTS} folders above; recordings/README.md says what it holds"
+            )
+        };
+        let missing = || unusable(&self.path, "has no campaign file", &help());
+        found.ok_or_else(missing).map(Some)
     }
 
     /// Its problems, or what the disk refused.
     fn read(&self, campaign: Option<&Campaign>) -> Result<Result<Recording, Problems>, Failure> {
-        let campaign = || campaign.expect("`campaigns` has read one for every flight");
+        let campaign = || campaign.expect("every flight has one, or was refused");
         let name = &self.name;
         if self.kind == Kind::Log {
             let bytes = bytes(&self.path)?;
@@ -258,8 +242,8 @@ impl Source {
         };
         let mut files = BTreeMap::new();
         for path in entries(&self.path)? {
-            let file = path.file_name().and_then(|file| file.to_str());
-            if let Some(file) = file.filter(|file| is_wanted(file) && path.is_file()) {
+            let file = file_name(&path);
+            if is_wanted(file) && path.is_file() {
                 files.insert(file.to_owned(), bytes(&path)?);
             }
         }

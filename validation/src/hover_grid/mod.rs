@@ -2,6 +2,7 @@
 //! a fixed anemometer.
 
 mod flight;
+pub mod set;
 mod true_jet;
 
 use diagnosis::record::recording::Recording;

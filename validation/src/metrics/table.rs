@@ -4,7 +4,7 @@ use std::fmt::{self, Write as _};
 
 use serde::Serialize;
 
-use super::{Assessed, Metrics, Share};
+use super::{Assessed, LONG_SAMPLES, Metrics, Share};
 
 /// Which side of its goal a metric has to be on.
 #[derive(Clone, Copy)]
@@ -102,6 +102,36 @@ impl Metrics {
         self.metrics()
             .iter()
             .all(|metric| metric.reached != Some(false))
+    }
+
+    /// All tables, and a line for each case that was missed.
+    #[must_use]
+    pub fn report(&self, seed: u64) -> String {
+        let missed = self.cases.iter().enumerate();
+        let missed: Vec<String> = missed
+            .filter(|(_, case)| case.is_missed())
+            .map(|(index, case)| format!("{index:>4} {}\n", case.line()))
+            .collect();
+        let heading = match missed.is_empty() {
+            true => "",
+            false => "\nmissed, by number of the case\n",
+        };
+        format!(
+            "{} synthetic recordings, seed {seed}\n\n{}\nby family\n{}\nwhat was answered how often\n{}{heading}{}",
+            self.cases.len(),
+            self.table(),
+            self.family_table(),
+            self.confusion_table(),
+            missed.concat()
+        )
+    }
+
+    /// The slowest of the long recordings, by its number; `None`: there was none.
+    #[must_use]
+    pub fn slowest(&self) -> Option<(usize, &Assessed)> {
+        let long = self.cases.iter().enumerate();
+        let long = long.filter(|(_, case)| case.samples >= LONG_SAMPLES);
+        long.max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds))
     }
 
     /// [`Metrics::metrics`] as text.
