@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use serde::{Deserialize, Serialize};
+
 /// `a = √2 - 1`: makes the profile `1/(1 + a ξ²)²` fall to one half at `ξ = 1`.
 pub(crate) const PROFILE_A: f64 = std::f64::consts::SQRT_2 - 1.0;
 
@@ -15,7 +17,7 @@ pub const FAR_FIELD_FROM_S_OVER_L: f64 = 2.5;
 /// Never metres: `centreline` is the paper's `B d` over `l`. The opening angle is `2 atan(S)`, 8.8°
 /// for the paper's `S`; the 10° and 12° that the paper's text and captions mention do not agree
 /// with its own fit, so only `S` is used.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Jet {
     /// Decay constant `B`: the centreline is `U_C/U_H = B/(s/l - s₀)`. Above 0.
     pub centreline: f64,

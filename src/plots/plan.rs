@@ -8,7 +8,7 @@ mod wakes;
 
 use nalgebra::Point3;
 use planner::Outline;
-use planner::plan::{AtEnd, AtStart, Corners, DronePlan, Plan};
+use planner::plan::{AtEnd, AtStart, Bounds, DronePlan, Plan};
 
 use super::axes::Chart;
 use super::canvas::{Area, Canvas, HEAD, MARGIN, Spot, circle, fill, rectangle, solid, stroke};
@@ -80,7 +80,7 @@ impl View {
 
 /// Both views to one scale: the side view below the one from above, so that both share x; beside it where the world is so tall that this
 /// gives the larger scale.
-fn views(bounds_m: &Corners) -> [View; 2] {
+fn views(bounds_m: &Bounds) -> [View; 2] {
     let size = bounds_m.max - bounds_m.min;
     let stacked = (WIDTH_PX / size.x).min((HEIGHT_PX - GAP_PX) / (size.y + size.z));
     let beside = ((WIDTH_PX - GAP_PX) / (2.0 * size.x)).min(HEIGHT_PX / size.y.max(size.z));

@@ -180,10 +180,8 @@ fn a_drone_that_hovers_over_a_zone_is_named_with_a_place_beside_it() {
     let mut world = world(vec![drone("a", [2.0, 2.0, 5.0], Some([20.0, 20.0, 6.0]))]);
     world.zones.push(Zone {
         name: "desk".to_owned(),
-        bounds_m: Bounds {
-            min: Point3::new(19.0, 19.5, 0.0),
-            max: Point3::new(20.2, 20.5, 2.0),
-        },
+        min_m: Point3::new(19.0, 19.5, 0.0),
+        max_m: Point3::new(20.2, 20.5, 2.0),
         air_limit_mps: 1.5,
     });
     let conflict = only(&check(&world));

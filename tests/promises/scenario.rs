@@ -87,7 +87,9 @@ fn the_example_of_the_format_means_what_it_says() {
         .map(|obstacle| obstacle.name.as_str())
         .collect();
     assert_eq!(names, ["rack-1", "column-1", "crane"]);
-    assert!(matches!(world.obstacles[0].shape, Solid::Box(b) if b.max == [5.0, 18.0, 6.0].into()));
+    assert!(
+        matches!(world.obstacles[0].shape, Solid::Box { max_m, .. } if max_m == [5.0, 18.0, 6.0].into())
+    );
     assert!(matches!(
         world.obstacles[1].shape,
         Solid::Cylinder {
@@ -97,7 +99,7 @@ fn the_example_of_the_format_means_what_it_says() {
         }
     ));
     let Solid::Mesh {
-        source,
+        mesh,
         vertices_m,
         triangles,
     } = &world.obstacles[2].shape
@@ -105,7 +107,7 @@ fn the_example_of_the_format_means_what_it_says() {
         panic!("a mesh")
     };
     assert_eq!(
-        (source.as_str(), vertices_m.len(), triangles.len()),
+        (mesh.as_str(), vertices_m.len(), triangles.len()),
         ("crane.obj", 4, 4)
     );
     assert!(

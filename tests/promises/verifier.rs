@@ -5,7 +5,7 @@ pub(crate) mod plans;
 mod zones;
 
 use airflow::effects::{Effects, JetMerging};
-use planner::plan::{Plan, ShapeEntry, Unplanned, ViolationKind};
+use planner::plan::{Plan, Solid, Unplanned, ViolationKind};
 use planner::verify::verify;
 
 use plans::{drone, kinds, lands, plan, preset, with_box, with_cylinder, with_mesh_box, with_zone};
@@ -59,9 +59,9 @@ fn a_plan_that_contradicts_itself_is_refused_as_malformed() {
     for index in 0..3 {
         let broken = broken(good.clone(), |plan| {
             match &mut plan.obstacles[index].shape {
-                ShapeEntry::Box { min_m, .. } => min_m.z = 4.0,
-                ShapeEntry::Mesh { triangles, .. } => triangles[0][0] = 8,
-                ShapeEntry::Cylinder { radius_m, .. } => *radius_m = -1.0,
+                Solid::Box { min_m, .. } => min_m.z = 4.0,
+                Solid::Mesh { triangles, .. } => triangles[0][0] = 8,
+                Solid::Cylinder { radius_m, .. } => *radius_m = -1.0,
             }
         });
         refused(ViolationKind::Malformed, &broken, &good);

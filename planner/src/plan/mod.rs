@@ -9,9 +9,10 @@ pub mod cause;
 pub mod outcome;
 pub mod trajectory;
 
-use airflow::Airframe;
 use airflow::effects::Effects;
+use airflow::{Airframe, Jet};
 use nalgebra::Point3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The value of [`Plan::format`].
@@ -32,11 +33,11 @@ pub struct Plan {
     /// The air that the plan assumes.
     pub air: AirModel,
     /// Limits of every rotor-plane centre.
-    pub bounds_m: Corners,
+    pub bounds_m: Bounds,
     /// What no body may touch.
-    pub obstacles: Vec<ObstacleEntry>,
+    pub obstacles: Vec<Obstacle>,
     /// Places where the air is limited.
-    pub zones: Vec<ZoneEntry>,
+    pub zones: Vec<Zone>,
     /// Gap kept between bodies and to obstacles, beyond the body radii (m).
     #[serde(default)]
     pub clearance_m: f64,
@@ -123,7 +124,7 @@ pub struct AirModel {
     /// kg/m³.
     pub density_kg_per_m3: f64,
     /// Constants of the merged jet.
-    pub jet: JetEntry,
+    pub jet: Jet,
     /// `momentum`, `linear` or `strongest`.
     pub superposition: String,
     /// What a finding adds to the hover jet, by name; absent where there is none.
@@ -131,40 +132,29 @@ pub struct AirModel {
     pub effects: Option<Effects>,
 }
 
-/// Constants of the merged jet, in motor distances.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct JetEntry {
-    /// `B d`.
-    pub centreline: f64,
-    /// `S`.
-    pub spreading: f64,
-    /// `s₀`.
-    pub origin: f64,
-}
-
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Corners {
+pub struct Bounds {
     /// Lowest corner (m).
     pub min: Point3<f64>,
     /// Highest corner (m).
     pub max: Point3<f64>,
 }
 
-/// A box, an upright cylinder or a mesh.
+/// A named solid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ObstacleEntry {
-    /// The scenario's name for it.
+pub struct Obstacle {
+    /// What messages and the plan call it.
     pub name: String,
-    /// Its shape.
+    /// Its shape, in the world.
     #[serde(flatten)]
-    pub shape: ShapeEntry,
+    pub shape: Solid,
 }
 
-/// The shape of an obstacle, told apart by its keys.
+/// The shape of an obstacle, in world coordinates; in a file told apart by its keys.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
-pub enum ShapeEntry {
+pub enum Solid {
     /// Axis-aligned box.
     Box {
         /// Lowest corner (m).
@@ -172,7 +162,7 @@ pub enum ShapeEntry {
         /// Highest corner (m).
         max_m: Point3<f64>,
     },
-    /// Upright cylinder.
+    /// Upright cylinder standing on `base_m`.
     Cylinder {
         /// Centre of the lower face (m).
         base_m: Point3<f64>,
@@ -181,21 +171,21 @@ pub enum ShapeEntry {
         /// Height (m).
         height_m: f64,
     },
-    /// Triangle mesh, in world coordinates.
+    /// Triangle mesh, already moved to its place; does not stop a wake.
     Mesh {
-        /// The file it came from.
+        /// The file it came from, as the scenario names it.
         mesh: String,
         /// Vertices (m).
         vertices_m: Vec<Point3<f64>>,
-        /// Corner indices.
+        /// Corner indices into the vertices.
         triangles: Vec<[u32; 3]>,
     },
 }
 
-/// A box with a limit on the air in it.
+/// A box in which the summed axial wake speed stays at or below a limit, for people or goods.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ZoneEntry {
-    /// The scenario's name for it.
+pub struct Zone {
+    /// What messages and the plan call it.
     pub name: String,
     /// Lowest corner (m).
     pub min_m: Point3<f64>,
@@ -249,25 +239,32 @@ pub struct DronePlan {
     pub extra_energy_percent: f64,
 }
 
-/// How a drone begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// How a drone begins. A scenario writes `Hover` or `Landed`, a plan `hover` or `landed`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename_all = "PascalCase", description = "How a drone begins.")]
 pub enum AtStart {
-    /// In the air.
+    /// In the air, with its wake, from time 0.
+    #[default]
     Hover,
-    /// On the ground, without a wake.
+    /// On the ground, without a wake, until it first moves.
     Landed,
 }
 
-/// How a drone ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// What a drone does after its last dwell. A scenario writes `Hover`, a plan `hover`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[schemars(
+    rename_all = "PascalCase",
+    description = "What a drone does after its last dwell."
+)]
 pub enum AtEnd {
-    /// Keeps hovering, with its wake.
+    /// Stays in the air without end.
+    #[default]
     Hover,
-    /// Rests without a wake.
+    /// Descends straight to the floor or obstacle top below and rests there without a wake.
     Land,
-    /// Is gone.
+    /// Body and wake vanish.
     Leave,
 }
 

@@ -11,9 +11,9 @@ mod turn;
 use thiserror::Error;
 
 use crate::plan::trajectory::{Tail, Trajectory};
-use crate::plan::{AtStart, DronePlan};
+use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::WorldError;
-use crate::scenario::world::{self, Drone, Vehicle};
+use crate::scenario::world::{Drone, Vehicle};
 
 /// What is wrong with a world, a plan, or the drones of one, that is handed in.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -73,12 +73,9 @@ fn given(entry: &DronePlan, density_kg_per_m3: f64) -> Result<Drone, GivenError>
             max_speed_mps: entry.airframe.max_speed_mps,
         },
         start_m: entry.trajectory.position_m[0],
-        at_start: match entry.at_start {
-            AtStart::Hover => world::AtStart::Hover,
-            AtStart::Landed => world::AtStart::Landed,
-        },
+        at_start: entry.at_start,
         tasks: Vec::new(),
-        at_end: world::AtEnd::Hover,
+        at_end: AtEnd::Hover,
         air_limit: entry.air_limit,
     };
     if let Some(fault) = drone.faults(density_kg_per_m3).into_iter().next() {

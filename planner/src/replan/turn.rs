@@ -18,7 +18,7 @@ use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort};
 use crate::plan::{AtEnd, Unplanned};
 use crate::scenario::world::{AtStart, Drone, Task};
-use crate::solver::assemble::{at_end, blank, rounded, write_arrival, write_legs};
+use crate::solver::assemble::{blank, rounded, write_arrival, write_legs};
 use crate::solver::explain::known_cause;
 use crate::solver::prepare::{Duties, agent_of, ending_from};
 use crate::solver::priority::{Affected, Paths, plan_affected, stays_at_start};
@@ -489,7 +489,7 @@ impl Turn<'_> {
                     }
                     write_legs(entry, &track.legs, mass_kg);
                     write_arrival(entry, &track.legs, agent, path.arrives);
-                    entry.at_end = at_end(&world.drones[index]);
+                    entry.at_end = world.drones[index].at_end;
                     plan.unplanned.retain(|one| one.name != name);
                 }
                 (None, Some(Cause::Removed)) => {

@@ -14,7 +14,7 @@ use super::limits::{
 use super::problem::{Problem, Problems};
 use crate::scenario::placement::{Misfit, Misplaced, Spot, landing_place_m, misplaced};
 use crate::scenario::solid::Solids;
-use crate::scenario::world::{Bounds, Drone, Solid, World};
+use crate::scenario::world::{Drone, Solid, World};
 
 /// What is wrong with a [`World`].
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -149,10 +149,10 @@ impl Check {
         }
     }
 
-    fn corners(&mut self, whose: &str, bounds: &Bounds) {
-        self.place(whose, "the lowest corner", &bounds.min);
-        self.place(whose, "the highest corner", &bounds.max);
-        let size_m: Vector3<f64> = bounds.max - bounds.min;
+    fn corners(&mut self, whose: &str, min_m: &Point3<f64>, max_m: &Point3<f64>) {
+        self.place(whose, "the lowest corner", min_m);
+        self.place(whose, "the highest corner", max_m);
+        let size_m: Vector3<f64> = max_m - min_m;
         if size_m.iter().any(|size_m| *size_m < SIZE_M.low) {
             self.errors.push(WorldError::Flat(whose.to_owned()));
         }
@@ -165,7 +165,7 @@ impl Check {
 
     fn numbers(&mut self, world: &World) {
         self.name("the world".to_owned(), &world.name);
-        self.corners("the bounds", &world.bounds_m);
+        self.corners("the bounds", &world.bounds_m.min, &world.bounds_m.max);
         self.number(
             "the air",
             "temperature",
@@ -200,7 +200,7 @@ impl Check {
         for (index, zone) in world.zones.iter().enumerate() {
             let whose = format!("zone `{}`", zone.name);
             self.name(format!("zone {}", index + 1), &zone.name);
-            self.corners(&whose, &zone.bounds_m);
+            self.corners(&whose, &zone.min_m, &zone.max_m);
             self.number(&whose, "air limit", zone.air_limit_mps, &ZONE_AIR_LIMIT_MPS);
         }
         if world.drones.is_empty() {
@@ -222,7 +222,7 @@ impl Check {
 
     fn solid(&mut self, whose: &str, shape: &Solid) {
         match shape {
-            Solid::Box(bounds) => self.corners(whose, bounds),
+            Solid::Box { min_m, max_m } => self.corners(whose, min_m, max_m),
             Solid::Cylinder {
                 base_m,
                 radius_m,
@@ -411,10 +411,10 @@ mod tests {
         let mut broken = world();
         broken.obstacles.push(Obstacle {
             name: "rack".to_owned(),
-            shape: Solid::Box(Bounds {
-                min: Point3::new(0.0, 8.0, 0.0),
-                max: Point3::new(3.0, 10.0, 2.0),
-            }),
+            shape: Solid::Box {
+                min_m: Point3::new(0.0, 8.0, 0.0),
+                max_m: Point3::new(3.0, 10.0, 2.0),
+            },
         });
         let faults = broken.check().expect_err("in the rack");
         let [WorldError::Misplaced { found, words }] = &faults[..] else {

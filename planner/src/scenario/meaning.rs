@@ -70,10 +70,8 @@ pub(super) fn world(
         .collect();
     let zone = |zone: &written::Zone| Zone {
         name: zone.name.clone(),
-        bounds_m: Bounds {
-            min: zone.min_m.value,
-            max: zone.max_m.value,
-        },
+        min_m: zone.min_m.value,
+        max_m: zone.max_m.value,
         air_limit_mps: zone.air_limit_mps,
     };
     let mut fleet = Fleet {
@@ -150,10 +148,10 @@ pub(super) fn world(
 /// `None` where the keys make no shape: that has been noted while reading.
 fn shape(obstacle: &written::Obstacle, files: &Files<'_>) -> Result<Option<Solid>, Box<Problem>> {
     if let (Some(min), Some(max)) = (&obstacle.min_m, &obstacle.max_m) {
-        return Ok(Some(Solid::Box(Bounds {
-            min: min.value,
-            max: max.value,
-        })));
+        return Ok(Some(Solid::Box {
+            min_m: min.value,
+            max_m: max.value,
+        }));
     }
     if let (Some(base), Some(radius_m), Some(height_m)) =
         (&obstacle.base_m, obstacle.radius_m, obstacle.height_m)
@@ -167,20 +165,19 @@ fn shape(obstacle: &written::Obstacle, files: &Files<'_>) -> Result<Option<Solid
     let Some(file) = &obstacle.mesh else {
         return Ok(None);
     };
-    let source = file.value.clone();
     let name = &obstacle.name;
     let unreadable = |why: String| {
         let message = format!("the mesh of obstacle `{name}` cannot be used");
         Box::new(Problem::at(&file.at, message).label(why))
     };
-    let text = files.text(&source).map_err(unreadable)?;
+    let text = files.text(&file.value).map_err(unreadable)?;
     let at_m = obstacle
         .at_m
         .as_ref()
         .map_or(Point3::origin(), |place| place.value);
     let (vertices_m, triangles) = mesh(&text, at_m).map_err(unreadable)?;
     Ok(Some(Solid::Mesh {
-        source,
+        mesh: file.value.clone(),
         vertices_m,
         triangles,
     }))

@@ -15,7 +15,7 @@ use super::limits::{
 use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
 use super::source::{Value, line, root};
-use super::written::{self, Air, At, Bounds, Drone, Planning, Task, Written};
+use super::written::{Air, At, Bounds, Drone, Planning, Task, Written};
 use crate::scenario::world::{AtEnd, AtStart};
 
 /// What could be read, and what was wrong.
@@ -267,9 +267,9 @@ fn drone<'t>(
             at: value.head(),
         }),
         start_m,
-        at_start: at_start.map_or_else(written::at_start, |read| read.value),
+        at_start: at_start.map(|read| read.value).unwrap_or_default(),
         tasks,
-        at_end: at_end.map_or_else(written::at_end, |read| read.value),
+        at_end: at_end.map(|read| read.value).unwrap_or_default(),
         air_limit,
         is_whole: reader.problems.len() == before,
         has_start,
@@ -289,7 +289,7 @@ fn task<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize, drone: &str
     record.close(reader);
     Some(Task {
         to_m: to_m?,
-        dwell_s: dwell_s.unwrap_or_else(written::dwell_s),
+        dwell_s: dwell_s.unwrap_or_default(),
         load_kg,
     })
 }

@@ -13,7 +13,7 @@ use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 use parry3d::query::{PointQuery, Ray, RayCast};
 use parry3d::shape::{Segment, TriMesh, TriMeshFlags};
 
-use crate::scenario::world::{Bounds, Obstacle, Solid};
+use crate::scenario::world::{Obstacle, Solid};
 
 /// Two surfaces nearer than this count as touching (m): far above the rounding of coordinates up to
 /// 10 km (2e-12 m), far below anything a drone can fly.
@@ -56,10 +56,10 @@ impl Solids {
         let mut parts = Vec::new();
         for (obstacle, Obstacle { shape, .. }) in obstacles.iter().enumerate() {
             match shape {
-                Solid::Box(Bounds { min, max }) => {
+                Solid::Box { min_m, max_m } => {
                     let form = Form::Box {
-                        low: vector(min),
-                        high: vector(max),
+                        low: vector(min_m),
+                        high: vector(max_m),
                     };
                     parts.push(Part { obstacle, form });
                 }

@@ -5,8 +5,8 @@
 use airflow::effects::Effects;
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
-use schemars::JsonSchema;
-use serde::Serialize;
+
+pub use crate::plan::{AtEnd, AtStart, Bounds, Obstacle, Solid, Zone};
 
 /// A place, a fleet and its tasks: the question that a plan answers.
 #[derive(Clone, Debug)]
@@ -34,60 +34,6 @@ pub struct World {
     /// What a reader of the plan should know about this question: frames outside the jet's fit, frames
     /// without a near-field model.
     pub notes: Vec<String>,
-}
-
-/// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Lowest corner (m).
-    pub min: Point3<f64>,
-    /// Highest corner (m).
-    pub max: Point3<f64>,
-}
-
-/// A named solid.
-#[derive(Clone, Debug)]
-pub struct Obstacle {
-    /// What messages and the plan call it.
-    pub name: String,
-    /// Its shape, in the world.
-    pub shape: Solid,
-}
-
-/// The shape of an obstacle, in world coordinates (m).
-#[derive(Clone, Debug)]
-pub enum Solid {
-    /// Axis-aligned box.
-    Box(Bounds),
-    /// Upright cylinder standing on `base_m`.
-    Cylinder {
-        /// Centre of the lower face.
-        base_m: Point3<f64>,
-        /// Radius (m).
-        radius_m: f64,
-        /// Height (m).
-        height_m: f64,
-    },
-    /// Triangle mesh; does not stop a wake.
-    Mesh {
-        /// Where it came from, as the scenario names it.
-        source: String,
-        /// Vertices, already moved to their place.
-        vertices_m: Vec<Point3<f64>>,
-        /// Corner indices.
-        triangles: Vec<[u32; 3]>,
-    },
-}
-
-/// A box in which the summed axial wake speed stays at or below a limit, for people or goods.
-#[derive(Clone, Debug)]
-pub struct Zone {
-    /// What messages and the plan call it.
-    pub name: String,
-    /// The box.
-    pub bounds_m: Bounds,
-    /// Limit of the summed wake speed (m/s).
-    pub air_limit_mps: f64,
 }
 
 /// An airframe as a planner flies it.
@@ -129,26 +75,6 @@ pub struct Task {
     pub dwell_s: f64,
     /// Payload carried from arrival here (kg); `None`: unchanged.
     pub load_kg: Option<f64>,
-}
-
-/// How a drone begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-pub enum AtStart {
-    /// In the air, with its wake, from time 0.
-    Hover,
-    /// On the ground, without a wake, until it first moves.
-    Landed,
-}
-
-/// What a drone does after its last dwell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-pub enum AtEnd {
-    /// Stays in the air without end.
-    Hover,
-    /// Descends straight to the floor or obstacle top below and rests there without a wake.
-    Land,
-    /// Body and wake vanish.
-    Leave,
 }
 
 /// How to plan.

@@ -209,13 +209,13 @@ pub(super) struct Drone {
     #[schemars(with = "Coordinates")]
     pub(super) start_m: Place,
     /// In the air, or standing there without a wake until it first moves.
-    #[schemars(default = "at_start")]
+    #[schemars(default, extend("default" = "Hover"))]
     pub(super) at_start: AtStart,
     /// Where it goes, in order.
     #[schemars(default, extend("default" = []))]
     pub(super) tasks: Vec<Task>,
     /// After its last dwell: hover there, land straight below, or leave with body and wake.
-    #[schemars(default = "at_end")]
+    #[schemars(default, extend("default" = "Hover"))]
     pub(super) at_end: AtEnd,
     /// Mean air over its rotor discs that it bears, over its own induced velocity at its current mass.
     #[schemars(range(min = AIR_LIMIT.low, max = AIR_LIMIT.high), extend("default" = "that of planning"))]
@@ -236,7 +236,7 @@ pub(super) struct Task {
     #[schemars(with = "Coordinates")]
     pub(super) to_m: Place,
     /// How long it hovers there (s).
-    #[schemars(default = "dwell_s", range(min = DWELL_S.low, max = DWELL_S.high))]
+    #[schemars(default, range(min = DWELL_S.low, max = DWELL_S.high))]
     pub(super) dwell_s: f64,
     /// Payload carried from arrival here on (kg); 0: dropped.
     #[schemars(with = "Option<f64>", range(min = LOAD_KG.low, max = LOAD_KG.high), extend("default" = "unchanged"))]
@@ -305,16 +305,4 @@ pub(super) fn width_factor() -> f64 {
 
 pub(super) fn max_speed_mps() -> f64 {
     MAX_SPEED_DEFAULT_MPS
-}
-
-pub(super) fn at_start() -> AtStart {
-    AtStart::Hover
-}
-
-pub(super) fn at_end() -> AtEnd {
-    AtEnd::Hover
-}
-
-pub(super) fn dwell_s() -> f64 {
-    0.0
 }

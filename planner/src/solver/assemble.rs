@@ -7,10 +7,10 @@ use nalgebra::Point3;
 use crate::graph::agent::Agent;
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::{
-    AirModel, AirframeEntry, AtEnd, AtStart, Corners, DronePlan, FORMAT, Fleet, JetEntry,
-    ObstacleEntry, Plan, ShapeEntry, Status, TrajectoryEntry, Unplanned, ZoneEntry,
+    AirModel, AirframeEntry, AtEnd, AtStart, DronePlan, FORMAT, Fleet, Plan, Status,
+    TrajectoryEntry, Unplanned,
 };
-use crate::scenario::world::{self, Drone, Solid, Vehicle, World};
+use crate::scenario::world::{Drone, Vehicle, World};
 use crate::sipp::search::Path;
 use crate::solver::prepare::Job;
 use crate::solver::priority::Paths;
@@ -39,29 +39,13 @@ pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
         quasi_static: world.effects.wake_transport.is_none(),
         air: AirModel {
             density_kg_per_m3: world.air.density_kg_per_m3(),
-            jet: JetEntry {
-                centreline: world.jet.centreline,
-                spreading: world.jet.spreading,
-                origin: world.jet.origin,
-            },
+            jet: world.jet,
             superposition: world.superposition.as_str().to_owned(),
             effects: (world.effects != Effects::default()).then_some(world.effects),
         },
-        bounds_m: Corners {
-            min: world.bounds_m.min,
-            max: world.bounds_m.max,
-        },
-        obstacles: world.obstacles.iter().map(obstacle_entry).collect(),
-        zones: world
-            .zones
-            .iter()
-            .map(|zone| ZoneEntry {
-                name: zone.name.clone(),
-                min_m: zone.bounds_m.min,
-                max_m: zone.bounds_m.max,
-                air_limit_mps: zone.air_limit_mps,
-            })
-            .collect(),
+        bounds_m: world.bounds_m,
+        obstacles: world.obstacles.clone(),
+        zones: world.zones.clone(),
         clearance_m: world.planning.clearance_m,
         drones,
         unplanned: Vec::new(),
@@ -136,9 +120,9 @@ fn drone_plan(
     );
     // A drone that stays at its start neither lands nor leaves.
     entry.at_end = match (path, drone.at_start) {
-        (Some(_), _) => at_end(drone),
-        (None, world::AtStart::Landed) => AtEnd::Land,
-        (None, world::AtStart::Hover) => AtEnd::Hover,
+        (Some(_), _) => drone.at_end,
+        (None, AtStart::Landed) => AtEnd::Land,
+        (None, AtStart::Hover) => AtEnd::Hover,
     };
     entry
 }
@@ -181,15 +165,6 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     entry.detour_m = rounded((flown_m - agent.alone_m).max(0.0));
 }
 
-/// How a drone that has a path ends.
-pub(crate) fn at_end(drone: &Drone) -> AtEnd {
-    match drone.at_end {
-        world::AtEnd::Hover => AtEnd::Hover,
-        world::AtEnd::Land => AtEnd::Land,
-        world::AtEnd::Leave => AtEnd::Leave,
-    }
-}
-
 /// One drone's part of the plan before anything is known of its flight.
 pub(crate) fn blank(world: &World, drone: &Drone) -> DronePlan {
     DronePlan {
@@ -197,10 +172,7 @@ pub(crate) fn blank(world: &World, drone: &Drone) -> DronePlan {
         airframe: airframe_entry(&drone.vehicle, world.air.density_kg_per_m3()),
         air_limit: drone.air_limit,
         enters_s: None,
-        at_start: match drone.at_start {
-            world::AtStart::Hover => AtStart::Hover,
-            world::AtStart::Landed => AtStart::Landed,
-        },
+        at_start: drone.at_start,
         at_end: AtEnd::Hover,
         airborne_s: (0.0, None),
         trajectory: TrajectoryEntry::default(),
@@ -270,38 +242,6 @@ pub(crate) fn airframe_entry(vehicle: &Vehicle, density_kg_per_m3: f64) -> Airfr
         max_speed_mps: vehicle.max_speed_mps,
         hover_induced_velocity_mps: airframe
             .hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3),
-    }
-}
-
-/// An obstacle of the world as a plan has it.
-pub(crate) fn obstacle_entry(obstacle: &world::Obstacle) -> ObstacleEntry {
-    let shape = match &obstacle.shape {
-        Solid::Box(bounds) => ShapeEntry::Box {
-            min_m: bounds.min,
-            max_m: bounds.max,
-        },
-        Solid::Cylinder {
-            base_m,
-            radius_m,
-            height_m,
-        } => ShapeEntry::Cylinder {
-            base_m: *base_m,
-            radius_m: *radius_m,
-            height_m: *height_m,
-        },
-        Solid::Mesh {
-            source,
-            vertices_m,
-            triangles,
-        } => ShapeEntry::Mesh {
-            mesh: source.clone(),
-            vertices_m: vertices_m.clone(),
-            triangles: triangles.clone(),
-        },
-    };
-    ObstacleEntry {
-        name: obstacle.name.clone(),
-        shape,
     }
 }
 

@@ -7,7 +7,7 @@ use costmap::wake::fleet::wake_of;
 use costmap::wake::surfaces::{BlockingSurfaces, Top};
 use nalgebra::Point3;
 
-use crate::plan::{DronePlan, Plan, ShapeEntry};
+use crate::plan::{DronePlan, Obstacle, Plan, Solid};
 
 /// Outlines of wakes in the world of one plan.
 #[derive(Clone, Debug)]
@@ -21,16 +21,11 @@ pub struct WakeOutlines {
 impl WakeOutlines {
     /// Of a plan's air and obstacles. Effects that cannot be flown are left out.
     pub fn new(plan: &Plan) -> WakeOutlines {
-        let jet = &plan.air.jet;
         let effects = plan.air.effects.and_then(|effects| effects.flown().ok());
-        let tops = plan.obstacles.iter().filter_map(|it| top(&it.shape));
+        let tops = plan.obstacles.iter().filter_map(top);
         WakeOutlines {
             density_kg_per_m3: plan.air.density_kg_per_m3,
-            jet: Jet {
-                centreline: jet.centreline,
-                spreading: jet.spreading,
-                origin: jet.origin,
-            },
+            jet: plan.air.jet,
             flown: effects.unwrap_or_default(),
             surfaces: BlockingSurfaces::new(plan.bounds_m.min.z, tops.collect()),
         }
@@ -57,14 +52,15 @@ impl WakeOutlines {
     }
 }
 
-fn top(shape: &ShapeEntry) -> Option<Top> {
-    match shape {
-        ShapeEntry::Box { min_m, max_m } => Some(Top::Rectangle {
+/// The level face of an obstacle that may stop a wake, in the world; `None`: a mesh stops none.
+pub(crate) fn top(obstacle: &Obstacle) -> Option<Top> {
+    match &obstacle.shape {
+        Solid::Box { min_m, max_m } => Some(Top::Rectangle {
             min_m: [min_m.x, min_m.y],
             max_m: [max_m.x, max_m.y],
             z_m: max_m.z,
         }),
-        ShapeEntry::Cylinder {
+        Solid::Cylinder {
             base_m,
             radius_m,
             height_m,
@@ -73,6 +69,6 @@ fn top(shape: &ShapeEntry) -> Option<Top> {
             radius_m: *radius_m,
             z_m: base_m.z + height_m,
         }),
-        ShapeEntry::Mesh { .. } => None,
+        Solid::Mesh { .. } => None,
     }
 }

@@ -8,7 +8,7 @@ use costmap::leg::{DroneId, KindId, Tick};
 use costmap::reservations::ground::Ground;
 use costmap::reservations::zones::ZoneBox;
 use costmap::wake::fleet::{Conditions, Fleet, Kind};
-use costmap::wake::surfaces::{BlockingSurfaces, Top};
+use costmap::wake::surfaces::BlockingSurfaces;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -18,7 +18,8 @@ use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Roadmap, Stop, Vertex};
 use crate::scenario::placement::landing_place_m;
 use crate::scenario::solid::Solids;
-use crate::scenario::world::{AtEnd, AtStart, Drone, Solid, Task, Vehicle, World};
+use crate::scenario::world::{AtEnd, AtStart, Drone, Task, Vehicle, World};
+use crate::solver::outlines::top;
 
 /// Descents end on what they land on: a body may come this close to it (m), the verifier's own
 /// tolerance.
@@ -316,30 +317,10 @@ pub(crate) fn costmap_for(
         lowest_zone_limit_mps: zone_limits.fold(f64::INFINITY, f64::min),
         wakes,
     };
-    let tops = world
-        .obstacles
-        .iter()
-        .filter_map(|obstacle| match &obstacle.shape {
-            Solid::Box(bounds) => Some(Top::Rectangle {
-                min_m: [bounds.min.x, bounds.min.y],
-                max_m: [bounds.max.x, bounds.max.y],
-                z_m: bounds.max.z,
-            }),
-            Solid::Cylinder {
-                base_m,
-                radius_m,
-                height_m,
-            } => Some(Top::Disc {
-                centre_m: [base_m.x, base_m.y],
-                radius_m: *radius_m,
-                z_m: base_m.z + height_m,
-            }),
-            Solid::Mesh { .. } => None,
-        })
-        .collect();
+    let tops = world.obstacles.iter().filter_map(top).collect();
     let zones = world.zones.iter().map(|zone| ZoneBox {
-        min_m: zone.bounds_m.min,
-        max_m: zone.bounds_m.max,
+        min_m: zone.min_m,
+        max_m: zone.max_m,
         air_limit_mps: zone.air_limit_mps,
     });
     Costmap::new(

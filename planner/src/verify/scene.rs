@@ -10,15 +10,15 @@ use super::bounds::obstacles::Obstacles;
 use super::bounds::wake::BoundedWake;
 use super::{Places, Span};
 use crate::plan::trajectory::{Motion, Trajectory};
-use crate::plan::{Corners, ZoneEntry};
+use crate::plan::{Bounds, Zone};
 
 /// All that the checks need of a plan: its geometry, its air, and every flight that could be read.
 ///
 /// World frame, z up; metres, seconds, m/s.
 pub(crate) struct Scene<'a> {
-    pub(crate) bounds_m: Corners,
+    pub(crate) bounds_m: Bounds,
     pub(crate) obstacles: Obstacles,
-    pub(crate) zones: Vec<&'a ZoneEntry>,
+    pub(crate) zones: Vec<&'a Zone>,
     pub(crate) superposition: Superposition,
     /// What a finding adds to the hover jet.
     pub(crate) flown: Flown,

@@ -1,7 +1,7 @@
 //! What the plan holds, layer by layer, the same for both views.
 
 use nalgebra::{Point3, Vector3, center};
-use planner::plan::{AtEnd, AtStart, DronePlan, Plan, ShapeEntry};
+use planner::plan::{AtEnd, AtStart, DronePlan, Plan, Solid};
 
 use super::labels::Labels;
 use super::{Eye, View, line_style};
@@ -40,10 +40,10 @@ pub(super) fn obstacles(canvas: &mut Canvas, view: &View, plan: &Plan) {
 }
 
 /// The path around an obstacle; of a mesh, around each of its triangles.
-fn silhouette(view: &View, shape: &ShapeEntry) -> String {
+fn silhouette(view: &View, shape: &Solid) -> String {
     match shape {
-        ShapeEntry::Box { min_m, max_m } => view.rectangle(min_m, max_m),
-        ShapeEntry::Cylinder {
+        Solid::Box { min_m, max_m } => view.rectangle(min_m, max_m),
+        Solid::Cylinder {
             base_m,
             radius_m,
             height_m,
@@ -55,7 +55,7 @@ fn silhouette(view: &View, shape: &ShapeEntry) -> String {
                 Eye::Side => view.rectangle(&(base_m - aside_m), &(top_m + aside_m)),
             }
         }
-        ShapeEntry::Mesh {
+        Solid::Mesh {
             vertices_m,
             triangles,
             ..

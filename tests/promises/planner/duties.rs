@@ -1,7 +1,7 @@
 //! Whether a plan does what its world asked for: every task in order, with its dwell and its load.
 
 use nalgebra::Point3;
-use planner::plan::{self, DronePlan, Plan, Status, TrajectoryEntry};
+use planner::plan::{DronePlan, Plan, Status, TrajectoryEntry};
 use planner::scenario::world::{AtEnd, AtStart, Drone, World};
 
 /// Rounding of a place that is computed twice (m).
@@ -163,7 +163,7 @@ fn assert_ended(world: &World, drone: &Drone, done: &DronePlan, last_m: Point3<f
     let stays_grounded = lifts_s.is_none();
     let until_s = match drone.at_end {
         AtEnd::Hover => {
-            assert_eq!(done.at_end, plan::AtEnd::Hover);
+            assert_eq!(done.at_end, AtEnd::Hover);
             assert!(
                 (end_m - last_m).norm() < SAME_PLACE_M,
                 "`{name}` ends elsewhere"
@@ -171,7 +171,7 @@ fn assert_ended(world: &World, drone: &Drone, done: &DronePlan, last_m: Point3<f
             None
         }
         AtEnd::Leave => {
-            assert_eq!(done.at_end, plan::AtEnd::Leave);
+            assert_eq!(done.at_end, AtEnd::Leave);
             assert!(
                 (end_s - done.arrives_s).abs() < SAME_TIME_S,
                 "`{name}` lingers"
@@ -179,7 +179,7 @@ fn assert_ended(world: &World, drone: &Drone, done: &DronePlan, last_m: Point3<f
             Some(end_s)
         }
         AtEnd::Land => {
-            assert_eq!(done.at_end, plan::AtEnd::Land);
+            assert_eq!(done.at_end, AtEnd::Land);
             assert!((end_m.xy() - last_m.xy()).norm() < SAME_PLACE_M);
             let rest_m = height_above_support_m(world, end_m);
             let body_m = drone.vehicle.body_radius_m;
@@ -208,10 +208,10 @@ fn height_above_support_m(world: &World, at_m: Point3<f64>) -> f64 {
         .obstacles
         .iter()
         .filter_map(|obstacle| match &obstacle.shape {
-            Solid::Box(bounds) => {
-                let over = (0..2)
-                    .all(|axis| bounds.min[axis] <= at_m[axis] && at_m[axis] <= bounds.max[axis]);
-                over.then_some(bounds.max.z)
+            Solid::Box { min_m, max_m } => {
+                let over =
+                    (0..2).all(|axis| min_m[axis] <= at_m[axis] && at_m[axis] <= max_m[axis]);
+                over.then_some(max_m.z)
             }
             Solid::Cylinder {
                 base_m,

@@ -4,7 +4,7 @@
 //! whatever it finds above a limit is there.
 
 use nalgebra::Point3;
-use planner::plan::{AtEnd, DronePlan, Plan, ShapeEntry};
+use planner::plan::{AtEnd, DronePlan, Plan, Solid};
 
 const STEP_S: f64 = 0.02;
 const GRAVITY_MPS2: f64 = 9.81;
@@ -187,7 +187,7 @@ fn wake_end_z_m(plan: &Plan, drone: &DronePlan, at_m: Point3<f64>) -> f64 {
         .obstacles
         .iter()
         .filter_map(|obstacle| match &obstacle.shape {
-            ShapeEntry::Box { min_m, max_m } => {
+            Solid::Box { min_m, max_m } => {
                 let margins = [
                     at_m.x - min_m.x,
                     max_m.x - at_m.x,
@@ -196,12 +196,12 @@ fn wake_end_z_m(plan: &Plan, drone: &DronePlan, at_m: Point3<f64>) -> f64 {
                 ];
                 Some((max_m.z, margins.into_iter().fold(f64::INFINITY, f64::min)))
             }
-            ShapeEntry::Cylinder {
+            Solid::Cylinder {
                 base_m,
                 radius_m,
                 height_m,
             } => Some((base_m.z + height_m, radius_m - (at_m - base_m).xy().norm())),
-            ShapeEntry::Mesh { .. } => None,
+            Solid::Mesh { .. } => None,
         });
     tops.filter(|(top_z_m, margin_m)| {
         *top_z_m < at_m.z && half_width_m(plan, drone, at_m.z - top_z_m) <= *margin_m
@@ -221,11 +221,11 @@ fn bounds_and_obstacles(plan: &Plan, me: &Now, now_s: f64) {
     }
     for obstacle in &plan.obstacles {
         let distance_m = match &obstacle.shape {
-            ShapeEntry::Box { min_m, max_m } => {
+            Solid::Box { min_m, max_m } => {
                 let nearest = me.at_m.coords.sup(&min_m.coords).inf(&max_m.coords);
                 (me.at_m.coords - nearest).norm()
             }
-            ShapeEntry::Cylinder {
+            Solid::Cylinder {
                 base_m,
                 radius_m,
                 height_m,
@@ -234,7 +234,7 @@ fn bounds_and_obstacles(plan: &Plan, me: &Now, now_s: f64) {
                 let up_m = me.at_m.z - base_m.z;
                 aside_m.hypot((up_m - height_m).max(-up_m).max(0.0))
             }
-            ShapeEntry::Mesh { .. } => continue,
+            Solid::Mesh { .. } => continue,
         };
         // Resting on something: half a centimetre, the rounding of typed coordinates.
         assert!(

@@ -63,10 +63,10 @@ pub(super) fn task(to_m: [f64; 3], dwell_s: f64) -> Task {
 pub(super) fn block(name: &str, min_m: [f64; 3], max_m: [f64; 3]) -> Obstacle {
     Obstacle {
         name: name.to_owned(),
-        shape: Solid::Box(Bounds {
-            min: min_m.into(),
-            max: max_m.into(),
-        }),
+        shape: Solid::Box {
+            min_m: min_m.into(),
+            max_m: max_m.into(),
+        },
     }
 }
 
@@ -194,14 +194,14 @@ fn solid(bounds: &Bounds, recipe: &SolidRecipe) -> Solid {
     } else {
         bounds.min.z
     };
-    Solid::Box(Bounds {
-        min: Point3::new(at_m.x - half[0], at_m.y - half[1], low_m),
-        max: Point3::new(
+    Solid::Box {
+        min_m: Point3::new(at_m.x - half[0], at_m.y - half[1], low_m),
+        max_m: Point3::new(
             at_m.x + half[0],
             at_m.y + half[1],
             low_m + 0.3 + size.z * recipe.size[2],
         ),
-    })
+    }
 }
 
 /// Rooms of 5 to 12 m, up to six drones, boxes, cylinders and zones. Every place is in order, and no
@@ -260,10 +260,8 @@ pub(super) fn any_world() -> impl Strategy<Value = World> {
                         let size_m = nalgebra::Vector3::from(*size) * 2.0;
                         Zone {
                             name: format!("zone-{k}"),
-                            bounds_m: Bounds {
-                                min,
-                                max: (min + size_m).coords.inf(&bounds_m.max.coords).into(),
-                            },
+                            min_m: min,
+                            max_m: (min + size_m).coords.inf(&bounds_m.max.coords).into(),
                             air_limit_mps: *air_limit_mps,
                         }
                     })

@@ -4,8 +4,8 @@ use airflow::{Air, Airframe, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::Point3;
 use planner::plan::trajectory::{Tail, Trajectory};
 use planner::plan::{
-    AirModel, AirframeEntry, AtEnd, AtStart, Corners, DronePlan, FORMAT, Fleet, JetEntry,
-    ObstacleEntry, Plan, ShapeEntry, Status, TrajectoryEntry, ViolationKind, ZoneEntry,
+    AirModel, AirframeEntry, AtEnd, AtStart, Bounds, DronePlan, FORMAT, Fleet, Obstacle, Plan,
+    Solid, Status, TrajectoryEntry, ViolationKind, Zone,
 };
 
 /// A point (m) at a time (s).
@@ -80,7 +80,7 @@ pub(crate) fn plan(drones: Vec<DronePlan>) -> Plan {
         quasi_static: true,
         air: AirModel {
             density_kg_per_m3: Air::default().density_kg_per_m3(),
-            jet: JetEntry {
+            jet: airflow::Jet {
                 centreline: 10.11,
                 spreading: 0.07668,
                 origin: -5.817,
@@ -88,7 +88,7 @@ pub(crate) fn plan(drones: Vec<DronePlan>) -> Plan {
             superposition: "momentum".to_owned(),
             effects: None,
         },
-        bounds_m: Corners {
+        bounds_m: Bounds {
             min: Point3::origin(),
             max: Point3::new(40.0, 40.0, 12.0),
         },
@@ -104,11 +104,11 @@ pub(crate) fn plan(drones: Vec<DronePlan>) -> Plan {
 }
 
 pub(crate) fn with_box(mut plan: Plan, name: &str, min_m: [f64; 3], max_m: [f64; 3]) -> Plan {
-    let shape = ShapeEntry::Box {
+    let shape = Solid::Box {
         min_m: min_m.into(),
         max_m: max_m.into(),
     };
-    plan.obstacles.push(ObstacleEntry {
+    plan.obstacles.push(Obstacle {
         name: name.to_owned(),
         shape,
     });
@@ -122,9 +122,9 @@ pub(crate) fn with_cylinder(
     radius_m: f64,
     height_m: f64,
 ) -> Plan {
-    plan.obstacles.push(ObstacleEntry {
+    plan.obstacles.push(Obstacle {
         name: name.to_owned(),
-        shape: ShapeEntry::Cylinder {
+        shape: Solid::Cylinder {
             base_m: base_m.into(),
             radius_m,
             height_m,
@@ -156,12 +156,12 @@ pub(crate) fn with_mesh_box(mut plan: Plan, name: &str, min_m: [f64; 3], max_m: 
         .iter()
         .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
         .collect();
-    let shape = ShapeEntry::Mesh {
+    let shape = Solid::Mesh {
         mesh: "box.obj".to_owned(),
         vertices_m: (0..8).map(corner).collect(),
         triangles,
     };
-    plan.obstacles.push(ObstacleEntry {
+    plan.obstacles.push(Obstacle {
         name: name.to_owned(),
         shape,
     });
@@ -174,7 +174,7 @@ pub(crate) fn with_zone(
     max_m: [f64; 3],
     air_limit_mps: f64,
 ) -> Plan {
-    plan.zones.push(ZoneEntry {
+    plan.zones.push(Zone {
         name: "desk".to_owned(),
         min_m: min_m.into(),
         max_m: max_m.into(),

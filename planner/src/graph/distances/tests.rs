@@ -25,10 +25,10 @@ fn random(seed: u32, on_cells: bool) -> (Roadmap, Vec<Vertex>, Mover) {
             let min = place(i);
             Obstacle {
                 name: format!("box-{i}"),
-                shape: Solid::Box(Bounds {
-                    min,
-                    max: min + nalgebra::Vector3::new(1.2, 1.2, 2.5),
-                }),
+                shape: Solid::Box {
+                    min_m: min,
+                    max_m: min + nalgebra::Vector3::new(1.2, 1.2, 2.5),
+                },
             }
         })
         .collect();

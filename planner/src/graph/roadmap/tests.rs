@@ -19,10 +19,10 @@ fn solids(boxes: &[([f64; 3], [f64; 3])]) -> Solids {
         .iter()
         .map(|(min_m, max_m)| Obstacle {
             name: "box".to_owned(),
-            shape: Solid::Box(Bounds {
-                min: (*min_m).into(),
-                max: (*max_m).into(),
-            }),
+            shape: Solid::Box {
+                min_m: (*min_m).into(),
+                max_m: (*max_m).into(),
+            },
         })
         .collect();
     Solids::new(&obstacles)

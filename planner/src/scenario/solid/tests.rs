@@ -1,17 +1,17 @@
 //! Distances to obstacles, against closed forms by hand and against dense sampling.
 
 use crate::scenario::solid::Solids;
-use crate::scenario::world::{Bounds, Obstacle, Solid};
+use crate::scenario::world::{Obstacle, Solid};
 use nalgebra::Point3;
 use proptest::prelude::*;
 
 fn block(min: [f64; 3], max: [f64; 3]) -> Obstacle {
     Obstacle {
         name: "box".into(),
-        shape: Solid::Box(Bounds {
-            min: min.into(),
-            max: max.into(),
-        }),
+        shape: Solid::Box {
+            min_m: min.into(),
+            max_m: max.into(),
+        },
     }
 }
 
@@ -59,7 +59,7 @@ fn mesh(min: [f64; 3], max: [f64; 3], inward: bool) -> Obstacle {
     Obstacle {
         name: "mesh".into(),
         shape: Solid::Mesh {
-            source: "box.obj".into(),
+            mesh: "box.obj".into(),
             vertices_m,
             triangles,
         },
@@ -185,7 +185,7 @@ fn the_highest_surface_straight_below_supports() {
 fn an_open_sheet_has_no_inside() {
     let vertices_m = vec![at(0.0, 0.0, 1.0), at(4.0, 0.0, 1.0), at(0.0, 4.0, 1.0)];
     let shape = Solid::Mesh {
-        source: "sheet.obj".into(),
+        mesh: "sheet.obj".into(),
         vertices_m,
         triangles: vec![[0, 1, 2]],
     };

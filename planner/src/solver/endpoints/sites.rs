@@ -9,7 +9,6 @@ use nalgebra::Point3;
 use crate::plan::outcome::EndpointKind;
 use crate::plan::trajectory::{Motion, SAME_PLACE_M};
 use crate::scenario::world::{AtEnd, AtStart, World};
-use crate::solver::assemble::obstacle_entry;
 use crate::verify::FAINTEST_WAKE_MPS;
 use crate::verify::bounds::obstacles::{Obstacles, Solid};
 use crate::verify::bounds::wake::{BoundedWake, WakeCache};
@@ -55,7 +54,7 @@ impl<'a> Scene<'a> {
         let solids = world.obstacles.iter();
         let obstacles = Obstacles {
             floor_z_m: world.bounds_m.min.z,
-            solids: (solids.filter_map(|it| Solid::new(&obstacle_entry(it)).ok())).collect(),
+            solids: (solids.filter_map(|it| Solid::new(it).ok())).collect(),
         };
         let density = world.air.density_kg_per_m3();
         let scene = Scene {
@@ -169,8 +168,8 @@ impl<'a> Scene<'a> {
 
     /// The wake of a site, if it may reach a zone; it has lasted as long as its air needs.
     pub(super) fn downwash<'s>(&self, site: &'s Site, zone: usize) -> Option<Downwash<'s>> {
-        let bounds_m = &self.world.zones[zone].bounds_m;
-        let places_m = (bounds_m.min.coords, bounds_m.max.coords);
+        let bounds = &self.world.zones[zone];
+        let places_m = (bounds.min_m.coords, bounds.max_m.coords);
         let downwash = Downwash::Attached(Attached {
             from: site.drone,
             wake: &site.wake,
@@ -184,7 +183,7 @@ impl<'a> Scene<'a> {
     /// The highest air in a zone, if it breaks the limit.
     pub(super) fn zone_peak(&self, zone: usize, all: &[&Downwash<'_>]) -> Option<Peak> {
         let zone = &self.world.zones[zone];
-        let places_m = (zone.bounds_m.min.coords, zone.bounds_m.max.coords);
+        let places_m = (zone.min_m.coords, zone.max_m.coords);
         let limit_mps = zone.air_limit_mps - self.flown.return_flow_mps;
         (self.field()).highest(all, &places_m, (0.0, 0.0), limit_mps)
     }

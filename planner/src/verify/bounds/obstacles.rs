@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 use parry3d::query::{PointQuery, Ray, RayCast};
 use parry3d::shape::{TriMesh, TriMeshFlags};
 
-use crate::plan::{ObstacleEntry, ShapeEntry};
+use crate::plan;
 use crate::verify::{Places, is_box};
 
 /// Heights at which a moved wake is looked at between two, chosen here: what lies between them is
@@ -101,16 +101,16 @@ impl Solid {
     ///
     /// In words, why its numbers make none: not finite, corners in disorder, a negative size, or triangles
     /// between vertices that are not there.
-    pub(crate) fn new(entry: &ObstacleEntry) -> Result<Solid, String> {
+    pub(crate) fn new(entry: &plan::Obstacle) -> Result<Solid, String> {
         let no = |what: &str| format!("obstacle `{}` is no {what}", entry.name);
         let (shape, box_m) = match &entry.shape {
-            ShapeEntry::Box { min_m, max_m } => {
+            plan::Solid::Box { min_m, max_m } => {
                 if !is_box(min_m, max_m) {
                     return Err(no("box"));
                 }
                 (Shape::Box, (min_m.coords, max_m.coords))
             }
-            &ShapeEntry::Cylinder {
+            &plan::Solid::Cylinder {
                 base_m,
                 radius_m,
                 height_m,
@@ -128,7 +128,7 @@ impl Solid {
                 };
                 (shape, (low_m, high_m))
             }
-            ShapeEntry::Mesh {
+            plan::Solid::Mesh {
                 vertices_m,
                 triangles,
                 ..

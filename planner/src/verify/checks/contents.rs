@@ -7,8 +7,8 @@
 use std::str::FromStr;
 use std::sync::Arc;
 
+use airflow::Superposition;
 use airflow::effects::Flown;
-use airflow::{Jet, Superposition};
 use nalgebra::Point3;
 
 use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
@@ -105,11 +105,7 @@ fn air(plan: &Plan) -> Result<(Superposition, Flown, WakeCache), String> {
     if !(density_kg_per_m3.is_finite() && density_kg_per_m3 > 0.0) {
         return Err(format!("the air's density is {density_kg_per_m3} kg/m3"));
     }
-    let jet = Jet {
-        centreline: plan.air.jet.centreline,
-        spreading: plan.air.jet.spreading,
-        origin: plan.air.jet.origin,
-    };
+    let jet = plan.air.jet;
     if let Some(problem) = jet.problems().first() {
         return Err(format!("the jet: {problem}"));
     }

@@ -13,7 +13,7 @@ use airflow::effects::GroundImpingement;
 use airflow::{Source, Superposition, Wake, axial_speed_mps};
 use nalgebra::{Point3, Vector3};
 
-use crate::plan::{ViolationKind, ZoneEntry};
+use crate::plan::{ViolationKind, Zone};
 use crate::verify::bounds::obstacles::Obstacles;
 use crate::verify::scene::{Attached, Scene, level_gap_m, superpose};
 use crate::verify::time::advected::Advected;
@@ -82,7 +82,7 @@ impl Downwash<'_> {
 }
 
 /// The spans over the limit of a zone.
-pub(crate) fn check(scene: &Scene<'_>, zone: &ZoneEntry) -> Vec<Found> {
+pub(crate) fn check(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
     let places_m = (zone.min_m.coords, zone.max_m.coords);
     let field = Field {
         obstacles: &scene.obstacles,
