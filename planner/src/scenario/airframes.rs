@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::fields::{Field, Reader, Record};
+use super::fields::{Field, Reader, within};
 use super::limits::{
-    BODY_RADIUS_M, Limits, MASS_KG, MAX_SPEED_MPS, MOTOR_DISTANCE_M, PROPELLER_DIAMETER_M,
-    PROPELLERS, WIDTH_FACTOR,
+    BODY_RADIUS_M, MASS_KG, MAX_SPEED_MPS, MOTOR_DISTANCE_M, PROPELLER_DIAMETER_M, PROPELLERS,
+    WIDTH_FACTOR,
 };
 use super::problem::Problem;
-use super::read::{helped, number};
 use super::source::{Value, line};
 use super::written::{self, Airframe};
 
@@ -18,10 +17,8 @@ pub(super) fn airframes<'t>(
     spoilt: &mut Vec<String>,
 ) -> BTreeMap<String, Airframe> {
     let Some(entries) = value.entries() else {
-        let problem = Problem::at(
-            &value.head(),
-            "`airframes` must be a map `{ \"name\": (...), ... }`",
-        );
+        let message = "`airframes` must be a map `{ \"name\": (...), ... }`";
+        let problem = Problem::at(&value.head(), message);
         reader.report(problem.label(format!("this is {}", value.kind())));
         return BTreeMap::new();
     };
@@ -36,21 +33,19 @@ pub(super) fn airframes<'t>(
         let Some(name) = reader.name(field) else {
             continue;
         };
-        if let Some(first) = seen.get(&name.value) {
+        if let Some(first) = seen.get(&name) {
             let first_line = line(reader.text, *first);
-            let problem = Problem::at(
-                &name.at,
-                format!("airframe `{}` is given twice", name.value),
-            );
+            let message = format!("airframe `{}` is given twice", name);
+            let problem = Problem::at(&key.at(), message);
             reader.report(problem.label(format!("first given on line {first_line}")));
             continue;
         }
-        seen.insert(name.value.clone(), name.at.start);
-        match airframe(reader, value, &name.value) {
+        seen.insert(name.clone(), key.start);
+        match airframe(reader, value, &name) {
             Some(airframe) => {
-                airframes.insert(name.value, airframe);
+                airframes.insert(name, airframe);
             }
-            None => spoilt.push(name.value),
+            None => spoilt.push(name),
         }
     }
     airframes
@@ -59,28 +54,27 @@ pub(super) fn airframes<'t>(
 fn airframe<'t>(reader: &mut Reader<'t>, value: Value<'t>, name: &str) -> Option<Airframe> {
     let before = reader.problems.len();
     let mut record = reader.record(value, "Airframe", format!("airframe `{name}`"))?;
-    let mass_kg = required_number(reader, &mut record, "mass_kg", &MASS_KG);
-    let propellers = match record.optional("propellers") {
-        Some(field) => {
+    let mass_kg = record.required(reader, "mass_kg", within(&MASS_KG));
+    let propellers = record.or(
+        reader,
+        ("propellers", written::propellers()),
+        |reader, field| {
             let one = field.value.plain::<u32>() == Some(1);
             let help = one.then(|| {
-                "a single propeller leaves no motor distance to scale its jet with".to_owned()
+                "a single propeller leaves no motor distance to scale its jet with".into()
             });
-            helped(reader, help, |reader| reader.whole(field, &PROPELLERS)).map(|read| read.value)
-        }
-        None => Some(written::propellers()),
-    };
-    let propeller_diameter_m = required_number(
-        reader,
-        &mut record,
-        "propeller_diameter_m",
-        &PROPELLER_DIAMETER_M,
+            reader.helped(help, |reader| reader.whole(field, &PROPELLERS))
+        },
     );
-    let motor_distance_m =
-        required_number(reader, &mut record, "motor_distance_m", &MOTOR_DISTANCE_M);
-    let width_factor = number(reader, &mut record, "width_factor", &WIDTH_FACTOR);
-    let body_radius_m = number(reader, &mut record, "body_radius_m", &BODY_RADIUS_M);
-    let max_speed_mps = number(reader, &mut record, "max_speed_mps", &MAX_SPEED_MPS);
+    let propeller_diameter_m = record.required(
+        reader,
+        "propeller_diameter_m",
+        within(&PROPELLER_DIAMETER_M),
+    );
+    let motor_distance_m = record.required(reader, "motor_distance_m", within(&MOTOR_DISTANCE_M));
+    let width_factor = record.optional(reader, "width_factor", within(&WIDTH_FACTOR));
+    let body_radius_m = record.optional(reader, "body_radius_m", within(&BODY_RADIUS_M));
+    let max_speed_mps = record.optional(reader, "max_speed_mps", within(&MAX_SPEED_MPS));
     record.close(reader);
     let airframe = Airframe {
         mass_kg: mass_kg?,
@@ -92,16 +86,4 @@ fn airframe<'t>(reader: &mut Reader<'t>, value: Value<'t>, name: &str) -> Option
         max_speed_mps: max_speed_mps.unwrap_or_else(written::max_speed_mps),
     };
     (reader.problems.len() == before).then_some(airframe)
-}
-
-fn required_number<'t>(
-    reader: &mut Reader<'t>,
-    record: &mut Record<'t>,
-    key: &'static str,
-    limits: &Limits,
-) -> Option<f64> {
-    record
-        .required(key)
-        .and_then(|field| reader.number(field, limits))
-        .map(|read| read.value)
 }

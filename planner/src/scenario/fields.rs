@@ -34,7 +34,29 @@ pub(super) struct Record<'t> {
 pub(super) struct Field<'r, 't> {
     pub(super) value: Value<'t>,
     pub(super) key: &'static str,
+    /// Whose: "drone `k1`".
     pub(super) who: &'r str,
+}
+
+impl Field<'_, '_> {
+    /// The problem that the value is of another kind than `what`, labelled with the kind that it is.
+    fn must_be(&self, what: &str) -> Problem {
+        let Field { value, key, who } = self;
+        let problem = Problem::at(&value.head(), format!("`{key}` of {who} must be {what}"));
+        problem.label(format!("this is {}", value.kind()))
+    }
+
+    /// The problem that the whole value is wrong: "`key` of drone `k1` is out of range".
+    fn is(&self, what: &str) -> Problem {
+        let Field { value, key, who } = self;
+        Problem::at(&value.at(), format!("`{key}` of {who} is {what}"))
+    }
+
+    /// What was read, with its place.
+    pub(super) fn found<T>(&self, value: T) -> At<T> {
+        let at = self.value.at();
+        At { value, at }
+    }
 }
 
 /// Reads a file that a scenario cites.
@@ -70,7 +92,15 @@ pub(super) fn cited<T>(
     Err(reader.problems)
 }
 
+/// Reads a finite number within limits, for [`Record::required`] and [`Record::optional`].
+pub(super) fn within<'t>(
+    limits: &'static Limits,
+) -> impl Fn(&mut Reader<'t>, Field<'_, 't>) -> Option<f64> {
+    |reader, field| reader.number(field, limits)
+}
+
 impl<'t> Reader<'t> {
+    /// Notes a problem and goes on.
     pub(super) fn report(&mut self, problem: Problem) {
         self.problems.push(problem);
     }
@@ -90,11 +120,8 @@ impl<'t> Reader<'t> {
                 Problem::at(&value.head(), format!("{who} is called `{before}`"))
                     .label(format!("write `{name}(...)`, or only `(...)`"))
             } else {
-                Problem::at(
-                    &value.head(),
-                    format!("{who} must be written `(key: value, ...)`"),
-                )
-                .label(format!("this is {}", value.kind()))
+                let message = format!("{who} must be written `(key: value, ...)`");
+                Problem::at(&value.head(), message).label(format!("this is {}", value.kind()))
             };
             self.report(problem);
             return None;
@@ -108,13 +135,40 @@ impl<'t> Reader<'t> {
         })
     }
 
+    /// Opens a record that messages call by its name, or by its number where it has none.
+    pub(super) fn named(
+        &mut self,
+        value: Value<'t>,
+        kind: &'static str,
+        index: usize,
+    ) -> Option<Record<'t>> {
+        let thing = kind.to_lowercase();
+        let mut record = self.record(value, kind, format!("{thing} {}", index + 1))?;
+        if let Some(name) = record.plain_name() {
+            record.who = format!("{thing} `{name}`");
+        }
+        Some(record)
+    }
+
+    /// Adds `help` to the first problem that `read` reports.
+    pub(super) fn helped<T>(
+        &mut self,
+        help: Option<String>,
+        read: impl FnOnce(&mut Reader<'t>) -> T,
+    ) -> T {
+        let before = self.problems.len();
+        let value = read(self);
+        if let Some(problem) = self.problems.get_mut(before) {
+            problem.help = help.or(problem.help.take());
+        }
+        value
+    }
+
     /// A finite number within limits.
-    pub(super) fn number(&mut self, field: Field<'_, 't>, limits: &Limits) -> Option<At<f64>> {
-        let Field { value, key, who } = field;
-        let Some(number) = value.plain::<f64>() else {
-            let problem = Problem::at(&value.head(), format!("`{key}` of {who} must be a number"))
-                .label(format!("this is {}", value.kind()));
-            self.report(match value.plain::<String>() {
+    pub(super) fn number(&mut self, field: Field<'_, 't>, limits: &Limits) -> Option<f64> {
+        let Some(number) = field.value.plain::<f64>() else {
+            let problem = field.must_be("a number");
+            self.report(match field.value.plain::<String>() {
                 Some(quoted) if quoted.trim().parse::<f64>().is_ok() => {
                     problem.help(format!("write it without quotes: {}", quoted.trim()))
                 }
@@ -122,139 +176,115 @@ impl<'t> Reader<'t> {
             });
             return None;
         };
-        let problem = if !number.is_finite() {
-            Problem::at(
-                &value.at(),
-                format!("`{key}` of {who} is not a finite number"),
-            )
-        } else if number < limits.low || number > limits.high {
-            Problem::at(&value.at(), format!("`{key}` of {who} is out of range"))
-        } else {
-            return Some(At {
-                value: number,
-                at: value.at(),
-            });
+        self.limited(field, number, limits).then_some(number)
+    }
+
+    /// Whether a number is finite and within limits; notes it where it is not.
+    fn limited(&mut self, field: Field<'_, 't>, number: f64, limits: &Limits) -> bool {
+        let what = match number.is_finite() {
+            true if limits.contain(number) => return true,
+            true => "out of range",
+            false => "not a finite number",
         };
-        self.report(problem.label(limits.words()));
-        None
+        self.report(field.is(what).label(limits.words()));
+        false
+    }
+
+    /// So many numbers in round brackets, each within limits; `what` they must be, in words.
+    pub(super) fn numbers(
+        &mut self,
+        field: Field<'_, 't>,
+        (count, what): (usize, &str),
+        limits: &Limits,
+    ) {
+        match field.value.tuple() {
+            Some(items) if items.len() == count => {
+                for value in items {
+                    self.number(Field { value, ..field }, limits);
+                }
+            }
+            _ => self.report(
+                field
+                    .must_be(what)
+                    .label("in round brackets, commas between them"),
+            ),
+        }
     }
 
     /// A whole number within limits.
-    pub(super) fn whole(&mut self, field: Field<'_, 't>, limits: &Limits) -> Option<At<u32>> {
-        let Field { value, key, who } = field;
-        if let Some(number) = value.plain::<u32>() {
-            if f64::from(number) >= limits.low && f64::from(number) <= limits.high {
-                return Some(At {
-                    value: number,
-                    at: value.at(),
-                });
-            }
-            let problem = Problem::at(&value.at(), format!("`{key}` of {who} is out of range"));
-            self.report(problem.label(limits.words()));
+    pub(super) fn whole(&mut self, field: Field<'_, 't>, limits: &Limits) -> Option<u32> {
+        let Some(number) = field.value.plain::<u32>() else {
+            self.not_whole(field, &limits.words());
             return None;
-        }
-        self.not_whole(field, &limits.words());
-        None
+        };
+        let is_limited = self.limited(field, f64::from(number), limits);
+        is_limited.then_some(number)
     }
 
     /// A whole number of 64 bits.
-    pub(super) fn seed(&mut self, field: Field<'_, 't>) -> Option<At<u64>> {
-        if let Some(number) = field.value.plain::<u64>() {
-            return Some(At {
-                value: number,
-                at: field.value.at(),
-            });
+    pub(super) fn seed(&mut self, field: Field<'_, 't>) -> Option<u64> {
+        let seed = field.value.plain::<u64>();
+        if seed.is_none() {
+            self.not_whole(field, "must be from 0 to 18446744073709551615");
         }
-        self.not_whole(field, "must be from 0 to 18446744073709551615");
-        None
+        seed
     }
 
-    fn not_whole(&mut self, Field { value, key, who }: Field<'_, 't>, range: &str) {
-        let problem = Problem::at(
-            &value.head(),
-            format!("`{key}` of {who} must be a whole number"),
-        );
-        let problem = match value.plain::<f64>() {
+    fn not_whole(&mut self, field: Field<'_, 't>, range: &str) {
+        let problem = field.must_be("a whole number");
+        self.report(match field.value.plain::<f64>() {
             Some(number) if number.fract() == 0.0 && (0.0..1e9).contains(&number) => problem
                 .label("this has a decimal point")
                 .help(format!("write {number:.0}")),
             Some(_) => problem.label(range),
-            None => problem.label(format!("this is {}", value.kind())),
-        };
-        self.report(problem);
+            None => problem,
+        });
     }
 
     /// Three coordinates within limits (m).
     pub(super) fn place(&mut self, field: Field<'_, 't>) -> Option<At<Point3<f64>>> {
         let Field { value, key, who } = field;
-        let items = value.tuple().filter(|_| value.text.starts_with('('));
-        let problem = match items.as_deref() {
+        let label = match value.tuple().as_deref() {
             Some([x, y, z]) => {
-                let [x, y, z] = [(x, "x"), (y, "y"), (z, "z")].map(|(item, axis)| {
-                    let who = format!("`{key}` of {who}");
-                    self.number(
-                        Field {
-                            value: *item,
-                            key: axis,
-                            who: &who,
-                        },
-                        &PLACE_M,
-                    )
+                let who = &format!("`{key}` of {who}");
+                let [x, y, z] = [(x, "x"), (y, "y"), (z, "z")].map(|(&value, key)| {
+                    let coordinate = Field { value, key, who };
+                    self.number(coordinate, &PLACE_M)
                 });
-                let place = Point3::new(x?.value, y?.value, z?.value);
-                return Some(At {
-                    value: place,
-                    at: value.at(),
-                });
+                return Some(field.found(Point3::new(x?, y?, z?)));
             }
-            Some(items) => {
-                Problem::at(&value.head(), format!("`{key}` of {who} must be (x, y, z)"))
-                    .label(format!("{} numbers instead of 3", items.len()))
-            }
-            None => Problem::at(&value.head(), format!("`{key}` of {who} must be (x, y, z)"))
-                .label(match value.text.chars().next() {
-                    Some('(') => "these are named fields",
-                    _ => value.kind(),
-                }),
+            Some(items) => format!("{} numbers instead of 3", items.len()),
+            None if value.text.starts_with('(') => "these are named fields".to_owned(),
+            None => value.kind().to_owned(),
         };
-        self.report(problem);
+        self.report(field.must_be("(x, y, z)").label(label));
         None
     }
 
     /// A text in quotes.
     pub(super) fn text(&mut self, field: Field<'_, 't>) -> Option<At<String>> {
-        let Field { value, key, who } = field;
-        let Some(text) = value.plain::<String>() else {
-            let problem = Problem::at(
-                &value.head(),
-                format!("`{key}` of {who} must be a text in quotes"),
-            );
-            let bare = value
-                .text
-                .chars()
-                .all(|c| c.is_alphanumeric() || "_-.".contains(c));
-            self.report(match bare {
-                true => problem
-                    .label("no quotes")
-                    .help(format!("write \"{}\"", value.text)),
-                false => problem.label(format!("this is {}", value.kind())),
-            });
-            return None;
-        };
-        Some(At {
-            value: text,
-            at: value.at(),
-        })
+        if let Some(text) = field.value.plain::<String>() {
+            return Some(field.found(text));
+        }
+        let problem = field.must_be("a text in quotes");
+        let typed = field.value.text;
+        let is_in_word = |c: char| c.is_alphanumeric() || "_-.".contains(c);
+        self.report(match typed.chars().all(is_in_word) {
+            true => problem
+                .label("no quotes")
+                .help(format!("write \"{typed}\"")),
+            false => problem,
+        });
+        None
     }
 
     /// A text that can stand in a table: not empty, on one line.
-    pub(super) fn name(&mut self, field: Field<'_, 't>) -> Option<At<String>> {
-        let name = self.text(field)?;
-        let Some(fault) = name_fault(&name.value) else {
+    pub(super) fn name(&mut self, field: Field<'_, 't>) -> Option<String> {
+        let name = self.text(field)?.value;
+        let Some(fault) = name_fault(&name) else {
             return Some(name);
         };
-        let Field { key, who, .. } = field;
-        self.report(Problem::at(&name.at, format!("`{key}` of {who} is no name")).label(fault));
+        self.report(field.is("no name").label(fault));
         None
     }
 
@@ -263,64 +293,86 @@ impl<'t> Reader<'t> {
         &mut self,
         field: Field<'_, 't>,
         choices: &[(&'static str, T)],
-    ) -> Option<At<T>> {
+    ) -> Option<T> {
         let Field { value, key, who } = field;
         if let Some((_, choice)) = choices.iter().find(|(word, _)| *word == value.text) {
-            return Some(At {
-                value: *choice,
-                at: value.at(),
-            });
+            return Some(*choice);
         }
-        let words: Vec<String> = choices
-            .iter()
-            .map(|(word, _)| format!("`{word}`"))
-            .collect();
-        let typed = value
-            .plain::<String>()
-            .unwrap_or_else(|| value.text.to_owned());
-        let quoted = choices.iter().find(|(word, _)| *word == typed);
-        let problem = Problem::at(
-            &value.head(),
-            format!("`{key}` of {who} is none of its words"),
-        )
-        .label(format!("must be {}", listed(&words, "or")));
-        self.report(match quoted {
-            Some((word, _)) => problem.help(format!("write {word}, without quotes")),
-            None => problem.maybe_help(
-                nearest(&typed, choices.iter().map(|choice| choice.0)).map(did_you_mean),
-            ),
+        let known = || choices.iter().map(|(word, _)| *word);
+        let words: Vec<String> = known().map(|word| format!("`{word}`")).collect();
+        let typed = value.plain::<String>();
+        let typed = typed.unwrap_or_else(|| value.text.to_owned());
+        let message = format!("`{key}` of {who} is none of its words");
+        let problem = Problem::at(&value.head(), message);
+        let problem = problem.label(format!("must be {}", listed(&words, "or")));
+        self.report(match known().find(|word| *word == typed) {
+            Some(word) => problem.help(format!("write {word}, without quotes")),
+            None => problem.maybe_help(nearest(&typed, known()).map(did_you_mean)),
         });
         None
     }
 
-    /// A list in square brackets.
+    /// The values of a list in square brackets.
     pub(super) fn items(&mut self, field: Field<'_, 't>) -> Option<Vec<Value<'t>>> {
-        let Field { value, key, who } = field;
-        let items = value.items();
+        let items = field.value.items();
         if items.is_none() {
-            self.report(
-                Problem::at(
-                    &value.head(),
-                    format!("`{key}` of {who} must be a list `[...]`"),
-                )
-                .label(format!("this is {}", value.kind())),
-            );
+            self.report(field.must_be("a list `[...]`"));
         }
         items
+    }
+
+    /// The items of a list as `read` reads each by its index; wrong ones are left out.
+    pub(super) fn list<T>(
+        &mut self,
+        field: Field<'_, 't>,
+        read: impl Fn(&mut Reader<'t>, Value<'t>, usize) -> Option<T>,
+    ) -> Vec<T> {
+        let items = self.items(field).unwrap_or_default();
+        let items = items.into_iter().enumerate();
+        let read = items.filter_map(|(index, item)| read(self, item, index));
+        read.collect()
     }
 }
 
 impl<'t> Record<'t> {
-    /// The value of a key that must be there.
-    pub(super) fn required(&mut self, key: &'static str) -> Option<Field<'_, 't>> {
-        if !self.pairs.iter().any(|pair| pair.key == key) {
+    /// What `read` makes of the value of a key that must be there.
+    pub(super) fn required<T>(
+        &mut self,
+        reader: &mut Reader<'t>,
+        key: &'static str,
+        read: impl FnOnce(&mut Reader<'t>, Field<'_, 't>) -> Option<T>,
+    ) -> Option<T> {
+        if !self.has(key) {
             self.missing.push(key);
         }
-        self.optional(key)
+        self.optional(reader, key, read)
     }
 
-    /// The value of a key that has a default.
-    pub(super) fn optional(&mut self, key: &'static str) -> Option<Field<'_, 't>> {
+    /// What `read` makes of the value of a key that has a default; `None` where it is left out, and
+    /// where it is wrong (then noted).
+    pub(super) fn optional<T>(
+        &mut self,
+        reader: &mut Reader<'t>,
+        key: &'static str,
+        read: impl FnOnce(&mut Reader<'t>, Field<'_, 't>) -> Option<T>,
+    ) -> Option<T> {
+        read(reader, self.field(key)?)
+    }
+
+    /// The same with its default: `None` where it is wrong.
+    pub(super) fn or<T>(
+        &mut self,
+        reader: &mut Reader<'t>,
+        (key, default): (&'static str, T),
+        read: impl FnOnce(&mut Reader<'t>, Field<'_, 't>) -> Option<T>,
+    ) -> Option<T> {
+        match self.field(key) {
+            Some(field) => read(reader, field),
+            None => Some(default),
+        }
+    }
+
+    fn field(&mut self, key: &'static str) -> Option<Field<'_, 't>> {
         self.known.push(key);
         let pair = self.pairs.iter().find(|pair| pair.key == key)?;
         Some(Field {
@@ -337,12 +389,8 @@ impl<'t> Record<'t> {
 
     /// The name in it, if that is a text.
     pub(super) fn plain_name(&self) -> Option<String> {
-        let name = self
-            .pairs
-            .iter()
-            .find(|pair| pair.key == "name")?
-            .value
-            .plain::<String>()?;
+        let name = self.pairs.iter().find(|pair| pair.key == "name")?;
+        let name = name.value.plain::<String>()?;
         (!name.is_empty() && !name.contains('\n')).then_some(name)
     }
 
@@ -363,29 +411,20 @@ impl<'t> Record<'t> {
         } = self;
         let before = reader.problems.len();
         for (index, pair) in pairs.iter().enumerate() {
-            if let Some(first) = pairs[..index]
-                .iter()
-                .find(|earlier| earlier.key == pair.key)
-            {
+            let mut earlier = pairs[..index].iter();
+            if let Some(first) = earlier.find(|earlier| earlier.key == pair.key) {
                 let first_line = line(reader.text, first.key_at.start);
-                reader.report(
-                    Problem::at(
-                        &pair.key_at,
-                        format!("`{}` of {who} is given twice", pair.key),
-                    )
-                    .label(format!("first given on line {first_line}")),
-                );
+                let message = format!("`{}` of {who} is given twice", pair.key);
+                let problem = Problem::at(&pair.key_at, message);
+                reader.report(problem.label(format!("first given on line {first_line}")));
             }
         }
-        let unused: Vec<&str> = known
-            .iter()
-            .copied()
-            .filter(|key| !pairs.iter().any(|pair| pair.key == *key))
-            .collect();
+        let is_used = |key: &str| pairs.iter().any(|pair| pair.key == key);
+        let unused = || known.iter().copied().filter(|key| !is_used(key));
         for pair in pairs.iter().filter(|pair| !known.contains(&pair.key)) {
             let problem = Problem::at(&pair.key_at, format!("{who} has no field `{}`", pair.key));
             let words: Vec<String> = known.iter().map(|key| format!("`{key}`")).collect();
-            let meant = nearest(pair.key, unused.iter().copied());
+            let meant = nearest(pair.key, unused());
             // A slip for a required key is one error, not two.
             missing.retain(|key| Some(*key) != meant);
             reader.report(problem.label("unknown").help(match meant {
@@ -400,9 +439,8 @@ impl<'t> Record<'t> {
             } else {
                 "all required here"
             };
-            reader.report(
-                Problem::at(&head, format!("{who} has no {}", listed(&keys, "or"))).label(label),
-            );
+            let message = format!("{who} has no {}", listed(&keys, "or"));
+            reader.report(Problem::at(&head, message).label(label));
         }
         reader.problems.len() == before
     }

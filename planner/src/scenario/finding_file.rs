@@ -12,7 +12,7 @@ use super::fields::{Field, Reader, Record, cited};
 use super::limits::Limits;
 use super::problem::Problem;
 use super::source::root;
-use super::written::Written;
+use super::written::{At, Written};
 use crate::scenario::world::World;
 
 /// Where a scenario cites a finding, or that the command line does.
@@ -32,20 +32,14 @@ pub(super) struct CitedFinding {
 
 /// The finding that is flown: the command line's before the scenario's.
 pub(super) fn citation(written: &Written, finding: Option<&str>) -> Option<Citation> {
-    let from_scenario = || {
-        let cited = written.air.finding.as_ref()?;
-        Some(Citation {
-            file: cited.value.clone(),
-            at: Some(cited.at.clone()),
-        })
+    let (file, at) = match (finding, &written.air.finding) {
+        (Some(file), _) => (file.to_owned(), None),
+        (None, cited) => {
+            let At { value, at } = cited.clone()?;
+            (value, Some(at))
+        }
     };
-    match finding {
-        Some(file) => Some(Citation {
-            file: file.to_owned(),
-            at: None,
-        }),
-        None => from_scenario(),
-    }
+    Some(Citation { file, at })
 }
 
 /// Why a finding cannot be flown by this fleet: the first reason of each kind.
@@ -55,10 +49,8 @@ pub(super) fn unfit(world: &World) -> Vec<String> {
         return Vec::new();
     };
     let density = world.air.density_kg_per_m3();
-    let wind = world
-        .drones
-        .iter()
-        .find_map(|drone| flown.beyond(&drone.vehicle.airframe, density));
+    let mut drones = world.drones.iter();
+    let wind = drones.find_map(|drone| flown.beyond(&drone.vehicle.airframe, density));
     let return_flow_mps = flown.return_flow_mps;
     let drone = world.drones.iter().find(|drone| {
         let airframe = &drone.vehicle.airframe;
@@ -71,10 +63,8 @@ pub(super) fn unfit(world: &World) -> Vec<String> {
             drone.name
         )
     });
-    let zone = world
-        .zones
-        .iter()
-        .find(|zone| return_flow_mps > 0.0 && return_flow_mps >= zone.air_limit_mps);
+    let mut zones = world.zones.iter();
+    let zone = zones.find(|zone| return_flow_mps > 0.0 && return_flow_mps >= zone.air_limit_mps);
     let zone = zone.map(|zone| {
         format!(
             "a return flow of {return_flow_mps:.2} m/s alone exceeds the limit of zone `{}`",
@@ -87,12 +77,10 @@ pub(super) fn unfit(world: &World) -> Vec<String> {
 impl Citation {
     /// A problem of the finding and the scenario together, at the citation where there is one.
     pub(super) fn problem(&self, message: String) -> Problem {
-        match &self.at {
-            Some(at) => Problem::at(at, message),
-            None => Problem {
-                message,
-                ..Problem::default()
-            },
+        Problem {
+            message,
+            span: self.at.clone(),
+            ..Problem::default()
         }
     }
 }
@@ -115,71 +103,68 @@ pub(super) fn read(
             ),
         ]
     })?;
-    let read = cited(file, &text, effects)?;
-    Ok(CitedFinding {
-        notes: notes(&read, file),
-        effects: read.effects,
-    })
+    cited(file, &text, |reader| finding(reader, file))
 }
 
-/// What of the file counts.
-struct Read {
-    effects: Effects,
-    /// What the diagnosis could not make certain, where it says so.
-    verdict: Option<Uncertain>,
-    /// Whether it corrects instruments, too.
-    sensor: bool,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Uncertain {
-    Ambiguous,
-    OutsideLibrary,
-}
-
-fn effects(reader: &mut Reader<'_>) -> Option<Read> {
+fn finding(reader: &mut Reader<'_>, file: &str) -> Option<CitedFinding> {
     let value = root(reader.text).ok()?;
     let mut record = reader.record(value, "Finding", "the finding".to_owned())?;
-    let verdict = record.optional("verdict");
-    let verdict = verdict.and_then(|field| match field.value.text.trim_matches('"') {
-        "ambiguous" => Some(Uncertain::Ambiguous),
-        "outside_library" => Some(Uncertain::OutsideLibrary),
-        _ => None,
-    });
-    let sensor = record.optional("sensor");
-    let sensor = sensor
-        .and_then(|field| field.value.pairs("Sensor"))
-        .is_some_and(|faults| !faults.is_empty());
-    let Some(field) = record.optional("effects") else {
-        if !record.has("effects") {
-            let problem = Problem::at(record.head(), "the finding has no `effects`");
-            reader.report(
-                problem
-                    .label("required here")
-                    .help("effects: () where it names nothing in the air"),
-            );
+    let uncertain = record.optional(reader, "verdict", |_, field| {
+        match field.value.text.trim_matches('"') {
+            "ambiguous" => Some(
+                "ambiguous: what it writes under `effects` is flown, what would explain the \
+                 recording as well is not",
+            ),
+            "outside_library" => Some(
+                "outside the library: part of what it found in the air has no law here and is not \
+                 flown; keep drones out of where it is with a zone, or by lower air limits",
+            ),
+            _ => None,
         }
-        return None;
-    };
+    });
+    let sensor = record.optional(reader, "sensor", |_, field| field.value.pairs("Sensor"));
+    if !record.has("effects") {
+        let problem = Problem::at(record.head(), "the finding has no `effects`");
+        let problem = problem.label("required here");
+        reader.report(problem.help("effects: () where it names nothing in the air"));
+    }
+    let effects = record.optional(reader, "effects", effects)?;
+    let mut notes = Vec::new();
+    notes.extend(uncertain.map(|how| format!("the finding of {file} is {how}")));
+    let treatments = effects.treatments();
+    let is_ignored =
+        |(_, treatment): &(&str, Treatment)| matches!(treatment, Treatment::Ignored(_));
+    if treatments.iter().all(is_ignored) {
+        notes.push(format!(
+            "the finding of {file} names nothing that moves the air a limit counts: the plan is flown in the air as it is"
+        ));
+    }
+    notes.extend(treatments.into_iter().filter_map(|one| note(one, file)));
+    if sensor.is_some_and(|faults| !faults.is_empty()) {
+        notes.push(format!(
+            "`sensor` of {file} changes nothing here: it is about instruments, not about the air"
+        ));
+    }
+    Some(CitedFinding { effects, notes })
+}
+
+/// The effects of a finding, every key and number of which is in order and flown.
+fn effects<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Effects> {
     let found = field.value;
-    let mut effects = reader.record(found, "Effects", "`effects`".to_owned())?;
+    let mut record = reader.record(found, "Effects", "`effects`".to_owned())?;
     let before = reader.problems.len();
     let mut places: Vec<(&'static str, Range<usize>)> = Vec::new();
     for spec in EFFECTS {
-        let name = spec.name;
-        let Some(field) = effects.optional(name) else {
-            continue;
-        };
-        places.push((name, field.value.head()));
-        let inner = reader.record(field.value, name, format!("`{name}`"));
-        if let Some(mut inner) = inner {
+        record.optional(reader, spec.name, |reader, field| {
+            places.push((spec.name, field.value.head()));
+            let mut inner = reader.record(field.value, spec.name, format!("`{}`", spec.name))?;
             for parameter in spec.parameters {
                 check(reader, &mut inner, parameter);
             }
-            inner.close(reader);
-        }
+            inner.close(reader).then_some(())
+        });
     }
-    effects.close(reader);
+    record.close(reader);
     if reader.problems.len() > before {
         return None;
     }
@@ -189,91 +174,43 @@ fn effects(reader: &mut Reader<'_>) -> Option<Read> {
         reader.report(problem.label("not as `plan diagnose` writes it"));
         return None;
     };
-    if let Err(refused) = effects.flown() {
-        for (name, why) in refused {
-            let at = places.iter().find(|(known, _)| *known == name);
-            let at = at.map_or_else(|| found.head(), |(_, at)| at.clone());
-            let problem = Problem::at(&at, format!("the planner cannot fly `{name}` yet"));
-            reader.report(problem.label(why).help(format!(
-                "without `{name}` in the file the other effects are flown"
-            )));
-        }
-        return None;
+    let Err(refused) = effects.flown() else {
+        return Some(effects);
+    };
+    for (name, why) in refused {
+        let at = places.iter().find(|(known, _)| *known == name);
+        let at = at.map_or_else(|| found.head(), |(_, at)| at.clone());
+        let problem = Problem::at(&at, format!("the planner cannot fly `{name}` yet"));
+        reader.report(problem.label(why).help(format!(
+            "without `{name}` in the file the other effects are flown"
+        )));
     }
-    Some(Read {
-        effects,
-        verdict,
-        sensor,
-    })
+    None
 }
 
+/// Holds one parameter of an effect against its range in the effect table.
 fn check<'t>(reader: &mut Reader<'t>, record: &mut Record<'t>, parameter: &Parameter) {
     let [low, high] = parameter.range;
-    let limits = Limits {
-        low,
-        high,
-        unit: if parameter.unit == "1" {
-            ""
-        } else {
-            parameter.unit
-        },
-    };
-    let field = if parameter.is_optional {
-        record.optional(parameter.key)
+    let unit = if parameter.unit == "1" {
+        ""
     } else {
-        record.required(parameter.key)
+        parameter.unit
     };
-    let Some(Field { value, key, who }) = field else {
-        return;
-    };
-    if parameter.symbols.len() == 1 {
+    let limits = Limits { low, high, unit };
+    let read = |reader: &mut Reader<'t>, field: Field<'_, 't>| {
         // Since ever: a moment that no number is.
-        if low.is_infinite() && value.text == "-inf" {
-            return;
+        if parameter.symbols.len() != 1 {
+            reader.numbers(field, (2, "(x, y)"), &limits);
+        } else if !(low.is_infinite() && field.value.text == "-inf") {
+            reader.number(field, &limits);
         }
-        reader.number(Field { value, key, who }, &limits);
-        return;
+        Some(())
+    };
+    if parameter.is_optional {
+        record.optional(reader, parameter.key, read);
+    } else {
+        record.required(reader, parameter.key, read);
     }
-    match value.tuple().filter(|_| value.text.starts_with('(')) {
-        Some(items) if items.len() == 2 => {
-            for value in items {
-                reader.number(Field { value, key, who }, &limits);
-            }
-        }
-        _ => reader.report(
-            Problem::at(&value.head(), format!("`{key}` of {who} must be (x, y)"))
-                .label("two numbers in round brackets"),
-        ),
-    }
-}
-
-fn notes(read: &Read, file: &str) -> Vec<String> {
-    let treatments = read.effects.treatments();
-    let mut notes = Vec::new();
-    let uncertain = read.verdict.map(|verdict| match verdict {
-        Uncertain::OutsideLibrary => format!(
-            "the finding of {file} is outside the library: part of what it found in the air has no law here and is not flown; keep drones out \
-             of where it is with a zone, or by lower air limits"
-        ),
-        Uncertain::Ambiguous => format!(
-            "the finding of {file} is ambiguous: what it writes under `effects` is flown, what would explain the recording as well is not"
-        ),
-    });
-    notes.extend(uncertain);
-    let is_ignored =
-        |(_, treatment): &(&str, Treatment)| matches!(treatment, Treatment::Ignored(_));
-    if treatments.iter().all(is_ignored) {
-        notes.push(format!(
-            "the finding of {file} names nothing that moves the air a limit counts: the plan is flown in the air as it is"
-        ));
-    }
-    notes.extend(treatments.into_iter().filter_map(|one| note(one, file)));
-    if read.sensor {
-        notes.push(format!(
-            "`sensor` of {file} changes nothing here: it is about instruments, not about the air"
-        ));
-    }
-    notes
 }
 
 fn note((name, treatment): (&'static str, Treatment), file: &str) -> Option<String> {

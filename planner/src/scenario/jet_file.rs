@@ -2,8 +2,8 @@
 
 use airflow::Jet;
 
-use super::fields::{Field, Reader, cited};
-use super::limits::{ANY, CENTRELINE, Limits, ORIGIN, SPREADING};
+use super::fields::{Field, Reader, cited, within};
+use super::limits::{ANY, CENTRELINE, ORIGIN, SPREADING};
 use super::problem::Problem;
 use super::source::root;
 use super::written::At;
@@ -13,13 +13,6 @@ pub(super) struct CitedJet {
     pub(super) jet: Jet,
     /// What a reader of the plan should know of it.
     pub(super) note: Option<String>,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Fit {
-    Fits,
-    Poor,
-    Undecided,
 }
 
 /// Reads the cited file.
@@ -44,85 +37,51 @@ pub(super) fn read(
 fn jet(reader: &mut Reader<'_>, file: &str) -> Option<CitedJet> {
     let value = root(reader.text).ok()?;
     let mut record = reader.record(value, "Jet", "the jet".to_owned())?;
-    let mut constants = [None; 3];
-    for (constant, (key, limits)) in constants.iter_mut().zip([
-        ("centreline", &CENTRELINE),
-        ("spreading", &SPREADING),
-        ("origin", &ORIGIN),
-    ]) {
-        *constant = record
-            .required(key)
-            .and_then(|field| reader.number(field, limits))
-            .map(|read| read.value);
-    }
+    let centreline = record.required(reader, "centreline", within(&CENTRELINE));
+    let spreading = record.required(reader, "spreading", within(&SPREADING));
+    let origin = record.required(reader, "origin", within(&ORIGIN));
     // What follows says where the constants come from; it is checked, and does not change the flow.
-    for key in [
-        "centreline_95",
-        "spreading_95",
-        "origin_95",
-        "centreline_95_if_one_gain",
+    for (key, count) in [
+        ("centreline_95", (2, "2 numbers")),
+        ("spreading_95", (2, "2 numbers")),
+        ("origin_95", (2, "2 numbers")),
+        ("centreline_95_if_one_gain", (2, "2 numbers")),
+        ("correlation", (3, "3 numbers")),
     ] {
-        if let Some(field) = record.optional(key) {
-            numbers(reader, field, 2, &ANY);
-        }
-    }
-    if let Some(field) = record.optional("correlation") {
-        numbers(reader, field, 3, &ANY);
+        record.optional(reader, key, |reader, field| {
+            reader.numbers(field, count, &ANY);
+            Some(())
+        });
     }
     for key in ["readings", "cells", "flights"] {
-        if let Some(field) = record.optional(key) {
-            reader.number(field, &ANY);
-        }
+        record.optional(reader, key, within(&ANY));
     }
-    if let Some(field) = record.optional("recordings") {
-        let who = field.who;
-        for value in reader.items(field).unwrap_or_default() {
-            let key = "recordings";
-            reader.text(Field { value, key, who });
+    record.optional(reader, "recordings", |reader, field| {
+        for value in reader.items(field)? {
+            reader.text(Field { value, ..field });
         }
-    }
-    let choices = [
-        ("Fits", Fit::Fits),
-        ("Poor", Fit::Poor),
-        ("Undecided", Fit::Undecided),
-    ];
-    let fit = record
-        .optional("fit")
-        .and_then(|field| reader.word(field, &choices));
+        Some(())
+    });
+    let doubt = record.optional(reader, "fit", |reader, field| {
+        let choices = [
+            ("Fits", None),
+            ("Poor", Some("fits what it was calibrated on poorly")),
+            (
+                "Undecided",
+                Some("was calibrated on too few flights to say whether it fits"),
+            ),
+        ];
+        reader.word(field, &choices)
+    });
     record.close(reader);
-    let [centreline, spreading, origin] = constants;
     let jet = Jet {
         centreline: centreline?,
         spreading: spreading?,
         origin: origin?,
     };
-    let doubt = match fit.map(|fit| fit.value) {
-        Some(Fit::Poor) => "fits what it was calibrated on poorly",
-        Some(Fit::Undecided) => "was calibrated on too few flights to say whether it fits",
-        Some(Fit::Fits) | None => "",
-    };
+    let note = |doubt| format!("the jet of {file} {doubt}");
     Some(CitedJet {
         jet,
-        note: (!doubt.is_empty()).then(|| format!("the jet of {file} {doubt}")),
+        note: doubt.flatten().map(note),
     })
-}
-
-/// As many numbers in round brackets.
-fn numbers<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>, count: usize, limits: &Limits) {
-    let Field { value, key, who } = field;
-    let items = value.tuple().filter(|_| value.text.starts_with('('));
-    match items {
-        Some(items) if items.len() == count => {
-            for value in items {
-                reader.number(Field { value, key, who }, limits);
-            }
-        }
-        _ => reader.report(
-            Problem::at(
-                &value.head(),
-                format!("`{key}` of {who} must be {count} numbers"),
-            )
-            .label("in round brackets, commas between them"),
-        ),
-    }
 }

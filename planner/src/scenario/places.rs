@@ -1,16 +1,15 @@
 //! Reading of whatever takes up space: bounds, obstacles, zones.
 
-use super::fields::{Field, Reader, Record, listed};
+use super::fields::{Field, Reader, Record, listed, within};
 use super::limits::{SIZE_M, ZONE_AIR_LIMIT_MPS};
 use super::problem::Problem;
-use super::read::{named, number};
 use super::source::Value;
-use super::written::{self, Bounds, Obstacle, Place, Zone};
+use super::written::{Bounds, Obstacle, Place, ZONE_AIR_LIMIT_DEFAULT_MPS, Zone};
 
 pub(super) fn bounds<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Bounds> {
     let mut record = reader.record(field.value, "Bounds", "`bounds_m`".to_owned())?;
-    let min = record.required("min").and_then(|field| reader.place(field));
-    let max = record.required("max").and_then(|field| reader.place(field));
+    let min = record.required(reader, "min", Reader::place);
+    let max = record.required(reader, "max", Reader::place);
     let sound = record.close(reader);
     let bounds = Bounds {
         min: min?,
@@ -47,27 +46,19 @@ pub(super) fn obstacle<'t>(
     value: Value<'t>,
     index: usize,
 ) -> Option<Obstacle> {
-    let mut record = named(reader, value, "Obstacle", index)?;
+    let mut record = reader.named(value, "Obstacle", index)?;
     let before = reader.problems.len();
-    let name = match record.optional("name") {
-        Some(field) => reader.name(field).map(|name| name.value),
-        None => Some(format!("obstacle-{}", index + 1)),
-    };
-    let min_m = record
-        .optional("min_m")
-        .and_then(|field| reader.place(field));
-    let max_m = record
-        .optional("max_m")
-        .and_then(|field| reader.place(field));
-    let base_m = record
-        .optional("base_m")
-        .and_then(|field| reader.place(field));
-    let radius_m = number(reader, &mut record, "radius_m", &SIZE_M);
-    let height_m = number(reader, &mut record, "height_m", &SIZE_M);
-    let mesh = record.optional("mesh").and_then(|field| reader.name(field));
-    let at_m = record
-        .optional("at_m")
-        .and_then(|field| reader.place(field));
+    let default = format!("obstacle-{}", index + 1);
+    let name = record.or(reader, ("name", default), Reader::name);
+    let min_m = record.optional(reader, "min_m", Reader::place);
+    let max_m = record.optional(reader, "max_m", Reader::place);
+    let base_m = record.optional(reader, "base_m", Reader::place);
+    let radius_m = record.optional(reader, "radius_m", within(&SIZE_M));
+    let height_m = record.optional(reader, "height_m", within(&SIZE_M));
+    let mesh = record.optional(reader, "mesh", |reader, field| {
+        Some(field.found(reader.name(field)?))
+    });
+    let at_m = record.optional(reader, "at_m", Reader::place);
     let one_shape = is_one_shape(reader, &record);
     let who = record.who.clone();
     record.close(reader);
@@ -112,23 +103,15 @@ fn is_one_shape(reader: &mut Reader<'_>, record: &Record<'_>) -> bool {
             if missing.is_empty() {
                 return true;
             }
-            Problem::at(
-                record.head(),
-                format!("{who} has no {}", listed(&missing, "and")),
-            )
-            .label(format!("a {shape} needs it"))
+            let message = format!("{who} has no {}", listed(&missing, "and"));
+            Problem::at(record.head(), message).label(format!("a {shape} needs it"))
         }
         several => {
-            let shapes: Vec<String> = several
-                .iter()
-                .map(|(shape, ..)| format!("a {shape}"))
-                .collect();
-            Problem::at(
-                record.head(),
-                format!("{who} is {} at once", listed(&shapes, "and")),
-            )
-            .label("one shape each")
-            .help("make two obstacles of it")
+            let shapes = several.iter().map(|(shape, ..)| format!("a {shape}"));
+            let shapes: Vec<String> = shapes.collect();
+            let message = format!("{who} is {} at once", listed(&shapes, "and"));
+            let problem = Problem::at(record.head(), message).label("one shape each");
+            problem.help("make two obstacles of it")
         }
     };
     reader.report(problem);
@@ -136,23 +119,13 @@ fn is_one_shape(reader: &mut Reader<'_>, record: &Record<'_>) -> bool {
 }
 
 pub(super) fn zone<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize) -> Option<Zone> {
-    let mut record = named(reader, value, "Zone", index)?;
-    let name = match record.optional("name") {
-        Some(field) => reader.name(field).map(|name| name.value),
-        None => Some(format!("zone-{}", index + 1)),
-    };
-    let min_m = record
-        .required("min_m")
-        .and_then(|field| reader.place(field));
-    let max_m = record
-        .required("max_m")
-        .and_then(|field| reader.place(field));
-    let air_limit_mps = match record.optional("air_limit_mps") {
-        Some(field) => reader
-            .number(field, &ZONE_AIR_LIMIT_MPS)
-            .map(|limit| limit.value),
-        None => Some(written::zone_air_limit_mps()),
-    };
+    let mut record = reader.named(value, "Zone", index)?;
+    let default = format!("zone-{}", index + 1);
+    let name = record.or(reader, ("name", default), Reader::name);
+    let min_m = record.required(reader, "min_m", Reader::place);
+    let max_m = record.required(reader, "max_m", Reader::place);
+    let air_limit_mps = ("air_limit_mps", ZONE_AIR_LIMIT_DEFAULT_MPS);
+    let air_limit_mps = record.or(reader, air_limit_mps, within(&ZONE_AIR_LIMIT_MPS));
     let who = record.who.clone();
     let sound = record.close(reader);
     let (min_m, max_m) = (min_m?, max_m?);

@@ -7,10 +7,10 @@ use airflow::Superposition;
 use nalgebra::Point3;
 
 use super::airframes::airframes;
-use super::fields::{Field, Reader, Record};
+use super::fields::{Field, Reader, within};
 use super::limits::{
-    AIR_LIMIT, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, Limits, MOST_LATTICE_PLACES,
-    PLACE_M, PRESSURE_PA, TEMPERATURE_C, lattice_places,
+    AIR_LIMIT, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, MOST_LATTICE_PLACES, PLACE_M,
+    PRESSURE_PA, TEMPERATURE_C, lattice_places,
 };
 use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
@@ -58,28 +58,21 @@ fn scenario<'t>(
     spoilt: &mut Vec<String>,
 ) -> Option<Written> {
     let mut record = reader.record(value, "Scenario", "the scenario".to_owned())?;
-    let name = record.required("name").and_then(|field| reader.name(field));
-    let bounds_m = record
-        .required("bounds_m")
-        .and_then(|field| bounds(reader, field));
-    let air = record
-        .optional("air")
-        .and_then(|field| air(reader, field))
-        .unwrap_or_default();
-    let obstacles = record
-        .optional("obstacles")
-        .map(|field| list(reader, field, obstacle));
-    let zones = record
-        .optional("zones")
-        .map(|field| list(reader, field, zone));
-    let airframes = record
-        .optional("airframes")
-        .map(|field| airframes(reader, field, spoilt));
-    let drones = record.required("drones").map(|field| drones(reader, field));
-    let (planning, cell_at) = record
-        .optional("planning")
-        .map(|field| planning(reader, field))
-        .unwrap_or_default();
+    let name = record.required(reader, "name", Reader::name);
+    let bounds_m = record.required(reader, "bounds_m", bounds);
+    let air = record.optional(reader, "air", air);
+    let obstacles = record.optional(reader, "obstacles", |reader, field| {
+        Some(reader.list(field, obstacle))
+    });
+    let zones = record.optional(reader, "zones", |reader, field| {
+        Some(reader.list(field, zone))
+    });
+    let airframes = record.optional(reader, "airframes", |reader, field| {
+        Some(airframes(reader, field, spoilt))
+    });
+    let drones = record.required(reader, "drones", drones);
+    let planning = record.optional(reader, "planning", planning);
+    let (planning, cell_at) = planning.unwrap_or_default();
     record.close(reader);
     if let Some(bounds) = &bounds_m {
         lattice_fits(reader, planning.cell_m, cell_at, bounds);
@@ -89,12 +82,12 @@ fn scenario<'t>(
         at: value.head(),
     };
     Some(Written {
-        name: name.map(|name| name.value).unwrap_or_default(),
+        name: name.unwrap_or_default(),
         bounds_m: bounds_m.unwrap_or(Bounds {
             min: anywhere(PLACE_M.low),
             max: anywhere(PLACE_M.high),
         }),
-        air,
+        air: air.unwrap_or_default(),
         obstacles: obstacles.unwrap_or_default(),
         zones: zones.unwrap_or_default(),
         airframes: airframes.unwrap_or_default(),
@@ -103,40 +96,23 @@ fn scenario<'t>(
     })
 }
 
-fn list<'t, T>(
-    reader: &mut Reader<'t>,
-    field: Field<'_, 't>,
-    read: impl Fn(&mut Reader<'t>, Value<'t>, usize) -> Option<T>,
-) -> Vec<T> {
-    let items = reader.items(field).unwrap_or_default();
-    items
-        .into_iter()
-        .enumerate()
-        .filter_map(|(index, item)| read(reader, item, index))
-        .collect()
-}
-
 fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
     let mut record = reader.record(field.value, "Air", "`air`".to_owned())?;
     let default = Air::default();
-    let temperature_c = record.optional("temperature_c").map(|field| {
-        let kelvin = field
-            .value
-            .plain::<f64>()
-            .filter(|kelvin| (200.0..330.0).contains(kelvin));
+    let temperature_c = record.optional(reader, "temperature_c", |reader, field| {
+        let typed = field.value.plain::<f64>();
+        let kelvin = typed.filter(|kelvin| (200.0..330.0).contains(kelvin));
         let help =
             kelvin.map(|kelvin| format!("is this in kelvin? Then write {:.2}", kelvin - 273.15));
-        helped(reader, help, |reader| reader.number(field, &TEMPERATURE_C))
+        reader.helped(help, |reader| reader.number(field, &TEMPERATURE_C))
     });
-    let pressure_pa = record.optional("pressure_pa").map(|field| {
-        let hectopascal = field
-            .value
-            .plain::<f64>()
-            .filter(|hpa| (300.0..1100.0).contains(hpa));
+    let pressure_pa = record.optional(reader, "pressure_pa", |reader, field| {
+        let typed = field.value.plain::<f64>();
+        let hectopascal = typed.filter(|hpa| (300.0..1100.0).contains(hpa));
         let help = hectopascal.map(|hpa| format!("is this in hPa? Then write {:.0}", hpa * 100.0));
-        helped(reader, help, |reader| reader.number(field, &PRESSURE_PA))
+        reader.helped(help, |reader| reader.number(field, &PRESSURE_PA))
     });
-    let superposition = record.optional("superposition").map(|field| {
+    let superposition = record.optional(reader, "superposition", |reader, field| {
         let choices = [
             ("Momentum", Superposition::Momentum),
             ("Linear", Superposition::Linear),
@@ -144,56 +120,20 @@ fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
         ];
         reader.word(field, &choices)
     });
-    let jet = record.optional("jet").and_then(|field| reader.text(field));
-    let finding = record
-        .optional("finding")
-        .and_then(|field| reader.text(field));
+    let jet = record.optional(reader, "jet", Reader::text);
+    let finding = record.optional(reader, "finding", Reader::text);
     record.close(reader);
-    let or = |read: Option<Option<At<f64>>>, default: f64| {
-        read.flatten().map_or(default, |read| read.value)
-    };
     Some(Air {
-        temperature_c: or(temperature_c, default.temperature_c),
-        pressure_pa: or(pressure_pa, default.pressure_pa),
-        superposition: superposition
-            .flatten()
-            .map_or(default.superposition, |read| read.value),
+        temperature_c: temperature_c.unwrap_or(default.temperature_c),
+        pressure_pa: pressure_pa.unwrap_or(default.pressure_pa),
+        superposition: superposition.unwrap_or(default.superposition),
         jet,
         finding,
     })
 }
 
-/// Adds `help` to what `read` reports.
-pub(super) fn helped<'t, T>(
-    reader: &mut Reader<'t>,
-    help: Option<String>,
-    read: impl FnOnce(&mut Reader<'t>) -> T,
-) -> T {
-    let before = reader.problems.len();
-    let value = read(reader);
-    if let Some(problem) = reader.problems.get_mut(before) {
-        problem.help = help.or(problem.help.take());
-    }
-    value
-}
-
-/// A number with a default: `None` where it is left out, and where it is wrong (then noted).
-pub(super) fn number<'t>(
-    reader: &mut Reader<'t>,
-    record: &mut Record<'t>,
-    key: &'static str,
-    limits: &Limits,
-) -> Option<f64> {
-    record
-        .optional(key)
-        .and_then(|field| reader.number(field, limits))
-        .map(|read| read.value)
-}
-
-fn drones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Vec<Drone> {
-    let Some(items) = reader.items(field) else {
-        return Vec::new();
-    };
+fn drones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Vec<Drone>> {
+    let items = reader.items(field)?;
     if items.is_empty() {
         let problem =
             Problem::at(&field.value.at(), "there are no drones").label("nothing to plan");
@@ -215,7 +155,7 @@ fn drones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Vec<Drone> {
             seen.insert(name.value, name.at.start);
         }
     }
-    drones
+    Some(drones)
 }
 
 fn drone<'t>(
@@ -224,29 +164,24 @@ fn drone<'t>(
     index: usize,
 ) -> (Option<At<String>>, Option<Drone>) {
     let before = reader.problems.len();
-    let Some(mut record) = named(reader, value, "Drone", index) else {
+    let Some(mut record) = reader.named(value, "Drone", index) else {
         return (None, None);
     };
-    let name = record.required("name").and_then(|field| reader.name(field));
-    let airframe = record
-        .required("airframe")
-        .and_then(|field| reader.text(field));
-    let start_m = record
-        .required("start_m")
-        .and_then(|field| reader.place(field));
-    let at_start = record.optional("at_start").and_then(|field| {
-        reader.word(
-            field,
-            &[("Hover", AtStart::Hover), ("Landed", AtStart::Landed)],
-        )
+    let name = record.required(reader, "name", |reader, field| {
+        Some(field.found(reader.name(field)?))
     });
-    let who = record.who.clone();
-    let tasks = record.optional("tasks").map(|field| {
-        list(reader, field, |reader, value, index| {
-            task(reader, value, index, &who)
-        })
+    let airframe = record.required(reader, "airframe", Reader::text);
+    let start_m = record.required(reader, "start_m", Reader::place);
+    let at_start = record.optional(reader, "at_start", |reader, field| {
+        let choices = [("Hover", AtStart::Hover), ("Landed", AtStart::Landed)];
+        reader.word(field, &choices)
     });
-    let at_end = record.optional("at_end").and_then(|field| {
+    let tasks = record.optional(reader, "tasks", |reader, field| {
+        Some(reader.list(field, |reader, value, index| {
+            task(reader, value, index, field.who)
+        }))
+    });
+    let at_end = record.optional(reader, "at_end", |reader, field| {
         let choices = [
             ("Hover", AtEnd::Hover),
             ("Land", AtEnd::Land),
@@ -254,7 +189,7 @@ fn drone<'t>(
         ];
         reader.word(field, &choices)
     });
-    let air_limit = number(reader, &mut record, "air_limit", &AIR_LIMIT);
+    let air_limit = record.optional(reader, "air_limit", within(&AIR_LIMIT));
     record.close(reader);
     let tasks = tasks.unwrap_or_default();
     let has_start = start_m.is_some();
@@ -267,9 +202,9 @@ fn drone<'t>(
             at: value.head(),
         }),
         start_m,
-        at_start: at_start.map(|read| read.value).unwrap_or_default(),
+        at_start: at_start.unwrap_or_default(),
         tasks,
-        at_end: at_end.map(|read| read.value).unwrap_or_default(),
+        at_end: at_end.unwrap_or_default(),
         air_limit,
         is_whole: reader.problems.len() == before,
         has_start,
@@ -279,13 +214,11 @@ fn drone<'t>(
 
 fn task<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize, drone: &str) -> Option<Task> {
     let mut record = reader.record(value, "Task", format!("task {} of {drone}", index + 1))?;
-    let to_m = record
-        .required("to_m")
-        .and_then(|field| reader.place(field));
-    let dwell_s = number(reader, &mut record, "dwell_s", &DWELL_S);
-    let load_kg = record
-        .optional("load_kg")
-        .and_then(|field| reader.number(field, &LOAD_KG));
+    let to_m = record.required(reader, "to_m", Reader::place);
+    let dwell_s = record.optional(reader, "dwell_s", within(&DWELL_S));
+    let load_kg = record.optional(reader, "load_kg", |reader, field| {
+        Some(field.found(reader.number(field, &LOAD_KG)?))
+    });
     record.close(reader);
     Some(Task {
         to_m: to_m?,
@@ -295,29 +228,28 @@ fn task<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize, drone: &str
 }
 
 /// Also where `cell_m` stands, if it does.
-fn planning<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> (Planning, Option<Range<usize>>) {
+fn planning<'t>(
+    reader: &mut Reader<'t>,
+    field: Field<'_, 't>,
+) -> Option<(Planning, Option<Range<usize>>)> {
     let default = Planning::default();
-    let Some(mut record) = reader.record(field.value, "Planning", "`planning`".to_owned()) else {
-        return (default, None);
-    };
-    let cell_m = record
-        .optional("cell_m")
-        .and_then(|field| reader.number(field, &CELL_M));
-    let air_limit = number(reader, &mut record, "air_limit", &AIR_LIMIT);
-    let clearance_m = number(reader, &mut record, "clearance_m", &CLEARANCE_M);
-    let seed = record.optional("seed").and_then(|field| reader.seed(field));
-    let energy_weight = number(reader, &mut record, "energy_weight", &ENERGY_WEIGHT);
+    let mut record = reader.record(field.value, "Planning", "`planning`".to_owned())?;
+    let cell_m = record.optional(reader, "cell_m", |reader, field| {
+        Some(field.found(reader.number(field, &CELL_M)?))
+    });
+    let air_limit = record.optional(reader, "air_limit", within(&AIR_LIMIT));
+    let clearance_m = record.optional(reader, "clearance_m", within(&CLEARANCE_M));
+    let seed = record.optional(reader, "seed", Reader::seed);
+    let energy_weight = record.optional(reader, "energy_weight", within(&ENERGY_WEIGHT));
     record.close(reader);
     let planning = Planning {
-        cell_m: cell_m
-            .as_ref()
-            .map_or(default.cell_m, |cell_m| cell_m.value),
+        cell_m: cell_m.as_ref().map_or(default.cell_m, |it| it.value),
         air_limit: air_limit.unwrap_or(default.air_limit),
         clearance_m: clearance_m.unwrap_or(default.clearance_m),
-        seed: seed.map_or(default.seed, |seed| seed.value),
+        seed: seed.unwrap_or(default.seed),
         energy_weight: energy_weight.unwrap_or(default.energy_weight),
     };
-    (planning, cell_m.map(|cell_m| cell_m.at))
+    Some((planning, cell_m.map(|cell_m| cell_m.at)))
 }
 
 /// Notes a lattice with more places than a roadmap can hold, at the cell or else at the bounds.
@@ -339,28 +271,9 @@ fn lattice_fits(
         fits_cm = (fits_cm * 1.02).ceil();
     }
     let at = cell_at.unwrap_or_else(|| bounds.max.at.clone());
-    let problem = Problem::at(
-        &at,
-        format!("cells of {cell_m} m are too small for these bounds"),
-    )
-    .label(format!(
-        "{:.1e} places, at most {MOST_LATTICE_PLACES:.0e}",
-        places(cell_m)
-    ));
+    let message = format!("cells of {cell_m} m are too small for these bounds");
+    let made = places(cell_m);
+    let label = format!("{made:.1e} places, at most {MOST_LATTICE_PLACES:.0e}");
+    let problem = Problem::at(&at, message).label(label);
     reader.report(problem.help(format!("planning: (cell_m: {:.2}) fits", fits_cm / 100.0)));
-}
-
-/// A record that messages call by its name, or by its number where it has none.
-pub(super) fn named<'t>(
-    reader: &mut Reader<'t>,
-    value: Value<'t>,
-    kind: &'static str,
-    index: usize,
-) -> Option<Record<'t>> {
-    let thing = kind.to_lowercase();
-    let mut record = reader.record(value, kind, format!("{thing} {}", index + 1))?;
-    if let Some(name) = record.plain_name() {
-        record.who = format!("{thing} `{name}`");
-    }
-    Some(record)
 }
