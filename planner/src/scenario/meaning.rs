@@ -4,8 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use airflow::effects::Effects;
-use airflow::{Air, Jet};
+use airflow::Air;
 use nalgebra::Point3;
 
 use super::Files;
@@ -28,76 +27,56 @@ pub(super) fn world(
     spoilt_airframes: &[String],
     files: &Files<'_>,
 ) -> (World, Vec<Problem>) {
-    let mut problems = Vec::new();
-    let air = Air {
-        temperature_c: written.air.temperature_c,
-        pressure_pa: written.air.pressure_pa,
+    let mut meaning = Meaning {
+        written,
+        spoilt_airframes,
+        air: Air {
+            temperature_c: written.air.temperature_c,
+            pressure_pa: written.air.pressure_pa,
+        },
+        problems: Vec::new(),
+        notes: Vec::new(),
+        refused: BTreeSet::new(),
     };
-    let (mut jet, mut notes) = (Jet::default(), Vec::new());
-    if let Some(file) = &written.air.jet {
-        match jet_file::read(file, files) {
-            Ok(cited) => {
-                jet = cited.jet;
-                notes.extend(cited.note);
-            }
-            Err(more) => problems.extend(more),
-        }
-    }
+    let jet = written.air.jet.as_ref();
+    let jet = jet.and_then(|cited| meaning.kept(jet_file::read(cited, files)));
+    let jet = jet.map(|cited| {
+        meaning.notes.extend(cited.note);
+        cited.jet
+    });
     let citation = citation(written, files.finding);
-    let mut effects = Effects::default();
-    if let Some(citation) = &citation {
-        match finding_file::read(citation, files) {
-            Ok(cited) => {
-                effects = cited.effects;
-                notes.extend(cited.notes);
-            }
-            Err(more) => problems.extend(more),
-        }
-    }
-    let obstacles = written
-        .obstacles
-        .iter()
-        .filter_map(|obstacle| match shape(obstacle, files) {
-            Ok(shape) => Some(Obstacle {
-                name: obstacle.name.clone(),
-                shape: shape?,
-            }),
-            Err(problem) => {
-                problems.push(*problem);
-                None
-            }
+    let finding = citation.as_ref();
+    let finding = finding.and_then(|cited| meaning.kept(finding_file::read(cited, files)));
+    let effects = finding.map(|cited| {
+        meaning.notes.extend(cited.notes);
+        cited.effects
+    });
+    let effects = effects.unwrap_or_default();
+    let obstacle = |obstacle: &written::Obstacle| {
+        let shape = shape(obstacle, files).map_err(|problem| vec![*problem]);
+        Some(Obstacle {
+            name: obstacle.name.clone(),
+            shape: meaning.kept(shape)??,
         })
-        .collect();
+    };
+    let obstacles = written.obstacles.iter().filter_map(obstacle).collect();
     let zone = |zone: &written::Zone| Zone {
         name: zone.name.clone(),
         min_m: zone.min_m.value,
         max_m: zone.max_m.value,
         air_limit_mps: zone.air_limit_mps,
     };
-    let mut fleet = Fleet {
-        written,
-        spoilt_airframes,
+    let (sound, unsound): (Vec<_>, Vec<_>) =
+        meaning.drones().into_iter().partition(|it| it.is_sound);
+    let (mut sources, drones): (Vec<_>, Vec<_>) =
+        sound.into_iter().map(|it| (it.source, it.drone)).unzip();
+    let planning = &written.planning;
+    let Meaning {
         air,
-        problems,
-        notes,
-        blown: BTreeSet::new(),
-    };
-    let drones = fleet.drones();
-    let Fleet {
         mut problems,
         notes,
         ..
-    } = fleet;
-    let written::Planning {
-        cell_m,
-        clearance_m,
-        seed,
-        energy_weight,
-        ..
-    } = written.planning;
-    let (sound, unsound): (Vec<_>, Vec<_>) = drones.into_iter().partition(|it| it.is_sound);
-    let (mut sources, drones): (Vec<_>, Vec<_>) =
-        sound.into_iter().map(|it| (it.source, it.drone)).unzip();
+    } = meaning;
     let mut world = World {
         name: written.name.clone(),
         bounds_m: Bounds {
@@ -105,7 +84,7 @@ pub(super) fn world(
             max: written.bounds_m.max.value,
         },
         air,
-        jet,
+        jet: jet.unwrap_or_default(),
         superposition: (effects.flown().ok())
             .and_then(|flown| flown.superposition)
             .unwrap_or(written.air.superposition),
@@ -114,10 +93,10 @@ pub(super) fn world(
         zones: written.zones.iter().map(zone).collect(),
         drones,
         planning: Planning {
-            cell_m,
-            clearance_m,
-            seed,
-            energy_weight,
+            cell_m: planning.cell_m,
+            clearance_m: planning.clearance_m,
+            seed: planning.seed,
+            energy_weight: planning.energy_weight,
         },
         notes,
     };
@@ -202,17 +181,23 @@ struct Sourced<'w> {
     is_sound: bool,
 }
 
-struct Fleet<'w> {
+/// What has been made of a scenario so far.
+struct Meaning<'w> {
     written: &'w Written,
     spoilt_airframes: &'w [String],
     air: Air,
     problems: Vec<Problem>,
     notes: Vec<String>,
     /// Airframes whose induced velocity has been refused.
-    blown: BTreeSet<String>,
+    refused: BTreeSet<String>,
 }
 
-impl<'w> Fleet<'w> {
+impl<'w> Meaning<'w> {
+    /// What could be had; the problems in place of it are noted.
+    fn kept<T>(&mut self, read: Result<T, Vec<Problem>>) -> Option<T> {
+        read.map_err(|more| self.problems.extend(more)).ok()
+    }
+
     fn drones(&mut self) -> Vec<Sourced<'w>> {
         let mut vehicles: BTreeMap<&str, Option<Vehicle>> = BTreeMap::new();
         let mut drones = Vec::new();
@@ -238,10 +223,9 @@ impl<'w> Fleet<'w> {
             };
             let is_sound = bears && source.is_whole;
             if let Some(vehicle) = vehicle.cloned().or_else(point) {
-                let drone = self.drone(source, vehicle, is_sound);
                 drones.push(Sourced {
                     source,
-                    drone,
+                    drone: self.drone(source, vehicle, is_sound),
                     is_sound,
                 });
             }
@@ -252,12 +236,11 @@ impl<'w> Fleet<'w> {
     fn vehicle(&mut self, source: &written::Drone) -> Option<Vehicle> {
         let name = source.airframe.value.as_str();
         let Some(own) = self.written.airframes.get(name) else {
-            let airframe = airflow::Airframe::preset(name)
-                .filter(|_| !self.spoilt_airframes.iter().any(|spoilt| spoilt == name))?;
-            let body_radius_m = airframe.tip_radius_m();
+            let is_spoilt = self.spoilt_airframes.iter().any(|spoilt| spoilt == name);
+            let airframe = airflow::Airframe::preset(name).filter(|_| !is_spoilt)?;
             return Some(Vehicle {
+                body_radius_m: airframe.tip_radius_m(),
                 airframe,
-                body_radius_m,
                 max_speed_mps: written::MAX_SPEED_DEFAULT_MPS,
             });
         };
@@ -269,22 +252,16 @@ impl<'w> Fleet<'w> {
             own.motor_distance_m,
             own.width_factor,
         );
-        match airframe {
-            Ok(airframe) => {
-                let body_radius_m = own.body_radius_m.unwrap_or_else(|| airframe.tip_radius_m());
-                Some(Vehicle {
-                    airframe,
-                    body_radius_m,
-                    max_speed_mps: own.max_speed_mps,
-                })
-            }
-            Err(error) => {
-                let message = format!("airframe `{name}` cannot fly");
-                self.problems
-                    .push(Problem::at(&source.airframe.at, message).label(error.to_string()));
-                None
-            }
-        }
+        let airframe = airframe.map_err(|error| {
+            let message = format!("airframe `{name}` cannot fly");
+            vec![Problem::at(&source.airframe.at, message).label(error.to_string())]
+        });
+        let airframe = self.kept(airframe)?;
+        Some(Vehicle {
+            body_radius_m: own.body_radius_m.unwrap_or_else(|| airframe.tip_radius_m()),
+            airframe,
+            max_speed_mps: own.max_speed_mps,
+        })
     }
 
     fn unknown_airframe(&mut self, source: &written::Drone) {
@@ -294,18 +271,15 @@ impl<'w> Fleet<'w> {
         }
         let own = self.written.airframes.keys().map(String::as_str);
         let known: Vec<&str> = own.chain(airflow::Airframe::PRESETS).collect();
-        let help = nearest(name, known.iter().copied())
-            .map(did_you_mean)
-            .unwrap_or_else(|| {
-                let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
-                format!("known are {}", listed(&known, "and"))
-            });
+        let meant = nearest(name, known.iter().copied()).map(did_you_mean);
+        let help = meant.unwrap_or_else(|| {
+            let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+            format!("known are {}", listed(&known, "and"))
+        });
         let message = format!("drone `{}` has an unknown airframe", source.name);
-        self.problems.push(
-            Problem::at(&source.airframe.at, message)
-                .label("neither in `airframes` nor a preset")
-                .help(help),
-        );
+        let problem = Problem::at(&source.airframe.at, message);
+        let problem = problem.label("neither in `airframes` nor a preset");
+        self.problems.push(problem.help(help));
     }
 
     fn drone(&self, source: &written::Drone, vehicle: Vehicle, is_sound: bool) -> Drone {
@@ -321,10 +295,9 @@ impl<'w> Fleet<'w> {
             at_start: source.at_start,
             tasks: source.tasks.iter().map(task).collect(),
             // Where it would land depends on what is not in order.
-            at_end: if is_sound {
-                source.at_end
-            } else {
-                AtEnd::Hover
+            at_end: match is_sound {
+                true => source.at_end,
+                false => AtEnd::Hover,
             },
             air_limit: source.air_limit.unwrap_or(self.written.planning.air_limit),
         }
@@ -334,73 +307,53 @@ impl<'w> Fleet<'w> {
     fn bears_all(&mut self, source: &written::Drone, vehicle: &Vehicle) -> bool {
         let before = self.problems.len();
         let own_kg = vehicle.airframe.mass_kg();
-        self.bears(
-            source,
-            vehicle,
-            own_kg,
-            &source.airframe.at,
-            "when it hovers",
-        );
+        let most_kg = own_kg * (MOST_MASS_RATIO - 1.0);
+        let own = &source.airframe.at;
+        self.bears(source, vehicle, (own_kg, own, "when it hovers"));
         for (index, task) in source.tasks.iter().enumerate() {
             let Some(load) = &task.load_kg else { continue };
-            let most_kg = own_kg * (MOST_MASS_RATIO - 1.0);
             if load.value <= most_kg {
                 let mass_kg = own_kg + load.value;
-                self.bears(source, vehicle, mass_kg, &load.at, "with this load");
+                self.bears(source, vehicle, (mass_kg, &load.at, "with this load"));
                 continue;
             }
-            let message = format!(
-                "task {} of drone `{}` loads more than it could lift",
-                index + 1,
-                source.name
-            );
+            let (task, name) = (index + 1, &source.name);
+            let message = format!("task {task} of drone `{name}` loads more than it could lift");
             let label = format!("`{}` weighs {own_kg} kg itself", vehicle.airframe.name());
-            let help = format!(
-                "at most {most_kg:.2} kg: {} times its own mass",
-                MOST_MASS_RATIO - 1.0
-            );
-            self.problems
-                .push(Problem::at(&load.at, message).label(label).help(help));
+            let times = MOST_MASS_RATIO - 1.0;
+            let help = format!("at most {most_kg:.2} kg: {times} times its own mass");
+            let problem = Problem::at(&load.at, message).label(label);
+            self.problems.push(problem.help(help));
         }
         self.problems.len() == before
     }
 
-    /// Refuses a mass that would need air faster than any rotor's: a unit mistaken, once per
+    /// Refuses a mass (kg) that would need air faster than any rotor's: a unit mistaken, once per
     /// airframe.
     fn bears(
         &mut self,
         source: &written::Drone,
         vehicle: &Vehicle,
-        mass_kg: f64,
-        at: &Range<usize>,
-        when: &str,
+        (mass_kg, at, when): (f64, &Range<usize>, &str),
     ) {
         let airframe = &vehicle.airframe;
+        let name = airframe.name();
         let speed_mps = airframe.hover_induced_velocity_mps(mass_kg, self.air.density_kg_per_m3());
-        if speed_mps <= MOST_INDUCED_VELOCITY_MPS || !self.blown.insert(airframe.name().to_owned())
-        {
+        if speed_mps <= MOST_INDUCED_VELOCITY_MPS || !self.refused.insert(name.to_owned()) {
             return;
         }
-        let name = airframe.name();
         let message = format!("airframe `{name}` would blow {speed_mps:.0} m/s {when}");
-        let label = format!(
-            "{mass_kg} kg on {:.4} m2 of rotor discs",
-            airframe.disc_area_m2()
-        );
+        let area_m2 = airframe.disc_area_m2();
+        let label = format!("{mass_kg} kg on {area_m2:.4} m2 of rotor discs");
         let problem = Problem::at(at, message).label(label);
         self.problems.push(problem.note(format!("first used by drone `{}`", source.name)).help(format!(
             "at most {MOST_INDUCED_VELOCITY_MPS} m/s: check mass_kg (kg) and propeller_diameter_m (m)"
         )));
     }
 
-    fn note(
-        &mut self,
-        Vehicle {
-            airframe,
-            body_radius_m,
-            ..
-        }: &Vehicle,
-    ) {
+    /// Notes what a reader of the plan should know of an airframe.
+    fn note(&mut self, vehicle: &Vehicle) {
+        let (airframe, body_radius_m) = (&vehicle.airframe, vehicle.body_radius_m);
         let name = airframe.name();
         let own = self.written.airframes.contains_key(name);
         if own && airflow::Airframe::PRESETS.contains(&name) {
@@ -421,7 +374,7 @@ impl<'w> Fleet<'w> {
                 airframe.propellers()
             ));
         }
-        if *body_radius_m < airframe.tip_radius_m() {
+        if body_radius_m < airframe.tip_radius_m() {
             self.notes.push(format!(
                 "the body radius of `{name}`, {body_radius_m} m, does not reach its rotor tips at {:.3} m",
                 airframe.tip_radius_m()
