@@ -128,6 +128,22 @@ impl Agent {
         }
     }
 
+    /// The one leg of a drone that is not planned: it stays at its start until the end.
+    pub(crate) fn stays_at_start(&self, roadmap: &Roadmap) -> Leg {
+        Leg {
+            flying: !self.grounded,
+            ..self.hover(roadmap.position_m(self.start), self.kinds[0])
+        }
+    }
+
+    /// The same from its departure on.
+    pub(crate) fn stays_from_departure(&self, roadmap: &Roadmap) -> Leg {
+        Leg {
+            start: self.departs,
+            ..self.stays_at_start(roadmap)
+        }
+    }
+
     /// It has nothing to do but to stay where it is, in the air or on the ground.
     pub(crate) fn stays(&self) -> bool {
         self.waypoints.is_empty()

@@ -144,6 +144,13 @@ pub struct Crowding {
     pub open: usize,
 }
 
+impl Crowding {
+    /// Held columns over all, 0 to 1.
+    pub fn share(&self) -> f64 {
+        self.held as f64 / self.open.max(1) as f64
+    }
+}
+
 fn place(point_m: &Point3<f64>) -> String {
     format!("({:.2}, {:.2}, {:.2})", point_m.x, point_m.y, point_m.z)
 }

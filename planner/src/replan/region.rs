@@ -22,17 +22,14 @@
 use costmap::leg::DroneId;
 
 use crate::plan::DronePlan;
-use crate::plan::outcome::{Control, Effort, EndpointKind, Failure, Outcome, Planned, Progress};
+use crate::plan::outcome::{Control, Failure, Outcome, Progress};
 use crate::replan::track::legs_of;
 use crate::replan::{GivenError, given};
 use crate::scenario::world::World;
-use crate::sipp::conflicts::Steps;
 use crate::solver::assemble::{assemble, judged};
-use crate::solver::endpoints;
 use crate::solver::explain::known_cause;
-use crate::solver::fleet::{excluded, kept_out_by_zones, told};
-use crate::solver::prepare::{Kinds, costmap_for, prepare};
-use crate::solver::priority::plan_fleet;
+use crate::solver::fleet::{Run, told};
+use crate::solver::prepare::{Kinds, costmap_for};
 use crate::verify::verify;
 
 /// Plans a fleet around `others`, whose trajectories stay as they are, and verifies all of them together.
@@ -54,19 +51,14 @@ pub fn plan_region(
     if let Err(faults) = world.check() {
         return Err(faults.0.into_iter().map(GivenError::from).collect());
     }
-    (control.progress)(Progress::Preparing);
     let all = joined(world, others)?;
-    let conflicts = endpoints::check(world);
-    if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
-        return Ok(Outcome::Infeasible { conflicts });
-    }
-    let mut job = prepare(world);
+    let mut run = match Run::new(world, control) {
+        Ok(run) => run,
+        Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
+    };
     let mut kinds = Kinds::of(world);
     let own = world.drones.len();
-    let fixed: Vec<_> = others
-        .iter()
-        .zip(&all.drones[own..])
-        .enumerate()
+    let fixed: Vec<_> = (others.iter().zip(&all.drones[own..]).enumerate())
         .map(|(index, (entry, drone))| {
             let id = DroneId((own + index) as u32);
             legs_of(id, entry, false, |mass_kg| {
@@ -74,28 +66,9 @@ pub fn plan_region(
             })
         })
         .collect();
-    let lattice = job.roadmap.lattice();
-    let mut costmap = costmap_for(&all, &kinds, lattice, true, all.drones.len());
-    let mut left_out = excluded(&job, &conflicts, |_| true);
-    if !world.zones.is_empty() {
-        left_out.extend(kept_out_by_zones(&mut job, &costmap, &left_out, control));
-    }
-    for legs in fixed {
-        costmap.insert(legs);
-    }
-    let mut effort = Effort::default();
-    let planning = &world.planning;
-    let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap);
-    let steps = steps.as_ref();
-    let paths = plan_fleet(
-        &job,
-        &costmap,
-        steps,
-        &left_out,
-        planning,
-        control,
-        &mut effort,
-    );
+    let lattice = run.job.roadmap.lattice();
+    let costmap = costmap_for(&all, &kinds, lattice, true, all.drones.len());
+    let paths = run.paths(costmap, fixed);
     let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: all.drones[drone.0 as usize].name.clone(),
         cause: known_cause(&all, why),
@@ -103,18 +76,13 @@ pub fn plan_region(
     let failures: Vec<Failure> = failures.collect();
 
     (control.progress)(Progress::Verifying);
-    let mut plan = assemble(world, &job, &paths);
+    let mut plan = assemble(world, &run.job, &paths);
     plan.drones.extend_from_slice(others);
     let report = verify(&plan);
     let mut plan = judged(plan, report, told(&failures));
     let energy_j = plan.drones[..own].iter().map(|drone| drone.extra_energy_j);
     plan.fleet.extra_energy_j = energy_j.sum();
-    Ok(Outcome::of(Planned {
-        plan,
-        failures,
-        conflicts,
-        effort,
-    }))
+    Ok(run.answer(plan, failures))
 }
 
 /// The world with the others in it, which have nothing to do in it.
@@ -130,10 +98,9 @@ fn joined(world: &World, others: &[DronePlan]) -> Result<World, Vec<GivenError>>
             Err(error) => problems.push(error),
         }
     }
-    if problems.is_empty() {
-        Ok(joined)
-    } else {
-        Err(problems)
+    match problems.is_empty() {
+        true => Ok(joined),
+        false => Err(problems),
     }
 }
 

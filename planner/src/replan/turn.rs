@@ -21,7 +21,7 @@ use crate::scenario::world::{AtStart, Drone, Task};
 use crate::solver::assemble::{blank, rounded, write_arrival, write_legs};
 use crate::solver::explain::known_cause;
 use crate::solver::prepare::{Duties, agent_of, ending_from};
-use crate::solver::priority::{Affected, Paths, plan_affected, stays_at_start};
+use crate::solver::priority::{Affected, FailureKind, Paths, plan_affected};
 
 /// Names, and when each could be made to do something else.
 pub(super) type Released = Vec<(String, Tick)>;
@@ -48,13 +48,8 @@ pub(super) fn take(
     let mut turned_away = Vec::new();
     loop {
         let before = (changes.iter().any(comes)).then(|| {
-            let Running {
-                world,
-                plan,
-                tracks,
-                ..
-            } = &*running;
-            (world.clone(), plan.clone(), tracks.clone())
+            let Running { world, plan, .. } = &*running;
+            (world.clone(), plan.clone(), running.tracks.clone())
         });
         let turn = Turn {
             running,
@@ -71,10 +66,8 @@ pub(super) fn take(
                     !(comes(change) && refused.iter().any(|out| out.name == change.drone()))
                 });
                 turned_away.extend(refused);
-                if let Some((world, plan, tracks)) = before {
-                    running.world = world;
-                    running.plan = plan;
-                    running.tracks = tracks;
+                if let Some(before) = before {
+                    (running.world, running.plan, running.tracks) = before;
                     renew_distances(running);
                 }
             }
@@ -165,14 +158,8 @@ impl Turn<'_> {
             departs: self.at,
             ..self.agent(index, start, kind, &drone.tasks)
         };
-        let stay = Leg {
-            start: self.at,
-            from_m: drone.start_m,
-            to_m: drone.start_m,
-            ..stays_at_start(&agent, &self.running.job.roadmap)
-        };
         self.running.tracks.push(Track {
-            legs: vec![stay],
+            legs: vec![agent.stays_from_departure(&self.running.job.roadmap)],
             agent,
             since: self.at,
             planned: true,
@@ -210,12 +197,7 @@ impl Turn<'_> {
             grounded,
             ..self.agent(index, start, kind, tasks)
         };
-        let stay = Leg {
-            start: departs,
-            from_m: at_m,
-            to_m: at_m,
-            ..stays_at_start(&agent, &self.running.job.roadmap)
-        };
+        let stay = agent.stays_from_departure(&self.running.job.roadmap);
         let track = &mut self.running.tracks[index];
         track.agent = agent;
         track.since = departs;
@@ -302,9 +284,8 @@ impl Turn<'_> {
 
         let agents = self.agents();
         let running = &mut *self.running;
-        let under_way: Vec<Tick> = (agents.iter())
-            .map(|(agent, _)| agent.departs.max(self.at))
-            .collect();
+        let under_way = agents.iter().map(|(agent, _)| agent.departs.max(self.at));
+        let under_way: Vec<Tick> = under_way.collect();
         let (agents, mut kept): (Vec<Agent>, Vec<Vec<Leg>>) = agents.into_iter().unzip();
         running.job.agents = agents;
         let (mut group, mut settled) = (Vec::new(), Vec::new());
@@ -356,19 +337,16 @@ impl Turn<'_> {
         let paths = loop {
             let running = &*self.running;
             let paths = plan_affected(&running.job, affected.clone(), weight, control, &mut effort);
-            let left_out = paths
-                .unplanned
-                .iter()
-                .map(|(drone, why)| (drone.0 as usize, *why));
-            let comes = |(index, _): &(usize, _)| {
-                (self.asked.get(index)).is_some_and(|it| it.cause == Cause::Added)
+            let comes = |(drone, _): &&(DroneId, FailureKind)| {
+                let asked = self.asked.get(&(drone.0 as usize));
+                asked.is_some_and(|it| it.cause == Cause::Added)
             };
-            let turned_away: Vec<Unplanned> = (left_out.filter(comes))
-                .map(|(index, why)| Unplanned {
-                    name: running.world.drones[index].name.clone(),
-                    reason: format!("{}; it is not let in", known_cause(&running.world, why)),
-                })
-                .collect();
+            let left_out = paths.unplanned.iter().filter(comes);
+            let turned_away = left_out.map(|(drone, why)| Unplanned {
+                name: running.world.drones[drone.0 as usize].name.clone(),
+                reason: format!("{}; it is not let in", known_cause(&running.world, *why)),
+            });
+            let turned_away: Vec<Unplanned> = turned_away.collect();
             if !turned_away.is_empty() {
                 return Err(turned_away);
             }
@@ -379,10 +357,7 @@ impl Turn<'_> {
             for index in stuck {
                 // It stops where it can.
                 let agent = &running.job.agents[index];
-                let stay = Leg {
-                    start: agent.departs,
-                    ..stays_at_start(agent, &running.job.roadmap)
-                };
+                let stay = agent.stays_from_departure(&running.job.roadmap);
                 affected.kept[index] = agent.begun.iter().copied().chain([stay]).collect();
                 stopped.insert(index);
             }
@@ -471,10 +446,8 @@ impl Turn<'_> {
             let cause = asked.map(|asked| asked.cause);
             let name = world.drones[index].name.clone();
             let entry = &mut plan.drones[index];
-            let left_out = paths
-                .unplanned
-                .iter()
-                .find(|(drone, _)| *drone == id(index));
+            let mut left_out = paths.unplanned.iter();
+            let left_out = left_out.find(|(drone, _)| *drone == id(index));
             let stops = left_out.is_some() && stopped.contains(&index);
             match (path, cause) {
                 (Some(path), _) => {
@@ -555,9 +528,8 @@ impl Turn<'_> {
 fn blockers_at_departure(running: &Running, index: usize) -> Vec<Blocker> {
     let agent = &running.job.agents[index];
     let now = Leg {
-        start: agent.departs,
         end: agent.departs.after(BUCKET_TICKS),
-        ..stays_at_start(agent, &running.job.roadmap)
+        ..agent.stays_from_departure(&running.job.roadmap)
     };
     let mut verdict = Verdict::default();
     running.costmap.judge(&now, &mut verdict);

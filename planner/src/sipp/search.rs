@@ -26,19 +26,15 @@ use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::sipp::conflicts::ReservationTable;
 use crate::sipp::goal_occupancy::Stays;
 
-mod confirm;
 mod heuristic;
 mod label;
 mod met;
 mod node;
-mod path;
-mod settle;
-mod wait;
 mod walk;
 
 use heuristic::Heuristic;
-pub(crate) use path::joined;
 use walk::Search;
+pub(crate) use walk::joined;
 
 /// A drone that no drone can make give way.
 pub(crate) const IMMOVABLE: u32 = u32::MAX;
@@ -141,6 +137,17 @@ pub(crate) struct Path {
     pub(crate) arrives: Tick,
     /// Who must give way.
     pub(crate) met: Vec<DroneId>,
+}
+
+impl Path {
+    /// A way on which no drone has to give way.
+    pub(crate) fn new(legs: Vec<Leg>, arrives: Tick) -> Path {
+        Path {
+            legs,
+            arrives,
+            met: Vec::new(),
+        }
+    }
 }
 
 /// What a search found.

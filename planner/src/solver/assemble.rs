@@ -96,7 +96,7 @@ fn drone_plan(
     agent: &Agent,
     path: Option<&Path>,
 ) -> DronePlan {
-    let stays = [crate::solver::priority::stays_at_start(agent, &job.roadmap)];
+    let stays = [agent.stays_at_start(&job.roadmap)];
     let legs = path.map_or(&stays[..], |path| &path.legs);
     let masses_kg = masses_kg(drone);
     let mass_kg = |leg: &Leg| {

@@ -4,17 +4,18 @@ use costmap::assess::Worst;
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg};
 use costmap::verdict::Why;
+use nalgebra::Point3;
 
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::cause::{
-    Crowding, Exposure, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath, Remedy,
+    Exposure, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath, Remedy,
 };
 use crate::plan::outcome::{Blocker, Control, EndpointConflict, EndpointKind, Failure};
 use crate::plan::{Plan, Violation, ViolationKind};
 use crate::scenario::world::World;
 use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Scene, search};
 use crate::solver::assemble::assemble;
-use crate::solver::density::Density;
+use crate::solver::density;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, Paths, plan_group};
 use crate::verify::verify;
@@ -40,16 +41,13 @@ pub(crate) fn failures(
     control: &Control<'_>,
 ) -> Vec<Failure> {
     let groups = Groups::of(job, paths, control);
-    let passes: Vec<Option<Remedy>> = groups
-        .members
-        .iter()
-        .enumerate()
-        .map(|(index, group)| {
-            let small = index < MOST_PASSES && group.len() <= LARGEST_GROUP;
-            small.then(|| gentlest_pass(world, job, paths, group, control))
-        })
-        .collect();
-    let crowding = crowding(job, paths);
+    let pass = |(index, group): (usize, &Vec<DroneId>)| {
+        let small = index < MOST_PASSES && group.len() <= LARGEST_GROUP;
+        small.then(|| gentlest_pass(world, job, paths, group, control))
+    };
+    let passes: Vec<Option<Remedy>> = groups.members.iter().enumerate().map(pass).collect();
+    // How crowded the floor is, where that counts as a reason.
+    let crowding = Some(density::of(job, paths)).filter(|it| it.share() >= CROWDED_SHARE);
     let obstructed = |drone: DroneId| {
         let (group, by) = groups.of_drone(drone);
         let first = group.and_then(|group| groups.first_unplanned(group, &paths.unplanned));
@@ -94,12 +92,6 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
         FailureKind::Zone(by) => obstructed(Some(by)),
         FailureKind::Stopped => FailureCause::Stopped(None),
     }
-}
-
-/// How crowded the floor is, where that counts as a reason.
-fn crowding(job: &Job, paths: &Paths) -> Option<Crowding> {
-    let Density { held, open } = Density::of(job, paths);
-    (held as f64 >= CROWDED_SHARE * open as f64).then_some(Crowding { held, open })
 }
 
 /// Stranded drones with those in their way: each group is a question of its own.
@@ -300,9 +292,8 @@ fn gentlest_pass(
         });
     }
     let mut with_pass = paths.clone();
-    with_pass
-        .unplanned
-        .retain(|(drone, _)| !group.contains(drone));
+    let is_left_out = |(drone, _): &(DroneId, FailureKind)| !group.contains(drone);
+    with_pass.unplanned.retain(is_left_out);
     for path in pass {
         let drone = path.legs.first().map(|leg| leg.drone.0 as usize);
         if let Some(drone) = drone {
@@ -316,7 +307,7 @@ fn gentlest_pass(
     exposed.sort_by(|a, b| over(b).total_cmp(&over(a)));
     let worst = exposed.first();
     worst.map_or(Remedy::JustWithinLimits, |worst| {
-        Remedy::RaiseLimits(exposure(&plan, worst, &exposed))
+        Remedy::RaiseLimits(verified_exposure(&plan, worst, &exposed))
     })
 }
 
@@ -356,57 +347,66 @@ fn assess(costmap: &Costmap, drone: DroneId) -> Option<Assessed> {
 
 impl Assessed {
     fn exposure(&self, world: &World, exposed: &[Assessed]) -> Exposure {
-        let name = |drone: DroneId| world.drones[drone.0 as usize].name.clone();
-        let mut drones: Vec<String> = exposed.iter().map(|it| name(it.drone)).collect();
-        // As they are quoted.
-        drones.sort_unstable_by_key(|name| format!("{name}`"));
+        let name = |drone: DroneId| name(world, drone).to_owned();
         let Worst {
             alpha,
             at_m,
             from,
             from_m,
         } = self.worst;
-        let aside_m = (from_m.xy() - at_m.xy()).norm();
         Exposure {
-            drone: name(self.drone),
-            at_m,
-            beside: Some((name(from), from_m.z - at_m.z, aside_m)),
-            alpha,
-            extra_percent: 100.0 * (airflow::power::beta(alpha) - 1.0),
+            beside: Some(beside(name(from), from_m, at_m)),
             whole: Some((self.axial_exposure_m, self.extra_energy_j)),
-            drones,
-            air_limit: with_margin(alpha),
+            ..exposure(
+                (name(self.drone), at_m, alpha),
+                exposed.iter().map(|it| name(it.drone)),
+            )
         }
     }
 }
 
-/// The search's bounds are a few percent above the air itself.
-fn with_margin(alpha: f64) -> f64 {
-    (alpha * 105.0).ceil() / 100.0
+/// A drone, how far above a place it is (m), and how far aside (m).
+fn beside(name: String, from_m: Point3<f64>, at_m: Point3<f64>) -> (String, f64, f64) {
+    let aside_m = (from_m.xy() - at_m.xy()).norm();
+    (name, from_m.z - at_m.z, aside_m)
 }
 
-/// The same where wakes are advected: as the verifier found it.
-fn exposure(plan: &Plan, worst: &Violation, exposed: &[Violation]) -> Exposure {
-    let alpha = worst.value;
-    let mut drones: Vec<String> = exposed.iter().map(|v| v.drone.clone()).collect();
+/// The air that a drone is exposed to at a place (m), in induced velocities, and who wants higher
+/// limits.
+fn exposure(
+    (drone, at_m, alpha): (String, Point3<f64>, f64),
+    exposed: impl Iterator<Item = String>,
+) -> Exposure {
+    let mut drones: Vec<String> = exposed.collect();
     // As they are quoted.
     drones.sort_unstable_by_key(|name| format!("{name}`"));
     drones.dedup();
-    let beside = worst.with.as_ref().and_then(|with| {
-        let other = plan.drones.iter().find(|other| other.name == *with)?;
-        let at_m = other.trajectory.position_m(worst.from_s)?;
-        let below_m = at_m.z - worst.position_m.z;
-        let aside_m = (at_m.xy() - worst.position_m.xy()).norm();
-        Some((with.clone(), below_m, aside_m))
-    });
     Exposure {
-        drone: worst.drone.clone(),
-        at_m: worst.position_m,
-        beside,
+        drone,
+        at_m,
+        beside: None,
         alpha,
         extra_percent: 100.0 * (airflow::power::beta(alpha) - 1.0),
         whole: None,
         drones,
-        air_limit: with_margin(alpha),
+        // The search's bounds are a few percent above the air itself.
+        air_limit: (alpha * 105.0).ceil() / 100.0,
+    }
+}
+
+/// The same where wakes are advected: as the verifier found it.
+fn verified_exposure(plan: &Plan, worst: &Violation, exposed: &[Violation]) -> Exposure {
+    let at_m = worst.position_m;
+    let emitter = worst.with.as_ref().and_then(|with| {
+        let other = plan.drones.iter().find(|other| other.name == *with)?;
+        let from_m = other.trajectory.position_m(worst.from_s)?;
+        Some(beside(with.clone(), from_m, at_m))
+    });
+    Exposure {
+        beside: emitter,
+        ..exposure(
+            (worst.drone.clone(), at_m, worst.value),
+            exposed.iter().map(|v| v.drone.clone()),
+        )
     }
 }

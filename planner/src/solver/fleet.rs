@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use costmap::costmap::Costmap;
-use costmap::leg::DroneId;
+use costmap::leg::{DroneId, Leg};
 use rayon::prelude::*;
 
 use crate::graph::distances::UNREACHABLE;
@@ -11,7 +11,7 @@ use crate::plan::outcome::{
     Blocker, Control, Effort, EndpointConflict, EndpointKind, Exclusion, Failure, Outcome, Planned,
     Progress,
 };
-use crate::plan::{IgnoringDownwash, Unplanned, ViolationKind};
+use crate::plan::{IgnoringDownwash, Plan, Unplanned, ViolationKind};
 use crate::scenario::world::World;
 use crate::scenario::{Problems, WorldError};
 use crate::sipp::conflicts::Steps;
@@ -20,7 +20,7 @@ use crate::solver::assemble::{assemble, judged};
 use crate::solver::endpoints;
 use crate::solver::explain::failures;
 use crate::solver::prepare::{Job, empty_costmap, prepare};
-use crate::solver::priority::{FailureKind, plan_fleet};
+use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
 use crate::verify::verify;
 
 /// Plans a fleet out of its own downwash and verifies the plan.
@@ -33,44 +33,90 @@ use crate::verify::verify;
 /// order.
 pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Problems<WorldError>> {
     world.check()?;
-    (control.progress)(Progress::Preparing);
-    let (conflicts, mut job) = rayon::join(|| endpoints::check(world), || prepare(world));
-    if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
-        return Ok(Outcome::Infeasible { conflicts });
-    }
-    let mut effort = Effort::default();
-    let costmap = empty_costmap(world, job.roadmap.lattice(), true);
-    let mut excluded = excluded(&job, &conflicts, |_| true);
-    if !world.zones.is_empty() {
-        excluded.extend(kept_out_by_zones(&mut job, &costmap, &excluded, control));
-    }
-    let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap);
-    let paths = plan_fleet(
-        &job,
-        &costmap,
-        steps.as_ref(),
-        &excluded,
-        &world.planning,
-        control,
-        &mut effort,
-    );
-    let failures = failures(world, &job, &paths, &conflicts, control);
+    let mut run = match Run::new(world, control) {
+        Ok(run) => run,
+        Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
+    };
+    let costmap = empty_costmap(world, run.job.roadmap.lattice(), true);
+    let paths = run.paths(costmap, Vec::new());
+    let failures = failures(world, &run.job, &paths, &run.conflicts, control);
 
     (control.progress)(Progress::Verifying);
-    let plan = assemble(world, &job, &paths);
+    let plan = assemble(world, &run.job, &paths);
     let report = verify(&plan);
     let mut plan = judged(plan, report, told(&failures));
 
     if control.contrast {
         (control.progress)(Progress::IgnoringDownwash);
-        plan.ignoring_downwash = ignoring_downwash(world, &job, &conflicts, control);
+        plan.ignoring_downwash = ignoring_downwash(world, &run.job, &run.conflicts, control);
     }
-    Ok(Outcome::of(Planned {
-        plan,
-        failures,
-        conflicts,
-        effort,
-    }))
+    Ok(run.answer(plan, failures))
+}
+
+/// A run of the planner, as far as it is the same for a world alone and among fixed trajectories.
+pub(crate) struct Run<'a> {
+    world: &'a World,
+    control: &'a Control<'a>,
+    /// Roadmap and agents of the world's drones.
+    pub(crate) job: Job,
+    conflicts: Vec<EndpointConflict>,
+    effort: Effort,
+}
+
+impl<'a> Run<'a> {
+    /// Prepares a world that has been checked.
+    ///
+    /// # Errors
+    /// Every conflict of endpoints, where starts exclude one another.
+    pub(crate) fn new(
+        world: &'a World,
+        control: &'a Control<'a>,
+    ) -> Result<Run<'a>, Vec<EndpointConflict>> {
+        (control.progress)(Progress::Preparing);
+        let (conflicts, job) = rayon::join(|| endpoints::check(world), || prepare(world));
+        if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
+            return Err(conflicts);
+        }
+        Ok(Run {
+            world,
+            control,
+            job,
+            conflicts,
+            effort: Effort::default(),
+        })
+    }
+
+    /// Paths of the fleet in a costmap without drones, around the legs of drones that are fixed.
+    pub(crate) fn paths(&mut self, mut costmap: Costmap, fixed: Vec<Vec<Leg>>) -> Paths {
+        let mut excluded = excluded(&self.job, &self.conflicts, |_| true);
+        if !self.world.zones.is_empty() {
+            let more = kept_out_by_zones(&mut self.job, &costmap, &excluded, self.control);
+            excluded.extend(more);
+        }
+        for legs in fixed {
+            costmap.insert(legs);
+        }
+        let steps = Steps::new(self.job.roadmap.lattice(), &self.job.agents, &costmap);
+        let problem = FleetProblem {
+            job: &self.job,
+            costmap: &costmap,
+            steps: steps.as_ref(),
+            excluded: &excluded,
+            planning: &self.world.planning,
+            control: self.control,
+        };
+        plan_fleet(&problem, &mut self.effort)
+    }
+
+    /// The answer that a judged plan is.
+    pub(crate) fn answer(self, plan: Plan, failures: Vec<Failure>) -> Outcome {
+        Outcome::of(Planned {
+            plan,
+            failures,
+            conflicts: self.conflicts,
+            effort: self.effort,
+        })
+    }
 }
 
 /// The sentences of a plan about drones without a path.
@@ -83,7 +129,7 @@ pub(crate) fn told(failures: &[Failure]) -> Vec<Unplanned> {
 }
 
 /// Plans every drone alone among the zones: how long that takes, and who has no way at all.
-pub(crate) fn kept_out_by_zones(
+fn kept_out_by_zones(
     job: &mut Job,
     empty: &Costmap,
     excluded: &[(DroneId, FailureKind)],
@@ -137,94 +183,72 @@ fn ignoring_downwash(
     let bodies = |c: &EndpointConflict| matches!(c.why, Exclusion::Bodies { .. });
     let excluded = excluded(job, conflicts, bodies);
     let costmap = empty_costmap(world, job.roadmap.lattice(), false);
-    let mut effort = Effort::default();
-    // This phase is one to the drone that watches.
+    // This phase is one to the caller that watches.
     let quiet = Control {
         progress: &|_| {},
         ..*control
     };
     let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap);
-    let paths = plan_fleet(
+    let problem = FleetProblem {
         job,
-        &costmap,
-        steps.as_ref(),
-        &excluded,
-        &world.planning,
-        &quiet,
-        &mut effort,
-    );
-    if paths
-        .unplanned
-        .iter()
-        .any(|(_, why)| *why == FailureKind::Stopped)
-    {
+        costmap: &costmap,
+        steps: steps.as_ref(),
+        excluded: &excluded,
+        planning: &world.planning,
+        control: &quiet,
+    };
+    let paths = plan_fleet(&problem, &mut Effort::default());
+    let mut reasons = paths.unplanned.iter().map(|(_, why)| why);
+    if reasons.any(|why| *why == FailureKind::Stopped) {
         return None;
     }
     let plan = assemble(world, job, &paths);
     let report = verify(&plan);
-    let over: BTreeSet<&str> = report
-        .violations
-        .iter()
-        .filter(|v| matches!(v.kind, ViolationKind::Air | ViolationKind::Column))
-        .map(|v| v.drone.as_str())
-        .collect();
-    let blown_on = || {
-        report
-            .violations
-            .iter()
-            .filter(|v| v.kind == ViolationKind::Zone)
+    let of_kinds = |kinds: &'static [ViolationKind]| {
+        let violations = report.violations.iter();
+        violations.filter(|violation| kinds.contains(&violation.kind))
     };
-    let zones: BTreeSet<&str> = blown_on().filter_map(|v| v.with.as_deref()).collect();
+    let over = of_kinds(&[ViolationKind::Air, ViolationKind::Column]);
+    let over: BTreeSet<&str> = over.map(|v| v.drone.as_str()).collect();
+    let exposed = || of_kinds(&[ViolationKind::Zone]);
+    let zones: BTreeSet<&str> = exposed().filter_map(|v| v.with.as_deref()).collect();
+    let met = || report.exposures.iter();
     Some(IgnoringDownwash {
         makespan_s: plan.fleet.makespan_s,
         drones_over_limit: over.len(),
-        worst_air_mps: report
-            .exposures
-            .iter()
-            .map(|met| met.worst_air_mps)
-            .fold(0.0, f64::max),
-        time_over_limit_s: report
-            .exposures
-            .iter()
-            .map(|met| met.time_over_limit_s)
-            .sum(),
+        worst_air_mps: met().map(|met| met.worst_air_mps).fold(0.0, f64::max),
+        time_over_limit_s: met().map(|met| met.time_over_limit_s).sum(),
         zones_over_limit: zones.len(),
-        worst_zone_air_mps: blown_on().map(|v| v.value).fold(0.0, f64::max),
+        worst_zone_air_mps: exposed().map(|v| v.value).fold(0.0, f64::max),
         unplanned: paths.unplanned.len(),
     })
 }
 
 /// Drones that stay at their starts whatever the search finds: blocked landings, and enough drones
 /// that no two goals exclude each other any more, those in most conflicts first.
-pub(crate) fn excluded(
+fn excluded(
     job: &Job,
     conflicts: &[EndpointConflict],
     counts: impl Fn(&EndpointConflict) -> bool,
 ) -> Vec<(DroneId, FailureKind)> {
-    let mut out: Vec<(DroneId, FailureKind)> = job
-        .blocked_landings
-        .iter()
-        .map(|&(drone, short_m)| (DroneId(drone as u32), FailureKind::Landing(short_m)))
-        .collect();
-    let mut open: Vec<&EndpointConflict> = conflicts
-        .iter()
-        .filter(|c| c.when == EndpointKind::Goals && counts(c))
-        .collect();
+    let landings = job.blocked_landings.iter();
+    let landings =
+        landings.map(|&(drone, short_m)| (DroneId(drone as u32), FailureKind::Landing(short_m)));
+    let mut out: Vec<(DroneId, FailureKind)> = landings.collect();
+    let goals = |c: &&EndpointConflict| c.when == EndpointKind::Goals && counts(c);
+    let mut open: Vec<&EndpointConflict> = conflicts.iter().filter(goals).collect();
     let involves =
         |c: &EndpointConflict, drone: usize| c.drone == drone || c.blocker == Blocker::Drone(drone);
     for (drone, _) in &out {
         open.retain(|c| !involves(c, drone.0 as usize));
     }
-    while !open.is_empty() {
+    loop {
         let count = |drone: usize| open.iter().filter(|c| involves(c, drone)).count();
-        let Some(worst) = open
-            .iter()
-            .flat_map(|c| match c.blocker {
-                Blocker::Drone(other) => [c.drone, other],
-                Blocker::Zone(_) => [c.drone, c.drone],
-            })
-            .max_by_key(|&drone| (count(drone), drone))
-        else {
+        let drones = open.iter().flat_map(|c| match c.blocker {
+            Blocker::Drone(other) => [c.drone, other],
+            Blocker::Zone(_) => [c.drone, c.drone],
+        });
+        let Some(worst) = drones.max_by_key(|&drone| (count(drone), drone)) else {
             break;
         };
         out.push((DroneId(worst as u32), FailureKind::EndpointConflict));

@@ -21,7 +21,6 @@ use crate::sipp::conflicts::Steps;
 use crate::sipp::conflicts::synchronous::SynchronousSteps;
 use crate::sipp::search::{Path, joined};
 use crate::solver::prepare::Job;
-use crate::solver::priority::stays_at_start;
 
 mod configuration;
 mod far;
@@ -118,7 +117,7 @@ impl PibtRun {
         for (index, (mut legs, planned)) in self.legs.into_iter().zip(planned).enumerate() {
             let arrives = match planned {
                 _ if self.fixed[index] => {
-                    legs = vec![stays_at_start(&job.agents[index], &job.roadmap)];
+                    legs = vec![job.agents[index].stays_at_start(&job.roadmap)];
                     Tick(0)
                 }
                 Some(path) => {
@@ -141,11 +140,7 @@ impl PibtRun {
             };
             let legs = joined(legs);
             costmap.insert(legs.clone());
-            paths.push(Path {
-                legs,
-                arrives,
-                met: Vec::new(),
-            });
+            paths.push(Path::new(legs, arrives));
         }
         let is_free = |leg: &Leg| {
             let mut verdict = Verdict::default();

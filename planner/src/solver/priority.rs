@@ -9,54 +9,162 @@
 
 use std::collections::VecDeque;
 
-use costmap::costmap::{Costmap, Reservation};
+use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
-use costmap::verdict::{Blocker, Verdict};
 
 use crate::graph::agent::Agent;
+use crate::graph::distances::UNREACHABLE;
 use crate::graph::roadmap::Roadmap;
 use crate::plan::outcome::{Control, Effort};
-use crate::sipp::conflicts::ReservationTable;
-use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Scene, Searched, search};
+use crate::scenario::world::Planning;
+use crate::sipp::conflicts::{ReservationTable, Steps};
+use crate::sipp::search::{IMMOVABLE, Path};
+use crate::solver::density;
+use crate::solver::pibt::run_pibt;
 use crate::solver::prepare::Job;
+use attempt::{Attempt, FIRST_WEIGHT, MOST_EVICTIONS};
+pub(crate) use attempt::{FailureKind, Paths};
 
-/// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
-const FIRST_WEIGHT: u32 = 500;
-/// Added at every eviction: chosen here, half the first price.
-const WEIGHT_GROWTH: u32 = 250;
-/// A drone evicted more often than this stays at its start. Chosen here: fleets of 1000 that can be
-/// planned evict no drone more than a few times.
-const MOST_EVICTIONS: u32 = 24;
-/// States of one search; chosen here, seconds of work.
-const MOST_EXPANSIONS: u64 = 400_000;
+mod attempt;
+mod lns;
 
-/// Paths of a fleet.
-#[derive(Clone, Debug)]
-pub(crate) struct Paths {
-    /// Per drone; `None`: it stays at its start.
-    pub(crate) paths: Vec<Option<Path>>,
-    /// Why those without a path have none.
-    pub(crate) unplanned: Vec<(DroneId, FailureKind)>,
-    /// Every drone's reservations, the stranded included.
-    pub(crate) costmap: Costmap,
+/// States a drone, over the whole fleet, after which the plan that there is will do. Chosen here:
+/// `plan bench warehouse --drones 1500 --seeds 1` is through after 840, 2000 drones never were.
+const MOST_EXPANSIONS_A_DRONE: u64 = 1_500;
+/// Where more than this share of all columns is held in the end, every drone is planned at once
+/// first. Chosen here: where less is, one after another nearly always find ways, and better ones.
+const CROWDED_SHARE: f64 = 0.4;
+/// Orders tried when a drone is left out; chosen here.
+const ORDERS: u64 = 4;
+/// Price in ticks of changing the way of a drone that no drone asked to change. Chosen here: 20 s,
+/// so that those who are asked rather wait for a while.
+const UNASKED_WEIGHT: u32 = 2_000;
+
+/// A fleet to be planned, and what it is planned with.
+pub(crate) struct FleetProblem<'a> {
+    /// Roadmap and agents.
+    pub(crate) job: &'a Job,
+    /// With no drone of the fleet in it.
+    pub(crate) costmap: &'a Costmap,
+    /// The tables of its steps, if there are any.
+    pub(crate) steps: Option<&'a Steps>,
+    /// Drones that stay at their starts from the beginning, and why.
+    pub(crate) excluded: &'a [(DroneId, FailureKind)],
+    /// Seed and price of energy.
+    pub(crate) planning: &'a Planning,
+    /// Says when to stop, and whether to improve a complete plan.
+    pub(crate) control: &'a Control<'a>,
 }
 
-/// Why a drone stays at its start.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum FailureKind {
-    /// The roadmap has no way through free space to one of its tasks.
-    NoWay,
-    /// Its end excludes another drone's.
-    EndpointConflict,
-    /// What it would land on, or what is beside it, leaves too little room: how much is missing
-    /// (m).
-    Landing(f64),
-    /// Others are in the way.
-    Obstructed(Option<Obstruction>),
-    /// Its wake is too strong for a zone whichever way it flies.
-    Zone(Obstruction),
-    /// Planning was stopped before its turn.
-    Stopped,
+/// Plans the whole fleet: in one order after another, or by PIBT where the floor is crowded; then
+/// improves it while there is time. Adds what it did to `effort`.
+pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Paths {
+    let (job, control) = (problem.job, problem.control);
+    let hopeless = problem.hopeless();
+    let has_all = |best: &Option<Paths>| {
+        let left_out = best.as_ref().map(|paths| paths.unplanned.len());
+        left_out == Some(hopeless)
+    };
+    let better = |one: Option<Paths>, other| one.into_iter().chain(other).min_by_key(score);
+    let wakes = problem.costmap.fleet().conditions().wakes;
+    let is_crowded = wakes && density::of_goals(job).share() > CROWDED_SHARE;
+    let mut best = None;
+    if is_crowded {
+        best = plan_by_pibt(problem, effort);
+    }
+    for order in 0..ORDERS {
+        let found = problem.in_order(order, best.is_some(), effort);
+        best = better(best, found);
+        if order == 0 && !is_crowded && !has_all(&best) && !(control.stop)() {
+            best = better(best, plan_by_pibt(problem, effort));
+        }
+        if has_all(&best) || (control.stop)() {
+            break;
+        }
+    }
+    let best = best.unwrap_or_else(|| Paths {
+        paths: Vec::new(),
+        unplanned: Vec::new(),
+        costmap: problem.costmap.clone(),
+    });
+    if best.unplanned.len() == hopeless && (control.improve)() {
+        problem.improved(best, effort)
+    } else {
+        best
+    }
+}
+
+impl FleetProblem<'_> {
+    /// One after another; `None` if that takes too long for one that `has_another` plan.
+    fn in_order(&self, order: u64, has_another: bool, effort: &mut Effort) -> Option<Paths> {
+        let mut attempt = self.attempt(self.costmap.clone(), effort);
+        if has_another {
+            let most = MOST_EXPANSIONS_A_DRONE * self.job.agents.len() as u64;
+            attempt.gives_up_at = Some(attempt.effort.expansions + most);
+        }
+        attempt.exclude(self.excluded);
+        attempt.settle_who_stays();
+        let is_through = attempt.run(order_of(self.job, order, self.planning.seed));
+        is_through.then(|| attempt.into_paths())
+    }
+
+    /// The same plan, better by as much as there is time for.
+    fn improved(&self, paths: Paths, effort: &mut Effort) -> Paths {
+        let mut attempt = self.attempt(paths.costmap, effort);
+        for (drone, _) in &paths.unplanned {
+            attempt.weights[drone.0 as usize] = IMMOVABLE;
+        }
+        for agent in self.job.agents.iter().filter(|agent| agent.stays()) {
+            attempt.weights[agent.drone.0 as usize] = IMMOVABLE;
+        }
+        (attempt.paths, attempt.unplanned) = (paths.paths, paths.unplanned);
+        attempt.improve_by_lns();
+        attempt.into_paths()
+    }
+
+    fn attempt<'b>(&'b self, costmap: Costmap, effort: &'b mut Effort) -> Attempt<'b> {
+        let energy_weight = self.planning.energy_weight;
+        let mut attempt = Attempt::new(self.job, costmap, energy_weight, self.control, effort);
+        let table = |steps| ReservationTable::new(steps, &attempt.costmap);
+        attempt.reservations = self.steps.map(table);
+        attempt
+    }
+
+    /// Number of drones that no order can plan: the excluded, and those that no path leads to a task.
+    fn hopeless(&self) -> usize {
+        let known = |drone: DroneId| self.excluded.iter().any(|(other, _)| *other == drone);
+        let unreachable = |agent: &&Agent| agent.alone_ticks == UNREACHABLE && !known(agent.drone);
+        self.excluded.len() + self.job.agents.iter().filter(unreachable).count()
+    }
+}
+
+/// Those left out, then the sum of arrivals.
+fn score(paths: &Paths) -> (usize, u64) {
+    let known = paths.paths.iter().flatten();
+    let arrivals = known.map(|path| u64::from(path.arrives.0));
+    (paths.unplanned.len(), arrivals.sum())
+}
+
+/// Shortest alone first; later orders shuffle neighbours in that order more and more.
+fn order_of(job: &Job, order: u64, seed: u64) -> VecDeque<DroneId> {
+    let key = |agent: &Agent| {
+        let alone = u64::from(agent.alone_ticks);
+        let noise = splitmix64(seed ^ (order << 32) ^ u64::from(agent.drone.0)) % 1000;
+        // In the first order noise only breaks ties.
+        let length = alone * 1000 + order * alone * noise / 2 + noise;
+        (length, agent.drone)
+    };
+    let mut keyed: Vec<(u64, DroneId)> = job.agents.iter().map(key).collect();
+    keyed.sort_unstable();
+    keyed.into_iter().map(|(_, drone)| drone).collect()
+}
+
+/// G. Steele, D. Lea, C. Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
+fn splitmix64(seed: u64) -> u64 {
+    let mut z = seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
 }
 
 /// Plans a few drones among others that stay as they are; `None` unless all of them find a way.
@@ -71,14 +179,7 @@ pub(crate) fn plan_group(
         progress: &|_| {},
         ..*control
     };
-    let mut attempt = Attempt::new(
-        &job.roadmap,
-        &job.agents,
-        others.clone(),
-        0.0,
-        &quiet,
-        &mut effort,
-    );
+    let mut attempt = Attempt::new(job, others.clone(), 0.0, &quiet, &mut effort);
     attempt.most_evictions = MOST_EVICTIONS / 3;
     attempt.weights.fill(IMMOVABLE);
     for drone in group {
@@ -89,275 +190,221 @@ pub(crate) fn plan_group(
     all.then(|| attempt.paths.into_iter().flatten().collect())
 }
 
-mod affected;
-mod batch;
-mod by_pibt;
-mod finalise;
-mod lns;
-mod order;
-mod whole;
-
-pub(crate) use affected::{Affected, plan_affected};
-pub(crate) use whole::plan_fleet;
-
-struct Attempt<'a> {
-    roadmap: &'a Roadmap,
-    agents: &'a [Agent],
-    costmap: Costmap,
-    /// What the costmap says, in brief; `None`: searches ask the costmap itself.
-    reservations: Option<ReservationTable<'a>>,
-    energy_weight: f64,
-    control: &'a Control<'a>,
-    effort: &'a mut Effort,
-    weights: Vec<u32>,
-    evicted: Vec<u32>,
-    /// Whose weak wakes were too much for a drone: their steps are judged in full.
-    careful: Vec<bool>,
-    most_evictions: u32,
-    /// See [`Scene::detours`].
-    detours: bool,
-    /// After how many states in all it gives up.
-    gives_up_at: Option<u64>,
-    /// See [`Scene::under_way`].
-    under_way: Vec<Tick>,
-    /// What each drone flies if it finds no way: it is not there at all if that is nothing. Not
-    /// even a list of them: every drone stays at the start.
-    kept: Vec<Vec<Leg>>,
-    paths: Vec<Option<Path>>,
-    unplanned: Vec<(DroneId, FailureKind)>,
+/// What is given when a few are planned anew.
+#[derive(Clone)]
+pub(crate) struct Affected<'a> {
+    /// Who is planned, wherever they are in the costmap.
+    pub(crate) group: &'a [DroneId],
+    /// Whose legs are others now, and what they keep: no way is looked for.
+    pub(crate) settled: &'a [DroneId],
+    /// Every drone's legs as they are.
+    pub(crate) costmap: Costmap,
+    /// Until when each drone goes on as it does.
+    pub(crate) under_way: Vec<Tick>,
+    /// What each drone goes on with if it finds no way; nothing for those who cannot be made to
+    /// give way, and in the group for those who are not let in then.
+    pub(crate) kept: Vec<Vec<Leg>>,
 }
 
-impl<'a> Attempt<'a> {
-    fn new(
-        roadmap: &'a Roadmap,
-        agents: &'a [Agent],
-        costmap: Costmap,
-        energy_weight: f64,
-        control: &'a Control<'a>,
-        effort: &'a mut Effort,
-    ) -> Attempt<'a> {
-        let drones = agents.len();
-        // The drone that is in the costmap without an agent gives way to no drone.
-        let mut weights = vec![FIRST_WEIGHT; drones];
-        weights.resize(costmap.drone_count().max(drones), IMMOVABLE);
-        Attempt {
-            roadmap,
-            agents,
-            costmap,
-            reservations: None,
-            energy_weight,
-            control,
-            effort,
-            weights,
-            evicted: vec![0; drones],
-            careful: vec![false; drones],
-            most_evictions: MOST_EVICTIONS,
-            detours: true,
-            gives_up_at: None,
-            under_way: Vec::new(),
-            kept: Vec::new(),
-            paths: vec![None; drones],
-            unplanned: Vec::new(),
+/// Plans those in the group; the drone that gives way to them is planned again.
+///
+/// Paths are those of drones whose way has changed. Those who find none keep what they are to keep.
+pub(crate) fn plan_affected(
+    job: &Job,
+    affected: Affected<'_>,
+    energy_weight: f64,
+    control: &Control<'_>,
+    effort: &mut Effort,
+) -> Paths {
+    let group = affected.group;
+    let mut attempt = Attempt::new(job, affected.costmap, energy_weight, control, effort);
+    for (index, kept) in affected.kept.iter().enumerate() {
+        let drone = DroneId(index as u32);
+        if group.contains(&drone) {
+            continue;
         }
-    }
-
-    fn exclude(&mut self, excluded: &[(DroneId, FailureKind)]) {
-        let mut queue = VecDeque::new();
-        for &(drone, why) in excluded {
-            self.leave_unplanned(drone, why, &mut queue);
-        }
-    }
-
-    /// Drones without tasks are planned first, and for good: where they are is where they go.
-    fn settle_who_stays(&mut self) {
-        let weights = &self.weights;
-        let stays = |agent: &&Agent| agent.stays() && weights[agent.drone.0 as usize] != IMMOVABLE;
-        let staying: Vec<&Agent> = self.agents.iter().filter(stays).collect();
-        for agent in staying {
-            let legs = vec![stays_at_start(agent, self.roadmap)];
-            self.reserve(legs.clone());
-            self.weights[agent.drone.0 as usize] = IMMOVABLE;
-            self.paths[agent.drone.0 as usize] = Some(Path {
-                legs,
-                arrives: Tick(0),
-                met: Vec::new(),
-            });
-        }
-    }
-
-    fn scene(&self) -> Scene<'_> {
-        Scene {
-            roadmap: self.roadmap,
-            costmap: &self.costmap,
-            reservations: self.reservations.as_ref(),
-            weights: &self.weights,
-            under_way: &self.under_way,
-            energy_weight: self.energy_weight,
-            detours: self.detours,
-            careful: false,
-            most_expansions: MOST_EXPANSIONS,
-            stop: self.control.stop,
-        }
-    }
-
-    /// Counts a search; the path that it found, if it found one.
-    fn counted(&mut self, searched: Searched) -> Option<Path> {
-        self.effort.searches += 1;
-        self.effort.expansions += searched.expansions;
-        match searched.found {
-            Found::Path(path) => Some(path),
-            Found::Blocked(_) | Found::Stopped => None,
-        }
-    }
-
-    fn evict(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
-        let index = drone.0 as usize;
-        if self.paths[index].is_none() {
-            // Already taken back, by one who was evicted before it and gave up.
-            return;
-        }
-        self.take_back(drone);
-        self.evicted[index] += 1;
-        self.weights[index] = self.weights[index]
-            .saturating_add(WEIGHT_GROWTH)
-            .min(IMMOVABLE - 1);
-        if self.evicted[index] > self.most_evictions {
-            self.leave_unplanned(drone, FailureKind::Obstructed(None), queue);
+        if kept.is_empty() {
+            attempt.weights[index] = IMMOVABLE;
         } else {
-            queue.push_front(drone);
+            attempt.weights[index] = UNASKED_WEIGHT;
+            attempt.paths[index] = Some(Path::new(kept.clone(), Tick(0)));
         }
     }
+    attempt.under_way = affected.under_way;
+    attempt.kept = affected.kept;
+    let mut queue: Vec<DroneId> = group.to_vec();
+    queue.sort_unstable_by_key(|drone| (job.agents[drone.0 as usize].alone_ticks, *drone));
+    let mut queue = VecDeque::from(queue);
+    let settled = affected.settled;
+    for &drone in settled {
+        attempt.weights[drone.0 as usize] = IMMOVABLE;
+        attempt.paths[drone.0 as usize] = None;
+        attempt.costmap.remove(drone);
+        attempt.leave_unplanned(drone, FailureKind::Stopped, &mut queue);
+    }
+    for &drone in group {
+        attempt.costmap.remove(drone);
+        let begun = job.agents[drone.0 as usize].begun.clone();
+        attempt.costmap.insert(begun.clone());
+        attempt.clear_the_way(&begun, &mut queue);
+    }
+    attempt.run(queue);
+    attempt
+        .unplanned
+        .retain(|(drone, _)| !settled.contains(drone));
+    for (index, path) in attempt.paths.iter_mut().enumerate() {
+        // Those who never had to give way.
+        let kept = |path: &Path| path.legs == attempt.kept[index];
+        if !group.contains(&DroneId(index as u32)) && path.as_ref().is_some_and(kept) {
+            *path = None;
+        }
+    }
+    attempt.into_paths()
+}
 
-    /// Leaves a drone at its start until the end, and takes back the drone that is in conflict with
-    /// that.
-    fn leave_unplanned(&mut self, drone: DroneId, why: FailureKind, queue: &mut VecDeque<DroneId>) {
-        let stay = self.without_way(drone);
-        self.weights[drone.0 as usize] = IMMOVABLE;
-        self.unplanned.push((drone, why));
-        let mut verdict = Verdict::default();
-        loop {
-            let movable = |other: &DroneId| {
-                let index = other.0 as usize;
-                self.weights[index] != IMMOVABLE && self.paths[index].is_some()
+/// Ways for every drone but those who are excluded, or `None`.
+fn plan_by_pibt(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths> {
+    let FleetProblem {
+        job,
+        costmap,
+        excluded,
+        control,
+        planning,
+        ..
+    } = *problem;
+    let steps = problem.steps?;
+    if problem.hopeless() > excluded.len() {
+        return None;
+    }
+    let fixed: Vec<DroneId> = excluded.iter().map(|(drone, _)| *drone).collect();
+    let run = run_pibt(job, costmap, steps, &fixed, planning.seed, control, effort)?;
+    let most = effort.expansions + MOST_EXPANSIONS_A_DRONE * job.agents.len() as u64;
+    let energy_weight = planning.energy_weight;
+    let mut attempt = Attempt::new(job, costmap.clone(), energy_weight, control, effort);
+    attempt.agents = &run.agents;
+    attempt.gives_up_at = Some(most);
+    attempt.detours = false;
+    attempt.reservations = Some(ReservationTable::new(steps, costmap));
+    let mut waiting = Vec::new();
+    for (index, agent) in run.agents.iter().enumerate() {
+        if run.fixed[index] {
+            attempt.reserve(vec![agent.stays_at_start(&job.roadmap)]);
+            attempt.weights[index] = IMMOVABLE;
+        } else if run.home[index] {
+            let legs = vec![stays(agent, &job.roadmap)];
+            attempt.reserve(legs.clone());
+            attempt.paths[index] = Some(Path::new(legs, agent.departs));
+        } else {
+            waiting.push((agent.alone_ticks, agent.drone));
+        }
+    }
+    waiting.sort_unstable();
+    let is_through = attempt.run(waiting.into_iter().map(|(_, drone)| drone).collect());
+    if !is_through || !attempt.unplanned.is_empty() {
+        return None;
+    }
+    let moved = |(path, agent): (Option<Path>, &Agent)| {
+        path.filter(|path| path.legs != [stays(agent, &job.roadmap)])
+    };
+    let planned = attempt.paths.into_iter().zip(&run.agents).map(moved);
+    let planned = planned.collect();
+    let (paths, costmap) = run.whole(job, costmap, planned)?;
+    let mut paths: Vec<Option<Path>> = paths.into_iter().map(Some).collect();
+    for (drone, _) in excluded {
+        paths[drone.0 as usize] = None;
+    }
+    Some(Paths {
+        paths,
+        unplanned: excluded.to_vec(),
+        costmap,
+    })
+}
+
+/// What a drone does that is home.
+fn stays(agent: &Agent, roadmap: &Roadmap) -> Leg {
+    let kind = agent.kinds[agent.kinds.len() - 1];
+    Leg {
+        start: agent.departs,
+        ..agent.hover(roadmap.position_m(agent.start), kind)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use costmap::leg::Tick;
+
+    use super::*;
+    use crate::graph::agent::Ending;
+    use crate::plan::outcome::Control;
+    use crate::scenario::world::AtEnd;
+    use crate::sipp::conflicts::Steps;
+    use crate::solver::assemble::assemble;
+    use crate::solver::prepare::{empty_costmap, prepare};
+    use crate::verify::verify;
+
+    /// Sixty drones on twelve metres by twelve, two tasks each, the first with a dwell.
+    #[test]
+    fn steps_together_and_those_left_make_a_plan_that_the_verifier_finds_nothing_in() {
+        let text = tools::instances::hall(60, 2).expect("there is room");
+        let mut world = crate::scenario::read_world(&text).expect("in order");
+        let column = |index: usize| {
+            (
+                (index * 53 % 144 % 12) as f64 + 0.5,
+                (index * 53 % 144 / 12) as f64 + 0.5,
+            )
+        };
+        for (index, drone) in world.drones.iter_mut().enumerate() {
+            (drone.start_m.x, drone.start_m.y) = column(index);
+            let mut first = drone.tasks[0].clone();
+            (first.to_m.x, first.to_m.y) = column(index + 31);
+            first.dwell_s = 0.7 * (index % 3) as f64;
+            (drone.tasks[0].to_m.x, drone.tasks[0].to_m.y) = column(index + 83);
+            drone.tasks.insert(0, first);
+            drone.at_end = match index % 6 {
+                0 => AtEnd::Land,
+                3 => AtEnd::Leave,
+                _ => AtEnd::Hover,
             };
-            let mut hit: Vec<DroneId> = Vec::new();
-            let mut allowed = true;
-            for leg in &stay {
-                self.costmap.judge(leg, &mut verdict);
-                let scene = self.scene();
-                let takeable = |b: &&Blocker| scene.weight(b) != IMMOVABLE || self.kept.is_empty();
-                hit.extend(verdict.blockers.iter().filter(takeable).map(|b| b.drone));
-                allowed &= verdict.is_allowed();
-            }
-            if !hit.iter().any(movable) && !allowed && self.kept.is_empty() {
-                // Those who stay would bear one another, were no other drone near them.
-                for &other in &hit.clone() {
-                    for leg in self.costmap.legs(other) {
-                        hit.extend(self.costmap.near(leg).iter().map(|item| item.leg.drone));
-                    }
+        }
+        world.drones[7].tasks.clear();
+        (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
+        let job = prepare(&world);
+        let costmap = empty_costmap(&world, job.roadmap.lattice(), true);
+        let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap);
+        let problem = FleetProblem {
+            job: &job,
+            costmap: &costmap,
+            steps: steps.as_ref(),
+            excluded: &[],
+            planning: &world.planning,
+            control: &Control::QUIET,
+        };
+        let mut effort = Effort::default();
+        let paths = plan_by_pibt(&problem, &mut effort).expect("every drone comes home");
+        assert!(effort.rounds > 0);
+        let report = verify(&assemble(&world, &job, &paths));
+        assert!(report.violations.is_empty(), "{:#?}", report.violations);
+        for (path, agent) in paths.paths.iter().flatten().zip(&job.agents) {
+            let last = path.legs.last().expect("it flies");
+            let goal_m = job.roadmap.position_m(agent.last_vertex());
+            match agent.ending {
+                Ending::Hover => assert_eq!((last.to_m, last.end), (goal_m, Tick::FOREVER)),
+                Ending::Leave => assert_eq!(last.to_m, goal_m),
+                Ending::Land { rest_m, .. } => {
+                    assert_eq!((last.to_m, last.flying), (rest_m, false))
                 }
             }
-            hit.retain(movable);
-            hit.sort_unstable();
-            hit.dedup();
-            if hit.is_empty() {
-                break;
-            }
-            for other in hit {
-                self.take_back(other);
-                queue.push_front(other);
-            }
-        }
-        self.reserve(stay);
-    }
-
-    fn reserve(&mut self, legs: Vec<Leg>) {
-        self.take_over(self.costmap.reservation(legs));
-    }
-
-    fn take_over(&mut self, reservation: Reservation) {
-        let Some(drone) = reservation.drone() else {
-            return;
-        };
-        self.release(drone);
-        let Some(reservations) = &mut self.reservations else {
-            return self.costmap.reserve(reservation);
-        };
-        let legs = reservation.legs().to_vec();
-        let costmap = &mut self.costmap;
-        rayon::join(
-            || costmap.reserve(reservation),
-            || reservations.insert(&legs),
-        );
-    }
-
-    fn release(&mut self, drone: DroneId) {
-        if let Some(reservations) = &mut self.reservations {
-            reservations.remove(self.costmap.legs(drone));
-        }
-        self.costmap.remove(drone);
-    }
-
-    /// What a drone flies that finds no way.
-    fn without_way(&self, drone: DroneId) -> Vec<Leg> {
-        match self.kept.get(drone.0 as usize) {
-            Some(kept) => kept.clone(),
-            None => vec![stays_at_start(&self.agents[drone.0 as usize], self.roadmap)],
-        }
-    }
-
-    fn take_back(&mut self, drone: DroneId) {
-        self.release(drone);
-        // What it is flying it goes on with.
-        self.reserve(self.agents[drone.0 as usize].begun.clone());
-        self.paths[drone.0 as usize] = None;
-        self.effort.evictions += 1;
-    }
-
-    /// Lets those fly after all who were in others' way and are no more, one at a time.
-    fn retry(&mut self) {
-        let immovable = vec![IMMOVABLE; self.weights.len()];
-        let mut index = 0;
-        while let Some(&(drone, why)) = self.unplanned.get(index) {
-            index += 1;
-            let keeps = self.evicted[drone.0 as usize] > 0 && !self.kept.is_empty();
-            if keeps || !matches!(why, FailureKind::Obstructed(_)) || (self.control.stop)() {
+            if agent.waypoints.is_empty() {
+                assert_eq!(path.legs.len(), 1, "no drone without a task is displaced");
                 continue;
             }
-            let stay = self.costmap.legs(drone).to_vec();
-            self.release(drone);
-            let scene = Scene {
-                reservations: None,
-                weights: &immovable,
-                careful: true,
-                ..self.scene()
+            let passes = |leg: &Leg| {
+                leg.stays()
+                    && leg.from_m == job.roadmap.position_m(agent.waypoints[0].distances.goal())
             };
-            let searched = search(scene, &self.agents[drone.0 as usize]);
-            if let Some(path) = self.counted(searched) {
-                self.reserve(path.legs.clone());
-                self.paths[drone.0 as usize] = Some(path);
-                self.unplanned.remove(index - 1);
-                index = 0;
-            } else {
-                self.reserve(stay);
-            }
+            let dwells = path.legs.iter().filter(|leg| passes(leg));
+            let longest = dwells.map(|leg| leg.end.0 - leg.start.0).max();
+            assert!(longest.unwrap_or(0) >= agent.waypoints[0].dwell_ticks);
         }
-    }
-
-    fn into_paths(mut self) -> Paths {
-        self.unplanned.sort_unstable_by_key(|(drone, _)| *drone);
-        Paths {
-            paths: self.paths,
-            unplanned: self.unplanned,
-            costmap: self.costmap,
-        }
-    }
-}
-
-/// The one leg of a drone that is not planned.
-pub(crate) fn stays_at_start(agent: &Agent, roadmap: &crate::graph::roadmap::Roadmap) -> Leg {
-    Leg {
-        flying: !agent.grounded,
-        ..agent.hover(roadmap.position_m(agent.start), agent.kinds[0])
     }
 }

@@ -1,35 +1,56 @@
 //! The search itself: states have their turn in order, and lead to steps, waits, dwells and the
 //! end.
+//!
+//! What leads to a state is judged when its turn comes: in brief by the reservation table where it
+//! knows of it, in full by the costmap. A state stands for all the time for which its place is free
+//! to hover at from then on. Its steps are tried for the first moment; one that is blocked then is
+//! tried again for when it may be free, and one that is not for when the place it leads to is free
+//! the next time.
 
 use std::collections::BinaryHeap;
 use std::rc::Rc;
 
 use costmap::leg::{KindId, Leg, Tick};
-use costmap::verdict::Verdict;
+use costmap::verdict::{Blocker, Verdict};
 use nalgebra::Point3;
 
 use super::heuristic::Heuristic;
 use super::label::{Label, Open, PartialExpansion, Step, weighted};
 use super::met::Met;
 use super::node::Nodes;
-use super::{Found, Obstruction, Obstructor, RefutedEdges, Scene};
-use crate::graph::agent::Agent;
+use super::{Found, IMMOVABLE, Obstruction, Obstructor, Path, RefutedEdges, Scene};
+use crate::graph::agent::{Agent, Ending};
 use crate::graph::distances::UNREACHABLE;
+use crate::sipp::conflicts::StepQuery;
 use crate::sipp::goal_occupancy::Stays;
 
+/// Departures after a wait are on whole multiples of this, so that a crowd does not make a state of
+/// every moment: chosen here, a quarter second.
+const WAIT_GRID_TICKS: u32 = 25;
+
+/// What is known of a step by the tables of reservations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Brief {
+    Nothing,
+    /// Who is in the way of being where it leads to; there may be others on the way.
+    WhereItLeads,
+    Everything,
+}
+
+/// One search: its states, those that are open, and whom they have met.
 pub(super) struct Search<'a> {
-    pub(super) scene: Scene<'a>,
-    pub(super) agent: &'a Agent,
-    pub(super) refuted: Rc<RefutedEdges>,
-    pub(super) labels: Vec<Label>,
-    pub(super) open: BinaryHeap<Open>,
+    scene: Scene<'a>,
+    agent: &'a Agent,
+    refuted: Rc<RefutedEdges>,
+    labels: Vec<Label>,
+    open: BinaryHeap<Open>,
     pub(super) nodes: Nodes<'a>,
-    pub(super) met: Met,
+    met: Met,
     /// Of dwelling at each task, and of the end.
-    pub(super) stays: Rc<Stays>,
-    pub(super) verdict: Verdict,
-    pub(super) all: Verdict,
-    pub(super) obstruction: Option<Obstruction>,
+    stays: Rc<Stays>,
+    verdict: Verdict,
+    all: Verdict,
+    obstruction: Option<Obstruction>,
     weight_shift: u32,
     pub(super) expansions: u64,
 }
@@ -147,7 +168,7 @@ impl<'a> Search<'a> {
         None
     }
 
-    pub(super) fn push(&mut self, label: Label) {
+    fn push(&mut self, label: Label) {
         let index = self.labels.len() as u32;
         if let Some(open) = self.turn(index, &label) {
             self.labels.push(label);
@@ -157,7 +178,7 @@ impl<'a> Search<'a> {
 
     /// When a state has its turn: by what a way through it costs at least. `None` if there is no
     /// way, or no need to go there.
-    pub(super) fn turn(&mut self, index: u32, label: &Label) -> Option<Open> {
+    fn turn(&mut self, index: u32, label: &Label) -> Option<Open> {
         let node = self.nodes.at(label);
         if self.nodes.is_covered(node, label) {
             return None;
@@ -198,11 +219,11 @@ impl<'a> Search<'a> {
         (least < u32::MAX).then_some(least)
     }
 
-    pub(super) fn kind(&self, waypoint: u16) -> KindId {
+    fn kind(&self, waypoint: u16) -> KindId {
         self.agent.kinds[usize::from(waypoint)]
     }
 
-    pub(super) fn leg(&self, label: &Label, to_m: Point3<f64>, ticks: u32) -> Leg {
+    fn leg(&self, label: &Label, to_m: Point3<f64>, ticks: u32) -> Leg {
         let from_m = self.scene.roadmap.position_m(label.vertex);
         Leg {
             start: label.at,
@@ -315,4 +336,315 @@ impl<'a> Search<'a> {
             });
         }
     }
+
+    /// Judges what leads to a state when its turn comes, not when it is thought of: most never have
+    /// their turn. Thinks of the same later, too.
+    ///
+    /// `false` if it is forbidden, or dearer than thought: then it waits for its turn again.
+    fn is_confirmed(&mut self, index: u32) -> bool {
+        let label = self.labels[index as usize];
+        if label.judged {
+            return true;
+        }
+        let from = self.labels[label.parent as usize];
+        let mut all = std::mem::take(&mut self.all);
+        all.clear();
+        let brief = self.judge_in_brief(&from, &label, &mut all);
+        let in_brief = brief != Brief::Nothing;
+        if !in_brief {
+            all.clear();
+            for leg in self.doing(&from, &label) {
+                self.scene.judge(&leg, &mut self.verdict);
+                all.breaks_zone = all.breaks_zone.or(self.verdict.breaks_zone);
+                all.price_s += self.verdict.price_s;
+                all.blockers.append(&mut self.verdict.blockers);
+            }
+        }
+        let is_met = |blocker: &Blocker| self.passes(label.met, blocker);
+        let again = clear_after(label.departs, &all.blockers, !in_brief, is_met);
+        if from.at < label.departs {
+            let node = self.nodes.at(&from);
+            let time = [from.at, label.departs];
+            self.nodes.judge_stay(node, &from, time, &mut all);
+        }
+        std::mem::swap(&mut self.verdict, &mut all);
+        let settled = self.settled(Label {
+            judged: brief != Brief::WhereItLeads,
+            ..label
+        });
+        self.all = all;
+        if let Some(again) = again {
+            self.postpone(&label, again);
+        }
+        let Some(settled) = settled else {
+            return false;
+        };
+        self.labels[index as usize] = settled;
+        if settled.step == Step::Move && again.is_none() {
+            self.remember(index);
+        }
+        if settled.paid == label.paid && settled.met == label.met {
+            return true;
+        }
+        let turn = self.turn(index, &settled);
+        self.open.extend(turn);
+        false
+    }
+
+    /// Judges what leads to a state by the tables of reservations, if they know of it.
+    fn judge_in_brief(&self, from: &Label, label: &Label, verdict: &mut Verdict) -> Brief {
+        let Some(reservations) = self.scene.reservations else {
+            return Brief::Nothing;
+        };
+        let known = !from.grounded
+            && reservations.knows(from.vertex)
+            && reservations.knows(label.vertex)
+            && !self.refuted.contains(&(from.vertex, label.vertex));
+        let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
+        let Some(class) = class.filter(|_| known) else {
+            return Brief::Nothing;
+        };
+        let time = [label.departs, label.at];
+        match label.step {
+            Step::Move => {
+                // Mostly it is the place it leads to that is taken.
+                reservations.arrive(class, label.vertex, time, verdict);
+                if !verdict.blockers.iter().all(|it| self.passes(label.met, it)) {
+                    return Brief::WhereItLeads;
+                }
+                verdict.clear();
+                let way = [from.vertex, label.vertex];
+                let query = StepQuery { class, way, time };
+                if !reservations.step(self.scene.costmap, &query, verdict) {
+                    return Brief::Nothing;
+                }
+            }
+            Step::Dwell => reservations.stay(class, label.vertex, time, verdict),
+            Step::End => match self.agent.ending {
+                Ending::Hover => {
+                    let time = [label.at, Tick::FOREVER];
+                    reservations.stay(class, label.vertex, time, verdict);
+                }
+                Ending::Leave => {}
+                Ending::Land { .. } => return Brief::Nothing,
+            },
+            Step::Start | Step::Wait | Step::Later => {}
+        }
+        Brief::Everything
+    }
+
+    /// A label at the price that the verdict asks for; `None` if it is forbidden.
+    fn settled(&mut self, mut label: Label) -> Option<Label> {
+        let came_from = self.labels[label.parent as usize];
+        if let Some(zone) = self.verdict.breaks_zone {
+            self.obstructed(&came_from, Obstructor::Zone(zone));
+            return None;
+        }
+        let price = self.verdict.price_s * self.scene.energy_weight * Tick::PER_SECOND;
+        label.paid = label.paid.saturating_add(price.round() as u32);
+        for position in 0..self.verdict.blockers.len() {
+            let blocker = self.verdict.blockers[position];
+            let Blocker { drone, why, .. } = blocker;
+            if self.agent.forgives(&blocker, label.departs) || self.passes(label.met, &blocker) {
+                continue;
+            }
+            let weight = self.scene.weight(&blocker);
+            if weight == IMMOVABLE {
+                self.obstructed(&came_from, Obstructor::Drone(drone, why));
+                return None;
+            }
+            label.paid = label.paid.saturating_add(weight);
+            label.met = self.met.with(label.met, drone);
+        }
+        Some(label)
+    }
+
+    /// Whether what is in the way is to give way already.
+    fn passes(&self, met: u32, blocker: &Blocker) -> bool {
+        self.met.has(met, blocker.drone) && !self.scene.is_under_way(blocker)
+    }
+
+    fn obstructed(&mut self, label: &Label, by: Obstructor) {
+        let waypoint = usize::from(label.waypoint);
+        let roadmap = self.scene.roadmap;
+        let remaining = (self.agent).remaining(roadmap, waypoint, label.vertex);
+        let known = self.obstruction;
+        if known.is_none_or(|known| remaining < known.remaining) {
+            self.obstruction = Some(Obstruction {
+                by,
+                at_m: self.scene.roadmap.position_m(label.vertex),
+                at: label.at,
+                remaining,
+            });
+        }
+    }
+
+    /// Thinks of what a label does, but from a later moment on.
+    fn postpone(&mut self, label: &Label, departs: Tick) {
+        let Some(departs) = departs.0.checked_next_multiple_of(WAIT_GRID_TICKS) else {
+            return;
+        };
+        let from = self.labels[label.parent as usize];
+        let at = label.at.after(departs - label.departs.0);
+        if departs <= label.departs.0 || at == Tick::FOREVER {
+            return;
+        }
+        self.push(Label {
+            departs: Tick(departs),
+            at,
+            paid: from.paid,
+            met: from.met,
+            judged: false,
+            expanded: None,
+            ..*label
+        });
+    }
+
+    /// Keeps in mind that the place of a label may be reached at another time as well.
+    fn remember(&mut self, index: u32) {
+        let label = self.labels[index as usize];
+        self.push(Label {
+            step: Step::Later,
+            at: label.at.after(WAIT_GRID_TICKS),
+            parent: index,
+            ..label
+        });
+    }
+
+    /// Steps to a place when it is free the next time, if it is not free for good.
+    fn step_later(&mut self, index: u32) {
+        let label = self.labels[self.labels[index as usize].parent as usize];
+        let node = self.nodes.at(&label);
+        let gives_way = |drone| self.met.has(label.met, drone);
+        let (until, again) = (self.nodes).free_until(node, &label, label.at, gives_way);
+        if until < Tick::FOREVER && again < Tick::FOREVER {
+            let later = again.0.saturating_sub(label.at.0).max(1);
+            self.postpone(&label, label.departs.after(later));
+        }
+    }
+
+    /// Waits for those who will have passed where it has to stay in the end.
+    fn wait_for_stays(&mut self, index: u32) {
+        let label = self.labels[index as usize];
+        if label.met != 0 {
+            return;
+        }
+        let node = self.nodes.at(&label);
+        let ends = label.at.0.saturating_add(self.nodes.remaining(node));
+        let slack = self.stays.slack(label.waypoint, ends);
+        if slack > 0 {
+            let at = label.at.after(slack);
+            self.push(Label {
+                step: Step::Wait,
+                departs: at,
+                at,
+                parent: index,
+                judged: false,
+                expanded: None,
+                ..label
+            });
+        }
+    }
+
+    fn path(&self, end: u32) -> Path {
+        let mut chain = vec![self.labels[end as usize]];
+        while let Some(parent) = self.labels.get(chain[chain.len() - 1].parent as usize) {
+            chain.push(*parent);
+        }
+        chain.reverse();
+        let mut legs: Vec<Leg> = self.agent.begun.clone();
+        for pair in chain.windows(2) {
+            let (from, to) = (&pair[0], &pair[1]);
+            legs.extend(self.stay(from, to.departs));
+            legs.extend(self.doing(from, to));
+        }
+        let last = &self.labels[end as usize];
+        let mut met: Vec<_> = self.met.of(last.met).collect();
+        met.sort_unstable();
+        let arrives = chain
+            .iter()
+            .rev()
+            .find(|label| matches!(label.step, Step::Dwell | Step::Start))
+            .map_or(Tick(0), |label| label.at);
+        Path {
+            legs: joined(legs),
+            arrives,
+            met,
+        }
+    }
+
+    /// Where it stays between a state and a departure.
+    fn stay(&self, from: &Label, departs: Tick) -> Option<Leg> {
+        let here_m = self.scene.roadmap.position_m(from.vertex);
+        (from.at < departs).then(|| self.leg(from, here_m, departs.0 - from.at.0))
+    }
+
+    /// What it does from one state to the next, once it has departed.
+    fn doing(&self, from: &Label, to: &Label) -> Vec<Leg> {
+        let departed = Label {
+            at: to.departs,
+            ..*from
+        };
+        let to_m = self.scene.roadmap.position_m(to.vertex);
+        let mut leg = self.leg(&departed, to_m, to.at.0 - to.departs.0);
+        match to.step {
+            Step::End => return self.ending_legs(&departed),
+            Step::Move => leg.flying = true,
+            Step::Dwell => leg.kind = self.kind(to.waypoint),
+            Step::Start | Step::Wait | Step::Later => {}
+        }
+        Vec::from_iter((leg.start < leg.end).then_some(leg))
+    }
+
+    /// What it does after its last dwell, from a state on.
+    fn ending_legs(&self, label: &Label) -> Vec<Leg> {
+        let here_m = self.scene.roadmap.position_m(label.vertex);
+        let stay = Leg {
+            end: Tick::FOREVER,
+            ..self.leg(label, here_m, 0)
+        };
+        self.agent.ending.legs(stay)
+    }
+}
+
+/// The first moment after `departs` at which none of these may be in the way any more; `None` if
+/// one stays. Times known `roughly` are those of whole legs.
+fn clear_after(
+    departs: Tick,
+    blockers: &[Blocker],
+    roughly: bool,
+    is_met: impl Fn(&Blocker) -> bool,
+) -> Option<Tick> {
+    let mut latest = None;
+    for blocker in blockers.iter().filter(|blocker| !is_met(blocker)) {
+        if blocker.clear == Tick::FOREVER {
+            return None;
+        }
+        // A drone on its leg may be out of the way half-way already.
+        let half = Tick(blocker.began.0.midpoint(blocker.clear.0));
+        let early = roughly && half > departs;
+        let clear = if early { half } else { blocker.clear };
+        latest = latest.max(Some(clear));
+    }
+    latest
+}
+
+/// Joins stays that follow one another at one place.
+pub(crate) fn joined(legs: Vec<Leg>) -> Vec<Leg> {
+    let mut joined: Vec<Leg> = Vec::with_capacity(legs.len());
+    for leg in legs {
+        match joined.last_mut() {
+            Some(last)
+                if last.stays()
+                    && leg.stays()
+                    && last.from_m == leg.from_m
+                    && last.kind == leg.kind
+                    && last.flying == leg.flying =>
+            {
+                last.end = leg.end;
+            }
+            _ => joined.push(leg),
+        }
+    }
+    joined
 }

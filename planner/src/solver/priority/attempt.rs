@@ -1,0 +1,534 @@
+//! One try at paths for drones: a queue of them, each searched for among those that have one.
+//!
+//! Several drones are searched for at a time, as if the others of the batch were not there, and taken
+//! in order. A search never has to fail: a drone may cross what others hold, at a price for each of
+//! them; the drone that is crossed is evicted, replanned next, and dearer from then on.
+
+use std::collections::VecDeque;
+
+use costmap::costmap::{Costmap, Reservation};
+use costmap::leg::{DroneId, Leg, Tick};
+use costmap::verdict::{Blocker, Verdict};
+use rayon::prelude::*;
+
+use crate::graph::agent::Agent;
+use crate::graph::distances::UNREACHABLE;
+use crate::graph::roadmap::Roadmap;
+use crate::plan::outcome::{Control, Effort, Progress};
+use crate::sipp::conflicts::ReservationTable;
+use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Scene, Searched, search};
+use crate::solver::prepare::Job;
+
+/// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
+pub(super) const FIRST_WEIGHT: u32 = 500;
+/// Added at every eviction: chosen here, half the first price.
+const WEIGHT_GROWTH: u32 = 250;
+/// A drone evicted more often than this stays at its start. Chosen here: fleets of 1000 that can be
+/// planned evict no drone more than a few times.
+pub(super) const MOST_EVICTIONS: u32 = 24;
+/// States of one search; chosen here, seconds of work.
+const MOST_EXPANSIONS: u64 = 400_000;
+
+/// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they
+/// are seldom in one another's way.
+const LARGEST_BATCH: usize = 16;
+/// States of all searches after the stop: chosen here, about a second of work.
+const ALL_EXPANSIONS: u64 = 60_000;
+/// States of one of them.
+const MOST_FINAL_EXPANSIONS: u64 = 4_000;
+/// The drone that is in the way more often than this stays at its start.
+const MOST_FINAL_EVICTIONS: u32 = 4;
+
+/// Paths of a fleet.
+#[derive(Clone, Debug)]
+pub(crate) struct Paths {
+    /// Per drone; `None`: it stays at its start.
+    pub(crate) paths: Vec<Option<Path>>,
+    /// Why those without a path have none.
+    pub(crate) unplanned: Vec<(DroneId, FailureKind)>,
+    /// Every drone's reservations, the stranded included.
+    pub(crate) costmap: Costmap,
+}
+
+/// Why a drone stays at its start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum FailureKind {
+    /// The roadmap has no way through free space to one of its tasks.
+    NoWay,
+    /// Its end excludes another drone's.
+    EndpointConflict,
+    /// What it would land on, or what is beside it, leaves too little room: how much is missing
+    /// (m).
+    Landing(f64),
+    /// Others are in the way.
+    Obstructed(Option<Obstruction>),
+    /// Its wake is too strong for a zone whichever way it flies.
+    Zone(Obstruction),
+    /// Planning was stopped before its turn.
+    Stopped,
+}
+
+/// A fleet with the paths found so far, and the queue rules that make more of them.
+pub(super) struct Attempt<'a> {
+    roadmap: &'a Roadmap,
+    pub(super) agents: &'a [Agent],
+    pub(super) costmap: Costmap,
+    /// What the costmap says, in brief; `None`: searches ask the costmap itself.
+    pub(super) reservations: Option<ReservationTable<'a>>,
+    pub(super) energy_weight: f64,
+    pub(super) control: &'a Control<'a>,
+    pub(super) effort: &'a mut Effort,
+    pub(super) weights: Vec<u32>,
+    evicted: Vec<u32>,
+    /// Whose weak wakes were too much for a drone: their steps are judged in full.
+    pub(super) careful: Vec<bool>,
+    pub(super) most_evictions: u32,
+    /// See [`Scene::detours`].
+    pub(super) detours: bool,
+    /// After how many states in all it gives up.
+    pub(super) gives_up_at: Option<u64>,
+    /// See [`Scene::under_way`].
+    pub(super) under_way: Vec<Tick>,
+    /// What each drone flies if it finds no way: it is not there at all if that is nothing. Not
+    /// even a list of them: every drone stays at the start.
+    pub(super) kept: Vec<Vec<Leg>>,
+    pub(super) paths: Vec<Option<Path>>,
+    pub(super) unplanned: Vec<(DroneId, FailureKind)>,
+}
+
+impl<'a> Attempt<'a> {
+    /// Nothing is planned yet; the drones in the costmap that are not the job's give way to none.
+    pub(super) fn new(
+        job: &'a Job,
+        costmap: Costmap,
+        energy_weight: f64,
+        control: &'a Control<'a>,
+        effort: &'a mut Effort,
+    ) -> Attempt<'a> {
+        let drones = job.agents.len();
+        let mut weights = vec![FIRST_WEIGHT; drones];
+        weights.resize(costmap.drone_count().max(drones), IMMOVABLE);
+        Attempt {
+            roadmap: &job.roadmap,
+            agents: &job.agents,
+            costmap,
+            reservations: None,
+            energy_weight,
+            control,
+            effort,
+            weights,
+            evicted: vec![0; drones],
+            careful: vec![false; drones],
+            most_evictions: MOST_EVICTIONS,
+            detours: true,
+            gives_up_at: None,
+            under_way: Vec::new(),
+            kept: Vec::new(),
+            paths: vec![None; drones],
+            unplanned: Vec::new(),
+        }
+    }
+
+    pub(super) fn exclude(&mut self, excluded: &[(DroneId, FailureKind)]) {
+        let mut queue = VecDeque::new();
+        for &(drone, why) in excluded {
+            self.leave_unplanned(drone, why, &mut queue);
+        }
+    }
+
+    /// Drones without tasks are planned first, and for good: where they are is where they go.
+    pub(super) fn settle_who_stays(&mut self) {
+        let weights = &self.weights;
+        let stays = |agent: &&Agent| agent.stays() && weights[agent.drone.0 as usize] != IMMOVABLE;
+        let staying: Vec<&Agent> = self.agents.iter().filter(stays).collect();
+        for agent in staying {
+            let legs = vec![agent.stays_at_start(self.roadmap)];
+            self.reserve(legs.clone());
+            self.weights[agent.drone.0 as usize] = IMMOVABLE;
+            self.paths[agent.drone.0 as usize] = Some(Path::new(legs, Tick(0)));
+        }
+    }
+
+    pub(super) fn scene(&self) -> Scene<'_> {
+        Scene {
+            roadmap: self.roadmap,
+            costmap: &self.costmap,
+            reservations: self.reservations.as_ref(),
+            weights: &self.weights,
+            under_way: &self.under_way,
+            energy_weight: self.energy_weight,
+            detours: self.detours,
+            careful: false,
+            most_expansions: MOST_EXPANSIONS,
+            stop: self.control.stop,
+        }
+    }
+
+    /// Counts a search; the path that it found, if it found one.
+    pub(super) fn counted(&mut self, searched: Searched) -> Option<Path> {
+        self.effort.searches += 1;
+        self.effort.expansions += searched.expansions;
+        match searched.found {
+            Found::Path(path) => Some(path),
+            Found::Blocked(_) | Found::Stopped => None,
+        }
+    }
+
+    pub(super) fn evict(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
+        let index = drone.0 as usize;
+        if self.paths[index].is_none() {
+            // Already taken back, by one who was evicted before it and gave up.
+            return;
+        }
+        self.take_back(drone);
+        self.evicted[index] += 1;
+        let weight = self.weights[index].saturating_add(WEIGHT_GROWTH);
+        self.weights[index] = weight.min(IMMOVABLE - 1);
+        if self.evicted[index] > self.most_evictions {
+            self.leave_unplanned(drone, FailureKind::Obstructed(None), queue);
+        } else {
+            queue.push_front(drone);
+        }
+    }
+
+    /// Leaves a drone at its start until the end, and takes back the drone that is in conflict with
+    /// that.
+    pub(super) fn leave_unplanned(
+        &mut self,
+        drone: DroneId,
+        why: FailureKind,
+        queue: &mut VecDeque<DroneId>,
+    ) {
+        let stay = self.without_way(drone);
+        self.weights[drone.0 as usize] = IMMOVABLE;
+        self.unplanned.push((drone, why));
+        let mut verdict = Verdict::default();
+        loop {
+            let movable = |other: &DroneId| {
+                let index = other.0 as usize;
+                self.weights[index] != IMMOVABLE && self.paths[index].is_some()
+            };
+            let mut hit: Vec<DroneId> = Vec::new();
+            let mut allowed = true;
+            for leg in &stay {
+                self.costmap.judge(leg, &mut verdict);
+                let scene = self.scene();
+                let takeable = |b: &&Blocker| scene.weight(b) != IMMOVABLE || self.kept.is_empty();
+                hit.extend(verdict.blockers.iter().filter(takeable).map(|b| b.drone));
+                allowed &= verdict.is_allowed();
+            }
+            if !hit.iter().any(movable) && !allowed && self.kept.is_empty() {
+                // Those who stay would bear one another, were no other drone near them.
+                for &other in &hit.clone() {
+                    for leg in self.costmap.legs(other) {
+                        hit.extend(self.costmap.near(leg).iter().map(|item| item.leg.drone));
+                    }
+                }
+            }
+            hit.retain(movable);
+            hit.sort_unstable();
+            hit.dedup();
+            if hit.is_empty() {
+                break;
+            }
+            for other in hit {
+                self.take_back(other);
+                queue.push_front(other);
+            }
+        }
+        self.reserve(stay);
+    }
+
+    pub(super) fn reserve(&mut self, legs: Vec<Leg>) {
+        self.take_over(self.costmap.reservation(legs));
+    }
+
+    fn take_over(&mut self, reservation: Reservation) {
+        let Some(drone) = reservation.drone() else {
+            return;
+        };
+        self.release(drone);
+        let Some(reservations) = &mut self.reservations else {
+            return self.costmap.reserve(reservation);
+        };
+        let legs = reservation.legs().to_vec();
+        let costmap = &mut self.costmap;
+        let insert = || reservations.insert(&legs);
+        rayon::join(|| costmap.reserve(reservation), insert);
+    }
+
+    pub(super) fn release(&mut self, drone: DroneId) {
+        if let Some(reservations) = &mut self.reservations {
+            reservations.remove(self.costmap.legs(drone));
+        }
+        self.costmap.remove(drone);
+    }
+
+    /// What a drone flies that finds no way.
+    fn without_way(&self, drone: DroneId) -> Vec<Leg> {
+        match self.kept.get(drone.0 as usize) {
+            Some(kept) => kept.clone(),
+            None => vec![self.agents[drone.0 as usize].stays_at_start(self.roadmap)],
+        }
+    }
+
+    fn take_back(&mut self, drone: DroneId) {
+        self.release(drone);
+        // What it is flying it goes on with.
+        self.reserve(self.agents[drone.0 as usize].begun.clone());
+        self.paths[drone.0 as usize] = None;
+        self.effort.evictions += 1;
+    }
+
+    /// Lets those fly after all who were in others' way and are no more, one at a time.
+    fn retry(&mut self) {
+        let immovable = vec![IMMOVABLE; self.weights.len()];
+        let mut index = 0;
+        while let Some(&(drone, why)) = self.unplanned.get(index) {
+            index += 1;
+            let keeps = self.evicted[drone.0 as usize] > 0 && !self.kept.is_empty();
+            if keeps || !matches!(why, FailureKind::Obstructed(_)) || (self.control.stop)() {
+                continue;
+            }
+            let stay = self.costmap.legs(drone).to_vec();
+            self.release(drone);
+            let scene = Scene {
+                reservations: None,
+                weights: &immovable,
+                careful: true,
+                ..self.scene()
+            };
+            let searched = search(scene, &self.agents[drone.0 as usize]);
+            if let Some(path) = self.counted(searched) {
+                self.reserve(path.legs.clone());
+                self.paths[drone.0 as usize] = Some(path);
+                self.unplanned.remove(index - 1);
+                index = 0;
+            } else {
+                self.reserve(stay);
+            }
+        }
+    }
+
+    pub(super) fn into_paths(mut self) -> Paths {
+        self.unplanned.sort_unstable_by_key(|(drone, _)| *drone);
+        Paths {
+            paths: self.paths,
+            unplanned: self.unplanned,
+            costmap: self.costmap,
+        }
+    }
+
+    /// Plans all in the queue, several at a time as if the others of the batch were not there. They
+    /// are taken in order, and the drone that is in the way of one before it is planned again. How
+    /// many there are in a batch depends on how that went before, and not on the number of threads.
+    /// `false` if it gave up.
+    pub(super) fn run(&mut self, queue: VecDeque<DroneId>) -> bool {
+        // Among the threads that share the work: little of it can be handed on from outside.
+        rayon::scope(|_| self.run_here(queue))
+    }
+
+    fn run_here(&mut self, mut queue: VecDeque<DroneId>) -> bool {
+        let mut most = 1;
+        loop {
+            let is_spent = |most: u64| self.effort.expansions > most || (self.control.stop)();
+            if self.gives_up_at.is_some_and(is_spent) {
+                return false;
+            }
+            if (self.control.stop)() {
+                self.finalise(queue);
+                return true;
+            }
+            let batch = self.next_batch(&mut queue, most);
+            if batch.is_empty() {
+                break;
+            }
+            let scene = self.scene();
+            let searched: Vec<(Searched, Option<Reservation>)> = batch
+                .par_iter()
+                // Some take a hundred times as long as others.
+                .with_max_len(1)
+                .map(|drone| {
+                    let careful = self.careful[drone.0 as usize];
+                    let agent = &self.agents[drone.0 as usize];
+                    let searched = search(Scene { careful, ..scene }, agent);
+                    let reservation = match &searched.found {
+                        Found::Path(path) => Some(scene.costmap.reservation(path.legs.clone())),
+                        _ => None,
+                    };
+                    (searched, reservation)
+                })
+                .collect();
+            let mut again = Vec::new();
+            let mut is_first = true;
+            for (drone, searched) in batch.into_iter().zip(searched) {
+                if !self.take(drone, searched, is_first, &mut queue) {
+                    again.push(drone);
+                }
+                is_first = false;
+            }
+            most = if again.is_empty() {
+                (2 * most).min(LARGEST_BATCH)
+            } else {
+                (most / 2).max(1)
+            };
+            for drone in again.into_iter().rev() {
+                queue.push_front(drone);
+            }
+            (self.control.progress)(Progress::Searching {
+                planned: self.paths.iter().flatten().count(),
+                drones: self.paths.len(),
+                evictions: self.effort.evictions,
+            });
+        }
+        self.retry();
+        true
+    }
+
+    fn next_batch(&mut self, queue: &mut VecDeque<DroneId>, most: usize) -> Vec<DroneId> {
+        let mut batch = Vec::new();
+        while batch.len() < most {
+            let Some(drone) = queue.pop_front() else {
+                break;
+            };
+            if self.weights[drone.0 as usize] == IMMOVABLE {
+                continue;
+            }
+            if self.agents[drone.0 as usize].alone_ticks == UNREACHABLE {
+                self.leave_unplanned(drone, FailureKind::NoWay, queue);
+                continue;
+            }
+            batch.push(drone);
+        }
+        batch
+    }
+
+    /// Takes over what a search found; `false` if others of its batch are in the way by now.
+    fn take(
+        &mut self,
+        drone: DroneId,
+        (searched, reservation): (Searched, Option<Reservation>),
+        is_first: bool,
+        queue: &mut VecDeque<DroneId>,
+    ) -> bool {
+        self.effort.searches += 1;
+        self.effort.expansions += searched.expansions;
+        if self.weights[drone.0 as usize] == IMMOVABLE {
+            // Stranded meanwhile.
+            return true;
+        }
+        match searched.found {
+            // It waits for the next look at whether to stop.
+            Found::Stopped => queue.push_front(drone),
+            Found::Blocked(by) => self.leave_unplanned(drone, FailureKind::Obstructed(by), queue),
+            Found::Path(path) => {
+                let (is_valid, is_borne) = rayon::join(
+                    || is_first || self.meets_only_those_it_knows(drone, &path),
+                    || self.is_borne(drone, &path),
+                );
+                if !is_valid {
+                    return false;
+                }
+                for &met in &path.met {
+                    self.evict(met, queue);
+                }
+                let stuck = |met: &DroneId| self.weights[met.0 as usize] == IMMOVABLE;
+                if path.met.iter().any(stuck) {
+                    // The drone that was to give way has given up instead, and is in the way for
+                    // good.
+                    queue.push_front(drone);
+                    return true;
+                }
+                // Fewer are left to bear it now.
+                if !is_borne && !self.is_borne(drone, &path) {
+                    self.careful[drone.0 as usize] = true;
+                    queue.push_front(drone);
+                    return true;
+                }
+                if let Some(reservation) = reservation {
+                    self.take_over(reservation);
+                }
+                self.paths[drone.0 as usize] = Some(path);
+            }
+        }
+        true
+    }
+
+    /// Whether every drone farther off bears what a path brings them, so far as that was not asked
+    /// of every step.
+    fn is_borne(&self, drone: DroneId, path: &Path) -> bool {
+        self.careful[drone.0 as usize] || self.costmap.is_borne(&path.legs)
+    }
+
+    /// Whether a path is as its search thought, now that others of its batch are there.
+    fn meets_only_those_it_knows(&self, drone: DroneId, path: &Path) -> bool {
+        let scene = Scene {
+            careful: self.careful[drone.0 as usize],
+            ..self.scene()
+        };
+        let mut verdict = Verdict::default();
+        path.legs.iter().all(|leg| {
+            scene.judge(leg, &mut verdict);
+            let known = |blocker: &Blocker| path.met.contains(&blocker.drone);
+            verdict.breaks_zone.is_none() && verdict.blockers.iter().all(known)
+        })
+    }
+
+    /// Leaves those in the queue at their starts, and as few others as a second allows.
+    fn finalise(&mut self, waiting: VecDeque<DroneId>) {
+        let mut displaced = VecDeque::new();
+        for drone in waiting {
+            if self.weights[drone.0 as usize] != IMMOVABLE {
+                self.leave_unplanned(drone, FailureKind::Stopped, &mut displaced);
+            }
+        }
+        let immovable = vec![IMMOVABLE; self.weights.len()];
+        let mut times = vec![0; self.weights.len()];
+        let mut left = ALL_EXPANSIONS;
+        while let Some(drone) = displaced.pop_front() {
+            let index = drone.0 as usize;
+            if self.weights[index] == IMMOVABLE {
+                continue;
+            }
+            times[index] += 1;
+            if left > 0 && times[index] <= MOST_FINAL_EVICTIONS {
+                let scene = Scene {
+                    weights: &immovable,
+                    most_expansions: left.min(MOST_FINAL_EXPANSIONS),
+                    stop: &|| false,
+                    ..self.scene()
+                };
+                let searched = search(scene, &self.agents[index]);
+                left = left.saturating_sub(searched.expansions);
+                if let Some(path) = self.counted(searched)
+                    && self.costmap.is_borne(&path.legs)
+                {
+                    self.reserve(path.legs.clone());
+                    self.paths[index] = Some(path);
+                    continue;
+                }
+            }
+            self.leave_unplanned(drone, FailureKind::Stopped, &mut displaced);
+        }
+    }
+
+    /// Takes back the drone that is in conflict with legs that are flown in any case, and can still
+    /// be moved.
+    pub(super) fn clear_the_way(&mut self, begun: &[Leg], queue: &mut VecDeque<DroneId>) {
+        let mut verdict = Verdict::default();
+        let mut hit = Vec::new();
+        for leg in begun {
+            self.costmap.judge(leg, &mut verdict);
+            let scene = self.scene();
+            let movable = |b: &&Blocker| scene.weight(b) != IMMOVABLE;
+            hit.extend(verdict.blockers.iter().filter(movable).map(|b| b.drone));
+        }
+        hit.sort_unstable();
+        hit.dedup();
+        for drone in hit {
+            if self.paths[drone.0 as usize].is_some() {
+                self.evict(drone, queue);
+            }
+        }
+    }
+}
