@@ -34,8 +34,23 @@ pub(crate) struct Way {
 impl Way {
     /// Whether a ball of this radius fits all along.
     pub(crate) fn fits(&self, radius_m: f64) -> bool {
-        f64::from(self.clearance_m) + CLEARANCE_TOLERANCE_M >= radius_m
+        is_wide(self.clearance_m, radius_m)
     }
+}
+
+/// Whether a way of this clearance (m) holds a ball of this radius (m).
+fn is_wide(clearance_m: f32, radius_m: f64) -> bool {
+    f64::from(clearance_m) + CLEARANCE_TOLERANCE_M >= radius_m
+}
+
+/// What a ball of one radius can do on the lattice.
+#[derive(Debug)]
+struct StepsOfRadius {
+    radius_m: f64,
+    /// The lattice places from which some step is blocked.
+    narrow: BoxCount,
+    /// By place, which of [`NEIGHBOURS`] it may step to, as bits.
+    open: Vec<u32>,
 }
 
 /// Ways through free space.
@@ -46,10 +61,8 @@ pub(crate) struct Roadmap {
     beyond: Beyond,
     /// Where the places beyond the lattice are (m).
     places_m: Vec<Point3<f64>>,
-    /// For each radius asked for, the lattice places from which some step is blocked.
-    narrow: Vec<(f64, BoxCount)>,
-    /// For each radius asked for, by place, which of [`NEIGHBOURS`] it may step to, as bits.
-    open: Vec<(f64, Vec<u32>)>,
+    /// For each radius asked for.
+    steps: Vec<StepsOfRadius>,
     /// Up to where clearances were measured (m).
     widest_m: f64,
 }
@@ -88,32 +101,32 @@ impl Roadmap {
             widest_m: radii_m.last().copied().unwrap_or(0.0),
         };
         let forward = survey.forward_clearances();
-        let of_radius = |radius_m: &f64| {
-            let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= *radius_m;
-            let marked = |place| !around(&lattice, &forward, place).all(|(_, _, c)| wide(c));
-            let narrow = BoxCount::new(&lattice, marked);
-            let open = open_steps(&lattice, &forward, *radius_m);
-            ((*radius_m, narrow), (*radius_m, open))
+        let of_radius = |&radius_m: &f64| {
+            let ways = |place| around(&lattice, &forward, place);
+            let blocked = |place| !ways(place).all(|(_, _, c)| is_wide(c, radius_m));
+            StepsOfRadius {
+                radius_m,
+                narrow: BoxCount::new(&lattice, blocked),
+                open: open_steps(&lattice, &forward, radius_m),
+            }
         };
         let opens = |place: Vertex, radius_m: f64| {
-            let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= radius_m;
-            around(&lattice, &forward, place).any(|(_, _, c)| wide(c))
+            around(&lattice, &forward, place).any(|(_, _, c)| is_wide(c, radius_m))
         };
         let connected = || {
             let mut links = Links::new(&survey, bounds, &opens, Vec::new());
             let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
             (links.places_m, links.ways, vertices)
         };
-        let ((places_m, ways, vertices), (narrow, open)) =
-            rayon::join(connected, || radii_m.iter().map(of_radius).unzip());
+        let ((places_m, ways, vertices), steps) =
+            rayon::join(connected, || radii_m.iter().map(of_radius).collect());
         let widest_m = survey.widest_m;
         let mut roadmap = Roadmap {
             lattice,
             forward,
             beyond: Beyond::default(),
             places_m,
-            narrow,
-            open,
+            steps,
             widest_m,
         };
         roadmap.add(ways);
@@ -173,22 +186,50 @@ impl Roadmap {
         }
     }
 
+    fn steps_of(&self, radius_m: f64) -> Option<&StepsOfRadius> {
+        self.steps.iter().find(|known| known.radius_m == radius_m)
+    }
+
     /// By lattice place, the steps that a ball of this radius may take, as bits in the order of
     /// [`NEIGHBOURS`]; `None` if the radius was not asked for.
     pub(crate) fn open_steps(&self, radius_m: f64) -> Option<&[u32]> {
-        self.open
-            .iter()
-            .find(|(known_m, _)| *known_m == radius_m)
-            .map(|(_, open)| open.as_slice())
+        Some(&self.steps_of(radius_m)?.open)
     }
 
     /// Lattice places where a ball of this radius cannot take every step; `None` if the radius was
     /// not asked for.
     pub(crate) fn narrow(&self, radius_m: f64) -> Option<&BoxCount> {
-        self.narrow
-            .iter()
-            .find(|(known_m, _)| *known_m == radius_m)
-            .map(|(_, count)| count)
+        Some(&self.steps_of(radius_m)?.narrow)
+    }
+
+    /// Highest radius of a body for which clearances are known (m).
+    pub(crate) fn widest_m(&self) -> f64 {
+        self.widest_m
+    }
+
+    /// Connects more stops; returns the vertex of each. All others keep their numbers.
+    pub(crate) fn connect(
+        &mut self,
+        bounds: &Bounds,
+        solids: Option<&Solids>,
+        stops: &[Stop],
+    ) -> Vec<Vertex> {
+        let lattice = self.lattice.clone();
+        let survey = Survey {
+            lattice: &lattice,
+            solids,
+            floor_z_m: bounds.min.z,
+            widest_m: self.widest_m,
+        };
+        let open =
+            |place: Vertex, radius_m: f64| self.ways(place).any(|(_, way)| way.fits(radius_m));
+        let mut links = Links::new(&survey, bounds, &open, self.places_m.clone());
+        let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
+        let (places_m, ways) = (links.places_m, links.ways);
+        self.places_m = places_m;
+        // In ascending order still: stops of later come after all others.
+        self.add(ways);
+        vertices
     }
 }
 
@@ -215,9 +256,9 @@ fn around<'a>(
 }
 
 fn open_steps(lattice: &Lattice, forward: &Forward, radius_m: f64) -> Vec<u32> {
-    let wide = |c: f32| f64::from(c) + CLEARANCE_TOLERANCE_M >= radius_m && c > 0.0;
     let of_place = |place: Vertex| {
-        let open = around(lattice, forward, place).filter(|(_, _, c)| wide(*c));
+        let is_open = |(_, _, c): &(usize, Vertex, f32)| is_wide(*c, radius_m) && *c > 0.0;
+        let open = around(lattice, forward, place).filter(is_open);
         open.fold(0, |open, (n, _, _)| open | 1 << n)
     };
     (0..lattice.place_count() as Vertex)
@@ -284,7 +325,6 @@ impl Survey<'_> {
     }
 }
 
-mod later;
 mod links;
 #[cfg(test)]
 mod tests;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use thiserror::Error;
 
 use crate::scenario::WorldError;
-use crate::scenario::placement::{Misfit, Spot, misplaced};
+use crate::scenario::placement::{Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
 use crate::solver::prepare::ending_from;
@@ -86,13 +86,11 @@ pub enum ChangeError {
     #[error(transparent)]
     Number(Box<WorldError>),
     /// A place where it cannot be.
-    #[error("`{drone}` cannot be at {place}: {why}")]
+    #[error("{why}")]
     Misplaced {
         /// The drone's name.
         drone: String,
-        /// Its start, a task or its landing, and where.
-        place: String,
-        /// What is in the way.
+        /// Which place, what is in the way, and a place near it that would do, as a sentence.
         why: String,
     },
     /// Larger than all drones that the roadmap was made for.
@@ -187,30 +185,11 @@ fn misplacements(
     let mut found: Vec<ChangeError> = Vec::new();
     for it in misplaced(placed, solids) {
         let drone = &placed.drones[it.drone].name;
-        if it.spot == Spot::Start && !comes(drone) {
-            continue;
+        if it.spot != Spot::Start || comes(drone) {
+            let why = it.words(placed).to_string();
+            let drone = drone.clone();
+            found.push(ChangeError::Misplaced { drone, why });
         }
-        let c = it.place_m.coords;
-        let at = format!("({:.2}, {:.2}, {:.2})", c.x, c.y, c.z);
-        found.push(ChangeError::Misplaced {
-            drone: drone.clone(),
-            place: match it.spot {
-                Spot::Start => format!("its start {at}"),
-                Spot::Task(task) => format!("task {} {at}", task + 1),
-                Spot::Landing => format!("its landing {at}"),
-            },
-            why: match it.why {
-                Misfit::OutOfBounds { by_m } => format!("{by_m:.2} m out of bounds"),
-                Misfit::Obstacle {
-                    obstacle,
-                    distance_m,
-                    needs_m,
-                } => format!(
-                    "{distance_m:.2} m to `{}`, it needs {needs_m:.2} m",
-                    placed.obstacles[obstacle].name
-                ),
-            },
-        });
     }
     for drone in &placed.drones {
         let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
@@ -218,11 +197,10 @@ fn misplacements(
         if let Err(short_m) = ending_from(placed, solids, drone, last_m)
             && !found.iter().any(known)
         {
-            found.push(ChangeError::Misplaced {
-                drone: drone.name.clone(),
-                place: "the end of its descent".to_owned(),
-                why: format!("{short_m:.2} m too little room beside an obstacle"),
-            });
+            let drone = drone.name.clone();
+            let why =
+                format!("`{drone}` lands with {short_m:.2} m too little room beside an obstacle");
+            found.push(ChangeError::Misplaced { drone, why });
         }
     }
     found

@@ -314,7 +314,7 @@ impl Check {
 
 impl Misplaced {
     /// What is wrong, as a problem that has no place in a text yet.
-    pub(super) fn words(&self, world: &World) -> Problem {
+    pub(crate) fn words(&self, world: &World) -> Problem {
         let name = &world.drones[self.drone].name;
         let (who, verb, word) = match self.spot {
             Spot::Start => (format!("`{name}`"), "starts", "start"),

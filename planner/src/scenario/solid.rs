@@ -12,6 +12,7 @@ use parry3d::math::{Pose, Vector};
 use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 use parry3d::query::{PointQuery, Ray, RayCast};
 use parry3d::shape::{Segment, TriMesh, TriMeshFlags};
+use petgraph::unionfind::UnionFind;
 
 use crate::scenario::world::{Obstacle, Solid};
 
@@ -55,36 +56,27 @@ impl Solids {
     pub(crate) fn new(obstacles: &[Obstacle]) -> Solids {
         let mut parts = Vec::new();
         for (obstacle, Obstacle { shape, .. }) in obstacles.iter().enumerate() {
-            match shape {
-                Solid::Box { min_m, max_m } => {
-                    let form = Form::Box {
-                        low: vector(min_m),
-                        high: vector(max_m),
-                    };
-                    parts.push(Part { obstacle, form });
-                }
+            let forms = match shape {
+                Solid::Box { min_m, max_m } => vec![Form::Box {
+                    low: vector(min_m),
+                    high: vector(max_m),
+                }],
                 Solid::Cylinder {
                     base_m,
                     radius_m,
                     height_m,
-                } => {
-                    let (radius_m, height_m) = (*radius_m, *height_m);
-                    let form = Form::Cylinder {
-                        base: vector(base_m),
-                        radius_m,
-                        height_m,
-                    };
-                    parts.push(Part { obstacle, form });
-                }
+                } => vec![Form::Cylinder {
+                    base: vector(base_m),
+                    radius_m: *radius_m,
+                    height_m: *height_m,
+                }],
                 Solid::Mesh {
                     vertices_m,
                     triangles,
                     ..
-                } => {
-                    let forms = mesh_parts(vertices_m, triangles);
-                    parts.extend(forms.into_iter().map(|form| Part { obstacle, form }));
-                }
-            }
+                } => mesh_parts(vertices_m, triangles),
+            };
+            parts.extend(forms.into_iter().map(|form| Part { obstacle, form }));
         }
         let boxes: Vec<Aabb> = parts.iter().map(|part| part.form.aabb()).collect();
         Solids {
@@ -177,10 +169,9 @@ fn bound_m(node: &BvhNode, a: Vector, b: Vector) -> f64 {
         .max(a.min(b) - node.maxs())
         .max(Vector::ZERO);
     // Where the boxes overlap the segment may be inside a solid, at any depth.
-    if gap == Vector::ZERO {
-        f64::MIN
-    } else {
-        gap.length()
+    match gap == Vector::ZERO {
+        true => f64::MIN,
+        false => gap.length(),
     }
 }
 
@@ -222,10 +213,9 @@ impl Form {
             Form::Mesh { mesh, closed } => {
                 let surface = mesh.project_local_point(point, false);
                 let distance_m = surface.point.distance(point);
-                if *closed && surface.is_inside {
-                    -distance_m
-                } else {
-                    distance_m
+                match *closed && surface.is_inside {
+                    true => -distance_m,
+                    false => distance_m,
                 }
             }
         }
@@ -318,37 +308,23 @@ fn mesh_parts(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Form> {
         .collect();
     let corners = |triangle: &[u32; 3]| triangle.map(|corner| merged[corner as usize]);
 
-    let mut leader: Vec<u32> = (0..places.len() as u32).collect();
+    let mut joined = UnionFind::<u32>::new(places.len());
     for triangle in triangles {
         let [a, b, c] = corners(triangle);
-        let first = find(&mut leader, a);
-        for other in [b, c] {
-            let other = find(&mut leader, other);
-            leader[other as usize] = first;
-        }
+        joined.union(a, b);
+        joined.union(a, c);
     }
     let mut groups: BTreeMap<u32, Vec<[u32; 3]>> = BTreeMap::new();
     for triangle in triangles {
         let [a, b, c] = corners(triangle);
         if a != b && b != c && c != a {
-            groups
-                .entry(find(&mut leader, a))
-                .or_default()
-                .push([a, b, c]);
+            groups.entry(joined.find(a)).or_default().push([a, b, c]);
         }
     }
-    groups
-        .into_values()
+    let parts = groups.into_values();
+    parts
         .filter_map(|group| mesh_part(&places, group))
         .collect()
-}
-
-fn find(leader: &mut [u32], mut of: u32) -> u32 {
-    while leader[of as usize] != of {
-        leader[of as usize] = leader[leader[of as usize] as usize];
-        of = leader[of as usize];
-    }
-    of
 }
 
 fn mesh_part(places: &[Vector], mut triangles: Vec<[u32; 3]>) -> Option<Form> {
@@ -359,20 +335,15 @@ fn mesh_part(places: &[Vector], mut triangles: Vec<[u32; 3]>) -> Option<Form> {
             *walks.entry(edge).or_default() += 1;
         }
     }
-    let closed = walks
-        .iter()
-        .all(|((a, b), n)| *n == 1 && walks.get(&(*b, *a)) == Some(&1));
-    let volume_m3: f64 = triangles
-        .iter()
-        .map(|[a, b, c]| {
-            let [a, b, c] = [a, b, c].map(|corner| places[*corner as usize]);
-            a.dot(b.cross(c)) / 6.0
-        })
-        .sum();
-    if closed && volume_m3 < 0.0 {
-        triangles
-            .iter_mut()
-            .for_each(|triangle| triangle.swap(1, 2));
+    let once_back = |((a, b), n): (&(u32, u32), &i32)| *n == 1 && walks.get(&(*b, *a)) == Some(&1);
+    let closed = walks.iter().all(once_back);
+    let volume_m3 = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|corner| places[corner as usize]);
+        a.dot(b.cross(c)) / 6.0
+    };
+    if closed && triangles.iter().map(volume_m3).sum::<f64>() < 0.0 {
+        let turn = |triangle: &mut [u32; 3]| triangle.swap(1, 2);
+        triangles.iter_mut().for_each(turn);
     }
     // Only this part's vertices, numbered anew.
     let mut number: BTreeMap<u32, u32> = BTreeMap::new();
@@ -384,10 +355,9 @@ fn mesh_part(places: &[Vector], mut triangles: Vec<[u32; 3]>) -> Option<Form> {
             (own.len() - 1) as u32
         });
     }
-    let flags = if closed {
-        TriMeshFlags::ORIENTED
-    } else {
-        TriMeshFlags::empty()
+    let flags = match closed {
+        true => TriMeshFlags::ORIENTED,
+        false => TriMeshFlags::empty(),
     };
     let mesh = Box::new(TriMesh::with_flags(own, triangles, flags).ok()?);
     Some(Form::Mesh { mesh, closed })
