@@ -4,6 +4,7 @@ use std::fmt;
 
 use nalgebra::Point3;
 use serde::Serialize;
+use thiserror::Error;
 
 use crate::plan::outcome::Exclusion;
 
@@ -33,7 +34,13 @@ pub enum FailureCause {
 }
 
 /// The part of a drone's job that no path leads along.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Error, PartialEq, Serialize)]
+#[error(
+    "no way through free space from {} to task {task} at {} for a body of {body_radius_m:.2} m radius with \
+     {clearance_m:.2} m clearance, on a lattice of {cell_m:.2} m; widen the gap, or set a smaller cell_m",
+    place(from_m),
+    place(to_m)
+)]
 pub struct MissingPath {
     /// From here (m).
     pub from_m: Point3<f64>,
@@ -74,10 +81,13 @@ pub struct Hindrance {
 }
 
 /// What can be in the way.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Error, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HindranceKind {
     /// A zone that the drone's own wake is too strong for.
+    #[error(
+        "its own downwash is too strong for zone `{zone}`, which allows {air_limit_mps:.1} m/s,"
+    )]
     Zone {
         /// Its name.
         zone: String,
@@ -85,32 +95,47 @@ pub enum HindranceKind {
         air_limit_mps: f64,
     },
     /// The body of another drone.
+    #[error("the body of `{0}` is in its way")]
     Body(String),
     /// The near-field column of either of the two.
+    #[error("the near-field column between it and `{0}` is in its way")]
     Column(String),
     /// The downwash of another drone.
+    #[error("the downwash of `{0}` is in its way")]
     Downwash(String),
     /// Its own downwash, on another drone.
+    #[error("its downwash would fall on `{0}`")]
     OwnDownwash(String),
     /// Its downwash and another drone's together, in a zone.
+    #[error("its downwash and that of `{0}` are too much for a zone")]
     ZoneTogether(String),
 }
 
-/// What could be done about it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// What could be done about it; shown with the semicolon that sets it off from what is in the way.
+#[derive(Clone, Debug, Error, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Remedy {
     /// Not looked for, or none known.
+    #[error("")]
     Unknown,
     /// The floor is crowded.
+    #[error(
+        "; {} of the floor's {} columns ({:.0} %) are under drones that hover for ever: let some of them land or \
+         leave, or give the fleet more floor",
+        .0.held, .0.open, 100.0 * .0.share()
+    )]
     LessCrowding(Crowding),
     /// The same as for this drone, which the group has in common.
+    #[error("; see `{0}`")]
     SameAs(String),
     /// There is no pass at any air limit.
+    #[error("; no pass at any air limit: bodies, columns or zones are in the way")]
     NoneAtAnyLimit,
     /// A pass just within the limits, which this search keeps off.
+    #[error("; there is a pass just within the limits, which this search keeps off")]
     JustWithinLimits,
     /// Higher air limits.
+    #[error("; {0}")]
     RaiseLimits(Exposure),
 }
 
@@ -186,51 +211,49 @@ impl fmt::Display for FailureCause {
     }
 }
 
-impl fmt::Display for MissingPath {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "no way through free space from {} to task {} at {} for a body of {:.2} m radius with {:.2} m \
-             clearance, on a lattice of {:.2} m; widen the gap, or set a smaller cell_m",
-            place(&self.from_m),
-            self.task,
-            place(&self.to_m),
-            self.body_radius_m,
-            self.clearance_m,
-            self.cell_m,
-        )
-    }
-}
-
 impl fmt::Display for GoalConflict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let GoalConflict { drone, with, .. } = self;
         match self.why {
-            Exclusion::Bodies { gap_m, needs_m } if gap_m < 0.0 => write!(
-                f,
-                "at its goal the body of `{drone}` overlaps that of {with} by {:.2} m, between them must be {needs_m:.2} m",
-                -gap_m
-            ),
-            Exclusion::Bodies { gap_m, needs_m } => write!(
-                f,
-                "the goal of `{drone}` is {gap_m:.2} m from the body of {with}, it needs {needs_m:.2} m"
-            ),
-            Exclusion::Column => write!(
-                f,
-                "the goal of `{drone}` is in the near-field column of {with}"
-            ),
+            Exclusion::Bodies { gap_m, needs_m } if gap_m < 0.0 => {
+                let by_m = -gap_m;
+                write!(
+                    f,
+                    "at its goal the body of `{drone}` overlaps that of {with} by {by_m:.2} m, "
+                )?;
+                write!(f, "between them must be {needs_m:.2} m")
+            }
+            Exclusion::Bodies { gap_m, needs_m } => {
+                write!(
+                    f,
+                    "the goal of `{drone}` is {gap_m:.2} m from the body of {with}, "
+                )?;
+                write!(f, "it needs {needs_m:.2} m")
+            }
+            Exclusion::Column => {
+                write!(
+                    f,
+                    "the goal of `{drone}` is in the near-field column of {with}"
+                )
+            }
             Exclusion::Air {
                 air_mps,
                 alpha,
                 limit,
-            } => write!(
-                f,
-                "the goal of `{drone}` is in the downwash of {with}: {air_mps:.1} m/s, alpha {alpha:.2}, its limit is {limit:.2}"
-            ),
-            Exclusion::Zone { air_mps, limit_mps } => write!(
-                f,
-                "the goal of `{drone}` blows {air_mps:.1} m/s into {with}, which allows {limit_mps:.1} m/s"
-            ),
+            } => {
+                write!(
+                    f,
+                    "the goal of `{drone}` is in the downwash of {with}: {air_mps:.1} m/s, "
+                )?;
+                write!(f, "alpha {alpha:.2}, its limit is {limit:.2}")
+            }
+            Exclusion::Zone { air_mps, limit_mps } => {
+                write!(
+                    f,
+                    "the goal of `{drone}` blows {air_mps:.1} m/s into {with}, "
+                )?;
+                write!(f, "which allows {limit_mps:.1} m/s")
+            }
         }?;
         match &self.nearest_fix_m {
             Some(fix_m) => write!(f, "; move `{drone}`'s goal to {}", place(fix_m)),
@@ -241,30 +264,9 @@ impl fmt::Display for GoalConflict {
 
 impl fmt::Display for Hindrance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.kind {
-            HindranceKind::Zone {
-                zone,
-                air_limit_mps,
-            } => write!(
-                f,
-                "its own downwash is too strong for zone `{zone}`, which allows {air_limit_mps:.1} m/s,"
-            ),
-            HindranceKind::Body(other) => write!(f, "the body of `{other}` is in its way"),
-            HindranceKind::Column(other) => write!(
-                f,
-                "the near-field column between it and `{other}` is in its way"
-            ),
-            HindranceKind::Downwash(other) => write!(f, "the downwash of `{other}` is in its way"),
-            HindranceKind::OwnDownwash(other) => {
-                write!(f, "its downwash would fall on `{other}`")
-            }
-            HindranceKind::ZoneTogether(other) => write!(
-                f,
-                "its downwash and that of `{other}` are too much for a zone"
-            ),
-        }?;
-        write!(f, " at {} from {:.1} s on", place(&self.at_m), self.from_s)?;
-        match self.kind {
+        let Hindrance { kind, at_m, from_s } = self;
+        write!(f, "{kind} at {} from {from_s:.1} s on", place(at_m))?;
+        match kind {
             HindranceKind::Zone { .. } => {
                 f.write_str("; fly higher or around, or raise the zone's air_limit_mps")
             }
@@ -273,37 +275,20 @@ impl fmt::Display for Hindrance {
     }
 }
 
-impl fmt::Display for Remedy {
-    /// With the semicolon that sets it off from what is in the way.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Remedy::Unknown => Ok(()),
-            Remedy::LessCrowding(Crowding { held, open }) => write!(
-                f,
-                "; {held} of the floor's {open} columns ({:.0} %) are under drones that hover for ever: \
-                 let some of them land or leave, or give the fleet more floor",
-                100.0 * *held as f64 / *open as f64
-            ),
-            Remedy::SameAs(drone) => write!(f, "; see `{drone}`"),
-            Remedy::NoneAtAnyLimit => {
-                f.write_str("; no pass at any air limit: bodies, columns or zones are in the way")
-            }
-            Remedy::JustWithinLimits => {
-                f.write_str("; there is a pass just within the limits, which this search keeps off")
-            }
-            Remedy::RaiseLimits(exposure) => write!(f, "; {exposure}"),
-        }
-    }
-}
-
 impl fmt::Display for Exposure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names: Vec<String> = self.drones.iter().map(|name| format!("`{name}`")).collect();
+        let (names, at) = (names.join(", "), place(&self.at_m));
+        let Exposure {
+            drone,
+            alpha,
+            extra_percent,
+            air_limit,
+            ..
+        } = self;
         write!(
             f,
-            "no pass without exposure: the gentlest puts `{}` at {}",
-            self.drone,
-            place(&self.at_m)
+            "no pass without exposure: the gentlest puts `{drone}` at {at}"
         )?;
         if let Some((other, below_m, aside_m)) = &self.beside {
             write!(
@@ -311,22 +296,16 @@ impl fmt::Display for Exposure {
                 ", {below_m:.1} m below and {aside_m:.1} m beside `{other}`"
             )?;
         }
-        write!(
-            f,
-            ", alpha {:.2}, +{:.0} % power",
-            self.alpha, self.extra_percent
-        )?;
-        if let Some((axial_exposure_m, extra_energy_j)) = self.whole {
+        write!(f, ", alpha {alpha:.2}, +{extra_percent:.0} % power")?;
+        if let Some((dose_m, energy_j)) = self.whole {
             write!(
                 f,
-                " there, {axial_exposure_m:.1} m of axial exposure and {extra_energy_j:.0} J in all"
+                " there, {dose_m:.1} m of axial exposure and {energy_j:.0} J in all"
             )?;
         }
         write!(
             f,
-            "; raise the air_limit of {} to {:.2}, with a margin",
-            names.join(", "),
-            self.air_limit,
+            "; raise the air_limit of {names} to {air_limit:.2}, with a margin"
         )
     }
 }

@@ -121,7 +121,11 @@ impl Trajectory {
 
         let mut pieces = Vec::with_capacity(times + 1);
         if entry.t_s[0] > SAME_TIME_S {
-            let motion = Motion::still((0.0, entry.t_s[0]), entry.position_m[0]);
+            let motion = Motion::straight(
+                (0.0, entry.t_s[0]),
+                entry.position_m[0],
+                entry.position_m[0],
+            );
             pieces.push(Piece {
                 motion,
                 mass_kg: entry.mass_kg[0],
@@ -139,7 +143,7 @@ impl Trajectory {
         }
         let (last_s, last_m) = (entry.t_s[last], entry.position_m[last]);
         if let Tail::Stays { until_s } = tail {
-            let motion = Motion::still((last_s, until_s.max(last_s)), last_m);
+            let motion = Motion::straight((last_s, until_s.max(last_s)), last_m, last_m);
             pieces.push(Piece {
                 motion,
                 mass_kg: entry.mass_kg[last],

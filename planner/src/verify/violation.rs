@@ -88,40 +88,27 @@ impl fmt::Display for Violation {
         };
         let (value, limit) = (self.value, self.limit);
         let inside = -value;
-        match self.kind {
-            ViolationKind::Malformed => write!(f, "{who}: {with}"),
-            ViolationKind::Jump => write!(
-                f,
-                "{who} is in two places {value:.3} m apart {when}, at {at}"
-            ),
-            ViolationKind::Speed => write!(
-                f,
-                "{who} flies {value:.3} m/s {when}, at {at}; its highest speed is {limit:.3} m/s"
-            ),
-            ViolationKind::Bounds => write!(
-                f,
-                "{who} is {value:.3} m outside the bounds {when}, at {at}"
-            ),
-            ViolationKind::Obstacle => write!(
-                f,
-                "{who} is {inside:.3} m inside obstacle `{with}` {when}, at {at}"
-            ),
-            ViolationKind::Collision => write!(
-                f,
-                "{who} and `{with}` overlap by {inside:.3} m {when}, at {at}"
-            ),
-            ViolationKind::Column => write!(
-                f,
+        let there = format!("{when}, at {at}");
+        f.write_str(&match self.kind {
+            ViolationKind::Malformed => format!("{who}: {with}"),
+            ViolationKind::Jump => format!("{who} is in two places {value:.3} m apart {there}"),
+            ViolationKind::Speed => {
+                format!("{who} flies {value:.3} m/s {there}; its highest speed is {limit:.3} m/s")
+            }
+            ViolationKind::Bounds => format!("{who} is {value:.3} m outside the bounds {there}"),
+            ViolationKind::Obstacle => {
+                format!("{who} is {inside:.3} m inside obstacle `{with}` {there}")
+            }
+            ViolationKind::Collision => format!("{who} and `{with}` overlap by {inside:.3} m {there}"),
+            ViolationKind::Column => format!(
                 "{who} is in the near-field column of `{with}` {when}: at {at} it is {value:.2} m off its axis, less than {limit:.2} m"
             ),
-            ViolationKind::Air => write!(
-                f,
-                "{who} meets {value:.3} of its induced velocity {when}, at {at}, most of it from `{with}`; its limit is {limit:.3}"
+            ViolationKind::Air => format!(
+                "{who} meets {value:.3} of its induced velocity {there}, most of it from `{with}`; its limit is {limit:.3}"
             ),
-            ViolationKind::Zone => write!(
-                f,
+            ViolationKind::Zone => format!(
                 "zone `{with}` has {value:.2} m/s of air {when}, most of it from {who} at {at}; its limit is {limit:.2} m/s"
             ),
-        }
+        })
     }
 }

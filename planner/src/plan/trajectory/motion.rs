@@ -36,16 +36,6 @@ impl Motion {
         }
     }
 
-    /// Stands still.
-    pub fn still(span_s: (f64, f64), at_m: Point3<f64>) -> Motion {
-        Motion {
-            from_s: span_s.0,
-            until_s: span_s.1,
-            start_m: at_m.coords,
-            velocity_mps: Vector3::zeros(),
-        }
-    }
-
     /// This motion as seen from `other`, over the time both last; `None` where they share none.
     pub fn seen_from(&self, other: &Motion) -> Option<Motion> {
         let (from_s, until_s) = (
@@ -97,20 +87,12 @@ impl Motion {
         0.5 * self.max_speed_mps() * (until_s - from_s)
     }
 
-    /// Smallest and greatest horizontal distance from the vertical axis through minus
-    /// `shift_m`, over a time window (m): closed form.
-    pub fn axis_distance_m(&self, from_s: f64, until_s: f64, shift_m: [f64; 2]) -> (f64, f64) {
-        let (nearest_m, farthest_m) = self.level_way(from_s, until_s).extremes_m(shift_m);
-        (nearest_m.norm(), farthest_m.norm())
-    }
-
     /// The motion over a time window as seen from above, made ready for many axes.
     pub fn level_way(&self, from_s: f64, until_s: f64) -> LevelWay {
         let (begin_m, end_m) = (self.at_m(from_s).xy(), self.at_m(until_s).xy());
         let along_m = end_m - begin_m;
         LevelWay {
             begin_m,
-            end_m,
             along_m,
             length2_m2: along_m.norm_squared(),
         }
@@ -128,19 +110,19 @@ impl Motion {
         (t_s, self.at_m(t_s).norm())
     }
 
-    /// Spans inside the open ball of this radius around the origin (s), in order.
-    pub fn inside_ball_s(&self, radius_m: f64) -> Vec<(f64, f64)> {
+    /// When it is inside the open ball of this radius (m) around the origin (s); `None`: never.
+    pub fn inside_ball_s(&self, radius_m: f64) -> Option<(f64, f64)> {
         let span = below_zero(
             self.velocity_mps.norm_squared(),
             self.start_m.dot(&self.velocity_mps),
             self.start_m.norm_squared() - radius_m * radius_m,
         );
-        self.spans(span)
+        self.cut(span?)
     }
 
-    /// Spans inside the open upright cylinder around the origin's axis, between two heights (s), in
-    /// order.
-    pub fn inside_cylinder_s(&self, radius_m: f64, z_m: (f64, f64)) -> Vec<(f64, f64)> {
+    /// When it is inside the open upright cylinder of this radius (m) around the origin's axis,
+    /// between two heights (m), in s; `None`: never.
+    pub fn inside_cylinder_s(&self, radius_m: f64, z_m: (f64, f64)) -> Option<(f64, f64)> {
         let (p, v) = (self.start_m, self.velocity_mps);
         let within_radius = below_zero(
             v.xy().norm_squared(),
@@ -149,28 +131,22 @@ impl Motion {
         );
         let within_heights = if v.z != 0.0 {
             let (a, b) = ((z_m.0 - p.z) / v.z, (z_m.1 - p.z) / v.z);
-            Some((a.min(b), a.max(b)))
+            (a.min(b), a.max(b))
+        } else if z_m.0 < p.z && p.z < z_m.1 {
+            (f64::NEG_INFINITY, f64::INFINITY)
         } else {
-            (z_m.0 < p.z && p.z < z_m.1).then_some((f64::NEG_INFINITY, f64::INFINITY))
+            return None;
         };
-        let both = within_radius
-            .zip(within_heights)
-            .map(|(a, b)| (a.0.max(b.0), a.1.min(b.1)));
-        self.spans(both.filter(|(a, b)| a <= b))
+        let (a, b) = (within_radius?, within_heights);
+        let both = (a.0.max(b.0), a.1.min(b.1));
+        self.cut(Some(both).filter(|(a, b)| a <= b)?)
     }
 
-    /// A span counted from `from_s`, cut to this motion's own.
-    fn spans(&self, after_start_s: Option<(f64, f64)>) -> Vec<(f64, f64)> {
-        after_start_s
-            .map(|(a, b)| {
-                (
-                    (self.from_s + a).max(self.from_s),
-                    (self.from_s + b).min(self.until_s),
-                )
-            })
-            .filter(|(a, b)| a <= b)
-            .into_iter()
-            .collect()
+    /// A span counted from `from_s`, cut to this motion's own; `None`: nothing is left of it.
+    fn cut(&self, (a, b): (f64, f64)) -> Option<(f64, f64)> {
+        let begin_s = (self.from_s + a).max(self.from_s);
+        let end_s = (self.from_s + b).min(self.until_s);
+        (begin_s <= end_s).then_some((begin_s, end_s))
     }
 }
 
@@ -178,28 +154,21 @@ impl Motion {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelWay {
     begin_m: Vector2<f64>,
-    end_m: Vector2<f64>,
     along_m: Vector2<f64>,
     length2_m2: f64,
 }
 
 impl LevelWay {
-    /// Its nearest and its farthest place from the vertical axis through minus `shift_m`, as seen
-    /// from there (m): closed form.
+    /// Its nearest place to the vertical axis through minus `shift_m` (m, x and y), as seen from
+    /// there (m): closed form.
     #[inline]
-    pub fn extremes_m(&self, shift_m: [f64; 2]) -> (Vector2<f64>, Vector2<f64>) {
-        let shift = Vector2::from(shift_m);
-        let (a, b) = (self.begin_m + shift, self.end_m + shift);
+    pub fn nearest_m(&self, shift_m: [f64; 2]) -> Vector2<f64> {
+        let begin_m = self.begin_m + Vector2::from(shift_m);
         if self.length2_m2 <= 0.0 {
-            return (a, a);
+            return begin_m;
         }
-        let nearest = a + self.along_m * (-a.dot(&self.along_m) / self.length2_m2).clamp(0.0, 1.0);
-        let farthest = if a.norm_squared() >= b.norm_squared() {
-            a
-        } else {
-            b
-        };
-        (nearest, farthest)
+        let share = -begin_m.dot(&self.along_m) / self.length2_m2;
+        begin_m + self.along_m * share.clamp(0.0, 1.0)
     }
 }
 

@@ -173,7 +173,7 @@ impl<'a> Scene<'a> {
         let downwash = Downwash::Attached(Attached {
             from: site.drone,
             wake: &site.wake,
-            motion: Motion::still((0.0, 0.0), site.place_m),
+            motion: Motion::straight((0.0, 0.0), site.place_m, site.place_m),
             stops: &site.stops,
         });
         let high_mps = || self.field().high_mps(&downwash, &places_m, (0.0, 0.0));

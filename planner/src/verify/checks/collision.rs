@@ -34,7 +34,7 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<Foun
                     if distance_m < worst.1 {
                         worst = (t_s, distance_m);
                     }
-                    for span_s in relative.inside_ball_s(sum_m - TOUCH_M) {
+                    if let Some(span_s) = relative.inside_ball_s(sum_m - TOUCH_M) {
                         join(&mut parts, span_s);
                     }
                 }

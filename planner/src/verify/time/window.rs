@@ -174,7 +174,7 @@ impl<'a> Window<'a> {
     /// it (m).
     fn around_discs_m(&self, passing: &Passing<'_>, (from_s, until_s): Span) -> (f64, Places) {
         let level = passing.relative.level_way(from_s, until_s);
-        let nearest_m = level.extremes_m([0.0; 2]).0.norm();
+        let nearest_m = level.nearest_m([0.0; 2]).norm();
         let (low_m, high_m) = passing.relative.box_m(from_s, until_s);
         let off_axis_m = (nearest_m - self.receiver.tip_radius_m).max(0.0);
         (off_axis_m, self.widened(&(low_m, high_m)))
@@ -318,14 +318,14 @@ impl<'a> Window<'a> {
         let how = self.scene.superposition;
         if let Some(far) = passage.far_alone() {
             for (so_far, &point_m) in gathered.iter_mut().zip(points_m) {
-                *so_far = how.gather(*so_far, far.highest_mps(level.extremes_m(point_m).0));
+                *so_far = how.gather(*so_far, far.highest_mps(level.nearest_m(point_m)));
             }
             return;
         }
         for (so_far, &[x, y]) in gathered.iter_mut().zip(points_m) {
             let point_m = Vector3::new(x, y, 0.0);
             let high_mps = passage.highest_along_mps(
-                level.extremes_m([x, y]).0,
+                level.nearest_m([x, y]),
                 &(low_m + point_m, high_m + point_m),
                 &(middle_m + point_m),
                 half_path_m,
@@ -425,7 +425,8 @@ impl<'a> Window<'a> {
             if emitter.wake.is_moved() {
                 return path_m <= half_width_m;
             }
-            let (off_axis_m, _) = relative.axis_distance_m(span_s.0, span_s.1, [0.0; 2]);
+            let level = relative.level_way(span_s.0, span_s.1);
+            let off_axis_m = level.nearest_m([0.0; 2]).norm();
             path_m <= 2.0 * half_width_m.max(off_axis_m)
         })
     }
