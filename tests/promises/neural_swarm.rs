@@ -10,9 +10,7 @@ use std::path::{Path, PathBuf};
 
 use airflow::Superposition;
 use diagnosis::forward::clock::{ClockKnown, ClockOffset};
-use diagnosis::forward::held_out::{
-    ForceSkill, ForceSums, ForceTest, clock_offsets, held_out_force,
-};
+use diagnosis::forward::held_out::{ForceSkill, ForceTest, clock_offsets, held_out_force};
 use diagnosis::record::read::{Campaign, read_flight};
 use diagnosis::record::recording::Recording;
 use rayon::prelude::*;
@@ -52,20 +50,6 @@ fn force_below_another_drone_is_predicted_in_flights_that_nothing_was_fitted_to(
     let test = ForceTest::default();
     let momentum = held_out_force(&recordings, &[], &test).expect("ninety flights");
     tell("momentum sum", &momentum);
-    for collection in ["19", "20", "21", "22", "23"] {
-        let mut sums = ForceSums::default();
-        let flights = momentum.by_recording.iter();
-        for flight in flights.filter(|flight| flight.name.starts_with(collection)) {
-            sums += flight.sums;
-        }
-        eprintln!(
-            "  collection {collection}: {:.3}, {:.3}; force over simulated {:.2}",
-            sums.r2(&sums.disc_mean),
-            sums.r2(&sums.centre),
-            sums.disc_mean.product_n2 / sums.disc_mean.simulated_n2
-        );
-    }
-
     let clocks = clock_offsets(&recordings, &momentum, &test);
     let told = clocks
         .iter()

@@ -30,7 +30,7 @@ use crate::forward::simulate::{Channel, Place, Sample};
 use crate::record::recording::{Recording, Role};
 use crate::statistics::held_out::FOLDS;
 use crate::thrust::free_flight::{Around, Trace};
-use crate::thrust::identify::{self, IdentifyError, deal, fold_maps};
+use crate::thrust::identify::{self, FoldMap, IdentifyError, deal, fold_maps};
 use crate::thrust::low_pass::{self, LowPass};
 
 /// Steps within a second. Chosen here: the forces hold nothing above some 3 Hz.
@@ -152,17 +152,11 @@ impl<'a> Forces<'a> {
             ..identify::Options::default()
         };
         let traces = Trace::of_all(recordings, &by_name, (&identify.free, 0.0), LOW_PASS);
-        let maps = fold_maps(&traces, &fold_of, &identify).map_err(|failed| failed.found)?;
+        let maps = fold_maps(&traces, &fold_of, &identify).map_err(|failed| failed.error)?;
         let of_trace = |trace: &Trace| {
-            let fold = fold_of[trace.recording]?;
-            let mut maps = maps.iter();
-            let map = maps.find(|map| map.fold == fold && map.airframe == trace.airframe())?;
-            Part::new(
-                recordings,
-                trace,
-                &trace.thrust_n(&map.found.map)?,
-                flight_of[trace.recording]?,
-            )
+            let map = FoldMap::of(&maps, fold_of[trace.recording]?, trace.airframe())?;
+            let thrust_n = trace.thrust_n(map)?;
+            Part::new(recordings, trace, &thrust_n, flight_of[trace.recording]?)
         };
         let mut parts: Vec<Part> = traces.par_iter().filter_map(of_trace).collect();
         parts.sort_by_key(|part| (part.flight, part.vehicle));

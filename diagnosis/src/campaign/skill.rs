@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::forces::Forces;
 use super::scatter::MOST_OFFSET_N;
+use crate::forward::held_out::R2Sums;
 use crate::forward::observed::Explained;
 use crate::statistics::bootstrap::intervals_95;
 use crate::statistics::quantile::median;
@@ -58,24 +59,6 @@ pub struct Curve {
     pub before_n: Vec<f64>,
     /// Corrected.
     pub after_n: Vec<f64>,
-}
-
-/// Sums of one flight.
-#[derive(Clone, Copy, Default)]
-struct Sums([f64; 5]);
-
-impl Sums {
-    fn add(&mut self, more: &Sums) {
-        self.0.iter_mut().zip(more.0).for_each(|(a, b)| *a += b);
-    }
-
-    /// `[R² before, R² after, their difference, rms after]`.
-    fn figures(&self) -> [f64; 4] {
-        let [rows, sum, square, before, after] = self.0;
-        let spread = square - sum * sum / rows;
-        let (a, b) = (1.0 - before / spread, 1.0 - after / spread);
-        [a, b, b - a, (after / rows).sqrt()]
-    }
 }
 
 /// The judged rows as recorded and as predicted by a fit to other flights, before and after.
@@ -130,38 +113,39 @@ impl<'a> Judged<'a> {
     }
 
     fn skill(&self, name: &str, test: &dyn Fn(usize) -> bool) -> Option<Skill> {
-        let mut by_flight = vec![Sums::default(); self.flights.iter().max()? + 1];
-        let mut total = Sums::default();
+        let mut by_flight = vec![R2Sums::default(); self.flights.iter().max()? + 1];
+        let mut total = R2Sums::default();
         for i in (0..self.recorded.len()).filter(|&i| test(i)) {
-            let y = self.recorded[i];
-            let left = [&self.before, &self.after].map(|predicted| (y - predicted[i]).powi(2));
-            let one = Sums([1.0, y, y * y, left[0], left[1]]);
-            by_flight[self.flights[i]].add(&one);
-            total.add(&one);
+            let mut one = R2Sums::default();
+            one.add(self.recorded[i], [self.before[i], self.after[i]]);
+            by_flight[self.flights[i]] += one;
+            total += one;
         }
-        by_flight.retain(|sums| sums.0[0] > 0.0);
-        let rows = total.0[0] as usize;
+        by_flight.retain(|sums| sums.rows > 0.0);
+        let rows = total.rows as usize;
         if rows < LEAST_ROWS {
             return None;
         }
-        let figures = total.figures();
+        let figures = |sums: R2Sums| {
+            let ([before, after], [_, rms_after]) = (sums.r2(), sums.rms());
+            [after, after - before, rms_after]
+        };
         let ends = intervals_95(by_flight.len(), DRAWS, rows as u64, |picked| {
-            let mut sums = Sums::default();
-            picked
-                .iter()
-                .for_each(|&flight| sums.add(&by_flight[flight]));
-            sums.figures()
+            let mut sums = R2Sums::default();
+            picked.iter().for_each(|&flight| sums += by_flight[flight]);
+            figures(sums)
         });
+        let figures = figures(total);
         let interval = |which: usize| [ends[which][0], figures[which], ends[which][1]];
         Some(Skill {
             rows_where: name.to_owned(),
             rows,
             flights: by_flight.len(),
-            rms_before_n: (total.0[3] / total.0[0]).sqrt(),
-            rms_after_n: interval(3),
-            r2_before: figures[0],
-            r2_after: interval(1),
-            r2_gained: interval(2),
+            rms_before_n: total.rms()[0],
+            rms_after_n: interval(2),
+            r2_before: total.r2()[0],
+            r2_after: interval(0),
+            r2_gained: interval(1),
         })
     }
 

@@ -20,7 +20,7 @@ use crate::record::baseline::ReceiverAir;
 use crate::record::recording::{Recording, Vehicle};
 use crate::record::thrust_map::ThrustMap;
 use crate::thrust::free_flight::{Around, Trace};
-use crate::thrust::identify::{Identification, IdentifyError, Options, deal, fold_maps};
+use crate::thrust::identify::{FoldError, FoldMap, Options, deal, fold_maps};
 
 /// What is held out, and which rows are judged.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,32 +55,14 @@ pub struct ForceSkill {
     pub r2_centre: f64,
     /// Rows judged.
     pub rows: usize,
+    /// Of these, rows with a motor outside the range of the thrust map.
+    pub rows_outside: usize,
     /// Flights that they come from.
     pub flights: usize,
-    /// In the order of the folds.
-    pub folds: Vec<ForceFold>,
-    /// In the order of the recordings' names; those without a row have none here either.
-    pub by_recording: Vec<RecordingForce>,
-}
-
-/// One fold.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ForceFold {
-    /// Over the flights held out.
-    pub sums: ForceSums,
-    /// The thrust maps of the other flights, by airframe.
-    pub maps: Vec<(String, Identification)>,
-}
-
-/// One recording.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RecordingForce {
-    /// Its name.
-    pub name: String,
-    /// Which fold held it out.
-    pub fold: usize,
-    /// Over its rows.
-    pub sums: ForceSums,
+    /// Parts that the flights were dealt to.
+    pub folds: usize,
+    /// The thrust maps of the flights outside each fold.
+    pub maps: Vec<FoldMap>,
 }
 
 /// Why there is no answer.
@@ -93,15 +75,8 @@ pub enum ForceTestError {
     #[error("no vehicle logs specific force, duty cycle and battery voltage")]
     NoForce,
     /// A thrust map could not be identified.
-    #[error("thrust map of {airframe}, fold {fold}: {error}")]
-    Identify {
-        /// Name of the airframe.
-        airframe: String,
-        /// The fold held out.
-        fold: usize,
-        /// Why.
-        error: IdentifyError,
-    },
+    #[error(transparent)]
+    Identify(#[from] FoldError),
     /// There is nothing to judge.
     #[error(
         "no row has another drone within {under_m} m horizontally above and is {above_floor_m} m above the floor"
@@ -135,60 +110,42 @@ pub fn held_out_force(
         return Err(ForceTestError::NoForce);
     }
     let held: Vec<Option<usize>> = fold_of.iter().copied().map(Some).collect();
-    let maps = fold_maps(&traces, &held, options).map_err(|failed| ForceTestError::Identify {
-        airframe: failed.airframe,
-        fold: failed.fold,
-        error: failed.found,
-    })?;
-    let mut folds: Vec<ForceFold> = Vec::new();
-    folds.resize_with(test.folds, || ForceFold {
-        sums: ForceSums::default(),
-        maps: Vec::new(),
-    });
-    for map in maps {
-        folds[map.fold].maps.push((map.airframe, map.found));
-    }
-    let sums: Vec<ForceSums> = traces
+    let maps = fold_maps(&traces, &held, options)?;
+    let sums: Vec<Option<(R2Sums, usize)>> = traces
         .par_iter()
         .map(|trace| {
-            let known = folds[fold_of[trace.recording]].map_of(trace.airframe());
+            let map = FoldMap::of(&maps, fold_of[trace.recording], trace.airframe())?;
             let clocks_s = clocks_s.get(trace.recording).map_or(&[][..], Vec::as_slice);
-            known.map_or_else(ForceSums::default, |map| {
-                sums(&recordings[trace.recording], trace, clocks_s, map, test)
-            })
+            sums(&recordings[trace.recording], trace, clocks_s, map, test)
         })
         .collect();
-    let mut by_recording: Vec<RecordingForce> = Vec::new();
-    let mut total = ForceSums::default();
+    let mut total = R2Sums::default();
+    let mut rows_outside = 0;
+    let mut flights: Vec<usize> = Vec::new();
     for (trace, sums) in traces.iter().zip(sums) {
-        if sums.rows == 0 {
+        let Some((sums, outside)) = sums.filter(|(sums, _)| sums.rows > 0.0) else {
             continue;
-        }
-        let (name, fold) = (&recordings[trace.recording].name, fold_of[trace.recording]);
-        folds[fold].sums += sums;
+        };
         total += sums;
-        match by_recording.last_mut() {
-            Some(last) if last.name == *name => last.sums += sums,
-            _ => by_recording.push(RecordingForce {
-                name: name.clone(),
-                fold,
-                sums,
-            }),
-        }
+        rows_outside += outside;
+        flights.push(trace.recording);
     }
-    if total.rows == 0 {
+    flights.dedup();
+    if flights.is_empty() {
         return Err(ForceTestError::NoRows {
             under_m: test.under_m,
             above_floor_m: test.above_floor_m,
         });
     }
+    let [r2_disc_mean, r2_centre] = total.r2();
     Ok(ForceSkill {
-        r2_disc_mean: total.r2(&total.disc_mean),
-        r2_centre: total.r2(&total.centre),
-        rows: total.rows,
-        flights: by_recording.len(),
-        folds,
-        by_recording,
+        r2_disc_mean,
+        r2_centre,
+        rows: total.rows as usize,
+        rows_outside,
+        flights: flights.len(),
+        folds: test.folds,
+        maps,
     })
 }
 
@@ -201,36 +158,25 @@ pub fn clock_offsets(
     skill: &ForceSkill,
     test: &ForceTest,
 ) -> Vec<Vec<ClockOffset>> {
-    let (_, fold_of) = deal(recordings, skill.folds.len().max(1));
+    let (_, fold_of) = deal(recordings, skill.folds.max(1));
     let one = |(recording, &fold): (&Recording, &usize)| {
-        let map = |of: &Vehicle| skill.folds.get(fold)?.map_of(of.airframe.name());
+        let map = |of: &Vehicle| FoldMap::of(&skill.maps, fold, of.airframe.name());
         let maps: Vec<Option<&ThrustMap>> = recording.vehicles.iter().map(map).collect();
         clock::offsets(recording, &maps, test.identify.low_pass)
     };
     recordings.par_iter().zip(&fold_of).map(one).collect()
 }
 
-impl ForceFold {
-    /// The thrust map of an airframe for the flights held out.
-    fn map_of(&self, airframe: &str) -> Option<&ThrustMap> {
-        let mut maps = self.maps.iter();
-        let (_, known) = maps.find(|(known, _)| known == airframe)?;
-        Some(&known.map)
-    }
-}
-
-/// Sums over the rows of one vehicle in one flight.
+/// Sums over the rows of one vehicle in one flight, and how many have a motor outside the range of
+/// the thrust map.
 fn sums(
     recording: &Recording,
     trace: &Trace,
     clocks_s: &[f64],
     map: &ThrustMap,
     test: &ForceTest,
-) -> ForceSums {
-    let mut sums = ForceSums::default();
-    let Some(force) = Force::of(recording, trace, map, test.identify.low_pass) else {
-        return sums;
-    };
+) -> Option<(R2Sums, usize)> {
+    let force = Force::of(recording, trace, map, test.identify.low_pass)?;
     let mut flow = Flow::new(recording);
     for (vehicle, &clock_s) in clocks_s.iter().enumerate() {
         flow.set_clock_offset(vehicle, clock_s);
@@ -240,88 +186,62 @@ fn sums(
         .map(|air| force.simulated_n(&force.air_mps(&flow, air, own_clock_s)));
     let track = &trace.of.track;
     let floor_z_m = recording.environment.floor_z_m.unwrap_or(0.0);
+    let (mut sums, mut outside) = (R2Sums::default(), 0);
     for (row, &recorded_n) in force.recorded_n.iter().enumerate() {
         let high = track.position_m[row].z - floor_z_m > test.above_floor_m;
-        let all = recorded_n + disc_mean_n[row] + centre_n[row];
+        let simulated_n = [disc_mean_n[row], centre_n[row]];
+        let all = recorded_n + simulated_n[0] + simulated_n[1];
         if trace.around[row] != Around::Below || !high || !all.is_finite() {
             continue;
         }
-        sums.rows += 1;
+        sums.add(recorded_n, simulated_n);
         let duty = track.duty.as_ref().map(|duty| duty[row]);
-        sums.rows_outside += usize::from(duty.is_some_and(|duty| !map.covers(duty)));
-        sums.recorded_n += recorded_n;
-        sums.recorded_n2 += recorded_n * recorded_n;
-        sums.disc_mean.add(recorded_n, disc_mean_n[row]);
-        sums.centre.add(recorded_n, centre_n[row]);
+        outside += usize::from(duty.is_some_and(|duty| !map.covers(duty)));
     }
-    sums
+    Some((sums, outside))
 }
 
-/// Sums over rows from which the figures follow; those of several flights add up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct ForceSums {
+/// Sums over rows from which the `R²` of two predictions follow; those of several flights add up.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct R2Sums {
     /// Rows.
-    pub rows: usize,
-    /// Of these, rows with a motor outside the range of the thrust map.
-    pub rows_outside: usize,
-    /// `Σ F` (N).
-    pub recorded_n: f64,
-    /// `Σ F²` (N²).
-    pub recorded_n2: f64,
-    /// With the air met as mean over the rotor discs.
-    pub disc_mean: AgainstSimulated,
-    /// With that at the rotor plane's centre.
-    pub centre: AgainstSimulated,
+    pub(crate) rows: f64,
+    /// `Σ F`, `F` as recorded.
+    recorded: f64,
+    /// `Σ F²`.
+    square: f64,
+    /// `Σ (F - F_predicted)²` of each prediction.
+    left: [f64; 2],
 }
 
-/// Sums of recorded against simulated force.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct AgainstSimulated {
-    /// `Σ (F - F_simulated)²` (N²).
-    pub left_n2: f64,
-    /// `Σ (F - F_simulated)` (N).
-    pub left_n: f64,
-    /// `Σ F F_simulated` (N²).
-    pub product_n2: f64,
-    /// `Σ F_simulated²` (N²).
-    pub simulated_n2: f64,
-}
+impl R2Sums {
+    /// Counts one row, as recorded and as predicted twice.
+    pub(crate) fn add(&mut self, recorded: f64, predicted: [f64; 2]) {
+        *self += R2Sums {
+            rows: 1.0,
+            recorded,
+            square: recorded * recorded,
+            left: predicted.map(|predicted| (recorded - predicted).powi(2)),
+        };
+    }
 
-impl AgainstSimulated {
-    fn add(&mut self, recorded_n: f64, simulated_n: f64) {
-        let left_n = recorded_n - simulated_n;
-        self.left_n2 += left_n * left_n;
-        self.left_n += left_n;
-        self.product_n2 += recorded_n * simulated_n;
-        self.simulated_n2 += simulated_n * simulated_n;
+    /// `R²` of each prediction against the mean of these rows; not a number without rows.
+    pub(crate) fn r2(&self) -> [f64; 2] {
+        let spread = self.square - self.recorded * self.recorded / self.rows;
+        self.left.map(|left| 1.0 - left / spread)
+    }
+
+    /// Root mean square of what each prediction leaves.
+    pub(crate) fn rms(&self) -> [f64; 2] {
+        self.left.map(|left| (left / self.rows).sqrt())
     }
 }
 
-impl AddAssign for AgainstSimulated {
-    fn add_assign(&mut self, more: AgainstSimulated) {
-        self.left_n2 += more.left_n2;
-        self.left_n += more.left_n;
-        self.product_n2 += more.product_n2;
-        self.simulated_n2 += more.simulated_n2;
-    }
-}
-
-impl AddAssign for ForceSums {
-    fn add_assign(&mut self, more: ForceSums) {
+impl AddAssign for R2Sums {
+    fn add_assign(&mut self, more: R2Sums) {
         self.rows += more.rows;
-        self.rows_outside += more.rows_outside;
-        self.recorded_n += more.recorded_n;
-        self.recorded_n2 += more.recorded_n2;
-        self.disc_mean += more.disc_mean;
-        self.centre += more.centre;
-    }
-}
-
-impl ForceSums {
-    /// `R²` against the mean of these rows; not a number without rows.
-    #[must_use]
-    pub fn r2(&self, against: &AgainstSimulated) -> f64 {
-        let spread_n2 = self.recorded_n2 - self.recorded_n * self.recorded_n / self.rows as f64;
-        1.0 - against.left_n2 / spread_n2
+        self.recorded += more.recorded;
+        self.square += more.square;
+        self.left = [0, 1].map(|at| self.left[at] + more.left[at]);
     }
 }

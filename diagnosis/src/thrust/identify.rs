@@ -100,23 +100,6 @@ pub struct Identification {
     pub rows_outside: usize,
     /// Flights that they come from.
     pub flights: usize,
-    /// What is left in each flight.
-    pub left_by_flight: Vec<FlightRest>,
-}
-
-/// What a thrust map leaves of one vehicle's free flight.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct FlightRest {
-    /// Index of the recording.
-    pub recording: usize,
-    /// Index of the vehicle in it.
-    pub vehicle: usize,
-    /// Free rows.
-    pub rows: usize,
-    /// Mean force (N) that is left, up positive.
-    pub mean_n: f64,
-    /// Root mean square (N) about that mean.
-    pub scatter_n: f64,
 }
 
 /// Why no thrust map could be identified.
@@ -179,13 +162,40 @@ pub(crate) fn deal(recordings: &[Recording], folds: usize) -> (Vec<usize>, Vec<u
 
 /// The thrust map of one airframe for the flights of one fold, identified in the flights of the
 /// others.
-#[derive(Debug)]
-pub(crate) struct FoldMap<T> {
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FoldMap {
     /// Name of the airframe.
-    pub(crate) airframe: String,
-    pub(crate) fold: usize,
-    /// What was identified, or why nothing was.
-    pub(crate) found: T,
+    pub airframe: String,
+    /// The fold held out.
+    pub fold: usize,
+    /// What was identified.
+    #[serde(flatten)]
+    pub found: Identification,
+}
+
+impl FoldMap {
+    /// That of an airframe for a fold.
+    pub(crate) fn of<'m>(
+        maps: &'m [FoldMap],
+        fold: usize,
+        airframe: &str,
+    ) -> Option<&'m ThrustMap> {
+        let mut maps = maps.iter();
+        let one = maps.find(|map| map.fold == fold && map.airframe == airframe)?;
+        Some(&one.found.map)
+    }
+}
+
+/// Why there is no thrust map of one airframe for one fold.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("thrust map of {airframe}, fold {fold}: {error}")]
+pub struct FoldError {
+    /// Name of the airframe.
+    pub airframe: String,
+    /// The fold held out.
+    pub fold: usize,
+    /// Why.
+    pub error: IdentifyError,
 }
 
 /// A thrust map for every airframe and every fold that holds a flight of it out, airframes by name.
@@ -197,7 +207,7 @@ pub(crate) fn fold_maps(
     traces: &[Trace],
     fold_of: &[Option<usize>],
     options: &Options,
-) -> Result<Vec<FoldMap<Identification>>, FoldMap<IdentifyError>> {
+) -> Result<Vec<FoldMap>, FoldError> {
     let mut airframes: Vec<&str> = traces.iter().map(Trace::airframe).collect();
     airframes.sort_unstable();
     airframes.dedup();
@@ -209,21 +219,22 @@ pub(crate) fn fold_maps(
         folds.dedup();
         let bench = Bench::new(own().collect(), options);
         for fold in folds {
+            let found = bench.fit(|recording| fold_of[recording] != Some(fold));
             let airframe = airframe.to_owned();
-            match bench.fit(|recording| fold_of[recording] != Some(fold)) {
-                Ok(found) => maps.push(FoldMap {
+            maps.push(match found {
+                Ok(found) => FoldMap {
                     airframe,
                     fold,
                     found,
-                }),
-                Err(found) => {
-                    return Err(FoldMap {
+                },
+                Err(error) => {
+                    return Err(FoldError {
                         airframe,
                         fold,
-                        found,
+                        error,
                     });
                 }
-            }
+            });
         }
     }
     Ok(maps)
@@ -366,20 +377,6 @@ impl<'a> Bench<'a> {
             .iter()
             .flat_map(|&member| self.traces[member].free_duty());
         let flights = self.clusters(members);
-        let rest = |(&member, gram): (&usize, &DMatrix<f64>)| {
-            let trace = self.traces[member];
-            let [rows, sum_n, square_n2] = solved.rest(gram);
-            let mean_n = if rows > 0.0 { sum_n / rows } else { 0.0 };
-            FlightRest {
-                recording: trace.recording,
-                vehicle: trace.vehicle,
-                rows: rows as usize,
-                mean_n,
-                scatter_n: (square_n2 / rows.max(1.0) - mean_n * mean_n)
-                    .max(0.0)
-                    .sqrt(),
-            }
-        };
         Ok(Identification {
             standard_errors_n: solved.standard_errors(grams, &flights),
             lag_standard_error_s,
@@ -391,7 +388,6 @@ impl<'a> Bench<'a> {
             rows: batteries_v.len(),
             rows_outside: free.filter(|&(duty, _)| !map.covers(duty)).count(),
             flights: flights.iter().max().map_or(0, |last| last + 1),
-            left_by_flight: members.iter().zip(grams).map(rest).collect(),
             map,
         })
     }

@@ -75,11 +75,9 @@ impl Solved {
         })
     }
 
-    /// Rows, sum and sum of squares of what is left in one trace.
-    pub(crate) fn rest(&self, gram: &DMatrix<f64>) -> [f64; 3] {
-        let left = gram * &self.weights;
-        let last = left.len() - 1;
-        [gram[(last, last)], left[last], self.weights.dot(&left)]
+    /// Sum of squares (N²) of what is left in one trace.
+    fn left_n2(&self, gram: &DMatrix<f64>) -> f64 {
+        self.weights.dot(&(gram * &self.weights))
     }
 
     /// `Xᵀe` of one trace.
@@ -135,8 +133,7 @@ pub(crate) fn lag_standard_error_s(
     }
     let taken_up = solved.normal.solve(&by_coefficient);
     let slopes = before.iter().zip(after).map(|(before, after)| {
-        let [[.., before_n2], [.., after_n2]] = [solved.rest(before), solved.rest(after)];
-        let of_lag = -0.5 * (after_n2 - before_n2) / (2.0 * step_s);
+        let of_lag = -0.5 * (solved.left_n2(after) - solved.left_n2(before)) / (2.0 * step_s);
         let mid = 0.5 * (solved.score(before) + solved.score(after));
         DVector::from_element(1, of_lag + taken_up.dot(&mid))
     });

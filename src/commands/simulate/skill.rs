@@ -69,7 +69,7 @@ impl Skill {
         vec![
             format!(
                 "on the lower drone, {} folds, nothing fitted but the thrust map: R2 {:.3} with the air averaged over the rotor discs, {:.3} at the rotor centre ({} of {}){with_clocks}",
-                forces.folds.len(),
+                forces.folds,
                 forces.r2_disc_mean,
                 forces.r2_centre,
                 count(forces.rows, "row", "rows"),

@@ -3,8 +3,10 @@
 //!
 //! A row with a value that cannot be is left out as a whole and counted; nothing is mended.
 
-use super::found::Found;
-use super::samples::{Attitude, Samples};
+use super::columns::Role;
+use super::conventions::Conventions;
+use super::found::{Found, RowRemarks};
+use super::samples::Samples;
 use crate::record::remark::RemarkKind;
 use crate::statistics::quantile::median;
 
@@ -39,17 +41,6 @@ const CUT_BEFORE_CRASH_S: f64 = 0.5;
 /// Most spans spelled out in one remark.
 const MOST_SPANS: usize = 5;
 
-/// Where rows stop being flight.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct FlightLimits {
-    /// Height of the floor (m), if there is one.
-    pub(super) floor_z_m: Option<f64>,
-    /// Logged height (m) below which the vehicle stands on the floor or touches it.
-    pub(super) touch_z_m: Option<f64>,
-    /// Tilt (rad) that is a crash.
-    pub(super) tilt_rad: f64,
-}
-
 /// Which rows are left, and the longest step that is no gap.
 #[derive(Debug)]
 pub(super) struct Checked {
@@ -63,43 +54,52 @@ pub(super) struct Checked {
 pub(super) fn check(
     vehicle: &str,
     samples: &Samples,
-    limits: &FlightLimits,
+    limits: &Conventions,
     found: &mut Found,
 ) -> Checked {
-    let t_s = &samples.t_s;
-    let mut log = Log {
-        vehicle,
-        t_s,
+    let t_s = samples.column(Role::Time);
+    let mut log = RowRemarks {
         found,
+        subject: Some(vehicle),
+        noun: "row",
+        t_s,
     };
     let (mut keep, backward) = in_order(t_s);
-    log.rows(
+    log.tell(
         RemarkKind::Impossible,
         &backward,
         "left out: their time is missing, repeats or goes back",
     );
     let longest_step_s = steps(&keep, &mut log);
-    for (words, fault) in FAULTS {
-        let mut first = None;
-        let mut faulty = Vec::new();
-        keep.retain(|&row| match fault(samples, row, limits) {
-            None => true,
-            Some(value) => {
-                first.get_or_insert(value);
-                faulty.push(row);
-                false
-            }
+    for (words, holds, is_fault) in FAULTS {
+        let columns = samples.columns.iter().filter(|(role, _)| holds(**role));
+        let columns: Vec<&Vec<f64>> = columns.map(|(_, column)| column).collect();
+        leave_out(words, &mut keep, &mut log, |row| {
+            let mut values = columns.iter().map(|column| column[row]);
+            values.find(|value| is_fault(*value))
         });
-        if let Some(value) = first {
-            let what = format!("left out: {words} (first {value:.4})");
-            log.rows(RemarkKind::Impossible, &faulty, &what);
-        }
+    }
+    if let Some(quaternion) = samples.group::<4>(Role::Quaternion) {
+        let words = "the quaternion's norm is not 1 within 2 %";
+        leave_out(words, &mut keep, &mut log, |row| {
+            let norm = norm(quaternion, row);
+            ((norm - 1.0).abs() > NORM_TOLERANCE).then_some(norm)
+        });
+    }
+    let z_m = samples.column(Role::Position(2));
+    if let Some(floor_z_m) = limits.floor_z_m {
+        let words = "more than 0.2 m below the floor";
+        let is_below = |row: usize| z_m[row] < floor_z_m - BELOW_FLOOR_M;
+        let fault = |row: usize| is_below(row).then_some(z_m[row]);
+        leave_out(words, &mut keep, &mut log, fault);
     }
     frozen(samples, &keep, &mut log);
     at_full(samples, &keep, &mut log);
-    crash(samples, limits, &mut keep, &mut log);
+    crash(samples, limits.crash_tilt_rad, &mut keep, &mut log);
     let before_floor = keep.len();
-    floor(samples, limits, &mut keep, &mut log);
+    if let Some(touch_z_m) = limits.touch_z_m {
+        floor(z_m, touch_z_m, &mut keep, &mut log);
+    }
     Checked {
         only_stood: keep.is_empty() && before_floor > 0,
         keep,
@@ -107,63 +107,67 @@ pub(super) fn check(
     }
 }
 
-/// What can be wrong with the values of a row: in words, and the value at fault in the unit of its
-/// column.
-type Fault = (
-    &'static str,
-    fn(&Samples, usize, &FlightLimits) -> Option<f64>,
-);
+/// What can be wrong with a value: in words, in which columns, and the test.
+type Fault = (&'static str, fn(Role) -> bool, fn(f64) -> bool);
 
 /// In the order in which rows are judged.
-const FAULTS: [Fault; 10] = [
-    ("a value is missing or not finite", |samples, row, _| {
-        let mut values = samples.row(row).into_iter();
-        values.find(|value| !value.is_finite())
-    }),
-    ("a coordinate beyond 10 km", |samples, row, _| {
-        let mut position_m = samples.position_m[row].into_iter();
-        position_m.find(|value| value.abs() > FARTHEST_M)
-    }),
-    ("a velocity beyond 100 m/s", |samples, row, _| {
-        let mut velocity_mps = samples.velocity_mps.as_ref()?[row].into_iter();
-        velocity_mps.find(|value| value.abs() > FASTEST_MPS)
-    }),
-    ("an acceleration beyond 500 m/s2", |samples, row, _| {
-        let mut acceleration_mps2 = samples.acceleration_mps2.as_ref()?[row].into_iter();
-        acceleration_mps2.find(|value| value.abs() > HARDEST_MPS2)
-    }),
+const FAULTS: [Fault; 8] = [
     (
-        "the quaternion's norm is not 1 within 2 %",
-        |samples, row, _| match samples.attitude.as_ref()? {
-            Attitude::Quaternion(all) => {
-                let norm = all[row].iter().map(|v| v * v).sum::<f64>().sqrt();
-                ((norm - 1.0).abs() > NORM_TOLERANCE).then_some(norm)
-            }
-            Attitude::Angles(_) => None,
-        },
+        "a value is missing or not finite",
+        |role| role != Role::Time,
+        |value| !value.is_finite(),
     ),
-    ("a duty cycle outside 0 to 1", |samples, row, _| {
-        let mut duty = samples.duty.as_ref()?[row].into_iter();
-        duty.find(|duty| !(0.0..=1.0).contains(duty))
-    }),
-    ("a battery voltage of 0 or below", |samples, row, _| {
-        Some(samples.battery_v.as_ref()?[row]).filter(|&v| v <= 0.0)
-    }),
+    (
+        "a coordinate beyond 10 km",
+        |role| matches!(role, Role::Position(_)),
+        |m| m.abs() > FARTHEST_M,
+    ),
+    (
+        "a velocity beyond 100 m/s",
+        |role| matches!(role, Role::Velocity(_)),
+        |mps| mps.abs() > FASTEST_MPS,
+    ),
+    (
+        "an acceleration beyond 500 m/s2",
+        |role| matches!(role, Role::Acceleration(_)),
+        |mps2| mps2.abs() > HARDEST_MPS2,
+    ),
+    (
+        "a duty cycle outside 0 to 1",
+        |role| matches!(role, Role::Duty(_)),
+        |duty| !(0.0..=1.0).contains(&duty),
+    ),
+    (
+        "a battery voltage of 0 or below",
+        |role| role == Role::Battery,
+        |v| v <= 0.0,
+    ),
     (
         "a throttle outside 0 to 5 times hover",
-        |samples, row, _| {
-            Some(samples.throttle_ratio.as_ref()?[row])
-                .filter(|ratio| !(0.0..=MOST_THROTTLE_RATIO).contains(ratio))
-        },
+        |role| role == Role::Throttle,
+        |ratio| !(0.0..=MOST_THROTTLE_RATIO).contains(&ratio),
     ),
-    ("a negative power", |samples, row, _| {
-        Some(samples.power_w.as_ref()?[row]).filter(|&w| w < 0.0)
-    }),
-    ("more than 0.2 m below the floor", |samples, row, limits| {
-        let z_m = samples.position_m[row][2];
-        (z_m < limits.floor_z_m? - BELOW_FLOOR_M).then_some(z_m)
-    }),
+    ("a negative power", |role| role == Role::Power, |w| w < 0.0),
 ];
+
+/// Takes the rows with a fault out of `keep` and remarks on them; `fault` gives the value at fault.
+fn leave_out(
+    words: &str,
+    keep: &mut Vec<usize>,
+    log: &mut RowRemarks<'_>,
+    fault: impl Fn(usize) -> Option<f64>,
+) {
+    let faulty: Vec<usize> = keep.extract_if(.., |row| fault(*row).is_some()).collect();
+    if let Some(value) = faulty.first().and_then(|&row| fault(row)) {
+        let what = format!("left out: {words} (first {value:.4})");
+        log.tell(RemarkKind::Impossible, &faulty, &what);
+    }
+}
+
+fn norm<const N: usize>(columns: [&[f64]; N], row: usize) -> f64 {
+    let squares = columns.map(|column| column[row] * column[row]);
+    squares.iter().sum::<f64>().sqrt()
+}
 
 /// Rows whose times rise strictly, and the others. A single time far ahead of its neighbours is the
 /// culprit, not all that follow it.
@@ -184,7 +188,7 @@ fn in_order(t_s: &[f64]) -> (Vec<usize>, Vec<usize>) {
 }
 
 /// Gaps and uneven steps; returns the longest step that is no gap.
-fn steps(keep: &[usize], log: &mut Log<'_>) -> f64 {
+fn steps(keep: &[usize], log: &mut RowRemarks<'_>) -> f64 {
     let t_s = log.t_s;
     let step = |pair: &[usize]| t_s[pair[1]] - t_s[pair[0]];
     let all_s: Vec<f64> = keep.windows(2).map(step).collect();
@@ -192,58 +196,52 @@ fn steps(keep: &[usize], log: &mut Log<'_>) -> f64 {
         return GAP_S;
     };
     let longest_step_s = (GAP_OVER_MEDIAN * median_s).max(GAP_S);
-    let gaps: Vec<usize> = (0..all_s.len())
-        .filter(|&at| all_s[at] > longest_step_s)
-        .collect();
-    if let Some(longest) = gaps
-        .iter()
-        .copied()
-        .max_by(|&a, &b| all_s[a].total_cmp(&all_s[b]))
-    {
-        let rows: Vec<usize> = gaps.iter().map(|&at| keep[at]).collect();
+    let rows_of = |is_told: &dyn Fn(f64) -> bool| -> Vec<usize> {
+        let steps = keep.iter().zip(&all_s);
+        steps
+            .filter(|(_, s)| is_told(**s))
+            .map(|(&row, _)| row)
+            .collect()
+    };
+    let gaps = rows_of(&|step_s| step_s > longest_step_s);
+    let order = |&a: &usize, &b: &usize| all_s[a].total_cmp(&all_s[b]);
+    if let (false, Some(longest)) = (gaps.is_empty(), (0..all_s.len()).max_by(order)) {
         let what = format!(
             "with a gap after them, the longest of {:.3} s at {:.2} s (the median step is {median_s:.3} s); nothing is interpolated across them",
             all_s[longest], t_s[keep[longest]]
         );
-        log.rows(RemarkKind::Gap, &rows, &what);
+        log.tell(RemarkKind::Gap, &gaps, &what);
     }
-    let even = |step_s: f64| (step_s - median_s).abs() <= UNEVEN * median_s;
-    let uneven: Vec<usize> = (0..all_s.len())
-        .filter(|&at| all_s[at] <= longest_step_s && !even(all_s[at]))
-        .collect();
+    let is_uneven = |s: f64| s <= longest_step_s && (s - median_s).abs() > UNEVEN * median_s;
+    let uneven = rows_of(&|step_s| is_uneven(step_s));
     if uneven.len() * 100 > all_s.len() {
-        let of = uneven.iter().map(|&at| all_s[at]);
+        let of = all_s.iter().copied().filter(|&s| is_uneven(s));
         let (low_s, high_s) = of.fold((f64::MAX, 0.0_f64), |(l, h), s| (l.min(s), h.max(s)));
-        let rows: Vec<usize> = uneven.iter().map(|&at| keep[at]).collect();
         let what = format!(
             "with uneven steps, {low_s:.3} to {high_s:.3} s (the median is {median_s:.3} s)"
         );
-        log.rows(RemarkKind::UnevenSteps, &rows, &what);
+        log.tell(RemarkKind::UnevenSteps, &uneven, &what);
     }
     longest_step_s
 }
 
 /// Positions that stand still while the velocity says otherwise.
-fn frozen(samples: &Samples, keep: &[usize], log: &mut Log<'_>) {
-    let Some(velocity_mps) = &samples.velocity_mps else {
+fn frozen(samples: &Samples, keep: &[usize], log: &mut RowRemarks<'_>) {
+    let groups = samples.group::<3>(Role::Position);
+    let Some((position_m, velocity_mps)) = groups.zip(samples.group::<3>(Role::Velocity)) else {
         return;
     };
+    let stands = |a: &usize, b: &usize| position_m.iter().all(|axis_m| axis_m[*a] == axis_m[*b]);
+    let path_m =
+        |pair: &[usize]| norm(velocity_mps, pair[0]) * (log.t_s[pair[1]] - log.t_s[pair[0]]);
     let mut rows = Vec::new();
-    for run in keep.chunk_by(|&a, &b| samples.position_m[a] == samples.position_m[b]) {
-        let path = |pair: &[usize]| {
-            let speed = velocity_mps[pair[0]]
-                .iter()
-                .map(|v| v * v)
-                .sum::<f64>()
-                .sqrt();
-            speed * (samples.t_s[pair[1]] - samples.t_s[pair[0]])
-        };
-        let moved_m: f64 = run.windows(2).map(path).sum();
+    for run in keep.chunk_by(stands) {
+        let moved_m: f64 = run.windows(2).map(path_m).sum();
         if run.len() >= FROZEN_ROWS && moved_m > FROZEN_M {
             rows.extend_from_slice(run);
         }
     }
-    log.rows(
+    log.tell(
         RemarkKind::Stuck,
         &rows,
         "with a frozen position although the velocity is not 0; kept",
@@ -251,14 +249,14 @@ fn frozen(samples: &Samples, keep: &[usize], log: &mut Log<'_>) {
 }
 
 /// Motors that are given all there is.
-fn at_full(samples: &Samples, keep: &[usize], log: &mut Log<'_>) {
-    let Some(duty) = &samples.duty else {
+fn at_full(samples: &Samples, keep: &[usize], log: &mut RowRemarks<'_>) {
+    let Some(motors) = samples.group::<4>(Role::Duty) else {
         return;
     };
     // Half of the last of 16 bits below full.
-    let full = |row: &&usize| duty[**row].iter().any(|&duty| duty > 1.0 - 0.5 / 65_536.0);
+    let full = |row: &&usize| motors.iter().any(|duty| duty[**row] > 1.0 - 0.5 / 65_536.0);
     let rows: Vec<usize> = keep.iter().filter(full).copied().collect();
-    log.rows(
+    log.tell(
         RemarkKind::Saturated,
         &rows,
         "with a motor at full duty cycle; kept",
@@ -266,49 +264,41 @@ fn at_full(samples: &Samples, keep: &[usize], log: &mut Log<'_>) {
 }
 
 /// Cuts everything from shortly before the tilt limit is passed.
-fn crash(samples: &Samples, limits: &FlightLimits, keep: &mut Vec<usize>, log: &mut Log<'_>) {
-    let Some(attitude) = &samples.attitude else {
+fn crash(samples: &Samples, limit_rad: f64, keep: &mut Vec<usize>, log: &mut RowRemarks<'_>) {
+    let Some([x, y, z, w]) = samples.group(Role::Quaternion) else {
         return;
     };
     let tilt_rad = |row: usize| {
-        let cosine = match attitude {
-            Attitude::Quaternion(all) => {
-                let [x, y, z, w] = all[row];
-                1.0 - 2.0 * (x * x + y * y) / (x * x + y * y + z * z + w * w)
-            }
-            Attitude::Angles(all) => all[row][0].cos() * all[row][1].cos(),
-        };
+        let [x2, y2, z2, w2] = [x, y, z, w].map(|part| part[row] * part[row]);
+        let cosine: f64 = 1.0 - 2.0 * (x2 + y2) / (x2 + y2 + z2 + w2);
         cosine.clamp(-1.0, 1.0).acos()
     };
-    let Some(&tipped) = keep.iter().find(|&&row| tilt_rad(row) > limits.tilt_rad) else {
+    let Some(&tipped) = keep.iter().find(|&&row| tilt_rad(row) > limit_rad) else {
         return;
     };
-    let from_s = samples.t_s[tipped] - CUT_BEFORE_CRASH_S;
-    let end = keep.partition_point(|&row| samples.t_s[row] < from_s);
+    let from_s = log.t_s[tipped] - CUT_BEFORE_CRASH_S;
+    let end = keep.partition_point(|&row| log.t_s[row] < from_s);
     let what = format!(
         "cut, from {CUT_BEFORE_CRASH_S} s before the tilt passes {:.0} deg at {:.2} s: a crash",
-        limits.tilt_rad.to_degrees(),
-        samples.t_s[tipped]
+        limit_rad.to_degrees(),
+        log.t_s[tipped]
     );
-    log.rows(RemarkKind::Touch, &keep[end..], &what);
+    log.tell(RemarkKind::Touch, &keep[end..], &what);
     keep.truncate(end);
 }
 
 /// Cuts what stands on the floor or touches it.
-fn floor(samples: &Samples, limits: &FlightLimits, keep: &mut Vec<usize>, log: &mut Log<'_>) {
-    let Some(touch_z_m) = limits.touch_z_m else {
-        return;
-    };
-    let low = |row: usize| samples.position_m[row][2] < touch_z_m;
+fn floor(z_m: &[f64], touch_z_m: f64, keep: &mut Vec<usize>, log: &mut RowRemarks<'_>) {
+    let low = |row: &usize| z_m[*row] < touch_z_m;
     let spans: Vec<String> = keep
-        .chunk_by(|&a, &b| low(a) == low(b))
-        .filter(|run| low(run[0]))
+        .chunk_by(|a, b| low(a) == low(b))
+        .filter(|run| low(&run[0]))
         .map(|run| {
             let (first, last) = (run[0], run[run.len() - 1]);
-            format!("{:.2}-{:.2}", samples.t_s[first], samples.t_s[last])
+            format!("{:.2}-{:.2}", log.t_s[first], log.t_s[last])
         })
         .collect();
-    let rows: Vec<usize> = keep.iter().copied().filter(|&row| low(row)).collect();
+    let rows: Vec<usize> = keep.extract_if(.., |row| low(row)).collect();
     let more = match spans.len().checked_sub(MOST_SPANS) {
         Some(more) if more > 0 => format!(" and {more} more"),
         _ => String::new(),
@@ -316,21 +306,5 @@ fn floor(samples: &Samples, limits: &FlightLimits, keep: &mut Vec<usize>, log: &
     let listed = spans[..spans.len().min(MOST_SPANS)].join(", ");
     let what =
         format!("cut: on the floor or touching it (below {touch_z_m} m) at {listed} s{more}");
-    log.rows(RemarkKind::Touch, &rows, &what);
-    keep.retain(|&row| !low(row));
-}
-
-/// Writes remarks on rows of one vehicle.
-struct Log<'a> {
-    vehicle: &'a str,
-    t_s: &'a [f64],
-    found: &'a mut Found,
-}
-
-impl Log<'_> {
-    fn rows(&mut self, kind: RemarkKind, rows: &[usize], what: &str) {
-        let times_s = rows.iter().map(|&row| self.t_s[row]);
-        let subject = Some(self.vehicle);
-        self.found.rows(kind, subject, ("row", times_s), what);
-    }
+    log.tell(RemarkKind::Touch, &rows, &what);
 }

@@ -107,11 +107,11 @@ const ROLES: [(&str, Role, Units); 25] = [
 const VEHICLE: [&str; 2] = ["vehicle", "vehicle_id"];
 
 /// The role of a column by its place in a group.
-type RoleOf = fn(usize) -> Role;
+pub(super) type RoleOf = fn(usize) -> Role;
 
 /// Groups of columns of which some without the others mean nothing. Angles are not among them: a
 /// missing one is taken as 0.
-const GROUPS: [(RoleOf, usize); 4] = [
+pub(super) const GROUPS: [(RoleOf, usize); 4] = [
     (Role::Velocity, 3),
     (Role::Acceleration, 3),
     (Role::Quaternion, 4),

@@ -3,16 +3,15 @@
 
 use std::collections::BTreeMap;
 
-use airflow::{Air, Airframe, GRAVITY_MPS2, Jet};
+use airflow::{Air, Airframe, Jet};
 use nalgebra::Vector3;
 
-use super::checks::FlightLimits;
+use super::campaign::{Campaign, Sourced, VehicleType, WrittenClock};
 use super::columns::{self, Columns, Role as Column};
-use super::folder::CRASH_TILT_DEG;
+use super::conventions::{CRASH_TILT_DEG, Conventions};
 use super::found::{Found, Place, listed};
 use super::samples::Samples;
-use super::track::{Conventions, track};
-use super::written::{Campaign, Sourced, VehicleType, WrittenClock};
+use super::track::track;
 use crate::record::problem::Problems;
 use crate::record::recording::{Clock, Environment, Known, Origin, Recording, Role, Vehicle};
 use crate::record::remark::RemarkKind;
@@ -79,19 +78,13 @@ fn environment(campaign: &Campaign, found: &mut Found) -> Environment {
         }
     };
     Environment {
-        gravity_mps2: gravity_mps2(campaign),
+        gravity_mps2: campaign.gravity_mps2(),
         air,
         floor_z_m: campaign.floor_z_m.map(|floor| floor.0),
         ceiling_z_m: campaign.ceiling_z_m.map(|ceiling| ceiling.0),
         ambient_mps: 0.0,
         ambient_is_subtracted: false,
     }
-}
-
-pub(super) fn gravity_mps2(campaign: &Campaign) -> f64 {
-    campaign
-        .gravity_mps2
-        .map_or(GRAVITY_MPS2, |gravity| gravity.0)
 }
 
 fn vehicles(
@@ -119,7 +112,7 @@ fn vehicles(
         else {
             continue; // told above
         };
-        let samples = Samples::gather(id, &rows, &columns, mine, gravity_mps2(campaign), found);
+        let samples = Samples::gather(id, (&rows, &columns), mine, campaign.gravity_mps2(), found);
         vehicles.extend(vehicle(id, file, samples, kind, campaign, found));
     }
     Some(vehicles)
@@ -157,11 +150,9 @@ pub(super) fn vehicle(
     campaign: &Campaign,
     found: &mut Found,
 ) -> Option<Vehicle> {
-    let is_unusable = campaign
-        .acceleration_unusable
-        .iter()
-        .any(|other| other == id);
-    if is_unusable && samples.acceleration_mps2.is_some() {
+    let mut unusable = campaign.acceleration_unusable.iter();
+    let is_unusable = unusable.any(|other| other == id);
+    if is_unusable && !samples.column(Column::Acceleration(0)).is_empty() {
         let message = "its acceleration is not used: the campaign says so";
         found.remark(RemarkKind::Unused, Some(id), message);
     }
@@ -171,16 +162,14 @@ pub(super) fn vehicle(
         acceleration: campaign.acceleration.filter(|_| !is_unusable),
         rotation: campaign.quaternion,
         pitch: campaign.pitch,
-        gravity_mps2: gravity_mps2(campaign),
+        gravity_mps2: campaign.gravity_mps2(),
         rotor_offset_m: offset.map_or_else(Vector3::zeros, |o| Vector3::from(o.map(|axis| axis.0))),
-        limits: FlightLimits {
-            floor_z_m: campaign.floor_z_m.map(|floor| floor.0),
-            touch_z_m: kind.touch_z_m.map(|touch| touch.0),
-            tilt_rad: campaign
-                .crash_tilt_deg
-                .map_or(CRASH_TILT_DEG, |tilt| tilt.0)
-                .to_radians(),
-        },
+        floor_z_m: campaign.floor_z_m.map(|floor| floor.0),
+        touch_z_m: kind.touch_z_m.map(|touch| touch.0),
+        crash_tilt_rad: campaign
+            .crash_tilt_deg
+            .map_or(CRASH_TILT_DEG, |tilt| tilt.0)
+            .to_radians(),
     };
     assumptions(id, kind, found);
     let track = track(id, file, samples, &how, found)?;

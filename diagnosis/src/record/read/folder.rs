@@ -1,30 +1,50 @@
-//! A `downwash-recording/1` folder: `meta.json` and the tables that it names.
+//! A `downwash-recording/1` folder: `meta.json` (surroundings, vehicles, probe, and what "simulation"
+//! means) and the tables that it names.
 
 use std::collections::BTreeMap;
 
-use airflow::Jet;
-use nalgebra::Vector3;
+use airflow::{Air, Airframe, Jet};
+use serde_json::Value;
 
-use super::checks::FlightLimits;
 use super::columns;
-use super::found::{Found, Place, did_you_mean, listed};
-use super::meta::{META, Meta, meta};
+use super::conventions::Conventions;
+use super::declared::{Declared, baseline};
+use super::found::{Found, Place, RowRemarks, did_you_mean, listed};
+use super::json::Fields;
 use super::probes::{PROBES, probes};
 use super::samples::Samples;
 use super::table::Table;
-use super::track::{Conventions, Frame, Turns, track};
+use super::track::track;
+use crate::record::baseline::Baseline;
 use crate::record::problem::Problems;
-use crate::record::recording::{ReceiverSample, Recording, Vehicle};
+use crate::record::recording::{
+    Clock, Environment, Instrument, Known, Measures, Origin, ReceiverSample, Recording, Role,
+    Track, Vehicle,
+};
 use crate::record::remark::RemarkKind;
 
+/// The file that says what the tables are of.
+const META: &str = "meta.json";
+/// The only format that is read.
+const FORMAT: &str = "downwash-recording/1";
+/// 0 °C (K).
+const ZERO_CELSIUS_K: f64 = 273.15;
+
+const ROLES: [(&str, Role); 3] = [
+    ("emitter", Role::Emitter),
+    ("receiver", Role::Receiver),
+    ("both", Role::Both),
+];
+const MEASURES: [(&str, Measures); 2] = [
+    ("speed_magnitude", Measures::SpeedMagnitude),
+    ("axial", Measures::Axial),
+];
 const VEHICLES: &str = "vehicles.csv";
 const RECEIVER: &str = "receiver.csv";
 /// Every table that a folder may have.
 const TABLES: [&str; 3] = [VEHICLES, PROBES, RECEIVER];
 /// Every file of a folder that is read.
 pub const FOLDER_FILES: [&str; 4] = [META, VEHICLES, PROBES, RECEIVER];
-/// Tilt (deg) taken for a crash. Chosen here: the model is of hover and slow flight.
-pub(super) const CRASH_TILT_DEG: f64 = 45.0;
 
 /// A recording from the files of its folder, by name: `meta.json` and the tables beside it.
 ///
@@ -114,17 +134,9 @@ fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>
         },
     )?;
     let how = Conventions {
-        frame: Frame::ZUp,
-        acceleration: None,
-        rotation: Turns::BodyToWorld,
-        pitch: None,
         gravity_mps2: meta.environment.gravity_mps2,
-        rotor_offset_m: Vector3::zeros(),
-        limits: FlightLimits {
-            floor_z_m: meta.environment.floor_z_m,
-            touch_z_m: None,
-            tilt_rad: CRASH_TILT_DEG.to_radians(),
-        },
+        floor_z_m: meta.environment.floor_z_m,
+        ..Conventions::default()
     };
     let by_vehicle = rows.by_vehicle(VEHICLES, meta.ids.iter().map(String::as_str), found);
     let mut vehicles = Vec::with_capacity(meta.vehicles.len());
@@ -137,7 +149,7 @@ fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>
             found.problem(Place::field(META, &field), message);
             continue;
         };
-        let samples = Samples::gather(id, &rows, &columns, mine, how.gravity_mps2, found);
+        let samples = Samples::gather(id, (&rows, &columns), mine, how.gravity_mps2, found);
         if let Some(track) = track(id, VEHICLES, samples, &how, found) {
             vehicles.push(Vehicle {
                 track,
@@ -175,7 +187,7 @@ fn receivers(
         }
         let last_s = &mut last_s[rows.named[row]];
         if t_s <= *last_s || !(0.0..=5.0).contains(&throttle_ratio) {
-            left_out.push(t_s);
+            left_out.push(row);
             throttle_ratio = f64::NAN;
         }
         *last_s = last_s.max(t_s);
@@ -190,8 +202,200 @@ fn receivers(
     let what = format!(
         "of {RECEIVER} left out: their time repeats or goes back, or the throttle is missing or outside 0 to 5 times hover"
     );
-    found.rows(RemarkKind::Impossible, None, ("row", left_out), &what);
+    let mut remarks = RowRemarks {
+        found,
+        subject: None,
+        noun: "row",
+        t_s: &rows.numbers[0],
+    };
+    remarks.tell(RemarkKind::Impossible, &left_out, &what);
     Some(samples)
+}
+
+/// What `meta.json` says.
+struct Meta {
+    environment: Environment,
+    /// Sorted by id, without their tracks.
+    vehicles: Vec<Vehicle>,
+    /// Every id that it speaks of, also where something is wrong with the vehicle.
+    ids: Vec<String>,
+    /// Whether it speaks of a probe.
+    has_probe: bool,
+    instrument: Option<Instrument>,
+    baseline: Baseline,
+    /// Names of the tables that belong to it.
+    channels: Vec<String>,
+}
+
+/// Reads the file; `None` where something is missing that the rest depends on.
+fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
+    let value: Value = match serde_json::from_slice(bytes) {
+        Ok(value) => value,
+        Err(error) => {
+            let line = u64::try_from(error.line()).unwrap_or(0);
+            found.problem(Place::file(META).line(line), format!("is no JSON: {error}"));
+            return None;
+        }
+    };
+    let mut fields = Fields::root(META, &value, found)?;
+    let format = fields.text("format", found)?;
+    if format != FORMAT {
+        let message = format!("is \"{format}\"; this reads \"{FORMAT}\"");
+        fields.fault("format", message, found);
+        return None;
+    }
+    let environment = environment(&mut fields, found);
+    let objects = fields.objects("vehicles", found);
+    let ids = objects.iter().map(|(id, _)| (*id).to_owned()).collect();
+    let vehicles: Vec<Vehicle> = objects
+        .into_iter()
+        .filter_map(|(id, mut of)| vehicle(id, &mut of, found))
+        .collect();
+    let has_probe = fields.has("probe");
+    let instrument = has_probe
+        .then(|| fields.object("probe", found))
+        .flatten()
+        .and_then(|mut of| instrument(&mut of, found));
+    let declared = fields.object("baseline", found);
+    let baseline = declared.map(|mut of| declared_baseline(&mut of, found));
+    let channels = fields.texts("channels", found);
+    fields.finish(found);
+    Some(Meta {
+        environment: environment?,
+        vehicles,
+        ids,
+        has_probe,
+        instrument,
+        baseline: baseline?,
+        channels: channels?,
+    })
+}
+
+fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment> {
+    let gravity_mps2 = fields.positive("g_mps2", found);
+    let mut of = fields.object("environment", found)?;
+    let temperature_k = of.positive("temperature_k", found);
+    let pressure_pa = of.positive("pressure_pa", found);
+    let floor_z_m = of.optional_number("floor_z_m", found);
+    let ceiling_z_m = of.optional_number("ceiling_z_m", found);
+    let ambient_mps = of.not_negative("ambient_speed_before_takeoff_mps", found);
+    let ambient_is_subtracted = of.flag("ambient_is_subtracted", found);
+    if let (Some(floor), Some(ceiling)) = (floor_z_m, ceiling_z_m)
+        && ceiling <= floor
+    {
+        let message = format!("is {ceiling}, not above the floor at {floor}");
+        of.fault("ceiling_z_m", message, found);
+    }
+    of.finish(found);
+    if ambient_is_subtracted == Some(true) {
+        let message = "the ambient speed has been taken off the readings; of a magnitude that takes too much wherever the jet blows across it";
+        found.remark(RemarkKind::Assumed, None, message);
+    }
+    Some(Environment {
+        gravity_mps2: gravity_mps2?,
+        air: Air {
+            temperature_c: temperature_k? - ZERO_CELSIUS_K,
+            pressure_pa: pressure_pa?,
+        },
+        floor_z_m,
+        ceiling_z_m,
+        ambient_mps: ambient_mps?,
+        ambient_is_subtracted: ambient_is_subtracted?,
+    })
+}
+
+fn vehicle(id: &str, of: &mut Fields<'_>, found: &mut Found) -> Option<Vehicle> {
+    let kind = of.text("type", found);
+    let mass_kg = of.number("mass_kg", found);
+    let propeller_diameter_m = of.number("prop_diameter_m", found);
+    let propellers = of.number("n_props", found);
+    let motor_distance_m = of.number("motor_distance_m", found);
+    let width_factor = of.optional_number("width_factor", found).unwrap_or(1.0);
+    let role = of.word("role", &ROLES, found);
+    of.finish(found);
+    let propellers = propellers?;
+    // Exact for every count that there is; the cast saturates for the others, which the airframe
+    // refuses or the fraction gives away.
+    let count = propellers as u32;
+    if f64::from(count) != propellers {
+        let message = format!("is {propellers}; it must be a whole number");
+        of.fault("n_props", message, found);
+        return None;
+    }
+    let (mass_kg, propeller_diameter_m) = (mass_kg?, propeller_diameter_m?);
+    let motor_distance_m = motor_distance_m?;
+    for problem in Airframe::problems(
+        mass_kg,
+        count,
+        propeller_diameter_m,
+        motor_distance_m,
+        width_factor,
+    ) {
+        let key = match problem.field() {
+            "propellers" => "n_props",
+            "propeller_diameter_m" => "prop_diameter_m",
+            other => other,
+        };
+        of.fault(key, problem.to_string(), found);
+    }
+    let airframe = Airframe::new(
+        kind?,
+        mass_kg,
+        count,
+        propeller_diameter_m,
+        motor_distance_m,
+        width_factor,
+    );
+    Some(Vehicle {
+        id: id.to_owned(),
+        airframe: airframe.ok()?,
+        known: Known {
+            mass: Origin::Stated,
+            propeller_diameter: Origin::Stated,
+            motor_distance: Origin::Stated,
+        },
+        role: role?,
+        track: Track::default(),
+        thrust_map: None,
+        clock: Clock::Shared,
+    })
+}
+
+fn instrument(of: &mut Fields<'_>, found: &mut Found) -> Option<Instrument> {
+    let kind = of.text("kind", found);
+    let measures = of.word("measures", &MEASURES, found);
+    let rate_hz = of.positive("rate_hz", found);
+    let lowpass_tau_s = of.not_negative("lowpass_tau_s", found);
+    let accuracy_abs_mps = of.not_negative("accuracy_abs_mps", found);
+    let accuracy_rel = of.not_negative("accuracy_rel", found);
+    let resolution_mps = of.not_negative("resolution_mps", found);
+    of.finish(found);
+    Some(Instrument {
+        kind: kind?.to_owned(),
+        measures: measures?,
+        rate_hz: rate_hz?,
+        lowpass_tau_s: lowpass_tau_s?,
+        accuracy_abs_mps: accuracy_abs_mps?,
+        accuracy_rel: accuracy_rel?,
+        resolution_mps: resolution_mps?,
+    })
+}
+
+/// All of its words are required here: a recording that leaves one open does not say what it is
+/// compared with.
+fn declared_baseline(of: &mut Fields<'_>, found: &mut Found) -> Baseline {
+    let mut text = |key, found: &mut Found| of.text(key, found).map(str::to_owned);
+    let declared = Declared {
+        superposition: text("superposition", found),
+        emitter_delay: text("emitter_delay", found),
+        near_field: text("near_field", found),
+        receiver_air: text("receiver_air", found),
+        receiver_law: text("receiver_law", found),
+        observation: text("observation", found),
+        convection: of.optional_number("convection", found),
+    };
+    of.finish(found);
+    baseline(META, &declared, found)
 }
 
 #[cfg(test)]

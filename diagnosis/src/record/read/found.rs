@@ -80,31 +80,6 @@ impl Found {
         });
     }
 
-    /// A remark on rows (`noun`: "row", "reading") at these times (s), in the order of the file:
-    /// "12 rows `what`"; none where there are none.
-    pub(super) fn rows(
-        &mut self,
-        kind: RemarkKind,
-        subject: Option<&str>,
-        (noun, times_s): (&str, impl IntoIterator<Item = f64>),
-        what: &str,
-    ) {
-        let times_s: Vec<f64> = times_s.into_iter().collect();
-        let finite = || times_s.iter().copied().filter(|t_s| t_s.is_finite());
-        let (first_s, last_s) = (finite().reduce(f64::min), finite().reduce(f64::max));
-        if times_s.is_empty() {
-            return;
-        }
-        let several = if times_s.len() == 1 { "" } else { "s" };
-        self.remarks.push(Remark {
-            kind,
-            subject: subject.map(str::to_owned),
-            samples: times_s.len(),
-            span_s: first_s.zip(last_s),
-            message: format!("{} {noun}{several} {what}", times_s.len()),
-        });
-    }
-
     /// The recording with its remarks if nothing is wrong with it, else everything that is.
     pub(super) fn recording(self, read: Option<Recording>) -> Result<Recording, Problems> {
         let (mut recording, remarks) = self.into_result(read)?;
@@ -119,6 +94,37 @@ impl Found {
             Some(read) if self.problems.is_empty() => Ok((read, self.remarks)),
             _ => Err(Problems(self.problems)),
         }
+    }
+}
+
+/// Remarks on rows of one vehicle or probe, or of a whole table.
+pub(super) struct RowRemarks<'a> {
+    pub(super) found: &'a mut Found,
+    pub(super) subject: Option<&'a str>,
+    /// "row", "reading".
+    pub(super) noun: &'static str,
+    /// Time of each row (s).
+    pub(super) t_s: &'a [f64],
+}
+
+impl RowRemarks<'_> {
+    /// A remark on these rows, in the order of the file: "12 rows `what`"; none where there are
+    /// none.
+    pub(super) fn tell(&mut self, kind: RemarkKind, rows: &[usize], what: &str) {
+        if rows.is_empty() {
+            return;
+        }
+        let times_s = || rows.iter().map(|&row| self.t_s[row]);
+        let finite = || times_s().filter(|t_s| t_s.is_finite());
+        let (first_s, last_s) = (finite().reduce(f64::min), finite().reduce(f64::max));
+        let several = if rows.len() == 1 { "" } else { "s" };
+        self.found.remarks.push(Remark {
+            kind,
+            subject: self.subject.map(str::to_owned),
+            samples: rows.len(),
+            span_s: first_s.zip(last_s),
+            message: format!("{} {}{several} {what}", rows.len(), self.noun),
+        });
     }
 }
 

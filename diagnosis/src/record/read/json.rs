@@ -95,33 +95,55 @@ impl<'a> Fields<'a> {
     }
 
     /// The value of a key that must be there.
-    pub(super) fn get<T: Held<'a>>(&mut self, key: &'static str, found: &mut Found) -> Option<T> {
+    fn get<T>(&mut self, key: &'static str, held: Held<'a, T>, found: &mut Found) -> Option<T> {
         let value = self.required(key, found)?;
-        self.held(key, value, found)
+        self.held(key, held, value, found)
     }
 
-    /// The value of a key that may be left out or null.
-    pub(super) fn optional<T: Held<'a>>(
-        &mut self,
-        key: &'static str,
+    fn held<T>(
+        &self,
+        key: &str,
+        (what, held): Held<'a, T>,
+        value: &'a Value,
         found: &mut Found,
     ) -> Option<T> {
-        let value = self.value(key)?;
-        self.held(key, value, found)
-    }
-
-    fn held<T: Held<'a>>(&self, key: &str, value: &'a Value, found: &mut Found) -> Option<T> {
-        let held = T::held(value);
-        if held.is_none() {
-            let message = format!("must be {}, not {}", T::WHAT, kind(value));
+        let meant = held(value);
+        if meant.is_none() {
+            let message = format!("must be {what}, not {}", kind(value));
             self.fault(key, message, found);
         }
-        held
+        meant
+    }
+
+    pub(super) fn number(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
+        self.get(key, ("a number", Value::as_f64), found)
+    }
+
+    /// A number that may be left out or null.
+    pub(super) fn optional_number(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
+        let value = self.value(key)?;
+        self.held(key, ("a number", Value::as_f64), value, found)
+    }
+
+    pub(super) fn text(&mut self, key: &'static str, found: &mut Found) -> Option<&'a str> {
+        self.get(key, ("a text", Value::as_str), found)
+    }
+
+    pub(super) fn flag(&mut self, key: &'static str, found: &mut Found) -> Option<bool> {
+        self.get(key, ("true or false", Value::as_bool), found)
+    }
+
+    pub(super) fn texts(&mut self, key: &'static str, found: &mut Found) -> Option<Vec<String>> {
+        let texts = |value: &Value| {
+            let text = |item: &Value| item.as_str().map(str::to_owned);
+            value.as_array()?.iter().map(text).collect()
+        };
+        self.get(key, ("a list of texts", texts), found)
     }
 
     /// A number that must be above 0.
     pub(super) fn positive(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
-        let number: f64 = self.get(key, found)?;
+        let number = self.number(key, found)?;
         if number <= 0.0 {
             self.fault(key, format!("is {number}; it must be above 0"), found);
         }
@@ -130,7 +152,7 @@ impl<'a> Fields<'a> {
 
     /// A number that must not be below 0.
     pub(super) fn not_negative(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
-        let number: f64 = self.get(key, found)?;
+        let number = self.number(key, found)?;
         if number < 0.0 {
             self.fault(key, format!("is {number}; it must be 0 or more"), found);
         }
@@ -144,7 +166,7 @@ impl<'a> Fields<'a> {
         words: &[(&str, T)],
         found: &mut Found,
     ) -> Option<T> {
-        let text: &str = self.get(key, found)?;
+        let text = self.text(key, found)?;
         let meant = words.iter().find(|(word, _)| *word == text);
         if meant.is_none() {
             let known = listed(words.iter().map(|(word, _)| *word));
@@ -169,47 +191,8 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// What a key may hold.
-pub(super) trait Held<'a>: Sized {
-    /// In words.
-    const WHAT: &'static str;
-
-    /// `None` where a value is something else.
-    fn held(value: &'a Value) -> Option<Self>;
-}
-
-impl<'a> Held<'a> for f64 {
-    const WHAT: &'static str = "a number";
-
-    fn held(value: &'a Value) -> Option<f64> {
-        value.as_f64()
-    }
-}
-
-impl<'a> Held<'a> for bool {
-    const WHAT: &'static str = "true or false";
-
-    fn held(value: &'a Value) -> Option<bool> {
-        value.as_bool()
-    }
-}
-
-impl<'a> Held<'a> for &'a str {
-    const WHAT: &'static str = "a text";
-
-    fn held(value: &'a Value) -> Option<&'a str> {
-        value.as_str()
-    }
-}
-
-impl<'a> Held<'a> for Vec<String> {
-    const WHAT: &'static str = "a list of texts";
-
-    fn held(value: &'a Value) -> Option<Vec<String>> {
-        let text = |item: &Value| item.as_str().map(str::to_owned);
-        value.as_array()?.iter().map(text).collect()
-    }
-}
+/// What a key may hold: in words, and how it is read; `None` where a value is something else.
+type Held<'a, T> = (&'static str, fn(&'a Value) -> Option<T>);
 
 fn kind(value: &Value) -> &'static str {
     match value {

@@ -4,35 +4,32 @@
 //! # In reading order
 //!
 //! `found`: problems and remarks as they are met. `table` and `json`: the files as such. `columns`:
-//! names, units, and a table of vehicles. `samples`, `checks` and `track`: one vehicle as logged,
-//! judged, and turned into the world. `declared`: the words of a baseline. Then the formats:
-//! `folder` with `meta` and `probes`; `written` and `campaign`: what the logs of a campaign leave
-//! unsaid; `flight`: one table; `px4` with `topics`: flights of PX4.
+//! names, units, and a table of vehicles. `samples`, `conventions`, `checks` and `track`: one
+//! vehicle as logged, how that is meant, judged, and turned into the world. `declared`: the words
+//! of a baseline. Then one file a format: `folder`: tables with their metadata, and `probes` of one;
+//! `campaign`: what the logs of some flights leave unsaid; `flight`: one table; `ulog`: PX4.
 
 mod campaign;
 mod checks;
 mod columns;
+mod conventions;
 mod declared;
 mod flight;
 mod folder;
 mod found;
 mod json;
-mod meta;
 mod probes;
-mod px4;
 mod samples;
 mod table;
-mod topics;
 mod track;
-mod written;
+mod ulog;
 
-pub use declared::Declared;
-pub use flight::read_flight;
-pub use folder::{FOLDER_FILES, read_folder};
-pub use px4::{read_ulog, read_ulog_tables};
-pub use topics::table_name;
-pub use track::{Acceleration, Frame, Pitch, Turns};
-pub use written::{
+pub use campaign::{
     Campaign, Finite, NotNegative, Pairs, Positive, Sourced, VehicleType, WrittenAir, WrittenClock,
     WrittenForce, WrittenTerm, WrittenThrustMap,
 };
+pub use conventions::{Acceleration, Frame, Pitch, Turns};
+pub use declared::Declared;
+pub use flight::read_flight;
+pub use folder::{FOLDER_FILES, read_folder};
+pub use ulog::{read_ulog, read_ulog_tables, table_name};

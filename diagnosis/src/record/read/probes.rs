@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Point3;
 
-use super::found::{Found, Place};
+use super::found::{Found, Place, RowRemarks};
 use super::table::Table;
 use crate::record::recording::{Instrument, ProbeSample, Probes};
 use crate::record::remark::RemarkKind;
@@ -22,6 +22,8 @@ const FASTEST_MPS: f64 = 100.0;
 /// Readings within half a step of the highest that make a plateau. Chosen here: a jet's highest
 /// reading stands alone.
 const PLATEAU_READINGS: usize = 8;
+/// Longest step that is no gap, in steps of the rate. Chosen here: two lost readings are none.
+const LONGEST_STEP: f64 = 3.0;
 
 /// Reads the table.
 pub(super) fn probes(bytes: &[u8], instrument: &Instrument, found: &mut Found) -> Option<Probes> {
@@ -58,134 +60,79 @@ pub(super) fn probes(bytes: &[u8], instrument: &Instrument, found: &mut Found) -
 
 /// Marks what cannot be used, and remarks on it, probe by probe.
 fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found) {
+    let t_s: Vec<f64> = samples.iter().map(|sample| sample.t_s).collect();
     let mut of_probe: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (row, sample) in samples.iter().enumerate() {
         of_probe.entry(sample.probe_id).or_default().push(row);
     }
-    for (probe_id, rows) in of_probe {
-        let subject = format!("probe {probe_id}");
-        let mut tell = |kind, rows: &[usize], samples: &[ProbeSample], what: &str| {
-            let times_s = rows.iter().map(|&row| samples[row].t_s);
-            found.rows(kind, Some(&subject), ("reading", times_s), what);
+    for (probe_id, mut good) in of_probe {
+        let mut remarks = RowRemarks {
+            found,
+            subject: Some(&format!("probe {probe_id}")),
+            noun: "reading",
+            t_s: &t_s,
+        };
+        let mut leave_out = |rows: &[usize], kind, what: &str, samples: &mut [ProbeSample]| {
+            remarks.tell(kind, rows, &format!("left out: {what}"));
+            rows.iter()
+                .for_each(|&row| samples[row].speed_mps = f64::NAN);
         };
         let mut last_s = f64::NEG_INFINITY;
-        let (mut backward, mut missing, mut impossible) = (Vec::new(), Vec::new(), Vec::new());
-        for &row in &rows {
-            let ProbeSample {
-                t_s,
-                speed_mps,
-                position_m,
-                ..
-            } = samples[row];
-            if t_s <= last_s {
-                backward.push(row);
-            } else if !(speed_mps.is_finite() && position_m.iter().all(|v| v.is_finite())) {
-                missing.push(row);
-            } else if !(0.0..=FASTEST_MPS).contains(&speed_mps) {
-                impossible.push(row);
-            }
-            last_s = last_s.max(t_s);
-        }
-        let good: Vec<usize> = rows
-            .iter()
-            .copied()
-            .filter(|row| {
-                ![&backward, &missing, &impossible]
-                    .iter()
-                    .any(|bad| bad.binary_search(row).is_ok())
-            })
-            .collect();
-        tell(
-            RemarkKind::Impossible,
-            &backward,
-            samples,
-            "left out: their time repeats or goes back",
-        );
-        tell(
-            RemarkKind::Impossible,
-            &missing,
-            samples,
-            "left out: no speed or no position",
-        );
+        let is_backward = |row: &mut usize| {
+            let is_backward = t_s[*row] <= last_s;
+            last_s = last_s.max(t_s[*row]);
+            is_backward
+        };
+        let backward: Vec<usize> = good.extract_if(.., is_backward).collect();
+        let is_missing = |row: &mut usize| {
+            let position_m = samples[*row].position_m;
+            !(samples[*row].speed_mps.is_finite() && position_m.iter().all(|v| v.is_finite()))
+        };
+        let missing: Vec<usize> = good.extract_if(.., is_missing).collect();
+        let is_impossible =
+            |row: &mut usize| !(0.0..=FASTEST_MPS).contains(&samples[*row].speed_mps);
+        let impossible: Vec<usize> = good.extract_if(.., is_impossible).collect();
+        let words = "their time repeats or goes back";
+        leave_out(&backward, RemarkKind::Impossible, words, samples);
+        let words = "no speed or no position";
+        leave_out(&missing, RemarkKind::Impossible, words, samples);
         if let Some(&first) = impossible.first() {
             let first_mps = samples[first].speed_mps;
-            let what = format!("left out: a speed outside 0 to 100 m/s (first {first_mps})");
-            tell(RemarkKind::Impossible, &impossible, samples, &what);
+            let words = format!("a speed outside 0 to 100 m/s (first {first_mps})");
+            leave_out(&impossible, RemarkKind::Impossible, &words, samples);
         }
+        let speeds = good.iter().map(|&row| samples[row].speed_mps);
+        let top_mps = speeds.fold(0.0, f64::max);
+        // The highest speed, repeated, is the end of the scale.
+        let is_stuck = |run: &&[usize]| {
+            let mps = samples[run[0]].speed_mps;
+            run.len() >= STUCK_READINGS && mps != 0.0 && mps < top_mps - instrument.resolution_mps
+        };
+        let is_top =
+            |row: &usize| samples[*row].speed_mps >= top_mps - 0.5 * instrument.resolution_mps;
+        let at_top: Vec<usize> = good.iter().copied().filter(is_top).collect();
         let stuck: Vec<usize> = good
             .chunk_by(|&a, &b| samples[a].speed_mps == samples[b].speed_mps)
-            .filter(|run| run.len() >= STUCK_READINGS && samples[run[0]].speed_mps != 0.0)
-            .filter(|run| !plateau(samples[run[0]].speed_mps, &good, samples, instrument))
+            .filter(is_stuck)
             .flat_map(|run| run[1..].iter().copied())
             .collect();
-        tell(
-            RemarkKind::Stuck,
-            &stuck,
-            samples,
-            "left out: the same speed as before, eight or more times in a row",
-        );
-        saturated(&good, samples, instrument, &mut tell);
-        gaps(&good, samples, instrument, &mut tell);
-        for row in backward
-            .into_iter()
-            .chain(missing)
-            .chain(impossible)
-            .chain(stuck)
-        {
-            samples[row].speed_mps = f64::NAN;
+        let words = "the same speed as before, eight or more times in a row";
+        leave_out(&stuck, RemarkKind::Stuck, words, samples);
+        if top_mps > 0.0 && at_top.len() >= PLATEAU_READINGS {
+            let what =
+                format!("at the highest speed of all, {top_mps} m/s: the end of its scale? Kept");
+            remarks.tell(RemarkKind::Saturated, &at_top, &what);
         }
+        let step_s = |pair: &[usize]| t_s[pair[1]] - t_s[pair[0]];
+        let rate_hz = instrument.rate_hz;
+        let gaps = good
+            .windows(2)
+            .filter(|pair| step_s(pair) > LONGEST_STEP / rate_hz);
+        let gaps: Vec<usize> = gaps.map(|pair| pair[0]).collect();
+        let worst_s = good.windows(2).map(step_s).fold(0.0, f64::max);
+        let what = format!(
+            "with a gap after them, the longest of {worst_s:.2} s (the rate is {rate_hz} Hz)"
+        );
+        remarks.tell(RemarkKind::Gap, &gaps, &what);
     }
-}
-
-/// Whether a speed is the highest that the probe read: repeated, it is the end of its scale.
-fn plateau(
-    speed_mps: f64,
-    good: &[usize],
-    samples: &[ProbeSample],
-    instrument: &Instrument,
-) -> bool {
-    let top_mps = top(good, samples);
-    speed_mps >= top_mps - instrument.resolution_mps
-}
-
-fn top(good: &[usize], samples: &[ProbeSample]) -> f64 {
-    let speeds = good.iter().map(|&row| samples[row].speed_mps);
-    speeds.fold(0.0, f64::max)
-}
-
-/// Many readings at the very top are the end of the scale.
-fn saturated(
-    good: &[usize],
-    samples: &[ProbeSample],
-    instrument: &Instrument,
-    tell: &mut impl FnMut(RemarkKind, &[usize], &[ProbeSample], &str),
-) {
-    let top_mps = top(good, samples);
-    let at_top = |row: &usize| samples[*row].speed_mps >= top_mps - 0.5 * instrument.resolution_mps;
-    let rows: Vec<usize> = good.iter().copied().filter(at_top).collect();
-    if top_mps > 0.0 && rows.len() >= PLATEAU_READINGS {
-        let what =
-            format!("at the highest speed of all, {top_mps} m/s: the end of its scale? Kept");
-        tell(RemarkKind::Saturated, &rows, samples, &what);
-    }
-}
-
-fn gaps(
-    good: &[usize],
-    samples: &[ProbeSample],
-    instrument: &Instrument,
-    tell: &mut impl FnMut(RemarkKind, &[usize], &[ProbeSample], &str),
-) {
-    let step_s = |pair: &[usize]| samples[pair[1]].t_s - samples[pair[0]].t_s;
-    let longest_s = 3.0 / instrument.rate_hz;
-    let rows: Vec<usize> = good
-        .windows(2)
-        .filter(|pair| step_s(pair) > longest_s)
-        .map(|pair| pair[0])
-        .collect();
-    let worst_s = good.windows(2).map(step_s).fold(0.0, f64::max);
-    let rate_hz = instrument.rate_hz;
-    let what =
-        format!("with a gap after them, the longest of {worst_s:.2} s (the rate is {rate_hz} Hz)");
-    tell(RemarkKind::Gap, &rows, samples, &what);
 }

@@ -1,179 +1,115 @@
 //! One vehicle as its log has it: columns in SI, its rows in their order, nothing judged yet.
 
-use super::columns::{Columns, Role, Unit};
+use std::collections::BTreeMap;
+
+use nalgebra::UnitQuaternion;
+
+use super::columns::{Columns, GROUPS, Role, RoleOf, Unit};
 use super::found::{Found, listed};
 use super::table::Rows;
 use crate::record::remark::RemarkKind;
 
-/// One vehicle's rows. Every column that is there has as many entries; NaN where a cell was empty.
+/// One vehicle's rows: a column for each quantity that is there, in SI, as many entries in each;
+/// NaN where a cell was empty. Of a group (velocity, quaternion, ...) all columns are there, or
+/// none.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Samples {
-    pub(super) t_s: Vec<f64>,
-    pub(super) position_m: Vec<[f64; 3]>,
-    pub(super) velocity_mps: Option<Vec<[f64; 3]>>,
-    /// Whatever kind the metadata say it is.
-    pub(super) acceleration_mps2: Option<Vec<[f64; 3]>>,
-    pub(super) attitude: Option<Attitude>,
-    pub(super) duty: Option<Vec<[f64; 4]>>,
-    pub(super) battery_v: Option<Vec<f64>>,
-    pub(super) throttle_ratio: Option<Vec<f64>>,
-    pub(super) power_w: Option<Vec<f64>>,
-}
-
-/// Attitude as logged.
-#[derive(Clone, Debug)]
-pub(super) enum Attitude {
-    /// x, y, z, w.
-    Quaternion(Vec<[f64; 4]>),
-    /// Roll, pitch, yaw (rad), about x, y, z in the order yaw, pitch, roll.
-    Angles(Vec<[f64; 3]>),
+    pub(super) columns: BTreeMap<Role, Vec<f64>>,
 }
 
 impl Samples {
-    /// The rows of one vehicle, times in seconds and everything in SI.
+    /// The rows `mine` of one vehicle, times in seconds and everything in SI.
     pub(super) fn gather(
         vehicle: &str,
-        rows: &Rows,
-        columns: &Columns,
+        (rows, columns): (&Rows, &Columns),
         mine: &[usize],
         gravity_mps2: f64,
         found: &mut Found,
     ) -> Samples {
-        let mut gather = Gather {
-            rows,
-            columns,
-            mine,
-            gravity_mps2,
-            empty: Vec::new(),
-        };
-        let mut attitude = gather.group(Role::Quaternion).map(Attitude::Quaternion);
-        if attitude.is_none() {
-            let angles = [0, 1, 2].map(|axis| gather.column(Role::Angle(axis)));
-            if angles.iter().any(Option::is_some) {
-                for (axis, angle) in ["roll", "pitch", "yaw"].into_iter().enumerate() {
-                    if !columns.has(Role::Angle(axis)) {
-                        let message = format!("{angle} is not logged: taken as 0");
-                        found.remark(RemarkKind::Assumed, Some(vehicle), message);
-                    }
-                }
-                let angles = angles.map(|angle| angle.unwrap_or_else(|| vec![0.0; mine.len()]));
-                attitude = Some(Attitude::Angles(transposed(angles)));
+        let mut samples = Samples::default();
+        let mut empty = Vec::new();
+        for ((&role, column), all) in columns.by_role.iter().zip(&rows.numbers) {
+            let factor = match column.unit {
+                Unit::Times(factor) => factor,
+                Unit::Gravities => gravity_mps2,
+            };
+            let values: Vec<f64> = mine.iter().map(|&row| all[row] * factor).collect();
+            let is_required = matches!(role, Role::Time | Role::Position(_));
+            if !is_required && values.iter().all(|value| value.is_nan()) {
+                empty.push(column.name.as_str());
+            } else {
+                samples.columns.insert(role, values);
             }
         }
-        let samples = Samples {
-            t_s: gather.column(Role::Time).unwrap_or_default(),
-            position_m: gather.group(Role::Position).unwrap_or_default(),
-            velocity_mps: gather.group(Role::Velocity),
-            acceleration_mps2: gather.group(Role::Acceleration),
-            attitude,
-            duty: gather.group(Role::Duty),
-            battery_v: gather.column(Role::Battery),
-            throttle_ratio: gather.column(Role::Throttle),
-            power_w: gather.column(Role::Power),
-        };
-        if !gather.empty.is_empty() {
-            let names = listed(gather.empty.iter().map(String::as_str));
-            let message = format!("no value in any row of {names}");
+        for (role, count) in GROUPS {
+            if (0..count).any(|axis| !samples.columns.contains_key(&role(axis))) {
+                (0..count).for_each(|axis| drop(samples.columns.remove(&role(axis))));
+            }
+        }
+        let is_angle = |role: &Role| matches!(role, Role::Angle(_));
+        if samples.columns.contains_key(&Role::Quaternion(0)) {
+            samples.columns.retain(|role, _| !is_angle(role));
+        } else if samples.columns.keys().any(is_angle) {
+            for (axis, angle) in ["roll", "pitch", "yaw"].into_iter().enumerate() {
+                if !columns.by_role.contains_key(&Role::Angle(axis)) {
+                    let message = format!("{angle} is not logged: taken as 0");
+                    found.remark(RemarkKind::Assumed, Some(vehicle), message);
+                }
+                let column = samples.columns.entry(Role::Angle(axis));
+                column.or_insert_with(|| vec![0.0; mine.len()]);
+            }
+        }
+        if !empty.is_empty() {
+            let message = format!("no value in any row of {}", listed(empty));
             found.remark(RemarkKind::Unused, Some(vehicle), message);
         }
         samples
     }
 
-    /// All values of a row but its time.
-    pub(super) fn row(&self, row: usize) -> Vec<f64> {
-        let mut values = self.position_m[row].to_vec();
-        for vectors in [&self.velocity_mps, &self.acceleration_mps2]
-            .into_iter()
-            .flatten()
-        {
-            values.extend(vectors[row]);
-        }
-        match &self.attitude {
-            Some(Attitude::Quaternion(all)) => values.extend(all[row]),
-            Some(Attitude::Angles(all)) => values.extend(all[row]),
-            None => {}
-        }
-        values.extend(self.duty.iter().flat_map(|duty| duty[row]));
-        let scalars = [&self.battery_v, &self.throttle_ratio, &self.power_w];
-        values.extend(scalars.into_iter().flatten().map(|column| column[row]));
-        values
+    /// One column; empty where there is none.
+    pub(super) fn column(&self, role: Role) -> &[f64] {
+        self.columns.get(&role).map_or(&[], Vec::as_slice)
+    }
+
+    /// The columns of a group; `None` where there is no such group.
+    pub(super) fn group<const N: usize>(&self, role: RoleOf) -> Option<[&[f64]; N]> {
+        let group = std::array::from_fn(|axis| self.column(role(axis)));
+        self.columns.contains_key(&role(0)).then_some(group)
     }
 
     /// From north-east-down with a body of forward-right-down to north-west-up with
     /// forward-left-up: half a turn about x, for the world and the body alike, which changes the
     /// sign of every y and z.
     pub(super) fn turn_up(&mut self) {
-        let flip = |vector: &mut [f64; 3]| {
-            vector[1] = -vector[1];
-            vector[2] = -vector[2];
-        };
-        self.position_m.iter_mut().for_each(flip);
-        for column in [&mut self.velocity_mps, &mut self.acceleration_mps2]
-            .into_iter()
-            .flatten()
-        {
-            column.iter_mut().for_each(flip);
-        }
-        match &mut self.attitude {
-            Some(Attitude::Quaternion(quaternions)) => {
-                for [_, y, z, _] in quaternions {
-                    (*y, *z) = (-*y, -*z);
-                }
+        for (role, column) in &mut self.columns {
+            if let Role::Position(1 | 2)
+            | Role::Velocity(1 | 2)
+            | Role::Acceleration(1 | 2)
+            | Role::Quaternion(1 | 2)
+            | Role::Angle(1 | 2) = role
+            {
+                column.iter_mut().for_each(|value| *value = -*value);
             }
-            Some(Attitude::Angles(angles)) => angles.iter_mut().for_each(flip),
-            None => {}
         }
     }
-}
 
-/// Takes columns out of a table, those of one vehicle.
-struct Gather<'a> {
-    rows: &'a Rows,
-    columns: &'a Columns,
-    mine: &'a [usize],
-    gravity_mps2: f64,
-    /// Names of columns that hold nothing.
-    empty: Vec<String>,
-}
-
-impl Gather<'_> {
-    /// `None` where there is no such column, or nothing in it.
-    fn column(&mut self, role: Role) -> Option<Vec<f64>> {
-        let (index, (_, column)) = self
-            .columns
-            .by_role
-            .iter()
-            .enumerate()
-            .find(|(_, (known, _))| **known == role)?;
-        let factor = match column.unit {
-            Unit::Times(factor) => factor,
-            Unit::Gravities => self.gravity_mps2,
+    /// Makes quaternions of roll, pitch and yaw, about x, y, z in the order yaw, pitch, roll; with
+    /// `turned`, pitch is logged with the other sign.
+    pub(super) fn quaternions_from_angles(&mut self, turned: bool) {
+        let Some([roll, pitch, yaw]) = self.group(Role::Angle) else {
+            return;
         };
-        let all = &self.rows.numbers[index];
-        let values: Vec<f64> = self.mine.iter().map(|&row| all[row] * factor).collect();
-        let is_required = matches!(role, Role::Time | Role::Position(_));
-        if !is_required && values.iter().all(|value| value.is_nan()) {
-            self.empty.push(column.name.clone());
-            return None;
+        let mut columns = [const { Vec::new() }; 4];
+        for ((&roll, &pitch), &yaw) in roll.iter().zip(pitch).zip(yaw) {
+            let pitch = if turned { -pitch } else { pitch };
+            let attitude = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+            let parts = columns.iter_mut().zip(attitude.coords.iter());
+            parts.for_each(|(column, part)| column.push(*part));
         }
-        Some(values)
-    }
-
-    /// `None` unless all columns of the group are there, with something in each.
-    fn group<const N: usize>(&mut self, role: fn(usize) -> Role) -> Option<Vec<[f64; N]>> {
-        let roles: [Role; N] = std::array::from_fn(role);
-        if !roles.iter().all(|&role| self.columns.has(role)) {
-            return None;
+        for (axis, column) in columns.into_iter().enumerate() {
+            self.columns.insert(Role::Quaternion(axis), column);
         }
-        let columns = roles.map(|role| self.column(role));
-        let is_whole = columns.iter().all(Option::is_some);
-        is_whole.then(|| transposed(columns.map(Option::unwrap_or_default)))
+        let is_angle = |role: &Role| matches!(role, Role::Angle(_));
+        self.columns.retain(|role, _| !is_angle(role));
     }
-}
-
-fn transposed<const N: usize>(columns: [Vec<f64>; N]) -> Vec<[f64; N]> {
-    let rows = columns.first().map_or(0, Vec::len);
-    (0..rows)
-        .map(|row| std::array::from_fn(|axis| columns[axis][row]))
-        .collect()
 }

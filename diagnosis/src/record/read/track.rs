@@ -2,72 +2,14 @@
 //! rotor plane.
 
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
-use serde::Deserialize;
 
-use super::checks::{FlightLimits, check};
+use super::checks::check;
+use super::columns::Role;
+use super::conventions::{Acceleration, Conventions, Frame, Pitch, Turns};
 use super::found::{Found, Place};
-use super::samples::{Attitude, Samples};
+use super::samples::Samples;
 use crate::record::recording::Track;
 use crate::record::remark::RemarkKind;
-
-/// Frame of the logged positions, velocities and attitude.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-pub enum Frame {
-    /// World z up; body x forward, y left, z up.
-    #[default]
-    ZUp,
-    /// World x north, y east, z down; body x forward, y right, z down. Turned by half a turn about
-    /// x, into x north, y west, z up.
-    NorthEastDown,
-}
-
-/// What the logged acceleration is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-pub enum Acceleration {
-    /// What an accelerometer feels, turned into the world: at hover one gravity upwards.
-    SpecificForceInWorld,
-    /// What an accelerometer feels, in its own frame.
-    SpecificForceInBody,
-    /// Change of velocity, in the world: 0 at hover.
-    GravityRemovedInWorld,
-    /// Change of velocity, in the frame of the body.
-    GravityRemovedInBody,
-}
-
-/// Which way the logged quaternion turns.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-pub enum Turns {
-    /// Vectors of the body into the world.
-    #[default]
-    BodyToWorld,
-    /// Vectors of the world into the body.
-    WorldToBody,
-}
-
-/// Sign of the logged pitch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-pub enum Pitch {
-    /// Positive with the nose down: right-handed about y to the left.
-    NoseDown,
-    /// Positive with the nose up: right-handed about y to the right, and in the Crazyflie's logs.
-    NoseUp,
-}
-
-/// How a log is to be understood.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Conventions {
-    pub(super) frame: Frame,
-    /// `None`: the log has none, or it is not to be used.
-    pub(super) acceleration: Option<Acceleration>,
-    pub(super) rotation: Turns,
-    /// `None`: right-handed in the frame of the log.
-    pub(super) pitch: Option<Pitch>,
-    pub(super) gravity_mps2: f64,
-    /// From the logged point to the centre of the rotor plane, in the body (x forward, y left, z
-    /// up; m).
-    pub(super) rotor_offset_m: Vector3<f64>,
-    pub(super) limits: FlightLimits,
-}
 
 /// The track of one vehicle. `None` where no row is left: a remark or a problem says why.
 pub(super) fn track(
@@ -80,60 +22,86 @@ pub(super) fn track(
     if how.frame == Frame::NorthEastDown {
         samples.turn_up();
     }
-    right_handed_pitch(&mut samples, how);
-    let checked = check(vehicle, &samples, &how.limits, found);
-    if checked.keep.is_empty() {
-        if checked.only_stood {
-            let message = "never left the floor: not part of the recording";
-            found.remark(RemarkKind::Touch, Some(vehicle), message);
-        } else {
-            let message = format!("no row of vehicle `{vehicle}` can be used");
-            let help = found.remarks.iter().rev();
-            let help = help
-                .filter(|remark| remark.subject.as_deref() == Some(vehicle))
-                .map(|remark| remark.message.clone())
-                .next();
-            found.helped(Place::file(file), message, help);
-        }
+    let is_pitch_turned = match how.frame {
+        Frame::ZUp => how.pitch == Some(Pitch::NoseUp),
+        // Turned already as the right-handed one that it should be, nose up.
+        Frame::NorthEastDown => how.pitch == Some(Pitch::NoseDown),
+    };
+    let rotation = match samples.columns.contains_key(&Role::Quaternion(0)) {
+        true => how.rotation,
+        false => Turns::BodyToWorld,
+    };
+    samples.quaternions_from_angles(is_pitch_turned);
+    let checked = check(vehicle, &samples, how, found);
+    let keep = &checked.keep;
+    if keep.is_empty() && checked.only_stood {
+        let message = "never left the floor: not part of the recording";
+        found.remark(RemarkKind::Touch, Some(vehicle), message);
         return None;
     }
-    let keep = &checked.keep;
-    let t_s = picked(&samples.t_s, keep);
-    let attitude = attitude(
-        vehicle,
-        samples.attitude.as_ref(),
-        keep,
-        how.rotation,
-        found,
-    );
-    let position_m: Vec<Point3<f64>> = keep
-        .iter()
-        .zip(&attitude)
-        .map(|(&row, attitude)| {
-            Point3::from(samples.position_m[row]) + attitude * how.rotor_offset_m
-        })
-        .collect();
-    let velocity_mps = match &samples.velocity_mps {
-        Some(all) => keep.iter().map(|&row| Vector3::from(all[row])).collect(),
+    if keep.is_empty() {
+        let message = format!("no row of vehicle `{vehicle}` can be used");
+        let mut remarks = found.remarks.iter().rev();
+        let last = remarks.find(|remark| remark.subject.as_deref() == Some(vehicle));
+        let help = last.map(|remark| remark.message.clone());
+        found.helped(Place::file(file), message, help);
+        return None;
+    }
+    let mut assumed = |message| found.remark(RemarkKind::Assumed, Some(vehicle), message);
+    let column = |role| {
+        let column = samples.columns.get(&role)?;
+        Some(keep.iter().map(|&row| column[row]).collect::<Vec<f64>>())
+    };
+    let vectors = |role| {
+        let axes = samples.group::<3>(role)?;
+        let vector = |&row: &usize| Vector3::from(axes.map(|axis| axis[row]));
+        Some(keep.iter().map(vector).collect::<Vec<_>>())
+    };
+    let t_s = column(Role::Time).unwrap_or_default();
+    let attitude: Vec<UnitQuaternion<f64>> = match samples.group(Role::Quaternion) {
+        Some([x, y, z, w]) => {
+            let logged = |&row: &usize| {
+                let quaternion = Quaternion::new(w[row], x[row], y[row], z[row]);
+                let attitude = UnitQuaternion::from_quaternion(quaternion);
+                match rotation {
+                    Turns::BodyToWorld => attitude,
+                    Turns::WorldToBody => attitude.inverse(),
+                }
+            };
+            keep.iter().map(logged).collect()
+        }
         None => {
-            let message = "velocity is not logged: taken from the change of position";
-            found.remark(RemarkKind::Assumed, Some(vehicle), message);
-            differentiated(&t_s, &position_m, checked.longest_step_s)
+            assumed("attitude is not logged: taken as level, x forward");
+            vec![UnitQuaternion::identity(); keep.len()]
         }
     };
-    let specific_force_mps2 = how.acceleration.zip(samples.acceleration_mps2.as_ref());
-    let specific_force_mps2 = specific_force_mps2.map(|(kind, all)| {
-        let force = |(&row, attitude): (&usize, &UnitQuaternion<f64>)| {
-            specific_force(kind, Vector3::from(all[row]), attitude, how.gravity_mps2)
-        };
-        keep.iter().zip(&attitude).map(force).collect()
+    let logged_m = vectors(Role::Position).unwrap_or_default().into_iter();
+    let position_m: Vec<Point3<f64>> = logged_m
+        .zip(&attitude)
+        .map(|(logged_m, attitude)| Point3::from(logged_m) + attitude * how.rotor_offset_m)
+        .collect();
+    let velocity_mps = vectors(Role::Velocity).unwrap_or_else(|| {
+        assumed("velocity is not logged: taken from the change of position");
+        differentiated(&t_s, &position_m, checked.longest_step_s)
     });
-    let columns = |column: &Option<Vec<f64>>| column.as_ref().map(|column| picked(column, keep));
+    let logged_mps2 = how.acceleration.zip(vectors(Role::Acceleration));
+    let specific_force_mps2 = logged_mps2.map(|(kind, all)| {
+        let force = |(&logged, attitude): (&Vector3<f64>, &UnitQuaternion<f64>)| {
+            specific_force(kind, logged, attitude, how.gravity_mps2)
+        };
+        all.iter().zip(&attitude).map(force).collect()
+    });
+    let duty = samples.group::<4>(Role::Duty);
+    let motors = |motors: [&[f64]; 4]| {
+        keep.iter()
+            .map(|&row| motors.map(|duty| duty[row]))
+            .collect()
+    };
     Some(Track {
-        throttle_ratio: columns(&samples.throttle_ratio),
-        power_w: columns(&samples.power_w),
-        battery_v: columns(&samples.battery_v),
-        duty: samples.duty.as_ref().map(|duty| picked(duty, keep)),
+        throttle_ratio: column(Role::Throttle),
+        power_w: column(Role::Power),
+        battery_v: column(Role::Battery),
+        duty: duty.map(motors),
         t_s,
         position_m,
         velocity_mps,
@@ -141,60 +109,6 @@ pub(super) fn track(
         specific_force_mps2,
         longest_step_s: checked.longest_step_s,
     })
-}
-
-fn picked<T: Copy>(column: &[T], keep: &[usize]) -> Vec<T> {
-    keep.iter().map(|&row| column[row]).collect()
-}
-
-/// Turns a pitch that is positive with the nose up. Half a turn about x has done it already for
-/// north-east-down.
-fn right_handed_pitch(samples: &mut Samples, how: &Conventions) {
-    let nose_up_is_positive = match (how.pitch, how.frame) {
-        (None, _) => false,
-        (Some(pitch), Frame::ZUp) => pitch == Pitch::NoseUp,
-        // Turned already as the right-handed one that it should be, nose up.
-        (Some(pitch), Frame::NorthEastDown) => pitch == Pitch::NoseDown,
-    };
-    if let (true, Some(Attitude::Angles(angles))) = (nose_up_is_positive, &mut samples.attitude) {
-        for [_, pitch, _] in angles {
-            *pitch = -*pitch;
-        }
-    }
-}
-
-fn attitude(
-    vehicle: &str,
-    logged: Option<&Attitude>,
-    keep: &[usize],
-    rotation: Turns,
-    found: &mut Found,
-) -> Vec<UnitQuaternion<f64>> {
-    let turned = |attitude: UnitQuaternion<f64>| match rotation {
-        Turns::BodyToWorld => attitude,
-        Turns::WorldToBody => attitude.inverse(),
-    };
-    match logged {
-        Some(Attitude::Quaternion(all)) => keep
-            .iter()
-            .map(|&row| {
-                let [x, y, z, w] = all[row];
-                turned(UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)))
-            })
-            .collect(),
-        Some(Attitude::Angles(all)) => keep
-            .iter()
-            .map(|&row| {
-                let [roll, pitch, yaw] = all[row];
-                UnitQuaternion::from_euler_angles(roll, pitch, yaw)
-            })
-            .collect(),
-        None => {
-            let message = "attitude is not logged: taken as level, x forward";
-            found.remark(RemarkKind::Assumed, Some(vehicle), message);
-            vec![UnitQuaternion::identity(); keep.len()]
-        }
-    }
 }
 
 /// Specific force in the world (m/s²): acceleration minus gravity.
@@ -219,29 +133,24 @@ fn differentiated(
     position_m: &[Point3<f64>],
     longest_step_s: f64,
 ) -> Vec<Vector3<f64>> {
+    let last = t_s.len().saturating_sub(1);
     let near = |a: usize, b: usize| t_s[b] - t_s[a] <= longest_step_s;
-    (0..t_s.len())
-        .map(|at| {
-            let before = if at > 0 && near(at - 1, at) {
-                at - 1
-            } else {
-                at
-            };
-            let after = if at + 1 < t_s.len() && near(at, at + 1) {
-                at + 1
-            } else {
-                at
-            };
-            if before == after {
-                return Vector3::zeros();
-            }
-            (position_m[after] - position_m[before]) / (t_s[after] - t_s[before])
-        })
-        .collect()
+    let slope = |at: usize| {
+        let before = at.saturating_sub(1);
+        let before = if near(before, at) { before } else { at };
+        let after = (at + 1).min(last);
+        let after = if near(at, after) { after } else { at };
+        if before == after {
+            return Vector3::zeros();
+        }
+        (position_m[after] - position_m[before]) / (t_s[after] - t_s[before])
+    };
+    (0..t_s.len()).map(slope).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::columns::RoleOf;
     use super::*;
 
     const G: f64 = 9.81;
@@ -252,28 +161,32 @@ mod tests {
         Conventions {
             frame,
             acceleration: Some(acceleration),
-            rotation: Turns::BodyToWorld,
-            pitch: None,
             gravity_mps2: G,
-            rotor_offset_m: Vector3::zeros(),
-            limits: FlightLimits {
-                floor_z_m: None,
-                touch_z_m: None,
-                tilt_rad: 1.0,
-            },
+            crash_tilt_rad: 1.0,
+            ..Conventions::default()
         }
     }
 
-    /// Two rows at one place.
-    fn rows(position_m: [f64; 3], acceleration_mps2: [f64; 3], attitude: Attitude) -> Samples {
-        Samples {
-            t_s: vec![0.0, 0.1],
-            position_m: vec![position_m; 2],
-            velocity_mps: Some(vec![[0.1, 0.2, 0.3]; 2]),
-            acceleration_mps2: Some(vec![acceleration_mps2; 2]),
-            attitude: Some(attitude),
-            ..Samples::default()
+    /// Two rows at one place, with an attitude of a quaternion or angles.
+    fn rows(position_m: [f64; 3], acceleration_mps2: [f64; 3], attitude: &[f64]) -> Samples {
+        let role: RoleOf = match attitude.len() {
+            4 => Role::Quaternion,
+            _ => Role::Angle,
+        };
+        let groups: [(RoleOf, &[f64]); 4] = [
+            (Role::Position, &position_m),
+            (Role::Velocity, &[0.1, 0.2, 0.3]),
+            (Role::Acceleration, &acceleration_mps2),
+            (role, attitude),
+        ];
+        let mut samples = Samples::default();
+        samples.columns.insert(Role::Time, vec![0.0, 0.1]);
+        for (role, values) in groups {
+            for (axis, &value) in values.iter().enumerate() {
+                samples.columns.insert(role(axis), vec![value; 2]);
+            }
         }
+        samples
     }
 
     fn read(samples: Samples, how: &Conventions) -> (Track, Found) {
@@ -284,7 +197,7 @@ mod tests {
 
     #[test]
     fn hover_reads_one_gravity_upwards_whatever_the_kind_and_the_frame() {
-        let level = || Attitude::Quaternion(vec![[0.0, 0.0, 0.0, 1.0]; 2]);
+        let level = [0.0, 0.0, 0.0, 1.0];
         for (frame, kind, logged) in [
             (
                 Frame::ZUp,
@@ -305,7 +218,7 @@ mod tests {
                 [0.0; 3],
             ),
         ] {
-            let (track, _) = read(rows([0.0; 3], logged, level()), &how(frame, kind));
+            let (track, _) = read(rows([0.0; 3], logged, &level), &how(frame, kind));
             let force = track.specific_force_mps2.expect("asked for")[0];
             assert!(
                 (force - Vector3::new(0.0, 0.0, G)).norm() < ROUNDING,
@@ -317,9 +230,9 @@ mod tests {
     #[test]
     fn north_east_down_becomes_north_west_up() {
         // Nose up by 0.3 rad: positive pitch about y to the right.
-        let angles = Attitude::Angles(vec![[0.0, 0.3, 0.0]; 2]);
+        let angles = [0.0, 0.3, 0.0];
         let how = how(Frame::NorthEastDown, Acceleration::SpecificForceInBody);
-        let (track, _) = read(rows([1.0, 2.0, -3.0], [0.0, 0.0, -G], angles), &how);
+        let (track, _) = read(rows([1.0, 2.0, -3.0], [0.0, 0.0, -G], &angles), &how);
         assert_eq!(track.position_m[0], Point3::new(1.0, -2.0, 3.0));
         assert_eq!(track.velocity_mps[0], Vector3::new(0.1, -0.2, -0.3));
         // The nose points up, so thrust leans back, to the south.
@@ -331,7 +244,7 @@ mod tests {
 
     #[test]
     fn a_pitch_with_the_nose_up_is_turned_over() {
-        let angles = || Attitude::Angles(vec![[0.0, 0.2, 0.0]; 2]);
+        let angles = [0.0, 0.2, 0.0];
         let mut how = how(Frame::ZUp, Acceleration::SpecificForceInWorld);
         for (pitch, nose_z_sign) in [
             (None, -1.0),
@@ -339,7 +252,7 @@ mod tests {
             (Some(Pitch::NoseUp), 1.0),
         ] {
             how.pitch = pitch;
-            let (track, _) = read(rows([0.0; 3], [0.0, 0.0, G], angles()), &how);
+            let (track, _) = read(rows([0.0; 3], [0.0, 0.0, G], &angles), &how);
             let nose = track.attitude[0] * Vector3::x();
             assert!(nose.z * nose_z_sign > 0.1);
         }
@@ -349,21 +262,23 @@ mod tests {
     fn quaternions_of_the_other_direction_are_inverted_and_the_offset_turns_with_the_body() {
         // World to body: the inverse of a quarter turn to the left.
         let half = std::f64::consts::FRAC_1_SQRT_2;
-        let attitude = Attitude::Quaternion(vec![[0.0, 0.0, -half, half]; 2]);
+        let attitude = [0.0, 0.0, -half, half];
         let mut how = how(Frame::ZUp, Acceleration::SpecificForceInWorld);
         how.rotation = Turns::WorldToBody;
         how.rotor_offset_m = Vector3::new(0.1, 0.0, 0.02);
-        let (track, _) = read(rows([1.0, 1.0, 1.0], [0.0, 0.0, G], attitude), &how);
+        let (track, _) = read(rows([1.0, 1.0, 1.0], [0.0, 0.0, G], &attitude), &how);
         assert!((track.position_m[0] - Point3::new(1.0, 1.1, 1.02)).norm() < ROUNDING);
     }
 
     #[test]
     fn a_missing_velocity_or_attitude_is_worked_out_and_said() {
-        let samples = Samples {
-            t_s: vec![0.0, 0.1, 0.2],
-            position_m: vec![[0.0; 3], [0.1, 0.0, 0.0], [0.2, 0.0, 0.0]],
-            ..Samples::default()
-        };
+        let mut samples = Samples::default();
+        for role in [Role::Time, Role::Position(0)] {
+            samples.columns.insert(role, vec![0.0, 0.1, 0.2]);
+        }
+        for axis in [1, 2] {
+            samples.columns.insert(Role::Position(axis), vec![0.0; 3]);
+        }
         let (track, found) = read(
             samples,
             &how(Frame::ZUp, Acceleration::SpecificForceInWorld),

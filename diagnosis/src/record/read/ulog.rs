@@ -1,0 +1,492 @@
+//! A flight logged by PX4, from its topics, of a ULog or of the tables that `ulog2csv` makes of one:
+//! everything brought to the times of the position.
+//!
+//! PX4's world is north-east-down and its body forward-right-down; half a turn about x makes of
+//! them our world, **x north, y west, z up**, and our body of x forward, y left, z up. Heights are
+//! above the place where the estimator started. One log, one vehicle.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use px4_ulog::stream_parser::model::{
+    DropoutMessage, FlattenedField, FlattenedFieldType, UlogParseError,
+};
+use px4_ulog::stream_parser::{DataMessage, LogParser};
+
+use super::campaign::Campaign;
+use super::columns::{Role, RoleOf};
+use super::conventions::{Acceleration, Frame, Turns};
+use super::flight::{recording, vehicle};
+use super::found::{Found, Place, listed};
+use super::samples::Samples;
+use super::table::Table;
+use crate::record::problem::Problems;
+use crate::record::recording::Recording;
+use crate::record::remark::{Remark, RemarkKind};
+
+/// Farthest reading (s) that still speaks for a moment: attitude, acceleration and motors, which
+/// are logged at 10 Hz or faster ...
+const NEAR_S: f64 = 0.2;
+/// ... and the battery, logged at 1 Hz or faster.
+const BATTERY_NEAR_S: f64 = 3.0;
+/// Pulse widths (µs) of a motor that stands and one that is given all there is: PX4's defaults
+/// since servos were analogue.
+const PULSE_US: [f64; 2] = [1000.0, 2000.0];
+
+/// A recording from the bytes of a ULog. Of the campaign, frame and kind of acceleration are PX4's
+/// own, whatever it says.
+///
+/// # Errors
+/// Everything that keeps it from being read.
+pub fn read_ulog(
+    name: &str,
+    file: &str,
+    bytes: &[u8],
+    campaign: &Campaign,
+) -> Result<Recording, Problems> {
+    let mut found = Found::default();
+    let topics = from_ulog(file, bytes, &mut found);
+    let read = topics.and_then(|topics| flight(name, file, &topics, campaign, &mut found));
+    found.recording(read)
+}
+
+/// A recording from the tables that `ulog2csv` wrote of one log, by name.
+///
+/// # Errors
+/// Everything that keeps it from being read.
+pub fn read_ulog_tables(
+    name: &str,
+    files: &BTreeMap<String, Vec<u8>>,
+    campaign: &Campaign,
+) -> Result<Recording, Problems> {
+    let mut found = Found::default();
+    let topics = from_tables(files, &mut found);
+    let read = flight(name, name, &topics, campaign, &mut found);
+    found.recording(read)
+}
+
+fn flight(
+    name: &str,
+    file: &str,
+    topics: &Topics,
+    campaign: &Campaign,
+    found: &mut Found,
+) -> Option<Recording> {
+    let campaign = Campaign {
+        frame: Frame::NorthEastDown,
+        acceleration: Some(Acceleration::SpecificForceInBody),
+        quaternion: Turns::BodyToWorld,
+        ..campaign.clone()
+    };
+    let (id, kind) = match campaign.vehicles.0.as_slice() {
+        [(id, kind)] => (id, kind),
+        several => match several.iter().find(|(id, _)| id == name) {
+            Some((id, kind)) => (id, kind),
+            None => {
+                let ids = listed(campaign.vehicles.keys());
+                let message = format!("is of one vehicle, and the campaign has several: {ids}");
+                let help = format!(
+                    "name the log after its vehicle, or list only one; this one is called `{name}`"
+                );
+                found.helped(Place::file(file), message, Some(help));
+                return None;
+            }
+        },
+    };
+    let samples = samples(id, file, topics, found)?;
+    let kind = campaign.types.get(kind)?;
+    let vehicles = vehicle(id, file, samples, kind, &campaign, found);
+    recording(name, file, vehicles.into_iter().collect(), &campaign, found)
+}
+
+/// All topics at the times of the position.
+fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<Samples> {
+    const POSITION: &str = "vehicle_local_position";
+    let Some(position) = topics.get(POSITION) else {
+        found.problem(
+            Place::field(file, POSITION),
+            "is missing: there is no position in this log",
+        );
+        return None;
+    };
+    let Some(position_m) = position.whole(0..3) else {
+        found.problem(Place::field(file, POSITION), "has no `x`, `y` and `z`");
+        return None;
+    };
+    let start_us = position.t_us.first().copied().unwrap_or(0.0);
+    let seconds = |topic: &Topic| -> Vec<f64> {
+        let since_s = |t_us: &f64| (t_us - start_us) * 1e-6;
+        topic.t_us.iter().map(since_s).collect()
+    };
+    let t_s = seconds(position);
+    let brought = |topic: &Topic, columns: &[Vec<f64>], near_s: f64| -> Vec<Vec<f64>> {
+        let at_s = seconds(topic);
+        let column = |values: &Vec<f64>| brought(&at_s, values, &t_s, near_s);
+        columns.iter().map(column).collect()
+    };
+    let mut samples = Samples::default();
+    let mut put = |role: RoleOf, columns: Vec<Vec<f64>>| {
+        let columns = columns.into_iter().enumerate();
+        (samples.columns).extend(columns.map(|(axis, column)| (role(axis), column)));
+    };
+    put(Role::Position, only_valid(position, position_m.to_vec()));
+    if let Some(velocity_mps) = position.whole(3..6) {
+        put(Role::Velocity, velocity_mps.to_vec());
+    }
+    let whole = |name: &str, fields| {
+        topics
+            .get(name)
+            .and_then(|of| Some((of, of.whole(fields)?)))
+    };
+    if let Some((topic, logged)) = whole("vehicle_attitude", 0..4) {
+        let mut q = brought(topic, &same_half(logged), NEAR_S);
+        for row in 0..t_s.len() {
+            // Between two quaternions that are apart the chord is short.
+            let norm = q
+                .iter()
+                .map(|part| part[row] * part[row])
+                .sum::<f64>()
+                .sqrt();
+            q.iter_mut().for_each(|part| part[row] /= norm);
+        }
+        // Logged as w, x, y, z.
+        q.rotate_left(1);
+        put(Role::Quaternion, q);
+    }
+    let accelerations = ["vehicle_acceleration", "sensor_combined"];
+    let acceleration = accelerations.into_iter().find_map(|name| whole(name, 0..3));
+    if let Some((topic, logged)) = acceleration {
+        let at_s = seconds(topic);
+        let mean = |values: &Vec<f64>| averaged(&at_s, values, &t_s, NEAR_S);
+        put(Role::Acceleration, logged.iter().map(mean).collect());
+    }
+    let motors = whole("actuator_motors", 0..4).map(|(topic, logged)| (topic, logged.to_vec()));
+    let motors = motors.or_else(|| {
+        let (topic, pulses_us) = whole("actuator_outputs", 0..4)?;
+        let [low_us, high_us] = PULSE_US;
+        let message =
+            format!("motors from pulse widths: {low_us} to {high_us} us are taken as 0 to 1");
+        found.remark(RemarkKind::Assumed, Some(id), message);
+        let duty = |pulse_us: &f64| (pulse_us - low_us) / (high_us - low_us);
+        let motor = |pulses_us: &Vec<f64>| pulses_us.iter().map(duty).collect();
+        Some((topic, pulses_us.iter().map(motor).collect()))
+    });
+    if let Some((topic, logged)) = motors {
+        put(Role::Duty, brought(topic, &logged, NEAR_S));
+    }
+    if let Some((topic, logged)) = whole("battery_status", 0..1) {
+        put(|_| Role::Battery, brought(topic, logged, BATTERY_NEAR_S));
+    }
+    for (what, role) in [
+        (
+            "acceleration (vehicle_acceleration, sensor_combined)",
+            Role::Acceleration(0),
+        ),
+        ("motors (actuator_motors, actuator_outputs)", Role::Duty(0)),
+        ("battery (battery_status)", Role::Battery),
+    ] {
+        if !samples.columns.contains_key(&role) {
+            let message = format!("the log has no {what}: no force can be told from it");
+            found.remark(RemarkKind::Assumed, Some(id), message);
+        }
+    }
+    samples.columns.insert(Role::Time, t_s);
+    Some(samples)
+}
+
+/// Positions that the estimator itself does not trust are missing.
+fn only_valid(topic: &Topic, mut position_m: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    // `xy_valid` and `z_valid`.
+    for valid in topic.fields.iter().skip(6) {
+        for axis_m in &mut position_m {
+            let rows = axis_m.iter_mut().zip(valid);
+            rows.filter(|(_, valid)| **valid == 0.0)
+                .for_each(|(m, _)| *m = f64::NAN);
+        }
+    }
+    position_m
+}
+
+/// `q` and `-q` are the same attitude; neighbours are made to lie on the same side, so that between
+/// them is between them.
+fn same_half(logged: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut q = logged.to_vec();
+    for row in 1..q[0].len() {
+        let dot: f64 = q.iter().map(|part| part[row - 1] * part[row]).sum();
+        if dot < 0.0 {
+            q.iter_mut().for_each(|part| part[row] = -part[row]);
+        }
+    }
+    q
+}
+
+/// Values at other times, on the line between the two readings around each; NaN farther than
+/// `near_s` from either.
+fn brought(at_s: &[f64], values: &[f64], to_s: &[f64], near_s: f64) -> Vec<f64> {
+    let one = |&t_s: &f64| {
+        let after = at_s.partition_point(|&other_s| other_s < t_s);
+        let near = |at: Option<usize>| at.filter(|&at| (at_s[at] - t_s).abs() <= near_s);
+        let before = near(after.checked_sub(1));
+        let after = near((after < at_s.len()).then_some(after));
+        match (before, after) {
+            (Some(before), Some(after)) => {
+                let part = (t_s - at_s[before]) / (at_s[after] - at_s[before]);
+                values[before] + part * (values[after] - values[before])
+            }
+            (one, other) => one.or(other).map_or(f64::NAN, |at| values[at]),
+        }
+    };
+    to_s.iter().map(one).collect()
+}
+
+/// Mean of the readings nearer to each time than to its neighbours, so that vibration does not
+/// alias; where there is none, the line between those around it.
+fn averaged(at_s: &[f64], values: &[f64], to_s: &[f64], near_s: f64) -> Vec<f64> {
+    let mut means = brought(at_s, values, to_s, near_s);
+    for (index, mean) in means.iter_mut().enumerate() {
+        let t_s = to_s[index];
+        let before = index.checked_sub(1);
+        let before_s = before.map_or(near_s, |before| t_s - to_s[before]);
+        let after_s = to_s.get(index + 1).map_or(near_s, |after_s| after_s - t_s);
+        let from = at_s.partition_point(|&other_s| other_s < t_s - 0.5 * before_s.min(near_s));
+        let end = at_s.partition_point(|&other_s| other_s < t_s + 0.5 * after_s.min(near_s));
+        if from < end {
+            *mean = values[from..end].iter().sum::<f64>() / (end - from) as f64;
+        }
+    }
+    means
+}
+
+/// One topic over time.
+#[derive(Clone, Debug, Default)]
+struct Topic {
+    /// Time since the start of the autopilot (µs).
+    t_us: Vec<f64>,
+    /// In the order of [`READ`], each as long as the times; shorter where some record lacks it.
+    fields: Vec<Vec<f64>>,
+}
+
+impl Topic {
+    /// Some of its fields; `None` unless every record has all of them.
+    fn whole(&self, fields: Range<usize>) -> Option<&[Vec<f64>]> {
+        let fields = self.fields.get(fields)?;
+        let is_whole = |field: &Vec<f64>| field.len() == self.t_us.len();
+        fields.iter().all(is_whole).then_some(fields)
+    }
+}
+
+/// Topics by name.
+type Topics = BTreeMap<&'static str, Topic>;
+
+const TIMESTAMP: &str = "timestamp";
+
+/// What is read, with the fields that a flight has; more are there, and the older of two topics
+/// stands in for the newer.
+const READ: [(&str, &[&str]); 7] = [
+    (
+        "vehicle_local_position",
+        &["x", "y", "z", "vx", "vy", "vz", "xy_valid", "z_valid"],
+    ),
+    ("vehicle_attitude", &["q[0]", "q[1]", "q[2]", "q[3]"]),
+    ("vehicle_acceleration", &["xyz[0]", "xyz[1]", "xyz[2]"]),
+    (
+        "sensor_combined",
+        &[
+            "accelerometer_m_s2[0]",
+            "accelerometer_m_s2[1]",
+            "accelerometer_m_s2[2]",
+        ],
+    ),
+    (
+        "actuator_motors",
+        &["control[0]", "control[1]", "control[2]", "control[3]"],
+    ),
+    (
+        "actuator_outputs",
+        &["output[0]", "output[1]", "output[2]", "output[3]"],
+    ),
+    ("battery_status", &["voltage_v"]),
+];
+
+fn fields_of(topic: &str) -> Option<(&'static str, &'static [&'static str])> {
+    READ.into_iter().find(|(name, _)| *name == topic)
+}
+
+/// The topics of a ULog. What stands before a broken record is read; that it breaks off is a
+/// remark.
+fn from_ulog(file: &str, bytes: &[u8], found: &mut Found) -> Option<Topics> {
+    let mut topics = Topics::new();
+    let mut others: BTreeMap<String, usize> = BTreeMap::new();
+    let mut dropouts_ms: Vec<u32> = Vec::new();
+    let mut on_data = |message: &DataMessage<'_>| gather(message, &mut topics, &mut others);
+    let mut on_dropout = |message: &DropoutMessage| dropouts_ms.push(message.duration_ms.into());
+    let mut parser = LogParser::default();
+    parser.set_data_message_callback(&mut on_data);
+    parser.set_dropout_message_callback(&mut on_dropout);
+    let broken = match sections(bytes, &mut parser) {
+        Ok(is_whole) => (!is_whole).then(|| "in the middle of a record".to_owned()),
+        Err(why) if parser.in_data() => Some(format!("at a broken record: {why}")),
+        Err(why) => {
+            found.problem(Place::file(file), format!("is no ULog: {why}"));
+            return None;
+        }
+    };
+    if !parser.header_complete() {
+        found.problem(Place::file(file), "is no ULog: it ends in its header");
+        return None;
+    }
+    if let Some(how) = broken {
+        let message = format!("the log ends {how}; what stands before is read");
+        found.remark(RemarkKind::Gap, None, message);
+    }
+    if !dropouts_ms.is_empty() {
+        let total_ms: u32 = dropouts_ms.iter().sum();
+        let longest_ms = dropouts_ms.iter().max().copied().unwrap_or(0);
+        found.remarks.push(Remark {
+            kind: RemarkKind::Gap,
+            subject: None,
+            samples: dropouts_ms.len(),
+            span_s: None,
+            message: format!(
+                "the logger lost data {} times, {total_ms} ms in all, {longest_ms} ms at the longest",
+                dropouts_ms.len()
+            ),
+        });
+    }
+    for (topic, count) in others {
+        let message = format!("{count} records of {topic} are not used: another instance is");
+        found.remark(RemarkKind::Unused, None, message);
+    }
+    Some(topics)
+}
+
+/// Header and flags of a ULog, which say where data were appended after a crash (bytes): 16, and 3
+/// + 40 for the flags.
+const HEAD_BYTES: usize = 59;
+
+/// Parses a log: what was written in one go, then what was appended to it. Says whether the first
+/// part ends with a whole record.
+fn sections(bytes: &[u8], parser: &mut LogParser<'_>) -> Result<bool, String> {
+    let said = |error: UlogParseError| error.description;
+    let (head, rest) = bytes.split_at(bytes.len().min(HEAD_BYTES));
+    parser.consume_bytes(head).map_err(said)?;
+    let appended = parser.appended_offsets().iter().copied();
+    let appended =
+        appended.filter_map(|offset| usize::try_from(offset).ok()?.checked_sub(HEAD_BYTES));
+    let mut cuts: Vec<usize> = appended
+        .filter(|&cut| cut > 0 && cut < rest.len())
+        .collect();
+    cuts.sort_unstable();
+    cuts.push(rest.len());
+    let (mut from, mut is_whole) = (0, true);
+    for cut in cuts {
+        parser.consume_bytes(&rest[from..cut]).map_err(said)?;
+        is_whole &= !parser.has_leftover();
+        parser.clear_leftover();
+        from = cut;
+    }
+    Ok(is_whole)
+}
+
+/// Adds a record to its topic; only the first instance of each.
+fn gather(message: &DataMessage<'_>, topics: &mut Topics, others: &mut BTreeMap<String, usize>) {
+    let name = message.flattened_format.message_name.as_str();
+    let Some((name, wanted)) = fields_of(name) else {
+        return;
+    };
+    if message.multi_id.value() != 0 {
+        let label = format!("{name} {}", message.multi_id.value());
+        *others.entry(label).or_default() += 1;
+        return;
+    }
+    let Some(stamp) = &message.flattened_format.timestamp_field else {
+        return; // without a time; the topic counts as missing
+    };
+    let Some(t_us) = bytes_at::<8>(message.data, stamp.offset).map(u64::from_le_bytes) else {
+        return;
+    };
+    let topic = topics.entry(name).or_default();
+    topic.fields.resize(wanted.len(), Vec::new());
+    // Exact for the first 285 years after switching on.
+    topic.t_us.push(t_us as f64);
+    for (&field, values) in wanted.iter().zip(&mut topic.fields) {
+        let mut there = message.flattened_format.fields.iter();
+        let there = there.find(|of| of.flattened_field_name == field);
+        values.extend(there.and_then(|of| value(of, message.data)));
+    }
+}
+
+fn bytes_at<const N: usize>(data: &[u8], offset: u16) -> Option<[u8; N]> {
+    let from = usize::from(offset);
+    data.get(from..from + N)?.try_into().ok()
+}
+
+/// A field of the types that the topics above have had over the years.
+fn value(field: &FlattenedField, data: &[u8]) -> Option<f64> {
+    let at = field.offset;
+    match field.field_type {
+        FlattenedFieldType::Float => bytes_at(data, at).map(|b| f64::from(f32::from_le_bytes(b))),
+        FlattenedFieldType::Double => bytes_at(data, at).map(f64::from_le_bytes),
+        FlattenedFieldType::Bool | FlattenedFieldType::UInt8 => {
+            bytes_at::<1>(data, at).map(|b| f64::from(b[0]))
+        }
+        FlattenedFieldType::UInt16 => bytes_at(data, at).map(|b| f64::from(u16::from_le_bytes(b))),
+        FlattenedFieldType::Int16 => bytes_at(data, at).map(|b| f64::from(i16::from_le_bytes(b))),
+        FlattenedFieldType::UInt32 => bytes_at(data, at).map(|b| f64::from(u32::from_le_bytes(b))),
+        FlattenedFieldType::Int32 => bytes_at(data, at).map(|b| f64::from(i32::from_le_bytes(b))),
+        _ => None,
+    }
+}
+
+/// The topics of the tables that `ulog2csv` wrote of one log: `LOG_TOPIC_0.csv`.
+fn from_tables(files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Topics {
+    let mut topics = Topics::new();
+    for (file, bytes) in files {
+        let Some((_, name, instance)) = table_name(file) else {
+            continue;
+        };
+        let Some((name, wanted)) = fields_of(name) else {
+            continue;
+        };
+        if instance != 0 {
+            let message = format!("{file} is not used: another instance is");
+            found.remark(RemarkKind::Unused, None, message);
+            continue;
+        }
+        let Some(table) = Table::open(file, bytes, found) else {
+            continue;
+        };
+        let Some(stamp) = table.column(TIMESTAMP) else {
+            found.problem(Place::field(file, TIMESTAMP).line(1), "is missing");
+            continue;
+        };
+        let places: Vec<Option<usize>> = wanted.iter().map(|field| table.column(field)).collect();
+        let there = places.iter().copied().flatten();
+        let columns: Vec<usize> = std::iter::once(stamp).chain(there).collect();
+        let mut numbers = table.read(&columns, None, found).numbers.into_iter();
+        let topic = Topic {
+            t_us: numbers.next().unwrap_or_default(),
+            fields: places
+                .iter()
+                .map(|place| place.and_then(|_| numbers.next()).unwrap_or_default())
+                .collect(),
+        };
+        topics.insert(name, topic);
+    }
+    topics
+}
+
+/// Log, topic and instance of the name of a table that `ulog2csv` wrote; `None` for topics that are
+/// not read.
+#[must_use]
+pub fn table_name(file: &str) -> Option<(&str, &str, u32)> {
+    let (stem, instance) = file.strip_suffix(".csv")?.rsplit_once('_')?;
+    let instance = instance.parse().ok()?;
+    READ.iter().find_map(|(topic, _)| {
+        let log = stem.strip_suffix(topic)?.strip_suffix('_')?;
+        Some((log, *topic, instance))
+    })
+}
+
+#[cfg(test)]
+mod tests;
