@@ -8,7 +8,7 @@ use diagnosis::forward::held_out::{ForceTest, ForceTestError, clock_offsets, hel
 use diagnosis::forward::simulate::Channel;
 use diagnosis::record::baseline::{Baseline, ReceiverLaw};
 use diagnosis::record::recording::{
-    Clock, Environment, Known, Origin, ReceiverSample, Recording, Role, Track, Vehicle,
+    Clock, Environment, ReceiverSample, Recording, Role, Track, Vehicle,
 };
 use diagnosis::record::remark::RemarkKind;
 use diagnosis::record::thrust_map::{CUBIC_FROM_ZERO, OFFSET, ThrustMap};
@@ -97,15 +97,9 @@ fn drone(
         body_axis * (left * thrust_n / airframe.mass_kg()) + Vector3::repeat(0.3 * noise.next())
     };
     track.specific_force_mps2 = Some(thrust_n.iter().enumerate().map(felt).collect());
-    let stated = Origin::Stated;
     Vehicle {
         id: id.to_owned(),
         airframe,
-        known: Known {
-            mass: stated,
-            propeller_diameter: stated,
-            motor_distance: stated,
-        },
         role: Role::Both,
         track,
         thrust_map: None,

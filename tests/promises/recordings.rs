@@ -8,7 +8,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use diagnosis::record::read::{self, Campaign};
-use diagnosis::record::recording::{Clock, Origin, Recording};
+use diagnosis::record::recording::{Clock, Recording};
 use diagnosis::record::remark::RemarkKind;
 use rayon::prelude::*;
 
@@ -77,7 +77,6 @@ fn every_flight_of_neural_swarm2_is_read_as_it_lies() {
             assert!(track.duty.is_some() && track.battery_v.is_some());
             assert_eq!(track.specific_force_mps2.is_some(), vehicle.id != "cf100");
             assert_eq!(vehicle.clock, Clock::Own { within_s: 0.031 });
-            assert_eq!(vehicle.known.mass, Origin::Stated);
             let forces = track.specific_force_mps2.iter().flatten();
             hover_mps2.extend(forces.map(|force| force.z));
         }

@@ -7,8 +7,8 @@ use crate::scene::{ACCURACY_ABS_MPS, ACCURACY_REL, Row, Scene, TrackRow};
 use crate::world::Drone;
 use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
 use diagnosis::record::recording::{
-    Clock, Environment, Instrument, Known, Measures, Origin, ProbeSample, Probes, ReceiverSample,
-    Recording, Role, Track, Vehicle,
+    Clock, Environment, Instrument, Measures, ProbeSample, Probes, ReceiverSample, Recording, Role,
+    Track, Vehicle,
 };
 use diagnosis::record::{Air, Airframe, Superposition};
 use diagnosis::statistics::draws::Draws;
@@ -122,15 +122,9 @@ fn vehicle(id: String, drone: &Drone, role: Role, rows: &[TrackRow], track_hz: f
         UnitQuaternion::from_euler_angles(roll, pitch, yaw)
     };
     let has_wake = role != Role::Receiver;
-    let stated = Origin::Stated;
     Vehicle {
         id,
         airframe: airframe.expect("the drones of the synthetic world are constants, and sound"),
-        known: Known {
-            mass: stated,
-            propeller_diameter: stated,
-            motor_distance: stated,
-        },
         role,
         track: Track {
             t_s: rows.iter().map(|row| row.t_s).collect(),

@@ -6,16 +6,9 @@ use airflow::{Airframe, DiscPoints, Wake};
 use nalgebra::{Point3, Vector3};
 
 use crate::forward::hypothesis::Hypothesis;
-use crate::forward::simulate::Place;
 use crate::record::baseline::{Delay, Observation, ReceiverAir, Upper};
 use crate::record::recording::{Recording, Role, Track, Vehicle};
 use crate::record::track::Moment;
-
-/// Throttle over that of hover, and mean duty cycle, below which a drone is taken to stand with
-/// idle rotors and to have no wake. Chosen here: well above idle, and half of the least that holds
-/// any drone in the air.
-const IDLE_THROTTLE: f64 = 0.3;
-const IDLE_DUTY: f64 = 0.2;
 
 /// Iterations of the fixed point `t' = t - τ(z_e(t') - z)`. It contracts by the climb speed over
 /// the jet's speed, a few percent: four leave less than a microsecond.
@@ -43,6 +36,21 @@ struct Emitter<'a> {
     track: &'a Track,
     /// Added to the recording's time to get that of the vehicle's clock (s).
     clock_s: f64,
+}
+
+/// A place in one drone's wake.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Index of the vehicle whose wake it is.
+    pub emitter: usize,
+    /// Depth below its rotor plane over its motor distance.
+    pub s_over_l: f64,
+    /// Distance from its axis over its motor distance.
+    pub r_over_l: f64,
+    /// The same distance over the half-width at that depth.
+    pub xi: f64,
+    /// Azimuth around its axis in the world (rad), from x towards y.
+    pub azimuth_rad: f64,
 }
 
 /// One drone's wake as its air arrives at a point.
@@ -97,8 +105,10 @@ impl Wakes {
             };
             of.push(recording.vehicles.iter().map(&mut of_vehicle).collect());
         }
-        let made = made.into_iter().map(|(wake, _)| wake).collect();
-        Wakes { made, of }
+        Wakes {
+            made: made.into_iter().map(|(wake, _)| wake).collect(),
+            of,
+        }
     }
 
     /// That of one vehicle of one recording.
@@ -111,12 +121,9 @@ impl Wakes {
     /// All of them with effects of the air on.
     #[must_use]
     pub fn with_effects(&self, effects: &Effects) -> Wakes {
+        let made = self.made.iter().map(|wake| wake.with_effects(effects));
         Wakes {
-            made: self
-                .made
-                .iter()
-                .map(|wake| wake.with_effects(effects))
-                .collect(),
+            made: made.collect(),
             of: self.of.clone(),
         }
     }
@@ -297,10 +304,8 @@ impl<'a> Flow<'a> {
     #[must_use]
     pub fn ambient_mps(&self, t_s: f64) -> f64 {
         let (_, return_flow_mps) = self.effects.background_mps(t_s - self.began_s);
-        self.recording
-            .environment
-            .ambient_mps
-            .hypot(return_flow_mps)
+        let ambient_mps = self.recording.environment.ambient_mps;
+        ambient_mps.hypot(return_flow_mps)
     }
 
     /// What is added to the baseline.
@@ -314,13 +319,10 @@ impl<'a> Flow<'a> {
     /// place is known.
     #[must_use]
     pub fn place(&self, t_s: f64, point_m: Point3<f64>, but: Option<usize>) -> Option<Place> {
-        let mut best: Option<(f64, Place)> = None;
         let others = |vehicle| Some(vehicle) != but;
-        for arrival in self.arrivals(t_s, point_m, others).flatten() {
+        let arrivals = self.arrivals(t_s, point_m, others).flatten();
+        let of_arrival = |arrival: Arrival| {
             let (wake, offset_m) = (arrival.wake, arrival.offset_m);
-            if offset_m.z >= 0.0 {
-                continue;
-            }
             let length_m = wake.motor_distance_m();
             let radius_m = offset_m.x.hypot(offset_m.y);
             let place = Place {
@@ -330,14 +332,13 @@ impl<'a> Flow<'a> {
                 xi: radius_m / wake.half_width_m(-offset_m.z),
                 azimuth_rad: offset_m.y.atan2(offset_m.x),
             };
-            let speed_mps = wake.axial_speed_mps(offset_m);
-            let is_faster = best.is_none_or(|(best_mps, best)| {
-                speed_mps > best_mps || (speed_mps == best_mps && place.xi < best.xi)
-            });
-            if is_faster {
-                best = Some((speed_mps, place));
-            }
-        }
+            (wake.axial_speed_mps(offset_m), place)
+        };
+        let below = arrivals.filter(|arrival| arrival.offset_m.z < 0.0);
+        let best = below.map(of_arrival).reduce(|best, next| {
+            let is_faster = next.0 > best.0 || (next.0 == best.0 && next.1.xi < best.1.xi);
+            if is_faster { next } else { best }
+        });
         best.map(|(_, place)| place)
     }
 
@@ -345,27 +346,21 @@ impl<'a> Flow<'a> {
     /// there is none.
     #[must_use]
     pub fn strongest_mps(&self, t_s: f64, point_m: Point3<f64>, but: Option<usize>) -> [f64; 2] {
-        let mut strongest_mps = [0.0; 2];
         let others = |vehicle| Some(vehicle) != but;
-        for arrival in self.arrivals(t_s, point_m, others).flatten() {
-            let speed_mps = arrival.wake.axial_speed_mps(arrival.offset_m);
-            if speed_mps > strongest_mps[0] {
-                strongest_mps = [speed_mps, strongest_mps[0]];
-            } else if speed_mps > strongest_mps[1] {
-                strongest_mps[1] = speed_mps;
-            }
-        }
-        strongest_mps
+        let arrivals = self.arrivals(t_s, point_m, others).flatten();
+        let speeds_mps = arrivals.map(|arrival| arrival.wake.axial_speed_mps(arrival.offset_m));
+        speeds_mps.fold([0.0; 2], |[first, second], speed_mps| {
+            [first.max(speed_mps), second.max(speed_mps.min(first))]
+        })
     }
 
     fn gather(&self, so_far: f64, speed_mps: f64) -> f64 {
         match &self.effects.jet_merging {
             Some(merging) => merging.gather(so_far, speed_mps),
-            None => self
-                .recording
-                .baseline
-                .superposition
-                .gather(so_far, speed_mps),
+            None => {
+                let superposition = self.recording.baseline.superposition;
+                superposition.gather(so_far, speed_mps)
+            }
         }
     }
 
@@ -431,16 +426,5 @@ impl<'a> Flow<'a> {
             }
         }
         Some(moment)
-    }
-}
-
-impl Track {
-    /// Whether the rotors are idle at an entry, as far as throttle or duty cycle tell.
-    #[must_use]
-    pub fn is_idle(&self, entry: usize) -> bool {
-        let throttle = self.throttle_ratio.as_ref().map(|column| column[entry]);
-        let duty = self.duty.as_ref().map(|column| column[entry]);
-        throttle.is_some_and(|ratio| ratio < IDLE_THROTTLE)
-            || duty.is_some_and(|motors| motors.iter().sum::<f64>() / 4.0 < IDLE_DUTY)
     }
 }

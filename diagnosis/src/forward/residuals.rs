@@ -90,7 +90,7 @@ pub fn by_region(recording: &Recording, samples: &[Sample]) -> Vec<Region> {
     let mut regions = Vec::new();
     for channel in channels {
         let of_channel: Vec<&Sample> = samples.iter().filter(|s| s.channel == channel).collect();
-        regions.extend(region(channel, None, None, &of_channel, instrument));
+        regions.extend(region(channel, None, &of_channel, instrument));
         // Measured side by side, put down in order.
         let along: Vec<Vec<Region>> = Axis::ALL
             .par_iter()
@@ -121,11 +121,10 @@ fn along(
             within[at].push(sample);
         }
     }
-    intervals
-        .into_iter()
-        .zip(&within)
+    let regions = intervals.into_iter().zip(&within);
+    regions
         .filter_map(|(interval, within)| {
-            region(channel, Some(axis), Some(interval), within, instrument)
+            region(channel, Some((axis, interval)), within, instrument)
         })
         .collect()
 }
@@ -145,32 +144,29 @@ fn intervals(axis: Axis, placed: &[(f64, &Sample)]) -> Vec<(f64, f64)> {
         Axis::SOverL => pairs(&S_EDGES),
         Axis::Xi => pairs(&XI_EDGES),
         Axis::HeightM | Axis::TimeS => {
-            let from = placed.iter().map(|(x, _)| *x).fold(f64::INFINITY, f64::min);
-            let to = placed
-                .iter()
-                .map(|(x, _)| *x)
-                .fold(f64::NEG_INFINITY, f64::max);
-            if from >= to {
-                // All at one height: the interval that holds it.
-                return vec![(from, from.next_up())];
-            }
+            let covered = placed.iter().map(|(x, _)| (*x, *x));
+            let widest = |(from, to): (f64, f64), (x, _): (f64, f64)| (from.min(x), to.max(x));
+            let Some((from, to)) = covered.reduce(widest) else {
+                return Vec::new();
+            };
             let step = (to - from) / EVEN_INTERVALS as f64;
-            let edge = |i: usize| from + step * i as f64;
-            let mut even: Vec<(f64, f64)> = (0..EVEN_INTERVALS)
-                .map(|i| (edge(i), edge(i + 1)))
+            let mut edges: Vec<f64> = (0..=EVEN_INTERVALS)
+                .map(|i| from + step * i as f64)
                 .collect();
-            if let Some(last) = even.last_mut() {
-                last.1 = to.next_up();
+            if from == to {
+                // All at one height: the interval that holds it.
+                edges = vec![from, to];
             }
-            even
+            edges.pop();
+            edges.push(to.next_up());
+            pairs(&edges)
         }
     }
 }
 
 fn region(
     channel: Channel,
-    axis: Option<Axis>,
-    interval: Option<(f64, f64)>,
+    along: Option<(Axis, (f64, f64))>,
     samples: &[&Sample],
     instrument: Option<&Instrument>,
 ) -> Option<Region> {
@@ -179,18 +175,16 @@ fn region(
     }
     let count = samples.len() as f64;
     let mean = |of: &dyn Fn(&Sample) -> f64| samples.iter().map(|s| of(s)).sum::<f64>() / count;
-    let accuracy = |instrument: &Instrument, sample: &Sample| {
-        instrument.accuracy_abs_mps + instrument.accuracy_rel * sample.simulated
-    };
-    let rms_over_accuracy = instrument
-        .filter(|_| channel == Channel::Speed)
-        .map(|instrument| {
-            mean(&|sample| (sample.residual() / accuracy(instrument, sample)).powi(2)).sqrt()
-        });
+    let instrument = instrument.filter(|_| channel == Channel::Speed);
+    let rms_over_accuracy = instrument.map(|instrument| {
+        let (absolute, relative) = (instrument.accuracy_abs_mps, instrument.accuracy_rel);
+        let accuracy = |sample: &Sample| absolute + relative * sample.simulated;
+        mean(&|sample| (sample.residual() / accuracy(sample)).powi(2)).sqrt()
+    });
     Some(Region {
         channel,
-        axis,
-        interval,
+        axis: along.map(|(axis, _)| axis),
+        interval: along.map(|(_, interval)| interval),
         samples: samples.len(),
         bias: mean(&Sample::residual),
         rms: mean(&|sample| sample.residual().powi(2)).sqrt(),

@@ -4,6 +4,7 @@ use nalgebra::Point3;
 
 use crate::forward::anemometer;
 use crate::forward::flow::Flow;
+pub use crate::forward::flow::Place;
 use crate::forward::hypothesis::Sensor;
 use crate::forward::receiver;
 use crate::record::baseline::ReceiverLaw;
@@ -45,21 +46,6 @@ pub struct Sample {
     pub air_mps: f64,
     /// Place in the strongest wake there; `None`: no drone above.
     pub place: Option<Place>,
-}
-
-/// A place in one drone's wake.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// Index of the vehicle whose wake it is.
-    pub emitter: usize,
-    /// Depth below its rotor plane over its motor distance.
-    pub s_over_l: f64,
-    /// Distance from its axis over its motor distance.
-    pub r_over_l: f64,
-    /// The same distance over the half-width at that depth.
-    pub xi: f64,
-    /// Azimuth around its axis in the world (rad), from x towards y.
-    pub azimuth_rad: f64,
 }
 
 /// A recording, simulated.

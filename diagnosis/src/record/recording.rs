@@ -70,8 +70,6 @@ pub struct Vehicle {
     pub id: String,
     /// Mass, propellers, motor distance.
     pub airframe: Airframe,
-    /// How these values are known.
-    pub known: Known,
     /// Whether its wake matters, its response, or both.
     pub role: Role,
     /// Where it was and what it did.
@@ -80,28 +78,6 @@ pub struct Vehicle {
     pub thrust_map: Option<ThrustMap>,
     /// Its clock against that of the recording.
     pub clock: Clock,
-}
-
-/// How the values of a vehicle are known, one for each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Known {
-    /// Of the mass.
-    pub mass: Origin,
-    /// Of the propeller's diameter.
-    pub propeller_diameter: Origin,
-    /// Of the motor distance.
-    pub motor_distance: Origin,
-}
-
-/// How a value is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
-pub enum Origin {
-    /// The source states it.
-    Stated,
-    /// Worked out from something that the source states.
-    Inferred,
-    /// Taken for lack of better.
-    Assumed,
 }
 
 /// What a vehicle is in a recording.

@@ -14,9 +14,26 @@ pub struct Moment {
     pub share: f64,
 }
 
+/// Throttle over that of hover, and mean duty cycle, below which a drone is taken to stand with
+/// idle rotors and to have no wake. Chosen here: well above idle, and half of the least that holds
+/// any drone in the air.
+const IDLE_THROTTLE: f64 = 0.3;
+const IDLE_DUTY: f64 = 0.2;
+
 /// Entries that are looked at beside where even steps would have a time. Chosen here: a search over
 /// 4000 looks at twelve.
 const NEAR: usize = 8;
+
+impl Moment {
+    /// Of a column, what `mix` makes of the entries around it and the share.
+    fn between<T: Copy>(self, column: &[T], mix: impl Fn(T, T, f64) -> T) -> T {
+        let from = column[self.entry];
+        match column.get(self.entry + 1) {
+            Some(&to) if self.share > 0.0 => mix(from, to, self.share),
+            _ => from,
+        }
+    }
+}
 
 impl Track {
     /// Where a time falls. `None` in gaps and more than half of the longest step before the first
@@ -25,15 +42,14 @@ impl Track {
     pub fn moment(&self, t_s: f64) -> Option<Moment> {
         let after = self.first_after(t_s);
         let reach_s = 0.5 * self.longest_step_s;
-        if after == 0 {
-            let first_s = self.t_s.first()?;
-            let near = first_s - t_s <= reach_s;
-            return near.then_some(Moment {
+        let Some(entry) = after.checked_sub(1) else {
+            let is_near = self.t_s.first()? - t_s <= reach_s;
+            let first = Moment {
                 entry: 0,
                 share: 0.0,
-            });
-        }
-        let entry = after - 1;
+            };
+            return is_near.then_some(first);
+        };
         let since_s = t_s - self.t_s[entry];
         let Some(next_s) = self.t_s.get(after) else {
             return (since_s <= reach_s).then_some(Moment { entry, share: 0.0 });
@@ -77,44 +93,39 @@ impl Track {
     /// Position at a moment (m), linear between entries.
     #[must_use]
     pub fn position_at(&self, moment: Moment) -> Point3<f64> {
-        let from_m = self.position_m[moment.entry];
-        match self.position_m.get(moment.entry + 1) {
-            Some(to_m) if moment.share > 0.0 => from_m + (to_m - from_m) * moment.share,
-            _ => from_m,
-        }
+        moment.between(&self.position_m, |from_m, to_m, share| {
+            from_m + (to_m - from_m) * share
+        })
     }
 
     /// Velocity at a moment (m/s), linear between entries.
     #[must_use]
     pub fn velocity_at(&self, moment: Moment) -> Vector3<f64> {
-        let from_mps = self.velocity_mps[moment.entry];
-        match self.velocity_mps.get(moment.entry + 1) {
-            Some(to_mps) if moment.share > 0.0 => from_mps.lerp(to_mps, moment.share),
-            _ => from_mps,
-        }
+        moment.between(&self.velocity_mps, |from, to, share| from.lerp(&to, share))
     }
 
     /// Attitude at a moment, along the shortest turn between entries.
     #[must_use]
     pub fn attitude_at(&self, moment: Moment) -> UnitQuaternion<f64> {
-        let from = self.attitude[moment.entry];
-        match self.attitude.get(moment.entry + 1) {
-            // Opposite attitudes have no shortest turn between them.
-            Some(to) if moment.share > 0.0 => {
-                from.try_slerp(to, moment.share, 1e-9).unwrap_or(from)
-            }
-            _ => from,
-        }
+        // Opposite attitudes have no shortest turn between them.
+        moment.between(&self.attitude, |from, to, share| {
+            from.try_slerp(&to, share, 1e-9).unwrap_or(from)
+        })
     }
 
     /// One of its columns at a moment, linear between entries.
     #[must_use]
     pub fn value_at(column: &[f64], moment: Moment) -> f64 {
-        let from = column[moment.entry];
-        match column.get(moment.entry + 1) {
-            Some(to) if moment.share > 0.0 => from + (to - from) * moment.share,
-            _ => from,
-        }
+        moment.between(column, |from, to, share| from + (to - from) * share)
+    }
+
+    /// Whether the rotors are idle at an entry, as far as throttle or duty cycle tell.
+    #[must_use]
+    pub fn is_idle(&self, entry: usize) -> bool {
+        let throttle = self.throttle_ratio.as_ref().map(|column| column[entry]);
+        let duty = self.duty.as_ref().map(|column| column[entry]);
+        throttle.is_some_and(|ratio| ratio < IDLE_THROTTLE)
+            || duty.is_some_and(|motors| motors.iter().sum::<f64>() / 4.0 < IDLE_DUTY)
     }
 }
 

@@ -10,8 +10,7 @@ use super::true_jet::PreparedJet;
 use diagnosis::record::Superposition;
 use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
 use diagnosis::record::recording::{
-    Clock, Environment, Instrument, Known, Measures, Origin, ProbeSample, Probes, Recording, Role,
-    Track, Vehicle,
+    Clock, Environment, Instrument, Measures, ProbeSample, Probes, Recording, Role, Track, Vehicle,
 };
 use diagnosis::statistics::draws::Draws;
 
@@ -51,11 +50,6 @@ pub(super) fn fly(grid: &HoverGrid, seed: u64) -> Recording {
         vehicles: vec![Vehicle {
             id: "v0".to_owned(),
             airframe: grid.airframe.clone(),
-            known: Known {
-                mass: Origin::Stated,
-                propeller_diameter: Origin::Stated,
-                motor_distance: Origin::Stated,
-            },
             role: Role::Emitter,
             track,
             thrust_map: None,

@@ -6,8 +6,8 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use super::*;
 use crate::record::baseline::{Baseline, Delay, Observation, ReceiverAir, Upper};
 use crate::record::recording::{
-    Clock, Environment, Instrument, Known, Measures, Origin, ProbeSample, Probes, ReceiverSample,
-    Role, Track, Vehicle,
+    Clock, Environment, Instrument, Measures, ProbeSample, Probes, ReceiverSample, Role, Track,
+    Vehicle,
 };
 
 const AMBIENT_MPS: f64 = 0.1;
@@ -19,11 +19,6 @@ fn vehicle(id: &str, airframe: &str, role: Role, from_m: Point3<f64>, speed_mps:
     Vehicle {
         id: id.into(),
         airframe: Airframe::preset(airframe).expect("a preset"),
-        known: Known {
-            mass: Origin::Stated,
-            propeller_diameter: Origin::Stated,
-            motor_distance: Origin::Stated,
-        },
         role,
         track: Track {
             position_m: t_s.iter().map(at).collect(),

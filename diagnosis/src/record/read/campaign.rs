@@ -14,7 +14,6 @@ use super::declared::{Declared, baseline};
 use super::found::{Found, Place, did_you_mean, listed};
 use crate::record::baseline::Baseline;
 use crate::record::problem::Problems;
-use crate::record::recording::Origin;
 use crate::record::thrust_map::{Term, ThrustMap, ThrustMapError};
 
 /// A campaign: what the logs of some flights leave unsaid. All flights beside the file are read
@@ -306,15 +305,6 @@ impl<T: Copy> Sourced<T> {
     pub fn value(&self) -> T {
         match *self {
             Sourced::Stated(value) | Sourced::Inferred(value) | Sourced::Assumed(value) => value,
-        }
-    }
-
-    /// How it is known.
-    pub fn origin(&self) -> Origin {
-        match self {
-            Sourced::Stated(_) => Origin::Stated,
-            Sourced::Inferred(_) => Origin::Inferred,
-            Sourced::Assumed(_) => Origin::Assumed,
         }
     }
 }

@@ -13,7 +13,7 @@ use super::found::{Found, Place, listed};
 use super::samples::Samples;
 use super::track::track;
 use crate::record::problem::Problems;
-use crate::record::recording::{Clock, Environment, Known, Origin, Recording, Role, Vehicle};
+use crate::record::recording::{Clock, Environment, Recording, Role, Vehicle};
 use crate::record::remark::RemarkKind;
 
 /// A recording from one table in CSV; `file` is what messages call it.
@@ -185,11 +185,6 @@ pub(super) fn vehicle(
         id: id.to_owned(),
         // Every number of it was checked with the campaign.
         airframe: airframe.ok()?,
-        known: Known {
-            mass: kind.mass_kg.origin(),
-            propeller_diameter: kind.propeller_diameter_m.origin(),
-            motor_distance: kind.motor_distance_m.origin(),
-        },
         role: Role::Both,
         track,
         // Its numbers too.
@@ -217,8 +212,8 @@ fn assumptions(id: &str, kind: &VehicleType, found: &mut Found) {
     }
     match kind.rotor_offset_m {
         None => tell("the logged point is taken as the centre of the rotor plane".to_owned()),
-        Some(offset) if offset.origin() == Origin::Assumed => {
-            let [x, y, z] = offset.value().map(|axis| axis.0);
+        Some(Sourced::Assumed(offset)) => {
+            let [x, y, z] = offset.map(|axis| axis.0);
             tell(format!(
                 "the rotor plane is assumed ({x}, {y}, {z}) m from the logged point"
             ));

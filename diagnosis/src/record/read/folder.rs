@@ -18,8 +18,7 @@ use super::track::track;
 use crate::record::baseline::Baseline;
 use crate::record::problem::Problems;
 use crate::record::recording::{
-    Clock, Environment, Instrument, Known, Measures, Origin, ReceiverSample, Recording, Role,
-    Track, Vehicle,
+    Clock, Environment, Instrument, Measures, ReceiverSample, Recording, Role, Track, Vehicle,
 };
 use crate::record::remark::RemarkKind;
 
@@ -349,11 +348,6 @@ fn vehicle(id: &str, of: &mut Fields<'_>, found: &mut Found) -> Option<Vehicle> 
     Some(Vehicle {
         id: id.to_owned(),
         airframe: airframe.ok()?,
-        known: Known {
-            mass: Origin::Stated,
-            propeller_diameter: Origin::Stated,
-            motor_distance: Origin::Stated,
-        },
         role: role?,
         track: Track::default(),
         thrust_map: None,

@@ -61,7 +61,6 @@ fn a_sound_log_reads_with_nothing_to_remark() {
     assert_eq!(a.track.t_s.len(), 50);
     assert_eq!(a.track.position_m[7].z, 1.01); // the rotor offset added
     assert_eq!(a.track.duty.as_ref().map(|duty| duty[3]), Some([0.5; 4]));
-    assert_eq!(a.known.propeller_diameter, Origin::Inferred);
     assert_eq!(a.clock, Clock::Own { within_s: 0.03 });
     assert_eq!(recording.environment.air.pressure_pa, 101_325.0);
 }
