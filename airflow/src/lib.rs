@@ -87,7 +87,7 @@
 //! below 2.5 l. `rotor_jets` and `near_field`: four jets that merge, above it. `wake`: both joined;
 //! `cross_section`: at one depth. `discs` and `field`: several drones, and a receiver. [`power`]:
 //! what it costs. [`effects`]: what the hover jet leaves out, one table and one file each; `shape`:
-//! a jet with them.
+//! a jet with them. `golden_section`: a minimum along one line, for the crates above.
 
 mod air;
 mod airframe;
@@ -97,6 +97,7 @@ mod discs;
 pub mod effects;
 mod far_field;
 mod field;
+mod golden_section;
 mod jet;
 mod near_field;
 pub mod power;
@@ -113,5 +114,6 @@ pub use field::{
     HEIGHT_TOLERANCE_M, Source, Superposition, UnknownSuperposition, axial_speed_mps,
     mean_over_discs_mps,
 };
+pub use golden_section::GoldenSection;
 pub use jet::{FAR_FIELD_FROM_S_OVER_L, Jet, JetError};
 pub use wake::Wake;

@@ -15,6 +15,9 @@
 //! - [`verdict`]: the answer
 //! - [`assess`]: the same in full, with the air integrated: what is printed
 
+/// For a search that asks this crate alone, and names no jet.
+pub use airflow::GoldenSection;
+
 pub mod assess;
 pub mod costmap;
 mod judge;

@@ -9,7 +9,8 @@ use nalgebra::{Point3, Vector3};
 
 use crate::volumes::frame::{self, NotFinite};
 use airflow::{
-    DiscPoints, HEIGHT_TOLERANCE_M, Source, Superposition, Wake, mean_over_discs_mps, power,
+    DiscPoints, GoldenSection, HEIGHT_TOLERANCE_M, Source, Superposition, Wake,
+    mean_over_discs_mps, power,
 };
 
 /// Relative error of axial exposure and energy. Chosen here: ten times better than the 0.1 % a plan reports.
@@ -295,30 +296,16 @@ fn highest(samples: &[(f64, f64)], f: impl Fn(f64) -> f64) -> (f64, f64) {
     }) else {
         return (0.0, 0.0);
     };
-    let (mut from_s, mut to_s) = (
+    let ends_s = [
         samples[peak.saturating_sub(1)].0,
         samples[(peak + 1).min(samples.len() - 1)].0,
-    );
-    let mut best = samples[peak];
-    let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
-    let probe = |time_s: f64| (time_s, f(time_s));
-    let mut left = probe(to_s - golden * (to_s - from_s));
-    let mut right = probe(from_s + golden * (to_s - from_s));
+    ];
     // The bracket shrinks to 5e-4 of a sample step: at a smooth peak the speed is then exact to about 1e-7.
-    for _ in 0..16 {
-        if left.1 >= right.1 {
-            to_s = right.0;
-            right = left;
-            left = probe(to_s - golden * (to_s - from_s));
-        } else {
-            from_s = left.0;
-            left = right;
-            right = probe(from_s + golden * (to_s - from_s));
-        }
-    }
-    for candidate in [left, right] {
-        if candidate.1 > best.1 {
-            best = candidate;
+    let found = GoldenSection::of(ends_s, 16, |time_s| -f(time_s));
+    let mut best = samples[peak];
+    for (time_s, below) in [found.left, found.right] {
+        if -below > best.1 {
+            best = (time_s, -below);
         }
     }
     best

@@ -15,6 +15,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use airflow::GoldenSection;
 use rayon::prelude::*;
 
 use super::held_out::{self, FOLDS, Gain};
@@ -32,18 +33,13 @@ pub struct Coordinate<'a> {
     pub is_angle: bool,
 }
 
-/// Which coordinates a function takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Domain {
-    /// Lengths, speeds, times of any sign.
-    Any,
-    /// Those that are never negative.
-    NotNegative,
-    /// Those that are never 0, either.
-    Positive,
-    /// Angles.
-    Angle,
-}
+/// Whether a function is tried on a coordinate, from whether that is an angle and its least value.
+type Domain = fn(bool, f64) -> bool;
+/// Lengths, speeds, times of any sign; those never negative; those never 0, either; angles.
+const ANY: Domain = |is_angle, _| !is_angle;
+const NOT_NEGATIVE: Domain = |is_angle, least| !is_angle && least >= 0.0;
+const POSITIVE: Domain = |is_angle, least| !is_angle && least > 0.0;
+const ANGLE: Domain = |is_angle, _| is_angle;
 
 /// A function of one coordinate `x`, with an inner constant `a` in its unit where its text has one.
 struct Function {
@@ -73,40 +69,26 @@ impl Function {
     fn has_constant(&self) -> bool {
         self.text.contains('A')
     }
-
-    /// Whether it is tried on a coordinate, from its least value.
-    fn allows(&self, is_angle: bool, least: f64) -> bool {
-        match self.domain {
-            Domain::Any => !is_angle,
-            Domain::NotNegative => !is_angle && least >= 0.0,
-            Domain::Positive => !is_angle && least > 0.0,
-            Domain::Angle => is_angle,
-        }
-    }
 }
 
 /// Powers of a coordinate come first: two of the same coordinate are a third.
 const POWERS: usize = 4;
 static FUNCTIONS: [Function; 12] = [
-    Function::new("X", 1, Domain::Any, |x, _| x),
-    Function::new("X^2", 2, Domain::Any, |x, _| x * x),
+    Function::new("X", 1, ANY, |x, _| x),
+    Function::new("X^2", 2, ANY, |x, _| x * x),
     // Of a coordinate that was never negative where it was fitted.
-    Function::new("sqrt(X)", 2, Domain::NotNegative, |x, _| x.max(0.0).sqrt()),
-    Function::new("/ X", 2, Domain::Positive, |x, _| 1.0 / x),
-    Function::new("exp(-X/A)", 2, Domain::NotNegative, |x, a| (-x / a).exp()),
-    Function::new("exp(-(X/A)^2)", 2, Domain::Any, |x, a| {
-        (-(x / a) * (x / a)).exp()
-    }),
-    Function::new("/ (1 + X/A)", 2, Domain::NotNegative, |x, a| {
-        1.0 / (1.0 + x / a)
-    }),
-    Function::new("/ (1 + (X/A)^2)", 2, Domain::Any, |x, a| {
+    Function::new("sqrt(X)", 2, NOT_NEGATIVE, |x, _| x.max(0.0).sqrt()),
+    Function::new("/ X", 2, POSITIVE, |x, _| 1.0 / x),
+    Function::new("exp(-X/A)", 2, NOT_NEGATIVE, |x, a| (-x / a).exp()),
+    Function::new("exp(-(X/A)^2)", 2, ANY, |x, a| (-(x / a) * (x / a)).exp()),
+    Function::new("/ (1 + X/A)", 2, NOT_NEGATIVE, |x, a| 1.0 / (1.0 + x / a)),
+    Function::new("/ (1 + (X/A)^2)", 2, ANY, |x, a| {
         1.0 / (1.0 + (x / a) * (x / a))
     }),
-    Function::new("cos(X)", 1, Domain::Angle, |x, _| x.cos()),
-    Function::new("sin(X)", 1, Domain::Angle, |x, _| x.sin()),
-    Function::new("cos(2 X)", 2, Domain::Angle, |x, _| (2.0 * x).cos()),
-    Function::new("sin(2 X)", 2, Domain::Angle, |x, _| (2.0 * x).sin()),
+    Function::new("cos(X)", 1, ANGLE, |x, _| x.cos()),
+    Function::new("sin(X)", 1, ANGLE, |x, _| x.sin()),
+    Function::new("cos(2 X)", 2, ANGLE, |x, _| (2.0 * x).cos()),
+    Function::new("sin(2 X)", 2, ANGLE, |x, _| (2.0 * x).sin()),
 ];
 
 /// A function of one coordinate, with its inner constant.
@@ -288,7 +270,7 @@ fn columns(data: &Data<'_>, rows: &[usize]) -> Vec<Column> {
         let least = values().fold(f64::INFINITY, f64::min);
         let most = values().fold(0.0f64, |most, x| most.max(x.abs()));
         let functions = FUNCTIONS.iter().enumerate();
-        for (function, tried) in functions.filter(|(_, f)| f.allows(of.is_angle, least)) {
+        for (function, tried) in functions.filter(|(_, f)| (f.domain)(of.is_angle, least)) {
             let constants: Vec<f64> = if tried.has_constant() {
                 let scaled = GRID.iter().map(|share| share * most);
                 scaled.filter(|a| *a > 0.0).collect()
@@ -439,11 +421,11 @@ impl Data<'_> {
             for &k in &free {
                 let middle = form.factors[k].constant.ln();
                 let reach = REACH.ln();
-                let best = golden_section([middle - reach, middle + reach], SECTIONS, |log| {
+                let best = GoldenSection::of([middle - reach, middle + reach], SECTIONS, |log| {
                     form.factors[k].constant = log.exp();
-                    solved(&form).map_or(f64::NEG_INFINITY, |(_, _, taken)| taken)
+                    solved(&form).map_or(f64::INFINITY, |(_, _, taken)| -taken)
                 });
-                form.factors[k].constant = best.exp();
+                form.factors[k].constant = best.middle().exp();
             }
         }
         let (coefficient, constant, _) = solved(&form)?;
@@ -455,28 +437,6 @@ impl Data<'_> {
             letters: letters.collect(),
         })
     }
-}
-
-/// Where a function of one maximum is largest between two ends (Kiefer 1953, Proc. Amer. Math. Soc.
-/// 4:502), to `0.618^sections` of their distance.
-fn golden_section(ends: [f64; 2], sections: usize, mut f: impl FnMut(f64) -> f64) -> f64 {
-    const GOLDEN: f64 = 0.618_033_988_749_895;
-    let [mut low, mut high] = ends;
-    let mut left = high - GOLDEN * (high - low);
-    let mut right = low + GOLDEN * (high - low);
-    let (mut at_left, mut at_right) = (f(left), f(right));
-    for _ in 0..sections {
-        if at_left > at_right {
-            (high, right, at_right) = (right, left, at_left);
-            left = high - GOLDEN * (high - low);
-            at_left = f(left);
-        } else {
-            (low, left, at_left) = (left, right, at_right);
-            right = low + GOLDEN * (high - low);
-            at_right = f(right);
-        }
-    }
-    0.5 * (low + high)
 }
 
 impl fmt::Display for Expression {

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use costmap::GoldenSection;
 use nalgebra::Point3;
 use parry3d::bounding_volume::Aabb;
 use parry3d::math::{Pose, Vector};
@@ -265,30 +266,12 @@ impl Form {
 /// close in on its minimum: 48 of them leave 1e-10 of the segment's length, and the value is no
 /// farther off than that, because a distance changes at most by the way gone.
 fn smallest_on_segment_m(a: Vector, b: Vector, distance_m: impl Fn(Vector) -> f64) -> f64 {
-    const GOLDEN: f64 = 0.618_033_988_749_894_8;
-    const SECTIONS: usize = 48;
     let ends_m = distance_m(a).min(distance_m(b));
     if a == b {
         return ends_m;
     }
-    let at = |share: f64| distance_m(a + (b - a) * share);
-    let (mut low, mut high) = (0.0, 1.0);
-    let (mut left, mut right) = (1.0 - GOLDEN, GOLDEN);
-    let (mut left_m, mut right_m) = (at(left), at(right));
-    for _ in 0..SECTIONS {
-        if left_m <= right_m {
-            high = right;
-            (right, right_m) = (left, left_m);
-            left = high - GOLDEN * (high - low);
-            left_m = at(left);
-        } else {
-            low = left;
-            (left, left_m) = (right, right_m);
-            right = low + GOLDEN * (high - low);
-            right_m = at(right);
-        }
-    }
-    ends_m.min(left_m).min(right_m)
+    let found = GoldenSection::of([0.0, 1.0], 48, |share| distance_m(a + (b - a) * share));
+    ends_m.min(found.left.1).min(found.right.1)
 }
 
 /// The connected parts of a mesh, each with its orientation outward where it is closed.

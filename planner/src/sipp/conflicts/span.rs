@@ -5,6 +5,8 @@
 //! least distance over the time that they share is convex in `δ` (the minimum of a convex function
 //! over part of a convex set), so that the `δ` at which they are too near are one interval.
 
+use costmap::GoldenSection;
+
 /// A way on the floor, in cells: where it begins, how far it leads, and its ticks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way {
@@ -60,31 +62,12 @@ pub(super) fn nearest(first: &Way, second: &Way, far: f64) -> (f64, f64) {
         (a - d).max(c - b).max(0.0)
     };
     let gap = apart(0).hypot(apart(1));
-    let (mut low, mut high) = (-first.ticks, second.ticks);
+    let (low, high) = (-first.ticks, second.ticks);
     if gap >= far {
         return (low, gap);
     }
     let least = |delta: f64| nearest_square(first, second, delta);
-    // By golden sections: one of two looks serves the next round too (J. Kiefer, "Sequential
-    // minimax search for a maximum", Proceedings of the American Mathematical Society 4, 1953).
-    let section = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let inner = |low: f64, high: f64| [high - section * (high - low), low + section * (high - low)];
-    let [mut early, mut late] = inner(low, high);
-    let (mut at_early, mut at_late) = (least(early), least(late));
-    for _ in 0..ROUNDS {
-        if at_early <= at_late {
-            high = late;
-            (late, at_late) = (early, at_early);
-            early = inner(low, high)[0];
-            at_early = least(early);
-        } else {
-            low = early;
-            (early, at_early) = (late, at_late);
-            late = inner(low, high)[1];
-            at_late = least(late);
-        }
-    }
-    let middle = 0.5 * (low + high);
+    let middle = GoldenSection::of([low, high], ROUNDS, least).middle();
     (middle, least(middle).sqrt())
 }
 
