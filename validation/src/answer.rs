@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use diagnosis::infer::diagnose::diagnose;
-use diagnosis::infer::finding::{Effect, Finding, Interval, Verdict};
+use diagnosis::infer::finding::{Effect, Estimate, Finding, Verdict};
 use diagnosis::record::recording::Recording;
 use serde::{Deserialize, Serialize};
 
@@ -33,7 +33,7 @@ pub struct Named {
     /// Names that it cannot be told from.
     pub alternatives: Vec<String>,
     /// Its parameters by name.
-    pub parameters: BTreeMap<String, Interval>,
+    pub parameters: BTreeMap<String, Estimate>,
 }
 
 impl Answer {
@@ -63,11 +63,7 @@ pub fn answer(finding: &Finding) -> Answer {
     let named = |effect: &Effect| Named {
         name: effect.name.clone(),
         alternatives: effect.alternatives.clone(),
-        parameters: effect
-            .parameters
-            .iter()
-            .map(|(name, estimate)| (name.clone(), estimate.interval()))
-            .collect::<BTreeMap<_, _>>(),
+        parameters: effect.parameters.clone(),
     };
     Answer {
         verdict: finding.verdict,

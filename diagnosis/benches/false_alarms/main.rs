@@ -346,9 +346,6 @@ fn times() {
         black_box(expression::find(&coordinates, &made.residual, &noise));
     });
     time("steps of a series of 4000", &|| {
-        black_box(change_point::steps(
-            &made.residual,
-            change_point::Options::default(),
-        ));
+        black_box(change_point::steps(&made.residual));
     });
 }

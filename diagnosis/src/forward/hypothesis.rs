@@ -25,19 +25,34 @@ pub struct Hypothesis {
 #[serde(default, deny_unknown_fields)]
 pub struct Sensor {
     /// Relative; of a speed or a throttle.
+    #[serde(skip_serializing_if = "is_zero")]
     pub gain: f64,
     /// Of a speed (m/s), or of a throttle ratio.
+    #[serde(skip_serializing_if = "is_zero")]
     pub offset: f64,
     /// Growth of the gain (1/h).
+    #[serde(skip_serializing_if = "is_zero")]
     pub gain_drift_per_h: f64,
     /// Growth of the offset (m/s or 1, per hour).
+    #[serde(skip_serializing_if = "is_zero")]
     pub offset_drift_per_h: f64,
     /// Time constant (s) beside the one in the metadata; 0: none.
+    #[serde(skip_serializing_if = "is_zero")]
     pub lag_s: f64,
-    /// Highest reading.
+    /// Highest reading; infinity, and left out in files: none.
+    #[serde(skip_serializing_if = "is_unbounded")]
     pub saturation: f64,
     /// The drones' clock is ahead of the sensors' by so much (s).
+    #[serde(skip_serializing_if = "is_zero")]
     pub clock_s: f64,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+fn is_unbounded(value: &f64) -> bool {
+    value.is_infinite()
 }
 
 impl Default for Sensor {

@@ -12,7 +12,8 @@ use airflow::effects::EffectSpec;
 use crate::forward::hypothesis::Hypothesis;
 use crate::infer::intervals::NINETY_FIVE;
 use crate::record::recording::{Recording, Role, Vehicle};
-use crate::statistics::change_point::{self, Options};
+use crate::statistics::change_point;
+use crate::statistics::quantile::mean;
 
 /// Departure of the throttle from hover that counts. A hover's mean throttle is known to less than
 /// a percent.
@@ -120,7 +121,7 @@ fn always(vehicle: &Vehicle, throttle: f64, power: Option<f64>) -> Option<Cause>
 fn step(vehicle: &Vehicle) -> Option<Cause> {
     let track = &vehicle.track;
     let column = track.throttle_ratio.as_ref()?;
-    let steps = change_point::steps(column, Options::default());
+    let steps = change_point::steps(column);
     let first = steps.first()?;
     let end = steps.get(1).map_or(column.len(), |second| second.index);
     // The level that is nearer to hover is the stated mass.
@@ -145,10 +146,6 @@ fn step(vehicle: &Vehicle) -> Option<Cause> {
         [since_s, until_s],
         CHANGE_WITHIN * step_s,
     ))
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
 /// Standard error of the mean, neighbours taken as independent in tens.

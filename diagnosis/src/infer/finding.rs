@@ -110,17 +110,6 @@ pub struct Effect {
     pub parameters: BTreeMap<String, Estimate>,
 }
 
-/// A value and its 95 % interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Interval {
-    /// Best value.
-    pub value: f64,
-    /// Lower end.
-    pub low: f64,
-    /// Upper end.
-    pub high: f64,
-}
-
 /// A value with its 95 % interval and unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
@@ -132,18 +121,6 @@ pub struct Estimate {
     pub high: f64,
     /// Unit; 1 for ratios.
     pub unit: String,
-}
-
-impl Estimate {
-    /// Value and ends alone.
-    #[must_use]
-    pub fn interval(&self) -> Interval {
-        Interval {
-            value: self.value,
-            low: self.low,
-            high: self.high,
-        }
-    }
 }
 
 /// Where the corrected simulation differs from the baseline by more than half a standard deviation.

@@ -1,13 +1,29 @@
 //! The text of `finding.ron`: what a scenario cites to fly through the corrected air.
 
-use std::fmt::Write as _;
-
+use airflow::effects::{EffectSpec, Effects};
+use ron::Options;
+use ron::extensions::Extensions;
+use ron::ser::PrettyConfig;
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::forward::hypothesis::Sensor;
 use crate::infer::candidates::Kind;
-use crate::infer::finding::{Effect, Finding};
+use crate::infer::finding::{Effect, Finding, HeldOut, Verdict};
+
+/// The members of `Finding( ... )`, in their order.
+#[derive(Serialize)]
+struct File<'a> {
+    recordings: &'a [&'a str],
+    verdict: Verdict,
+    effects: Effects,
+    sensor: Sensor,
+    named: &'a [Effect],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outside: Option<&'a str>,
+    region: &'a str,
+    share_of_samples: f64,
+    held_out: HeldOut,
+}
 
 /// A finding as RON that a scenario cites: `air: (finding: "finding.ron")`.
 ///
@@ -24,140 +40,52 @@ use crate::infer::finding::{Effect, Finding};
 /// the instrument, and is not flown.
 #[must_use]
 pub fn finding_ron(finding: &Finding) -> String {
-    let mut text = String::from(
+    let corrected = &finding.correction.effects;
+    let is_flown = |spec: &&EffectSpec| {
+        let is_it =
+            |effect: &Effect| effect.name == spec.name && effect.kind == Some(Kind::Physics);
+        finding.effects.iter().any(is_it)
+    };
+    let mut effects = Effects::default();
+    for spec in corrected.specs().filter(is_flown) {
+        spec.set(&mut effects, &spec.values(corrected).unwrap_or_default());
+    }
+    let shape = finding.shape.as_ref();
+    let file = File {
+        recordings: &[&finding.recording],
+        verdict: finding.verdict,
+        effects,
+        sensor: finding.correction.sensor,
+        named: &finding.effects,
+        outside: shape.and_then(|shape| shape.expression.as_deref()),
+        region: &finding.region.description,
+        share_of_samples: finding.region.share,
+        held_out: finding.held_out,
+    };
+    let options = Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    let pretty = PrettyConfig::new().compact_arrays(true);
+    let members = options.to_string_pretty(&file, pretty);
+    format!(
         "// What is missing in the simulation of a recording, as diagnosed.\n\
          // A scenario flies through the corrected air: air: (finding: \"finding.ron\")\n\
-         Finding(\n",
-    );
-    // Rust and RON escape a text alike. Writing to a String cannot fail.
-    let _ = writeln!(text, "    recordings: [{:?}],", finding.recording);
-    let _ = writeln!(text, "    verdict: {},", finding.verdict.as_str());
-    let _ = writeln!(
-        text,
-        "    // Of the air and of the drones in it: this is flown."
-    );
-    let flown = |name: &str| {
-        let named = |effect: &Effect| effect.name == name && effect.kind == Some(Kind::Physics);
-        finding.effects.iter().any(named)
-    };
-    let effects = entries(&finding.correction.effects, |name, _| flown(name));
-    let _ = writeln!(text, "    effects: {},", ron(&effects, 1));
-    let neutral = serde_json::to_value(Sensor::default()).unwrap_or_default();
-    let sensor = entries(&finding.correction.sensor, |name, value| {
-        neutral.get(name) != Some(value)
-    });
-    let _ = writeln!(
-        text,
-        "    // Of the instruments: this is not.\n    sensor: {},",
-        ron(&sensor, 1)
-    );
-    let _ = writeln!(text, "    named: [");
-    for effect in &finding.effects {
-        named(&mut text, effect);
-    }
-    let _ = writeln!(text, "    ],");
-    if let Some(expression) = finding
-        .shape
-        .as_ref()
-        .and_then(|shape| shape.expression.as_ref())
-    {
-        let _ = writeln!(
-            text,
-            "    // Something more that has no name and is not flown.\n    outside: {expression:?},"
-        );
-    }
-    let region = &finding.region;
-    let _ = writeln!(text, "    region: {:?},", region.description);
-    let _ = writeln!(text, "    share_of_samples: {},", number(region.share));
-    let held_out = serde_json::to_value(finding.held_out).unwrap_or_default();
-    let _ = writeln!(
-        text,
-        "    // Root mean square errors on what was not fitted."
-    );
-    let _ = writeln!(text, "    held_out: {},\n)", ron(&held_out, 1));
-    text
-}
-
-fn named(text: &mut String, effect: &Effect) {
-    let _ = writeln!(
-        text,
-        "        (\n            name: {:?},\n            alternatives: {:?},\n            equation: {:?},\n            story: {:?},\n            parameters: {{",
-        effect.name, effect.alternatives, effect.equation, effect.description
-    );
-    for (name, estimate) in &effect.parameters {
-        let ends = if estimate.low.is_finite() && estimate.high.is_finite() {
-            format!(
-                ", low: {}, high: {}",
-                number(estimate.low),
-                number(estimate.high)
-            )
-        } else {
-            String::new()
-        };
-        let _ = writeln!(
-            text,
-            "                {name:?}: (value: {}{ends}, unit: {:?}),",
-            number(estimate.value),
-            estimate.unit
-        );
-    }
-    text.push_str("            },\n        ),\n");
-}
-
-/// The members of a struct that are there and finite, and wanted. JSON has neither infinities nor
-/// `None`: both come as null.
-fn entries(of: &impl Serialize, wanted: impl Fn(&str, &Value) -> bool) -> Value {
-    let mut members = match serde_json::to_value(of) {
-        Ok(Value::Object(members)) => members,
-        _ => return Value::Null,
-    };
-    members.retain(|name, value| !value.is_null() && wanted(name, value));
-    Value::Object(members)
-}
-
-/// A struct of structs and tuples of numbers.
-fn ron(value: &Value, depth: usize) -> String {
-    match value {
-        Value::Object(members) => {
-            let indent = "    ".repeat(depth + 1);
-            let lines: Vec<String> = members
-                .iter()
-                .filter(|(_, value)| !value.is_null())
-                .map(|(name, value)| format!("{indent}{name}: {},\n", ron(value, depth + 1)))
-                .collect();
-            if lines.is_empty() {
-                return "()".into();
-            }
-            format!("(\n{}{})", lines.concat(), "    ".repeat(depth))
-        }
-        Value::Array(values) => {
-            let values: Vec<String> = values.iter().map(|value| ron(value, depth)).collect();
-            format!("({})", values.join(", "))
-        }
-        Value::Number(value) => value.as_f64().map_or_else(|| value.to_string(), number),
-        other => other.to_string(),
-    }
-}
-
-/// The shortest text that reads back as the same number.
-fn number(value: f64) -> String {
-    format!("{value:?}")
+         // Flown are the `effects`, of the air and of the drones in it; not the faults of instruments (`sensor`), nor\n\
+         // what is `outside` the library. `held_out`: root mean square errors on what was not fitted.\n\
+         Finding{}\n",
+        members.expect("numbers, texts and lists have a form in RON")
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
 
-    use airflow::effects::{Crossflow, Effects, EntrainmentRadial, PayloadMass};
-    use ron::Options;
-    use ron::extensions::Extensions;
+    use airflow::effects::{Crossflow, EntrainmentRadial, PayloadMass};
     use serde::Deserialize;
 
     use super::*;
     use crate::forward::hypothesis::Hypothesis;
     use crate::forward::simulate::Channel;
-    use crate::infer::finding::Verdict;
-    use crate::infer::finding::{Estimate, HeldOut, Region};
+    use crate::infer::finding::{Estimate, Region};
 
     /// What a reader needs of it.
     #[derive(Deserialize)]

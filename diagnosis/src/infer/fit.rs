@@ -100,12 +100,6 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// Recorded values, in the channel's unit.
-    #[must_use]
-    pub fn recorded(&self) -> &[f64] {
-        &self.recorded
-    }
-
     /// What predictions leave of the recorded values, in the channel's unit.
     #[must_use]
     pub fn left(&self, predicted: &[f64]) -> Vec<f64> {
@@ -225,9 +219,7 @@ impl<'a> Setting<'a> {
     }
 
     fn bounds(&self, parameters: &[Parameter]) -> Vec<[f64; 2]> {
-        let own = parameters
-            .iter()
-            .map(|parameter| [parameter.low, parameter.high]);
+        let own = parameters.iter().map(|p| [p.low, p.high]);
         own.chain(self.tolerances.map(|most| [-most, most]))
             .collect()
     }
@@ -258,12 +250,10 @@ impl<'a> Setting<'a> {
         let gain = 1.0 + at[parameters.len()];
         let mut columns: Vec<Vec<f64>> = Vec::with_capacity(at.len());
         for (j, parameter) in parameters.iter().enumerate() {
-            let step = DIFFERENCE * parameter.practical;
-            let step = if at[j] + step > bounds[j][1] {
-                -step
-            } else {
-                step
-            };
+            let mut step = DIFFERENCE * parameter.practical;
+            if at[j] + step > bounds[j][1] {
+                step = -step;
+            }
             let mut moved = at.to_vec();
             moved[j] += step;
             let changed = clean(&moved);
@@ -348,24 +338,15 @@ pub(crate) fn normal_equations(
     weights: &[f64],
     at: &[f64],
 ) -> (DMatrix<f64>, DVector<f64>) {
-    let count = jacobian.ncols();
-    let mut normal = DMatrix::zeros(count, count);
-    let mut gradient = DVector::zeros(count);
-    for a in 0..count {
-        let column_a = jacobian.column(a);
-        for b in a..count {
-            let column_b = jacobian.column(b);
-            let sum: f64 = (0..weights.len())
-                .map(|i| weights[i] * column_a[i] * column_b[i])
-                .sum();
-            normal[(a, b)] = sum;
-            normal[(b, a)] = sum;
-        }
-        gradient[a] = (0..weights.len())
-            .map(|i| weights[i] * column_a[i] * whitened[i])
-            .sum();
+    let mut weighted = jacobian.clone();
+    for mut column in weighted.column_iter_mut() {
+        let pairs = column.iter_mut().zip(weights);
+        pairs.for_each(|(value, weight)| *value *= weight);
     }
+    let mut normal = weighted.tr_mul(jacobian);
+    let mut gradient = weighted.tr_mul(&DVector::from_column_slice(whitened));
     let prior = (TOLERANCE_SD * TOLERANCE_SD).recip();
+    let count = jacobian.ncols();
     for j in count.saturating_sub(2)..count {
         normal[(j, j)] += prior;
         gradient[j] -= prior * at[j];
@@ -390,15 +371,10 @@ fn bounded_step(
         if free.is_empty() {
             break;
         }
-        let mut matrix =
-            DMatrix::from_fn(free.len(), free.len(), |a, b| normal[(free[a], free[b])]);
-        let right = DVector::from_fn(free.len(), |a, _| {
-            let pulled: f64 = (0..count)
-                .filter(|&j| fixed[j])
-                .map(|j| normal[(free[a], j)] * step[j])
-                .sum();
-            gradient[free[a]] - pulled
-        });
+        let mut matrix = normal.select_rows(&free).select_columns(&free);
+        // What those on their bounds take over already.
+        let held = DVector::from_fn(count, |j, _| if fixed[j] { step[j] } else { 0.0 });
+        let right = (gradient - normal * held).select_rows(&free);
         for a in 0..free.len() {
             // Marquardt's scaling, and a floor for parameters that change nothing.
             matrix[(a, a)] += damping * matrix[(a, a)] + 1e-12;

@@ -11,6 +11,7 @@
 //! (Scott & Knott 1974), more than needed, then those that do not hold between their neighbours are
 //! dropped.
 
+use super::quantile::mean;
 use super::tail;
 
 /// A step.
@@ -26,25 +27,10 @@ pub struct Step {
     pub p: f64,
 }
 
-/// What counts as one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// Least difference of levels, in the values' unit: 0.03 for ratios of throttle and power.
-    pub least_step: f64,
-    /// Accepted p-value of a step.
-    pub accepted: f64,
-}
-
-impl Default for Options {
-    /// 3 %, one in a thousand. Chosen here: smaller steps of throttle are trim and battery.
-    fn default() -> Self {
-        Self {
-            least_step: 0.03,
-            accepted: 1e-3,
-        }
-    }
-}
-
+/// Least difference of levels of a ratio (throttle, power), and accepted p-value of a step. Chosen
+/// here: smaller steps of throttle are trim and battery.
+const LEAST_STEP: f64 = 0.03;
+const ACCEPTED: f64 = 1e-3;
 /// Samples that a level needs. Chosen here: ten tell a mean to a third of the scatter.
 const LEAST_SAMPLES: usize = 10;
 /// Most memory that is believed: near 1 the long-run variance has no bound, and nothing would ever
@@ -55,15 +41,21 @@ const MOST_MEMORY: f64 = 0.95;
 /// cancel hide each other.
 const MOST_CUTS: usize = 10;
 
-/// Steps of a series in the order of time.
+/// Steps of a series of ratios in the order of time.
 #[must_use]
-pub fn steps(values: &[f64], options: Options) -> Vec<Step> {
+pub fn steps(values: &[f64]) -> Vec<Step> {
+    steps_of(values, LEAST_STEP, ACCEPTED)
+}
+
+fn steps_of(values: &[f64], least_step: f64, accepted: f64) -> Vec<Step> {
+    let size = |step: &Step| (step.after - step.before).abs();
+    let holds = |step: &Step| size(step) >= least_step && step.p <= accepted;
     let mut cuts = tried(values);
     loop {
         let found: Vec<Step> = (0..cuts.len()).map(|k| step(values, &cuts, k)).collect();
         // The least likely to be one goes first, and its neighbours are read anew.
         let weakest = (0..found.len())
-            .filter(|&k| !holds(&found[k], options))
+            .filter(|&k| !holds(&found[k]))
             .max_by(|&a, &b| {
                 let by_p_value = found[a].p.total_cmp(&found[b].p);
                 by_p_value.then(size(&found[b]).total_cmp(&size(&found[a])))
@@ -73,14 +65,6 @@ pub fn steps(values: &[f64], options: Options) -> Vec<Step> {
             None => return found,
         };
     }
-}
-
-fn size(step: &Step) -> f64 {
-    (step.after - step.before).abs()
-}
-
-fn holds(step: &Step, options: Options) -> bool {
-    size(step) >= options.least_step && step.p <= options.accepted
 }
 
 /// The cuts that take most off the sum of squares, one after the other, in the order of time.
@@ -122,10 +106,6 @@ fn best_cut(values: &[f64]) -> Option<(usize, f64)> {
         }
     }
     best.filter(|(_, taken)| *taken > 0.0)
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// The step at one cut, between its neighbours.
@@ -184,7 +164,7 @@ mod tests {
     #[test]
     fn a_payload_picked_up_and_put_down_makes_two_steps() {
         let level = |i| if (200..450).contains(&i) { 1.08 } else { 1.0 };
-        let found = steps(&series(1, level, 0.02, 0.5), Options::default());
+        let found = steps(&series(1, level, 0.02, 0.5));
         assert_eq!(found.len(), 2, "{found:?}");
         // A step of four standard deviations is placed to a sample or two.
         assert!(found[0].index.abs_diff(200) <= 2 && found[1].index.abs_diff(450) <= 2);
@@ -195,11 +175,7 @@ mod tests {
     fn noise_with_memory_makes_no_step() {
         let mut found = 0;
         for seed in 0..500 {
-            let options = Options {
-                least_step: 0.0,
-                accepted: 0.01,
-            };
-            found += usize::from(!steps(&series(seed, |_| 1.0, 0.1, 0.6), options).is_empty());
+            found += usize::from(!steps_of(&series(seed, |_| 1.0, 0.1, 0.6), 0.0, 0.01).is_empty());
         }
         // 5 expected; four standard deviations more.
         assert!(found <= 14, "{found}");
@@ -208,15 +184,15 @@ mod tests {
     #[test]
     fn a_step_below_what_counts_is_not_told() {
         let level = |i| if i < 300 { 1.0 } else { 1.02 };
-        assert!(steps(&series(2, level, 0.005, 0.0), Options::default()).is_empty());
+        assert!(steps(&series(2, level, 0.005, 0.0)).is_empty());
     }
 
     #[test]
     fn an_exact_step_has_no_chance_and_a_level_series_has_none() {
         let exact: Vec<f64> = (0..40).map(|i| if i < 20 { 1.0 } else { 1.1 }).collect();
-        let found = steps(&exact, Options::default());
+        let found = steps(&exact);
         assert_eq!((found.len(), found[0].index, found[0].p), (1, 20, 0.0));
-        assert!(steps(&[1.0; 40], Options::default()).is_empty());
-        assert!(steps(&[], Options::default()).is_empty());
+        assert!(steps(&[1.0; 40]).is_empty());
+        assert!(steps(&[]).is_empty());
     }
 }

@@ -21,7 +21,7 @@
 //! scores of neighbouring blocks are correlated, blocks are joined in pairs; what correlation r is
 //! left widens both scores by `√(1 + 2r)`.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::column::Column;
 use super::draws::Draws;
@@ -157,7 +157,8 @@ fn bounded(e: f64) -> f64 {
 /// p-values of spread and rare.
 fn scores_p_values(evidence: &Evidence<'_>) -> [f64; 2] {
     let basis = orthonormal(evidence.nuisances);
-    let mut residual: Vec<f64> = evidence.residual.iter().map(|e| bounded(*e)).collect();
+    let residual = evidence.residual.iter().map(|e| bounded(*e));
+    let mut residual = DVector::from_iterator(evidence.residual.len(), residual);
     project(&basis, &mut residual);
     let tested = Tested::new(evidence, &basis);
     if tested.unit.is_empty() {
@@ -166,9 +167,9 @@ fn scores_p_values(evidence: &Evidence<'_>) -> [f64; 2] {
     let (noise, taken) = tested.without_strongest(&residual);
     let blocks = evidence.blocks;
     let joined = Joined {
-        scores: tested.block_sums(blocks, |unit, i| unit[i] * residual[i]),
-        without: tested.block_sums(blocks, |unit, i| unit[i] * noise[i]),
-        squares: tested.block_sums(blocks, |unit, i| unit[i] * unit[i]),
+        scores: tested.block_sums(blocks, |g, i| g * residual[i]),
+        without: tested.block_sums(blocks, |g, i| g * noise[i]),
+        squares: tested.block_sums(blocks, |g, _| g * g),
         widening: 1.0,
     }
     .until_independent(&blocks.follows);
@@ -262,68 +263,54 @@ fn strongest_line(rhythms: &[Rhythm], residual: &[f64]) -> Option<Line> {
 
 /// Orthonormal columns that span the same space (modified Gram-Schmidt, twice); dependent ones are
 /// dropped.
-fn orthonormal(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    let mut basis: Vec<Vec<f64>> = Vec::new();
+fn orthonormal(columns: &DMatrix<f64>) -> Vec<DVector<f64>> {
+    let mut basis: Vec<DVector<f64>> = Vec::new();
     for column in columns.column_iter() {
-        let mut column: Vec<f64> = column.iter().copied().collect();
-        let before = norm(&column);
-        project(&basis, &mut column);
-        project(&basis, &mut column);
-        let after = norm(&column);
-        if after > 1e-9 * before && after > 0.0 {
-            column.iter_mut().for_each(|value| *value /= after);
-            basis.push(column);
+        let mut rest = column.into_owned();
+        project(&basis, &mut rest);
+        project(&basis, &mut rest);
+        let after = rest.norm();
+        if after > 1e-9 * column.norm() && after > 0.0 {
+            basis.push(rest / after);
         }
     }
     basis
 }
 
 /// Takes off what lies along each of some orthonormal directions.
-fn project(basis: &[Vec<f64>], values: &mut [f64]) {
+fn project(basis: &[DVector<f64>], values: &mut DVector<f64>) {
     for direction in basis {
-        let along = dot(direction, values);
-        for (value, d) in values.iter_mut().zip(direction) {
-            *value -= along * d;
-        }
+        values.axpy(-direction.dot(values), direction, 1.0);
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-fn norm(values: &[f64]) -> f64 {
-    dot(values, values).sqrt()
 }
 
 /// The columns that can be told from the nuisances, orthogonal to these and of length 1.
 struct Tested {
     is_law: Vec<bool>,
-    unit: Vec<Vec<f64>>,
+    unit: Vec<DVector<f64>>,
 }
 
 impl Tested {
-    fn new(evidence: &Evidence<'_>, basis: &[Vec<f64>]) -> Self {
+    fn new(evidence: &Evidence<'_>, basis: &[DVector<f64>]) -> Self {
         let (mut is_law, mut unit) = (Vec::new(), Vec::new());
         for column in evidence.columns {
-            let mut values = column.values.clone();
-            let before = norm(&values);
+            let mut values = DVector::from_column_slice(&column.values);
+            let before = values.norm();
             project(basis, &mut values);
-            let length = norm(&values);
+            let length = values.norm();
             if length.is_finite() && length > 0.0 && length > LEAST_KEPT * before {
-                values.iter_mut().for_each(|value| *value /= length);
                 is_law.push(column.is_law);
-                unit.push(values);
+                unit.push(values / length);
             }
         }
         Self { is_law, unit }
     }
 
     /// Of every block (row) and column, the sum of something over the block's samples.
-    fn block_sums(&self, blocks: &Blocks, of: impl Fn(&[f64], usize) -> f64) -> DMatrix<f64> {
+    fn block_sums(&self, blocks: &Blocks, of: impl Fn(f64, usize) -> f64) -> DMatrix<f64> {
         let mut sums = DMatrix::zeros(blocks.count(), self.unit.len());
         for (unit, mut sums) in self.unit.iter().zip(sums.column_iter_mut()) {
-            let products = (0..unit.len()).map(|i| of(unit, i));
+            let products = unit.iter().enumerate().map(|(i, g)| of(*g, i));
             sums.copy_from_slice(&blocks.sums(products));
         }
         sums
@@ -332,17 +319,12 @@ impl Tested {
     /// The residual without what the strongest columns explain, one after the other while one
     /// exceeds what independent noise would show: that is signal, or noise that outlasts blocks,
     /// and would pass for a spread between blocks. And how many.
-    fn without_strongest(&self, residual: &[f64]) -> (Vec<f64>, usize) {
-        let mut left = residual.to_vec();
+    fn without_strongest(&self, residual: &DVector<f64>) -> (DVector<f64>, usize) {
+        let mut left = residual.clone();
         for taken in 0..MOST_TAKEN {
-            let mut strongest: Option<(f64, &Vec<f64>)> = None;
-            for unit in &self.unit {
-                let z = dot(unit, &left).abs();
-                if strongest.is_none_or(|(most, _)| z > most) {
-                    strongest = Some((z, unit));
-                }
-            }
-            match strongest {
+            let scored = self.unit.iter().map(|unit| (unit.dot(&left).abs(), unit));
+            // The first of equals.
+            match scored.reduce(|best, other| if other.0 > best.0 { other } else { best }) {
                 Some((z, unit)) if taken == 0 || z > LEAST_TAKEN => {
                     project(std::slice::from_ref(unit), &mut left);
                 }

@@ -1,4 +1,10 @@
-//! Order statistics: quantiles, medians, and intervals of equal count.
+//! Order statistics: quantiles, medians, and intervals of equal count; and the mean.
+
+/// Arithmetic mean; 0 of no values.
+#[must_use]
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
 
 /// Quantile of values in ascending order, linear between neighbours (definition 7 of Hyndman & Fan
 /// 1996, Am. Stat. 50:361); `share` from 0 to 1. `None` of no values.

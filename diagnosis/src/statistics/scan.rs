@@ -118,6 +118,31 @@ impl<'a> Grid<'a> {
         sums
     }
 
+    /// Of all runs of some coordinates, the one whose samples inside score most by size, from the
+    /// sum of a value over them and their number; the first of equals, `None` where none has a
+    /// score.
+    fn best(
+        &self,
+        coordinates: impl Iterator<Item = usize>,
+        inside: &[usize],
+        value: impl Fn(usize) -> f64,
+        score: impl Fn(f64, usize) -> Option<f64>,
+    ) -> Option<(f64, usize, Run)> {
+        let mut best: Option<(f64, usize, Run)> = None;
+        for coordinate in coordinates {
+            let sums = self.sums(coordinate, inside, &value);
+            for run in self.runs(coordinate) {
+                let (from, to) = (sums[run.start], sums[run.end]);
+                let scored = score(to.0 - from.0, to.1 - from.1);
+                let is_best = |s: f64| best.as_ref().is_none_or(|(most, ..)| s.abs() > most.abs());
+                if let Some(scored) = scored.filter(|s| is_best(*s)) {
+                    best = Some((scored, coordinate, run));
+                }
+            }
+        }
+        best
+    }
+
     /// Each run's ends, at the outermost samples it holds.
     fn intervals(&self, runs: &[(usize, Run)]) -> Vec<Interval> {
         let interval = |(coordinate, run): &(usize, Run)| {
@@ -184,22 +209,10 @@ fn search(grid: &Grid, white: &[f64]) -> (Vec<(usize, Run)>, f64) {
     let mut z_of_box = 0.0f64;
     let mut inside: Vec<usize> = (0..white.len()).collect();
     while runs.len() < MOST_INTERVALS {
-        let mut best: Option<(f64, usize, Run)> = None;
-        for coordinate in 0..grid.counts.len() {
-            if runs.iter().any(|(used, _)| *used == coordinate) {
-                continue;
-            }
-            let sums = grid.sums(coordinate, &inside, |i| white[i]);
-            for run in grid.runs(coordinate) {
-                let (from, to) = (sums[run.start], sums[run.end]);
-                let count = to.1 - from.1;
-                let z = (to.0 - from.0) / (count as f64).sqrt();
-                let is_best = best.as_ref().is_none_or(|(most, ..)| z.abs() > most.abs());
-                if count >= LEAST_SAMPLES && is_best {
-                    best = Some((z, coordinate, run));
-                }
-            }
-        }
+        let free = (0..grid.counts.len()).filter(|c| runs.iter().all(|(used, _)| used != c));
+        let z =
+            |sum: f64, count: usize| (count >= LEAST_SAMPLES).then(|| sum / (count as f64).sqrt());
+        let best = grid.best(free, &inside, |i| white[i], z);
         let Some((z, coordinate, run)) = best else {
             break;
         };
@@ -223,47 +236,36 @@ pub fn describe(coordinates: &[Vec<f64>], marked: &[bool]) -> Vec<Interval> {
     if wanted == 0 || wanted == marked.len() {
         return Vec::new();
     }
-    let best_overlap = |coordinate: usize, inside: &[usize]| {
-        let counts = grid.sums(coordinate, inside, |i| f64::from(u8::from(marked[i])));
-        let overlap = |run: &Run| {
-            let (from, to) = (counts[run.start], counts[run.end]);
-            let both = to.0 - from.0;
-            both / ((to.1 - from.1) as f64 + wanted as f64 - both)
-        };
-        grid.runs(coordinate)
-            .map(|run| (overlap(&run), coordinate, run))
-            .reduce(|best, other| if other.0 > best.0 { other } else { best })
+    let overlap = |both: f64, count: usize| Some(both / (count as f64 + wanted as f64 - both));
+    let best_overlap = |coordinates: Range<usize>, inside: &[usize]| {
+        let is_marked = |i: usize| f64::from(u8::from(marked[i]));
+        grid.best(coordinates, inside, is_marked, overlap)
     };
     // Pairs are searched whole: of two coordinates that only together bound a region, neither need
     // be best alone.
     let all: Vec<usize> = (0..marked.len()).collect();
-    let singles: Vec<(f64, usize, Run)> = (0..grid.counts.len())
-        .filter_map(|coordinate| best_overlap(coordinate, &all))
-        .collect();
-    let alone = singles.iter().cloned();
-    let Some((overlap, coordinate, run)) =
-        alone.reduce(|best, other| if other.0 > best.0 { other } else { best })
-    else {
+    let coordinates = 0..grid.counts.len();
+    let Some((overlap, coordinate, run)) = best_overlap(coordinates.clone(), &all) else {
         return Vec::new();
     };
     let mut best = vec![(coordinate, run)];
     let mut bar = overlap + WORTH_OVERLAP;
-    for (_, first, _) in &singles {
-        for run in grid.runs(*first) {
+    for first in coordinates.clone() {
+        for run in grid.runs(first) {
             let inside: Vec<usize> = (0..marked.len())
-                .filter(|&i| grid.holds(*first, &run, i))
+                .filter(|&i| grid.holds(first, &run, i))
                 .collect();
             let held = inside.iter().filter(|&&i| marked[i]).count();
             // Nothing within it can overlap more than all that it holds.
             if held as f64 / wanted as f64 <= bar {
                 continue;
             }
-            let later = first + 1..grid.counts.len();
-            for (overlap, second, other) in later.filter_map(|c| best_overlap(c, &inside)) {
-                if overlap > bar {
-                    bar = overlap;
-                    best = vec![(*first, run.clone()), (second, other)];
-                }
+            if let Some((overlap, second, other)) =
+                best_overlap(first + 1..coordinates.end, &inside)
+                && overlap > bar
+            {
+                bar = overlap;
+                best = vec![(first, run), (second, other)];
             }
         }
     }

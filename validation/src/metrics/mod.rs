@@ -28,7 +28,7 @@ use crate::answer::{Answer, Named};
 use crate::names::canonical;
 use crate::truth::{DETECTABLE_CHI2, Injected, Truth};
 use diagnosis::infer::candidates::is_sensor;
-use diagnosis::infer::finding::{Interval, Verdict};
+use diagnosis::infer::finding::{Estimate, Verdict};
 use diagnosis::statistics::quantile::quantile;
 
 /// From here on (χ²) nearly nothing may be missed.
@@ -158,7 +158,7 @@ impl Assessed {
                 continue;
             };
             for (name, value) in &of.parameters {
-                if let Some(Interval { low, high, .. }) = named.parameters.get(name) {
+                if let Some(Estimate { low, high, .. }) = named.parameters.get(name) {
                     covered.count((*low..=*high).contains(value));
                 }
             }

@@ -23,10 +23,11 @@ fn truth(effects: Vec<Injected>) -> Truth {
 
 fn named(name: &str, alternatives: &[&str], interval: [f64; 2]) -> Named {
     let [low, high] = interval;
-    let q = Interval {
+    let q = Estimate {
         value: 0.5 * (low + high),
         low,
         high,
+        unit: "1".into(),
     };
     Named {
         name: name.to_owned(),

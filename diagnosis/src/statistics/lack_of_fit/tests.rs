@@ -114,13 +114,11 @@ fn a_pulsation_passes_by_the_third_statistic() {
 fn the_minimum_detectable_effect_is_noticed_four_times_in_five() {
     let mut noticed = 0;
     for seed in 100..300 {
-        let mut made = made(seed, |_, _| 0.0);
-        let tangent: Vec<f64> = made.x.iter().map(|x| x * x).collect();
-        let least = minimum_detectable(&tangent).expect("it changes");
-        for (e, g) in made.residual.iter_mut().zip(&tangent) {
-            *e += least * g;
-        }
-        let z = dot(&tangent, &made.residual) / norm(&tangent);
+        let made = made(seed, |_, _| 0.0);
+        let tangent = DVector::from_iterator(made.x.len(), made.x.iter().map(|x| x * x));
+        let least = minimum_detectable(tangent.as_slice()).expect("it changes");
+        let read = DVector::from_column_slice(&made.residual) + least * &tangent;
+        let z = tangent.dot(&read) / tangent.norm();
         noticed += usize::from(z.abs() > 1.96);
     }
     // 160 expected; four standard deviations of a count.
