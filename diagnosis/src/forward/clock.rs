@@ -84,10 +84,8 @@ pub fn offsets(
     maps: &[Option<&ThrustMap>],
     low_pass: LowPass,
 ) -> Vec<ClockOffset> {
-    let reference = recording
-        .vehicles
-        .iter()
-        .position(|vehicle| vehicle.clock == Clock::Shared);
+    let mut vehicles = recording.vehicles.iter();
+    let reference = vehicles.position(|vehicle| vehicle.clock == Clock::Shared);
     let reference = reference.unwrap_or(0);
     let mut offsets: Vec<ClockOffset> = Vec::with_capacity(recording.vehicles.len());
     let mut unknown: Vec<(usize, f64)> = Vec::new();
@@ -109,12 +107,10 @@ pub fn offsets(
     let free = FreeFlight::default();
     let all = std::slice::from_ref(recording);
     let traces = Trace::of_all(all, &[0], (&free, free.beside_m), low_pass);
+    let force = |trace| Force::of(recording, trace, (*maps.get(trace.vehicle)?)?, low_pass);
     let search = Search {
         recording,
-        forces: traces
-            .iter()
-            .filter_map(|trace| Force::of(recording, trace, (*maps.get(trace.vehicle)?)?, low_pass))
-            .collect(),
+        forces: traces.iter().filter_map(force).collect(),
         unknown: &unknown,
     };
     for (estimate, &(vehicle, bound_s)) in search.run().iter().zip(&unknown) {
@@ -268,10 +264,8 @@ impl Search<'_> {
             self.simulated_n(&shifted_s)
         });
         let slope = |(before, after): (&f64, &f64)| (after - before) / (2.0 * HALF_STEP_S);
-        before_n
-            .iter()
-            .zip(&after_n)
-            .map(|(before_n, after_n)| before_n.iter().zip(after_n).map(slope).collect())
-            .collect()
+        let forces = before_n.iter().zip(&after_n);
+        let slopes = forces.map(|(before, after)| before.iter().zip(after).map(slope).collect());
+        slopes.collect()
     }
 }

@@ -115,10 +115,9 @@ pub fn simulate(
         };
         let all = std::slice::from_ref(recording);
         // What is around it matters to identification and judgement only.
-        let Some(trace) = Trace::new(all, (0, index), Vec::new(), low_pass) else {
-            continue;
-        };
-        let Some(force) = Force::of(recording, &trace, map, low_pass) else {
+        let trace = Trace::new(all, (0, index), Vec::new(), low_pass);
+        let force = trace.as_ref();
+        let Some(force) = force.and_then(|trace| Force::of(recording, trace, map, low_pass)) else {
             continue;
         };
         let air_mps = force.air_mps(flow, recording.baseline.receiver_air, 0.0);
@@ -142,29 +141,30 @@ pub fn simulate(
                 place: flow.place(t_s, position_m, Some(index)),
             });
         }
-        let remark = |kind, samples, message| Remark {
-            kind,
-            subject: Some(vehicle.id.clone()),
-            samples,
-            span_s: None,
-            message,
+        let entries = track.t_s.len();
+        let mut remark = |kind, samples, message| {
+            remarks.push(Remark {
+                kind,
+                subject: Some(vehicle.id.clone()),
+                samples,
+                span_s: None,
+                message,
+            });
         };
-        let unknown = track.t_s.len() - (samples.len() - before);
+        let unknown = entries - (samples.len() - before);
         if unknown > 0 {
             let message = format!(
-                "{unknown} of {} entries have no force: specific force, attitude, duty cycle, battery or another drone's place is missing",
-                track.t_s.len()
+                "{unknown} of {entries} entries have no force: specific force, attitude, duty cycle, battery or another drone's place is missing"
             );
-            remarks.push(remark(RemarkKind::Gap, unknown, message));
+            remark(RemarkKind::Gap, unknown, message);
         }
         let outside = map.rows_outside(track);
         if outside > 0 {
             let [low, high] = map.duty_range();
             let message = format!(
-                "{outside} of {} entries have a motor outside the duty cycles {low:.3} to {high:.3} that the thrust map was fitted in",
-                track.t_s.len()
+                "{outside} of {entries} entries have a motor outside the duty cycles {low:.3} to {high:.3} that the thrust map was fitted in"
             );
-            remarks.push(remark(RemarkKind::OutOfRange, outside, message));
+            remark(RemarkKind::OutOfRange, outside, message);
         }
     }
     (samples, remarks)

@@ -108,31 +108,27 @@ impl<'a> Observed<'a> {
         let simulated = simulate(recording).samples;
         let channel = channel.or(simulated.first().map(|sample| sample.channel))?;
         simulated.iter().find(|sample| sample.channel == channel)?;
-        let all = series(recording);
-        let mut samples = Vec::with_capacity(simulated.len());
-        let mut series_of = Vec::with_capacity(simulated.len());
-        let mut kept = Vec::new();
-        for mut one in all.into_iter().filter(|series| series.channel == channel) {
+        let mut observed = Observed {
+            recording,
+            channel,
+            samples: Vec::with_capacity(simulated.len()),
+            series_of: Vec::with_capacity(simulated.len()),
+            covariates: Vec::new(),
+            wakes: Wakes::new(recording),
+            series: series(recording),
+        };
+        observed.series.retain(|series| series.channel == channel);
+        for (index, series) in observed.series.iter_mut().enumerate() {
             let find = |row: &usize| {
                 let at = simulated.binary_search_by_key(&(channel, *row), |s| (s.channel, s.row));
                 at.ok().map(|at| simulated[at])
             };
-            let of_series: Vec<Sample> = one.rows.iter().filter_map(find).collect();
-            one.rows = of_series.iter().map(|sample| sample.row).collect();
-            one.recorded = of_series.iter().map(|sample| sample.recorded).collect();
-            series_of.extend(of_series.iter().map(|_| kept.len()));
-            samples.extend(of_series);
-            kept.push(one);
+            let samples: Vec<Sample> = series.rows.iter().filter_map(find).collect();
+            series.rows = samples.iter().map(|sample| sample.row).collect();
+            series.recorded = samples.iter().map(|sample| sample.recorded).collect();
+            observed.series_of.extend(samples.iter().map(|_| index));
+            observed.samples.extend(samples);
         }
-        let mut observed = Observed {
-            recording,
-            channel,
-            samples,
-            series_of,
-            covariates: Vec::new(),
-            wakes: Wakes::new(recording),
-            series: kept,
-        };
         observed.covariates = covariates(&observed);
         Some(observed)
     }
@@ -143,9 +139,8 @@ impl<'a> Observed<'a> {
     pub fn age_s(&self, sample: usize) -> f64 {
         let sample = &self.samples[sample];
         let age = sample.place.and_then(|place| {
-            let airframe = &self.recording.vehicles[place.emitter].airframe;
             let wake = self.wakes.of(0, place.emitter)?;
-            let depth_m = place.s_over_l * airframe.motor_distance_m();
+            let depth_m = place.s_over_l * wake.motor_distance_m();
             Some(wake.far_field().transport_time_s(depth_m, 1.0))
         });
         age.unwrap_or(0.0)
@@ -184,9 +179,8 @@ impl Explained for Observed<'_> {
         let flow = Flow::supposing(self.recording, &self.wakes, hypothesis);
         let mut predicted = Vec::with_capacity(self.samples.len());
         for series in &self.series {
-            let values = series.simulate(self.recording, &flow, &hypothesis.sensor);
-            for value in values {
-                predicted.push(value.unwrap_or_else(|| self.samples[predicted.len()].simulated));
+            for value in series.simulate(self.recording, &flow, &hypothesis.sensor) {
+                predicted.push(value.unwrap_or(self.samples[predicted.len()].simulated));
             }
         }
         predicted
@@ -204,18 +198,14 @@ impl Explained for Observed<'_> {
     }
 
     fn releases(&self) -> Vec<(Vec<usize>, Vec<f64>)> {
-        let last = self.series_of.iter().copied().max().unwrap_or(0);
         let of_series = |series: usize| {
-            let samples: Vec<usize> = (0..self.samples.len())
-                .filter(|&i| self.series_of[i] == series)
-                .collect();
-            let clock_s = samples
-                .iter()
-                .map(|&i| self.samples[i].t_s - self.age_s(i))
-                .collect();
-            (samples, clock_s)
+            let all = 0..self.samples.len();
+            let samples: Vec<usize> = all.filter(|&i| self.series_of[i] == series).collect();
+            let released = samples.iter().map(|&i| self.samples[i].t_s - self.age_s(i));
+            let released_s = released.collect();
+            (samples, released_s)
         };
-        (0..=last).map(of_series).collect()
+        (0..self.series.len()).map(of_series).collect()
     }
 }
 
@@ -237,20 +227,15 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
         });
         let [first_mps, second_mps] = flow.strongest_mps(sample.t_s, sample.position_m, but);
         let height_m = sample.position_m.z - floor_m;
-        let half_width_m = place
-            .zip(emitter)
-            .map_or(f64::INFINITY, |(place, emitter)| {
-                let over_l = if place.xi > 0.0 {
-                    place.r_over_l / place.xi
-                } else {
-                    0.0
-                };
-                let fallback = recording.jet.spreading * (place.s_over_l - recording.jet.origin);
-                emitter.airframe.motor_distance_m() * if over_l > 0.0 { over_l } else { fallback }
-            });
-        let body_rad = place
-            .zip(state)
-            .map(|(place, (_, yaw_rad))| place.azimuth_rad - yaw_rad);
+        let half_width_m = place.zip(emitter).map(|(place, emitter)| {
+            let over_l = match place.xi > 0.0 && place.r_over_l > 0.0 {
+                true => place.r_over_l / place.xi,
+                false => recording.jet.spreading * (place.s_over_l - recording.jet.origin),
+            };
+            emitter.airframe.motor_distance_m() * over_l
+        });
+        let placed = place.zip(state);
+        let body_rad = placed.map(|(place, (_, yaw_rad))| place.azimuth_rad - yaw_rad);
         let battery_v = match sample.channel {
             Channel::Throttle | Channel::Power => recording.receivers[sample.row].battery_v,
             _ => None,
@@ -273,13 +258,9 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             emitter_z_m,
             emitter_mps,
             climb_mps,
-            if first_mps > 0.0 {
-                second_mps / first_mps
-            } else {
-                0.0
-            },
+            second_mps / first_mps.max(f64::MIN_POSITIVE),
             battery_v.unwrap_or(0.0),
-            (height_m / half_width_m).min(20.0),
+            (height_m / half_width_m.unwrap_or(f64::INFINITY)).min(20.0),
             body_rad.map_or(0.0, f64::cos),
             body_rad.map_or(0.0, f64::sin),
             sample.position_m.x,

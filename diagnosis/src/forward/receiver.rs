@@ -66,20 +66,18 @@ pub fn recorded_power_ratios(recording: &Recording) -> Vec<f64> {
             let air_mps = -flow.velocity_mps(sample.t_s, centre_m, Some(index))?.z;
             Some(air_mps < STILL * hover_mps)
         };
-        let own = recording.receivers.iter().enumerate();
-        let own: Vec<(usize, &ReceiverSample)> =
-            own.filter(|(_, sample)| sample.vehicle == index).collect();
-        let mut still_w: Vec<f64> = own
-            .iter()
-            .filter(|(_, sample)| is_still(sample).unwrap_or(false))
-            .filter_map(|(_, sample)| power_w(sample))
-            .collect();
+        let own = || {
+            let all = recording.receivers.iter().enumerate();
+            all.filter(|(_, sample)| sample.vehicle == index)
+        };
+        let still = own().filter(|(_, sample)| is_still(sample).unwrap_or(false));
+        let mut still_w: Vec<f64> = still.filter_map(|(_, sample)| power_w(sample)).collect();
         if still_w.len() < LEAST_STILL {
             continue;
         }
         still_w.sort_by(f64::total_cmp);
         let reference_w = still_w[still_w.len() / 2];
-        for (row, sample) in own {
+        for (row, sample) in own() {
             ratios[row] = power_w(sample).map_or(f64::NAN, |power_w| power_w / reference_w);
         }
     }
@@ -112,29 +110,20 @@ pub fn ratios(
         let air = baseline.receiver_air;
         let others = |other| other != vehicle_index;
         let air_mps = flow.met_mps(air, &discs, (sample.t_s, centre_m), others)?;
-        let height_m = recording.environment.floor_z_m.map(|z_m| centre_m.z - z_m);
-        let gap_m = recording
-            .environment
-            .ceiling_z_m
-            .map(|z_m| z_m - centre_m.z);
+        let environment = &recording.environment;
+        let voltages = sample.battery_v.zip(first_v);
         let reception = Reception {
-            height_m,
-            gap_m,
+            height_m: environment.floor_z_m.map(|z_m| centre_m.z - z_m),
+            gap_m: environment.ceiling_z_m.map(|z_m| z_m - centre_m.z),
             propeller_radius_m: 0.5 * airframe.propeller_diameter_m(),
-            voltage_ratio: sample
-                .battery_v
-                .zip(first_v)
-                .map(|(now, first)| now / first),
+            voltage_ratio: voltages.map(|(now, first)| now / first),
         };
         let effects = flow.effects();
         let own_mps = vehicle.track.velocity_at(moment) / hover_mps;
         let received = effects.receiver_alpha(air_mps / hover_mps);
         let (alpha, lift) = effects.own_motion.map_or((received, 1.0), |motion| {
-            let forward = own_mps.x.hypot(own_mps.y);
-            (
-                motion.alpha(received, own_mps.z),
-                motion.thrust_ratio(forward),
-            )
+            let lift = motion.thrust_ratio(own_mps.x.hypot(own_mps.y));
+            (motion.alpha(received, own_mps.z), lift)
         });
         let law = baseline.receiver_law;
         let steady = if is_power {

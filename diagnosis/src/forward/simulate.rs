@@ -103,25 +103,20 @@ pub struct Series {
 #[must_use]
 pub fn series(recording: &Recording) -> Vec<Series> {
     let probes = recording.probes.iter().flat_map(|probes| &probes.samples);
-    let speeds = by_subject(
-        Channel::Speed,
-        probes.map(|s| (s.probe_id, s.t_s, s.speed_mps)),
-    );
+    let speeds = probes.map(|s| (s.probe_id, s.t_s, s.speed_mps));
+    let speeds = by_subject(Channel::Speed, speeds);
     // A drone that holds its power holds its throttle: nothing to compare.
     if recording.baseline.receiver_law == ReceiverLaw::HoldsPower {
         return speeds;
     }
-    let throttles = recording
-        .receivers
-        .iter()
-        .map(|s| (s.vehicle as u32, s.t_s, s.throttle_ratio));
-    let throttles = by_subject(Channel::Throttle, throttles);
-    let powers = receiver::recorded_power_ratios(recording);
+    let receivers = recording.receivers.iter();
+    let throttles = receivers.map(|s| (s.vehicle as u32, s.t_s, s.throttle_ratio));
     let powers = recording
         .receivers
         .iter()
-        .zip(powers)
-        .map(|(s, ratio)| (s.vehicle as u32, s.t_s, ratio));
+        .zip(receiver::recorded_power_ratios(recording));
+    let powers = powers.map(|(s, ratio)| (s.vehicle as u32, s.t_s, ratio));
+    let throttles = by_subject(Channel::Throttle, throttles);
     [speeds, throttles, by_subject(Channel::Power, powers)].concat()
 }
 
@@ -160,26 +155,16 @@ impl Series {
         match (self.channel, &recording.probes) {
             (Channel::Speed, Some(probes)) => {
                 let samples: Vec<_> = self.rows.iter().map(|&row| probes.samples[row]).collect();
-                let first_s = probes
-                    .samples
-                    .iter()
-                    .map(|s| s.t_s)
-                    .fold(f64::INFINITY, f64::min);
+                let times_s = probes.samples.iter().map(|s| s.t_s);
+                let first_s = times_s.fold(f64::INFINITY, f64::min);
                 let environment = &recording.environment;
                 let instrument = &probes.instrument;
                 anemometer::readings_mps(flow, environment, instrument, sensor, &samples, first_s)
             }
             (Channel::Throttle | Channel::Power, _) => {
-                let samples: Vec<_> = self
-                    .rows
-                    .iter()
-                    .map(|&row| recording.receivers[row])
-                    .collect();
-                let first_s = recording
-                    .receivers
-                    .iter()
-                    .map(|s| s.t_s)
-                    .fold(f64::INFINITY, f64::min);
+                let all = &recording.receivers;
+                let samples: Vec<_> = self.rows.iter().map(|&row| all[row]).collect();
+                let first_s = all.iter().map(|s| s.t_s).fold(f64::INFINITY, f64::min);
                 let is_power = self.channel == Channel::Power;
                 receiver::ratios(recording, flow, sensor, &samples, first_s, is_power)
             }
@@ -229,8 +214,8 @@ fn sample(
 
 /// Of readings at times (s) when some drone's place is not known; `None` of none.
 fn unknown(times_s: &[f64], subject: String) -> Option<Remark> {
-    let from_s = times_s.iter().copied().reduce(f64::min)?;
-    let to_s = times_s.iter().copied().reduce(f64::max)?;
+    let times = || times_s.iter().copied();
+    let (from_s, to_s) = (times().reduce(f64::min)?, times().reduce(f64::max)?);
     let samples = times_s.len();
     Some(Remark {
         kind: RemarkKind::Gap,
