@@ -2,7 +2,7 @@
 //! in.
 
 use super::forces::Forces;
-use crate::forward::simulate::Place;
+use crate::forward::flow::Place;
 
 /// How many of them, from the first, say where a row is: what regions are told in.
 pub(super) const PLACES: usize = 4;
@@ -35,16 +35,15 @@ pub(super) fn covariates(forces: &Forces) -> (Vec<Vec<f64>>, Vec<Option<Place>>)
         let mut place = None;
         for above in &step.above {
             let apart_m = above.position_m - step.position_m;
-            let Some(half_m) = forces.half_width_m(part.recording, above.vehicle, apart_m.z) else {
+            let Some(wake) = forces.wake_of(part, above) else {
                 continue;
             };
+            let (half_m, length_m) = (wake.half_width_m(apart_m.z), wake.motor_distance_m());
             let beside_m = apart_m.x.hypot(apart_m.y);
             let xi = beside_m / half_m;
             if nearest[2].is_nan() || xi < nearest[2] {
                 let velocity_mps = above.velocity_mps;
                 nearest = [apart_m.z, beside_m, xi, velocity_mps.z, velocity_mps.norm()];
-                let emitter = &forces.recordings[part.recording].vehicles[above.vehicle];
-                let length_m = emitter.airframe.motor_distance_m();
                 place = Some(Place {
                     emitter: above.vehicle,
                     s_over_l: apart_m.z / length_m,

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::covariates::{COORDINATES, PLACES};
-use super::forces::{Forces, RATE_HZ};
+use super::forces::{CampaignOptions, Forces, RATE_HZ};
 use super::forward::{Chosen, Turn, forward};
 use super::library::library;
 use super::scatter::{Scatter, scatter};
@@ -29,16 +29,6 @@ const LOW_M: f64 = 0.35;
 
 /// Most effects named. Chosen here: beyond four, terms mend the form of others.
 const MOST_EFFECTS: usize = 4;
-
-/// What of a campaign is diagnosed, and from which beginning.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CampaignOptions {
-    /// Recordings whose rows are judged, by index; empty: all. The others serve the thrust maps
-    /// only.
-    pub judge: Vec<usize>,
-    /// Whether to begin with drones that fly alone, whatever the baseline says: no wakes at all.
-    pub alone: bool,
-}
 
 /// Why a campaign cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -136,15 +126,13 @@ pub fn near_floor(recordings: &[Recording]) -> Vec<usize> {
         let Some(floor_z_m) = recording.environment.floor_z_m else {
             return false;
         };
-        let heights = || {
-            let tracks = recording.vehicles.iter().map(|vehicle| &vehicle.track);
-            tracks.flat_map(|track| track.position_m.iter().map(|p| p.z - floor_z_m))
-        };
-        2 * heights().filter(|h| *h < LOW_M).count() > heights().count()
+        let tracks = recording.vehicles.iter().map(|vehicle| &vehicle.track);
+        let positions_m: Vec<_> = tracks.flat_map(|track| &track.position_m).collect();
+        let low = positions_m.iter().filter(|p| p.z - floor_z_m < LOW_M);
+        2 * low.count() > positions_m.len()
     };
-    (0..recordings.len())
-        .filter(|&index| is_low(&recordings[index]))
-        .collect()
+    let all = 0..recordings.len();
+    all.filter(|&index| is_low(&recordings[index])).collect()
 }
 
 /// Diagnoses the vertical forces of several flights together.
@@ -192,15 +180,19 @@ pub fn diagnose_campaign(
     ];
     let columns = forces.covariates().columns;
     let judged = Judged::new(&forces, columns, &held_out);
+    let held_out_of = |skill: &Skill| HeldOut {
+        rms_before: skill.rms_before_n,
+        rms_after: skill.rms_after_n[1],
+        rms_after_low: skill.rms_after_n[0],
+        rms_after_high: skill.rms_after_n[2],
+        noise_floor: root_mean_square(scatter.noise.sd()),
+    };
     let skills = judged.skills();
     let effects = terms(&setting, &candidates, &chosen);
     let shape = outside(&setting, &candidates, &chosen.selection, &test);
     let recorded = forces.recorded();
-    let rest: Vec<f64> = recorded
-        .iter()
-        .zip(&simulated)
-        .map(|(y, f)| y - f)
-        .collect();
+    let both = recorded.iter().zip(&simulated);
+    let rest: Vec<f64> = both.map(|(y, f)| y - f).collect();
     let [before, left] =
         [&chosen.selection.nothing, best].map(|of| flexible(&setting, &of.fit).gain);
     let finding = Finding {
@@ -209,15 +201,7 @@ pub fn diagnose_campaign(
         samples: forces.rows,
         verdict: verdict(shape.is_some(), &effects),
         region: region(columns, &scatter, &recorded, &simulated, &corrected),
-        held_out: skills
-            .first()
-            .map_or_else(HeldOut::default, |skill| HeldOut {
-                rms_before: skill.rms_before_n,
-                rms_after: skill.rms_after_n[1],
-                rms_after_low: skill.rms_after_n[0],
-                rms_after_high: skill.rms_after_n[2],
-                noise_floor: root_mean_square(scatter.noise.sd()),
-            }),
+        held_out: skills.first().map_or_else(HeldOut::default, held_out_of),
         // Before a wake is taken, what changes jets changes nothing.
         candidates: ranked(&candidates, &chosen.selection)
             .into_iter()
@@ -232,24 +216,16 @@ pub fn diagnose_campaign(
         prediction: corrected,
         correction,
     };
+    let turns = chosen.turns.iter();
+    let next = chosen.next.as_ref();
     Ok(CampaignFinding {
         flights,
-        taken: chosen
-            .turns
-            .iter()
-            .map(|turn| taken(&candidates, turn))
-            .collect(),
+        taken: turns.map(|turn| taken(&candidates, turn)).collect(),
         samples: forces.samples(&simulated),
         recording_of: forces.judged().map(|(part, _)| part.recording).collect(),
         noise_n: scatter.noise.sd().to_vec(),
         columns: columns.to_vec(),
-        next: chosen.next.map(|(k, gain)| {
-            (
-                candidates[k].name.to_owned(),
-                gain.total,
-                gain.standard_error,
-            )
-        }),
+        next: next.map(|of| with_gain(&candidates, of)),
         curves: judged.curves(),
         located: located(columns, &scatter, &rest),
         flexible_gain: [before.total, left.total],
@@ -276,20 +252,22 @@ fn terms(setting: &Setting, candidates: &[Candidate], chosen: &Chosen) -> Vec<Ef
     effects(setting, candidates, &chosen.selection.chosen, alternatives)
 }
 
+/// Name, gain and standard error of a candidate.
+fn with_gain(candidates: &[Candidate], (k, gain): &(usize, Gain)) -> (String, f64, f64) {
+    let name = candidates[*k].name.to_owned();
+    (name, gain.total, gain.standard_error)
+}
+
 fn taken(candidates: &[Candidate], turn: &Turn) -> Taken {
-    let name = |k: usize| candidates[k].name.to_owned();
-    let rival = |(k, gain): &(usize, Gain)| (name(*k), gain.total, gain.standard_error);
+    let name = |k: &usize| candidates[*k].name.to_owned();
+    let is_rival = |(k, gain): &&(usize, Gain)| *k != turn.which && gain.standard_error > 0.0;
+    let rivals = turn.fitted.iter().filter(is_rival);
     Taken {
-        name: name(turn.which),
+        name: name(&turn.which),
         gain: turn.gain.total,
         gain_error: turn.gain.standard_error,
-        alternatives: turn.alternatives.iter().map(|&k| name(k)).collect(),
-        rivals: turn
-            .fitted
-            .iter()
-            .filter(|(k, gain)| *k != turn.which && gain.standard_error > 0.0)
-            .map(rival)
-            .collect(),
+        alternatives: turn.alternatives.iter().map(name).collect(),
+        rivals: rivals.map(|of| with_gain(candidates, of)).collect(),
     }
 }
 
@@ -344,21 +322,17 @@ fn located(columns: &[Vec<f64>], scatter: &Scatter, rest: &[f64]) -> Option<Loca
 
 /// Measurements that would part what these flights cannot.
 fn advice(candidates: &[Candidate], chosen: &Chosen) -> Vec<String> {
-    let mut advice = Vec::new();
-    for turn in &chosen.turns {
-        if turn.alternatives.is_empty() {
-            continue;
-        }
-        let others: Vec<&str> = turn
-            .alternatives
-            .iter()
-            .map(|&k| candidates[k].name)
-            .collect();
-        advice.push(format!(
+    let ambiguous = chosen
+        .turns
+        .iter()
+        .filter(|turn| !turn.alternatives.is_empty());
+    let advice = ambiguous.map(|turn| {
+        let others: Vec<&str> = turn.alternatives.iter().map(|&k| candidates[k].name).collect();
+        format!(
             "these flights cannot tell {} from {}: hover for 10 s each at 3, 6 and 12 motor distances below a hovering drone, on its axis and 0.1 m beside it, and log the upper drone's throttle",
             candidates[turn.which].name,
             others.join(", ")
-        ));
-    }
-    advice
+        )
+    });
+    advice.collect()
 }

@@ -14,19 +14,18 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use airflow::DiscPoints;
 use airflow::effects::{Effects, Reception};
+use airflow::{DiscPoints, Wake};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::covariates::{COORDINATES, covariates};
-use super::diagnose::CampaignOptions;
-use crate::forward::flow::{Flow, Wakes};
+use crate::forward::flow::{Flow, Place, Wakes};
 use crate::forward::force;
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::observed::{Covariates, Explained};
 use crate::forward::receiver::thrust_ratio;
-use crate::forward::simulate::{Channel, Place, Sample};
+use crate::forward::simulate::{Channel, Sample};
 use crate::record::recording::{Recording, Role};
 use crate::statistics::held_out::FOLDS;
 use crate::thrust::free_flight::{Around, Trace};
@@ -47,6 +46,8 @@ const NEAR: usize = 2;
 /// remember.
 const WINDOW: usize = 40;
 const BEFORE: usize = 10;
+/// Most windows of which one is judged. Chosen here: beyond, the rest of a campaign says nothing.
+const MOST_STRIDE: usize = 50;
 /// Half-widths from its axis beyond which a drone above is taken to be without any effect, beside
 /// the receiver's own size. Chosen here: the hover jet has less than half a percent of its speed
 /// there.
@@ -54,6 +55,16 @@ const REACH: f64 = 6.0;
 /// Airs kept. Chosen here: some megabytes each for an hour of flights, and as many as fits on all
 /// threads ask for at a time.
 const MOST_KEPT: usize = 24;
+
+/// What of a campaign is diagnosed, and from which beginning.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CampaignOptions {
+    /// Recordings whose rows are judged, by index; empty: all. The others serve the thrust maps
+    /// only.
+    pub judge: Vec<usize>,
+    /// Whether to begin with drones that fly alone, whatever the baseline says: no wakes at all.
+    pub alone: bool,
+}
 
 /// Air (m/s) at every step of every part.
 type Airs = Arc<Vec<Vec<f64>>>;
@@ -182,24 +193,23 @@ impl<'a> Forces<'a> {
     fn choose_rows(&mut self) {
         let mut stride = 1;
         loop {
-            let mut rows = 0;
             for (index, part) in self.parts.iter_mut().enumerate() {
                 let is_kept = |at: usize| (at / WINDOW + index).is_multiple_of(stride);
-                let steps = part.steps.iter().enumerate();
-                let kept = steps.filter(|(at, step)| {
-                    let every = if step.is_free { THINNED } else { NEAR };
+                let is_judged = |at: &usize| {
+                    let every = if part.steps[*at].is_free {
+                        THINNED
+                    } else {
+                        NEAR
+                    };
                     is_kept(*at) && at % every == 0
-                });
-                part.judged = kept.map(|(at, _)| at).collect();
-                part.is_needed = (0..part.steps.len())
-                    .map(|at| {
-                        is_kept(at) || is_kept(at + BEFORE) || is_kept(at.saturating_sub(BEFORE))
-                    })
-                    .collect();
-                rows += part.judged.len();
+                };
+                let near = |at: usize| [at, at + BEFORE, at.saturating_sub(BEFORE)];
+                let all = 0..part.steps.len();
+                part.judged = all.clone().filter(is_judged).collect();
+                part.is_needed = all.map(|at| near(at).into_iter().any(is_kept)).collect();
             }
-            self.rows = rows;
-            if rows <= MOST_ROWS || stride > 50 {
+            self.rows = self.parts.iter().map(|part| part.judged.len()).sum();
+            if self.rows <= MOST_ROWS || stride > MOST_STRIDE {
                 return;
             }
             stride += 1;
@@ -229,30 +239,23 @@ impl<'a> Forces<'a> {
     /// The judged rows, beside a simulation of them; rows count along them.
     pub(super) fn samples(&self, simulated_n: &[f64]) -> Vec<Sample> {
         let air_mps = self.hover_air_mps();
-        self.judged()
-            .enumerate()
-            .map(|(row, (part, step))| Sample {
-                channel: Channel::VerticalForce,
-                row,
-                t_s: step.t_s,
-                subject: part.vehicle as u32,
-                position_m: step.position_m,
-                recorded: step.recorded_n,
-                simulated: simulated_n[row],
-                air_mps: air_mps[row],
-                place: self.places[row],
-            })
-            .collect()
+        let sample = |(row, (part, step)): (usize, (&Part, &Step))| Sample {
+            channel: Channel::VerticalForce,
+            row,
+            t_s: step.t_s,
+            subject: part.vehicle as u32,
+            position_m: step.position_m,
+            recorded: step.recorded_n,
+            simulated: simulated_n[row],
+            air_mps: air_mps[row],
+            place: self.places[row],
+        };
+        self.judged().enumerate().map(sample).collect()
     }
 
-    /// Half-width (m) of a vehicle's hover jet at a depth.
-    pub(super) fn half_width_m(
-        &self,
-        recording: usize,
-        vehicle: usize,
-        depth_m: f64,
-    ) -> Option<f64> {
-        Some(self.wakes.of(recording, vehicle)?.half_width_m(depth_m))
+    /// The hover wake of a drone above a part.
+    pub(super) fn wake_of(&self, part: &Part, above: &Above) -> Option<&Wake> {
+        self.wakes.of(part.recording, above.vehicle)
     }
 
     /// Forces (N) at every step of every part under a hypothesis; 0 at those that are not needed.
@@ -316,12 +319,9 @@ impl<'a> Forces<'a> {
                 if !part.is_needed[at] || step.above.is_empty() {
                     return 0.0;
                 }
-                let known = self
-                    .hover_air_mps
-                    .get(index)
-                    .map_or(0.0, |air_mps| air_mps[at]);
-                flow.met_mps(air, &part.discs, (step.t_s, step.position_m), counts)
-                    .unwrap_or(known)
+                let met = flow.met_mps(air, &part.discs, (step.t_s, step.position_m), counts);
+                let known = self.hover_air_mps.get(index);
+                met.unwrap_or(known.map_or(0.0, |air_mps| air_mps[at]))
             };
             (0..part.steps.len()).map(at_step).collect()
         };

@@ -18,6 +18,5 @@ mod library;
 mod scatter;
 pub mod skill;
 
-pub use diagnose::{
-    CampaignError, CampaignFinding, CampaignOptions, diagnose_campaign, near_floor,
-};
+pub use diagnose::{CampaignError, CampaignFinding, diagnose_campaign, near_floor};
+pub use forces::CampaignOptions;
