@@ -46,7 +46,8 @@ const NEAR: usize = 2;
 /// remember.
 const WINDOW: usize = 40;
 const BEFORE: usize = 10;
-/// Most windows of which one is judged. Chosen here: beyond, the rest of a campaign says nothing.
+/// Most windows of which one is judged. Chosen here, so that the
+/// search for a stride ends.
 const MOST_STRIDE: usize = 50;
 /// Half-widths from its axis beyond which a drone above is taken to be without any effect, beside
 /// the receiver's own size. Chosen here: the hover jet has less than half a percent of its speed
@@ -224,7 +225,7 @@ impl<'a> Forces<'a> {
     }
 
     /// Of values at every step of every part those at the judged rows.
-    fn at_judged(&self, every: &[Vec<f64>]) -> Vec<f64> {
+    pub(super) fn at_judged(&self, every: &[Vec<f64>]) -> Vec<f64> {
         let parts = self.parts.iter().zip(every);
         parts
             .flat_map(|(part, values)| part.judged.iter().map(|&at| values[at]))
@@ -346,25 +347,25 @@ impl Part {
         let battery_v = track.battery_v.as_deref()?;
         let first_v = *battery_v.iter().find(|v| v.is_finite() && **v > 0.0)?;
         let floor_z_m = recording.environment.floor_z_m.unwrap_or(f64::NEG_INFINITY);
-        let gap_s = 1.0 / RATE_HZ;
         let mut steps: Vec<Step> = Vec::new();
         let mut runs: Vec<Range<usize>> = Vec::new();
         let usable = |row: usize| {
             (recorded_n[row] + smooth_n[row] + track.velocity_mps[row].norm()).is_finite()
                 && trace.around[row] != Around::Unknown
         };
-        let mut sources = Vec::new();
         for run in low_pass::runs(&track.t_s, track.longest_step_s, usable) {
             let from = steps.len();
             let mut next_s = f64::NEG_INFINITY;
             for row in run {
-                let t_s = track.t_s[row];
+                let (t_s, position_m) = (track.t_s[row], track.position_m[row]);
                 // A millisecond: times are decimal fractions.
-                if t_s < next_s - 1e-3 || !above(recording, trace.vehicle, row, &mut sources) {
+                if t_s < next_s - 1e-3 {
                     continue;
                 }
-                next_s = t_s.max(next_s) + gap_s;
-                let position_m = track.position_m[row];
+                let Some(above) = above(recording, trace.vehicle, (t_s, position_m)) else {
+                    continue;
+                };
+                next_s = t_s.max(next_s) + 1.0 / RATE_HZ;
                 steps.push(Step {
                     t_s,
                     position_m,
@@ -375,7 +376,7 @@ impl Part {
                     battery_v: battery_v[row],
                     voltage_ratio: battery_v[row] / first_v,
                     is_free: trace.around[row] == Around::Free,
-                    above: sources.clone(),
+                    above,
                 });
             }
             if steps.len() > from {
@@ -454,29 +455,26 @@ impl Part {
     }
 }
 
-/// The drones above an entry of a vehicle's track whose wake may reach it. `false`: some drone's
+/// The drones above a vehicle at a time and place whose wake may reach it. `None`: some drone's
 /// place is not known then.
-fn above(recording: &Recording, vehicle: usize, row: usize, found: &mut Vec<Above>) -> bool {
-    found.clear();
-    let track = &recording.vehicles[vehicle].track;
-    let (t_s, position_m) = (track.t_s[row], track.position_m[row]);
+fn above(
+    recording: &Recording,
+    vehicle: usize,
+    (t_s, position_m): (f64, Point3<f64>),
+) -> Option<Vec<Above>> {
+    let own_m = recording.vehicles[vehicle].airframe.motor_distance_m();
+    let mut found = Vec::new();
     for (other, of) in recording.vehicles.iter().enumerate() {
         if other == vehicle || of.role == Role::Receiver {
             continue;
         }
-        let Some(moment) = of.track.moment(t_s) else {
-            return false;
-        };
+        let moment = of.track.moment(t_s)?;
         let other_m = of.track.position_at(moment);
         let apart_m = other_m - position_m;
         let emitter_m = of.airframe.motor_distance_m();
         let half_m = recording.jet.spreading * (apart_m.z - recording.jet.origin * emitter_m);
-        let own_m = recording.vehicles[vehicle].airframe.motor_distance_m();
-        let reach_m = REACH * half_m + own_m;
-        if apart_m.z > 0.0
-            && apart_m.x.hypot(apart_m.y) < reach_m
-            && !of.track.is_idle(moment.entry)
-        {
+        let is_near = apart_m.xy().norm() < REACH * half_m + own_m;
+        if apart_m.z > 0.0 && is_near && !of.track.is_idle(moment.entry) {
             found.push(Above {
                 vehicle: other,
                 position_m: other_m,
@@ -484,7 +482,7 @@ fn above(recording: &Recording, vehicle: usize, row: usize, found: &mut Vec<Abov
             });
         }
     }
-    true
+    Some(found)
 }
 
 impl Explained for Forces<'_> {

@@ -18,6 +18,11 @@ use crate::statistics::held_out::Gain;
 const LEAST_GAIN: f64 = 10.0;
 const LEAST_ERRORS: f64 = 3.0;
 const LEAST_SHARE: f64 = 0.02;
+/// A rival does as well within so many standard errors of the difference, but no more than this
+/// share of what the term brings; or within the smaller share. Chosen here.
+const TIE_ERRORS: f64 = 2.0;
+const TIE_MOST_SHARE: f64 = 0.25;
+const TIE_SHARE: f64 = 0.04;
 /// How many of those that promise most are fitted beside what is taken.
 const FITTED: usize = 6;
 
@@ -88,16 +93,17 @@ pub(super) fn forward(
             next = Some((which, lead));
             break;
         }
-        let alternatives = fitted
+        let does_as_well = |rival: &Tried| {
+            let behind = winner.beyond(setting, rival);
+            let tie = (TIE_ERRORS * behind.standard_error).min(TIE_MOST_SHARE * lead.total);
+            behind.total < tie.max(TIE_SHARE * lead.total)
+        };
+        let rivals = fitted
             .iter()
             .skip(1)
-            .filter(|(_, rival)| {
-                let behind = winner.beyond(setting, rival);
-                let tie: f64 = (2.0 * behind.standard_error).min(0.25 * lead.total);
-                behind.total < tie.max(0.04 * lead.total)
-            })
-            .filter_map(|(_, rival)| rival.which.last().copied())
-            .collect();
+            .filter(|(_, rival)| does_as_well(rival));
+        let alternatives = rivals.filter_map(|(_, rival)| rival.which.last().copied());
+        let alternatives = alternatives.collect();
         turns.push(Turn {
             which,
             gain: lead,
@@ -140,20 +146,14 @@ fn sensors_first(
         }
         let mut which = best.which.clone();
         which[at] = sensor;
-        let from: usize = best.which[..at]
-            .iter()
-            .map(|&k| candidates[k].parameters.len())
-            .sum();
-        let own = candidates[turn.which].parameters.len();
-        let starts: Vec<Vec<f64>> = candidates[sensor]
-            .starts
-            .iter()
-            .map(|start| {
-                let mut values = best.fit.values.clone();
-                values.splice(from..from + own, start.iter().copied());
-                values
-            })
-            .collect();
+        let count = |k: &usize| candidates[*k].parameters.len();
+        let from: usize = best.which[..at].iter().map(count).sum();
+        let in_place = |start: &Vec<f64>| {
+            let mut values = best.fit.values.clone();
+            values.splice(from..from + count(&turn.which), start.iter().copied());
+            values
+        };
+        let starts: Vec<Vec<f64>> = candidates[sensor].starts.iter().map(in_place).collect();
         if let Some(tried) = attempt(setting, candidates, nothing, &which, &starts) {
             turn.alternatives.remove(place);
             turn.alternatives.insert(0, turn.which);
@@ -212,12 +212,9 @@ fn beside(
         .into_par_iter()
         .take(FITTED)
         .filter_map(|k| {
-            let which = [best.which.clone(), vec![k]].concat();
-            let starts: Vec<Vec<f64>> = candidates[k]
-                .starts
-                .iter()
-                .map(|start| [best.fit.values.clone(), start.clone()].concat())
-                .collect();
+            let which = [&best.which[..], &[k]].concat();
+            let beside = |start: &Vec<f64>| [&best.fit.values[..], start].concat();
+            let starts: Vec<Vec<f64>> = candidates[k].starts.iter().map(beside).collect();
             attempt(setting, candidates, nothing, &which, &starts)
         })
         .collect()

@@ -172,10 +172,7 @@ impl Normal {
         for flights in by_drone.iter().filter(|flights| flights.len() > 1) {
             for flight in flights {
                 let modes = modes(logarithms(flight, flights));
-                squares
-                    .iter_mut()
-                    .zip(modes)
-                    .for_each(|(sum, m)| *sum += m * m);
+                squares = [0, 1, 2, 3].map(|at| squares[at] + modes[at] * modes[at]);
             }
             freedom += flights.len() as f64 - 1.0;
         }
@@ -269,28 +266,21 @@ fn answers(modes: [f64; 4], sd: [f64; 4]) -> Vec<Answer> {
     let mut all = vec![payload(modes, sd)];
     for a in 0..4 {
         all.push(propellers(modes, sd, &[a]));
-        for b in a + 1..4 {
-            all.push(propellers(modes, sd, &[a, b]));
-        }
+        all.extend((a + 1..4).map(|b| propellers(modes, sd, &[a, b])));
     }
     all.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let best = all[0].cost;
     all.retain(|answer| answer.cost < best + TIE);
     // A second damaged propeller beside one that does alone is no other answer.
-    let alone: Vec<usize> = all
-        .iter()
-        .filter(|answer| answer.name == "damaged_propeller" && answer.motors.len() == 1)
-        .flat_map(|answer| answer.motors.clone())
-        .collect();
-    all.retain(|answer| {
-        answer.motors.len() == 1
-            || answer.name == "payload_mass"
-            || !answer.motors.iter().any(|motor| alone.contains(motor))
-    });
+    let is_payload = |answer: &Answer| answer.name == "payload_mass";
+    let is_one = |answer: &Answer| !is_payload(answer) && answer.motors.len() == 1;
+    let alone = all.iter().filter(|answer| is_one(answer));
+    let alone: Vec<usize> = alone.map(|answer| answer.motors[0]).collect();
+    let is_beside = |answer: &Answer| answer.motors.iter().any(|motor| alone.contains(motor));
+    all.retain(|answer| is_payload(answer) || is_one(answer) || !is_beside(answer));
     // Something fastened under a motor stands in its wash: it takes that propeller's thrust as a
     // cut would.
-    let is_one = all[0].name == "damaged_propeller" && all[0].motors.len() == 1;
-    if is_one && !all.iter().any(|answer| answer.name == "payload_mass") {
+    if is_one(&all[0]) && !all.iter().any(is_payload) {
         let under = Answer {
             name: "payload_mass".into(),
             ..all[0].clone()
@@ -312,11 +302,8 @@ fn payload(modes: [f64; 4], sd: [f64; 4]) -> Answer {
     // Totals up to 0.3: a weight of more than half the drone.
     let costs = (0..=600).map(|i| {
         let total = 5e-4 * f64::from(i);
-        let share = if size > 0.0 {
-            (MOST_LEAN * total / size).min(1.0)
-        } else {
-            0.0
-        };
+        // Without a lean the share of it does not matter.
+        let share = (MOST_LEAN * total / size.max(f64::MIN_POSITIVE)).min(1.0);
         distance(modes, [total, 0.0, share * lean_a, share * lean_b], sd)
     });
     // It leans towards one motor, or between two; a motor's direction counts within 30 degrees.
@@ -332,28 +319,21 @@ fn payload(modes: [f64; 4], sd: [f64; 4]) -> Answer {
 /// One or two propellers that give less thrust.
 fn propellers(modes: [f64; 4], sd: [f64; 4], which: &[usize]) -> Answer {
     let sizes = || (0..=80).map(|i| 5e-3 * f64::from(i));
-    let cost = |strengths: [f64; 4]| {
-        let own = self::modes(strengths);
-        // The extra turn is shared by all damaged ones, in the sense in which each turns.
-        [0.0, 0.5, MOST_EXTRA_TURN]
-            .map(|extra| distance(modes, [own[0], own[1] * (1.0 + extra), own[2], own[3]], sd))
-            .into_iter()
-            .fold(f64::INFINITY, f64::min)
-    };
-    let mut least = f64::INFINITY;
-    for a in sizes() {
+    let cost = |a: f64, b: f64| {
         let mut strengths = [0.0; 4];
         strengths[which[0]] = a;
-        match which.get(1) {
-            None => least = least.min(cost(strengths)),
-            Some(&second) => {
-                for b in sizes() {
-                    strengths[second] = b;
-                    least = least.min(cost(strengths));
-                }
-            }
+        if let Some(&second) = which.get(1) {
+            strengths[second] = b;
         }
-    }
+        let own = self::modes(strengths);
+        // The extra turn is shared by all damaged ones, in the sense in which each turns.
+        let with = |extra| [own[0], own[1] * (1.0 + extra), own[2], own[3]];
+        let costs = [0.0, 0.5, MOST_EXTRA_TURN].map(|extra| distance(modes, with(extra), sd));
+        costs.into_iter().fold(f64::INFINITY, f64::min)
+    };
+    let seconds = || sizes().take(if which.len() > 1 { usize::MAX } else { 1 });
+    let costs = sizes().flat_map(|a| seconds().map(move |b| (a, b)));
+    let least = costs.map(|(a, b)| cost(a, b)).fold(f64::INFINITY, f64::min);
     Answer {
         name: "damaged_propeller".into(),
         motors: which.iter().map(|m| m + 1).collect(),

@@ -11,6 +11,7 @@
 //! counts as hundreds of witnesses.
 
 use super::forces::Forces;
+use crate::forward::observed::Explained;
 use crate::statistics::noise::{Noise, NoiseModel, Whitener};
 use crate::statistics::quantile::median;
 use crate::statistics::sequence::{Blocks, Sequence};
@@ -38,18 +39,16 @@ pub(super) struct Scatter {
 /// apart.
 pub(super) fn scatter(forces: &Forces, simulated_n: &[Vec<f64>], step_s: f64) -> Scatter {
     let still = still(forces, simulated_n);
-    let (mut t_s, mut series, mut flow, mut rest, mut block) =
-        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (index, (part, simulated_n)) in forces.parts.iter().zip(simulated_n).enumerate() {
-        for &at in &part.judged {
-            t_s.push(part.steps[at].t_s);
-            series.push(index);
-            flow.push(simulated_n[at].abs());
-            rest.push(part.steps[at].recorded_n - simulated_n[at]);
-            block.push(part.flight);
-        }
-    }
-    let sequence = Sequence::new(&t_s, &series);
+    let parts = forces.parts.iter().enumerate();
+    let series: Vec<usize> = parts
+        .flat_map(|(index, part)| part.judged.iter().map(move |_| index))
+        .collect();
+    let block: Vec<usize> = forces.judged().map(|(part, _)| part.flight).collect();
+    let simulated_judged_n = forces.at_judged(simulated_n);
+    let flow: Vec<f64> = simulated_judged_n.iter().map(|n| n.abs()).collect();
+    let both = forces.judged().zip(&simulated_judged_n);
+    let rest: Vec<f64> = both.map(|((_, step), n)| step.recorded_n - n).collect();
+    let sequence = Sequence::new(&forces.times_s(), &series);
     let mut model = NoiseModel {
         s0: still.sd_n,
         s1: 0.0,
@@ -99,9 +98,8 @@ fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
     let (mut product, mut square) = (0.0, 0.0);
     for (part, simulated_n) in forces.parts.iter().zip(simulated_n) {
         let rest = |at: usize| part.steps[at].recorded_n - simulated_n[at];
-        let free: Vec<usize> = (0..part.steps.len())
-            .filter(|&at| part.steps[at].is_free)
-            .collect();
+        let all = 0..part.steps.len();
+        let free: Vec<usize> = all.filter(|&at| part.steps[at].is_free).collect();
         // Ten seconds: less says little about a flight's offset.
         if free.len() < 100 {
             continue;
@@ -123,11 +121,7 @@ fn still(forces: &Forces, simulated_n: &[Vec<f64>]) -> Still {
     let sd_n = median(&mut rests).map_or(0.01, |median| MAD * median);
     Still {
         sd_n: sd_n.max(0.001),
-        memory: if square > 0.0 {
-            (product / square).clamp(0.0, 0.95)
-        } else {
-            0.0
-        },
+        memory: (product / square.max(f64::MIN_POSITIVE)).clamp(0.0, 0.95),
         offset_n: offset_n.clamp(LEAST_OFFSET_N, MOST_OFFSET_N),
     }
 }
@@ -142,22 +136,12 @@ fn share(forces: &Forces, whitener: &mut Whitener, offset_n: f64) {
         }
         let steps = || part.judged.iter().map(|&at| &part.steps[at]);
         let mean_n = steps().map(|step| step.thrust_n).sum::<f64>() / count as f64;
-        let (first_s, last_s) = match (steps().next(), steps().next_back()) {
-            (Some(first), Some(last)) => (first.t_s, last.t_s),
-            _ => (0.0, 0.0),
-        };
+        let [first_s, last_s] = [0, count - 1].map(|at| part.steps[part.judged[at]].t_s);
         let span_s = (last_s - first_s).max(1.0);
-        let patterns: [Vec<f64>; 3] = [
-            vec![offset_n; count],
-            steps()
-                .map(|step| SLOPE * (step.thrust_n - mean_n))
-                .collect(),
-            steps()
-                .map(|step| offset_n * ((step.t_s - first_s) / span_s - 0.5))
-                .collect(),
-        ];
-        for pattern in &patterns {
-            whitener.share(from, pattern);
+        let slope = steps().map(|step| SLOPE * (step.thrust_n - mean_n));
+        let drift = steps().map(|step| offset_n * ((step.t_s - first_s) / span_s - 0.5));
+        for pattern in [vec![offset_n; count], slope.collect(), drift.collect()] {
+            whitener.share(from, &pattern);
         }
         from += count;
     }

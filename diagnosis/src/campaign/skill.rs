@@ -106,8 +106,8 @@ impl<'a> Judged<'a> {
             }),
             ("lower than 0.15 m", &|i| height_m[i] < 0.15),
         ];
-        places
-            .into_iter()
+        let skills = places.into_iter();
+        skills
             .filter_map(|(name, test)| self.skill(name, test))
             .collect()
     }
@@ -171,8 +171,8 @@ impl<'a> Judged<'a> {
                 &|i| xi[i].is_nan().then_some(height_m[i]),
             ),
         ];
+        let curves = curves.into_iter();
         curves
-            .into_iter()
             .filter_map(|(along, edges, value)| self.curve(along, edges, value))
             .collect()
     }
@@ -183,9 +183,8 @@ impl<'a> Judged<'a> {
             ..Curve::default()
         };
         for ends in edges.windows(2) {
-            let inside: Vec<usize> = (0..self.recorded.len())
-                .filter(|&i| value(i).is_some_and(|x| x >= ends[0] && x < ends[1]))
-                .collect();
+            let is_inside = |i: &usize| value(*i).is_some_and(|x| x >= ends[0] && x < ends[1]);
+            let inside: Vec<usize> = (0..self.recorded.len()).filter(is_inside).collect();
             if inside.len() < LEAST_ROWS {
                 continue;
             }
@@ -219,9 +218,8 @@ fn with_offsets(forces: &Forces, recorded: &[f64], predicted: &[f64]) -> Vec<f64
         let span = from..from + part.judged.len();
         from = span.end;
         let mut rests: Vec<f64> = span.clone().map(|i| recorded[i] - predicted[i]).collect();
-        let offset_n = median(&mut rests)
-            .unwrap_or(0.0)
-            .clamp(-MOST_OFFSET_N, MOST_OFFSET_N);
+        let offset_n = median(&mut rests).unwrap_or(0.0);
+        let offset_n = offset_n.clamp(-MOST_OFFSET_N, MOST_OFFSET_N);
         shifted[span].iter_mut().for_each(|f| *f += offset_n);
     }
     shifted
