@@ -4,7 +4,7 @@
 //! There, `m a_z = T z_z` with `a` the specific force and `z_z` the vertical part of the body's
 //! axis: whatever is left over is the thrust map's fault, not the air's.
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
 use crate::record::recording::{Recording, Track, Vehicle};
@@ -58,14 +58,13 @@ pub fn around(
 ) -> Vec<Around> {
     let track = &recording.vehicles[vehicle].track;
     let floor_z_m = recording.environment.floor_z_m.unwrap_or(0.0);
-    let others = || {
-        let all = recording.vehicles.iter().enumerate();
-        all.filter(move |&(other, _)| other != vehicle)
-    };
     let entry = |(&t_s, position_m): (&f64, &nalgebra::Point3<f64>)| {
         let mut clear = position_m.z - floor_z_m > free.floor_m;
         let mut below = false;
-        for (_, other) in others() {
+        for (index, other) in recording.vehicles.iter().enumerate() {
+            if index == vehicle {
+                continue;
+            }
             let Some(moment) = other.track.moment(t_s) else {
                 return Around::Unknown;
             };
@@ -149,24 +148,18 @@ impl<'a> Trace<'a> {
         let mass_kg = of.airframe.mass_kg();
         let force = track.specific_force_mps2.as_ref()?;
         let mut lift_n: Vec<f64> = force.iter().map(|a_mps2| mass_kg * a_mps2.z).collect();
-        let upright: Vec<f64> = track
-            .attitude
-            .iter()
-            .map(|body_to_world| (body_to_world * Vector3::z()).z)
-            .collect();
+        let attitudes = track.attitude.iter();
+        let upright = attitudes.map(|body_to_world| (body_to_world * Vector3::z()).z);
+        let upright: Vec<f64> = upright.collect();
         let runs = low_pass::runs(&track.t_s, track.longest_step_s, |row| {
             let motors = duty[row].iter().sum::<f64>();
             (lift_n[row] + upright[row] + battery_v[row] + motors).is_finite()
         });
-        let mut known = vec![false; lift_n.len()];
+        let logged_n = std::mem::replace(&mut lift_n, vec![f64::NAN; track.t_s.len()]);
         for run in &runs {
-            low_pass.smooth(&track.t_s[run.clone()], &mut lift_n[run.clone()]);
-            known[run.clone()].fill(true);
-        }
-        for (lift_n, known) in lift_n.iter_mut().zip(known) {
-            if !known {
-                *lift_n = f64::NAN;
-            }
+            let smooth_n = &mut lift_n[run.clone()];
+            smooth_n.copy_from_slice(&logged_n[run.clone()]);
+            low_pass.smooth(&track.t_s[run.clone()], smooth_n);
         }
         Some(Trace {
             recording,
@@ -202,11 +195,9 @@ impl<'a> Trace<'a> {
     /// Vertical part of the thrust (N) by a map, as flown, lag and all; low-passed only where asked
     /// for.
     pub(crate) fn thrust_n(&self, map: &ThrustMap) -> Option<Vec<f64>> {
-        let mut thrust_n = flown_n(map, &self.of.track)?;
-        for (thrust_n, upright) in thrust_n.iter_mut().zip(&self.upright) {
-            *thrust_n *= upright;
-        }
-        Some(thrust_n)
+        let thrust_n = flown_n(map, &self.of.track)?;
+        let both = thrust_n.iter().zip(&self.upright);
+        Some(both.map(|(thrust_n, upright)| thrust_n * upright).collect())
     }
 
     /// Low-passes a series within the runs of this trace.
@@ -222,8 +213,7 @@ impl<'a> Trace<'a> {
     pub(crate) fn gram(
         &self,
         terms: &[Term],
-        base: Option<&ThrustMap>,
-        reference_v: f64,
+        (base, reference_v): (Option<&ThrustMap>, f64),
         lag_s: f64,
         low_pass: LowPass,
     ) -> DMatrix<f64> {
@@ -254,16 +244,12 @@ impl<'a> Trace<'a> {
         columns.push(left_n);
         let width = columns.len() + 1;
         let mut gram = DMatrix::zeros(width, width);
-        let mut row_of = vec![1.0; width];
+        let mut values = DVector::from_element(width, 1.0);
         for row in self.free_rows() {
-            for (value, column) in row_of.iter_mut().zip(&columns) {
+            for (value, column) in values.iter_mut().zip(&columns) {
                 *value = column[row];
             }
-            for i in 0..width {
-                for j in 0..=i {
-                    gram[(i, j)] += row_of[i] * row_of[j];
-                }
-            }
+            gram.syger(1.0, &values, &values, 1.0);
         }
         gram.fill_upper_triangle_with_lower_triangle();
         gram

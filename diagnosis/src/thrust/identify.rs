@@ -259,18 +259,15 @@ impl<'a> Bench<'a> {
                 (0..=steps).map(|i| f64::from(i) * LAG_STEP_S).collect()
             }
         };
+        let all: Vec<usize> = (0..traces.len()).collect();
         let mut bench = Bench {
             traces,
             options,
             lags_s,
             grams: Vec::new(),
         };
-        let all: Vec<usize> = (0..bench.traces.len()).collect();
-        bench.grams = bench
-            .lags_s
-            .iter()
-            .map(|&lag_s| bench.grams_at(lag_s, &all))
-            .collect();
+        let lags_s = bench.lags_s.iter();
+        bench.grams = lags_s.map(|&lag_s| bench.grams_at(lag_s, &all)).collect();
         bench
     }
 
@@ -281,29 +278,20 @@ impl<'a> Bench<'a> {
 
     fn grams_at(&self, lag_s: f64, members: &[usize]) -> Vec<DMatrix<f64>> {
         let options = self.options;
+        let base = (options.base.as_ref(), self.reference_v());
         let gram = |&member: &usize| {
-            let base = options.base.as_ref();
-            self.traces[member].gram(
-                &options.terms,
-                base,
-                self.reference_v(),
-                lag_s,
-                options.low_pass,
-            )
+            self.traces[member].gram(&options.terms, base, lag_s, options.low_pass)
         };
         members.par_iter().map(gram).collect()
     }
 
     /// The map of the flights whose recording is to be used.
     fn fit(&self, used: impl Fn(usize) -> bool) -> Result<Identification, IdentifyError> {
-        let members: Vec<usize> = (0..self.traces.len())
-            .filter(|&member| used(self.traces[member].recording))
-            .collect();
+        let is_used = |&member: &usize| used(self.traces[member].recording);
+        let members: Vec<usize> = (0..self.traces.len()).filter(is_used).collect();
         let terms = self.options.terms.len();
-        let rows: usize = members
-            .iter()
-            .map(|&member| self.traces[member].free_rows().count())
-            .sum();
+        let rows_of = |&member: &usize| self.traces[member].free_rows().count();
+        let rows: usize = members.iter().map(rows_of).sum();
         let needed = ROWS_PER_TERM * terms.max(1);
         if rows < needed {
             return Err(IdentifyError::TooFewRows {
@@ -319,10 +307,8 @@ impl<'a> Bench<'a> {
         };
         let squares: Option<Vec<f64>> = self.grams.iter().map(square_n2).collect();
         let squares = squares.ok_or_else(degenerate)?;
-        let best = (0..squares.len()).fold(0, |best, lag| match squares[lag] < squares[best] {
-            true => lag,
-            false => best,
-        });
+        let order = |&a: &usize, &b: &usize| squares[a].total_cmp(&squares[b]);
+        let best = (0..squares.len()).min_by(order).unwrap_or(0);
         let inside = best > 0 && best + 1 < squares.len();
         let lag_s = match inside {
             true => self.lags_s[best] + LAG_STEP_S * vertex(&squares[best - 1..=best + 1]),
@@ -359,34 +345,30 @@ impl<'a> Bench<'a> {
         lag_s: f64,
         lag_standard_error_s: Option<f64>,
     ) -> Result<Identification, IdentifyError> {
-        let mut duties: Vec<f64> = Vec::new();
-        let mut batteries_v: Vec<f64> = Vec::new();
-        for &member in members {
-            for (duty, battery_v) in self.traces[member].free_duty() {
-                duties.extend(duty);
-                batteries_v.push(battery_v);
-            }
-        }
+        let free = || {
+            members
+                .iter()
+                .flat_map(|&member| self.traces[member].free_duty())
+        };
+        let mut duties: Vec<f64> = free().flat_map(|(duty, _)| duty).collect();
+        let mut batteries_v: Vec<f64> = free().map(|(_, battery_v)| battery_v).collect();
         duties.sort_unstable_by(f64::total_cmp);
         batteries_v.sort_unstable_by(f64::total_cmp);
         let quantile = |sorted: &[f64], p: f64| nearest_rank(sorted, p).unwrap_or(f64::NAN);
         let fitted = [0.5 * OUTSIDE_SHARE, 1.0 - 0.5 * OUTSIDE_SHARE].map(|p| quantile(&duties, p));
         let base = self.options.base.as_ref();
         let map = self.map(solved, lag_s, base.map_or(fitted, ThrustMap::duty_range))?;
-        let free = members
-            .iter()
-            .flat_map(|&member| self.traces[member].free_duty());
         let flights = self.clusters(members);
+        let (middle_duty, middle_v) = (quantile(&duties, 0.5), quantile(&batteries_v, 0.5));
         Ok(Identification {
             standard_errors_n: solved.standard_errors(grams, &flights),
             lag_standard_error_s,
             scatter_n: (solved.square_n2 / batteries_v.len() as f64).sqrt(),
             offset_n: map.offset_n(),
-            battery_per_v: map
-                .battery_sensitivity_per_v(quantile(&duties, 0.5), quantile(&batteries_v, 0.5)),
+            battery_per_v: map.battery_sensitivity_per_v(middle_duty, middle_v),
             battery_range_v: [quantile(&batteries_v, 0.0), quantile(&batteries_v, 1.0)],
             rows: batteries_v.len(),
-            rows_outside: free.filter(|&(duty, _)| !map.covers(duty)).count(),
+            rows_outside: free().filter(|&(duty, _)| !map.covers(duty)).count(),
             flights: flights.iter().max().map_or(0, |last| last + 1),
             map,
         })
