@@ -2,6 +2,7 @@
 //! name; a column without one is not guessed at.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use super::found::{Found, Place, did_you_mean, listed};
 use super::table::{Rows, Table};
@@ -158,15 +159,10 @@ pub(super) fn known_names() -> Vec<String> {
 
 /// Finds the columns of `header`; `renamed` gives the table's own name for one of ours (`"x_mm":
 /// "pos.x"`).
-fn find(
-    file: &str,
-    header: &[String],
-    renamed: &BTreeMap<String, String>,
-    found: &mut Found,
-) -> Columns {
+fn find(file: &str, header: &[String], renamed: &[(String, String)], found: &mut Found) -> Columns {
     let mut columns = Columns::default();
     for (at, name) in header.iter().enumerate() {
-        let ours = renamed.iter().find(|(_, theirs)| *theirs == name);
+        let ours = renamed.iter().find(|(_, theirs)| theirs == name);
         let ours = ours.map_or(name.as_str(), |(ours, _)| ours.as_str());
         if VEHICLE.contains(&ours) {
             match columns.vehicle {
@@ -179,15 +175,10 @@ fn find(
             columns.unused.push(name.clone());
             continue;
         };
-        let column = Column {
-            at,
-            unit,
-            name: name.clone(),
-        };
-        if let Some(first) = columns.by_role.get(&role) {
-            twice(file, &first.name, name, found);
-        } else {
-            columns.by_role.insert(role, column);
+        let name = name.clone();
+        match columns.by_role.entry(role) {
+            Entry::Occupied(first) => twice(file, &first.get().name, &name, found),
+            Entry::Vacant(place) => drop(place.insert(Column { at, unit, name })),
         }
     }
     for (ours, theirs) in renamed {
@@ -210,7 +201,7 @@ fn find(
 pub(super) fn read(
     file: &str,
     bytes: &[u8],
-    renamed: &BTreeMap<String, String>,
+    renamed: &[(String, String)],
     found: &mut Found,
     check: impl FnOnce(&Columns, &mut Found),
 ) -> Option<(Rows, Columns)> {
@@ -219,7 +210,7 @@ pub(super) fn read(
     let columns = find(file, table.header(), renamed, found);
     check(&columns, found);
     for (role, count) in GROUPS {
-        columns.refuse_partial((0..count).map(role), found, file);
+        refuse_partial(file, &columns, (0..count).map(role), found);
     }
     if found.problems.len() > before {
         return None;
@@ -233,26 +224,22 @@ pub(super) fn read(
     Some((table.read(&wanted, columns.vehicle, found), columns))
 }
 
-impl Columns {
-    /// Whether there is such a column.
-    pub(super) fn has(&self, role: Role) -> bool {
-        self.by_role.contains_key(&role)
+/// A group that is only partly there is a problem.
+fn refuse_partial(
+    file: &str,
+    columns: &Columns,
+    roles: impl Iterator<Item = Role>,
+    found: &mut Found,
+) {
+    let is_given = |role: &Role| columns.by_role.contains_key(role);
+    let (given, missing): (Vec<Role>, Vec<Role>) = roles.partition(is_given);
+    if given.is_empty() || missing.is_empty() {
+        return;
     }
-
-    /// A group that is only partly there is a problem.
-    fn refuse_partial(&self, roles: impl Iterator<Item = Role>, found: &mut Found, file: &str) {
-        let (given, missing): (Vec<Role>, Vec<Role>) = roles.partition(|&role| self.has(role));
-        if given.is_empty() || missing.is_empty() {
-            return;
-        }
-        let given = given.iter().map(|role| self.by_role[role].name.as_str());
-        let message = format!(
-            "has the columns {} but none for {}",
-            listed(given),
-            listed(missing.into_iter().map(stem_of))
-        );
-        found.problem(Place::file(file).line(1), message);
-    }
+    let given = given.iter().map(|role| columns.by_role[role].name.as_str());
+    let missing = listed(missing.into_iter().map(stem_of));
+    let message = format!("has the columns {} but none for {missing}", listed(given));
+    found.problem(Place::file(file).line(1), message);
 }
 
 fn twice(file: &str, first: &str, second: &str, found: &mut Found) {
@@ -272,16 +259,14 @@ fn require(file: &str, stem: &str, header: &[String], columns: &Columns, found: 
     let Some((_, role, units)) = ROLES.iter().find(|(known, _, _)| *known == stem) else {
         return;
     };
-    if columns.has(*role) {
+    if columns.by_role.contains_key(role) {
         return;
     }
-    let names: Vec<String> = units
-        .iter()
-        .map(|(unit, _)| format!("{stem}{unit}"))
-        .collect();
+    let names = units.iter().map(|(unit, _)| format!("{stem}{unit}"));
+    let names: Vec<String> = names.collect();
     let has_unit = |name: &String| {
-        name.strip_prefix(stem)
-            .is_some_and(|rest| rest.len() > 1 && rest.starts_with('_'))
+        let rest = name.strip_prefix(stem);
+        rest.is_some_and(|rest| rest.len() > 1 && rest.starts_with('_'))
     };
     let bare = header.iter().find(|name| *name == stem);
     let (name, message) = match (bare, header.iter().find(|name| has_unit(name))) {
@@ -289,11 +274,8 @@ fn require(file: &str, stem: &str, header: &[String], columns: &Columns, found: 
         (None, Some(name)) => (name, format!("has a unit that is not known for `{stem}`")),
         (None, None) => (&names[0], "is missing".to_owned()),
     };
-    let theirs = if header.contains(name) {
-        name
-    } else {
-        "your column"
-    };
+    let is_there = header.contains(name);
+    let theirs = if is_there { name } else { "your column" };
     let help = format!(
         "name it one of {}, or write `columns: {{ \"{}\": \"{theirs}\" }}` in the metadata, with the unit that it has",
         listed(names.iter().map(String::as_str)),
@@ -308,7 +290,7 @@ mod tests {
 
     fn problems(header: &[&str], renamed: &[(&str, &str)]) -> Vec<String> {
         let header: Vec<String> = header.iter().map(|name| (*name).to_owned()).collect();
-        let renamed = renamed
+        let renamed: Vec<_> = renamed
             .iter()
             .map(|(ours, theirs)| ((*ours).to_owned(), (*theirs).to_owned()))
             .collect();

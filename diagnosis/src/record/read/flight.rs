@@ -1,8 +1,6 @@
 //! A flight log: one table, a row for each vehicle and time, or all of one vehicle; its campaign
 //! says the rest.
 
-use std::collections::BTreeMap;
-
 use airflow::{Air, Airframe, Jet};
 use nalgebra::Vector3;
 
@@ -93,8 +91,8 @@ fn vehicles(
     campaign: &Campaign,
     found: &mut Found,
 ) -> Option<Vec<Vehicle>> {
-    let renamed: BTreeMap<String, String> = campaign.columns.0.iter().cloned().collect();
-    let (mut rows, columns) = columns::read(file, bytes, &renamed, found, |columns, found| {
+    let renamed = &campaign.columns.0;
+    let (mut rows, columns) = columns::read(file, bytes, renamed, found, |columns, found| {
         a_vehicle_is_named(file, columns, campaign, found);
         what_acceleration_is(file, columns, campaign, found);
     })?;
@@ -105,11 +103,8 @@ fn vehicles(
     let by_vehicle = rows.by_vehicle(file, campaign.vehicles.keys(), found);
     let mut vehicles = Vec::with_capacity(by_vehicle.len());
     for (id, mine) in rows.names.iter().zip(&by_vehicle) {
-        let Some(kind) = campaign
-            .vehicles
-            .get(id)
-            .and_then(|kind| campaign.types.get(kind))
-        else {
+        let kind = campaign.vehicles.get(id);
+        let Some(kind) = kind.and_then(|kind| campaign.types.get(kind)) else {
             continue; // told above
         };
         let samples = Samples::gather(id, (&rows, &columns), mine, campaign.gravity_mps2(), found);
@@ -156,6 +151,7 @@ pub(super) fn vehicle(
         let message = "its acceleration is not used: the campaign says so";
         found.remark(RemarkKind::Unused, Some(id), message);
     }
+    let tilt_deg = campaign.crash_tilt_deg;
     let offset = kind.rotor_offset_m.map(|offset| offset.value());
     let how = Conventions {
         frame: campaign.frame,
@@ -166,10 +162,7 @@ pub(super) fn vehicle(
         rotor_offset_m: offset.map_or_else(Vector3::zeros, |o| Vector3::from(o.map(|axis| axis.0))),
         floor_z_m: campaign.floor_z_m.map(|floor| floor.0),
         touch_z_m: kind.touch_z_m.map(|touch| touch.0),
-        crash_tilt_rad: campaign
-            .crash_tilt_deg
-            .map_or(CRASH_TILT_DEG, |tilt| tilt.0)
-            .to_radians(),
+        crash_tilt_rad: tilt_deg.map_or(CRASH_TILT_DEG, |tilt| tilt.0).to_radians(),
     };
     assumptions(id, kind, found);
     let track = track(id, file, samples, &how, found)?;

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use airflow::{Air, Airframe, Jet};
 use serde_json::Value;
 
-use super::columns;
+use super::columns::{self, Columns};
 use super::conventions::Conventions;
 use super::declared::{Declared, baseline};
 use super::found::{Found, Place, RowRemarks, did_you_mean, listed};
@@ -71,18 +71,15 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
             found.problem(place, format!("names {channel}, which is not there"));
         }
     }
-    for table in TABLES {
-        let is_named = meta.channels.iter().any(|channel| channel == table);
-        if files.contains_key(table) && !is_named {
+    let is_named = |table: &str| meta.channels.iter().any(|channel| channel == table);
+    let named = |table: &str| files.get(table).filter(|_| is_named(table));
+    for table in TABLES.into_iter().filter(|table| !is_named(table)) {
+        if files.contains_key(table) {
             let message =
                 format!("{table} is there but not among the `channels` of {META}: not used");
             found.remark(RemarkKind::Unused, None, message);
         }
     }
-    let named = |table: &str| {
-        let is_named = meta.channels.iter().any(|channel| channel == table);
-        files.get(table).filter(|_| is_named)
-    };
     let vehicles = match named(VEHICLES) {
         Some(bytes) => vehicles(bytes, &meta, found),
         None => {
@@ -97,10 +94,8 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
         (Some(bytes), Some(instrument)) => probes(bytes, instrument, found),
         (Some(_), None) if meta.has_probe => None, // told above
         (Some(_), None) => {
-            found.problem(
-                Place::field(META, "probe"),
-                format!("is missing, and {PROBES} needs it"),
-            );
+            let message = format!("is missing, and {PROBES} needs it");
+            found.problem(Place::field(META, "probe"), message);
             None
         }
     };
@@ -121,17 +116,12 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
 }
 
 fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>> {
-    let (rows, columns) = columns::read(
-        VEHICLES,
-        bytes,
-        &BTreeMap::new(),
-        found,
-        |columns, found| {
-            if columns.vehicle.is_none() {
-                found.problem(Place::field(VEHICLES, "vehicle_id").line(1), "is missing");
-            }
-        },
-    )?;
+    let is_named = |columns: &Columns, found: &mut Found| {
+        if columns.vehicle.is_none() {
+            found.problem(Place::field(VEHICLES, "vehicle_id").line(1), "is missing");
+        }
+    };
+    let (rows, columns) = columns::read(VEHICLES, bytes, &[], found, is_named)?;
     let how = Conventions {
         gravity_mps2: meta.environment.gravity_mps2,
         floor_z_m: meta.environment.floor_z_m,
@@ -231,8 +221,8 @@ fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
     let value: Value = match serde_json::from_slice(bytes) {
         Ok(value) => value,
         Err(error) => {
-            let line = u64::try_from(error.line()).unwrap_or(0);
-            found.problem(Place::file(META).line(line), format!("is no JSON: {error}"));
+            let place = Place::file(META).line(error.line() as u64);
+            found.problem(place, format!("is no JSON: {error}"));
             return None;
         }
     };
@@ -246,17 +236,15 @@ fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
     let environment = environment(&mut fields, found);
     let objects = fields.objects("vehicles", found);
     let ids = objects.iter().map(|(id, _)| (*id).to_owned()).collect();
-    let vehicles: Vec<Vehicle> = objects
-        .into_iter()
-        .filter_map(|(id, mut of)| vehicle(id, &mut of, found))
+    let vehicles = objects.into_iter();
+    let vehicles = vehicles
+        .filter_map(|(id, of)| vehicle(id, of, found))
         .collect();
     let has_probe = fields.has("probe");
-    let instrument = has_probe
-        .then(|| fields.object("probe", found))
-        .flatten()
-        .and_then(|mut of| instrument(&mut of, found));
+    let probe = has_probe.then(|| fields.object("probe", found)).flatten();
+    let instrument = probe.and_then(|of| instrument(of, found));
     let declared = fields.object("baseline", found);
-    let baseline = declared.map(|mut of| declared_baseline(&mut of, found));
+    let baseline = declared.map(|of| declared_baseline(of, found));
     let channels = fields.texts("channels", found);
     fields.finish(found);
     Some(Meta {
@@ -303,7 +291,7 @@ fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment
     })
 }
 
-fn vehicle(id: &str, of: &mut Fields<'_>, found: &mut Found) -> Option<Vehicle> {
+fn vehicle(id: &str, mut of: Fields<'_>, found: &mut Found) -> Option<Vehicle> {
     let kind = of.text("type", found);
     let mass_kg = of.number("mass_kg", found);
     let propeller_diameter_m = of.number("prop_diameter_m", found);
@@ -321,15 +309,8 @@ fn vehicle(id: &str, of: &mut Fields<'_>, found: &mut Found) -> Option<Vehicle> 
         of.fault("n_props", message, found);
         return None;
     }
-    let (mass_kg, propeller_diameter_m) = (mass_kg?, propeller_diameter_m?);
-    let motor_distance_m = motor_distance_m?;
-    for problem in Airframe::problems(
-        mass_kg,
-        count,
-        propeller_diameter_m,
-        motor_distance_m,
-        width_factor,
-    ) {
+    let (mass_kg, sizes_m) = (mass_kg?, [propeller_diameter_m?, motor_distance_m?]);
+    for problem in Airframe::problems(mass_kg, count, sizes_m[0], sizes_m[1], width_factor) {
         let key = match problem.field() {
             "propellers" => "n_props",
             "propeller_diameter_m" => "prop_diameter_m",
@@ -337,14 +318,7 @@ fn vehicle(id: &str, of: &mut Fields<'_>, found: &mut Found) -> Option<Vehicle> 
         };
         of.fault(key, problem.to_string(), found);
     }
-    let airframe = Airframe::new(
-        kind?,
-        mass_kg,
-        count,
-        propeller_diameter_m,
-        motor_distance_m,
-        width_factor,
-    );
+    let airframe = Airframe::new(kind?, mass_kg, count, sizes_m[0], sizes_m[1], width_factor);
     Some(Vehicle {
         id: id.to_owned(),
         airframe: airframe.ok()?,
@@ -355,7 +329,7 @@ fn vehicle(id: &str, of: &mut Fields<'_>, found: &mut Found) -> Option<Vehicle> 
     })
 }
 
-fn instrument(of: &mut Fields<'_>, found: &mut Found) -> Option<Instrument> {
+fn instrument(mut of: Fields<'_>, found: &mut Found) -> Option<Instrument> {
     let kind = of.text("kind", found);
     let measures = of.word("measures", &MEASURES, found);
     let rate_hz = of.positive("rate_hz", found);
@@ -377,7 +351,7 @@ fn instrument(of: &mut Fields<'_>, found: &mut Found) -> Option<Instrument> {
 
 /// All of its words are required here: a recording that leaves one open does not say what it is
 /// compared with.
-fn declared_baseline(of: &mut Fields<'_>, found: &mut Found) -> Baseline {
+fn declared_baseline(mut of: Fields<'_>, found: &mut Found) -> Baseline {
     let mut text = |key, found: &mut Found| of.text(key, found).map(str::to_owned);
     let declared = Declared {
         superposition: text("superposition", found),

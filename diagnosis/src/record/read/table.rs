@@ -40,33 +40,25 @@ impl<'b> Table<'b> {
         let header: Vec<String> = match reader.headers() {
             Ok(header) => header.iter().map(str::to_owned).collect(),
             Err(error) => {
-                found.problem(
-                    Place::file(file).line(1),
-                    format!("is no table of text: {error}"),
-                );
+                let message = format!("is no table of text: {error}");
+                found.problem(Place::file(file).line(1), message);
                 return None;
             }
         };
         if header.iter().all(String::is_empty) {
-            found.problem(
-                Place::file(file),
-                "is empty; it needs a line of column names",
-            );
+            let message = "is empty; it needs a line of column names";
+            found.problem(Place::file(file), message);
             return None;
         }
         if let ([only], Some(separator)) = (header.as_slice(), separator(&header)) {
-            found.helped(
-                Place::file(file).line(1),
-                format!("has one column, `{only}`"),
-                Some(format!("write commas instead of {separator}")),
-            );
+            let help = format!("write commas instead of {separator}");
+            let message = format!("has one column, `{only}`");
+            found.helped(Place::file(file).line(1), message, Some(help));
         }
         for (index, name) in header.iter().enumerate() {
             if header[..index].contains(name) {
-                found.problem(
-                    Place::field(file, name).line(1),
-                    "stands in the header twice",
-                );
+                let place = Place::field(file, name).line(1);
+                found.problem(place, "stands in the header twice");
             }
         }
         (found.problems.len() == before).then_some(Table {
@@ -134,17 +126,12 @@ impl<'b> Table<'b> {
                 }
             }
             let line = record.position().map_or(0, csv::Position::line);
-            if record.len() != self.header.len() {
+            let (fields, wanted) = (record.len(), self.header.len());
+            if fields != wanted {
                 misshapen += 1;
                 if misshapen <= MOST_REPORTED {
-                    found.problem(
-                        Place::file(self.file).line(line),
-                        format!(
-                            "has {} fields where the header has {}",
-                            record.len(),
-                            self.header.len()
-                        ),
-                    );
+                    let message = format!("has {fields} fields where the header has {wanted}");
+                    found.problem(Place::file(self.file).line(line), message);
                 }
                 continue;
             }
@@ -167,16 +154,16 @@ impl<'b> Table<'b> {
             rows.lines.push(line);
         }
         for (&column, &count) in numbers.iter().zip(&faults) {
-            if let Some(more) = count.checked_sub(MOST_REPORTED + 1) {
+            if count > MOST_REPORTED {
                 let place = Place::field(self.file, &self.header[column]);
-                found.problem(place, format!("and {} more cells like these", more + 1));
+                let more = count - MOST_REPORTED;
+                found.problem(place, format!("and {more} more cells like these"));
             }
         }
-        if let Some(more) = misshapen.checked_sub(MOST_REPORTED + 1) {
-            found.problem(
-                Place::file(self.file),
-                format!("and {} more lines of another length", more + 1),
-            );
+        if misshapen > MOST_REPORTED {
+            let more = misshapen - MOST_REPORTED;
+            let message = format!("and {more} more lines of another length");
+            found.problem(Place::file(self.file), message);
         }
         if rows.lines.is_empty() && misshapen == 0 {
             found.problem(Place::file(self.file), "has a header and no rows");
@@ -203,12 +190,10 @@ impl Rows {
             if !known.clone().any(|id| id == name) {
                 let line = mine.first().map_or(0, |&row| self.lines[row]);
                 let count = mine.len();
-                found.helped(
-                    Place::file(file).line(line),
-                    format!("vehicle `{name}` is not in the metadata ({count} rows)"),
-                    did_you_mean(name, known.clone())
-                        .or_else(|| Some(format!("known are {}", listed(known.clone())))),
-                );
+                let message = format!("vehicle `{name}` is not in the metadata ({count} rows)");
+                let listed = || Some(format!("known are {}", listed(known.clone())));
+                let help = did_you_mean(name, known.clone()).or_else(listed);
+                found.helped(Place::file(file).line(line), message, help);
             }
         }
         by_name
@@ -217,13 +202,9 @@ impl Rows {
     /// Index of a name; rows of one vehicle mostly follow each other, so the last one is tried
     /// first.
     fn name(&mut self, name: &[u8]) -> usize {
-        let last = self.named.last().copied();
-        if let Some(last) = last
-            && self.names[last].as_bytes() == name
-        {
-            return last;
-        }
-        let known = self.names.iter().position(|known| known.as_bytes() == name);
+        let is_named = |known: &usize| self.names[*known].as_bytes() == name;
+        let last = self.named.last().copied().filter(is_named);
+        let known = last.or_else(|| (0..self.names.len()).find(is_named));
         known.unwrap_or_else(|| {
             self.names.push(String::from_utf8_lossy(name).into_owned());
             self.names.len() - 1
