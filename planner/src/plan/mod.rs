@@ -196,7 +196,7 @@ pub struct Zone {
 }
 
 /// What one drone does.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DronePlan {
     /// The scenario's name for it.
     pub name: String,
@@ -269,7 +269,7 @@ pub enum AtEnd {
 }
 
 /// An airframe, complete enough to judge its wake.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AirframeEntry {
     /// Preset or the scenario's own name.
     pub name: String,

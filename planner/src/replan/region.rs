@@ -29,7 +29,6 @@ use crate::scenario::world::World;
 use crate::solver::assemble::{assemble, judged};
 use crate::solver::explain::known_cause;
 use crate::solver::fleet::{Run, told};
-use crate::solver::prepare::{Kinds, costmap_for};
 use crate::verify::verify;
 
 /// Plans a fleet around `others`, whose trajectories stay as they are, and verifies all of them together.
@@ -56,18 +55,16 @@ pub fn plan_region(
         Ok(run) => run,
         Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
     };
-    let mut kinds = Kinds::of(world);
     let own = world.drones.len();
     let fixed: Vec<_> = (others.iter().zip(&all.drones[own..]).enumerate())
         .map(|(index, (entry, drone))| {
             let id = DroneId((own + index) as u32);
             legs_of(id, entry, false, |mass_kg| {
-                kinds.kind(&drone.vehicle, mass_kg)
+                run.job.kinds.kind(&drone.vehicle, mass_kg)
             })
         })
         .collect();
-    let lattice = run.job.roadmap.lattice();
-    let costmap = costmap_for(&all, &kinds, lattice, true, all.drones.len());
+    let costmap = run.job.costmap(&all, true, all.drones.len());
     let paths = run.paths(costmap, fixed);
     let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: all.drones[drone.0 as usize].name.clone(),

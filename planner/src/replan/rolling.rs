@@ -46,7 +46,7 @@ use crate::plan::{Plan, Unplanned, Violation};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::World;
 use crate::solver::assemble::{fleet, judged};
-use crate::solver::prepare::{Job, Kinds, costmap_for, prepare};
+use crate::solver::prepare::{Job, prepare};
 use crate::verify::verify;
 
 /// Room for drones that come later: chosen here, so that the costmap is seldom made anew.
@@ -60,7 +60,6 @@ pub struct Running {
     pub(super) plan: Plan,
     pub(super) solids: Solids,
     pub(super) job: Job,
-    pub(super) kinds: Kinds,
     pub(super) costmap: Costmap,
     pub(super) tracks: Vec<Track>,
     /// Everything before is history.
@@ -117,13 +116,12 @@ impl Running {
     pub fn new(world: World, plan: Plan) -> Result<Running, GivenError> {
         check(&world, &plan)?;
         let mut job = prepare(&world);
-        let mut kinds = Kinds::of(&world);
         let agents = std::mem::take(&mut job.agents);
         let mut tracks = Vec::with_capacity(agents.len());
         for ((agent, drone), entry) in agents.into_iter().zip(&world.drones).zip(&plan.drones) {
             let planned = !plan.unplanned.iter().any(|one| one.name == entry.name);
             let whole = legs_of(agent.drone, entry, !planned, |mass_kg| {
-                kinds.kind(&drone.vehicle, mass_kg)
+                job.kinds.kind(&drone.vehicle, mass_kg)
             });
             let stops = agent.mover.stops().iter();
             let stops_m: Vec<_> = stops.map(|&stop| job.roadmap.position_m(stop)).collect();
@@ -137,11 +135,10 @@ impl Running {
         }
         let mut running = Running {
             solids: Solids::new(&world.obstacles),
-            costmap: costmap_for(&world, &kinds, job.roadmap.lattice(), true, 0),
+            costmap: job.costmap(&world, true, 0),
             world,
             plan,
             job,
-            kinds,
             tracks,
             known: Tick(0),
         };
@@ -217,8 +214,7 @@ impl Running {
     /// A costmap with room for more, and what all drones still fly in it.
     pub(super) fn fill_costmap(&mut self) {
         let room = self.tracks.len() + SPARE_DRONES;
-        let lattice = self.job.roadmap.lattice();
-        self.costmap = costmap_for(&self.world, &self.kinds, lattice, true, room);
+        self.costmap = self.job.costmap(&self.world, true, room);
         for track in &self.tracks {
             self.costmap.insert(track.rest(self.known));
         }

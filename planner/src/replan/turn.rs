@@ -151,7 +151,7 @@ impl Turn<'_> {
         let grounded = drone.at_start == AtStart::Landed;
         let start = self.connect(drone, [drone.start_m], grounded)[0];
         let bare_kg = drone.vehicle.airframe.mass_kg();
-        let kind = self.running.kinds.kind(&drone.vehicle, bare_kg);
+        let kind = self.running.job.kinds.kind(&drone.vehicle, bare_kg);
         self.running.world.drones.push(drone.clone());
         let agent = Agent {
             grounded,
@@ -245,7 +245,7 @@ impl Turn<'_> {
         let goals_m = tasks.iter().map(|task| task.to_m);
         vertices.extend(self.connect(&drone, goals_m, false));
         let running = &mut *self.running;
-        let kinds = running.kinds.along(&drone.vehicle, kind, tasks);
+        let kinds = running.job.kinds.along(&drone.vehicle, kind, tasks);
         let roadmap = &running.job.roadmap;
         let last_m = roadmap.position_m(vertices[vertices.len() - 1]);
         let ending = ending_from(&running.world, &running.solids, &drone, last_m);
@@ -268,11 +268,11 @@ impl Turn<'_> {
         changes: &[Change],
         control: &Control<'_>,
     ) -> Result<(Replanned, Released), Vec<Unplanned>> {
-        let kinds_before = self.running.kinds.kinds.len();
+        let kinds_before = self.running.job.kinds.len();
         let conditions = *self.running.costmap.fleet().conditions();
         changes.iter().for_each(|change| self.apply(change));
         let running = &mut *self.running;
-        let outgrown = running.kinds.kinds.len() > kinds_before
+        let outgrown = running.job.kinds.len() > kinds_before
             || running.tracks.len() > running.costmap.drone_count()
             || running.world.drones.iter().any(|drone| {
                 drone.air_limit < conditions.lowest_air_limit
@@ -432,14 +432,14 @@ impl Turn<'_> {
             world,
             plan,
             job,
-            kinds,
             costmap,
             tracks,
             known,
             ..
         } = self.running;
         *costmap = paths.costmap;
-        let mass_kg = |leg: &Leg| kinds.kinds[usize::from(leg.kind.0)].1;
+        let kinds = &job.kinds;
+        let mass_kg = |leg: &Leg| kinds.mass_kg(leg.kind);
         for (index, track) in tracks.iter_mut().enumerate() {
             let path = paths.paths.get_mut(index).and_then(Option::take);
             let asked = self.asked.get(&index);

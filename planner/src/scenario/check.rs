@@ -166,25 +166,26 @@ impl Check {
     fn numbers(&mut self, world: &World) {
         self.name("the world".to_owned(), &world.name);
         self.corners("the bounds", &world.bounds_m.min, &world.bounds_m.max);
-        self.number(
-            "the air",
-            "temperature",
-            world.air.temperature_c,
-            &TEMPERATURE_C,
-        );
-        self.number("the air", "pressure", world.air.pressure_pa, &PRESSURE_PA);
-        self.number("the jet", "centreline", world.jet.centreline, &CENTRELINE);
-        self.number("the jet", "spreading", world.jet.spreading, &SPREADING);
-        self.number("the jet", "origin", world.jet.origin, &ORIGIN);
-        let planning = &world.planning;
-        self.number("the lattice", "spacing", planning.cell_m, &CELL_M);
-        self.number("the fleet", "clearance", planning.clearance_m, &CLEARANCE_M);
-        self.number(
-            "the fleet",
-            "energy weight",
-            planning.energy_weight,
-            &ENERGY_WEIGHT,
-        );
+        let World {
+            air, jet, planning, ..
+        } = world;
+        for (whose, quantity, value, limits) in [
+            ("the air", "temperature", air.temperature_c, &TEMPERATURE_C),
+            ("the air", "pressure", air.pressure_pa, &PRESSURE_PA),
+            ("the jet", "centreline", jet.centreline, &CENTRELINE),
+            ("the jet", "spreading", jet.spreading, &SPREADING),
+            ("the jet", "origin", jet.origin, &ORIGIN),
+            ("the lattice", "spacing", planning.cell_m, &CELL_M),
+            ("the fleet", "clearance", planning.clearance_m, &CLEARANCE_M),
+            (
+                "the fleet",
+                "energy weight",
+                planning.energy_weight,
+                &ENERGY_WEIGHT,
+            ),
+        ] {
+            self.number(whose, quantity, value, limits);
+        }
         let places = lattice_places(world.bounds_m.max - world.bounds_m.min, planning.cell_m);
         if places > MOST_LATTICE_PLACES {
             self.errors.push(WorldError::Lattice {
@@ -206,11 +207,7 @@ impl Check {
         if world.drones.is_empty() {
             self.errors.push(WorldError::NoDrones);
         }
-        let mut names: Vec<&str> = world
-            .drones
-            .iter()
-            .map(|drone| drone.name.as_str())
-            .collect();
+        let mut names: Vec<&str> = world.drones.iter().map(|it| it.name.as_str()).collect();
         names.sort_unstable();
         let twice = names.windows(2).filter(|pair| pair[0] == pair[1]);
         (self.errors).extend(twice.map(|pair| WorldError::SameName(pair[0].to_owned())));
@@ -251,23 +248,13 @@ impl Check {
     fn drone(&mut self, drone: &Drone, density_kg_per_m3: f64) {
         let whose = format!("drone `{}`", drone.name);
         let (vehicle, airframe) = (&drone.vehicle, &drone.vehicle.airframe);
+        let (propellers, diameter_m) = (airframe.propellers(), airframe.propeller_diameter_m());
+        let motor_distance_m = airframe.motor_distance_m();
         for (quantity, value, limits) in [
             ("mass", airframe.mass_kg(), &MASS_KG),
-            (
-                "number of propellers",
-                f64::from(airframe.propellers()),
-                &PROPELLERS,
-            ),
-            (
-                "propeller diameter",
-                airframe.propeller_diameter_m(),
-                &PROPELLER_DIAMETER_M,
-            ),
-            (
-                "motor distance",
-                airframe.motor_distance_m(),
-                &MOTOR_DISTANCE_M,
-            ),
+            ("number of propellers", f64::from(propellers), &PROPELLERS),
+            ("propeller diameter", diameter_m, &PROPELLER_DIAMETER_M),
+            ("motor distance", motor_distance_m, &MOTOR_DISTANCE_M),
             ("width factor", airframe.width_factor(), &WIDTH_FACTOR),
             ("body radius", vehicle.body_radius_m, &BODY_RADIUS_M),
             ("highest speed", vehicle.max_speed_mps, &MAX_SPEED_MPS),
@@ -291,12 +278,10 @@ impl Check {
                 || airframe.hover_induced_velocity_mps(*mass_kg, density_kg_per_m3)
                     > MOST_INDUCED_VELOCITY_MPS
         };
-        let masses_kg = loads_kg.iter().map(|load_kg| own_kg + load_kg);
-        if let Some(mass_kg) = masses_kg.into_iter().find(too_heavy) {
-            self.errors.push(WorldError::Mass {
-                drone: drone.name.clone(),
-                mass_kg,
-            });
+        let mut masses_kg = loads_kg.iter().map(|load_kg| own_kg + load_kg);
+        if let Some(mass_kg) = masses_kg.find(too_heavy) {
+            let drone = drone.name.clone();
+            self.errors.push(WorldError::Mass { drone, mass_kg });
         }
     }
 
@@ -321,36 +306,29 @@ impl Misplaced {
             Spot::Task(index) => (format!("task {} of `{name}`", index + 1), "lies", "place"),
             Spot::Landing => (format!("`{name}`"), "lands", "place to come down from"),
         };
-        let (message, label) = match self.why {
-            Misfit::OutOfBounds { by_m } => (
-                format!("{who} {verb} out of bounds"),
-                format!("{by_m:.2} m outside"),
-            ),
+        let (place, label) = match self.why {
+            Misfit::OutOfBounds { by_m } => {
+                ("out of bounds".to_owned(), format!("{by_m:.2} m outside"))
+            }
             Misfit::Obstacle {
                 obstacle,
                 distance_m,
                 needs_m,
             } => {
-                let solid = &world.obstacles[obstacle].name;
+                let solid = format!("obstacle `{}`", world.obstacles[obstacle].name);
                 let needs = format!("its body needs {needs_m:.2} m to the face");
                 if self.spot == Spot::Landing {
                     let (rest_z_m, passes_m) = (self.place_m.z, distance_m.max(0.0));
-                    (
-                        format!("{who} {verb} in obstacle `{solid}`"),
-                        format!(
-                            "coming down from here to z = {rest_z_m:.2} m it passes {passes_m:.2} m from it; {needs}"
-                        ),
-                    )
+                    let label = format!(
+                        "coming down from here to z = {rest_z_m:.2} m it passes {passes_m:.2} m from it; {needs}"
+                    );
+                    (format!("in {solid}"), label)
                 } else if distance_m <= 0.0 {
-                    (
-                        format!("{who} {verb} inside obstacle `{solid}`"),
-                        format!("{:.2} m inside; {needs}", -distance_m),
-                    )
+                    let label = format!("{:.2} m inside; {needs}", -distance_m);
+                    (format!("inside {solid}"), label)
                 } else {
-                    (
-                        format!("{who} {verb} too near to obstacle `{solid}`"),
-                        format!("{distance_m:.2} m from it; {needs}"),
-                    )
+                    let label = format!("{distance_m:.2} m from it; {needs}");
+                    (format!("too near to {solid}"), label)
                 }
             }
         };
@@ -359,7 +337,7 @@ impl Misplaced {
             format!("nearest free {word} is ({x:.2}, {y:.2}, {z:.2})")
         });
         Problem {
-            message,
+            message: format!("{who} {verb} {place}"),
             label: Some(label),
             help: nearest,
             ..Problem::default()

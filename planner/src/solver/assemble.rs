@@ -18,15 +18,12 @@ use crate::verify::Report;
 
 /// A plan of these paths, not yet judged: no violations, no air met.
 pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
-    let drones: Vec<DronePlan> = world
-        .drones
-        .iter()
-        .zip(&job.agents)
-        .map(|(drone, agent)| {
-            let path = paths.paths[agent.drone.0 as usize].as_ref();
-            drone_plan(world, job, drone, agent, path)
-        })
-        .collect();
+    let drone_plan = |(drone, agent): (&Drone, &Agent)| {
+        let path = paths.paths[agent.drone.0 as usize].as_ref();
+        drone_plan(world, job, (drone, agent), path)
+    };
+    let drones = world.drones.iter().zip(&job.agents).map(drone_plan);
+    let drones: Vec<DronePlan> = drones.collect();
     let left_out = |name: &str| {
         let mut unplanned = paths.unplanned.iter();
         unplanned.any(|(drone, _)| world.drones[drone.0 as usize].name == name)
@@ -92,32 +89,22 @@ pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) 
 fn drone_plan(
     world: &World,
     job: &Job,
-    drone: &Drone,
-    agent: &Agent,
+    (drone, agent): (&Drone, &Agent),
     path: Option<&Path>,
 ) -> DronePlan {
     let stays = [agent.stays_at_start(&job.roadmap)];
     let legs = path.map_or(&stays[..], |path| &path.legs);
-    let masses_kg = masses_kg(drone);
-    let mass_kg = |leg: &Leg| {
-        let waypoint = agent.kinds.iter().position(|kind| *kind == leg.kind);
-        masses_kg[waypoint.unwrap_or(0)]
-    };
     let mut entry = blank(world, drone);
-    write_legs(&mut entry, legs, mass_kg);
+    write_legs(&mut entry, legs, |leg| job.kinds.mass_kg(leg.kind));
     if legs.is_empty() {
         entry.trajectory = TrajectoryEntry {
             t_s: vec![0.0],
             position_m: vec![job.roadmap.position_m(agent.start)],
-            mass_kg: vec![masses_kg[0]],
+            mass_kg: vec![job.kinds.mass_kg(agent.kinds[0])],
         };
     }
-    write_arrival(
-        &mut entry,
-        legs,
-        agent,
-        path.map_or(Tick(0), |path| path.arrives),
-    );
+    let arrives = path.map_or(Tick(0), |path| path.arrives);
+    write_arrival(&mut entry, legs, agent, arrives);
     // A drone that stays at its start neither lands nor leaves.
     entry.at_end = match (path, drone.at_start) {
         (Some(_), _) => drone.at_end,
@@ -154,14 +141,10 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     let ahead = |leg: &&Leg| leg.start >= agent.departs && leg.start < arrives;
     let still = legs.iter().filter(ahead).filter(|leg| leg.stays());
     let still: u32 = still.map(|leg| leg.end.min(arrives).0 - leg.start.0).sum();
-    let dwells: u32 = agent
-        .waypoints
-        .iter()
-        .map(|waypoint| waypoint.dwell_ticks)
-        .sum();
+    let dwells = agent.waypoints.iter().map(|waypoint| waypoint.dwell_ticks);
     let flown = legs.iter().filter(ahead);
     let flown_m: f64 = flown.map(|leg| (leg.to_m - leg.from_m).norm()).sum();
-    entry.waits_s = Tick(still.saturating_sub(dwells)).seconds();
+    entry.waits_s = Tick(still.saturating_sub(dwells.sum())).seconds();
     entry.detour_m = rounded((flown_m - agent.alone_m).max(0.0));
 }
 
@@ -171,21 +154,8 @@ pub(crate) fn blank(world: &World, drone: &Drone) -> DronePlan {
         name: drone.name.clone(),
         airframe: airframe_entry(&drone.vehicle, world.air.density_kg_per_m3()),
         air_limit: drone.air_limit,
-        enters_s: None,
         at_start: drone.at_start,
-        at_end: AtEnd::Hover,
-        airborne_s: (0.0, None),
-        trajectory: TrajectoryEntry::default(),
-        arrives_s: 0.0,
-        alone_s: 0.0,
-        waits_s: 0.0,
-        detour_m: 0.0,
-        worst_air_mps: 0.0,
-        worst_air_from: None,
-        worst_air_at_s: None,
-        dose_m: 0.0,
-        extra_energy_j: 0.0,
-        extra_energy_percent: 0.0,
+        ..DronePlan::default()
     }
 }
 
@@ -216,17 +186,6 @@ pub(crate) fn break_points(legs: &[Leg], mass_kg: impl Fn(&Leg) -> f64) -> Traje
         push(last.end, last.to_m, mass_kg(last));
     }
     entry
-}
-
-/// Mass towards each task, and after the last (kg).
-fn masses_kg(drone: &Drone) -> Vec<f64> {
-    let bare_kg = drone.vehicle.airframe.mass_kg();
-    let mut masses_kg = vec![bare_kg];
-    for task in &drone.tasks {
-        let before_kg = masses_kg[masses_kg.len() - 1];
-        masses_kg.push(task.load_kg.map_or(before_kg, |load_kg| bare_kg + load_kg));
-    }
-    masses_kg
 }
 
 pub(crate) fn airframe_entry(vehicle: &Vehicle, density_kg_per_m3: f64) -> AirframeEntry {

@@ -19,7 +19,7 @@ use crate::sipp::search::{Found, IMMOVABLE, Scene, search};
 use crate::solver::assemble::{assemble, judged};
 use crate::solver::endpoints;
 use crate::solver::explain::failures;
-use crate::solver::prepare::{Job, empty_costmap, prepare};
+use crate::solver::prepare::{Job, prepare};
 use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
 use crate::verify::verify;
 
@@ -37,7 +37,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         Ok(run) => run,
         Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
     };
-    let costmap = empty_costmap(world, run.job.roadmap.lattice(), true);
+    let costmap = run.job.costmap(world, true, world.drones.len());
     let paths = run.paths(costmap, Vec::new());
     let failures = failures(world, &run.job, &paths, &run.conflicts, control);
 
@@ -182,7 +182,7 @@ fn ignoring_downwash(
 ) -> Option<IgnoringDownwash> {
     let bodies = |c: &EndpointConflict| matches!(c.why, Exclusion::Bodies { .. });
     let excluded = excluded(job, conflicts, bodies);
-    let costmap = empty_costmap(world, job.roadmap.lattice(), false);
+    let costmap = job.costmap(world, false, world.drones.len());
     // This phase is one to the caller that watches.
     let quiet = Control {
         progress: &|_| {},

@@ -32,6 +32,8 @@ pub(crate) struct Job {
     pub(crate) roadmap: Roadmap,
     /// One per drone, in the world's order.
     pub(crate) agents: Vec<Agent>,
+    /// What flies, by the kinds of the agents' legs.
+    pub(crate) kinds: Kinds,
     /// Drones whose landing is blocked, and by how much (m).
     pub(crate) blocked_landings: Vec<(usize, f64)>,
 }
@@ -49,19 +51,30 @@ pub(crate) fn prepare(world: &World) -> Job {
         (!world.obstacles.is_empty()).then_some(&solids),
         &stops,
     );
-    let kinds = Kinds::of(world);
+    let mut kinds = Kinds::default();
     let mut blocked_landings = Vec::new();
     let mut agents = Vec::with_capacity(world.drones.len());
     let mut next = 0;
     for (index, drone) in world.drones.iter().enumerate() {
-        let own = &vertices[next..=next + drone.tasks.len()];
+        let duties = Duties {
+            roadmap: &roadmap,
+            tasks: &drone.tasks,
+            vertices: &vertices[next..=next + drone.tasks.len()],
+            clearance_m: world.planning.clearance_m,
+        };
         next += drone.tasks.len() + 1;
-        let ending = ending(world, &solids, drone);
+        let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
+        let ending = ending_from(world, &solids, drone, last_m);
         let ending = ending.unwrap_or_else(|short_m| {
             blocked_landings.push((index, short_m));
             Ending::Hover
         });
-        agents.push(agent(world, &roadmap, &kinds, index, own, ending));
+        let bare = kinds.kind(&drone.vehicle, drone.vehicle.airframe.mass_kg());
+        let own = kinds.along(&drone.vehicle, bare, &drone.tasks);
+        agents.push(Agent {
+            grounded: drone.at_start == AtStart::Landed,
+            ..agent_of(DroneId(index as u32), drone, &duties, own, ending)
+        });
     }
     agents.par_iter_mut().for_each(|agent| {
         agent.chain(&roadmap);
@@ -70,11 +83,64 @@ pub(crate) fn prepare(world: &World) -> Job {
     Job {
         roadmap,
         agents,
+        kinds,
         blocked_landings,
     }
 }
 
-pub(crate) fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = Stop> + '_ {
+impl Job {
+    /// An empty costmap of a world for this many drones of its kinds; without `wakes` for a fleet
+    /// that ignores downwash.
+    pub(crate) fn costmap(&self, world: &World, wakes: bool, drones: usize) -> Costmap {
+        let lattice = self.roadmap.lattice();
+        let mut airframes: Vec<Airframe> = Vec::new();
+        let kind = |(vehicle, mass_kg): &(Vehicle, f64)| {
+            let known = airframes.iter().position(|it| *it == vehicle.airframe);
+            let airframe = known.unwrap_or_else(|| {
+                airframes.push(vehicle.airframe.clone());
+                airframes.len() - 1
+            });
+            Kind {
+                airframe,
+                mass_kg: *mass_kg,
+                body_radius_m: vehicle.body_radius_m,
+            }
+        };
+        let kinds = self.kinds.kinds.iter().map(kind).collect();
+        let limits = world.drones.iter().map(|drone| drone.air_limit);
+        let speeds = world.drones.iter().map(|drone| drone.vehicle.max_speed_mps);
+        let zone_limits = world.zones.iter().map(|zone| zone.air_limit_mps);
+        let conditions = Conditions {
+            density_kg_per_m3: world.air.density_kg_per_m3(),
+            jet: world.jet,
+            superposition: world.superposition,
+            // A world is checked: nothing in it is refused.
+            flown: world.effects.flown().unwrap_or_default(),
+            fastest_mps: speeds.fold(0.0, f64::max),
+            clearance_m: world.planning.clearance_m,
+            deepest_m: world.bounds_m.max.z - world.bounds_m.min.z,
+            lowest_air_limit: limits.fold(f64::INFINITY, f64::min),
+            lowest_zone_limit_mps: zone_limits.fold(f64::INFINITY, f64::min),
+            wakes,
+        };
+        let tops = world.obstacles.iter().filter_map(top).collect();
+        let zones = world.zones.iter().map(|zone| ZoneBox {
+            min_m: zone.min_m,
+            max_m: zone.max_m,
+            air_limit_mps: zone.air_limit_mps,
+        });
+        Costmap::new(
+            Fleet::new(&airframes, kinds, conditions),
+            BlockingSurfaces::new(world.bounds_m.min.z, tops),
+            zones.collect(),
+            ground(world, lattice),
+            drones,
+        )
+    }
+}
+
+/// Where a drone starts, and its tasks, in order.
+fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = Stop> + '_ {
     let radius_m = drone.vehicle.body_radius_m + clearance_m;
     let start = Stop {
         point_m: drone.start_m,
@@ -87,28 +153,6 @@ pub(crate) fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = 
         grounded: false,
     });
     std::iter::once(start).chain(tasks)
-}
-
-fn agent(
-    world: &World,
-    roadmap: &Roadmap,
-    kinds: &Kinds,
-    index: usize,
-    vertices: &[Vertex],
-    ending: Ending,
-) -> Agent {
-    let drone = &world.drones[index];
-    let id = DroneId(index as u32);
-    let duties = Duties {
-        roadmap,
-        tasks: &drone.tasks,
-        vertices,
-        clearance_m: world.planning.clearance_m,
-    };
-    Agent {
-        grounded: drone.at_start == AtStart::Landed,
-        ..agent_of(id, drone, &duties, kinds.of_drone(index), ending)
-    }
 }
 
 /// What a drone has to do, and where on the roadmap.
@@ -169,22 +213,12 @@ fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
     let mut stops: Vec<Vertex> = Vec::new();
     for &vertex in vertices.iter().filter(|v| roadmap.is_stop(**v)) {
         stops.push(vertex);
-        stops.extend(
-            roadmap
-                .ways(vertex)
-                .map(|(to, _)| to)
-                .filter(|to| roadmap.is_stop(*to)),
-        );
+        let above = roadmap.ways(vertex).map(|(to, _)| to);
+        stops.extend(above.filter(|to| roadmap.is_stop(*to)));
     }
     stops.sort_unstable();
     stops.dedup();
     stops
-}
-
-/// How a drone ends; an error tells how much room a landing lacks (m).
-fn ending(world: &World, solids: &Solids, drone: &Drone) -> Result<Ending, f64> {
-    let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
-    ending_from(world, solids, drone, last_m)
 }
 
 /// How a drone ends that is here after its last dwell; an error tells how much room a landing lacks
@@ -214,28 +248,21 @@ pub(crate) fn ending_from(
     }
 }
 
-/// Distinct airframes, and distinct vehicles at distinct masses (kg).
-#[derive(Clone, Debug)]
+/// Distinct vehicles at distinct masses (kg), by [`KindId`].
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Kinds {
-    airframes: Vec<Airframe>,
-    pub(crate) kinds: Vec<(Vehicle, f64)>,
-    /// Per drone: towards each task, and after the last.
-    of_drones: Vec<Vec<KindId>>,
+    kinds: Vec<(Vehicle, f64)>,
 }
 
 impl Kinds {
-    pub(crate) fn of(world: &World) -> Kinds {
-        let mut all = Kinds {
-            airframes: Vec::new(),
-            kinds: Vec::new(),
-            of_drones: Vec::new(),
-        };
-        for drone in &world.drones {
-            let bare = all.kind(&drone.vehicle, drone.vehicle.airframe.mass_kg());
-            let own = all.along(&drone.vehicle, bare, &drone.tasks);
-            all.of_drones.push(own);
-        }
-        all
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.kinds.len()
+    }
+
+    /// What a kind weighs, payload included (kg).
+    pub(crate) fn mass_kg(&self, kind: KindId) -> f64 {
+        self.kinds[usize::from(kind.0)].1
     }
 
     /// What flies towards each task, and after the last, given what flies first.
@@ -255,81 +282,16 @@ impl Kinds {
         kinds
     }
 
+    /// The kind of a vehicle at a mass (kg), a new one if there is none yet.
     pub(crate) fn kind(&mut self, vehicle: &Vehicle, mass_kg: f64) -> KindId {
-        let known = self
-            .kinds
-            .iter()
-            .position(|(other, kg)| other == vehicle && *kg == mass_kg);
+        let same = |(other, kg): &(Vehicle, f64)| other == vehicle && *kg == mass_kg;
+        let known = self.kinds.iter().position(same);
         let index = known.unwrap_or_else(|| {
-            if !self.airframes.contains(&vehicle.airframe) {
-                self.airframes.push(vehicle.airframe.clone());
-            }
             self.kinds.push((vehicle.clone(), mass_kg));
             self.kinds.len() - 1
         });
         KindId(index as u16)
     }
-
-    fn of_drone(&self, index: usize) -> Vec<KindId> {
-        self.of_drones[index].clone()
-    }
-}
-
-/// An empty costmap for a world; `wakes: false` for a fleet that ignores downwash.
-pub(crate) fn empty_costmap(world: &World, lattice: &Lattice, wakes: bool) -> Costmap {
-    costmap_for(world, &Kinds::of(world), lattice, wakes, world.drones.len())
-}
-
-/// An empty costmap with these kinds, for this many drones.
-pub(crate) fn costmap_for(
-    world: &World,
-    all: &Kinds,
-    lattice: &Lattice,
-    wakes: bool,
-    drones: usize,
-) -> Costmap {
-    let kinds = all
-        .kinds
-        .iter()
-        .map(|(vehicle, mass_kg)| Kind {
-            airframe: all
-                .airframes
-                .iter()
-                .position(|airframe| *airframe == vehicle.airframe)
-                .unwrap_or(0),
-            mass_kg: *mass_kg,
-            body_radius_m: vehicle.body_radius_m,
-        })
-        .collect();
-    let limits = world.drones.iter().map(|drone| drone.air_limit);
-    let speeds = world.drones.iter().map(|drone| drone.vehicle.max_speed_mps);
-    let zone_limits = world.zones.iter().map(|zone| zone.air_limit_mps);
-    let conditions = Conditions {
-        density_kg_per_m3: world.air.density_kg_per_m3(),
-        jet: world.jet,
-        superposition: world.superposition,
-        // A world is checked: nothing in it is refused.
-        flown: world.effects.flown().unwrap_or_default(),
-        fastest_mps: speeds.fold(0.0, f64::max),
-        clearance_m: world.planning.clearance_m,
-        deepest_m: world.bounds_m.max.z - world.bounds_m.min.z,
-        lowest_air_limit: limits.fold(f64::INFINITY, f64::min),
-        lowest_zone_limit_mps: zone_limits.fold(f64::INFINITY, f64::min),
-        wakes,
-    };
-    let tops = world.obstacles.iter().filter_map(top).collect();
-    let zones = world.zones.iter().map(|zone| ZoneBox {
-        min_m: zone.min_m,
-        max_m: zone.max_m,
-        air_limit_mps: zone.air_limit_mps,
-    });
-    Costmap::new(
-        Fleet::new(&all.airframes, kinds, conditions),
-        BlockingSurfaces::new(world.bounds_m.min.z, tops),
-        zones.collect(),
-        ground(world, lattice),
-        drones,
-    )
 }
 
 /// Bins around the lattice's places: chosen here, of half a metre or more.

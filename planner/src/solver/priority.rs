@@ -339,7 +339,7 @@ mod tests {
     use crate::scenario::world::AtEnd;
     use crate::sipp::conflicts::Steps;
     use crate::solver::assemble::assemble;
-    use crate::solver::prepare::{empty_costmap, prepare};
+    use crate::solver::prepare::prepare;
     use crate::verify::verify;
 
     /// Sixty drones on twelve metres by twelve, two tasks each, the first with a dwell.
@@ -369,7 +369,7 @@ mod tests {
         world.drones[7].tasks.clear();
         (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
         let job = prepare(&world);
-        let costmap = empty_costmap(&world, job.roadmap.lattice(), true);
+        let costmap = job.costmap(&world, true, world.drones.len());
         let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap);
         let problem = FleetProblem {
             job: &job,

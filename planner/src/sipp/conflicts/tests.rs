@@ -2,7 +2,7 @@ use costmap::verdict::Verdict;
 
 use super::*;
 use crate::scenario::read_world;
-use crate::solver::prepare::{Job, empty_costmap, prepare};
+use crate::solver::prepare::{Job, prepare};
 
 const HALL: &str = r#"Scenario(
     name: "crowd",
@@ -17,7 +17,7 @@ const HALL: &str = r#"Scenario(
 fn job() -> (Job, Costmap) {
     let world = read_world(HALL).expect("in order");
     let job = prepare(&world);
-    let costmap = empty_costmap(&world, job.roadmap.lattice(), true);
+    let costmap = job.costmap(&world, true, world.drones.len());
     (job, costmap)
 }
 

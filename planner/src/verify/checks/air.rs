@@ -69,10 +69,8 @@ pub(crate) fn check(
                 });
             }
             let alpha = scene.flown.receiver_gain * mean_mps / u_h_mps;
-            [
-                mean_mps,
-                power::extra_power_w(window.mass_kg, u_h_mps, alpha),
-            ]
+            let extra_w = power::extra_power_w(window.mass_kg, u_h_mps, alpha);
+            [mean_mps, extra_w]
         };
         let is_smooth = |span_s| window.is_smooth(span_s);
         let sums = integrate(window.span_s, DOSE_FLOOR * u_h_mps, &mut value, &is_smooth);
@@ -104,19 +102,16 @@ fn strongest(scene: &Scene<'_>, windows: &[Window<'_>], at: Moment) -> Option<St
 fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Option<Moment> {
     let mut best = seed;
     for (index, window) in windows.iter().enumerate() {
-        let span_s = (
-            window.span_s.0.max(within_s.0),
-            window.span_s.1.min(within_s.1),
-        );
+        let (from_s, until_s) = window.span_s;
+        let span_s = (from_s.max(within_s.0), until_s.min(within_s.1));
         if window.is_calm() || span_s.0 >= span_s.1 {
             continue;
         }
         let floor_mps = WORST_FLOOR * window.induced_velocity_mps;
         let before_mps = best.map_or(0.0, |known| known.mean_mps);
         let mut here = (span_s.0, before_mps);
-        maximise(window, span_s, &mut here, &|mean_mps| {
-            WORST_TOLERANCE * mean_mps + floor_mps
-        });
+        let tolerance = |mean_mps| WORST_TOLERANCE * mean_mps + floor_mps;
+        maximise(window, span_s, &mut here, &tolerance);
         if here.1 > before_mps {
             best = Some(Moment {
                 window: index,

@@ -153,12 +153,9 @@ fn flight(
     drone: &DronePlan,
     unplanned: bool,
 ) -> Result<(Flight, Vec<String>), String> {
-    let positive = |what: &str, value: f64| {
-        if value.is_finite() && value > 0.0 {
-            Ok(value)
-        } else {
-            Err(format!("its {what} is {value}"))
-        }
+    let positive = |what: &str, value: f64| match value.is_finite() && value > 0.0 {
+        true => Ok(()),
+        false => Err(format!("its {what} is {value}")),
     };
     let airframe = drone.airframe.airframe()?;
     if let Some(why) = cache.beyond(&airframe) {
@@ -174,13 +171,12 @@ fn flight(
     }
     let stays = unplanned || drone.at_end != AtEnd::Leave;
     let until_s = scene.horizon_s;
-    let tail = if stays {
-        Tail::Stays { until_s }
-    } else {
-        Tail::Gone
+    let tail = match stays {
+        true => Tail::Stays { until_s },
+        false => Tail::Gone,
     };
-    let mut trajectory =
-        Trajectory::new(&drone.trajectory, tail).map_err(|error| error.to_string())?;
+    let trajectory = Trajectory::new(&drone.trajectory, tail);
+    let mut trajectory = trajectory.map_err(|error| error.to_string())?;
     if let Some(enters_s) = drone.enters_s {
         let first_s = drone.trajectory.t_s[0];
         if (enters_s - first_s).abs() > SAME_TIME_S {
@@ -279,12 +275,11 @@ fn airborne_doubts(
     if hidden {
         doubts.push("it moves while it is said not to be airborne".to_owned());
     }
-    let ends = if unplanned {
+    match if unplanned {
         AtEnd::Hover
     } else {
         drone.at_end
-    };
-    match ends {
+    } {
         AtEnd::Hover if until_s.is_finite() => {
             doubts.push(format!(
                 "it hovers at its end but is said to be airborne until {until_s:.3} s only"

@@ -35,27 +35,18 @@ pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
         let (speed_mps, most_mps) = (motion.max_speed_mps(), flight.max_speed_mps);
         let first_m = motion.at_m(span_s.0);
         if speed_mps > most_mps * (1.0 + SPEED_ROUNDING) {
-            report(
-                ViolationKind::Speed,
-                span_s,
-                first_m.into(),
-                (speed_mps, most_mps),
-            );
+            let values = (speed_mps, most_mps);
+            report(ViolationKind::Speed, span_s, first_m.into(), values);
         }
         let (low_m, high_m) = motion.box_m(span_s.0, span_s.1);
         let outside_m = beyond_m(low_m, high_m);
         if outside_m > SAME_PLACE_M {
-            let worst_m = if beyond_m(first_m, first_m) >= outside_m {
-                first_m
-            } else {
-                motion.at_m(span_s.1)
+            let worst_m = match beyond_m(first_m, first_m) >= outside_m {
+                true => first_m,
+                false => motion.at_m(span_s.1),
             };
-            report(
-                ViolationKind::Bounds,
-                span_s,
-                worst_m.into(),
-                (outside_m, 0.0),
-            );
+            let values = (outside_m, 0.0);
+            report(ViolationKind::Bounds, span_s, worst_m.into(), values);
         }
     }
     found

@@ -92,10 +92,8 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
     let mut downwash = emitted(scene);
     downwash.retain(|it| field.high_mps(it, &places_m, it.span_s()) > FAINTEST_WAKE_MPS);
     let spans_s: Vec<Span> = downwash.iter().map(Downwash::span_s).collect();
-    let mut cuts_s: Vec<f64> = spans_s
-        .iter()
-        .flat_map(|span_s| [span_s.0, span_s.1])
-        .collect();
+    let cuts_s = spans_s.iter().flat_map(|span_s| [span_s.0, span_s.1]);
+    let mut cuts_s: Vec<f64> = cuts_s.collect();
     cuts_s.push(scene.last_s.min(scene.horizon_s));
     cuts_s.sort_by(f64::total_cmp);
     cuts_s.dedup();
@@ -105,9 +103,8 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
     let mut worst: Vec<(Peak, usize)> = Vec::new();
     for (span_s, under_way) in between(&cuts_s, &spans_s) {
         let here: Vec<&Downwash<'_>> = under_way.iter().map(|&k| &downwash[k]).collect();
-        let steps = (fastest_mps(&here) * (span_s.1 - span_s.0) / STEP_PATH_M)
-            .ceil()
-            .max(1.0);
+        let path_m = fastest_mps(&here) * (span_s.1 - span_s.0);
+        let steps = (path_m / STEP_PATH_M).ceil().max(1.0);
         let step_s = (span_s.1 - span_s.0) / steps;
         for k in 0..steps as usize {
             let from_s = span_s.0 + k as f64 * step_s;
@@ -213,16 +210,14 @@ impl Field<'_> {
         };
         match it {
             Downwash::Advected(advected, _) => {
-                let left = advected.left(span_s, places_m).into_iter();
-                left.fold((0.0, 0.0), |(above_mps, wall_mps): (f64, f64), left| {
-                    let here_mps = if left.may_reach(self.obstacles, places_m) {
-                        left.highest_mps(&left.offsets_m(places_m))
-                    } else {
-                        0.0
-                    };
-                    let along_mps = along_mps(&left.wake.wake, &left.from_m);
-                    (above_mps.max(here_mps), wall_mps.max(along_mps))
-                })
+                let (mut above_mps, mut wall_mps) = (0.0_f64, 0.0_f64);
+                for left in advected.left(span_s, places_m) {
+                    if left.may_reach(self.obstacles, places_m) {
+                        above_mps = above_mps.max(left.highest_mps(&left.offsets_m(places_m)));
+                    }
+                    wall_mps = wall_mps.max(along_mps(&left.wake.wake, &left.from_m));
+                }
+                (above_mps, wall_mps)
             }
             Downwash::Attached(attached) => {
                 let (motion, wake) = (&attached.motion, attached.wake);
@@ -327,10 +322,9 @@ impl Field<'_> {
             let t_s = 0.5 * (part.span_s.0 + part.span_s.1);
             let place_m = Point3::from(0.5 * (part.places_m.0 + part.places_m.1));
             let given_up = made >= MOST_PARTS;
-            let air_mps = if given_up {
-                part.high_mps
-            } else {
-                self.at_mps(all, t_s, place_m)
+            let air_mps = match given_up {
+                true => part.high_mps,
+                false => self.at_mps(all, t_s, place_m),
             };
             if best.is_none_or(|peak| air_mps > peak.air_mps) {
                 best = Some(Peak {

@@ -31,10 +31,8 @@ pub(crate) struct Encounter {
 pub(crate) fn encounters(scene: &Scene<'_>) -> Vec<Vec<Encounter>> {
     let slabs = ((scene.last_s / SLAB_S).ceil() as usize).clamp(1, MOST_SLABS);
     let slab_s = scene.last_s / slabs as f64;
-    let mut spans_s: Vec<Span> = (0..slabs)
-        .map(|k| (k as f64 * slab_s, (k + 1) as f64 * slab_s))
-        .filter(|(a, b)| b > a)
-        .collect();
+    let spans_s = (0..slabs).map(|k| (k as f64 * slab_s, (k + 1) as f64 * slab_s));
+    let mut spans_s: Vec<Span> = spans_s.filter(|(a, b)| b > a).collect();
     if let Some(last) = spans_s.last_mut() {
         last.1 = scene.last_s;
     }

@@ -112,10 +112,9 @@ impl<'a> Window<'a> {
 
     /// The quasi-static wakes that count for its air: none where wakes are advected.
     fn attached(&self) -> &[Passing<'a>] {
-        if self.is_advected() {
-            &[]
-        } else {
-            &self.passing
+        match self.is_advected() {
+            true => &[],
+            false => &self.passing,
         }
     }
 
@@ -203,10 +202,9 @@ impl<'a> Window<'a> {
     /// An upper bound of one advected wake anywhere on the receiver's discs (m/s).
     fn advected_alone_mps(&self, from: &Advected<'a>, span_s: Span) -> f64 {
         let arriving = self.arriving(from, span_s);
-        let highs_mps = arriving
-            .iter()
-            .map(|(left, offsets_m)| left.highest_mps(&self.widened(offsets_m)));
-        highs_mps.fold(0.0, f64::max)
+        let high_mps =
+            |(left, offsets_m): &(Left<'a>, Places)| left.highest_mps(&self.widened(offsets_m));
+        arriving.iter().map(high_mps).fold(0.0, f64::max)
     }
 
     /// Where the advected air of a flight that is at the receiver at a time comes from; where it comes
@@ -409,10 +407,8 @@ impl<'a> Window<'a> {
     /// that is moved or advected, at most the half-width, for it may be narrower than the hover jet.
     pub(crate) fn is_smooth(&self, span_s: Span) -> bool {
         if self.is_advected() {
-            let mut arriving = self
-                .advected
-                .iter()
-                .flat_map(|it| self.arriving(it, span_s));
+            let advected = self.advected.iter();
+            let mut arriving = advected.flat_map(|it| self.arriving(it, span_s));
             return arriving.all(|(left, (low_m, high_m))| {
                 let half_width_m = left.wake.wake.half_width_m((-high_m.z).max(0.0));
                 (high_m - low_m).norm() <= half_width_m
