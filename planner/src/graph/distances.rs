@@ -68,14 +68,10 @@ impl Mover {
         if !way.fits(self.radius_m) || (roadmap.is_stop(to) && !self.stops.contains(&to)) {
             return None;
         }
-        let step = self
-            .steps
-            .iter()
-            .find(|(length_m, _)| *length_m == way.length_m);
-        Some(step.map_or_else(
-            || self.duration(f64::from(way.length_m)),
-            |(_, ticks)| *ticks,
-        ))
+        let mut steps = self.steps.iter();
+        let step = steps.find(|(length_m, _)| *length_m == way.length_m);
+        let duration = || self.duration(f64::from(way.length_m));
+        Some(step.map_or_else(duration, |(_, ticks)| *ticks))
     }
 
     /// Ticks of a step of the lattice along one, two and three axes.
@@ -103,12 +99,8 @@ impl Mover {
             let ways = roadmap.ways(from).filter_map(fitting);
             return ways.for_each(|(to, ticks)| f(to, ticks));
         };
-        let strides = roadmap.lattice().strides();
-        let mut open = open[from as usize];
-        while open != 0 {
-            let n = open.trailing_zeros() as usize;
-            open &= open - 1;
-            f(from.wrapping_add_signed(strides[n]), self.steps[AXES[n]].1);
+        for (n, to) in roadmap.lattice().stepped(from, open[from as usize]) {
+            f(to, self.steps[AXES[n]].1);
         }
         if !self.stops.is_empty() {
             let ways = roadmap.ways_beyond(from).filter_map(fitting);
@@ -149,14 +141,9 @@ impl Distances {
     pub(crate) fn new(roadmap: &Roadmap, goal: Vertex, towards: Vertex, mover: Mover) -> Distances {
         let lattice = roadmap.lattice();
         let anchors = if roadmap.is_stop(goal) {
-            roadmap
-                .ways(goal)
-                .filter(|(to, _)| !roadmap.is_stop(*to))
-                .filter_map(|(to, way)| {
-                    let ticks = mover.ticks(roadmap, to, way)?;
-                    Some((lattice.steps(to), ticks))
-                })
-                .collect()
+            let ways = roadmap.ways(goal).filter(|(to, _)| !roadmap.is_stop(*to));
+            let anchor = |(to, way)| Some((lattice.steps(to), mover.ticks(roadmap, to, way)?));
+            ways.filter_map(anchor).collect()
         } else {
             vec![(lattice.steps(goal), 0)]
         };

@@ -132,6 +132,17 @@ impl Lattice {
         &self.strides
     }
 
+    /// Where open steps lead from a place, ascending: which of [`NEIGHBOURS`], and the place. The bits
+    /// of `open` are in the order of [`NEIGHBOURS`]; none of them leads outside.
+    #[inline]
+    pub(crate) fn stepped(&self, from: u32, mut open: u32) -> impl Iterator<Item = (usize, u32)> {
+        std::iter::from_fn(move || {
+            let n = open.trailing_zeros() as usize;
+            open &= open.wrapping_sub(1);
+            (n < 32).then(|| (n, from.wrapping_add_signed(self.strides[n])))
+        })
+    }
+
     /// The place at these steps from the first one, if there is one.
     pub(crate) fn at(&self, steps: [i32; 3]) -> Option<u32> {
         let inside = (0..3).all(|axis| (0..self.counts[axis] as i32).contains(&steps[axis]));

@@ -215,31 +215,18 @@ impl Trajectory {
 
     /// Lowest and highest corner of the box it stays in over a time window (m); `None`: not there.
     pub fn box_m(&self, from_s: f64, until_s: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
-        self.pieces[self.pieces_during(from_s, until_s)]
-            .iter()
-            .map(|piece| {
-                let (a_s, b_s) = (
-                    from_s.max(piece.motion.from_s),
-                    until_s.min(piece.motion.until_s),
-                );
-                piece.motion.box_m(a_s, b_s)
-            })
-            .reduce(|a, b| (a.0.inf(&b.0), a.1.sup(&b.1)))
+        let pieces = self.pieces[self.pieces_during(from_s, until_s)].iter();
+        let boxes = pieces.map(|Piece { motion, .. }| {
+            motion.box_m(from_s.max(motion.from_s), until_s.min(motion.until_s))
+        });
+        boxes.reduce(|a, b| (a.0.inf(&b.0), a.1.sup(&b.1)))
     }
 
     /// Moments at which it is in two places: time (s) and both places (m).
     pub fn jumps(&self) -> impl Iterator<Item = (f64, Point3<f64>, Point3<f64>)> + '_ {
-        let ends = self.pieces.iter().map(|piece| {
-            (
-                piece.motion.until_s,
-                piece.motion.at_m(piece.motion.until_s),
-            )
-        });
-        let begins = self
-            .pieces
-            .iter()
-            .skip(1)
-            .map(|piece| piece.motion.at_m(piece.motion.from_s));
+        let motions = || self.pieces.iter().map(|piece| piece.motion);
+        let ends = motions().map(|motion| (motion.until_s, motion.at_m(motion.until_s)));
+        let begins = motions().skip(1).map(|motion| motion.at_m(motion.from_s));
         ends.zip(begins)
             .filter(|((_, a), b)| (a - b).norm() > SAME_PLACE_M)
             .map(|((t_s, a), b)| (t_s, a.into(), b.into()))

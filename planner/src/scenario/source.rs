@@ -93,12 +93,8 @@ impl<'t> Value<'t> {
 
     /// The values of a list `[a, b]`.
     pub(super) fn items(&self) -> Option<Vec<Value<'t>>> {
-        self.text.starts_with('[').then(|| {
-            self.parts('[')
-                .iter()
-                .map(|part| self.cut(&part.after))
-                .collect()
-        })
+        let parts = self.text.starts_with('[').then(|| self.parts('['))?;
+        Some(parts.iter().map(|part| self.cut(&part.after)).collect())
     }
 
     /// The values of a tuple `(a, b)`, however many there are.
@@ -111,23 +107,15 @@ impl<'t> Value<'t> {
     /// The entries of a map `{ "a": b }`, repeated keys included.
     pub(super) fn entries(&self) -> Option<Vec<(Value<'t>, Value<'t>)>> {
         let parts = self.text.starts_with('{').then(|| self.parts('{'))?;
-        Some(
-            parts
-                .iter()
-                .map(|part| (self.cut(&part.before), self.cut(&part.after)))
-                .collect(),
-        )
+        let entry = |part: &Part| (self.cut(&part.before), self.cut(&part.after));
+        Some(parts.iter().map(entry).collect())
     }
 
     /// The fields of `(a: 1, b: 2)`, repeated keys included. The name before the bracket is
     /// optional.
     pub(super) fn pairs(&self, name: &str) -> Option<Vec<Pair<'t>>> {
-        let typed = self
-            .text
-            .split(['(', '/'])
-            .next()
-            .unwrap_or_default()
-            .trim_end();
+        let typed = self.text.split(['(', '/']).next();
+        let typed = typed.unwrap_or_default().trim_end();
         if !self.text.ends_with(')') || (!typed.is_empty() && typed != name) {
             return None;
         }
@@ -228,25 +216,24 @@ fn syntax(text: &str, body: &str, error: &ron::error::SpannedError) -> Box<Probl
             ..Problem::default()
         });
     }
+    let still_open = |at: usize, bracket: char| {
+        let line = line(text, at);
+        format!("the `{bracket}` of line {line} is still open here")
+    };
     if text[start..].trim().is_empty() {
         let last = text.trim_end().len();
         let end_of_text =
             last.saturating_sub(text[..last].chars().next_back().map_or(0, char::len_utf8))..last;
         let problem = Problem::at(&end_of_text, "the text ends too early");
         return Box::new(match open_bracket(text) {
-            Some((at, bracket)) => problem.label(format!(
-                "the `{bracket}` of line {} is still open here",
-                line(text, at)
-            )),
+            Some((at, bracket)) => problem.label(still_open(at, bracket)),
             None => problem.label("something is missing after this"),
         });
     }
     let reason = error.code.to_string();
     let mut letters = reason.chars();
-    let reason: String = letters
-        .next()
-        .map(|first| first.to_lowercase().chain(letters).collect())
-        .unwrap_or_default();
+    let first = letters.next().into_iter().flat_map(char::to_lowercase);
+    let reason: String = first.chain(letters).collect();
     // A bracket that closes another than the innermost one: say which that is.
     let closing = text[start..]
         .chars()
@@ -258,12 +245,7 @@ fn syntax(text: &str, body: &str, error: &ron::error::SpannedError) -> Box<Probl
             _ => None,
         });
     let reason = match (closing, open_bracket(&text[..start])) {
-        (Some(opening), Some((at, bracket))) if bracket != opening => {
-            format!(
-                "the `{bracket}` of line {} is still open here",
-                line(text, at)
-            )
-        }
+        (Some(opening), Some((at, bracket))) if bracket != opening => still_open(at, bracket),
         _ => reason,
     };
     // ron points behind a character; a person looks for something to see.
@@ -288,11 +270,8 @@ fn offset(text: &str, position: ron::error::Position) -> usize {
         .sum();
     let column = position.col.saturating_sub(1);
     let line = &text[before..];
-    before
-        + line
-            .char_indices()
-            .nth(column)
-            .map_or(line.len(), |(at, _)| at)
+    let within = line.char_indices().nth(column);
+    before + within.map_or(line.len(), |(at, _)| at)
 }
 
 /// The innermost bracket that is never closed, outside texts and comments.

@@ -71,17 +71,15 @@ impl StayPrice {
     }
 
     fn step(&self, arrives: u32) -> Option<usize> {
-        self.steps
-            .partition_point(|(from, _)| *from <= arrives)
-            .checked_sub(1)
+        let begun = self.steps.partition_point(|(from, _)| *from <= arrives);
+        begun.checked_sub(1)
     }
 
     /// Least of later arrival and price, beyond arriving at this tick.
     fn excess(&self, arrives: u32) -> u32 {
         self.step(arrives).map_or(0, |step| {
-            self.steps[step]
-                .1
-                .min(self.later[step].saturating_sub(arrives))
+            let later = self.later[step].saturating_sub(arrives);
+            self.steps[step].1.min(later)
         })
     }
 
@@ -149,18 +147,15 @@ impl Stays {
 
     /// How much later it is best to arrive.
     pub(crate) fn slack(&self, waypoint: u16, ends: u32) -> u32 {
-        let dearest = self
-            .ahead(waypoint, ends)
-            .max_by_key(|(stay, at)| stay.excess(*at));
+        let ahead = self.ahead(waypoint, ends);
+        let dearest = ahead.max_by_key(|(stay, at)| stay.excess(*at));
         dearest.map_or(0, |(stay, at)| stay.slack(at))
     }
 
     /// Prices of the stays that are still to come, each with the least tick at which it can begin.
     fn ahead(&self, waypoint: u16, ends: u32) -> impl Iterator<Item = (&StayPrice, u32)> {
-        let ahead = self
-            .priced
-            .iter()
-            .filter(move |stay| stay.waypoint >= waypoint);
+        let priced = self.priced.iter();
+        let ahead = priced.filter(move |stay| stay.waypoint >= waypoint);
         ahead.map(move |stay| (&stay.price, ends.saturating_sub(stay.rest_ticks)))
     }
 }
@@ -179,23 +174,20 @@ fn steps(weights: &[u32], blockers: &[Blocker], ticks: u32) -> Vec<(u32, u32)> {
     }
     begins.sort_unstable();
     begins.dedup();
-    begins
-        .into_iter()
-        .map(|begin| {
-            let mut price = 0_u32;
-            let mut last = None;
-            for blocker in blockers {
-                let meets =
-                    blocker.began.0 < begin.saturating_add(ticks) && begin < blocker.clear.0;
-                // Blockers are sorted by drone: each is paid for once.
-                if meets && last != Some(blocker.drone) {
-                    price = price.saturating_add(weights[blocker.drone.0 as usize]);
-                    last = Some(blocker.drone);
-                }
+    let priced = begins.into_iter().map(|begin| {
+        let mut price = 0_u32;
+        let mut last = None;
+        for blocker in blockers {
+            let meets = blocker.began.0 < begin.saturating_add(ticks) && begin < blocker.clear.0;
+            // Blockers are sorted by drone: each is paid for once.
+            if meets && last != Some(blocker.drone) {
+                price = price.saturating_add(weights[blocker.drone.0 as usize]);
+                last = Some(blocker.drone);
             }
-            (begin, price)
-        })
-        .collect()
+        }
+        (begin, price)
+    });
+    priced.collect()
 }
 
 #[cfg(test)]

@@ -87,17 +87,14 @@ fn exclusions(scene: &Scene<'_>, sites: &Sites, site: &Site) -> Vec<Excluded> {
         alpha: air_mps / site.induced_velocity_mps,
         limit: site.air_limit,
     };
-    let alone = near
-        .iter()
-        .map(|other| (other.drone, scene.air_mps(site, &[other])));
+    let alone = near.iter();
+    let alone = alone.map(|other| (other.drone, scene.air_mps(site, &[other])));
     let alone: Vec<(usize, f64)> = alone.collect();
     let over = |(_, alone_mps): &&(usize, f64)| scene.over_limit(site, *alone_mps);
     let mut by: Vec<usize> = alone.iter().filter(over).map(|(other, _)| *other).collect();
     by.retain(|other| !named.contains(other));
     if by.is_empty() && named.is_empty() {
-        let strongest = alone
-            .into_iter()
-            .reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let strongest = (alone.into_iter()).reduce(|a, b| if b.1 > a.1 { b } else { a });
         by.extend(strongest.map(|(other, _)| other));
     }
     found.extend((by.into_iter()).map(|other| (site.drone, Blocker::Drone(other), why)));

@@ -25,10 +25,16 @@ use crate::solver::prepare::Job;
 mod configuration;
 mod far;
 mod round;
-mod rounds;
 
 use configuration::{AgentState, Configuration};
-use rounds::rounds;
+use round::Round;
+
+/// Drones that may be on their way yet when the rounds end, of all: chosen here, a fiftieth. The
+/// last few push one another out of their homes in turn, and are sooner planned one after another.
+const LAST_SHARE: usize = 50;
+/// Rounds without one in which fewer steps are left than ever before: chosen here, longer than a
+/// queue takes to dissolve.
+const MOST_IN_VAIN: usize = 60;
 
 /// How far a fleet came by steps of every drone at once.
 pub(crate) struct PibtRun {
@@ -70,12 +76,8 @@ pub(crate) fn run_pibt(
     }
     let synchronous = SynchronousSteps::new(steps);
     let configuration = Configuration::new(job, &synchronous, &is_fixed, ticks)?;
-    let all = rounds(
-        &configuration,
-        configuration.starts(&job.agents),
-        seed,
-        control.stop,
-    )?;
+    let starts = configuration.starts(&job.agents);
+    let all = rounds(&configuration, starts, seed, control.stop)?;
     effort.rounds += all.len() as u64 - 1;
     let at = moment(all.len() - 1, ticks);
     let each = job.agents.par_iter().enumerate().map(|(drone, agent)| {
@@ -125,11 +127,10 @@ impl PibtRun {
                         && last.end < self.at
                     {
                         // It was home, and had to give way.
-                        let (start, at_m) = (last.end, last.to_m);
                         legs.push(Leg {
-                            start,
+                            start: last.end,
                             end: self.at,
-                            from_m: at_m,
+                            from_m: last.to_m,
                             ..*last
                         });
                     }
@@ -172,10 +173,9 @@ fn leg(job: &Job, agent: &Agent, at: &AgentState, to: &AgentState, time: [Tick; 
 fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, ticks: u32) -> Vec<Leg> {
     let last = places.len() - 1;
     let moves = |step: &usize| places[*step].place != places[last].place;
-    let until = if is_home {
-        (0..last).rev().find(moves).map_or(0, |step| step + 1)
-    } else {
-        last
+    let until = match is_home {
+        true => (0..last).rev().find(moves).map_or(0, |step| step + 1),
+        false => last,
     };
     let legs = (0..until).map(|step| {
         let time = [moment(step, ticks), moment(step + 1, ticks)];
@@ -203,25 +203,76 @@ fn rest_of(job: &Job, agent: &Agent, last: &AgentState, at: Tick) -> Agent {
 fn stay_home(job: &Job, agent: &Agent, legs: &mut Vec<Leg>) -> Tick {
     let home = legs.last().map_or(Tick(0), |last| last.end);
     let at_m = job.roadmap.position_m(agent.last_vertex());
-    let dwell = agent
-        .waypoints
-        .last()
-        .map_or(0, |waypoint| waypoint.dwell_ticks);
+    let dwell = agent.waypoints.last().map_or(0, |it| it.dwell_ticks);
     let arrives = home.after(dwell);
     let stay = Leg {
         start: home,
         ..agent.hover(at_m, agent.kinds[agent.kinds.len() - 1])
     };
-    let dwelling = Leg {
-        end: arrives,
-        ..stay
-    };
     if dwell > 0 {
-        legs.push(dwelling);
+        legs.push(Leg {
+            end: arrives,
+            ..stay
+        });
     }
     legs.extend(agent.ending.legs(Leg {
         start: arrives,
         ..stay
     }));
     arrives
+}
+
+/// Where every drone is after each round, up to the one that left the fewest steps; `None` if it
+/// was told to stop.
+fn rounds(
+    configuration: &Configuration<'_>,
+    starts: Vec<AgentState>,
+    seed: u64,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Option<Vec<Vec<AgentState>>> {
+    let drones = configuration.len();
+    let left = |all: &[AgentState]| -> u32 {
+        let of = |drone: usize| configuration.steps_left(drone, &all[drone]);
+        (0..drones).map(of).sum()
+    };
+    // How long each has been on its way since it was last at home; at first, those with farther to
+    // go are before others.
+    let far = |drone: usize| configuration.steps_left(drone, &starts[drone]);
+    let farthest = (0..drones).map(far).max().unwrap_or(0);
+    let first = |drone: usize| far(drone) as f32 / (farthest + 1) as f32;
+    let mut urgency: Vec<f32> = (0..drones).map(first).collect();
+    let mut order: Vec<u32> = (0..drones as u32).collect();
+    let (mut fewest, mut best) = (left(&starts), 0);
+    let mut all = vec![starts];
+    while fewest > 0 && all.len() - best <= MOST_IN_VAIN {
+        if stop() {
+            return None;
+        }
+        let now = &all[all.len() - 1];
+        order.sort_by(|a, b| urgency[*b as usize].total_cmp(&urgency[*a as usize]));
+        let random = seed ^ (all.len() as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+        let ways = Round::new(configuration, now, random).decide_all(&order);
+        let after =
+            |(drone, way): (usize, &u8)| configuration.after(drone, &now[drone], usize::from(*way));
+        let next: Vec<AgentState> = ways.iter().enumerate().map(after).collect();
+        for (drone, urgency) in urgency.iter_mut().enumerate() {
+            *urgency = if configuration.is_home(drone, &next[drone]) {
+                urgency.fract()
+            } else {
+                *urgency + 1.0
+            };
+        }
+        let now_left = left(&next);
+        let away = (0..drones).filter(|&drone| !configuration.is_home(drone, &next[drone]));
+        let away = away.count();
+        all.push(next);
+        if now_left < fewest {
+            (fewest, best) = (now_left, all.len() - 1);
+            if away * LAST_SHARE <= drones {
+                break;
+            }
+        }
+    }
+    all.truncate(best + 1);
+    Some(all)
 }

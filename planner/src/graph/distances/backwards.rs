@@ -179,13 +179,8 @@ impl Backwards {
     ) {
         let here = self.least(place);
         let [i, j, k] = lattice.steps(place);
-        let mut steps = open[place as usize];
-        let strides = lattice.strides();
-        while steps != 0 {
-            let n = steps.trailing_zeros() as usize;
-            steps &= steps - 1;
+        for (n, to) in lattice.stepped(place, open[place as usize]) {
             let d = NEIGHBOURS[n];
-            let to = place.wrapping_add_signed(strides[n]);
             let ticks = here + mover.steps[AXES[n]].1;
             // What is done is not farther.
             if ticks < self.least(to) {

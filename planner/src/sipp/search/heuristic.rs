@@ -100,9 +100,8 @@ impl<'a> Heuristic<'a> {
             if past.saturating_sub(waypoint.rest_ticks) > plain.saturating_add(least_weight) {
                 heuristic.waypoints[index] = None;
             }
-            begins = begins
-                .saturating_add(plain)
-                .saturating_add(waypoint.dwell_ticks);
+            let passed = plain.saturating_add(waypoint.dwell_ticks);
+            begins = begins.saturating_add(passed);
             from = waypoint.distances.goal();
         }
         heuristic
@@ -110,26 +109,20 @@ impl<'a> Heuristic<'a> {
 
     /// Ticks from a place to the end of the last dwell at least, and whether that is final.
     pub(super) fn at_least(&self, waypoint: usize, from: Vertex) -> (u32, bool) {
-        match (
-            self.waypoints.get(waypoint),
-            self.agent.waypoints.get(waypoint),
-        ) {
-            (Some(Some(ahead)), Some(waypoint)) => {
-                let (ticks, is_final) = match &ahead.map {
-                    Map::Air(backwards) => backwards.at_least(self.scene.roadmap, from),
-                    Map::Floor(floor) => floor.at_least(from),
-                };
-                let all = match ticks {
-                    UNREACHABLE => UNREACHABLE,
-                    _ => ticks.saturating_add(waypoint.rest_ticks),
-                };
-                (all, is_final)
-            }
-            _ => (
-                self.agent.remaining(self.scene.roadmap, waypoint, from),
-                true,
-            ),
-        }
+        let roadmap = self.scene.roadmap;
+        let ahead = self.waypoints.get(waypoint).and_then(Option::as_ref);
+        let Some((ahead, next)) = ahead.zip(self.agent.waypoints.get(waypoint)) else {
+            return (self.agent.remaining(roadmap, waypoint, from), true);
+        };
+        let (ticks, is_final) = match &ahead.map {
+            Map::Air(backwards) => backwards.at_least(roadmap, from),
+            Map::Floor(floor) => floor.at_least(from),
+        };
+        let all = match ticks {
+            UNREACHABLE => UNREACHABLE,
+            _ => ticks.saturating_add(next.rest_ticks),
+        };
+        (all, is_final)
     }
 
     /// The same, final.
@@ -140,10 +133,8 @@ impl<'a> Heuristic<'a> {
 
     /// Raises what is known of a place by so many ticks, if it is not final before.
     pub(super) fn look_on(&mut self, index: usize, from: Vertex, by: u32) {
-        let (Some(Some(ahead)), Some(waypoint)) = (
-            self.waypoints.get_mut(index),
-            self.agent.waypoints.get(index),
-        ) else {
+        let ahead = self.waypoints.get_mut(index).and_then(Option::as_mut);
+        let Some((ahead, waypoint)) = ahead.zip(self.agent.waypoints.get(index)) else {
             return;
         };
         let (closed, begins) = (ahead.closed, ahead.begins);

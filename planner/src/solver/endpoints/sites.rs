@@ -201,9 +201,8 @@ pub(super) struct Sites {
 impl Sites {
     pub(super) fn new(scene: &Scene<'_>, cache: &mut WakeCache, when: EndpointKind) -> Sites {
         let drones = 0..scene.world.drones.len();
-        let sites: Vec<Site> = drones
-            .filter_map(|drone| scene.site(cache, drone, when))
-            .collect();
+        let sites = drones.filter_map(|drone| scene.site(cache, drone, when));
+        let sites: Vec<Site> = sites.collect();
         let deepest_m = scene.world.bounds_m.max.z - scene.world.bounds_m.min.z;
         let greatest = |of: &dyn Fn(&Site) -> f64| sites.iter().map(of).fold(0.0, f64::max);
         let air_m =
@@ -234,9 +233,8 @@ impl Sites {
     /// from it, in the world's order.
     pub(super) fn near(&self, place_m: Point3<f64>, except: usize) -> Vec<&Site> {
         let x_m = |k: &usize| self.sites[*k].place_m.x;
-        let begins = self
-            .by_x
-            .partition_point(|k| x_m(k) < place_m.x - self.farthest_m);
+        let from_m = place_m.x - self.farthest_m;
+        let begins = self.by_x.partition_point(|k| x_m(k) < from_m);
         let beside = self.by_x[begins..].iter();
         let beside = beside.take_while(|k| x_m(k) <= place_m.x + self.farthest_m);
         let mut near: Vec<usize> = beside.copied().collect();

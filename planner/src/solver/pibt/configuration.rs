@@ -6,8 +6,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::far::Far;
-use crate::graph::agent::Agent;
+use crate::graph::agent::{Agent, Waypoint};
 use crate::graph::roadmap::{Roadmap, Vertex};
+use crate::sipp::conflicts::Steps;
 use crate::sipp::conflicts::steps::Pace;
 use crate::sipp::conflicts::synchronous::{AMONG_NEIGHBOURS, STAYS, SynchronousSteps, WAYS};
 use crate::solver::prepare::Job;
@@ -198,7 +199,7 @@ impl<'a> Configuration<'a> {
 
 fn member(
     roadmap: &Roadmap,
-    steps: &crate::sipp::conflicts::Steps,
+    steps: &Steps,
     agent: &Agent,
     is_fixed: bool,
     step_ticks: u32,
@@ -206,7 +207,7 @@ fn member(
     let goals: Vec<Vertex> = if agent.waypoints.is_empty() || is_fixed {
         vec![agent.start]
     } else {
-        let goal = |waypoint: &crate::graph::agent::Waypoint| waypoint.distances.goal();
+        let goal = |waypoint: &Waypoint| waypoint.distances.goal();
         agent.waypoints.iter().map(goal).collect()
     };
     let on_lattice = goals.iter().all(|goal| !roadmap.is_stop(*goal));
@@ -216,9 +217,7 @@ fn member(
     }
     let class = |kind| steps.class(agent.drone, kind);
     let classes: Option<Vec<usize>> = agent.kinds.iter().map(|kind| class(*kind)).collect();
-    let rest = |waypoint: &crate::graph::agent::Waypoint| {
-        u16::try_from(waypoint.dwell_ticks.div_ceil(step_ticks)).ok()
-    };
+    let rest = |it: &Waypoint| u16::try_from(it.dwell_ticks.div_ceil(step_ticks)).ok();
     let rests: Option<Vec<u16>> = agent.waypoints.iter().map(rest).collect();
     Some(Member {
         after: vec![0; goals.len()],
