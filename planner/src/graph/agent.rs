@@ -218,6 +218,7 @@ impl Agent {
     }
 }
 
+/// Sum of two durations in ticks; [`UNREACHABLE`] if either is.
 fn add(a: u32, b: u32) -> u32 {
     if a == UNREACHABLE || b == UNREACHABLE {
         UNREACHABLE

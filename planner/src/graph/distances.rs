@@ -25,7 +25,9 @@ pub(crate) use floor::Floor;
 /// What limits a drone on a roadmap.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mover {
+    /// Along every way (m/s).
     speed_mps: f64,
+    /// Of the ball that must stay clear: body and clearance (m).
     radius_m: f64,
     /// The stops it may use; others' are not for it.
     stops: Vec<Vertex>,
@@ -123,13 +125,17 @@ impl Mover {
 /// Ticks from anywhere to one goal for one drone with no other drone there.
 #[derive(Debug)]
 pub(crate) struct Distances {
+    /// Where every distance leads.
     goal: Vertex,
+    /// What moves there: its speed, size and stops.
     mover: Mover,
     /// Lattice places next to the goal, and the ticks from there.
     anchors: Vec<([i32; 3], u32)>,
     /// Where the answer is closed, ticks of a step along one, two and three axes.
     closed_form: Option<[u32; 3]>,
+    /// What the search is led by towards where the drone comes from.
     lead: Lead,
+    /// The search from the goal as far as it went; asked by several threads.
     backwards: Mutex<Backwards>,
 }
 
@@ -212,6 +218,7 @@ impl Distances {
         self.worked_out().forget();
     }
 
+    /// The search as far as it went, locked for this thread.
     fn worked_out(&self) -> MutexGuard<'_, Backwards> {
         // A panic elsewhere leaves at worst a search begun anew.
         let backwards = self.backwards.lock();
@@ -259,6 +266,7 @@ impl Distances {
         best
     }
 
+    /// The same from a lattice place: over the nearest anchor of the goal.
     fn straight_from_lattice(&self, roadmap: &Roadmap, from: Vertex) -> Option<u32> {
         let steps = self.closed_form?;
         let narrow = roadmap.narrow(self.mover.radius_m)?;
@@ -275,6 +283,8 @@ impl Distances {
     }
 }
 
+/// Ticks between two lattice places (steps from the first one), nothing in between: as many steps
+/// along three axes as possible, then along two, then along one. Exact where `diagonal_steps` is.
 fn diagonals_first(a: [i32; 3], b: [i32; 3], [one, two, three]: [u32; 3]) -> u32 {
     let [x, y, z] = [0, 1, 2].map(|axis| a[axis].abs_diff(b[axis]));
     let (least, most) = (x.min(y).min(z), x.max(y).max(z));

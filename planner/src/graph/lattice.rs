@@ -7,7 +7,9 @@ use crate::scenario::world::Bounds;
 /// Places `origin + cell · (i, j, k)`, all within the bounds, numbered x first, then y, then z.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Lattice {
+    /// The place numbered 0 (m).
     origin_m: Point3<f64>,
+    /// Spacing (m).
     cell_m: f64,
     counts: [usize; 3],
     /// Coordinates on each axis (m).
@@ -18,6 +20,7 @@ pub(crate) struct Lattice {
 /// Steps to the 26 neighbours, in ascending order of their numbers.
 pub(crate) const NEIGHBOURS: [[i32; 3]; 26] = neighbours();
 
+/// The 26 offsets of a 3 x 3 x 3 cube without its middle, x fastest.
 const fn neighbours() -> [[i32; 3]; 26] {
     let mut steps = [[0; 3]; 26];
     let (mut cube, mut filled) = (0, 0);
@@ -34,6 +37,7 @@ const fn neighbours() -> [[i32; 3]; 26] {
 /// Along how many axes each of [`NEIGHBOURS`] is, less one.
 pub(crate) const AXES: [usize; 26] = axes();
 
+/// One entry for each neighbour: 0 along an axis, 1 on a face's diagonal, 2 on the cube's.
 const fn axes() -> [usize; 26] {
     let mut axes = [0; 26];
     let mut n = 0;
@@ -189,6 +193,7 @@ fn to_the_nanometre(coordinate_m: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub(crate) struct BoxCount {
     counts: [usize; 3],
+    /// At `(i, j, k)`, marked places with less than `i`, `j` and `k` steps from the first.
     sums: Vec<u32>,
 }
 
@@ -218,10 +223,12 @@ impl BoxCount {
         table
     }
 
+    /// Index of a corner in `sums`.
     fn index(&self, i: usize, j: usize, k: usize) -> usize {
         i + self.counts[0] * (j + self.counts[1] * k)
     }
 
+    /// Marked places below a corner.
     fn sum(&self, i: usize, j: usize, k: usize) -> u32 {
         self.sums[self.index(i, j, k)]
     }

@@ -46,6 +46,7 @@ fn is_wide(clearance_m: f32, radius_m: f64) -> bool {
 /// What a ball of one radius can do on the lattice.
 #[derive(Debug)]
 struct StepsOfRadius {
+    /// Of the ball, clearance included (m).
     radius_m: f64,
     /// The lattice places from which some step is blocked.
     narrow: BoxCount,
@@ -56,8 +57,11 @@ struct StepsOfRadius {
 /// Ways through free space.
 #[derive(Debug)]
 pub(crate) struct Roadmap {
+    /// Its places keep their numbers as vertices.
     lattice: Lattice,
+    /// Clearances of the lattice's own ways.
     forward: Forward,
+    /// Ways to and from the other places, both directions.
     beyond: Beyond,
     /// Where the places beyond the lattice are (m).
     places_m: Vec<Point3<f64>>,
@@ -180,12 +184,14 @@ impl Roadmap {
         ways.map(|(_, to, way)| (to, *way))
     }
 
+    /// Adds ways beyond the lattice, each as (from, to).
     fn add(&mut self, ways: impl IntoIterator<Item = ((Vertex, Vertex), Way)>) {
         for ((from, to), way) in ways {
             self.beyond.add_edge(from, to, way);
         }
     }
 
+    /// What a ball of this radius (m) can do; `None` if no drone has it.
     fn steps_of(&self, radius_m: f64) -> Option<&StepsOfRadius> {
         self.steps.iter().find(|known| known.radius_m == radius_m)
     }
@@ -255,6 +261,7 @@ fn around<'a>(
     })
 }
 
+/// By place, the steps that a ball of this radius (m) may take, as bits in the order of [`NEIGHBOURS`].
 fn open_steps(lattice: &Lattice, forward: &Forward, radius_m: f64) -> Vec<u32> {
     let of_place = |place: Vertex| {
         let is_open = |(_, _, c): &(usize, Vertex, f32)| is_wide(*c, radius_m) && *c > 0.0;
@@ -269,13 +276,19 @@ fn open_steps(lattice: &Lattice, forward: &Forward, radius_m: f64) -> Vec<u32> {
 
 /// What is needed to measure clearances.
 struct Survey<'a> {
+    /// Where places are.
     lattice: &'a Lattice,
+    /// `None`: no obstacle anywhere.
     solids: Option<&'a Solids>,
+    /// Height of the floor, which bodies keep off too (m).
     floor_z_m: f64,
+    /// More clearance than this is not told apart (m).
     widest_m: f64,
 }
 
 impl Survey<'_> {
+    /// Clearance of every way to a neighbour of higher number, in parallel; negative infinity where there
+    /// is no neighbour.
     fn forward_clearances(&self) -> Forward {
         let step_m = self.lattice.cell_m() * 3.0_f64.sqrt();
         let places = 0..self.lattice.place_count() as u32;
@@ -318,6 +331,7 @@ impl Survey<'_> {
             .collect()
     }
 
+    /// Distance of a straight way from all obstacles, at most `widest_m` (m).
     fn clearance_m(&self, a_m: Point3<f64>, b_m: Point3<f64>) -> f64 {
         self.solids.map_or(self.widest_m, |solids| {
             solids.segment_clearance_m(a_m, b_m, self.widest_m)

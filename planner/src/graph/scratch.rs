@@ -11,13 +11,16 @@ use crate::graph::roadmap::Vertex;
 const MOST_WIPED: usize = 4;
 
 thread_local! {
+    /// Buffers of zeros, by length, that searches of this thread have given back.
     static WIPED: RefCell<Vec<Vec<u32>>> = const { RefCell::new(Vec::new()) };
 }
 
 /// A number for each place.
 #[derive(Debug, Default)]
 pub(crate) struct ScratchBuffer {
+    /// By place.
     numbers: Vec<u32>,
+    /// Places that are not zero any more.
     written: Vec<Vertex>,
 }
 
@@ -39,11 +42,13 @@ impl ScratchBuffer {
         self.numbers.is_empty()
     }
 
+    /// The number of a place.
     #[inline]
     pub(crate) fn get(&self, place: Vertex) -> u32 {
         self.numbers[place as usize]
     }
 
+    /// Writes the number of a place; anything but 0 is wiped when the buffer is dropped.
     #[inline]
     pub(crate) fn set(&mut self, place: Vertex, number: u32) {
         let known = &mut self.numbers[place as usize];

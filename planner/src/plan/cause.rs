@@ -176,6 +176,7 @@ impl Crowding {
     }
 }
 
+/// A place as sentences write it, to the centimetre.
 fn place(point_m: &Point3<f64>) -> String {
     format!("({:.2}, {:.2}, {:.2})", point_m.x, point_m.y, point_m.z)
 }

@@ -47,9 +47,13 @@ pub enum Tail {
 /// Where a drone is when: pieces in order of time, without gaps in time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
+    /// In order of time, back to back.
     pieces: Vec<Piece>,
+    /// First break point (s).
     first_s: f64,
+    /// Last break point (s).
     last_s: f64,
+    /// Place of the last break point (m).
     last_m: Point3<f64>,
 }
 

@@ -177,6 +177,8 @@ pub(super) fn problems(
     found
 }
 
+/// The places at which these drones cannot be, and landings without room; the start only of a drone
+/// that `comes`.
 fn misplacements(
     placed: &World,
     solids: &Solids,

@@ -56,11 +56,17 @@ const SPARE_DRONES: usize = 64;
 /// all legs in the costmap.
 #[derive(Debug)]
 pub struct Running {
+    /// With the drones that came, and the last tasks of all.
     pub(super) world: World,
+    /// What has been flown and what will be, verified.
     pub(super) plan: Plan,
+    /// The world's obstacles, for places that are new.
     pub(super) solids: Solids,
+    /// Its roadmap grows with new stops; its agents are those of the last change.
     pub(super) job: Job,
+    /// What every drone still flies.
     pub(super) costmap: Costmap,
+    /// By drone, in the plan's order.
     pub(super) tracks: Vec<Track>,
     /// Everything before is history.
     pub(super) known: Tick,
@@ -195,6 +201,7 @@ impl Running {
         })
     }
 
+    /// The whole tick of a time (s), rounded up.
     fn moment(&self, at_s: f64) -> Result<Tick, ChangeError> {
         // Ticks count to 2³² hundredths of a second; a plan of a year is a mistake.
         const LATEST_S: f64 = 3.2e7;

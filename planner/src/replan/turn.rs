@@ -28,6 +28,7 @@ pub(super) type Released = Vec<(String, Tick)>;
 
 /// What is remembered of a drone until it is known whether its change can be.
 struct Asked {
+    /// What the caller changed about it.
     cause: Cause,
     /// As it was, if it goes on with that when there is no path.
     before: Option<(Track, Vec<Task>)>,
@@ -91,13 +92,16 @@ fn renew_distances(running: &mut Running) {
 
 /// One try, from a moment on.
 struct Turn<'a> {
+    /// Changed in place; restored by the caller where a drone that comes finds no path.
     running: &'a mut Running,
+    /// The moment of the changes.
     at: Tick,
     /// By index of the drone.
     asked: BTreeMap<usize, Asked>,
 }
 
 impl Turn<'_> {
+    /// Remembers a change that keeps nothing of what the drone had.
     fn ask(&mut self, index: usize, cause: Cause, settled: bool) {
         let asked = Asked {
             cause,
@@ -128,6 +132,7 @@ impl Turn<'_> {
         }
     }
 
+    /// Sets a drone back by a time (s), at most to where its track begins; nothing to do for one at rest.
     fn fall_behind(&mut self, index: usize, by_s: f64) {
         let (at, roadmap) = (self.at, &self.running.job.roadmap);
         let track = &mut self.running.tracks[index];
@@ -146,6 +151,7 @@ impl Turn<'_> {
         self.ask(index, Cause::Late, settled);
     }
 
+    /// Lets a drone in at its start; it stays there until it has a path.
     fn add(&mut self, drone: &Drone) {
         let index = self.running.tracks.len();
         let grounded = drone.at_start == AtStart::Landed;
@@ -170,6 +176,8 @@ impl Turn<'_> {
         self.ask(index, Cause::Added, false);
     }
 
+    /// Gives a drone other tasks from where it can do something else; its track ends there until it
+    /// has a path.
     fn retask(&mut self, index: usize, tasks: &[Task]) {
         let roadmap = &self.running.job.roadmap;
         let track = &self.running.tracks[index];

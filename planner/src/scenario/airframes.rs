@@ -11,6 +11,7 @@ use super::problem::Problem;
 use super::source::{Value, line};
 use super::written::{self, Airframe};
 
+/// The airframes of a scenario by name; names whose entry is wrong go to `spoilt`.
 pub(super) fn airframes<'t>(
     reader: &mut Reader<'t>,
     Field { value, .. }: Field<'_, 't>,
@@ -51,6 +52,7 @@ pub(super) fn airframes<'t>(
     airframes
 }
 
+/// One airframe; `None` where a required number is missing or any is wrong.
 fn airframe<'t>(reader: &mut Reader<'t>, value: Value<'t>, name: &str) -> Option<Airframe> {
     let before = reader.problems.len();
     let mut record = reader.record(value, "Airframe", format!("airframe `{name}`"))?;

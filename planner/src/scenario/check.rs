@@ -124,11 +124,14 @@ impl Drone {
     }
 }
 
+/// Gathers what is wrong with a world, in the order of its fields.
 struct Check {
+    /// All that was found so far.
     errors: Vec<WorldError>,
 }
 
 impl Check {
+    /// A number and its range; `whose` and `quantity` as messages say them.
     fn number(&mut self, whose: &str, quantity: &'static str, value: f64, limits: &Limits) {
         let Limits { low, high, unit } = *limits;
         if !limits.contain(value) {
@@ -143,12 +146,14 @@ impl Check {
         }
     }
 
+    /// A point with every coordinate within 10 km of the origin (m).
     fn place(&mut self, whose: &str, quantity: &'static str, place_m: &Point3<f64>) {
         for &coordinate in place_m.iter() {
             self.number(whose, quantity, coordinate, &PLACE_M);
         }
     }
 
+    /// Two corners (m) that enclose a volume.
     fn corners(&mut self, whose: &str, min_m: &Point3<f64>, max_m: &Point3<f64>) {
         self.place(whose, "the lowest corner", min_m);
         self.place(whose, "the highest corner", max_m);
@@ -158,11 +163,13 @@ impl Check {
         }
     }
 
+    /// A name that can stand in a table.
     fn name(&mut self, whose: String, name: &str) {
         let fault = name_fault(name).map(|fault| WorldError::Name { whose, fault });
         self.errors.extend(fault);
     }
 
+    /// Everything but where drones are.
     fn numbers(&mut self, world: &World) {
         self.name("the world".to_owned(), &world.name);
         self.corners("the bounds", &world.bounds_m.min, &world.bounds_m.max);
@@ -217,6 +224,7 @@ impl Check {
         }
     }
 
+    /// Sizes of a solid, and the indices of a mesh.
     fn solid(&mut self, whose: &str, shape: &Solid) {
         match shape {
             Solid::Box { min_m, max_m } => self.corners(whose, min_m, max_m),
@@ -245,6 +253,7 @@ impl Check {
         }
     }
 
+    /// Airframe, limits, tasks and loads of a drone in air of a density (kg/m³).
     fn drone(&mut self, drone: &Drone, density_kg_per_m3: f64) {
         let whose = format!("drone `{}`", drone.name);
         let (vehicle, airframe) = (&drone.vehicle, &drone.vehicle.airframe);
@@ -285,6 +294,7 @@ impl Check {
         }
     }
 
+    /// Starts, tasks and landings against bounds and obstacles; effects that cannot be flown.
     fn places(&mut self, world: &World) {
         for found in misplaced(world, &Solids::new(&world.obstacles)) {
             let words = found.words(world).to_string();

@@ -14,7 +14,9 @@ use super::written::At;
 /// Gathers what is wrong while a text is read.
 #[derive(Debug)]
 pub(super) struct Reader<'t> {
+    /// The whole text that is read.
     pub(super) text: &'t str,
+    /// In the order in which they were met.
     pub(super) problems: Vec<Problem>,
 }
 
@@ -23,16 +25,22 @@ pub(super) struct Reader<'t> {
 pub(super) struct Record<'t> {
     /// What messages call it: "drone `k1`".
     pub(super) who: String,
+    /// Its first line, where problems of the whole record point.
     head: Range<usize>,
+    /// As typed, repeated keys included.
     pairs: Vec<Pair<'t>>,
+    /// Keys that have been asked for: what the record takes.
     known: Vec<&'static str>,
+    /// Required keys that are not there.
     missing: Vec<&'static str>,
 }
 
 /// A value with the words for it in messages.
 #[derive(Clone, Copy)]
 pub(super) struct Field<'r, 't> {
+    /// As typed.
     pub(super) value: Value<'t>,
+    /// Its key.
     pub(super) key: &'static str,
     /// Whose: "drone `k1`".
     pub(super) who: &'r str,
@@ -230,6 +238,7 @@ impl<'t> Reader<'t> {
         seed
     }
 
+    /// Notes a value that is no whole number; `range` is the label of a number with a fraction or a sign.
     fn not_whole(&mut self, field: Field<'_, 't>, range: &str) {
         let problem = field.must_be("a whole number");
         self.report(match field.value.plain::<f64>() {
@@ -372,6 +381,7 @@ impl<'t> Record<'t> {
         }
     }
 
+    /// The field of a key, which is known from now on; `None` where it is left out or `None`.
     fn field(&mut self, key: &'static str) -> Option<Field<'_, 't>> {
         self.known.push(key);
         let pair = self.pairs.iter().find(|pair| pair.key == key)?;

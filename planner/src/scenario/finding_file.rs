@@ -18,6 +18,7 @@ use crate::scenario::world::World;
 /// Where a scenario cites a finding, or that the command line does.
 #[derive(Clone, Debug)]
 pub(super) struct Citation {
+    /// As the scenario or the command line names it.
     pub(super) file: String,
     /// In the scenario; `None`: the command line does.
     pub(super) at: Option<Range<usize>>,
@@ -25,6 +26,7 @@ pub(super) struct Citation {
 
 /// A finding that is flown.
 pub(super) struct CitedFinding {
+    /// What it adds to the hover jet; all of it can be flown.
     pub(super) effects: Effects,
     /// What a reader of the plan should know of it.
     pub(super) notes: Vec<String>,
@@ -106,6 +108,7 @@ pub(super) fn read(
     cited(file, &text, |reader| finding(reader, file))
 }
 
+/// The finding in a text that is RON, with notes for a reader of the plan.
 fn finding(reader: &mut Reader<'_>, file: &str) -> Option<CitedFinding> {
     let value = root(reader.text).ok()?;
     let mut record = reader.record(value, "Finding", "the finding".to_owned())?;
@@ -213,6 +216,7 @@ fn check<'t>(reader: &mut Reader<'t>, record: &mut Record<'t>, parameter: &Param
     }
 }
 
+/// What to tell of an effect that is not followed exactly; `None` for one that is.
 fn note((name, treatment): (&'static str, Treatment), file: &str) -> Option<String> {
     match treatment {
         Treatment::Bounded(how) => Some(format!(

@@ -10,6 +10,7 @@ use super::written::At;
 
 /// A jet that a scenario cites.
 pub(super) struct CitedJet {
+    /// Its constants, in range.
     pub(super) jet: Jet,
     /// What a reader of the plan should know of it.
     pub(super) note: Option<String>,
@@ -34,6 +35,7 @@ pub(super) fn read(
     cited(file, &text, |reader| jet(reader, file))
 }
 
+/// The jet in a text that is RON; all other keys are checked, and change nothing.
 fn jet(reader: &mut Reader<'_>, file: &str) -> Option<CitedJet> {
     let value = root(reader.text).ok()?;
     let mut record = reader.record(value, "Jet", "the jet".to_owned())?;

@@ -175,7 +175,9 @@ fn place_of<'s>(source: &'s written::Drone, spot: &Spot) -> &'s Range<usize> {
 
 /// A drone beside what was written for it.
 struct Sourced<'w> {
+    /// As typed, with its places in the text.
     source: &'w written::Drone,
+    /// As it is planned.
     drone: Drone,
     /// Whether all of it is in order; otherwise its places are checked, and nothing else.
     is_sound: bool,
@@ -183,10 +185,15 @@ struct Sourced<'w> {
 
 /// What has been made of a scenario so far.
 struct Meaning<'w> {
+    /// What was typed.
     written: &'w Written,
+    /// Airframes that are defined, but wrongly: noted where they are.
     spoilt_airframes: &'w [String],
+    /// Temperature and pressure, for induced velocities.
     air: Air,
+    /// What is wrong so far.
     problems: Vec<Problem>,
+    /// What a reader of the plan should know.
     notes: Vec<String>,
     /// Airframes whose induced velocity has been refused.
     refused: BTreeSet<String>,
@@ -198,6 +205,8 @@ impl<'w> Meaning<'w> {
         read.map_err(|more| self.problems.extend(more)).ok()
     }
 
+    /// Every drone with what is typed of it, in the scenario's order; one of an unknown airframe stands in as
+    /// a point.
     fn drones(&mut self) -> Vec<Sourced<'w>> {
         let mut vehicles: BTreeMap<&str, Option<Vehicle>> = BTreeMap::new();
         let mut drones = Vec::new();
@@ -233,6 +242,7 @@ impl<'w> Meaning<'w> {
         drones
     }
 
+    /// The scenario's own airframe of this name, or the preset; `None` where there is none, or it cannot fly.
     fn vehicle(&mut self, source: &written::Drone) -> Option<Vehicle> {
         let name = source.airframe.value.as_str();
         let Some(own) = self.written.airframes.get(name) else {
@@ -264,6 +274,7 @@ impl<'w> Meaning<'w> {
         })
     }
 
+    /// Notes a name that is neither a preset nor the scenario's own, with the nearest that is.
     fn unknown_airframe(&mut self, source: &written::Drone) {
         let name = source.airframe.value.as_str();
         if self.written.airframes.contains_key(name) {
@@ -282,6 +293,7 @@ impl<'w> Meaning<'w> {
         self.problems.push(problem.help(help));
     }
 
+    /// The drone as a planner takes it; one that is not sound hovers at its end.
     fn drone(&self, source: &written::Drone, vehicle: Vehicle, is_sound: bool) -> Drone {
         let task = |task: &written::Task| Task {
             to_m: task.to_m.value,

@@ -47,7 +47,9 @@ use crate::scenario::world::World;
 /// themselves.
 #[derive(Clone, Copy)]
 pub struct Files<'a> {
+    /// The text of a file by its path, or why it cannot be had.
     read: &'a dyn Fn(&str) -> Result<String, String>,
+    /// Takes the place of the finding that the scenario cites.
     finding: Option<&'a str>,
 }
 
@@ -70,6 +72,7 @@ impl<'a> Files<'a> {
         }
     }
 
+    /// The text of a cited file.
     fn text(&self, file: &str) -> Result<String, String> {
         (self.read)(file)
     }

@@ -159,6 +159,7 @@ fn landing_misfit(
     })
 }
 
+/// What is wrong with being at a place (m) with so much room around (m); `None`: nothing.
 fn misfit(world: &World, solids: &Solids, place_m: Point3<f64>, needs_m: f64) -> Option<Misfit> {
     let by_m = outside_by_m(&world.bounds_m, place_m);
     if by_m > TOUCHING_M {
@@ -173,6 +174,7 @@ fn misfit(world: &World, solids: &Solids, place_m: Point3<f64>, needs_m: f64) ->
     })
 }
 
+/// How far a place lies outside, along the axis where that is most (m); 0 inside.
 fn outside_by_m(bounds_m: &Bounds, place_m: Point3<f64>) -> f64 {
     (0..3)
         .map(|axis| (bounds_m.min[axis] - place_m[axis]).max(place_m[axis] - bounds_m.max[axis]))

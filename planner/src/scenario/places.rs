@@ -6,6 +6,7 @@ use super::problem::Problem;
 use super::source::Value;
 use super::written::{Bounds, Obstacle, Place, ZONE_AIR_LIMIT_DEFAULT_MPS, Zone};
 
+/// The bounds of the world; `None` unless they enclose a volume.
 pub(super) fn bounds<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Bounds> {
     let mut record = reader.record(field.value, "Bounds", "`bounds_m`".to_owned())?;
     let min = record.required(reader, "min", Reader::place);
@@ -41,6 +42,7 @@ fn box_has_volume(reader: &mut Reader<'_>, who: &str, min: &Place, max: &Place) 
     false
 }
 
+/// One solid; `None` unless its keys make exactly one shape.
 pub(super) fn obstacle<'t>(
     reader: &mut Reader<'t>,
     value: Value<'t>,
@@ -80,6 +82,7 @@ pub(super) fn obstacle<'t>(
 
 /// Whether the keys of an obstacle make exactly one of the three shapes, and all of it.
 fn is_one_shape(reader: &mut Reader<'_>, record: &Record<'_>) -> bool {
+    /// Each shape with the keys that it needs, and those that it may have.
     const SHAPES: [(&str, &[&str], &[&str]); 3] = [
         ("box", &["min_m", "max_m"], &[]),
         ("cylinder", &["base_m", "radius_m", "height_m"], &[]),
@@ -118,6 +121,7 @@ fn is_one_shape(reader: &mut Reader<'_>, record: &Record<'_>) -> bool {
     false
 }
 
+/// One zone; `None` unless it encloses a volume.
 pub(super) fn zone<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize) -> Option<Zone> {
     let mut record = reader.named(value, "Zone", index)?;
     let default = format!("zone-{}", index + 1);

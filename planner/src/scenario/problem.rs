@@ -31,6 +31,7 @@ pub struct Cited {
 }
 
 impl Problem {
+    /// A problem at a place in the text (bytes).
     pub(super) fn at(span: &Range<usize>, message: impl Into<String>) -> Problem {
         Problem {
             message: message.into(),
@@ -39,21 +40,25 @@ impl Problem {
         }
     }
 
+    /// Says what to read at that place.
     pub(super) fn label(mut self, label: impl Into<String>) -> Problem {
         self.label = Some(label.into());
         self
     }
 
+    /// Adds what else one must know.
     pub(super) fn note(mut self, note: impl Into<String>) -> Problem {
         self.notes.push(note.into());
         self
     }
 
+    /// Says the way out.
     pub(super) fn help(mut self, help: impl Into<String>) -> Problem {
         self.help = Some(help.into());
         self
     }
 
+    /// Says the way out, if there is one to say.
     pub(super) fn maybe_help(mut self, help: Option<String>) -> Problem {
         self.help = help.or(self.help);
         self
@@ -122,6 +127,7 @@ pub(super) fn nearest<'a>(
         .map(|(_, name)| name)
 }
 
+/// The way out of a name that is nearly a known one.
 pub(super) fn did_you_mean(name: &str) -> String {
     format!("did you mean `{name}`?")
 }

@@ -29,9 +29,11 @@ pub(super) struct Reading {
     pub(super) written: Option<Written>,
     /// Names in `airframes` whose entry was wrong: known, but not to be used.
     pub(super) spoilt_airframes: Vec<String>,
+    /// What is wrong, in the order in which it was met.
     pub(super) problems: Vec<Problem>,
 }
 
+/// Reads a scenario as far as it can be read; never stops at an error.
 pub(super) fn read(text: &str) -> Reading {
     let mut reader = Reader {
         text,
@@ -52,6 +54,7 @@ pub(super) fn read(text: &str) -> Reading {
     }
 }
 
+/// The whole record; names of wrong airframes go to `spoilt`.
 fn scenario<'t>(
     reader: &mut Reader<'t>,
     value: Value<'t>,
@@ -96,6 +99,7 @@ fn scenario<'t>(
     })
 }
 
+/// Weather and flow model; numbers that look like kelvin or hectopascal are told so.
 fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
     let mut record = reader.record(field.value, "Air", "`air`".to_owned())?;
     let default = Air::default();
@@ -132,6 +136,7 @@ fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
     })
 }
 
+/// The fleet without the drones that cannot be read; names given twice are noted.
 fn drones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Vec<Drone>> {
     let items = reader.items(field)?;
     if items.is_empty() {
@@ -158,6 +163,7 @@ fn drones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Vec<Drone
     Some(drones)
 }
 
+/// The name of a drone as far as it is one, and the drone where at least one of its places could be read.
 fn drone<'t>(
     reader: &mut Reader<'t>,
     value: Value<'t>,
@@ -212,6 +218,7 @@ fn drone<'t>(
     (name, drone)
 }
 
+/// One task of a drone that messages call `drone`; `None` without a place.
 fn task<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize, drone: &str) -> Option<Task> {
     let mut record = reader.record(value, "Task", format!("task {} of {drone}", index + 1))?;
     let to_m = record.required(reader, "to_m", Reader::place);

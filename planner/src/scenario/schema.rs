@@ -53,6 +53,7 @@ fn gather(whole: &Value, at: &Value, path: &str, defaults: &mut Map<String, Valu
     }
 }
 
+/// An airframe known by name, with the keys that a scenario would write for it.
 fn preset(airframe: &airflow::Airframe) -> Value {
     json!({
         "mass_kg": airframe.mass_kg(),

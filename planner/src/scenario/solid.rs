@@ -24,16 +24,22 @@ pub(crate) const TOUCHING_M: f64 = 1e-9;
 /// Obstacles, ready to be asked for distances. Indices are those of the slice it was made from.
 #[derive(Debug)]
 pub(crate) struct Solids {
+    /// By box; its leaves are `parts`.
     tree: Bvh,
+    /// Convex solids, and connected parts of meshes.
     parts: Vec<Part>,
 }
 
+/// What the tree tells apart.
 #[derive(Debug)]
 struct Part {
+    /// Index in the slice that the solids were made from.
     obstacle: usize,
+    /// Its geometry (m).
     form: Form,
 }
 
+/// A closed form, or parry's mesh; all lengths in metres.
 #[derive(Debug)]
 enum Form {
     Box {
@@ -141,6 +147,7 @@ impl Solids {
         best
     }
 
+    /// The nearest obstacle to a leg (m), if one is nearer than `at_most_m`.
     fn nearest_within(
         &self,
         a_m: Point3<f64>,
@@ -156,6 +163,7 @@ impl Solids {
         self.named(best, at_most_m)
     }
 
+    /// A part of the tree as its obstacle's distance (m) and index.
     fn named(&self, best: Option<(u32, f64)>, otherwise_m: f64) -> (f64, Option<usize>) {
         match best {
             Some((part, distance_m)) => (distance_m, Some(self.parts[part as usize].obstacle)),
@@ -177,6 +185,7 @@ fn bound_m(node: &BvhNode, a: Vector, b: Vector) -> f64 {
 }
 
 impl Form {
+    /// Its axis-aligned box.
     fn aabb(&self) -> Aabb {
         match self {
             Form::Box { low, high } => Aabb::new(*low, *high),
@@ -195,6 +204,7 @@ impl Form {
         }
     }
 
+    /// Signed distance of a point (m); not negative for an open sheet.
     fn distance_to_point_m(&self, point: Vector) -> f64 {
         match self {
             Form::Box { low, high } => {
@@ -222,6 +232,7 @@ impl Form {
         }
     }
 
+    /// Smallest signed distance on a segment (m).
     fn distance_to_segment_m(&self, a: Vector, b: Vector) -> f64 {
         let Form::Mesh { mesh, closed } = self else {
             return smallest_on_segment_m(a, b, |point| self.distance_to_point_m(point));
@@ -310,6 +321,7 @@ fn mesh_parts(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Form> {
         .collect()
 }
 
+/// One connected part with its faces outward where it is closed; `None` where parry refuses it.
 fn mesh_part(places: &[Vector], mut triangles: Vec<[u32; 3]>) -> Option<Form> {
     // Closed: every edge is walked once in each direction.
     let mut walks: BTreeMap<(u32, u32), i32> = BTreeMap::new();
@@ -346,6 +358,7 @@ fn mesh_part(places: &[Vector], mut triangles: Vec<[u32; 3]>) -> Option<Form> {
     Some(Form::Mesh { mesh, closed })
 }
 
+/// A point as parry has it; no turn of axes, the world is z-up in both.
 fn vector(point: &Point3<f64>) -> Vector {
     Vector::new(point.x, point.y, point.z)
 }

@@ -25,8 +25,11 @@ pub(super) struct Value<'t> {
 /// One `key: value`.
 #[derive(Clone, Debug)]
 pub(super) struct Pair<'t> {
+    /// As typed, before the colon.
     pub(super) key: &'t str,
+    /// In bytes of the whole text.
     pub(super) key_at: Range<usize>,
+    /// Behind the colon.
     pub(super) value: Value<'t>,
 }
 
@@ -143,6 +146,7 @@ impl<'t> Value<'t> {
         }
     }
 
+    /// A part of this value, by bytes of its own text.
     fn cut(&self, range: &Range<usize>) -> Value<'t> {
         Value {
             text: &self.text[range.clone()],
@@ -197,15 +201,20 @@ impl<'t> Value<'t> {
 /// is nothing.
 #[derive(Debug, Default)]
 struct Part {
+    /// Where the colon stands, in bytes of the bracket's text.
     colon: Option<usize>,
+    /// Before the colon.
     before: Range<usize>,
+    /// Behind it; without a colon the whole of it.
     after: Range<usize>,
 }
 
+/// How every value is read: `Some( )` may be left out.
 fn options() -> ron::Options {
     ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
 }
 
+/// ron's error in words for a person, at a place with something to see.
 fn syntax(text: &str, body: &str, error: &ron::error::SpannedError) -> Box<Problem> {
     let shift = text.len() - body.len();
     let start = shift + offset(body, error.span.start);

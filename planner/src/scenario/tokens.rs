@@ -4,17 +4,22 @@
 
 /// A text in quotes, a character in quotes, or one other byte that is neither blank nor comment.
 pub(super) struct Token {
+    /// Where it begins (bytes).
     pub(super) at: usize,
+    /// Behind its last byte.
     pub(super) end: usize,
 }
 
 /// Cuts RON into tokens just fine enough to find its commas and brackets.
 pub(super) struct Tokens<'t> {
+    /// The whole text.
     bytes: &'t [u8],
+    /// Where the next token is looked for.
     at: usize,
 }
 
 impl Tokens<'_> {
+    /// The tokens of a text from its beginning.
     pub(super) fn of(text: &str) -> Tokens<'_> {
         Tokens {
             bytes: text.as_bytes(),

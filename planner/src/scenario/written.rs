@@ -26,7 +26,9 @@ pub(super) const ZONE_AIR_LIMIT_DEFAULT_MPS: f64 = 1.5;
 /// A value and the bytes of the text that it was read from.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct At<T> {
+    /// What was read.
     pub(super) value: T,
+    /// Bytes of the whole text.
     pub(super) at: Range<usize>,
 }
 

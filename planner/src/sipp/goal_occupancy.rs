@@ -20,12 +20,14 @@ pub(crate) struct Stays {
     pub(crate) never: Option<(DroneId, Why)>,
 }
 
+/// A stay that costs something.
 #[derive(Debug)]
 struct Stay {
     /// After which it begins.
     waypoint: u16,
     /// From its beginning to the end of the last dwell, with no other drone there.
     rest_ticks: u32,
+    /// By its beginning.
     price: StayPrice,
 }
 
@@ -70,6 +72,7 @@ impl StayPrice {
         self.steps.is_empty()
     }
 
+    /// The last step that begins no later than this tick; `None` where nothing is priced.
     fn step(&self, arrives: u32) -> Option<usize> {
         let begun = self.steps.partition_point(|(from, _)| *from <= arrives);
         begun.checked_sub(1)

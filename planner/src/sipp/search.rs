@@ -119,6 +119,7 @@ impl<'a> Scene<'a> {
         self.weights[blocker.drone.0 as usize]
     }
 
+    /// Who is in the way of a leg, by the costmap: far-off drones' weak wakes count only where it is careful.
     pub(crate) fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
         if self.careful {
             self.costmap.judge(leg, verdict);
@@ -212,6 +213,7 @@ pub(crate) fn search(mut scene: Scene<'_>, agent: &Agent) -> Searched {
     searched
 }
 
+/// Tries by the reservation table until a path holds, then with every step judged in full.
 fn find(scene: Scene<'_>, agent: &Agent) -> Searched {
     let mut refuted = Rc::new(RefutedEdges::default());
     let mut expansions = 0;
@@ -285,6 +287,8 @@ fn is_valid(scene: &Scene<'_>, path: &Path, refuted: &mut RefutedEdges) -> bool 
     sound
 }
 
+/// One search: a plain look first where few are in the way, then past the drones that stay, with the
+/// weight schedule.
 fn look<'a>(
     scene: Scene<'a>,
     agent: &'a Agent,

@@ -86,6 +86,7 @@ pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) 
     plan
 }
 
+/// One drone's part of the plan; without a path it stays at its start.
 fn drone_plan(
     world: &World,
     job: &Job,
@@ -188,6 +189,7 @@ pub(crate) fn break_points(legs: &[Leg], mass_kg: impl Fn(&Leg) -> f64) -> Traje
     entry
 }
 
+/// A vehicle with all that is needed to judge its wake, in air of a density (kg/m³).
 pub(crate) fn airframe_entry(vehicle: &Vehicle, density_kg_per_m3: f64) -> AirframeEntry {
     let airframe = &vehicle.airframe;
     AirframeEntry {

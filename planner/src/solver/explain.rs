@@ -96,11 +96,14 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
 
 /// Stranded drones with those in their way: each group is a question of its own.
 struct Groups {
+    /// Drones, ascending; no drone is in two groups.
     members: Vec<Vec<DroneId>>,
+    /// By unplanned drone, what stops it while every other keeps to its plan.
     obstructions: Vec<(DroneId, Option<Obstruction>)>,
 }
 
 impl Groups {
+    /// The groups of all drones that others obstruct.
     fn of(job: &Job, paths: &Paths, control: &Control<'_>) -> Groups {
         let mut groups = Groups {
             members: Vec::new(),
@@ -125,6 +128,7 @@ impl Groups {
         groups
     }
 
+    /// Puts a drone and who is in its way into one group, with all groups that either is in.
     fn join(&mut self, drone: DroneId, other: Option<DroneId>) {
         let mut joined: Vec<DroneId> = std::iter::once(drone).chain(other).collect();
         let touches = |group: &Vec<DroneId>| group.iter().any(|member| joined.contains(member));
@@ -149,6 +153,7 @@ impl Groups {
         drones.find(|drone| members.contains(drone))
     }
 
+    /// The group of a drone, and what stops it.
     fn of_drone(&self, drone: DroneId) -> (Option<usize>, Option<Obstruction>) {
         let group = self.members.iter().position(|group| group.contains(&drone));
         let by = self.obstructions.iter().find(|(known, _)| *known == drone);
@@ -156,10 +161,12 @@ impl Groups {
     }
 }
 
+/// What the scenario calls it.
 fn name(world: &World, drone: DroneId) -> &str {
     &world.drones[drone.0 as usize].name
 }
 
+/// The first part of a drone's job that no path leads along; `None` where it has no task.
 fn missing_path(world: &World, job: &Job, drone: DroneId) -> Option<MissingPath> {
     let agent = &job.agents[drone.0 as usize];
     let drone = &world.drones[drone.0 as usize];
@@ -182,6 +189,7 @@ fn missing_path(world: &World, job: &Job, drone: DroneId) -> Option<MissingPath>
     })
 }
 
+/// The conflict of goals that a drone was dropped for, or is part of.
 fn goal_conflict(
     world: &World,
     conflicts: &[EndpointConflict],
@@ -203,6 +211,7 @@ fn goal_conflict(
     })
 }
 
+/// What is in the way, by the names of the scenario.
 fn hindrance(world: &World, by: &Obstruction) -> Hindrance {
     let kind = match by.by {
         Obstructor::Zone(zone) => HindranceKind::Zone {
@@ -313,11 +322,15 @@ fn gentlest_pass(
 
 /// The air along the whole path of a drone, and the worst of it.
 struct Assessed {
+    /// Which drone.
     drone: DroneId,
+    /// Where its mean air over its limit is highest.
     worst: Worst,
     /// The worst over its limit.
     over: f64,
+    /// Integral of the mean axial speed over time (m).
     axial_exposure_m: f64,
+    /// Beyond hovering in still air (J).
     extra_energy_j: f64,
 }
 
@@ -346,6 +359,7 @@ fn assess(costmap: &Costmap, drone: DroneId) -> Option<Assessed> {
 }
 
 impl Assessed {
+    /// What the gentlest pass exposes this drone to; limits are wanted by all that are `exposed`.
     fn exposure(&self, world: &World, exposed: &[Assessed]) -> Exposure {
         let name = |drone: DroneId| name(world, drone).to_owned();
         let Worst {

@@ -55,11 +55,15 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
 
 /// A run of the planner, as far as it is the same for a world alone and among fixed trajectories.
 pub(crate) struct Run<'a> {
+    /// Checked.
     world: &'a World,
+    /// Says when to stop.
     control: &'a Control<'a>,
     /// Roadmap and agents of the world's drones.
     pub(crate) job: Job,
+    /// Of endpoints: none of starts.
     conflicts: Vec<EndpointConflict>,
+    /// Of all searches of the run.
     effort: Effort,
 }
 

@@ -12,9 +12,13 @@ use crate::plan::{DronePlan, Obstacle, Plan, Solid};
 /// Outlines of wakes in the world of one plan.
 #[derive(Clone, Debug)]
 pub struct WakeOutlines {
+    /// Of the plan's air.
     density_kg_per_m3: f64,
+    /// Constants of the merged jet.
     jet: Jet,
+    /// What a finding adds to it.
     flown: Flown,
+    /// Floor and level faces, on which wakes end.
     surfaces: BlockingSurfaces,
 }
 

@@ -153,10 +153,12 @@ impl PibtRun {
     }
 }
 
+/// When a round ends that is the n-th, each as long as this.
 fn moment(round: usize, ticks: u32) -> Tick {
     Tick(round as u32 * ticks)
 }
 
+/// What a drone flies from one state to the next.
 fn leg(job: &Job, agent: &Agent, at: &AgentState, to: &AgentState, time: [Tick; 2]) -> Leg {
     let kind = usize::from(at.waypoint) + usize::from(at.rest > 0);
     let kind = agent.kinds[kind.min(agent.kinds.len() - 1)];

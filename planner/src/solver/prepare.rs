@@ -157,7 +157,9 @@ fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = Stop> + '_ 
 
 /// What a drone has to do, and where on the roadmap.
 pub(crate) struct Duties<'a> {
+    /// Its lattice gives steps their lengths.
     pub(crate) roadmap: &'a Roadmap,
+    /// In order.
     pub(crate) tasks: &'a [Task],
     /// Where it begins, and where each task is.
     pub(crate) vertices: &'a [Vertex],
@@ -251,6 +253,7 @@ pub(crate) fn ending_from(
 /// Distinct vehicles at distinct masses (kg), by [`KindId`].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Kinds {
+    /// Vehicle and mass with payload (kg), by [`KindId`].
     kinds: Vec<(Vehicle, f64)>,
 }
 

@@ -122,6 +122,7 @@ impl FleetProblem<'_> {
         attempt.into_paths()
     }
 
+    /// A fleet of which nothing is planned yet, with a reservation table of what is in the costmap.
     fn attempt<'b>(&'b self, costmap: Costmap, effort: &'b mut Effort) -> Attempt<'b> {
         let energy_weight = self.planning.energy_weight;
         let mut attempt = Attempt::new(self.job, costmap, energy_weight, self.control, effort);

@@ -16,9 +16,13 @@ use crate::plan::{Bounds, Zone};
 ///
 /// World frame, z up; metres, seconds, m/s.
 pub(crate) struct Scene<'a> {
+    /// Limits of every rotor-plane centre.
     pub(crate) bounds_m: Bounds,
+    /// Floor and solids.
     pub(crate) obstacles: Obstacles,
+    /// Those with a box and a limit.
     pub(crate) zones: Vec<&'a Zone>,
+    /// How wakes add up at a point.
     pub(crate) superposition: Superposition,
     /// What a finding adds to the hover jet.
     pub(crate) flown: Flown,
@@ -29,6 +33,7 @@ pub(crate) struct Scene<'a> {
     /// Drones that stay are judged up to here (s): `last_s`, the longest delay, and a second of rest,
     /// which stands for all time after it.
     pub(crate) horizon_s: f64,
+    /// In the plan's order, those that cannot be read left out.
     pub(crate) flights: Vec<Flight>,
 }
 
@@ -36,6 +41,7 @@ pub(crate) struct Scene<'a> {
 pub(crate) struct Flight {
     /// In the plan.
     pub(crate) index: usize,
+    /// The plan's name for it.
     pub(crate) name: String,
     /// Up to the scene's horizon where it stays.
     pub(crate) trajectory: Trajectory,
@@ -43,9 +49,13 @@ pub(crate) struct Flight {
     pub(crate) airborne_s: Span,
     /// Highest mean air over its discs, over its induced velocity.
     pub(crate) air_limit: f64,
+    /// Along every piece (m/s).
     pub(crate) max_speed_mps: f64,
+    /// Of the ball that must stay clear (m).
     pub(crate) body_radius_m: f64,
+    /// From its centre to the tips of its rotors (m).
     pub(crate) tip_radius_m: f64,
+    /// Points over which its mean air is taken.
     pub(crate) discs: Arc<DiscPoints>,
     /// One per piece of the trajectory, at its mass.
     pub(crate) wakes: Vec<Arc<BoundedWake>>,

@@ -12,12 +12,14 @@ use crate::graph::scratch::ScratchBuffer;
 /// A search from the goal that can be resumed.
 #[derive(Debug, Default)]
 pub(crate) struct Backwards {
+    /// By what places nearer to where the drone comes from have their turn first.
     pub(super) lead: Lead,
     /// Ticks known so far, twice one more than these, one more where they are exact; nothing where
     /// it is closed.
     known: ScratchBuffer,
     /// Places by ticks so far plus the least that may be missing to where the drone comes from.
     buckets: Buckets,
+    /// The bucket whose places have their turn: no place still open has less.
     now: usize,
 }
 
@@ -34,6 +36,7 @@ pub(super) enum Lead {
 }
 
 impl Lead {
+    /// For a drone that comes from `towards`; the line where stops make steps of other lengths.
     pub(super) fn new(roadmap: &Roadmap, towards: Vertex, mover: &Mover) -> Lead {
         match mover.diagonal_steps() {
             Some(steps) if mover.stops.is_empty() => {
@@ -47,6 +50,7 @@ impl Lead {
         }
     }
 
+    /// Ticks from where the drone comes to a place, at least.
     fn ticks(&self, roadmap: &Roadmap, place: Vertex) -> u32 {
         match self {
             Lead::None => 0,
@@ -61,6 +65,7 @@ impl Lead {
 }
 
 impl Backwards {
+    /// Begins at the goal, with nothing else known.
     pub(super) fn begin(&mut self, roadmap: &Roadmap, goal: Vertex) {
         self.known = ScratchBuffer::new(roadmap.place_count());
         self.set(goal, 0);
@@ -68,6 +73,7 @@ impl Backwards {
         self.buckets.push(lead as usize, goal);
     }
 
+    /// Gives back what it is written on.
     pub(super) fn forget(&mut self) {
         *self = Backwards::default();
     }
@@ -119,11 +125,13 @@ impl Backwards {
         (self.known.get(place) / 2).wrapping_sub(1)
     }
 
+    /// Whether the ticks of a place are exact.
     #[inline]
     fn is_done(&self, place: Vertex) -> bool {
         self.known.get(place) % 2 == 1
     }
 
+    /// Notes ticks of a place that may still become less.
     fn set(&mut self, place: Vertex, ticks: u32) {
         self.known.set(place, 2 * (ticks + 1));
     }
@@ -140,6 +148,7 @@ impl Backwards {
         ((self.now as u32).saturating_sub(lead), false)
     }
 
+    /// Makes the ticks of a place exact, and passes them on to the places that open steps lead to.
     fn settle(
         &mut self,
         roadmap: &Roadmap,

@@ -15,10 +15,12 @@ pub(super) struct Buckets {
 }
 
 impl Buckets {
+    /// Buckets up to the last that ever held a place.
     pub(super) fn len(&self) -> usize {
         self.newest.len()
     }
 
+    /// Puts a place into the bucket of so many ticks.
     pub(super) fn push(&mut self, bucket: usize, place: Vertex) {
         if self.newest.len() <= bucket {
             self.newest.resize(bucket + 1, NOTHING);
@@ -27,6 +29,7 @@ impl Buckets {
         self.entries.push((place, before));
     }
 
+    /// Takes the newest place out of a bucket, if there is one.
     pub(super) fn pop(&mut self, bucket: usize) -> Option<Vertex> {
         let newest = &mut self.newest[bucket];
         let (place, before) = *self.entries.get(*newest as usize)?;

@@ -14,6 +14,7 @@ use crate::graph::lattice::Lattice;
 /// from.
 #[derive(Debug)]
 pub(crate) struct Floor<'a> {
+    /// Whose columns are walked.
     lattice: &'a Lattice,
     from: [i32; 3],
     goal: [i32; 3],
@@ -21,9 +22,11 @@ pub(crate) struct Floor<'a> {
     steps: [u32; 3],
     /// By column, ticks known so far; exact where `done`, and nothing where it is closed.
     ticks: Vec<u32>,
+    /// By column, whether its ticks are exact.
     done: Vec<bool>,
     /// Columns by ticks so far plus the least that may be missing to where the drone comes from.
     buckets: Buckets,
+    /// The bucket whose columns have their turn.
     now: usize,
 }
 
@@ -102,6 +105,7 @@ impl<'a> Floor<'a> {
         diagonals_first([x, y, 0], [self.from[0], self.from[1], 0], self.steps)
     }
 
+    /// Makes the ticks of a column exact, and passes them on to the eight around it.
     fn settle(&mut self, column: u32, is_open: &impl Fn(u32, u32) -> bool) {
         if std::mem::replace(&mut self.done[column as usize], true) {
             return;

@@ -9,16 +9,21 @@ use crate::scenario::world::Bounds;
 
 /// The stops beyond the lattice and their ways, while a roadmap is being made.
 pub(super) struct Links<'a> {
+    /// Measures clearances.
     survey: &'a Survey<'a>,
+    /// No lift leads higher than these.
     bounds: &'a Bounds,
     /// Whether a body of some radius can leave a lattice place at all.
     open: &'a dyn Fn(Vertex, f64) -> bool,
+    /// Places beyond the lattice (m), by vertex from its number of places on.
     pub(super) places_m: Vec<Point3<f64>>,
     known: BTreeMap<[u64; 5], Vertex>,
+    /// Ways found, in both directions.
     pub(super) ways: BTreeMap<(Vertex, Vertex), Way>,
 }
 
 impl<'a> Links<'a> {
+    /// Goes on from places that are there already.
     pub(super) fn new(
         survey: &'a Survey<'a>,
         bounds: &'a Bounds,
@@ -35,6 +40,7 @@ impl<'a> Links<'a> {
         }
     }
 
+    /// The vertex of a stop: a lattice place that is exactly there, or a new place with ways to those around.
     pub(super) fn connect(&mut self, stop: &Stop) -> Vertex {
         let lattice = self.survey.lattice;
         if let Some(place) = lattice.place_at(&stop.point_m)
@@ -68,6 +74,7 @@ impl<'a> Links<'a> {
         vertex
     }
 
+    /// A new vertex at a point (m).
     fn add(&mut self, point_m: Point3<f64>) -> Vertex {
         self.places_m.push(point_m);
         (self.survey.lattice.place_count() + self.places_m.len() - 1) as Vertex
@@ -130,6 +137,7 @@ impl<'a> Links<'a> {
         }
     }
 
+    /// A way in both directions, of the clearance given (m).
     fn link(&mut self, a: Vertex, b: Vertex, a_m: Point3<f64>, b_m: Point3<f64>, clearance_m: f64) {
         let way = Way {
             length_m: (b_m - a_m).norm() as f32,
@@ -140,6 +148,7 @@ impl<'a> Links<'a> {
     }
 }
 
+/// All offsets with coordinates from `low` to `high`, x fastest.
 fn cube(low: i32, high: i32) -> impl Iterator<Item = (i32, i32, i32)> {
     (low..=high)
         .flat_map(move |z| (low..=high).flat_map(move |y| (low..=high).map(move |x| (x, y, z))))

@@ -153,8 +153,11 @@ impl Motion {
 /// A motion over a window of time as seen from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelWay {
+    /// Where it begins (m, x and y).
     begin_m: Vector2<f64>,
+    /// From its begin to its end (m).
     along_m: Vector2<f64>,
+    /// Square of its length (m²); 0: it stands.
     length2_m2: f64,
 }
 

@@ -17,13 +17,17 @@ use crate::sipp::conflicts::ReservationTable;
 
 /// What a search looks ahead by.
 pub(super) struct Heuristic<'a> {
+    /// What is searched among.
     scene: Scene<'a>,
+    /// Whose waypoints they are.
     agent: &'a Agent,
     /// By waypoint, where it pays.
     waypoints: Vec<Option<Ahead<'a>>>,
 }
 
+/// What lies ahead on the way to one waypoint.
 struct Ahead<'a> {
+    /// What is searched backwards from it.
     map: Map<'a>,
     /// From when on each place of the map is closed.
     closed: &'a [Tick],

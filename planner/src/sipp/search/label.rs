@@ -6,6 +6,7 @@ use costmap::leg::Tick;
 
 use crate::graph::roadmap::Vertex;
 
+/// What leads to a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
     Start,
@@ -20,7 +21,9 @@ pub(super) enum Step {
 /// Steps that have been thought of: up to a total, as it was reckoned then.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PartialExpansion {
+    /// Highest total (ticks) whose steps are among the states.
     pub(super) upto: u32,
+    /// By which that total was reckoned.
     pub(super) weight_shift: u32,
 }
 
@@ -36,17 +39,24 @@ pub(super) fn weighted(cost: u32, remaining: u32, weight_shift: u32) -> u32 {
     cost.saturating_add(remaining >> weight_shift)
 }
 
+/// A state: where the drone is, which waypoint is next, when, and how it came there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Label {
+    /// Where it is.
     pub(super) vertex: Vertex,
+    /// Index of the waypoint that is next.
     pub(super) waypoint: u16,
+    /// It stands, without a wake.
     pub(super) grounded: bool,
+    /// What led here.
     pub(super) step: Step,
     /// Until then it stays where its parent is.
     pub(super) departs: Tick,
+    /// When it is there.
     pub(super) at: Tick,
     /// Prices paid so far, in ticks.
     pub(super) paid: u32,
+    /// Index of the state before; [`u32::MAX`] for the first.
     pub(super) parent: u32,
     /// Last of the drones met, in `Search::met`; 0: none.
     pub(super) met: u32,
@@ -60,10 +70,13 @@ pub(super) struct Label {
 /// newest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Open {
+    /// What a path through it costs at least (ticks), what remains weighted.
     pub(super) total: u32,
+    /// Ticks to the end of the last dwell.
     pub(super) remaining: u32,
     /// What remains may be more.
     pub(super) is_bound: bool,
+    /// Index of the state.
     pub(super) label: u32,
 }
 

@@ -4,10 +4,12 @@ use costmap::leg::DroneId;
 
 /// All lists; each is known by its last entry, 0 is the empty one.
 pub(super) struct Met {
+    /// Each drone with the index of the entry before it.
     entries: Vec<(DroneId, u32)>,
 }
 
 impl Met {
+    /// The empty list alone.
     pub(super) fn new() -> Met {
         Met {
             entries: vec![(DroneId(u32::MAX), 0)],
@@ -20,6 +22,7 @@ impl Met {
         self.entries.len() as u32 - 1
     }
 
+    /// Whether a drone is in a list.
     pub(super) fn has(&self, list: u32, drone: DroneId) -> bool {
         self.of(list).any(|known| known == drone)
     }

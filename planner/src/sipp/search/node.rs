@@ -19,6 +19,7 @@ use crate::sipp::conflicts::ReservationTable;
 /// A moment at which a place is known to be reached.
 #[derive(Clone, Copy, Debug)]
 struct Visit {
+    /// When it was reached.
     from: Tick,
     /// Until when it is free to hover at; `None`: no drone has asked.
     to: Option<Tick>,
@@ -35,8 +36,10 @@ const LOOK_TICKS: u32 = 25;
 /// No visit.
 const NEVER: u32 = u32::MAX;
 
+/// A place on the way to one waypoint.
 #[derive(Clone, Copy)]
 struct Node {
+    /// Ticks to the end of the last dwell, as far as they are known.
     remaining: u32,
     /// Whether that is more than a bound.
     is_final: bool,
@@ -44,22 +47,30 @@ struct Node {
     last: u32,
 }
 
+/// Who is in the way of hovering at a place, whenever.
 #[derive(Clone, Default)]
 struct Hover {
+    /// A zone (its index) whose limit that breaks.
     breaks_zone: Option<usize>,
+    /// With the times of each.
     blockers: Vec<Blocker>,
 }
 
 /// All places that a search has thought of.
 pub(super) struct Nodes<'a> {
+    /// What is searched among.
     scene: Scene<'a>,
+    /// Who searches.
     agent: &'a Agent,
+    /// Of these the reservation table is not asked.
     refuted: Rc<RefutedEdges>,
+    /// Bounds what remains.
     heuristic: Heuristic<'a>,
     /// By waypoint and vertex, one more than the index of the node; 0: none.
     flying: ScratchBuffer,
     /// On the ground, where it starts, and after the last waypoint, where it ends.
     standing: FxHashMap<(Vertex, u16, bool), usize>,
+    /// By index; `flying` and `standing` lead here.
     all: Vec<Node>,
     /// Those of all places.
     visits: Vec<Visit>,
@@ -68,6 +79,7 @@ pub(super) struct Nodes<'a> {
 }
 
 impl<'a> Nodes<'a> {
+    /// No place is known yet.
     pub(super) fn new(
         scene: Scene<'a>,
         agent: &'a Agent,
@@ -114,6 +126,7 @@ impl<'a> Nodes<'a> {
         self.all.len() - 1
     }
 
+    /// A node, with what is known of its way on.
     fn add(&mut self, waypoint: u16, vertex: Vertex) {
         let (remaining, is_final) = self.heuristic.at_least(usize::from(waypoint), vertex);
         self.all.push(Node {
@@ -153,6 +166,7 @@ impl<'a> Nodes<'a> {
         self.heuristic
     }
 
+    /// Notes that a place is reached by a state.
     pub(super) fn visit(&mut self, node: usize, label: &Label) {
         let next = self.visits.len() as u32;
         let before = std::mem::replace(&mut self.all[node].last, next);
@@ -251,6 +265,7 @@ impl<'a> Nodes<'a> {
         Some((reservations, class?))
     }
 
+    /// Who is in the way of hovering at a state's place: judged once for each node.
     fn hover(&mut self, node: usize, label: &Label) -> &Hover {
         let (scene, agent) = (self.scene, self.agent);
         self.hovers.entry(node).or_insert_with(|| {

@@ -39,23 +39,36 @@ enum Brief {
 
 /// One search: its states, those that are open, and whom they have met.
 pub(super) struct Search<'a> {
+    /// What is searched among.
     scene: Scene<'a>,
+    /// Who searches.
     agent: &'a Agent,
+    /// Steps that the reservation table takes for free and are not.
     refuted: Rc<RefutedEdges>,
+    /// Every state so far, by index; none is taken out.
     labels: Vec<Label>,
+    /// States that wait for their turn.
     open: BinaryHeap<Open>,
+    /// What is known of places.
     pub(super) nodes: Nodes<'a>,
+    /// Drones met on the way to each state.
     met: Met,
     /// Of dwelling at each task, and of the end.
     stays: Rc<Stays>,
+    /// Of the leg judged last.
     verdict: Verdict,
+    /// Gathers the verdicts of all that leads to one state.
     all: Verdict,
+    /// What was in the way nearest to the end.
     obstruction: Option<Obstruction>,
+    /// What remains counts one part in 2ⁿ more; see [`weighted`].
     weight_shift: u32,
+    /// States expanded so far.
     pub(super) expansions: u64,
 }
 
 impl<'a> Search<'a> {
+    /// Nothing is expanded yet.
     pub(super) fn new(
         scene: Scene<'a>,
         agent: &'a Agent,
@@ -105,6 +118,7 @@ impl<'a> Search<'a> {
         None
     }
 
+    /// The first state: at the start, when the agent departs.
     fn begin(&mut self) {
         self.push(Label {
             vertex: self.agent.start,
@@ -132,6 +146,7 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Expands the state whose turn it is, or puts it back; the answer, if it is the end.
     fn take_turn(&mut self, open: Open) -> Option<Found> {
         let Open { label, total, .. } = open;
         let found = self.labels[label as usize];
@@ -168,6 +183,7 @@ impl<'a> Search<'a> {
         None
     }
 
+    /// Adds a state, if a path leads on from it.
     fn push(&mut self, label: Label) {
         let index = self.labels.len() as u32;
         if let Some(open) = self.turn(index, &label) {
@@ -219,10 +235,12 @@ impl<'a> Search<'a> {
         (least < u32::MAX).then_some(least)
     }
 
+    /// What flies towards a waypoint; after the last, what is left.
     fn kind(&self, waypoint: u16) -> KindId {
         self.agent.kinds[usize::from(waypoint)]
     }
 
+    /// A leg from a state to a place (m) that takes so many ticks.
     fn leg(&self, label: &Label, to_m: Point3<f64>, ticks: u32) -> Leg {
         let from_m = self.scene.roadmap.position_m(label.vertex);
         Leg {
@@ -234,6 +252,7 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Adds what can be done at a state: dwell or end, steps, and a wait.
     fn expand(&mut self, index: u32, total: u32) {
         let label = self.labels[index as usize];
         let node = self.nodes.at(&label);
@@ -464,6 +483,7 @@ impl<'a> Search<'a> {
         self.met.has(met, blocker.drone) && !self.scene.is_under_way(blocker)
     }
 
+    /// Keeps what was in the way, if no state nearer to the end was stopped before.
     fn obstructed(&mut self, label: &Label, by: Obstructor) {
         let waypoint = usize::from(label.waypoint);
         let roadmap = self.scene.roadmap;
@@ -546,6 +566,7 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The path that leads to a state.
     fn path(&self, end: u32) -> Path {
         let mut chain = vec![self.labels[end as usize]];
         while let Some(parent) = self.labels.get(chain[chain.len() - 1].parent as usize) {

@@ -18,8 +18,11 @@ use crate::verify::scene::Attached;
 
 /// The world with its solids and its air made ready.
 pub(super) struct Scene<'a> {
+    /// Bounds, zones and drones.
     pub(super) world: &'a World,
+    /// The world's solids, as the verifier takes them.
     pub(super) obstacles: Obstacles,
+    /// What a finding adds to the hover jet.
     flown: Flown,
 }
 
@@ -34,14 +37,21 @@ pub(super) struct Site {
     pub(super) place_m: Point3<f64>,
     /// Has a wake, and is limited.
     pub(super) airborne: bool,
+    /// Comes down to the support below its endpoint.
     pub(super) lands: bool,
+    /// Of the ball that must stay clear (m).
     pub(super) body_radius_m: f64,
+    /// Highest mean air over its discs, over its induced velocity.
     pub(super) air_limit: f64,
     /// Over the receiver gain (m/s).
     pub(super) induced_velocity_mps: f64,
+    /// From its centre to the tips of its rotors (m).
     tip_radius_m: f64,
+    /// At its mass there.
     wake: Arc<BoundedWake>,
+    /// Points of its rotor discs.
     discs: Arc<DiscPoints>,
+    /// Solids on whose top its wake may end.
     stops: Vec<u32>,
 }
 
@@ -118,6 +128,7 @@ impl<'a> Scene<'a> {
         }
     }
 
+    /// Its wake, down to where it ends.
     fn source<'s>(&self, site: &'s Site) -> Source<'s> {
         let wake = &site.wake.wake;
         Source {
@@ -191,6 +202,7 @@ impl<'a> Scene<'a> {
 
 /// All drones present at one of the two moments.
 pub(super) struct Sites {
+    /// In the world's order.
     sites: Vec<Site>,
     /// Indices by x.
     by_x: Vec<usize>,
@@ -199,6 +211,7 @@ pub(super) struct Sites {
 }
 
 impl Sites {
+    /// Every drone that is there at one of the two moments.
     pub(super) fn new(scene: &Scene<'_>, cache: &mut WakeCache, when: EndpointKind) -> Sites {
         let drones = 0..scene.world.drones.len();
         let sites = drones.filter_map(|drone| scene.site(cache, drone, when));

@@ -20,6 +20,7 @@ const MOST_ENTRIES: usize = 256 << 20;
 /// Where a drone is between two steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct AgentState {
+    /// A lattice place.
     pub(super) place: Vertex,
     /// Which of its tasks it is on the way to.
     pub(super) waypoint: u16,
@@ -39,6 +40,7 @@ struct Member {
     after: Vec<u32>,
     /// By task, what flies towards it.
     classes: Vec<usize>,
+    /// Of the ball that must stay clear (m).
     radius_m: f64,
     /// It stays at its start whatever happens.
     is_fixed: bool,
@@ -46,8 +48,11 @@ struct Member {
 
 /// Every drone.
 pub(super) struct Configuration<'a> {
+    /// Steps that are open, and where places are.
     roadmap: &'a Roadmap,
+    /// What two steps do to one another.
     pub(super) synchronous: &'a SynchronousSteps<'a>,
+    /// By drone.
     members: Vec<Member>,
 }
 
@@ -101,6 +106,7 @@ impl<'a> Configuration<'a> {
         self.members.len()
     }
 
+    /// Whether a drone stays at its start whatever happens.
     pub(super) fn is_fixed(&self, drone: usize) -> bool {
         self.members[drone].is_fixed
     }
@@ -197,6 +203,8 @@ impl<'a> Configuration<'a> {
     }
 }
 
+/// A drone's goals and dwells in whole steps; `None` unless all of its job is on the lattice, in the air
+/// and still ahead.
 fn member(
     roadmap: &Roadmap,
     steps: &Steps,

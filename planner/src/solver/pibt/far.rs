@@ -45,6 +45,7 @@ impl Far {
         Some(Far::Table(table))
     }
 
+    /// Steps along the axes from a place to the goal; [`u16::MAX`] where there is no way.
     pub(super) fn steps(&self, lattice: &Lattice, from: Vertex) -> u32 {
         match self {
             Far::Straight(goal) => {

@@ -11,28 +11,37 @@ use crate::sipp::conflicts::synchronous::{MOST_LOADS, STAYS};
 
 /// Steps tried for one drone and all whom it pushes: chosen here, mostly a few are enough.
 const MOST_TRIES: u32 = 200;
+/// No drone.
 const NONE: u32 = u32::MAX;
 
 /// Every drone's next step, as far as it is decided.
 pub(super) struct Round<'a> {
+    /// Who flies where, and which steps are open.
     configuration: &'a Configuration<'a>,
+    /// Where every drone is.
     now: &'a [AgentState],
     /// By column of the floor, the first who is in it; by drone, the next in the same.
     first: Vec<u32>,
+    /// By drone, the next one in the same column, or [`NONE`].
     next: Vec<u32>,
     /// By drone; those not decided are taken to stay.
     ways: Vec<u8>,
+    /// By drone: its step stands, unless it is pushed in vain.
     decided: Vec<bool>,
     /// Who was pushed in vain.
     stuck: Vec<bool>,
+    /// By drone, what wakes fill of its budget; see [`MOST_LOADS`].
     loads: Vec<i32>,
     /// Whose step was changed, and what it was before.
     trail: Vec<(u32, u8)>,
+    /// Steps that may still be tried for the drone whose turn it is.
     tries: u32,
+    /// State of the tie-break's generator; never 0.
     random: u64,
 }
 
 impl<'a> Round<'a> {
+    /// Every drone stays, as far as nothing else is decided.
     pub(super) fn new(
         configuration: &'a Configuration<'a>,
         now: &'a [AgentState],
@@ -89,6 +98,7 @@ impl<'a> Round<'a> {
         done
     }
 
+    /// Whether a drone finds a step that all whom it pushes can give way to.
     fn decide(&mut self, drone: usize) -> bool {
         for way in self.options(drone).into_iter().flatten() {
             if self.tries == 0 {
@@ -130,6 +140,7 @@ impl<'a> Round<'a> {
         first != NONE && (first as usize != drone || self.next[drone] != NONE)
     }
 
+    /// A random number for steps that lead equally far.
     fn tie_break(&mut self) -> u32 {
         // Xorshift: G. Marsaglia, "Xorshift RNGs", Journal of Statistical Software 8, 2003.
         self.random ^= self.random << 13;
@@ -159,6 +170,7 @@ impl<'a> Round<'a> {
             && self.is_borne(drone)
     }
 
+    /// Takes steps back until the trail is as long as it was.
     fn undo(&mut self, mark: usize) {
         while self.trail.len() > mark {
             let Some((drone, way)) = self.trail.pop() else {
@@ -169,6 +181,7 @@ impl<'a> Round<'a> {
         }
     }
 
+    /// Changes a drone's step, and the loads on it and on those around it.
     fn set(&mut self, drone: usize, way: usize) {
         for sign in [-1, 1] {
             let mut changes: Vec<(usize, [u8; 2])> = Vec::new();

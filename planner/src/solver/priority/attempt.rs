@@ -70,18 +70,27 @@ pub(crate) enum FailureKind {
 
 /// A fleet with the paths found so far, and the queue rules that make more of them.
 pub(super) struct Attempt<'a> {
+    /// Ways through free space.
     roadmap: &'a Roadmap,
+    /// By drone.
     pub(super) agents: &'a [Agent],
+    /// What every drone flies, as far as it is known.
     pub(super) costmap: Costmap,
     /// What the costmap says, in brief; `None`: searches ask the costmap itself.
     pub(super) reservations: Option<ReservationTable<'a>>,
+    /// Seconds of delay that a second's worth of hover energy is worth.
     pub(super) energy_weight: f64,
+    /// Says when to stop.
     pub(super) control: &'a Control<'a>,
+    /// Counted up.
     pub(super) effort: &'a mut Effort,
+    /// Price of crossing each drone (ticks), or [`IMMOVABLE`].
     pub(super) weights: Vec<u32>,
+    /// How often each has been evicted.
     evicted: Vec<u32>,
     /// Whose weak wakes were too much for a drone: their steps are judged in full.
     pub(super) careful: Vec<bool>,
+    /// A drone evicted more often stays at its start.
     pub(super) most_evictions: u32,
     /// See [`Scene::detours`].
     pub(super) detours: bool,
@@ -92,7 +101,9 @@ pub(super) struct Attempt<'a> {
     /// What each drone flies if it finds no way: it is not there at all if that is nothing. Not
     /// even a list of them: every drone stays at the start.
     pub(super) kept: Vec<Vec<Leg>>,
+    /// By drone, as far as they are found.
     pub(super) paths: Vec<Option<Path>>,
+    /// Drones that stay at their starts, in the order in which they were given up.
     pub(super) unplanned: Vec<(DroneId, FailureKind)>,
 }
 
@@ -129,6 +140,7 @@ impl<'a> Attempt<'a> {
         }
     }
 
+    /// Leaves drones at their starts before any other is planned.
     pub(super) fn exclude(&mut self, excluded: &[(DroneId, FailureKind)]) {
         let mut queue = VecDeque::new();
         for &(drone, why) in excluded {
@@ -149,6 +161,7 @@ impl<'a> Attempt<'a> {
         }
     }
 
+    /// What the next search works on: all that is planned so far.
     pub(super) fn scene(&self) -> Scene<'_> {
         Scene {
             roadmap: self.roadmap,
@@ -174,6 +187,8 @@ impl<'a> Attempt<'a> {
         }
     }
 
+    /// Takes a drone's path back for another's: it is next in the queue, and dearer; given up where that
+    /// happens too often.
     pub(super) fn evict(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
         let index = drone.0 as usize;
         if self.paths[index].is_none() {
@@ -239,10 +254,12 @@ impl<'a> Attempt<'a> {
         self.reserve(stay);
     }
 
+    /// Puts legs of one drone in the place of those that it had.
     pub(super) fn reserve(&mut self, legs: Vec<Leg>) {
         self.take_over(self.costmap.reservation(legs));
     }
 
+    /// The same for legs that are prepared already, in costmap and reservation table at a time.
     fn take_over(&mut self, reservation: Reservation) {
         let Some(drone) = reservation.drone() else {
             return;
@@ -257,6 +274,7 @@ impl<'a> Attempt<'a> {
         rayon::join(|| costmap.reserve(reservation), insert);
     }
 
+    /// Takes a drone out of the costmap and the reservation table.
     pub(super) fn release(&mut self, drone: DroneId) {
         if let Some(reservations) = &mut self.reservations {
             reservations.remove(self.costmap.legs(drone));
@@ -272,6 +290,7 @@ impl<'a> Attempt<'a> {
         }
     }
 
+    /// Takes a drone's path back; it goes on with what it is flying.
     fn take_back(&mut self, drone: DroneId) {
         self.release(drone);
         // What it is flying it goes on with.
@@ -310,6 +329,7 @@ impl<'a> Attempt<'a> {
         }
     }
 
+    /// What has been found, the unplanned by number.
     pub(super) fn into_paths(mut self) -> Paths {
         self.unplanned.sort_unstable_by_key(|(drone, _)| *drone);
         Paths {
@@ -328,6 +348,7 @@ impl<'a> Attempt<'a> {
         rayon::scope(|_| self.run_here(queue))
     }
 
+    /// The same on this thread's own pool.
     fn run_here(&mut self, mut queue: VecDeque<DroneId>) -> bool {
         let mut most = 1;
         loop {
@@ -385,6 +406,7 @@ impl<'a> Attempt<'a> {
         true
     }
 
+    /// The next drones of the queue, at most so many; the unreachable among them are given up.
     fn next_batch(&mut self, queue: &mut VecDeque<DroneId>, most: usize) -> Vec<DroneId> {
         let mut batch = Vec::new();
         while batch.len() < most {

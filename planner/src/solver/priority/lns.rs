@@ -25,8 +25,11 @@ const MOST_EXPANSIONS: u64 = 20_000;
 
 /// What one drone had before.
 struct Before {
+    /// Which drone.
     drone: DroneId,
+    /// As they were reserved.
     legs: Vec<Leg>,
+    /// `None`: it stayed at its start.
     path: Option<Path>,
 }
 
@@ -40,6 +43,7 @@ impl Attempt<'_> {
         self.effort.improved_ticks = Some(before - self.sum_of_arrivals());
     }
 
+    /// In ticks.
     fn sum_of_arrivals(&self) -> u64 {
         let paths = self.paths.iter().flatten();
         paths.map(|path| u64::from(path.arrives.0)).sum()
@@ -122,6 +126,7 @@ impl Attempt<'_> {
         now < sum
     }
 
+    /// A path at these prices; `None` if there is none within [`MOST_EXPANSIONS`].
     fn searched(&mut self, drone: DroneId, weights: &[u32]) -> Option<Path> {
         let scene = Scene {
             weights,
@@ -133,6 +138,7 @@ impl Attempt<'_> {
         self.counted(searched)
     }
 
+    /// Takes a drone out of the plan, and remembers what it had.
     fn take_out(&mut self, drone: DroneId) -> Before {
         let legs = self.costmap.legs(drone).to_vec();
         if !legs.is_empty() {

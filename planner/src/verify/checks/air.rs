@@ -31,8 +31,11 @@ const DOSE_FLOOR: f64 = 1e-4;
 /// A moment of the flight: window, time, value.
 #[derive(Clone, Copy)]
 struct Moment {
+    /// Index in the windows.
     window: usize,
+    /// s.
     t_s: f64,
+    /// Mean air over the receiver's discs (m/s).
     mean_mps: f64,
 }
 

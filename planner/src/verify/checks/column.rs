@@ -15,10 +15,13 @@ use crate::verify::{Found, Span};
 /// Spans in one emitter's column, and the moment nearest to its axis: window, time, distance.
 #[derive(Default)]
 struct Visit {
+    /// In order of time (s).
     parts: Vec<Span>,
+    /// Window, time (s) and distance from the axis (m).
     nearest: Option<(usize, f64, f64)>,
 }
 
+/// Stays of one receiver in the columns of others, each with the moment nearest to the axis.
 pub(super) fn check(scene: &Scene<'_>, receiver: &Flight, windows: &[Window<'_>]) -> Vec<Found> {
     let mut visits: BTreeMap<usize, Visit> = BTreeMap::new();
     for (k, window) in windows.iter().enumerate() {

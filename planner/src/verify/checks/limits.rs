@@ -11,6 +11,7 @@ use crate::verify::{Found, Span};
 /// Rounding of the times in the file, as a part of the highest speed.
 const SPEED_ROUNDING: f64 = 1e-6;
 
+/// Jumps, pieces that are too fast, and pieces that leave the bounds.
 pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
     let mut found = Vec::new();
     let mut report = |kind, span_s: Span, position_m: Point3<f64>, (value, limit): (f64, f64)| {

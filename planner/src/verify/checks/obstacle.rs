@@ -25,13 +25,17 @@ const SHORTEST_PATH_M: f64 = 0.5 * TOUCH_M;
 
 /// When the body is in one solid, and when it is nearest to it.
 struct Inside<'a> {
+    /// Which one.
     solid: &'a Solid,
+    /// From it to the rotor-plane centre (m).
     allowed_m: f64,
+    /// In order of time (s).
     parts: Vec<Span>,
     /// s, m.
     nearest: (f64, f64),
 }
 
+/// The spans during which the body is in a solid, each with the deepest moment of all.
 pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
     let mut found = Vec::new();
     for solid in &scene.obstacles.solids {

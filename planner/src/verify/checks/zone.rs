@@ -43,7 +43,9 @@ const PARTS_ONCE_VIOLATED: usize = 400;
 pub(crate) struct Peak {
     /// m/s.
     pub(crate) air_mps: f64,
+    /// When (s).
     t_s: f64,
+    /// Where in the zone (m).
     place_m: Point3<f64>,
 }
 
@@ -168,6 +170,7 @@ fn emitted<'a>(scene: &'a Scene<'_>) -> Vec<Downwash<'a>> {
     emitted
 }
 
+/// Of the drones whose wakes these are (m/s).
 fn fastest_mps(downwash: &[&Downwash<'_>]) -> f64 {
     let speeds_mps = downwash.iter().map(|it| it.max_speed_mps());
     speeds_mps.fold(0.0, f64::max)
@@ -187,8 +190,11 @@ pub(crate) struct Field<'a> {
 /// A part of box and time.
 #[derive(Clone, Copy)]
 struct Part {
+    /// No air in it is faster (m/s).
     high_mps: f64,
+    /// Lowest and highest corner (m).
     places_m: Places,
+    /// From, until (s).
     span_s: Span,
 }
 

@@ -36,8 +36,11 @@ const SHRUNK: f64 = 0.7;
 pub(crate) struct Advected<'a> {
     /// Index in the scene's flights.
     pub(crate) from: usize,
+    /// Whose air it is.
     flight: &'a Flight,
+    /// Air moves at this part of the centreline speed.
     convection: f64,
+    /// To the floor, over all wakes of the scene (s).
     longest_lag_s: f64,
 }
 
@@ -45,6 +48,7 @@ pub(crate) struct Advected<'a> {
 pub(crate) struct Left<'a> {
     /// The wake at that piece's mass.
     pub(crate) wake: &'a BoundedWake,
+    /// Solids on whose top it may end.
     stops: &'a [u32],
     /// Where its drone was then (m).
     pub(crate) from_m: Places,
@@ -75,8 +79,11 @@ impl Left<'_> {
 /// When (s) and at which heights (m) air arrives, and how finely it is asked when it left (s).
 #[derive(Clone, Copy)]
 struct Arrival {
+    /// From, until (s).
     span_s: Span,
+    /// Lowest, highest (m).
     heights_m: (f64, f64),
+    /// Spans of leaving that are no longer are not divided (s).
     shortest_s: f64,
 }
 

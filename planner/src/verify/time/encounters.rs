@@ -73,6 +73,7 @@ struct Reach {
 }
 
 impl Reach {
+    /// The different wakes of every flight, and how far any of them matters.
     fn new(scene: &Scene<'_>) -> Reach {
         let mut reach = Reach {
             wakes: scene.flights.iter().map(Flight::different_wakes).collect(),

@@ -41,7 +41,9 @@ pub(crate) fn maximise(
 /// A span of a window and, where they have been looked at, the values at its ends (m/s).
 #[derive(Clone, Copy)]
 pub(crate) struct Chord {
+    /// From, until (s).
     pub(crate) span_s: Span,
+    /// Mean air at both (m/s); `None`: not looked at yet.
     pub(crate) ends_mps: Option<(f64, f64)>,
 }
 

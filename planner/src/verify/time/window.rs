@@ -27,6 +27,7 @@ const CHUNK: usize = 32;
 
 /// A wake that may reach the receiver.
 pub(crate) struct Passing<'a> {
+    /// Whose wake it is, during one piece.
     pub(crate) emitter: Attached<'a>,
     /// The receiver's centre as seen from the emitter's.
     pub(crate) relative: Motion,
@@ -34,6 +35,7 @@ pub(crate) struct Passing<'a> {
 
 /// A receiver and the wakes that may reach it; neither side changes its piece within the span.
 pub(crate) struct Window<'a> {
+    /// From, until (s).
     pub(crate) span_s: Span,
     /// The receiver's induced velocity at its mass (m/s).
     pub(crate) induced_velocity_mps: f64,
@@ -43,8 +45,11 @@ pub(crate) struct Window<'a> {
     pub(crate) passing: Vec<Passing<'a>>,
     /// Where a finding has wakes advected: those whose air may arrive in this window.
     advected: Vec<Advected<'a>>,
+    /// Whose discs are exposed.
     receiver: &'a Flight,
+    /// Of its centre, one formula over the span.
     motion: Motion,
+    /// All flights, the obstacles and the air.
     scene: &'a Scene<'a>,
 }
 
