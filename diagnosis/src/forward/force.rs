@@ -142,13 +142,10 @@ pub fn simulate(
             });
         }
         let entries = track.t_s.len();
-        let mut remark = |kind, samples, message| {
+        let mut remark = |kind, samples, message: String| {
             remarks.push(Remark {
-                kind,
-                subject: Some(vehicle.id.clone()),
                 samples,
-                span_s: None,
-                message,
+                ..Remark::new(kind, Some(&vehicle.id), message)
             });
         };
         let unknown = entries - (samples.len() - before);

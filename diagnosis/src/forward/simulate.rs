@@ -79,7 +79,7 @@ pub fn simulate(recording: &Recording) -> Simulation {
             Channel::Speed => format!("probe {}", series.subject),
             _ => recording.vehicles[series.subject as usize].id.clone(),
         };
-        simulation.left_out.extend(unknown(&unknown_s, subject));
+        simulation.left_out.extend(unknown(&unknown_s, &subject));
     }
     let place = |sample: &Sample| (sample.channel, sample.row);
     simulation.samples.sort_by_key(place);
@@ -213,18 +213,17 @@ fn sample(
 }
 
 /// Of readings at times (s) when some drone's place is not known; `None` of none.
-fn unknown(times_s: &[f64], subject: String) -> Option<Remark> {
+fn unknown(times_s: &[f64], subject: &str) -> Option<Remark> {
     let times = || times_s.iter().copied();
     let (from_s, to_s) = (times().reduce(f64::min)?, times().reduce(f64::max)?);
     let samples = times_s.len();
+    let message = format!(
+        "{samples} readings between {from_s:.2} and {to_s:.2} s are not simulated: some drone's place is not known then"
+    );
     Some(Remark {
-        kind: RemarkKind::Gap,
-        subject: Some(subject),
         samples,
         span_s: Some((from_s, to_s)),
-        message: format!(
-            "{samples} readings between {from_s:.2} and {to_s:.2} s are not simulated: some drone's place is not known then"
-        ),
+        ..Remark::new(RemarkKind::Gap, Some(subject), message)
     })
 }
 

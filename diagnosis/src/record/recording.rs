@@ -7,8 +7,10 @@
 
 use airflow::{Air, Airframe, Jet};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
+use serde::Deserialize;
 
 use crate::record::baseline::Baseline;
+use crate::record::checked;
 use crate::record::remark::Remark;
 use crate::record::thrust_map::ThrustMap;
 
@@ -92,13 +94,14 @@ pub enum Role {
 }
 
 /// A vehicle's clock against the recording's.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub enum Clock {
     /// The same clock.
     Shared,
     /// One of its own: unknown within plus or minus so many seconds.
     Own {
         /// Bound on the offset (s), 0 or more.
+        #[serde(deserialize_with = "checked::not_negative")]
         within_s: f64,
     },
 }

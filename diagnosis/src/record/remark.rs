@@ -18,6 +18,20 @@ pub struct Remark {
     pub message: String,
 }
 
+impl Remark {
+    /// A remark without a time, on the whole recording or on one vehicle or probe.
+    #[must_use]
+    pub fn new(kind: RemarkKind, subject: Option<&str>, message: impl Into<String>) -> Remark {
+        Remark {
+            kind,
+            subject: subject.map(str::to_owned),
+            samples: 0,
+            span_s: None,
+            message: message.into(),
+        }
+    }
+}
+
 /// Kinds of remarks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]

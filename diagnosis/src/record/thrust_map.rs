@@ -128,17 +128,10 @@ impl ThrustMap {
             return Err(ThrustMapError::Power(power));
         }
         let [low, high] = duty_range;
-        let mut numbers: Vec<(&'static str, f64, bool, &'static str)> = terms
-            .iter()
-            .map(|&(_, newtons)| ("newtons", newtons, true, "finite"))
-            .collect();
-        numbers.extend([
-            (
-                "battery_reference_v",
-                battery_reference_v,
-                battery_reference_v > 0.0,
-                "finite and above 0",
-            ),
+        let v = battery_reference_v;
+        let coefficients = terms.iter().map(|&(_, n)| ("newtons", n, true, "finite"));
+        let numbers = [
+            ("battery_reference_v", v, v > 0.0, "finite and above 0"),
             ("lag_s", lag_s, lag_s >= 0.0, "finite and 0 or more"),
             (
                 "duty_range",
@@ -152,15 +145,15 @@ impl ThrustMap {
                 high > low && high <= 1.0,
                 "above its first number and at most 1",
             ),
-        ]);
-        for (field, value, holds, must_be) in numbers {
-            if !(value.is_finite() && holds) {
-                return Err(ThrustMapError::Number {
-                    field,
-                    value,
-                    must_be,
-                });
-            }
+        ];
+        let mut all = coefficients.chain(numbers);
+        let fault = all.find(|(_, value, holds, _)| !(value.is_finite() && *holds));
+        if let Some((field, value, _, must_be)) = fault {
+            return Err(ThrustMapError::Number {
+                field,
+                value,
+                must_be,
+            });
         }
         let weighted = |(term, newtons)| Weighted { term, newtons };
         Ok(ThrustMap {

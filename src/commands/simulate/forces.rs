@@ -100,13 +100,9 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
                     None => "no forces are simulated",
                 };
                 let (recording, _) = members[0];
-                recordings[recording].remarks.push(Remark {
-                    kind: RemarkKind::Assumed,
-                    subject: Some(airframe.clone()),
-                    samples: 0,
-                    span_s: None,
-                    message: format!("thrust map of {airframe}: {error}; {then}"),
-                });
+                let message = format!("thrust map of {airframe}: {error}; {then}");
+                let remark = Remark::new(RemarkKind::Assumed, Some(&airframe), message);
+                recordings[recording].remarks.push(remark);
             }
         }
         progress.done_one();

@@ -13,7 +13,9 @@ use super::conventions::{Acceleration, Frame, Pitch, Turns};
 use super::declared::{Declared, baseline};
 use super::found::{Found, Place, did_you_mean, listed};
 use crate::record::baseline::Baseline;
+use crate::record::checked::{Finite, NotNegative, Positive};
 use crate::record::problem::Problems;
+use crate::record::recording::Clock;
 use crate::record::thrust_map::{Term, ThrustMap, ThrustMapError};
 
 /// A campaign: what the logs of some flights leave unsaid. All flights beside the file are read
@@ -44,7 +46,7 @@ pub struct Campaign {
     /// Clocks of the vehicles: `Shared`, or `Own(within_s: 0.03)`. Left out, shared is assumed, and
     /// a remark says so.
     #[serde(default)]
-    pub clock: Option<WrittenClock>,
+    pub clock: Option<Clock>,
     /// Gravity (m/s²); default 9.81. Also what `ax_g` is in.
     #[serde(default)]
     pub gravity_mps2: Option<Positive>,
@@ -266,18 +268,6 @@ pub enum WrittenForce {
     GramForce(Finite),
 }
 
-/// Clocks of the vehicles of one flight.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-pub enum WrittenClock {
-    /// One for all.
-    Shared,
-    /// One each.
-    Own {
-        /// Unknown within plus or minus so many seconds.
-        within_s: NotNegative,
-    },
-}
-
 /// Temperature and pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -349,41 +339,6 @@ fn one() -> Positive {
 fn sea_level() -> Positive {
     Positive(101_325.0)
 }
-
-macro_rules! checked_number {
-    ($(#[$doc:meta])* $name:ident, $holds:expr, $must_be:literal) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-        #[serde(try_from = "f64")]
-        pub struct $name(pub f64);
-
-        impl TryFrom<f64> for $name {
-            type Error = String;
-
-            fn try_from(value: f64) -> Result<$name, String> {
-                let holds: fn(f64) -> bool = $holds;
-                if value.is_finite() && holds(value) {
-                    Ok($name(value))
-                } else {
-                    Err(format!(concat!("{} is not ", $must_be), value))
-                }
-            }
-        }
-    };
-}
-
-checked_number!(
-    /// A finite number.
-    Finite, |_| true, "a finite number"
-);
-checked_number!(
-    /// A finite number above 0.
-    Positive, |value| value > 0.0, "a finite number above 0"
-);
-checked_number!(
-    /// A finite number, 0 or more.
-    NotNegative, |value| value >= 0.0, "a finite number, 0 or more"
-);
 
 /// A map in the order of the file; a key given twice is an error.
 #[derive(Clone, Debug, PartialEq)]

@@ -79,40 +79,41 @@ const POWER_LAW: &str = "throttle=beta^";
 
 /// The baseline that is declared; what is left open stays as by default.
 pub(super) fn baseline(file: &str, declared: &Declared, found: &mut Found) -> Baseline {
-    let otherwise = Baseline::default();
+    let mut baseline = Baseline::default();
     let mut words = Spoken { file, found };
-    let superposition = words.word("superposition", &declared.superposition, SUPERPOSITIONS);
-    let is_delayed = words.word("emitter_delay", &declared.emitter_delay, DELAYS);
-    let delay = match (is_delayed, declared.convection) {
-        (Some(true), convection) => Some(Delay::Transport {
-            convection: words.convection(convection),
-        }),
-        (Some(false), None) => Some(Delay::None),
-        (None, None) => None,
-        (_, Some(_)) => {
-            let place = Place::field(file, "baseline.convection");
-            let message = "means nothing unless `emitter_delay` is `transport`";
-            words.found.problem(place, message);
-            None
-        }
-    };
-    Baseline {
-        wakes: superposition.map_or(otherwise.wakes, |sum| sum.is_some()),
-        superposition: superposition.flatten().unwrap_or(otherwise.superposition),
-        delay: delay.unwrap_or(otherwise.delay),
-        upper: words
-            .word("near_field", &declared.near_field, UPPERS)
-            .unwrap_or(otherwise.upper),
-        receiver_air: words
-            .word("receiver_air", &declared.receiver_air, RECEIVER_AIRS)
-            .unwrap_or(otherwise.receiver_air),
-        receiver_law: words
-            .receiver_law(&declared.receiver_law)
-            .unwrap_or(otherwise.receiver_law),
-        observation: words
-            .word("observation", &declared.observation, OBSERVATIONS)
-            .unwrap_or(otherwise.observation),
+    let said = &declared.superposition;
+    if let Some(sum) = words.word("superposition", said, SUPERPOSITIONS) {
+        baseline.wakes = sum.is_some();
+        baseline.superposition = sum.unwrap_or(baseline.superposition);
     }
+    let is_delayed = words.word("emitter_delay", &declared.emitter_delay, DELAYS);
+    if is_delayed == Some(true) {
+        let convection = words.convection(declared.convection);
+        baseline.delay = Delay::Transport { convection };
+    } else if declared.convection.is_some() {
+        let place = Place::field(file, "baseline.convection");
+        let message = "means nothing unless `emitter_delay` is `transport`";
+        words.found.problem(place, message);
+    }
+    words.set(
+        &mut baseline.upper,
+        "near_field",
+        &declared.near_field,
+        UPPERS,
+    );
+    let said = &declared.receiver_air;
+    words.set(
+        &mut baseline.receiver_air,
+        "receiver_air",
+        said,
+        RECEIVER_AIRS,
+    );
+    if let Some(law) = words.receiver_law(&declared.receiver_law) {
+        baseline.receiver_law = law;
+    }
+    let said = &declared.observation;
+    words.set(&mut baseline.observation, "observation", said, OBSERVATIONS);
+    baseline
 }
 
 struct Spoken<'a> {
@@ -129,6 +130,10 @@ impl Spoken<'_> {
             self.unknown(key, said, &known);
         }
         meant.map(|(_, meaning)| *meaning)
+    }
+
+    fn set<T: Copy>(&mut self, to: &mut T, key: &str, said: &Option<String>, words: Words<T>) {
+        *to = self.word(key, said, words).unwrap_or(*to);
     }
 
     fn receiver_law(&mut self, said: &Option<String>) -> Option<ReceiverLaw> {

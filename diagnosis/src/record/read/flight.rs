@@ -4,7 +4,7 @@
 use airflow::{Air, Airframe, Jet};
 use nalgebra::Vector3;
 
-use super::campaign::{Campaign, Sourced, VehicleType, WrittenClock};
+use super::campaign::{Campaign, Sourced, VehicleType};
 use super::columns::{self, Columns, Role as Column};
 use super::conventions::{CRASH_TILT_DEG, Conventions};
 use super::found::{Found, Place, listed};
@@ -182,12 +182,7 @@ pub(super) fn vehicle(
         track,
         // Its numbers too.
         thrust_map: kind.thrust_map.as_ref().and_then(|map| map.meaning().ok()),
-        clock: match campaign.clock {
-            None | Some(WrittenClock::Shared) => Clock::Shared,
-            Some(WrittenClock::Own { within_s }) => Clock::Own {
-                within_s: within_s.0,
-            },
-        },
+        clock: campaign.clock.unwrap_or(Clock::Shared),
     })
 }
 

@@ -294,9 +294,9 @@ fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment
 fn vehicle(id: &str, mut of: Fields<'_>, found: &mut Found) -> Option<Vehicle> {
     let kind = of.text("type", found);
     let mass_kg = of.number("mass_kg", found);
-    let propeller_diameter_m = of.number("prop_diameter_m", found);
+    let diameter_m = of.number("prop_diameter_m", found);
     let propellers = of.number("n_props", found);
-    let motor_distance_m = of.number("motor_distance_m", found);
+    let distance_m = of.number("motor_distance_m", found);
     let width_factor = of.optional_number("width_factor", found).unwrap_or(1.0);
     let role = of.word("role", &ROLES, found);
     of.finish(found);
@@ -309,8 +309,8 @@ fn vehicle(id: &str, mut of: Fields<'_>, found: &mut Found) -> Option<Vehicle> {
         of.fault("n_props", message, found);
         return None;
     }
-    let (mass_kg, sizes_m) = (mass_kg?, [propeller_diameter_m?, motor_distance_m?]);
-    for problem in Airframe::problems(mass_kg, count, sizes_m[0], sizes_m[1], width_factor) {
+    let (mass_kg, diameter_m, distance_m) = (mass_kg?, diameter_m?, distance_m?);
+    for problem in Airframe::problems(mass_kg, count, diameter_m, distance_m, width_factor) {
         let key = match problem.field() {
             "propellers" => "n_props",
             "propeller_diameter_m" => "prop_diameter_m",
@@ -318,7 +318,7 @@ fn vehicle(id: &str, mut of: Fields<'_>, found: &mut Found) -> Option<Vehicle> {
         };
         of.fault(key, problem.to_string(), found);
     }
-    let airframe = Airframe::new(kind?, mass_kg, count, sizes_m[0], sizes_m[1], width_factor);
+    let airframe = Airframe::new(kind?, mass_kg, count, diameter_m, distance_m, width_factor);
     Some(Vehicle {
         id: id.to_owned(),
         airframe: airframe.ok()?,

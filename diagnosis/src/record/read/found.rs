@@ -71,13 +71,7 @@ impl Found {
         subject: Option<&str>,
         message: impl Into<String>,
     ) {
-        self.remarks.push(Remark {
-            kind,
-            subject: subject.map(str::to_owned),
-            samples: 0,
-            span_s: None,
-            message: message.into(),
-        });
+        self.remarks.push(Remark::new(kind, subject, message));
     }
 
     /// The recording with its remarks if nothing is wrong with it, else everything that is.
@@ -118,12 +112,11 @@ impl RowRemarks<'_> {
         let finite = || times_s().filter(|t_s| t_s.is_finite());
         let (first_s, last_s) = (finite().reduce(f64::min), finite().reduce(f64::max));
         let several = if rows.len() == 1 { "" } else { "s" };
+        let message = format!("{} {}{several} {what}", rows.len(), self.noun);
         self.found.remarks.push(Remark {
-            kind,
-            subject: self.subject.map(str::to_owned),
             samples: rows.len(),
             span_s: first_s.zip(last_s),
-            message: format!("{} {}{several} {what}", rows.len(), self.noun),
+            ..Remark::new(kind, self.subject, message)
         });
     }
 }

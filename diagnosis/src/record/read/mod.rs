@@ -25,8 +25,7 @@ mod track;
 mod ulog;
 
 pub use campaign::{
-    Campaign, Finite, NotNegative, Pairs, Positive, Sourced, VehicleType, WrittenAir, WrittenClock,
-    WrittenForce, WrittenTerm, WrittenThrustMap,
+    Campaign, Pairs, Sourced, VehicleType, WrittenAir, WrittenForce, WrittenTerm, WrittenThrustMap,
 };
 pub use conventions::{Acceleration, Frame, Pitch, Turns};
 pub use declared::Declared;

@@ -340,17 +340,14 @@ fn from_ulog(file: &str, bytes: &[u8], found: &mut Found) -> Option<Topics> {
         found.remark(RemarkKind::Gap, None, message);
     }
     if !dropouts_ms.is_empty() {
-        let total_ms: u32 = dropouts_ms.iter().sum();
+        let (times, total_ms) = (dropouts_ms.len(), dropouts_ms.iter().sum::<u32>());
         let longest_ms = dropouts_ms.iter().max().copied().unwrap_or(0);
+        let message = format!(
+            "the logger lost data {times} times, {total_ms} ms in all, {longest_ms} ms at the longest"
+        );
         found.remarks.push(Remark {
-            kind: RemarkKind::Gap,
-            subject: None,
-            samples: dropouts_ms.len(),
-            span_s: None,
-            message: format!(
-                "the logger lost data {} times, {total_ms} ms in all, {longest_ms} ms at the longest",
-                dropouts_ms.len()
-            ),
+            samples: times,
+            ..Remark::new(RemarkKind::Gap, None, message)
         });
     }
     for (topic, count) in others {
