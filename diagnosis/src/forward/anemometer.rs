@@ -50,10 +50,11 @@ pub fn readings_mps(
 ) -> Vec<Option<f64>> {
     let steady = |t_s: f64, point_m: Point3<f64>| {
         let velocity_mps = flow.velocity_mps(t_s, point_m, None)?;
+        let (ambient_mps, measures) = (flow.ambient_mps(t_s), instrument.measures);
         Some(steady_reading_mps(
             velocity_mps,
-            flow.ambient_mps(t_s),
-            instrument.measures,
+            ambient_mps,
+            measures,
             environment,
         ))
     };
@@ -70,8 +71,8 @@ pub fn readings_mps(
             _ => steady(sample.t_s, sample.position_m),
         };
         held = lagged_mps.map(|reading_mps| (sample, reading_mps));
-        readings
-            .push(lagged_mps.map(|reading_mps| sensor.reads(reading_mps, sample.t_s - first_s)));
+        let since_s = sample.t_s - first_s;
+        readings.push(lagged_mps.map(|reading_mps| sensor.reads(reading_mps, since_s)));
     }
     readings
 }
@@ -99,7 +100,8 @@ fn lag(
     let step_s = span_s / steps;
     let kept = (-step_s / tau_s).exp();
     let mut x_before_mps = at(0.0)?;
-    let mut reading_mps = if from_share > 0.0 {
+    let is_forgotten = from_share > 0.0;
+    let mut reading_mps = if is_forgotten {
         x_before_mps
     } else {
         before_mps

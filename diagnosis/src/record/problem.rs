@@ -17,6 +17,33 @@ pub struct Problem {
     pub help: Option<String>,
 }
 
+/// Places of problems yet to be told.
+impl Problem {
+    pub(super) fn file(file: &str) -> Problem {
+        Problem {
+            file: file.to_owned(),
+            line: None,
+            field: None,
+            message: String::new(),
+            help: None,
+        }
+    }
+
+    pub(super) fn field(file: &str, field: &str) -> Problem {
+        Problem {
+            field: Some(field.to_owned()),
+            ..Problem::file(file)
+        }
+    }
+
+    pub(super) fn line(self, line: u64) -> Problem {
+        Problem {
+            line: Some(line),
+            ..self
+        }
+    }
+}
+
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.file)?;

@@ -120,18 +120,27 @@ impl<'a> Trace<'a> {
     pub(crate) fn of_all(
         recordings: &'a [Recording],
         in_order: &[usize],
-        (free, under_m): (&FreeFlight, f64),
+        free_under: (&FreeFlight, f64),
         low_pass: LowPass,
     ) -> Vec<Trace<'a>> {
         let vehicles =
             |&index: &usize| (0..recordings[index].vehicles.len()).map(move |v| (index, v));
-        let all: Vec<(usize, usize)> = in_order.iter().flat_map(vehicles).collect();
-        all.into_par_iter()
-            .filter_map(|(index, vehicle)| {
-                let around = around(&recordings[index], vehicle, free, under_m);
-                Trace::new(recordings, (index, vehicle), around, low_pass)
-            })
-            .collect()
+        let all = in_order.iter().flat_map(vehicles).collect();
+        Trace::of_each(recordings, all, free_under, low_pass)
+    }
+
+    /// Some vehicles, by recording and vehicle; those that do not log a force are passed over.
+    pub(crate) fn of_each(
+        recordings: &'a [Recording],
+        vehicles: Vec<(usize, usize)>,
+        (free, under_m): (&FreeFlight, f64),
+        low_pass: LowPass,
+    ) -> Vec<Trace<'a>> {
+        let trace = |(recording, vehicle): (usize, usize)| {
+            let around = around(recordings.get(recording)?, vehicle, free, under_m);
+            Trace::new(recordings, (recording, vehicle), around, low_pass)
+        };
+        vehicles.into_par_iter().filter_map(trace).collect()
     }
 
     /// `None` without specific force, duty cycles or battery voltage.

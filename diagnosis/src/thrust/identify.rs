@@ -16,7 +16,7 @@ use serde::Serialize;
 use crate::record::recording::Recording;
 use crate::record::thrust_map::{CUBIC_FROM_ZERO, Term, ThrustMap, ThrustMapError};
 use crate::statistics::quantile::nearest_rank;
-use crate::thrust::free_flight::{self, FreeFlight, Trace};
+use crate::thrust::free_flight::{FreeFlight, Trace};
 use crate::thrust::least_squares::{Solved, lag_standard_error_s};
 use crate::thrust::low_pass::LowPass;
 
@@ -138,14 +138,8 @@ pub fn identify(
     vehicles: &[(usize, usize)],
     options: &Options,
 ) -> Result<Identification, IdentifyError> {
-    let traces: Vec<Trace> = vehicles
-        .par_iter()
-        .filter_map(|&(recording, vehicle)| {
-            let around =
-                free_flight::around(recordings.get(recording)?, vehicle, &options.free, 0.0);
-            Trace::new(recordings, (recording, vehicle), around, options.low_pass)
-        })
-        .collect();
+    let around = (&options.free, 0.0);
+    let traces = Trace::of_each(recordings, vehicles.to_vec(), around, options.low_pass);
     Bench::new(traces.iter().collect(), options).fit(|_| true)
 }
 

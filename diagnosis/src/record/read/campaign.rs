@@ -11,10 +11,10 @@ use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use super::columns;
 use super::conventions::{Acceleration, Frame, Pitch, Turns};
 use super::declared::{Declared, baseline};
-use super::found::{Found, Place, did_you_mean, listed};
+use super::found::{Found, did_you_mean, listed};
 use crate::record::baseline::Baseline;
 use crate::record::checked::{Finite, NotNegative, Positive};
-use crate::record::problem::Problems;
+use crate::record::problem::{Problem, Problems};
 use crate::record::recording::Clock;
 use crate::record::thrust_map::{Term, ThrustMap, ThrustMapError};
 
@@ -108,7 +108,7 @@ impl Campaign {
                 let line = u64::try_from(error.span.start.line).unwrap_or(0);
                 let column = error.span.start.col;
                 let message = format!("column {column}: {}", said(&error.code));
-                found.problem(Place::file(file).line(line), message);
+                found.problem(Problem::file(file).line(line), message);
                 None
             }
         };
@@ -132,10 +132,9 @@ impl Campaign {
 
     fn check(&self, file: &str, text: &str, found: &mut Found) {
         let mut at = |field: &str, word: &str, message: String, help: Option<String>| {
-            let place = Place {
-                file,
+            let place = Problem {
                 line: line_of(text, word),
-                field: Some(field),
+                ..Problem::field(file, field)
             };
             found.helped(place, message, help);
         };

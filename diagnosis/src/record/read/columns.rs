@@ -4,8 +4,9 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use super::found::{Found, Place, did_you_mean, listed};
+use super::found::{Found, did_you_mean, listed};
 use super::table::{Rows, Table};
+use crate::record::problem::Problem;
 use crate::record::remark::RemarkKind;
 
 /// What a column may hold.
@@ -184,7 +185,7 @@ fn find(file: &str, header: &[String], renamed: &[(String, String)], found: &mut
     for (ours, theirs) in renamed {
         if !header.contains(theirs) {
             found.helped(
-                Place::field(file, theirs).line(1),
+                Problem::field(file, theirs).line(1),
                 format!("is not in the header, though `columns` takes `{ours}` from it"),
                 did_you_mean(theirs, header.iter().map(String::as_str)),
             );
@@ -239,12 +240,12 @@ fn refuse_partial(
     let given = given.iter().map(|role| columns.by_role[role].name.as_str());
     let missing = listed(missing.into_iter().map(stem_of));
     let message = format!("has the columns {} but none for {missing}", listed(given));
-    found.problem(Place::file(file).line(1), message);
+    found.problem(Problem::file(file).line(1), message);
 }
 
 fn twice(file: &str, first: &str, second: &str, found: &mut Found) {
     let message = format!("says the same as column `{first}`");
-    found.problem(Place::field(file, second).line(1), message);
+    found.problem(Problem::field(file, second).line(1), message);
 }
 
 /// The name of a role without its unit.
@@ -281,7 +282,7 @@ fn require(file: &str, stem: &str, header: &[String], columns: &Columns, found: 
         listed(names.iter().map(String::as_str)),
         names[0]
     );
-    found.helped(Place::field(file, name).line(1), message, Some(help));
+    found.helped(Problem::field(file, name).line(1), message, Some(help));
 }
 
 #[cfg(test)]

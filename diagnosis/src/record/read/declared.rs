@@ -4,8 +4,9 @@
 use airflow::Superposition;
 use serde::Deserialize;
 
-use super::found::{Found, Place, listed};
+use super::found::{Found, listed};
 use crate::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
+use crate::record::problem::Problem;
 
 /// The `baseline` of the metadata, in words; the same in JSON and RON.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -91,7 +92,7 @@ pub(super) fn baseline(file: &str, declared: &Declared, found: &mut Found) -> Ba
         let convection = words.convection(declared.convection);
         baseline.delay = Delay::Transport { convection };
     } else if declared.convection.is_some() {
-        let place = Place::field(file, "baseline.convection");
+        let place = Problem::field(file, "baseline.convection");
         let message = "means nothing unless `emitter_delay` is `transport`";
         words.found.problem(place, message);
     }
@@ -159,7 +160,7 @@ impl Spoken<'_> {
     fn convection(&mut self, given: Option<f64>) -> f64 {
         let convection = given.unwrap_or(1.0);
         if !(convection.is_finite() && convection > 0.0) {
-            let place = Place::field(self.file, "baseline.convection");
+            let place = Problem::field(self.file, "baseline.convection");
             let message = format!("is {convection}; it must be finite and above 0");
             self.found.problem(place, message);
         }
@@ -169,7 +170,7 @@ impl Spoken<'_> {
     fn unknown(&mut self, key: &str, said: &str, known: &str) {
         let field = format!("baseline.{key}");
         self.found.helped(
-            Place::field(self.file, &field),
+            Problem::field(self.file, &field),
             format!("is not known: \"{said}\""),
             Some(format!("known are {known}")),
         );

@@ -7,10 +7,10 @@ use nalgebra::Vector3;
 use super::campaign::{Campaign, Sourced, VehicleType};
 use super::columns::{self, Columns, Role as Column};
 use super::conventions::{CRASH_TILT_DEG, Conventions};
-use super::found::{Found, Place, listed};
+use super::found::{Found, listed};
 use super::samples::Samples;
 use super::track::track;
-use crate::record::problem::Problems;
+use crate::record::problem::{Problem, Problems};
 use crate::record::recording::{Clock, Environment, Recording, Role, Vehicle};
 use crate::record::remark::RemarkKind;
 
@@ -41,7 +41,7 @@ pub(super) fn recording(
 ) -> Option<Recording> {
     if vehicles.is_empty() && found.problems.is_empty() {
         let help = found.remarks.last().map(|remark| remark.message.clone());
-        found.helped(Place::file(file), "no vehicle ever flew", help);
+        found.helped(Problem::file(file), "no vehicle ever flew", help);
     }
     if vehicles.is_empty() {
         return None;
@@ -118,7 +118,7 @@ fn a_vehicle_is_named(file: &str, columns: &Columns, campaign: &Campaign, found:
     if columns.vehicle.is_none() && campaign.vehicles.0.len() != 1 {
         let ids = listed(campaign.vehicles.keys());
         let message = format!("is missing, and the campaign has several vehicles: {ids}");
-        found.problem(Place::field(file, "vehicle").line(1), message);
+        found.problem(Problem::field(file, "vehicle").line(1), message);
     }
 }
 
@@ -129,7 +129,7 @@ fn what_acceleration_is(file: &str, columns: &Columns, campaign: &Campaign, foun
     };
     if campaign.acceleration.is_none() {
         found.helped(
-            Place::field(file, &column.name).line(1),
+            Problem::field(file, &column.name).line(1),
             "is an acceleration, and the metadata do not say of which kind",
             Some("write `acceleration: SpecificForceInWorld` (at hover az is +g), `SpecificForceInBody`, `GravityRemovedInWorld` (at hover az is 0) or `GravityRemovedInBody`".to_owned()),
         );

@@ -9,14 +9,14 @@ use serde_json::Value;
 use super::columns::{self, Columns};
 use super::conventions::Conventions;
 use super::declared::{Declared, baseline};
-use super::found::{Found, Place, RowRemarks, did_you_mean, listed};
+use super::found::{Found, RowRemarks, did_you_mean, listed};
 use super::json::Fields;
 use super::probes::{PROBES, probes};
 use super::samples::Samples;
 use super::table::Table;
 use super::track::track;
 use crate::record::baseline::Baseline;
-use crate::record::problem::Problems;
+use crate::record::problem::{Problem, Problems};
 use crate::record::recording::{
     Clock, Environment, Instrument, Measures, ReceiverSample, Recording, Role, Track, Vehicle,
 };
@@ -58,12 +58,12 @@ pub fn read_folder(name: &str, files: &BTreeMap<String, Vec<u8>>) -> Result<Reco
 
 fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Option<Recording> {
     let Some(bytes) = files.get(META) else {
-        found.problem(Place::file(META), "is missing");
+        found.problem(Problem::file(META), "is missing");
         return None;
     };
     let meta = meta(bytes, found)?;
     for channel in &meta.channels {
-        let place = Place::field(META, "channels");
+        let place = Problem::field(META, "channels");
         if !TABLES.contains(&channel.as_str()) {
             let message = format!("names \"{channel}\"; tables are {}", listed(TABLES));
             found.helped(place, message, did_you_mean(channel, TABLES));
@@ -85,7 +85,7 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
         None => {
             let message =
                 format!("must name {VEHICLES}: without tracks there is nothing to simulate");
-            found.problem(Place::field(META, "channels"), message);
+            found.problem(Problem::field(META, "channels"), message);
             None
         }
     };
@@ -95,7 +95,7 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
         (Some(_), None) if meta.has_probe => None, // told above
         (Some(_), None) => {
             let message = format!("is missing, and {PROBES} needs it");
-            found.problem(Place::field(META, "probe"), message);
+            found.problem(Problem::field(META, "probe"), message);
             None
         }
     };
@@ -118,7 +118,7 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
 fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>> {
     let is_named = |columns: &Columns, found: &mut Found| {
         if columns.vehicle.is_none() {
-            found.problem(Place::field(VEHICLES, "vehicle_id").line(1), "is missing");
+            found.problem(Problem::field(VEHICLES, "vehicle_id").line(1), "is missing");
         }
     };
     let (rows, columns) = columns::read(VEHICLES, bytes, &[], found, is_named)?;
@@ -135,7 +135,7 @@ fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>
         let Some(mine) = name.map(|name| &by_vehicle[name]) else {
             let field = format!("vehicles.{id}");
             let message = format!("has no row in {VEHICLES}");
-            found.problem(Place::field(META, &field), message);
+            found.problem(Problem::field(META, &field), message);
             continue;
         };
         let samples = Samples::gather(id, (&rows, &columns), mine, how.gravity_mps2, found);
@@ -172,7 +172,7 @@ fn receivers(
         };
         let (t_s, mut throttle_ratio) = (rows.numbers[0][row], rows.numbers[1][row]);
         if !t_s.is_finite() {
-            found.problem(Place::field(RECEIVER, "t_s").line(line), "has no time");
+            found.problem(Problem::field(RECEIVER, "t_s").line(line), "has no time");
         }
         let last_s = &mut last_s[rows.named[row]];
         if t_s <= *last_s || !(0.0..=5.0).contains(&throttle_ratio) {
@@ -221,7 +221,7 @@ fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
     let value: Value = match serde_json::from_slice(bytes) {
         Ok(value) => value,
         Err(error) => {
-            let place = Place::file(META).line(error.line() as u64);
+            let place = Problem::file(META).line(error.line() as u64);
             found.problem(place, format!("is no JSON: {error}"));
             return None;
         }

@@ -11,56 +11,23 @@ pub(super) struct Found {
     pub(super) remarks: Vec<Remark>,
 }
 
-/// A place in a file.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Place<'a> {
-    pub(super) file: &'a str,
-    pub(super) line: Option<u64>,
-    pub(super) field: Option<&'a str>,
-}
-
-impl<'a> Place<'a> {
-    pub(super) fn file(file: &'a str) -> Place<'a> {
-        Place {
-            file,
-            line: None,
-            field: None,
-        }
-    }
-
-    pub(super) fn field(file: &'a str, field: &'a str) -> Place<'a> {
-        Place {
-            field: Some(field),
-            ..Place::file(file)
-        }
-    }
-
-    pub(super) fn line(self, line: u64) -> Place<'a> {
-        Place {
-            line: Some(line),
-            ..self
-        }
-    }
-}
-
 impl Found {
-    pub(super) fn problem(&mut self, place: Place<'_>, message: impl Into<String>) {
+    /// Tells what is wrong at a place.
+    pub(super) fn problem(&mut self, place: Problem, message: impl Into<String>) {
         self.helped(place, message, None);
     }
 
     /// A problem with its way out.
     pub(super) fn helped(
         &mut self,
-        place: Place<'_>,
+        place: Problem,
         message: impl Into<String>,
         help: Option<String>,
     ) {
         self.problems.push(Problem {
-            file: place.file.to_owned(),
-            line: place.line,
-            field: place.field.map(str::to_owned),
             message: message.into(),
             help,
+            ..place
         });
     }
 

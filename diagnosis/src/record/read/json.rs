@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value};
 
-use super::found::{Found, Place, did_you_mean, listed};
+use super::found::{Found, did_you_mean, listed};
+use crate::record::problem::Problem;
 use crate::record::remark::RemarkKind;
 
 /// An object whose keys are checked off as they are read.
@@ -23,15 +24,12 @@ impl<'a> Fields<'a> {
 
     fn of(file: &'a str, path: String, value: &'a Value, found: &mut Found) -> Option<Fields<'a>> {
         let Some(map) = value.as_object() else {
-            let field = (!path.is_empty()).then_some(path.as_str());
-            let place = Place {
-                field,
-                ..Place::file(file)
+            let place = Problem {
+                field: (!path.is_empty()).then_some(path),
+                ..Problem::file(file)
             };
-            found.problem(
-                place,
-                format!("must be an object `{{...}}`, not {}", kind(value)),
-            );
+            let message = format!("must be an object `{{...}}`, not {}", kind(value));
+            found.problem(place, message);
             return None;
         };
         Some(Fields {
@@ -60,14 +58,14 @@ impl<'a> Fields<'a> {
         if value.is_none() {
             let similar = did_you_mean(key, self.map.keys().map(String::as_str));
             let path = self.path_of(key);
-            found.helped(Place::field(self.file, &path), "is missing", similar);
+            found.helped(Problem::field(self.file, &path), "is missing", similar);
         }
         value
     }
 
     /// Says what is wrong with the value of a key.
     pub(super) fn fault(&self, key: &str, message: impl Into<String>, found: &mut Found) {
-        found.problem(Place::field(self.file, &self.path_of(key)), message);
+        found.problem(Problem::field(self.file, &self.path_of(key)), message);
     }
 
     pub(super) fn object(&mut self, key: &'static str, found: &mut Found) -> Option<Fields<'a>> {

@@ -7,8 +7,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::Point3;
 
-use super::found::{Found, Place, RowRemarks};
+use super::found::{Found, RowRemarks};
 use super::table::Table;
+use crate::record::problem::Problem;
 use crate::record::recording::{Instrument, ProbeSample, Probes};
 use crate::record::remark::RemarkKind;
 
@@ -36,13 +37,13 @@ pub(super) fn probes(bytes: &[u8], instrument: &Instrument, found: &mut Found) -
         let at = |column: usize| rows.numbers[column][row];
         let (t_s, id) = (at(0), at(1));
         if !t_s.is_finite() {
-            found.problem(Place::field(PROBES, "t_s").line(line), "has no time");
+            found.problem(Problem::field(PROBES, "t_s").line(line), "has no time");
         }
         // Exact for every id that passes the comparison; the cast saturates for the others.
         let probe_id = id as u32;
         if f64::from(probe_id) != id {
             let message = format!("is {id}; it must be a whole number, 0 or more");
-            found.problem(Place::field(PROBES, "probe_id").line(line), message);
+            found.problem(Problem::field(PROBES, "probe_id").line(line), message);
         }
         samples.push(ProbeSample {
             t_s,

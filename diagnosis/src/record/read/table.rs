@@ -1,7 +1,8 @@
 //! A comma-separated table as numbers: only the columns that are asked for, each fault at its line
 //! and column.
 
-use super::found::{Found, Place, did_you_mean, listed};
+use super::found::{Found, did_you_mean, listed};
+use crate::record::problem::Problem;
 use crate::record::remark::RemarkKind;
 
 /// Most faulty cells reported of one column; the rest are counted. Chosen here: enough to see the
@@ -41,23 +42,23 @@ impl<'b> Table<'b> {
             Ok(header) => header.iter().map(str::to_owned).collect(),
             Err(error) => {
                 let message = format!("is no table of text: {error}");
-                found.problem(Place::file(file).line(1), message);
+                found.problem(Problem::file(file).line(1), message);
                 return None;
             }
         };
         if header.iter().all(String::is_empty) {
             let message = "is empty; it needs a line of column names";
-            found.problem(Place::file(file), message);
+            found.problem(Problem::file(file), message);
             return None;
         }
         if let ([only], Some(separator)) = (header.as_slice(), separator(&header)) {
             let help = format!("write commas instead of {separator}");
             let message = format!("has one column, `{only}`");
-            found.helped(Place::file(file).line(1), message, Some(help));
+            found.helped(Problem::file(file).line(1), message, Some(help));
         }
         for (index, name) in header.iter().enumerate() {
             if header[..index].contains(name) {
-                let place = Place::field(file, name).line(1);
+                let place = Problem::field(file, name).line(1);
                 found.problem(place, "stands in the header twice");
             }
         }
@@ -90,7 +91,7 @@ impl<'b> Table<'b> {
         for name in names {
             match self.column(name) {
                 Some(column) => columns.push(column),
-                None => found.problem(Place::field(self.file, name).line(1), "is missing"),
+                None => found.problem(Problem::field(self.file, name).line(1), "is missing"),
             }
         }
         for name in &self.header {
@@ -121,7 +122,7 @@ impl<'b> Table<'b> {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(error) => {
-                    found.problem(Place::file(self.file), error.to_string());
+                    found.problem(Problem::file(self.file), error.to_string());
                     break;
                 }
             }
@@ -131,7 +132,7 @@ impl<'b> Table<'b> {
                 misshapen += 1;
                 if misshapen <= MOST_REPORTED {
                     let message = format!("has {fields} fields where the header has {wanted}");
-                    found.problem(Place::file(self.file).line(line), message);
+                    found.problem(Problem::file(self.file).line(line), message);
                 }
                 continue;
             }
@@ -139,7 +140,7 @@ impl<'b> Table<'b> {
                 let number = number(&record[column]).unwrap_or_else(|| {
                     faults[at] += 1;
                     if faults[at] <= MOST_REPORTED {
-                        let place = Place::field(self.file, &self.header[column]).line(line);
+                        let place = Problem::field(self.file, &self.header[column]).line(line);
                         let cell = String::from_utf8_lossy(&record[column]);
                         found.problem(place, format!("is not a number: \"{cell}\""));
                     }
@@ -155,7 +156,7 @@ impl<'b> Table<'b> {
         }
         for (&column, &count) in numbers.iter().zip(&faults) {
             if count > MOST_REPORTED {
-                let place = Place::field(self.file, &self.header[column]);
+                let place = Problem::field(self.file, &self.header[column]);
                 let more = count - MOST_REPORTED;
                 found.problem(place, format!("and {more} more cells like these"));
             }
@@ -163,10 +164,10 @@ impl<'b> Table<'b> {
         if misshapen > MOST_REPORTED {
             let more = misshapen - MOST_REPORTED;
             let message = format!("and {more} more lines of another length");
-            found.problem(Place::file(self.file), message);
+            found.problem(Problem::file(self.file), message);
         }
         if rows.lines.is_empty() && misshapen == 0 {
-            found.problem(Place::file(self.file), "has a header and no rows");
+            found.problem(Problem::file(self.file), "has a header and no rows");
         }
         rows
     }
@@ -193,7 +194,7 @@ impl Rows {
                 let message = format!("vehicle `{name}` is not in the metadata ({count} rows)");
                 let listed = || Some(format!("known are {}", listed(known.clone())));
                 let help = did_you_mean(name, known.clone()).or_else(listed);
-                found.helped(Place::file(file).line(line), message, help);
+                found.helped(Problem::file(file).line(line), message, help);
             }
         }
         by_name

@@ -6,8 +6,9 @@ use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use super::checks::check;
 use super::columns::Role;
 use super::conventions::{Acceleration, Conventions, Frame, Pitch, Turns};
-use super::found::{Found, Place};
+use super::found::Found;
 use super::samples::Samples;
+use crate::record::problem::Problem;
 use crate::record::recording::Track;
 use crate::record::remark::RemarkKind;
 
@@ -44,7 +45,7 @@ pub(super) fn track(
         let mut remarks = found.remarks.iter().rev();
         let last = remarks.find(|remark| remark.subject.as_deref() == Some(vehicle));
         let help = last.map(|remark| remark.message.clone());
-        found.helped(Place::file(file), message, help);
+        found.helped(Problem::file(file), message, help);
         return None;
     }
     let mut assumed = |message| found.remark(RemarkKind::Assumed, Some(vehicle), message);

@@ -17,10 +17,10 @@ use super::campaign::Campaign;
 use super::columns::{Role, RoleOf};
 use super::conventions::{Acceleration, Frame, Turns};
 use super::flight::{recording, vehicle};
-use super::found::{Found, Place, listed};
+use super::found::{Found, listed};
 use super::samples::Samples;
 use super::table::Table;
-use crate::record::problem::Problems;
+use crate::record::problem::{Problem, Problems};
 use crate::record::recording::Recording;
 use crate::record::remark::{Remark, RemarkKind};
 
@@ -88,7 +88,7 @@ fn flight(
                 let help = format!(
                     "name the log after its vehicle, or list only one; this one is called `{name}`"
                 );
-                found.helped(Place::file(file), message, Some(help));
+                found.helped(Problem::file(file), message, Some(help));
                 return None;
             }
         },
@@ -104,13 +104,13 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
     const POSITION: &str = "vehicle_local_position";
     let Some(position) = topics.get(POSITION) else {
         found.problem(
-            Place::field(file, POSITION),
+            Problem::field(file, POSITION),
             "is missing: there is no position in this log",
         );
         return None;
     };
     let Some(position_m) = position.whole(0..3) else {
-        found.problem(Place::field(file, POSITION), "has no `x`, `y` and `z`");
+        found.problem(Problem::field(file, POSITION), "has no `x`, `y` and `z`");
         return None;
     };
     let start_us = position.t_us.first().copied().unwrap_or(0.0);
@@ -327,12 +327,12 @@ fn from_ulog(file: &str, bytes: &[u8], found: &mut Found) -> Option<Topics> {
         Ok(is_whole) => (!is_whole).then(|| "in the middle of a record".to_owned()),
         Err(why) if parser.in_data() => Some(format!("at a broken record: {why}")),
         Err(why) => {
-            found.problem(Place::file(file), format!("is no ULog: {why}"));
+            found.problem(Problem::file(file), format!("is no ULog: {why}"));
             return None;
         }
     };
     if !parser.header_complete() {
-        found.problem(Place::file(file), "is no ULog: it ends in its header");
+        found.problem(Problem::file(file), "is no ULog: it ends in its header");
         return None;
     }
     if let Some(how) = broken {
@@ -454,7 +454,7 @@ fn from_tables(files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Topics {
             continue;
         };
         let Some(stamp) = table.column(TIMESTAMP) else {
-            found.problem(Place::field(file, TIMESTAMP).line(1), "is missing");
+            found.problem(Problem::field(file, TIMESTAMP).line(1), "is missing");
             continue;
         };
         let places: Vec<Option<usize>> = wanted.iter().map(|field| table.column(field)).collect();
