@@ -1,7 +1,8 @@
 //! Endpoints that exclude one another, in words: what is wrong, by how much, and the smallest change that mends it.
 
 use nalgebra::Point3;
-use planner::plan::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion};
+use planner::plan::cause::Exclusion;
+use planner::plan::outcome::{Blocker, EndpointConflict, EndpointKind};
 use planner::scenario::world::{Drone, World};
 use serde::Serialize;
 

@@ -3,7 +3,8 @@
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
 use planner::endpoint_conflicts as check;
-use planner::plan::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion};
+use planner::plan::cause::Exclusion;
+use planner::plan::outcome::{Blocker, EndpointConflict, EndpointKind};
 use planner::scenario::world::{
     AtEnd, AtStart, Bounds, Drone, Planning, Task, Vehicle, World, Zone,
 };

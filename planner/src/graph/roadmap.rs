@@ -14,34 +14,8 @@ use crate::graph::lattice::{AXES, BoxCount, Lattice, NEIGHBOURS};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::Bounds;
 use links::Links;
-
-/// A place in a [`Roadmap`].
-pub(crate) type Vertex = u32;
-
-/// Clearances are kept to a tenth of a millimetre, below what the verifier forgives (m).
-const CLEARANCE_TOLERANCE_M: f64 = 1e-4;
-
-/// A straight way between two places.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Way {
-    /// m.
-    pub(crate) length_m: f32,
-    /// Distance to the nearest obstacle, and of its ends to the floor (m); capped at what the
-    /// largest drone needs.
-    pub(crate) clearance_m: f32,
-}
-
-impl Way {
-    /// Whether a ball of this radius fits all along.
-    pub(crate) fn fits(&self, radius_m: f64) -> bool {
-        is_wide(self.clearance_m, radius_m)
-    }
-}
-
-/// Whether a way of this clearance (m) holds a ball of this radius (m).
-fn is_wide(clearance_m: f32, radius_m: f64) -> bool {
-    f64::from(clearance_m) + CLEARANCE_TOLERANCE_M >= radius_m
-}
+use survey::{Forward, Survey, is_wide};
+pub(crate) use survey::{Stop, Vertex, Way};
 
 /// What a ball of one radius can do on the lattice.
 #[derive(Debug)]
@@ -73,17 +47,6 @@ pub(crate) struct Roadmap {
 
 /// Ways from and to the stops beyond the lattice, in ascending order of where they lead.
 type Beyond = DiGraphMap<Vertex, Way, FxBuildHasher>;
-
-/// A place beyond the lattice that a drone must be able to reach.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stop {
-    /// m.
-    pub(crate) point_m: Point3<f64>,
-    /// Radius of the ball that must stay clear on the ways from and to here (m).
-    pub(crate) radius_m: f64,
-    /// Smaller clearance forgiven on the way straight up from here: the drone stands on something.
-    pub(crate) grounded: bool,
-}
 
 impl Roadmap {
     /// Connects the lattice and the stops around the obstacles; returns the vertex of each stop.
@@ -239,10 +202,6 @@ impl Roadmap {
     }
 }
 
-/// Clearance of the 13 ways from a lattice place to neighbours of higher number; the others are
-/// theirs.
-type Forward = Vec<[f32; 13]>;
-
 /// Neighbours of a lattice place, in ascending order: which of [`NEIGHBOURS`] each is, and the
 /// clearance of the way there.
 fn around<'a>(
@@ -274,71 +233,7 @@ fn open_steps(lattice: &Lattice, forward: &Forward, radius_m: f64) -> Vec<u32> {
         .collect()
 }
 
-/// What is needed to measure clearances.
-struct Survey<'a> {
-    /// Where places are.
-    lattice: &'a Lattice,
-    /// `None`: no obstacle anywhere.
-    solids: Option<&'a Solids>,
-    /// Height of the floor, which bodies keep off too (m).
-    floor_z_m: f64,
-    /// More clearance than this is not told apart (m).
-    widest_m: f64,
-}
-
-impl Survey<'_> {
-    /// Clearance of every way to a neighbour of higher number, in parallel; negative infinity where there
-    /// is no neighbour.
-    fn forward_clearances(&self) -> Forward {
-        let step_m = self.lattice.cell_m() * 3.0_f64.sqrt();
-        let places = 0..self.lattice.place_count() as u32;
-        let far_m = self.widest_m + step_m;
-        let at_place_m = |place: u32| {
-            let here_m = self.lattice.position_m(place);
-            self.solids.map_or(far_m, |solids| {
-                solids.segment_clearance_m(here_m, here_m, far_m)
-            })
-        };
-        let at_places_m: Vec<f64> = places.clone().into_par_iter().map(at_place_m).collect();
-        places
-            .into_par_iter()
-            .map(|place| {
-                let from_m = self.lattice.position_m(place);
-                let [i, j, k] = self.lattice.steps(place);
-                std::array::from_fn(|ahead| {
-                    let d = NEIGHBOURS[13 + ahead];
-                    let Some(to) = self.lattice.at([i + d[0], j + d[1], k + d[2]]) else {
-                        return f32::NEG_INFINITY;
-                    };
-                    let to_m = self.lattice.position_m(to);
-                    // Bodies keep off the floor too, though bounds limit only their centres.
-                    let floor_m = from_m.z.min(to_m.z) - self.floor_z_m;
-                    let [a_m, b_m] = [place, to].map(|end| at_places_m[end as usize]);
-                    let ends_m = a_m.min(b_m);
-                    let between_m = 0.5 * (a_m + b_m - (to_m - from_m).norm());
-                    let free_m = if ends_m <= 0.0 {
-                        // No drone fits, wherever the way is narrowest.
-                        ends_m
-                    } else if between_m >= self.widest_m {
-                        // Distances change by no more than one moves.
-                        self.widest_m
-                    } else {
-                        self.clearance_m(from_m, to_m)
-                    };
-                    free_m.min(floor_m) as f32
-                })
-            })
-            .collect()
-    }
-
-    /// Distance of a straight way from all obstacles, at most `widest_m` (m).
-    fn clearance_m(&self, a_m: Point3<f64>, b_m: Point3<f64>) -> f64 {
-        self.solids.map_or(self.widest_m, |solids| {
-            solids.segment_clearance_m(a_m, b_m, self.widest_m)
-        })
-    }
-}
-
 mod links;
+mod survey;
 #[cfg(test)]
 mod tests;

@@ -6,8 +6,6 @@ use nalgebra::Point3;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::plan::outcome::Exclusion;
-
 /// Why a drone stays at its start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -67,6 +65,37 @@ pub struct GoalConflict {
     pub why: Exclusion,
     /// A goal for `drone` near its own where this pair is in order (m).
     pub nearest_fix_m: Option<Point3<f64>>,
+}
+
+/// How two endpoints exclude one another.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Exclusion {
+    /// The gap between the bodies is too small (m).
+    Bodies {
+        /// Gap between the balls (m); negative: they overlap.
+        gap_m: f64,
+        /// What it must be (m).
+        needs_m: f64,
+    },
+    /// The centre is in the near-field column.
+    Column,
+    /// The mean air over the rotor discs, all wakes summed, exceeds the limit.
+    Air {
+        /// Mean air over the discs (m/s).
+        air_mps: f64,
+        /// The same over the induced velocity.
+        alpha: f64,
+        /// The drone's limit.
+        limit: f64,
+    },
+    /// The drone's wake reaches into a zone.
+    Zone {
+        /// Highest summed speed in the zone (m/s).
+        air_mps: f64,
+        /// The zone's limit (m/s).
+        limit_mps: f64,
+    },
 }
 
 /// What was in the way of a search.

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use serde::Serialize;
 
-use crate::plan::cause::FailureCause;
+use crate::plan::cause::{Exclusion, FailureCause};
 use crate::plan::{Plan, Status};
 
 /// The answer to "plan this world".
@@ -138,37 +138,6 @@ pub enum EndpointKind {
     Starts,
     /// After the last arrival.
     Goals,
-}
-
-/// How two endpoints exclude one another.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Exclusion {
-    /// The gap between the bodies is too small (m).
-    Bodies {
-        /// Gap between the balls (m); negative: they overlap.
-        gap_m: f64,
-        /// What it must be (m).
-        needs_m: f64,
-    },
-    /// The centre is in the near-field column.
-    Column,
-    /// The mean air over the rotor discs, all wakes summed, exceeds the limit.
-    Air {
-        /// Mean air over the discs (m/s).
-        air_mps: f64,
-        /// The same over the induced velocity.
-        alpha: f64,
-        /// The drone's limit.
-        limit: f64,
-    },
-    /// The drone's wake reaches into a zone.
-    Zone {
-        /// Highest summed speed in the zone (m/s).
-        air_mps: f64,
-        /// The zone's limit (m/s).
-        limit_mps: f64,
-    },
 }
 
 /// How a caller watches, stops and extends a run of a planner that reads no clock itself.

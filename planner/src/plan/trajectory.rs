@@ -11,13 +11,9 @@ mod motion;
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-pub use motion::{LevelWay, Motion};
+pub use motion::{LevelWay, Motion, SAME_TIME_S};
 
 use crate::plan::TrajectoryEntry;
-
-/// Two break points this close in time are one moment (s): the plan's times are whole multiples of
-/// a tick that is far longer, so a difference this small is rounding.
-pub const SAME_TIME_S: f64 = 1e-9;
 
 /// Displacements up to this are rounding (m), chosen here: a micrometre, far below any clearance.
 pub const SAME_PLACE_M: f64 = 1e-6;

@@ -6,7 +6,6 @@ pub mod region;
 pub mod rolling;
 
 mod track;
-mod turn;
 
 use thiserror::Error;
 

@@ -34,19 +34,30 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
 use costmap::costmap::Costmap;
-use costmap::leg::{Leg, Tick};
+use costmap::leg::{DroneId, KindId, Leg, Tick};
+use costmap::reservations::timeline::BUCKET_TICKS;
+use costmap::verdict::{Blocker, Verdict};
+use nalgebra::Point3;
 use serde::Serialize;
 
 use super::change::{self, Change, ChangeError};
 use super::track::{State, Track, cut, legs_of};
-use super::{GivenError, given, turn};
+use super::{GivenError, given};
+use crate::graph::agent::{Agent, Ending, FORGIVEN_TICKS};
+use crate::graph::distances::Distances;
+use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort, Progress};
-use crate::plan::{Plan, Unplanned, Violation};
+use crate::plan::{AtEnd, Plan, Unplanned, Violation};
 use crate::scenario::solid::Solids;
-use crate::scenario::world::World;
-use crate::solver::assemble::{fleet, judged};
-use crate::solver::prepare::{Job, prepare};
+use crate::scenario::world::{AtStart, Drone, Task, World};
+use crate::solver::assemble::{blank, fleet, judged, rounded, write_arrival, write_legs};
+use crate::solver::explain::known_cause;
+use crate::solver::prepare::{Duties, Job, agent_of, ending_from, prepare};
+use crate::solver::priority::{Affected, FailureKind, Paths, plan_affected};
 use crate::verify::verify;
 
 /// Room for drones that come later: chosen here, so that the costmap is seldom made anew.
@@ -57,19 +68,19 @@ const SPARE_DRONES: usize = 64;
 #[derive(Debug)]
 pub struct Running {
     /// With the drones that came, and the last tasks of all.
-    pub(super) world: World,
+    world: World,
     /// What has been flown and what will be, verified.
-    pub(super) plan: Plan,
+    plan: Plan,
     /// The world's obstacles, for places that are new.
-    pub(super) solids: Solids,
+    solids: Solids,
     /// Its roadmap grows with new stops; its agents are those of the last change.
-    pub(super) job: Job,
+    job: Job,
     /// What every drone still flies.
-    pub(super) costmap: Costmap,
+    costmap: Costmap,
     /// By drone, in the plan's order.
-    pub(super) tracks: Vec<Track>,
+    tracks: Vec<Track>,
     /// Everything before is history.
-    pub(super) known: Tick,
+    known: Tick,
 }
 
 /// What became of some changes.
@@ -185,7 +196,7 @@ impl Running {
             return Err(problems);
         }
         self.known = at;
-        let (told, could_change) = turn::take(self, at, changes, control);
+        let (told, could_change) = take(self, at, changes, control);
         (control.progress)(Progress::Verifying);
         self.judge();
         let early = |violation: &&Violation| {
@@ -219,7 +230,7 @@ impl Running {
     }
 
     /// A costmap with room for more, and what all drones still fly in it.
-    pub(super) fn fill_costmap(&mut self) {
+    fn fill_costmap(&mut self) {
         let room = self.tracks.len() + SPARE_DRONES;
         self.costmap = self.job.costmap(&self.world, true, room);
         for track in &self.tracks {
@@ -259,6 +270,532 @@ fn check(world: &World, plan: &Plan) -> Result<(), GivenError> {
         given(entry, world.air.density_kg_per_m3())?;
     }
     Ok(())
+}
+
+/// Names, and when each could be made to do something else.
+type Released = Vec<(String, Tick)>;
+
+/// What is remembered of a drone until it is known whether its change can be.
+struct Asked {
+    /// What the caller changed about it.
+    cause: Cause,
+    /// As it was, if it goes on with that when there is no path.
+    before: Option<(Track, Vec<Task>)>,
+    /// No path is looked for: what it flies is settled.
+    settled: bool,
+}
+
+/// Applies the changes, which are in order, and plans the drones affected. A drone that comes and finds no
+/// path is not let in: the others are planned without it.
+fn take(
+    running: &mut Running,
+    at: Tick,
+    changes: &[Change],
+    control: &Control<'_>,
+) -> (Replanned, Released) {
+    let comes = |change: &Change| matches!(change, Change::Added(_));
+    let mut changes = changes.to_vec();
+    let mut turned_away = Vec::new();
+    loop {
+        let before = (changes.iter().any(comes)).then(|| {
+            let Running { world, plan, .. } = &*running;
+            (world.clone(), plan.clone(), running.tracks.clone())
+        });
+        let turn = Turn {
+            running,
+            at,
+            asked: BTreeMap::new(),
+        };
+        match turn.plan(&changes, control) {
+            Ok((mut told, released)) => {
+                told.refused.extend(turned_away);
+                return (told, released);
+            }
+            Err(refused) => {
+                changes.retain(|change| {
+                    !(comes(change) && refused.iter().any(|out| out.name == change.drone()))
+                });
+                turned_away.extend(refused);
+                if let Some(before) = before {
+                    (running.world, running.plan, running.tracks) = before;
+                    renew_distances(running);
+                }
+            }
+        }
+    }
+}
+
+/// Distances to a goal are kept by place, and there are other places now.
+fn renew_distances(running: &mut Running) {
+    for track in &mut running.tracks {
+        let mover = track.agent.mover.clone();
+        let mut from = track.agent.start;
+        for waypoint in &mut track.agent.waypoints {
+            let goal = waypoint.distances.goal();
+            let anew = Distances::new(&running.job.roadmap, goal, from, mover.clone());
+            waypoint.distances = Arc::new(anew);
+            from = goal;
+        }
+    }
+}
+
+/// One try, from a moment on.
+struct Turn<'a> {
+    /// Changed in place; restored by the caller where a drone that comes finds no path.
+    running: &'a mut Running,
+    /// The moment of the changes.
+    at: Tick,
+    /// By index of the drone.
+    asked: BTreeMap<usize, Asked>,
+}
+
+impl Turn<'_> {
+    /// Remembers a change that keeps nothing of what the drone had.
+    fn ask(&mut self, index: usize, cause: Cause, settled: bool) {
+        let asked = Asked {
+            cause,
+            before: None,
+            settled,
+        };
+        self.asked.insert(index, asked);
+    }
+
+    /// Applies one change, which is in order, to tracks, tasks and the roadmap's stops.
+    fn apply(&mut self, change: &Change) {
+        let mut drones = self.running.world.drones.iter();
+        let index = drones.position(|drone| drone.name == change.drone());
+        match (change, index) {
+            (Change::Added(drone), _) => self.add(drone),
+            (Change::Late { by_s, .. }, Some(index)) => self.fall_behind(index, *by_s),
+            (Change::Retasked { tasks, .. }, Some(index)) => self.retask(index, tasks),
+            (Change::Removed { .. }, Some(index)) => {
+                let track = &mut self.running.tracks[index];
+                track.cut(self.at);
+                track.agent.waypoints.clear();
+                track.agent.kinds.truncate(1);
+                self.running.world.drones[index].tasks.clear();
+                self.running.costmap.remove(id(index));
+                self.ask(index, Cause::Removed, true);
+            }
+            (_, None) => {}
+        }
+    }
+
+    /// Sets a drone back by a time (s), at most to where its track begins; nothing to do for one at rest.
+    fn fall_behind(&mut self, index: usize, by_s: f64) {
+        let (at, roadmap) = (self.at, &self.running.job.roadmap);
+        let track = &mut self.running.tracks[index];
+        let first = track.legs.first().map_or(at, |leg| leg.start);
+        let by = Tick::lasting(by_s).min(at.0 - first.0);
+        let was = Tick(at.0 - by);
+        let rests = track.rest(was).iter().all(Leg::stays);
+        if by == 0 || !track.planned || rests && track.state(roadmap, was, false) == State::Ends {
+            // It is where it stays.
+            return;
+        }
+        track.fall_behind(roadmap, at, by);
+        let settled = track.state(roadmap, at, false) == State::Ends;
+        let entry = &mut self.running.plan.drones[index];
+        entry.arrives_s = rounded(entry.arrives_s + Tick(by).seconds());
+        self.ask(index, Cause::Late, settled);
+    }
+
+    /// Lets a drone in at its start; it stays there until it has a path.
+    fn add(&mut self, drone: &Drone) {
+        let index = self.running.tracks.len();
+        let grounded = drone.at_start == AtStart::Landed;
+        let start = self.connect(drone, [drone.start_m], grounded)[0];
+        let bare_kg = drone.vehicle.airframe.mass_kg();
+        let kind = self.running.job.kinds.kind(&drone.vehicle, bare_kg);
+        self.running.world.drones.push(drone.clone());
+        let agent = Agent {
+            grounded,
+            departs: self.at,
+            ..self.agent(index, start, kind, &drone.tasks)
+        };
+        self.running.tracks.push(Track {
+            legs: vec![agent.stays_from_departure(&self.running.job.roadmap)],
+            agent,
+            since: self.at,
+            planned: true,
+        });
+        let mut entry = blank(&self.running.world, drone);
+        entry.enters_s = (self.at > Tick(0)).then(|| self.at.seconds());
+        self.running.plan.drones.push(entry);
+        self.ask(index, Cause::Added, false);
+    }
+
+    /// Gives a drone other tasks from where it can do something else; its track ends there until it
+    /// has a path.
+    fn retask(&mut self, index: usize, tasks: &[Task]) {
+        let roadmap = &self.running.job.roadmap;
+        let track = &self.running.tracks[index];
+        let State::Flies {
+            begun,
+            departs,
+            at_m,
+            grounded,
+            ..
+        } = track.state(roadmap, self.at, true)
+        else {
+            return;
+        };
+        let now = track.legs.iter().find(|leg| leg.end > self.at);
+        let last = begun.last().or(now);
+        let kind = last.map_or(track.agent.kinds[0], |leg| leg.kind);
+        let drone = self.running.world.drones[index].clone();
+        let before = (track.clone(), drone.tasks.clone());
+        let known = track.vertex_at(roadmap, &at_m);
+        let start = known.unwrap_or_else(|| self.connect(&drone, [at_m], grounded)[0]);
+        self.running.world.drones[index].tasks = tasks.to_vec();
+        let agent = Agent {
+            departs,
+            begun,
+            grounded,
+            ..self.agent(index, start, kind, tasks)
+        };
+        let stay = agent.stays_from_departure(&self.running.job.roadmap);
+        let track = &mut self.running.tracks[index];
+        track.agent = agent;
+        track.since = departs;
+        track.planned = true;
+        // Until there is a path it is one that ends where it can turn.
+        track.cut(departs);
+        track.go_on(&[stay]);
+        let asked = Asked {
+            cause: Cause::Retasked,
+            before: Some(before),
+            settled: false,
+        };
+        self.asked.insert(index, asked);
+    }
+
+    /// Vertices of places (m) for a drone; those that are new to the roadmap are connected.
+    fn connect(
+        &mut self,
+        drone: &Drone,
+        places_m: impl IntoIterator<Item = Point3<f64>>,
+        grounded: bool,
+    ) -> Vec<Vertex> {
+        let running = &mut *self.running;
+        let radius_m = drone.vehicle.body_radius_m + running.world.planning.clearance_m;
+        let stop = |point_m| Stop {
+            point_m,
+            radius_m,
+            grounded,
+        };
+        let stops: Vec<Stop> = places_m.into_iter().map(stop).collect();
+        let roadmap = &mut running.job.roadmap;
+        let known = roadmap.place_count();
+        let solids = (!running.world.obstacles.is_empty()).then_some(&running.solids);
+        let vertices = roadmap.connect(&running.world.bounds_m, solids, &stops);
+        if roadmap.place_count() > known {
+            renew_distances(running);
+        }
+        vertices
+    }
+
+    /// What a drone has to do from a vertex on, carrying what it carries.
+    fn agent(&mut self, index: usize, start: Vertex, kind: KindId, tasks: &[Task]) -> Agent {
+        let drone = self.running.world.drones[index].clone();
+        let mut vertices = vec![start];
+        let goals_m = tasks.iter().map(|task| task.to_m);
+        vertices.extend(self.connect(&drone, goals_m, false));
+        let running = &mut *self.running;
+        let kinds = running.job.kinds.along(&drone.vehicle, kind, tasks);
+        let roadmap = &running.job.roadmap;
+        let last_m = roadmap.position_m(vertices[vertices.len() - 1]);
+        let ending = ending_from(&running.world, &running.solids, &drone, last_m);
+        let duties = Duties {
+            roadmap,
+            tasks,
+            vertices: &vertices,
+            clearance_m: running.world.planning.clearance_m,
+        };
+        // Checked before for the last task; above whatever it passes now it may have to stay.
+        let ending = ending.unwrap_or(Ending::Hover);
+        let mut agent = agent_of(id(index), &drone, &duties, kinds, ending);
+        agent.chain(roadmap);
+        agent
+    }
+
+    /// Applies the changes and plans; an error names the drones that come and find no path.
+    fn plan(
+        mut self,
+        changes: &[Change],
+        control: &Control<'_>,
+    ) -> Result<(Replanned, Released), Vec<Unplanned>> {
+        let kinds_before = self.running.job.kinds.len();
+        let conditions = *self.running.costmap.fleet().conditions();
+        changes.iter().for_each(|change| self.apply(change));
+        let running = &mut *self.running;
+        let outgrown = running.job.kinds.len() > kinds_before
+            || running.tracks.len() > running.costmap.drone_count()
+            || running.world.drones.iter().any(|drone| {
+                drone.air_limit < conditions.lowest_air_limit
+                    || drone.vehicle.max_speed_mps > conditions.fastest_mps
+            });
+        if outgrown {
+            running.fill_costmap();
+        }
+
+        let agents = self.agents();
+        let running = &mut *self.running;
+        let under_way = agents.iter().map(|(agent, _)| agent.departs.max(self.at));
+        let under_way: Vec<Tick> = under_way.collect();
+        let (agents, mut kept): (Vec<Agent>, Vec<Vec<Leg>>) = agents.into_iter().unzip();
+        running.job.agents = agents;
+        let (mut group, mut settled) = (Vec::new(), Vec::new());
+        for (&index, asked) in &self.asked {
+            if asked.cause == Cause::Removed {
+                continue;
+            }
+            if asked.settled {
+                kept[index] = running.tracks[index].rest(self.at);
+                settled.push(id(index));
+                continue;
+            }
+            group.push(id(index));
+            if let Some((before, _)) = &asked.before {
+                kept[index] = before.rest(self.at);
+            }
+            if asked.cause == Cause::Added {
+                kept[index].clear();
+            }
+            if asked.cause == Cause::Late {
+                let gives_way = |it: &Blocker| {
+                    let other = it.drone.0 as usize;
+                    it.clear > under_way[other] && !kept[other].is_empty()
+                };
+                let blockers = blockers_at_departure(running, index);
+                let firm = blockers.into_iter().filter(|it| !gives_way(it));
+                let firm: BTreeSet<DroneId> = firm.map(|it| it.drone).collect();
+                running.job.agents[index].forgiven = firm.into_iter().collect();
+            }
+        }
+        let released = (under_way.iter().zip(&running.world.drones))
+            .zip(&running.job.agents)
+            .map(|((tick, drone), agent)| {
+                let is_forgiven = !agent.forgiven.is_empty();
+                let out = if is_forgiven { FORGIVEN_TICKS } else { 0 };
+                (drone.name.clone(), tick.after(out))
+            })
+            .collect();
+        let mut affected = Affected {
+            group: &group,
+            settled: &settled,
+            costmap: running.costmap.clone(),
+            under_way,
+            kept,
+        };
+        let weight = running.world.planning.energy_weight;
+        let mut effort = Effort::default();
+        let mut stopped = BTreeSet::new();
+        let paths = loop {
+            let running = &*self.running;
+            let paths = plan_affected(&running.job, affected.clone(), weight, control, &mut effort);
+            let comes = |(drone, _): &&(DroneId, FailureKind)| {
+                let asked = self.asked.get(&(drone.0 as usize));
+                asked.is_some_and(|it| it.cause == Cause::Added)
+            };
+            let left_out = paths.unplanned.iter().filter(comes);
+            let turned_away = left_out.map(|(drone, why)| Unplanned {
+                name: running.world.drones[drone.0 as usize].name.clone(),
+                reason: format!("{}; it is not let in", known_cause(&running.world, *why)),
+            });
+            let turned_away: Vec<Unplanned> = turned_away.collect();
+            if !turned_away.is_empty() {
+                return Err(turned_away);
+            }
+            let stuck = self.clashing(&paths, &affected.under_way, &stopped);
+            if stuck.is_empty() {
+                break paths;
+            }
+            for index in stuck {
+                // It stops where it can.
+                let agent = &running.job.agents[index];
+                let stay = agent.stays_from_departure(&running.job.roadmap);
+                affected.kept[index] = agent.begun.iter().copied().chain([stay]).collect();
+                stopped.insert(index);
+            }
+        };
+        let (changed, refused) = self.write(&stopped, paths);
+        let told = Replanned {
+            changed,
+            refused,
+            unavoidable: Vec::new(),
+            effort,
+        };
+        Ok((told, released))
+    }
+
+    /// What each drone has to do from where it can do something else, and what it keeps if it finds no
+    /// path; nothing is kept of drones that cannot be planned anew.
+    fn agents(&mut self) -> Vec<(Agent, Vec<Leg>)> {
+        let roadmap = &self.running.job.roadmap;
+        let mut agents = Vec::with_capacity(self.running.tracks.len());
+        for (index, track) in self.running.tracks.iter().enumerate() {
+            let told = self.asked.get_mut(&index).filter(|asked| !asked.settled);
+            let cause = told.as_ref().map(|asked| asked.cause);
+            let ready = match cause {
+                Some(Cause::Added | Cause::Retasked) => Some(track.agent.clone()),
+                _ => track.ready(roadmap, self.at),
+            };
+            if let Some(told) = told {
+                told.settled = ready.is_none();
+            }
+            let kept = (ready.as_ref()).map_or_else(Vec::new, |_| track.rest(self.at));
+            let mut agent = ready.unwrap_or_else(|| Agent {
+                begun: Vec::new(),
+                ..track.agent.clone()
+            });
+            if self.asked.contains_key(&index) {
+                agent.measure_alone(roadmap);
+            } else {
+                // Of the others hardly any is planned anew: measured then.
+                agent.alone_ticks = 0;
+            }
+            agents.push((agent, kept));
+        }
+        agents
+    }
+
+    /// The drones that have found no path, and would run into others if they went on as they are to: late,
+    /// or as they had to.
+    fn clashing(&self, paths: &Paths, under_way: &[Tick], stopped: &BTreeSet<usize>) -> Vec<usize> {
+        let mut verdict = Verdict::default();
+        let mut clashes = |index: &usize| {
+            let legs = paths.costmap.legs(id(*index)).iter();
+            let mut ahead = legs.filter(|leg| leg.end > under_way[*index]);
+            ahead.any(|leg| {
+                paths.costmap.judge(leg, &mut verdict);
+                let met = |it: &Blocker| it.clear > under_way[it.drone.0 as usize];
+                verdict.blockers.iter().any(met)
+            })
+        };
+        let can_stop = |index: &usize| {
+            let is_settled = self.asked.get(index).is_some_and(|it| it.settled);
+            !is_settled && !stopped.contains(index)
+        };
+        let left_out = paths.unplanned.iter().map(|(drone, _)| drone.0 as usize);
+        let left_out = left_out.filter(can_stop);
+        left_out.filter(|index| clashes(index)).collect()
+    }
+
+    /// Writes what was found into tracks and plan: the drones that have changed, and those without a path.
+    fn write(self, stopped: &BTreeSet<usize>, mut paths: Paths) -> (Vec<Changed>, Vec<Unplanned>) {
+        let (mut changed, mut refused) = (Vec::new(), Vec::new());
+        let Running {
+            world,
+            plan,
+            job,
+            costmap,
+            tracks,
+            known,
+            ..
+        } = self.running;
+        *costmap = paths.costmap;
+        let kinds = &job.kinds;
+        let mass_kg = |leg: &Leg| kinds.mass_kg(leg.kind);
+        for (index, track) in tracks.iter_mut().enumerate() {
+            let path = paths.paths.get_mut(index).and_then(Option::take);
+            let asked = self.asked.get(&index);
+            let cause = asked.map(|asked| asked.cause);
+            let name = world.drones[index].name.clone();
+            let entry = &mut plan.drones[index];
+            let mut left_out = paths.unplanned.iter();
+            let left_out = left_out.find(|(drone, _)| *drone == id(index));
+            let stops = left_out.is_some() && stopped.contains(&index);
+            match (path, cause) {
+                (Some(path), _) => {
+                    if cause.is_none() {
+                        job.agents[index].measure_alone(&job.roadmap);
+                    }
+                    let agent = &job.agents[index];
+                    if path.legs.is_empty() {
+                        track.cut(agent.departs);
+                    } else {
+                        track.go_on(&path.legs);
+                    }
+                    write_legs(entry, &track.legs, mass_kg);
+                    write_arrival(entry, &track.legs, agent, path.arrives);
+                    entry.at_end = world.drones[index].at_end;
+                    plan.unplanned.retain(|one| one.name != name);
+                }
+                (None, Some(Cause::Removed)) => {
+                    if track.legs.is_empty() {
+                        // Gone before it began.
+                        entry.trajectory.t_s.truncate(1);
+                        entry.trajectory.position_m.truncate(1);
+                        entry.trajectory.mass_kg.truncate(1);
+                        entry.airborne_s = (0.0, Some(0.0));
+                    } else {
+                        write_legs(entry, &track.legs, mass_kg);
+                    }
+                    entry.at_end = AtEnd::Leave;
+                    entry.arrives_s = entry.arrives_s.min(known.seconds());
+                    plan.unplanned.retain(|one| one.name != name);
+                }
+                (None, None) if !stops => continue,
+                (None, cause) => {
+                    let before = asked.and_then(|asked| asked.before.as_ref());
+                    if let Some((before, tasks)) = before {
+                        *track = before.clone();
+                        world.drones[index].tasks.clone_from(tasks);
+                    }
+                    if stops || before.is_none() {
+                        track.go_on(costmap.legs(id(index)));
+                        write_legs(entry, &track.legs, mass_kg);
+                    }
+                    if let Some((_, why)) = left_out {
+                        let instead = match cause {
+                            _ if stops => "it stops at the next place on its way",
+                            Some(Cause::Late) => "it follows its plan as late as it is",
+                            _ => "it goes on with what it had to do",
+                        };
+                        let out = Unplanned {
+                            name: name.clone(),
+                            reason: format!("{}; {instead}", known_cause(world, *why)),
+                        };
+                        if stops {
+                            track.planned = false;
+                            entry.arrives_s = job.agents[index].departs.seconds();
+                            let flying = track.legs.last().is_some_and(|leg| leg.flying);
+                            entry.at_end = if flying { AtEnd::Hover } else { AtEnd::Land };
+                            plan.unplanned.push(out.clone());
+                        }
+                        refused.push(out);
+                    }
+                    if cause == Some(Cause::Retasked) && !stops {
+                        continue;
+                    }
+                }
+            }
+            changed.push(Changed {
+                drone: name,
+                cause: cause.unwrap_or(Cause::GaveWay),
+            });
+        }
+        (changed, refused)
+    }
+}
+
+/// The drones in the way of a late one where it can do something else first: it has to get away from
+/// those that do not give way.
+fn blockers_at_departure(running: &Running, index: usize) -> Vec<Blocker> {
+    let agent = &running.job.agents[index];
+    let now = Leg {
+        end: agent.departs.after(BUCKET_TICKS),
+        ..agent.stays_from_departure(&running.job.roadmap)
+    };
+    let mut verdict = Verdict::default();
+    running.costmap.judge(&now, &mut verdict);
+    verdict.blockers
+}
+
+/// Index of a drone as the costmap counts.
+fn id(index: usize) -> DroneId {
+    DroneId(index as u32)
 }
 
 #[cfg(test)]

@@ -6,17 +6,17 @@
 
 use std::collections::BTreeSet;
 
+use costmap::costmap::Costmap;
 use costmap::leg::{Leg, Tick};
 use nalgebra::Point3;
 
 use crate::graph::agent::{Agent, Ending};
 use crate::plan::cause::Crowding;
 use crate::solver::prepare::Job;
-use crate::solver::priority::Paths;
 
-/// Columns held by what a fleet does in the end.
-pub(crate) fn of(job: &Job, paths: &Paths) -> Crowding {
-    let last = |agent: &Agent| paths.costmap.legs(agent.drone).last();
+/// Columns held by what a fleet does in the end, with all of its legs in a costmap.
+pub(crate) fn of(job: &Job, costmap: &Costmap) -> Crowding {
+    let last = |agent: &Agent| costmap.legs(agent.drone).last();
     let hover = |leg: &&Leg| leg.flying && leg.end == Tick::FOREVER;
     let ends = job.agents.iter().filter_map(last).filter(hover);
     under(job, ends.map(|leg| leg.to_m))

@@ -11,7 +11,8 @@ mod sites;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::plan::outcome::{Blocker, EndpointConflict, EndpointKind, Exclusion};
+use crate::plan::cause::Exclusion;
+use crate::plan::outcome::{Blocker, EndpointConflict, EndpointKind};
 use crate::plan::trajectory::SAME_PLACE_M;
 use crate::scenario::world::World;
 use crate::verify::FAINTEST_WAKE_MPS;

@@ -47,7 +47,7 @@ pub(crate) fn failures(
     };
     let passes: Vec<Option<Remedy>> = groups.members.iter().enumerate().map(pass).collect();
     // How crowded the floor is, where that counts as a reason.
-    let crowding = Some(density::of(job, paths)).filter(|it| it.share() >= CROWDED_SHARE);
+    let crowding = Some(density::of(job, &paths.costmap)).filter(|it| it.share() >= CROWDED_SHARE);
     let obstructed = |drone: DroneId| {
         let (group, by) = groups.of_drone(drone);
         let first = group.and_then(|group| groups.first_unplanned(group, &paths.unplanned));

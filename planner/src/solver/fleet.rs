@@ -7,9 +7,9 @@ use costmap::leg::{DroneId, Leg};
 use rayon::prelude::*;
 
 use crate::graph::distances::UNREACHABLE;
+use crate::plan::cause::Exclusion;
 use crate::plan::outcome::{
-    Blocker, Control, Effort, EndpointConflict, EndpointKind, Exclusion, Failure, Outcome, Planned,
-    Progress,
+    Blocker, Control, Effort, EndpointConflict, EndpointKind, Failure, Outcome, Planned, Progress,
 };
 use crate::plan::{IgnoringDownwash, Plan, Unplanned, ViolationKind};
 use crate::scenario::world::World;

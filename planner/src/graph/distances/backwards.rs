@@ -4,7 +4,7 @@ use costmap::leg::Tick;
 use nalgebra::Point3;
 
 use super::buckets::Buckets;
-use super::{Mover, UNREACHABLE, diagonals_first};
+use super::mover::{Mover, UNREACHABLE, diagonals_first};
 use crate::graph::lattice::{AXES, Lattice, NEIGHBOURS};
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::graph::scratch::ScratchBuffer;

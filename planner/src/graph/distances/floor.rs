@@ -7,7 +7,7 @@
 //! through the air from below, for an eighth of the work in a hall of eight layers.
 
 use super::buckets::Buckets;
-use super::{UNREACHABLE, diagonals_first};
+use super::mover::{UNREACHABLE, diagonals_first};
 use crate::graph::lattice::Lattice;
 
 /// A search backwards from the goal's column that can be resumed, led towards where the drone comes

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Point3;
 
-use super::{CLEARANCE_TOLERANCE_M, Stop, Survey, Vertex, Way};
+use super::survey::{CLEARANCE_TOLERANCE_M, Stop, Survey, Vertex, Way};
 use crate::scenario::world::Bounds;
 
 /// The stops beyond the lattice and their ways, while a roadmap is being made.

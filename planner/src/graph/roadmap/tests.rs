@@ -1,3 +1,4 @@
+use super::survey::CLEARANCE_TOLERANCE_M;
 use super::*;
 use crate::scenario::world::{Obstacle, Solid};
 

@@ -2,7 +2,9 @@
 
 use nalgebra::{Point3, Vector2, Vector3};
 
-use super::SAME_TIME_S;
+/// Two break points this close in time are one moment (s): the plan's times are whole multiples of
+/// a tick that is far longer, so a difference this small is rounding.
+pub const SAME_TIME_S: f64 = 1e-9;
 
 /// A motion over a span of time, of a drone in the world or of one drone as seen from another.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,13 +1,8 @@
 //! What a running plan promises, in a hall of its own.
 
-use std::collections::BTreeSet;
-
-use nalgebra::Point3;
-
 use super::*;
-use crate::plan::{AtEnd, DronePlan};
+use crate::plan::DronePlan;
 use crate::scenario::read_world;
-use crate::scenario::world::{AtStart, Drone, Task};
 
 /// Plans on once, from a plan and the world that it was made for.
 fn replan(
