@@ -9,7 +9,7 @@ use costmap::verdict::{Blocker, Verdict, Why};
 
 use crate::graph::agent::{Agent, Ending};
 use crate::graph::roadmap::Vertex;
-use crate::sipp::search::{IMMOVABLE, Scene};
+use crate::sipp::search::setting::{IMMOVABLE, Setting};
 
 /// What it costs to dwell at each task, and to end.
 #[derive(Debug)]
@@ -44,17 +44,17 @@ struct StayPrice {
 
 impl StayPrice {
     /// The price of `stay`, whenever it begins, for `ticks`; [`Tick::FOREVER`]'s until the end.
-    fn new(scene: &Scene<'_>, stay: Leg, ticks: u32) -> StayPrice {
+    fn new(setting: &Setting<'_>, stay: Leg, ticks: u32) -> StayPrice {
         let mut verdict = Verdict::default();
-        scene.judge(&stay, &mut verdict);
+        setting.judge(&stay, &mut verdict);
         let blockers = &mut verdict.blockers;
         blockers.sort_unstable_by_key(|b| (b.drone, b.began, b.clear));
         blockers.dedup_by_key(|b| (b.drone, b.began, b.clear));
         let never = blockers
             .iter()
-            .find(|b| b.clear == Tick::FOREVER && scene.weights[b.drone.0 as usize] == IMMOVABLE)
+            .find(|b| b.clear == Tick::FOREVER && setting.weights[b.drone.0 as usize] == IMMOVABLE)
             .map(|b| (b.drone, b.why));
-        let steps = steps(scene.weights, blockers, ticks);
+        let steps = steps(setting.weights, blockers, ticks);
         let mut later = vec![u32::MAX; steps.len()];
         for index in (1..steps.len()).rev() {
             let (from, price) = steps[index];
@@ -103,23 +103,25 @@ impl StayPrice {
 
 impl Stays {
     /// Those of an agent among every drone planned.
-    pub(crate) fn new(scene: &Scene<'_>, agent: &Agent) -> Stays {
+    pub(crate) fn new(setting: &Setting<'_>, agent: &Agent) -> Stays {
         let stay = |at: Vertex, kind: KindId, flying: bool| Leg {
             flying,
-            ..agent.hover(scene.roadmap.position_m(at), kind)
+            ..agent.hover(setting.roadmap.position_m(at), kind)
         };
         let dwells = agent.waypoints.iter().zip(&agent.kinds[1..]);
         let dwells = dwells.map(|(waypoint, &kind)| {
             let price = match waypoint.dwell_ticks {
                 0 => StayPrice::default(),
-                ticks => StayPrice::new(scene, stay(waypoint.distances.goal(), kind, true), ticks),
+                ticks => {
+                    StayPrice::new(setting, stay(waypoint.distances.goal(), kind, true), ticks)
+                }
             };
             (waypoint.rest_ticks, price)
         });
         let flies = !agent.waypoints.is_empty() || !agent.grounded;
         let end = match (agent.ending, agent.kinds.last()) {
             (Ending::Hover, Some(&kind)) => {
-                StayPrice::new(scene, stay(agent.last_vertex(), kind, flies), u32::MAX)
+                StayPrice::new(setting, stay(agent.last_vertex(), kind, flies), u32::MAX)
             }
             _ => StayPrice::default(),
         };

@@ -18,7 +18,7 @@ use crate::scenario::world::World;
 use crate::verify::FAINTEST_WAKE_MPS;
 use crate::verify::checks::obstacle::TOUCH_M;
 use crate::verify::checks::zone::Downwash;
-use sites::{Scene, Site, Sites};
+use sites::{EndpointJudge, Site, Sites};
 
 /// Spacing of the places proposed (m), chosen here: what a person would move a goal by.
 const STEP_M: f64 = 0.1;
@@ -36,21 +36,21 @@ type Excluded = (usize, Blocker, Exclusion);
 /// A pair is named once, under the later of two bodies that touch and under the drone that suffers from
 /// a column or a wake. Where only a sum of wakes exceeds a limit, the strongest of them is named.
 pub fn check(world: &World) -> Vec<EndpointConflict> {
-    let (scene, mut cache) = Scene::new(world);
+    let (judge, mut cache) = EndpointJudge::new(world);
     let mut conflicts = Vec::new();
     for when in [EndpointKind::Starts, EndpointKind::Goals] {
-        let sites = Sites::new(&scene, &mut cache, when);
+        let sites = Sites::new(&judge, &mut cache, when);
         let pairs = sites.all().par_iter();
-        let pairs = pairs.flat_map(|site| exclusions(&scene, &sites, site));
+        let pairs = pairs.flat_map(|site| exclusions(&judge, &sites, site));
         let zones = (0..world.zones.len()).into_par_iter();
-        let zones = zones.flat_map(|k| in_zone(&scene, &sites, k));
+        let zones = zones.flat_map(|k| in_zone(&judge, &sites, k));
         let found: Vec<Excluded> = pairs.chain(zones).collect();
         let with_fix = |(drone, blocker, why): Excluded| EndpointConflict {
             drone,
             blocker,
             when,
             why,
-            nearest_fix_m: nearest(&scene, &sites, drone),
+            nearest_fix_m: nearest(&judge, &sites, drone),
         };
         let mut here: Vec<EndpointConflict> = found.into_par_iter().map(with_fix).collect();
         here.sort_by_key(|conflict| conflict.drone);
@@ -60,27 +60,27 @@ pub fn check(world: &World) -> Vec<EndpointConflict> {
 }
 
 /// What excludes one site from being where it is, as far as it is the one to name it.
-fn exclusions(scene: &Scene<'_>, sites: &Sites, site: &Site) -> Vec<Excluded> {
+fn exclusions(judge: &EndpointJudge<'_>, sites: &Sites, site: &Site) -> Vec<Excluded> {
     let mut found = Vec::new();
     let near = sites.near(site.place_m, site.drone);
     let mut named = Vec::new();
     for other in &near {
-        if let Some(gap_m) = body_gap_m(scene, site, other) {
+        if let Some(gap_m) = body_gap_m(judge, site, other) {
             named.push(other.drone);
             if other.drone < site.drone {
                 let why = Exclusion::Bodies {
                     gap_m,
-                    needs_m: scene.world.planning.clearance_m,
+                    needs_m: judge.world.planning.clearance_m,
                 };
                 found.push((site.drone, Blocker::Drone(other.drone), why));
             }
-        } else if scene.in_column(site, other) {
+        } else if judge.in_column(site, other) {
             named.push(other.drone);
             found.push((site.drone, Blocker::Drone(other.drone), Exclusion::Column));
         }
     }
-    let air_mps = scene.air_mps(site, &near);
-    if !scene.over_limit(site, air_mps) {
+    let air_mps = judge.air_mps(site, &near);
+    if !judge.over_limit(site, air_mps) {
         return found;
     }
     let why = Exclusion::Air {
@@ -89,9 +89,9 @@ fn exclusions(scene: &Scene<'_>, sites: &Sites, site: &Site) -> Vec<Excluded> {
         limit: site.air_limit,
     };
     let alone = near.iter();
-    let alone = alone.map(|other| (other.drone, scene.air_mps(site, &[other])));
+    let alone = alone.map(|other| (other.drone, judge.air_mps(site, &[other])));
     let alone: Vec<(usize, f64)> = alone.collect();
-    let over = |(_, alone_mps): &&(usize, f64)| scene.over_limit(site, *alone_mps);
+    let over = |(_, alone_mps): &&(usize, f64)| judge.over_limit(site, *alone_mps);
     let mut by: Vec<usize> = alone.iter().filter(over).map(|(other, _)| *other).collect();
     by.retain(|other| !named.contains(other));
     if by.is_empty() && named.is_empty() {
@@ -103,28 +103,28 @@ fn exclusions(scene: &Scene<'_>, sites: &Sites, site: &Site) -> Vec<Excluded> {
 }
 
 /// The gap between two bodies, if it is too small (m).
-fn body_gap_m(scene: &Scene<'_>, one: &Site, other: &Site) -> Option<f64> {
+fn body_gap_m(judge: &EndpointJudge<'_>, one: &Site, other: &Site) -> Option<f64> {
     let gap_m = (one.place_m - other.place_m).norm() - one.body_radius_m - other.body_radius_m;
     // Rounding of a scenario's decimals is no conflict.
-    (gap_m < scene.world.planning.clearance_m - SAME_PLACE_M).then_some(gap_m)
+    (gap_m < judge.world.planning.clearance_m - SAME_PLACE_M).then_some(gap_m)
 }
 
 /// The drones that break a zone's limit: all that do so alone, or else the strongest.
-fn in_zone(scene: &Scene<'_>, sites: &Sites, k: usize) -> Vec<Excluded> {
+fn in_zone(judge: &EndpointJudge<'_>, sites: &Sites, k: usize) -> Vec<Excluded> {
     let downwash = sites.all().iter();
-    let downwash: Vec<Downwash<'_>> = downwash.filter_map(|it| scene.downwash(it, k)).collect();
+    let downwash: Vec<Downwash<'_>> = downwash.filter_map(|it| judge.downwash(it, k)).collect();
     let run: Vec<&Downwash<'_>> = downwash.iter().collect();
-    let Some(peak) = scene.zone_peak(k, &run) else {
+    let Some(peak) = judge.zone_peak(k, &run) else {
         return Vec::new();
     };
     let why = Exclusion::Zone {
         air_mps: peak.air_mps,
-        limit_mps: scene.world.zones[k].air_limit_mps,
+        limit_mps: judge.world.zones[k].air_limit_mps,
     };
-    let alone = (run.iter()).filter(|it| scene.zone_peak(k, &[**it]).is_some());
+    let alone = (run.iter()).filter(|it| judge.zone_peak(k, &[**it]).is_some());
     let mut by: Vec<usize> = alone.map(|it| it.from()).collect();
     if by.is_empty() {
-        by.extend(scene.field().strongest(&run, &peak));
+        by.extend(judge.field().strongest(&run, &peak));
     }
     (by.into_iter())
         .map(|drone| (drone, Blocker::Zone(k), why))
@@ -133,7 +133,7 @@ fn in_zone(scene: &Scene<'_>, sites: &Sites, k: usize) -> Vec<Excluded> {
 
 /// The nearest place at which a drone is in order with all others of its set, by rings of growing
 /// distance: level, up and down.
-fn nearest(scene: &Scene<'_>, sites: &Sites, drone: usize) -> Option<Point3<f64>> {
+fn nearest(judge: &EndpointJudge<'_>, sites: &Sites, drone: usize) -> Option<Point3<f64>> {
     let site = sites.of(drone)?;
     let level = (0..BEARINGS).map(|k| {
         let bearing = k as f64 / BEARINGS as f64 * std::f64::consts::TAU;
@@ -145,13 +145,13 @@ fn nearest(scene: &Scene<'_>, sites: &Sites, drone: usize) -> Option<Point3<f64>
         let places_m = (directions.iter()).map(|towards| site.nominal_m + towards * distance_m);
         places_m
             .into_iter()
-            .find(|place_m| in_order(scene, sites, &scene.moved(site, *place_m)))
+            .find(|place_m| in_order(judge, sites, &judge.moved(site, *place_m)))
     })
 }
 
 /// Whether a drone may be there: in bounds, clear of solids, in order with all others and the zones.
-fn in_order(scene: &Scene<'_>, sites: &Sites, moved: &Site) -> bool {
-    let bounds_m = &scene.world.bounds_m;
+fn in_order(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site) -> bool {
+    let bounds_m = &judge.world.bounds_m;
     let fits = |place_m: &Point3<f64>, clearance_m: f64| {
         let inside = |k: usize| {
             place_m[k] >= bounds_m.min[k] - SAME_PLACE_M
@@ -159,13 +159,13 @@ fn in_order(scene: &Scene<'_>, sites: &Sites, moved: &Site) -> bool {
         };
         let (needs_m, here) = (moved.body_radius_m + clearance_m, place_m.coords);
         (0..3).all(inside)
-            && scene.obstacles.solids.iter().all(|solid| {
+            && judge.obstacles.solids.iter().all(|solid| {
                 solid.box_distance_m(&(here, here)) >= needs_m || solid.distance_m(&here) >= needs_m
             })
     };
     // What it stands on touches it.
     let clearance_m = if moved.airborne || moved.lands {
-        scene.world.planning.clearance_m
+        judge.world.planning.clearance_m
     } else {
         -TOUCH_M
     };
@@ -174,35 +174,35 @@ fn in_order(scene: &Scene<'_>, sites: &Sites, moved: &Site) -> bool {
     }
     let near = sites.near(moved.place_m, moved.drone);
     let apart = near.iter().all(|other| {
-        body_gap_m(scene, moved, other).is_none()
-            && !scene.in_column(moved, other)
-            && !scene.in_column(other, moved)
+        body_gap_m(judge, moved, other).is_none()
+            && !judge.in_column(moved, other)
+            && !judge.in_column(other, moved)
     });
     apart
-        && !scene.over_limit(moved, scene.air_mps(moved, &near))
-        && near.iter().all(|other| spares(scene, sites, moved, other))
-        && (0..scene.world.zones.len()).all(|k| spares_zone(scene, sites, moved, k))
+        && !judge.over_limit(moved, judge.air_mps(moved, &near))
+        && near.iter().all(|other| spares(judge, sites, moved, other))
+        && (0..judge.world.zones.len()).all(|k| spares_zone(judge, sites, moved, k))
 }
 
 /// Whether another drone stays within its limit, or is not exposed to this one.
-fn spares(scene: &Scene<'_>, sites: &Sites, moved: &Site, other: &Site) -> bool {
-    if scene.air_mps(other, &[moved]) <= FAINTEST_WAKE_MPS {
+fn spares(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, other: &Site) -> bool {
+    if judge.air_mps(other, &[moved]) <= FAINTEST_WAKE_MPS {
         return true;
     }
     let mut all = sites.near(other.place_m, other.drone);
     all.retain(|third| third.drone != moved.drone);
     all.push(moved);
-    !scene.over_limit(other, scene.air_mps(other, &all))
+    !judge.over_limit(other, judge.air_mps(other, &all))
 }
 
 /// Whether a zone keeps its limit, or is not exposed to this drone.
-fn spares_zone(scene: &Scene<'_>, sites: &Sites, moved: &Site, zone: usize) -> bool {
-    let Some(own) = scene.downwash(moved, zone) else {
+fn spares_zone(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site, zone: usize) -> bool {
+    let Some(own) = judge.downwash(moved, zone) else {
         return true;
     };
     let others = sites.all().iter().filter(|site| site.drone != moved.drone);
-    let others = others.filter_map(|site| scene.downwash(site, zone));
+    let others = others.filter_map(|site| judge.downwash(site, zone));
     let all: Vec<Downwash<'_>> = others.chain([own]).collect();
     let all: Vec<&Downwash<'_>> = all.iter().collect();
-    scene.zone_peak(zone, &all).is_none()
+    judge.zone_peak(zone, &all).is_none()
 }

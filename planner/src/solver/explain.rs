@@ -13,7 +13,7 @@ use crate::plan::cause::{
 use crate::plan::outcome::{Blocker, Control, EndpointConflict, EndpointKind, Failure};
 use crate::plan::{Plan, Violation, ViolationKind};
 use crate::scenario::world::World;
-use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Scene, search};
+use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Setting, search};
 use crate::solver::assemble::assemble;
 use crate::solver::density;
 use crate::solver::prepare::Job;
@@ -244,11 +244,11 @@ fn in_the_way(
     control: &Control<'_>,
 ) -> Option<Obstruction> {
     let weights = vec![IMMOVABLE; job.agents.len()];
-    let scene = Scene {
+    let setting = Setting {
         most_expansions: MOST_EXPANSIONS,
-        ..Scene::judged(&job.roadmap, &paths.costmap, &weights, control.stop)
+        ..Setting::judged(&job.roadmap, &paths.costmap, &weights, control.stop)
     };
-    match search(scene, &job.agents[drone.0 as usize]).found {
+    match search(setting, &job.agents[drone.0 as usize]).found {
         Found::Blocked(by) => by,
         Found::Path(_) | Found::Stopped => None,
     }

@@ -15,7 +15,7 @@ use crate::plan::{IgnoringDownwash, Plan, Unplanned, ViolationKind};
 use crate::scenario::world::World;
 use crate::scenario::{Problems, WorldError};
 use crate::sipp::conflicts::Steps;
-use crate::sipp::search::{Found, IMMOVABLE, Scene, search};
+use crate::sipp::search::{Found, IMMOVABLE, Setting, search};
 use crate::solver::assemble::{assemble, judged};
 use crate::solver::endpoints;
 use crate::solver::explain::failures;
@@ -140,14 +140,14 @@ fn kept_out_by_zones(
     control: &Control<'_>,
 ) -> Vec<(DroneId, FailureKind)> {
     let weights = vec![IMMOVABLE; job.agents.len()];
-    let scene = Scene::judged(&job.roadmap, empty, &weights, control.stop);
+    let setting = Setting::judged(&job.roadmap, empty, &weights, control.stop);
     let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
     let found: Vec<Option<Found>> = job
         .agents
         .par_iter()
         .map(|agent| {
             let worth = !agent.stays() && agent.alone_ticks != UNREACHABLE && !known(agent.drone);
-            worth.then(|| search(scene, agent).found)
+            worth.then(|| search(setting, agent).found)
         })
         .collect();
     let mut out = Vec::new();

@@ -28,29 +28,18 @@
 
 pub(crate) mod bounds;
 pub(crate) mod checks;
+mod extents;
 pub(crate) mod scene;
 mod time;
 mod violation;
 
-use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::plan::{Plan, Violation};
+pub use checks::air::DroneExposure;
 use checks::{air, collision, contents, limits, obstacle, zone};
-
-/// A single wake below this axial speed is left out (m/s), chosen here: a tenth of the air that
-/// drifts through a closed hall (0.06 to 0.12 m/s during the flights the jet was fitted to).
-pub const FAINTEST_WAKE_MPS: f64 = 0.01;
-
-/// Lowest and highest corner of a box (m).
-pub(crate) type Places = (Vector3<f64>, Vector3<f64>);
-
-/// Begin and end (s).
-type Span = (f64, f64);
-
-/// A violation with the index of its drone, for the order of the report.
-type Found = (usize, Violation);
+pub use extents::FAINTEST_WAKE_MPS;
 
 /// What the verifier found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -59,25 +48,6 @@ pub struct Report {
     pub violations: Vec<Violation>,
     /// For each drone of the plan, in its order; zeros for one whose trajectory cannot be read.
     pub exposures: Vec<DroneExposure>,
-}
-
-/// The downwash that one drone is exposed to while it is airborne.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct DroneExposure {
-    /// Highest mean axial speed over its rotor discs (m/s), to 0.1 %; its rest after the plan included.
-    pub worst_air_mps: f64,
-    /// The drone whose wake contributed most to that.
-    pub worst_air_from: Option<String>,
-    /// When (s).
-    pub worst_air_at_s: Option<f64>,
-    /// Axial exposure: integral of the mean axial speed over its flight (m).
-    pub dose_m: f64,
-    /// Integral of (β − 1) m g U_H over its flight (J).
-    pub extra_energy_j: f64,
-    /// The same over the integral of m g U_H (%).
-    pub extra_energy_percent: f64,
-    /// Time over its limit (s), until the last time of the whole plan.
-    pub time_over_limit_s: f64,
 }
 
 /// Judges a plan, on as many threads as there are; their number changes nothing in the report.
@@ -113,9 +83,4 @@ pub fn verify(plan: &Plan) -> Report {
         violations: found.into_iter().map(|(_, violation)| violation).collect(),
         exposures,
     }
-}
-
-/// Whether two corners are finite and in order.
-fn is_box(min_m: &Point3<f64>, max_m: &Point3<f64>) -> bool {
-    (0..3).all(|k| min_m[k].is_finite() && max_m[k].is_finite() && min_m[k] <= max_m[k])
 }

@@ -8,7 +8,7 @@ use nalgebra::Point3;
 
 use super::bounds::obstacles::Obstacles;
 use super::bounds::wake::BoundedWake;
-use super::{Places, Span};
+use super::extents::{Places, Span};
 use crate::plan::trajectory::{Motion, Trajectory};
 use crate::plan::{Bounds, Zone};
 

@@ -4,9 +4,12 @@ use std::fmt;
 
 use nalgebra::Point3;
 
+use super::extents::Span;
 use super::scene::{Flight, Scene};
-use super::{Found, Span};
 use crate::plan::{Violation, ViolationKind};
+
+/// A violation with the index of its drone, for the order of the report.
+pub(super) type Found = (usize, Violation);
 
 /// The worst moment of a violation.
 pub(crate) struct Worst {

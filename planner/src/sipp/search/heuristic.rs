@@ -9,7 +9,7 @@
 
 use costmap::leg::Tick;
 
-use super::Scene;
+use super::setting::Setting;
 use crate::graph::agent::{Agent, Waypoint};
 use crate::graph::distances::{Backwards, Floor, UNREACHABLE};
 use crate::graph::roadmap::{Roadmap, Vertex};
@@ -18,7 +18,7 @@ use crate::sipp::conflicts::ReservationTable;
 /// What a search looks ahead by.
 pub(super) struct Heuristic<'a> {
     /// What is searched among.
-    scene: Scene<'a>,
+    setting: Setting<'a>,
     /// Whose waypoints they are.
     agent: &'a Agent,
     /// By waypoint, where it pays.
@@ -72,19 +72,19 @@ impl<'a> Ahead<'a> {
 
 impl<'a> Heuristic<'a> {
     /// As if no drone were there.
-    pub(super) fn plain(scene: Scene<'a>, agent: &'a Agent) -> Heuristic<'a> {
+    pub(super) fn plain(setting: Setting<'a>, agent: &'a Agent) -> Heuristic<'a> {
         Heuristic {
-            scene,
+            setting,
             agent,
             waypoints: Vec::new(),
         }
     }
 
     /// Around those who stay, but for detours that are dearer than making one of them give way.
-    pub(super) fn new(scene: Scene<'a>, agent: &'a Agent) -> Heuristic<'a> {
-        let mut heuristic = Heuristic::plain(scene, agent);
-        let least_weight = scene.weights.iter().copied().min().unwrap_or(0);
-        let Some(reservations) = scene.reservations.filter(|_| scene.detours) else {
+    pub(super) fn new(setting: Setting<'a>, agent: &'a Agent) -> Heuristic<'a> {
+        let mut heuristic = Heuristic::plain(setting, agent);
+        let least_weight = setting.weights.iter().copied().min().unwrap_or(0);
+        let Some(reservations) = setting.reservations.filter(|_| setting.detours) else {
             return heuristic;
         };
         let mut begins = agent.departs.0;
@@ -92,13 +92,19 @@ impl<'a> Heuristic<'a> {
         for (index, waypoint) in agent.waypoints.iter().enumerate() {
             let class = reservations.class(agent.drone, agent.kinds[index]);
             let ahead = class.map(|class| {
-                Ahead::new(scene.roadmap, (reservations, class), waypoint, from, begins)
+                Ahead::new(
+                    setting.roadmap,
+                    (reservations, class),
+                    waypoint,
+                    from,
+                    begins,
+                )
             });
             heuristic.waypoints.push(ahead);
             let plain = match agent.waypoints.len() {
                 // Known, but for air in zones, and then there is no reservation table.
                 1 => agent.alone_ticks.saturating_sub(waypoint.rest_ticks),
-                _ => waypoint.distances.ticks(scene.roadmap, from),
+                _ => waypoint.distances.ticks(setting.roadmap, from),
             };
             let past = heuristic.settled(index, from);
             if past.saturating_sub(waypoint.rest_ticks) > plain.saturating_add(least_weight) {
@@ -113,7 +119,7 @@ impl<'a> Heuristic<'a> {
 
     /// Ticks from a place to the end of the last dwell at least, and whether that is final.
     pub(super) fn at_least(&self, waypoint: usize, from: Vertex) -> (u32, bool) {
-        let roadmap = self.scene.roadmap;
+        let roadmap = self.setting.roadmap;
         let ahead = self.waypoints.get(waypoint).and_then(Option::as_ref);
         let Some((ahead, next)) = ahead.zip(self.agent.waypoints.get(waypoint)) else {
             return (self.agent.remaining(roadmap, waypoint, from), true);
@@ -149,7 +155,7 @@ impl<'a> Heuristic<'a> {
         match &mut ahead.map {
             Map::Air(backwards) => {
                 let mover = waypoint.distances.mover();
-                backwards.look_on(self.scene.roadmap, mover, from, by, is_open);
+                backwards.look_on(self.setting.roadmap, mover, from, by, is_open);
             }
             Map::Floor(floor) => floor.look_on(from, by, is_open),
         }

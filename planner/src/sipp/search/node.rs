@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use super::heuristic::Heuristic;
 use super::label::{Label, Step};
 use super::met::Met;
-use super::{RefutedEdges, Scene};
+use super::setting::{RefutedEdges, Setting};
 use crate::graph::agent::Agent;
 use crate::graph::roadmap::Vertex;
 use crate::graph::scratch::ScratchBuffer;
@@ -59,7 +59,7 @@ struct Hover {
 /// All places that a search has thought of.
 pub(super) struct Nodes<'a> {
     /// What is searched among.
-    scene: Scene<'a>,
+    setting: Setting<'a>,
     /// Who searches.
     agent: &'a Agent,
     /// Of these the reservation table is not asked.
@@ -81,17 +81,17 @@ pub(super) struct Nodes<'a> {
 impl<'a> Nodes<'a> {
     /// No place is known yet.
     pub(super) fn new(
-        scene: Scene<'a>,
+        setting: Setting<'a>,
         agent: &'a Agent,
         refuted: Rc<RefutedEdges>,
         heuristic: Heuristic<'a>,
     ) -> Nodes<'a> {
         Nodes {
             heuristic,
-            scene,
+            setting,
             agent,
             refuted,
-            flying: ScratchBuffer::new(scene.roadmap.place_count() * agent.waypoints.len()),
+            flying: ScratchBuffer::new(setting.roadmap.place_count() * agent.waypoints.len()),
             standing: FxHashMap::default(),
             all: Vec::new(),
             visits: Vec::new(),
@@ -116,7 +116,7 @@ impl<'a> Nodes<'a> {
 
     /// The node of flying at a place before the last waypoint is over.
     pub(super) fn flying(&mut self, waypoint: u16, vertex: Vertex) -> usize {
-        let index = u32::from(waypoint) * self.scene.roadmap.place_count() as u32 + vertex;
+        let index = u32::from(waypoint) * self.setting.roadmap.place_count() as u32 + vertex;
         let known = self.flying.get(index);
         if known > 0 {
             return known as usize - 1;
@@ -257,7 +257,7 @@ impl<'a> Nodes<'a> {
     /// What is known of a state's place in brief, if anything is.
     fn reservations_at(&self, label: &Label) -> Option<(&'a ReservationTable<'a>, usize)> {
         let stay = (label.vertex, label.vertex);
-        let reservations = self.scene.reservations?;
+        let reservations = self.setting.reservations?;
         let known =
             !label.grounded && reservations.knows(label.vertex) && !self.refuted.contains(&stay);
         let kind = self.agent.kinds[usize::from(label.waypoint)];
@@ -267,15 +267,15 @@ impl<'a> Nodes<'a> {
 
     /// Who is in the way of hovering at a state's place: judged once for each node.
     fn hover(&mut self, node: usize, label: &Label) -> &Hover {
-        let (scene, agent) = (self.scene, self.agent);
+        let (setting, agent) = (self.setting, self.agent);
         self.hovers.entry(node).or_insert_with(|| {
-            let here_m = scene.roadmap.position_m(label.vertex);
+            let here_m = setting.roadmap.position_m(label.vertex);
             let stay = Leg {
                 flying: !label.grounded,
                 ..agent.hover(here_m, agent.kinds[usize::from(label.waypoint)])
             };
             let mut verdict = Verdict::default();
-            scene.judge(&stay, &mut verdict);
+            setting.judge(&stay, &mut verdict);
             Hover {
                 breaks_zone: verdict.breaks_zone,
                 blockers: verdict.blockers,

@@ -14,11 +14,12 @@ use costmap::leg::{KindId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
 use nalgebra::Point3;
 
+use super::answer::{Found, Obstruction, Obstructor, Path, joined};
 use super::heuristic::Heuristic;
 use super::label::{Label, Open, PartialExpansion, Step, weighted};
 use super::met::Met;
 use super::node::Nodes;
-use super::{Found, IMMOVABLE, Obstruction, Obstructor, Path, RefutedEdges, Scene};
+use super::setting::{IMMOVABLE, RefutedEdges, Setting};
 use crate::graph::agent::{Agent, Ending};
 use crate::graph::distances::UNREACHABLE;
 use crate::sipp::conflicts::StepQuery;
@@ -40,7 +41,7 @@ enum Brief {
 /// One search: its states, those that are open, and whom they have met.
 pub(super) struct Search<'a> {
     /// What is searched among.
-    scene: Scene<'a>,
+    setting: Setting<'a>,
     /// Who searches.
     agent: &'a Agent,
     /// Steps that the reservation table takes for free and are not.
@@ -70,7 +71,7 @@ pub(super) struct Search<'a> {
 impl<'a> Search<'a> {
     /// Nothing is expanded yet.
     pub(super) fn new(
-        scene: Scene<'a>,
+        setting: Setting<'a>,
         agent: &'a Agent,
         refuted: Rc<RefutedEdges>,
         heuristic: Heuristic<'a>,
@@ -78,12 +79,12 @@ impl<'a> Search<'a> {
         weight_shift: u32,
     ) -> Search<'a> {
         Search {
-            scene,
+            setting,
             agent,
             refuted: refuted.clone(),
             labels: Vec::new(),
             open: BinaryHeap::new(),
-            nodes: Nodes::new(scene, agent, refuted, heuristic),
+            nodes: Nodes::new(setting, agent, refuted, heuristic),
             met: Met::new(),
             stays,
             verdict: Verdict::default(),
@@ -99,7 +100,7 @@ impl<'a> Search<'a> {
         if let Some(never) = self.stays.never {
             return Some(Found::Blocked(Some(Obstruction {
                 by: Obstructor::Drone(never.0, never.1),
-                at_m: self.scene.roadmap.position_m(self.agent.last_vertex()),
+                at_m: self.setting.roadmap.position_m(self.agent.last_vertex()),
                 at: Tick(0),
                 remaining: 0,
             })));
@@ -170,7 +171,7 @@ impl<'a> Search<'a> {
             return None;
         }
         self.expansions += 1;
-        if self.expansions.is_multiple_of(1024) && (self.scene.stop)() {
+        if self.expansions.is_multiple_of(1024) && (self.setting.stop)() {
             return Some(Found::Stopped);
         }
         if !self.is_confirmed(label) {
@@ -242,7 +243,7 @@ impl<'a> Search<'a> {
 
     /// A leg from a state to a place (m) that takes so many ticks.
     fn leg(&self, label: &Label, to_m: Point3<f64>, ticks: u32) -> Leg {
-        let from_m = self.scene.roadmap.position_m(label.vertex);
+        let from_m = self.setting.roadmap.position_m(label.vertex);
         Leg {
             start: label.at,
             end: label.at.after(ticks),
@@ -289,7 +290,7 @@ impl<'a> Search<'a> {
         if usize::from(label.waypoint) == self.agent.waypoints.len() {
             return;
         }
-        let roadmap = self.scene.roadmap;
+        let roadmap = self.setting.roadmap;
         let mut next = u32::MAX;
         // What was offered in less haste is offered whole.
         let known = label.expanded;
@@ -373,7 +374,7 @@ impl<'a> Search<'a> {
         if !in_brief {
             all.clear();
             for leg in self.doing(&from, &label) {
-                self.scene.judge(&leg, &mut self.verdict);
+                self.setting.judge(&leg, &mut self.verdict);
                 all.breaks_zone = all.breaks_zone.or(self.verdict.breaks_zone);
                 all.price_s += self.verdict.price_s;
                 all.blockers.append(&mut self.verdict.blockers);
@@ -412,7 +413,7 @@ impl<'a> Search<'a> {
 
     /// Judges what leads to a state by the tables of reservations, if they know of it.
     fn judge_in_brief(&self, from: &Label, label: &Label, verdict: &mut Verdict) -> Brief {
-        let Some(reservations) = self.scene.reservations else {
+        let Some(reservations) = self.setting.reservations else {
             return Brief::Nothing;
         };
         let known = !from.grounded
@@ -434,7 +435,7 @@ impl<'a> Search<'a> {
                 verdict.clear();
                 let way = [from.vertex, label.vertex];
                 let query = StepQuery { class, way, time };
-                if !reservations.step(self.scene.costmap, &query, verdict) {
+                if !reservations.step(self.setting.costmap, &query, verdict) {
                     return Brief::Nothing;
                 }
             }
@@ -459,7 +460,7 @@ impl<'a> Search<'a> {
             self.obstructed(&came_from, Obstructor::Zone(zone));
             return None;
         }
-        let price = self.verdict.price_s * self.scene.energy_weight * Tick::PER_SECOND;
+        let price = self.verdict.price_s * self.setting.energy_weight * Tick::PER_SECOND;
         label.paid = label.paid.saturating_add(price.round() as u32);
         for position in 0..self.verdict.blockers.len() {
             let blocker = self.verdict.blockers[position];
@@ -467,7 +468,7 @@ impl<'a> Search<'a> {
             if self.agent.forgives(&blocker, label.departs) || self.passes(label.met, &blocker) {
                 continue;
             }
-            let weight = self.scene.weight(&blocker);
+            let weight = self.setting.weight(&blocker);
             if weight == IMMOVABLE {
                 self.obstructed(&came_from, Obstructor::Drone(drone, why));
                 return None;
@@ -480,19 +481,19 @@ impl<'a> Search<'a> {
 
     /// Whether what is in the way is to give way already.
     fn passes(&self, met: u32, blocker: &Blocker) -> bool {
-        self.met.has(met, blocker.drone) && !self.scene.is_under_way(blocker)
+        self.met.has(met, blocker.drone) && !self.setting.is_under_way(blocker)
     }
 
     /// Keeps what was in the way, if no state nearer to the end was stopped before.
     fn obstructed(&mut self, label: &Label, by: Obstructor) {
         let waypoint = usize::from(label.waypoint);
-        let roadmap = self.scene.roadmap;
+        let roadmap = self.setting.roadmap;
         let remaining = (self.agent).remaining(roadmap, waypoint, label.vertex);
         let known = self.obstruction;
         if known.is_none_or(|known| remaining < known.remaining) {
             self.obstruction = Some(Obstruction {
                 by,
-                at_m: self.scene.roadmap.position_m(label.vertex),
+                at_m: self.setting.roadmap.position_m(label.vertex),
                 at: label.at,
                 remaining,
             });
@@ -596,7 +597,7 @@ impl<'a> Search<'a> {
 
     /// Where it stays between a state and a departure.
     fn stay(&self, from: &Label, departs: Tick) -> Option<Leg> {
-        let here_m = self.scene.roadmap.position_m(from.vertex);
+        let here_m = self.setting.roadmap.position_m(from.vertex);
         (from.at < departs).then(|| self.leg(from, here_m, departs.0 - from.at.0))
     }
 
@@ -606,7 +607,7 @@ impl<'a> Search<'a> {
             at: to.departs,
             ..*from
         };
-        let to_m = self.scene.roadmap.position_m(to.vertex);
+        let to_m = self.setting.roadmap.position_m(to.vertex);
         let mut leg = self.leg(&departed, to_m, to.at.0 - to.departs.0);
         match to.step {
             Step::End => return self.ending_legs(&departed),
@@ -619,7 +620,7 @@ impl<'a> Search<'a> {
 
     /// What it does after its last dwell, from a state on.
     fn ending_legs(&self, label: &Label) -> Vec<Leg> {
-        let here_m = self.scene.roadmap.position_m(label.vertex);
+        let here_m = self.setting.roadmap.position_m(label.vertex);
         let stay = Leg {
             end: Tick::FOREVER,
             ..self.leg(label, here_m, 0)
@@ -648,24 +649,4 @@ fn clear_after(
         latest = latest.max(Some(clear));
     }
     latest
-}
-
-/// Joins stays that follow one another at one place.
-pub(crate) fn joined(legs: Vec<Leg>) -> Vec<Leg> {
-    let mut joined: Vec<Leg> = Vec::with_capacity(legs.len());
-    for leg in legs {
-        match joined.last_mut() {
-            Some(last)
-                if last.stays()
-                    && leg.stays()
-                    && last.from_m == leg.from_m
-                    && last.kind == leg.kind
-                    && last.flying == leg.flying =>
-            {
-                last.end = leg.end;
-            }
-            _ => joined.push(leg),
-        }
-    }
-    joined
 }

@@ -17,7 +17,7 @@ use crate::verify::checks::zone::{Downwash, Field, Peak};
 use crate::verify::scene::Attached;
 
 /// The world with its solids and its air made ready.
-pub(super) struct Scene<'a> {
+pub(super) struct EndpointJudge<'a> {
     /// Bounds, zones and drones.
     pub(super) world: &'a World,
     /// The world's solids, as the verifier takes them.
@@ -55,9 +55,9 @@ pub(super) struct Site {
     stops: Vec<u32>,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> EndpointJudge<'a> {
     /// A world, which has been checked, and a cache for the wakes in it.
-    pub(super) fn new(world: &'a World) -> (Scene<'a>, WakeCache) {
+    pub(super) fn new(world: &'a World) -> (EndpointJudge<'a>, WakeCache) {
         let deepest_m = world.bounds_m.max.z - world.bounds_m.min.z;
         // A world is checked: no effect in it is refused, and every obstacle has a shape.
         let flown = world.effects.flown().unwrap_or_default();
@@ -67,13 +67,13 @@ impl<'a> Scene<'a> {
             solids: (solids.filter_map(|it| Solid::new(it).ok())).collect(),
         };
         let density = world.air.density_kg_per_m3();
-        let scene = Scene {
+        let judge = EndpointJudge {
             world,
             obstacles,
             flown,
         };
         let cache = WakeCache::new(density, world.jet, flown, deepest_m);
-        (scene, cache)
+        (judge, cache)
     }
 
     /// Where a drone is at one of the two moments; `None`: gone.
@@ -212,16 +212,20 @@ pub(super) struct Sites {
 
 impl Sites {
     /// Every drone that is there at one of the two moments.
-    pub(super) fn new(scene: &Scene<'_>, cache: &mut WakeCache, when: EndpointKind) -> Sites {
-        let drones = 0..scene.world.drones.len();
-        let sites = drones.filter_map(|drone| scene.site(cache, drone, when));
+    pub(super) fn new(
+        judge: &EndpointJudge<'_>,
+        cache: &mut WakeCache,
+        when: EndpointKind,
+    ) -> Sites {
+        let drones = 0..judge.world.drones.len();
+        let sites = drones.filter_map(|drone| judge.site(cache, drone, when));
         let sites: Vec<Site> = sites.collect();
-        let deepest_m = scene.world.bounds_m.max.z - scene.world.bounds_m.min.z;
+        let deepest_m = judge.world.bounds_m.max.z - judge.world.bounds_m.min.z;
         let greatest = |of: &dyn Fn(&Site) -> f64| sites.iter().map(of).fold(0.0, f64::max);
         let air_m =
             greatest(&|site| site.wake.reach_m(deepest_m)) + greatest(&|site| site.tip_radius_m);
         let bodies_m =
-            2.0 * greatest(&|site| site.body_radius_m) + scene.world.planning.clearance_m;
+            2.0 * greatest(&|site| site.body_radius_m) + judge.world.planning.clearance_m;
         let mut by_x: Vec<usize> = (0..sites.len()).collect();
         by_x.sort_by(|&a, &b| sites[a].place_m.x.total_cmp(&sites[b].place_m.x));
         Sites {

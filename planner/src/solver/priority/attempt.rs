@@ -16,7 +16,7 @@ use crate::graph::distances::UNREACHABLE;
 use crate::graph::roadmap::Roadmap;
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::sipp::conflicts::ReservationTable;
-use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Scene, Searched, search};
+use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Searched, Setting, search};
 use crate::solver::prepare::Job;
 
 /// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
@@ -92,11 +92,11 @@ pub(super) struct Attempt<'a> {
     pub(super) careful: Vec<bool>,
     /// A drone evicted more often stays at its start.
     pub(super) most_evictions: u32,
-    /// See [`Scene::detours`].
+    /// See [`Setting::detours`].
     pub(super) detours: bool,
     /// After how many states in all it gives up.
     pub(super) gives_up_at: Option<u64>,
-    /// See [`Scene::under_way`].
+    /// See [`Setting::under_way`].
     pub(super) under_way: Vec<Tick>,
     /// What each drone flies if it finds no way: it is not there at all if that is nothing. Not
     /// even a list of them: every drone stays at the start.
@@ -162,8 +162,8 @@ impl<'a> Attempt<'a> {
     }
 
     /// What the next search works on: all that is planned so far.
-    pub(super) fn scene(&self) -> Scene<'_> {
-        Scene {
+    pub(super) fn setting(&self) -> Setting<'_> {
+        Setting {
             roadmap: self.roadmap,
             costmap: &self.costmap,
             reservations: self.reservations.as_ref(),
@@ -227,8 +227,9 @@ impl<'a> Attempt<'a> {
             let mut allowed = true;
             for leg in &stay {
                 self.costmap.judge(leg, &mut verdict);
-                let scene = self.scene();
-                let takeable = |b: &&Blocker| scene.weight(b) != IMMOVABLE || self.kept.is_empty();
+                let setting = self.setting();
+                let takeable =
+                    |b: &&Blocker| setting.weight(b) != IMMOVABLE || self.kept.is_empty();
                 hit.extend(verdict.blockers.iter().filter(takeable).map(|b| b.drone));
                 allowed &= verdict.is_allowed();
             }
@@ -311,13 +312,13 @@ impl<'a> Attempt<'a> {
             }
             let stay = self.costmap.legs(drone).to_vec();
             self.release(drone);
-            let scene = Scene {
+            let setting = Setting {
                 reservations: None,
                 weights: &immovable,
                 careful: true,
-                ..self.scene()
+                ..self.setting()
             };
-            let searched = search(scene, &self.agents[drone.0 as usize]);
+            let searched = search(setting, &self.agents[drone.0 as usize]);
             if let Some(path) = self.counted(searched) {
                 self.reserve(path.legs.clone());
                 self.paths[drone.0 as usize] = Some(path);
@@ -364,7 +365,7 @@ impl<'a> Attempt<'a> {
             if batch.is_empty() {
                 break;
             }
-            let scene = self.scene();
+            let setting = self.setting();
             let searched: Vec<(Searched, Option<Reservation>)> = batch
                 .par_iter()
                 // Some take a hundred times as long as others.
@@ -372,9 +373,9 @@ impl<'a> Attempt<'a> {
                 .map(|drone| {
                     let careful = self.careful[drone.0 as usize];
                     let agent = &self.agents[drone.0 as usize];
-                    let searched = search(Scene { careful, ..scene }, agent);
+                    let searched = search(Setting { careful, ..setting }, agent);
                     let reservation = match &searched.found {
-                        Found::Path(path) => Some(scene.costmap.reservation(path.legs.clone())),
+                        Found::Path(path) => Some(setting.costmap.reservation(path.legs.clone())),
                         _ => None,
                     };
                     (searched, reservation)
@@ -484,13 +485,13 @@ impl<'a> Attempt<'a> {
 
     /// Whether a path is as its search thought, now that others of its batch are there.
     fn meets_only_those_it_knows(&self, drone: DroneId, path: &Path) -> bool {
-        let scene = Scene {
+        let setting = Setting {
             careful: self.careful[drone.0 as usize],
-            ..self.scene()
+            ..self.setting()
         };
         let mut verdict = Verdict::default();
         path.legs.iter().all(|leg| {
-            scene.judge(leg, &mut verdict);
+            setting.judge(leg, &mut verdict);
             let known = |blocker: &Blocker| path.met.contains(&blocker.drone);
             verdict.breaks_zone.is_none() && verdict.blockers.iter().all(known)
         })
@@ -514,13 +515,13 @@ impl<'a> Attempt<'a> {
             }
             times[index] += 1;
             if left > 0 && times[index] <= MOST_FINAL_EVICTIONS {
-                let scene = Scene {
+                let setting = Setting {
                     weights: &immovable,
                     most_expansions: left.min(MOST_FINAL_EXPANSIONS),
                     stop: &|| false,
-                    ..self.scene()
+                    ..self.setting()
                 };
-                let searched = search(scene, &self.agents[index]);
+                let searched = search(setting, &self.agents[index]);
                 left = left.saturating_sub(searched.expansions);
                 if let Some(path) = self.counted(searched)
                     && self.costmap.is_borne(&path.legs)
@@ -541,8 +542,8 @@ impl<'a> Attempt<'a> {
         let mut hit = Vec::new();
         for leg in begun {
             self.costmap.judge(leg, &mut verdict);
-            let scene = self.scene();
-            let movable = |b: &&Blocker| scene.weight(b) != IMMOVABLE;
+            let setting = self.setting();
+            let movable = |b: &&Blocker| setting.weight(b) != IMMOVABLE;
             hit.extend(verdict.blockers.iter().filter(movable).map(|b| b.drone));
         }
         hit.sort_unstable();

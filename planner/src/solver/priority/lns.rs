@@ -11,7 +11,7 @@ use costmap::leg::{DroneId, Leg};
 
 use super::Attempt;
 use crate::plan::outcome::Progress;
-use crate::sipp::search::{IMMOVABLE, Path, Scene, search};
+use crate::sipp::search::{IMMOVABLE, Path, Setting, search};
 
 /// Prices of taking what another holds (ticks), one round after another. Chosen here: a tenth of a
 /// second finds those who lose hardly anything, two seconds only those who hold a drone up for
@@ -128,13 +128,13 @@ impl Attempt<'_> {
 
     /// A path at these prices; `None` if there is none within [`MOST_EXPANSIONS`].
     fn searched(&mut self, drone: DroneId, weights: &[u32]) -> Option<Path> {
-        let scene = Scene {
+        let setting = Setting {
             weights,
             careful: self.careful[drone.0 as usize],
             most_expansions: MOST_EXPANSIONS,
-            ..self.scene()
+            ..self.setting()
         };
-        let searched = search(scene, &self.agents[drone.0 as usize]);
+        let searched = search(setting, &self.agents[drone.0 as usize]);
         self.counted(searched)
     }
 

@@ -11,7 +11,7 @@ use parry3d::query::{PointQuery, Ray, RayCast};
 use parry3d::shape::{TriMesh, TriMeshFlags};
 
 use crate::plan;
-use crate::verify::{Places, is_box};
+use crate::verify::extents::{Places, is_box};
 
 /// Heights at which a moved wake is looked at between two, chosen here: what lies between them is
 /// added to what is found.

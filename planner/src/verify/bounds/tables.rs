@@ -11,7 +11,7 @@ use airflow::Wake;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::verify::{FAINTEST_WAKE_MPS, Places};
+use crate::verify::extents::{FAINTEST_WAKE_MPS, Places};
 
 /// Highest speed over U_H, and steepest slope over U_H (1/m).
 pub(super) type Highest = (f64, f64);

@@ -20,7 +20,7 @@ use airflow::{Airframe, CrossSection, DiscPoints, Jet, Wake};
 use nalgebra::{Vector2, Vector3};
 
 use super::tables::{MovedTable, NearTable};
-use crate::verify::{FAINTEST_WAKE_MPS, Places};
+use crate::verify::extents::{FAINTEST_WAKE_MPS, Places};
 
 /// Depth below the end of the near field from which the far-field bound is taken, as a factor on it:
 /// rounding must not ask for a centreline above its range.

@@ -9,15 +9,17 @@
 //! subdivision on bounds, the rest after the plan included.
 
 use airflow::power;
+use serde::Serialize;
 
 use super::column;
 use crate::plan::ViolationKind;
+use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Scene};
 use crate::verify::time::encounters::Encounter;
-use crate::verify::time::subdivision::{Chord, above, integrate, join, maximise};
+use crate::verify::time::spans::{integrate, join};
+use crate::verify::time::subdivision::{Chord, above, maximise};
 use crate::verify::time::window::{Window, windows};
-use crate::verify::violation::Worst;
-use crate::verify::{DroneExposure, Found, Span};
+use crate::verify::violation::{Found, Worst};
 
 /// How far the mean may exceed the limit, over U_H: chosen here, a three-hundredth of the default limit.
 pub(crate) const ALPHA_TOLERANCE: f64 = 1e-3;
@@ -27,6 +29,25 @@ const WORST_TOLERANCE: f64 = 1e-3;
 const WORST_FLOOR: f64 = 1e-4;
 /// Error allowed in the mean over a part of the flight, over U_H: 0.005 % of extra energy.
 const DOSE_FLOOR: f64 = 1e-4;
+
+/// The downwash that one drone is exposed to while it is airborne.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct DroneExposure {
+    /// Highest mean axial speed over its rotor discs (m/s), to 0.1 %; its rest after the plan included.
+    pub worst_air_mps: f64,
+    /// The drone whose wake contributed most to that.
+    pub worst_air_from: Option<String>,
+    /// When (s).
+    pub worst_air_at_s: Option<f64>,
+    /// Axial exposure: integral of the mean axial speed over its flight (m).
+    pub dose_m: f64,
+    /// Integral of (β − 1) m g U_H over its flight (J).
+    pub extra_energy_j: f64,
+    /// The same over the integral of m g U_H (%).
+    pub extra_energy_percent: f64,
+    /// Time over its limit (s), until the last time of the whole plan.
+    pub time_over_limit_s: f64,
+}
 
 /// A moment of the flight: window, time, value.
 #[derive(Clone, Copy)]

@@ -5,11 +5,10 @@
 
 use super::obstacle::TOUCH_M;
 use crate::plan::ViolationKind;
-use crate::verify::Found;
 use crate::verify::scene::Scene;
 use crate::verify::time::encounters::Encounter;
-use crate::verify::time::subdivision::join;
-use crate::verify::violation::Worst;
+use crate::verify::time::spans::join;
+use crate::verify::violation::{Found, Worst};
 
 /// Collisions of one flight with those after it.
 pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<Found> {

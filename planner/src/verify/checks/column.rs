@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 
 use crate::plan::ViolationKind;
 use crate::plan::trajectory::SAME_PLACE_M;
+use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Scene};
-use crate::verify::time::subdivision::{SHORTEST_S, join};
+use crate::verify::time::spans::{SHORTEST_S, join};
 use crate::verify::time::window::{Passing, Window};
-use crate::verify::violation::Worst;
-use crate::verify::{Found, Span};
+use crate::verify::violation::{Found, Worst};
 
 /// Spans in one emitter's column, and the moment nearest to its axis: window, time, distance.
 #[derive(Default)]

@@ -15,9 +15,9 @@ use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
 use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, Plan};
 use crate::verify::bounds::obstacles::{Obstacles, Solid};
 use crate::verify::bounds::wake::{BoundedWake, WakeCache};
+use crate::verify::extents::is_box;
 use crate::verify::scene::{Flight, Scene};
-use crate::verify::violation::malformed;
-use crate::verify::{Found, is_box};
+use crate::verify::violation::{Found, malformed};
 
 /// Drones that stay are judged at rest for this long after the last time (s); any length would do.
 const REST_S: f64 = 1.0;

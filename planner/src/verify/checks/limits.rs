@@ -4,9 +4,9 @@ use nalgebra::{Point3, Vector3};
 
 use crate::plan::ViolationKind;
 use crate::plan::trajectory::SAME_PLACE_M;
+use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Scene};
-use crate::verify::violation::Worst;
-use crate::verify::{Found, Span};
+use crate::verify::violation::{Found, Worst};
 
 /// Rounding of the times in the file, as a part of the highest speed.
 const SPEED_ROUNDING: f64 = 1e-6;

@@ -7,10 +7,10 @@
 use crate::plan::ViolationKind;
 use crate::plan::trajectory::Motion;
 use crate::verify::bounds::obstacles::Solid;
+use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Scene};
-use crate::verify::time::subdivision::join;
-use crate::verify::violation::Worst;
-use crate::verify::{Found, Span};
+use crate::verify::time::spans::join;
+use crate::verify::violation::{Found, Worst};
 
 /// How deep two bodies may sink into one another before it counts (m), chosen here: the files carry
 /// rounded numbers.

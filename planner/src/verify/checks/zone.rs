@@ -15,11 +15,11 @@ use nalgebra::{Point3, Vector3};
 
 use crate::plan::{ViolationKind, Zone};
 use crate::verify::bounds::obstacles::Obstacles;
+use crate::verify::extents::{FAINTEST_WAKE_MPS, Places, Span};
 use crate::verify::scene::{Attached, Scene, level_gap_m, superpose};
 use crate::verify::time::advected::Advected;
-use crate::verify::time::subdivision::{between, join};
-use crate::verify::violation::Worst;
-use crate::verify::{FAINTEST_WAKE_MPS, Found, Places, Span};
+use crate::verify::time::spans::{between, join};
+use crate::verify::violation::{Found, Worst};
 
 /// A zone is violated above this part of its limit, chosen here.
 const VIOLATED: f64 = 1.005;

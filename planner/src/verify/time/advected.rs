@@ -20,8 +20,8 @@ use airflow::Source;
 use crate::plan::trajectory::Piece;
 use crate::verify::bounds::obstacles::Obstacles;
 use crate::verify::bounds::wake::BoundedWake;
+use crate::verify::extents::{Places, Span};
 use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, reaches};
-use crate::verify::{Places, Span};
 
 /// Spans of leaving no longer than this are not divided (s), chosen here: 0.2 mm of path at 2 m/s.
 const SHORTEST_S: f64 = 1e-4;

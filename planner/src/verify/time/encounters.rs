@@ -10,8 +10,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::verify::bounds::wake::BoundedWake;
+use crate::verify::extents::{Places, Span};
 use crate::verify::scene::{Flight, Scene, level_gap_m};
-use crate::verify::{Places, Span};
 
 /// Length of a slab of time (s), chosen here: at 2 m/s a drone moves by about the reach of a wake in it.
 const SLAB_S: f64 = 1.0;

@@ -6,5 +6,6 @@
 
 pub(super) mod advected;
 pub(super) mod encounters;
+pub(super) mod spans;
 pub(super) mod subdivision;
 pub(super) mod window;

@@ -17,10 +17,10 @@ use nalgebra::{Point3, Vector3};
 
 use super::advected::{Advected, Left};
 use super::encounters::Encounter;
-use super::subdivision::between;
+use super::spans::between;
 use crate::plan::trajectory::{Motion, SAME_TIME_S};
+use crate::verify::extents::{FAINTEST_WAKE_MPS, Places, Span};
 use crate::verify::scene::{Attached, Flight, Scene, superpose};
-use crate::verify::{FAINTEST_WAKE_MPS, Places, Span};
 
 /// Points of the discs that are looked at together; a quadrotor's 28 fit.
 const CHUNK: usize = 32;

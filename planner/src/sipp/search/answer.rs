@@ -1,0 +1,89 @@
+//! What a search answers: a path, or what was in the way.
+
+use costmap::leg::{DroneId, Leg, Tick};
+use costmap::verdict::Why;
+use nalgebra::Point3;
+
+/// A way from start to end.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Path {
+    /// Back to back from where its agent begins; the last one may last until the end.
+    pub(crate) legs: Vec<Leg>,
+    /// End of the last dwell.
+    pub(crate) arrives: Tick,
+    /// Who must give way.
+    pub(crate) met: Vec<DroneId>,
+}
+
+impl Path {
+    /// A way on which no drone has to give way.
+    pub(crate) fn new(legs: Vec<Leg>, arrives: Tick) -> Path {
+        Path {
+            legs,
+            arrives,
+            met: Vec::new(),
+        }
+    }
+}
+
+/// What a search found.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Found {
+    /// The cheapest way.
+    Path(Path),
+    /// None, and what was in the way closest to the goal.
+    Blocked(Option<Obstruction>),
+    /// Told to stop.
+    Stopped,
+}
+
+/// What was in the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Obstruction {
+    /// Who or what.
+    pub(crate) by: Obstructor,
+    /// Where the drone could get to (m).
+    pub(crate) at_m: Point3<f64>,
+    /// When it would have gone on.
+    pub(crate) at: Tick,
+    /// Ticks that were left to fly.
+    pub(super) remaining: u32,
+}
+
+/// Who or what can be in the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Obstructor {
+    /// Another drone, and how.
+    Drone(DroneId, Why),
+    /// A zone (its index) that the drone's own wake is too strong for.
+    Zone(usize),
+}
+
+/// Result and effort of one search.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Searched {
+    /// What was found.
+    pub(crate) found: Found,
+    /// States expanded.
+    pub(crate) expansions: u64,
+}
+
+/// Joins stays that follow one another at one place.
+pub(crate) fn joined(legs: Vec<Leg>) -> Vec<Leg> {
+    let mut joined: Vec<Leg> = Vec::with_capacity(legs.len());
+    for leg in legs {
+        match joined.last_mut() {
+            Some(last)
+                if last.stays()
+                    && leg.stays()
+                    && last.from_m == leg.from_m
+                    && last.kind == leg.kind
+                    && last.flying == leg.flying =>
+            {
+                last.end = leg.end;
+            }
+            _ => joined.push(leg),
+        }
+    }
+    joined
+}

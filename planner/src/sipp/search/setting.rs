@@ -1,0 +1,88 @@
+//! What a search works on.
+
+use costmap::costmap::Costmap;
+use costmap::leg::{Leg, Tick};
+use costmap::verdict::{Blocker, Verdict};
+use rustc_hash::FxHashSet;
+
+use crate::graph::roadmap::{Roadmap, Vertex};
+use crate::sipp::conflicts::ReservationTable;
+
+/// A drone that no drone can make give way.
+pub(crate) const IMMOVABLE: u32 = u32::MAX;
+
+/// Steps and stays that looked free in brief and are not: from where and to where.
+pub(crate) type RefutedEdges = FxHashSet<(Vertex, Vertex)>;
+
+/// What a search works on.
+#[derive(Clone, Copy)]
+pub(crate) struct Setting<'a> {
+    /// Ways through free space.
+    pub(crate) roadmap: &'a Roadmap,
+    /// Every drone planned so far.
+    pub(crate) costmap: &'a Costmap,
+    /// The same in brief, for searches whose answer is judged afterwards.
+    pub(crate) reservations: Option<&'a ReservationTable<'a>>,
+    /// Price in ticks of meeting each drone, or [`IMMOVABLE`].
+    pub(crate) weights: &'a [u32],
+    /// Until when each drone goes on as it does, whatever its price; empty: no drone is under way.
+    pub(crate) under_way: &'a [Tick],
+    /// Seconds of delay that a second's worth of hover energy is worth.
+    pub(crate) energy_weight: f64,
+    /// Whether a detour around those who stay for good is looked for before any of them gives way.
+    /// Where half of the floor is held for good, those who are led around others end up in their
+    /// way, and quarrels do not end.
+    pub(crate) detours: bool,
+    /// Whether every step is judged in full, weak wakes on those far off included.
+    pub(crate) careful: bool,
+    /// States after which the search gives up.
+    pub(crate) most_expansions: u64,
+    /// Asked now and then.
+    pub(crate) stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl<'a> Setting<'a> {
+    /// Every step judged in full by the costmap, among drones that have these prices.
+    pub(crate) fn judged(
+        roadmap: &'a Roadmap,
+        costmap: &'a Costmap,
+        weights: &'a [u32],
+        stop: &'a (dyn Fn() -> bool + Sync),
+    ) -> Setting<'a> {
+        Setting {
+            roadmap,
+            costmap,
+            reservations: None,
+            weights,
+            under_way: &[],
+            energy_weight: 0.0,
+            detours: true,
+            careful: true,
+            most_expansions: u64::MAX,
+            stop,
+        }
+    }
+
+    /// What is in the way is flown already, and cannot be taken back.
+    pub(super) fn is_under_way(&self, blocker: &Blocker) -> bool {
+        let until = self.under_way.get(blocker.drone.0 as usize);
+        until.is_some_and(|until| blocker.clear <= *until)
+    }
+
+    /// Price of what is in the way.
+    pub(crate) fn weight(&self, blocker: &Blocker) -> u32 {
+        if self.is_under_way(blocker) {
+            return IMMOVABLE;
+        }
+        self.weights[blocker.drone.0 as usize]
+    }
+
+    /// Who is in the way of a leg, by the costmap: far-off drones' weak wakes count only where it is careful.
+    pub(crate) fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
+        if self.careful {
+            self.costmap.judge(leg, verdict);
+        } else {
+            self.costmap.judge_nearby(leg, verdict);
+        }
+    }
+}
