@@ -1,7 +1,6 @@
 //! From recordings to a calibration: gathered, fitted, judged, and put together.
 
 use airflow::Jet;
-use nalgebra::Matrix3;
 
 use super::calibration::{
     Calibration, Correlation, Counts, DroneFit, Estimate, FittedJet, FlightGain, Interval, Options,
@@ -41,17 +40,9 @@ pub enum CalibrateError {
     )]
     Undetermined,
     /// The search for the best constants did not end.
-    #[error(
-        "the fit did not converge; at B = {centreline:.3}, S = {spreading:.4}, s0 = {origin:.2} it gave up"
-    )]
-    NotConverged {
-        /// `B` where it stopped.
-        centreline: f64,
-        /// `S` where it stopped.
-        spreading: f64,
-        /// `s₀` where it stopped.
-        origin: f64,
-    },
+    /// It holds `B`, `S` and `s₀` where it stopped.
+    #[error("the fit did not converge; at B = {:.3}, S = {:.4}, s0 = {:.2} it gave up", .0[0], .0[1], .0[2])]
+    NotConverged([f64; 3]),
 }
 
 fn most_dropped(counts: &Counts) -> String {
@@ -87,9 +78,9 @@ pub fn calibrate(
     recordings: &[Recording],
     options: &Options,
 ) -> Result<Calibration, CalibrateError> {
-    if recordings
+    if !recordings
         .iter()
-        .all(|recording| recording.probes.is_none())
+        .any(|recording| recording.probes.is_some())
     {
         return Err(CalibrateError::NoProbe(recordings.len()));
     }
@@ -111,17 +102,10 @@ pub fn calibrate(
         cells: &fitted_cells,
     };
     let paper = Jet::default();
-    let joint = fit_jet(
-        data,
-        Constants::new(paper.centreline, paper.spreading, paper.origin),
-    );
+    let start = Constants::new(paper.centreline, paper.spreading, paper.origin);
+    let joint = fit_jet(data, start);
     if !joint.converged {
-        let [centreline, spreading, origin] = joint.constants.into();
-        return Err(CalibrateError::NotConverged {
-            centreline,
-            spreading,
-            origin,
-        });
+        return Err(CalibrateError::NotConverged(joint.constants.into()));
     }
     let units = units(&joint, FEWEST_FLIGHTS).ok_or(CalibrateError::Undetermined)?;
     let spread = spread(&units).ok_or(CalibrateError::Undetermined)?;
@@ -139,12 +123,12 @@ pub fn calibrate(
             drone_fit(&gathered, near, far, &joint.constants)
         })
         .collect();
-    let mut names: Vec<String> = Vec::new();
-    for flight in &gathered.flights {
-        if !names.contains(&flight.recording) {
-            names.push(flight.recording.clone());
-        }
-    }
+    let names = gathered
+        .flights
+        .iter()
+        .map(|flight| flight.recording.clone());
+    let mut names: Vec<String> = names.collect();
+    names.dedup();
     Ok(Calibration {
         goodness: goodness(&joint, options),
         residual_tests: residual_tests(&joint),
@@ -161,10 +145,8 @@ fn fitted_jet(joint: &Joint<'_>, units: &Units, spread: &Spread, draws: usize) -
         value: joint.constants[k],
         interval: spread.interval(k, joint.constants[k], 0.0),
     };
-    let correlation = |i: usize, j: usize| {
-        let c: &Matrix3<f64> = &spread.covariance;
-        c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt()
-    };
+    let c = &spread.covariance;
+    let correlation = |i: usize, j: usize| c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt();
     let extra = units.common_gain[(0, 0)];
     FittedJet {
         centreline: estimate(0),
@@ -235,15 +217,13 @@ fn caveats(gathered: &Gathered<'_>, jet: &FittedJet) -> Vec<String> {
             jet.resampling.units
         ));
     }
-    let lengths: Vec<f64> = gathered
-        .drones
-        .iter()
-        .filter(|drone| !drone.airframe.fit_excludes())
-        .map(|drone| drone.airframe.propeller_diameter_m() / drone.airframe.motor_distance_m())
+    let airframes = gathered.drones.iter().map(|drone| &drone.airframe);
+    let fitted = airframes.filter(|airframe| !airframe.fit_excludes());
+    let lengths: Vec<f64> = fitted
+        .map(|airframe| airframe.propeller_diameter_m() / airframe.motor_distance_m())
         .collect();
     let narrowest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
-    let widest = lengths.iter().copied().fold(0.0, f64::max);
-    if widest < 1.1 * narrowest {
+    if lengths.iter().all(|length| *length < 1.1 * narrowest) {
         caveats.push(
             "all drones of the fit have nearly the same propeller diameter over motor distance: whether the jet goes with \
              U_H l or with U_H d cannot be told"

@@ -89,20 +89,17 @@ fn judge(joint: &Joint<'_>, units: &Units, options: &Options) -> Goodness {
     let judged: Vec<usize> = (0..regions.len())
         .filter(|b| regions[*b].cells >= FEWEST_CELLS)
         .collect();
-    let shares: Vec<Vec<f64>> = judged
+    let of_region = |b: &usize| {
+        let shares = shares(&regions[*b], joint, units);
+        let error = shares.iter().map(|share| share * share).sum::<f64>().sqrt();
+        (shares, error.max(f64::MIN_POSITIVE))
+    };
+    let shares: Vec<(Vec<f64>, f64)> = judged.iter().map(of_region).collect();
+    let seen = shares
         .iter()
-        .map(|b| shares(&regions[*b], joint, units))
-        .collect();
-    let errors: Vec<f64> = shares
-        .iter()
-        .map(|shares| shares.iter().map(|share| share * share).sum::<f64>().sqrt())
-        .collect();
-    let t: Vec<f64> = shares
-        .iter()
-        .zip(&errors)
-        .map(|(shares, error)| shares.iter().sum::<f64>() / error.max(f64::MIN_POSITIVE))
-        .collect();
-    let (p, most_in_noise) = against_noise(&shares, &errors, &t, options);
+        .map(|(shares, error)| shares.iter().sum::<f64>() / error);
+    let t: Vec<f64> = seen.collect();
+    let (p, most_in_noise) = against_noise(&shares, &t, options);
     let deepest = data.cells.iter().map(|cell| cell.s).fold(0.0, f64::max);
     let misfits: Vec<Misfit> = judged
         .iter()
@@ -154,10 +151,12 @@ fn shares(region: &Region, joint: &Joint<'_>, units: &Units) -> Vec<f64> {
 
 /// p-value of such a misfit, and the largest `|t|` of all regions that noise exceeds in 5 % of
 /// cases.
-fn against_noise(shares: &[Vec<f64>], errors: &[f64], t: &[f64], options: &Options) -> (f64, f64) {
+///
+/// `shares`: of every region what each unit adds, and the root of the sum of squares of that.
+fn against_noise(shares: &[(Vec<f64>, f64)], t: &[f64], options: &Options) -> (f64, f64) {
     let most = |t: &[f64]| t.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
     let sum = |t: &[f64]| t.iter().map(|t| t * t).sum::<f64>();
-    let units = shares.first().map_or(0, Vec::len);
+    let units = shares.first().map_or(0, |(shares, _)| shares.len());
     if units < FEWEST_UNITS {
         return (1.0, f64::INFINITY);
     }
@@ -166,17 +165,13 @@ fn against_noise(shares: &[Vec<f64>], errors: &[f64], t: &[f64], options: &Optio
     let (mut more, mut larger) = (0_usize, 0_usize);
     let mut in_noise = Vec::with_capacity(options.draws);
     let mut signs = vec![0.0; units];
-    let mut flipped = vec![0.0; shares.len()];
     for _ in 0..options.draws {
         signs.fill_with(|| random.sign());
-        for ((flipped, shares), error) in flipped.iter_mut().zip(shares).zip(errors) {
-            let sum: f64 = shares
-                .iter()
-                .zip(&signs)
-                .map(|(share, sign)| share * sign)
-                .sum();
-            *flipped = sum / error.max(f64::MIN_POSITIVE);
-        }
+        let flip = |(shares, error): &(Vec<f64>, f64)| {
+            let flipped = shares.iter().zip(&signs).map(|(share, sign)| share * sign);
+            flipped.sum::<f64>() / error
+        };
+        let flipped: Vec<f64> = shares.iter().map(flip).collect();
         more += usize::from(most(&flipped) >= seen_most);
         larger += usize::from(sum(&flipped) >= seen_sum);
         in_noise.push(most(&flipped));
@@ -191,13 +186,10 @@ fn verdict(units: usize, p: f64, misfits: &[Misfit]) -> Verdict {
     if units < FEWEST_UNITS {
         return Verdict::Undecided;
     }
-    let matters = misfits
-        .iter()
-        .any(|misfit| misfit.mean.abs() >= LEAST_MISFIT);
-    if p <= POOR_P && matters {
-        Verdict::Poor
-    } else {
-        Verdict::Fits
+    let mut sizes = misfits.iter().map(|misfit| misfit.mean.abs());
+    match p <= POOR_P && sizes.any(|size| size >= LEAST_MISFIT) {
+        true => Verdict::Poor,
+        false => Verdict::Fits,
     }
 }
 
@@ -221,11 +213,7 @@ fn sentence(verdict: Verdict, p: f64, misfits: &[Misfit]) -> String {
             )
         }
         (Verdict::Poor, Some(worst)) => {
-            let side = if worst.mean > 0.0 {
-                "stronger"
-            } else {
-                "weaker"
-            };
+            let side = ["weaker", "stronger"][usize::from(worst.mean > 0.0)];
             format!(
                 "the fit is poor (p = {p:.4}): most at xi {} to {}, s/l {} to {:.1}, where the air is {side} than the jet by \
                  {:.1} % of the centreline speed; the intervals of the constants assume a shape that the data contradict",

@@ -92,15 +92,9 @@ impl Operator {
             + radial_mps * radial_mps
             + self.ambient_mps * self.ambient_mps)
             .sqrt();
-        if reading_mps == 0.0 {
-            let gradient = Vector3::zeros();
-            return Predicted {
-                reading_mps,
-                gradient,
-            };
-        }
-        let by = |axial: f64, radial: f64| {
-            (axial_share * axial_mps * axial + radial_mps * radial) / reading_mps
+        let by = |axial: f64, radial: f64| match reading_mps {
+            0.0 => 0.0,
+            _ => (axial_share * axial_mps * axial + radial_mps * radial) / reading_mps,
         };
         let gradient = Vector3::new(
             by(axial_mps, radial_mps) / centreline,
@@ -139,7 +133,7 @@ pub(super) struct Data<'a> {
 }
 
 /// A cell at the constants of a fit.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AtCell {
     /// Root of 1/variance ((m/s)⁻¹) as assumed.
     root_weight: f64,
@@ -211,16 +205,10 @@ pub(super) fn precisions(flight: &Flight) -> Vector2<f64> {
 impl<'a> Joint<'a> {
     /// With weights as `constants` predict them; nothing is fitted yet.
     fn new(data: Data<'a>, constants: Constants) -> Joint<'a> {
-        let blank = AtCell {
-            root_weight: 0.0,
-            predicted_mps: 0.0,
-            gradient: Vector3::zeros(),
-            residual_mps: 0.0,
-        };
         let mut joint = Joint {
             data,
             constants,
-            cells: vec![blank; data.cells.len()],
+            cells: vec![AtCell::default(); data.cells.len()],
             nuisances: Vec::new(),
             nuisance_inverse: Vec::new(),
             slopes: Vec::new(),
@@ -252,16 +240,12 @@ impl<'a> Joint<'a> {
     fn place(&mut self, constants: Constants) {
         self.constants = constants;
         self.predict();
-        let flights = self.data.flights.len();
-        let mut normal: Vec<Matrix2<f64>> = self
-            .data
-            .flights
-            .iter()
-            .map(|flight| Matrix2::from_diagonal(&precisions(flight)))
-            .collect();
-        let mut right = vec![Vector2::zeros(); flights];
+        let flights = self.data.flights;
+        let prior = |flight: &Flight| Matrix2::from_diagonal(&precisions(flight));
+        let mut normal: Vec<Matrix2<f64>> = flights.iter().map(prior).collect();
+        let mut right = vec![Vector2::zeros(); flights.len()];
         // Σ w p ∇p, Σ w ∇p and Σ w (y - 2 p) ∇p of each flight.
-        let mut sums = vec![[Vector3::zeros(); 3]; flights];
+        let mut sums = vec![[Vector3::zeros(); 3]; flights.len()];
         for (at, cell) in self.cells.iter().zip(self.data.cells) {
             let weight = at.weight();
             let p = at.predicted_mps;
@@ -322,10 +306,7 @@ impl<'a> Joint<'a> {
                 }
             }
         }
-        Evaluated {
-            residuals,
-            jacobian,
-        }
+        (residuals, jacobian)
     }
 }
 
@@ -370,10 +351,7 @@ pub(super) fn fit_curve<const N: usize>(
             residuals[row] = at.root_weight * at.residual;
             jacobian.set_row(row, &(-at.root_weight * at.gradient).transpose());
         }
-        Evaluated {
-            residuals,
-            jacobian,
-        }
+        (residuals, jacobian)
     });
     if !minimum.converged {
         return None;
@@ -402,10 +380,7 @@ pub(super) fn fit_curve<const N: usize>(
 }
 
 /// Residuals at some unknowns, and their derivatives: rows by unknowns.
-struct Evaluated<const N: usize> {
-    residuals: DVector<f64>,
-    jacobian: OMatrix<f64, Dyn, Const<N>>,
-}
+type Evaluated<const N: usize> = (DVector<f64>, OMatrix<f64, Dyn, Const<N>>);
 
 /// Where a sum of squares is least.
 struct Minimum<const N: usize> {
@@ -422,10 +397,7 @@ fn minimise<const N: usize>(
 ) -> Minimum<N> {
     let mut problem = LeastSquares {
         unknowns: start,
-        now: Evaluated {
-            residuals: DVector::zeros(0),
-            jacobian: OMatrix::<f64, Dyn, Const<N>>::zeros(0),
-        },
+        now: (DVector::zeros(0), OMatrix::<f64, Dyn, Const<N>>::zeros(0)),
         evaluate,
     };
     problem.set_params(&start);
@@ -461,13 +433,12 @@ where
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        let residuals = &self.now.residuals;
-        let is_finite = residuals.iter().all(|value| value.is_finite());
-        is_finite.then(|| residuals.clone())
+        let is_finite = self.now.0.iter().all(|value| value.is_finite());
+        is_finite.then(|| self.now.0.clone())
     }
 
     fn jacobian(&self) -> Option<OMatrix<f64, Dyn, Const<N>>> {
-        Some(self.now.jacobian.clone())
+        Some(self.now.1.clone())
     }
 }
 

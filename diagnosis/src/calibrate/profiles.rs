@@ -112,24 +112,19 @@ fn bins(measured: Measured<'_>, cells: &[&Cell], s_over_l: f64) -> Vec<RadialBin
             let over = |flight: usize, mps: f64| {
                 mps / measured.flights[flight].operator.induced_velocity_mps
             };
-            let mut medians: Vec<f64> = bin
-                .iter()
-                .map(|(_, cell)| over(cell.flight, cell.median_mps))
-                .collect();
-            let readings = || {
-                bin.iter()
-                    .flat_map(|(_, cell)| &measured.samples[cell.from..cell.to])
-            };
-            let mut speeds: Vec<f64> = readings()
-                .map(|sample| over(sample.flight, sample.speed_mps))
-                .collect();
+            let cells = || bin.iter().map(|(_, cell)| *cell);
+            let readings = || cells().flat_map(|cell| &measured.samples[cell.from..cell.to]);
+            let medians = cells().map(|cell| over(cell.flight, cell.median_mps));
+            let mut medians: Vec<f64> = medians.collect();
+            let speeds = readings().map(|sample| over(sample.flight, sample.speed_mps));
+            let mut speeds: Vec<f64> = speeds.collect();
             (speeds.len() >= FEWEST_READINGS).then(|| RadialBin {
                 r_over_l: readings().map(|sample| sample.r).sum::<f64>() / speeds.len() as f64,
                 median: quantile(&mut medians, 0.5),
                 low: quantile(&mut speeds, 0.16),
                 high: quantile(&mut speeds, 0.84),
                 samples: speeds.len(),
-                flights: flights_of(bin.iter().map(|(_, cell)| *cell)).len(),
+                flights: flights_of(cells()).len(),
             })
         })
         .collect()
@@ -252,10 +247,12 @@ fn fit_lobes(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
     });
     // With one maximum nothing holds the lobes apart: they may lie on the axis, and no farther out
     // than they are wide.
-    let (low, high) = if delta > width {
-        (delta - half, delta + half)
-    } else {
-        (0.0, (delta + half).min(width))
+    let interval = match delta > width {
+        true => Interval::around(delta, half),
+        false => Interval {
+            low: 0.0,
+            high: (delta + half).min(width),
+        },
     };
     let at_y = |y: f64| {
         let lobe = |centre: f64| (-0.5 * ((y - centre) / width).powi(2)).exp();
@@ -265,7 +262,7 @@ fn fit_lobes(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
         s_over_l: samples.iter().map(|sample| sample.s).sum::<f64>() / samples.len() as f64,
         delta: Estimate {
             value: delta,
-            interval: Interval { low, high },
+            interval,
         },
         width,
         peak: at_y(delta).max(at_y(0.0)),

@@ -1,12 +1,13 @@
 //! By interval of `ξ`: the paper's residual test, with what it needs beside it to be read, and how
 //! far single drones depart from the joint jet.
 
+use nalgebra::Vector2;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
 use super::calibration::{Departure, ResidualTest, ResidualTests};
 use super::jet_fit::{Constants, Joint, precisions, xi};
 use super::profiles::Measured;
-use crate::statistics::quantile::interval_of;
+use crate::statistics::quantile::{self, interval_of};
 
 /// The paper's six intervals of `ξ`.
 const XI_EDGES: [f64; 7] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
@@ -33,7 +34,7 @@ pub(super) fn residual_tests(joint: &Joint<'_>) -> ResidualTests {
         let [gain, zero] = precisions(flight)
             .map(|precision| precision.powf(-0.5))
             .into();
-        let shared = [gain * cell.median_mps / centre_mps, zero / centre_mps];
+        let shared = Vector2::new(gain * cell.median_mps, zero) / centre_mps;
         let entry = |epsilon: f64| Entry {
             flight: cell.flight,
             epsilon,
@@ -104,7 +105,7 @@ struct Entry {
     flight: usize,
     epsilon: f64,
     /// What one standard deviation of the flight's gain, and of its zero, does to it.
-    shared: [f64; 2],
+    shared: Vector2<f64>,
 }
 
 fn rows(by_interval: &[Vec<Entry>]) -> Vec<ResidualTest> {
@@ -161,28 +162,18 @@ fn row(xi_from: f64, xi_to: f64, cells: &[Entry]) -> ResidualTest {
 /// has in common counts as correlation.
 fn n_effective(cells: &[Entry], mean: f64) -> f64 {
     let n = cells.len() as f64;
-    let variance = cells
-        .iter()
-        .map(|cell| (cell.epsilon - mean).powi(2))
-        .sum::<f64>()
-        / n;
+    // Mean product of cells of one flight, so many cells apart; 0 without any.
+    let covariance = |lag: usize| {
+        let pairs = cells.iter().zip(cells.iter().skip(lag));
+        let of_flight = pairs.filter(|(early, late)| early.flight == late.flight);
+        let products = of_flight.map(|(a, b)| (a.epsilon - mean) * (b.epsilon - mean));
+        quantile::mean(&products.collect::<Vec<f64>>())
+    };
+    let variance = covariance(0);
     if variance <= 0.0 {
         return n;
     }
-    let correlation = |lag: usize| {
-        let (mut sum, mut pairs) = (0.0, 0_usize);
-        for (early, late) in cells.iter().zip(cells.iter().skip(lag)) {
-            if early.flight == late.flight {
-                sum += (early.epsilon - mean) * (late.epsilon - mean);
-                pairs += 1;
-            }
-        }
-        if pairs == 0 {
-            0.0
-        } else {
-            sum / pairs as f64 / variance
-        }
-    };
+    let correlation = |lag: usize| covariance(lag) / variance;
     let mut time = 1.0;
     let mut lag = 1;
     while lag < LONGEST_LAG.min(cells.len()) {
@@ -195,13 +186,11 @@ fn n_effective(cells: &[Entry], mean: f64) -> f64 {
     }
     // No more than the accuracy of the probes allows: with few flights their correlation hides in
     // the mean.
-    let mut instrument = 0.0;
-    for flight in cells.chunk_by(|a, b| a.flight == b.flight) {
-        for kind in 0..2 {
-            let sum: f64 = flight.iter().map(|cell| cell.shared[kind]).sum();
-            instrument += (sum / n).powi(2);
-        }
-    }
+    let flights = cells.chunk_by(|a, b| a.flight == b.flight);
+    let instrument: f64 = flights
+        .map(|flight| flight.iter().map(|cell| cell.shared).sum::<Vector2<f64>>() / n)
+        .map(|shared| shared.norm_squared())
+        .sum();
     let error = (variance * time / n).max(instrument);
     (variance / error).clamp(2.0_f64.min(n), n)
 }
@@ -219,10 +208,8 @@ fn p_normal(cells: &[Entry], mean: f64, deviation: f64) -> Option<f64> {
         counts[bin.min(bins - 1)] += 1.0;
     }
     let expected = cells.len() as f64 / bins as f64;
-    let statistic: f64 = counts
-        .iter()
-        .map(|count: &f64| (count - expected).powi(2) / expected)
-        .sum();
+    let squares = counts.iter().map(|count: &f64| (count - expected).powi(2));
+    let statistic = squares.sum::<f64>() / expected;
     // Two constants were taken from the sample.
     let chi_squared = ChiSquared::new(bins as f64 - 3.0).ok()?;
     Some(1.0 - chi_squared.cdf(statistic))
@@ -237,7 +224,7 @@ mod tests {
         Entry {
             flight,
             epsilon,
-            shared: [0.0; 2],
+            shared: Vector2::zeros(),
         }
     }
 

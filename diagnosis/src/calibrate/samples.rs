@@ -87,20 +87,19 @@ pub(super) fn gather(recordings: &[Recording], lateral_turbulence: f64) -> Gathe
         let Some(probes) = &recording.probes else {
             continue;
         };
-        let emitters: Vec<&Vehicle> = recording
-            .vehicles
-            .iter()
-            .filter(|vehicle| vehicle.role != Role::Receiver)
-            .collect();
+        let vehicles = recording.vehicles.iter();
+        let emitters: Vec<&Vehicle> = vehicles.filter(|v| v.role != Role::Receiver).collect();
         let mut flights: Vec<Option<usize>> = vec![None; emitters.len()];
         gathered.counts.read += probes.samples.len();
         for sample in &probes.samples {
             let flying = the_one_flying(recording, &emitters, &probes.instrument, sample);
-            let found = flying.and_then(|(emitter, state)| {
-                let placed = place(recording, emitters[emitter], &state, sample)?;
-                Ok((emitter, placed))
+            let placed = flying.and_then(|(emitter, state)| {
+                Ok((
+                    emitter,
+                    place(recording, emitters[emitter], &state, sample)?,
+                ))
             });
-            let (emitter, mut placed) = match found {
+            let (emitter, mut placed) = match placed {
                 Ok(found) => found,
                 Err(reason) => {
                     *dropped.entry(reason).or_default() += 1;
@@ -121,10 +120,9 @@ pub(super) fn gather(recordings: &[Recording], lateral_turbulence: f64) -> Gathe
                 gathered.ambient_added_again = true;
                 placed.speed_mps += recording.environment.ambient_mps;
             }
-            if placed.s >= FAR_FIELD_FROM_S_OVER_L {
-                gathered.far.push(placed);
-            } else {
-                gathered.near.push(placed);
+            match placed.s >= FAR_FIELD_FROM_S_OVER_L {
+                true => gathered.far.push(placed),
+                false => gathered.near.push(placed),
             }
         }
     }
@@ -162,11 +160,7 @@ fn flight(recording: &Recording, instrument: &Instrument, vehicle: &Vehicle) -> 
             // U_H goes with the root of gravity; `airflow` assumes the standard one.
             induced_velocity_mps: airframe.hover_induced_velocity_mps(airframe.mass_kg(), density)
                 * (environment.gravity_mps2 / airflow::GRAVITY_MPS2).sqrt(),
-            ambient_mps: if magnitude {
-                environment.ambient_mps
-            } else {
-                0.0
-            },
+            ambient_mps: f64::from(u8::from(magnitude)) * environment.ambient_mps,
             radial: f64::from(u8::from(radial)),
             lateral: 0.0,
         },
@@ -225,6 +219,16 @@ fn the_one_flying(
 
 fn state(track: &Track, moment: Moment, since_s: f64) -> State {
     let forward = track.attitude_at(moment) * Vector3::x();
+    // From the last entry that is no later than that.
+    let first = track.t_s[..=moment.entry]
+        .iter()
+        .rposition(|t_s| *t_s <= since_s);
+    let logged = &track.velocity_mps[first.unwrap_or(0)..=moment.entry];
+    let now = track.velocity_at(moment);
+    let speeds_mps = logged
+        .iter()
+        .chain([&now])
+        .map(|velocity_mps| velocity_mps.norm());
     // An unknown speed counts as moving.
     let known = |speed_mps: f64| {
         if speed_mps.is_nan() {
@@ -233,17 +237,10 @@ fn state(track: &Track, moment: Moment, since_s: f64) -> State {
             speed_mps
         }
     };
-    let mut fastest_mps = known(track.velocity_at(moment).norm());
-    for entry in (0..=moment.entry).rev() {
-        fastest_mps = fastest_mps.max(known(track.velocity_mps[entry].norm()));
-        if track.t_s[entry] <= since_s {
-            break;
-        }
-    }
     State {
         position_m: track.position_at(moment),
         yaw_rad: forward.y.atan2(forward.x),
-        fastest_mps,
+        fastest_mps: speeds_mps.map(known).fold(0.0, f64::max),
     }
 }
 

@@ -19,6 +19,7 @@ use crate::infer::outside::{global_test, outside};
 use crate::infer::select::{flexible, singles};
 use crate::record::recording::Recording;
 use crate::statistics::held_out::{FOLDS, Gain};
+use crate::statistics::quantile::root_mean_square;
 use crate::statistics::scan;
 use crate::thrust::identify::IdentifyError;
 
@@ -234,11 +235,6 @@ pub fn diagnose_campaign(
         skills,
         finding,
     })
-}
-
-fn root_mean_square(values: &[f64]) -> f64 {
-    let square: f64 = values.iter().map(|x| x * x).sum();
-    (square / values.len().max(1) as f64).sqrt()
 }
 
 /// The terms with their intervals over flights.

@@ -4,8 +4,8 @@ use airflow::effects::{GroundImpingement, ProfileTail};
 
 use super::forces::Forces;
 use crate::infer::candidates::{
-    BODY_DRAG, CLOCK, Candidate, Change, DRIFT, Fault, GAIN, GROUND_IMPINGEMENT, Kind, LAG, OFFSET,
-    OWN_MOTION, Parameter, Shows, of_the_air, of_the_receiver, sizes_differ,
+    BODY_DRAG, CLOCK, Candidate, Change, DRIFT, Fault, GAIN, GROUND_IMPINGEMENT, Kind, LAG,
+    OF_THE_AIR, OF_THE_RECEIVER, OFFSET, OWN_MOTION, Parameter, Shows, shown, sizes_differ,
 };
 
 /// Effects of the jet that no vertical force can show, or that another name here stands for.
@@ -31,14 +31,14 @@ pub(super) fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
         candidates.push(downwash());
     }
     if is_below {
-        candidates.extend(of_the_air(&shows));
+        candidates.extend(shown(OF_THE_AIR, &shows));
         candidates.extend(shows.floor.then(|| {
             let mut impingement = GROUND_IMPINGEMENT.candidate(&shows);
             stops_at_the_floor(&mut impingement);
             impingement
         }));
     }
-    candidates.extend(of_the_receiver(&shows));
+    candidates.extend(shown(OF_THE_RECEIVER, &shows));
     candidates.extend([OWN_MOTION, BODY_DRAG].map(|trial| trial.candidate(&shows)));
     candidates.extend(OF_THE_FORCE.iter().map(|fault| fault.candidate(&shows)));
     // Where the wake itself is a candidate, its strength is its own parameter.

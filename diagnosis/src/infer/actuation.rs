@@ -26,17 +26,6 @@ const EFFICIENCY: f64 = 0.6;
 /// How many entries the moment of a step may be off. Chosen here: a throttle settles in one or two.
 const CHANGE_WITHIN: f64 = 2.0;
 
-/// What throttle and power say.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Actuation {
-    /// Mean throttle over that of hover, of all emitters.
-    pub throttle_ratio: f64,
-    /// Mean power over that of hover, where it is logged.
-    pub power_ratio: Option<f64>,
-    /// What that means.
-    pub cause: Option<Cause>,
-}
-
 /// A cause in the drones: more or less mass or density than stated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cause {
@@ -69,31 +58,33 @@ impl Cause {
     }
 }
 
-/// Reads throttle and power of the emitters. `None` where no throttle is logged.
+/// Emitters whose throttle is logged, each with that, over hover's.
+fn throttles(recording: &Recording) -> impl Iterator<Item = (&Vehicle, &Vec<f64>)> {
+    let vehicles = recording.vehicles.iter();
+    let emitters = vehicles.filter(|vehicle| vehicle.role == Role::Emitter);
+    emitters.filter_map(|vehicle| Some((vehicle, vehicle.track.throttle_ratio.as_ref()?)))
+}
+
+/// Whether any emitter's throttle is logged.
 #[must_use]
-pub fn actuation(recording: &Recording) -> Option<Actuation> {
-    let emitters = recording
-        .vehicles
-        .iter()
-        .filter(|vehicle| vehicle.role == Role::Emitter);
-    let throttles: Vec<(&Vehicle, &Vec<f64>)> = emitters
-        .filter_map(|vehicle| Some((vehicle, vehicle.track.throttle_ratio.as_ref()?)))
+pub fn is_logged(recording: &Recording) -> bool {
+    throttles(recording).next().is_some()
+}
+
+/// What throttle and power of the emitters say; `None` where no throttle is logged, or nothing
+/// departs from what is stated.
+#[must_use]
+pub fn cause(recording: &Recording) -> Option<Cause> {
+    let (vehicle, _) = throttles(recording).next()?;
+    let ratios: Vec<f64> = throttles(recording)
+        .map(|(_, column)| mean(column))
         .collect();
-    let (vehicle, _) = *throttles.first()?;
-    let ratios: Vec<f64> = throttles.iter().map(|(_, column)| mean(column)).collect();
-    let throttle_ratio = mean(&ratios);
     let density = recording.environment.air.density_kg_per_m3();
-    let hover_w = vehicle
-        .airframe
-        .hover_power_w(vehicle.airframe.mass_kg(), density)
-        / EFFICIENCY;
+    let airframe = &vehicle.airframe;
+    let hover_w = airframe.hover_power_w(airframe.mass_kg(), density) / EFFICIENCY;
     let power_w = vehicle.track.power_w.as_ref();
     let power_ratio = power_w.map(|power_w| mean(power_w) / hover_w);
-    Some(Actuation {
-        throttle_ratio,
-        power_ratio,
-        cause: step(vehicle).or_else(|| always(vehicle, throttle_ratio, power_ratio)),
-    })
+    step(vehicle).or_else(|| always(vehicle, mean(&ratios), power_ratio))
 }
 
 /// A constant departure.
@@ -126,15 +117,11 @@ fn step(vehicle: &Vehicle) -> Option<Cause> {
     let end = steps.get(1).map_or(column.len(), |second| second.index);
     // The level that is nearer to hover is the stated mass.
     let starts_loaded = (first.before - 1.0).abs() > (first.after - 1.0).abs();
-    let (loaded, plain) = if starts_loaded {
-        (0..first.index, first.after)
+    let (loaded, plain, since_s) = if starts_loaded {
+        (0..first.index, first.after, f64::NEG_INFINITY)
     } else {
-        (first.index..end, first.before)
-    };
-    let since_s = if starts_loaded {
-        f64::NEG_INFINITY
-    } else {
-        track.t_s[loaded.start]
+        let from = first.index;
+        (from..end, first.before, track.t_s[from])
     };
     let until_s = track.t_s.get(loaded.end).copied().unwrap_or(f64::INFINITY);
     let step_s = (track.t_s[track.t_s.len() - 1] - track.t_s[0]) / track.t_s.len().max(2) as f64;
@@ -152,10 +139,6 @@ fn step(vehicle: &Vehicle) -> Option<Cause> {
 fn standard_error(values: &[f64]) -> f64 {
     let middle = mean(values);
     let count = values.len().max(2) as f64;
-    let variance = values
-        .iter()
-        .map(|x| (x - middle) * (x - middle))
-        .sum::<f64>()
-        / (count - 1.0);
-    (10.0 * variance / count).sqrt()
+    let squares = values.iter().map(|x| (x - middle) * (x - middle));
+    (10.0 * squares.sum::<f64>() / (count - 1.0) / count).sqrt()
 }

@@ -9,8 +9,8 @@ use nalgebra::Vector3;
 
 use crate::forward::anemometer::steady_reading_mps;
 use crate::forward::flow::{Flow, Wakes};
-use crate::forward::hypothesis::Hypothesis;
 use crate::forward::observed::Observed;
+use crate::forward::simulate::Sample;
 use crate::infer::candidates::Candidate;
 use crate::infer::fit::Setting;
 use crate::infer::select::{Selection, Tried};
@@ -74,33 +74,20 @@ fn places(
         let track = &recording.vehicles[index].track;
         let t_s = *track.t_s.get(track.t_s.len() / 2)?;
         let drone_m = track.position_at(track.moment(t_s)?);
-        Some((
-            instrument,
-            wakes.of(0, index)?,
-            t_s,
-            t_s - track.t_s[0],
-            drone_m,
-        ))
+        let times_s = [t_s, t_s - track.t_s[0]];
+        Some((instrument, wakes.of(0, index)?, times_s, drone_m))
     };
-    let Some((instrument, wake, t_s, since_s, drone_m)) = hovering() else {
+    let Some((instrument, wake, [t_s, since_s], drone_m)) = hovering() else {
         return Vec::new();
     };
     let floor_m = recording.environment.floor_z_m;
-    let of = |tried: &Tried| {
-        let members = tried.members(candidates);
-        (
-            setting.hypothesis(&members, &tried.fit.values),
-            tried.fit.tolerance,
-        )
-    };
-    let both = [of(chosen), of(rival)];
-    let flows: Vec<(Flow, &Hypothesis, [f64; 2])> = both
-        .iter()
-        .map(|(hypothesis, tolerance)| {
-            let flow = Flow::supposing(recording, &wakes, hypothesis);
-            (flow, hypothesis, *tolerance)
-        })
-        .collect();
+    let both = [chosen, rival].map(|tried| {
+        let hypothesis = setting.hypothesis(&tried.members(candidates), &tried.fit.values);
+        (hypothesis, tried.fit.tolerance)
+    });
+    let flows = both
+        .each_ref()
+        .map(|(hypothesis, _)| Flow::supposing(recording, &wakes, hypothesis));
     let length_m = wake.motor_distance_m();
     let mut found: Vec<(f64, f64, f64, f64, &str, f64)> = Vec::new();
     for depth in DEPTHS {
@@ -113,22 +100,26 @@ fn places(
                 let (sin, cos) = (half_turns * std::f64::consts::PI).sin_cos();
                 let radius_m = radius * wake.half_width_m(depth_m);
                 let point_m = drone_m + Vector3::new(radius_m * cos, radius_m * sin, -depth_m);
-                let readings = flows.iter().map(|(flow, hypothesis, tolerance)| {
-                    let velocity_mps = flow.velocity_mps(t_s, point_m, None)?;
-                    let steady_mps = steady_reading_mps(
-                        velocity_mps,
-                        flow.ambient_mps(t_s),
-                        instrument.measures,
-                        &recording.environment,
-                    );
-                    let read = hypothesis.sensor.reads(steady_mps, since_s);
-                    Some((1.0 + tolerance[0]) * read + tolerance[1])
-                });
-                let Some(readings) = readings.collect::<Option<Vec<f64>>>() else {
+                let readings = flows
+                    .iter()
+                    .zip(&both)
+                    .map(|(flow, (hypothesis, tolerance))| {
+                        let velocity_mps = flow.velocity_mps(t_s, point_m, None)?;
+                        let steady_mps = steady_reading_mps(
+                            velocity_mps,
+                            flow.ambient_mps(t_s),
+                            instrument.measures,
+                            &recording.environment,
+                        );
+                        let read = hypothesis.sensor.reads(steady_mps, since_s);
+                        Some((1.0 + tolerance[0]) * read + tolerance[1])
+                    });
+                let readings: Option<Vec<f64>> = readings.collect();
+                let Some([one, other]) = readings.as_deref() else {
                     continue;
                 };
-                let apart = (readings[0] - readings[1]).abs();
-                let noise = noise_at(setting, observed, readings[0]);
+                let apart = (one - other).abs();
+                let noise = noise_at(setting, observed, *one);
                 found.push((apart / noise, apart, depth, radius, bearing, depth_m));
                 if radius == 0.0 {
                     break;
@@ -145,10 +136,9 @@ fn places(
             continue;
         }
         taken.push((depth, radius));
-        let beside = if radius == 0.0 {
-            "on the axis".to_owned()
-        } else {
-            format!("{radius} half-widths {bearing} of the axis")
+        let beside = match radius {
+            0.0 => "on the axis".to_owned(),
+            _ => format!("{radius} half-widths {bearing} of the axis"),
         };
         lines.push(format!(
             "a probe {depth_m:.1} m below a hovering drone ({depth} motor distances), {beside}: the two differ by {apart:.2} m/s there, {over_noise:.1} times the noise of a reading"
@@ -160,10 +150,7 @@ fn places(
 /// Noise of a reading: that of the sample that reads most alike.
 fn noise_at(setting: &Setting, observed: &Observed, reading: f64) -> f64 {
     let samples = observed.samples.iter().zip(setting.noise.sd());
-    samples
-        .min_by(|(a, _), (b, _)| {
-            let off = |simulated: f64| (simulated - reading).abs();
-            off(a.simulated).total_cmp(&off(b.simulated))
-        })
-        .map_or(1.0, |(_, sd)| *sd)
+    let off = |sample: &Sample| (sample.simulated - reading).abs();
+    let nearest = samples.min_by(|(a, _), (b, _)| off(a).total_cmp(&off(b)));
+    nearest.map_or(1.0, |(_, sd)| *sd)
 }

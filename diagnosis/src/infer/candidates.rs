@@ -9,7 +9,9 @@ mod shows;
 use airflow::effects::EffectSpec;
 
 pub use candidate::{Candidate, Change, Kind, Parameter};
-pub(crate) use effects::{BODY_DRAG, GROUND_IMPINGEMENT, OWN_MOTION, of_the_air, of_the_receiver};
+pub(crate) use effects::{
+    BODY_DRAG, GROUND_IMPINGEMENT, OF_THE_AIR, OF_THE_RECEIVER, OWN_MOTION, shown,
+};
 use faults::FAULTS;
 pub(crate) use faults::{CLOCK, DRIFT, Fault, GAIN, LAG, OFFSET};
 pub(crate) use shows::{Shows, sizes_differ};
@@ -43,10 +45,10 @@ pub fn applicable(observed: &Observed) -> Vec<Candidate> {
     let shows = Shows::of(observed);
     let mut candidates = Vec::new();
     if shows.air {
-        candidates.extend(of_the_air(&shows));
+        candidates.extend(shown(OF_THE_AIR, &shows));
     }
     if matches!(observed.channel, Channel::Throttle | Channel::Power) {
-        candidates.extend(of_the_receiver(&shows));
+        candidates.extend(shown(OF_THE_RECEIVER, &shows));
     }
     let faults = FAULTS.iter().filter(|fault| (fault.shown)(&shows));
     candidates.extend(faults.map(|fault| fault.candidate(&shows)));

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use crate::forward::hypothesis::Hypothesis;
 use crate::forward::observed::{COVARIATES, Explained, Observed};
 use crate::forward::simulate::Channel;
-use crate::infer::actuation::{Cause, actuation};
+use crate::infer::actuation::{self, Cause};
 use crate::infer::advice::advice;
 use crate::infer::candidates::{Candidate, Kind, applicable};
 use crate::infer::finding::{
@@ -25,7 +25,7 @@ use crate::statistics::bootstrap::intervals_95;
 use crate::statistics::held_out::FOLDS;
 use crate::statistics::lack_of_fit::minimum_detectable;
 use crate::statistics::noise::Noise;
-use crate::statistics::quantile::nearest_rank;
+use crate::statistics::quantile::{nearest_rank, root_mean_square};
 
 /// Why a recording cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -82,12 +82,13 @@ pub fn diagnose_channel(
 ) -> Result<Finding, DiagnoseError> {
     let observed = Observed::of(recording, channel)
         .ok_or_else(|| DiagnoseError::NothingToCompare(recording.name.clone()))?;
-    let actuation = actuation(recording);
     let mut candidates = applicable(&observed);
     // A payload shows in the throttle and has been looked for there: where that is logged it is no
     // candidate any more.
-    candidates.retain(|candidate| actuation.is_none() || candidate.name != "payload_mass");
-    let cause = actuation.and_then(|actuation| actuation.cause);
+    if actuation::is_logged(recording) {
+        candidates.retain(|candidate| candidate.name != "payload_mass");
+    }
+    let cause = actuation::cause(recording);
     let mut base = Hypothesis::default();
     if let Some(cause) = &cause {
         cause.set(&mut base);
@@ -132,8 +133,8 @@ pub fn diagnose_channel(
     }
     let mut effects: Vec<Effect> = cause.iter().map(from_actuation).collect();
     effects.extend(named(&setting, &candidates, &observed, &selection));
-    let rows = observed.samples.iter().map(|sample| sample.row + 1).max();
-    let mut prediction = vec![f64::NAN; rows.unwrap_or(0)];
+    let last = observed.samples.iter().map(|sample| sample.row).max();
+    let mut prediction = vec![f64::NAN; last.map_or(0, |last| last + 1)];
     for (sample, value) in observed.samples.iter().zip(&corrected) {
         prediction[sample.row] = *value;
     }
@@ -189,11 +190,9 @@ fn held_out(
     selection: &Selection,
     shape: Option<&Shape>,
 ) -> HeldOut {
-    let squares = |left: Vec<f64>| -> Vec<f64> { left.iter().map(|left| left * left).collect() };
     let of_fit = |setting: &Setting, members: &[&Candidate], fit: &Fit| {
-        squares(setting.left(&setting.predicted_held_out(members, fit)))
+        setting.left(&setting.predicted_held_out(members, fit))
     };
-    let rms = |squares: &[f64]| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
     // Before: without what throttle and power have answered already.
     let mut plain = setting.clone();
     plain.base = Hypothesis::default();
@@ -201,11 +200,11 @@ fn held_out(
     let after = match shape {
         // The trees' corrections are held out themselves; what they lie on is a handful of
         // parameters.
-        Some(shape) => squares(shape.left.clone()),
+        Some(shape) => shape.left.clone(),
         None => of_fit(setting, members, &selection.chosen.fit),
     };
     let blocks = &setting.noise.blocks;
-    let sums = blocks.sums(after.iter().copied());
+    let sums = blocks.sums(after.iter().map(|left| left * left));
     let counts = blocks.sums(after.iter().map(|_| 1.0));
     let seed = blocks.count() as u64;
     let [[low, high]] = intervals_95(blocks.count(), DRAWS, seed, |picked| {
@@ -213,11 +212,11 @@ fn held_out(
         [(sum(&sums) / sum(&counts).max(1.0)).sqrt()]
     });
     HeldOut {
-        rms_before: rms(&before),
-        rms_after: rms(&after),
+        rms_before: root_mean_square(&before),
+        rms_after: root_mean_square(&after),
         rms_after_low: low,
         rms_after_high: high,
-        noise_floor: rms(&squares(setting.noise.sd().to_vec())),
+        noise_floor: root_mean_square(setting.noise.sd()),
     }
 }
 
@@ -304,12 +303,10 @@ fn named(
     // Gusts blur the ceiling of a mean, not that of the readings: the highest of them, where
     // several lie at it.
     let saturation = effects.iter_mut().find(|e| e.name == "sensor_saturation");
-    if let (Some(effect), Some(highest)) = (saturation, plateau(observed)) {
-        let candidate = candidates.iter().find(|c| c.name == effect.name);
-        let half = [observed.resolution().max(1e-3)];
-        if let Some(candidate) = candidate {
-            let alternatives = std::mem::take(&mut effect.alternatives);
-            *effect = self::effect(candidate, &[highest], &half, alternatives);
+    if let (Some(effect), Some(value)) = (saturation, plateau(observed)) {
+        let half = observed.resolution().max(1e-3);
+        for estimate in effect.parameters.values_mut() {
+            (estimate.low, estimate.value, estimate.high) = (value - half, value, value + half);
         }
     }
     effects
@@ -374,7 +371,7 @@ fn plateau(observed: &Observed) -> Option<f64> {
 
 /// Where baseline and corrected simulation differ by more than half a standard deviation.
 fn region(observed: &Observed, noise: &Noise, corrected: &[f64]) -> Region {
-    let simulated: Vec<f64> = observed.samples.iter().map(|s| s.simulated).collect();
+    let simulated = observed.simulated();
     let inside = departing(&simulated, corrected, noise);
     if inside.is_empty() {
         return Region::default();
@@ -392,11 +389,8 @@ fn region(observed: &Observed, noise: &Noise, corrected: &[f64]) -> Region {
         }
     }
     narrow.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let words: Vec<String> = narrow
-        .into_iter()
-        .take(SAID)
-        .map(|(_, text)| text)
-        .collect();
+    let said = narrow.into_iter().take(SAID);
+    let words: Vec<String> = said.map(|(_, text)| text).collect();
     let mut region = Region::of(&inside, &observed.recorded(), &simulated, noise.sd());
     region.description = match words.is_empty() {
         true => "everywhere".into(),

@@ -111,7 +111,9 @@ impl<'a> Setting<'a> {
     /// the channel's unit; `clean` is what the base predicts.
     #[must_use]
     pub fn change(&self, candidate: &Candidate, values: &[f64], clean: &[f64]) -> Vec<f64> {
-        let changed = self.observed.predict(&candidate.on(&self.base, values));
+        let changed = self
+            .observed
+            .predict(&self.hypothesis(&[candidate], values));
         let pairs = changed.iter().zip(clean);
         pairs.map(|(to, from)| to - from).collect()
     }

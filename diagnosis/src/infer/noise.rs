@@ -4,6 +4,7 @@
 use crate::forward::observed::{Explained, Observed};
 use crate::forward::simulate::Channel;
 use crate::statistics::noise::{Noise, NoiseModel, Whitener, estimate};
+use crate::statistics::quantile::root_mean_square;
 use crate::statistics::sequence::{Blocks, Sequence};
 
 /// The scatter of the samples around a simulation, one value a sample in the channel's unit.
@@ -25,15 +26,13 @@ pub fn noise(observed: &Observed, simulated: &[f64]) -> Noise {
     // Rounding alone: a uniform error of one step.
     let least_s0 = (resolution / 12.0_f64.sqrt()).max(1e-6);
     // With too few neighbours to tell, the residual's own spread.
-    let model = estimate(&sequence, &residual, &flow, least_s0).unwrap_or_else(|| {
-        let square = residual.iter().map(|r| r * r).sum::<f64>() / residual.len().max(1) as f64;
-        NoiseModel {
-            s0: square.sqrt().max(least_s0),
-            s1: 0.0,
-            rho: 0.0,
-            step_s: 1.0,
-        }
-    });
+    let spread = NoiseModel {
+        s0: root_mean_square(&residual).max(least_s0),
+        s1: 0.0,
+        rho: 0.0,
+        step_s: 1.0,
+    };
+    let model = estimate(&sequence, &residual, &flow, least_s0).unwrap_or(spread);
     Noise {
         whitener: Whitener::new(&model, &sequence, &flow),
         blocks: Blocks::new(&sequence, &times_s),

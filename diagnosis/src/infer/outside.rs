@@ -94,16 +94,12 @@ pub fn global_test(setting: &Setting, candidates: &[Candidate], nothing: &Fit) -
         .collect();
     // Every series on the clock of the air's release: a pulsation of the rotors is periodic there.
     let releases = observed.releases().into_iter();
-    let rhythms: Vec<Rhythm> = releases
-        .map(|(samples, clock_s)| {
-            let weights = samples.iter().map(|&i| clean[i] / noise.sd()[i]);
-            Rhythm {
-                weight: weights.collect(),
-                samples,
-                clock_s,
-            }
-        })
-        .collect();
+    let rhythm = |(samples, clock_s): (Vec<usize>, Vec<f64>)| Rhythm {
+        weight: samples.iter().map(|&i| clean[i] / noise.sd()[i]).collect(),
+        samples,
+        clock_s,
+    };
+    let rhythms: Vec<Rhythm> = releases.map(rhythm).collect();
     lack_of_fit(&Evidence {
         residual: &nothing.whitened,
         columns: &column::whitened(&columns, &noise.whitener),
@@ -156,16 +152,12 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
         })
         .collect();
     let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
-    for (i, column) in columns.iter().enumerate() {
-        let weight = setting.noise.sd()[i].powi(-2);
+    for ((column, left), weight) in columns.iter().zip(&left).zip(setting.noise.weights()) {
         normal += weight * column * column.transpose();
-        right += weight * left[i] * column;
+        right += weight * *left * column;
     }
     let part = normal.lu().solve(&right).unwrap_or_else(Vector2::zeros);
-    let correction: Vec<f64> = columns
-        .iter()
-        .map(|column| part.x * column.x + part.y * column.y)
-        .collect();
+    let correction: Vec<f64> = columns.iter().map(|column| part.dot(column)).collect();
     let pairs = left.iter().zip(&correction);
     Shape {
         depends_on: vec![("time of release s".to_owned(), 1.0)],
@@ -199,11 +191,9 @@ fn shape(
     let first = shares.first().map_or(0, |(k, _)| *k);
     let edges = quantile_edges(&around.columns[first], CURVE_POINTS);
     let along = forest.partial_dependence(around.columns, first, &edges);
-    let share_of = |name: &str| {
-        let of_name = shares
-            .iter()
-            .filter(|(k, _)| around.names[*k].0.ends_with(name));
-        of_name.map(|(_, share)| share).sum::<f64>()
+    let share_of = |name: &str| -> f64 {
+        let is_it = |(k, _): &&(usize, f64)| around.names[*k].0.ends_with(name);
+        shares.iter().filter(is_it).map(|(_, share)| share).sum()
     };
     let in_body = share_of("az body") > share_of("az");
     let azimuth = around.azimuth_rad(in_body);
@@ -227,24 +217,21 @@ fn shape(
     let found = expression::find(&coordinates, &rest, noise)
         .filter(|found| found.gain.total > LEAST_TOLD * total);
     let all = total + selection.chosen.gain.total.max(0.0);
-    let nearest = selection
-        .singles
-        .iter()
+    let singles = selection.singles.iter();
+    let nearest = singles
         .map(|tried| (&candidates[tried.which[0]], tried.gain.total))
         .filter(|(candidate, _)| candidate.kind == Kind::Physics)
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(candidate, gain)| (candidate.name.to_owned(), (gain / all).clamp(0.0, 1.0)));
     let pairs = rest.iter().zip(&held_out.predictions);
+    let depends_on = shares.iter().take(3);
+    let told = found.as_ref().map_or(0.0, |found| found.gain.total);
     Shape {
-        depends_on: shares
-            .iter()
-            .take(3)
+        depends_on: depends_on
             .map(|&(k, share)| (around.names[k].0.to_owned(), share))
             .collect(),
         curve: edges.into_iter().zip(along).collect(),
-        expression_share: found
-            .as_ref()
-            .map_or(0.0, |found| (found.gain.total / total).clamp(0.0, 1.0)),
+        expression_share: (told / total).clamp(0.0, 1.0),
         expression: found.map(|found| found.expression.to_string()),
         nearest,
         period_s: None,

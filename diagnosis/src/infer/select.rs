@@ -96,13 +96,11 @@ impl Tried {
         };
         let first = candidates[a].parameters.len();
         let count = self.fit.values.len();
-        let order: Vec<usize> = (first..count)
-            .chain(0..first)
-            .chain(count..count + 2)
-            .collect();
+        let order = (first..count).chain(0..first).chain(count..count + 2);
+        let order: Vec<usize> = order.collect();
         let mut swapped = self.clone();
         swapped.which = vec![b, a];
-        swapped.fit.values = order[..count].iter().map(|&j| self.fit.values[j]).collect();
+        swapped.fit.values.rotate_left(first);
         swapped.fit.jacobian = self.fit.jacobian.select_columns(&order);
         swapped
     }
@@ -210,25 +208,20 @@ pub fn select(setting: &Setting, candidates: &[Candidate], tried: Singles, p: f6
     let best = tried.singles.first().filter(|tried| tried.practical);
     search.pairs = best.map_or(Vec::new(), |best| search.pairs(best));
     let choice = best.and_then(|best| search.choice(best, p));
-    let (alternatives, rivals, runner_up, chosen) = match choice {
-        None => (Vec::new(), Vec::new(), None, tried.nothing.clone()),
-        Some((chosen, runner_up)) => {
-            if let [a, b] = chosen.which[..] {
-                let in_place = search.beside([a, b]);
-                search.pairs.extend(in_place);
-            }
-            let mut chosen = chosen;
-            for place in 0..chosen.which.len() {
-                chosen = search.preferred(&chosen, place).unwrap_or(chosen);
-            }
-            let ties = (0..chosen.which.len()).map(|place| {
-                let ties = search.ties(&chosen, place).into_iter();
-                ties.map(|(rival, tried)| (rival, tried.clone())).unzip()
-            });
-            let (alternatives, rivals) = ties.unzip();
-            (alternatives, rivals, runner_up, chosen)
-        }
-    };
+    // None: no term.
+    let (mut chosen, runner_up) = choice.unwrap_or_else(|| (tried.nothing.clone(), None));
+    if let [a, b] = chosen.which[..] {
+        let in_place = search.beside([a, b]);
+        search.pairs.extend(in_place);
+    }
+    for place in 0..chosen.which.len() {
+        chosen = search.preferred(&chosen, place).unwrap_or(chosen);
+    }
+    let ties = (0..chosen.which.len()).map(|place| {
+        let ties = search.ties(&chosen, place).into_iter();
+        ties.map(|(rival, tried)| (rival, tried.clone())).unzip()
+    });
+    let (alternatives, rivals) = ties.unzip();
     Selection {
         chosen,
         alternatives,
@@ -271,9 +264,9 @@ impl Search<'_> {
             .filter(|pair| chosen.which.len() == 1 && pair.which.contains(&chosen.which[0]))
             .and_then(|pair| {
                 let second = *pair.which.iter().find(|k| !chosen.which.contains(k))?;
-                let more = pair.beyond(self.setting, chosen);
-                enough(&more, p).then_some((second, more))
-            });
+                Some((second, pair.beyond(self.setting, chosen)))
+            })
+            .filter(|(_, more)| enough(more, p));
         Some((chosen.clone(), runner_up))
     }
 
@@ -314,11 +307,9 @@ impl Search<'_> {
     /// Pairs among the best singles, and of the very best with those that promise most beside it.
     fn pairs(&self, best: &Tried) -> Vec<Tried> {
         let singles = &self.tried.singles;
-        let mut wanted: Vec<[usize; 2]> = promising(self.setting, self.candidates, best)
-            .into_iter()
-            .take(PAIRED)
-            .map(|k| [best.which[0], k])
-            .collect();
+        let promising = promising(self.setting, self.candidates, best).into_iter();
+        let first = best.which[0];
+        let mut wanted: Vec<[usize; 2]> = promising.take(PAIRED).map(|k| [first, k]).collect();
         let few = &singles[..PAIRED_SINGLES.min(singles.len())];
         for (i, a) in few.iter().enumerate() {
             for b in &few[i + 1..] {
@@ -343,13 +334,9 @@ impl Search<'_> {
                 let mut pairs = self.pairs.iter();
                 pairs.any(|pair| pair.which.contains(&k) && pair.which.contains(&kept))
             };
-            wanted.extend(
-                promising(self.setting, self.candidates, first)
-                    .into_iter()
-                    .filter(|&k| !chosen.contains(&k) && !is_tried(k))
-                    .take(RIVALS)
-                    .map(|k| [kept, k]),
-            );
+            let promising = promising(self.setting, self.candidates, first).into_iter();
+            let fresh = promising.filter(|&k| !chosen.contains(&k) && !is_tried(k));
+            wanted.extend(fresh.take(RIVALS).map(|k| [kept, k]));
         }
         self.together(wanted)
     }
@@ -465,7 +452,7 @@ fn promise(setting: &Setting, candidates: &[Candidate], taken: &Tried, second: u
         .collect();
     let jacobian = fit.jacobian.select_columns(&free);
     let columns = jacobian.ncols();
-    let gram = jacobian.transpose() * &jacobian;
+    let gram = jacobian.tr_mul(&jacobian);
     let ridge = DMatrix::identity(columns, columns) * (1e-9 * gram.trace());
     let Some(gram) = (gram + ridge).cholesky() else {
         return 0.0;
@@ -476,16 +463,14 @@ fn promise(setting: &Setting, candidates: &[Candidate], taken: &Tried, second: u
     };
     let clean = predict(&members, &fit.values);
     members.push(&candidates[second]);
+    let left = DVector::from_column_slice(&fit.whitened);
     let of_start = |start: &Vec<f64>| {
         let changed = predict(&members, &[&fit.values[..], start].concat());
         let pairs = changed.iter().zip(&clean);
         let change: Vec<f64> = pairs.map(|(to, from)| to - from).collect();
         let change = DVector::from_vec(setting.noise.whiten(&change));
-        let shared = gram.solve(&(jacobian.transpose() * &change));
-        let own = change - &jacobian * shared;
-        let pairs = own.iter().zip(&fit.whitened);
-        let along: f64 = pairs.map(|(g, e)| g * e).sum();
-        let square = own.norm_squared();
+        let own = &change - &jacobian * gram.solve(&jacobian.tr_mul(&change));
+        let (along, square) = (own.dot(&left), own.norm_squared());
         if square > 1e-9 {
             along * along / square
         } else {

@@ -19,6 +19,7 @@ use airflow::GoldenSection;
 use rayon::prelude::*;
 
 use super::held_out::{self, FOLDS, Gain};
+use super::line::Line;
 use super::noise::Noise;
 
 /// A coordinate that a formula may name.
@@ -326,9 +327,9 @@ impl Grid<'_> {
     }
 
     fn offer(&mut self, product: &[f64], chosen: &[(usize, Factor)]) {
-        let sums = Sums::of(self.data, &self.rows, product.iter().copied());
+        let sums = self.data.sums(&self.rows, product.iter().copied());
         for has_constant in [false, true] {
-            let Some((_, _, taken)) = sums.solve(has_constant) else {
+            let Some((_, taken)) = solve(&sums, has_constant) else {
                 continue;
             };
             let functions = chosen.iter().map(|(_, f)| (f.coordinate, f.function));
@@ -359,49 +360,27 @@ impl Grid<'_> {
     }
 }
 
-/// Weighted sums of a product f and y.
-#[derive(Default)]
-struct Sums {
-    w: f64,
-    f: f64,
-    ff: f64,
-    y: f64,
-    fy: f64,
+/// c and d of a product f, and the sum of squares they take; `None` where f is 0, not finite, or a
+/// constant beside d.
+fn solve(sums: &Line, has_constant: bool) -> Option<((f64, f64), f64)> {
+    let line = match has_constant {
+        true => sums.fit(1e-6)?,
+        false => (sums.proportion(), 0.0),
+    };
+    let taken = sums.taken(line);
+    taken.is_finite().then_some((line, taken))
 }
 
-impl Sums {
-    fn of(data: &Data<'_>, rows: &[usize], product: impl Iterator<Item = f64>) -> Self {
-        let mut sums = Self::default();
+impl Data<'_> {
+    /// Weighted sums of a product and y over some samples.
+    fn sums(&self, rows: &[usize], product: impl Iterator<Item = f64>) -> Line {
+        let mut sums = Line::default();
         for (&i, f) in rows.iter().zip(product) {
-            let (w, y) = (data.weights[i], data.y[i]);
-            sums.w += w;
-            sums.f += w * f;
-            sums.ff += w * f * f;
-            sums.y += w * y;
-            sums.fy += w * f * y;
+            sums.add(self.weights[i], f, self.y[i]);
         }
         sums
     }
 
-    /// c, d and the sum of squares they take; `None` where f is 0, not finite, or a constant beside
-    /// d.
-    fn solve(&self, has_constant: bool) -> Option<(f64, f64, f64)> {
-        let (c, d) = if has_constant {
-            let determinant = self.w * self.ff - self.f * self.f;
-            if determinant <= 1e-6 * self.w * self.ff {
-                return None;
-            }
-            let c = (self.w * self.fy - self.f * self.y) / determinant;
-            (c, (self.y - c * self.f) / self.w)
-        } else {
-            (self.fy / self.ff, 0.0)
-        };
-        let taken = c * self.fy + d * self.y;
-        taken.is_finite().then_some((c, d, taken))
-    }
-}
-
-impl Data<'_> {
     /// Fits coefficients and inner constants, from the form's own.
     fn fit(&self, rows: &[usize], form: &Form) -> Option<Expression> {
         if rows.len() < LEAST_SAMPLES {
@@ -409,8 +388,8 @@ impl Data<'_> {
         }
         let mut form = form.clone();
         let solved = |form: &Form| {
-            Sums::of(self, rows, rows.iter().map(|&i| form.product(self, i)))
-                .solve(form.has_constant)
+            let sums = self.sums(rows, rows.iter().map(|&i| form.product(self, i)));
+            solve(&sums, form.has_constant)
         };
         let free: Vec<usize> = (0..form.factors.len())
             .filter(|&k| form.factors[k].of().has_constant())
@@ -423,12 +402,12 @@ impl Data<'_> {
                 let reach = REACH.ln();
                 let best = GoldenSection::of([middle - reach, middle + reach], SECTIONS, |log| {
                     form.factors[k].constant = log.exp();
-                    solved(&form).map_or(f64::INFINITY, |(_, _, taken)| -taken)
+                    solved(&form).map_or(f64::INFINITY, |(_, taken)| -taken)
                 });
                 form.factors[k].constant = best.middle().exp();
             }
         }
-        let (coefficient, constant, _) = solved(&form)?;
+        let ((coefficient, constant), _) = solved(&form)?;
         let letters = self.coordinates.iter().map(|c| c.letter.to_owned());
         Some(Expression {
             form,

@@ -25,6 +25,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::column::Column;
 use super::draws::Draws;
+use super::quantile::nearest_rank;
 use super::robust::{HuberScale, weight};
 use super::sequence::Blocks;
 use super::spectrum::{self, Line};
@@ -120,14 +121,12 @@ pub fn lack_of_fit(evidence: &Evidence<'_>) -> LackOfFit {
     let line = strongest_line(evidence.rhythms, evidence.residual);
     let [spread, rare] = scores_p_values(evidence);
     let p_values = [spread, rare, line.map_or(1.0, |line| line.p)];
-    const STATISTICS: [Statistic; 3] = [Statistic::Spread, Statistic::Rare, Statistic::Rhythm];
-    let mut p = f64::INFINITY;
-    let mut statistic = Statistic::Spread;
-    for (which, (own, share)) in STATISTICS.iter().zip(p_values.iter().zip(SHARES)) {
-        if own / share < p {
-            (p, statistic) = (own / share, *which);
-        }
+    let [spread, rare, rhythm]: [f64; 3] = std::array::from_fn(|k| p_values[k] / SHARES[k]);
+    let mut least = (spread, Statistic::Spread);
+    for other in [(rare, Statistic::Rare), (rhythm, Statistic::Rhythm)] {
+        least = if other.0 < least.0 { other } else { least };
     }
+    let (p, statistic) = least;
     LackOfFit {
         p: p.min(1.0),
         is_significant: p <= ACCEPTED,
@@ -187,10 +186,7 @@ fn scores_p_values(evidence: &Evidence<'_>) -> [f64; 2] {
 fn spread(tested: &Tested, joined: &Joined) -> f64 {
     let mut scaled = joined.scores.clone();
     for mut column in scaled.column_iter_mut() {
-        let length = column.norm();
-        if length > 0.0 {
-            column /= length;
-        }
+        column.try_normalize_mut(0.0);
     }
     let widening = joined.widening.sqrt();
     let z = scaled.column_iter().map(|column| column.sum() / widening);
@@ -243,8 +239,7 @@ fn variance_beyond_noise(joined: &Joined) -> f64 {
         })
         .collect();
     variances.sort_by(f64::total_cmp);
-    let at = (PHI_QUANTILE * (variances.len() - 1) as f64).round() as usize;
-    variances[at].max(1.0)
+    nearest_rank(&variances, PHI_QUANTILE).map_or(1.0, |phi| phi.max(1.0))
 }
 
 fn strongest_line(rhythms: &[Rhythm], residual: &[f64]) -> Option<Line> {

@@ -57,6 +57,7 @@ pub mod draws;
 pub mod expression;
 pub mod held_out;
 pub mod lack_of_fit;
+mod line;
 pub mod noise;
 pub mod quantile;
 pub mod robust;

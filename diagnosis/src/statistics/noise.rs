@@ -17,6 +17,7 @@
 //! wild differences cannot carry away and which, unlike a median, does not jump with the resolution
 //! of the instrument.
 
+use super::line::Line;
 use super::quantile::median;
 use super::robust::{HuberScale, loss};
 use super::sequence::{Blocks, Sequence};
@@ -105,21 +106,17 @@ pub fn estimate(
     flow: &[f64],
     least_s0: f64,
 ) -> Option<NoiseModel> {
-    let mut differences: Vec<Difference> = sequence
-        .order
-        .iter()
-        .filter_map(|&at| {
-            let before = sequence.previous[at]?;
-            TYPICAL
-                .contains(&(sequence.step_s[at] / sequence.typical_step_s))
-                .then(|| Difference {
-                    at,
-                    flow: 0.5 * (flow[at] + flow[before]).abs(),
-                    value: residual[at] - residual[before],
-                    change: (flow[at] - flow[before]).abs(),
-                })
+    let difference = |&at: &usize| {
+        let before = sequence.previous[at]?;
+        let is_typical = TYPICAL.contains(&(sequence.step_s[at] / sequence.typical_step_s));
+        is_typical.then(|| Difference {
+            at,
+            flow: 0.5 * (flow[at] + flow[before]).abs(),
+            value: residual[at] - residual[before],
+            change: (flow[at] - flow[before]).abs(),
         })
-        .collect();
+    };
+    let mut differences: Vec<Difference> = sequence.order.iter().filter_map(difference).collect();
     if differences.len() < LEAST_DIFFERENCES {
         return None;
     }
@@ -128,8 +125,8 @@ pub fn estimate(
     let mut flat = Vec::new();
     let mut variances = Vec::new();
     for bin in 0..bins {
-        let part =
-            &differences[bin * differences.len() / bins..(bin + 1) * differences.len() / bins];
+        let [from, to] = [bin, bin + 1].map(|end| end * differences.len() / bins);
+        let part = &differences[from..to];
         let mut changes: Vec<f64> = part.iter().map(|d| d.change).collect();
         let median = median(&mut changes)?;
         let kept: Vec<&Difference> = part
@@ -158,38 +155,27 @@ pub fn estimate(
 /// `a, b >= 0` of `v = a + b U²`, by least squares weighted with each variance's own error, `√(2/n)
 /// v`.
 fn constant_and_slope(variances: &[(f64, f64, f64)]) -> (f64, f64) {
-    let overall = variances.iter().map(|(_, v, n)| v * n).sum::<f64>()
-        / variances.iter().map(|(_, _, n)| n).sum::<f64>();
+    let count: f64 = variances.iter().map(|(_, _, n)| n).sum();
+    let overall = variances.iter().map(|(_, v, n)| v * n).sum::<f64>() / count;
     // Nothing varies: a stuck instrument. The caller's least s₀ takes over.
     if overall <= 0.0 {
         return (0.0, 0.0);
     }
     let (mut a, mut b) = (overall, 0.0);
     for _ in 0..ROUNDS {
-        let (mut w, mut wx, mut wxx, mut wy, mut wxy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let mut line = Line::default();
         for &(x, y, n) in variances {
             let expected = (a + b * x).max(1e-6 * overall);
-            let weight = n / (expected * expected);
-            w += weight;
-            wx += weight * x;
-            wxx += weight * x * x;
-            wy += weight * y;
-            wxy += weight * x * y;
+            line.add(n / (expected * expected), x, y);
         }
-        let determinant = w * wxx - wx * wx;
-        (a, b) = if determinant > 1e-9 * w * wxx {
-            (
-                (wxx * wy - wx * wxy) / determinant,
-                (w * wxy - wx * wy) / determinant,
-            )
+        let (slope, constant) = line.fit(1e-9).unwrap_or((0.0, line.mean()));
+        (a, b) = if slope < 0.0 {
+            (line.mean(), 0.0)
+        } else if constant < 0.0 {
+            (0.0, line.proportion())
         } else {
-            (wy / w, 0.0)
+            (constant, slope)
         };
-        if b < 0.0 {
-            (a, b) = (wy / w, 0.0);
-        } else if a < 0.0 {
-            (a, b) = (0.0, wxy / wxx);
-        }
     }
     (a, b)
 }
@@ -279,20 +265,16 @@ impl Whitener {
     /// For samples at baseline flows, in a sequence.
     #[must_use]
     pub fn new(noise: &NoiseModel, sequence: &Sequence, flow: &[f64]) -> Self {
-        let before = sequence
-            .previous
-            .iter()
-            .zip(&sequence.step_s)
-            .map(|(previous, step_s)| {
-                let kept = noise.rho.powf(step_s / noise.step_s);
-                previous.map(|previous| (previous, kept))
-            })
-            .collect();
+        let pairs = sequence.previous.iter().zip(&sequence.step_s);
+        let before = pairs.map(|(previous, step_s)| {
+            let kept = noise.rho.powf(step_s / noise.step_s);
+            previous.map(|previous| (previous, kept))
+        });
         Self {
             // No noise at all would make every residual infinitely surprising; far below any
             // instrument, and squares stay finite.
             sd: flow.iter().map(|&u| noise.sd(u).max(LEAST_SD)).collect(),
-            before,
+            before: before.collect(),
             shared: Vec::new(),
         }
     }

@@ -1,9 +1,16 @@
-//! Order statistics: quantiles, medians, and intervals of equal count; and the mean.
+//! Order statistics: quantiles, medians, and intervals of equal count; and means.
 
 /// Arithmetic mean; 0 of no values.
 #[must_use]
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Root of the mean square, in the values' unit; 0 of no values.
+#[must_use]
+pub fn root_mean_square(values: &[f64]) -> f64 {
+    let square: f64 = values.iter().map(|x| x * x).sum();
+    (square / values.len().max(1) as f64).sqrt()
 }
 
 /// Quantile of values in ascending order, linear between neighbours (definition 7 of Hyndman & Fan

@@ -62,16 +62,9 @@ impl Sequence {
     }
 
     /// Stretches without a gap, in order, as indices of samples.
-    fn runs(&self) -> Vec<&[usize]> {
-        let mut runs = Vec::new();
-        let mut from = 0;
-        for at in 1..=self.order.len() {
-            if at == self.order.len() || self.previous[self.order[at]].is_none() {
-                runs.push(&self.order[from..at]);
-                from = at;
-            }
-        }
-        runs
+    fn runs(&self) -> impl Iterator<Item = &[usize]> {
+        self.order
+            .chunk_by(|_, &next| self.previous[next].is_some())
     }
 }
 
@@ -96,9 +89,7 @@ impl Blocks {
         let mut of_sample = vec![0; t_s.len()];
         let mut follows = Vec::new();
         for run in sequence.runs() {
-            let (Some(&first), Some(&last)) = (run.first(), run.last()) else {
-                continue;
-            };
+            let (first, last) = (run[0], run[run.len() - 1]);
             // A sample stands for the step before it, too: n samples cover n steps.
             let covered_s = t_s[last] - t_s[first] + sequence.typical_step_s;
             let parts = (covered_s / least_s).floor().max(1.0);
@@ -130,13 +121,11 @@ impl Blocks {
     pub fn pairs(follows: &[bool]) -> (Vec<usize>, Vec<bool>) {
         let mut joined = Vec::with_capacity(follows.len());
         let mut joined_follows: Vec<bool> = Vec::new();
-        let mut may_take_another = false;
+        let mut is_first = false;
         for &goes_on in follows {
-            if goes_on && may_take_another {
-                may_take_another = false;
-            } else {
+            is_first = !(goes_on && is_first);
+            if is_first {
                 joined_follows.push(goes_on);
-                may_take_another = true;
             }
             joined.push(joined_follows.len() - 1);
         }

@@ -101,14 +101,6 @@ impl Candidate {
         squares.sum::<f64>().sqrt()
     }
 
-    /// The hypothesis with its parameters at these values.
-    #[must_use]
-    pub fn on(&self, base: &Hypothesis, values: &[f64]) -> Hypothesis {
-        let mut hypothesis = *base;
-        self.set(values, &mut hypothesis);
-        hypothesis
-    }
-
     /// Puts values of the parameters into a hypothesis.
     pub(crate) fn set(&self, values: &[f64], hypothesis: &mut Hypothesis) {
         match self.change {

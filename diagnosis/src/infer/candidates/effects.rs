@@ -24,18 +24,8 @@ pub(crate) struct Trial {
     settled_by: &'static str,
 }
 
-/// Effects of a jet, and of what it meets: loads, motion, floor, room; as far as a recording can
-/// show them.
-pub(crate) fn of_the_air(shows: &Shows) -> Vec<Candidate> {
-    shown(OF_THE_AIR, shows)
-}
-
-/// Effects of how a drone answers to air.
-pub(crate) fn of_the_receiver(shows: &Shows) -> Vec<Candidate> {
-    shown(OF_THE_RECEIVER, shows)
-}
-
-fn shown(trials: &[Trial], shows: &Shows) -> Vec<Candidate> {
+/// Those of some effects that a recording can show.
+pub(crate) fn shown(trials: &[Trial], shows: &Shows) -> Vec<Candidate> {
     let shown = trials.iter().filter(|trial| (trial.shown)(shows));
     shown.map(|trial| trial.candidate(shows)).collect()
 }
@@ -81,8 +71,8 @@ impl Trial {
             components.filter_map(|(parameter, symbol)| Some((parameter, symbol, parameter.fit?)))
         };
         let parameters = fitted().zip(self.practical);
-        let parameters = parameters.map(|((parameter, symbol, [low, high]), &practical)| {
-            let [low, high] = [low, high].map(|end| shows.scaled(end, parameter.fit_over));
+        let parameters = parameters.map(|((parameter, symbol, ends), &practical)| {
+            let [low, high] = ends.map(|end| shows.scaled(end, parameter.fit_over));
             let is_moment = parameter.fit_over == FitOver::Recording;
             Parameter {
                 name: symbol,
@@ -94,9 +84,10 @@ impl Trial {
             }
         });
         let start = |values: &&[f64]| {
-            let values = fitted().zip(*values);
-            let scaled =
-                values.map(|((parameter, ..), &value)| shows.scaled(value, parameter.fit_over));
+            let over = fitted().map(|(parameter, ..)| parameter.fit_over);
+            let scaled = over
+                .zip(*values)
+                .map(|(over, &value)| shows.scaled(value, over));
             scaled.collect()
         };
         Candidate {
@@ -136,7 +127,8 @@ pub(super) const MOTORS_OFF: &str =
 pub(super) const BOTH_WAYS: &str = "a pass over the probe and back at two speeds: a clock shifts both ways alike, a slow sensor and slow air do not";
 const HEIGHTS: &str = "a hover at three heights with no drone above";
 
-const OF_THE_AIR: &[Trial] = &[
+/// Effects of a jet, and of what it meets: loads, motion, floor, room.
+pub(crate) const OF_THE_AIR: &[Trial] = &[
     Trial::new(
         "crossflow",
         &[0.08, 0.08],
@@ -199,7 +191,8 @@ const OF_THE_AIR: &[Trial] = &[
     .settled_by(MOTORS_OFF),
 ];
 
-const OF_THE_RECEIVER: &[Trial] = &[
+/// Effects of how a drone answers to air.
+pub(crate) const OF_THE_RECEIVER: &[Trial] = &[
     Trial::new("receiver_inflow", &[0.06], &[&[0.8], &[1.2]])
         .shown(|shows| shows.air)
         .settled_by("a speed probe in the place of the receiver"),
