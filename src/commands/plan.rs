@@ -194,13 +194,9 @@ fn reasons(plan: &Plan) -> Vec<Vec<String>> {
         let reason = format!("no safe path for `{}`: {}", entry.name, entry.reason);
         reason.lines().map(str::to_owned).collect()
     });
-    let found = |found| {
-        vec![format!(
-            "the plan fails its check: {}",
-            words::violation(found)
-        )]
-    };
-    unplanned.chain(plan.violations.iter().map(found)).collect()
+    let found = plan.violations.iter().map(words::violation);
+    let found = found.map(|found| vec![format!("the plan fails its check: {found}")]);
+    unplanned.chain(found).collect()
 }
 
 impl Timing {

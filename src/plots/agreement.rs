@@ -73,20 +73,14 @@ pub(super) fn over_time(title: (&str, &str), quantity: &str, traces: &[Trace]) -
     let ends = range(&pairs, BEYOND)?;
     shown.truncate(STRIPS);
     let strips_height = STRIP * shown.len() as f64;
-    let size = (
-        STRIPS_WIDTH + SQUARE,
-        HEAD + LINE + 8.0 + strips_height.max(SQUARE),
-    );
+    let height = HEAD + LINE + 8.0 + strips_height.max(SQUARE);
+    let size = (STRIPS_WIDTH + SQUARE, height);
+    let recorded = "recorded (mean, band: middle 68 % of each moment)";
+    let equal = "right: recorded = simulated; darker: more samples, fivefold a shade";
     let entries = [
-        Entry::line(
-            &solid(SERIES[3], 1.1),
-            "recorded (mean, band: middle 68 % of each moment)",
-        ),
+        Entry::line(&solid(SERIES[3], 1.1), recorded),
         Entry::line(&dashed(INK, 1.4), "simulated"),
-        Entry::line(
-            &solid(SERIES[0], 1.4),
-            "right: recorded = simulated; darker: more samples, fivefold a shade",
-        ),
+        Entry::line(&solid(SERIES[0], 1.4), equal),
     ];
     let (mut canvas, below) = sheet(size, title, &entries);
     let (strips, square) = below.split_right(SQUARE);

@@ -4,8 +4,9 @@ use super::canvas::{
     Area, BOLD, CENTRED, Canvas, Letters, Spot, TO_THE_LEFT, circle, fill, polyline, rectangle,
     solid, stroke,
 };
-use super::colours::{Colour, FAINT, INK, PAPER, SERIES, WHITE, round_step};
+use super::colours::{Colour, FAINT, INK, PAPER, WHITE, round_step, series_colour};
 use super::readings::Spread;
+use crate::report::words::shortest;
 
 /// What tick labels and axis labels take beside and below a chart (px).
 const LEFT: f64 = 56.0;
@@ -61,11 +62,8 @@ impl Chart {
         let upwards = least(self.y, self.area.height, TICK_UP);
         let is_one_scale = (across / TICK_ACROSS - upwards / TICK_UP).abs() < 1e-9 * across;
         let is_high = (self.y.1 - self.y.0).abs() > 3.0 * across;
-        let upwards = if is_one_scale && is_high {
-            across
-        } else {
-            upwards
-        };
+        let is_shared = is_one_scale && is_high;
+        let upwards = if is_shared { across } else { upwards };
         let at_x = |value: f64| (self.at((value, self.y.0)).0, value);
         let at_y = |value: f64| (self.at((self.x.0, value)).1, value);
         [
@@ -83,12 +81,12 @@ impl Chart {
         let letters = Letters::new(11.0, INK).with(CENTRED);
         for (x, value) in across {
             lines += &format!("M{x:.1} {bottom:.1}v4");
-            canvas.text((x, bottom + 12.0), &number(value), &letters);
+            canvas.text((x, bottom + 12.0), &shortest(value, 3), &letters);
         }
         let letters = Letters::new(11.0, INK).with(TO_THE_LEFT);
         for (y, value) in upwards {
             lines += &format!("M{left:.1} {y:.1}h-4");
-            canvas.text((left - 7.0, y), &number(value), &letters);
+            canvas.text((left - 7.0, y), &shortest(value, 3), &letters);
         }
         canvas.path(&lines, &solid(INK, 0.8));
         let label = Letters::new(12.0, INK);
@@ -100,24 +98,17 @@ impl Chart {
 
     /// White ground, framed, with a grid through the ticks.
     pub(super) fn grid(&self, canvas: &mut Canvas) {
-        let Area {
-            left,
-            top,
-            width,
-            height,
-        } = self.area;
+        let area = self.area;
         let [across, upwards] = self.ticks();
-        let upright = across
-            .iter()
-            .map(|(x, _)| format!("M{x:.1} {top:.1}v{height:.1}"));
-        let level = upwards
-            .iter()
-            .map(|(y, _)| format!("M{left:.1} {y:.1}h{width:.1}"));
+        let mut lines = String::new();
+        for (x, _) in across {
+            lines += &format!("M{x:.1} {:.1}v{:.1}", area.top, area.height);
+        }
+        for (y, _) in upwards {
+            lines += &format!("M{:.1} {y:.1}h{:.1}", area.left, area.width);
+        }
         self.ground(canvas, &fill(WHITE, 1.0));
-        canvas.path(
-            &upright.chain(level).collect::<String>(),
-            &solid(FAINT, 0.8),
-        );
+        canvas.path(&lines, &solid(FAINT, 0.8));
         self.ground(canvas, &solid(INK, 0.8));
     }
 
@@ -135,10 +126,8 @@ impl Chart {
         points: impl IntoIterator<Item = (f64, f64)>,
         look: &str,
     ) {
-        canvas.path(
-            &polyline(points.into_iter().map(|point| self.at(point))),
-            look,
-        );
+        let spots = points.into_iter().map(|point| self.at(point));
+        canvas.path(&polyline(spots), look);
     }
 
     /// The area between the ends of spreads over rising abscissas.
@@ -158,11 +147,9 @@ impl Chart {
     ) {
         let within = |value: f64, (from, to): (f64, f64)| (value - from) * (value - to) <= 0.0;
         let inside = |(x, y): &(f64, f64)| within(*x, self.x) && within(*y, self.y);
-        let marks = points.into_iter().filter(inside);
-        let path: String = marks
-            .map(|point| mark(self.at(point), series, size))
-            .collect();
-        canvas.path(&path, &mark_look(series, is_hollow));
+        let points = points.into_iter().filter(inside);
+        let marks = points.map(|point| mark(self.at(point), series, size));
+        canvas.path(&marks.collect::<String>(), &mark_look(series, is_hollow));
     }
 
     /// A heat map: cells row by row, each in one of the colours, or none; `corners` of a cell by its row and column.
@@ -188,10 +175,8 @@ impl Chart {
         }
         // Crisp, or neighbours would show seams.
         for (path, colour) in paths.iter().zip(colours) {
-            canvas.path(
-                path,
-                &(fill(*colour, 1.0) + r#" shape-rendering="crispEdges""#),
-            );
+            let look = fill(*colour, 1.0) + r#" shape-rendering="crispEdges""#;
+            canvas.path(path, &look);
         }
     }
 }
@@ -201,13 +186,6 @@ fn multiples((from, to): (f64, f64), step: f64) -> impl Iterator<Item = f64> {
     let (first, last) = (from.min(to) / step - 1e-6, from.max(to) / step + 1e-6);
     let numbers = first.ceil() as i64..=last.floor() as i64;
     numbers.map(move |number| number as f64 * step)
-}
-
-/// A number without idle zeros, and never `-0`.
-pub(super) fn number(value: f64) -> String {
-    let text = format!("{value:.3}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0" } else { text }.to_owned()
 }
 
 /// Corners of the marks, x and y in turn, over their size, so that all look equally heavy; no corners: a disc.
@@ -238,10 +216,9 @@ pub(super) fn mark((x, y): Spot, series: usize, size: f64) -> String {
 
 /// The look of the marks of one series.
 pub(super) fn mark_look(series: usize, is_hollow: bool) -> String {
-    let colour = SERIES[series % SERIES.len()];
-    if is_hollow {
-        fill(PAPER, 1.0) + &stroke(colour, 1.2)
-    } else {
-        fill(colour, 1.0)
+    let colour = series_colour(series);
+    match is_hollow {
+        true => fill(PAPER, 1.0) + &stroke(colour, 1.2),
+        false => fill(colour, 1.0),
     }
 }

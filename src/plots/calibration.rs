@@ -3,7 +3,7 @@
 use airflow::Jet;
 use diagnosis::calibrate::{Calibration, DroneFit};
 use diagnosis::forward::simulate::simulate;
-use diagnosis::record::recording::Recording;
+use diagnosis::record::recording::{Recording, Vehicle};
 use rayon::prelude::*;
 
 use super::expansion::{self, Expansion};
@@ -12,7 +12,7 @@ use super::readings::{Reading, Spread};
 use super::residual_map::ResidualMap;
 use super::simulation::speed_readings;
 use crate::report::sections::Figure;
-use crate::report::words::count;
+use crate::report::words::{count, joined};
 
 /// Distance over half-width that the profiles show.
 const WIDEST_XI: f64 = 4.0;
@@ -85,9 +85,9 @@ fn panel(drone: &DroneFit, jet: &Jet) -> Option<Profile> {
         let sigma = profile.s_over_l - jet.origin;
         let (half_width, centreline) = (jet.spreading * sigma, jet.centreline / sigma);
         let points = profile.bins.iter().map(|bin| {
-            let [low, median, high] =
-                [bin.low, bin.median, bin.high].map(|speed| speed / centreline);
-            (bin.r_over_l / half_width, Spread::new(low, median, high))
+            let part = |speed: f64| speed / centreline;
+            let spread = Spread::new(part(bin.low), part(bin.median), part(bin.high));
+            (bin.r_over_l / half_width, spread)
         });
         let shown = points.filter(|(xi, _)| *xi <= WIDEST_XI);
         ((*mark, !drone.in_fit), shown.collect())
@@ -97,10 +97,8 @@ fn panel(drone: &DroneFit, jet: &Jet) -> Option<Profile> {
         let widening = 1.0 + (std::f64::consts::SQRT_2 - 1.0) * xi * xi;
         (xi, widening.powi(-2))
     });
-    let depths = chosen
-        .iter()
-        .map(|(_, profile)| format!("{:.1}", profile.s_over_l));
-    let depths = depths.collect::<Vec<_>>().join(", ");
+    let depths = chosen.iter().map(|(_, profile)| profile.s_over_l);
+    let depths = joined(depths.map(|s_over_l| format!("{s_over_l:.1}")), ", ");
     Some(Profile {
         heading: format!("{}, s/l = {depths}", drone.airframe),
         series: series.collect(),
@@ -111,20 +109,14 @@ fn panel(drone: &DroneFit, jet: &Jet) -> Option<Profile> {
 /// What the fitted jet leaves of the readings of the drones in the fit, through the same observation operator.
 fn residuals_of(name: &str, found: &Calibration, recordings: &[Recording]) -> Option<String> {
     let jet = found.jet.jet();
-    let readings: Vec<Vec<Reading>> = recordings
-        .par_iter()
-        .filter(|recording| {
-            let mut vehicles = recording.vehicles.iter();
-            vehicles.all(|vehicle| !vehicle.airframe.fit_excludes())
-        })
-        .map(|recording| {
-            let mut calibrated = recording.clone();
-            calibrated.jet = jet;
-            let samples = simulate(&calibrated).samples;
-            speed_readings(&calibrated, &samples)
-        })
-        .collect();
-    let readings = readings.concat();
+    let is_canted = |drone: &Vehicle| drone.airframe.fit_excludes();
+    let is_used = |recording: &&Recording| !recording.vehicles.iter().any(is_canted);
+    let readings = recordings.par_iter().filter(is_used).map(|recording| {
+        let mut calibrated = recording.clone();
+        calibrated.jet = jet;
+        speed_readings(&calibrated, &simulate(&calibrated).samples)
+    });
+    let readings: Vec<Reading> = readings.collect::<Vec<_>>().concat();
     let title = format!("What the calibrated jet leaves: {name}");
     let number = count(readings.len(), "reading", "readings");
     let subtitle = format!("{number} below drones without cant");

@@ -48,21 +48,15 @@ impl Area {
 
     /// What is left without so much at each side: left, top, right, bottom.
     pub(super) fn inset(&self, [left, top, right, bottom]: [f64; 4]) -> Area {
-        Area {
-            left: self.left + left,
-            top: self.top + top,
-            width: self.width - left - right,
-            height: self.height - top - bottom,
-        }
+        let corner = (self.left + left, self.top + top);
+        let (width, height) = (self.width - left - right, self.height - top - bottom);
+        Area::new(corner, (width, height))
     }
 
     /// The part so wide at the right end, after what remains.
     pub(super) fn split_right(&self, width: f64) -> (Area, Area) {
-        let rest = self.width - width;
-        (
-            self.inset([0.0, 0.0, width, 0.0]),
-            self.inset([rest, 0.0, 0.0, 0.0]),
-        )
+        let left = self.inset([0.0, 0.0, width, 0.0]);
+        (left, self.inset([left.width, 0.0, 0.0, 0.0]))
     }
 
     /// Equal parts, row by row.
@@ -166,10 +160,8 @@ impl Canvas {
 
     /// A path with a name that shows where a pointer rests on it.
     pub(super) fn named(&mut self, path: &str, look: &str, name: &str) {
-        let name = escape(name);
-        self.put(format_args!(
-            r#"<path d="{path}"{look}><title>{name}</title></path>"#
-        ));
+        let name = format!("<title>{}</title>", escape(name));
+        self.put(format_args!(r#"<path d="{path}"{look}>{name}</path>"#));
     }
 
     /// Elements that belong together.
@@ -208,10 +200,9 @@ impl Canvas {
 
 /// Filled, with an opacity from 0 to 1.
 pub(super) fn fill(colour: Colour, opacity: f64) -> String {
-    if opacity < 1.0 {
-        format!(r#" fill="{colour}" fill-opacity="{opacity:.2}""#)
-    } else {
-        format!(r#" fill="{colour}""#)
+    match opacity < 1.0 {
+        true => format!(r#" fill="{colour}" fill-opacity="{opacity:.2}""#),
+        false => format!(r#" fill="{colour}""#),
     }
 }
 

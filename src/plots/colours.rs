@@ -37,6 +37,11 @@ pub(super) const SERIES: [Colour; 7] = [
     Colour(0xaa4499),
 ];
 
+/// The colour of the marks and lines of one series, by its number.
+pub(super) fn series_colour(series: usize) -> Colour {
+    SERIES[series % SERIES.len()]
+}
+
 /// "viridis" of S. van der Walt and N. Smith (matplotlib 1.5, 2015, CC0) at 0, 0.1, ... 1: dark is slow, light is fast, perceived
 /// lightness rises evenly.
 const VIRIDIS: [u32; 11] = [

@@ -8,7 +8,8 @@ use diagnosis::calibrate::{Calibration, DroneFit, Estimate, FittedJet, SliceFit}
 
 use super::axes::{BAND, Chart};
 use super::canvas::{Canvas, HEAD, dashed, fill, polyline, solid};
-use super::colours::{INK, SERIES, SOFT};
+use super::colours::{INK, SERIES, SOFT, series_colour};
+use super::grid::DEPTH;
 use super::legend::{Entry, LINE, sheet};
 use super::readings::Spread;
 
@@ -17,7 +18,6 @@ const PANEL_HEIGHT: f64 = 380.0;
 const NEAR_WIDTH: f64 = 760.0;
 /// Points along a curve.
 const STEPS: usize = 60;
-const DEPTH: &str = "depth below the rotor plane s / l";
 
 /// What is drawn.
 pub(super) struct Expansion<'a> {
@@ -96,10 +96,8 @@ pub(super) fn draw(figure: &Expansion) -> Option<String> {
     let s_to = (deepest * 1.06).max(s_from + 1.0);
     let curve = |law: &Law, jet: &Jet| -> Vec<(f64, f64)> {
         let depth = |i: usize| s_from + (s_to - s_from) * i as f64 / STEPS as f64;
-        let depths = (0..=STEPS).map(depth);
-        depths
-            .map(|s| (s, (law.value)(constants(jet), s)))
-            .collect()
+        let point = |s| (s, (law.value)(constants(jet), s));
+        (0..=STEPS).map(depth).map(point).collect()
     };
     let size = (WIDTH, HEAD + 5.0 * LINE + PANEL_HEIGHT);
     let (mut canvas, below) = sheet(size, figure.title, &key(figure));
@@ -139,24 +137,25 @@ fn marks_of(canvas: &mut Canvas, chart: &Chart, drones: &[DroneFit], slices: &[S
             polyline(ends.map(|end| chart.at((*s, end.clamp(bottom, top)))))
         };
         let bars: String = slices.iter().map(bar).collect();
-        canvas.path(&bars, &solid(SERIES[index % SERIES.len()], 0.8));
+        canvas.path(&bars, &solid(series_colour(index), 0.8));
         let marks = slices.iter().map(|(s, estimate)| (*s, estimate.value));
         chart.marks(canvas, marks, (index, !drone.in_fit), 3.4);
     }
 }
 
-fn drone_entry(index: usize, drone: &DroneFit) -> Entry {
-    let mut name = drone.airframe.clone();
-    if !drone.in_fit {
-        name += " (not in the fit)";
-    }
+fn drone_entry((index, drone): (usize, &DroneFit)) -> Entry {
+    let beside = if drone.in_fit {
+        ""
+    } else {
+        " (not in the fit)"
+    };
+    let name = format!("{}{beside}", drone.airframe);
     Entry::mark(index, !drone.in_fit, &name)
 }
 
 fn key(figure: &Expansion) -> Vec<Entry> {
     let drones = figure.found.drones.iter().enumerate();
-    let marks = drones.map(|(index, drone)| drone_entry(index, drone));
-    let mut entries: Vec<Entry> = marks.collect();
+    let mut entries: Vec<Entry> = drones.map(drone_entry).collect();
     let (jet, name) = figure.jet;
     let [centreline, spreading, origin] = constants(jet);
     let sign = if origin < 0.0 { '+' } else { '-' };
@@ -189,12 +188,9 @@ pub(super) fn near_field(title: (&str, &str), drones: &[DroneFit]) -> Option<Str
         .flatten()
         .map(|(s, delta)| (*s, delta.interval.high));
     let (deepest, widest) = ends.reduce(|a, b| (a.0.max(b.0), a.1.max(b.1)))?;
-    let mut entries = Vec::new();
-    for (index, drone) in drones.iter().enumerate() {
-        if !drone.lobes.is_empty() {
-            entries.push(drone_entry(index, drone));
-        }
-    }
+    let seen = drones.iter().enumerate();
+    let seen = seen.filter(|(_, drone)| !drone.lobes.is_empty());
+    let mut entries: Vec<Entry> = seen.map(drone_entry).collect();
     let (hub, merges) = (dashed(SOFT, 0.9), solid(INK, 0.9));
     entries.push(Entry::line(&hub, "rotor hub, along x or y"));
     let merged = "1.5 l and 2.5 l: between them the paper sees the jets merge";
@@ -203,11 +199,9 @@ pub(super) fn near_field(title: (&str, &str), drones: &[DroneFit]) -> Option<Str
     let (mut canvas, below) = sheet(size, title, &entries);
     let x_to = 1.05 * deepest.max(FAR_FIELD_FROM_S_OVER_L);
     let y_to = 1.08 * widest.clamp(0.5, 1.0);
-    let y = (
-        "distance of the maxima from the axis delta / l",
-        (0.0, y_to),
-    );
-    let chart = Chart::draw(&mut canvas, below, "", [(DEPTH, (0.0, x_to)), y]);
+    let away = "distance of the maxima from the axis delta / l";
+    let axes = [(DEPTH, (0.0, x_to)), (away, (0.0, y_to))];
+    let chart = Chart::draw(&mut canvas, below, "", axes);
     // Where a rotor's hub stands, seen along an axis of the body: l/(2 √2) from the centre.
     let hub_over_l = 0.5 * std::f64::consts::FRAC_1_SQRT_2;
     chart.line(&mut canvas, [0.0, x_to].map(|s| (s, hub_over_l)), &hub);

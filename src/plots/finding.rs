@@ -12,7 +12,7 @@ use super::agreement;
 use super::residual_map::{Above, ResidualMap};
 use super::signature::{self, Mismatch};
 use crate::report::sections::Figure;
-use crate::report::words::{channel_words, figures};
+use crate::report::words::{channel_words, figures, joined};
 
 /// Medians further off than so many standard deviations of one sample get a sign.
 const SIGNS: f64 = 2.0;
@@ -61,15 +61,12 @@ pub(crate) fn draw(recording: &Recording, finding: &Finding, subtitle: &str) -> 
     let Some(observed) = Observed::of(recording, Some(finding.channel)) else {
         return Vec::new();
     };
-    let corrected: Vec<f64> = observed
-        .samples
-        .iter()
-        .map(|sample| {
-            let predicted = finding.prediction.get(sample.row).copied();
-            let known = predicted.filter(|value| value.is_finite());
-            known.unwrap_or(sample.simulated)
-        })
-        .collect();
+    let corrected = |sample: &Sample| {
+        let predicted = finding.prediction.get(sample.row).copied();
+        let known = predicted.filter(|value| value.is_finite());
+        known.unwrap_or(sample.simulated)
+    };
+    let corrected: Vec<f64> = observed.samples.iter().map(corrected).collect();
     let rows = &finding.region.sample_indices;
     let is_inside = |sample: &Sample| rows.binary_search(&sample.row).is_ok();
     let seen = Seen {
@@ -86,13 +83,12 @@ pub(crate) fn draw(recording: &Recording, finding: &Finding, subtitle: &str) -> 
 /// The same of several flights together.
 pub(crate) fn draw_campaign(name: &str, found: &CampaignFinding, subtitle: &str) -> Vec<Figure> {
     let rows = &found.finding.region.sample_indices;
+    let is_inside = |row: usize| rows.binary_search(&row).is_ok();
     let seen = Seen {
         samples: found.samples.clone(),
         corrected: found.finding.prediction.clone(),
         noise: found.noise_n.clone(),
-        inside: (0..found.samples.len())
-            .map(|row| rows.binary_search(&row).is_ok())
-            .collect(),
+        inside: (0..found.samples.len()).map(is_inside).collect(),
         names: COORDINATES.map(|(name, _)| name).to_vec(),
         covariates: found.columns.clone(),
     };
@@ -123,35 +119,29 @@ fn all(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Vec<Figure
 
 fn residuals(name: &str, subtitle: &str, channel: Channel, seen: &Seen) -> Option<String> {
     let towards_rad = direction_rad(seen);
+    let samples = || seen.samples.iter().enumerate();
+    let placed = || samples().filter_map(|(i, sample)| Some((i, sample, sample.place?)));
+    let places = placed().map(|(_, _, place)| {
+        let side = (place.azimuth_rad - towards_rad).cos();
+        (place.r_over_l.copysign(side), place.s_over_l)
+    });
+    let before = placed().map(|(_, sample, _)| sample.residual());
+    let after = placed().map(|(i, sample, _)| sample.recorded - seen.corrected[i]);
+    let noise = placed().map(|(i, ..)| SIGNS * seen.noise[i]);
     let title = format!("Recorded minus simulated, before and after: {name}");
-    let mut map = ResidualMap {
+    let degrees = towards_rad.to_degrees();
+    let map = ResidualMap {
         title: (&title, subtitle),
         unit: channel_words(channel).unit,
-        across: &format!(
-            "distance from the axis r / l, right: azimuth {:.0} deg",
-            towards_rad.to_degrees()
-        ),
-        places: Vec::new(),
-        panels: ["before", "after the correction"]
-            .map(|heading| (heading, Vec::new()))
-            .into(),
-        noise: (Vec::new(), "twice the noise"),
-        above: Above::Region(Vec::new()),
+        across: &format!("distance from the axis r / l, right: azimuth {degrees:.0} deg"),
+        places: places.collect(),
+        panels: vec![
+            ("before", before.collect()),
+            ("after the correction", after.collect()),
+        ],
+        noise: (noise.collect(), "twice the noise"),
+        above: Above::Region(placed().map(|(i, ..)| seen.inside[i]).collect()),
     };
-    let mut inside = Vec::new();
-    for (i, sample) in seen.samples.iter().enumerate() {
-        let Some(place) = sample.place else {
-            continue;
-        };
-        let side = (place.azimuth_rad - towards_rad).cos();
-        map.places
-            .push((place.r_over_l.copysign(side), place.s_over_l));
-        map.panels[0].1.push(sample.residual());
-        map.panels[1].1.push(sample.recorded - seen.corrected[i]);
-        map.noise.0.push(SIGNS * seen.noise[i]);
-        inside.push(seen.inside[i]);
-    }
-    map.above = Above::Region(inside);
     map.draw()
 }
 
@@ -175,25 +165,26 @@ fn direction_rad(seen: &Seen) -> f64 {
 }
 
 fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Option<String> {
-    let samples = || seen.samples.iter().zip(&seen.corrected);
+    let each = |value: fn(&Sample, f64) -> f64| {
+        let samples = seen.samples.iter().zip(&seen.corrected);
+        samples
+            .map(|(sample, corrected)| value(sample, *corrected))
+            .collect()
+    };
     let mismatch = Mismatch {
-        before: samples().map(|(sample, _)| sample.residual()).collect(),
-        after: samples()
-            .map(|(sample, value)| sample.recorded - value)
-            .collect(),
-        law: samples()
-            .map(|(sample, value)| value - sample.simulated)
-            .collect(),
+        before: each(|sample, _| sample.residual()),
+        after: each(|sample, corrected| sample.recorded - corrected),
+        law: each(|sample, corrected| corrected - sample.simulated),
     };
     let is_corrected = mismatch.law.iter().any(|change| *change != 0.0);
-    let shown = match is_corrected {
-        true => &mismatch.law,
-        false => &mismatch.before,
+    let shown = if is_corrected {
+        &mismatch.law
+    } else {
+        &mismatch.before
     };
-    let mut shares: Vec<(f64, usize)> = (0..seen.names.len())
-        .map(|column| (signature::share(&seen.covariates[column], shown), column))
-        .filter(|(share, _)| *share > 0.0)
-        .collect();
+    let columns = seen.covariates.iter().zip(0..);
+    let shares = columns.map(|(column, index)| (signature::share(column, shown), index));
+    let mut shares: Vec<(f64, usize)> = shares.filter(|(share, _)| *share > 0.0).collect();
     shares.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     // What trees depend on goes first.
     let shape = finding.shape.as_ref();
@@ -210,31 +201,25 @@ fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Opti
             coordinates.push((label, &seen.covariates[column][..]));
         }
     }
-    let names: Vec<&str> = finding.effects.iter().map(|e| e.name.as_str()).collect();
-    let law = match (is_corrected, names.is_empty()) {
-        (false, _) => None,
-        (true, true) => Some("corrected - simulated".to_owned()),
-        (true, false) => Some(format!("fitted {}", names.join(" and "))),
+    let names = joined(finding.effects.iter().map(|effect| &effect.name), " and ");
+    let law = match names.is_empty() {
+        true => "corrected - simulated".to_owned(),
+        false => format!("fitted {names}"),
     };
+    let law = is_corrected.then_some(&law[..]);
     let title = format!("Signature of the mismatch: {name}");
     let y = format!(
         "recorded - simulated ({})",
         channel_words(finding.channel).unit
     );
-    signature::draw(
-        (&title, subtitle),
-        (&y, law.as_deref()),
-        &coordinates,
-        &mismatch,
-    )
+    signature::draw((&title, subtitle), (&y, law), &coordinates, &mismatch)
 }
 
 fn agreement(name: &str, subtitle: &str, channel: Channel, seen: &Seen) -> Option<String> {
     let words = channel_words(channel);
     let samples = seen.samples.iter();
-    let before: Vec<(f64, f64)> = samples
-        .map(|sample| (sample.recorded, sample.simulated))
-        .collect();
+    let before = samples.map(|sample| (sample.recorded, sample.simulated));
+    let before: Vec<(f64, f64)> = before.collect();
     let recorded = before.iter().map(|(recorded, _)| *recorded);
     let after: Vec<(f64, f64)> = recorded.zip(seen.corrected.iter().copied()).collect();
     let heading = |what: &str, pairs: &[(f64, f64)]| {
@@ -242,11 +227,11 @@ fn agreement(name: &str, subtitle: &str, channel: Channel, seen: &Seen) -> Optio
         let rms = (square / pairs.len().max(1) as f64).sqrt();
         format!("{what}: rms {} {}", figures(rms), words.unit)
     };
-    let headings = [
+    let (simulated, corrected) = (
         heading("as simulated", &before),
         heading("corrected", &after),
-    ];
+    );
     let title = format!("Recorded against predicted: {name}");
-    let panels = [(&headings[0][..], &before[..]), (&headings[1], &after)];
+    let panels = [(&simulated[..], &before[..]), (&corrected, &after)];
     agreement::before_and_after((&title, subtitle), words.quantity, panels)
 }

@@ -16,6 +16,8 @@ const FILLED: f64 = 0.7;
 /// A row with less than this of its cells filled is bare.
 const BARE: f64 = 0.2;
 
+/// Label of depths.
+pub(super) const DEPTH: &str = "depth below the rotor plane s / l";
 /// Label of the distance from the axis of readings.
 pub(super) const SIGNED: &str = "distance from the axis r / l, signed by side of x";
 
@@ -74,13 +76,13 @@ impl Grid {
     fn give_away_bare_rows(&mut self) {
         let rows = self.cells.chunks(self.columns).zip(self.depths.windows(2));
         let kept: Vec<_> = rows.filter(|(cells, _)| filled(cells) >= BARE).collect();
-        if let ([first, ..], [.., last]) = (&self.depths[..], &self.depths[..])
-            && !kept.is_empty()
-        {
-            let middles = kept
-                .windows(2)
-                .map(|pair| (pair[0].1[1] + pair[1].1[0]) / 2.0);
-            let depths = [*first].into_iter().chain(middles).chain([*last]).collect();
+        let [first, .., last] = self.depths[..] else {
+            return;
+        };
+        if !kept.is_empty() {
+            let middle = |pair: &[(_, &[f64])]| (pair[0].1[1] + pair[1].1[0]) / 2.0;
+            let middles = kept.windows(2).map(middle);
+            let depths = [first].into_iter().chain(middles).chain([last]).collect();
             let cells = kept.iter().flat_map(|(cells, _)| cells.to_vec()).collect();
             (self.depths, self.cells) = (depths, cells);
         }
@@ -110,21 +112,14 @@ impl Grid {
     ) -> Chart {
         let last = self.depths.len() - 1;
         let x = (across, (-self.across_to, self.across_to));
-        let y = (
-            "depth below the rotor plane s / l",
-            (self.depths[last], self.depths[0]),
-        );
+        let y = (DEPTH, (self.depths[last], self.depths[0]));
         let chart = Chart::draw(canvas, area, heading, [x, y]);
         chart.ground(canvas, &fill(FAINT, 1.0));
         let colours: Vec<Colour> = (0..scale.steps).map(|step| scale.colour(step)).collect();
-        let steps: Vec<Option<usize>> = values
-            .iter()
-            .map(|value| value.map(|value| scale.step_of(value)))
-            .collect();
-        let rows = steps.chunks(self.columns);
-        chart.cells(canvas, rows, &colours, |row, column| {
-            self.corners(row, column)
-        });
+        let step = |value: &Option<f64>| value.map(|value| scale.step_of(value));
+        let steps: Vec<Option<usize>> = values.iter().map(step).collect();
+        let corners = |row, column| self.corners(row, column);
+        chart.cells(canvas, steps.chunks(self.columns), &colours, corners);
         chart
     }
 }

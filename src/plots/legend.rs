@@ -1,8 +1,9 @@
 //! What signs and colours mean: legends and colour bars.
 
-use super::axes::{BAND, mark, mark_look, number};
+use super::axes::{BAND, mark, mark_look};
 use super::canvas::{Area, Canvas, Letters, MARGIN, TO_THE_LEFT, fill, rectangle, solid};
 use super::colours::{Colour, INK, SOFT, Scale};
+use crate::report::words::shortest;
 
 /// Room of a sign, with the gap before its text; between entries; from line to line (px).
 const SIGN: f64 = 30.0;
@@ -21,11 +22,8 @@ pub(super) struct Entry {
 
 impl Entry {
     pub(super) fn new(path: &str, look: &str, text: &str) -> Entry {
-        Entry {
-            path: path.to_owned(),
-            look: look.to_owned(),
-            text: text.to_owned(),
-        }
+        let [path, look, text] = [path, look, text].map(str::to_owned);
+        Entry { path, look, text }
     }
 
     pub(super) fn mark(series: usize, is_hollow: bool, text: &str) -> Entry {
@@ -54,11 +52,8 @@ impl Entry {
 /// A sheet with a title, a line and a legend below it, and what is left for the charts.
 pub(super) fn sheet(size: (f64, f64), title: (&str, &str), entries: &[Entry]) -> (Canvas, Area) {
     let (mut canvas, below) = Canvas::new(size, title, "");
-    let taken = legend(
-        &mut canvas,
-        below.inset([MARGIN, 0.0, MARGIN, 0.0]),
-        entries,
-    );
+    let head = below.inset([MARGIN, 0.0, MARGIN, 0.0]);
+    let taken = legend(&mut canvas, head, entries);
     (canvas, below.inset([0.0, taken + 8.0, 0.0, 0.0]))
 }
 
@@ -96,12 +91,9 @@ pub(super) fn colour_bar(canvas: &mut Canvas, area: Area, label: &str, scale: &S
     let letters = Letters::new(10.5, INK).with(TO_THE_LEFT);
     for step in 0..=scale.steps {
         let value = scale.edge(step);
-        let sign = if scale.low < 0.0 && value > 0.0 {
-            "+"
-        } else {
-            ""
-        };
-        let text = format!("{sign}{}", number(value));
+        let is_signed = scale.low < 0.0 && value > 0.0;
+        let sign = if is_signed { "+" } else { "" };
+        let text = format!("{sign}{}", shortest(value, 3));
         canvas.text((right + 40.0, edge(step)), &text, &letters);
     }
 }

@@ -12,7 +12,7 @@ use planner::plan::{AtEnd, AtStart, Bounds, DronePlan, Plan};
 
 use super::axes::Chart;
 use super::canvas::{Area, Canvas, HEAD, MARGIN, Spot, circle, fill, rectangle, solid, stroke};
-use super::colours::{AIR, Colour, PAPER, SERIES, WORST};
+use super::colours::{AIR, Colour, PAPER, SERIES, WORST, series_colour};
 use super::legend::{Entry, LINE, legend};
 use crate::report::words::count;
 use labels::Labels;
@@ -32,17 +32,14 @@ const BOTTOM_PX: f64 = 56.0 + 3.0 * LINE;
 /// Title and legend want this much, however narrow the drawing.
 const NARROWEST_SHEET_PX: f64 = 760.0;
 
-/// Dashes told apart once the colours have gone round.
-const DASHES: [&str; 3] = [
-    "",
-    r#" stroke-dasharray="6 3""#,
-    r#" stroke-dasharray="2 2.5""#,
-];
-
-/// How a drone's line looks: colour first, then dashes.
+/// How a drone's line looks: colour first; once the colours have gone round, dashes.
 fn line_style(index: usize) -> (Colour, &'static str) {
-    let round = index / SERIES.len();
-    (SERIES[index % SERIES.len()], DASHES[round % DASHES.len()])
+    let dashes = match index / SERIES.len() % 3 {
+        0 => "",
+        1 => r#" stroke-dasharray="6 3""#,
+        _ => r#" stroke-dasharray="2 2.5""#,
+    };
+    (series_colour(index), dashes)
 }
 
 /// From where a view looks.
@@ -65,10 +62,8 @@ struct View {
 impl View {
     /// A world point (m) on the sheet.
     fn at(&self, point_m: &Point3<f64>) -> Spot {
-        let up_m = match self.eye {
-            Eye::Above => point_m.y,
-            Eye::Side => point_m.z,
-        };
+        let is_above = self.eye == Eye::Above;
+        let up_m = if is_above { point_m.y } else { point_m.z };
         self.chart.at((point_m.x, up_m))
     }
 
@@ -182,13 +177,14 @@ fn subtitle(plan: &Plan, worst: Option<&WorstMoment>) -> String {
         ),
         None => "No drone is exposed to downwash".into(),
     };
-    if !plan.unplanned.is_empty() {
-        let unplanned = count(plan.unplanned.len(), "drone stays", "drones stay");
-        text += &format!(". {unplanned} at the start");
+    let (unplanned, violations) = (plan.unplanned.len(), plan.violations.len());
+    if unplanned > 0 {
+        let stay = count(unplanned, "drone stays", "drones stay");
+        text += &format!(". {stay} at the start");
     }
-    if !plan.violations.is_empty() {
-        let violations = count(plan.violations.len(), "violation", "violations");
-        text += &format!(". NOT SAFE: {violations}");
+    if violations > 0 {
+        let found = count(violations, "violation", "violations");
+        text += &format!(". NOT SAFE: {found}");
     }
     text
 }

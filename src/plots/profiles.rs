@@ -6,7 +6,7 @@ use diagnosis::statistics::quantile::quantile;
 
 use super::axes::{BAND, Chart};
 use super::canvas::{HEAD, fill, solid};
-use super::colours::{INK, SERIES};
+use super::colours::{INK, SERIES, series_colour};
 use super::legend::{Entry, LINE, sheet};
 use super::readings::{Reading, Spread, sorted};
 
@@ -53,9 +53,8 @@ pub(super) fn draw(words: &Words, profiles: &[Profile]) -> Option<String> {
     let x = (words.x, (0.0, 1.03 * x_to));
     let y = (words.y, (lowest, 1.05 * highest));
     let marks = words.marks.iter().enumerate();
-    let mut entries: Vec<Entry> = marks
-        .map(|(series, name)| Entry::mark(series, false, name))
-        .collect();
+    let marks = marks.map(|(series, name)| Entry::mark(series, false, name));
+    let mut entries: Vec<Entry> = marks.collect();
     entries.push(Entry::band(SERIES[0], "middle 68 %"));
     entries.push(Entry::line(&solid(INK, 1.6), words.curve));
     let rows = profiles.len().div_ceil(COLUMNS);
@@ -64,8 +63,7 @@ pub(super) fn draw(words: &Words, profiles: &[Profile]) -> Option<String> {
     for (panel, profile) in below.grid(rows, COLUMNS).into_iter().zip(profiles) {
         let chart = Chart::draw(&mut canvas, panel, &profile.heading, [x, y]);
         for ((mark, _), points) in &profile.series {
-            let look = fill(SERIES[mark % SERIES.len()], BAND);
-            chart.band(&mut canvas, points, &look);
+            chart.band(&mut canvas, points, &fill(series_colour(*mark), BAND));
         }
         chart.line(&mut canvas, profile.curve.iter().copied(), &solid(INK, 1.6));
         for (mark, points) in &profile.series {
@@ -81,11 +79,8 @@ pub(super) fn draw(words: &Words, profiles: &[Profile]) -> Option<String> {
 pub(super) fn of_slices(readings: &[Reading], slices: usize, bins: usize) -> Vec<Profile> {
     let mut by_depth: Vec<&Reading> = readings.iter().collect();
     by_depth.sort_by(|a, b| a.s_over_l.total_cmp(&b.s_over_l));
-    let each = by_depth.len().div_ceil(slices.max(1)).max(1);
-    by_depth
-        .chunks(each)
-        .map(|slice| of_slice(slice, bins))
-        .collect()
+    let slices = by_depth.chunks(by_depth.len().div_ceil(slices.max(1)).max(1));
+    slices.map(|slice| of_slice(slice, bins)).collect()
 }
 
 fn of_slice(slice: &[&Reading], bins: usize) -> Profile {
@@ -103,11 +98,8 @@ fn of_slice(slice: &[&Reading], bins: usize) -> Profile {
     for bin in &held {
         let of = |value: fn(&Reading) -> f64| Spread::of(bin.iter().map(|reading| value(reading)));
         let r_over_l = of(|reading| reading.across_over_l.abs());
-        let values = (
-            of(|reading| reading.recorded),
-            of(|reading| reading.simulated),
-        );
-        if let (Some(r), (Some(recorded), Some(simulated))) = (r_over_l, values) {
+        let (recorded, simulated) = (of(|it| it.recorded), of(|it| it.simulated));
+        if let (Some(r), Some(recorded), Some(simulated)) = (r_over_l, recorded, simulated) {
             points.push((r.median, recorded));
             curve.push((r.median, simulated.median));
         }

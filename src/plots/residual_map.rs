@@ -91,16 +91,14 @@ impl<'a> ResidualMap<'a> {
                 Above::HalfWidth(jet) => half_width(&mut canvas, &chart, jet),
             }
         }
-        let line = match self.above {
-            Above::Region(_) => Entry::line(&solid(INK, 1.7), "region of the mismatch"),
-            Above::HalfWidth(_) => {
-                Entry::line(&dashed(INK, 1.2), "half-width of the simulated jet")
-            }
+        let (look, line) = match self.above {
+            Above::Region(_) => (solid(INK, 1.7), "region of the mismatch"),
+            Above::HalfWidth(_) => (dashed(INK, 1.2), "half-width of the simulated jet"),
         };
         let entries = [
             Entry::text("+ recorded above, - below, by more"),
             Entry::text(&format!("than {}", self.noise.1)),
-            line,
+            Entry::line(&look, line),
             Entry::patch(&fill(FAINT, 1.0), "no samples"),
         ];
         let signs = LINE * entries.len() as f64 + 24.0;

@@ -83,21 +83,15 @@ pub(super) fn draw(
         let room = 0.03 * (last.x - first.x).max(1e-6);
         let ends = (first.x - room, last.x + room);
         let chart = Chart::draw(&mut canvas, panel, "", [(label, ends), y]);
-        chart.line(
-            &mut canvas,
-            [(ends.0, 0.0), (ends.1, 0.0)],
-            &solid(FAINT, 1.4),
-        );
+        let zero = [(ends.0, 0.0), (ends.1, 0.0)];
+        chart.line(&mut canvas, zero, &solid(FAINT, 1.4));
         let band: Vec<(f64, Spread)> = bins.iter().map(|bin| (bin.x, bin.before)).collect();
         chart.band(&mut canvas, &band, &fill(SERIES[0], BAND));
         if law.is_some() {
             let left = bins.iter().map(|bin| (bin.x, bin.after));
             chart.marks(&mut canvas, left, (AFTER, true), 2.8);
-            chart.line(
-                &mut canvas,
-                bins.iter().map(|bin| (bin.x, bin.law)),
-                &law_look,
-            );
+            let fitted = bins.iter().map(|bin| (bin.x, bin.law));
+            chart.line(&mut canvas, fitted, &law_look);
         }
         let medians = bins.iter().map(|bin| (bin.x, bin.before.median));
         chart.marks(&mut canvas, medians, (0, false), 3.4);
@@ -118,26 +112,19 @@ pub(super) fn share(column: &[f64], values: &[f64]) -> f64 {
         let of_bin = bin.iter().map(|&index| values[index]).sum::<f64>() / bin.len() as f64;
         bin.len() as f64 * (of_bin - mean).powi(2)
     };
-    if all > 0.0 {
-        bins.iter().map(between).sum::<f64>() / all
-    } else {
-        0.0
-    }
+    let between: f64 = bins.iter().map(between).sum();
+    if all > 0.0 { between / all } else { 0.0 }
 }
 
 /// Samples of a column in bins of as many each; fewer bins where many values are the same.
 fn bins(column: &[f64]) -> Vec<Vec<usize>> {
-    let mut order: Vec<usize> = (0..column.len())
-        .filter(|&index| column[index].is_finite())
-        .collect();
+    let all = 0..column.len();
+    let mut order: Vec<usize> = all.filter(|&index| column[index].is_finite()).collect();
     order.sort_by(|&a, &b| column[a].total_cmp(&column[b]).then(a.cmp(&b)));
     let each = order.len().div_ceil(BINS).max(LEAST_IN_BIN);
     let mut bins: Vec<Vec<usize>> = Vec::new();
     for index in order {
-        let is_same = |bin: &Vec<usize>| {
-            bin.last()
-                .is_some_and(|&last| column[last] == column[index])
-        };
+        let is_same = |bin: &Vec<usize>| column[bin[bin.len() - 1]] == column[index];
         match bins.last_mut() {
             Some(bin) if bin.len() < each || is_same(bin) => bin.push(index),
             _ => bins.push(vec![index]),

@@ -13,7 +13,7 @@ use super::profiles::{self, Words};
 use super::readings::Reading;
 use super::residual_map::ResidualMap;
 use crate::report::sections::Figure;
-use crate::report::words::{ChannelWords, channel_words, count};
+use crate::report::words::{channel_words, count, joined};
 
 /// Panels and points of the radial profiles.
 const SLICES: usize = 6;
@@ -50,48 +50,45 @@ fn hover_mps(recording: &Recording, vehicle: &Vehicle) -> f64 {
 
 /// Speeds over the U_H of the drone whose wake they were read in.
 pub(super) fn speed_readings(recording: &Recording, samples: &[Sample]) -> Vec<Reading> {
-    let vehicles = recording.vehicles.iter();
-    let hover_mps: Vec<f64> = vehicles
-        .map(|vehicle| hover_mps(recording, vehicle))
-        .collect();
     let accuracy = |sample: &Sample| {
         recording.probes.as_ref().map_or(f64::INFINITY, |probes| {
             let instrument = &probes.instrument;
             instrument.accuracy_abs_mps + instrument.accuracy_rel * sample.simulated
         })
     };
-    samples
-        .iter()
-        .filter(|sample| sample.channel == Channel::Speed)
-        .filter_map(|sample| {
-            let hover_mps = hover_mps[sample.place?.emitter];
-            Reading::of(sample, accuracy(sample), hover_mps)
-        })
-        .collect()
+    let reading = |sample: &Sample| {
+        let emitter = &recording.vehicles[sample.place?.emitter];
+        Reading::of(sample, accuracy(sample), hover_mps(recording, emitter))
+    };
+    let speeds = samples.iter().filter(|it| it.channel == Channel::Speed);
+    speeds.filter_map(reading).collect()
 }
 
 /// Airframes with their U_H: what turns the figures' speeds into m/s.
 fn hover_speeds(all: &[Simulated]) -> String {
-    let (mut known, mut each) = (Vec::new(), Vec::new());
+    let mut each: Vec<(&str, f64)> = Vec::new();
     for (recording, _) in all {
         for vehicle in &recording.vehicles {
             let name = vehicle.airframe.name();
-            if !known.contains(&name) {
-                known.push(name);
-                each.push(format!("{name} {:.2} m/s", hover_mps(recording, vehicle)));
+            if each.iter().all(|(known, _)| *known != name) {
+                each.push((name, hover_mps(recording, vehicle)));
             }
         }
     }
-    format!("U_H: {}", each.join(", "))
+    let words = each
+        .iter()
+        .map(|(name, speed_mps)| format!("{name} {speed_mps:.2} m/s"));
+    format!("U_H: {}", joined(words, ", "))
 }
 
 fn speeds(name: &str, all: &[Simulated]) -> [Option<Figure>; 4] {
-    let readings: Vec<Reading> = all
+    let of_each = all
         .iter()
-        .flat_map(|(recording, samples)| speed_readings(recording, samples))
-        .collect();
-    let is_extrapolated =
-        |(recording, _): &Simulated| recording.baseline.upper == Upper::FarFieldExtrapolated;
+        .map(|(recording, samples)| speed_readings(recording, samples));
+    let readings = of_each.collect::<Vec<_>>().concat();
+    let are_extrapolated = all
+        .iter()
+        .all(|(recording, _)| recording.baseline.upper == Upper::FarFieldExtrapolated);
     let jet = jet_of(all);
     let hover = hover_speeds(all);
     let subtitle = &format!("{}; {hover}", count(readings.len(), "reading", "readings"));
@@ -110,12 +107,7 @@ fn speeds(name: &str, all: &[Simulated]) -> [Option<Figure>; 4] {
     [
         Figure::of(
             "field",
-            field::draw(
-                (&of_field, subtitle),
-                &readings,
-                &jet,
-                all.iter().all(is_extrapolated),
-            ),
+            field::draw((&of_field, subtitle), &readings, &jet, are_extrapolated),
             "Medians of the readings in each cell, in the strongest wake there, folded onto a plane through its axis: left of 0 lie readings on the side of negative x. \
              Lines: where the axial speed of the simulated jet is 0.1, 0.25, 0.5 and 1 U_H, the same on both sides. Rows reach half-way to the next depth that was measured. Grey: no samples.",
         ),
@@ -139,10 +131,8 @@ fn speeds(name: &str, all: &[Simulated]) -> [Option<Figure>; 4] {
 
 /// Half-width and centreline of what was recorded, slice by slice, beside the jet of the simulation.
 fn expansion_of(name: &str, all: &[Simulated], jet: &Jet, hover: &str) -> Option<String> {
-    let recordings: Vec<Recording> = all
-        .iter()
-        .map(|(recording, _)| (*recording).clone())
-        .collect();
+    let recordings = all.iter().map(|(recording, _)| (*recording).clone());
+    let recordings: Vec<Recording> = recordings.collect();
     // Without enough hover below a single drone there are no slices to show.
     let found = calibrate::calibrate(&recordings, &Options::default()).ok()?;
     let title = format!("Half-width and centreline against depth: {name}");
@@ -167,33 +157,23 @@ fn receivers(
     let (mut traces, mut readings) = (Vec::new(), Vec::new());
     for (recording, samples) in all {
         for (index, vehicle) in recording.vehicles.iter().enumerate() {
-            let samples: Vec<&Sample> = samples
-                .iter()
-                .filter(|sample| sample.channel == channel && sample.subject as usize == index)
-                .collect();
+            let is_here = |it: &&Sample| it.channel == channel && it.subject as usize == index;
+            let samples: Vec<&Sample> = samples.iter().filter(is_here).collect();
             if samples.is_empty() {
                 continue;
             }
             let airframe = vehicle.airframe.name();
-            let scatter = match channel {
-                Channel::VerticalForce => scatter_n(airframe).unwrap_or(f64::INFINITY),
-                _ => f64::INFINITY,
-            };
+            let scatter_n = scatter_n(airframe).filter(|_| channel == Channel::VerticalForce);
+            let scatter = scatter_n.unwrap_or(f64::INFINITY);
             // Outside all wakes there is nothing to tell apart.
             let exposed = samples.iter().filter(|sample| sample.air_mps != 0.0);
             readings.extend(exposed.filter_map(|sample| Reading::of(sample, scatter, 1.0)));
-            traces.push(Trace {
-                name: format!("{}, {} ({airframe})", recording.name, vehicle.id),
-                samples,
-            });
+            let name = format!("{}, {} ({airframe})", recording.name, vehicle.id);
+            traces.push(Trace { name, samples });
         }
     }
-    let ChannelWords {
-        quantity,
-        unit,
-        file_stem: stem,
-        ..
-    } = channel_words(channel);
+    let words = channel_words(channel);
+    let (quantity, stem) = (words.quantity, words.file_stem);
     let samples: usize = traces.iter().map(|trace| trace.samples.len()).sum();
     let title = format!("Recorded and simulated {quantity}: {name}");
     let subtitle = format!(
@@ -206,7 +186,7 @@ fn receivers(
     let title = format!("Residuals of the {quantity} below other drones: {name}");
     let number = count(readings.len(), "sample", "samples");
     let subtitle = format!("{number} in the wake of another drone");
-    let unit = (unit, "the scatter in free flight");
+    let unit = (words.unit, "the scatter in free flight");
     let residuals = ResidualMap::of_readings((&title, &subtitle), unit, &readings, &jet).draw();
     [
         Figure::of(

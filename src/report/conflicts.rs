@@ -38,11 +38,11 @@ pub(crate) fn describe_all(conflicts: &[EndpointConflict], world: &World) -> Vec
 impl ConflictEntry {
     /// As an error: what, where both are, the change that mends it.
     pub(crate) fn lines(&self) -> Vec<String> {
-        vec![
-            self.message.clone(),
+        let (detail, help) = (
             format!("    {}", self.detail),
             format!("help: {}", self.help),
-        ]
+        );
+        vec![self.message.clone(), detail, help]
     }
 }
 
@@ -68,13 +68,11 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
     let (message, detail) = match conflict.why {
         Exclusion::Bodies { gap_m, needs_m } => (
             format!("`{name}` {verb} too close to `{with}`"),
-            if gap_m < 0.0 {
-                format!(
-                    "{at}: the bodies overlap by {:.2} m, between them must be {needs_m:.2} m",
-                    -gap_m
-                )
-            } else {
-                format!("{at}: {gap_m:.2} m between the bodies, it must be {needs_m:.2} m")
+            match -gap_m {
+                by_m @ 0.0.. => format!(
+                    "{at}: the bodies overlap by {by_m:.2} m, between them must be {needs_m:.2} m"
+                ),
+                _ => format!("{at}: {gap_m:.2} m between the bodies, it must be {needs_m:.2} m"),
             },
         ),
         Exclusion::Column => (
@@ -99,18 +97,18 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
         ),
     };
     let fix = conflict.nearest_fix_m.map(|to| step(name, &here, &to));
-    let help = match (fix, conflict.why) {
-        (Some(fix), Exclusion::Air { alpha, .. }) => {
-            format!("{fix}, or raise its air_limit to {:.2}", ceiling(alpha))
+    let enough = match conflict.why {
+        // To two decimals, upwards: the limit that just allows it.
+        Exclusion::Air { alpha, .. } => Some((alpha * 100.0).ceil() / 100.0),
+        _ => None,
+    };
+    let help = match (fix, enough) {
+        (Some(fix), Some(enough)) => format!("{fix}, or raise its air_limit to {enough:.2}"),
+        (Some(fix), None) => fix,
+        (None, Some(enough)) => {
+            format!("move {name} or {with}, or raise the air_limit of {name} to {enough:.2}")
         }
-        (Some(fix), _) => fix,
-        (None, Exclusion::Air { alpha, .. }) => {
-            format!(
-                "move {name} or {with}, or raise the air_limit of {name} to {:.2}",
-                ceiling(alpha)
-            )
-        }
-        (None, _) => format!("no free place for {name} is near: move {with}"),
+        (None, None) => format!("no free place for {name} is near: move {with}"),
     };
     ConflictEntry {
         drone: name.clone(),
@@ -135,10 +133,8 @@ fn offset(here: &Point3<f64>, there: &Point3<f64>, name: &str) -> String {
     let off_m = (here.xy() - there.xy()).norm();
     let below_m = there.z - here.z;
     let side = if below_m < 0.0 { "above" } else { "below" };
-    format!(
-        "{:.1} m {side} {name} and {off_m:.1} m off its axis",
-        below_m.abs()
-    )
+    let apart_m = below_m.abs();
+    format!("{apart_m:.1} m {side} {name} and {off_m:.1} m off its axis")
 }
 
 /// "move k4 1.4 m sideways (to (5, 7.4, 1))"
@@ -150,16 +146,8 @@ fn step(name: &str, from: &Point3<f64>, to: &Point3<f64>) -> String {
         (false, _) => " down",
         _ => "",
     };
-    format!(
-        "move {name} {} m{direction} (to {})",
-        decimal(step.norm()),
-        place(to)
-    )
-}
-
-/// To two decimals, upwards: the limit that just allows it.
-fn ceiling(alpha: f64) -> f64 {
-    (alpha * 100.0).ceil() / 100.0
+    let (by, to) = (decimal(step.norm()), place(to));
+    format!("move {name} {by} m{direction} (to {to})")
 }
 
 #[cfg(test)]

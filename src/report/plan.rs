@@ -118,10 +118,8 @@ fn air(drone: &DronePlan) -> String {
         return "none".into();
     }
     let from = drone.worst_air_from.as_deref().unwrap_or("several");
-    let when = drone
-        .worst_air_at_s
-        .map(|at_s| format!(", t={at_s:.1} s"))
-        .unwrap_or_default();
+    let when = drone.worst_air_at_s.iter();
+    let when: String = when.map(|at_s| format!(", t={at_s:.1} s")).collect();
     format!("{:.1} m/s ({from}{when})", drone.worst_air_mps)
 }
 

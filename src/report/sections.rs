@@ -59,6 +59,12 @@ impl Part {
         Part::Line(text.into())
     }
 
+    /// Nothing where there are none.
+    pub(crate) fn list(entries: Vec<String>) -> Vec<Part> {
+        let all = (!entries.is_empty()).then_some(Part::List(entries));
+        all.into_iter().collect()
+    }
+
     /// See [`Table::new`]; shown whole.
     pub(crate) fn table(
         alignment: &str,

@@ -6,14 +6,10 @@ use super::words::escape;
 
 /// The first `most` rows below the headings, two spaces from the edge; a row of one cell takes what room it needs.
 pub(crate) fn text(table: &Table, most: usize) -> String {
-    let headings: Vec<String> = table
-        .columns
-        .iter()
-        .map(|column| column.heading.clone())
-        .collect();
-    let rows: Vec<&Vec<String>> = std::iter::once(&headings)
-        .chain(table.rows.iter().take(most))
-        .collect();
+    let headings = table.columns.iter().map(|column| column.heading.clone());
+    let headings: Vec<String> = headings.collect();
+    let rows = table.rows.iter().take(most);
+    let rows: Vec<&Vec<String>> = [&headings].into_iter().chain(rows).collect();
     let width = |column: usize| {
         let full = rows.iter().filter(|row| row.len() > 1);
         let cells = full.filter_map(|row| row.get(column));

@@ -9,23 +9,20 @@ pub(crate) use tools::table::{count, figures, joined};
 
 /// `(5, 6.25, 1)`: metres to the centimetre, without idle zeros.
 pub(crate) fn place(point: &Point3<f64>) -> String {
-    format!(
-        "({}, {}, {})",
-        decimal(point.x),
-        decimal(point.y),
-        decimal(point.z)
-    )
+    let [x, y, z] = [point.x, point.y, point.z].map(decimal);
+    format!("({x}, {y}, {z})")
 }
 
 /// To two decimals, without idle zeros and never `-0`.
 pub(crate) fn decimal(value: f64) -> String {
-    let text = format!("{value:.2}");
+    shortest(value, 2)
+}
+
+/// To so many decimals, without idle zeros and never `-0`.
+pub(crate) fn shortest(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" {
-        "0".into()
-    } else {
-        text.into()
-    }
+    if text == "-0" { "0" } else { text }.to_owned()
 }
 
 /// What a channel is called.
@@ -124,37 +121,28 @@ pub(crate) fn violation(found: &Violation) -> String {
             )
         }
         ViolationKind::Collision if *value < 0.0 => {
-            format!(
-                "the bodies of `{drone}` and `{other}` overlap by {:.2} {unit}",
-                -value
-            )
+            let by = -value;
+            format!("the bodies of `{drone}` and `{other}` overlap by {by:.2} {unit}")
         }
         ViolationKind::Collision => {
             format!("`{drone}` comes within {value:.2} {unit} of `{other}`, they need {limit:.2}")
         }
         ViolationKind::Column => format!("`{drone}` is in the near-field column of `{other}`"),
         ViolationKind::Air => {
-            let from = found
-                .with
-                .as_ref()
-                .map(|with| format!(", mostly from `{with}`"));
+            let from = found.with.iter();
+            let from: String = from.map(|with| format!(", mostly from `{with}`")).collect();
             format!(
-                "`{drone}` is exposed to {value:.2} {unit} of downwash{}, its limit is {limit:.2}",
-                from.unwrap_or_default()
+                "`{drone}` is exposed to {value:.2} {unit} of downwash{from}, its limit is {limit:.2}"
             )
         }
         ViolationKind::Zone => format!(
             "the downwash of `{drone}` reaches {value:.2} {unit} in zone `{other}`, its limit is {limit:.2}"
         ),
     };
-    let until = found.until_s.map_or("until the end".into(), |until_s| {
-        format!("to {until_s:.2} s")
-    });
-    format!(
-        "{what}: from {:.2} s {until}, at {}",
-        found.from_s,
-        place(&found.position_m)
-    )
+    let until = |until_s| format!("to {until_s:.2} s");
+    let until = found.until_s.map_or("until the end".into(), until);
+    let (from_s, at) = (found.from_s, place(&found.position_m));
+    format!("{what}: from {from_s:.2} s {until}, at {at}")
 }
 
 #[cfg(test)]

@@ -24,9 +24,7 @@ pub(super) fn report(name: &str, found: &Calibration, figures: Vec<Figure>) -> R
     report.section("Where the jet is off", regions(found));
     report.section("The paper's residual test", tests(found));
     let mut parts = vec![counts(found)];
-    if !found.caveats.is_empty() {
-        parts.push(Part::List(found.caveats.clone()));
-    }
+    parts.extend(Part::list(found.caveats.clone()));
     report.section("What was used, and what to know", parts);
     report
 }
@@ -38,20 +36,17 @@ fn what(found: &Calibration) -> String {
         drones.map(|drone| drone.airframe.as_str()).collect()
     };
     let (fitted, beside) = (names(true), names(false));
-    let beside = match beside.len() {
-        0 => String::new(),
-        some => format!(
-            ", {} beside it ({})",
-            count(some, "canted one", "canted ones"),
-            beside.join(", ")
-        ),
-    };
-    format!(
-        "{}, {} in the fit ({}){beside}",
-        count(found.recordings.len(), "recording", "recordings"),
-        count(fitted.len(), "airframe", "airframes"),
+    let recordings = count(found.recordings.len(), "recording", "recordings");
+    let airframes = count(fitted.len(), "airframe", "airframes");
+    let text = format!(
+        "{recordings}, {airframes} in the fit ({})",
         fitted.join(", ")
-    )
+    );
+    if beside.is_empty() {
+        return text;
+    }
+    let canted = count(beside.len(), "canted one", "canted ones");
+    format!("{text}, {canted} beside it ({})", beside.join(", "))
 }
 
 fn verdict(found: &Calibration) -> &'static str {
@@ -66,17 +61,14 @@ fn verdict(found: &Calibration) -> &'static str {
 fn constants(found: &Calibration) -> Part {
     let (paper, jet) = (airflow::Jet::default(), &found.jet);
     let rows = [
-        (
-            "B, centreline: U_C/U_H = B/(s/l - s0)",
-            (&jet.centreline, paper.centreline, 3),
-        ),
-        (
-            "S, spreading: r_half/l = S (s/l - s0)",
-            (&jet.spreading, paper.spreading, 5),
-        ),
-        ("s0, virtual origin (l)", (&jet.origin, paper.origin, 3)),
+        ("B, centreline: U_C/U_H = B/(s/l - s0)", 3),
+        ("S, spreading: r_half/l = S (s/l - s0)", 5),
+        ("s0, virtual origin (l)", 3),
     ];
-    let row = |(name, (estimate, paper, digits)): (&str, (&Estimate, f64, usize))| {
+    let estimates = [&jet.centreline, &jet.spreading, &jet.origin];
+    let papers = [paper.centreline, paper.spreading, paper.origin];
+    let rows = rows.iter().zip(estimates).zip(papers);
+    let row = |((&(name, digits), estimate), paper): ((&(&str, usize), &Estimate), f64)| {
         let Interval { low, high } = estimate.interval;
         vec![
             name.to_owned(),
@@ -188,11 +180,10 @@ fn regions(found: &Calibration) -> Vec<Part> {
         ]
     });
     let standing = goodness.regions.iter().filter(|region| region.significant);
+    let (standing, all) = (standing.count(), goodness.regions.len());
+    let rms = goodness.rms_over_centreline;
     let misfit = format!(
-        "The rms misfit of the cells is {:.4} U_C; {} of {} regions stand out.",
-        goodness.rms_over_centreline,
-        standing.count(),
-        goodness.regions.len()
+        "The rms misfit of the cells is {rms:.4} U_C; {standing} of {all} regions stand out."
     );
     let headings = "measured - fitted, over U_C | cells | mean | t | stands out";
     vec![
@@ -216,17 +207,13 @@ fn bound(value: f64) -> String {
 /// The paper's test in both forms.
 fn tests(found: &Calibration) -> Vec<Part> {
     let tests = &found.residual_tests;
-    let forms = [
-        ("through the observation operator", &tests.through_operator),
-        (
-            "as the paper does: a scalar ambient speed subtracted",
-            &tests.scalar_subtracted,
-        ),
-    ];
-    let rows = forms.into_iter().flat_map(|(heading, tests)| {
-        let heading = std::iter::once(vec![heading.to_owned()]);
-        heading.chain(tests.iter().map(row))
-    });
+    let heading = |text: &str| vec![vec![text.to_owned()]];
+    let mut rows = heading("through the observation operator");
+    rows.extend(tests.through_operator.iter().map(row));
+    rows.extend(heading(
+        "as the paper does: a scalar ambient speed subtracted",
+    ));
+    rows.extend(tests.scalar_subtracted.iter().map(row));
     let headings = "xi | n | n eff | mean | deviation | t | p-value | above 0 | p-value eff, Holm | still | p-value normal";
     vec![
         Part::line(
@@ -254,10 +241,9 @@ fn row(test: &ResidualTest) -> Vec<String> {
 }
 
 fn probability(p: f64) -> String {
-    if p < 0.0005 {
-        "<0.001".into()
-    } else {
-        format!("{p:.3}")
+    match p < 0.0005 {
+        true => "<0.001".into(),
+        false => format!("{p:.3}"),
     }
 }
 

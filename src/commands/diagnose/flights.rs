@@ -82,11 +82,8 @@ fn what(found: &CampaignFinding, options: &CampaignOptions) -> String {
         true => "simulated as if each drone flew alone",
         false => "simulated with the hover jets of the drones above",
     };
-    let rows = found.finding.samples;
-    format!(
-        "{rows} values of the vertical force in {} flights, {from}",
-        found.flights
-    )
+    let (rows, flights) = (found.finding.samples, found.flights);
+    format!("{rows} values of the vertical force in {flights} flights, {from}")
 }
 
 /// The report of a single recording, with what whole flights add.
@@ -160,12 +157,8 @@ fn skills(skills: &[Skill]) -> Part {
 fn curve(curve: &Curve) -> Part {
     let rows = (0..curve.bins.len()).map(|i| {
         let [from, to] = curve.bins[i];
-        let forces = [
-            &curve.recorded_n,
-            &curve.before_n,
-            &curve.after_n,
-            &curve.error_n,
-        ];
+        let (recorded_n, error_n) = (&curve.recorded_n, &curve.error_n);
+        let forces = [recorded_n, &curve.before_n, &curve.after_n, error_n];
         let mut cells = vec![format!("{from:.2} to {to:.2}"), curve.rows[i].to_string()];
         cells.extend(forces.map(|force_n| newton(force_n[i])));
         cells

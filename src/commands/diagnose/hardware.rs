@@ -31,17 +31,13 @@ pub(crate) fn judge(
     normal: &str,
     drones: &[String],
 ) -> Result<Vec<HardwareRow>, Failure> {
-    let drone_of = |one: &Recording| {
-        let found = drones
-            .iter()
-            .find(|drone| one.name.contains(drone.as_str()));
+    let names = || recordings.iter().map(|one| &one.name);
+    let drone_of = |name: &String| {
+        let found = drones.iter().find(|drone| name.contains(drone.as_str()));
         found.map_or("", String::as_str)
     };
-    let drone_of: Vec<&str> = recordings.iter().map(drone_of).collect();
-    let is_normal: Vec<bool> = recordings
-        .iter()
-        .map(|one| one.name.starts_with(normal))
-        .collect();
+    let drone_of: Vec<&str> = names().map(drone_of).collect();
+    let is_normal: Vec<bool> = names().map(|name| name.starts_with(normal)).collect();
     let rows = hardware_rows(recordings, &drone_of, &is_normal);
     if rows.is_empty() {
         return Err(Failure::NoHardware(format!(
@@ -63,27 +59,19 @@ fn report(rows: &[HardwareRow], read: usize) -> Report {
     let changed = rows.iter().filter(|row| !row.found.answers.is_empty());
     let without = match read - rows.len() {
         0 => String::new(),
-        few => format!(
-            "; {} without enough steady hover",
-            count(few, "flight", "flights")
-        ),
+        few => {
+            let flights = count(few, "flight", "flights");
+            format!("; {flights} without enough steady hover")
+        }
     };
-    let title = format!(
-        "{} of {} changed{without}",
-        changed.count(),
-        count(rows.len(), "flight", "flights")
+    let (changed, all) = (changed.count(), count(rows.len(), "flight", "flights"));
+    let mut report = Report::new(
+        format!("{changed} of {all} changed{without}"),
+        String::new(),
     );
-    let mut report = Report::new(title, String::new());
-    report.section(
-        "",
-        vec![
-            Part::table(
-                "lrrrrrl",
-                "flight | M1 | M2 | M3 | M4 | p-value | what has changed",
-                rows.iter().map(row),
-            ),
-            Part::line("M1 to M4: voltage of each motor over that of normal flights; p-value: of a normal flight that far out"),
-        ],
-    );
+    let headings = "flight | M1 | M2 | M3 | M4 | p-value | what has changed";
+    let below = "M1 to M4: voltage of each motor over that of normal flights; p-value: of a normal flight that far out";
+    let table = Part::table("lrrrrrl", headings, rows.iter().map(row));
+    report.section("", vec![table, Part::line(below)]);
     report
 }

@@ -61,27 +61,23 @@ pub(super) fn verdict(finding: &Finding) -> String {
 pub(super) fn what(recording: &Recording, finding: &Finding) -> String {
     let emitters = recording.vehicles.iter();
     let emitters = || emitters.clone().filter(|v| v.role != Role::Receiver);
-    let below = format!(
-        "below {} ({})",
-        count(emitters().count(), "drone", "drones"),
-        each_once(emitters().map(|vehicle| vehicle.airframe.name()))
-    );
-    let samples = finding.samples;
-    match finding.channel {
+    let what = match finding.channel {
         Channel::Speed => {
             let probes = recording.probes.iter().flat_map(|probes| &probes.samples);
             let ids: BTreeSet<u32> = probes.map(|sample| sample.probe_id).collect();
-            format!(
-                "{} of {} {below}",
-                count(samples, "reading", "readings"),
-                count(ids.len(), "probe", "probes")
-            )
+            let readings = count(finding.samples, "reading", "readings");
+            format!("{readings} of {}", count(ids.len(), "probe", "probes"))
         }
-        channel => format!(
-            "{samples} values of a receiver's {} {below}",
-            channel_words(channel).quantity
-        ),
-    }
+        channel => {
+            let quantity = channel_words(channel).quantity;
+            format!("{} values of a receiver's {quantity}", finding.samples)
+        }
+    };
+    format!(
+        "{what} below {} ({})",
+        count(emitters().count(), "drone", "drones"),
+        each_once(emitters().map(|vehicle| vehicle.airframe.name()))
+    )
 }
 
 /// A value of a channel with its unit; forces on small drones in thousandths.
@@ -106,11 +102,8 @@ fn explained(held_out: &HeldOut) -> String {
     if before <= 0.0 {
         return "within the noise".into();
     }
-    let share = (1.0 - above(held_out.rms_after) / before).clamp(0.0, 1.0);
-    format!(
-        "which explains {:.0} % of the error above noise",
-        100.0 * share
-    )
+    let percent = 100.0 * (1.0 - above(held_out.rms_after) / before).clamp(0.0, 1.0);
+    format!("which explains {percent:.0} % of the error above noise")
 }
 
 /// One line a recording.
@@ -139,14 +132,10 @@ pub(super) fn summary(found: &[(&Recording, Finding)]) -> Report {
         with(Verdict::OutsideLibrary)
     );
     let headings = "recording | samples | verdict | where | before | after | noise | what";
+    let table = Part::table("lrlrrrrl", headings, found.iter().map(row));
+    let below = Part::line("before, after: rms error on blocks that were not fitted");
     let mut report = Report::new(title, String::new());
-    report.section(
-        "",
-        vec![
-            Part::table("lrlrrrrl", headings, found.iter().map(row)),
-            Part::line("before, after: rms error on blocks that were not fitted"),
-        ],
-    );
+    report.section("", vec![table, below]);
     report
 }
 
@@ -161,47 +150,38 @@ fn names(finding: &Finding) -> String {
 
 fn place(finding: &Finding) -> Vec<Part> {
     let region = &finding.region;
-    let mut lines = match finding.verdict {
-        Verdict::None => vec![
-            "Nowhere: what is left of recorded minus simulated is noise, and what the instrument's maker allows.".to_owned(),
-        ],
-        _ => vec![
-            format!(
+    let nowhere = "Nowhere: what is left of recorded minus simulated is noise, and what the instrument's maker allows.";
+    let mut parts = match finding.verdict {
+        Verdict::None => vec![Part::line(nowhere)],
+        _ => {
+            let here = format!(
                 "{}: {} of {} samples, {:.0} %.",
                 region.description,
                 region.sample_indices.len(),
                 finding.samples,
                 100.0 * region.share
-            ),
-            error(finding),
-        ],
+            );
+            vec![Part::Line(here), Part::Line(error(finding))]
+        }
     };
-    lines.push(format!(
-        "Global lack-of-fit test: p-value {}.",
-        p_value(finding.p)
-    ));
-    lines.into_iter().map(Part::Line).collect()
+    let p = p_value(finding.p);
+    parts.push(Part::Line(format!("Global lack-of-fit test: p-value {p}.")));
+    parts
 }
 
 fn error(finding: &Finding) -> String {
     let region = &finding.region;
-    let direction = match region.mean_error < 0.0 {
-        true => "high",
-        false => "low",
-    };
+    let is_high = region.mean_error < 0.0;
+    let too = if is_high { "too high" } else { "too low" };
     let size = amount(region.mean_error.abs(), finding.channel);
+    let percent = 100.0 * region.relative_error.abs();
     // A force has both signs: a share of its mean says nothing.
     let by = match finding.channel {
-        Channel::VerticalForce => format!("too {direction} by {size} in the mean (up is positive)"),
-        _ => format!(
-            "{:.1} % too {direction} in the mean ({size})",
-            100.0 * region.relative_error.abs()
-        ),
+        Channel::VerticalForce => format!("{too} by {size} in the mean (up is positive)"),
+        _ => format!("{percent:.1} % {too} in the mean ({size})"),
     };
-    format!(
-        "There the simulation is {by}; its error is {:.1} times the noise.",
-        region.error_over_noise
-    )
+    let times = region.error_over_noise;
+    format!("There the simulation is {by}; its error is {times:.1} times the noise.")
 }
 
 /// Below a ten-thousandth only that it is.
@@ -223,11 +203,11 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
         parts.extend(outside(shape).into_iter().map(Part::Line));
     }
     for effect in &finding.effects {
-        parts.push(Part::Line(format!(
-            "{}: {}.",
-            effect.name, effect.description
-        )));
-        parts.push(Part::Line(effect.equation.clone()));
+        let Effect {
+            name, description, ..
+        } = effect;
+        parts.push(Part::Line(format!("{name}: {description}.")));
+        parts.push(Part::line(&effect.equation));
         parts.push(parameters(effect));
     }
     parts
@@ -256,9 +236,9 @@ fn outside(shape: &Shape) -> Vec<String> {
         None => "No short expression predicts it.".to_owned(),
     });
     if let Some((name, share)) = &shape.nearest {
+        let percent = 100.0 * share;
         lines.push(format!(
-            "Nearest in the library: {name}, which explains {:.0} % of it.",
-            100.0 * share
+            "Nearest in the library: {name}, which explains {percent:.0} % of it."
         ));
     }
     lines.push(
@@ -274,11 +254,8 @@ fn parameters(effect: &Effect) -> Part {
             true => format!("{} to {}", figures(estimate.low), figures(estimate.high)),
             false => String::new(),
         };
-        vec![
-            format!("  {name}"),
-            measured(estimate.value, &estimate.unit),
-            interval,
-        ]
+        let value = measured(estimate.value, &estimate.unit);
+        vec![format!("  {name}"), value, interval]
     });
     Part::table("lrr", " | value | 95 %", rows)
 }
@@ -312,15 +289,17 @@ fn candidates(finding: &Finding) -> Vec<Part> {
 
 fn fit(finding: &Finding) -> String {
     let held_out = &finding.held_out;
-    let amount = |value: f64| amount(value, finding.channel);
+    let parts = parts_of(finding.channel);
+    let [before, after, low, high, floor] = [
+        held_out.rms_before,
+        held_out.rms_after,
+        held_out.rms_after_low,
+        held_out.rms_after_high,
+        held_out.noise_floor,
+    ]
+    .map(|value| amount(value, finding.channel));
     format!(
-        "rms error on {} that were not fitted: {} before, {} after ({} to {}); noise floor {}.",
-        parts_of(finding.channel),
-        amount(held_out.rms_before),
-        amount(held_out.rms_after),
-        amount(held_out.rms_after_low),
-        amount(held_out.rms_after_high),
-        amount(held_out.noise_floor)
+        "rms error on {parts} that were not fitted: {before} before, {after} after ({low} to {high}); noise floor {floor}."
     )
 }
 
@@ -333,10 +312,8 @@ fn parts_of(channel: Channel) -> &'static str {
 }
 
 fn runners_up(finding: &Finding) -> Vec<Part> {
-    let ambiguous = finding
-        .effects
-        .iter()
-        .filter(|effect| !effect.alternatives.is_empty());
+    let effects = finding.effects.iter();
+    let ambiguous = effects.filter(|effect| !effect.alternatives.is_empty());
     let mut lines: Vec<String> = ambiguous
         .map(|Effect { name, kind, alternatives, .. }| {
             let others = alternatives.join(", ");
@@ -378,25 +355,19 @@ fn rival(finding: &Finding) -> Option<String> {
         .iter()
         .filter(|c| c.practical && c.name != effect.name)
         .max_by(|a, b| a.gain.total_cmp(&b.gain))?;
-    Some(format!(
-        "Runner-up: {}, alone, gains {:.1} less.",
-        next.name,
-        taken.gain - next.gain
-    ))
+    let (name, less) = (&next.name, taken.gain - next.gain);
+    Some(format!("Runner-up: {name}, alone, gains {less:.1} less."))
 }
 
 fn minimum_detectable(finding: &Finding) -> Vec<Part> {
     let rows = finding.detectable.iter().map(|one| {
-        vec![
-            one.name.clone(),
-            one.parameter.clone(),
-            measured(one.departure, &one.unit),
-        ]
+        let least = measured(one.departure, &one.unit);
+        vec![one.name.clone(), one.parameter.clone(), least]
     });
+    let how =
+        "Each alone would have been detected from this size on (power 80 %, at the 5 % level).";
     vec![
-        Part::line(
-            "Each alone would have been detected from this size on (power 80 %, at the 5 % level).",
-        ),
+        Part::line(how),
         Part::table("llr", "effect | by | at least", rows),
     ]
 }

@@ -1,5 +1,7 @@
 //! Forces on drones below others: the thrust maps come first, from free flight, then the forces.
 
+use std::collections::BTreeMap;
+
 use diagnosis::forward::flow::Flow;
 use diagnosis::forward::force;
 use diagnosis::forward::simulate::Sample;
@@ -28,16 +30,15 @@ pub(crate) struct Map {
 impl Map {
     pub(crate) fn sentence(&self) -> String {
         let found = &self.identification;
+        let kind = match self.offset_only {
+            true => "stated thrust map and an offset",
+            false => "thrust map fitted",
+        };
         let [low, high] = found.map.duty_range();
         let [least_v, most_v] = found.battery_range_v;
         format!(
-            "{}: {}, {:+.4} N at rest, lag {:.0} ms, {:+.1} % thrust a volt; leaves {:.4} N rms of {} rows in {} flights; for duty cycles {low:.2} to {high:.2} ({} rows outside) and {least_v:.2} to {most_v:.2} V",
+            "{}: {kind}, {:+.4} N at rest, lag {:.0} ms, {:+.1} % thrust a volt; leaves {:.4} N rms of {} rows in {} flights; for duty cycles {low:.2} to {high:.2} ({} rows outside) and {least_v:.2} to {most_v:.2} V",
             self.airframe,
-            if self.offset_only {
-                "stated thrust map and an offset"
-            } else {
-                "thrust map fitted"
-            },
             found.offset_n,
             1000.0 * found.map.lag_s(),
             100.0 * found.battery_per_v,
@@ -52,22 +53,19 @@ impl Map {
 /// Identifies a thrust map for every airframe that logs specific force and duty cycle, over all recordings, and gives it to its
 /// drones. Where that fails the recordings say so, and keep the map that their metadata state, if any.
 pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
-    let mut members_of: Vec<(String, Vec<(usize, usize)>)> = Vec::new();
+    let mut members_of: BTreeMap<String, Vec<(usize, usize)>> = BTreeMap::new();
     for (recording, of) in recordings.iter().enumerate() {
         for (vehicle, drone) in of.vehicles.iter().enumerate() {
-            if drone.track.duty.is_none() || drone.track.specific_force_mps2.is_none() {
-                continue;
-            }
-            let name = drone.airframe.name();
-            match members_of.iter_mut().find(|(known, _)| known == name) {
-                Some((_, members)) => members.push((recording, vehicle)),
-                None => members_of.push((name.to_owned(), vec![(recording, vehicle)])),
+            if drone.track.duty.is_some() && drone.track.specific_force_mps2.is_some() {
+                let members = members_of.entry(drone.airframe.name().to_owned());
+                members.or_default().push((recording, vehicle));
             }
         }
     }
     let progress = Progress::start("identifying thrust maps", members_of.len());
     let mut maps = Vec::new();
     for (airframe, members) in members_of {
+        progress.done_one();
         let stated = members.iter().find_map(|&(recording, vehicle)| {
             recordings[recording].vehicles[vehicle].thrust_map.clone()
         });
@@ -80,32 +78,28 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
             options.lag = Lag::Fixed(map.lag_s());
             options.base = Some(map.clone());
         }
-        match identify(recordings, &members, &options) {
-            Ok(identification) => {
-                for &(recording, vehicle) in &members {
-                    recordings[recording].vehicles[vehicle].thrust_map =
-                        Some(identification.map.clone());
-                }
-                maps.push(Map {
-                    airframe,
-                    offset_only: stated.is_some(),
-                    identification,
-                });
-            }
+        let identification = match identify(recordings, &members, &options) {
+            Ok(identification) => identification,
             Err(error) => {
                 let then = match stated {
-                    Some(_) => {
-                        "forces are simulated with the map that the metadata state, as it is"
-                    }
+                    Some(_) => "forces are simulated with the map that the metadata state",
                     None => "no forces are simulated",
                 };
-                let (recording, _) = members[0];
                 let message = format!("thrust map of {airframe}: {error}; {then}");
                 let remark = Remark::new(RemarkKind::Assumed, Some(&airframe), message);
-                recordings[recording].remarks.push(remark);
+                recordings[members[0].0].remarks.push(remark);
+                continue;
             }
+        };
+        for (recording, vehicle) in members {
+            let drone = &mut recordings[recording].vehicles[vehicle];
+            drone.thrust_map = Some(identification.map.clone());
         }
-        progress.done_one();
+        maps.push(Map {
+            airframe,
+            offset_only: stated.is_some(),
+            identification,
+        });
     }
     progress.finish();
     maps

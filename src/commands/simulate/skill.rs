@@ -39,13 +39,9 @@ pub(super) fn held_out(recordings: &[Recording]) -> Result<Skill, String> {
         .collect();
     let shifted = held_out_force(recordings, &shifts_s, &test);
     progress.finish();
-    let clocks = recordings
-        .iter()
-        .zip(offsets)
-        .map(|(recording, offsets)| Clocks {
-            recording: recording.name.clone(),
-            offsets,
-        });
+    let names = recordings.iter().map(|one| one.name.clone());
+    let clocks = names.zip(offsets);
+    let clocks = clocks.map(|(recording, offsets)| Clocks { recording, offsets });
     Ok(Skill {
         forces,
         r2_disc_mean_with_clocks: shifted.ok().map(|skill| skill.r2_disc_mean),
@@ -60,11 +56,10 @@ impl Skill {
             let all = self.clocks.iter().flat_map(|clocks| &clocks.offsets);
             all.filter(|clock| clock.known == kind).count()
         };
-        let with_clocks: String = self
-            .r2_disc_mean_with_clocks
-            .map(|r2| format!("; {r2:.3} with clocks shifted by what the forces say"))
-            .into_iter()
-            .collect();
+        let shifted = self.r2_disc_mean_with_clocks.iter();
+        let shifted =
+            shifted.map(|r2| format!("; {r2:.3} with clocks shifted by what the forces say"));
+        let with_clocks: String = shifted.collect();
         let forces = &self.forces;
         vec![
             format!(

@@ -21,7 +21,10 @@ pub(super) fn report(
     printed: &Printed,
     figures: Vec<Figure>,
 ) -> Report {
-    let mut report = Report::new(format!("{name}: recorded and simulated"), what(all));
+    let mut report = Report::new(
+        format!("{name}: recorded and simulated"),
+        what(all, printed),
+    );
     let mut parts = vec![Part::Line(baseline(all))];
     parts.extend(figures.into_iter().map(Part::Figure));
     report.section("", parts);
@@ -32,24 +35,23 @@ pub(super) fn report(
             by_region(&printed.regions),
         ],
     );
-    let list = |entries: Vec<String>| match entries.is_empty() {
-        true => Vec::new(),
-        false => vec![Part::List(entries)],
-    };
     let maps = printed.thrust_maps.iter().map(Map::sentence).collect();
-    report.section("Thrust maps, identified in free flight", list(maps));
+    report.section("Thrust maps, identified in free flight", Part::list(maps));
     let held_out = printed
         .held_out
         .as_ref()
         .map(Skill::sentences)
         .unwrap_or_default();
-    report.section("Vertical force, whole flights held out", list(held_out));
-    report.section("Remarks", list(remarks(printed)));
+    report.section(
+        "Vertical force, whole flights held out",
+        Part::list(held_out),
+    );
+    report.section("Remarks", Part::list(remarks(printed)));
     report
 }
 
 /// `1 recording, 2 drones (kolibri, offboard-1), 1240 samples, 1240 s`.
-fn what(all: &[Simulated]) -> String {
+fn what(all: &[Simulated], printed: &Printed) -> String {
     let vehicles = || all.iter().flat_map(|one| &one.recording.vehicles);
     let span_s = |one: &Simulated| {
         let times = || one.samples.iter().map(|sample| sample.t_s);
@@ -61,11 +63,7 @@ fn what(all: &[Simulated]) -> String {
         count(all.len(), "recording", "recordings"),
         count(vehicles().count(), "flight of a drone", "flights of drones"),
         each_once(vehicles().map(|vehicle| vehicle.airframe.name())),
-        count(
-            all.iter().map(|one| one.samples.len()).sum(),
-            "sample",
-            "samples"
-        ),
+        count(printed.samples, "sample", "samples"),
         all.iter().map(span_s).sum::<f64>(),
     )
 }
@@ -138,9 +136,8 @@ fn by_region(regions: &[Region]) -> Part {
             Some((from, to)) if to.is_finite() => format!("  {} to {}", decimal(from), decimal(to)),
             Some((from, _)) => format!("  from {}", decimal(from)),
         };
-        let accuracy = region
-            .rms_over_accuracy
-            .map_or(String::new(), |ratio| format!("{ratio:.2}"));
+        let accuracy = region.rms_over_accuracy;
+        let accuracy = accuracy.map_or(String::new(), |ratio| format!("{ratio:.2}"));
         rows.push(vec![
             within,
             region.samples.to_string(),
@@ -166,10 +163,8 @@ fn remarks(printed: &Printed) -> Vec<String> {
             sentences.push(format!("{recording}{subject}: {}", remark.message));
         }
         if of_kind.len() > REMARKS_OF_A_KIND {
-            sentences.push(format!(
-                "and {} more of the kind, see residuals.json",
-                of_kind.len() - REMARKS_OF_A_KIND
-            ));
+            let more = of_kind.len() - REMARKS_OF_A_KIND;
+            sentences.push(format!("and {more} more of the kind, see residuals.json"));
         }
     }
     sentences
