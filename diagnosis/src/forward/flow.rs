@@ -132,12 +132,8 @@ impl Wakes {
 /// The wake in hover, its upper part as the recording's baseline declares it.
 fn hover_wake(recording: &Recording, airframe: &Airframe) -> Wake {
     let density_kg_per_m3 = recording.environment.air.density_kg_per_m3();
-    let wake = Wake::new(
-        airframe,
-        airframe.mass_kg(),
-        density_kg_per_m3,
-        &recording.jet,
-    );
+    let (mass_kg, jet) = (airframe.mass_kg(), &recording.jet);
+    let wake = Wake::new(airframe, mass_kg, density_kg_per_m3, jet);
     match recording.baseline.upper {
         Upper::FourRotors => wake,
         Upper::FarFieldExtrapolated => wake.extrapolated(),
@@ -194,15 +190,13 @@ impl<'a> Flow<'a> {
             Delay::None => None,
             Delay::Transport { convection } => Some(convection),
         };
+        let transport = hypothesis.effects.wake_transport;
         Flow {
             recording,
             began_s: began_s.fold(f64::INFINITY, f64::min),
             emitters,
             effects: hypothesis.effects,
-            convection: hypothesis
-                .effects
-                .wake_transport
-                .map_or(declared, |transport| transport.convection()),
+            convection: transport.map_or(declared, |transport| transport.convection()),
             axial_only: false,
         }
     }
@@ -210,10 +204,9 @@ impl<'a> Flow<'a> {
     /// Sets a vehicle's clock offset: `offset_s` is added to the recording's time to read its
     /// track.
     pub fn set_clock_offset(&mut self, vehicle: usize, offset_s: f64) {
-        for emitter in &mut self.emitters {
-            if emitter.vehicle == vehicle {
-                emitter.clock_s = offset_s;
-            }
+        let mut emitters = self.emitters.iter_mut();
+        if let Some(emitter) = emitters.find(|emitter| emitter.vehicle == vehicle) {
+            emitter.clock_s = offset_s;
         }
     }
 

@@ -65,39 +65,30 @@ pub(super) fn check(
         t_s,
     };
     let (mut keep, backward) = in_order(t_s);
-    log.tell(
-        RemarkKind::Impossible,
-        &backward,
-        "left out: their time is missing, repeats or goes back",
-    );
+    let words = "left out: their time is missing, repeats or goes back";
+    log.tell(RemarkKind::Impossible, &backward, words);
     let longest_step_s = steps(&keep, &mut log);
-    for (words, holds, is_fault) in FAULTS {
-        let columns = samples.columns.iter().filter(|(role, _)| holds(**role));
-        let columns: Vec<&Vec<f64>> = columns.map(|(_, column)| column).collect();
-        leave_out(words, &mut keep, &mut log, |row| {
-            let mut values = columns.iter().map(|column| column[row]);
-            values.find(|value| is_fault(*value))
-        });
-    }
-    if let Some(quaternion) = samples.group::<4>(Role::Quaternion) {
-        let words = "the quaternion's norm is not 1 within 2 %";
-        leave_out(words, &mut keep, &mut log, |row| {
-            let norm = norm(quaternion, row);
-            ((norm - 1.0).abs() > NORM_TOLERANCE).then_some(norm)
-        });
-    }
-    let z_m = samples.column(Role::Position(2));
-    if let Some(floor_z_m) = limits.floor_z_m {
-        let words = "more than 0.2 m below the floor";
-        let is_below = |row: usize| z_m[row] < floor_z_m - BELOW_FLOOR_M;
-        let fault = |row: usize| is_below(row).then_some(z_m[row]);
-        leave_out(words, &mut keep, &mut log, fault);
+    let mut faulty: Vec<(&str, f64, Vec<usize>)> = Vec::new();
+    keep.retain(|&row| {
+        let Some((words, value)) = fault(samples, limits, row) else {
+            return true;
+        };
+        match faulty.iter_mut().find(|(known, ..)| *known == words) {
+            Some((.., rows)) => rows.push(row),
+            None => faulty.push((words, value, vec![row])),
+        }
+        false
+    });
+    for (words, first, rows) in faulty {
+        let what = format!("left out: {words} (first {first:.4})");
+        log.tell(RemarkKind::Impossible, &rows, &what);
     }
     frozen(samples, &keep, &mut log);
     at_full(samples, &keep, &mut log);
     crash(samples, limits.crash_tilt_rad, &mut keep, &mut log);
     let before_floor = keep.len();
     if let Some(touch_z_m) = limits.touch_z_m {
+        let z_m = samples.column(Role::Position(2));
         floor(z_m, touch_z_m, &mut keep, &mut log);
     }
     Checked {
@@ -107,60 +98,56 @@ pub(super) fn check(
     }
 }
 
-/// What can be wrong with a value: in words, in which columns, and the test.
-type Fault = (&'static str, fn(Role) -> bool, fn(f64) -> bool);
+/// The first thing that is wrong with a row, in words, and the value at fault.
+fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'static str, f64)> {
+    let values = || {
+        let columns = samples
+            .columns
+            .iter()
+            .map(|(role, column)| (*role, column[row]));
+        columns.filter(|(role, _)| *role != Role::Time)
+    };
+    if let Some((_, value)) = values().find(|(_, value)| !value.is_finite()) {
+        return Some(("a value is missing or not finite", value));
+    }
+    let of_value = |(role, value)| {
+        let (is_fault, words) = impossible(role, value);
+        is_fault.then_some((words, value))
+    };
+    let of_norm = || {
+        let norm = norm(samples.group::<4>(Role::Quaternion)?, row);
+        let words = "the quaternion's norm is not 1 within 2 %";
+        ((norm - 1.0).abs() > NORM_TOLERANCE).then_some((words, norm))
+    };
+    let of_floor = || {
+        let z_m = samples.column(Role::Position(2))[row];
+        let words = "more than 0.2 m below the floor";
+        (z_m < limits.floor_z_m? - BELOW_FLOOR_M).then_some((words, z_m))
+    };
+    values()
+        .find_map(of_value)
+        .or_else(of_norm)
+        .or_else(of_floor)
+}
 
-/// In the order in which rows are judged.
-const FAULTS: [Fault; 8] = [
-    (
-        "a value is missing or not finite",
-        |role| role != Role::Time,
-        |value| !value.is_finite(),
-    ),
-    (
-        "a coordinate beyond 10 km",
-        |role| matches!(role, Role::Position(_)),
-        |m| m.abs() > FARTHEST_M,
-    ),
-    (
-        "a velocity beyond 100 m/s",
-        |role| matches!(role, Role::Velocity(_)),
-        |mps| mps.abs() > FASTEST_MPS,
-    ),
-    (
-        "an acceleration beyond 500 m/s2",
-        |role| matches!(role, Role::Acceleration(_)),
-        |mps2| mps2.abs() > HARDEST_MPS2,
-    ),
-    (
-        "a duty cycle outside 0 to 1",
-        |role| matches!(role, Role::Duty(_)),
-        |duty| !(0.0..=1.0).contains(&duty),
-    ),
-    (
-        "a battery voltage of 0 or below",
-        |role| role == Role::Battery,
-        |v| v <= 0.0,
-    ),
-    (
-        "a throttle outside 0 to 5 times hover",
-        |role| role == Role::Throttle,
-        |ratio| !(0.0..=MOST_THROTTLE_RATIO).contains(&ratio),
-    ),
-    ("a negative power", |role| role == Role::Power, |w| w < 0.0),
-];
-
-/// Takes the rows with a fault out of `keep` and remarks on them; `fault` gives the value at fault.
-fn leave_out(
-    words: &str,
-    keep: &mut Vec<usize>,
-    log: &mut RowRemarks<'_>,
-    fault: impl Fn(usize) -> Option<f64>,
-) {
-    let faulty: Vec<usize> = keep.extract_if(.., |row| fault(*row).is_some()).collect();
-    if let Some(value) = faulty.first().and_then(|&row| fault(row)) {
-        let what = format!("left out: {words} (first {value:.4})");
-        log.tell(RemarkKind::Impossible, &faulty, &what);
+/// Whether no drone has such a value, and why not.
+fn impossible(role: Role, value: f64) -> (bool, &'static str) {
+    let is_beyond = |most: f64| !(0.0..=most).contains(&value);
+    match role {
+        Role::Position(_) => (value.abs() > FARTHEST_M, "a coordinate beyond 10 km"),
+        Role::Velocity(_) => (value.abs() > FASTEST_MPS, "a velocity beyond 100 m/s"),
+        Role::Acceleration(_) => (
+            value.abs() > HARDEST_MPS2,
+            "an acceleration beyond 500 m/s2",
+        ),
+        Role::Duty(_) => (is_beyond(1.0), "a duty cycle outside 0 to 1"),
+        Role::Battery => (value <= 0.0, "a battery voltage of 0 or below"),
+        Role::Throttle => (
+            is_beyond(MOST_THROTTLE_RATIO),
+            "a throttle outside 0 to 5 times hover",
+        ),
+        Role::Power => (value < 0.0, "a negative power"),
+        Role::Time | Role::Quaternion(_) | Role::Angle(_) => (false, ""),
     }
 }
 
@@ -241,11 +228,8 @@ fn frozen(samples: &Samples, keep: &[usize], log: &mut RowRemarks<'_>) {
             rows.extend_from_slice(run);
         }
     }
-    log.tell(
-        RemarkKind::Stuck,
-        &rows,
-        "with a frozen position although the velocity is not 0; kept",
-    );
+    let words = "with a frozen position although the velocity is not 0; kept";
+    log.tell(RemarkKind::Stuck, &rows, words);
 }
 
 /// Motors that are given all there is.
@@ -256,11 +240,8 @@ fn at_full(samples: &Samples, keep: &[usize], log: &mut RowRemarks<'_>) {
     // Half of the last of 16 bits below full.
     let full = |row: &&usize| motors.iter().any(|duty| duty[**row] > 1.0 - 0.5 / 65_536.0);
     let rows: Vec<usize> = keep.iter().filter(full).copied().collect();
-    log.tell(
-        RemarkKind::Saturated,
-        &rows,
-        "with a motor at full duty cycle; kept",
-    );
+    let words = "with a motor at full duty cycle; kept";
+    log.tell(RemarkKind::Saturated, &rows, words);
 }
 
 /// Cuts everything from shortly before the tilt limit is passed.
