@@ -128,33 +128,24 @@ impl ThrustMap {
             return Err(ThrustMapError::Power(power));
         }
         let [low, high] = duty_range;
-        let v = battery_reference_v;
-        let coefficients = terms.iter().map(|&(_, n)| ("newtons", n, true, "finite"));
-        let numbers = [
-            ("battery_reference_v", v, v > 0.0, "finite and above 0"),
-            ("lag_s", lag_s, lag_s >= 0.0, "finite and 0 or more"),
-            (
-                "duty_range",
-                low,
-                (0.0..=1.0).contains(&low),
-                "between 0 and 1",
-            ),
-            (
-                "duty_range",
-                high,
-                high > low && high <= 1.0,
-                "above its first number and at most 1",
-            ),
-        ];
-        let mut all = coefficients.chain(numbers);
-        let fault = all.find(|(_, value, holds, _)| !(value.is_finite() && *holds));
-        if let Some((field, value, _, must_be)) = fault {
-            return Err(ThrustMapError::Number {
+        let number = |field, value: f64, holds: bool, must_be| {
+            let fault = ThrustMapError::Number {
                 field,
                 value,
                 must_be,
-            });
+            };
+            (value.is_finite() && holds).then_some(()).ok_or(fault)
+        };
+        for &(_, newtons) in &terms {
+            number("newtons", newtons, true, "finite")?;
         }
+        let v = battery_reference_v;
+        number("battery_reference_v", v, v > 0.0, "finite and above 0")?;
+        number("lag_s", lag_s, lag_s >= 0.0, "finite and 0 or more")?;
+        let is_share = (0.0..=1.0).contains(&low);
+        number("duty_range", low, is_share, "between 0 and 1")?;
+        let must_be = "above its first number and at most 1";
+        number("duty_range", high, high > low && high <= 1.0, must_be)?;
         let weighted = |(term, newtons)| Weighted { term, newtons };
         Ok(ThrustMap {
             terms: terms.into_iter().map(weighted).collect(),

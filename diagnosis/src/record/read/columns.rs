@@ -35,46 +35,27 @@ pub(super) enum Unit {
     Gravities,
 }
 
-use Unit::{Gravities, Times};
+/// Ends of names, and what each is in SI; ours first.
+type Units = &'static [(&'static str, f64)];
 
-type Units = &'static [(&'static str, Unit)];
-
-const TIME: Units = &[
-    ("_s", Times(1.0)),
-    ("_ms", Times(1e-3)),
-    ("_us", Times(1e-6)),
-    ("_ns", Times(1e-9)),
-];
-const LENGTH: Units = &[
-    ("_m", Times(1.0)),
-    ("_cm", Times(1e-2)),
-    ("_mm", Times(1e-3)),
-];
-const SPEED: Units = &[
-    ("_mps", Times(1.0)),
-    ("_cmps", Times(1e-2)),
-    ("_mmps", Times(1e-3)),
-];
-const ACCELERATION: Units = &[
-    ("_mps2", Times(1.0)),
-    ("_mmps2", Times(1e-3)),
-    ("_g", Gravities),
-];
-const ANGLE: Units = &[
-    ("_rad", Times(1.0)),
-    ("_deg", Times(std::f64::consts::PI / 180.0)),
-];
-const NONE: Units = &[("", Times(1.0))];
+const TIME: Units = &[("_s", 1.0), ("_ms", 1e-3), ("_us", 1e-6), ("_ns", 1e-9)];
+const LENGTH: Units = &[("_m", 1.0), ("_cm", 1e-2), ("_mm", 1e-3)];
+const SPEED: Units = &[("_mps", 1.0), ("_cmps", 1e-2), ("_mmps", 1e-3)];
+const ACCELERATION: Units = &[("_mps2", 1.0), ("_mmps2", 1e-3), (GRAVITIES, 1.0)];
+const ANGLE: Units = &[("_rad", 1.0), ("_deg", std::f64::consts::PI / 180.0)];
+const NONE: Units = &[("", 1.0)];
 /// A share of full: 0 to 1 without a unit; `_u16` is over 65 535.
 const SHARE: Units = &[
-    ("", Times(1.0)),
-    ("_ratio", Times(1.0)),
-    ("_percent", Times(1e-2)),
-    ("_u16", Times(1.0 / 65_535.0)),
+    ("", 1.0),
+    ("_ratio", 1.0),
+    ("_percent", 1e-2),
+    ("_u16", 1.0 / 65_535.0),
 ];
-const VOLTAGE: Units = &[("_v", Times(1.0)), ("_mv", Times(1e-3))];
-const RATIO: Units = &[("_ratio", Times(1.0)), ("_percent", Times(1e-2))];
-const POWER: Units = &[("_w", Times(1.0)), ("_mw", Times(1e-3))];
+const VOLTAGE: Units = &[("_v", 1.0), ("_mv", 1e-3)];
+const RATIO: Units = &[("_ratio", 1.0), ("_percent", 1e-2)];
+const POWER: Units = &[("_w", 1.0), ("_mw", 1e-3)];
+/// Ends a name in gravities of the recording.
+const GRAVITIES: &str = "_g";
 
 /// Every name without its unit, what it means and its units, ours first.
 const ROLES: [(&str, Role, Units); 25] = [
@@ -146,8 +127,14 @@ pub(super) struct Column {
 pub(super) fn meaning(name: &str) -> Option<(Role, Unit)> {
     ROLES.iter().find_map(|(stem, role, units)| {
         let suffix = name.strip_prefix(stem)?;
-        let (_, unit) = units.iter().find(|(known, _)| *known == suffix)?;
-        Some((*role, *unit))
+        let (_, factor) = units.iter().find(|(known, _)| *known == suffix)?;
+        let is_over_gravity = suffix == GRAVITIES;
+        let unit = if is_over_gravity {
+            Unit::Gravities
+        } else {
+            Unit::Times(*factor)
+        };
+        Some((*role, unit))
     })
 }
 
@@ -302,9 +289,15 @@ mod tests {
 
     #[test]
     fn units_end_the_names() {
-        assert_eq!(meaning("x_mm"), Some((Role::Position(0), Times(1e-3))));
-        assert_eq!(meaning("az_g"), Some((Role::Acceleration(2), Gravities)));
-        assert_eq!(meaning("pwm3"), Some((Role::Duty(2), Times(1.0))));
+        assert_eq!(
+            meaning("x_mm"),
+            Some((Role::Position(0), Unit::Times(1e-3)))
+        );
+        assert_eq!(
+            meaning("az_g"),
+            Some((Role::Acceleration(2), Unit::Gravities))
+        );
+        assert_eq!(meaning("pwm3"), Some((Role::Duty(2), Unit::Times(1.0))));
         for unknown in ["x", "x_ft", "xd_m", "motor_cmd1", "t"] {
             assert_eq!(meaning(unknown), None, "{unknown}");
         }

@@ -30,6 +30,8 @@ pub struct Declared {
     pub observation: Option<String>,
 }
 
+use Observation::{AxialAndAmbient, VelocityAndAmbient};
+
 /// Words and what they mean.
 type Words<T> = &'static [(&'static str, T)];
 
@@ -52,27 +54,20 @@ const RECEIVER_AIRS: Words<ReceiverAir> = &[
     ("center", ReceiverAir::Centre),
 ];
 const OBSERVATIONS: Words<Observation> = &[
-    ("sqrt(U_axial^2 + ambient^2)", Observation::AxialAndAmbient),
-    (
-        "sqrt(U_axial^2 + V^2 + ambient^2)",
-        Observation::VelocityAndAmbient,
-    ),
+    ("sqrt(U_axial^2 + ambient^2)", AxialAndAmbient),
+    ("sqrt(U_axial^2 + V^2 + ambient^2)", VelocityAndAmbient),
     (
         "sqrt(U_axial^2 + V_radial^2 + ambient^2)",
-        Observation::VelocityAndAmbient,
+        VelocityAndAmbient,
     ),
 ];
+/// The paper's square root. The power law alone says nothing of the throttle: it is taken for it.
+const SQUARE_ROOT: ReceiverLaw = ReceiverLaw::HoldsThrust { exponent: 0.5 };
+const LINEAR: ReceiverLaw = ReceiverLaw::HoldsThrust { exponent: 1.0 };
 const RECEIVER_LAWS: Words<ReceiverLaw> = &[
-    (
-        "throttle = sqrt(beta)",
-        ReceiverLaw::HoldsThrust { exponent: 0.5 },
-    ),
-    // The power law alone says nothing of the throttle: the paper's square root is taken for it.
-    ("power = beta", ReceiverLaw::HoldsThrust { exponent: 0.5 }),
-    (
-        "throttle = beta",
-        ReceiverLaw::HoldsThrust { exponent: 1.0 },
-    ),
+    ("throttle = sqrt(beta)", SQUARE_ROOT),
+    ("power = beta", SQUARE_ROOT),
+    ("throttle = beta", LINEAR),
     ("thrust at constant power", ReceiverLaw::HoldsPower),
 ];
 /// Before the exponent of a law of any power.
@@ -96,19 +91,11 @@ pub(super) fn baseline(file: &str, declared: &Declared, found: &mut Found) -> Ba
         let message = "means nothing unless `emitter_delay` is `transport`";
         words.found.problem(place, message);
     }
-    words.set(
-        &mut baseline.upper,
-        "near_field",
-        &declared.near_field,
-        UPPERS,
-    );
+    let said = &declared.near_field;
+    words.set(&mut baseline.upper, "near_field", said, UPPERS);
     let said = &declared.receiver_air;
-    words.set(
-        &mut baseline.receiver_air,
-        "receiver_air",
-        said,
-        RECEIVER_AIRS,
-    );
+    let air = &mut baseline.receiver_air;
+    words.set(air, "receiver_air", said, RECEIVER_AIRS);
     if let Some(law) = words.receiver_law(&declared.receiver_law) {
         baseline.receiver_law = law;
     }
@@ -147,11 +134,8 @@ impl Spoken<'_> {
                 Some(ReceiverLaw::HoldsThrust { exponent })
             }
             _ => {
-                self.unknown(
-                    "receiver_law",
-                    &law,
-                    "`throttle = beta^` and a number, 0 or more",
-                );
+                let known = "`throttle = beta^` and a number, 0 or more";
+                self.unknown("receiver_law", &law, known);
                 None
             }
         }

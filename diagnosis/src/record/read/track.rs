@@ -93,10 +93,9 @@ pub(super) fn track(
         all.iter().zip(&attitude).map(force).collect()
     });
     let duty = samples.group::<4>(Role::Duty);
-    let motors = |motors: [&[f64]; 4]| {
-        keep.iter()
-            .map(|&row| motors.map(|duty| duty[row]))
-            .collect()
+    let motors = |all: [&[f64]; 4]| {
+        let motors = |&row: &usize| all.map(|duty| duty[row]);
+        keep.iter().map(motors).collect()
     };
     Some(Track {
         throttle_ratio: column(Role::Throttle),
