@@ -202,7 +202,7 @@ impl<'a> Forces<'a> {
                     } else {
                         NEAR
                     };
-                    is_kept(*at) && at % every == 0
+                    is_kept(*at) && at.is_multiple_of(every)
                 };
                 let near = |at: usize| [at, at + BEFORE, at.saturating_sub(BEFORE)];
                 let all = 0..part.steps.len();
