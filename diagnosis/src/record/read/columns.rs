@@ -57,49 +57,45 @@ const POWER: Units = &[("_w", 1.0), ("_mw", 1e-3)];
 /// Ends a name in gravities of the recording.
 const GRAVITIES: &str = "_g";
 
-/// Every name without its unit, what it means and its units, ours first.
-const ROLES: [(&str, Role, Units); 25] = [
-    ("t", Role::Time, TIME),
-    ("x", Role::Position(0), LENGTH),
-    ("y", Role::Position(1), LENGTH),
-    ("z", Role::Position(2), LENGTH),
-    ("vx", Role::Velocity(0), SPEED),
-    ("vy", Role::Velocity(1), SPEED),
-    ("vz", Role::Velocity(2), SPEED),
-    ("ax", Role::Acceleration(0), ACCELERATION),
-    ("ay", Role::Acceleration(1), ACCELERATION),
-    ("az", Role::Acceleration(2), ACCELERATION),
-    ("qx", Role::Quaternion(0), NONE),
-    ("qy", Role::Quaternion(1), NONE),
-    ("qz", Role::Quaternion(2), NONE),
-    ("qw", Role::Quaternion(3), NONE),
-    ("roll", Role::Angle(0), ANGLE),
-    ("pitch", Role::Angle(1), ANGLE),
-    ("yaw", Role::Angle(2), ANGLE),
-    ("pwm1", Role::Duty(0), SHARE),
-    ("pwm2", Role::Duty(1), SHARE),
-    ("pwm3", Role::Duty(2), SHARE),
-    ("pwm4", Role::Duty(3), SHARE),
-    ("vbat", Role::Battery, VOLTAGE),
-    ("battery", Role::Battery, VOLTAGE),
-    ("throttle", Role::Throttle, RATIO),
-    ("power", Role::Power, POWER),
-];
-
-/// Names of the column that says whose row it is.
-const VEHICLE: [&str; 2] = ["vehicle", "vehicle_id"];
-
 /// The role of a column by its place in a group.
 pub(super) type RoleOf = fn(usize) -> Role;
 
-/// Groups of columns of which some without the others mean nothing. Angles are not among them: a
-/// missing one is taken as 0.
-pub(super) const GROUPS: [(RoleOf, usize); 4] = [
-    (Role::Velocity, 3),
-    (Role::Acceleration, 3),
-    (Role::Quaternion, 4),
-    (Role::Duty, 4),
+/// Every name without its unit, group by group, what it means and its units.
+const NAMES: [(&[&str], RoleOf, Units); 11] = [
+    (&["t"], |_| Role::Time, TIME),
+    (&["x", "y", "z"], Role::Position, LENGTH),
+    (&["vx", "vy", "vz"], Role::Velocity, SPEED),
+    (&["ax", "ay", "az"], Role::Acceleration, ACCELERATION),
+    (&["qx", "qy", "qz", "qw"], Role::Quaternion, NONE),
+    (&["roll", "pitch", "yaw"], Role::Angle, ANGLE),
+    (&["pwm1", "pwm2", "pwm3", "pwm4"], Role::Duty, SHARE),
+    (&["vbat"], |_| Role::Battery, VOLTAGE),
+    (&["battery"], |_| Role::Battery, VOLTAGE),
+    (&["throttle"], |_| Role::Throttle, RATIO),
+    (&["power"], |_| Role::Power, POWER),
 ];
+
+/// Every name without its unit, what it means and its units.
+fn names() -> impl Iterator<Item = (&'static str, Role, Units)> {
+    let group = |(stems, role, units): (&'static [&'static str], RoleOf, Units)| {
+        let stems = stems.iter().enumerate();
+        stems.map(move |(axis, stem)| (*stem, role(axis), units))
+    };
+    NAMES.into_iter().flat_map(group)
+}
+
+/// Groups of columns of which some without the others mean nothing, with their sizes. Neither
+/// positions, which are required one by one, nor angles, of which a missing one is taken as 0.
+pub(super) fn groups() -> impl Iterator<Item = (RoleOf, usize)> {
+    let groups = NAMES
+        .into_iter()
+        .map(|(stems, role, _)| (role, stems.len()));
+    let is_apart = |role: Role| matches!(role, Role::Position(_) | Role::Angle(_));
+    groups.filter(move |(role, count)| *count > 1 && !is_apart(role(0)))
+}
+
+/// Names of the column that says whose row it is.
+const VEHICLE: [&str; 2] = ["vehicle", "vehicle_id"];
 
 /// Without these nothing is where anything was.
 const REQUIRED: [&str; 4] = ["t", "x", "y", "z"];
@@ -125,7 +121,7 @@ pub(super) struct Column {
 
 /// The role and unit that a name such as `x_mm` speaks of.
 pub(super) fn meaning(name: &str) -> Option<(Role, Unit)> {
-    ROLES.iter().find_map(|(stem, role, units)| {
+    names().find_map(|(stem, role, units)| {
         let suffix = name.strip_prefix(stem)?;
         let (_, factor) = units.iter().find(|(known, _)| *known == suffix)?;
         let is_over_gravity = suffix == GRAVITIES;
@@ -134,15 +130,15 @@ pub(super) fn meaning(name: &str) -> Option<(Role, Unit)> {
         } else {
             Unit::Times(*factor)
         };
-        Some((*role, unit))
+        Some((role, unit))
     })
 }
 
 /// Names with their first units, for messages: `t_s`, `x_m`, ...
 pub(super) fn known_names() -> Vec<String> {
-    let ours = |(stem, _, units): &(&str, Role, Units)| format!("{stem}{}", units[0].0);
+    let ours = |(stem, _, units): (&str, Role, Units)| format!("{stem}{}", units[0].0);
     let vehicle = std::iter::once(VEHICLE[0].to_owned());
-    vehicle.chain(ROLES.iter().map(ours)).collect()
+    vehicle.chain(names().map(ours)).collect()
 }
 
 /// Finds the columns of `header`; `renamed` gives the table's own name for one of ours (`"x_mm":
@@ -197,7 +193,7 @@ pub(super) fn read(
     let before = found.problems.len();
     let columns = find(file, table.header(), renamed, found);
     check(&columns, found);
-    for (role, count) in GROUPS {
+    for (role, count) in groups() {
         refuse_partial(file, &columns, (0..count).map(role), found);
     }
     if found.problems.len() > before {
@@ -237,17 +233,17 @@ fn twice(file: &str, first: &str, second: &str, found: &mut Found) {
 
 /// The name of a role without its unit.
 fn stem_of(role: Role) -> &'static str {
-    let entry = ROLES.iter().find(|(_, known, _)| *known == role);
+    let entry = names().find(|(_, known, _)| *known == role);
     entry.map_or("?", |(stem, _, _)| stem)
 }
 
 /// Reports a required column that is missing, or there without a unit, or with one that is not
 /// known.
 fn require(file: &str, stem: &str, header: &[String], columns: &Columns, found: &mut Found) {
-    let Some((_, role, units)) = ROLES.iter().find(|(known, _, _)| *known == stem) else {
+    let Some((_, role, units)) = names().find(|(known, _, _)| *known == stem) else {
         return;
     };
-    if columns.by_role.contains_key(role) {
+    if columns.by_role.contains_key(&role) {
         return;
     }
     let names = units.iter().map(|(unit, _)| format!("{stem}{unit}"));

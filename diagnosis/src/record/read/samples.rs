@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::UnitQuaternion;
 
-use super::columns::{Columns, GROUPS, Role, RoleOf, Unit};
+use super::columns::{Columns, Role, RoleOf, Unit, groups};
 use super::found::{Found, listed};
 use super::table::Rows;
 use crate::record::remark::RemarkKind;
@@ -41,7 +41,7 @@ impl Samples {
                 samples.columns.insert(role, values);
             }
         }
-        for (role, count) in GROUPS {
+        for (role, count) in groups() {
             if (0..count).any(|axis| !samples.columns.contains_key(&role(axis))) {
                 (0..count).for_each(|axis| drop(samples.columns.remove(&role(axis))));
             }
