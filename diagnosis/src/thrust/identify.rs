@@ -214,20 +214,15 @@ pub(crate) fn fold_maps(
         let bench = Bench::new(own().collect(), options);
         for fold in folds {
             let found = bench.fit(|recording| fold_of[recording] != Some(fold));
-            let airframe = airframe.to_owned();
-            maps.push(match found {
-                Ok(found) => FoldMap {
-                    airframe,
-                    fold,
-                    found,
-                },
-                Err(error) => {
-                    return Err(FoldError {
-                        airframe,
-                        fold,
-                        error,
-                    });
-                }
+            let failed = |error| FoldError {
+                airframe: airframe.to_owned(),
+                fold,
+                error,
+            };
+            maps.push(FoldMap {
+                airframe: airframe.to_owned(),
+                fold,
+                found: found.map_err(failed)?,
             });
         }
     }

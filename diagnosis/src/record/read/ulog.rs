@@ -101,16 +101,14 @@ fn flight(
 
 /// All topics at the times of the position.
 fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<Samples> {
-    const POSITION: &str = "vehicle_local_position";
-    let Some(position) = topics.get(POSITION) else {
-        found.problem(
-            Problem::field(file, POSITION),
-            "is missing: there is no position in this log",
-        );
+    const NAME: &str = "vehicle_local_position";
+    let Some(position) = topics.get(NAME) else {
+        let message = "is missing: there is no position in this log";
+        found.problem(Problem::field(file, NAME), message);
         return None;
     };
     let Some(position_m) = position.whole(0..3) else {
-        found.problem(Problem::field(file, POSITION), "has no `x`, `y` and `z`");
+        found.problem(Problem::field(file, NAME), "has no `x`, `y` and `z`");
         return None;
     };
     let start_us = position.t_us.first().copied().unwrap_or(0.0);
@@ -134,9 +132,8 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         put(Role::Velocity, velocity_mps.to_vec());
     }
     let whole = |name: &str, fields| {
-        topics
-            .get(name)
-            .and_then(|of| Some((of, of.whole(fields)?)))
+        let topic = topics.get(name)?;
+        Some((topic, topic.whole(fields)?))
     };
     if let Some((topic, logged)) = whole("vehicle_attitude", 0..4) {
         let mut q = brought(topic, &same_half(logged), NEAR_S);
@@ -280,35 +277,30 @@ type Topics = BTreeMap<&'static str, Topic>;
 
 const TIMESTAMP: &str = "timestamp";
 
+type Fields = &'static [&'static str];
+
+const POSITION: Fields = &["x", "y", "z", "vx", "vy", "vz", "xy_valid", "z_valid"];
+const MOTORS: Fields = &["control[0]", "control[1]", "control[2]", "control[3]"];
+const PULSES: Fields = &["output[0]", "output[1]", "output[2]", "output[3]"];
+const ACCELEROMETER: Fields = &[
+    "accelerometer_m_s2[0]",
+    "accelerometer_m_s2[1]",
+    "accelerometer_m_s2[2]",
+];
+
 /// What is read, with the fields that a flight has; more are there, and the older of two topics
 /// stands in for the newer.
-const READ: [(&str, &[&str]); 7] = [
-    (
-        "vehicle_local_position",
-        &["x", "y", "z", "vx", "vy", "vz", "xy_valid", "z_valid"],
-    ),
+const READ: [(&str, Fields); 7] = [
+    ("vehicle_local_position", POSITION),
     ("vehicle_attitude", &["q[0]", "q[1]", "q[2]", "q[3]"]),
     ("vehicle_acceleration", &["xyz[0]", "xyz[1]", "xyz[2]"]),
-    (
-        "sensor_combined",
-        &[
-            "accelerometer_m_s2[0]",
-            "accelerometer_m_s2[1]",
-            "accelerometer_m_s2[2]",
-        ],
-    ),
-    (
-        "actuator_motors",
-        &["control[0]", "control[1]", "control[2]", "control[3]"],
-    ),
-    (
-        "actuator_outputs",
-        &["output[0]", "output[1]", "output[2]", "output[3]"],
-    ),
+    ("sensor_combined", ACCELEROMETER),
+    ("actuator_motors", MOTORS),
+    ("actuator_outputs", PULSES),
     ("battery_status", &["voltage_v"]),
 ];
 
-fn fields_of(topic: &str) -> Option<(&'static str, &'static [&'static str])> {
+fn fields_of(topic: &str) -> Option<(&'static str, Fields)> {
     READ.into_iter().find(|(name, _)| *name == topic)
 }
 
