@@ -36,9 +36,9 @@ pub(crate) struct Agent {
     /// Highest mean air over its discs, over its induced velocity.
     pub(crate) air_limit: f64,
     /// Ticks to the end of its last dwell with no other drone there, its wake kept out of the
-    /// zones; [`UNREACHABLE`] if there is no way.
+    /// zones; [`UNREACHABLE`] if there is no path.
     pub(crate) alone_ticks: u32,
-    /// Length of that way (m).
+    /// Length of that path (m).
     pub(crate) alone_m: f64,
 }
 
@@ -174,8 +174,8 @@ impl Agent {
         }
     }
 
-    /// Ticks from a vertex, on the way to a waypoint, to the end of the last dwell; [`UNREACHABLE`] if
-    /// there is no way.
+    /// Ticks from a vertex, on the way to a waypoint, to the end of the last dwell; [`UNREACHABLE`]
+    /// if there is no path.
     pub(crate) fn remaining(&self, roadmap: &Roadmap, waypoint: usize, from: Vertex) -> u32 {
         match self.waypoints.get(waypoint) {
             Some(waypoint) => add(waypoint.distances.ticks(roadmap, from), waypoint.rest_ticks),
@@ -183,7 +183,7 @@ impl Agent {
         }
     }
 
-    /// Works out how long its way is with no other drone there, in time and in metres.
+    /// Works out how long its path is with no other drone there, in time and in metres.
     pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
         self.alone_ticks = self.alone(roadmap);
         let starts = std::iter::once(self.start).chain(

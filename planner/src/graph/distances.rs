@@ -1,4 +1,4 @@
-//! How long the rest of the way takes: the search's heuristic, exact on an empty roadmap.
+//! How long the rest of the path takes: the search's heuristic, exact on an empty roadmap.
 //!
 //! Between two lattice places with nothing in the box between them the answer is closed (diagonal
 //! steps first). Otherwise it comes from a Dijkstra search backwards from the goal that is led
@@ -44,15 +44,15 @@ impl Distances {
     pub(crate) fn new(roadmap: &Roadmap, goal: Vertex, towards: Vertex, mover: Mover) -> Distances {
         let lattice = roadmap.lattice();
         let anchors = if roadmap.is_stop(goal) {
-            let ways = roadmap.ways(goal).filter(|(to, _)| !roadmap.is_stop(*to));
-            let anchor = |(to, way)| Some((lattice.steps(to), mover.ticks(roadmap, to, way)?));
-            ways.filter_map(anchor).collect()
+            let edges = roadmap.edges(goal).filter(|(to, _)| !roadmap.is_stop(*to));
+            let anchor = |(to, edge)| Some((lattice.steps(to), mover.ticks(roadmap, to, edge)?));
+            edges.filter_map(anchor).collect()
         } else {
             vec![(lattice.steps(goal), 0)]
         };
-        // A stop with ways to other stops is left to the search.
+        // A stop with edges to other stops is left to the search.
         let plain =
-            !roadmap.is_stop(goal) || roadmap.ways(goal).all(|(to, _)| !roadmap.is_stop(to));
+            !roadmap.is_stop(goal) || roadmap.edges(goal).all(|(to, _)| !roadmap.is_stop(to));
         Distances {
             goal,
             closed_form: mover.diagonal_steps().filter(|_| plain),
@@ -81,8 +81,8 @@ impl Distances {
         backwards.ticks(roadmap, &self.mover, self.goal, from, |_, _| true)
     }
 
-    /// Length of a shortest way (m) from a place that has been asked about already; as far as it is
-    /// known.
+    /// Length of a shortest path (m) from a place that has been asked about already; as far as it
+    /// is known.
     pub(crate) fn length_m(&self, roadmap: &Roadmap, from: Vertex) -> f64 {
         let backwards = self.worked_out();
         let known = |at: Vertex| match backwards.known(at) {
@@ -95,8 +95,8 @@ impl Distances {
         while at != self.goal {
             let mut next = None;
             self.mover.steps_from(roadmap, at, |to, ticks| {
-                let way = known(to).map(|rest| (ticks.saturating_add(rest), to));
-                next = next.into_iter().chain(way).min();
+                let edge = known(to).map(|rest| (ticks.saturating_add(rest), to));
+                next = next.into_iter().chain(edge).min();
             });
             let Some((_, to)) = next else { break };
             length_m += (roadmap.position_m(to) - roadmap.position_m(at)).norm();
@@ -150,8 +150,8 @@ impl Distances {
             return self.straight_from_lattice(roadmap, from);
         }
         let mut best = None;
-        for (to, way) in roadmap.ways(from) {
-            let Some(ticks) = self.mover.ticks(roadmap, to, way) else {
+        for (to, edge) in roadmap.edges(from) {
+            let Some(ticks) = self.mover.ticks(roadmap, to, edge) else {
                 continue;
             };
             if roadmap.is_stop(to) {

@@ -136,8 +136,8 @@ impl Lattice {
         &self.strides
     }
 
-    /// Where open steps lead from a place, ascending: which of [`NEIGHBOURS`], and the place. The bits
-    /// of `open` are in the order of [`NEIGHBOURS`]; none of them leads outside.
+    /// Where open steps lead from a place, ascending: which of [`NEIGHBOURS`], and the place. The
+    /// bits of `open` are in the order of [`NEIGHBOURS`]; none of them leads outside.
     #[inline]
     pub(crate) fn stepped(&self, from: u32, mut open: u32) -> impl Iterator<Item = (usize, u32)> {
         std::iter::from_fn(move || {

@@ -1,7 +1,7 @@
-//! The ways through free space: a 26-connected lattice, and a petgraph of the ways to every place
+//! The edges through free space: a 26-connected lattice, and a petgraph of the edges to every place
 //! beyond it that a drone starts from or is sent to.
 //!
-//! One roadmap serves all sizes of drones: each way carries its clearance, and a drone uses those
+//! One roadmap serves all sizes of drones: each edge carries its clearance, and a drone uses those
 //! that are wide enough for its body. Lattice places come first and keep their numbers, blocked or
 //! not.
 
@@ -14,8 +14,8 @@ use crate::graph::lattice::{AXES, BoxCount, Lattice, NEIGHBOURS};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::Bounds;
 use links::Links;
+pub(crate) use survey::{Edge, Stop, Vertex};
 use survey::{Forward, Survey, is_wide};
-pub(crate) use survey::{Stop, Vertex, Way};
 
 /// What a ball of one radius can do on the lattice.
 #[derive(Debug)]
@@ -28,14 +28,14 @@ struct StepsOfRadius {
     open: Vec<u32>,
 }
 
-/// Ways through free space.
+/// Edges through free space.
 #[derive(Debug)]
 pub(crate) struct Roadmap {
     /// Its places keep their numbers as vertices.
     lattice: Lattice,
-    /// Clearances of the lattice's own ways.
+    /// Clearances of the lattice's own edges.
     forward: Forward,
-    /// Ways to and from the other places, both directions.
+    /// Edges to and from the other places, both directions.
     beyond: Beyond,
     /// Where the places beyond the lattice are (m).
     places_m: Vec<Point3<f64>>,
@@ -45,8 +45,8 @@ pub(crate) struct Roadmap {
     widest_m: f64,
 }
 
-/// Ways from and to the stops beyond the lattice, in ascending order of where they lead.
-type Beyond = DiGraphMap<Vertex, Way, FxBuildHasher>;
+/// Edges from and to the stops beyond the lattice, in ascending order of where they lead.
+type Beyond = DiGraphMap<Vertex, Edge, FxBuildHasher>;
 
 impl Roadmap {
     /// Connects the lattice and the stops around the obstacles; returns the vertex of each stop.
@@ -69,8 +69,8 @@ impl Roadmap {
         };
         let forward = survey.forward_clearances();
         let of_radius = |&radius_m: &f64| {
-            let ways = |place| around(&lattice, &forward, place);
-            let blocked = |place| !ways(place).all(|(_, _, c)| is_wide(c, radius_m));
+            let edges = |place| around(&lattice, &forward, place);
+            let blocked = |place| !edges(place).all(|(_, _, c)| is_wide(c, radius_m));
             StepsOfRadius {
                 radius_m,
                 narrow: BoxCount::new(&lattice, blocked),
@@ -83,9 +83,9 @@ impl Roadmap {
         let connected = || {
             let mut links = Links::new(&survey, bounds, &opens, Vec::new());
             let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
-            (links.places_m, links.ways, vertices)
+            (links.places_m, links.edges, vertices)
         };
-        let ((places_m, ways, vertices), steps) =
+        let ((places_m, edges, vertices), steps) =
             rayon::join(connected, || radii_m.iter().map(of_radius).collect());
         let widest_m = survey.widest_m;
         let mut roadmap = Roadmap {
@@ -96,7 +96,7 @@ impl Roadmap {
             steps,
             widest_m,
         };
-        roadmap.add(ways);
+        roadmap.add(edges);
         (roadmap, vertices)
     }
 
@@ -123,8 +123,8 @@ impl Roadmap {
         }
     }
 
-    /// Ways out of a vertex, in ascending order of where they lead.
-    pub(crate) fn ways(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Way)> + '_ {
+    /// Edges out of a vertex, in ascending order of where they lead.
+    pub(crate) fn edges(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Edge)> + '_ {
         let lengths_m = self.lattice.step_lengths_m();
         let on_lattice =
             (!self.is_stop(vertex)).then(|| around(&self.lattice, &self.forward, vertex));
@@ -132,25 +132,25 @@ impl Roadmap {
         let free = on_lattice.filter(|(_, _, clearance_m)| *clearance_m > 0.0);
         free.map(move |(n, to, clearance_m)| {
             let length_m = lengths_m[AXES[n]];
-            let way = Way {
+            let edge = Edge {
                 length_m,
                 clearance_m,
             };
-            (to, way)
+            (to, edge)
         })
-        .chain(self.ways_beyond(vertex))
+        .chain(self.edges_beyond(vertex))
     }
 
-    /// Of these the ways that are not the lattice's own.
-    pub(crate) fn ways_beyond(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Way)> + '_ {
-        let ways = self.beyond.edges(vertex);
-        ways.map(|(_, to, way)| (to, *way))
+    /// Of these the edges that are not the lattice's own.
+    pub(crate) fn edges_beyond(&self, vertex: Vertex) -> impl Iterator<Item = (Vertex, Edge)> + '_ {
+        let edges = self.beyond.edges(vertex);
+        edges.map(|(_, to, edge)| (to, *edge))
     }
 
-    /// Adds ways beyond the lattice, each as (from, to).
-    fn add(&mut self, ways: impl IntoIterator<Item = ((Vertex, Vertex), Way)>) {
-        for ((from, to), way) in ways {
-            self.beyond.add_edge(from, to, way);
+    /// Adds edges beyond the lattice, each as (from, to).
+    fn add(&mut self, edges: impl IntoIterator<Item = ((Vertex, Vertex), Edge)>) {
+        for ((from, to), edge) in edges {
+            self.beyond.add_edge(from, to, edge);
         }
     }
 
@@ -191,19 +191,19 @@ impl Roadmap {
             widest_m: self.widest_m,
         };
         let open =
-            |place: Vertex, radius_m: f64| self.ways(place).any(|(_, way)| way.fits(radius_m));
+            |place: Vertex, radius_m: f64| self.edges(place).any(|(_, edge)| edge.fits(radius_m));
         let mut links = Links::new(&survey, bounds, &open, self.places_m.clone());
         let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
-        let (places_m, ways) = (links.places_m, links.ways);
+        let (places_m, edges) = (links.places_m, links.edges);
         self.places_m = places_m;
         // In ascending order still: stops of later come after all others.
-        self.add(ways);
+        self.add(edges);
         vertices
     }
 }
 
 /// Neighbours of a lattice place, in ascending order: which of [`NEIGHBOURS`] each is, and the
-/// clearance of the way there.
+/// clearance of the edge there.
 fn around<'a>(
     lattice: &'a Lattice,
     forward: &'a Forward,
@@ -220,7 +220,8 @@ fn around<'a>(
     })
 }
 
-/// By place, the steps that a ball of this radius (m) may take, as bits in the order of [`NEIGHBOURS`].
+/// By place, the steps that a ball of this radius (m) may take, as bits in the order of
+/// [`NEIGHBOURS`].
 fn open_steps(lattice: &Lattice, forward: &Forward, radius_m: f64) -> Vec<u32> {
     let of_place = |place: Vertex| {
         let is_open = |(_, _, c): &(usize, Vertex, f32)| is_wide(*c, radius_m) && *c > 0.0;

@@ -181,7 +181,8 @@ pub struct Exposure {
     pub alpha: f64,
     /// What that costs (% of the power).
     pub extra_percent: f64,
-    /// Axial exposure (m) and extra energy (J) of its whole flight; absent where wakes are advected.
+    /// Axial exposure (m) and extra energy (J) of its whole flight; absent where wakes are
+    /// advected.
     pub whole: Option<(f64, f64)>,
     /// Whose limits have to be raised.
     pub drones: Vec<String>,

@@ -57,7 +57,8 @@ impl From<WorldError> for GivenError {
     }
 }
 
-/// What flies in a plan, with nothing to do, where its trajectory begins; in air of a density (kg/m³).
+/// What flies in a plan, with nothing to do, where its trajectory begins; in air of a density
+/// (kg/m³).
 fn given(entry: &DronePlan, density_kg_per_m3: f64) -> Result<Drone, GivenError> {
     let unusable = |why: String| GivenError::Unusable {
         drone: entry.name.clone(),

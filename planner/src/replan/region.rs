@@ -1,5 +1,6 @@
-//! A fleet planned around drones that are not its own: their trajectories are fixed, moving bodies and wakes
-//! that do not give way. So several planners can own several areas, each told what the others fly.
+//! A fleet planned around drones that are not its own: their trajectories are fixed, moving bodies
+//! and wakes that do not give way. So several planners can own several areas, each told what the
+//! others fly.
 //!
 //! ```
 //! use planner::plan::outcome::{Control, Outcome};
@@ -31,17 +32,19 @@ use crate::solver::explain::known_cause;
 use crate::solver::fleet::{Run, told};
 use crate::verify::verify;
 
-/// Plans a fleet around `others`, whose trajectories stay as they are, and verifies all of them together.
+/// Plans a fleet around `others`, whose trajectories stay as they are, and verifies all of them
+/// together.
 ///
-/// The others are obstacles that move: their bodies and wakes are in the costmap before the first drone of
-/// the fleet is planned, and no search may displace them. They are checked by the same ranges as a
-/// scenario's drones. Times of both count from the same moment. In the plan the fleet comes first, in the world's order, then
-/// the others as they were given, but for the air that they meet now. Sums over the fleet are over its own.
+/// The others are obstacles that move: their bodies and wakes are in the costmap before the first
+/// drone of the fleet is planned, and no search may displace them. They are checked by the same
+/// ranges as a scenario's drones. Times of both count from the same moment. In the plan the fleet
+/// comes first, in the world's order, then the others as they were given, but for the air that they
+/// meet now. Sums over the fleet are over its own.
 ///
 /// # Errors
 ///
-/// All that is wrong with the world, or else with the others: names that are taken, trajectories that cannot be read, numbers out
-/// of range.
+/// All that is wrong with the world, or else with the others: names that are taken, trajectories
+/// that cannot be read, numbers out of range.
 pub fn plan_region(
     world: &World,
     others: &[DronePlan],

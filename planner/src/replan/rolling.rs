@@ -1,12 +1,12 @@
-//! A plan that is being flown, changed while it is: drones that are late, that come or are taken out, or that
-//! are given something else to do.
+//! A plan that is being flown, changed while it is: drones that are late, that come or are taken
+//! out, or that are given something else to do.
 //!
-//! [`Running`] is what a fleet manager keeps between changes. Up to the moment of a change the plan is
-//! history. From there on only those drones change that are asked to, and those that have to give way to
-//! them; all others keep their trajectories to the last byte. A drone between two places flies on to the
-//! next one before it does anything else, and a dwell that has begun is not interrupted, but by a new task.
-//! A drone without a path goes on with the one it had, or stops if that is none any more; one that comes
-//! and has none is not let in.
+//! [`Running`] is what a fleet manager keeps between changes. Up to the moment of a change the plan
+//! is history. From there on only those drones change that are asked to, and those that have to
+//! give way to them; all others keep their trajectories to the last byte. A drone between two
+//! places flies on to the next one before it does anything else, and a dwell that has begun is not
+//! interrupted, but by a new task. A drone without a path goes on with the one it had, or stops if
+//! that is none any more; one that comes and has none is not let in.
 //!
 //! ```
 //! use planner::replan::change::Change;
@@ -63,8 +63,8 @@ use crate::verify::verify;
 /// Room for drones that come later: chosen here, so that the costmap is seldom made anew.
 const SPARE_DRONES: usize = 64;
 
-/// A plan that is being flown, and what planning on needs: the roadmap, the distances to every goal, and
-/// all legs in the costmap.
+/// A plan that is being flown, and what planning on needs: the roadmap, the distances to every
+/// goal, and all legs in the costmap.
 #[derive(Debug)]
 pub struct Running {
     /// With the drones that came, and the last tasks of all.
@@ -88,12 +88,13 @@ pub struct Running {
 pub struct Replanned {
     /// The drones that have another trajectory now, in the order of the plan.
     pub changed: Vec<Changed>,
-    /// The drones without a path, in the order of the plan: one that was given another task goes on with
-    /// what it had, one that is late follows its plan as late as it is, and one that comes is not let in.
-    /// One that would run into others like that, or had to give way to one that stops, stops as well.
+    /// The drones without a path, in the order of the plan: one that was given another task goes on
+    /// with what it had, one that is late follows its plan as late as it is, and one that comes is
+    /// not let in. One that would run into others like that, or had to give way to one that stops,
+    /// stops as well.
     pub refused: Vec<Unplanned>,
-    /// Violations that begin before the drones in them could be made to do anything else, as of a late
-    /// drone that is in another's way already. They are in the plan, too.
+    /// Violations that begin before the drones in them could be made to do anything else, as of a
+    /// late drone that is in another's way already. They are in the plan, too.
     pub unavoidable: Vec<Violation>,
     /// What the search did.
     pub effort: Effort,
@@ -173,8 +174,8 @@ impl Running {
         &self.world
     }
 
-    /// Plans on from a moment, with these changes, and verifies the whole plan. Times go on counting from
-    /// where the plan began, in whole hundredths of a second: `at_s` is rounded up.
+    /// Plans on from a moment, with these changes, and verifies the whole plan. Times go on
+    /// counting from where the plan began, in whole hundredths of a second: `at_s` is rounded up.
     ///
     /// The same changes to the same plan give the same bytes on any number of threads.
     ///
@@ -238,8 +239,8 @@ impl Running {
         }
     }
 
-    /// The whole plan judged, the sums over the fleet made anew. All drones are verified, not only those
-    /// that have changed.
+    /// The whole plan judged, the sums over the fleet made anew. All drones are verified, not only
+    /// those that have changed.
     fn judge(&mut self) {
         let unplanned = self.plan.unplanned.clone();
         self.plan.fleet = fleet(&self.plan.drones, |drone| {
@@ -285,8 +286,8 @@ struct Asked {
     settled: bool,
 }
 
-/// Applies the changes, which are in order, and plans the drones affected. A drone that comes and finds no
-/// path is not let in: the others are planned without it.
+/// Applies the changes, which are in order, and plans the drones affected. A drone that comes and
+/// finds no path is not let in: the others are planned without it.
 fn take(
     running: &mut Running,
     at: Tick,
@@ -381,7 +382,8 @@ impl Turn<'_> {
         }
     }
 
-    /// Sets a drone back by a time (s), at most to where its track begins; nothing to do for one at rest.
+    /// Sets a drone back by a time (s), at most to where its track begins; nothing to do for one at
+    /// rest.
     fn fall_behind(&mut self, index: usize, by_s: f64) {
         let (at, roadmap) = (self.at, &self.running.job.roadmap);
         let track = &mut self.running.tracks[index];
@@ -629,8 +631,8 @@ impl Turn<'_> {
         Ok((told, released))
     }
 
-    /// What each drone has to do from where it can do something else, and what it keeps if it finds no
-    /// path; nothing is kept of drones that cannot be planned anew.
+    /// What each drone has to do from where it can do something else, and what it keeps if it finds
+    /// no path; nothing is kept of drones that cannot be planned anew.
     fn agents(&mut self) -> Vec<(Agent, Vec<Leg>)> {
         let roadmap = &self.running.job.roadmap;
         let mut agents = Vec::with_capacity(self.running.tracks.len());
@@ -660,8 +662,8 @@ impl Turn<'_> {
         agents
     }
 
-    /// The drones that have found no path, and would run into others if they went on as they are to: late,
-    /// or as they had to.
+    /// The drones that have found no path, and would run into others if they went on as they are
+    /// to: late, or as they had to.
     fn clashing(&self, paths: &Paths, under_way: &[Tick], stopped: &BTreeSet<usize>) -> Vec<usize> {
         let mut verdict = Verdict::default();
         let mut clashes = |index: &usize| {
@@ -682,7 +684,8 @@ impl Turn<'_> {
         left_out.filter(|index| clashes(index)).collect()
     }
 
-    /// Writes what was found into tracks and plan: the drones that have changed, and those without a path.
+    /// Writes what was found into tracks and plan: the drones that have changed, and those without
+    /// a path.
     fn write(self, stopped: &BTreeSet<usize>, mut paths: Paths) -> (Vec<Changed>, Vec<Unplanned>) {
         let (mut changed, mut refused) = (Vec::new(), Vec::new());
         let Running {
@@ -780,8 +783,8 @@ impl Turn<'_> {
     }
 }
 
-/// The drones in the way of a late one where it can do something else first: it has to get away from
-/// those that do not give way.
+/// The drones in the way of a late one where it can do something else first: it has to get away
+/// from those that do not give way.
 fn blockers_at_departure(running: &Running, index: usize) -> Vec<Blocker> {
     let agent = &running.job.agents[index];
     let now = Leg {

@@ -56,8 +56,8 @@ impl Track {
         (leg.start <= at).then_some(index)
     }
 
-    /// Where it is at a moment, and from when on it can do something else. A leg is flown to its end; a
-    /// dwell that has begun is, too, unless it `drops` what it has to do.
+    /// Where it is at a moment, and from when on it can do something else. A leg is flown to its
+    /// end; a dwell that has begun is, too, unless it `drops` what it has to do.
     pub(super) fn state(&self, roadmap: &Roadmap, at: Tick, drops: bool) -> State {
         let Some(index) = self.leg_at(at) else {
             return State::Absent;
@@ -84,7 +84,8 @@ impl Track {
         };
         let begun: Vec<Leg> = begun.map(cut).collect();
         let at_m = begun.last().map_or(leg.from_m, |leg| leg.to_m);
-        // A leg down or up counts as flown: a drone that stays there before or after it is on the ground.
+        // A leg down or up counts as flown: a drone that stays there before or after it is on the
+        // ground.
         let past = self.legs.partition_point(|leg| leg.end <= departs);
         let mut around = self.legs[past.saturating_sub(1)..].iter().take(2);
         let grounded = if past == 0 {
@@ -102,8 +103,8 @@ impl Track {
         }
     }
 
-    /// What it has to do from where it can do something else; `None` where it cannot be planned anew: it has
-    /// nothing left to do but to end, which it cannot do otherwise.
+    /// What it has to do from where it can do something else; `None` where it cannot be planned
+    /// anew: it has nothing left to do but to end, which it cannot do otherwise.
     pub(super) fn ready(&self, roadmap: &Roadmap, at: Tick) -> Option<Agent> {
         let State::Flies {
             done,
@@ -127,8 +128,8 @@ impl Track {
 
     /// When each task is begun to dwell at and done, as far as legs get.
     ///
-    /// A task is done once the drone has been at its place for the whole dwell in one piece, after the task
-    /// before it, at the mass that it flies with from there.
+    /// A task is done once the drone has been at its place for the whole dwell in one piece, after
+    /// the task before it, at the mass that it flies with from there.
     pub(super) fn dwells(&self, roadmap: &Roadmap) -> Vec<(Tick, Tick)> {
         let mut dwells = Vec::with_capacity(self.agent.waypoints.len());
         let mut from = self.since;
@@ -177,8 +178,8 @@ impl Track {
         }
     }
 
-    /// Behind by some ticks from a moment on: it stands for that long where it was that long ago, and goes
-    /// on from there.
+    /// Behind by some ticks from a moment on: it stands for that long where it was that long ago,
+    /// and goes on from there.
     pub(super) fn fall_behind(&mut self, roadmap: &Roadmap, at: Tick, by: u32) {
         let was = Tick(at.0 - by);
         let dwells = self.dwells(roadmap);
@@ -248,8 +249,8 @@ impl Track {
 
 /// The legs of a drone, back to back; between two break points there is one.
 ///
-/// A break point between two ticks is passed by on the straight line between its places at both: by less than
-/// it flies in a tick. `kind` is what flies at a mass (kg).
+/// A break point between two ticks is passed by on the straight line between its places at both: by
+/// less than it flies in a tick. `kind` is what flies at a mass (kg).
 pub(crate) fn legs_of(
     drone: DroneId,
     plan: &DronePlan,

@@ -47,7 +47,8 @@ pub(super) struct Field<'r, 't> {
 }
 
 impl Field<'_, '_> {
-    /// The problem that the value is of another kind than `what`, labelled with the kind that it is.
+    /// The problem that the value is of another kind than `what`, labelled with the kind that it
+    /// is.
     fn must_be(&self, what: &str) -> Problem {
         let Field { value, key, who } = self;
         let problem = Problem::at(&value.head(), format!("`{key}` of {who} must be {what}"));
@@ -238,7 +239,8 @@ impl<'t> Reader<'t> {
         seed
     }
 
-    /// Notes a value that is no whole number; `range` is the label of a number with a fraction or a sign.
+    /// Notes a value that is no whole number; `range` is the label of a number with a fraction or a
+    /// sign.
     fn not_whole(&mut self, field: Field<'_, 't>, range: &str) {
         let problem = field.must_be("a whole number");
         self.report(match field.value.plain::<f64>() {

@@ -205,8 +205,8 @@ impl<'w> Meaning<'w> {
         read.map_err(|more| self.problems.extend(more)).ok()
     }
 
-    /// Every drone with what is typed of it, in the scenario's order; one of an unknown airframe stands in as
-    /// a point.
+    /// Every drone with what is typed of it, in the scenario's order; one of an unknown airframe
+    /// stands in as a point.
     fn drones(&mut self) -> Vec<Sourced<'w>> {
         let mut vehicles: BTreeMap<&str, Option<Vehicle>> = BTreeMap::new();
         let mut drones = Vec::new();
@@ -242,7 +242,8 @@ impl<'w> Meaning<'w> {
         drones
     }
 
-    /// The scenario's own airframe of this name, or the preset; `None` where there is none, or it cannot fly.
+    /// The scenario's own airframe of this name, or the preset; `None` where there is none, or it
+    /// cannot fly.
     fn vehicle(&mut self, source: &written::Drone) -> Option<Vehicle> {
         let name = source.airframe.value.as_str();
         let Some(own) = self.written.airframes.get(name) else {

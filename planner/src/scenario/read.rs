@@ -163,7 +163,8 @@ fn drones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Vec<Drone
     Some(drones)
 }
 
-/// The name of a drone as far as it is one, and the drone where at least one of its places could be read.
+/// The name of a drone as far as it is one, and the drone where at least one of its places could be
+/// read.
 fn drone<'t>(
     reader: &mut Reader<'t>,
     value: Value<'t>,

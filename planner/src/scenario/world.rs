@@ -31,8 +31,8 @@ pub struct World {
     pub drones: Vec<Drone>,
     /// How to plan.
     pub planning: Planning,
-    /// What a reader of the plan should know about this question: frames outside the jet's fit, frames
-    /// without a near-field model.
+    /// What a reader of the plan should know about this question: frames outside the jet's fit,
+    /// frames without a near-field model.
     pub notes: Vec<String>,
 }
 
@@ -41,7 +41,8 @@ pub struct World {
 pub struct Vehicle {
     /// Mass, propellers, motor distance: what makes its air.
     pub airframe: Airframe,
-    /// Radius of the ball that must stay clear of bodies and obstacles (m); default: to the rotor tips.
+    /// Radius of the ball that must stay clear of bodies and obstacles (m); default: to the rotor
+    /// tips.
     pub body_radius_m: f64,
     /// Highest speed along a leg (m/s).
     pub max_speed_mps: f64,

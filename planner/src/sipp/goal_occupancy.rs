@@ -1,7 +1,7 @@
 //! What staying at a place costs at least, by when: others may still come through it.
 //!
 //! A drone that has to dwell where another hovers for ten seconds more can wait, or make it give
-//! way. Known before the search, the cheaper of the two keeps it from trying every way of being
+//! way. Known before the search, the cheaper of the two keeps it from trying every manner of being
 //! early.
 
 use costmap::leg::{DroneId, KindId, Leg, Tick};
@@ -143,8 +143,8 @@ impl Stays {
         }
     }
 
-    /// Least of later arrivals and prices that is still to come after a waypoint, beyond `ends`: the
-    /// end of the last dwell at the earliest.
+    /// Least of later arrivals and prices that is still to come after a waypoint, beyond `ends`:
+    /// the end of the last dwell at the earliest.
     pub(crate) fn excess(&self, waypoint: u16, ends: u32) -> u32 {
         let excess = self.ahead(waypoint, ends).map(|(stay, at)| stay.excess(at));
         excess.max().unwrap_or(0)

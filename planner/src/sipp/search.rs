@@ -2,7 +2,7 @@
 //!
 //! A state is a place, a task and a moment. From there the drone steps to a neighbouring place,
 //! dwells, or ends. Who is in the way is asked of the tables of reservations, where there are any,
-//! and the way that was found is judged by the costmap; without them every step is. A drone in the
+//! and the path that was found is judged by the costmap; without them every step is. A drone in the
 //! way does not forbid a step: it may be met, once, at a price, and gives way afterwards (ejection
 //! chains: F. Glover, "Ejection chains, reference structures and alternating path methods for
 //! traveling salesman problems", Discrete Applied Mathematics 65, 1996; here as penalties in the
@@ -34,27 +34,27 @@ use setting::RefutedEdges;
 pub(crate) use setting::{IMMOVABLE, Setting};
 use walk::Search;
 
-/// What is left to fly counts one part in 2ⁿ more than it takes, so that of ways that differ by
+/// What is left to fly counts one part in 2ⁿ more than it takes, so that of paths that differ by
 /// less the one found first will do. The part bounds the excess of an answer over the best. Chosen
 /// here.
 const PLAIN_SHIFT: u32 = 5;
-/// A plain look, where hardly anybody is in the way and nothing in between, takes so many states:
-/// chosen here.
+/// A plain look, where few drones are in the way and nothing solid in between, takes so many
+/// states: chosen here.
 const PLAIN_STATES: u64 = 64;
-/// Past those who stay the search is in more of a hurry the longer it takes: the part, and up to
+/// Past drones that stay the heuristic weighs more the longer the search takes: the part, and up to
 /// how many states. Chosen here: the first nearly always answers, and the others keep a crowd from
 /// costing seconds a drone.
 const WEIGHT_SCHEDULE: [(u32, u64); 4] = [(5, 500), (3, 1_500), (2, 5_000), (0, u64::MAX)];
 /// Where more of all places than this are closed for good there is no plain look: chosen here.
 const PLAIN_SHARE: f64 = 0.12;
-/// A plain look may take a state more for each of these ticks of the way: chosen here, two a step
+/// A plain look may take a state more for each of these ticks of the path: chosen here, two a step
 /// of 1 m at 2 m/s.
 const TICKS_A_STATE: u64 = 25;
 
-/// Ways tried by the reservation table's intervals before every step is judged; chosen here.
+/// Paths tried by the reservation table's intervals before every step is judged; chosen here.
 const MOST_TRIES: usize = 8;
 
-/// Finds the cheapest way for one agent.
+/// Finds the cheapest path for one agent.
 ///
 /// With a reservation table it is looked for in brief, and judged in the end; steps that were taken
 /// for free are judged at once when it is looked for again.
@@ -142,8 +142,8 @@ fn is_valid(setting: &Setting<'_>, path: &Path, refuted: &mut RefutedEdges) -> b
     sound
 }
 
-/// One search: a plain look first where few are in the way, then past the drones that stay, with the
-/// weight schedule.
+/// One search: a plain look first where few are in the way, then past the drones that stay, with
+/// the weight schedule.
 fn look<'a>(
     setting: Setting<'a>,
     agent: &'a Agent,

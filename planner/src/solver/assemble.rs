@@ -115,7 +115,8 @@ fn drone_plan(
     entry
 }
 
-/// Writes down where a drone is when, and when its wake is on; `mass_kg` says what a leg weighs (kg).
+/// Writes down where a drone is when, and when its wake is on; `mass_kg` says what a leg weighs
+/// (kg).
 pub(crate) fn write_legs(entry: &mut DronePlan, legs: &[Leg], mass_kg: impl Fn(&Leg) -> f64) {
     entry.trajectory = break_points(legs, mass_kg);
     let flying = || legs.iter().filter(|leg| leg.flying);
@@ -130,7 +131,8 @@ pub(crate) fn write_legs(entry: &mut DronePlan, legs: &[Leg], mass_kg: impl Fn(&
     };
 }
 
-/// Writes down how an agent goes from its departure on: when it arrives, and what the others cost it.
+/// Writes down how an agent goes from its departure on: when it arrives, and what the others cost
+/// it.
 pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, arrives: Tick) {
     let alone = agent.alone_ticks;
     entry.arrives_s = arrives.seconds();

@@ -35,7 +35,7 @@ fn under(job: &Job, ends_m: impl Iterator<Item = Point3<f64>>) -> Crowding {
     let [nx, ny, nz] = lattice.counts().map(|count| count as i32);
     let is_open = |i: i32, j: i32| {
         let mut places = (0..nz).filter_map(|k| lattice.at([i, j, k]));
-        places.any(|place| job.roadmap.ways(place).next().is_some())
+        places.any(|place| job.roadmap.edges(place).next().is_some())
     };
     let columns = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j)));
     let column = |end_m: Point3<f64>| {

@@ -1,10 +1,10 @@
 //! Starts and goals that exclude one another, found before any search.
 //!
-//! Two sets are judged, each as if it lasted: all drones at their starts at time 0, and those that stay
-//! at their goals after the last arrival. Bodies, columns, wakes and zones are judged as
+//! Two sets are judged, each as if it lasted: all drones at their starts at time 0, and those that
+//! stay at their goals after the last arrival. Bodies, columns, wakes and zones are judged as
 //! [`verify`](crate::verify::verify) judges them, with the clearance between bodies in addition: an
-//! endpoint is chosen by the planner's rules. Where an endpoint lies (bounds, obstacles) is not asked
-//! here, except of the places proposed instead.
+//! endpoint is chosen by the planner's rules. Where an endpoint lies (bounds, obstacles) is not
+//! asked here, except of the places proposed instead.
 
 mod sites;
 
@@ -30,11 +30,12 @@ const BEARINGS: usize = 24;
 /// One exclusion: of which drone, by what, and how.
 type Excluded = (usize, Blocker, Exclusion);
 
-/// Every pair of starts, and of goals at which drones stay, that no plan can have; and every drone that
-/// hovers where it breaks a zone's limit. By drone, starts before goals.
+/// Every pair of starts, and of goals at which drones stay, that no plan can have; and every drone
+/// that hovers where it breaks a zone's limit. By drone, starts before goals.
 ///
-/// A pair is named once, under the later of two bodies that touch and under the drone that suffers from
-/// a column or a wake. Where only a sum of wakes exceeds a limit, the strongest of them is named.
+/// A pair is named once, under the later of two bodies that touch and under the drone that suffers
+/// from a column or a wake. Where only a sum of wakes exceeds a limit, the strongest of them is
+/// named.
 pub fn check(world: &World) -> Vec<EndpointConflict> {
     let (judge, mut cache) = EndpointJudge::new(world);
     let mut conflicts = Vec::new();
@@ -149,7 +150,8 @@ fn nearest(judge: &EndpointJudge<'_>, sites: &Sites, drone: usize) -> Option<Poi
     })
 }
 
-/// Whether a drone may be there: in bounds, clear of solids, in order with all others and the zones.
+/// Whether a drone may be there: in bounds, clear of solids, in order with all others and the
+/// zones.
 fn in_order(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site) -> bool {
     let bounds_m = &judge.world.bounds_m;
     let fits = |place_m: &Point3<f64>, clearance_m: f64| {

@@ -132,7 +132,7 @@ pub(crate) fn told(failures: &[Failure]) -> Vec<Unplanned> {
     failures.collect()
 }
 
-/// Plans every drone alone among the zones: how long that takes, and who has no way at all.
+/// Plans every drone alone among the zones: how long that takes, and who has no path at all.
 fn kept_out_by_zones(
     job: &mut Job,
     empty: &Costmap,
@@ -161,9 +161,9 @@ fn kept_out_by_zones(
     out
 }
 
-/// What the fleet would do if it were planned without wakes, judged with them: the contrast alone, for
-/// worlds that [`plan_world`] finds blocked. `None` where even the bodies exclude one another at
-/// the start.
+/// What the fleet would do if it were planned without wakes, judged with them: the contrast alone,
+/// for worlds that [`plan_world`] finds blocked. `None` where even the bodies exclude one another
+/// at the start.
 pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash> {
     let conflicts = endpoints::check(world);
     let stuck = |c: &EndpointConflict| {

@@ -1,11 +1,11 @@
-//! Every drone at once, where there is no way for one after another.
+//! Every drone at once, where there is no path for one after another.
 //!
 //! On a crowded floor the drone that is planned last finds the rest in the way, in whatever order:
-//! with half of all columns held hardly anybody has a way that those who wait at their starts, and
-//! those who are home, leave free. Here all of them step at the same time, one cell along one axis
-//! or none, for as long as the slowest needs; the drone that is in the way is pushed on, home or
-//! not. The ways are longer than those of [`crate::solver::priority`], which plans those who are
-//! left at the end.
+//! with half of all columns held hardly any drone has a path that those who wait at their starts,
+//! and those who are home, leave free. Here all of them step at the same time, one cell along one
+//! axis or none, for as long as the slowest needs; the drone that is in the way is displaced by
+//! priority inheritance, home or not. The paths are longer than those of
+//! [`crate::solver::priority`], which plans those who are left at the end.
 //!
 //! What two steps do to one another is read from the tables of reservations, with room to spare for
 //! the sums of many wakes.
@@ -104,7 +104,7 @@ pub(crate) fn run_pibt(
 }
 
 impl PibtRun {
-    /// Every drone's whole ways, with those of who was planned from there on, and the costmap with
+    /// Every drone's whole paths, with those of who was planned from there on, and the costmap with
     /// all of them in it.
     ///
     /// `None` if it says that a drone is in the way of a drone.

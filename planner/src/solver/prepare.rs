@@ -28,7 +28,7 @@ const TOUCH_M: f64 = 1e-3;
 /// Everything that stays the same while a fleet is planned.
 #[derive(Debug)]
 pub(crate) struct Job {
-    /// Ways through free space.
+    /// Paths through free space.
     pub(crate) roadmap: Roadmap,
     /// One per drone, in the world's order.
     pub(crate) agents: Vec<Agent>,
@@ -215,7 +215,7 @@ fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
     let mut stops: Vec<Vertex> = Vec::new();
     for &vertex in vertices.iter().filter(|v| roadmap.is_stop(**v)) {
         stops.push(vertex);
-        let above = roadmap.ways(vertex).map(|(to, _)| to);
+        let above = roadmap.edges(vertex).map(|(to, _)| to);
         stops.extend(above.filter(|to| roadmap.is_stop(*to)));
     }
     stops.sort_unstable();

@@ -1,9 +1,9 @@
-//! The order of the fleet, and what to do when a drone finds no way.
+//! The order of the fleet, and what to do when a drone finds no path.
 //!
 //! Shortest agent first. A search never has to fail: a drone may cross what others hold, at a
 //! price for each of them; the drone that is crossed is evicted, replanned next, and dearer from
-//! then on. The growing prices end quarrels: without growth two drones can evict each other until
-//! the end. A drone that is evicted too often, or that has no way at all, stays at its start for
+//! then on. The growing prices end evictions: without growth two drones can evict each other until
+//! the end. A drone that is evicted too often, or that has no path at all, stays at its start for
 //! good; the rest is planned around it, and the fleet is tried again in other orders, the best
 //! answer counting.
 
@@ -32,11 +32,11 @@ mod lns;
 /// `plan bench warehouse --drones 1500 --seeds 1` is through after 840, 2000 drones never were.
 const MOST_EXPANSIONS_A_DRONE: u64 = 1_500;
 /// Where more than this share of all columns is held in the end, every drone is planned at once
-/// first. Chosen here: where less is, one after another nearly always find ways, and better ones.
+/// first. Chosen here: where less is, one after another nearly always find paths, and better ones.
 const CROWDED_SHARE: f64 = 0.4;
 /// Orders tried when a drone is left out; chosen here.
 const ORDERS: u64 = 4;
-/// Price in ticks of changing the way of a drone that no drone asked to change. Chosen here: 20 s,
+/// Price in ticks of changing the path of a drone that no drone asked to change. Chosen here: 20 s,
 /// so that those who are asked rather wait for a while.
 const UNASKED_WEIGHT: u32 = 2_000;
 
@@ -131,7 +131,8 @@ impl FleetProblem<'_> {
         attempt
     }
 
-    /// Number of drones that no order can plan: the excluded, and those that no path leads to a task.
+    /// Number of drones that no order can plan: the excluded, and those that no path leads to a
+    /// task.
     fn hopeless(&self) -> usize {
         let known = |drone: DroneId| self.excluded.iter().any(|(other, _)| *other == drone);
         let unreachable = |agent: &&Agent| agent.alone_ticks == UNREACHABLE && !known(agent.drone);
@@ -168,7 +169,7 @@ fn splitmix64(seed: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Plans a few drones among others that stay as they are; `None` unless all of them find a way.
+/// Plans a few drones among others that stay as they are; `None` unless all of them find a path.
 pub(crate) fn plan_group(
     job: &Job,
     others: &Costmap,
@@ -196,20 +197,21 @@ pub(crate) fn plan_group(
 pub(crate) struct Affected<'a> {
     /// Who is planned, wherever they are in the costmap.
     pub(crate) group: &'a [DroneId],
-    /// Whose legs are others now, and what they keep: no way is looked for.
+    /// Whose legs are others now, and what they keep: no path is looked for.
     pub(crate) settled: &'a [DroneId],
     /// Every drone's legs as they are.
     pub(crate) costmap: Costmap,
     /// Until when each drone goes on as it does.
     pub(crate) under_way: Vec<Tick>,
-    /// What each drone goes on with if it finds no way; nothing for those who cannot be made to
+    /// What each drone goes on with if it finds no path; nothing for those who cannot be made to
     /// give way, and in the group for those who are not let in then.
     pub(crate) kept: Vec<Vec<Leg>>,
 }
 
 /// Plans those in the group; the drone that gives way to them is planned again.
 ///
-/// Paths are those of drones whose way has changed. Those who find none keep what they are to keep.
+/// Paths are those of drones whose path has changed. Those who find none keep what they are to
+/// keep.
 pub(crate) fn plan_affected(
     job: &Job,
     affected: Affected<'_>,
@@ -263,7 +265,7 @@ pub(crate) fn plan_affected(
     attempt.into_paths()
 }
 
-/// Ways for every drone but those who are excluded, or `None`.
+/// Paths for every drone but those who are excluded, or `None`.
 fn plan_by_pibt(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths> {
     let FleetProblem {
         job,

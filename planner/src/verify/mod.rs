@@ -1,7 +1,8 @@
 //! Judges a plan against the flow model, in continuous time and from the plan's data alone.
 //!
-//! The verifier reads `airflow` and the geometry in the plan; it never asks the costmap, the roadmap or
-//! the search, so a mistake there cannot hide here. What it decides, and to what tolerance:
+//! The verifier reads `airflow` and the geometry in the plan; it never asks the costmap, the
+//! roadmap or the search, so a mistake there cannot hide here. What it decides, and to what
+//! tolerance:
 //!
 //! | check | rule | found by | tolerance |
 //! | --- | --- | --- | --- |
@@ -15,16 +16,16 @@
 //! | air | mean over the rotor discs of all wakes superposed, at most `air_limit` U_H | subdivision on an upper bound | 0.001 U_H, 1 ms |
 //! | zone | the wakes superposed at every point of the box, and the wall jets along the floor | subdivision of box and time on an upper bound | 0.5 %, 1 cm |
 //!
-//! `clearance_m` is the planner's margin, not a rule: bodies are judged by their radii alone, because
-//! a landing drone comes within any clearance of what it lands on. Wakes weaker than
+//! `clearance_m` is the planner's margin, not a rule: bodies are judged by their radii alone,
+//! because a landing drone comes within any clearance of what it lands on. Wakes weaker than
 //! [`FAINTEST_WAKE_MPS`] on their own are left out of every sum.
 //!
-//! A drone that keeps hovering at its end is judged up to the last time of the whole plan and at rest
-//! after it; its axial exposure, energy and time over the limit count to its own last time
+//! A drone that keeps hovering at its end is judged up to the last time of the whole plan and at
+//! rest after it; its axial exposure, energy and time over the limit count to its own last time
 //! ([`DroneExposure`]).
 //!
-//! `scene` is the plan as the checks see it; `checks` holds one file for each of them, `bounds` what
-//! bounds a wake over ranges of places, `time` what happens over spans of time.
+//! `scene` is the plan as the checks see it; `checks` holds one file for each of them, `bounds`
+//! what bounds a wake over ranges of places, `time` what happens over spans of time.
 
 pub(crate) mod bounds;
 pub(crate) mod checks;

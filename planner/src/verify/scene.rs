@@ -26,12 +26,13 @@ pub(crate) struct Scene<'a> {
     pub(crate) superposition: Superposition,
     /// What a finding adds to the hover jet.
     pub(crate) flown: Flown,
-    /// The longest convective delay of any wake down to the floor (s); 0 where wakes are quasi-static.
+    /// The longest convective delay of any wake down to the floor (s); 0 where wakes are
+    /// quasi-static.
     pub(crate) longest_lag_s: f64,
     /// Last time of any drone (s): from here on all rest.
     pub(crate) last_s: f64,
-    /// Drones that stay are judged up to here (s): `last_s`, the longest delay, and a second of rest,
-    /// which stands for all time after it.
+    /// Drones that stay are judged up to here (s): `last_s`, the longest delay, and a second of
+    /// rest, which stands for all time after it.
     pub(crate) horizon_s: f64,
     /// In the plan's order, those that cannot be read left out.
     pub(crate) flights: Vec<Flight>,
@@ -45,7 +46,8 @@ pub(crate) struct Flight {
     pub(crate) name: String,
     /// Up to the scene's horizon where it stays.
     pub(crate) trajectory: Trajectory,
-    /// When its wake is on and its air is limited (s); empty where the second is not after the first.
+    /// When its wake is on and its air is limited (s); empty where the second is not after the
+    /// first.
     pub(crate) airborne_s: Span,
     /// Highest mean air over its discs, over its induced velocity.
     pub(crate) air_limit: f64,
@@ -64,7 +66,8 @@ pub(crate) struct Flight {
 }
 
 impl Flight {
-    /// Its wakes without those that repeat: consecutive pieces share one while the mass stays the same.
+    /// Its wakes without those that repeat: consecutive pieces share one while the mass stays the
+    /// same.
     pub(crate) fn different_wakes(&self) -> Vec<Arc<BoundedWake>> {
         let mut different: Vec<Arc<BoundedWake>> = Vec::new();
         for wake in &self.wakes {
@@ -117,7 +120,8 @@ impl<'a> Attached<'a> {
         }
     }
 
-    /// Whether it surely reaches all of some heights (m) over a span of time, and whether it may reach one.
+    /// Whether it surely reaches all of some heights (m) over a span of time, and whether it may
+    /// reach one.
     pub(crate) fn reaches(
         &self,
         obstacles: &Obstacles,
@@ -129,8 +133,8 @@ impl<'a> Attached<'a> {
     }
 }
 
-/// Whether a wake whose drone is in a box surely reaches all of some heights (m), and whether it may
-/// reach one.
+/// Whether a wake whose drone is in a box surely reaches all of some heights (m), and whether it
+/// may reach one.
 pub(crate) fn reaches(
     wake: &BoundedWake,
     stops: &[u32],

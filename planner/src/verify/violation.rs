@@ -24,7 +24,8 @@ pub(crate) struct Worst {
 }
 
 impl Scene<'_> {
-    /// A violation by one flight over a span of time; open if it lasts into the rest after the last time.
+    /// A violation by one flight over a span of time; open if it lasts into the rest after the last
+    /// time.
     pub(crate) fn violation(
         &self,
         flight: &Flight,
@@ -47,7 +48,8 @@ impl Scene<'_> {
     }
 }
 
-/// A violation of the kind `malformed`: a contradiction of the plan as a whole (drone 0), or of one drone, at a time (s) and a place (m).
+/// A violation of the kind `malformed`: a contradiction of the plan as a whole (drone 0), or of one
+/// drone, at a time (s) and a place (m).
 pub(crate) fn malformed(
     (index, drone): (usize, &str),
     why: String,

@@ -3,15 +3,15 @@
 use costmap::leg::Tick;
 
 use crate::graph::lattice::{AXES, Lattice};
-use crate::graph::roadmap::{Roadmap, Vertex, Way};
+use crate::graph::roadmap::{Edge, Roadmap, Vertex};
 
-/// No way at all.
+/// No path at all.
 pub(crate) const UNREACHABLE: u32 = u32::MAX;
 
 /// What limits a drone on a roadmap.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mover {
-    /// Along every way (m/s).
+    /// Along every edge (m/s).
     pub(super) speed_mps: f64,
     /// Of the ball that must stay clear: body and clearance (m).
     pub(super) radius_m: f64,
@@ -51,14 +51,14 @@ impl Mover {
         self.radius_m
     }
 
-    /// Whole ticks that a way takes; `None` where it may not go.
-    pub(crate) fn ticks(&self, roadmap: &Roadmap, to: Vertex, way: Way) -> Option<u32> {
-        if !way.fits(self.radius_m) || (roadmap.is_stop(to) && !self.stops.contains(&to)) {
+    /// Whole ticks that an edge takes; `None` where it may not go.
+    pub(crate) fn ticks(&self, roadmap: &Roadmap, to: Vertex, edge: Edge) -> Option<u32> {
+        if !edge.fits(self.radius_m) || (roadmap.is_stop(to) && !self.stops.contains(&to)) {
             return None;
         }
         let mut steps = self.steps.iter();
-        let step = steps.find(|(length_m, _)| *length_m == way.length_m);
-        let duration = || self.duration(f64::from(way.length_m));
+        let step = steps.find(|(length_m, _)| *length_m == edge.length_m);
+        let duration = || self.duration(f64::from(edge.length_m));
         Some(step.map_or_else(duration, |(_, ticks)| *ticks))
     }
 
@@ -81,18 +81,18 @@ impl Mover {
         from: Vertex,
         mut f: impl FnMut(Vertex, u32),
     ) {
-        let fitting = |(to, way): (Vertex, Way)| Some((to, self.ticks(roadmap, to, way)?));
+        let fitting = |(to, edge): (Vertex, Edge)| Some((to, self.ticks(roadmap, to, edge)?));
         let open = roadmap.open_steps(self.radius_m);
         let Some(open) = open.filter(|_| !roadmap.is_stop(from)) else {
-            let ways = roadmap.ways(from).filter_map(fitting);
-            return ways.for_each(|(to, ticks)| f(to, ticks));
+            let edges = roadmap.edges(from).filter_map(fitting);
+            return edges.for_each(|(to, ticks)| f(to, ticks));
         };
         for (n, to) in roadmap.lattice().stepped(from, open[from as usize]) {
             f(to, self.steps[AXES[n]].1);
         }
         if !self.stops.is_empty() {
-            let ways = roadmap.ways_beyond(from).filter_map(fitting);
-            ways.for_each(|(to, ticks)| f(to, ticks));
+            let edges = roadmap.edges_beyond(from).filter_map(fitting);
+            edges.for_each(|(to, ticks)| f(to, ticks));
         }
     }
 

@@ -81,8 +81,8 @@ fn the_table_is_what_petgraph_finds() {
         });
         // Backwards: the table counts from anywhere to the goal.
         for from in 0..roadmap.place_count() as Vertex {
-            for (to, way) in roadmap.ways(from) {
-                if let Some(ticks) = mover.ticks(&roadmap, to, way) {
+            for (to, edge) in roadmap.edges(from) {
+                if let Some(ticks) = mover.ticks(&roadmap, to, edge) {
                     graph.add_edge(
                         NodeIndex::new(to as usize),
                         NodeIndex::new(from as usize),

@@ -1,13 +1,13 @@
-//! Stops beyond the lattice, and the ways between them and the places around.
+//! Stops beyond the lattice, and the edges between them and the places around.
 
 use std::collections::BTreeMap;
 
 use nalgebra::Point3;
 
-use super::survey::{CLEARANCE_TOLERANCE_M, Stop, Survey, Vertex, Way};
+use super::survey::{CLEARANCE_TOLERANCE_M, Edge, Stop, Survey, Vertex};
 use crate::scenario::world::Bounds;
 
-/// The stops beyond the lattice and their ways, while a roadmap is being made.
+/// The stops beyond the lattice and their edges, while a roadmap is being made.
 pub(super) struct Links<'a> {
     /// Measures clearances.
     survey: &'a Survey<'a>,
@@ -18,8 +18,8 @@ pub(super) struct Links<'a> {
     /// Places beyond the lattice (m), by vertex from its number of places on.
     pub(super) places_m: Vec<Point3<f64>>,
     known: BTreeMap<[u64; 5], Vertex>,
-    /// Ways found, in both directions.
-    pub(super) ways: BTreeMap<(Vertex, Vertex), Way>,
+    /// Edges found, in both directions.
+    pub(super) edges: BTreeMap<(Vertex, Vertex), Edge>,
 }
 
 impl<'a> Links<'a> {
@@ -36,11 +36,12 @@ impl<'a> Links<'a> {
             open,
             places_m,
             known: BTreeMap::new(),
-            ways: BTreeMap::new(),
+            edges: BTreeMap::new(),
         }
     }
 
-    /// The vertex of a stop: a lattice place that is exactly there, or a new place with ways to those around.
+    /// The vertex of a stop: a lattice place that is exactly there, or a new place with edges to
+    /// those around.
     pub(super) fn connect(&mut self, stop: &Stop) -> Vertex {
         let lattice = self.survey.lattice;
         if let Some(place) = lattice.place_at(&stop.point_m)
@@ -102,7 +103,7 @@ impl<'a> Links<'a> {
         None
     }
 
-    /// Ways to the corners of the stop's cell or, where one of them is blocked, to those around as
+    /// Edges to the corners of the stop's cell or, where one of them is blocked, to those around as
     /// well.
     fn link_to_lattice(&mut self, vertex: Vertex, stop: &Stop) {
         let lattice = self.survey.lattice;
@@ -137,14 +138,14 @@ impl<'a> Links<'a> {
         }
     }
 
-    /// A way in both directions, of the clearance given (m).
+    /// An edge in both directions, of the clearance given (m).
     fn link(&mut self, a: Vertex, b: Vertex, a_m: Point3<f64>, b_m: Point3<f64>, clearance_m: f64) {
-        let way = Way {
+        let edge = Edge {
             length_m: (b_m - a_m).norm() as f32,
             clearance_m: clearance_m as f32,
         };
-        self.ways.insert((a, b), way);
-        self.ways.insert((b, a), way);
+        self.edges.insert((a, b), edge);
+        self.edges.insert((b, a), edge);
     }
 }
 

@@ -1,4 +1,4 @@
-//! How much room there is along straight ways, and where drones stop beyond the lattice.
+//! How much room there is along straight edges, and where drones stop beyond the lattice.
 
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -12,9 +12,9 @@ pub(crate) type Vertex = u32;
 /// Clearances are kept to a tenth of a millimetre, below what the verifier forgives (m).
 pub(super) const CLEARANCE_TOLERANCE_M: f64 = 1e-4;
 
-/// A straight way between two places.
+/// A straight edge between two places.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Way {
+pub(crate) struct Edge {
     /// m.
     pub(crate) length_m: f32,
     /// Distance to the nearest obstacle, and of its ends to the floor (m); capped at what the
@@ -22,14 +22,14 @@ pub(crate) struct Way {
     pub(crate) clearance_m: f32,
 }
 
-impl Way {
+impl Edge {
     /// Whether a ball of this radius fits all along.
     pub(crate) fn fits(&self, radius_m: f64) -> bool {
         is_wide(self.clearance_m, radius_m)
     }
 }
 
-/// Whether a way of this clearance (m) holds a ball of this radius (m).
+/// Whether an edge of this clearance (m) holds a ball of this radius (m).
 pub(super) fn is_wide(clearance_m: f32, radius_m: f64) -> bool {
     f64::from(clearance_m) + CLEARANCE_TOLERANCE_M >= radius_m
 }
@@ -39,13 +39,13 @@ pub(super) fn is_wide(clearance_m: f32, radius_m: f64) -> bool {
 pub(crate) struct Stop {
     /// m.
     pub(crate) point_m: Point3<f64>,
-    /// Radius of the ball that must stay clear on the ways from and to here (m).
+    /// Radius of the ball that must stay clear on the edges from and to here (m).
     pub(crate) radius_m: f64,
     /// Smaller clearance forgiven on the way straight up from here: the drone stands on something.
     pub(crate) grounded: bool,
 }
 
-/// Clearance of the 13 ways from a lattice place to neighbours of higher number; the others are
+/// Clearance of the 13 edges from a lattice place to neighbours of higher number; the others are
 /// theirs.
 pub(super) type Forward = Vec<[f32; 13]>;
 
@@ -62,8 +62,8 @@ pub(super) struct Survey<'a> {
 }
 
 impl Survey<'_> {
-    /// Clearance of every way to a neighbour of higher number, in parallel; negative infinity where there
-    /// is no neighbour.
+    /// Clearance of every edge to a neighbour of higher number, in parallel; negative infinity
+    /// where there is no neighbour.
     pub(super) fn forward_clearances(&self) -> Forward {
         let step_m = self.lattice.cell_m() * 3.0_f64.sqrt();
         let places = 0..self.lattice.place_count() as u32;
@@ -92,7 +92,7 @@ impl Survey<'_> {
                     let ends_m = a_m.min(b_m);
                     let between_m = 0.5 * (a_m + b_m - (to_m - from_m).norm());
                     let free_m = if ends_m <= 0.0 {
-                        // No drone fits, wherever the way is narrowest.
+                        // No drone fits, wherever the edge is narrowest.
                         ends_m
                     } else if between_m >= self.widest_m {
                         // Distances change by no more than one moves.
@@ -106,7 +106,7 @@ impl Survey<'_> {
             .collect()
     }
 
-    /// Distance of a straight way from all obstacles, at most `widest_m` (m).
+    /// Distance of a straight edge from all obstacles, at most `widest_m` (m).
     pub(super) fn clearance_m(&self, a_m: Point3<f64>, b_m: Point3<f64>) -> f64 {
         self.solids.map_or(self.widest_m, |solids| {
             solids.segment_clearance_m(a_m, b_m, self.widest_m)

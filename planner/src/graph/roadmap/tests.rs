@@ -58,10 +58,10 @@ fn every_way_is_as_clear_as_it_says() {
         let (roadmap, _) = Roadmap::new(&room([7.0, 7.0, 6.0]), 1.0, Some(&solids), &stops);
         let mut fitting = 0;
         for from in 0..roadmap.place_count() as Vertex {
-            for (to, way) in roadmap.ways(from).filter(|(_, way)| way.fits(RADIUS_M)) {
+            for (to, edge) in roadmap.edges(from).filter(|(_, edge)| edge.fits(RADIUS_M)) {
                 fitting += 1;
                 let (from_m, to_m) = (roadmap.position_m(from), roadmap.position_m(to));
-                assert!((f64::from(way.length_m) - (to_m - from_m).norm()).abs() < 1e-6);
+                assert!((f64::from(edge.length_m) - (to_m - from_m).norm()).abs() < 1e-6);
                 for k in 0..=10 {
                     let place_m = from_m + (to_m - from_m) * (f64::from(k) / 10.0);
                     let clear_m = solids.distance_to_point_m(place_m).0;
@@ -82,17 +82,17 @@ fn a_drone_takes_off_straight_up_from_the_shelf_it_stands_on() {
     // Its body of 0.2 m touches the shelf; with a clearance of 0.1 m it is 0.3 m.
     let standing = stop([2.3, 2.4, 1.2], true);
     let (roadmap, vertices) = Roadmap::new(&room([6.0, 6.0, 5.0]), 1.0, Some(&solids), &[standing]);
-    let out: Vec<(Vertex, Way)> = roadmap.ways(vertices[0]).collect();
+    let out: Vec<(Vertex, Edge)> = roadmap.edges(vertices[0]).collect();
     assert_eq!(out.len(), 1);
-    let (above, way) = out[0];
-    assert!(way.fits(RADIUS_M));
+    let (above, edge) = out[0];
+    assert!(edge.fits(RADIUS_M));
     let above_m = roadmap.position_m(above);
     assert_eq!((above_m.x, above_m.y), (2.3, 2.4));
     assert!((1.3 - 1e-9..1.3 + 0.02).contains(&above_m.z), "{above_m}");
     assert!(
         roadmap
-            .ways(above)
-            .any(|(to, way)| !roadmap.is_stop(to) && way.fits(RADIUS_M))
+            .edges(above)
+            .any(|(to, edge)| !roadmap.is_stop(to) && edge.fits(RADIUS_M))
     );
     // In the air at the same place it has nowhere to go: it is too near to the shelf.
     let (roadmap, vertices) = Roadmap::new(
@@ -103,8 +103,8 @@ fn a_drone_takes_off_straight_up_from_the_shelf_it_stands_on() {
     );
     assert!(
         roadmap
-            .ways(vertices[0])
-            .all(|(_, way)| !way.fits(RADIUS_M))
+            .edges(vertices[0])
+            .all(|(_, edge)| !edge.fits(RADIUS_M))
     );
 }
 
@@ -116,7 +116,7 @@ fn nobody_takes_off_under_a_roof() {
     ]);
     let standing = stop([2.3, 2.4, 1.2], true);
     let (roadmap, vertices) = Roadmap::new(&room([6.0, 6.0, 5.0]), 1.0, Some(&solids), &[standing]);
-    assert_eq!(roadmap.ways(vertices[0]).count(), 0);
+    assert_eq!(roadmap.edges(vertices[0]).count(), 0);
 }
 
 #[test]
@@ -135,7 +135,9 @@ fn a_slit_lets_through_only_those_who_fit() {
             if std::mem::replace(&mut seen[vertex as usize], true) {
                 continue;
             }
-            let fitting = roadmap.ways(vertex).filter(|(_, way)| way.fits(radius_m));
+            let fitting = roadmap
+                .edges(vertex)
+                .filter(|(_, edge)| edge.fits(radius_m));
             open.extend(fitting.map(|(to, _)| to));
         }
         seen[vertices[1] as usize]

@@ -4,7 +4,7 @@ use costmap::leg::{DroneId, Leg, Tick};
 use costmap::verdict::Why;
 use nalgebra::Point3;
 
-/// A way from start to end.
+/// A path from start to end.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Path {
     /// Back to back from where its agent begins; the last one may last until the end.
@@ -29,7 +29,7 @@ impl Path {
 /// What a search found.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Found {
-    /// The cheapest way.
+    /// The cheapest path.
     Path(Path),
     /// None, and what was in the way closest to the goal.
     Blocked(Option<Obstruction>),

@@ -1,4 +1,4 @@
-//! How long the rest of the way takes at least, past those who stay where they are for good.
+//! How long the rest of the path takes at least, past those who stay where they are for good.
 //!
 //! In a crowd most who are in the way hover at their goals already. A place where a drone hovers
 //! until the end, and has begun to before one can be there, is closed; the distances around such

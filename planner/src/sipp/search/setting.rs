@@ -17,7 +17,7 @@ pub(crate) type RefutedEdges = FxHashSet<(Vertex, Vertex)>;
 /// What a search works on.
 #[derive(Clone, Copy)]
 pub(crate) struct Setting<'a> {
-    /// Ways through free space.
+    /// Paths through free space.
     pub(crate) roadmap: &'a Roadmap,
     /// Every drone planned so far.
     pub(crate) costmap: &'a Costmap,
@@ -31,7 +31,7 @@ pub(crate) struct Setting<'a> {
     pub(crate) energy_weight: f64,
     /// Whether a detour around those who stay for good is looked for before any of them gives way.
     /// Where half of the floor is held for good, those who are led around others end up in their
-    /// way, and quarrels do not end.
+    /// way, and evictions go on without end.
     pub(crate) detours: bool,
     /// Whether every step is judged in full, weak wakes on those far off included.
     pub(crate) careful: bool,
@@ -77,7 +77,8 @@ impl<'a> Setting<'a> {
         self.weights[blocker.drone.0 as usize]
     }
 
-    /// Who is in the way of a leg, by the costmap: far-off drones' weak wakes count only where it is careful.
+    /// Who is in the way of a leg, by the costmap: far-off drones' weak wakes count only where it
+    /// is careful.
     pub(crate) fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
         if self.careful {
             self.costmap.judge(leg, verdict);

@@ -193,8 +193,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// When a state has its turn: by what a way through it costs at least. `None` if there is no
-    /// way, or no need to go there.
+    /// When a state has its turn: by what a path through it costs at least. `None` if there is no
+    /// path, or no need to go there.
     fn turn(&mut self, index: u32, label: &Label) -> Option<Open> {
         let node = self.nodes.at(label);
         if self.nodes.is_covered(node, label) {

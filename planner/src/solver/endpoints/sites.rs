@@ -246,8 +246,8 @@ impl Sites {
         at.ok().map(|k| &self.sites[k])
     }
 
-    /// All but one drone that can touch a body at a place (m) or reach it with their wakes, or be reached
-    /// from it, in the world's order.
+    /// All but one drone that can touch a body at a place (m) or reach it with their wakes, or be
+    /// reached from it, in the world's order.
     pub(super) fn near(&self, place_m: Point3<f64>, except: usize) -> Vec<&Site> {
         let x_m = |k: &usize| self.sites[*k].place_m.x;
         let from_m = place_m.x - self.farthest_m;

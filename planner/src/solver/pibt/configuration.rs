@@ -203,8 +203,8 @@ impl<'a> Configuration<'a> {
     }
 }
 
-/// A drone's goals and dwells in whole steps; `None` unless all of its job is on the lattice, in the air
-/// and still ahead.
+/// A drone's goals and dwells in whole steps; `None` unless all of its job is on the lattice, in
+/// the air and still ahead.
 fn member(
     roadmap: &Roadmap,
     steps: &Steps,

@@ -1,8 +1,8 @@
 //! One try at paths for drones: a queue of them, each searched for among those that have one.
 //!
-//! Several drones are searched for at a time, as if the others of the batch were not there, and taken
-//! in order. A search never has to fail: a drone may cross what others hold, at a price for each of
-//! them; the drone that is crossed is evicted, replanned next, and dearer from then on.
+//! Several drones are searched for at a time, as if the others of the batch were not there, and
+//! taken in order. A search never has to fail: a drone may cross what others hold, at a price for
+//! each of them; the drone that is crossed is evicted, replanned next, and dearer from then on.
 
 use std::collections::VecDeque;
 
@@ -53,7 +53,7 @@ pub(crate) struct Paths {
 /// Why a drone stays at its start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FailureKind {
-    /// The roadmap has no way through free space to one of its tasks.
+    /// The roadmap has no path through free space to one of its tasks.
     NoWay,
     /// Its end excludes another drone's.
     EndpointConflict,
@@ -62,7 +62,7 @@ pub(crate) enum FailureKind {
     Landing(f64),
     /// Others are in the way.
     Obstructed(Option<Obstruction>),
-    /// Its wake is too strong for a zone whichever way it flies.
+    /// Its wake is too strong for a zone whichever path it flies.
     Zone(Obstruction),
     /// Planning was stopped before its turn.
     Stopped,
@@ -70,7 +70,7 @@ pub(crate) enum FailureKind {
 
 /// A fleet with the paths found so far, and the queue rules that make more of them.
 pub(super) struct Attempt<'a> {
-    /// Ways through free space.
+    /// Paths through free space.
     roadmap: &'a Roadmap,
     /// By drone.
     pub(super) agents: &'a [Agent],
@@ -98,7 +98,7 @@ pub(super) struct Attempt<'a> {
     pub(super) gives_up_at: Option<u64>,
     /// See [`Setting::under_way`].
     pub(super) under_way: Vec<Tick>,
-    /// What each drone flies if it finds no way: it is not there at all if that is nothing. Not
+    /// What each drone flies if it finds no path: it is not there at all if that is nothing. Not
     /// even a list of them: every drone stays at the start.
     pub(super) kept: Vec<Vec<Leg>>,
     /// By drone, as far as they are found.
@@ -187,8 +187,8 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// Takes a drone's path back for another's: it is next in the queue, and dearer; given up where that
-    /// happens too often.
+    /// Takes a drone's path back for another's: it is next in the queue, and dearer; given up where
+    /// that happens too often.
     pub(super) fn evict(&mut self, drone: DroneId, queue: &mut VecDeque<DroneId>) {
         let index = drone.0 as usize;
         if self.paths[index].is_none() {
@@ -283,7 +283,7 @@ impl<'a> Attempt<'a> {
         self.costmap.remove(drone);
     }
 
-    /// What a drone flies that finds no way.
+    /// What a drone flies that finds no path.
     fn without_way(&self, drone: DroneId) -> Vec<Leg> {
         match self.kept.get(drone.0 as usize) {
             Some(kept) => kept.clone(),

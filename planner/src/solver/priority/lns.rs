@@ -17,7 +17,7 @@ use crate::sipp::search::{IMMOVABLE, Path, Setting, search};
 /// second finds those who lose hardly anything, two seconds only those who hold a drone up for
 /// long.
 const PRICES: [u32; 3] = [10, 50, 200];
-/// Drones planned again for one: chosen here, more of them hardly ever all find a way.
+/// Drones planned again for one: chosen here, more of them hardly ever all find a path.
 const MOST_OTHERS: usize = 6;
 
 /// States of one search: chosen here, a fraction of what a first search may take.
@@ -34,8 +34,8 @@ struct Before {
 }
 
 impl Attempt<'_> {
-    /// Makes a plan in which every drone has a way better for as long as the caller says, and notes
-    /// by how much.
+    /// Makes a plan in which every drone has a path better for as long as the caller says, and
+    /// notes by how much.
     pub(super) fn improve_by_lns(&mut self) {
         (self.control.progress)(Progress::Improving);
         let before = self.sum_of_arrivals();
@@ -106,7 +106,7 @@ impl Attempt<'_> {
         gained
     }
 
-    /// Whether all of these find a way again, and all that was changed is less in sum.
+    /// Whether all of these find a path again, and all that was changed is less in sum.
     fn replan(&mut self, others: &[Before], all: &[Before]) -> bool {
         let immovable = vec![IMMOVABLE; self.weights.len()];
         let arrives =

@@ -1,5 +1,5 @@
-//! The downwash that one drone is exposed to: its worst, its exposure and energy, and when it exceeds
-//! the limit.
+//! The downwash that one drone is exposed to: its worst, its exposure and energy, and when it
+//! exceeds the limit.
 //!
 //! ```text
 //! exposure = ∫ U_D dt            energy = ∫ (β(α) - 1) m g U_H dt,   α = gain U_D / U_H
@@ -21,7 +21,8 @@ use crate::verify::time::subdivision::{Chord, above, maximise};
 use crate::verify::time::window::{Window, windows};
 use crate::verify::violation::{Found, Worst};
 
-/// How far the mean may exceed the limit, over U_H: chosen here, a three-hundredth of the default limit.
+/// How far the mean may exceed the limit, over U_H: chosen here, a three-hundredth of the default
+/// limit.
 pub(crate) const ALPHA_TOLERANCE: f64 = 1e-3;
 
 /// Errors allowed in the highest air, as a part of it and over U_H.
@@ -33,7 +34,8 @@ const DOSE_FLOOR: f64 = 1e-4;
 /// The downwash that one drone is exposed to while it is airborne.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DroneExposure {
-    /// Highest mean axial speed over its rotor discs (m/s), to 0.1 %; its rest after the plan included.
+    /// Highest mean axial speed over its rotor discs (m/s), to 0.1 %; its rest after the plan
+    /// included.
     pub worst_air_mps: f64,
     /// The drone whose wake contributed most to that.
     pub worst_air_from: Option<String>,
@@ -122,7 +124,8 @@ fn strongest(scene: &Scene<'_>, windows: &[Window<'_>], at: Moment) -> Option<St
     Some(scene.flights[from].name.clone())
 }
 
-/// The highest mean air over the windows, as far as they lie within a span, from what is known already.
+/// The highest mean air over the windows, as far as they lie within a span, from what is known
+/// already.
 fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Option<Moment> {
     let mut best = seed;
     for (index, window) in windows.iter().enumerate() {
@@ -147,8 +150,8 @@ fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Opti
     best
 }
 
-/// The spans over the drone's limit, each with its worst moment, of which that of the whole flight is
-/// known; adds up the time in `met`.
+/// The spans over the drone's limit, each with its worst moment, of which that of the whole flight
+/// is known; adds up the time in `met`.
 fn over_limit(
     scene: &Scene<'_>,
     (receiver, windows): (&Flight, &[Window<'_>]),

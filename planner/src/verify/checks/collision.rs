@@ -1,7 +1,7 @@
 //! Two bodies: relative motion of two straight pieces, in closed form.
 //!
-//! The distance of two balls on straight paths is the root of a parabola in time: where it is smallest, and
-//! when it is below the sum of the radii less [`TOUCH_M`], follows without sampling.
+//! The distance of two balls on straight paths is the root of a parabola in time: where it is
+//! smallest, and when it is below the sum of the radii less [`TOUCH_M`], follows without sampling.
 
 use super::obstacle::TOUCH_M;
 use crate::plan::ViolationKind;

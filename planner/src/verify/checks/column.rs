@@ -1,6 +1,6 @@
 //! No airborne centre in the near-field column of another drone: 0 to 2.5 motor distances below its
-//! rotor plane, out to its rotor tips (wherever wind and tilt move the jet to above there), as far down
-//! as its wake reaches.
+//! rotor plane, out to its rotor tips (wherever wind and tilt move the jet to above there), as far
+//! down as its wake reaches.
 
 use std::collections::BTreeMap;
 
@@ -78,7 +78,8 @@ fn reached(window: &Window<'_>, passing: &Passing<'_>, span_s: Span) -> Vec<Span
     parts
 }
 
-/// When the receiver is nearest to the emitter's axis within a span (s): thirds of the convex distance.
+/// When the receiver is nearest to the emitter's axis within a span (s): thirds of the convex
+/// distance.
 fn nearest_s(passing: &Passing<'_>, (mut low_s, mut high_s): Span) -> f64 {
     let off_axis_m = |t_s: f64| passing.relative.at_m(t_s).xy().norm();
     while high_s - low_s > 0.1 * SHORTEST_S {

@@ -1,8 +1,8 @@
 //! From the data of a plan to what the checks need; what contradicts itself is named here.
 //!
-//! A plan may come from any program. Numbers that are not finite or not positive where they must be, air
-//! that no model covers, names that do not match and claims about who is airborne that the trajectory
-//! denies become violations of the kind `malformed`; what can still be judged is.
+//! A plan may come from any program. Numbers that are not finite or not positive where they must
+//! be, air that no model covers, names that do not match and claims about who is airborne that the
+//! trajectory denies become violations of the kind `malformed`; what can still be judged is.
 
 use std::str::FromStr;
 use std::sync::Arc;
@@ -25,7 +25,8 @@ const REST_S: f64 = 1.0;
 /// A part of the mass by which a drone may be lighter than its airframe: rounding in the file.
 const MASS_ROUNDING: f64 = 1e-6;
 
-/// How far from its support a drone that has landed may rest (m), chosen here: what a planner may round.
+/// How far from its support a drone that has landed may rest (m), chosen here: what a planner may
+/// round.
 const LANDING_M: f64 = 0.01;
 
 /// Reads a plan; `None` where nothing can be judged.
@@ -99,7 +100,8 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
     (Some(scene), found)
 }
 
-/// The air of the plan, checked: how wakes add up, what a finding adds, and a cache for wakes in it.
+/// The air of the plan, checked: how wakes add up, what a finding adds, and a cache for wakes in
+/// it.
 fn air(plan: &Plan) -> Result<(Superposition, Flown, WakeCache), String> {
     let density_kg_per_m3 = plan.air.density_kg_per_m3;
     if !(density_kg_per_m3.is_finite() && density_kg_per_m3 > 0.0) {

@@ -10,8 +10,8 @@
 //! | `air` | air; exposure and energy | the same windows |
 //! | `zone` | zone | all wakes, over box and time |
 //!
-//! A new check is a file here, a kind in the plan, a line in the table of [`verify`](super), and a plan
-//! that breaks it in `tests/promises/verifier/`.
+//! A new check is a file here, a kind in the plan, a line in the table of [`verify`](super), and a
+//! plan that breaks it in `tests/promises/verifier/`.
 
 pub(crate) mod air;
 pub(super) mod collision;

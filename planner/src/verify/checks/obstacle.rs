@@ -1,8 +1,8 @@
 //! The body of every drone against every solid.
 //!
-//! The distance to a solid changes no faster than the drone moves, so a span is clear when the distance
-//! at its middle exceeds the body's radius by more than half the path. This holds for any solid and any
-//! motion.
+//! The distance to a solid changes no faster than the drone moves, so a span is clear when the
+//! distance at its middle exceeds the body's radius by more than half the path. This holds for any
+//! solid and any motion.
 
 use crate::plan::ViolationKind;
 use crate::plan::trajectory::Motion;

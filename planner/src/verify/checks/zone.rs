@@ -1,10 +1,10 @@
-//! The air in a zone: all airborne wakes superposed, and the wall jets along the floor where a finding
-//! names them, highest over the box and over time.
+//! The air in a zone: all airborne wakes superposed, and the wall jets along the floor where a
+//! finding names them, highest over the box and over time.
 //!
-//! The box and the time are divided together, always where the upper bound is highest, until no part of
-//! them can exceed the limit or a place that does has been found. Wakes from above add up as the plan
-//! says, wall jets as vectors. A wall jet spreads along the floor from below every airborne drone,
-//! whatever stands between them.
+//! The box and the time are divided together, always where the upper bound is highest, until no
+//! part of them can exceed the limit or a place that does has been found. Wakes from above add up
+//! as the plan says, wall jets as vectors. A wall jet spreads along the floor from below every
+//! airborne drone, whatever stands between them.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -23,19 +23,21 @@ use crate::verify::violation::{Found, Worst};
 
 /// A zone is violated above this part of its limit, chosen here.
 const VIOLATED: f64 = 1.005;
-/// What cannot exceed this part of the limit is not searched further: no point of a zone found in order
-/// exceeds its limit by more.
+/// What cannot exceed this part of the limit is not searched further: no point of a zone found in
+/// order exceeds its limit by more.
 const CLEARED: f64 = 1.0075;
-/// A step of time ends when an emitter has moved by this (m), chosen here: the time of a violation is told
-/// to one step.
+/// A step of time ends when an emitter has moved by this (m), chosen here: the time of a violation
+/// is told to one step.
 const STEP_PATH_M: f64 = 0.1;
-/// A part of box and time this small is judged by its middle (m), chosen here: a tenth of the half-width of
-/// the narrowest wake known here.
+/// A part of box and time this small is judged by its middle (m), chosen here: a tenth of the
+/// half-width of the narrowest wake known here.
 const SMALLEST_M: f64 = 1e-2;
-/// Parts searched in one step before the highest bound counts as found, chosen here: about a second of work.
+/// Parts searched in one step before the highest bound counts as found, chosen here: about a second
+/// of work.
 const MOST_PARTS: usize = 500_000;
-/// Parts searched once the limit is known to be broken, chosen here: the worst value told is then within a
-/// few percent of the highest. Below a rotor plane, where the air begins at full speed, no more would help.
+/// Parts searched once the limit is known to be broken, chosen here: the worst value told is then
+/// within a few percent of the highest. Below a rotor plane, where the air begins at full speed, no
+/// more would help.
 const PARTS_ONCE_VIOLATED: usize = 400;
 
 /// The place and moment of the highest air found.
@@ -296,9 +298,9 @@ impl Field<'_> {
 
     /// The highest air over the box and the span, if it violates the limit (m/s).
     ///
-    /// Best first: the part of box and time with the highest upper bound is cut in two where it is longest,
-    /// a second of time counting as the path that the fastest drone flies in it, until that bound is no more
-    /// than [`CLEARED`] above the limit or the best place known.
+    /// Best first: the part of box and time with the highest upper bound is cut in two where it is
+    /// longest, a second of time counting as the path that the fastest drone flies in it, until
+    /// that bound is no more than [`CLEARED`] above the limit or the best place known.
     pub(crate) fn highest(
         &self,
         all: &[&Downwash<'_>],
@@ -311,7 +313,8 @@ impl Field<'_> {
             places_m,
             span_s,
         };
-        // Bits of numbers from 0 on are in the order of the numbers; of equal ones the first counts.
+        // Bits of numbers from 0 on are in the order of the numbers; of equal ones the first
+        // counts.
         let rank = |part: &Part, number: usize| (part.high_mps.to_bits(), Reverse(number));
         let speed_mps = fastest_mps(all);
         let mut parts = vec![bound(*places_m, span_s, f64::INFINITY)];

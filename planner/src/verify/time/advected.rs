@@ -1,4 +1,5 @@
-//! Advected wakes: which air of a flight is at a height at a time, and from where it left its drone.
+//! Advected wakes: which air of a flight is at a height at a time, and from where it left its
+//! drone.
 //!
 //! Air at height `z` at `t` left a drone at every `t'` with
 //!
@@ -6,14 +7,14 @@
 //! g(t') = t' + τ(z_drone(t') - z) = t
 //! ```
 //!
-//! In level flight there is one such `t'`. A drone that sinks faster than its air has several: all of
-//! them count, the strongest at each moment. They are found by subdivision: `τ` grows with depth, so over
-//! a span of `t'`, of `t` and of heights `g` has bounds, and spans whose bounds miss `t` are dropped. Air
-//! older than the flight came from where it began. Where a drone becomes lighter its air becomes slower,
-//! and what arrives in between left at that moment.
+//! In level flight there is one such `t'`. A drone that sinks faster than its air has several: all
+//! of them count, the strongest at each moment. They are found by subdivision: `τ` grows with
+//! depth, so over a span of `t'`, of `t` and of heights `g` has bounds, and spans whose bounds miss
+//! `t` are dropped. Air older than the flight came from where it began. Where a drone becomes
+//! lighter its air becomes slower, and what arrives in between left at that moment.
 //!
-//! `τ(s) = l (σ² - s0²)/(2 B U_H k)` with `σ = s/l - s0`: the centreline speed times the convection factor
-//! `k`, integrated from the rotor plane down ([`airflow::FarField::transport_time_s`]).
+//! `τ(s) = l (σ² - s0²)/(2 B U_H k)` with `σ = s/l - s0`: the centreline speed times the convection
+//! factor `k`, integrated from the rotor plane down ([`airflow::FarField::transport_time_s`]).
 
 use airflow::Source;
 
@@ -25,10 +26,11 @@ use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, reaches};
 
 /// Spans of leaving no longer than this are not divided (s), chosen here: 0.2 mm of path at 2 m/s.
 const SHORTEST_S: f64 = 1e-4;
-/// Nor those shorter than this part of the span of arrival, or of what the range of heights makes of it;
-/// chosen here.
+/// Nor those shorter than this part of the span of arrival, or of what the range of heights makes
+/// of it; chosen here.
 const FINE: f64 = 0.25;
-/// A span that is cut to less than this part of itself is cut again before it is halved; chosen here.
+/// A span that is cut to less than this part of itself is cut again before it is halved; chosen
+/// here.
 const SHRUNK: f64 = 0.7;
 
 /// The advected wake of one flight.
@@ -123,7 +125,8 @@ impl<'a> Advected<'a> {
         left.collect()
     }
 
-    /// Every wake of it that may be at a height (m) at a time (s), from both ends of the shortest spans.
+    /// Every wake of it that may be at a height (m) at a time (s), from both ends of the shortest
+    /// spans.
     pub(crate) fn sources(&self, obstacles: &Obstacles, t_s: f64, z_m: f64) -> Vec<Source<'a>> {
         let pieces = self.flight.trajectory.pieces();
         let mut sources = Vec::new();
@@ -142,7 +145,8 @@ impl<'a> Advected<'a> {
         sources
     }
 
-    /// Pieces, and the spans of them in which air left that may be at heights within a span of time.
+    /// Pieces, and the spans of them in which air left that may be at heights within a span of
+    /// time.
     fn spans(&self, span_s: Span, heights_m: (f64, f64)) -> Vec<(usize, Span)> {
         let (begins_s, ends_s) = self.flight.airborne_s;
         let mut found = Vec::new();

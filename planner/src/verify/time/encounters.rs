@@ -1,9 +1,10 @@
-//! The pairs of drones that can touch, or reach one another with their wakes, and when: slabs of time,
-//! swept along x.
+//! The pairs of drones that can touch, or reach one another with their wakes, and when: slabs of
+//! time, swept along x.
 //!
-//! Two drones are near one another in a slab if the boxes of their motions in it are, level distance
-//! against the sum of body radii, and against the reach of either wake down to the other and its rotor
-//! tips. What is not near here is not looked at by any check of pairs; a reach errs outwards.
+//! Two drones are near one another in a slab if the boxes of their motions in it are, level
+//! distance against the sum of body radii, and against the reach of either wake down to the other
+//! and its rotor tips. What is not near here is not looked at by any check of pairs; a reach errs
+//! outwards.
 
 use std::sync::Arc;
 
@@ -13,7 +14,8 @@ use crate::verify::bounds::wake::BoundedWake;
 use crate::verify::extents::{Places, Span};
 use crate::verify::scene::{Flight, Scene, level_gap_m};
 
-/// Length of a slab of time (s), chosen here: at 2 m/s a drone moves by about the reach of a wake in it.
+/// Length of a slab of time (s), chosen here: at 2 m/s a drone moves by about the reach of a wake
+/// in it.
 const SLAB_S: f64 = 1.0;
 /// No more slabs than this, chosen here: what takes longer than an hour is cut into longer slabs.
 const MOST_SLABS: usize = 4096;
@@ -64,7 +66,8 @@ pub(crate) fn encounters(scene: &Scene<'_>) -> Vec<Vec<Encounter>> {
     near
 }
 
-/// How far the air of each flight reaches: beyond, it is fainter than what counts, at any of its masses.
+/// How far the air of each flight reaches: beyond, it is fainter than what counts, at any of its
+/// masses.
 struct Reach {
     /// Different wakes of each flight.
     wakes: Vec<Vec<Arc<BoundedWake>>>,
@@ -89,7 +92,8 @@ impl Reach {
         reach
     }
 
-    /// Greatest distance at which the wake of a flight can matter down to a depth (m), over all its masses.
+    /// Greatest distance at which the wake of a flight can matter down to a depth (m), over all its
+    /// masses.
     fn down_to_m(&self, flight: usize, depth_m: f64) -> f64 {
         let wakes = self.wakes[flight].iter();
         wakes.map(|wake| wake.reach_m(depth_m)).fold(0.0, f64::max)
@@ -114,7 +118,8 @@ fn pairs_during(flights: &[Flight], span_s: Span, reach: &Reach) -> Vec<(usize, 
     pairs
 }
 
-/// Whether two flights may touch, or reach one another with their wakes, from somewhere in their boxes.
+/// Whether two flights may touch, or reach one another with their wakes, from somewhere in their
+/// boxes.
 fn meet(
     flights: &[Flight],
     (a, places_a): &(usize, Places),

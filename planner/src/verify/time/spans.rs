@@ -3,7 +3,8 @@
 use crate::verify::extents::Span;
 
 /// Shortest span that is still divided (s). What is judged by its middle alone lasts no longer than
-/// this; at 2 m/s it is 2 mm of path, a hundredth of the half-width of the narrowest wake known here.
+/// this; at 2 m/s it is 2 mm of path, a hundredth of the half-width of the narrowest wake known
+/// here.
 pub(crate) const SHORTEST_S: f64 = 1e-3;
 
 /// Appends a span, or lengthens the last one where they touch: gaps up to [`SHORTEST_S`] are none.
@@ -33,8 +34,8 @@ pub(crate) fn between(cuts_s: &[f64], lasting_s: &[Span]) -> Vec<(Span, Vec<usiz
     spans.collect()
 }
 
-/// Nodes on [-1, 1] and weights of the 7-point Kronrod rule, and weights of the 3-point Gauss rule in it
-/// (Kronrod 1965; any table of quadrature rules), from the outermost node to the middle.
+/// Nodes on [-1, 1] and weights of the 7-point Kronrod rule, and weights of the 3-point Gauss rule
+/// in it (Kronrod 1965; any table of quadrature rules), from the outermost node to the middle.
 const RULES: [[f64; 3]; 4] = [
     [0.960_491_268_708_020_3, 0.104_656_226_026_467_27, 0.0],
     [0.774_596_669_241_483_4, 0.268_488_089_868_333_44, 5.0 / 9.0],
@@ -42,9 +43,9 @@ const RULES: [[f64; 3]; 4] = [
     [0.0, 0.450_916_538_658_474_14, 8.0 / 9.0],
 ];
 
-/// Integral of two functions over a span. A part is accepted when `smooth(span_s)` says that no feature
-/// can hide between the nodes and the two rules agree, in the first function, to 0.1 % or to `floor`
-/// times its length.
+/// Integral of two functions over a span. A part is accepted when `smooth(span_s)` says that no
+/// feature can hide between the nodes and the two rules agree, in the first function, to 0.1 % or
+/// to `floor` times its length.
 pub(crate) fn integrate(
     span_s: Span,
     floor: f64,

@@ -1,9 +1,9 @@
-//! Where the air in a window is highest, where it exceeds a limit, and what it sums to, by subdivision
-//! of time on bounds that close in on the value as spans shrink.
+//! Where the air in a window is highest, where it exceeds a limit, and what it sums to, by
+//! subdivision of time on bounds that close in on the value as spans shrink.
 //!
-//! A span is dropped when its upper bound is not above what is looked for, and halved otherwise, down to
-//! [`SHORTEST_S`]. So what is dropped holds in continuous time; only what is left at the shortest spans is
-//! judged by its middle.
+//! A span is dropped when its upper bound is not above what is looked for, and halved otherwise,
+//! down to [`SHORTEST_S`]. So what is dropped holds in continuous time; only what is left at the
+//! shortest spans is judged by its middle.
 
 use super::spans::{SHORTEST_S, join};
 use super::window::Window;
@@ -11,8 +11,8 @@ use crate::verify::extents::Span;
 
 /// Raises `best` (s, m/s) to the highest mean air on a span of a window.
 ///
-/// It is found to within `tolerance` of it (m/s, a function of the value): spans whose bound is no more than
-/// that above the best known are not searched.
+/// It is found to within `tolerance` of it (m/s, a function of the value): spans whose bound is no
+/// more than that above the best known are not searched.
 pub(crate) fn maximise(
     window: &Window<'_>,
     span_s: Span,
@@ -44,11 +44,12 @@ pub(crate) struct Chord {
     pub(crate) ends_mps: Option<(f64, f64)>,
 }
 
-/// Appends the parts of a span of a window where the mean air exceeds a limit (m/s), in order; adjacent
-/// parts are joined.
+/// Appends the parts of a span of a window where the mean air exceeds a limit (m/s), in order;
+/// adjacent parts are joined.
 ///
-/// In far fields by the chord between the ends of a span, from which the mean is never farther than its
-/// bend: so the moment at which a limit is crossed takes few spans. Elsewhere by slopes from the middle.
+/// In far fields by the chord between the ends of a span, from which the mean is never farther than
+/// its bend: so the moment at which a limit is crossed takes few spans. Elsewhere by slopes from
+/// the middle.
 pub(crate) fn above(window: &Window<'_>, chord: Chord, limit_mps: f64, parts: &mut Vec<Span>) {
     let Chord { span_s, ends_mps } = chord;
     if window.rough_mps(span_s) <= limit_mps {

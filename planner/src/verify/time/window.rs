@@ -1,5 +1,5 @@
-//! One receiver during a span of time in which it and every drone that reaches it fly one piece each:
-//! the mean air over its rotor discs as a function of time, and what bounds it.
+//! One receiver during a span of time in which it and every drone that reaches it fly one piece
+//! each: the mean air over its rotor discs as a function of time, and what bounds it.
 //!
 //! With weights `w` of the points `p` of the discs and wakes `u` superposed at each of them,
 //!
@@ -10,7 +10,8 @@
 //! range   = mean(middle) ± ⊕ slope_k × half the path   where no wake begins or ends
 //! ```
 //!
-//! All three hold over a whole span, because `⊕` grows with each of its arguments and is subadditive.
+//! All three hold over a whole span, because `⊕` grows with each of its arguments and is
+//! subadditive.
 
 use airflow::{Source, Superposition, mean_over_discs_mps};
 use nalgebra::{Point3, Vector3};
@@ -53,7 +54,8 @@ pub(crate) struct Window<'a> {
     scene: &'a Scene<'a>,
 }
 
-/// The windows of one receiver while it is airborne, in order of time, those without any wake included.
+/// The windows of one receiver while it is airborne, in order of time, those without any wake
+/// included.
 pub(crate) fn windows<'a>(
     scene: &'a Scene<'a>,
     near: &[Encounter],
@@ -152,8 +154,8 @@ impl<'a> Window<'a> {
         (self.alone_mps(&passing, self.span_s) > FAINTEST_WAKE_MPS).then_some(passing)
     }
 
-    /// Whether a wake surely reaches the receiver's height over a span, and whether it may: a top face may
-    /// stop it above.
+    /// Whether a wake surely reaches the receiver's height over a span, and whether it may: a top
+    /// face may stop it above.
     fn reaches(&self, emitter: &Attached<'_>, span_s: Span) -> (bool, bool) {
         let (low_m, high_m) = self.motion.box_m(span_s.0, span_s.1);
         emitter.reaches(&self.scene.obstacles, (low_m.z, high_m.z), span_s)
@@ -174,8 +176,8 @@ impl<'a> Window<'a> {
         passing.emitter.wake.highest_mps(&places_m, off_axis_m)
     }
 
-    /// Smallest distance of the receiver's discs from an emitter's axis, and the box of their offsets from
-    /// it (m).
+    /// Smallest distance of the receiver's discs from an emitter's axis, and the box of their
+    /// offsets from it (m).
     fn around_discs_m(&self, passing: &Passing<'_>, (from_s, until_s): Span) -> (f64, Places) {
         let level = passing.relative.level_way(from_s, until_s);
         let nearest_m = level.nearest_m([0.0; 2]).norm();
@@ -191,8 +193,8 @@ impl<'a> Window<'a> {
         (places_m.0 - around_m, places_m.1 + around_m)
     }
 
-    /// Advected air of one flight that may be at the receiver's heights, and the receiver's offsets from
-    /// where it left (m).
+    /// Advected air of one flight that may be at the receiver's heights, and the receiver's offsets
+    /// from where it left (m).
     fn arriving(&self, from: &Advected<'a>, span_s: Span) -> Vec<(Left<'a>, Places)> {
         let places_m = self.motion.box_m(span_s.0, span_s.1);
         let mut left = from.left(span_s, &places_m);
@@ -212,8 +214,8 @@ impl<'a> Window<'a> {
         arriving.iter().map(high_mps).fold(0.0, f64::max)
     }
 
-    /// Where the advected air of a flight that is at the receiver at a time comes from; where it comes
-    /// from several places, the strongest.
+    /// Where the advected air of a flight that is at the receiver at a time comes from; where it
+    /// comes from several places, the strongest.
     fn advected_source(&self, from: &Advected<'a>, t_s: f64) -> Option<Source<'a>> {
         let z_m = self.place_m(t_s).z;
         let sources = from.sources(&self.scene.obstacles, t_s, z_m);
@@ -254,7 +256,8 @@ impl<'a> Window<'a> {
         self.mean_of_mps(&sources, t_s)
     }
 
-    /// The flight whose wake alone is the strongest over the discs at a time: index in the scene's flights.
+    /// The flight whose wake alone is the strongest over the discs at a time: index in the scene's
+    /// flights.
     pub(crate) fn strongest(&self, t_s: f64) -> Option<usize> {
         let alone = |(from, source)| (from, self.mean_of_mps(&[source], t_s));
         let alone = self.sources(t_s).map(alone);
@@ -301,7 +304,8 @@ impl<'a> Window<'a> {
         high_mps
     }
 
-    /// Adds the highest of one wake at each of some points of the discs to what has been gathered there.
+    /// Adds the highest of one wake at each of some points of the discs to what has been gathered
+    /// there.
     fn gather_highs(
         &self,
         passing: &Passing<'_>,
@@ -337,9 +341,9 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// A lower and an upper bound of the mean air that close in on it (m/s): from the value at the middle,
-    /// by how much each wake may change from there. Superposed, changes are no more than the
-    /// changes superposed.
+    /// A lower and an upper bound of the mean air that close in on it (m/s): from the value at the
+    /// middle, by how much each wake may change from there. Superposed, changes are no more than
+    /// the changes superposed.
     pub(crate) fn range_mps(&self, span_s: Span) -> (f64, f64) {
         let changes_mps = self.passing.iter().map(|it| self.change_mps(it, span_s));
         let changes_mps: Option<Vec<f64>> = changes_mps.collect();
@@ -351,8 +355,8 @@ impl<'a> Window<'a> {
         ((middle_mps - change_mps).max(0.0), middle_mps + change_mps)
     }
 
-    /// By how much one wake may differ, anywhere on the receiver's discs, from what it is in the middle of
-    /// a part of the window (m/s); `None` where it may begin or end within it.
+    /// By how much one wake may differ, anywhere on the receiver's discs, from what it is in the
+    /// middle of a part of the window (m/s); `None` where it may begin or end within it.
     fn change_mps(&self, passing: &Passing<'_>, span_s: Span) -> Option<f64> {
         let (low_m, high_m) = passing.relative.box_m(span_s.0, span_s.1);
         let (surely, maybe) = self.reaches(&passing.emitter, span_s);
@@ -371,9 +375,9 @@ impl<'a> Window<'a> {
         Some(passing.emitter.wake.steepest_per_s(&places_m, off_axis_m) * half_path_m)
     }
 
-    /// By how much the mean air may leave its chord over a span (m/s); `None` outside the far field, and
-    /// where a wake may begin or end. Along straight paths two places `L` apart a function stays within
-    /// `max |f''| L²/8` of its chord; of superposed wakes
+    /// By how much the mean air may leave its chord over a span (m/s); `None` outside the far
+    /// field, and where a wake may begin or end. Along straight paths two places `L` apart a
+    /// function stays within `max |f''| L²/8` of its chord; of superposed wakes
     ///
     /// ```text
     /// f = √(Σ u²):   f f'' = Σ (u'² + u u'') - f'²,   0 <= Σ u'² - f'²   so   |f''| <= √(Σ (u'²/u + |u''|)²)
@@ -407,9 +411,10 @@ impl<'a> Window<'a> {
         Some(how.finish(gathered) / 8.0)
     }
 
-    /// Whether no wake can rise and fall unseen within a part of the window: the path flown as seen from
-    /// each emitter is at most twice the half-width there, or the distance from its axis; through a wake
-    /// that is moved or advected, at most the half-width, for it may be narrower than the hover jet.
+    /// Whether no wake can rise and fall unseen within a part of the window: the path flown as seen
+    /// from each emitter is at most twice the half-width there, or the distance from its axis;
+    /// through a wake that is moved or advected, at most the half-width, for it may be narrower
+    /// than the hover jet.
     pub(crate) fn is_smooth(&self, span_s: Span) -> bool {
         if self.is_advected() {
             let advected = self.advected.iter();

@@ -1,4 +1,5 @@
-//! Drones that give way, drones without a path, what is wrong with a change, and loads and landings.
+//! Drones that give way, drones without a path, what is wrong with a change, and loads and
+//! landings.
 
 use super::*;
 
@@ -48,7 +49,8 @@ fn a_late_drone_that_is_in_conflict_already_is_told_of() {
     assert_eq!(running.plan().violations, told.unavoidable);
 }
 
-/// A late drone finds no path and stops, above the goal of another: that one stops before it gets there.
+/// A late drone finds no path and stops, above the goal of another: that one stops before it gets
+/// there.
 #[test]
 fn a_drone_that_would_end_under_one_that_stops_stops_as_well() {
     let (world, plan) = planned(&tools::instances::hall(500, 2).expect("the hall has room"));
