@@ -1,7 +1,7 @@
 //! Answers as people read them: words and numbers, tables, sections, and the page report.html.
 
 pub(crate) mod conflicts;
-mod page;
+pub(crate) mod page;
 pub(crate) mod plan;
 pub(crate) mod sections;
 mod tables;

@@ -5,10 +5,10 @@ pub(crate) mod hardware;
 mod words;
 
 use clap::Args;
+use diagnosis::campaign::diagnose_campaign;
 use diagnosis::forward::simulate::Channel;
 use diagnosis::infer::diagnose::{DiagnoseError, diagnose_channel};
-use diagnosis::infer::finding::Finding;
-use diagnosis::infer::finding::Verdict;
+use diagnosis::infer::finding::{Finding, Verdict};
 use diagnosis::infer::finding_file::finding_ron;
 use diagnosis::record::recording::{Recording, Vehicle};
 use serde::Serialize;
@@ -20,6 +20,7 @@ use crate::io::failure::Failure;
 use crate::io::files::{self, OutFolder};
 use crate::io::progress::Progress;
 use crate::plots;
+use crate::report::page;
 use crate::report::sections::Report;
 use crate::report::words::channel_words;
 use flights::Flights;
@@ -62,9 +63,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let (recordings, name) = arguments.asked.read()?;
     let logs = recordings.iter().filter(|one| is_log(one)).count();
     let are_logs = logs > 0 && logs == recordings.len();
+    let format = arguments.asked.format;
     match (are_logs, &arguments.normal) {
-        (true, Some(normal)) => return hardware::run(arguments, &recordings, normal),
-        (true, None) => return flights::run(arguments, &recordings, &name),
+        (true, Some(normal)) => {
+            return hardware::run(format, &recordings, (normal, &arguments.drones));
+        }
+        (true, None) => return run_flights(arguments, &recordings, &name),
         _ if logs > 0 || arguments.alone || arguments.near_floor || arguments.normal.is_some() => {
             let others = recordings.len() - logs;
             return Err(Failure::NotOnlyFlightLogs { others });
@@ -76,7 +80,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         [] => return Err(Failure::Diagnose(errors)),
         [(recording, finding)] if recordings.len() == 1 => {
             let report = report(recording, finding);
-            deliver(&arguments.asked, &name, &report, &Found::alone(finding))?;
+            deliver(&arguments.asked, (&name, &report), finding, finding)?;
         }
         several => deliver_all(&arguments.asked, &name, several)?,
     }
@@ -92,38 +96,36 @@ fn is_explained(finding: &Finding) -> bool {
     finding.verdict != Verdict::OutsideLibrary
 }
 
-/// A finding as programs read it, in diagnosis.json and as `--format json` prints it. Rows count from 0 and are those of
-/// probes.csv, or of receiver.csv where there are no probes.
-#[derive(Serialize)]
-struct Found<'a> {
-    #[serde(flatten)]
-    finding: &'a Finding,
-    #[serde(flatten)]
-    flights: Option<&'a Flights<'a>>,
+/// Flight logs of one campaign, by the vertical forces on their drones.
+fn run_flights(asked: &Arguments, logs: &[Recording], name: &str) -> Result<Answer, Failure> {
+    let options = flights::options(logs, asked.alone, asked.near_floor)?;
+    let progress = Progress::start("diagnosing flights together", 1);
+    let found = diagnose_campaign(logs, &options)?;
+    progress.finish();
+    let report = flights::report(name, &found, &options);
+    let answer = Flights::of(&found, logs);
+    deliver(&asked.asked, (name, &report), &found.finding, &answer)?;
+    Ok(Answer::from(is_explained(&found.finding)))
 }
 
-impl<'a> Found<'a> {
-    fn alone(finding: &'a Finding) -> Found<'a> {
-        Found {
-            finding,
-            flights: None,
-        }
-    }
-
-    fn printed(&self) -> Printed<'_, Found<'a>> {
-        Printed {
-            format: FORMAT,
-            answer: self,
-            files: &[],
-        }
-    }
+/// Writes and prints one finding; `answer` is what programs read of it. Rows count from 0 and are those of probes.csv, or of
+/// receiver.csv where there are no probes.
+fn deliver(
+    asked: &Asked,
+    named: (&str, &Report),
+    finding: &Finding,
+    answer: &impl Serialize,
+) -> Result<(), Failure> {
+    let finding = ("finding.ron".to_owned(), finding_ron(finding));
+    asked.deliver(named, ("diagnosis.json", 2, FORMAT), answer, vec![finding])
 }
 
-/// Writes and prints one finding.
-fn deliver(asked: &Asked, name: &str, report: &Report, found: &Found) -> Result<(), Failure> {
-    let finding = ("finding.ron".to_owned(), finding_ron(found.finding));
-    let json = ("diagnosis.json", 2, FORMAT);
-    asked.deliver((name, report), json, found, vec![finding])
+fn printed(finding: &Finding) -> Printed<'_, Finding> {
+    Printed {
+        format: FORMAT,
+        answer: finding,
+        files: &[],
+    }
 }
 
 /// Writes each finding to a folder of its own, and prints a line of each.
@@ -132,12 +134,12 @@ fn deliver_all(asked: &Asked, name: &str, found: &[(&Recording, Finding)]) -> Re
     let mut texts = Vec::new();
     for (recording, finding) in found {
         let folder = OutFolder::prepare(out.join(&recording.name))?.path;
-        let json = files::json(&Found::alone(finding).printed());
+        let json = files::json(&printed(finding));
         let mut here = vec![
             ("finding.ron".to_owned(), finding_ron(finding)),
             ("diagnosis.json".to_owned(), json),
         ];
-        here.extend(report(recording, finding).files());
+        here.extend(page::files(&report(recording, finding)));
         texts.extend(
             here.into_iter()
                 .map(|(file, text)| (folder.join(file), text)),
@@ -146,9 +148,8 @@ fn deliver_all(asked: &Asked, name: &str, found: &[(&Recording, Finding)]) -> Re
     files::write(&texts)?;
     print(&match asked.format {
         Format::Json => {
-            let all = found.iter().map(|(_, finding)| Found::alone(finding));
-            let all: Vec<Found> = all.collect();
-            files::json(&all.iter().map(Found::printed).collect::<Vec<_>>())
+            let all = found.iter().map(|(_, finding)| printed(finding));
+            files::json(&all.collect::<Vec<_>>())
         }
         Format::Text => format!(
             "{}\nwrote {}/<recording>/report.html  finding.ron  diagnosis.json  and the figures\n",

@@ -10,6 +10,7 @@ use crate::io::answer::{Format, print};
 use crate::io::failure::Failure;
 use crate::io::files::{self, OutFolder};
 use crate::io::recordings;
+use crate::report::page;
 use crate::report::sections::Report;
 use crate::report::words::wrote;
 
@@ -70,7 +71,7 @@ impl Asked {
             files::json_down_to(&printed, levels)
         };
         texts.push((file.to_owned(), json(&[])));
-        texts.extend(report.files());
+        texts.extend(page::files(report));
         let files = files::write_below(&self.folder(name)?.path, texts)?;
         print(&match self.format {
             Format::Text => report.text() + &wrote(&files),

@@ -2,27 +2,23 @@
 
 mod csv;
 mod forces;
+mod simulated;
 mod skill;
 mod words;
 
 use std::collections::BTreeSet;
 
 use clap::Args;
-use diagnosis::forward::residuals::{Region, by_region};
-use diagnosis::forward::simulate::{Channel, Sample, simulate};
+use diagnosis::forward::residuals::by_region;
+use diagnosis::forward::simulate::{Channel, Sample};
 use diagnosis::record::recording::Recording;
-use diagnosis::record::remark::Remark;
-use rayon::prelude::*;
-use serde::Serialize;
 
 use super::recordings::Asked;
 use crate::io::answer::Answer;
 use crate::io::failure::Failure;
-use crate::io::progress::Progress;
 use crate::plots;
 use crate::report::words::channel_words;
-use forces::Map;
-use skill::Skill;
+use simulated::{Printed, Simulated, simulate_all};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -31,33 +27,6 @@ pub(crate) struct Arguments {
     /// Also judge forces in whole flights that no thrust map was identified from, and the drones' clocks
     #[arg(long)]
     held_out: bool,
-}
-
-/// One recording, simulated.
-struct Simulated {
-    recording: Recording,
-    samples: Vec<Sample>,
-    /// Of reading and of simulating.
-    remarks: Vec<Remark>,
-}
-
-/// Contents of residuals.json.
-#[derive(Serialize)]
-struct Printed<'a> {
-    recordings: Vec<&'a str>,
-    samples: usize,
-    regions: Vec<Region>,
-    thrust_maps: Vec<Map>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    held_out: Option<Skill>,
-    remarks: Vec<RemarkOf<'a>>,
-}
-
-#[derive(Serialize)]
-struct RemarkOf<'a> {
-    recording: &'a str,
-    #[serde(flatten)]
-    remark: &'a Remark,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
@@ -103,36 +72,4 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         .asked
         .deliver((&name, &report), json, &printed, tables)?;
     Ok(Answer::Yes)
-}
-
-impl Simulated {
-    fn remarks(&self) -> impl Iterator<Item = RemarkOf<'_>> {
-        let recording = self.recording.name.as_str();
-        let of = move |remark| RemarkOf { recording, remark };
-        self.remarks.iter().map(of)
-    }
-}
-
-fn simulate_all(recordings: Vec<Recording>) -> Vec<Simulated> {
-    let progress = Progress::start("simulating", recordings.len());
-    let all = recordings
-        .into_par_iter()
-        .map(|recording| {
-            let simulation = simulate(&recording);
-            let (forces, more) = forces::simulate(&recording);
-            let mut remarks = recording.remarks.clone();
-            remarks.extend(simulation.left_out);
-            remarks.extend(more);
-            let mut samples = simulation.samples;
-            samples.extend(forces);
-            progress.done_one();
-            Simulated {
-                recording,
-                samples,
-                remarks,
-            }
-        })
-        .collect();
-    progress.finish();
-    all
 }

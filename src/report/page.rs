@@ -1,6 +1,6 @@
 //! report.html: one file with its figures and style inside, for a browser without a network and for print.
 
-use super::sections::{Part, Report};
+use super::sections::{Figure, Part, Report};
 use super::tables;
 use super::words::escape;
 
@@ -18,8 +18,16 @@ thead th{border-bottom:1px solid #7b8794}tr.head td{font-weight:bold;padding-top
 li{max-width:46rem}code{font-size:.95em}\
 @media print{body{margin:0;max-width:none;background:#fff}}";
 
+/// Names and contents of the files that hold a report: its figures, and report.html.
+pub(crate) fn files(report: &Report) -> Vec<(String, String)> {
+    let svg = |figure: &Figure| (format!("{}.svg", figure.name), figure.svg.clone());
+    let mut files: Vec<(String, String)> = report.figures().map(svg).collect();
+    files.push(("report.html".to_owned(), html(report)));
+    files
+}
+
 /// The whole page.
-pub(super) fn html(report: &Report) -> String {
+fn html(report: &Report) -> String {
     let title = escape(&report.title);
     let mut html = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

@@ -2,7 +2,7 @@
 
 use tools::table::Table;
 
-use super::{page, tables};
+use super::tables;
 
 /// What a command has to say.
 #[derive(Debug, Default)]
@@ -109,14 +109,6 @@ impl Report {
             Part::Figure(figure) => Some(figure),
             _ => None,
         })
-    }
-
-    /// Names and contents of the files that hold it: its figures, and report.html.
-    pub(crate) fn files(&self) -> Vec<(String, String)> {
-        let svg = |figure: &Figure| (format!("{}.svg", figure.name), figure.svg.clone());
-        let mut files: Vec<(String, String)> = self.figures().map(svg).collect();
-        files.push(("report.html".to_owned(), page::html(self)));
-        files
     }
 
     /// For a terminal.

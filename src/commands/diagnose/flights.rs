@@ -1,24 +1,23 @@
 //! Flight logs of one campaign, diagnosed together by the vertical forces on their drones.
 
 use diagnosis::campaign::skill::{Curve, Skill};
-use diagnosis::campaign::{
-    CampaignError, CampaignFinding, CampaignOptions, diagnose_campaign, near_floor,
-};
+use diagnosis::campaign::{CampaignError, CampaignFinding, CampaignOptions, near_floor};
 use diagnosis::forward::simulate::{Channel, Sample};
+use diagnosis::infer::finding::Finding;
 use diagnosis::record::recording::Recording;
 use serde::Serialize;
 
-use super::{Arguments, Found, deliver, is_explained, words};
-use crate::io::answer::Answer;
+use super::words;
 use crate::io::failure::Failure;
-use crate::io::progress::Progress;
 use crate::plots;
 use crate::report::sections::{Part, Report};
 use crate::report::words::joined;
 
-/// What only several flights can say, beside their finding.
+/// A finding with what only several flights can say.
 #[derive(Serialize)]
 pub(super) struct Flights<'a> {
+    #[serde(flatten)]
+    finding: &'a Finding,
     /// Which flight, drone and moment each row is.
     rows: Vec<Row<'a>>,
     #[serde(flatten)]
@@ -32,32 +31,20 @@ struct Row<'a> {
     t_s: f64,
 }
 
-pub(super) fn run(
-    arguments: &Arguments,
-    recordings: &[Recording],
-    name: &str,
-) -> Result<Answer, Failure> {
-    let options = options(recordings, arguments.alone, arguments.near_floor)?;
-    let progress = Progress::start("diagnosing flights together", 1);
-    let found = diagnose_campaign(recordings, &options)?;
-    progress.finish();
-    let row = |(sample, &of): (&Sample, &usize)| Row {
-        flight: &recordings[of].name,
-        vehicle: &recordings[of].vehicles[sample.subject as usize].id,
-        t_s: sample.t_s,
-    };
-    let rows = found.samples.iter().zip(&found.recording_of);
-    let flights = Flights {
-        rows: rows.map(row).collect(),
-        found: &found,
-    };
-    let report = report(name, &found, &options);
-    let answer = Found {
-        finding: &found.finding,
-        flights: Some(&flights),
-    };
-    deliver(&arguments.asked, name, &report, &answer)?;
-    Ok(Answer::from(is_explained(&found.finding)))
+impl<'a> Flights<'a> {
+    pub(super) fn of(found: &'a CampaignFinding, recordings: &'a [Recording]) -> Flights<'a> {
+        let row = |(sample, &of): (&Sample, &usize)| Row {
+            flight: &recordings[of].name,
+            vehicle: &recordings[of].vehicles[sample.subject as usize].id,
+            t_s: sample.t_s,
+        };
+        let rows = found.samples.iter().zip(&found.recording_of);
+        Flights {
+            finding: &found.finding,
+            rows: rows.map(row).collect(),
+            found,
+        }
+    }
 }
 
 /// What of the flights is judged, and from which beginning.
@@ -87,7 +74,7 @@ fn what(found: &CampaignFinding, options: &CampaignOptions) -> String {
 }
 
 /// The report of a single recording, with what whole flights add.
-fn report(name: &str, found: &CampaignFinding, options: &CampaignOptions) -> Report {
+pub(super) fn report(name: &str, found: &CampaignFinding, options: &CampaignOptions) -> Report {
     let finding = &found.finding;
     let what = what(found, options);
     let subtitle = format!("{what}; {}", words::verdict(finding));

@@ -4,7 +4,6 @@ use diagnosis::campaign::hardware::{HardwareRow, hardware_rows};
 use diagnosis::record::recording::Recording;
 use serde_json::json;
 
-use super::Arguments;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::Failure;
 use crate::io::files;
@@ -13,12 +12,12 @@ use crate::report::words::count;
 
 /// Answers yes: each flight is normal, or has a change with a name.
 pub(super) fn run(
-    arguments: &Arguments,
+    format: Format,
     recordings: &[Recording],
-    normal: &str,
+    (normal, drones): (&str, &[String]),
 ) -> Result<Answer, Failure> {
-    let rows = judge(recordings, normal, &arguments.drones)?;
-    print(&match arguments.asked.format {
+    let rows = judge(recordings, normal, drones)?;
+    print(&match format {
         Format::Json => files::json(&json!({"format": "hardware/1", "flights": rows})),
         Format::Text => report(&rows, recordings.len()).text(),
     })?;

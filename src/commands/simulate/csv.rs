@@ -3,7 +3,7 @@
 use diagnosis::forward::simulate::{Channel, Sample};
 use rayon::prelude::*;
 
-use super::Simulated;
+use super::simulated::Simulated;
 use crate::report::words::{channel_words, joined};
 
 /// One row a sample, in the order of the recordings; empty where there is no wake to be in.

@@ -1,10 +1,7 @@
-//! Forces on drones below others: the thrust maps come first, from free flight, then the forces.
+//! Thrust maps of drones, identified in free flight: what forces below other drones are simulated with.
 
 use std::collections::BTreeMap;
 
-use diagnosis::forward::flow::Flow;
-use diagnosis::forward::force;
-use diagnosis::forward::simulate::Sample;
 use diagnosis::record::recording::Recording;
 use diagnosis::record::remark::{Remark, RemarkKind};
 use diagnosis::record::thrust_map::OFFSET;
@@ -15,7 +12,7 @@ use serde::Serialize;
 use crate::io::progress::Progress;
 
 /// Forces are compared below this frequency. Chosen here: motors and frames shake above it, wakes are met more slowly.
-const LOW_PASS: LowPass = LowPass { cutoff_hz: 5.0 };
+pub(super) const LOW_PASS: LowPass = LowPass { cutoff_hz: 5.0 };
 
 /// The thrust map of one kind of drone.
 #[derive(Serialize)]
@@ -103,9 +100,4 @@ pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
     }
     progress.finish();
     maps
-}
-
-/// Every force that the thrust maps allow, and what was left out.
-pub(super) fn simulate(recording: &Recording) -> (Vec<Sample>, Vec<Remark>) {
-    force::simulate(recording, &Flow::new(recording), LOW_PASS)
 }

@@ -6,8 +6,8 @@ use diagnosis::forward::simulate::Channel;
 use diagnosis::record::baseline::{Baseline, Delay, Observation, ReceiverAir, ReceiverLaw, Upper};
 
 use super::forces::Map;
+use super::simulated::{Printed, RemarkOf, Simulated};
 use super::skill::Skill;
-use super::{Printed, RemarkOf, Simulated};
 use crate::report::sections::{Figure, Part, Report};
 use crate::report::words::{channel_words, count, decimal, each_once, joined, tally};
 

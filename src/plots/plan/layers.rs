@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3, center};
 use planner::plan::{AtEnd, AtStart, DronePlan, Plan, Solid};
 
 use super::labels::Labels;
-use super::{Eye, View, line_style};
+use super::view::{Eye, View, line_style};
 use crate::plots::canvas::{
     BOLD, Canvas, Letters, Spot, circle, fill, polyline, rectangle, solid, stroke,
 };

@@ -5,7 +5,7 @@ use planner::plan::{DronePlan, Plan};
 use planner::{Outline, WakeOutlines};
 
 use super::labels::Labels;
-use super::{Eye, View};
+use super::view::{Eye, View};
 use crate::plots::canvas::{BOLD, Canvas, Letters, circle, dashed, fill, polyline, solid, stroke};
 use crate::plots::colours::{AIR, Colour, PAPER, WORST};
 

@@ -1,0 +1,73 @@
+//! Recordings, simulated, and what programs read of them.
+
+use diagnosis::forward::flow::Flow;
+use diagnosis::forward::force;
+use diagnosis::forward::residuals::Region;
+use diagnosis::forward::simulate::{Sample, simulate};
+use diagnosis::record::recording::Recording;
+use diagnosis::record::remark::Remark;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::forces::{LOW_PASS, Map};
+use super::skill::Skill;
+use crate::io::progress::Progress;
+
+/// One recording, simulated.
+pub(super) struct Simulated {
+    pub(super) recording: Recording,
+    /// Of probes and receivers, and every force that the thrust maps allow.
+    pub(super) samples: Vec<Sample>,
+    /// Of reading and of simulating.
+    remarks: Vec<Remark>,
+}
+
+/// Contents of residuals.json.
+#[derive(Serialize)]
+pub(super) struct Printed<'a> {
+    pub(super) recordings: Vec<&'a str>,
+    pub(super) samples: usize,
+    pub(super) regions: Vec<Region>,
+    pub(super) thrust_maps: Vec<Map>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) held_out: Option<Skill>,
+    pub(super) remarks: Vec<RemarkOf<'a>>,
+}
+
+#[derive(Serialize)]
+pub(super) struct RemarkOf<'a> {
+    pub(super) recording: &'a str,
+    #[serde(flatten)]
+    pub(super) remark: &'a Remark,
+}
+
+impl Simulated {
+    fn of(recording: Recording) -> Simulated {
+        let simulation = simulate(&recording);
+        let (forces, left_out) = force::simulate(&recording, &Flow::new(&recording), LOW_PASS);
+        let remarks = [&recording.remarks, &simulation.left_out, &left_out];
+        Simulated {
+            samples: [simulation.samples, forces].concat(),
+            remarks: remarks.into_iter().flatten().cloned().collect(),
+            recording,
+        }
+    }
+
+    pub(super) fn remarks(&self) -> impl Iterator<Item = RemarkOf<'_>> {
+        let recording = self.recording.name.as_str();
+        let of = move |remark| RemarkOf { recording, remark };
+        self.remarks.iter().map(of)
+    }
+}
+
+pub(super) fn simulate_all(recordings: Vec<Recording>) -> Vec<Simulated> {
+    let progress = Progress::start("simulating", recordings.len());
+    let simulated = recordings.into_par_iter().map(|recording| {
+        let simulated = Simulated::of(recording);
+        progress.done_one();
+        simulated
+    });
+    let all = simulated.collect();
+    progress.finish();
+    all
+}
