@@ -116,7 +116,7 @@ pub struct Located {
     pub mean_error_n: f64,
     /// Sum of whitened residuals over the root of their number.
     pub z: f64,
-    /// Chance of as much anywhere, with the signs of whole flights flipped.
+    /// p-value: how often as much is found anywhere with the signs of whole flights flipped.
     pub p: f64,
 }
 

@@ -34,10 +34,10 @@ const STEADY_FORCE: f64 = 0.1;
 const ABOVE_FLOOR_M: f64 = 0.4;
 /// Steady rows below which nothing is said: two seconds at 50 Hz.
 const LEAST_ROWS: usize = 100;
-/// Chance below which a flight is not normal. Chosen here: one normal flight in twenty is accused.
+/// p-value below which a flight is not normal. Chosen here: one normal flight in twenty is accused.
 /// With a handful of normal flights to compare with, less asks for changes of more than five of
 /// their standard deviations.
-const LEAST_CHANCE: f64 = 0.05;
+const LEAST_P: f64 = 0.05;
 /// How far a weight may lean for its total: two under a motor, a fifth more where it hangs outside.
 const MOST_LEAN: f64 = 2.4;
 /// Most extra turn of a damaged propeller, as part of its own.
@@ -115,7 +115,7 @@ pub struct HardwareFinding {
     pub motors: [f64; 4],
     /// The same by modes: total, turn, and the two leans.
     pub modes: [f64; 4],
-    /// Chance of a normal flight that far out in any mode.
+    /// p-value: how often a normal flight is that far out in any mode.
     pub chance: f64,
     /// Empty: normal. Else best first; more than one: it cannot tell.
     pub answers: Vec<Answer>,
@@ -200,7 +200,7 @@ impl Normal {
         let farthest = farthest.fold(0.0, f64::max);
         let chance = StudentsT::new(0.0, 1.0, self.freedom)
             .map_or(1.0, |t| (4.0 * 2.0 * t.sf(farthest)).min(1.0));
-        let answers = match chance < LEAST_CHANCE {
+        let answers = match chance < LEAST_P {
             true => answers(modes, sd),
             false => Vec::new(),
         };

@@ -166,7 +166,7 @@ impl<'a> Judged<'a> {
                 &|i| (0.2..0.8).contains(&depth_m[i]).then_some(xi[i]),
             ),
             (
-                "height m, nobody above",
+                "height m, no drone above",
                 &[0.05, 0.07, 0.09, 0.11, 0.14, 0.18, 0.25, 0.35, 0.5],
                 &|i| xi[i].is_nan().then_some(height_m[i]),
             ),

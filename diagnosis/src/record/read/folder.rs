@@ -61,7 +61,7 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
         found.problem(Problem::file(META), "is missing");
         return None;
     };
-    let meta = meta(bytes, found)?;
+    let mut meta = meta(name, bytes, found)?;
     for channel in &meta.channels {
         let place = Problem::field(META, "channels");
         if !TABLES.contains(&channel.as_str()) {
@@ -71,7 +71,8 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
             found.problem(place, format!("names {channel}, which is not there"));
         }
     }
-    let is_named = |table: &str| meta.channels.iter().any(|channel| channel == table);
+    let channels = std::mem::take(&mut meta.channels);
+    let is_named = |table: &str| channels.iter().any(|channel| channel == table);
     let named = |table: &str| files.get(table).filter(|_| is_named(table));
     for table in TABLES.into_iter().filter(|table| !is_named(table)) {
         if files.contains_key(table) {
@@ -80,16 +81,16 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
             found.remark(RemarkKind::Unused, None, message);
         }
     }
-    let vehicles = match named(VEHICLES) {
-        Some(bytes) => vehicles(bytes, &meta, found),
+    let has_tracks = match named(VEHICLES) {
+        Some(bytes) => vehicles(bytes, &mut meta, found).is_some(),
         None => {
             let message =
                 format!("must name {VEHICLES}: without tracks there is nothing to simulate");
             found.problem(Problem::field(META, "channels"), message);
-            None
+            false
         }
     };
-    let probes = match (named(PROBES), &meta.instrument) {
+    meta.recording.probes = match (named(PROBES), &meta.instrument) {
         (None, _) => None,
         (Some(bytes), Some(instrument)) => probes(bytes, instrument, found),
         (Some(_), None) if meta.has_probe => None, // told above
@@ -99,23 +100,14 @@ fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> O
             None
         }
     };
-    let vehicles = vehicles?;
-    let receivers = named(RECEIVER)
-        .and_then(|bytes| receivers(bytes, &meta, &vehicles, found))
-        .unwrap_or_default();
-    Some(Recording {
-        name: name.to_owned(),
-        environment: meta.environment,
-        vehicles,
-        probes,
-        receivers,
-        baseline: meta.baseline,
-        jet: Jet::default(),
-        remarks: Vec::new(),
-    })
+    if let (true, Some(bytes)) = (has_tracks, named(RECEIVER)) {
+        receivers(bytes, &mut meta, found);
+    }
+    has_tracks.then_some(meta.recording)
 }
 
-fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>> {
+/// Reads the tracks of the vehicles.
+fn vehicles(bytes: &[u8], meta: &mut Meta, found: &mut Found) -> Option<()> {
     let is_named = |columns: &Columns, found: &mut Found| {
         if columns.vehicle.is_none() {
             found.problem(Problem::field(VEHICLES, "vehicle_id").line(1), "is missing");
@@ -123,13 +115,12 @@ fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>
     };
     let (rows, columns) = columns::read(VEHICLES, bytes, &[], found, is_named)?;
     let how = Conventions {
-        gravity_mps2: meta.environment.gravity_mps2,
-        floor_z_m: meta.environment.floor_z_m,
+        gravity_mps2: meta.recording.environment.gravity_mps2,
+        floor_z_m: meta.recording.environment.floor_z_m,
         ..Conventions::default()
     };
     let by_vehicle = rows.by_vehicle(VEHICLES, meta.ids.iter().map(String::as_str), found);
-    let mut vehicles = Vec::with_capacity(meta.vehicles.len());
-    for vehicle in &meta.vehicles {
+    for vehicle in std::mem::take(&mut meta.recording.vehicles) {
         let id = &vehicle.id;
         let name = rows.names.iter().position(|name| name == id);
         let Some(mine) = name.map(|name| &by_vehicle[name]) else {
@@ -140,21 +131,14 @@ fn vehicles(bytes: &[u8], meta: &Meta, found: &mut Found) -> Option<Vec<Vehicle>
         };
         let samples = Samples::gather(id, (&rows, &columns), mine, how.gravity_mps2, found);
         if let Some(track) = track(id, VEHICLES, samples, &how, found) {
-            vehicles.push(Vehicle {
-                track,
-                ..vehicle.clone()
-            });
+            meta.recording.vehicles.push(Vehicle { track, ..vehicle });
         }
     }
-    Some(vehicles)
+    Some(())
 }
 
-fn receivers(
-    bytes: &[u8],
-    meta: &Meta,
-    vehicles: &[Vehicle],
-    found: &mut Found,
-) -> Option<Vec<ReceiverSample>> {
+/// Reads the throttle of receivers beside the tracks.
+fn receivers(bytes: &[u8], meta: &mut Meta, found: &mut Found) -> Option<()> {
     let table = Table::open(RECEIVER, bytes, found)?;
     let names = ["t_s", "throttle_ratio", "vehicle_id"];
     let mut wanted = table.columns(&names, &["battery_v"], found)?;
@@ -162,12 +146,12 @@ fn receivers(
     wanted.extend(table.column("battery_v"));
     let rows = table.read(&wanted, id, found);
     rows.by_vehicle(RECEIVER, meta.ids.iter().map(String::as_str), found);
-    let mut samples = Vec::with_capacity(rows.lines.len());
     let mut last_s = vec![f64::NEG_INFINITY; rows.names.len()];
     let mut left_out = Vec::new();
     for (row, &line) in rows.lines.iter().enumerate() {
         let id = &rows.names[rows.named[row]];
-        let Some(vehicle) = vehicles.iter().position(|of| of.id == *id) else {
+        let mut vehicles = meta.recording.vehicles.iter();
+        let Some(vehicle) = vehicles.position(|of| of.id == *id) else {
             continue; // told above
         };
         let (t_s, mut throttle_ratio) = (rows.numbers[0][row], rows.numbers[1][row]);
@@ -181,7 +165,7 @@ fn receivers(
         }
         *last_s = last_s.max(t_s);
         let battery_v = rows.numbers.get(2).map(|column| column[row]);
-        samples.push(ReceiverSample {
+        meta.recording.receivers.push(ReceiverSample {
             t_s,
             vehicle,
             throttle_ratio,
@@ -198,26 +182,24 @@ fn receivers(
         t_s: &rows.numbers[0],
     };
     remarks.tell(RemarkKind::Impossible, &left_out, &what);
-    Some(samples)
+    Some(())
 }
 
 /// What `meta.json` says.
 struct Meta {
-    environment: Environment,
-    /// Sorted by id, without their tracks.
-    vehicles: Vec<Vehicle>,
+    /// Without tables: vehicles sorted by id, without their tracks.
+    recording: Recording,
     /// Every id that it speaks of, also where something is wrong with the vehicle.
     ids: Vec<String>,
     /// Whether it speaks of a probe.
     has_probe: bool,
     instrument: Option<Instrument>,
-    baseline: Baseline,
     /// Names of the tables that belong to it.
     channels: Vec<String>,
 }
 
 /// Reads the file; `None` where something is missing that the rest depends on.
-fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
+fn meta(name: &str, bytes: &[u8], found: &mut Found) -> Option<Meta> {
     let value: Value = match serde_json::from_slice(bytes) {
         Ok(value) => value,
         Err(error) => {
@@ -248,12 +230,19 @@ fn meta(bytes: &[u8], found: &mut Found) -> Option<Meta> {
     let channels = fields.texts("channels", found);
     fields.finish(found);
     Some(Meta {
-        environment: environment?,
-        vehicles,
+        recording: Recording {
+            name: name.to_owned(),
+            environment: environment?,
+            vehicles,
+            probes: None,
+            receivers: Vec::new(),
+            baseline: baseline?,
+            jet: Jet::default(),
+            remarks: Vec::new(),
+        },
         ids,
         has_probe,
         instrument,
-        baseline: baseline?,
         channels: channels?,
     })
 }
@@ -275,7 +264,7 @@ fn environment(fields: &mut Fields<'_>, found: &mut Found) -> Option<Environment
     }
     of.finish(found);
     if ambient_is_subtracted == Some(true) {
-        let message = "the ambient speed has been taken off the readings; of a magnitude that takes too much wherever the jet blows across it";
+        let message = "the ambient speed has been taken off the readings; of a magnitude that takes too much wherever the jet crosses it";
         found.remark(RemarkKind::Assumed, None, message);
     }
     Some(Environment {
