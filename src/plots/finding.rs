@@ -1,7 +1,7 @@
 //! The figures of `plan diagnose`: where samples and simulation differ, along which coordinates, and how well the correction does.
 
+use diagnosis::campaign::COORDINATES;
 use diagnosis::campaign::CampaignFinding;
-use diagnosis::campaign::covariates::COORDINATES;
 use diagnosis::forward::observed::{COVARIATES, Observed};
 use diagnosis::forward::simulate::{Channel, Sample};
 use diagnosis::infer::finding::Finding;

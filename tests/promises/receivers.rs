@@ -286,7 +286,7 @@ fn forces_beside_their_simulation_count_what_is_missing_and_what_is_out_of_range
         .iter()
         .map(|remark| (remark.kind, remark.samples))
         .collect();
-    let outside = truth().rows_outside(&flight.vehicles[0].track);
+    let outside = truth().rows_outside(flight.vehicles[0].track.duty.as_deref().unwrap());
     assert_eq!(counted[0], (RemarkKind::Gap, 10));
     assert!(outside == 0 || counted[1] == (RemarkKind::OutOfRange, outside));
 }

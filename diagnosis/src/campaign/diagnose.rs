@@ -2,8 +2,7 @@
 
 use serde::Serialize;
 
-use super::covariates::{COORDINATES, PLACES};
-use super::forces::{CampaignOptions, Forces, RATE_HZ};
+use super::forces::{COORDINATES, CampaignOptions, Forces, PLACES, RATE_HZ};
 use super::forward::{Chosen, Turn, forward};
 use super::library::library;
 use super::scatter::{Scatter, scatter};
@@ -72,7 +71,7 @@ pub struct CampaignFinding {
     /// What each scatters by (N).
     #[serde(skip)]
     pub noise_n: Vec<f64>,
-    /// What surrounds each row: one column for each of [`super::covariates::COORDINATES`].
+    /// What surrounds each row: one column for each of [`super::COORDINATES`].
     #[serde(skip)]
     pub columns: Vec<Vec<f64>>,
     /// How well the force is predicted in flights that were not fitted, by where the rows lie.

@@ -43,13 +43,9 @@ pub(super) fn library(forces: &Forces, alone: bool) -> Vec<Candidate> {
     candidates.extend(OF_THE_FORCE.iter().map(|fault| fault.candidate(&shows)));
     // Where the wake itself is a candidate, its strength is its own parameter.
     let is_its_own = |name: &str| alone && name == "momentum_scale";
-    candidates
-        .iter_mut()
-        .filter(|c| c.name == "profile_tail")
-        .for_each(edge);
-    candidates.retain(|candidate| {
-        !NOT_IN_FORCES.contains(&candidate.name) && !is_its_own(candidate.name)
-    });
+    let tails = candidates.iter_mut().filter(|c| c.name == "profile_tail");
+    tails.for_each(edge);
+    candidates.retain(|c| !NOT_IN_FORCES.contains(&c.name) && !is_its_own(c.name));
     candidates
 }
 
@@ -69,16 +65,13 @@ fn edge(candidate: &mut Candidate) {
 }
 
 fn shows(forces: &Forces, alone: bool) -> Shows {
+    let jets = forces.judged().map(|(_, step)| step.above.len());
     let lowest_m = forces.judged().map(|(_, step)| step.height_m);
     Shows {
         air: !alone,
         probes: false,
         hover_mps: 4.5,
-        jets: forces
-            .judged()
-            .map(|(_, step)| step.above.len())
-            .max()
-            .unwrap_or(0),
+        jets: jets.max().unwrap_or(0),
         sizes_differ: sizes_differ(forces.recordings.iter().flat_map(|r| &r.vehicles)),
         near: false,
         // Five propeller radii of a large drone, ten of a small one: ground effect ends there.

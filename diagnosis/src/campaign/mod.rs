@@ -3,13 +3,11 @@
 //!
 //! # In reading order
 //!
-//! `forces`: drones in equal steps of time, rows, and what a hypothesis makes of them.
-//! [`covariates`]: what surrounds them. `scatter`: the noise, and what one flight shares.
-//! `library`: what may be missing in a force. `forward`: one effect after another. [`skill`]: how
+//! `forces`: drones in equal steps of time, rows, what surrounds them, and what a hypothesis makes
+//! of them. `scatter`: the noise, and what one flight shares. `library`: what may be missing in a force. `forward`: one effect after another. [`skill`]: how
 //! well flights that were not fitted are predicted. [`diagnose`]: all of it, and the finding.
 //! [`hardware`]: one drone's motors against its own normal flights.
 
-pub mod covariates;
 pub mod diagnose;
 mod forces;
 mod forward;
@@ -19,4 +17,4 @@ mod scatter;
 pub mod skill;
 
 pub use diagnose::{CampaignError, CampaignFinding, diagnose_campaign, near_floor};
-pub use forces::CampaignOptions;
+pub use forces::{COORDINATES, CampaignOptions};

@@ -63,7 +63,7 @@ pub struct Curve {
 
 /// The judged rows as recorded and as predicted by a fit to other flights, before and after.
 pub(super) struct Judged<'a> {
-    /// One column for each of [`super::covariates::COORDINATES`].
+    /// One column for each of [`super::COORDINATES`].
     columns: &'a [Vec<f64>],
     /// Flight of each row.
     flights: Vec<usize>,

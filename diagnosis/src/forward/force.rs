@@ -155,7 +155,7 @@ pub fn simulate(
             );
             remark(RemarkKind::Gap, unknown, message);
         }
-        let outside = map.rows_outside(track);
+        let outside = map.rows_outside(track.duty.as_deref().unwrap_or_default());
         if outside > 0 {
             let [low, high] = map.duty_range();
             let message = format!(

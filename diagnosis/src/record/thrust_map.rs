@@ -10,8 +10,6 @@
 
 use serde::Serialize;
 
-use crate::record::recording::Track;
-
 /// Highest power of either variable. Chosen here: a cubic in duty cycle already fits to the scatter
 /// of the flights.
 pub const HIGHEST_POWER: u8 = 4;
@@ -212,11 +210,10 @@ impl ThrustMap {
         (high_n - low_n) / (2.0 * step_v * mid_n)
     }
 
-    /// Rows of a track with a motor outside the range.
+    /// Of duty cycles, one entry a row, the rows with a motor outside the range.
     #[must_use]
-    pub fn rows_outside(&self, track: &Track) -> usize {
-        let duty = track.duty.iter().flatten();
-        duty.filter(|&&duty| !self.covers(duty)).count()
+    pub fn rows_outside(&self, duty: &[[f64; 4]]) -> usize {
+        duty.iter().filter(|&&duty| !self.covers(duty)).count()
     }
 }
 
