@@ -1,10 +1,13 @@
 //! Where one drone is relative to another, each on a straight line at a moment of its own.
 //!
 //! The offset of the mover from the reference is linear in both moments. Over a convex set of pairs
-//! of moments it fills a plane polygon in space, so that the depths and the nearest distance to a
-//! vertical axis have a closed form.
+//! of moments it fills a plane polygon in space; a volume that is convex is met on a convex part of
+//! the pairs, so that everything asked here has a closed form: the nearest distance to a vertical
+//! axis, and the least and greatest delay between the two with which the volume is met.
 
 use nalgebra::Vector3;
+
+use super::downwash::Section;
 
 /// A straight line at constant velocity, for as long as asked (any unit of length and time).
 #[derive(Clone, Copy, Debug)]
@@ -116,6 +119,11 @@ impl Relative {
 
     /// The same with the mover higher by so much.
     #[must_use]
+    pub fn raised(mut self, by: f64) -> Self {
+        self.origin.z += by;
+        self
+    }
+
     fn offset(&self, [left, met]: [f64; 2]) -> Vector3<f64> {
         self.origin + self.mover * met - self.reference * left
     }
@@ -129,7 +137,8 @@ impl Relative {
         })
     }
 
-    /// Smallest horizontal distance of the mover from a vertical axis that moves with the reference, `[x, y]` beside it.
+    /// Smallest horizontal distance of the mover from a vertical axis that moves with the
+    /// reference, `[x, y]` beside it.
     pub fn nearest(&self, [x, y]: [f64; 2]) -> f64 {
         let axis = Vector3::new(x, y, 0.0);
         if self.passes(&axis) {
@@ -143,7 +152,8 @@ impl Relative {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether it meets the axis inside. Where both fly along one line, or one stays, the nearest place is on an edge as well.
+    /// Whether it meets the axis inside. Where both fly along one line, or one stays, the nearest
+    /// place is on an edge as well.
     fn passes(&self, axis: &Vector3<f64>) -> bool {
         let (met_by, left_by) = (self.mover, -self.reference);
         let to = axis - self.origin;
@@ -155,6 +165,137 @@ impl Relative {
         let left = (met_by.x * to.y - met_by.y * to.x) / turned;
         self.moments.holds([left, met])
     }
+
+    /// By how much the reference's moment is ahead of the mover's, at least and at most, while the
+    /// mover's centre is in a section that hangs below the reference; `None`: it never is.
+    pub fn delays_in(&self, section: &Section) -> Option<[f64; 2]> {
+        let depth = |moments: &[f64; 2]| -self.offset(*moments).z;
+        let within = self.moments.clip(|at| depth(at) - section.from_depth_m);
+        let within = within.clip(|at| section.to_depth_m - depth(at));
+        let height = section.height_m();
+        let widening = if height > 0.0 {
+            (section.to_radius_m - section.from_radius_m) / height
+        } else {
+            0.0
+        };
+        let flat = |v: &Vector3<f64>| Vector3::new(v.x, v.y, 0.0);
+        let round = Round {
+            origin: flat(&self.origin),
+            mover: flat(&self.mover),
+            reference: flat(&self.reference),
+            radius: section.from_radius_m - widening * (self.origin.z + section.from_depth_m),
+            radius_by_mover: -widening * self.mover.z,
+            radius_by_reference: widening * self.reference.z,
+        };
+        round.delays(&within)
+    }
+
+    /// The same while it is nearer to the reference than `radius`.
+    pub fn delays_near(&self, radius: f64) -> Option<[f64; 2]> {
+        let round = Round {
+            origin: self.origin,
+            mover: self.mover,
+            reference: self.reference,
+            radius,
+            radius_by_mover: 0.0,
+            radius_by_reference: 0.0,
+        };
+        round.delays(&self.moments)
+    }
+}
+
+/// Where an offset is no longer than a radius, both linear in two moments: convex.
+struct Round {
+    origin: Vector3<f64>,
+    mover: Vector3<f64>,
+    reference: Vector3<f64>,
+    radius: f64,
+    radius_by_mover: f64,
+    radius_by_reference: f64,
+}
+
+impl Round {
+    fn at(&self, [left, met]: [f64; 2]) -> (Vector3<f64>, f64) {
+        (
+            self.origin + self.mover * met - self.reference * left,
+            self.radius + self.radius_by_mover * met + self.radius_by_reference * left,
+        )
+    }
+
+    /// Least and greatest `reference's - mover's` moment: at a corner, on an edge, or where a line
+    /// of one delay touches the edge of the round inside the polygon.
+    fn delays(&self, moments: &Moments) -> Option<[f64; 2]> {
+        let mut found: Option<[f64; 2]> = None;
+        let mut add = |[left, met]: [f64; 2]| {
+            let delay = left - met;
+            let [low, high] = found.unwrap_or([delay; 2]);
+            found = Some([low.min(delay), high.max(delay)]);
+        };
+        for (from, to) in moments.edges() {
+            let ((offset, radius), (end, end_radius)) = (self.at(*from), self.at(*to));
+            let (by, widening) = (end - offset, end_radius - radius);
+            let outside = offset.norm_squared() - radius * radius;
+            if outside <= 0.0 {
+                add(*from);
+            }
+            let square = by.norm_squared() - widening * widening;
+            let half = offset.dot(&by) - radius * widening;
+            for share in roots(square, half, outside) {
+                if (0.0..=1.0).contains(&share) {
+                    add([0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis])));
+                }
+            }
+        }
+        for corner in self.touching().into_iter().flatten() {
+            if moments.holds(corner) && self.at(corner).1 >= 0.0 {
+                add(corner);
+            }
+        }
+        found
+    }
+
+    /// Pairs of moments `(s + delay, s)` at which a line of one delay touches the edge.
+    fn touching(&self) -> [Option<[f64; 2]>; 2] {
+        let along = self.mover - self.reference;
+        let widening = self.radius_by_mover + self.radius_by_reference;
+        let square = along.norm_squared() - widening * widening;
+        if square <= TOLERANCE * TOLERANCE {
+            return [None; 2];
+        }
+        // Half the linear term in s, and the constant one, by powers of the delay.
+        let half = [
+            along.dot(&self.origin) - widening * self.radius,
+            -along.dot(&self.reference) - widening * self.radius_by_reference,
+        ];
+        let rest = [
+            self.origin.norm_squared() - self.radius * self.radius,
+            -self.origin.dot(&self.reference) - self.radius * self.radius_by_reference,
+            self.reference.norm_squared() - self.radius_by_reference * self.radius_by_reference,
+        ];
+        // Both solutions for s are one: the discriminant vanishes.
+        let delays = roots(
+            half[1] * half[1] - square * rest[2],
+            half[0] * half[1] - square * rest[1],
+            half[0] * half[0] - square * rest[0],
+        );
+        delays.map(|delay| {
+            let mover = -(half[0] + half[1] * delay) / square;
+            let corner = [mover + delay, mover];
+            corner.iter().all(|at| at.is_finite()).then_some(corner)
+        })
+    }
+}
+
+/// Solutions of `square x² + 2 half x + rest = 0`; NaN or infinite where there are fewer.
+fn roots(square: f64, half: f64, rest: f64) -> [f64; 2] {
+    let discriminant = half * half - square * rest;
+    if discriminant < 0.0 {
+        return [f64::NAN; 2];
+    }
+    // Of both signs the one that adds: nothing cancels, and a vanishing square leaves the other
+    // solution exact.
+    let sum = -(half + discriminant.sqrt().copysign(half));
+    [sum / square, rest / sum]
 }
 
 /// Smallest horizontal distance of a straight path from the vertical axis.
@@ -166,4 +307,77 @@ pub fn nearest_radius_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
     }
     let at = (-from_m.dot(&path_m) / length_square).clamp(0.0, 1.0);
     (from_m + path_m * at).norm()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A number from 0 to 1, the same for the same index and unrelated to its neighbours': the
+    /// finaliser of MurmurHash3.
+    fn at(index: u32) -> f64 {
+        let mut bits = index.wrapping_add(1).wrapping_mul(0x9e37_79b9);
+        bits = (bits ^ (bits >> 16)).wrapping_mul(0x85eb_ca6b);
+        bits = (bits ^ (bits >> 13)).wrapping_mul(0xc2b2_ae35);
+        f64::from(bits ^ (bits >> 16)) / f64::from(u32::MAX)
+    }
+
+    #[test]
+    fn delays_hold_all_pairs_of_moments_in_a_volume_and_end_at_some() {
+        const STEPS: u32 = 80;
+        let mut met = 0;
+        for case in 0..2_000 {
+            let value = |k: u32| 2.0 * at(29 * case + k) - 1.0;
+            let line = |k: u32| {
+                // Every third line lies level, every fifth stands still.
+                let level = f64::from(u8::from(!(case + k).is_multiple_of(3)));
+                let moves = f64::from(u8::from(!(case + k).is_multiple_of(5)));
+                Line {
+                    origin: Vector3::new(value(k), value(k + 1), value(k + 2)),
+                    velocity: Vector3::new(value(k + 3), value(k + 4), level * value(k + 5))
+                        * moves,
+                }
+            };
+            let (reference, mover) = (line(1), line(7));
+            let moments = [[0.0, 1.0 + value(13)], [0.0, 1.0 + value(14)]];
+            let relative = Relative::new(&reference, &mover, moments);
+            let section = Section {
+                from_depth_m: 0.4 * value(15) - 0.3,
+                to_depth_m: 0.4 * value(16) + 0.5,
+                from_radius_m: 0.3 + 0.2 * value(17),
+                to_radius_m: 0.3 + 0.3 * value(18),
+            };
+            let ball = 0.5 + 0.3 * value(19);
+            let said = [relative.delays_in(&section), relative.delays_near(ball)];
+            let mut seen: [Option<[f64; 2]>; 2] = [None; 2];
+            let part =
+                |[from, to]: [f64; 2], k: u32| from + (to - from) * f64::from(k) / f64::from(STEPS);
+            for (left, met) in (0..=STEPS).flat_map(|a| (0..=STEPS).map(move |b| (a, b))) {
+                let pair = [part(moments[0], left), part(moments[1], met)];
+                let offset = relative.offset(pair);
+                let delay = pair[0] - pair[1];
+                let inside = [section.holds(offset), offset.norm() <= ball];
+                for (seen, _) in seen.iter_mut().zip(inside).filter(|(_, inside)| *inside) {
+                    let [low, high] = seen.unwrap_or([delay; 2]);
+                    *seen = Some([low.min(delay), high.max(delay)]);
+                }
+            }
+            for (said, seen) in said.into_iter().zip(seen) {
+                let Some([low, high]) = seen else { continue };
+                let [from, to] = said.expect("a pair of moments is inside");
+                met += 1;
+                // Rounding, and what lies between the pairs that were looked at.
+                assert!(
+                    from <= low + 1e-9 && high - 1e-9 <= to,
+                    "{case}: {said:?} {seen:?}"
+                );
+                let between = 6.0 / f64::from(STEPS);
+                assert!(
+                    low - from < between + 0.2 && to - high < between + 0.2,
+                    "{case}: {said:?} {seen:?}"
+                );
+            }
+        }
+        assert!(met > 300, "{met}");
+    }
 }

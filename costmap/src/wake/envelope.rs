@@ -1,25 +1,27 @@
-//! The air that one airframe's wake brings to another's rotor discs, bounded from above, as a table.
+//! The air that one airframe's wake brings to another's rotor discs, bounded from above, as a
+//! table.
 //!
-//! The mean over a receiver's discs is not axisymmetric (four rotors, four lobes), and several wakes
-//! add as the root of the sum of squares at every disc point, before the mean is taken. Two bounds
-//! make that additive and quick:
+//! The mean over a receiver's discs is not axisymmetric (four rotors, four lobes), and several
+//! wakes add as the root of the sum of squares at every disc point, before the mean is taken. Two
+//! bounds make that additive and quick:
 //!
 //! ```text
 //! mean_p √(Σᵢ Uᵢ(p)²)  ≤  √(Σᵢ gᵢ²),      gᵢ² = mean_p Uᵢ(p)²          (Jensen)
 //! gᵢ(depth, radius)  =  max over the azimuth, and over all larger radii
 //! ```
 //!
-//! so one number `g²` per wake and place adds up against one budget, `(limit · U_H)²`. Everything is
-//! in units of the emitter's induced velocity: payload scales a table, it does not change it.
+//! so one number `g²` per wake and place adds up against one budget, `(limit · U_H)²`. Everything
+//! is in units of the emitter's induced velocity: payload scales a table, it does not change it.
 //!
-//! A wake that effects have moved or reshaped is tabulated about its own axis, row by row: see `moved_jet`.
+//! A wake that effects have moved or reshaped is tabulated about its own axis, row by row: see
+//! `moved_jet`.
 
 use airflow::{DiscPoints, Wake};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::moved_jet::{MovedSlab, slabs_m};
-use crate::volumes::downwash::clip_depth;
+use crate::volumes::downwash::{Section, clip_depth};
 use crate::volumes::relative::nearest_radius_m;
 
 /// Columns per row: chosen here, about a tenth of a half-width each.
@@ -34,7 +36,8 @@ pub struct Envelope {
     /// Depths between rows (m), ascending from 0.
     depths_m: Vec<f64>,
     rows: Vec<Row>,
-    /// By depth in steps as high as the lowest row, the row above or there; empty where rows are moved.
+    /// By depth in steps as high as the lowest row, the row above or there; empty where rows are
+    /// moved.
     row_of_step: Vec<u16>,
     steps_per_m: f64,
     /// Squares over columns, row by row.
@@ -123,7 +126,37 @@ impl Envelope {
         met
     }
 
-    /// Bound on the mean square at any place as far from the emitter's axis as a path and between its depths, at any bearing.
+    /// The iso-exposure volume: outside of it no place has a mean square above `square` (in units
+    /// of the emitter's induced velocity, squared).
+    ///
+    /// Upright cylinders about the vertical through the emitter, from above: one for each range of
+    /// depths over which the table's edge stays where it is.
+    pub fn iso_exposure(&self, square: f64) -> Vec<Section> {
+        let mut sections: Vec<Section> = Vec::new();
+        for (row, depths_m) in self.depths_m.windows(2).enumerate() {
+            let squares = &self.squares[row * COLUMNS..(row + 1) * COLUMNS];
+            let Some(last) = squares.iter().rposition(|&it| f64::from(it) > square) else {
+                continue;
+            };
+            let edge_m = (last + 1) as f64 / self.rows[row].columns_per_m;
+            let radius_m = edge_m + self.aside_m(row).norm();
+            match sections.last_mut() {
+                Some(upper) if upper.to_depth_m == depths_m[0] && upper.to_radius_m == radius_m => {
+                    upper.to_depth_m = depths_m[1];
+                }
+                _ => sections.push(Section {
+                    from_depth_m: depths_m[0],
+                    to_depth_m: depths_m[1],
+                    from_radius_m: radius_m,
+                    to_radius_m: radius_m,
+                }),
+            }
+        }
+        sections
+    }
+
+    /// Bound on the mean square at any place as far from the emitter's axis as a path and between
+    /// its depths, at any bearing.
     pub fn highest_beyond(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
         if !self.moved {
             return self.along(from_m, to_m).peak_square;
@@ -141,8 +174,8 @@ impl Envelope {
         (first..=last).filter_map(square).fold(0.0, f64::max)
     }
 
-    /// Bound on the mean square between two depths (m), given how near any of the places there comes to a vertical axis (m, x and y from
-    /// the emitter).
+    /// Bound on the mean square between two depths (m), given how near any of the places there
+    /// comes to a vertical axis (m, x and y from the emitter).
     pub(crate) fn highest_among(
         &self,
         depths_m: [f64; 2],
@@ -220,11 +253,13 @@ impl Envelope {
     }
 }
 
-/// Rows this close (in motor distances) down to [`FINE_UNTIL_L`]: chosen here, lobes merge within 1.5 l.
+/// Rows this close (in motor distances) down to [`FINE_UNTIL_L`]: chosen here, lobes merge within
+/// 1.5 l.
 const FINE_STEP_L: f64 = 0.125;
 /// Where rows begin to grow with the jet (in motor distances).
 const FINE_UNTIL_L: f64 = 3.0;
-/// Growth of a row over the distance to the virtual origin, below that: chosen here, 4 % of decay a row.
+/// Growth of a row over the distance to the virtual origin, below that: chosen here, 4 % of decay a
+/// row.
 const ROW_GROWTH: f64 = 0.04;
 /// What sampling may miss between nodes, on `g²`. Chosen here: a test compares random places.
 const SLACK: f64 = 1.02;
@@ -252,7 +287,8 @@ impl Envelope {
             .map(|&depth_m| {
                 let depth_m = depth_m.max(1e-9);
                 let mut diagonal = Diagonal::new(wake, depth_m);
-                // Nearer than its outermost disc points a large receiver may straddle a jet and meet less.
+                // Nearer than its outermost disc points a large receiver may straddle a jet and
+                // meet less.
                 let from_m = wake.half_width_m(depth_m) + farthest_m(discs);
                 let speed = |radius_m: f64| diagonal.speed(radius_m);
                 sample_row(speed, from_m, discs, &azimuths, negligible_square)
@@ -372,7 +408,8 @@ fn row_depths_m(l: f64, deepest_m: f64) -> Vec<f64> {
         depth_l += if depth_l < FINE_UNTIL_L {
             FINE_STEP_L
         } else {
-            // The paper's virtual origin, 5.8 l above the rotors, sets the scale; any jet's is near.
+            // The paper's virtual origin, 5.8 l above the rotors, sets the scale; any jet's is
+            // near.
             ROW_GROWTH * (depth_l + 5.8)
         };
         depths_m.push(depth_l * l);
@@ -391,11 +428,12 @@ struct Sample {
     mean: f64,
 }
 
-/// Four rotors on the diagonals with six points around each hub look alike mirrored along and across:
-/// a quarter turn is all. The farther the receiver's rotors are out, in jets of the emitter, the finer
-/// the lobes.
+/// Four rotors on the diagonals with six points around each hub look alike mirrored along and
+/// across: a quarter turn is all. The farther the receiver's rotors are out, in jets of the
+/// emitter, the finer the lobes.
 fn azimuths(wake: &Wake, discs: &DiscPoints) -> Vec<(f64, f64)> {
-    // Chosen here, so that the comparison with random places below holds for the least alike of the presets.
+    // Chosen here, so that the comparison with random places below holds for the least alike of the
+    // presets.
     let larger = (farthest_m(discs) / wake.tip_radius_m() - 1.0).max(0.0);
     let steps = 4 + (12.0 * larger).ceil() as u32;
     let quarter = std::f64::consts::FRAC_PI_2;
@@ -415,7 +453,8 @@ fn farthest_m(discs: &DiscPoints) -> f64 {
     radii_m.fold(0.0, f64::max)
 }
 
-/// Samples at `COLUMNS + 1` radii from the axis to the reach, which comes first and is at least `from_m`.
+/// Samples at `COLUMNS + 1` radii from the axis to the reach, which comes first and is at least
+/// `from_m`.
 fn sample_row(
     mut speed: impl FnMut(f64) -> f64,
     from_m: f64,

@@ -9,6 +9,7 @@ use std::sync::OnceLock;
 use crate::leg::{KindId, Leg};
 use crate::volumes::downwash::{Section, column};
 use crate::volumes::iso_speed::IsoSpeedVolume;
+use crate::volumes::keep_out::KeepOut;
 use crate::volumes::relative::nearest_radius_m;
 use crate::wake::envelope::Envelope;
 
@@ -53,10 +54,12 @@ pub struct Conditions {
 pub const BUDGET: u32 = 980_000;
 /// A load of the whole limit, in millionths.
 pub(crate) const WHOLE: f64 = 1_000_000.0;
-/// Wakes below this share of a budget count as still air. Chosen here: a hundred of them fit into the reserve.
+/// Wakes below this share of a budget count as still air. Chosen here: a hundred of them fit into
+/// the reserve.
 const NEGLIGIBLE_SHARE: f64 = 2e-4;
 
-/// The same for mean squares: where speeds add up, a tenth of a percent of the limit each, chosen here.
+/// The same for mean squares: where speeds add up, a tenth of a percent of the limit each, chosen
+/// here.
 fn negligible_share(superposition: Superposition) -> f64 {
     match superposition {
         Superposition::Linear => 1e-6,
@@ -64,11 +67,13 @@ fn negligible_share(superposition: Superposition) -> f64 {
     }
 }
 
-/// A wake slower than this share of every receiver's induced velocity is left out of what is printed: chosen here, it
-/// changes the root of a sum of squares of 0.3 by less than a part in four hundred.
+/// A wake slower than this share of every receiver's induced velocity is left out of what is
+/// printed: chosen here, it changes the root of a sum of squares of 0.3 by less than a part in four
+/// hundred.
 const LEAST_ALPHA: f64 = 0.02;
 
-/// What recirculation leaves of a limit. Never nothing: a limit below it is refused before planning.
+/// What recirculation leaves of a limit. Never nothing: a limit below it is refused before
+/// planning.
 pub(crate) fn left(limit: f64, recirculated: f64) -> f64 {
     if recirculated == 0.0 {
         return limit;
@@ -100,12 +105,14 @@ pub struct Fleet {
     pub(crate) slowest: Vec<usize>,
     /// How long any wake outlasts its drone (ticks).
     pub(crate) longest_delay: u32,
-    /// By kind, where its wake is faster than [`LEAST_ALPHA`] of any receiver's measure: worked out when asked for.
+    /// By kind, where its wake is faster than [`LEAST_ALPHA`] of any receiver's measure: worked out
+    /// when asked for.
     iso_speed: Vec<OnceLock<IsoSpeedVolume>>,
     conditions: Conditions,
 }
 
-/// The wake of an airframe at a mass, in air of a density: the hover jet, with what a finding adds to it.
+/// The wake of an airframe at a mass, in air of a density: the hover jet, with what a finding adds
+/// to it.
 pub fn wake_of(
     airframe: &Airframe,
     mass_kg: f64,
@@ -301,7 +308,8 @@ impl Fleet {
         self.iso_speed[usize::from(kind.0)].get_or_init(make)
     }
 
-    /// What a drone of this kind measures the air it meets by (m/s): the induced velocity of its rotors, unless it feels another part of it.
+    /// What a drone of this kind measures the air it meets by (m/s): the induced velocity of its
+    /// rotors, unless it feels another part of it.
     pub fn measure_mps(&self, kind: KindId) -> f64 {
         self.measures_mps[usize::from(kind.0)]
     }
@@ -316,7 +324,8 @@ impl Fleet {
         &self.conditions
     }
 
-    /// Beyond this horizontal distance, a drone of this kind and any other have nothing to do with each other (m).
+    /// Beyond this horizontal distance, a drone of this kind and any other have nothing to do with
+    /// each other (m).
     pub fn reach_m(&self, kind: KindId) -> f64 {
         self.reach_m[usize::from(kind.0)]
     }
@@ -350,6 +359,44 @@ impl Fleet {
             }
         }
         (meeting != Meeting::default()).then_some(meeting)
+    }
+
+    /// Where a drone of the first kind must not be, seen from one of the second (m): where bodies
+    /// touch, in a column, or where one wake alone fills more than `share` of the other's budget at
+    /// its air limit. Kinds with air limits.
+    pub fn keep_out(&self, [first, second]: [(KindId, f64); 2], share: f64) -> KeepOut {
+        let body_m = self.kind(first.0).body_radius_m + self.kind(second.0).body_radius_m;
+        let below = |emitter: KindId, receiver: (KindId, f64)| {
+            if !self.conditions.wakes {
+                return Vec::new();
+            }
+            let envelope = self.envelope(usize::from(emitter.0), usize::from(receiver.0.0));
+            let mut sections = envelope.iso_exposure(self.square_of(emitter, receiver, share));
+            sections.push(self.columns[usize::from(emitter.0)]);
+            sections
+        };
+        KeepOut::new(
+            body_m + self.conditions.clearance_m,
+            &below(second.0, first),
+            &below(first.0, second),
+        )
+    }
+
+    /// The mean square of an emitter's air that fills a share of a receiver's budget:
+    /// [`Fleet::load_of`] backwards.
+    fn square_of(&self, emitter: KindId, (receiver, air_limit): (KindId, f64), share: f64) -> f64 {
+        let measure_mps = self.measure_mps(receiver);
+        let ratio = self.wake(emitter).induced_velocity_mps() / measure_mps;
+        let limit = left(
+            air_limit,
+            self.conditions.flown.return_flow_mps / measure_mps,
+        );
+        let additive = (share * f64::from(BUDGET)).floor() / WHOLE;
+        let of_limit = match self.conditions.superposition {
+            Superposition::Linear => additive,
+            Superposition::Momentum | Superposition::Strongest => additive.sqrt(),
+        };
+        (of_limit * limit / ratio).powi(2)
     }
 
     fn add_wake(
@@ -410,8 +457,8 @@ fn nearest_distance_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
 
 /// Distances at which loads of far wakes are tabulated: chosen here (m).
 const FAR_STEP_M: f64 = 0.125;
-/// Largest load, in millionths, for which its bound by distance will do. Chosen here: an Offboard 2 brings
-/// another less than that at a metre beside its axis.
+/// Largest load, in millionths, for which its bound by distance will do. Chosen here: an Offboard 2
+/// brings another less than that at a metre beside its axis.
 const FAR_LOAD: u32 = 120_000;
 
 /// Loads by horizontal distance alone, for drones that are not close.
@@ -468,13 +515,14 @@ impl FarLoads {
 }
 
 impl Fleet {
-    /// From this horizontal distance on, two drones of these kinds load one another so little that a bound
-    /// by distance will do (m).
+    /// From this horizontal distance on, two drones of these kinds load one another so little that
+    /// a bound by distance will do (m).
     pub(crate) fn tight_m(&self, one: KindId, other: KindId) -> f64 {
         self.far_loads.tight_m[self.pair(one, other)]
     }
 
-    /// The largest of these distances in the fleet (m): beyond it no drone alone forbids another anything.
+    /// The largest of these distances in the fleet (m): beyond it no drone alone forbids another
+    /// anything.
     pub fn near_m(&self) -> f64 {
         self.far_loads.near_m
     }
@@ -484,8 +532,8 @@ impl Fleet {
         self.far_loads.on_any[usize::from(kind.0)].len() as f64 * FAR_STEP_M
     }
 
-    /// Bound on the load that a wake brings a drone at this horizontal distance or more, in millionths of the
-    /// fleet's lowest limit.
+    /// Bound on the load that a wake brings a drone at this horizontal distance or more, in
+    /// millionths of the fleet's lowest limit.
     pub(crate) fn far_load(&self, emitter: KindId, receiver: KindId, gap_m: f64) -> u32 {
         at_gap(&self.far_loads.loads[self.pair(emitter, receiver)], gap_m)
     }

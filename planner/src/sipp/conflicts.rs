@@ -20,7 +20,6 @@ mod column;
 mod pair;
 mod pieces;
 mod shape;
-mod span;
 pub(crate) mod steps;
 pub(crate) mod synchronous;
 #[cfg(test)]

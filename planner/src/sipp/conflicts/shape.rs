@@ -1,12 +1,13 @@
 //! How near two drones may be, by the height between them, and what follows for their steps.
 
 use costmap::verdict::price;
+use costmap::volumes::keep_out::KeepOut;
+use costmap::volumes::relative::{Line, Relative};
 use costmap::wake::fleet::{BUDGET, Fleet, Meeting};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::pair::{Extent, Pair};
-use super::span::{Way, least_distance, nearest, passing, too_near};
 use super::steps::{Class, LOADS, Span};
 use super::ways::{STILL, WAYS, cells};
 use crate::graph::lattice::Lattice;
@@ -19,7 +20,7 @@ const LEAST_PRICE: f64 = 0.0625;
 /// Loads below this share of a budget are left to the verdict: chosen here, an eighth of the most
 /// that one wake may fill.
 const LEAST_LOAD: f64 = 0.05;
-/// The same where every drone steps at once, and nothing is looked for again: chosen here, three
+/// The same where all drones step at once, and nothing is looked for again: chosen here, three
 /// parts of [`LOADS`].
 const LEAST_SYNCHRONOUS: f64 = 0.012;
 /// Azimuths at which a wake is asked for: chosen here, moved jets are not round.
@@ -28,13 +29,15 @@ const AZIMUTHS: u32 = 8;
 /// How far two classes keep from one another, by the layers between them.
 #[derive(Debug)]
 pub(super) struct Shape {
-    me: Class,
-    other: Class,
+    pub(super) me: Class,
+    pub(super) other: Class,
     pub(super) layers: i32,
     pub(super) reach: i32,
     bodies: i32,
-    /// Radius (cells) at `k` layers above the other and between `k` and `k + 1`, from the lowest
-    /// on.
+    /// Where the first must not be, seen from the second (cells).
+    pub(super) keep_out: KeepOut,
+    /// Its radius (cells) at `k` layers above the other and between `k` and `k + 1`, from the
+    /// lowest on.
     at: Vec<f64>,
     between: Vec<f64>,
     /// By layers above the other and [`RINGS`] aside, what hovering costs both (s/s).
@@ -42,8 +45,6 @@ pub(super) struct Shape {
     /// Loads on both, in the same way, at `k` layers above the other and between `k` and `k + 1`.
     loads_at: Vec<Vec<[f64; 2]>>,
     loads_between: Vec<Vec<[f64; 2]>>,
-    /// From this distance on there is no load of [`LEAST_LOAD`] (cells).
-    far: f64,
 }
 
 /// Distances in a cell at which wakes are asked for: chosen here, five centimetres of a metre.
@@ -54,28 +55,19 @@ impl Shape {
         let cell_m = lattice.cell_m();
         let most = lattice.counts()[2] as i32;
         let near_m = 2.0 * fleet.near_m() + cell_m;
-        let radius = |low: i32, high: i32, air: bool| {
-            let z_m = [low, high].map(|layers| f64::from(layers) * cell_m);
-            let is_near = |radius_m: f64| is_too_near(fleet, [me, other], radius_m, z_m, air);
-            if !is_near(0.0) {
-                return 0.0;
-            }
-            let (mut inside_m, mut outside_m) = (0.0, near_m);
-            // To a hundredth of a cell.
-            while outside_m - inside_m > 0.01 * cell_m {
-                let middle_m = 0.5 * (inside_m + outside_m);
-                if is_near(middle_m) {
-                    inside_m = middle_m;
-                } else {
-                    outside_m = middle_m;
-                }
-            }
-            outside_m / cell_m
-        };
+        let keep_out = fleet
+            .keep_out(
+                [me, other].map(|it| (it.kind, it.air_limit)),
+                ONE_WAKES_SHARE,
+            )
+            .scaled(1.0 / cell_m);
         let all: Vec<i32> = (-most..=most).collect();
-        let at: Vec<f64> = all.par_iter().map(|k| radius(*k, *k, true)).collect();
-        let between: Vec<f64> = all.par_iter().map(|k| radius(*k, k + 1, true)).collect();
-        let bodies = (1..most).find(|k| radius(*k - 1, *k, false) == 0.0);
+        // Heights of the first over the second are depths of the second below it, backwards.
+        let widest =
+            |low: i32, high: i32| keep_out.widest_between(-f64::from(high), -f64::from(low));
+        let at: Vec<f64> = all.iter().map(|k| widest(*k, *k)).collect();
+        let between: Vec<f64> = all.iter().map(|k| widest(*k, k + 1)).collect();
+        let bodies = (1..most).find(|k| f64::from(k - 1) >= keep_out.body_radius());
         let rings = 0..=(near_m / cell_m * RINGS as f64).ceil() as usize;
         let cost = |k: &i32| {
             let at_price = |ring: usize| {
@@ -117,20 +109,20 @@ impl Shape {
         };
         let farthest = (0..all.len()).filter(|&index| matters(index));
         let layers = farthest.map(|index| all[index].abs()).max().unwrap_or(0);
-        let widest = at.iter().chain(&between).copied().fold(far, f64::max);
+        let farthest = at.iter().chain(&between).copied().fold(far, f64::max);
         Shape {
             me,
             other,
             layers: (layers + 2).min(most),
             // Each may come a cell nearer.
-            reach: (widest.ceil() as i32 + 1).max(2),
+            reach: (farthest.ceil() as i32 + 1).max(2),
             bodies: bodies.unwrap_or(most),
+            keep_out,
             at,
             between,
             prices,
             loads_at,
             loads_between,
-            far: far.max(widest),
         }
     }
 
@@ -192,40 +184,10 @@ impl Shape {
     }
 
     /// By layer, from the lowest on in which the second may begin.
-    fn spans(&self, way: usize, others: usize, aside: [i32; 2]) -> Vec<Span> {
-        let on_floor = |[x, y]: [i32; 2]| [f64::from(x), f64::from(y)];
-        let along = |way: usize| {
-            let [x, y, _] = cells(way);
-            on_floor([x, y])
-        };
-        let first = Way {
-            from: [0.0; 2],
-            by: along(way),
-            ticks: self.me.ticks(way),
-        };
-        let second = Way {
-            from: on_floor(aside),
-            by: along(others),
-            ticks: self.other.ticks(others),
-        };
-        let past = Way {
-            from: second.from.map(|at| -at),
-            ..first
-        };
+    pub(super) fn spans(&self, way: usize, others: usize, aside: [i32; 2]) -> Vec<Span> {
+        let level = self.relative([way, others], aside);
         // The same whatever the height between them.
-        let (delta, distance) = match (way == STILL, others == STILL) {
-            (true, true) => (0.0, second.from[0].hypot(second.from[1])),
-            (false, true) => (0.0, least_distance(&past)),
-            (true, false) => (0.0, least_distance(&second)),
-            (false, false) => nearest(&first, &second, self.far),
-        };
-        let within = |radius: f64| match (way == STILL, others == STILL) {
-            _ if distance >= radius => None,
-            (true, true) => Some([0.0, 1.0]),
-            (false, true) => passing(&past, radius),
-            (true, false) => passing(&second, radius),
-            (false, false) => Some(too_near(&first, &second, delta, radius)),
-        };
+        let distance = level.nearest([0.0; 2]);
         let (mine, theirs) = (cells(way), cells(others));
         let at_layer = |layer: i32| {
             let offset = [aside[0], aside[1], layer];
@@ -241,7 +203,10 @@ impl Shape {
                 on_second,
                 ..Span::default()
             };
-            if let Some([from, to]) = within(radius) {
+            let forbidden = (distance < radius)
+                .then(|| self.forbidden(&level, [way, others], layer))
+                .flatten();
+            if let Some([from, to]) = forbidden {
                 (span.from, span.to) = (from.floor() as i16, to.ceil() as i16);
             } else {
                 let middle = |axis: usize| {
@@ -257,6 +222,40 @@ impl Shape {
         (-self.layers..=self.layers).map(at_layer).collect()
     }
 
+    /// The first on its step as seen from the second on its own, which begins in another column:
+    /// one layer (cells, ticks).
+    pub(super) fn relative(&self, [way, others]: [usize; 2], [x, y]: [i32; 2]) -> Relative {
+        let line = |way: usize, from: [i32; 2], ticks: f64| {
+            let is_still = way == STILL;
+            let line = Line {
+                origin: Vector3::new(f64::from(from[0]), f64::from(from[1]), 0.0),
+                velocity: Vector3::from(cells(way).map(f64::from)) / ticks,
+            };
+            // Of who stands still any moment will do.
+            (line, [0.0, if is_still { 0.0 } else { ticks }])
+        };
+        let (first, first_time) = line(way, [0; 2], self.me.ticks(way));
+        let (second, second_time) = line(others, [x, y], self.other.ticks(others));
+        Relative::new(&second, &first, [second_time, first_time])
+    }
+
+    /// When the two are too near one another if the second begins so many layers above the first:
+    /// from and to, as [`Span`] has it, before rounding; `None`: never.
+    pub(super) fn forbidden(
+        &self,
+        level: &Relative,
+        [way, others]: [usize; 2],
+        layer: i32,
+    ) -> Option<[f64; 2]> {
+        let [from, to] = self.keep_out.delays(&level.raised(-f64::from(layer)))?;
+        match (way == STILL, others == STILL) {
+            (true, true) => Some([0.0, 1.0]),
+            // The second stands still at its moment zero.
+            (false, true) => Some([-to, -from]),
+            _ => Some([from, to]),
+        }
+    }
+
     /// Loads on both of two steps that begin together and last as long; `None`: they are too near
     /// one another.
     pub(super) fn synchronous(
@@ -264,21 +263,22 @@ impl Shape {
         [mine, theirs]: [[i32; 3]; 2],
         offset: [i32; 3],
     ) -> Option<[u8; 2]> {
-        // Seen from the first, the second moves straight on: as high as at the ends, or between.
-        let rise = theirs[2] - mine[2];
-        let (low, high) = (
-            (-offset[2]).min(-offset[2] - rise),
-            (-offset[2]).max(-offset[2] - rise),
-        );
-        let past = Way {
-            from: [f64::from(offset[0]), f64::from(offset[1])],
-            by: [0, 1].map(|axis| f64::from(theirs[axis] - mine[axis])),
-            ticks: 1.0,
+        // Seen from the second, the first moves straight on.
+        let line = |by: [i32; 3], from: [i32; 3]| Line {
+            origin: Vector3::from(from.map(f64::from)),
+            velocity: Vector3::from(by.map(f64::from)),
         };
-        let distance = least_distance(&past);
-        if distance < self.radius(low, high) {
+        let by = [0, 1, 2].map(|axis| mine[axis] - theirs[axis]);
+        let still = line([0; 3], offset);
+        let past = Relative::new(&still, &line(by, [0; 3]), [[0.0; 2], [0.0, 1.0]]);
+        if self.keep_out.delays(&past).is_some() {
             return None;
         }
+        let (low, high) = (
+            (-offset[2]).min(by[2] - offset[2]),
+            (-offset[2]).max(by[2] - offset[2]),
+        );
+        let distance = past.nearest([0.0; 2]).max(self.radius(low, high));
         Some(self.loads(low, high, distance, LEAST_SYNCHRONOUS))
     }
 }
@@ -304,20 +304,5 @@ fn meet_at(
         let passing = me.leg(0, at_m(low_m), at_m(high_m));
         let still = other.leg(1, Point3::origin(), Point3::origin());
         fleet.meet(&passing, &still, [f64::NEG_INFINITY; 2])
-    })
-}
-
-/// Whether they are too near, all in all or their bodies alone.
-fn is_too_near(
-    fleet: &Fleet,
-    classes: [Class; 2],
-    radius_m: f64,
-    z_m: [f64; 2],
-    air: bool,
-) -> bool {
-    let most = (ONE_WAKES_SHARE * f64::from(BUDGET)) as u32;
-    meet_at(fleet, classes, radius_m, z_m).any(|met| {
-        let exposed = met.column || met.load_on_first > most || met.load_on_second > most;
-        met.bodies || air && exposed
     })
 }
