@@ -99,23 +99,23 @@ impl Campaign {
     /// The first thing that is no campaign, at its line; or, of one that is, everything that
     /// contradicts itself.
     pub fn parse(file: &str, text: &str) -> Result<Campaign, Problems> {
-        let mut found = Found::default();
         let ron = ron::Options::default()
             .with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
-        let campaign = match ron.from_str::<Campaign>(text) {
-            Ok(campaign) => Some(campaign),
-            Err(error) => {
-                let line = u64::try_from(error.span.start.line).unwrap_or(0);
-                let column = error.span.start.col;
-                let message = format!("column {column}: {}", said(&error.code));
-                found.problem(Problem::file(file).line(line), message);
-                None
+        let mut found = Found::default();
+        match ron.from_str::<Campaign>(text) {
+            Ok(campaign) => {
+                campaign.check(file, text, &mut found);
+                if found.problems.is_empty() {
+                    return Ok(campaign);
+                }
             }
-        };
-        if let Some(campaign) = &campaign {
-            campaign.check(file, text, &mut found);
+            Err(error) => {
+                let start = error.span.start;
+                let message = format!("column {}: {}", start.col, said(&error.code));
+                found.problem(Problem::file(file).line(start.line as u64), message);
+            }
         }
-        found.into_result(campaign).map(|(campaign, _)| campaign)
+        Err(Problems(found.problems))
     }
 
     /// What simulation means for its flights.

@@ -41,18 +41,14 @@ impl Found {
         self.remarks.push(Remark::new(kind, subject, message));
     }
 
-    /// The recording with its remarks if nothing is wrong with it, else everything that is.
+    /// What was read, with its remarks, if nothing is wrong with it, else everything that is: files
+    /// in the order they were read, lines rising.
     pub(super) fn recording(self, read: Option<Recording>) -> Result<Recording, Problems> {
-        let (mut recording, remarks) = self.into_result(read)?;
-        recording.remarks = remarks;
-        Ok(recording)
-    }
-
-    /// What was read if nothing is wrong with it, else everything that is: files in the order they
-    /// were read, lines rising.
-    pub(super) fn into_result<T>(self, read: Option<T>) -> Result<(T, Vec<Remark>), Problems> {
         match read {
-            Some(read) if self.problems.is_empty() => Ok((read, self.remarks)),
+            Some(read) if self.problems.is_empty() => Ok(Recording {
+                remarks: self.remarks,
+                ..read
+            }),
             _ => Err(Problems(self.problems)),
         }
     }

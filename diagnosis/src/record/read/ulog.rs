@@ -78,20 +78,18 @@ fn flight(
         quaternion: Turns::BodyToWorld,
         ..campaign.clone()
     };
-    let (id, kind) = match campaign.vehicles.0.as_slice() {
-        [(id, kind)] => (id, kind),
-        several => match several.iter().find(|(id, _)| id == name) {
-            Some((id, kind)) => (id, kind),
-            None => {
-                let ids = listed(campaign.vehicles.keys());
-                let message = format!("is of one vehicle, and the campaign has several: {ids}");
-                let help = format!(
-                    "name the log after its vehicle, or list only one; this one is called `{name}`"
-                );
-                found.helped(Problem::file(file), message, Some(help));
-                return None;
-            }
-        },
+    let one = match campaign.vehicles.0.as_slice() {
+        [one] => Some(one),
+        several => several.iter().find(|(id, _)| id == name),
+    };
+    let Some((id, kind)) = one else {
+        let ids = listed(campaign.vehicles.keys());
+        let message = format!("is of one vehicle, and the campaign has several: {ids}");
+        let help = format!(
+            "name the log after its vehicle, or list only one; this one is called `{name}`"
+        );
+        found.helped(Problem::file(file), message, Some(help));
+        return None;
     };
     let samples = samples(id, file, topics, found)?;
     let kind = campaign.types.get(kind)?;
@@ -431,10 +429,9 @@ fn value(field: &FlattenedField, data: &[u8]) -> Option<f64> {
 fn from_tables(files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Topics {
     let mut topics = Topics::new();
     for (file, bytes) in files {
-        let Some((_, name, instance)) = table_name(file) else {
-            continue;
-        };
-        let Some((name, wanted)) = fields_of(name) else {
+        let named = table_name(file);
+        let named = named.and_then(|(_, name, instance)| Some((fields_of(name)?, instance)));
+        let Some(((name, wanted), instance)) = named else {
             continue;
         };
         if instance != 0 {
@@ -453,14 +450,11 @@ fn from_tables(files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Topics {
         let there = places.iter().copied().flatten();
         let columns: Vec<usize> = std::iter::once(stamp).chain(there).collect();
         let mut numbers = table.read(&columns, None, found).numbers.into_iter();
-        let topic = Topic {
-            t_us: numbers.next().unwrap_or_default(),
-            fields: places
-                .iter()
-                .map(|place| place.and_then(|_| numbers.next()).unwrap_or_default())
-                .collect(),
-        };
-        topics.insert(name, topic);
+        let t_us = numbers.next().unwrap_or_default();
+        let field = |place: &Option<usize>| place.and_then(|_| numbers.next());
+        let fields = places.iter().map(field).map(Option::unwrap_or_default);
+        let fields = fields.collect();
+        topics.insert(name, Topic { t_us, fields });
     }
     topics
 }
