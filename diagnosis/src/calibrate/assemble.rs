@@ -10,10 +10,11 @@ use super::goodness::goodness;
 use super::jet_fit::{Constants, Data, Joint, fit_jet};
 use super::profiles::{Measured, lobes, profiles};
 use super::residual_tests::{departures, residual_tests};
-use super::samples::{Cell, Gathered, cells, flights_of, gather};
+use super::samples::{Cell, Flight, Gathered, cells, flights_of, gather};
 use super::spread::{Spread, Units, spread, units};
 
 use crate::record::recording::Recording;
+use crate::statistics::quantile::mean;
 
 /// Fewest cells that three constants, a gain and a zero are fitted to.
 const FEWEST_CELLS: usize = 12;
@@ -110,19 +111,18 @@ pub fn calibrate(
     let units = units(&joint, FEWEST_FLIGHTS).ok_or(CalibrateError::Undetermined)?;
     let spread = spread(&units).ok_or(CalibrateError::Undetermined)?;
     let jet = fitted_jet(&joint, &units, &spread, options.draws);
-    let drones = (0..gathered.drones.len())
-        .map(|drone| {
-            let measured = |samples, cells| Measured {
-                drone,
-                flights: &gathered.flights,
-                samples,
-                cells,
-            };
-            let near = measured(&gathered.near, &near_cells);
-            let far = measured(&gathered.far, &far_cells);
-            drone_fit(&gathered, near, far, &joint.constants)
-        })
-        .collect();
+    let of_drone = |drone: usize| {
+        let measured = |samples, cells| Measured {
+            drone,
+            flights: &gathered.flights,
+            samples,
+            cells,
+        };
+        let near = measured(&gathered.near, &near_cells);
+        let far = measured(&gathered.far, &far_cells);
+        drone_fit(&gathered, near, far, &joint.constants)
+    };
+    let drones = (0..gathered.drones.len()).map(of_drone).collect();
     let names = gathered
         .flights
         .iter()
@@ -148,6 +148,12 @@ fn fitted_jet(joint: &Joint<'_>, units: &Units, spread: &Spread, draws: usize) -
     let c = &spread.covariance;
     let correlation = |i: usize, j: usize| c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt();
     let extra = units.common_gain[(0, 0)];
+    let flights = flights_of(joint.data.cells);
+    let gain = |flight: usize| FlightGain {
+        recording: joint.data.flights[flight].recording.clone(),
+        gain: joint.nuisances[flight][0],
+        offset_mps: joint.nuisances[flight][1],
+    };
     FittedJet {
         centreline: estimate(0),
         spreading: estimate(1),
@@ -164,14 +170,7 @@ fn fitted_jet(joint: &Joint<'_>, units: &Units, spread: &Spread, draws: usize) -
             block_s: units.block_s,
         },
         centreline_if_one_gain: spread.interval(0, joint.constants[0], extra),
-        gains: flights_of(joint.data.cells)
-            .into_iter()
-            .map(|flight| FlightGain {
-                recording: joint.data.flights[flight].recording.clone(),
-                gain: joint.nuisances[flight][0],
-                offset_mps: joint.nuisances[flight][1],
-            })
-            .collect(),
+        gains: flights.into_iter().map(gain).collect(),
     }
 }
 
@@ -182,18 +181,14 @@ fn drone_fit(
     constants: &Constants,
 ) -> DroneFit {
     let airframe = &gathered.drones[far.drone].airframe;
-    let flights = far
-        .flights
-        .iter()
-        .filter(|flight| flight.drone == far.drone);
-    let speeds_mps: Vec<f64> = flights
-        .map(|flight| flight.operator.induced_velocity_mps)
-        .collect();
+    let own = |flight: &Flight| (flight.drone == far.drone).then_some(flight.operator);
+    let operators = far.flights.iter().filter_map(own);
+    let speeds_mps: Vec<f64> = operators.map(|own| own.induced_velocity_mps).collect();
     let (lobes, lobes_merge_s_over_l) = lobes(near);
     DroneFit {
         airframe: airframe.name().to_owned(),
         in_fit: !airframe.fit_excludes(),
-        induced_velocity_mps: speeds_mps.iter().sum::<f64>() / speeds_mps.len().max(1) as f64,
+        induced_velocity_mps: mean(&speeds_mps),
         motor_distance_m: airframe.motor_distance_m(),
         flights: speeds_mps.len(),
         samples: near.of_drone().count() + far.of_drone().count(),

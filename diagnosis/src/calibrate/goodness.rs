@@ -68,9 +68,8 @@ fn judge(joint: &Joint<'_>, units: &Units, options: &Options) -> Goodness {
     let mut regions = vec![Region::default(); (XI_EDGES.len() - 1) * columns];
     let mut squares = 0.0;
     for (i, (cell, fitted)) in data.cells.iter().zip(&joint.cells).enumerate() {
-        let centre_mps = data.flights[cell.flight]
-            .operator
-            .centreline_mps(&joint.constants, cell.s);
+        let operator = &data.flights[cell.flight].operator;
+        let centre_mps = operator.centreline_mps(&joint.constants, cell.s);
         squares += (fitted.residual_mps / centre_mps).powi(2);
         let row = within(&XI_EDGES, xi(&joint.constants, cell.s, cell.r));
         let region = &mut regions[row * columns + within(&S_EDGES, cell.s)];
@@ -86,9 +85,8 @@ fn judge(joint: &Joint<'_>, units: &Units, options: &Options) -> Goodness {
         region.by_constants += weight * units.freed[i];
         region.by_instrument[cell.flight] += weight * Vector2::new(fitted.predicted_mps, 1.0);
     }
-    let judged: Vec<usize> = (0..regions.len())
-        .filter(|b| regions[*b].cells >= FEWEST_CELLS)
-        .collect();
+    let enough = |b: &usize| regions[*b].cells >= FEWEST_CELLS;
+    let judged: Vec<usize> = (0..regions.len()).filter(enough).collect();
     let of_region = |b: &usize| {
         let shares = shares(&regions[*b], joint, units);
         let error = shares.iter().map(|share| share * share).sum::<f64>().sqrt();
@@ -101,23 +99,20 @@ fn judge(joint: &Joint<'_>, units: &Units, options: &Options) -> Goodness {
     let t: Vec<f64> = seen.collect();
     let (p, most_in_noise) = against_noise(&shares, &t, options);
     let deepest = data.cells.iter().map(|cell| cell.s).fold(0.0, f64::max);
-    let misfits: Vec<Misfit> = judged
-        .iter()
-        .zip(&t)
-        .map(|(b, t)| {
-            let (row, column) = (b / columns, b % columns);
-            Misfit {
-                xi_from: XI_EDGES[row],
-                xi_to: XI_EDGES[row + 1].min(6.0),
-                s_from: S_EDGES[column],
-                s_to: S_EDGES[column + 1].min(deepest),
-                cells: regions[*b].cells,
-                mean: regions[*b].weighted / regions[*b].weights,
-                t: *t,
-                significant: t.abs() > most_in_noise,
-            }
-        })
-        .collect();
+    let misfit = |(&b, &t): (&usize, &f64)| {
+        let (row, column, region) = (b / columns, b % columns, &regions[b]);
+        Misfit {
+            xi_from: XI_EDGES[row],
+            xi_to: XI_EDGES[row + 1].min(6.0),
+            s_from: S_EDGES[column],
+            s_to: S_EDGES[column + 1].min(deepest),
+            cells: region.cells,
+            mean: region.weighted / region.weights,
+            t,
+            significant: t.abs() > most_in_noise,
+        }
+    };
+    let misfits: Vec<Misfit> = judged.iter().zip(&t).map(misfit).collect();
     let verdict = verdict(units.units.len(), p, &misfits);
     Goodness {
         verdict,
@@ -131,12 +126,9 @@ fn judge(joint: &Joint<'_>, units: &Units, options: &Options) -> Goodness {
 /// What each unit adds to the misfit of a region, its pull on the fitted constants taken off.
 fn shares(region: &Region, joint: &Joint<'_>, units: &Units) -> Vec<f64> {
     let through = units.inverse * region.by_constants;
-    let mut shares: Vec<f64> = region
-        .by_unit
-        .iter()
-        .zip(&units.units)
-        .map(|(own, unit)| own - through.dot(&unit.pull))
-        .collect();
+    let own = region.by_unit.iter().zip(&units.units);
+    let shares = own.map(|(own, unit)| own - through.dot(&unit.pull));
+    let mut shares: Vec<f64> = shares.collect();
     if units.unit == Unit::Block {
         // Blocks of one flight share its gain and zero, which were fitted too.
         for (i, (cell, fitted)) in joint.data.cells.iter().zip(&joint.cells).enumerate() {
@@ -176,10 +168,9 @@ fn against_noise(shares: &[(Vec<f64>, f64)], t: &[f64], options: &Options) -> (f
         larger += usize::from(sum(&flipped) >= seen_sum);
         in_noise.push(most(&flipped));
     }
-    let part = |count: usize| (1 + count) as f64 / (1 + options.draws) as f64;
     // Two looks at the same data: the smaller counts twice.
-    let p = (2.0 * part(more).min(part(larger))).min(1.0);
-    (p, quantile(&mut in_noise, 0.95))
+    let p = 2.0 * (1 + more.min(larger)) as f64 / (1 + options.draws) as f64;
+    (p.min(1.0), quantile(&mut in_noise, 0.95))
 }
 
 fn verdict(units: usize, p: f64, misfits: &[Misfit]) -> Verdict {

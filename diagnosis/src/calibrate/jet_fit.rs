@@ -357,20 +357,16 @@ pub(super) fn fit_curve<const N: usize>(
         return None;
     }
     let groups = (0..readings).map(&group).max().map_or(0, |last| last + 1);
-    let mut information = SMatrix::<f64, N, N>::zeros();
+    let (residuals, jacobian) = &minimum.now;
+    let information = jacobian.tr_mul(jacobian);
     let mut pulls = vec![SVector::<f64, N>::zeros(); groups];
     for row in 0..readings {
-        let at = at(row, &minimum.unknowns);
-        let weight = at.root_weight * at.root_weight;
-        information += weight * at.gradient * at.gradient.transpose();
-        pulls[group(row)] += weight * at.residual * at.gradient;
+        pulls[group(row)] -= residuals[row] * jacobian.row(row).transpose();
     }
     let spread: SMatrix<f64, N, N> = pulls.iter().map(|pull| pull * pull.transpose()).sum();
     let few = groups as f64 / (groups as f64 - 1.0);
-    let covariance = information
-        .try_inverse()
-        .filter(|_| groups > N)
-        .map(|inverse| few * inverse * spread * inverse);
+    let inverse = information.try_inverse().filter(|_| groups > N);
+    let covariance = inverse.map(|inverse| few * inverse * spread * inverse);
     Some(FittedCurve {
         constants: minimum.unknowns,
         cost: minimum.cost,
@@ -385,6 +381,7 @@ type Evaluated<const N: usize> = (DVector<f64>, OMatrix<f64, Dyn, Const<N>>);
 /// Where a sum of squares is least.
 struct Minimum<const N: usize> {
     unknowns: SVector<f64, N>,
+    now: Evaluated<N>,
     /// Half the sum of squares.
     cost: f64,
     converged: bool,
@@ -404,6 +401,7 @@ fn minimise<const N: usize>(
     let (problem, report) = LevenbergMarquardt::new().minimize(problem);
     Minimum {
         unknowns: problem.unknowns,
+        now: problem.now,
         cost: report.objective_function,
         converged: report.termination.was_successful(),
     }

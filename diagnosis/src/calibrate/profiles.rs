@@ -69,12 +69,9 @@ fn slices(
     joint: Option<&Constants>,
 ) -> Vec<Profile> {
     let of_drone = |cell: &&Cell| measured.flights[cell.flight].drone == measured.drone;
-    let mut cells: Vec<(usize, &Cell)> = measured
-        .cells
-        .iter()
-        .filter(of_drone)
-        .map(|cell| (((cell.s - from) / thickness).max(0.0) as usize, cell))
-        .collect();
+    let cells = measured.cells.iter().filter(of_drone);
+    let slice_of = |cell: &Cell| ((cell.s - from) / thickness).max(0.0) as usize;
+    let mut cells: Vec<(usize, &Cell)> = cells.map(|cell| (slice_of(cell), cell)).collect();
     cells.sort_by_key(|(slice, _)| *slice);
     cells
         .chunk_by(|a, b| a.0 == b.0)
@@ -101,10 +98,8 @@ fn bins(measured: Measured<'_>, cells: &[&Cell], s_over_l: f64) -> Vec<RadialBin
     // Above the far field the jet is about as wide as where that begins.
     let deep = s_over_l.max(FAR_FIELD_FROM_S_OVER_L);
     let width = BIN_OVER_HALF_WIDTH * jet.spreading * (deep - jet.origin);
-    let mut numbered: Vec<(usize, &Cell)> = cells
-        .iter()
-        .map(|cell| ((cell.r / width) as usize, *cell))
-        .collect();
+    let numbered = cells.iter().map(|cell| ((cell.r / width) as usize, *cell));
+    let mut numbered: Vec<(usize, &Cell)> = numbered.collect();
     numbered.sort_by_key(|(bin, _)| *bin);
     numbered
         .chunk_by(|a, b| a.0 == b.0)

@@ -65,26 +65,25 @@ pub(super) fn departures(far: Measured<'_>, constants: &Constants) -> Vec<Depart
             by_interval[row].push((cell.median_mps - predicted_mps) / centre_mps);
         }
     }
+    let departure = |(row, cells): (usize, &Vec<f64>)| {
+        let (mean, deviation) = mean_and_deviation(cells);
+        Departure {
+            xi_from: XI_EDGES[row],
+            xi_to: XI_EDGES[row + 1],
+            cells: cells.len(),
+            mean,
+            deviation,
+        }
+    };
     let rows = by_interval.iter().enumerate();
-    rows.filter(|(_, cells)| cells.len() >= 2)
-        .map(|(row, cells)| {
-            let (mean, deviation) = mean_and_deviation(cells.iter().copied());
-            Departure {
-                xi_from: XI_EDGES[row],
-                xi_to: XI_EDGES[row + 1],
-                cells: cells.len(),
-                mean,
-                deviation,
-            }
-        })
-        .collect()
+    let rows = rows.filter(|(_, cells)| cells.len() >= 2);
+    rows.map(departure).collect()
 }
 
-fn mean_and_deviation(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
-    let n = values.clone().count() as f64;
-    let mean = values.clone().sum::<f64>() / n;
-    let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
-    (mean, (squares / (n - 1.0)).sqrt())
+fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+    let mean = quantile::mean(values);
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (mean, (squares / (values.len() as f64 - 1.0)).sqrt())
 }
 
 const CAVEATS: [&str; 6] = [
@@ -130,7 +129,8 @@ fn rows(by_interval: &[Vec<Entry>]) -> Vec<ResidualTest> {
 
 fn row(xi_from: f64, xi_to: f64, cells: &[Entry]) -> ResidualTest {
     let n = cells.len() as f64;
-    let (mean, deviation) = mean_and_deviation(cells.iter().map(|cell| cell.epsilon));
+    let epsilons: Vec<f64> = cells.iter().map(|cell| cell.epsilon).collect();
+    let (mean, deviation) = mean_and_deviation(&epsilons);
     let n_effective = n_effective(cells, mean);
     let student = |n: f64| {
         let t = mean / (deviation / n.sqrt());

@@ -107,7 +107,13 @@ pub(super) fn gather(recordings: &[Recording], lateral_turbulence: f64) -> Gathe
                 }
             };
             placed.flight = *flights[emitter].get_or_insert_with(|| {
-                let drone = gathered.drone(emitters[emitter]);
+                let drones = &mut gathered.drones;
+                let airframe = &emitters[emitter].airframe;
+                let known = drones.iter().position(|drone| drone.airframe == *airframe);
+                let drone = known.unwrap_or(drones.len());
+                if known.is_none() {
+                    drones.push(emitters[emitter]);
+                }
                 let mut flight = flight(recording, &probes.instrument, emitters[emitter]);
                 flight.drone = drone;
                 if probes.instrument.measures == Measures::SpeedMagnitude {
@@ -135,16 +141,6 @@ pub(super) fn gather(recordings: &[Recording], lateral_turbulence: f64) -> Gathe
     counted.sort_by_key(|count| std::cmp::Reverse(count.samples));
     gathered.counts.dropped = counted;
     gathered
-}
-
-impl<'r> Gathered<'r> {
-    fn drone(&mut self, vehicle: &'r Vehicle) -> usize {
-        let known = |drone: &&Vehicle| drone.airframe == vehicle.airframe;
-        self.drones.iter().position(known).unwrap_or_else(|| {
-            self.drones.push(vehicle);
-            self.drones.len() - 1
-        })
-    }
 }
 
 fn flight(recording: &Recording, instrument: &Instrument, vehicle: &Vehicle) -> Flight {

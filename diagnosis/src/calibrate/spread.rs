@@ -26,7 +26,7 @@ const SHORTEST_BLOCK_S: f64 = 15.0;
 const BLOCK_READINGS: f64 = 8.0;
 
 /// One flight or one block.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct ResamplingUnit {
     /// `A`: what it knows about the constants.
     pub(super) information: Matrix3<f64>,
@@ -68,10 +68,8 @@ pub(super) fn units(joint: &Joint<'_>, fewest_flights: usize) -> Option<Units> {
         used[cell.flight] = true;
     }
     let inverses = joint.nuisance_inverse.iter();
-    let taken: Vec<Matrix3x2<f64>> = inverses
-        .zip(&cross)
-        .map(|(inverse, cross)| cross * inverse)
-        .collect();
+    let taken = inverses.zip(&cross).map(|(inverse, cross)| cross * inverse);
+    let taken: Vec<Matrix3x2<f64>> = taken.collect();
     let information: Vec<Matrix3<f64>> = (0..flights)
         .map(|f| own[f] - taken[f] * cross[f].transpose())
         .collect();
@@ -87,11 +85,7 @@ pub(super) fn units(joint: &Joint<'_>, fewest_flights: usize) -> Option<Units> {
         of_flights.fold(SHORTEST_BLOCK_S, f64::max)
     });
     let unit_of = blocks(data.cells, block_s.unwrap_or(f64::INFINITY));
-    let blank = ResamplingUnit {
-        information: Matrix3::zeros(),
-        pull: Vector3::zeros(),
-    };
-    let mut units = vec![blank; unit_of.last().map_or(0, |last| last + 1)];
+    let mut units = vec![ResamplingUnit::default(); unit_of.last().map_or(0, |last| last + 1)];
     let mut freed = Vec::with_capacity(data.cells.len());
     for ((cell, fitted), unit) in data.cells.iter().zip(&joint.cells).zip(&unit_of) {
         let gradient =
@@ -163,19 +157,12 @@ pub(super) struct Spread {
 /// `None` where a single unit decides alone: no error can then be told.
 pub(super) fn spread(units: &Units) -> Option<Spread> {
     let total = units.inverse.try_inverse()?;
-    let without: Option<Vec<Matrix3<f64>>> = units
-        .units
-        .iter()
-        .map(|unit| (total - unit.information).try_inverse())
-        .collect();
-    let without = without?;
-    let shifts: Vec<Vector3<f64>> = units
-        .units
-        .iter()
-        .zip(&without)
-        .map(|(unit, without)| without * unit.pull)
-        .collect();
-    let jackknife: Matrix3<f64> = shifts.iter().map(|shift| shift * shift.transpose()).sum();
+    let without = units.units.iter();
+    let without = without.map(|unit| (total - unit.information).try_inverse());
+    let without = without.collect::<Option<Vec<Matrix3<f64>>>>()?;
+    let shifts = units.units.iter().zip(&without);
+    let shifts = shifts.map(|(unit, without)| without * unit.pull);
+    let jackknife: Matrix3<f64> = shifts.map(|shift| shift * shift.transpose()).sum();
     let mut scale = Vector3::repeat(1.0);
     let mut freedom = Vector3::repeat(units.units.len() as f64 - 1.0);
     if units.units.len() <= MANY_UNITS {
@@ -203,25 +190,19 @@ pub(super) fn spread(units: &Units) -> Option<Spread> {
 /// Ω_fg = u_f (δ_fg A_f - A_f H⁻¹ A_g) u_g,   u_f = (H - A_f)⁻¹ e_k;     E = tr Ω,   ν = (tr Ω)² / tr Ω²
 /// ```
 fn moments(units: &Units, without: &[Matrix3<f64>], k: usize) -> (f64, f64) {
-    let pairs: Vec<(Vector3<f64>, f64)> = units
-        .units
-        .iter()
-        .zip(without)
-        .map(|(unit, without)| {
-            let u = without.column(k).into_owned();
-            let through = unit.information * u;
-            (through, u.dot(&through))
-        })
-        .collect();
+    let pair = |(unit, without): (&ResamplingUnit, &Matrix3<f64>)| {
+        let u = without.column(k).into_owned();
+        let through = unit.information * u;
+        (through, u.dot(&through))
+    };
+    let pairs: Vec<(Vector3<f64>, f64)> = units.units.iter().zip(without).map(pair).collect();
     let (mut trace, mut squares) = (0.0, 0.0);
     for (f, (a, own)) in pairs.iter().enumerate() {
         let towards = units.inverse * a;
+        trace += own - towards.dot(a);
         for (g, (b, _)) in pairs.iter().enumerate() {
             let covariance = if f == g { *own } else { 0.0 } - towards.dot(b);
             squares += covariance * covariance;
-            if f == g {
-                trace += covariance;
-            }
         }
     }
     (trace, trace * trace / squares)

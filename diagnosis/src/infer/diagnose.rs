@@ -139,7 +139,11 @@ pub fn diagnose_channel(
         prediction[sample.row] = *value;
     }
     let members = selection.chosen.members(&candidates);
-    let runner_up = selection.runner_up.as_ref();
+    let runner_up = selection.runner_up.as_ref().map(|(second, more)| RunnerUp {
+        name: candidates[*second].name.into(),
+        gain: more.total,
+        gain_error: more.standard_error,
+    });
     Ok(Finding {
         recording: recording.name.clone(),
         channel: observed.channel,
@@ -150,11 +154,7 @@ pub fn diagnose_channel(
         candidates: ranked(&candidates, &selection),
         shape,
         p: test.p,
-        runner_up: runner_up.map(|(second, more)| RunnerUp {
-            name: candidates[*second].name.into(),
-            gain: more.total,
-            gain_error: more.standard_error,
-        }),
+        runner_up,
         advice: advice(&setting, &observed, &candidates, &selection),
         detectable: detectable(&setting, &candidates),
         effects,
@@ -264,12 +264,7 @@ fn from_actuation(cause: &Cause) -> Effect {
     let parameters: BTreeMap<String, Estimate> = known
         .filter(|(_, (value, _))| value.is_finite())
         .map(|((parameter, symbol), (value, half))| {
-            let estimate = Estimate {
-                value: *value,
-                low: value - half,
-                high: value + half,
-                unit: parameter.unit.into(),
-            };
+            let estimate = Estimate::around(*value, *half, parameter.unit);
             (symbol.to_owned(), estimate)
         })
         .collect();
@@ -306,7 +301,7 @@ fn named(
     if let (Some(effect), Some(value)) = (saturation, plateau(observed)) {
         let half = observed.resolution().max(1e-3);
         for estimate in effect.parameters.values_mut() {
-            (estimate.low, estimate.value, estimate.high) = (value - half, value, value + half);
+            *estimate = Estimate::around(value, half, &estimate.unit);
         }
     }
     effects
@@ -343,12 +338,9 @@ fn effect(
 ) -> Effect {
     let estimates = candidate.parameters.iter().zip(values).zip(half_widths);
     let parameters = estimates.map(|((parameter, &value), half)| {
-        let estimate = Estimate {
-            value,
-            low: (value - half).max(parameter.low),
-            high: (value + half).min(parameter.high),
-            unit: parameter.unit.into(),
-        };
+        let mut estimate = Estimate::around(value, *half, parameter.unit);
+        estimate.low = estimate.low.max(parameter.low);
+        estimate.high = estimate.high.min(parameter.high);
         (parameter.name.to_owned(), estimate)
     });
     Effect {

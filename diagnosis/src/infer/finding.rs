@@ -123,6 +123,18 @@ pub struct Estimate {
     pub unit: String,
 }
 
+impl Estimate {
+    /// `half` to either side of a value, all in this unit.
+    pub(crate) fn around(value: f64, half: f64, unit: &str) -> Estimate {
+        Estimate {
+            value,
+            low: value - half,
+            high: value + half,
+            unit: unit.into(),
+        }
+    }
+}
+
 /// Where the corrected simulation differs from the baseline by more than half a standard deviation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Region {

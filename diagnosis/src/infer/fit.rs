@@ -118,22 +118,23 @@ impl<'a> Setting<'a> {
         pairs.map(|(to, from)| to - from).collect()
     }
 
-    /// Whether a fitted gain (0) or offset (1) has reached what the maker allows: it can take no
-    /// more.
+    /// The columns of a fit's derivatives that can take more: all but gain and offset where they
+    /// have reached what the maker allows.
     #[must_use]
-    pub fn at_tolerance(&self, which: usize, value: f64) -> bool {
-        value.abs() > 0.999 * self.tolerances[which]
+    pub fn free_columns(&self, fit: &Fit) -> DMatrix<f64> {
+        let count = fit.values.len();
+        let is_free =
+            |which: &usize| fit.tolerance[*which].abs() <= 0.999 * self.tolerances[*which];
+        let free = (0..count).chain((0..2).filter(is_free).map(|which| count + which));
+        fit.jacobian.select_columns(&free.collect::<Vec<usize>>())
     }
 
     /// Everything together at given values, one candidate after another.
     #[must_use]
     pub fn hypothesis(&self, candidates: &[&Candidate], values: &[f64]) -> Hypothesis {
         let mut hypothesis = self.base;
-        let mut rest = values;
-        for candidate in candidates {
-            let (own, others) = rest.split_at(candidate.parameters.len());
+        for (candidate, own) in by_member(candidates, values) {
             candidate.set(own, &mut hypothesis);
-            rest = others;
         }
         hypothesis
     }
@@ -141,19 +142,24 @@ impl<'a> Setting<'a> {
     /// Fits candidates together, from each of some starts; the best. `None` without a start.
     #[must_use]
     pub fn fit(&self, candidates: &[&Candidate], starts: &[Vec<f64>]) -> Option<Fit> {
-        if starts.len() <= MOST_STARTS {
-            let fits = starts.iter().map(|start| self.fit_from(candidates, start));
-            return fits.min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let mut starts: Vec<&[f64]> = starts.iter().map(Vec::as_slice).collect();
+        if starts.len() > MOST_STARTS {
+            let cost = |start: &[f64]| {
+                let predicted = self.observed.predict(&self.hypothesis(candidates, start));
+                self.cost(&self.whitened(&predicted, &[0.0, 0.0]), &[0.0, 0.0])
+            };
+            let mut by_cost: Vec<_> = starts.into_iter().map(|s| (cost(s), s)).collect();
+            by_cost.sort_by(|a, b| a.0.total_cmp(&b.0));
+            starts = by_cost
+                .into_iter()
+                .take(BEST_STARTS)
+                .map(|(_, s)| s)
+                .collect();
         }
-        let cost = |start: &Vec<f64>| {
-            let predicted = self.observed.predict(&self.hypothesis(candidates, start));
-            self.cost(&self.whitened(&predicted, &[0.0, 0.0]), &[0.0, 0.0])
-        };
-        let mut by_cost: Vec<(f64, &Vec<f64>)> = starts.iter().map(|s| (cost(s), s)).collect();
-        by_cost.sort_by(|a, b| a.0.total_cmp(&b.0));
-        by_cost.truncate(BEST_STARTS);
-        let best: Vec<Vec<f64>> = by_cost.into_iter().map(|(_, s)| s.clone()).collect();
-        self.fit(candidates, &best)
+        let fits = starts
+            .into_iter()
+            .map(|start| self.fit_from(candidates, start));
+        fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
     /// Nothing but the instrument's tolerance.
@@ -183,12 +189,8 @@ impl<'a> Setting<'a> {
             let mut taken = false;
             for _ in 0..DAMPINGS {
                 let step = bounded_step(&normal, &gradient, &at, &bounds, damping);
-                let next: Vec<f64> = at
-                    .iter()
-                    .zip(step.iter())
-                    .zip(&bounds)
-                    .map(|((x, d), [low, high])| (x + d).clamp(*low, *high))
-                    .collect();
+                let clamp = |j: usize| (at[j] + step[j]).clamp(bounds[j][0], bounds[j][1]);
+                let next: Vec<f64> = (0..at.len()).map(clamp).collect();
                 // Gain and offset act after the air: the air need not be asked again for them
                 // alone.
                 let moved = next[..count] != at[..count];
@@ -304,10 +306,8 @@ impl<'a> Setting<'a> {
     }
 
     fn of_fold(&self, fold: usize) -> impl Iterator<Item = usize> {
-        let blocks = self.noise.blocks.of_sample.iter().enumerate();
-        blocks
-            .filter(move |(_, block)| *block % FOLDS == fold)
-            .map(|(i, _)| i)
+        let block_of = &self.noise.blocks.of_sample;
+        (0..block_of.len()).filter(move |&i| block_of[i] % FOLDS == fold)
     }
 
     /// From the fit of everything to the linearised one without one fold's blocks: a step of
@@ -320,6 +320,19 @@ impl<'a> Setting<'a> {
         let (normal, gradient) = normal_equations(&fit.jacobian, &fit.whitened, &weights, &at);
         bounded_step(&normal, &gradient, &at, &bounds, 1e-9)
     }
+}
+
+/// Each candidate with its values, which stand one candidate after another.
+pub(crate) fn by_member<'f>(
+    candidates: &'f [&'f Candidate],
+    values: &'f [f64],
+) -> impl Iterator<Item = (&'f Candidate, &'f [f64])> {
+    let mut rest = values;
+    candidates.iter().map(move |candidate| {
+        let own;
+        (own, rest) = rest.split_at(candidate.parameters.len());
+        (*candidate, own)
+    })
 }
 
 /// Parameters of candidates, one after another.

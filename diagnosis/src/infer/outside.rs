@@ -7,7 +7,7 @@
 //! nearest library term, a short expression. The trees serve as correction inside what was sampled
 //! only.
 
-use nalgebra::{DMatrix, Matrix2, Vector2};
+use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 
 use crate::infer::candidates::{Candidate, Kind};
@@ -76,22 +76,16 @@ pub fn global_test(setting: &Setting, candidates: &[Candidate], nothing: &Fit) -
     let observed = setting.observed;
     let noise = setting.noise;
     let clean = observed.predict(&setting.base);
-    let starts = candidates.iter().flat_map(|candidate| {
-        let starts = candidate.starts.iter();
-        starts.map(move |start| (candidate, start))
-    });
-    let mut columns: Vec<Column> = starts
-        .map(|(candidate, start)| Column {
+    let mut columns: Vec<Column> = Vec::new();
+    for candidate in candidates {
+        let tangent = |start: &Vec<f64>| Column {
             is_law: true,
             values: setting.change(candidate, start, &clean),
-        })
-        .collect();
+        };
+        columns.extend(candidate.starts.iter().map(tangent));
+    }
     columns.extend(column::bins(observed.covariates().columns, noise.sd()));
     columns.extend(column::steps(&observed.times_s(), noise.sd(), STEPS));
-    // Gain and offset where they are free to take more.
-    let free: Vec<usize> = (0..2)
-        .filter(|&j| !setting.at_tolerance(j, nothing.tolerance[j]))
-        .collect();
     // Every series on the clock of the air's release: a pulsation of the rotors is periodic there.
     let releases = observed.releases().into_iter();
     let rhythm = |(samples, clock_s): (Vec<usize>, Vec<f64>)| Rhythm {
@@ -103,9 +97,7 @@ pub fn global_test(setting: &Setting, candidates: &[Candidate], nothing: &Fit) -
     lack_of_fit(&Evidence {
         residual: &nothing.whitened,
         columns: &column::whitened(&columns, &noise.whitener),
-        nuisances: &DMatrix::from_fn(clean.len(), free.len(), |i, j| {
-            nothing.jacobian[(i, free[j])]
-        }),
+        nuisances: &setting.free_columns(nothing),
         blocks: &noise.blocks,
         rhythms: &rhythms,
     })
@@ -145,12 +137,11 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
             clock_s[i] = released_s;
         }
     }
-    let columns: Vec<Vector2<f64>> = (0..clean.len())
-        .map(|i| {
-            let (sin, cos) = (omega * clock_s[i]).sin_cos();
-            Vector2::new(clean[i] * sin, clean[i] * cos)
-        })
-        .collect();
+    let column = |(clean, t_s): (&f64, &f64)| {
+        let (sin, cos) = (omega * t_s).sin_cos();
+        Vector2::new(clean * sin, clean * cos)
+    };
+    let columns: Vec<Vector2<f64>> = clean.iter().zip(&clock_s).map(column).collect();
     let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
     for ((column, left), weight) in columns.iter().zip(&left).zip(setting.noise.weights()) {
         normal += weight * column * column.transpose();

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::infer::candidates::{Candidate, Kind};
-use crate::infer::fit::{Fit, Setting};
+use crate::infer::fit::{Fit, Setting, by_member};
 use crate::statistics::held_out::Gain;
 use crate::statistics::trees::{self, HeldOut};
 
@@ -160,9 +160,8 @@ pub fn singles(setting: &Setting, candidates: &[Candidate]) -> Singles {
         .filter_map(|k| attempt(setting, candidates, &nothing, &[k], &candidates[k].starts))
         .collect();
     singles.sort_by(|a, b| {
-        let key = |tried: &Tried| (tried.practical, tried.gain.total);
-        let ((pa, ga), (pb, gb)) = (key(a), key(b));
-        pb.cmp(&pa).then(gb.total_cmp(&ga))
+        let by_gain = b.gain.total.total_cmp(&a.gain.total);
+        b.practical.cmp(&a.practical).then(by_gain)
     });
     Singles { nothing, singles }
 }
@@ -178,13 +177,8 @@ pub(crate) fn attempt(
     let members: Vec<&Candidate> = which.iter().map(|&k| &candidates[k]).collect();
     let fit = setting.fit(&members, starts)?;
     let log_density = setting.held_out(&members, &fit);
-    let mut rest = fit.values.as_slice();
-    let mut practical = true;
-    for member in members {
-        let (own, others) = rest.split_at(member.parameters.len());
-        practical &= member.size(own) >= 1.0;
-        rest = others;
-    }
+    let is_practical = |(member, own): (&Candidate, &[f64])| member.size(own) >= 1.0;
+    let practical = by_member(&members, &fit.values).all(is_practical);
     Some(Tried {
         which: which.to_vec(),
         gain: Gain::over(&setting.noise.blocks, &log_density, &nothing.log_density),
@@ -443,14 +437,7 @@ fn promise(setting: &Setting, candidates: &[Candidate], taken: &Tried, second: u
     let mut members = taken.members(candidates);
     let fit = &taken.fit;
     // Gain and offset at their tolerance take no more: what a sensor's fault adds there is its own.
-    let count = fit.jacobian.ncols();
-    let free: Vec<usize> = (0..count)
-        .filter(|&j| {
-            let nuisance = (j + 2).checked_sub(count);
-            nuisance.is_none_or(|which| !setting.at_tolerance(which, fit.tolerance[which]))
-        })
-        .collect();
-    let jacobian = fit.jacobian.select_columns(&free);
+    let jacobian = setting.free_columns(fit);
     let columns = jacobian.ncols();
     let gram = jacobian.tr_mul(&jacobian);
     let ridge = DMatrix::identity(columns, columns) * (1e-9 * gram.trace());

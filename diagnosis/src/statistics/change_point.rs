@@ -71,18 +71,15 @@ fn steps_of(values: &[f64], least_step: f64, accepted: f64) -> Vec<Step> {
 fn tried(values: &[f64]) -> Vec<usize> {
     let mut bounds = vec![0, values.len()];
     while bounds.len() < MOST_CUTS + 2 {
-        let mut best: Option<(usize, f64)> = None;
-        for part in bounds.windows(2) {
-            if let Some((cut, taken)) = best_cut(&values[part[0]..part[1]])
-                && best.is_none_or(|(_, most)| taken > most)
-            {
-                best = Some((part[0] + cut, taken));
-            }
-        }
-        match best {
-            Some((cut, _)) => bounds.push(cut),
-            None => break,
-        }
+        let cuts = bounds.windows(2).filter_map(|part| {
+            let (cut, taken) = best_cut(&values[part[0]..part[1]])?;
+            Some((part[0] + cut, taken))
+        });
+        // The first of equals.
+        let Some((cut, _)) = cuts.min_by(|a, b| b.1.total_cmp(&a.1)) else {
+            break;
+        };
+        bounds.push(cut);
         bounds.sort_unstable();
     }
     bounds[1..bounds.len() - 1].to_vec()

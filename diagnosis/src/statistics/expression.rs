@@ -345,18 +345,13 @@ impl Grid<'_> {
     }
 
     fn forms(self) -> Vec<Form> {
-        let mut by_length: BTreeMap<usize, Vec<(f64, Form)>> = BTreeMap::new();
-        for (taken, form) in self.taken.into_values() {
-            let of_length = by_length.entry(form.length()).or_default();
-            of_length.push((taken, form));
-        }
-        let mut forms = Vec::new();
-        for mut of_length in by_length.into_values() {
-            // A stable sort: equals stay in the order of their names.
-            of_length.sort_by(|a, b| b.0.total_cmp(&a.0));
-            forms.extend(of_length.into_iter().take(JUDGED).map(|(_, form)| form));
-        }
-        forms
+        let mut forms: Vec<(f64, Form)> = self.taken.into_values().collect();
+        let by_length = |a: &Form, b: &Form| a.length().cmp(&b.length());
+        // A stable sort: equals stay in the order of their names.
+        forms.sort_by(|a, b| by_length(&a.1, &b.1).then(b.0.total_cmp(&a.0)));
+        let of_length = forms.chunk_by(|a, b| by_length(&a.1, &b.1).is_eq());
+        let judged = of_length.flat_map(|forms| forms.iter().take(JUDGED));
+        judged.map(|(_, form)| form.clone()).collect()
     }
 }
 

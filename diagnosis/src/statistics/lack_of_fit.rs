@@ -27,7 +27,7 @@ use super::column::Column;
 use super::draws::Draws;
 use super::quantile::nearest_rank;
 use super::robust::{HuberScale, weight};
-use super::sequence::Blocks;
+use super::sequence::{Blocks, correlation};
 use super::spectrum::{self, Line};
 use super::tail;
 
@@ -175,10 +175,8 @@ fn scores_p_values(evidence: &Evidence<'_>) -> [f64; 2] {
     // Columns that were taken off took some of the noise along.
     let freedom = (1.0 - 2.0 * taken as f64 / joined.scores.nrows() as f64).max(0.5);
     let phi = joined.widening * variance_beyond_noise(&joined) / freedom;
-    let most_rare = joined
-        .scores
-        .column_iter()
-        .fold(0.0f64, |most, s| most.max((s.sum() / phi.sqrt()).abs()));
+    let z = joined.scores.column_iter().map(|s| s.sum() / phi.sqrt());
+    let most_rare = z.fold(0.0f64, |most, z| most.max(z.abs()));
     let rare = tail::normal_two_sided(most_rare) * tested.unit.len() as f64;
     [spread(&tested, &joined), rare.min(1.0)]
 }
@@ -219,11 +217,9 @@ fn spread(tested: &Tested, joined: &Joined) -> f64 {
 fn upper_ranks(values: &[f64]) -> Vec<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let at_least = |value: &f64| sorted.len() - sorted.partition_point(|other| other < value);
-    values
-        .iter()
-        .map(|value| at_least(value) as f64 / sorted.len() as f64)
-        .collect()
+    let below = |value: &f64| sorted.partition_point(|other| other < value);
+    let rank = |value: &f64| (sorted.len() - below(value)) as f64 / sorted.len() as f64;
+    values.iter().map(rank).collect()
 }
 
 /// φ: how much more block scores vary than independent noise of variance 1 would. Of every column
@@ -368,14 +364,11 @@ impl Joined {
 }
 
 fn neighbours_correlation(scores: &DMatrix<f64>, follows: &[bool]) -> f64 {
-    let (mut product, mut square) = (0.0, 0.0);
-    for column in scores.column_iter() {
-        for b in (1..follows.len()).filter(|&b| follows[b]) {
-            product += column[b] * column[b - 1];
-            square += 0.5 * (column[b] * column[b] + column[b - 1] * column[b - 1]);
-        }
-    }
-    if square > 0.0 { product / square } else { 0.0 }
+    let pairs = scores.column_iter().flat_map(|column| {
+        let later = (1..follows.len()).filter(|&b| follows[b]);
+        later.map(move |b| (column[b - 1], column[b]))
+    });
+    correlation(pairs).unwrap_or(0.0)
 }
 
 #[cfg(test)]

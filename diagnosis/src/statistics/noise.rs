@@ -20,7 +20,7 @@
 use super::line::Line;
 use super::quantile::median;
 use super::robust::{HuberScale, loss};
-use super::sequence::{Blocks, Sequence};
+use super::sequence::{Blocks, Sequence, correlation};
 
 /// Scatter of a recording's samples and how they depend on one another: what fits, folds, tests and
 /// intervals share.
@@ -190,19 +190,9 @@ fn memory(sequence: &Sequence, flat: &[&Difference], a: f64, b: f64) -> f64 {
             scaled[d.at] = Some((d.value / sd).clamp(-BOUND, BOUND));
         }
     }
-    let (mut product, mut square) = (0.0, 0.0);
-    for &at in &sequence.order {
-        let before = sequence.previous[at].and_then(|before| scaled[before]);
-        if let (Some(x), Some(y)) = (before, scaled[at]) {
-            product += x * y;
-            square += 0.5 * (x * x + y * y);
-        }
-    }
-    if square > 0.0 {
-        1.0 + 2.0 * product / square
-    } else {
-        0.0
-    }
+    let pairs = sequence.order.iter();
+    let pairs = pairs.filter_map(|&at| Some((scaled[sequence.previous[at]?]?, scaled[at]?)));
+    correlation(pairs).map_or(0.0, |correlation| 1.0 + 2.0 * correlation)
 }
 
 impl NoiseModel {

@@ -24,10 +24,9 @@ pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     let (low, high, part) = (sorted[below], sorted[above], place - below as f64);
     // Infinite values have no difference.
     let is_low = part == 0.0 || low == high;
-    Some(if is_low {
-        low
-    } else {
-        low + part * (high - low)
+    Some(match is_low {
+        true => low,
+        false => low + part * (high - low),
     })
 }
 

@@ -68,16 +68,16 @@ struct Grid<'a> {
 
 impl<'a> Grid<'a> {
     fn new(coordinates: &'a [Vec<f64>], parts: usize) -> Self {
-        let (mut counts, mut of_samples) = (Vec::new(), Vec::new());
-        for values in coordinates {
+        let binned = coordinates.iter().map(|values| {
             let edges = quantile_edges(values, parts);
-            counts.push(edges.len().saturating_sub(1));
-            of_samples.push(values.iter().map(|&v| interval_of(&edges, v)).collect());
-        }
+            let of_samples = values.iter().map(|&v| interval_of(&edges, v)).collect();
+            (edges.len().saturating_sub(1), of_samples)
+        });
+        let (counts, parts) = binned.unzip();
         Self {
             coordinates,
             counts,
-            parts: of_samples,
+            parts,
         }
     }
 
@@ -146,20 +146,13 @@ impl<'a> Grid<'a> {
     /// Each run's ends, at the outermost samples it holds.
     fn intervals(&self, runs: &[(usize, Run)]) -> Vec<Interval> {
         let interval = |(coordinate, run): &(usize, Run)| {
-            let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
-            let parts = self.parts[*coordinate].iter();
-            for (part, &value) in parts.zip(&self.coordinates[*coordinate]) {
-                if *part == Some(run.start) {
-                    from = from.min(value);
-                }
-                if *part == Some(run.end - 1) {
-                    to = to.max(value);
-                }
-            }
+            let values = self.coordinates[*coordinate].iter().enumerate();
+            let held = values.filter(|(i, _)| self.holds(*coordinate, run, *i));
+            let held = held.map(|(_, value)| *value);
             Interval {
                 coordinate: *coordinate,
-                from,
-                to,
+                from: held.clone().fold(f64::INFINITY, f64::min),
+                to: held.fold(f64::NEG_INFINITY, f64::max),
             }
         };
         runs.iter().map(interval).collect()

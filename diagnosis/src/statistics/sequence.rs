@@ -68,6 +68,15 @@ impl Sequence {
     }
 }
 
+/// Correlation of neighbours of mean 0 and equal variance, `Σ x y / Σ ½ (x² + y²)`; `None` where
+/// nothing varies.
+pub(super) fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
+    let sums = pairs.fold((0.0, 0.0), |(product, square), (x, y)| {
+        (product + x * y, square + 0.5 * (x * x + y * y))
+    });
+    (sums.1 > 0.0).then(|| sums.0 / sums.1)
+}
+
 /// Neighbouring samples that are taken as one draw.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blocks {

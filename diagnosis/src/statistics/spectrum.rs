@@ -72,11 +72,8 @@ pub fn strongest_line(clock_s: &[f64], values: &[f64]) -> Option<Line> {
     let first_power = lowest.saturating_sub(NEIGHBOURS * OVERSAMPLING).max(1);
     let powers = powers(&times, values, first_power, highest, spacing_hz);
     let (at, p) = (lowest - first_power..powers.len())
-        .filter_map(|at| {
-            let p = against_neighbours(&powers, at)?;
-            Some((at, p))
-        })
-        .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))?;
+        .filter_map(|at| Some((at, against_neighbours(&powers, at)?)))
+        .min_by(|a, b| a.1.total_cmp(&b.1))?;
     Some(Line {
         frequency_hz: (first_power + at) as f64 * spacing_hz,
         p: (p * (highest - lowest + 1) as f64).min(1.0),
@@ -113,11 +110,8 @@ fn powers(
         let determinant = cc * ss - cs * cs;
         // Sine and cosine are alike at these times: no power can be told.
         let told = determinant > 0.01 * count * count;
-        powers.push(if told {
-            (xc * xc * ss - 2.0 * xc * xs * cs + xs * xs * cc) / determinant
-        } else {
-            0.0
-        });
+        let power = (xc * xc * ss - 2.0 * xc * xs * cs + xs * xs * cc) / determinant;
+        powers.push(if told { power } else { 0.0 });
     }
     powers
 }
@@ -127,23 +121,17 @@ fn against_neighbours(powers: &[f64], at: usize) -> Option<f64> {
     let reach = NEIGHBOURS * OVERSAMPLING;
     let spill = SPILLED * OVERSAMPLING;
     // At an end of the spectrum the neighbourhood moves inwards and keeps its size.
-    let from = at
-        .saturating_sub(reach)
-        .min(powers.len().saturating_sub(2 * reach + 1));
+    let last = powers.len().saturating_sub(2 * reach + 1);
+    let from = at.saturating_sub(reach).min(last);
     let to = (from + 2 * reach + 1).min(powers.len());
-    let mut neighbours: Vec<f64> = (from..to)
-        .filter(|k| k.abs_diff(at) > spill)
-        .map(|k| powers[k])
-        .collect();
+    let neighbours = (from..to).filter(|k| k.abs_diff(at) > spill);
+    let mut neighbours: Vec<f64> = neighbours.map(|k| powers[k]).collect();
     let floor = median(&mut neighbours).filter(|floor| *floor > 0.0)?;
     let ratio = powers[at] / floor;
     // Only every second frequency is independent of the others.
     let n = neighbours.len() / OVERSAMPLING;
-    let p = (0..n.div_ceil(2))
-        .map(|i| (n - i) as f64)
-        .map(|left| left / (left + ratio))
-        .product();
-    Some(p)
+    let left = (0..n.div_ceil(2)).map(|i| (n - i) as f64);
+    Some(left.map(|left| left / (left + ratio)).product())
 }
 
 #[cfg(test)]

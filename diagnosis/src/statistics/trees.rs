@@ -75,23 +75,13 @@ pub fn held_out(covariates: &[Vec<f64>], y: &[f64], noise: &Noise) -> HeldOut {
     let weights = noise.weights();
     let fold_of = held_out::folds(&noise.blocks);
     let binned = Binned::new(covariates);
-    let parts: Vec<Vec<(usize, f64)>> = (0..FOLDS)
-        .into_par_iter()
-        .map(|fold| {
-            let seen: Vec<u32> = (0..y.len() as u32)
-                .filter(|&i| fold_of[i as usize] != fold)
-                .collect();
-            let forest = binned.grow(y, &weights, &seen);
-            (0..y.len())
-                .filter(|&i| fold_of[i] == fold)
-                .map(|i| (i, forest.value(|covariate| binned.bins[covariate][i])))
-                .collect()
-        })
-        .collect();
-    let mut predictions = vec![0.0; y.len()];
-    for (i, value) in parts.into_iter().flatten() {
-        predictions[i] = value;
-    }
+    let without = |fold: usize| {
+        let seen = (0..y.len() as u32).filter(|&i| fold_of[i as usize] != fold);
+        binned.grow(y, &weights, &seen.collect::<Vec<u32>>())
+    };
+    let forests: Vec<Forest> = (0..FOLDS).into_par_iter().map(without).collect();
+    let predicted = |i: usize| forests[fold_of[i]].value(|covariate| binned.bins[covariate][i]);
+    let predictions: Vec<f64> = (0..y.len()).map(predicted).collect();
     let after: Vec<f64> = y.iter().zip(&predictions).map(|(y, f)| y - f).collect();
     let gain = Gain::between(noise, y, &after);
     HeldOut { predictions, gain }
@@ -155,17 +145,14 @@ struct Binned {
 
 impl Binned {
     fn new(covariates: &[Vec<f64>]) -> Self {
-        let (mut all_edges, mut bins) = (Vec::new(), Vec::new());
-        for values in covariates {
+        let binned = covariates.iter().map(|values| {
             let edges = quantile_edges(values, BINS);
             let inner = edges.get(1..edges.len().saturating_sub(1)).unwrap_or(&[]);
-            bins.push(values.iter().map(|&value| bin_of(inner, value)).collect());
-            all_edges.push(inner.to_vec());
-        }
-        Self {
-            edges: all_edges,
-            bins,
-        }
+            let bins = values.iter().map(|&value| bin_of(inner, value)).collect();
+            (inner.to_vec(), bins)
+        });
+        let (edges, bins) = binned.unzip();
+        Self { edges, bins }
     }
 
     /// A forest on some rows.
