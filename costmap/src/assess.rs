@@ -156,7 +156,7 @@ mod tests {
     use nalgebra::Point3;
 
     /// Offboard 2 over Offboard 2 in a hall 30 m high: the paper's wake reaches far below its limit.
-    fn sky() -> Costmap {
+    fn costmap() -> Costmap {
         let airframe = Airframe::preset("offboard-2").expect("a preset");
         let conditions = Conditions {
             density_kg_per_m3: 1.204,
@@ -199,13 +199,13 @@ mod tests {
     }
 
     fn below_a_hover(depth_m: f64, aside_m: f64) -> Assessment {
-        let mut sky = sky();
+        let mut costmap = costmap();
         let above = [10.0, 10.0, 28.0];
-        sky.insert(vec![leg(0, above, above, Tick::FOREVER)]);
+        costmap.insert(vec![leg(0, above, above, Tick::FOREVER)]);
         let y_m = 10.0 + aside_m;
         let z_m = 28.0 - depth_m;
         let pass = leg(1, [9.0, y_m, z_m], [11.0, y_m, z_m], Tick(100));
-        sky.assess(&pass).expect("finite")
+        costmap.assess(&pass).expect("finite")
     }
 
     #[test]
@@ -227,15 +227,15 @@ mod tests {
 
     #[test]
     fn a_drone_that_flies_over_another_meets_no_air_itself() {
-        let mut sky = sky();
+        let mut costmap = costmap();
         let below = [10.0, 10.0, 2.0];
-        sky.insert(vec![leg(0, below, below, Tick::FOREVER)]);
+        costmap.insert(vec![leg(0, below, below, Tick::FOREVER)]);
         let pass = leg(1, [9.0, 10.0, 14.0], [11.0, 10.0, 14.0], Tick(100));
-        let over = sky.assess(&pass).expect("finite");
+        let over = costmap.assess(&pass).expect("finite");
         assert!(over.worst.is_none() && over.own.axial_exposure_m == 0.0);
-        sky.insert(vec![pass]);
+        costmap.insert(vec![pass]);
         let hover = leg(0, below, below, Tick::FOREVER);
-        let worst = sky.assess(&hover).expect("finite").worst;
+        let worst = costmap.assess(&hover).expect("finite").worst;
         assert_eq!(worst.expect("its wake reaches down").from, DroneId(1));
     }
 }

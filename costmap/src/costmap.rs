@@ -46,7 +46,7 @@ impl Reservation {
 }
 
 impl Costmap {
-    /// An empty sky for a fleet of this many drones.
+    /// An empty costmap for a fleet of this many drones.
     pub fn new(
         fleet: Fleet,
         surfaces: BlockingSurfaces,
@@ -65,7 +65,7 @@ impl Costmap {
         }
     }
 
-    /// The same sky, were every drone's air limit this many times higher. Bodies, columns and zones stay
+    /// The same fleet, were every drone's air limit this many times higher. Bodies, columns and zones stay
     /// as they are.
     #[must_use]
     pub fn with_limits_raised(&self, times: f64) -> Costmap {

@@ -11,7 +11,7 @@ use planner::verify::verify;
 use planner::{Control, Files};
 use rayon::prelude::*;
 
-/// The verifier's arithmetic and the file's agree far below the digits that anybody reads.
+/// The verifier's arithmetic and the file agree far below the digits that are printed.
 const SAME: f64 = 1e-9;
 
 fn folder() -> PathBuf {
@@ -220,7 +220,7 @@ fn who_has_landed_blows_nothing_from_then_on() {
         let last_s = *flown.trajectory.t_s.last().unwrap();
         if asked.at_end == AtEnd::Land {
             let (from_s, Some(until_s)) = flown.airborne_s else {
-                panic!("{} blows for ever", flown.name)
+                panic!("{} hovers without end", flown.name)
             };
             assert!(from_s < until_s && (until_s - last_s).abs() < SAME);
         } else {

@@ -2,7 +2,7 @@
 //!
 //! Beyond [`Fleet::near_m`] no wake is worth looking at one by one, but many together may be. So every
 //! bin of the floor keeps, second by second, the sum of what those who are that far off can bring to
-//! anybody in it.
+//! a drone in it.
 
 use crate::leg::{Leg, Tick};
 use crate::reservations::ground::{Footprint, Ground};
@@ -88,7 +88,7 @@ impl FarWakes {
         u64::from(most)
     }
 
-    /// The most that weak wakes bring, or have brought, to anybody in a bin.
+    /// The most that weak wakes bring, or have brought, to a drone in a bin.
     pub(crate) fn worst_in(&self, bin: usize) -> u64 {
         u64::from(self.worst[bin])
     }

@@ -25,7 +25,7 @@ use parry3d::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d::shape::SupportMap;
 
 /// How much apart two bodies must be to be called apart (m). Chosen here: a micrometre is a thousandth of the
-/// smallest length anybody plans with, and ten thousand times the rounding of a coordinate of 10⁵ m.
+/// smallest length of a plan, and ten thousand times the rounding of a coordinate of 10⁵ m.
 pub const SEPARATION_M: f64 = 1e-6;
 
 /// All places of a convex body that moves by `displacement`, grown by `growth_m` all around.

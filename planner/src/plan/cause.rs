@@ -149,7 +149,7 @@ pub enum Remedy {
     Unknown,
     /// The floor is crowded.
     #[error(
-        "; {} of the floor's {} columns ({:.0} %) are under drones that hover for ever: let some of them land or \
+        "; {} of the floor's {} columns ({:.0} %) are under drones that hover without end: let some of them land or \
          leave, or give the fleet more floor",
         .0.held, .0.open, 100.0 * .0.share()
     )]
@@ -281,7 +281,7 @@ impl fmt::Display for GoalConflict {
             Exclusion::Zone { air_mps, limit_mps } => {
                 write!(
                     f,
-                    "the goal of `{drone}` blows {air_mps:.1} m/s into {with}, "
+                    "downwash from the goal of `{drone}` reaches {air_mps:.1} m/s in {with}, "
                 )?;
                 write!(f, "which allows {limit_mps:.1} m/s")
             }

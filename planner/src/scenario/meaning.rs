@@ -355,7 +355,7 @@ impl<'w> Meaning<'w> {
         if speed_mps <= MOST_INDUCED_VELOCITY_MPS || !self.refused.insert(name.to_owned()) {
             return;
         }
-        let message = format!("airframe `{name}` would blow {speed_mps:.0} m/s {when}");
+        let message = format!("airframe `{name}` would induce {speed_mps:.0} m/s {when}");
         let area_m2 = airframe.disc_area_m2();
         let label = format!("{mass_kg} kg on {area_m2:.4} m2 of rotor discs");
         let problem = Problem::at(at, message).label(label);
@@ -429,7 +429,7 @@ mod tests {
             ("airframe: \"kolibri\", start_m: 1", "must be (x, y, z)"),
             (
                 "airframe: \"ton\", start_m: (1, 1, 1)",
-                "airframe `ton` would blow",
+                "airframe `ton` would induce",
             ),
         ];
         for (fields, wrong) in wrongs {
