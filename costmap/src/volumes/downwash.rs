@@ -43,16 +43,12 @@ pub fn column(wake: &Wake) -> Section {
     }
 }
 
-/// All points of the far field within the half-width, `ξ ≤ 1`, down to a depth: exact, since the half-width is
-/// linear in depth. `None` if the depth does not reach the far field.
-///
-/// Of a jet that effects have moved or widened: a frustum that stands upright below the drone and holds all of it.
+/// All points of the far field within the half-width, `ξ ≤ 1`, down to a depth: exact, since the
+/// half-width is linear in depth. `None` if the depth does not reach the far field, and for a jet that
+/// effects have moved or widened: that is no cone.
 pub fn cone(wake: &Wake, to_depth_m: f64) -> Option<Section> {
     let from_depth_m = wake.near_field_depth_m();
-    if wake.is_shaped() {
-        return (to_depth_m > from_depth_m).then(|| upright_around(wake, from_depth_m, to_depth_m));
-    }
-    (to_depth_m > from_depth_m).then(|| Section {
+    (to_depth_m > from_depth_m && !wake.is_shaped()).then(|| Section {
         from_depth_m,
         to_depth_m,
         from_radius_m: wake.half_width_m(from_depth_m),
@@ -81,78 +77,23 @@ impl Outline {
     pub fn new(wake: &Wake, at_m: Point3<f64>, ends_at_z_m: f64) -> Outline {
         let column = column(wake);
         let joins_z_m = (at_m.z - column.to_depth_m).max(ends_at_z_m);
-        let of_tips = Level {
-            aside_m: [0.0; 2],
-            radius_m: wake.tip_radius_m(),
+        let depths_m = [joins_z_m, ends_at_z_m].map(|z_m| at_m.z - z_m);
+        let of_tips = ([0.0; 2], wake.tip_radius_m());
+        let (upper, lower) = match cone(wake, depths_m[1]) {
+            Some(cone) => (([0.0; 2], cone.from_radius_m), ([0.0; 2], cone.to_radius_m)),
+            None => {
+                let level = |depth_m| Some((wake.axis_m(depth_m)?, wake.spread_m(depth_m)?));
+                let upper = level(depths_m[0]).unwrap_or(of_tips);
+                (upper, level(depths_m[1]).unwrap_or(upper))
+            }
         };
-        let upper = Level::of(wake, at_m.z - joins_z_m).unwrap_or(of_tips);
-        let lower = Level::of(wake, at_m.z - ends_at_z_m).unwrap_or(upper);
         Outline {
             at_m,
             column_radius_m: column.to_radius_m,
-            half_width_m: [upper.radius_m, lower.radius_m],
+            half_width_m: [upper.1, lower.1],
             z_m: [joins_z_m, ends_at_z_m],
-            aside_m: [upper.aside_m, lower.aside_m],
+            aside_m: [upper.0, lower.0],
         }
-    }
-}
-
-/// A level cross-section of a jet: where its axis is, from below the drone, and its half-width, at its widest (m).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Level {
-    pub(crate) aside_m: [f64; 2],
-    pub(crate) radius_m: f64,
-}
-
-impl Level {
-    /// `None` where the wind has taken the jet away.
-    pub(crate) fn of(wake: &Wake, depth_m: f64) -> Option<Level> {
-        Some(Level {
-            aside_m: wake.axis_m(depth_m)?,
-            radius_m: wake.spread_m(depth_m)?,
-        })
-    }
-}
-
-/// Depths at which a moved jet is looked at; chosen here.
-const MOVED_LEVELS: u32 = 64;
-/// Just above the depth where the wind takes a jet away, as a part of it.
-const JUST_ABOVE: f64 = 1.0 - 1e-9;
-/// What may lie between two of them, on the radius, where tilt and wind pull apart and neither end is the wider: chosen here.
-const MOVED_MARGIN: f64 = 1.02;
-
-/// The frustum over a range of depths that holds a moved jet's half-width discs: that of its ends, lifted until it holds all between.
-fn upright_around(wake: &Wake, from_depth_m: f64, to_depth_m: f64) -> Section {
-    let radius_m = |depth_m: f64| {
-        let level = Level::of(wake, depth_m)?;
-        Some(MOVED_MARGIN * (level.aside_m[0].hypot(level.aside_m[1]) + level.radius_m))
-    };
-    // A jet that the wind lays down goes farthest just before it is gone.
-    let last_m = wake
-        .gone_from_m()
-        .map_or(to_depth_m, |gone_m| to_depth_m.min(gone_m * JUST_ABOVE));
-    let height_m = to_depth_m - from_depth_m;
-    let levels = (0..=MOVED_LEVELS).map(|k| f64::from(k) / f64::from(MOVED_LEVELS));
-    let radii_m: Vec<(f64, f64)> = levels
-        .filter_map(|level| {
-            let depth_m = from_depth_m + level * (last_m - from_depth_m);
-            radius_m(depth_m).map(|radius_m| ((depth_m - from_depth_m) / height_m, radius_m))
-        })
-        .collect();
-    // Below that the last radius that it had is kept.
-    let first_m = radii_m.first().map_or(0.0, |(_, radius_m)| *radius_m);
-    let last_m = radii_m.last().map_or(0.0, |(_, radius_m)| *radius_m);
-    let line_m = |share: f64| first_m + share * (last_m - first_m);
-    // Between two levels it is no wider than at the wider of both.
-    let short_m = radii_m
-        .windows(2)
-        .map(|two| two[0].1.max(two[1].1) - line_m(two[0].0).min(line_m(two[1].0)))
-        .fold(0.0, f64::max);
-    Section {
-        from_depth_m,
-        to_depth_m,
-        from_radius_m: first_m + short_m,
-        to_radius_m: last_m + short_m,
     }
 }
 

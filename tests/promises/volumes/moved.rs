@@ -90,32 +90,23 @@ fn no_point_above_the_limit_lies_outside_the_volume_of_a_moved_jet() {
 }
 
 #[test]
-fn the_half_width_disc_of_a_moved_jet_lies_in_its_cone_and_its_rotor_tips_in_the_column() {
+fn rotor_tips_lie_in_the_column_of_a_moved_jet_and_it_has_no_cone() {
     let mut random = Random(78);
     for case in 0..40 {
         let wake = wake(&mut random, ["kolibri", "matrice-300"][case % 2]);
         let near_m = wake.near_field_depth_m();
-        let deepest_m = random.between(1.5, 12.0) * near_m;
-        let (column, cone) = (
-            column(&wake),
-            cone(&wake, deepest_m).expect("below the near field"),
-        );
+        let column = column(&wake);
+        assert!(cone(&wake, 2.0 * near_m).is_none());
         for _ in 0..2000 {
-            let depth_m = random.unit() * deepest_m;
-            let (Some([x_m, y_m]), Some(spread_m)) = (wake.axis_m(depth_m), wake.spread_m(depth_m))
-            else {
+            let depth_m = random.unit() * near_m;
+            let Some([x_m, y_m]) = wake.axis_m(depth_m) else {
                 continue;
             };
             let (sin, cos) = (TAU * random.unit()).sin_cos();
-            let (section, radius_m) = if depth_m < near_m {
-                (&column, wake.tip_radius_m())
-            } else {
-                (&cone, spread_m)
-            };
             // Just inside: where nothing moves the axis the tips are the column's edge, to the last bit.
-            let radius_m = radius_m * (1.0 - 1e-12);
+            let radius_m = wake.tip_radius_m() * (1.0 - 1e-12);
             let offset_m = Vector3::new(x_m + radius_m * cos, y_m + radius_m * sin, -depth_m);
-            assert!(section.holds(offset_m), "case {case}: {offset_m:?}");
+            assert!(column.holds(offset_m), "case {case}: {offset_m:?}");
         }
     }
 }
