@@ -68,13 +68,9 @@ impl Lattice {
                 places.iter().filter(offset).count()
             };
             let middle = 0.5 * (size_m / cell_m).min(1.0);
-            let shift = [middle, 0.0]
-                .into_iter()
-                .chain(shared_shift(places, axis, low_m, cell_m))
-                .fold(
-                    middle,
-                    |best, shift| if on(shift) > on(best) { shift } else { best },
-                );
+            let shared = shared_shift(places, axis, low_m, cell_m);
+            let better = |best, shift| if on(shift) > on(best) { shift } else { best };
+            let shift = [0.0].into_iter().chain(shared).fold(middle, better);
             origin_m[axis] = low_m + shift * cell_m;
             // A part in 10⁹ of a cell forgives the division.
             counts[axis] = ((size_m / cell_m - shift + 1e-9).floor() as usize) + 1;
@@ -251,18 +247,13 @@ impl BoxCount {
 
 /// How far into a cell more than half of the places lie on this axis (cells), if they agree.
 fn shared_shift(places: &[Point3<f64>], axis: usize, low_m: f64, cell_m: f64) -> Option<f64> {
-    let mut shifts: Vec<f64> = places
-        .iter()
-        .map(|p| ((p[axis] - low_m) / cell_m).rem_euclid(1.0))
-        .collect();
+    let shift = |p: &Point3<f64>| ((p[axis] - low_m) / cell_m).rem_euclid(1.0);
+    let mut shifts: Vec<f64> = places.iter().map(shift).collect();
     shifts.sort_unstable_by(f64::total_cmp);
     // What more than half of them share is the one in the middle.
     let median = *shifts.get(shifts.len() / 2)?;
-    let sharing = shifts
-        .iter()
-        .filter(|shift| (*shift - median).abs() < 1e-6)
-        .count();
-    (2 * sharing > shifts.len()).then_some(median)
+    let sharing = shifts.iter().filter(|it| (*it - median).abs() < 1e-6);
+    (2 * sharing.count() > shifts.len()).then_some(median)
 }
 
 #[cfg(test)]

@@ -150,10 +150,8 @@ fn shape(obstacle: &written::Obstacle, files: &Files<'_>) -> Result<Option<Solid
         Box::new(Problem::at(&file.at, message).label(why))
     };
     let text = files.text(&file.value).map_err(unreadable)?;
-    let at_m = obstacle
-        .at_m
-        .as_ref()
-        .map_or(Point3::origin(), |place| place.value);
+    let at_m = obstacle.at_m.as_ref();
+    let at_m = at_m.map_or(Point3::origin(), |place| place.value);
     let (vertices_m, triangles) = mesh(&text, at_m).map_err(unreadable)?;
     Ok(Some(Solid::Mesh {
         mesh: file.value.clone(),

@@ -27,34 +27,21 @@ pub(super) fn mesh(text: &str, at_m: Point3<f64>) -> Result<Mesh, String> {
     for tobj::Model { mesh, .. } in &models {
         let first = vertices_m.len() as u32;
         let (places, _) = mesh.positions.as_chunks::<3>();
-        vertices_m.extend(
-            places
-                .iter()
-                .map(|place| at_m + Point3::from(*place).coords),
-        );
+        let moved = |place: &[f64; 3]| at_m + Point3::from(*place).coords;
+        vertices_m.extend(places.iter().map(moved));
         let (corners, _) = mesh.indices.as_chunks::<3>();
-        triangles.extend(
-            corners
-                .iter()
-                .map(|corners| corners.map(|corner| first + corner)),
-        );
+        let renumbered = |corners: &[u32; 3]| corners.map(|corner| first + corner);
+        triangles.extend(corners.iter().map(renumbered));
     }
-    let outside = |place_m: &&Point3<f64>| {
-        !place_m
-            .iter()
-            .all(|x| (PLACE_M.low..=PLACE_M.high).contains(x))
-    };
+    let outside = |place_m: &&Point3<f64>| !place_m.iter().all(|x| PLACE_M.contain(*x));
     if let Some(place_m) = vertices_m.iter().find(outside) {
         let [x, y, z] = place_m.coords.into();
         return Err(format!(
             "it has a vertex at ({x}, {y}, {z}), more than 10 km away: is it in metres?"
         ));
     }
-    if triangles
-        .iter()
-        .flatten()
-        .any(|corner| *corner as usize >= vertices_m.len())
-    {
+    let mut corners = triangles.iter().flatten();
+    if corners.any(|corner| *corner as usize >= vertices_m.len()) {
         return Err("it has a face with a vertex that is not there".to_owned());
     }
     let has_area = |triangle: &[u32; 3]| {

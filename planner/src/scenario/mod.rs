@@ -106,10 +106,8 @@ pub fn read_world_with(text: &str, files: &Files<'_>) -> Result<World, Problems>
         }
     }
     problems.sort_by_key(|problem| {
-        let (start, end) = problem
-            .span
-            .as_ref()
-            .map_or((usize::MAX, 0), |span| (span.start, span.end));
+        let span = problem.span.as_ref();
+        let (start, end) = span.map_or((usize::MAX, 0), |span| (span.start, span.end));
         (problem.cited.is_some(), start, end)
     });
     Err(Problems(problems))

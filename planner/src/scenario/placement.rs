@@ -68,15 +68,11 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
             AtStart::Hover => hovering_m,
             AtStart::Landed => body_m - REST_TOLERANCE_M,
         };
-        let tasks = it
-            .tasks
-            .iter()
-            .enumerate()
-            .map(|(i, task)| (Spot::Task(i), task.to_m, hovering_m));
+        let start = std::iter::once((Spot::Start, it.start_m, start_needs_m));
+        let tasks = it.tasks.iter().enumerate();
+        let tasks = tasks.map(|(i, task)| (Spot::Task(i), task.to_m, hovering_m));
         let mut sound = true;
-        for (spot, place_m, needs_m) in
-            std::iter::once((Spot::Start, it.start_m, start_needs_m)).chain(tasks)
-        {
+        for (spot, place_m, needs_m) in start.chain(tasks) {
             let Some(why) = misfit(world, solids, place_m, needs_m) else {
                 continue;
             };
@@ -189,12 +185,8 @@ pub(crate) fn nearest_free_m(
     place_m: Point3<f64>,
     needs_m: f64,
 ) -> Option<Point3<f64>> {
-    let inside = Point3::from(
-        place_m
-            .coords
-            .sup(&bounds_m.min.coords)
-            .inf(&bounds_m.max.coords),
-    );
+    let inside = place_m.coords.sup(&bounds_m.min.coords);
+    let inside = Point3::from(inside.inf(&bounds_m.max.coords));
     let free = |at_m: Point3<f64>| {
         outside_by_m(&bounds_m, at_m) <= TOUCHING_M
             && solids.distance_to_point_m(at_m).0 >= needs_m - TOUCHING_M
@@ -264,10 +256,8 @@ fn directions() -> impl Iterator<Item = Vector3<f64>> {
         let (sin, cos) = (GOLDEN_ANGLE_RAD * f64::from(i)).sin_cos();
         Vector3::new(cos, sin, 0.0) * (1.0 - height * height).sqrt() + Vector3::z() * height
     });
-    lattice
-        .into_iter()
-        .map(|direction| direction.normalize())
-        .chain(sphere)
+    let lattice = lattice.into_iter().map(|direction| direction.normalize());
+    lattice.chain(sphere)
 }
 
 /// A place beside `last_m`, at its height, from which a drone can come down; on rings of 0.1 m.

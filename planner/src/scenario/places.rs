@@ -98,11 +98,8 @@ fn is_one_shape(reader: &mut Reader<'_>, record: &Record<'_>) -> bool {
             .label("neither box, cylinder nor mesh")
             .help("give min_m and max_m, or base_m, radius_m and height_m, or mesh"),
         [(shape, needed, _)] => {
-            let missing: Vec<String> = needed
-                .iter()
-                .filter(|key| !record.has(key))
-                .map(|key| format!("`{key}`"))
-                .collect();
+            let missing = needed.iter().filter(|key| !record.has(key));
+            let missing: Vec<String> = missing.map(|key| format!("`{key}`")).collect();
             if missing.is_empty() {
                 return true;
             }

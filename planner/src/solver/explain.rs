@@ -1,5 +1,7 @@
 //! Why a drone stays at its start: who or what is in the way, where and when, and the way out.
 
+use std::collections::BTreeMap;
+
 use costmap::assess::Worst;
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg};
@@ -40,17 +42,24 @@ pub(crate) fn failures(
     conflicts: &[EndpointConflict],
     control: &Control<'_>,
 ) -> Vec<Failure> {
-    let groups = Groups::of(job, paths, control);
+    let obstructed = |(_, why): &&(DroneId, FailureKind)| matches!(why, FailureKind::Obstructed(_));
+    let stopped = paths.unplanned.iter().filter(obstructed);
+    let stopped = stopped.map(|&(drone, _)| (drone, in_the_way(job, paths, drone, control)));
+    let stopped: BTreeMap<DroneId, Option<Obstruction>> = stopped.collect();
+    let groups = groups(&paths.unplanned, &stopped);
     let pass = |(index, group): (usize, &Vec<DroneId>)| {
         let small = index < MOST_PASSES && group.len() <= LARGEST_GROUP;
         small.then(|| gentlest_pass(world, job, paths, group, control))
     };
-    let passes: Vec<Option<Remedy>> = groups.members.iter().enumerate().map(pass).collect();
+    let passes: Vec<Option<Remedy>> = groups.iter().enumerate().map(pass).collect();
     // How crowded the floor is, where that counts as a reason.
     let crowding = Some(density::of(job, &paths.costmap)).filter(|it| it.share() >= CROWDED_SHARE);
     let obstructed = |drone: DroneId| {
-        let (group, by) = groups.of_drone(drone);
-        let first = group.and_then(|group| groups.first_unplanned(group, &paths.unplanned));
+        let by = stopped.get(&drone).copied().flatten();
+        let group = groups.iter().position(|group| group.contains(&drone));
+        // Whose reason tells what the group could do.
+        let mut drones = paths.unplanned.iter().map(|(drone, _)| *drone);
+        let first = group.and_then(|group| drones.find(|drone| groups[group].contains(drone)));
         let remedy = match (group.and_then(|group| passes[group].as_ref()), first) {
             (Some(_), Some(first)) if first != drone => {
                 Remedy::SameAs(name(world, first).to_owned())
@@ -94,71 +103,32 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     }
 }
 
-/// Stranded drones with those in their way: each group is a question of its own.
-struct Groups {
-    /// Drones, ascending; no drone is in two groups.
-    members: Vec<Vec<DroneId>>,
-    /// By unplanned drone, what stops it while every other keeps to its plan.
-    obstructions: Vec<(DroneId, Option<Obstruction>)>,
-}
-
-impl Groups {
-    /// The groups of all drones that others obstruct.
-    fn of(job: &Job, paths: &Paths, control: &Control<'_>) -> Groups {
-        let mut groups = Groups {
-            members: Vec::new(),
-            obstructions: Vec::new(),
+/// Unplanned drones with those in their way, each group ascending and a question of its own; no
+/// drone is in two of them. `stopped` says by drone what stops it while every other keeps to its
+/// plan.
+fn groups(
+    unplanned: &[(DroneId, FailureKind)],
+    stopped: &BTreeMap<DroneId, Option<Obstruction>>,
+) -> Vec<Vec<DroneId>> {
+    let mut groups: Vec<Vec<DroneId>> = Vec::new();
+    for (&drone, by) in stopped {
+        // Whom no other order would help is no part of the question.
+        let helps = |other: &DroneId| {
+            stopped.contains_key(other) || unplanned.iter().all(|(drone, _)| drone != other)
         };
-        for &(drone, why) in &paths.unplanned {
-            if let FailureKind::Obstructed(_) = why {
-                let by = in_the_way(job, paths, drone, control);
-                groups.obstructions.push((drone, by));
-                // Whom no other order would help is no part of the question.
-                let hopeless = |other: DroneId| {
-                    let known = paths.unplanned.iter().find(|(drone, _)| *drone == other);
-                    known.is_some_and(|(_, why)| !matches!(why, FailureKind::Obstructed(_)))
-                };
-                let other = by.and_then(|by| match by.by {
-                    Obstructor::Drone(other, _) if !hopeless(other) => Some(other),
-                    Obstructor::Drone(..) | Obstructor::Zone(_) => None,
-                });
-                groups.join(drone, other);
-            }
-        }
-        groups
-    }
-
-    /// Puts a drone and who is in its way into one group, with all groups that either is in.
-    fn join(&mut self, drone: DroneId, other: Option<DroneId>) {
+        let other = by.and_then(|by| match by.by {
+            Obstructor::Drone(other, _) => Some(other).filter(helps),
+            Obstructor::Zone(_) => None,
+        });
         let mut joined: Vec<DroneId> = std::iter::once(drone).chain(other).collect();
-        let touches = |group: &Vec<DroneId>| group.iter().any(|member| joined.contains(member));
-        let (same, apart): (Vec<_>, Vec<_>) = std::mem::take(&mut self.members)
-            .into_iter()
-            .partition(touches);
+        let touches = |group: &mut Vec<DroneId>| group.iter().any(|it| joined.contains(it));
+        let same: Vec<Vec<DroneId>> = groups.extract_if(.., touches).collect();
         joined.extend(same.into_iter().flatten());
         joined.sort_unstable();
         joined.dedup();
-        self.members = apart;
-        self.members.push(joined);
+        groups.push(joined);
     }
-
-    /// Whose reason tells what the group could do.
-    fn first_unplanned(
-        &self,
-        group: usize,
-        unplanned: &[(DroneId, FailureKind)],
-    ) -> Option<DroneId> {
-        let members = &self.members[group];
-        let mut drones = unplanned.iter().map(|(drone, _)| *drone);
-        drones.find(|drone| members.contains(drone))
-    }
-
-    /// The group of a drone, and what stops it.
-    fn of_drone(&self, drone: DroneId) -> (Option<usize>, Option<Obstruction>) {
-        let group = self.members.iter().position(|group| group.contains(&drone));
-        let by = self.obstructions.iter().find(|(known, _)| *known == drone);
-        (group, by.and_then(|(_, by)| *by))
-    }
+    groups
 }
 
 /// What the scenario calls it.

@@ -85,22 +85,16 @@ pub(crate) fn run_pibt(
         let last = places[places.len() - 1];
         let is_home = configuration.is_home(drone, &last);
         let legs = legs(job, agent, &places, is_home, ticks);
-        (rest_of(job, agent, &last, at), is_home, legs)
+        (rest_of(job, agent, &last, at), (is_home, legs))
     });
-    let each: Vec<_> = each.collect();
-    let mut run = PibtRun {
+    let (agents, (home, legs)) = each.unzip();
+    Some(PibtRun {
         at,
-        agents: Vec::with_capacity(each.len()),
-        home: Vec::with_capacity(each.len()),
+        agents,
+        home,
         fixed: is_fixed,
-        legs: Vec::with_capacity(each.len()),
-    };
-    for (agent, home, legs) in each {
-        run.agents.push(agent);
-        run.home.push(home);
-        run.legs.push(legs);
-    }
-    Some(run)
+        legs,
+    })
 }
 
 impl PibtRun {

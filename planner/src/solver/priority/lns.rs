@@ -7,9 +7,12 @@
 //! among all the rest, who stay as they are. What is not better in sum is taken back, so that there
 //! is a safe plan at every moment.
 
+use std::cmp::Reverse;
+
 use costmap::leg::{DroneId, Leg};
 
 use super::Attempt;
+use crate::graph::agent::Agent;
 use crate::plan::outcome::Progress;
 use crate::sipp::search::{IMMOVABLE, Path, Setting, search};
 
@@ -34,12 +37,12 @@ struct Before {
 }
 
 impl Attempt<'_> {
-    /// Makes a plan in which every drone has a path better for as long as the caller says, and
-    /// notes by how much.
+    /// Makes a plan in which every drone has a path better for as long as the caller says, or until
+    /// a whole round finds nothing any more, and notes by how much (ticks).
     pub(super) fn improve_by_lns(&mut self) {
         (self.control.progress)(Progress::Improving);
         let before = self.sum_of_arrivals();
-        self.improve(self.control.improve);
+        while PRICES.map(|price| self.improve(price)).contains(&true) {}
         self.effort.improved_ticks = Some(before - self.sum_of_arrivals());
     }
 
@@ -49,42 +52,32 @@ impl Attempt<'_> {
         paths.map(|path| u64::from(path.arrives.0)).sum()
     }
 
-    /// Makes the sum of arrivals less while it `goes_on`, or until a whole round finds nothing any
-    /// more.
-    fn improve(&mut self, goes_on: &(dyn Fn() -> bool + Sync)) {
-        loop {
-            let mut found = false;
-            for price in PRICES {
-                let mut delayed: Vec<(u32, DroneId)> = (self.agents.iter())
-                    .filter_map(|agent| {
-                        let path = self.paths[agent.drone.0 as usize].as_ref()?;
-                        let delay = path.arrives.0.saturating_sub(agent.alone_ticks);
-                        (delay > 0).then_some((delay, agent.drone))
-                    })
-                    .collect();
-                delayed.sort_unstable_by_key(|(delay, drone)| (std::cmp::Reverse(*delay), *drone));
-                for (_, drone) in delayed {
-                    if !goes_on() || (self.control.stop)() {
-                        return;
-                    }
-                    found |= self.gain(drone, price);
-                }
+    /// Plans every delayed drone again at a price (ticks), the most delayed first, while the caller
+    /// says so; whether that made the sum of arrivals less.
+    fn improve(&mut self, price: u32) -> bool {
+        let delay = |agent: &Agent| {
+            let path = self.paths[agent.drone.0 as usize].as_ref()?;
+            let delay = path.arrives.0.saturating_sub(agent.alone_ticks);
+            (delay > 0).then_some((Reverse(delay), agent.drone))
+        };
+        let mut delayed: Vec<_> = self.agents.iter().filter_map(delay).collect();
+        delayed.sort_unstable();
+        let mut found = false;
+        for (_, drone) in delayed {
+            if !(self.control.improve)() || (self.control.stop)() {
+                return false;
             }
-            if !found {
-                return;
-            }
+            found |= self.gain(drone, price);
         }
+        found
     }
 
     /// Plans one again, and those in its way. Whether that was worth it.
     fn gain(&mut self, drone: DroneId, price: u32) -> bool {
         let mut before = vec![self.take_out(drone)];
-        let asked = |weight: &u32| {
-            if *weight == IMMOVABLE {
-                IMMOVABLE
-            } else {
-                price
-            }
+        let asked = |weight: &u32| match *weight {
+            IMMOVABLE => IMMOVABLE,
+            _ => price,
         };
         let weights: Vec<u32> = self.weights.iter().map(asked).collect();
         let gained = match self.searched(drone, &weights) {
