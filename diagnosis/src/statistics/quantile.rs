@@ -23,8 +23,7 @@ pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     let above = (below + 1).min(last);
     let (low, high, part) = (sorted[below], sorted[above], place - below as f64);
     // Infinite values have no difference.
-    let is_low = part == 0.0 || low == high;
-    Some(match is_low {
+    Some(match part == 0.0 || low == high {
         true => low,
         false => low + part * (high - low),
     })
