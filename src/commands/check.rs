@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use planner::plan::{FORMAT, Plan, Violation};
+use planner::plan::{FORMAT, Plan, Violation, ViolationKind};
 use planner::verify::verify;
 use serde_json::json;
 
 use crate::io::answer::{Answer, Format, print};
-use crate::io::failure::Failure;
+use crate::io::failure::{Failure, tell};
 use crate::io::files;
-use crate::report::words::{count, joined, violation};
+use crate::report::words::{ALPHA, count, joined, violation};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -35,19 +35,22 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         })),
         Format::Text => text(&plan, &violations),
     })?;
-    Ok(Answer::from(
-        violations.is_empty() && plan.unplanned.is_empty(),
-    ))
+    let are_exposed = violations.iter().any(|it| it.kind == ViolationKind::Air);
+    if are_exposed && arguments.format == Format::Text {
+        tell(ALPHA);
+    }
+    let is_safe = violations.is_empty() && plan.unplanned.is_empty();
+    Ok(Answer::from(is_safe))
 }
 
 fn text(plan: &Plan, violations: &[Violation]) -> String {
     let lines = violations.iter().map(|found| violation(found) + "\n");
     let stay = match plan.unplanned.len() {
         0 => String::new(),
-        some => format!(
-            ", {} at the start",
-            count(some, "drone stays", "drones stay")
-        ),
+        some => {
+            let stay = count(some, "drone stays", "drones stay");
+            format!(", {stay} at the start")
+        }
     };
     format!(
         "{}{}: {}, {}{stay}\n",

@@ -87,9 +87,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     if !errors.is_empty() {
         return Err(Failure::Diagnose(errors));
     }
-    Ok(Answer::from(
-        found.iter().all(|(_, finding)| is_explained(finding)),
-    ))
+    let are_explained = found.iter().all(|(_, finding)| is_explained(finding));
+    Ok(Answer::from(are_explained))
 }
 
 fn is_explained(finding: &Finding) -> bool {
@@ -135,15 +134,10 @@ fn deliver_all(asked: &Asked, name: &str, found: &[(&Recording, Finding)]) -> Re
     for (recording, finding) in found {
         let folder = OutFolder::prepare(out.join(&recording.name))?.path;
         let json = files::json(&printed(finding));
-        let mut here = vec![
-            ("finding.ron".to_owned(), finding_ron(finding)),
-            ("diagnosis.json".to_owned(), json),
-        ];
-        here.extend(page::files(&report(recording, finding)));
-        texts.extend(
-            here.into_iter()
-                .map(|(file, text)| (folder.join(file), text)),
-        );
+        let mut here = page::files(&report(recording, finding));
+        here.push(("finding.ron".to_owned(), finding_ron(finding)));
+        here.push(("diagnosis.json".to_owned(), json));
+        texts.extend(files::below(&folder, here));
     }
     files::write(&texts)?;
     print(&match asked.format {

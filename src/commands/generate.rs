@@ -156,11 +156,7 @@ fn recordings(grids: &HoverGrids, out: Option<&Path>) -> Result<Answer, Failure>
     let mut written = Vec::new();
     for (name, texts) in set.folders()? {
         let folder = OutFolder::prepare(out.join(name))?.path;
-        written.extend(
-            texts
-                .into_iter()
-                .map(|(file, text)| (folder.join(file), text)),
-        );
+        written.extend(files::below(&folder, texts));
     }
     files::write(&written)?;
     Ok(Answer::Yes)

@@ -1,6 +1,5 @@
 //! `plan SCENARIO`: from a scenario file to a verified plan, its files and its report.
 
-use std::io::Read as _;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -181,9 +180,7 @@ fn say(
         tell_error(&lines[0], &lines[1..]);
     }
     if errors.iter().flatten().any(|line| line.contains("alpha ")) {
-        tell(
-            "note: alpha is the mean downwash over a drone's rotor discs divided by its own induced velocity at hover",
-        );
+        tell(words::ALPHA);
     }
     Ok(())
 }
@@ -242,20 +239,16 @@ fn is_standard_input(scenario: &Path) -> bool {
 }
 
 fn read_world(path: &Path, finding: Option<&Path>) -> Result<World, Failure> {
-    let text = if is_standard_input(path) {
-        let mut text = String::new();
-        std::io::stdin().read_to_string(&mut text).map(|_| text)
-    } else {
-        std::fs::read_to_string(path)
-    }
-    .map_err(Failure::read(path))?;
-    let finding = match finding {
-        Some(file) => {
-            let text = std::fs::read_to_string(file).map_err(Failure::read(file))?;
-            Some((file.display().to_string(), text))
-        }
-        None => None,
+    let text = match is_standard_input(path) {
+        true => std::io::read_to_string(std::io::stdin()),
+        false => std::fs::read_to_string(path),
     };
+    let text = text.map_err(Failure::read(path))?;
+    let named = |file: &Path| {
+        let text = std::fs::read_to_string(file).map_err(Failure::read(file));
+        text.map(|text| (file.display().to_string(), text))
+    };
+    let finding = finding.map(named).transpose()?;
     // Meshes, the jet and the finding of a scenario are named relative to it; the command line's is not.
     let folder = path.parent().unwrap_or(Path::new(""));
     let load = |source: &str| match &finding {

@@ -153,8 +153,7 @@ fn folder(out: &Path, seed: u64, index: usize) -> Result<Vec<(PathBuf, String)>,
     let Case { recording, truth } = validation::case(seed, index);
     let here = OutFolder::prepare(out.join(&recording.name))?.path;
     let truths = OutFolder::prepare(out.join("truth"))?.path;
-    let texts = folder::texts(&recording).into_iter();
-    let mut files: Vec<_> = texts.map(|(name, text)| (here.join(name), text)).collect();
+    let mut files = files::below(&here, folder::texts(&recording));
     // No answer is still to come.
     let truth = truth.unblind(&Given::nothing());
     let file = truths.join(format!("{}.json", recording.name));

@@ -46,10 +46,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         let map = thrust_maps.iter().find(|map| map.airframe == airframe)?;
         Some(map.identification.scatter_n)
     };
-    let simulated: Vec<(&Recording, &[Sample])> = all
-        .iter()
-        .map(|one| (&one.recording, one.samples.as_slice()))
-        .collect();
+    let simulated = all.iter().map(|one| (&one.recording, &one.samples[..]));
+    let simulated: Vec<(&Recording, &[Sample])> = simulated.collect();
     let figures = plots::simulation::draw(&name, &simulated, scatter_n);
     let printed = Printed {
         recordings: all.iter().map(|one| one.recording.name.as_str()).collect(),

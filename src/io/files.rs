@@ -58,13 +58,21 @@ pub(crate) fn write(files: &[(PathBuf, String)]) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Files by their names in a folder.
+pub(crate) fn below<N: AsRef<Path>>(
+    folder: &Path,
+    files: Vec<(N, String)>,
+) -> Vec<(PathBuf, String)> {
+    let there = |(name, text)| (folder.join(name), text);
+    files.into_iter().map(there).collect()
+}
+
 /// [`write`] of files by their names in a folder; gives their paths.
 pub(crate) fn write_below(
     folder: &Path,
     files: Vec<(String, String)>,
 ) -> Result<Vec<PathBuf>, Failure> {
-    let there = |(name, text)| (folder.join(name), text);
-    let files: Vec<(PathBuf, String)> = files.into_iter().map(there).collect();
+    let files = below(folder, files);
     write(&files)?;
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }
@@ -126,11 +134,8 @@ fn write_value(text: &mut String, value: &Value, depth: usize, levels: usize) {
     };
     *text += &brackets[..1];
     for (index, (key, member)) in members.into_iter().enumerate() {
-        *text += match (index, breaks) {
-            (0, _) => "",
-            (_, true) => ",",
-            (_, false) => ", ",
-        };
+        let gap = if breaks { "," } else { ", " };
+        *text += if index == 0 { "" } else { gap };
         *text += &(line(depth + 1) + &key);
         write_value(text, member, depth + 1, levels);
     }

@@ -105,12 +105,11 @@ pub(super) fn draw(figure: &Expansion) -> Option<String> {
         let slices: Vec<Slices> = drones.iter().map(|drone| law.slices(drone)).collect();
         let through = curve(&law, figure.jet.0);
         let marks = slices.iter().flatten().map(|(_, estimate)| estimate.value);
-        let highest = marks
-            .chain(through.iter().map(|(_, y)| *y))
-            .fold(0.0, f64::max);
-        let (x, y) = ((DEPTH, (0.0, s_to)), (law.label, (0.0, 1.08 * highest)));
-        let chart = Chart::draw(&mut canvas, panel, "", [x, y]);
-        let begins = [0.0, 1.08 * highest].map(|y| (s_from, y));
+        let values = marks.chain(through.iter().map(|(_, y)| *y));
+        let y_to = 1.08 * values.fold(0.0, f64::max);
+        let axes = [(DEPTH, (0.0, s_to)), (law.label, (0.0, y_to))];
+        let chart = Chart::draw(&mut canvas, panel, "", axes);
+        let begins = [0.0, y_to].map(|y| (s_from, y));
         chart.line(&mut canvas, begins, &dashed(SOFT, 0.8));
         if figure.has_band {
             let spread = |&(s, median): &(f64, f64)| {
@@ -144,12 +143,10 @@ fn marks_of(canvas: &mut Canvas, chart: &Chart, drones: &[DroneFit], slices: &[S
 }
 
 fn drone_entry((index, drone): (usize, &DroneFit)) -> Entry {
-    let beside = if drone.in_fit {
-        ""
-    } else {
-        " (not in the fit)"
+    let name = match drone.in_fit {
+        true => drone.airframe.clone(),
+        false => format!("{} (not in the fit)", drone.airframe),
     };
-    let name = format!("{}{beside}", drone.airframe);
     Entry::mark(index, !drone.in_fit, &name)
 }
 

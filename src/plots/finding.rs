@@ -129,16 +129,13 @@ fn residuals(name: &str, subtitle: &str, channel: Channel, seen: &Seen) -> Optio
     let after = placed().map(|(i, sample, _)| sample.recorded - seen.corrected[i]);
     let noise = placed().map(|(i, ..)| SIGNS * seen.noise[i]);
     let title = format!("Recorded minus simulated, before and after: {name}");
-    let degrees = towards_rad.to_degrees();
+    let (degrees, corrected) = (towards_rad.to_degrees(), "after the correction");
     let map = ResidualMap {
         title: (&title, subtitle),
         unit: channel_words(channel).unit,
         across: &format!("distance from the axis r / l, right: azimuth {degrees:.0} deg"),
         places: places.collect(),
-        panels: vec![
-            ("before", before.collect()),
-            ("after the correction", after.collect()),
-        ],
+        panels: [("before", before.collect()), (corrected, after.collect())].into(),
         noise: (noise.collect(), "twice the noise"),
         above: Above::Region(placed().map(|(i, ..)| seen.inside[i]).collect()),
     };
@@ -177,11 +174,8 @@ fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Opti
         law: each(|sample, corrected| corrected - sample.simulated),
     };
     let is_corrected = mismatch.law.iter().any(|change| *change != 0.0);
-    let shown = if is_corrected {
-        &mismatch.law
-    } else {
-        &mismatch.before
-    };
+    let (law, before) = (&mismatch.law, &mismatch.before);
+    let shown = if is_corrected { law } else { before };
     let columns = seen.covariates.iter().zip(0..);
     let shares = columns.map(|(column, index)| (signature::share(column, shown), index));
     let mut shares: Vec<(f64, usize)> = shares.filter(|(share, _)| *share > 0.0).collect();
@@ -208,10 +202,8 @@ fn signature(name: &str, subtitle: &str, finding: &Finding, seen: &Seen) -> Opti
     };
     let law = is_corrected.then_some(&law[..]);
     let title = format!("Signature of the mismatch: {name}");
-    let y = format!(
-        "recorded - simulated ({})",
-        channel_words(finding.channel).unit
-    );
+    let unit = channel_words(finding.channel).unit;
+    let y = format!("recorded - simulated ({unit})");
     signature::draw((&title, subtitle), (&y, law), &coordinates, &mismatch)
 }
 
@@ -227,10 +219,8 @@ fn agreement(name: &str, subtitle: &str, channel: Channel, seen: &Seen) -> Optio
         let rms = (square / pairs.len().max(1) as f64).sqrt();
         format!("{what}: rms {} {}", figures(rms), words.unit)
     };
-    let (simulated, corrected) = (
-        heading("as simulated", &before),
-        heading("corrected", &after),
-    );
+    let simulated = heading("as simulated", &before);
+    let corrected = heading("corrected", &after);
     let title = format!("Recorded against predicted: {name}");
     let panels = [(&simulated[..], &before[..]), (&corrected, &after)];
     agreement::before_and_after((&title, subtitle), words.quantity, panels)

@@ -29,8 +29,8 @@ pub(crate) struct ConflictEntry {
 
 /// Puts every conflict into words, in the planner's order.
 pub(crate) fn describe_all(conflicts: &[EndpointConflict], world: &World) -> Vec<ConflictEntry> {
+    let conflicts = conflicts.iter();
     conflicts
-        .iter()
         .map(|conflict| describe(conflict, world))
         .collect()
 }
@@ -38,11 +38,8 @@ pub(crate) fn describe_all(conflicts: &[EndpointConflict], world: &World) -> Vec
 impl ConflictEntry {
     /// As an error: what, where both are, the change that mends it.
     pub(crate) fn lines(&self) -> Vec<String> {
-        let (detail, help) = (
-            format!("    {}", self.detail),
-            format!("help: {}", self.help),
-        );
-        vec![self.message.clone(), detail, help]
+        let detail = format!("    {}", self.detail);
+        vec![self.message.clone(), detail, format!("help: {}", self.help)]
     }
 }
 
@@ -57,10 +54,8 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
         }
         Blocker::Zone(index) => (world.zones[index].name.clone(), None),
     };
-    let verb = match conflict.when {
-        EndpointKind::Starts => "starts",
-        EndpointKind::Goals => "ends",
-    };
+    let are_starts = conflict.when == EndpointKind::Starts;
+    let verb = if are_starts { "starts" } else { "ends" };
     let at = format!("{name} {}", place(&here));
     let below = there
         .map(|there| offset(&here, &there, &with))

@@ -156,44 +156,34 @@ pub(crate) fn contrast(ignoring: Option<&IgnoringDownwash>) -> String {
     let Some(ignoring) = ignoring else {
         return "Ignoring downwash: not known, the second plan was not made.".into();
     };
-    let IgnoringDownwash {
-        makespan_s,
-        drones_over_limit,
-        worst_air_mps,
-        time_over_limit_s,
-        zones_over_limit,
-        worst_zone_air_mps,
-        unplanned,
-    } = ignoring;
-    let without = match unplanned {
+    let (air_mps, zone_mps) = (ignoring.worst_air_mps, ignoring.worst_zone_air_mps);
+    let mut harm = Vec::new();
+    if ignoring.drones_over_limit > 0 {
+        let drones = count(ignoring.drones_over_limit, "drone is", "drones are");
+        let time_s = ignoring.time_over_limit_s;
+        harm.push(format!(
+            "{drones} exposed to up to {air_mps:.1} m/s for {time_s:.1} s"
+        ));
+    }
+    if ignoring.zones_over_limit > 0 {
+        let zones = count(ignoring.zones_over_limit, "zone", "zones");
+        harm.push(format!("the air in {zones} reaches {zone_mps:.1} m/s"));
+    }
+    let harm = match harm.is_empty() {
+        true => {
+            format!("and no drone would exceed its limit (worst downwash {air_mps:.1} m/s)")
+        }
+        false => format!("but {}", harm.join(", and ")),
+    };
+    let without = match ignoring.unplanned {
         0 => String::new(),
         some => {
-            let drones = count(*some, "drone finds", "drones find");
+            let drones = count(some, "drone finds", "drones find");
             format!(" {drones} no path even so.")
         }
     };
-    let mut harm = Vec::new();
-    if *drones_over_limit > 0 {
-        harm.push(format!(
-            "{} exposed to up to {worst_air_mps:.1} m/s for {time_over_limit_s:.1} s",
-            count(*drones_over_limit, "drone is", "drones are")
-        ));
-    }
-    if *zones_over_limit > 0 {
-        harm.push(format!(
-            "the air in {} reaches {worst_zone_air_mps:.1} m/s",
-            count(*zones_over_limit, "zone", "zones")
-        ));
-    }
-    if harm.is_empty() {
-        return format!(
-            "Ignoring downwash: makespan {makespan_s:.1} s, and no drone would exceed its limit (worst downwash {worst_air_mps:.1} m/s).{without}"
-        );
-    }
-    format!(
-        "Ignoring downwash: makespan {makespan_s:.1} s, but {}.{without}",
-        harm.join(", and ")
-    )
+    let makespan_s = ignoring.makespan_s;
+    format!("Ignoring downwash: makespan {makespan_s:.1} s, {harm}.{without}")
 }
 
 #[cfg(test)]

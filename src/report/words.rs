@@ -96,6 +96,9 @@ pub(crate) fn wrote(files: &[PathBuf]) -> String {
     format!("\nwrote {}  {}\n", first.display(), names.join("  "))
 }
 
+/// Below what names it.
+pub(crate) const ALPHA: &str = "note: alpha is the mean downwash over a drone's rotor discs divided by its own induced velocity at hover";
+
 /// One finding of the verifier in one line.
 pub(crate) fn violation(found: &Violation) -> String {
     let Violation {
@@ -132,7 +135,7 @@ pub(crate) fn violation(found: &Violation) -> String {
             let from = found.with.iter();
             let from: String = from.map(|with| format!(", mostly from `{with}`")).collect();
             format!(
-                "`{drone}` is exposed to {value:.2} {unit} of downwash{from}, its limit is {limit:.2}"
+                "`{drone}` is exposed to downwash of alpha {value:.2}{from}, its limit is {limit:.2}"
             )
         }
         ViolationKind::Zone => format!(

@@ -120,13 +120,12 @@ fn drones(found: &Calibration) -> Part {
             Some(merge) => format!("{:.2} to {:.2} l", merge.low, merge.high),
             None => "not seen".to_owned(),
         };
-        let beside = if drone.in_fit {
-            ""
-        } else {
-            " (beside the fit)"
+        let name = match drone.in_fit {
+            true => drone.airframe.clone(),
+            false => format!("{} (beside the fit)", drone.airframe),
         };
         vec![
-            format!("{}{beside}", drone.airframe),
+            name,
             format!("{:.2}", drone.induced_velocity_mps),
             format!("{:.3}", drone.motor_distance_m),
             drone.flights.to_string(),
@@ -210,9 +209,8 @@ fn tests(found: &Calibration) -> Vec<Part> {
     let heading = |text: &str| vec![vec![text.to_owned()]];
     let mut rows = heading("through the observation operator");
     rows.extend(tests.through_operator.iter().map(row));
-    rows.extend(heading(
-        "as the paper does: a scalar ambient speed subtracted",
-    ));
+    let scalar = "as the paper does: a scalar ambient speed subtracted";
+    rows.extend(heading(scalar));
     rows.extend(tests.scalar_subtracted.iter().map(row));
     let headings = "xi | n | n eff | mean | deviation | t | p-value | above 0 | p-value eff, Holm | still | p-value normal";
     vec![

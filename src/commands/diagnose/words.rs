@@ -203,9 +203,7 @@ fn what_is_missing(finding: &Finding) -> Vec<Part> {
         parts.extend(outside(shape).into_iter().map(Part::Line));
     }
     for effect in &finding.effects {
-        let Effect {
-            name, description, ..
-        } = effect;
+        let (name, description) = (&effect.name, &effect.description);
         parts.push(Part::Line(format!("{name}: {description}.")));
         parts.push(Part::line(&effect.equation));
         parts.push(parameters(effect));

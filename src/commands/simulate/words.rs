@@ -133,8 +133,11 @@ fn by_region(regions: &[Region]) -> Part {
         }
         let within = match region.interval {
             None => "  everywhere".to_owned(),
-            Some((from, to)) if to.is_finite() => format!("  {} to {}", decimal(from), decimal(to)),
-            Some((from, _)) => format!("  from {}", decimal(from)),
+            Some((from, to)) => match [from, to].map(decimal) {
+                [from, _] if to.is_infinite() => format!("  from {from}"),
+                [from, to] if from == to => format!("  at {from}"),
+                [from, to] => format!("  {from} to {to}"),
+            },
         };
         let accuracy = region.rms_over_accuracy;
         let accuracy = accuracy.map_or(String::new(), |ratio| format!("{ratio:.2}"));

@@ -33,9 +33,8 @@ impl Labels {
 
     /// Keeps a marker free.
     pub(super) fn keep_clear(&mut self, (x, y): Spot, radius_px: f64) {
-        let corner = (x - radius_px, y - radius_px);
-        let size = (2.0 * radius_px, 2.0 * radius_px);
-        self.markers.push(Area::new(corner, size));
+        let (corner, side_px) = ((x - radius_px, y - radius_px), 2.0 * radius_px);
+        self.markers.push(Area::new(corner, (side_px, side_px)));
     }
 
     /// Prefers places off the line through some spots.
@@ -98,11 +97,8 @@ impl Labels {
 
     fn cost(&self, area: &Area) -> u32 {
         let is_covered = |other: &&Area| area.overlaps(other);
-        let labels = self
-            .placed
-            .iter()
-            .map(|(other, ..)| other)
-            .filter(is_covered);
+        let labels = self.placed.iter().map(|(other, ..)| other);
+        let labels = labels.filter(is_covered);
         let markers = self.markers.iter().filter(is_covered);
         let is_crossed = |(from, to): &&(Spot, Spot)| crosses(*from, *to, area);
         let lines = self.lines.iter().filter(is_crossed);
