@@ -5,8 +5,6 @@ mod commands;
 mod io;
 mod plots;
 mod report;
-#[cfg(test)]
-mod tests;
 
 use std::process::ExitCode;
 
@@ -74,3 +72,6 @@ pub fn main() -> ExitCode {
         ExitCode::from,
     )
 }
+
+#[cfg(test)]
+mod tests;

@@ -191,8 +191,8 @@ impl Agent {
                 .iter()
                 .map(|waypoint| waypoint.distances.goal()),
         );
-        let ways = starts.zip(&self.waypoints);
-        self.alone_m = ways
+        let legs = starts.zip(&self.waypoints);
+        self.alone_m = legs
             .map(|(from, waypoint)| waypoint.distances.length_m(roadmap, from))
             .sum();
         self.forget();

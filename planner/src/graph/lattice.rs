@@ -106,7 +106,7 @@ impl Lattice {
         self.cell_m
     }
 
-    /// Lengths of a step along one, two and three axes, as ways keep them (m).
+    /// Lengths of a step along one, two and three axes, as paths keep them (m).
     pub(crate) fn step_lengths_m(&self) -> [f32; 3] {
         [1.0_f64, 2.0, 3.0].map(|square| (square.sqrt() * self.cell_m) as f32)
     }

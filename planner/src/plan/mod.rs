@@ -222,7 +222,7 @@ pub struct DronePlan {
     /// Time spent waiting beyond its dwells (s).
     #[serde(default)]
     pub waits_s: f64,
-    /// Length flown beyond the way it takes when alone (m).
+    /// Length flown beyond its path when alone (m).
     #[serde(default)]
     pub detour_m: f64,
     /// Highest mean air over its rotor discs (m/s).

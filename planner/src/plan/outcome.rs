@@ -89,15 +89,15 @@ pub struct Effort {
     pub expansions: u64,
     /// Drones whose plan was taken back for another's.
     pub evictions: u64,
-    /// PIBT rounds that were tried, where one after another found no way.
+    /// PIBT rounds that were tried, where one after another found no path.
     pub rounds: u64,
-    /// By how much the sum of arrivals fell once every drone had a way (ticks of 1/100 s); `None`:
+    /// By how much the sum of arrivals fell once every drone had a path (ticks of 1/100 s); `None`:
     /// it was not asked for.
     pub improved_ticks: Option<u64>,
 }
 
 impl Effort {
-    /// By how much the sum of arrivals fell once every drone had a way (s); `None`: it was not
+    /// By how much the sum of arrivals fell once every drone had a path (s); `None`: it was not
     /// asked for.
     pub fn improved_s(&self) -> Option<f64> {
         let ticks = self.improved_ticks?;
@@ -168,7 +168,7 @@ pub enum Progress {
         /// Taken back so far.
         evictions: u64,
     },
-    /// Every drone has a way; better ones are looked for while there is time.
+    /// Every drone has a path; better ones are looked for while there is time.
     Improving,
     /// The continuous-time check.
     Verifying,

@@ -214,7 +214,7 @@ pub(crate) fn nearest_free_m(
 
 /// How far along `direction` the first free place lies, if within bounds and nearer than `most_m`.
 ///
-/// A signed distance changes at most by the way gone, so what is missing may be gone at once.
+/// A signed distance changes at most by the length gone, so what is missing may be gone at once.
 fn way_out_m(
     bounds_m: &Bounds,
     solids: &Solids,

@@ -275,7 +275,7 @@ impl Form {
 ///
 /// The signed distance to a convex set is a convex function, also inside it, so golden sections
 /// close in on its minimum: 48 of them leave 1e-10 of the segment's length, and the value is no
-/// farther off than that, because a distance changes at most by the way gone.
+/// farther off than that, because a distance changes at most by the length gone.
 fn smallest_on_segment_m(a: Vector, b: Vector, distance_m: impl Fn(Vector) -> f64) -> f64 {
     let ends_m = distance_m(a).min(distance_m(b));
     if a == b {

@@ -6,7 +6,7 @@
 //! there, leg by leg as it is reserved, since searches ask for it again and again: SIPP's safe
 //! intervals (M. Phillips and M. Likhachev, ICRA 2011), shared by all searches.
 //!
-//! It serves to find ways: pairs, of sums only whether they may be too much, and legs off the
+//! It serves to find paths: pairs, of sums only whether they may be too much, and legs off the
 //! lattice count as standing still at the places next to them in turn. The drone that plans with it
 //! has the [`Costmap`] judge what was found.
 
@@ -17,14 +17,12 @@ use crate::graph::roadmap::Vertex;
 
 mod ask;
 mod column;
+mod directions;
 mod pair;
 mod pieces;
 mod shape;
 pub(crate) mod steps;
 pub(crate) mod synchronous;
-#[cfg(test)]
-mod tests;
-mod ways;
 
 pub(crate) use ask::StepQuery;
 use column::{Column, Glance, Record};
@@ -110,14 +108,14 @@ impl<'a> ReservationTable<'a> {
             let Some(class) = self.steps.class(leg.drone, leg.kind) else {
                 continue;
             };
-            pieces(&self.steps.lattice, leg, |at, way, [start, end]| {
+            pieces(&self.steps.lattice, leg, |at, direction, [start, end]| {
                 let record = Record {
                     start,
                     end,
                     drone: leg.drone,
                     part: first_part + part_at(leg, start),
                     layer: at[2] as i16,
-                    way: way as u8,
+                    direction: direction as u8,
                     class: class as u8,
                     flying: leg.flying,
                 };
@@ -174,7 +172,7 @@ impl<'a> ReservationTable<'a> {
             let Some(class) = self.steps.class(leg.drone, leg.kind) else {
                 continue;
             };
-            pieces(&self.steps.lattice, leg, |at, way, [start, end]| {
+            pieces(&self.steps.lattice, leg, |at, direction, [start, end]| {
                 let Some(column) = self.column([at[0], at[1]]) else {
                     return;
                 };
@@ -186,7 +184,7 @@ impl<'a> ReservationTable<'a> {
                     drone: leg.drone,
                     part: u32::MAX,
                     layer: at[2] as i16,
-                    way: way as u8,
+                    direction: direction as u8,
                     class: class as u8,
                     flying: leg.flying,
                 };
@@ -220,8 +218,8 @@ impl<'a> ReservationTable<'a> {
     ) {
         let steps = self.steps;
         let other = usize::from(record.class);
-        let way = usize::from(record.way);
-        for (offset, span) in steps.hovering(me, other, way) {
+        let direction = usize::from(record.direction);
+        for (offset, span) in steps.hovering(me, other, direction) {
             let here = [0, 1, 2].map(|axis| at[axis] - offset[axis]);
             let Some(place) = steps.lattice.at(here) else {
                 continue;
@@ -229,7 +227,7 @@ impl<'a> ReservationTable<'a> {
             if !self.reaches([me, other], here, STILL, at, record) {
                 continue;
             }
-            let time = if span.is_empty() || way == STILL {
+            let time = if span.is_empty() || direction == STILL {
                 [record.start, record.end]
             } else {
                 [span.from, span.to].map(|ticks| record.start.after(ticks as u32))
@@ -253,20 +251,23 @@ impl<'a> ReservationTable<'a> {
         &self,
         [me, other]: [usize; 2],
         at: [i32; 3],
-        way: usize,
+        direction: usize,
         others: [i32; 3],
         record: &Record,
     ) -> bool {
         let mine = Pace {
             class: me,
             at,
-            by: cells(way),
+            by: cells(direction),
         };
         let theirs = Pace {
             class: other,
             at: others,
-            by: cells(usize::from(record.way)),
+            by: cells(usize::from(record.direction)),
         };
         self.steps.can_touch(&mine, &theirs) || record.flying && self.steps.can_blow(&mine, &theirs)
     }
 }
+
+#[cfg(test)]
+mod tests;

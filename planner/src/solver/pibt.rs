@@ -247,10 +247,11 @@ fn rounds(
         let now = &all[all.len() - 1];
         order.sort_by(|a, b| urgency[*b as usize].total_cmp(&urgency[*a as usize]));
         let random = seed ^ (all.len() as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-        let ways = Round::new(configuration, now, random).decide_all(&order);
-        let after =
-            |(drone, way): (usize, &u8)| configuration.after(drone, &now[drone], usize::from(*way));
-        let next: Vec<AgentState> = ways.iter().enumerate().map(after).collect();
+        let directions = Round::new(configuration, now, random).decide_all(&order);
+        let after = |(drone, direction): (usize, &u8)| {
+            configuration.after(drone, &now[drone], usize::from(*direction))
+        };
+        let next: Vec<AgentState> = directions.iter().enumerate().map(after).collect();
         for (drone, urgency) in urgency.iter_mut().enumerate() {
             *urgency = if configuration.is_home(drone, &next[drone]) {
                 urgency.fract()

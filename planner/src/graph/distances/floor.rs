@@ -3,7 +3,7 @@
 //!
 //! Seen from above a path through the air is a path from column to column, each of them open
 //! somewhere. No step takes less than its part along the floor, and every layer that it climbs or
-//! descends takes some more. So the shortest way on the floor, and the height, bound the path
+//! descends takes some more. So the shortest path on the floor, and the height, bound the path
 //! through the air from below, for an eighth of the work in a hall of eight layers.
 
 use super::buckets::Buckets;

@@ -5,9 +5,9 @@ use costmap::leg::{DroneId, Tick};
 use costmap::verdict::{Blocker, Verdict, Why};
 
 use super::column::spells;
+use super::directions::index;
 use super::pair::Near;
 use super::steps::{LOADS, STILL, Span};
-use super::ways::index;
 use super::{FORBIDDEN, Record, ReservationTable};
 use crate::graph::roadmap::Vertex;
 
@@ -26,7 +26,7 @@ pub(crate) struct StepQuery {
     /// Class of who steps.
     pub(crate) class: usize,
     /// From where and to where: neighbours on the lattice.
-    pub(crate) way: [Vertex; 2],
+    pub(crate) ends: [Vertex; 2],
     /// From when and until when.
     pub(crate) time: [Tick; 2],
 }
@@ -133,8 +133,8 @@ impl ReservationTable<'_> {
     pub(crate) fn step(&self, costmap: &Costmap, query: &StepQuery, verdict: &mut Verdict) -> bool {
         let mut loads = Loads::default();
         let lattice = &self.steps.lattice;
-        let [at, to] = query.way.map(|place| lattice.steps(place));
-        let way = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
+        let [at, to] = query.ends.map(|place| lattice.steps(place));
+        let direction = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
         let spells = spells(query.time);
         let until = query.time[1];
         for other in 0..self.steps.class_count() {
@@ -145,19 +145,19 @@ impl ReservationTable<'_> {
                 if usize::from(record.class) != other || dz.abs() > pair.extent.layers {
                     return;
                 }
-                let span = pair.span([way, usize::from(record.way)], near, dz);
+                let span = pair.span([direction, usize::from(record.direction)], near, dz);
                 let there = [at[0] + dx, at[1] + dy, at[2] + dz];
-                if !self.is_against(query, [at, there], way, &span, record, verdict) {
+                if !self.is_against(query, [at, there], direction, &span, record, verdict) {
                     loads.add(costmap, query, &span, record);
                 }
             };
-            for (near, column) in self.columns_near(&pair.near[way], at) {
+            for (near, column) in self.columns_near(&pair.near[direction], at) {
                 if self.glances[column].may_be_passed(spells) {
                     let passing = self.columns[column].passing(query.time);
                     passing.for_each(|record| look_at(near, record));
                 }
             }
-            for (near, column) in self.columns_near(&pair.near_still[way], at) {
+            for (near, column) in self.columns_near(&pair.near_still[direction], at) {
                 if self.glances[column].is_held(until) {
                     let staying = self.columns[column].staying(until);
                     staying.for_each(|record| look_at(near, record));
@@ -185,13 +185,13 @@ impl ReservationTable<'_> {
         &self,
         query: &StepQuery,
         [at, there]: [[i32; 3]; 2],
-        way: usize,
+        direction: usize,
         span: &Span,
         record: &Record,
         verdict: &mut Verdict,
     ) -> bool {
         let (me, other) = (query.class, usize::from(record.class));
-        let others = usize::from(record.way);
+        let others = usize::from(record.direction);
         let [from, until] = query.time;
         if span.is_empty() {
             if span.price > 0 {
@@ -218,7 +218,7 @@ impl ReservationTable<'_> {
         if departs <= began || clear <= departs {
             return false;
         }
-        if !self.reaches([me, other], at, way, there, record) {
+        if !self.reaches([me, other], at, direction, there, record) {
             return true;
         }
         verdict.blockers.push(Blocker {

@@ -11,7 +11,7 @@ pub(super) struct Record {
     /// Which of its parts in the costmap.
     pub(super) part: u32,
     pub(super) layer: i16,
-    pub(super) way: u8,
+    pub(super) direction: u8,
     pub(super) class: u8,
     pub(super) flying: bool,
 }

@@ -8,8 +8,8 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::directions::{DIRECTIONS, STILL, TURNS, cells, index, turned};
 use super::steps::Span;
-use super::ways::{STILL, TURNS, WAYS, cells, index, turned};
 
 /// How far two classes matter to one another.
 #[derive(Clone, Copy, Debug)]
@@ -63,28 +63,33 @@ impl Pair {
             .flat_map(|dy| aside.clone().map(move |dx| [dx, dy]))
             .collect();
         let layers = -extent.layers..=extent.layers;
-        let first_alike = |ways: usize| {
+        let first_alike = |directions: usize| {
             let all = (0..TURNS).map(|turn| {
-                let turned = |way: usize| index(turned(cells(way), turn));
-                (turned(ways / WAYS), turned(ways % WAYS), turn)
+                let turned = |direction: usize| index(turned(cells(direction), turn));
+                (
+                    turned(directions / DIRECTIONS),
+                    turned(directions % DIRECTIONS),
+                    turn,
+                )
             });
-            let (way, others, turn) = all.min().unwrap_or_default();
-            ((way, others), turn)
+            let (direction, others, turn) = all.min().unwrap_or_default();
+            ((direction, others), turn)
         };
-        let mut kept: Vec<(usize, usize)> =
-            (0..WAYS * WAYS).map(|ways| first_alike(ways).0).collect();
+        let mut kept: Vec<(usize, usize)> = (0..DIRECTIONS * DIRECTIONS)
+            .map(|directions| first_alike(directions).0)
+            .collect();
         kept.sort_unstable();
         kept.dedup();
-        let alike = |ways: usize| {
-            let (ways, turn) = first_alike(ways);
-            let kept = kept.binary_search(&ways).unwrap_or_default();
+        let alike = |directions: usize| {
+            let (directions, turn) = first_alike(directions);
+            let kept = kept.binary_search(&directions).unwrap_or_default();
             (turn as u8, kept as u16)
         };
-        let of_ways = |&(way, others): &(usize, usize)| -> Vec<Span> {
-            let of_column = |aside: &[i32; 2]| spans_of(way, others, *aside);
+        let of_directions = |&(direction, others): &(usize, usize)| -> Vec<Span> {
+            let of_column = |aside: &[i32; 2]| spans_of(direction, others, *aside);
             columns.iter().flat_map(of_column).collect()
         };
-        let worked_out: Vec<Vec<Span>> = kept.par_iter().map(of_ways).collect();
+        let worked_out: Vec<Vec<Span>> = kept.par_iter().map(of_directions).collect();
         let mut spans = vec![Span::default()];
         let mut known = FxHashMap::from_iter([(Span::default(), 0)]);
         let kind = |span: Span| {
@@ -109,7 +114,7 @@ impl Pair {
             extent,
             kinds,
             spans,
-            alike: (0..WAYS * WAYS).map(alike).collect(),
+            alike: (0..DIRECTIONS * DIRECTIONS).map(alike).collect(),
             turned: (0..TURNS).flat_map(becomes).collect(),
             columns: columns.len(),
             hovering: Vec::new(),
@@ -132,37 +137,44 @@ impl Pair {
                 .filter(|(_, span)| !span.is_empty() || span.price > 0)
                 .collect()
         };
-        let near_to = |way: usize, others: std::ops::Range<usize>| -> Vec<Near> {
+        let near_to = |direction: usize, others: std::ops::Range<usize>| -> Vec<Near> {
             let is_something = |kind: &u16| *kind != 0;
             let matters = |near: &&Near| {
-                (others.clone()).any(|others| pair.layers_of([way, others], near).any(is_something))
+                (others.clone())
+                    .any(|others| pair.layers_of([direction, others], near).any(is_something))
             };
             all_near.iter().filter(matters).copied().collect()
         };
-        let ways = (0..WAYS).into_par_iter();
+        let directions = (0..DIRECTIONS).into_par_iter();
         (pair.hovering, pair.near, pair.near_still) = (
-            ways.clone().map(hovering).collect(),
-            ways.clone().map(|way| near_to(way, 0..WAYS)).collect(),
-            ways.map(|way| near_to(way, STILL..STILL + 1)).collect(),
+            directions.clone().map(hovering).collect(),
+            directions
+                .clone()
+                .map(|direction| near_to(direction, 0..DIRECTIONS))
+                .collect(),
+            directions
+                .map(|direction| near_to(direction, STILL..STILL + 1))
+                .collect(),
         );
         pair
     }
 
     /// What a step does to another that begins so many layers above it in a column.
     #[inline]
-    pub(super) fn span(&self, ways: [usize; 2], near: &Near, layers: i32) -> Span {
-        let kind = self.kinds[self.first(ways, near) + (layers + self.extent.layers) as usize];
+    pub(super) fn span(&self, directions: [usize; 2], near: &Near, layers: i32) -> Span {
+        let kind =
+            self.kinds[self.first(directions, near) + (layers + self.extent.layers) as usize];
         self.spans[usize::from(kind)]
     }
 
-    fn layers_of(&self, ways: [usize; 2], near: &Near) -> impl Iterator<Item = &u16> {
-        let first = self.first(ways, near);
+    fn layers_of(&self, directions: [usize; 2], near: &Near) -> impl Iterator<Item = &u16> {
+        let first = self.first(directions, near);
         self.kinds[first..].iter().take(self.tall())
     }
 
     #[inline]
-    fn first(&self, [way, others]: [usize; 2], near: &Near) -> usize {
-        let (turn, kept) = self.alike[way * WAYS + others];
+    fn first(&self, [direction, others]: [usize; 2], near: &Near) -> usize {
+        let (turn, kept) = self.alike[direction * DIRECTIONS + others];
         let column = self.turned[usize::from(turn) * self.columns + near.column];
         (usize::from(kept) * self.columns + usize::from(column)) * self.tall()
     }

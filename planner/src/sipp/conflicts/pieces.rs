@@ -13,8 +13,8 @@ pub(super) fn pieces(lattice: &Lattice, leg: &Leg, mut f: impl FnMut([i32; 3], u
         let (a, b) = (lattice.steps(from), lattice.steps(to));
         let d = [0, 1, 2].map(|axis| b[axis] - a[axis] + 1);
         if d.iter().all(|d| (0..3).contains(d)) {
-            let way = (d[0] + 3 * d[1] + 9 * d[2]) as usize;
-            return f(a, way, [leg.start, leg.end]);
+            let direction = (d[0] + 3 * d[1] + 9 * d[2]) as usize;
+            return f(a, direction, [leg.start, leg.end]);
         }
     }
     let length_m = (leg.to_m - leg.from_m).norm();

@@ -7,9 +7,9 @@ use costmap::wake::fleet::{BUDGET, Fleet, Meeting};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
+use super::directions::{DIRECTIONS, STILL, cells};
 use super::pair::{Extent, Pair};
 use super::steps::{Class, LOADS, Span};
-use super::ways::{STILL, WAYS, cells};
 use crate::graph::lattice::Lattice;
 
 /// Share of a budget that one wake may fill here: chosen here, the rest is for wakes farther off.
@@ -128,7 +128,7 @@ impl Shape {
 
     pub(super) fn entries(&self) -> usize {
         let wide = 2 * self.reach + 1;
-        (wide * wide * (2 * self.layers + 1)) as usize * WAYS * WAYS
+        (wide * wide * (2 * self.layers + 1)) as usize * DIRECTIONS * DIRECTIONS
     }
 
     /// Whether steps last longer than a table can hold.
@@ -180,15 +180,17 @@ impl Shape {
             layers: self.layers,
             bodies: self.bodies,
         };
-        Pair::new(extent, |way, others, aside| self.spans(way, others, aside))
+        Pair::new(extent, |direction, others, aside| {
+            self.spans(direction, others, aside)
+        })
     }
 
     /// By layer, from the lowest on in which the second may begin.
-    pub(super) fn spans(&self, way: usize, others: usize, aside: [i32; 2]) -> Vec<Span> {
-        let level = self.relative([way, others], aside);
+    pub(super) fn spans(&self, direction: usize, others: usize, aside: [i32; 2]) -> Vec<Span> {
+        let level = self.relative([direction, others], aside);
         // The same whatever the height between them.
         let distance = level.nearest([0.0; 2]);
-        let (mine, theirs) = (cells(way), cells(others));
+        let (mine, theirs) = (cells(direction), cells(others));
         let at_layer = |layer: i32| {
             let offset = [aside[0], aside[1], layer];
             // Heights of the first over the second: at the beginning, and when either or both have
@@ -204,7 +206,7 @@ impl Shape {
                 ..Span::default()
             };
             let forbidden = (distance < radius)
-                .then(|| self.forbidden(&level, [way, others], layer))
+                .then(|| self.forbidden(&level, [direction, others], layer))
                 .flatten();
             if let Some([from, to]) = forbidden {
                 (span.from, span.to) = (from.floor() as i16, to.ceil() as i16);
@@ -224,17 +226,17 @@ impl Shape {
 
     /// The first on its step as seen from the second on its own, which begins in another column:
     /// one layer (cells, ticks).
-    pub(super) fn relative(&self, [way, others]: [usize; 2], [x, y]: [i32; 2]) -> Relative {
-        let line = |way: usize, from: [i32; 2], ticks: f64| {
-            let is_still = way == STILL;
+    pub(super) fn relative(&self, [direction, others]: [usize; 2], [x, y]: [i32; 2]) -> Relative {
+        let line = |direction: usize, from: [i32; 2], ticks: f64| {
+            let is_still = direction == STILL;
             let line = Line {
                 origin: Vector3::new(f64::from(from[0]), f64::from(from[1]), 0.0),
-                velocity: Vector3::from(cells(way).map(f64::from)) / ticks,
+                velocity: Vector3::from(cells(direction).map(f64::from)) / ticks,
             };
             // Of who stands still any moment will do.
             (line, [0.0, if is_still { 0.0 } else { ticks }])
         };
-        let (first, first_time) = line(way, [0; 2], self.me.ticks(way));
+        let (first, first_time) = line(direction, [0; 2], self.me.ticks(direction));
         let (second, second_time) = line(others, [x, y], self.other.ticks(others));
         Relative::new(&second, &first, [second_time, first_time])
     }
@@ -244,11 +246,11 @@ impl Shape {
     pub(super) fn forbidden(
         &self,
         level: &Relative,
-        [way, others]: [usize; 2],
+        [direction, others]: [usize; 2],
         layer: i32,
     ) -> Option<[f64; 2]> {
         let [from, to] = self.keep_out.delays(&level.raised(-f64::from(layer)))?;
-        match (way == STILL, others == STILL) {
+        match (direction == STILL, others == STILL) {
             (true, true) => Some([0.0, 1.0]),
             // The second stands still at its moment zero.
             (false, true) => Some([-to, -from]),

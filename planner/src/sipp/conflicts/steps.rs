@@ -3,16 +3,16 @@
 //! Bodies, columns and wakes of two drones keep them a radius apart that depends on the height
 //! between them alone. Two steps from neighbouring places break it for some delays of one against
 //! the other, which are one interval: so all of it fits into a table by direction, direction and
-//! offset. It serves to find ways, not to judge them: pairs only, no sums, and the height between
+//! offset. It serves to find paths, not to judge them: pairs only, no sums, and the height between
 //! two steps counts as all that it becomes on the way.
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use nalgebra::Point3;
 
+pub(super) use super::directions::{STILL, cells};
 use super::pair::Pair;
 use super::shape::Shape;
-pub(super) use super::ways::{STILL, cells};
 use crate::graph::agent::Agent;
 use crate::graph::lattice::Lattice;
 
@@ -169,8 +169,13 @@ impl Steps {
 
     /// Beginnings of a step, from where a drone hovers, with which it forbids or costs something
     /// there.
-    pub(super) fn hovering(&self, me: usize, other: usize, way: usize) -> &[([i32; 3], Span)] {
-        &self.pair(me, other).hovering[way]
+    pub(super) fn hovering(
+        &self,
+        me: usize,
+        other: usize,
+        direction: usize,
+    ) -> &[([i32; 3], Span)] {
+        &self.pair(me, other).hovering[direction]
     }
 
     /// What two classes are to one another.
@@ -248,8 +253,8 @@ impl Class {
     }
 
     /// Ticks of a step in a direction; of standing still, any.
-    pub(super) fn ticks(&self, way: usize) -> f64 {
-        let axes = cells(way).iter().filter(|cells| **cells != 0).count();
+    pub(super) fn ticks(&self, direction: usize) -> f64 {
+        let axes = cells(direction).iter().filter(|cells| **cells != 0).count();
         f64::from(self.ticks[axes.max(1) - 1])
     }
 }

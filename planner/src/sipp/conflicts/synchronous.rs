@@ -5,7 +5,7 @@ use super::steps::{Pace, Steps};
 use crate::graph::lattice::NEIGHBOURS;
 
 /// Directions of a step along one axis, the first of them none.
-pub(crate) const WAYS: [[i32; 3]; 7] = [
+pub(crate) const DIRECTIONS: [[i32; 3]; 7] = [
     [0, 0, 0],
     [0, 0, -1],
     [0, -1, 0],
@@ -17,22 +17,22 @@ pub(crate) const WAYS: [[i32; 3]; 7] = [
 /// The direction of who stays.
 pub(crate) const STAYS: usize = 0;
 
-/// Which of [`NEIGHBOURS`] each of [`WAYS`] leads to; staying counts for nothing.
+/// Which of [`NEIGHBOURS`] each of [`DIRECTIONS`] leads to; staying counts for nothing.
 pub(crate) const AMONG_NEIGHBOURS: [usize; 7] = among_neighbours();
 
 const fn among_neighbours() -> [usize; 7] {
     let mut among = [0; 7];
-    let mut way = 1;
-    while way < 7 {
+    let mut direction = 1;
+    while direction < 7 {
         let mut n = 0;
         while n < 26 {
-            let ([a, b, c], [x, y, z]) = (WAYS[way], NEIGHBOURS[n]);
+            let ([a, b, c], [x, y, z]) = (DIRECTIONS[direction], NEIGHBOURS[n]);
             if a == x && b == y && c == z {
-                among[way] = n;
+                among[direction] = n;
             }
             n += 1;
         }
-        way += 1;
+        direction += 1;
     }
     among
 }
@@ -77,8 +77,8 @@ impl<'a> SynchronousSteps<'a> {
     }
 
     /// Columns around the beginning of a step in which others can matter to it.
-    pub(crate) fn near(&self, class: usize, other: usize, way: usize) -> &[[i32; 2]] {
-        &self.pair(class, other).near[way]
+    pub(crate) fn near(&self, class: usize, other: usize, direction: usize) -> &[[i32; 2]] {
+        &self.pair(class, other).near[direction]
     }
 
     /// What the two fill of one another's budgets, in parts of [`super::steps::LOADS`]; `None`:
@@ -87,10 +87,12 @@ impl<'a> SynchronousSteps<'a> {
         &self,
         one: &Pace,
         other: &Pace,
-        [way, others]: [usize; 2],
+        [direction, others]: [usize; 2],
     ) -> Option<[u8; 2]> {
         let offset = [0, 1, 2].map(|axis| other.at[axis] - one.at[axis]);
-        let met = self.pair(one.class, other.class).at([way, others], offset);
+        let met = self
+            .pair(one.class, other.class)
+            .at([direction, others], offset);
         if met != TOO_NEAR {
             return Some(met);
         }
@@ -104,13 +106,13 @@ impl Pair {
         let (reach, layers) = (shape.reach, shape.layers);
         let mut meetings = Vec::new();
         let mut near = Vec::new();
-        for way in WAYS {
+        for direction in DIRECTIONS {
             let mut own: Vec<[i32; 2]> = Vec::new();
-            for others in WAYS {
+            for others in DIRECTIONS {
                 for dz in -layers..=layers {
                     for dy in -reach..=reach {
                         for dx in -reach..=reach {
-                            let met = shape.synchronous([way, others], [dx, dy, dz]);
+                            let met = shape.synchronous([direction, others], [dx, dy, dz]);
                             if met != Some([0; 2]) && !own.contains(&[dx, dy]) {
                                 own.push([dx, dy]);
                             }
@@ -130,14 +132,14 @@ impl Pair {
         }
     }
 
-    fn at(&self, [way, others]: [usize; 2], [dx, dy, dz]: [i32; 3]) -> [u8; 2] {
+    fn at(&self, [direction, others]: [usize; 2], [dx, dy, dz]: [i32; 3]) -> [u8; 2] {
         let (reach, layers) = (self.reach, self.layers);
         if dx.abs() > reach || dy.abs() > reach || dz.abs() > layers {
             return [0; 2];
         }
         let (wide, tall) = (2 * reach + 1, 2 * layers + 1);
         let offset = (dx + reach) + wide * ((dy + reach) + wide * (dz + layers));
-        let of_ways = (way * WAYS.len() + others) * (wide * wide * tall) as usize;
-        self.meetings[of_ways + offset as usize]
+        let of_directions = (direction * DIRECTIONS.len() + others) * (wide * wide * tall) as usize;
+        self.meetings[of_directions + offset as usize]
     }
 }

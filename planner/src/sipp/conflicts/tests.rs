@@ -29,11 +29,11 @@ fn job() -> (Job, Costmap) {
 }
 
 /// A step of the second drone, half a second long.
-fn step(job: &Job, drone: usize, from: [i32; 3], way: usize, start: u32) -> Option<Leg> {
+fn step(job: &Job, drone: usize, from: [i32; 3], direction: usize, start: u32) -> Option<Leg> {
     let lattice = job.roadmap.lattice();
-    let to = [0, 1, 2].map(|axis| from[axis] + cells(way)[axis]);
+    let to = [0, 1, 2].map(|axis| from[axis] + cells(direction)[axis]);
     let agent = &job.agents[drone];
-    let axes = cells(way).iter().filter(|cells| **cells != 0).count();
+    let axes = cells(direction).iter().filter(|cells| **cells != 0).count();
     let ticks = agent.mover.step_ticks()[axes.max(1) - 1];
     Some(Leg {
         drone: agent.drone,
@@ -52,14 +52,14 @@ fn vertices(job: &Job, leg: &Leg) -> [Vertex; 2] {
     [leg.from_m, leg.to_m].map(|at_m| lattice.place_at(&at_m).expect("on the lattice"))
 }
 
-/// Every way past every way: what the tables let pass, the costmap lets pass.
+/// Every direction past every other: what the tables let pass, the costmap lets pass.
 #[test]
 fn no_step_that_the_costmap_forbids_is_free_in_the_crowd() {
     let (job, empty) = job();
     let steps = Steps::new(job.roadmap.lattice(), &job.agents, &empty).expect("a small fleet");
     let (mut forbidden, mut taken, mut tried) = (0, 0, 0);
     for case in 0..27 * 27 {
-        let (way, others) = (case % 27, case / 27);
+        let (direction, others) = (case % 27, case / 27);
         let Some(other) = step(&job, 1, [3, 3, 4], others, 200) else {
             continue;
         };
@@ -73,26 +73,26 @@ fn no_step_that_the_costmap_forbids_is_free_in_the_crowd() {
                 (1 + 2 * (offset / 9)).min(7),
             ];
             let start = (130 + (case as u32 * 37 + offset as u32 * 11) % 140).max(1);
-            let Some(leg) = step(&job, 0, from, way, start) else {
+            let Some(leg) = step(&job, 0, from, direction, start) else {
                 continue;
             };
             let mut exact = Verdict::default();
             costmap.judge(&leg, &mut exact);
             let query = StepQuery {
                 class: reservations.class(leg.drone, leg.kind).expect("known"),
-                way: vertices(&job, &leg),
+                ends: vertices(&job, &leg),
                 time: [leg.start, leg.end],
             };
             let mut brief = Verdict::default();
             let mut is_free = reservations.step(&costmap, &query, &mut brief);
-            if way == STILL {
-                reservations.stay(query.class, query.way[0], query.time, &mut brief);
+            if direction == STILL {
+                reservations.stay(query.class, query.ends[0], query.time, &mut brief);
                 is_free = true;
             }
             let allows = is_free && brief.blockers.is_empty();
             assert!(
                 exact.is_allowed() || !allows,
-                "{way} past {others} from {from:?} at {start}: {exact:?}"
+                "{direction} past {others} from {from:?} at {start}: {exact:?}"
             );
             forbidden += usize::from(!exact.is_allowed());
             taken += usize::from(!brief.blockers.is_empty());
@@ -115,18 +115,18 @@ fn a_step_is_free_when_it_departs_after_all_are_clear() {
     let mut met = 0;
     for case in 0..26 * 26 {
         let direction = |index: usize| index + usize::from(index >= STILL);
-        let (way, others) = (direction(case % 26), direction(case / 26));
+        let (direction, others) = (direction(case % 26), direction(case / 26));
         let other = step(&job, 1, [3, 3, 4], others, 200).expect("inside");
         let mut costmap = empty.clone();
         costmap.insert(vec![other]);
         let reservations = ReservationTable::new(&steps, &costmap);
         for z in [3, 4, 6] {
-            let leg = step(&job, 0, [3, 3, z], way, 210).expect("inside");
+            let leg = step(&job, 0, [3, 3, z], direction, 210).expect("inside");
             let ask = |departs: u32| {
                 let mut verdict = Verdict::default();
                 let query = StepQuery {
                     class: reservations.class(leg.drone, leg.kind).expect("known"),
-                    way: vertices(&job, &leg),
+                    ends: vertices(&job, &leg),
                     time: [Tick(departs), Tick(departs + leg.end.0 - leg.start.0)],
                 };
                 reservations.step(&costmap, &query, &mut verdict);
@@ -234,22 +234,29 @@ fn the_tables_are_the_swept_volumes_sampled() {
             let number = (4 * case + index) as f64;
             let pick = |step: f64, of: i32| ((number * step).fract() * f64::from(of)) as i32;
             let wide = 2 * shape.reach + 1;
-            let ways = [0.819_172_513_396, 0.671_043_606_704].map(|step| pick(step, 27) as usize);
+            let directions =
+                [0.819_172_513_396, 0.671_043_606_704].map(|step| pick(step, 27) as usize);
             let [x, y] =
                 [0.549_700_477_902, 0.450_318_4].map(|step| pick(step, wide) - shape.reach);
             let layer = pick(0.368_912_3, 2 * shape.layers + 1) - shape.layers;
-            let ticks = [shape.me.ticks(ways[0]), shape.other.ticks(ways[1])];
-            let still = ways.map(|way| way == STILL);
+            let ticks = [
+                shape.me.ticks(directions[0]),
+                shape.other.ticks(directions[1]),
+            ];
+            let still = directions.map(|direction| direction == STILL);
             if still == [true; 2] {
                 continue;
             }
-            let relative = shape.relative(ways, [x, y]);
-            let [from, to] = shape.forbidden(&relative, ways, layer).unwrap_or_default();
+            let relative = shape.relative(directions, [x, y]);
+            let [from, to] = shape
+                .forbidden(&relative, directions, layer)
+                .unwrap_or_default();
             of_tables += to - from;
-            let span = shape.spans(ways[0], ways[1], [x, y])[(layer + shape.layers) as usize];
+            let span =
+                shape.spans(directions[0], directions[1], [x, y])[(layer + shape.layers) as usize];
             let place = |side: usize, at: f64| {
                 let from = [[0; 3], [x, y, layer]][side];
-                let by = cells(ways[side]).map(f64::from);
+                let by = cells(directions[side]).map(f64::from);
                 Point3::from(
                     [0, 1, 2].map(|axis| f64::from(from[axis]) + by[axis] * at / ticks[side]),
                 )
@@ -280,7 +287,7 @@ fn the_tables_are_the_swept_volumes_sampled() {
                 let held = i32::from(span.from) < delay && delay < i32::from(span.to);
                 assert!(
                     held || !met,
-                    "{ways:?}, {x} {y} {layer}, {delay} ticks: {span:?}"
+                    "{directions:?}, {x} {y} {layer}, {delay} ticks: {span:?}"
                 );
             }
         }

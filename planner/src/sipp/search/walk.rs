@@ -433,8 +433,8 @@ impl<'a> Search<'a> {
                     return Brief::WhereItLeads;
                 }
                 verdict.clear();
-                let way = [from.vertex, label.vertex];
-                let query = StepQuery { class, way, time };
+                let ends = [from.vertex, label.vertex];
+                let query = StepQuery { class, ends, time };
                 if !reservations.step(self.setting.costmap, &query, verdict) {
                     return Brief::Nothing;
                 }

@@ -10,7 +10,7 @@ use crate::graph::agent::{Agent, Waypoint};
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::sipp::conflicts::Steps;
 use crate::sipp::conflicts::steps::Pace;
-use crate::sipp::conflicts::synchronous::{AMONG_NEIGHBOURS, STAYS, SynchronousSteps, WAYS};
+use crate::sipp::conflicts::synchronous::{AMONG_NEIGHBOURS, DIRECTIONS, STAYS, SynchronousSteps};
 use crate::solver::prepare::Job;
 
 /// Places times goals; fleets with more are not planned together. Chosen here: half a gigabyte
@@ -142,13 +142,13 @@ impl<'a> Configuration<'a> {
     }
 
     /// A drone as others meet it.
-    pub(super) fn pace(&self, drone: usize, at: &AgentState, way: usize) -> Pace {
+    pub(super) fn pace(&self, drone: usize, at: &AgentState, direction: usize) -> Pace {
         let classes = &self.members[drone].classes;
         let waypoint = usize::from(at.waypoint) + usize::from(at.rest > 0);
         Pace {
             class: classes[waypoint.min(classes.len() - 1)],
             at: self.roadmap.lattice().steps(at.place),
-            by: WAYS[way],
+            by: DIRECTIONS[direction],
         }
     }
 
@@ -162,15 +162,18 @@ impl<'a> Configuration<'a> {
         let open = self.roadmap.open_steps(member.radius_m);
         let open = open.map_or(0, |open| open[at.place as usize]);
         let lattice = self.roadmap.lattice();
-        for (way, n) in AMONG_NEIGHBOURS.iter().enumerate() {
-            if way != STAYS && open >> n & 1 != 0 {
-                f(way, at.place.wrapping_add_signed(lattice.strides()[*n]));
+        for (direction, n) in AMONG_NEIGHBOURS.iter().enumerate() {
+            if direction != STAYS && open >> n & 1 != 0 {
+                f(
+                    direction,
+                    at.place.wrapping_add_signed(lattice.strides()[*n]),
+                );
             }
         }
     }
 
     /// Where a drone is after a step.
-    pub(super) fn after(&self, drone: usize, at: &AgentState, way: usize) -> AgentState {
+    pub(super) fn after(&self, drone: usize, at: &AgentState, direction: usize) -> AgentState {
         if at.rest > 0 {
             let rest = at.rest - 1;
             let waypoint = at.waypoint + u16::from(rest == 0);
@@ -180,9 +183,9 @@ impl<'a> Configuration<'a> {
                 ..*at
             };
         }
-        let stride = match way {
+        let stride = match direction {
             STAYS => 0,
-            _ => self.roadmap.lattice().strides()[AMONG_NEIGHBOURS[way]],
+            _ => self.roadmap.lattice().strides()[AMONG_NEIGHBOURS[direction]],
         };
         let place = at.place.wrapping_add_signed(stride);
         self.arrived(drone, AgentState { place, ..*at })

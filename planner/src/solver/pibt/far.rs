@@ -10,7 +10,7 @@ use crate::graph::roadmap::{Roadmap, Vertex};
 
 /// Steps from everywhere to one goal.
 pub(super) enum Far {
-    /// Nothing is in the way: steps of the goal from the lattice's first place. By way of the
+    /// Nothing is in the way: steps of the goal from the lattice's first place. By direction of the
     /// middle layer.
     Straight([i32; 3]),
     /// By place.

@@ -25,7 +25,7 @@ pub(super) struct Round<'a> {
     /// By drone, the next one in the same column, or [`NONE`].
     next: Vec<u32>,
     /// By drone; those not decided are taken to stay.
-    ways: Vec<u8>,
+    directions: Vec<u8>,
     /// By drone: its step stands, unless it is pushed in vain.
     decided: Vec<bool>,
     /// Who was pushed in vain.
@@ -53,7 +53,7 @@ impl<'a> Round<'a> {
             now,
             first: vec![NONE; nx * ny],
             next: vec![NONE; now.len()],
-            ways: vec![STAYS as u8; now.len()],
+            directions: vec![STAYS as u8; now.len()],
             decided: (0..now.len())
                 .map(|drone| configuration.is_fixed(drone))
                 .collect(),
@@ -88,7 +88,7 @@ impl<'a> Round<'a> {
                 self.decided[drone as usize] = true;
             }
         }
-        self.ways
+        self.directions
     }
 
     /// Another step for who is in the way; those who had none do not try again.
@@ -100,13 +100,13 @@ impl<'a> Round<'a> {
 
     /// Whether a drone finds a step that all whom it pushes can give way to.
     fn decide(&mut self, drone: usize) -> bool {
-        for way in self.options(drone).into_iter().flatten() {
+        for direction in self.options(drone).into_iter().flatten() {
             if self.tries == 0 {
                 return false;
             }
             self.tries -= 1;
             let mark = self.trail.len();
-            if self.attempt(drone, usize::from(way)) {
+            if self.attempt(drone, usize::from(direction)) {
                 return true;
             }
             self.undo(mark);
@@ -119,14 +119,14 @@ impl<'a> Round<'a> {
         let (configuration, at) = (self.configuration, self.now[drone]);
         let mut keyed = [(u32::MAX, true, 0, 0); 7];
         let mut count = 0;
-        configuration.options(drone, &at, |way, to| {
+        configuration.options(drone, &at, |direction, to| {
             let is_taken = to != at.place && self.is_taken(drone, to);
             let tie_break = self.tie_break();
             keyed[count] = (
                 configuration.steps_from(drone, &at, to),
                 is_taken,
                 tie_break,
-                way as u8,
+                direction as u8,
             );
             count += 1;
         });
@@ -150,13 +150,13 @@ impl<'a> Round<'a> {
     }
 
     /// Takes a step for decided, and pushes those whom it keeps from staying.
-    fn attempt(&mut self, drone: usize, way: usize) -> bool {
-        self.trail.push((drone as u32, self.ways[drone]));
+    fn attempt(&mut self, drone: usize, direction: usize) -> bool {
+        self.trail.push((drone as u32, self.directions[drone]));
         self.decided[drone] = true;
-        self.set(drone, way);
+        self.set(drone, direction);
         let mut pushed: Vec<u32> = Vec::new();
         let mut is_possible = true;
-        self.around(drone, way, |other, loads| {
+        self.around(drone, direction, |other, loads| {
             if loads.is_none() {
                 is_possible &= !self.decided[other] && !self.stuck[other];
                 pushed.push(other as u32);
@@ -173,47 +173,55 @@ impl<'a> Round<'a> {
     /// Takes steps back until the trail is as long as it was.
     fn undo(&mut self, mark: usize) {
         while self.trail.len() > mark {
-            let Some((drone, way)) = self.trail.pop() else {
+            let Some((drone, direction)) = self.trail.pop() else {
                 return;
             };
             self.decided[drone as usize] = false;
-            self.set(drone as usize, usize::from(way));
+            self.set(drone as usize, usize::from(direction));
         }
     }
 
     /// Changes a drone's step, and the loads on it and on those around it.
-    fn set(&mut self, drone: usize, way: usize) {
+    fn set(&mut self, drone: usize, direction: usize) {
         for sign in [-1, 1] {
             let mut changes: Vec<(usize, [u8; 2])> = Vec::new();
-            self.around(drone, usize::from(self.ways[drone]), |other, loads| {
-                changes.extend(loads.map(|loads| (other, loads)));
-            });
+            self.around(
+                drone,
+                usize::from(self.directions[drone]),
+                |other, loads| {
+                    changes.extend(loads.map(|loads| (other, loads)));
+                },
+            );
             for (other, [on_me, on_them]) in changes {
                 self.loads[drone] += sign * i32::from(on_me);
                 self.loads[other] += sign * i32::from(on_them);
             }
-            self.ways[drone] = way as u8;
+            self.directions[drone] = direction as u8;
         }
     }
 
     /// Whether a drone and those around it bear what wakes add up to.
     fn is_borne(&self, drone: usize) -> bool {
         let mut borne = self.loads[drone] <= MOST_LOADS;
-        self.around(drone, usize::from(self.ways[drone]), |other, loads| {
-            let is_blown_on = loads.is_some_and(|[_, on_them]| on_them > 0);
-            borne &= !is_blown_on || self.loads[other] <= MOST_LOADS;
-        });
+        self.around(
+            drone,
+            usize::from(self.directions[drone]),
+            |other, loads| {
+                let is_blown_on = loads.is_some_and(|[_, on_them]| on_them > 0);
+                borne &= !is_blown_on || self.loads[other] <= MOST_LOADS;
+            },
+        );
         borne
     }
 
     /// Calls `f` with every drone to whom a step of this drone could matter, and what the two do to
     /// one another.
-    fn around(&self, drone: usize, way: usize, mut f: impl FnMut(usize, Option<[u8; 2]>)) {
+    fn around(&self, drone: usize, direction: usize, mut f: impl FnMut(usize, Option<[u8; 2]>)) {
         let (configuration, synchronous) = (self.configuration, self.configuration.synchronous);
-        let mine = configuration.pace(drone, &self.now[drone], way);
+        let mine = configuration.pace(drone, &self.now[drone], direction);
         let [nx, ny, _] = synchronous.steps.counts();
         for class in 0..synchronous.steps.class_count() {
-            for aside in synchronous.near(mine.class, class, way) {
+            for aside in synchronous.near(mine.class, class, direction) {
                 let [i, j] = [mine.at[0] + aside[0], mine.at[1] + aside[1]];
                 if i < 0 || j < 0 || i as usize >= nx || j as usize >= ny {
                     continue;
@@ -225,10 +233,10 @@ impl<'a> Round<'a> {
                     if index == drone {
                         continue;
                     }
-                    let others = usize::from(self.ways[index]);
+                    let others = usize::from(self.directions[index]);
                     let theirs = configuration.pace(index, &self.now[index], others);
                     if theirs.class == class {
-                        f(index, synchronous.meet(&mine, &theirs, [way, others]));
+                        f(index, synchronous.meet(&mine, &theirs, [direction, others]));
                     }
                 }
             }

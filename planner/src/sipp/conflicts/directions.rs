@@ -1,14 +1,14 @@
 //! Directions of a step, and what turning does to them.
 
 /// Number of directions, standing still included.
-pub(super) const WAYS: usize = 27;
+pub(super) const DIRECTIONS: usize = 27;
 /// The direction of who stands still.
 pub(super) const STILL: usize = 13;
 
 /// Cells of a direction along x, y and z.
-pub(super) const fn cells(way: usize) -> [i32; 3] {
-    let way = way as i32;
-    [way % 3 - 1, way / 3 % 3 - 1, way / 9 - 1]
+pub(super) const fn cells(direction: usize) -> [i32; 3] {
+    let direction = direction as i32;
+    [direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1]
 }
 
 /// Ways to turn and mirror a square.
