@@ -84,36 +84,40 @@
 //! # In reading order
 //!
 //! `air` and `airframe`: the source. `jet`, `far_field` and `axial_exposure`: the paper's fit,
-//! below 2.5 l. `rotor_jets` and `near_field`: four jets that merge, above it. `wake`: both joined;
-//! `cross_section`: at one depth. `discs` and `field`: several drones, and a receiver. [`power`]:
-//! what it costs. [`effects`]: what the hover jet leaves out, one table and one file each; `shape`:
-//! a jet with them. `golden_section`: a minimum along one line, for the crates above.
+//! below 2.5 l. `rotor_jets` and `near_field`: four jets that merge, above it. [`effects`]: what the
+//! hover jet leaves out, one table and one file each. `wake`: both fields joined, with the effects
+//! that shape one drone's steady jet; `wake/cross_section`: at one depth. `superposition`, `discs`
+//! and `field`: several drones, and a receiver. `surroundings` and `wall_jet`: a wake at one moment,
+//! and over a floor; `flown`: effects as a planner flies them. [`power`]: what it costs.
+//! `golden_section`: a minimum along one line, for the crates above.
 
 mod air;
 mod airframe;
 mod axial_exposure;
-mod cross_section;
 mod discs;
 pub mod effects;
 mod far_field;
 mod field;
+mod flown;
 mod golden_section;
 mod jet;
 mod near_field;
 pub mod power;
 mod rotor_jets;
-mod shape;
+mod superposition;
+mod surroundings;
 mod wake;
+mod wall_jet;
 
 pub use air::{Air, AirError, GRAVITY_MPS2};
 pub use airframe::{Airframe, AirframeError, WIDTH_FACTOR_RANGE};
-pub use cross_section::CrossSection;
 pub use discs::DiscPoints;
 pub use far_field::FarField;
-pub use field::{
-    HEIGHT_TOLERANCE_M, Source, Superposition, UnknownSuperposition, axial_speed_mps,
-    mean_over_discs_mps,
-};
+pub use field::{HEIGHT_TOLERANCE_M, Source, axial_speed_mps, mean_over_discs_mps};
+pub use flown::Flown;
 pub use golden_section::GoldenSection;
 pub use jet::{FAR_FIELD_FROM_S_OVER_L, Jet, JetError};
+pub use superposition::{Superposition, UnknownSuperposition};
+pub use surroundings::Surroundings;
 pub use wake::Wake;
+pub use wake::cross_section::CrossSection;

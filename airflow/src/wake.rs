@@ -5,13 +5,16 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::airframe::Airframe;
-use crate::cross_section::CrossSection;
 use crate::effects::Effects;
 use crate::far_field::FarField;
 use crate::jet::Jet;
 use crate::near_field::NearField;
 use crate::rotor_jets::SHADOW;
-use crate::shape::Shape;
+use cross_section::CrossSection;
+use shape::Shape;
+
+pub(crate) mod cross_section;
+pub(crate) mod shape;
 
 /// The mean air below one airframe at one mass, hovering in still air of one density. Cheap to
 /// clone.

@@ -162,7 +162,7 @@ mod tests {
             density_kg_per_m3: 1.204,
             jet: Jet::default(),
             superposition: Superposition::Momentum,
-            flown: airflow::effects::Flown::default(),
+            flown: airflow::Flown::default(),
             fastest_mps: 2.0,
             clearance_m: 0.1,
             deepest_m: 30.0,

@@ -130,10 +130,12 @@ fn the_search_never_evaluates_a_jet() {
 
 #[test]
 fn outside_its_judges_the_planner_takes_descriptions_from_airflow_and_no_wake() {
-    // What is blown (airframe, air, jet constants, how jets add up, what a finding adds), and beta for words about a price.
+    // What the air is (airframe, air, jet constants, superposition, what a finding adds), and beta
+    // for words about a price.
     let allowed = [
         "airflow::Air",
         "airflow::Airframe",
+        "airflow::Flown",
         "airflow::Jet",
         "airflow::Superposition",
         "airflow::effects",

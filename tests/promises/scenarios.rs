@@ -213,7 +213,7 @@ fn without_its_zones_the_desk_would_be_blown_on() {
 }
 
 #[test]
-fn who_has_landed_blows_nothing_from_then_on() {
+fn a_drone_that_has_landed_has_no_wake_from_then_on() {
     let pads = world("landing-pads");
     let plan = planned(&pads);
     for (asked, flown) in pads.drones.iter().zip(&plan.drones) {

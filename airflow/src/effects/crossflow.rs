@@ -42,7 +42,7 @@ const LONGEST: f64 = 120.0;
 const SPACING: f64 = 0.25;
 
 /// Largest wind over the induced velocity for which the bent jet holds.
-pub(super) const MOST_WIND: f64 = 0.4;
+pub(crate) const MOST_WIND: f64 = 0.4;
 
 /// Row of the effect table.
 pub(super) const SPEC: EffectSpec = EffectSpec {

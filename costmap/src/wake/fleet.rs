@@ -1,6 +1,6 @@
 //! What flies: airframes at their masses, and how each one's wake falls on each other.
 
-use airflow::effects::Flown;
+use airflow::Flown;
 use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::Vector3;
 use rayon::prelude::*;

@@ -1,7 +1,8 @@
 //! The air that a recording's baseline simulates, and a hypothesis on top of it: at any point, at
 //! any moment.
 
-use airflow::effects::{Effects, EntrainmentRadial, Surroundings};
+use airflow::Surroundings;
+use airflow::effects::{Effects, EntrainmentRadial};
 use airflow::{Airframe, DiscPoints, Wake};
 use nalgebra::{Point3, Vector3};
 

@@ -1,7 +1,7 @@
 //! The wakes of a plan's drones as shapes to draw, from the volumes that are flown.
 
+use airflow::Flown;
 use airflow::Jet;
-use airflow::effects::Flown;
 use costmap::volumes::downwash::Outline;
 use costmap::wake::fleet::wake_of;
 use costmap::wake::surfaces::{BlockingSurfaces, Top};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use airflow::effects::Flown;
+use airflow::Flown;
 use airflow::{DiscPoints, Source, Superposition};
 use nalgebra::Point3;
 

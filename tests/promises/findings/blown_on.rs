@@ -1,9 +1,9 @@
 //! Planned with and without a finding, judged by neither side of the planner: the field itself, with the effects on, sampled densely.
 
 use airflow::effects::{
-    Effects, GroundImpingement, MomentumScale, PayloadMass, RotorCant, Surroundings, WakeTransport,
+    Effects, GroundImpingement, MomentumScale, PayloadMass, RotorCant, WakeTransport,
 };
-use airflow::{Airframe, Jet, Wake};
+use airflow::{Airframe, Jet, Surroundings, Wake};
 use nalgebra::Point3;
 use planner::plan::{DronePlan, Plan};
 use planner::scenario::world::World;
@@ -332,7 +332,7 @@ fn along_the_floor_only_the_finding_keeps_the_air_of_a_zone_within_its_limit() {
 
 /// The floor takes vertical air away, so a plan made without it is safe, too; the wall jet is horizontal, and no drone's limit counts it.
 #[test]
-fn the_floor_blows_on_nobody_who_was_not_blown_on_without_it() {
+fn the_floor_exposes_no_drone_that_was_not_exposed_without_it() {
     let real = Effects {
         ground_impingement: Some(GroundImpingement {
             reach: 1.0,

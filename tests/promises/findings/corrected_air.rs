@@ -205,7 +205,7 @@ fn receivers_that_feel_more_and_rooms_with_a_draught_leave_less_of_the_limit() {
 }
 
 #[test]
-fn a_drone_that_sinks_blows_harder_and_one_that_climbs_less() {
+fn the_wake_of_a_drone_that_sinks_is_faster_and_of_one_that_climbs_slower() {
     let harder = |from_z_m: f64, to_z_m: f64| {
         let knots = [(0.0, [10.0, 10.0, from_z_m]), (2.0, [10.0, 10.0, to_z_m])];
         let mut upper = drone("upper", "matrice-300", &knots);

@@ -13,7 +13,7 @@ fn fleet(superposition: Superposition) -> Fleet {
         density_kg_per_m3: 1.204,
         jet: Jet::default(),
         superposition,
-        flown: airflow::effects::Flown::default(),
+        flown: airflow::Flown::default(),
         fastest_mps: 2.0,
         clearance_m: 0.1,
         deepest_m: 6.0,

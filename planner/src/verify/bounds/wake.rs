@@ -15,7 +15,7 @@
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use airflow::effects::Flown;
+use airflow::Flown;
 use airflow::{Airframe, CrossSection, DiscPoints, Jet, Wake};
 use nalgebra::{Vector2, Vector3};
 

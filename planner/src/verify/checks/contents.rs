@@ -7,8 +7,8 @@
 use std::str::FromStr;
 use std::sync::Arc;
 
+use airflow::Flown;
 use airflow::Superposition;
-use airflow::effects::Flown;
 use nalgebra::Point3;
 
 use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};

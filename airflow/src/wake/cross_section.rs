@@ -3,8 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::far_field::Level;
-use crate::field::Superposition;
 use crate::near_field::NearLevel;
+use crate::superposition::Superposition;
 use crate::wake::Wake;
 
 /// A level cross-section through a wake, made by [`Wake::cross_section`]: the same speeds as

@@ -5,13 +5,13 @@
 //! floor. An effect that only moves air sideways otherwise, or that changes how a drone answers,
 //! leaves them as they are. What has no bound is refused: nothing is left out in silence.
 
-use super::crossflow::MOST_WIND;
-use super::spec::{Home, Treatment};
-use super::{ClimbDescent, Effects, GroundImpingement, PayloadMass};
 use crate::airframe::Airframe;
-use crate::field::Superposition;
-use crate::shape::Shape;
+use crate::effects::{
+    ClimbDescent, Effects, GroundImpingement, Home, MOST_WIND, PayloadMass, Treatment,
+};
+use crate::superposition::Superposition;
 use crate::wake::Wake;
+use crate::wake::shape::Shape;
 
 /// The effects as they are flown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,8 +159,8 @@ impl Flown {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Crossflow, JetMerging, MomentumScale, ReceiverInflow, WakeTransport};
     use super::*;
+    use crate::effects::{Crossflow, JetMerging, MomentumScale, ReceiverInflow, WakeTransport};
     use crate::jet::Jet;
 
     fn plain() -> Wake {

@@ -2,14 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::Effects;
-use super::ground_impingement::NearFloor;
+use crate::effects::{Effects, NearFloor};
 use crate::wake::Wake;
 
 /// The moment and the place in which a jet is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
-    /// Time (s), the clock that [`super::PayloadMass::since_s`] is on.
+    /// Time (s), the clock that [`crate::effects::PayloadMass::since_s`] is on.
     pub t_s: f64,
     /// Vertical speed of the drone (m/s), up positive.
     pub climb_mps: f64,
