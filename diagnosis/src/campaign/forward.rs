@@ -7,8 +7,8 @@
 
 use rayon::prelude::*;
 
-use crate::infer::candidates::{Candidate, Kind};
-use crate::infer::fit::Setting;
+use crate::infer::candidates::{Candidate, Kind, Parameter};
+use crate::infer::fit::{Setting, by_member};
 use crate::infer::select::{Selection, Singles, Tried, attempt, promising};
 use crate::statistics::held_out::Gain;
 
@@ -177,28 +177,23 @@ fn keep_substitutes(turn: &mut Turn, beside: &[(usize, Gain)]) {
 
 /// Whether the last term is large enough to act on.
 fn last_matters(candidates: &[Candidate], tried: &Tried) -> bool {
-    let Some(last) = tried.which.last().map(|&k| &candidates[k]) else {
-        return false;
-    };
-    let own = tried.fit.values.len() - last.parameters.len();
-    last.size(&tried.fit.values[own..]) >= 1.0
+    let members = tried.members(candidates);
+    let last = by_member(&members, &tried.fit.values).last();
+    last.is_some_and(|(last, own)| last.size(own) >= 1.0)
 }
 
 /// Whether nothing that makes up a term was driven to an end of what it may be: a term that would
 /// go further mends the form of something else. What only shapes a term may lie there.
 fn is_inside(candidates: &[Candidate], tried: &Tried) -> bool {
-    let parameters = tried.which.iter().flat_map(|&k| {
-        let own = candidates[k].parameters.iter().enumerate();
-        own.map(move |(place, parameter)| (place < candidates[k].essential, parameter))
-    });
-    parameters
-        .zip(&tried.fit.values)
-        .filter(|((is_essential, _), _)| *is_essential)
-        .all(|((_, parameter), &value)| {
-            let margin = 0.005 * (parameter.high - parameter.low);
-            let is_end = |end: f64| (value - end).abs() < margin && end != parameter.neutral;
-            !is_end(parameter.low) && !is_end(parameter.high)
-        })
+    let is_end = |parameter: &Parameter, value: f64, end: f64| {
+        let margin = 0.005 * (parameter.high - parameter.low);
+        (value - end).abs() < margin && end != parameter.neutral
+    };
+    let members = tried.members(candidates);
+    by_member(&members, &tried.fit.values).all(|(member, own)| {
+        let mut essential = member.parameters.iter().zip(own).take(member.essential);
+        essential.all(|(of, &value)| !is_end(of, value, of.low) && !is_end(of, value, of.high))
+    })
 }
 
 /// Candidates beside what is taken, those that promise most.

@@ -20,10 +20,6 @@ pub struct Moment {
 const IDLE_THROTTLE: f64 = 0.3;
 const IDLE_DUTY: f64 = 0.2;
 
-/// Entries that are looked at beside where even steps would have a time. Chosen here: a search over
-/// 4000 looks at twelve.
-const NEAR: usize = 8;
-
 impl Moment {
     /// Of a column, what `mix` makes of the entries around it and the share.
     fn between<T: Copy>(self, column: &[T], mix: impl Fn(T, T, f64) -> T) -> T {
@@ -40,54 +36,18 @@ impl Track {
     /// or after the last entry; closer than that the nearest entry answers.
     #[must_use]
     pub fn moment(&self, t_s: f64) -> Option<Moment> {
-        let after = self.first_after(t_s);
-        let reach_s = 0.5 * self.longest_step_s;
-        let Some(entry) = after.checked_sub(1) else {
-            let is_near = self.t_s.first()? - t_s <= reach_s;
-            let first = Moment {
-                entry: 0,
-                share: 0.0,
-            };
-            return is_near.then_some(first);
-        };
-        let since_s = t_s - self.t_s[entry];
-        let Some(next_s) = self.t_s.get(after) else {
-            return (since_s <= reach_s).then_some(Moment { entry, share: 0.0 });
+        let after = self.t_s.partition_point(|&entry_s| entry_s <= t_s);
+        let entry = after.saturating_sub(1);
+        let since_s = t_s - self.t_s.get(entry)?;
+        let next_s = self.t_s.get(after).filter(|_| after > 0);
+        let Some(next_s) = next_s else {
+            let is_near = since_s.abs() <= 0.5 * self.longest_step_s;
+            return is_near.then_some(Moment { entry, share: 0.0 });
         };
         let step_s = next_s - self.t_s[entry];
-        if since_s == 0.0 || step_s <= self.longest_step_s {
-            let share = since_s / step_s;
-            return Some(Moment { entry, share });
-        }
-        None
-    }
-
-    /// Index of the first entry after a time. Entries come at nearly even steps, so it is looked
-    /// for where they would have it first.
-    fn first_after(&self, t_s: f64) -> usize {
-        let search = || self.t_s.partition_point(|&entry_s| entry_s <= t_s);
-        let (Some(first_s), Some(last_s)) = (self.t_s.first(), self.t_s.last()) else {
-            return 0;
-        };
-        let last = self.t_s.len() - 1;
-        let share = (t_s - first_s) / (last_s - first_s);
-        if !(0.0..1.0).contains(&share) {
-            return search();
-        }
-        let mut at = (share * last as f64) as usize;
-        for _ in 0..NEAR {
-            if self.t_s[at] > t_s {
-                match at.checked_sub(1) {
-                    Some(before) => at = before,
-                    None => return 0,
-                }
-            } else if at < last && self.t_s[at + 1] <= t_s {
-                at += 1;
-            } else {
-                return at + 1;
-            }
-        }
-        search()
+        let is_known = since_s == 0.0 || step_s <= self.longest_step_s;
+        let share = since_s / step_s;
+        is_known.then_some(Moment { entry, share })
     }
 
     /// Position at a moment (m), linear between entries.
@@ -142,21 +102,6 @@ mod tests {
             attitude: vec![UnitQuaternion::identity(); t_s.len()],
             longest_step_s: 0.5,
             ..Track::default()
-        }
-    }
-
-    #[test]
-    fn entries_are_found_at_uneven_steps_as_a_search_finds_them() {
-        let t_s: Vec<f64> = (0..300)
-            .map(|i| f64::from(i) + 0.4 * f64::from(i % 7) + if i > 150 { 60.0 } else { 0.0 })
-            .collect::<Vec<_>>();
-        let mut t_s = t_s;
-        t_s.sort_by(f64::total_cmp);
-        let track = track(&t_s);
-        for i in -10..2000 {
-            let at_s = 0.25 * f64::from(i);
-            let searched = t_s.partition_point(|&entry_s| entry_s <= at_s);
-            assert_eq!(track.first_after(at_s), searched, "{at_s}");
         }
     }
 

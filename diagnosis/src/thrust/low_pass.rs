@@ -54,22 +54,21 @@ impl LowPass {
     /// `t_s` and `values` have the same length; times rise strictly.
     pub fn smooth(&self, t_s: &[f64], values: &mut [f64]) {
         let rows = t_s.len().min(values.len());
-        if rows < 2 {
+        self.pass(t_s, values, 0..rows);
+        self.pass(t_s, values, (0..rows).rev());
+    }
+
+    /// Filters rows in one direction.
+    fn pass(&self, t_s: &[f64], values: &mut [f64], mut rows: impl Iterator<Item = usize>) {
+        let Some(mut last) = rows.next() else {
             return;
-        }
-        let mut pass = Pass::new(self.cutoff_hz, values[0]);
-        let mut before = values[0];
-        for row in 1..rows {
+        };
+        let mut before = values[last];
+        let mut pass = Pass::new(self.cutoff_hz, before);
+        for row in rows {
             let now = values[row];
-            values[row] = pass.step(t_s[row] - t_s[row - 1], before, now);
-            before = now;
-        }
-        pass = Pass::new(self.cutoff_hz, values[rows - 1]);
-        before = values[rows - 1];
-        for row in (0..rows - 1).rev() {
-            let now = values[row];
-            values[row] = pass.step(t_s[row + 1] - t_s[row], before, now);
-            before = now;
+            values[row] = pass.step((t_s[row] - t_s[last]).abs(), before, now);
+            (last, before) = (row, now);
         }
     }
 }

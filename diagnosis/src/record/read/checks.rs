@@ -3,6 +3,8 @@
 //!
 //! A row with a value that cannot be is left out as a whole and counted; nothing is mended.
 
+use std::ops::RangeInclusive;
+
 use super::columns::Role;
 use super::conventions::Conventions;
 use super::found::{Found, RowRemarks};
@@ -111,8 +113,8 @@ fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'stati
         return Some(("a value is missing or not finite", value));
     }
     let of_value = |(role, value)| {
-        let (is_fault, words) = impossible(role, value);
-        is_fault.then_some((words, value))
+        let (possible, words) = possible(role)?;
+        (!possible.contains(&value)).then_some((words, value))
     };
     let of_norm = || {
         let norm = norm(samples.group::<4>(Role::Quaternion)?, row);
@@ -130,25 +132,25 @@ fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'stati
         .or_else(of_floor)
 }
 
-/// Whether no drone has such a value, and why not.
-fn impossible(role: Role, value: f64) -> (bool, &'static str) {
-    let is_beyond = |most: f64| !(0.0..=most).contains(&value);
-    match role {
-        Role::Position(_) => (value.abs() > FARTHEST_M, "a coordinate beyond 10 km"),
-        Role::Velocity(_) => (value.abs() > FASTEST_MPS, "a velocity beyond 100 m/s"),
-        Role::Acceleration(_) => (
-            value.abs() > HARDEST_MPS2,
-            "an acceleration beyond 500 m/s2",
+/// What a drone's values lie within, and in words what others are; `None`: they may be anything.
+fn possible(role: Role) -> Option<(RangeInclusive<f64>, &'static str)> {
+    let within = |most: f64| -most..=most;
+    Some(match role {
+        Role::Position(_) => (within(FARTHEST_M), "a coordinate beyond 10 km"),
+        Role::Velocity(_) => (within(FASTEST_MPS), "a velocity beyond 100 m/s"),
+        Role::Acceleration(_) => (within(HARDEST_MPS2), "an acceleration beyond 500 m/s2"),
+        Role::Duty(_) => (0.0..=1.0, "a duty cycle outside 0 to 1"),
+        Role::Battery => (
+            f64::MIN_POSITIVE..=f64::MAX,
+            "a battery voltage of 0 or below",
         ),
-        Role::Duty(_) => (is_beyond(1.0), "a duty cycle outside 0 to 1"),
-        Role::Battery => (value <= 0.0, "a battery voltage of 0 or below"),
         Role::Throttle => (
-            is_beyond(MOST_THROTTLE_RATIO),
+            0.0..=MOST_THROTTLE_RATIO,
             "a throttle outside 0 to 5 times hover",
         ),
-        Role::Power => (value < 0.0, "a negative power"),
-        Role::Time | Role::Quaternion(_) | Role::Angle(_) => (false, ""),
-    }
+        Role::Power => (0.0..=f64::MAX, "a negative power"),
+        Role::Time | Role::Quaternion(_) | Role::Angle(_) => return None,
+    })
 }
 
 fn norm<const N: usize>(columns: [&[f64]; N], row: usize) -> f64 {
@@ -177,37 +179,32 @@ fn in_order(t_s: &[f64]) -> (Vec<usize>, Vec<usize>) {
 /// Gaps and uneven steps; returns the longest step that is no gap.
 fn steps(keep: &[usize], log: &mut RowRemarks<'_>) -> f64 {
     let t_s = log.t_s;
-    let step = |pair: &[usize]| t_s[pair[1]] - t_s[pair[0]];
-    let all_s: Vec<f64> = keep.windows(2).map(step).collect();
-    let Some(median_s) = median(&mut all_s.clone()) else {
+    let step = |pair: &[usize]| (pair[0], t_s[pair[1]] - t_s[pair[0]]);
+    let steps: Vec<(usize, f64)> = keep.windows(2).map(step).collect();
+    let mut all_s: Vec<f64> = steps.iter().map(|(_, step_s)| *step_s).collect();
+    let Some(median_s) = median(&mut all_s) else {
         return GAP_S;
     };
     let longest_step_s = (GAP_OVER_MEDIAN * median_s).max(GAP_S);
-    let rows_of = |is_told: &dyn Fn(f64) -> bool| -> Vec<usize> {
-        let steps = keep.iter().zip(&all_s);
-        steps
-            .filter(|(_, s)| is_told(**s))
-            .map(|(&row, _)| row)
-            .collect()
-    };
-    let gaps = rows_of(&|step_s| step_s > longest_step_s);
-    let order = |&a: &usize, &b: &usize| all_s[a].total_cmp(&all_s[b]);
-    if let (false, Some(longest)) = (gaps.is_empty(), (0..all_s.len()).max_by(order)) {
+    let is_gap = |(_, step_s): &(usize, f64)| *step_s > longest_step_s;
+    let (gaps, mut uneven): (Vec<_>, Vec<_>) = steps.into_iter().partition(is_gap);
+    if let Some((row, longest_s)) = gaps.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
         let what = format!(
-            "with a gap after them, the longest of {:.3} s at {:.2} s (the median step is {median_s:.3} s); nothing is interpolated across them",
-            all_s[longest], t_s[keep[longest]]
+            "with a gap after them, the longest of {longest_s:.3} s at {:.2} s (the median step is {median_s:.3} s); nothing is interpolated across them",
+            t_s[*row]
         );
-        log.tell(RemarkKind::Gap, &gaps, &what);
+        let rows: Vec<usize> = gaps.iter().map(|(row, _)| *row).collect();
+        log.tell(RemarkKind::Gap, &rows, &what);
     }
-    let is_uneven = |s: f64| s <= longest_step_s && (s - median_s).abs() > UNEVEN * median_s;
-    let uneven = rows_of(&|step_s| is_uneven(step_s));
+    uneven.retain(|(_, step_s)| (step_s - median_s).abs() > UNEVEN * median_s);
     if uneven.len() * 100 > all_s.len() {
-        let of = all_s.iter().copied().filter(|&s| is_uneven(s));
-        let (low_s, high_s) = of.fold((f64::MAX, 0.0_f64), |(l, h), s| (l.min(s), h.max(s)));
+        let (rows, steps_s): (Vec<usize>, Vec<f64>) = uneven.into_iter().unzip();
+        let low_s = steps_s.iter().copied().fold(f64::MAX, f64::min);
+        let high_s = steps_s.iter().copied().fold(0.0, f64::max);
         let what = format!(
             "with uneven steps, {low_s:.3} to {high_s:.3} s (the median is {median_s:.3} s)"
         );
-        log.tell(RemarkKind::UnevenSteps, &uneven, &what);
+        log.tell(RemarkKind::UnevenSteps, &rows, &what);
     }
     longest_step_s
 }

@@ -82,14 +82,19 @@ pub(super) fn baseline(file: &str, declared: &Declared, found: &mut Found) -> Ba
         baseline.wakes = sum.is_some();
         baseline.superposition = sum.unwrap_or(baseline.superposition);
     }
-    let is_delayed = words.word("emitter_delay", &declared.emitter_delay, DELAYS);
-    if is_delayed == Some(true) {
-        let convection = words.convection(declared.convection);
-        baseline.delay = Delay::Transport { convection };
-    } else if declared.convection.is_some() {
+    let delay = words.word("emitter_delay", &declared.emitter_delay, DELAYS);
+    let convection = declared.convection.unwrap_or(1.0);
+    let mut refuse = |message: String| {
         let place = Problem::field(file, "baseline.convection");
-        let message = "means nothing unless `emitter_delay` is `transport`";
         words.found.problem(place, message);
+    };
+    if delay == Some(true) {
+        baseline.delay = Delay::Transport { convection };
+        if !(convection.is_finite() && convection > 0.0) {
+            refuse(format!("is {convection}; it must be finite and above 0"));
+        }
+    } else if declared.convection.is_some() {
+        refuse("means nothing unless `emitter_delay` is `transport`".to_owned());
     }
     let said = &declared.near_field;
     words.set(&mut baseline.upper, "near_field", said, UPPERS);
@@ -139,16 +144,6 @@ impl Spoken<'_> {
                 None
             }
         }
-    }
-
-    fn convection(&mut self, given: Option<f64>) -> f64 {
-        let convection = given.unwrap_or(1.0);
-        if !(convection.is_finite() && convection > 0.0) {
-            let place = Problem::field(self.file, "baseline.convection");
-            let message = format!("is {convection}; it must be finite and above 0");
-            self.found.problem(place, message);
-        }
-        convection
     }
 
     fn unknown(&mut self, key: &str, said: &str, known: &str) {

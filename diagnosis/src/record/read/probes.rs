@@ -73,11 +73,6 @@ fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found
             noun: "reading",
             t_s: &t_s,
         };
-        let mut leave_out = |rows: &[usize], kind, what: &str, samples: &mut [ProbeSample]| {
-            remarks.tell(kind, rows, &format!("left out: {what}"));
-            rows.iter()
-                .for_each(|&row| samples[row].speed_mps = f64::NAN);
-        };
         let mut last_s = f64::NEG_INFINITY;
         let is_backward = |row: &mut usize| {
             let is_backward = t_s[*row] <= last_s;
@@ -93,15 +88,10 @@ fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found
         let is_impossible =
             |row: &mut usize| !(0.0..=FASTEST_MPS).contains(&samples[*row].speed_mps);
         let impossible: Vec<usize> = good.extract_if(.., is_impossible).collect();
-        let words = "their time repeats or goes back";
-        leave_out(&backward, RemarkKind::Impossible, words, samples);
-        let words = "no speed or no position";
-        leave_out(&missing, RemarkKind::Impossible, words, samples);
-        if let Some(&first) = impossible.first() {
-            let first_mps = samples[first].speed_mps;
-            let words = format!("a speed outside 0 to 100 m/s (first {first_mps})");
-            leave_out(&impossible, RemarkKind::Impossible, &words, samples);
-        }
+        let first_mps = impossible
+            .first()
+            .map_or(0.0, |&row| samples[row].speed_mps);
+        let range = format!("a speed outside 0 to 100 m/s (first {first_mps})");
         let speeds = good.iter().map(|&row| samples[row].speed_mps);
         let top_mps = speeds.fold(0.0, f64::max);
         // The highest speed, repeated, is the end of the scale.
@@ -117,8 +107,21 @@ fn judge(samples: &mut [ProbeSample], instrument: &Instrument, found: &mut Found
             .filter(is_stuck)
             .flat_map(|run| run[1..].iter().copied())
             .collect();
-        let words = "the same speed as before, eight or more times in a row";
-        leave_out(&stuck, RemarkKind::Stuck, words, samples);
+        let again = "the same speed as before, eight or more times in a row";
+        for (rows, kind, what) in [
+            (
+                backward,
+                RemarkKind::Impossible,
+                "their time repeats or goes back",
+            ),
+            (missing, RemarkKind::Impossible, "no speed or no position"),
+            (impossible, RemarkKind::Impossible, &range),
+            (stuck, RemarkKind::Stuck, again),
+        ] {
+            remarks.tell(kind, &rows, &format!("left out: {what}"));
+            rows.iter()
+                .for_each(|&row| samples[row].speed_mps = f64::NAN);
+        }
         if top_mps > 0.0 && at_top.len() >= PLATEAU_READINGS {
             let what =
                 format!("at the highest speed of all, {top_mps} m/s: the end of its scale? Kept");
