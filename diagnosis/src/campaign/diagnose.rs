@@ -20,12 +20,11 @@ use crate::record::recording::Recording;
 use crate::statistics::held_out::{FOLDS, Gain};
 use crate::statistics::quantile::root_mean_square;
 use crate::statistics::scan;
+use crate::thrust::free_flight::ABOVE_FLOOR_M;
 use crate::thrust::identify::IdentifyError;
 
 /// Offset (N) that all flights together may have without a fault: 0.2 g.
 const TOLERANCE_N: f64 = 0.002;
-/// Height (m) below which a flight counts as near the floor: what thrust maps are identified above.
-const LOW_M: f64 = 0.35;
 
 /// Most effects named. Chosen here: beyond four, terms mend the form of others.
 const MOST_EFFECTS: usize = 4;
@@ -40,13 +39,8 @@ pub enum CampaignError {
     #[error("no flight logs specific force, attitude, duty cycles and battery voltage")]
     NoForce,
     /// Too few flights to hold any out.
-    #[error("{flights} flights; at least {least} are needed, for whole flights are held out")]
-    TooFew {
-        /// There are.
-        flights: usize,
-        /// Needed.
-        least: usize,
-    },
+    #[error("{0} flights; at least {FOLDS} are needed, for whole flights are held out")]
+    TooFew(usize),
 }
 
 /// A finding over several flights.
@@ -119,7 +113,8 @@ pub struct Located {
     pub p: f64,
 }
 
-/// Recordings that fly near the floor: more than half of their entries lower than 0.35 m above it.
+/// Recordings that fly near the floor: more than half of their entries lower than 0.35 m above it,
+/// from where on thrust maps are identified.
 #[must_use]
 pub fn near_floor(recordings: &[Recording]) -> Vec<usize> {
     let is_low = |recording: &Recording| {
@@ -128,7 +123,9 @@ pub fn near_floor(recordings: &[Recording]) -> Vec<usize> {
         };
         let tracks = recording.vehicles.iter().map(|vehicle| &vehicle.track);
         let positions_m: Vec<_> = tracks.flat_map(|track| &track.position_m).collect();
-        let low = positions_m.iter().filter(|p| p.z - floor_z_m < LOW_M);
+        let low = positions_m
+            .iter()
+            .filter(|p| p.z - floor_z_m < ABOVE_FLOOR_M);
         2 * low.count() > positions_m.len()
     };
     let all = 0..recordings.len();
@@ -155,10 +152,7 @@ pub fn diagnose_campaign(
     let scatter = scatter(&forces, &forces.at_every_step(&base), 1.0 / RATE_HZ);
     let flights = scatter.noise.blocks.count();
     if flights < FOLDS {
-        return Err(CampaignError::TooFew {
-            flights,
-            least: FOLDS,
-        });
+        return Err(CampaignError::TooFew(flights));
     }
     let candidates = library(&forces, forces.alone);
     let setting = Setting::within(&forces, &scatter.noise, base, [1e-6, TOLERANCE_N]);

@@ -14,8 +14,8 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use airflow::DiscPoints;
 use airflow::effects::{Effects, Reception};
-use airflow::{DiscPoints, Wake};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -45,9 +45,8 @@ const NEAR: usize = 2;
 /// remember.
 const WINDOW: usize = 40;
 const BEFORE: usize = 10;
-/// Most windows of which one is judged. Chosen here, so that the
-/// search for a stride ends.
-const MOST_STRIDE: usize = 50;
+/// Most windows of which one is judged. Chosen here, so that the search for a stride ends.
+const MOST_STRIDE: usize = 51;
 /// Half-widths from its axis beyond which a drone above is taken to be without any effect, beside
 /// the receiver's own size. Chosen here: the hover jet has less than half a percent of its speed
 /// there.
@@ -182,7 +181,7 @@ impl<'a> Forces<'a> {
             low_pass: LOW_PASS,
             ..identify::Options::default()
         };
-        let traces = Trace::of_all(recordings, &by_name, (&identify.free, 0.0), LOW_PASS);
+        let traces = Trace::of_all(recordings, &by_name, 0.0, LOW_PASS);
         let maps = fold_maps(&traces, &fold_of, &identify).map_err(|failed| failed.error)?;
         let of_trace = |trace: &Trace| {
             let map = FoldMap::of(&maps, fold_of[trace.recording]?, trace.airframe())?;
@@ -211,17 +210,12 @@ impl<'a> Forces<'a> {
     /// Windows of a few seconds, as many as are allowed, spread over all flights: simulating costs
     /// what is judged and little more.
     fn choose_rows(&mut self) {
-        let mut stride = 1;
-        loop {
+        for stride in 1..=MOST_STRIDE {
             for (index, part) in self.parts.iter_mut().enumerate() {
                 let is_kept = |at: usize| (at / WINDOW + index).is_multiple_of(stride);
                 let is_judged = |at: &usize| {
-                    let every = if part.steps[*at].is_free {
-                        THINNED
-                    } else {
-                        NEAR
-                    };
-                    is_kept(*at) && at.is_multiple_of(every)
+                    let is_free = part.steps[*at].is_free;
+                    is_kept(*at) && at.is_multiple_of(if is_free { THINNED } else { NEAR })
                 };
                 let near = |at: usize| [at, at + BEFORE, at.saturating_sub(BEFORE)];
                 let all = 0..part.steps.len();
@@ -229,10 +223,9 @@ impl<'a> Forces<'a> {
                 part.is_needed = all.map(|at| near(at).into_iter().any(is_kept)).collect();
             }
             self.rows = self.parts.iter().map(|part| part.judged.len()).sum();
-            if self.rows <= MOST_ROWS || stride > MOST_STRIDE {
+            if self.rows <= MOST_ROWS {
                 return;
             }
-            stride += 1;
         }
     }
 
@@ -271,11 +264,6 @@ impl<'a> Forces<'a> {
             place: self.places[row],
         };
         self.judged().enumerate().map(sample).collect()
-    }
-
-    /// The hover wake of a drone above a part.
-    fn wake_of(&self, part: &Part, above: &Above) -> Option<&Wake> {
-        self.wakes.of(part.recording, above.vehicle)
     }
 
     /// Forces (N) at every step of every part under a hypothesis; 0 at those that are not needed.
@@ -511,29 +499,26 @@ fn covariates(forces: &Forces) -> (Vec<Vec<f64>>, Vec<Option<Place>>) {
     let mut columns = vec![Vec::with_capacity(forces.rows); COORDINATES.len()];
     let mut places = Vec::with_capacity(forces.rows);
     for ((part, step), air_mps) in forces.judged().zip(forces.hover_air_mps()) {
-        let mut nearest = [f64::NAN; 5];
-        let mut place = None;
-        for above in &step.above {
+        let of_jet = |above: &Above| {
             let apart_m = above.position_m - step.position_m;
-            let Some(wake) = forces.wake_of(part, above) else {
-                continue;
+            let wake = forces.wakes.of(part.recording, above.vehicle)?;
+            let (beside_m, length_m) = (apart_m.x.hypot(apart_m.y), wake.motor_distance_m());
+            let place = Place {
+                emitter: above.vehicle,
+                s_over_l: apart_m.z / length_m,
+                r_over_l: beside_m / length_m,
+                xi: beside_m / wake.half_width_m(apart_m.z),
+                azimuth_rad: (-apart_m.y).atan2(-apart_m.x),
             };
-            let (half_m, length_m) = (wake.half_width_m(apart_m.z), wake.motor_distance_m());
-            let beside_m = apart_m.x.hypot(apart_m.y);
-            let xi = beside_m / half_m;
-            if nearest[2].is_nan() || xi < nearest[2] {
-                let velocity_mps = above.velocity_mps;
-                nearest = [apart_m.z, beside_m, xi, velocity_mps.z, velocity_mps.norm()];
-                place = Some(Place {
-                    emitter: above.vehicle,
-                    s_over_l: apart_m.z / length_m,
-                    r_over_l: beside_m / length_m,
-                    xi,
-                    azimuth_rad: (-apart_m.y).atan2(-apart_m.x),
-                });
-            }
-        }
-        let [depth_m, beside_m, xi, emitter_climb_mps, emitter_mps] = nearest;
+            let (climb_mps, speed_mps) = (above.velocity_mps.z, above.velocity_mps.norm());
+            let values = [apart_m.z, beside_m, place.xi, climb_mps, speed_mps];
+            Some((place, values))
+        };
+        let jets = step.above.iter().filter_map(of_jet);
+        let nearest = jets.reduce(|best, next| if next.0.xi < best.0.xi { next } else { best });
+        let (place, values) = nearest.unzip();
+        let [depth_m, beside_m, xi, emitter_climb_mps, emitter_mps] =
+            values.unwrap_or([f64::NAN; 5]);
         let row = [
             depth_m,
             beside_m,

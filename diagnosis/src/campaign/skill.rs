@@ -63,8 +63,8 @@ pub struct Curve {
 
 /// The judged rows as recorded and as predicted by a fit to other flights, before and after.
 pub(super) struct Judged<'a> {
-    /// One column for each of [`super::COORDINATES`].
-    columns: &'a [Vec<f64>],
+    /// Depth (m), distance from the axis in half-widths, and height (m) of each row.
+    places: [&'a [f64]; 3],
     /// Flight of each row.
     flights: Vec<usize>,
     recorded: Vec<f64>,
@@ -81,7 +81,7 @@ impl<'a> Judged<'a> {
     ) -> Judged<'a> {
         let recorded = forces.recorded();
         Judged {
-            columns,
+            places: [0, 2, 3].map(|at| columns[at].as_slice()),
             flights: forces.judged().map(|(part, _)| part.flight).collect(),
             before: with_offsets(forces, &recorded, before),
             after: with_offsets(forces, &recorded, after),
@@ -92,9 +92,7 @@ impl<'a> Judged<'a> {
     /// Skills over all rows, below another drone, beside its jet, and near the floor; those without
     /// rows are left out.
     pub(super) fn skills(&self) -> Vec<Skill> {
-        let [depth_m, _, xi, height_m, ..] = self.columns else {
-            return Vec::new();
-        };
+        let [depth_m, xi, height_m] = self.places;
         let places: [(&str, &dyn Fn(usize) -> bool); 4] = [
             ("all rows", &|_| true),
             (
@@ -151,9 +149,7 @@ impl<'a> Judged<'a> {
 
     /// Force by depth and by distance from the axis of a drone above, and by height where none is.
     pub(super) fn curves(&self) -> Vec<Curve> {
-        let [depth_m, _, xi, height_m, ..] = self.columns else {
-            return Vec::new();
-        };
+        let [depth_m, xi, height_m] = self.places;
         let curves: [(&str, &[f64], Abscissa<'_>); 3] = [
             (
                 "depth m, within a half-width",

@@ -21,7 +21,7 @@ use crate::forward::flow::Flow;
 use crate::forward::force::Force;
 use crate::record::recording::{Clock, Recording};
 use crate::record::thrust_map::ThrustMap;
-use crate::thrust::free_flight::{Around, FreeFlight, Trace};
+use crate::thrust::free_flight::{Around, BESIDE_M, Trace};
 use crate::thrust::least_squares::Normal;
 use crate::thrust::low_pass::LowPass;
 
@@ -104,9 +104,8 @@ pub fn offsets(
             known,
         });
     }
-    let free = FreeFlight::default();
     let all = std::slice::from_ref(recording);
-    let traces = Trace::of_all(all, &[0], (&free, free.beside_m), low_pass);
+    let traces = Trace::of_all(all, &[0], BESIDE_M, low_pass);
     let force = |trace| Force::of(recording, trace, (*maps.get(trace.vehicle)?)?, low_pass);
     let search = Search {
         recording,

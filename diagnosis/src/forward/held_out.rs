@@ -104,8 +104,7 @@ pub fn held_out_force(
     }
     let (by_name, fold_of) = deal(recordings, test.folds);
     let options = &test.identify;
-    let around = (&options.free, test.under_m);
-    let traces = Trace::of_all(recordings, &by_name, around, options.low_pass);
+    let traces = Trace::of_all(recordings, &by_name, test.under_m, options.low_pass);
     if traces.is_empty() {
         return Err(ForceTestError::NoForce);
     }

@@ -11,33 +11,19 @@ use crate::record::recording::{Recording, Track, Vehicle};
 use crate::record::thrust_map::{Term, ThrustMap};
 use crate::thrust::low_pass::{self, LowPass};
 
-/// Where a drone counts as flying in undisturbed air.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FreeFlight {
-    /// No other drone is closer than this, measured horizontally (m) ...
-    pub beside_m: f64,
-    /// ... unless it is lower by more than this (m).
-    pub below_m: f64,
-    /// Height above the floor (m) that is more than this.
-    pub floor_m: f64,
-}
-
-/// Chosen here, for drones of 0.1 m: half a jet's width at 3 m to the side, ground effect below a
-/// tenth of a percent (`(R/4z)²` with `R` a rotor's radius).
-impl Default for FreeFlight {
-    fn default() -> FreeFlight {
-        FreeFlight {
-            beside_m: 0.8,
-            below_m: 0.1,
-            floor_m: 0.35,
-        }
-    }
-}
+/// A drone counts as flying in undisturbed air where no other drone is closer than this, measured
+/// horizontally (m) ... Chosen here, for drones of 0.1 m: half a jet's width at 3 m to the side.
+pub(crate) const BESIDE_M: f64 = 0.8;
+/// ... unless it is lower by more than this (m). Chosen here, for the same drones.
+const BELOW_M: f64 = 0.1;
+/// ... and its own height above the floor (m) is more than this. Chosen here: ground effect is below
+/// a tenth of a percent (`(R/4z)²` with `R` a rotor's radius).
+pub(crate) const ABOVE_FLOOR_M: f64 = 0.35;
 
 /// What is around a vehicle at an entry of its track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Around {
-    /// In undisturbed air, as [`FreeFlight`] says.
+    /// In undisturbed air: no drone near, none above, the floor far away.
     Free,
     /// A drone is above, close to its axis.
     Below,
@@ -49,17 +35,11 @@ pub enum Around {
 
 /// What is around a vehicle at every entry of its track; "below" is with another drone higher and
 /// horizontally closer than `under_m`.
-#[must_use]
-pub fn around(
-    recording: &Recording,
-    vehicle: usize,
-    free: &FreeFlight,
-    under_m: f64,
-) -> Vec<Around> {
+fn around(recording: &Recording, vehicle: usize, under_m: f64) -> Vec<Around> {
     let track = &recording.vehicles[vehicle].track;
     let floor_z_m = recording.environment.floor_z_m.unwrap_or(0.0);
     let entry = |(&t_s, position_m): (&f64, &nalgebra::Point3<f64>)| {
-        let mut clear = position_m.z - floor_z_m > free.floor_m;
+        let mut clear = position_m.z - floor_z_m > ABOVE_FLOOR_M;
         let mut below = false;
         for (index, other) in recording.vehicles.iter().enumerate() {
             if index == vehicle {
@@ -71,7 +51,7 @@ pub fn around(
             let apart_m: Vector3<f64> = other.track.position_at(moment) - position_m;
             let beside_m = apart_m.x.hypot(apart_m.y);
             below |= apart_m.z > 0.0 && beside_m < under_m;
-            clear &= beside_m > free.beside_m || apart_m.z < -free.below_m;
+            clear &= beside_m > BESIDE_M || apart_m.z < -BELOW_M;
         }
         match (below, clear) {
             (true, _) => Around::Below,
@@ -116,28 +96,29 @@ pub fn flown_n(map: &ThrustMap, track: &Track) -> Option<Vec<f64>> {
 }
 
 impl<'a> Trace<'a> {
-    /// Every vehicle that logs a force, recordings in the given order; `under_m` as of [`around`].
+    /// Every vehicle that logs a force, recordings in the given order; [`Around::Below`] is within
+    /// `under_m` (m) of another drone's axis.
     pub(crate) fn of_all(
         recordings: &'a [Recording],
         in_order: &[usize],
-        free_under: (&FreeFlight, f64),
+        under_m: f64,
         low_pass: LowPass,
     ) -> Vec<Trace<'a>> {
         let vehicles =
             |&index: &usize| (0..recordings[index].vehicles.len()).map(move |v| (index, v));
         let all = in_order.iter().flat_map(vehicles).collect();
-        Trace::of_each(recordings, all, free_under, low_pass)
+        Trace::of_each(recordings, all, under_m, low_pass)
     }
 
-    /// Some vehicles, by recording and vehicle; those that do not log a force are passed over.
+    /// Some vehicles, by recording and vehicle, as [`Trace::of_all`]; those that do not log a force are passed over.
     pub(crate) fn of_each(
         recordings: &'a [Recording],
         vehicles: Vec<(usize, usize)>,
-        (free, under_m): (&FreeFlight, f64),
+        under_m: f64,
         low_pass: LowPass,
     ) -> Vec<Trace<'a>> {
         let trace = |(recording, vehicle): (usize, usize)| {
-            let around = around(recordings.get(recording)?, vehicle, free, under_m);
+            let around = around(recordings.get(recording)?, vehicle, under_m);
             Trace::new(recordings, (recording, vehicle), around, low_pass)
         };
         vehicles.into_par_iter().filter_map(trace).collect()
@@ -156,15 +137,15 @@ impl<'a> Trace<'a> {
         let battery_v = track.battery_v.as_deref()?;
         let mass_kg = of.airframe.mass_kg();
         let force = track.specific_force_mps2.as_ref()?;
-        let mut lift_n: Vec<f64> = force.iter().map(|a_mps2| mass_kg * a_mps2.z).collect();
+        let logged_n: Vec<f64> = force.iter().map(|a_mps2| mass_kg * a_mps2.z).collect();
         let attitudes = track.attitude.iter();
         let upright = attitudes.map(|body_to_world| (body_to_world * Vector3::z()).z);
         let upright: Vec<f64> = upright.collect();
         let runs = low_pass::runs(&track.t_s, track.longest_step_s, |row| {
             let motors = duty[row].iter().sum::<f64>();
-            (lift_n[row] + upright[row] + battery_v[row] + motors).is_finite()
+            (logged_n[row] + upright[row] + battery_v[row] + motors).is_finite()
         });
-        let logged_n = std::mem::replace(&mut lift_n, vec![f64::NAN; track.t_s.len()]);
+        let mut lift_n = vec![f64::NAN; track.t_s.len()];
         for run in &runs {
             let smooth_n = &mut lift_n[run.clone()];
             smooth_n.copy_from_slice(&logged_n[run.clone()]);

@@ -16,7 +16,7 @@ use serde::Serialize;
 use crate::record::recording::Recording;
 use crate::record::thrust_map::{CUBIC_FROM_ZERO, Term, ThrustMap, ThrustMapError};
 use crate::statistics::quantile::nearest_rank;
-use crate::thrust::free_flight::{FreeFlight, Trace};
+use crate::thrust::free_flight::Trace;
 use crate::thrust::least_squares::{Solved, lag_standard_error_s};
 use crate::thrust::low_pass::LowPass;
 
@@ -50,8 +50,6 @@ pub struct Options {
     /// Applied to specific force and thrust alike, so that what is left is what the low-pass leaves
     /// of the difference.
     pub low_pass: LowPass,
-    /// Which rows count.
-    pub free: FreeFlight,
 }
 
 /// How the lag of a thrust map is found.
@@ -70,7 +68,6 @@ impl Default for Options {
             base: None,
             lag: Lag::UpTo(0.15),
             low_pass: LowPass { cutoff_hz: 5.0 },
-            free: FreeFlight::default(),
         }
     }
 }
@@ -138,8 +135,7 @@ pub fn identify(
     vehicles: &[(usize, usize)],
     options: &Options,
 ) -> Result<Identification, IdentifyError> {
-    let around = (&options.free, 0.0);
-    let traces = Trace::of_each(recordings, vehicles.to_vec(), around, options.low_pass);
+    let traces = Trace::of_each(recordings, vehicles.to_vec(), 0.0, options.low_pass);
     Bench::new(traces.iter().collect(), options).fit(|_| true)
 }
 
@@ -305,40 +301,15 @@ impl<'a> Bench<'a> {
         };
         let grams = self.grams_at(lag_s, &members);
         let solved = Solved::new(&grams, terms).ok_or_else(degenerate)?;
-        let lag_standard_error_s = inside
-            .then(|| {
-                let [before, after] = [-HALF_STEP_S, HALF_STEP_S]
-                    .map(|shift_s| self.grams_at(lag_s + shift_s, &members));
-                let flights = self.clusters(&members);
-                lag_standard_error_s(&solved, &before, &after, &flights, HALF_STEP_S)
-            })
-            .flatten();
-        self.report(&members, &grams, &solved, lag_s, lag_standard_error_s)
-    }
-
-    /// Which flight each member belongs to: recordings in order, counted from 0.
-    fn clusters(&self, members: &[usize]) -> Vec<usize> {
-        let mut recordings: Vec<usize> =
-            members.iter().map(|&m| self.traces[m].recording).collect();
-        recordings.sort_unstable();
-        recordings.dedup();
-        let place = |&m: &usize| recordings.partition_point(|&r| r < self.traces[m].recording);
-        members.iter().map(place).collect()
-    }
-
-    fn report(
-        &self,
-        members: &[usize],
-        grams: &[DMatrix<f64>],
-        solved: &Solved,
-        lag_s: f64,
-        lag_standard_error_s: Option<f64>,
-    ) -> Result<Identification, IdentifyError> {
-        let free = || {
-            members
-                .iter()
-                .flat_map(|&member| self.traces[member].free_duty())
+        let flights = self.clusters(&members);
+        let of_lag = || {
+            let [before, after] =
+                [-HALF_STEP_S, HALF_STEP_S].map(|shift_s| self.grams_at(lag_s + shift_s, &members));
+            lag_standard_error_s(&solved, &before, &after, &flights, HALF_STEP_S)
         };
+        let lag_standard_error_s = inside.then(of_lag).flatten();
+        let used = || members.iter().map(|&member| self.traces[member]);
+        let free = || used().flat_map(Trace::free_duty);
         let mut duties: Vec<f64> = free().flat_map(|(duty, _)| duty).collect();
         let mut batteries_v: Vec<f64> = free().map(|(_, battery_v)| battery_v).collect();
         duties.sort_unstable_by(f64::total_cmp);
@@ -346,11 +317,10 @@ impl<'a> Bench<'a> {
         let quantile = |sorted: &[f64], p: f64| nearest_rank(sorted, p).unwrap_or(f64::NAN);
         let fitted = [0.5 * OUTSIDE_SHARE, 1.0 - 0.5 * OUTSIDE_SHARE].map(|p| quantile(&duties, p));
         let base = self.options.base.as_ref();
-        let map = self.map(solved, lag_s, base.map_or(fitted, ThrustMap::duty_range))?;
-        let flights = self.clusters(members);
+        let map = self.map(&solved, lag_s, base.map_or(fitted, ThrustMap::duty_range))?;
         let (middle_duty, middle_v) = (quantile(&duties, 0.5), quantile(&batteries_v, 0.5));
         Ok(Identification {
-            standard_errors_n: solved.standard_errors(grams, &flights),
+            standard_errors_n: solved.standard_errors(&grams, &flights),
             lag_standard_error_s,
             scatter_n: (solved.square_n2 / batteries_v.len() as f64).sqrt(),
             offset_n: map.offset_n(),
@@ -361,6 +331,16 @@ impl<'a> Bench<'a> {
             flights: flights.iter().max().map_or(0, |last| last + 1),
             map,
         })
+    }
+
+    /// Which flight each member belongs to: recordings in order, counted from 0.
+    fn clusters(&self, members: &[usize]) -> Vec<usize> {
+        let mut recordings: Vec<usize> =
+            members.iter().map(|&m| self.traces[m].recording).collect();
+        recordings.sort_unstable();
+        recordings.dedup();
+        let place = |&m: &usize| recordings.partition_point(|&r| r < self.traces[m].recording);
+        members.iter().map(place).collect()
     }
 
     /// The base with the fitted terms added.

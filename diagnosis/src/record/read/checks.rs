@@ -102,14 +102,12 @@ pub(super) fn check(
 
 /// The first thing that is wrong with a row, in words, and the value at fault.
 fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'static str, f64)> {
-    let values = || {
-        let columns = samples
-            .columns
-            .iter()
-            .map(|(role, column)| (*role, column[row]));
-        columns.filter(|(role, _)| *role != Role::Time)
-    };
-    if let Some((_, value)) = values().find(|(_, value)| !value.is_finite()) {
+    let columns = samples
+        .columns
+        .iter()
+        .map(|(&role, column)| (role, column[row]));
+    let values = columns.filter(|(role, _)| *role != Role::Time);
+    if let Some((_, value)) = values.clone().find(|(_, value)| !value.is_finite()) {
         return Some(("a value is missing or not finite", value));
     }
     let of_value = |(role, value)| {
@@ -126,10 +124,8 @@ fn fault(samples: &Samples, limits: &Conventions, row: usize) -> Option<(&'stati
         let words = "more than 0.2 m below the floor";
         (z_m < limits.floor_z_m? - BELOW_FLOOR_M).then_some((words, z_m))
     };
-    values()
-        .find_map(of_value)
-        .or_else(of_norm)
-        .or_else(of_floor)
+    let found = values.clone().find_map(of_value);
+    found.or_else(of_norm).or_else(of_floor)
 }
 
 /// What a drone's values lie within, and in words what others are; `None`: they may be anything.

@@ -124,11 +124,9 @@ pub(super) fn meaning(name: &str) -> Option<(Role, Unit)> {
     names().find_map(|(stem, role, units)| {
         let suffix = name.strip_prefix(stem)?;
         let (_, factor) = units.iter().find(|(known, _)| *known == suffix)?;
-        let is_over_gravity = suffix == GRAVITIES;
-        let unit = if is_over_gravity {
-            Unit::Gravities
-        } else {
-            Unit::Times(*factor)
+        let unit = match suffix {
+            GRAVITIES => Unit::Gravities,
+            _ => Unit::Times(*factor),
         };
         Some((role, unit))
     })
@@ -194,7 +192,14 @@ pub(super) fn read(
     let columns = find(file, table.header(), renamed, found);
     check(&columns, found);
     for (role, count) in groups() {
-        refuse_partial(file, &columns, (0..count).map(role), found);
+        let is_missing = |role: &Role| !columns.by_role.contains_key(role);
+        let (missing, given): (Vec<_>, Vec<_>) = (0..count).map(role).partition(is_missing);
+        if !given.is_empty() && !missing.is_empty() {
+            let given = given.iter().map(|role| columns.by_role[role].name.as_str());
+            let missing = listed(missing.into_iter().map(stem_of));
+            let message = format!("has the columns {} but none for {missing}", listed(given));
+            found.problem(Problem::file(file).line(1), message);
+        }
     }
     if found.problems.len() > before {
         return None;
@@ -206,24 +211,6 @@ pub(super) fn read(
     }
     let wanted: Vec<usize> = columns.by_role.values().map(|column| column.at).collect();
     Some((table.read(&wanted, columns.vehicle, found), columns))
-}
-
-/// A group that is only partly there is a problem.
-fn refuse_partial(
-    file: &str,
-    columns: &Columns,
-    roles: impl Iterator<Item = Role>,
-    found: &mut Found,
-) {
-    let is_given = |role: &Role| columns.by_role.contains_key(role);
-    let (given, missing): (Vec<Role>, Vec<Role>) = roles.partition(is_given);
-    if given.is_empty() || missing.is_empty() {
-        return;
-    }
-    let given = given.iter().map(|role| columns.by_role[role].name.as_str());
-    let missing = listed(missing.into_iter().map(stem_of));
-    let message = format!("has the columns {} but none for {missing}", listed(given));
-    found.problem(Problem::file(file).line(1), message);
 }
 
 fn twice(file: &str, first: &str, second: &str, found: &mut Found) {

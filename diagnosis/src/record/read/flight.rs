@@ -5,7 +5,7 @@ use airflow::{Air, Airframe, Jet};
 use nalgebra::Vector3;
 
 use super::campaign::{Campaign, Sourced, VehicleType};
-use super::columns::{self, Columns, Role as Column};
+use super::columns::{self, Role as Column};
 use super::conventions::{CRASH_TILT_DEG, Conventions};
 use super::found::{Found, listed};
 use super::samples::Samples;
@@ -93,9 +93,21 @@ fn vehicles(
 ) -> Option<Vec<Vehicle>> {
     let renamed = &campaign.columns.0;
     let (mut rows, columns) = columns::read(file, bytes, renamed, found, |columns, found| {
-        a_vehicle_is_named(file, columns, campaign, found);
-        what_acceleration_is(file, columns, campaign, found);
+        if columns.vehicle.is_none() && campaign.vehicles.0.len() != 1 {
+            let ids = listed(campaign.vehicles.keys());
+            let message = format!("is missing, and the campaign has several vehicles: {ids}");
+            found.problem(Problem::field(file, "vehicle").line(1), message);
+        }
+        // Without its kind an acceleration is one gravity off, or not.
+        let acceleration = columns.by_role.get(&Column::Acceleration(0));
+        if let (Some(column), None) = (acceleration, campaign.acceleration) {
+            let place = Problem::field(file, &column.name).line(1);
+            let message = "is an acceleration, and the metadata do not say of which kind";
+            let help = "write `acceleration: SpecificForceInWorld` (at hover az is +g), `SpecificForceInBody`, `GravityRemovedInWorld` (at hover az is 0) or `GravityRemovedInBody`";
+            found.helped(place, message, Some(help.to_owned()));
+        }
     })?;
+    // A table without a column of vehicles is of the only one that the campaign has.
     if let (None, [(only, _)]) = (columns.vehicle, campaign.vehicles.0.as_slice()) {
         rows.names = vec![only.clone()];
         rows.named = vec![0; rows.lines.len()];
@@ -111,29 +123,6 @@ fn vehicles(
         vehicles.extend(vehicle(id, file, samples, kind, campaign, found));
     }
     Some(vehicles)
-}
-
-/// A table without a column of vehicles is of the only one that the campaign has.
-fn a_vehicle_is_named(file: &str, columns: &Columns, campaign: &Campaign, found: &mut Found) {
-    if columns.vehicle.is_none() && campaign.vehicles.0.len() != 1 {
-        let ids = listed(campaign.vehicles.keys());
-        let message = format!("is missing, and the campaign has several vehicles: {ids}");
-        found.problem(Problem::field(file, "vehicle").line(1), message);
-    }
-}
-
-/// Without its kind an acceleration is one gravity off, or not.
-fn what_acceleration_is(file: &str, columns: &Columns, campaign: &Campaign, found: &mut Found) {
-    let Some(column) = columns.by_role.get(&Column::Acceleration(0)) else {
-        return;
-    };
-    if campaign.acceleration.is_none() {
-        found.helped(
-            Problem::field(file, &column.name).line(1),
-            "is an acceleration, and the metadata do not say of which kind",
-            Some("write `acceleration: SpecificForceInWorld` (at hover az is +g), `SpecificForceInBody`, `GravityRemovedInWorld` (at hover az is 0) or `GravityRemovedInBody`".to_owned()),
-        );
-    }
 }
 
 /// One vehicle with its track; `None` where nothing of it is left.

@@ -24,9 +24,9 @@ impl<'a> Fields<'a> {
 
     fn of(file: &'a str, path: String, value: &'a Value, found: &mut Found) -> Option<Fields<'a>> {
         let Some(map) = value.as_object() else {
-            let place = Problem {
-                field: (!path.is_empty()).then_some(path),
-                ..Problem::file(file)
+            let place = match path.as_str() {
+                "" => Problem::file(file),
+                path => Problem::field(file, path),
             };
             let message = format!("must be an object `{{...}}`, not {}", kind(value));
             found.problem(place, message);
@@ -93,18 +93,13 @@ impl<'a> Fields<'a> {
     }
 
     /// The value of a key that must be there.
-    fn get<T>(&mut self, key: &'static str, held: Held<'a, T>, found: &mut Found) -> Option<T> {
-        let value = self.required(key, found)?;
-        self.held(key, held, value, found)
-    }
-
-    fn held<T>(
-        &self,
-        key: &str,
+    fn get<T>(
+        &mut self,
+        key: &'static str,
         (what, held): Held<'a, T>,
-        value: &'a Value,
         found: &mut Found,
     ) -> Option<T> {
+        let value = self.required(key, found)?;
         let meant = held(value);
         if meant.is_none() {
             let message = format!("must be {what}, not {}", kind(value));
@@ -119,8 +114,8 @@ impl<'a> Fields<'a> {
 
     /// A number that may be left out or null.
     pub(super) fn optional_number(&mut self, key: &'static str, found: &mut Found) -> Option<f64> {
-        let value = self.value(key)?;
-        self.held(key, ("a number", Value::as_f64), value, found)
+        self.value(key)?;
+        self.number(key, found)
     }
 
     pub(super) fn text(&mut self, key: &'static str, found: &mut Found) -> Option<&'a str> {

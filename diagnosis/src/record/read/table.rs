@@ -51,7 +51,11 @@ impl<'b> Table<'b> {
             found.problem(Problem::file(file), message);
             return None;
         }
-        if let ([only], Some(separator)) = (header.as_slice(), separator(&header)) {
+        let separators = [(';', "semicolons"), ('\t', "tabs")].into_iter();
+        let separator = |only: &str| separators.clone().find(|(mark, _)| only.contains(*mark));
+        if let [only] = header.as_slice()
+            && let Some((_, separator)) = separator(only)
+        {
             let help = format!("write commas instead of {separator}");
             let message = format!("has one column, `{only}`");
             found.helped(Problem::file(file).line(1), message, Some(help));
@@ -220,15 +224,6 @@ fn number(cell: &[u8]) -> Option<f64> {
         return Some(f64::NAN);
     }
     text.parse().ok()
-}
-
-/// What separates the columns of a table that seems to have only one.
-fn separator(header: &[String]) -> Option<&'static str> {
-    let only = header.first()?;
-    [(';', "semicolons"), ('\t', "tabs")]
-        .into_iter()
-        .find(|(mark, _)| only.contains(*mark))
-        .map(|(_, word)| word)
 }
 
 #[cfg(test)]

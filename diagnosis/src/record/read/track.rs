@@ -92,16 +92,15 @@ pub(super) fn track(
         };
         all.iter().zip(&attitude).map(force).collect()
     });
-    let duty = samples.group::<4>(Role::Duty);
-    let motors = |all: [&[f64]; 4]| {
-        let motors = |&row: &usize| all.map(|duty| duty[row]);
-        keep.iter().map(motors).collect()
-    };
+    let duty = samples.group::<4>(Role::Duty).map(|motors| {
+        let rows = keep.iter();
+        rows.map(|&row| motors.map(|duty| duty[row])).collect()
+    });
     Some(Track {
         throttle_ratio: column(Role::Throttle),
         power_w: column(Role::Power),
         battery_v: column(Role::Battery),
-        duty: duty.map(motors),
+        duty,
         t_s,
         position_m,
         velocity_mps,

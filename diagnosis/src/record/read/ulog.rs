@@ -137,12 +137,8 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         let mut q = brought(topic, &same_half(logged), NEAR_S);
         for row in 0..t_s.len() {
             // Between two quaternions that are apart the chord is short.
-            let norm = q
-                .iter()
-                .map(|part| part[row] * part[row])
-                .sum::<f64>()
-                .sqrt();
-            q.iter_mut().for_each(|part| part[row] /= norm);
+            let square: f64 = q.iter().map(|part| part[row] * part[row]).sum();
+            q.iter_mut().for_each(|part| part[row] /= square.sqrt());
         }
         // Logged as w, x, y, z.
         q.rotate_left(1);
@@ -155,19 +151,17 @@ fn samples(id: &str, file: &str, topics: &Topics, found: &mut Found) -> Option<S
         let mean = |values: &Vec<f64>| averaged(&at_s, values, &t_s, NEAR_S);
         put(Role::Acceleration, logged.iter().map(mean).collect());
     }
-    let motors = whole("actuator_motors", 0..4).map(|(topic, logged)| (topic, logged.to_vec()));
-    let motors = motors.or_else(|| {
-        let (topic, pulses_us) = whole("actuator_outputs", 0..4)?;
+    if let Some((topic, logged)) = whole("actuator_motors", 0..4) {
+        put(Role::Duty, brought(topic, logged, NEAR_S));
+    } else if let Some((topic, pulses_us)) = whole("actuator_outputs", 0..4) {
         let [low_us, high_us] = PULSE_US;
         let message =
             format!("motors from pulse widths: {low_us} to {high_us} us are taken as 0 to 1");
         found.remark(RemarkKind::Assumed, Some(id), message);
         let duty = |pulse_us: &f64| (pulse_us - low_us) / (high_us - low_us);
         let motor = |pulses_us: &Vec<f64>| pulses_us.iter().map(duty).collect();
-        Some((topic, pulses_us.iter().map(motor).collect()))
-    });
-    if let Some((topic, logged)) = motors {
-        put(Role::Duty, brought(topic, &logged, NEAR_S));
+        let motors: Vec<Vec<f64>> = pulses_us.iter().map(motor).collect();
+        put(Role::Duty, brought(topic, &motors, NEAR_S));
     }
     if let Some((topic, logged)) = whole("battery_status", 0..1) {
         put(|_| Role::Battery, brought(topic, logged, BATTERY_NEAR_S));
@@ -411,18 +405,16 @@ fn bytes_at<const N: usize>(data: &[u8], offset: u16) -> Option<[u8; N]> {
 /// A field of the types that the topics above have had over the years.
 fn value(field: &FlattenedField, data: &[u8]) -> Option<f64> {
     let at = field.offset;
-    match field.field_type {
-        FlattenedFieldType::Float => bytes_at(data, at).map(|b| f64::from(f32::from_le_bytes(b))),
-        FlattenedFieldType::Double => bytes_at(data, at).map(f64::from_le_bytes),
-        FlattenedFieldType::Bool | FlattenedFieldType::UInt8 => {
-            bytes_at::<1>(data, at).map(|b| f64::from(b[0]))
-        }
-        FlattenedFieldType::UInt16 => bytes_at(data, at).map(|b| f64::from(u16::from_le_bytes(b))),
-        FlattenedFieldType::Int16 => bytes_at(data, at).map(|b| f64::from(i16::from_le_bytes(b))),
-        FlattenedFieldType::UInt32 => bytes_at(data, at).map(|b| f64::from(u32::from_le_bytes(b))),
-        FlattenedFieldType::Int32 => bytes_at(data, at).map(|b| f64::from(i32::from_le_bytes(b))),
-        _ => None,
-    }
+    Some(match field.field_type {
+        FlattenedFieldType::Float => f32::from_le_bytes(bytes_at(data, at)?).into(),
+        FlattenedFieldType::Double => f64::from_le_bytes(bytes_at(data, at)?),
+        FlattenedFieldType::Bool | FlattenedFieldType::UInt8 => bytes_at::<1>(data, at)?[0].into(),
+        FlattenedFieldType::UInt16 => u16::from_le_bytes(bytes_at(data, at)?).into(),
+        FlattenedFieldType::Int16 => i16::from_le_bytes(bytes_at(data, at)?).into(),
+        FlattenedFieldType::UInt32 => u32::from_le_bytes(bytes_at(data, at)?).into(),
+        FlattenedFieldType::Int32 => i32::from_le_bytes(bytes_at(data, at)?).into(),
+        _ => return None,
+    })
 }
 
 /// The topics of the tables that `ulog2csv` wrote of one log: `LOG_TOPIC_0.csv`.
