@@ -19,6 +19,7 @@
 //! set is told. A weight that stands in a propeller's wash takes its thrust too, and reads as a
 //! damaged propeller; no steady duty cycle can tell that.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 use serde::Serialize;
@@ -235,9 +236,7 @@ pub fn hardware_rows(
     is_normal: &[bool],
 ) -> Vec<HardwareRow> {
     let efforts: Vec<Option<Effort>> = recordings.iter().map(Effort::of).collect();
-    let mut drones: Vec<&str> = drone_of.to_vec();
-    drones.sort_unstable();
-    drones.dedup();
+    let drones: BTreeSet<&str> = drone_of.iter().copied().collect();
     let normal_of = |drone: &str, but: usize| -> Vec<Effort> {
         (0..recordings.len())
             .filter(|&i| i != but && is_normal[i] && drone_of[i] == drone)

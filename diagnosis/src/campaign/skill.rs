@@ -114,10 +114,9 @@ impl<'a> Judged<'a> {
         let mut by_flight = vec![R2Sums::default(); self.flights.iter().max()? + 1];
         let mut total = R2Sums::default();
         for i in (0..self.recorded.len()).filter(|&i| test(i)) {
-            let mut one = R2Sums::default();
-            one.add(self.recorded[i], [self.before[i], self.after[i]]);
-            by_flight[self.flights[i]] += one;
-            total += one;
+            let predicted = [self.before[i], self.after[i]];
+            by_flight[self.flights[i]].add(self.recorded[i], predicted);
+            total.add(self.recorded[i], predicted);
         }
         by_flight.retain(|sums| sums.rows > 0.0);
         let rows = total.rows as usize;

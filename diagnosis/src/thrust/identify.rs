@@ -9,6 +9,8 @@
 //! cov = F/(F-1) · (XᵀX)⁻¹ ( Σ_flights Xᵀe eᵀX ) (XᵀX)⁻¹           F flights
 //! ```
 
+use std::collections::BTreeSet;
+
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -198,15 +200,11 @@ pub(crate) fn fold_maps(
     fold_of: &[Option<usize>],
     options: &Options,
 ) -> Result<Vec<FoldMap>, FoldError> {
-    let mut airframes: Vec<&str> = traces.iter().map(Trace::airframe).collect();
-    airframes.sort_unstable();
-    airframes.dedup();
+    let airframes: BTreeSet<&str> = traces.iter().map(Trace::airframe).collect();
     let mut maps = Vec::new();
     for airframe in airframes {
         let own = || traces.iter().filter(|trace| trace.airframe() == airframe);
-        let mut folds: Vec<usize> = own().filter_map(|trace| fold_of[trace.recording]).collect();
-        folds.sort_unstable();
-        folds.dedup();
+        let folds: BTreeSet<usize> = own().filter_map(|of| fold_of[of.recording]).collect();
         let bench = Bench::new(own().collect(), options);
         for fold in folds {
             let found = bench.fit(|recording| fold_of[recording] != Some(fold));
@@ -335,11 +333,9 @@ impl<'a> Bench<'a> {
 
     /// Which flight each member belongs to: recordings in order, counted from 0.
     fn clusters(&self, members: &[usize]) -> Vec<usize> {
-        let mut recordings: Vec<usize> =
-            members.iter().map(|&m| self.traces[m].recording).collect();
-        recordings.sort_unstable();
-        recordings.dedup();
-        let place = |&m: &usize| recordings.partition_point(|&r| r < self.traces[m].recording);
+        let of = |&member: &usize| self.traces[member].recording;
+        let all: BTreeSet<usize> = members.iter().map(of).collect();
+        let place = |member: &usize| all.range(..of(member)).count();
         members.iter().map(place).collect()
     }
 

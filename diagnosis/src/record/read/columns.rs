@@ -26,6 +26,13 @@ pub(super) enum Role {
     Power,
 }
 
+impl Role {
+    /// Whether nothing is where anything was without it.
+    pub(super) fn is_required(self) -> bool {
+        matches!(self, Role::Time | Role::Position(_))
+    }
+}
+
 /// From a column's numbers to ours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Unit {
@@ -96,9 +103,6 @@ pub(super) fn groups() -> impl Iterator<Item = (RoleOf, usize)> {
 
 /// Names of the column that says whose row it is.
 const VEHICLE: [&str; 2] = ["vehicle", "vehicle_id"];
-
-/// Without these nothing is where anything was.
-const REQUIRED: [&str; 4] = ["t", "x", "y", "z"];
 
 /// Which column of a table holds what.
 #[derive(Debug, Default)]
@@ -172,8 +176,10 @@ fn find(file: &str, header: &[String], renamed: &[(String, String)], found: &mut
             );
         }
     }
-    for stem in REQUIRED {
-        require(file, stem, header, &columns, found);
+    for (stem, role, units) in names().filter(|(_, role, _)| role.is_required()) {
+        if !columns.by_role.contains_key(&role) {
+            missing(file, (stem, units), header, found);
+        }
     }
     columns
 }
@@ -224,29 +230,22 @@ fn stem_of(role: Role) -> &'static str {
     entry.map_or("?", |(stem, _, _)| stem)
 }
 
-/// Reports a required column that is missing, or there without a unit, or with one that is not
-/// known.
-fn require(file: &str, stem: &str, header: &[String], columns: &Columns, found: &mut Found) {
-    let Some((_, role, units)) = names().find(|(known, _, _)| *known == stem) else {
-        return;
-    };
-    if columns.by_role.contains_key(&role) {
-        return;
-    }
+/// A required column is missing, or there without a unit, or with one that is not known.
+fn missing(file: &str, (stem, units): (&str, Units), header: &[String], found: &mut Found) {
     let names = units.iter().map(|(unit, _)| format!("{stem}{unit}"));
     let names: Vec<String> = names.collect();
-    let has_unit = |name: &String| {
+    let has_unit = |name: &&String| {
         let rest = name.strip_prefix(stem);
         rest.is_some_and(|rest| rest.len() > 1 && rest.starts_with('_'))
     };
     let bare = header.iter().find(|name| *name == stem);
-    let (name, message) = match (bare, header.iter().find(|name| has_unit(name))) {
+    let (name, message) = match (bare, header.iter().find(has_unit)) {
         (Some(name), _) => (name, "has no unit in its name".to_owned()),
         (None, Some(name)) => (name, format!("has a unit that is not known for `{stem}`")),
         (None, None) => (&names[0], "is missing".to_owned()),
     };
-    let is_there = header.contains(name);
-    let theirs = if is_there { name } else { "your column" };
+    let theirs = header.iter().find(|theirs| *theirs == name);
+    let theirs = theirs.map_or("your column", String::as_str);
     let help = format!(
         "name it one of {}, or write `columns: {{ \"{}\": \"{theirs}\" }}` in the metadata, with the unit that it has",
         listed(names.iter().map(String::as_str)),

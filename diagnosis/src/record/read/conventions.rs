@@ -1,6 +1,5 @@
 //! How a log is to be understood: frames, signs, kinds of acceleration.
 
-use airflow::GRAVITY_MPS2;
 use nalgebra::Vector3;
 use serde::Deserialize;
 
@@ -70,20 +69,3 @@ pub(super) struct Conventions {
 
 /// Tilt (deg) taken for a crash. Chosen here: the model is of hover and slow flight.
 pub(super) const CRASH_TILT_DEG: f64 = 45.0;
-
-/// World z up, nothing offset, no floor.
-impl Default for Conventions {
-    fn default() -> Conventions {
-        Conventions {
-            frame: Frame::ZUp,
-            acceleration: None,
-            rotation: Turns::BodyToWorld,
-            pitch: None,
-            gravity_mps2: GRAVITY_MPS2,
-            rotor_offset_m: Vector3::zeros(),
-            floor_z_m: None,
-            touch_z_m: None,
-            crash_tilt_rad: CRASH_TILT_DEG.to_radians(),
-        }
-    }
-}

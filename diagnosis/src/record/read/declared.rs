@@ -134,16 +134,15 @@ impl Spoken<'_> {
         let Some(exponent) = law.strip_prefix(POWER_LAW) else {
             return self.word("receiver_law", said, RECEIVER_LAWS);
         };
-        match exponent.trim_matches(['(', ')']).parse::<f64>() {
-            Ok(exponent) if exponent.is_finite() && exponent >= 0.0 => {
-                Some(ReceiverLaw::HoldsThrust { exponent })
-            }
-            _ => {
-                let known = "`throttle = beta^` and a number, 0 or more";
-                self.unknown("receiver_law", &law, known);
-                None
-            }
+        let exponent = exponent.trim_matches(['(', ')']).parse::<f64>().ok();
+        let exponent = exponent.filter(|exponent| exponent.is_finite() && *exponent >= 0.0);
+        if exponent.is_none() {
+            let known = "`throttle = beta^` and a number, 0 or more";
+            self.unknown("receiver_law", &law, known);
         }
+        Some(ReceiverLaw::HoldsThrust {
+            exponent: exponent?,
+        })
     }
 
     fn unknown(&mut self, key: &str, said: &str, known: &str) {

@@ -4,10 +4,11 @@
 use std::collections::BTreeMap;
 
 use airflow::{Air, Airframe, Jet};
+use nalgebra::Vector3;
 use serde_json::Value;
 
 use super::columns::{self, Columns};
-use super::conventions::Conventions;
+use super::conventions::{CRASH_TILT_DEG, Conventions, Frame, Turns};
 use super::declared::{Declared, baseline};
 use super::found::{Found, RowRemarks, did_you_mean, listed};
 use super::json::Fields;
@@ -115,9 +116,15 @@ fn vehicles(bytes: &[u8], meta: &mut Meta, found: &mut Found) -> Option<()> {
     };
     let (rows, columns) = columns::read(VEHICLES, bytes, &[], found, is_named)?;
     let how = Conventions {
+        frame: Frame::ZUp,
+        acceleration: None,
+        rotation: Turns::BodyToWorld,
+        pitch: None,
         gravity_mps2: meta.recording.environment.gravity_mps2,
+        rotor_offset_m: Vector3::zeros(),
         floor_z_m: meta.recording.environment.floor_z_m,
-        ..Conventions::default()
+        touch_z_m: None,
+        crash_tilt_rad: CRASH_TILT_DEG.to_radians(),
     };
     let by_vehicle = rows.by_vehicle(VEHICLES, meta.ids.iter().map(String::as_str), found);
     for vehicle in std::mem::take(&mut meta.recording.vehicles) {

@@ -34,8 +34,7 @@ impl Samples {
                 Unit::Gravities => gravity_mps2,
             };
             let values: Vec<f64> = mine.iter().map(|&row| all[row] * factor).collect();
-            let is_required = matches!(role, Role::Time | Role::Position(_));
-            if !is_required && values.iter().all(|value| value.is_nan()) {
+            if !role.is_required() && values.iter().all(|value| value.is_nan()) {
                 empty.push(column.name.as_str());
             } else {
                 samples.columns.insert(role, values);

@@ -204,12 +204,10 @@ impl Rows {
         by_name
     }
 
-    /// Index of a name; rows of one vehicle mostly follow each other, so the last one is tried
-    /// first.
+    /// Index of a name.
     fn name(&mut self, name: &[u8]) -> usize {
-        let is_named = |known: &usize| self.names[*known].as_bytes() == name;
-        let last = self.named.last().copied().filter(is_named);
-        let known = last.or_else(|| (0..self.names.len()).find(is_named));
+        let mut names = self.names.iter();
+        let known = names.position(|known| known.as_bytes() == name);
         known.unwrap_or_else(|| {
             self.names.push(String::from_utf8_lossy(name).into_owned());
             self.names.len() - 1

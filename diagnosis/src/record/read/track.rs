@@ -160,9 +160,13 @@ mod tests {
         Conventions {
             frame,
             acceleration: Some(acceleration),
+            rotation: Turns::BodyToWorld,
+            pitch: None,
             gravity_mps2: G,
+            rotor_offset_m: Vector3::zeros(),
+            floor_z_m: None,
+            touch_z_m: None,
             crash_tilt_rad: 1.0,
-            ..Conventions::default()
         }
     }
 
