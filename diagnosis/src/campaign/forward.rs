@@ -120,7 +120,6 @@ pub(super) fn forward(
             rivals: Vec::new(),
             runner_up: None,
             chosen: best,
-            alternatives: turns.iter().map(|turn| turn.alternatives.clone()).collect(),
         },
         turns,
         next,

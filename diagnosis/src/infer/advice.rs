@@ -39,7 +39,7 @@ pub fn advice(
     let chosen = &selection.chosen;
     let mut kept: Vec<String> = Vec::new();
     for (place, rivals) in selection.rivals.iter().enumerate() {
-        let Some(rival) = rivals.first() else {
+        let Some((_, rival)) = rivals.first() else {
             continue;
         };
         let own = chosen.which.get(place);

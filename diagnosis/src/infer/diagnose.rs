@@ -25,7 +25,7 @@ use crate::statistics::bootstrap::intervals_95;
 use crate::statistics::held_out::FOLDS;
 use crate::statistics::lack_of_fit::minimum_detectable;
 use crate::statistics::noise::Noise;
-use crate::statistics::quantile::{nearest_rank, root_mean_square};
+use crate::statistics::quantile::{difference, nearest_rank, root_mean_square};
 
 /// Why a recording cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -138,7 +138,6 @@ pub fn diagnose_channel(
     for (sample, value) in observed.samples.iter().zip(&corrected) {
         prediction[sample.row] = *value;
     }
-    let members = selection.chosen.members(&candidates);
     let runner_up = selection.runner_up.as_ref().map(|(second, more)| RunnerUp {
         name: candidates[*second].name.into(),
         gain: more.total,
@@ -150,7 +149,7 @@ pub fn diagnose_channel(
         samples: observed.samples.len(),
         verdict: verdict(shape.is_some(), &effects),
         region: region(&observed, &noise, &corrected),
-        held_out: held_out(&setting, &members, &selection, shape.as_ref()),
+        held_out: held_out(&setting, &candidates, &selection, shape.as_ref()),
         candidates: ranked(&candidates, &selection),
         shape,
         p: test.p,
@@ -168,7 +167,7 @@ pub fn diagnose_channel(
 fn clearer(observed: &Observed, before: &Noise, tried: &Singles) -> Option<Noise> {
     let recorded = observed.recorded();
     let likelihood = |noise: &Noise, predicted: &[f64]| {
-        let left: Vec<f64> = recorded.iter().zip(predicted).map(|(y, f)| y - f).collect();
+        let left = difference(&recorded, predicted);
         noise.whitener.log_density(&left)
     };
     let likelihood_before = likelihood(before, &tried.nothing.fit.predicted);
@@ -186,13 +185,14 @@ fn clearer(observed: &Observed, before: &Noise, tried: &Singles) -> Option<Noise
 /// Errors on blocks left out of the fit, fold by fold.
 fn held_out(
     setting: &Setting,
-    members: &[&Candidate],
+    candidates: &[Candidate],
     selection: &Selection,
     shape: Option<&Shape>,
 ) -> HeldOut {
     let of_fit = |setting: &Setting, members: &[&Candidate], fit: &Fit| {
         setting.left(&setting.predicted_held_out(members, fit))
     };
+    let chosen = &selection.chosen;
     // Before: without what throttle and power have answered already.
     let mut plain = setting.clone();
     plain.base = Hypothesis::default();
@@ -201,7 +201,7 @@ fn held_out(
         // The trees' corrections are held out themselves; what they lie on is a handful of
         // parameters.
         Some(shape) => shape.left.clone(),
-        None => of_fit(setting, members, &selection.chosen.fit),
+        None => of_fit(setting, &chosen.members(candidates), &chosen.fit),
     };
     let blocks = &setting.noise.blocks;
     let sums = blocks.sums(after.iter().map(|left| left * left));
@@ -261,13 +261,12 @@ fn from_actuation(cause: &Cause) -> Effect {
     let known = cause.values.iter().zip(&cause.half_widths);
     let known = spec.components().zip(known);
     // A moment that is not finite is none.
-    let parameters: BTreeMap<String, Estimate> = known
-        .filter(|(_, (value, _))| value.is_finite())
-        .map(|((parameter, symbol), (value, half))| {
-            let estimate = Estimate::around(*value, *half, parameter.unit);
-            (symbol.to_owned(), estimate)
-        })
-        .collect();
+    let known = known.filter(|(_, (value, _))| value.is_finite());
+    let estimates = known.map(|((parameter, symbol), (value, half))| {
+        let estimate = Estimate::around(*value, *half, parameter.unit);
+        (symbol.to_owned(), estimate)
+    });
+    let parameters: BTreeMap<String, Estimate> = estimates.collect();
     let says = match cause.effect {
         "payload_mass" => "its throttle and its power say so",
         _ => "throttle and power say so",
@@ -293,7 +292,8 @@ fn named(
     observed: &Observed,
     selection: &Selection,
 ) -> Vec<Effect> {
-    let alternatives = selection.alternatives.iter().cloned();
+    let alternatives = selection.rivals.iter();
+    let alternatives = alternatives.map(|rivals| rivals.iter().map(|(k, _)| *k).collect());
     let mut effects = effects(setting, candidates, &selection.chosen, alternatives);
     // Gusts blur the ceiling of a mean, not that of the readings: the highest of them, where
     // several lie at it.
@@ -317,40 +317,27 @@ pub(crate) fn effects(
 ) -> Vec<Effect> {
     let members = chosen.members(candidates);
     let half_widths = half_widths(&members, &chosen.fit, setting.noise);
-    let mut from = 0;
-    let terms = members.into_iter().zip(alternatives);
-    terms
-        .map(|(member, alternatives)| {
-            let span = from..from + member.parameters.len();
-            from = span.end;
-            let names = alternatives.iter().map(|&k| candidates[k].name.to_owned());
-            let values = &chosen.fit.values[span.clone()];
-            effect(member, values, &half_widths[span], names.collect())
-        })
-        .collect()
-}
-
-fn effect(
-    candidate: &Candidate,
-    values: &[f64],
-    half_widths: &[f64],
-    alternatives: Vec<String>,
-) -> Effect {
-    let estimates = candidate.parameters.iter().zip(values).zip(half_widths);
-    let parameters = estimates.map(|((parameter, &value), half)| {
-        let mut estimate = Estimate::around(value, *half, parameter.unit);
-        estimate.low = estimate.low.max(parameter.low);
-        estimate.high = estimate.high.min(parameter.high);
-        (parameter.name.to_owned(), estimate)
-    });
-    Effect {
-        name: candidate.name.into(),
-        kind: Some(candidate.kind),
-        alternatives,
-        equation: candidate.equation.into(),
-        description: candidate.description.into(),
-        parameters: parameters.collect(),
-    }
+    let mut estimates = chosen.fit.values.iter().zip(half_widths);
+    let effect = |(candidate, alternatives): (&Candidate, Vec<usize>)| {
+        let parameters = candidate.parameters.iter().zip(estimates.by_ref());
+        let parameters = parameters.map(|(parameter, (&value, half))| {
+            let mut estimate = Estimate::around(value, half, parameter.unit);
+            estimate.low = estimate.low.max(parameter.low);
+            estimate.high = estimate.high.min(parameter.high);
+            (parameter.name.to_owned(), estimate)
+        });
+        let parameters = parameters.collect();
+        let names = alternatives.iter().map(|&k| candidates[k].name.to_owned());
+        Effect {
+            name: candidate.name.into(),
+            kind: Some(candidate.kind),
+            alternatives: names.collect(),
+            equation: candidate.equation.into(),
+            description: candidate.description.into(),
+            parameters,
+        }
+    };
+    members.into_iter().zip(alternatives).map(effect).collect()
 }
 
 /// The reading that none exceeds and several reach.

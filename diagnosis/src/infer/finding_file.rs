@@ -63,16 +63,37 @@ pub fn finding_ron(finding: &Finding) -> String {
         held_out: finding.held_out,
     };
     let options = Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-    let pretty = PrettyConfig::new().compact_arrays(true);
+    // An estimate stands on one line.
+    let pretty = PrettyConfig::new().depth_limit(4).escape_strings(false);
     let members = options.to_string_pretty(&file, pretty);
-    format!(
+    let members = members.expect("numbers, texts and lists have a form in RON");
+    let mut text = String::from(
         "// What is missing in the simulation of a recording, as diagnosed.\n\
-         // A scenario flies through the corrected air: air: (finding: \"finding.ron\")\n\
-         // Flown are the `effects`, of the air and of the drones in it; not the faults of instruments (`sensor`), nor\n\
-         // what is `outside` the library. `held_out`: root mean square errors on what was not fitted.\n\
-         Finding{}\n",
-        members.expect("numbers, texts and lists have a form in RON")
-    )
+         // A scenario flies through the corrected air: air: (finding: \"finding.ron\")\nFinding",
+    );
+    for line in members.lines().filter(|line| !line.ends_with(": None,")) {
+        let member = line.trim_start();
+        let indent = &line[..line.len() - member.len()];
+        let key = member.split(':').next().unwrap_or_default();
+        let effect = EffectSpec::named(key).filter(|_| indent.len() == 8);
+        let above = effect.map(|spec| spec.equation).or(match key {
+            _ if indent.len() != 4 => None,
+            "effects" => Some("Of the air and of the drones in it: this is flown."),
+            "sensor" => Some("Of the instruments: this is not flown."),
+            "outside" => Some("Outside the library: this is not flown."),
+            "region" => {
+                Some("Where the corrected simulation differs, and in what share of the samples.")
+            }
+            "held_out" => {
+                Some("Root mean square errors on what was not fitted, in the channel's unit.")
+            }
+            _ => None,
+        });
+        text.extend(above.map(|above| format!("{indent}// {above}\n")));
+        text.push_str(line);
+        text.push('\n');
+    }
+    text
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ use crate::forward::simulate::Channel;
 use crate::infer::candidates::{Candidate, Parameter};
 use crate::statistics::held_out::{FOLDS, log_densities};
 use crate::statistics::noise::Noise;
+use crate::statistics::quantile::difference;
 use crate::statistics::robust::{loss, weight};
 
 /// Spread (`s`) that gain (1) and offset (the channel's unit) have without evidence. Chosen here:
@@ -103,19 +104,15 @@ impl<'a> Setting<'a> {
     /// What predictions leave of the recorded values, in the channel's unit.
     #[must_use]
     pub fn left(&self, predicted: &[f64]) -> Vec<f64> {
-        let pairs = self.recorded.iter().zip(predicted);
-        pairs.map(|(y, f)| y - f).collect()
+        difference(&self.recorded, predicted)
     }
 
     /// Change of the prediction from the base when a candidate's parameters take these values, in
     /// the channel's unit; `clean` is what the base predicts.
     #[must_use]
     pub fn change(&self, candidate: &Candidate, values: &[f64], clean: &[f64]) -> Vec<f64> {
-        let changed = self
-            .observed
-            .predict(&self.hypothesis(&[candidate], values));
-        let pairs = changed.iter().zip(clean);
-        pairs.map(|(to, from)| to - from).collect()
+        let hypothesis = self.hypothesis(&[candidate], values);
+        difference(&self.observed.predict(&hypothesis), clean)
     }
 
     /// The columns of a fit's derivatives that can take more: all but gain and offset where they
@@ -150,15 +147,11 @@ impl<'a> Setting<'a> {
             };
             let mut by_cost: Vec<_> = starts.into_iter().map(|s| (cost(s), s)).collect();
             by_cost.sort_by(|a, b| a.0.total_cmp(&b.0));
-            starts = by_cost
-                .into_iter()
-                .take(BEST_STARTS)
-                .map(|(_, s)| s)
-                .collect();
+            let best = by_cost.into_iter().take(BEST_STARTS);
+            starts = best.map(|(_, start)| start).collect();
         }
-        let fits = starts
-            .into_iter()
-            .map(|start| self.fit_from(candidates, start));
+        let starts = starts.into_iter();
+        let fits = starts.map(|start| self.fit_from(candidates, start));
         fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 

@@ -4,7 +4,7 @@
 use crate::forward::observed::{Explained, Observed};
 use crate::forward::simulate::Channel;
 use crate::statistics::noise::{Noise, NoiseModel, Whitener, estimate};
-use crate::statistics::quantile::root_mean_square;
+use crate::statistics::quantile::{difference, root_mean_square};
 use crate::statistics::sequence::{Blocks, Sequence};
 
 /// The scatter of the samples around a simulation, one value a sample in the channel's unit.
@@ -13,7 +13,7 @@ pub fn noise(observed: &Observed, simulated: &[f64]) -> Noise {
     let times_s = observed.times_s();
     let sequence = Sequence::new(&times_s, &observed.series_of);
     let recorded = observed.recorded();
-    let residual: Vec<f64> = recorded.iter().zip(simulated).map(|(y, f)| y - f).collect();
+    let residual = difference(&recorded, simulated);
     // What the scatter grows with: the speed, or how much a throttle has to do with air at all.
     let flow: Vec<f64> = match observed.channel {
         Channel::Throttle | Channel::Power => {

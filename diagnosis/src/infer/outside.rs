@@ -17,7 +17,7 @@ use crate::statistics::column::{self, Column};
 use crate::statistics::expression::{self, Coordinate};
 use crate::statistics::held_out::Gain;
 use crate::statistics::lack_of_fit::{Evidence, LackOfFit, Rhythm, Statistic, lack_of_fit};
-use crate::statistics::quantile::quantile_edges;
+use crate::statistics::quantile::{difference, quantile_edges};
 use crate::statistics::trees::{self, HeldOut};
 
 /// Part of all that could be gained that must be left for "outside the library", and how sure that
@@ -149,7 +149,6 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
     }
     let part = normal.lu().solve(&right).unwrap_or_else(Vector2::zeros);
     let correction: Vec<f64> = columns.iter().map(|column| part.dot(column)).collect();
-    let pairs = left.iter().zip(&correction);
     Shape {
         depends_on: vec![("time of release s".to_owned(), 1.0)],
         curve: Vec::new(),
@@ -162,7 +161,7 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
         expression_share: 1.0,
         nearest: None,
         period_s: Some(frequency_hz.recip()),
-        left: pairs.map(|(left, correction)| left - correction).collect(),
+        left: difference(&left, &correction),
         correction,
     }
 }
@@ -214,7 +213,6 @@ fn shape(
         .filter(|(candidate, _)| candidate.kind == Kind::Physics)
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(candidate, gain)| (candidate.name.to_owned(), (gain / all).clamp(0.0, 1.0)));
-    let pairs = rest.iter().zip(&held_out.predictions);
     let depends_on = shares.iter().take(3);
     let told = found.as_ref().map_or(0.0, |found| found.gain.total);
     Shape {
@@ -226,7 +224,7 @@ fn shape(
         expression: found.map(|found| found.expression.to_string()),
         nearest,
         period_s: None,
-        left: pairs.map(|(rest, correction)| rest - correction).collect(),
+        left: difference(&rest, &held_out.predictions),
         correction: held_out.predictions.clone(),
     }
 }

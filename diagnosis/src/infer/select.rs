@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use crate::infer::candidates::{Candidate, Kind};
 use crate::infer::fit::{Fit, Setting, by_member};
 use crate::statistics::held_out::Gain;
+use crate::statistics::quantile::difference;
 use crate::statistics::trees::{self, HeldOut};
 
 /// Least gain in held-out log density, alone and in standard errors, that a term needs. Chosen
@@ -115,10 +116,9 @@ pub struct Selection {
     pub singles: Vec<Tried>,
     /// What is taken: no term, one, or two.
     pub chosen: Tried,
-    /// For each chosen term, the candidates that would do as well in its place, best first.
-    pub alternatives: Vec<Vec<usize>>,
-    /// The same with their fits.
-    pub rivals: Vec<Vec<Tried>>,
+    /// For each chosen term, the candidates that would do as well in its place, with the fits
+    /// there, best first.
+    pub rivals: Vec<Vec<(usize, Tried)>>,
     /// Runner-up: a second term that would predict more, by too small a part of the whole to be
     /// told from an error in the first one's form; not taken.
     pub runner_up: Option<(usize, Gain)>,
@@ -128,7 +128,6 @@ impl Selection {
     /// Takes the choice back: nothing stands.
     pub fn withdraw(&mut self) {
         self.chosen = self.nothing.clone();
-        self.alternatives.clear();
         self.rivals.clear();
         self.runner_up = None;
     }
@@ -213,13 +212,11 @@ pub fn select(setting: &Setting, candidates: &[Candidate], tried: Singles, p: f6
     }
     let ties = (0..chosen.which.len()).map(|place| {
         let ties = search.ties(&chosen, place).into_iter();
-        ties.map(|(rival, tried)| (rival, tried.clone())).unzip()
+        ties.map(|(rival, tried)| (rival, tried.clone())).collect()
     });
-    let (alternatives, rivals) = ties.unzip();
     Selection {
+        rivals: ties.collect(),
         chosen,
-        alternatives,
-        rivals,
         runner_up,
         nothing: tried.nothing,
         singles: tried.singles,
@@ -453,9 +450,8 @@ fn promise(setting: &Setting, candidates: &[Candidate], taken: &Tried, second: u
     let left = DVector::from_column_slice(&fit.whitened);
     let of_start = |start: &Vec<f64>| {
         let changed = predict(&members, &[&fit.values[..], start].concat());
-        let pairs = changed.iter().zip(&clean);
-        let change: Vec<f64> = pairs.map(|(to, from)| to - from).collect();
-        let change = DVector::from_vec(setting.noise.whiten(&change));
+        let change = setting.noise.whiten(&difference(&changed, &clean));
+        let change = DVector::from_vec(change);
         let own = &change - &jacobian * gram.solve(&jacobian.tr_mul(&change));
         let (along, square) = (own.dot(&left), own.norm_squared());
         if square > 1e-9 {

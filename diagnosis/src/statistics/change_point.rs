@@ -112,33 +112,23 @@ fn step(values: &[f64], cuts: &[usize], k: usize) -> Step {
     let part = &values[from..to];
     let cut = cuts[k] - from;
     let (before, after) = (mean(&part[..cut]), mean(&part[cut..]));
-    let left: Vec<f64> = part
-        .iter()
-        .enumerate()
-        .map(|(i, y)| y - if i < cut { before } else { after })
-        .collect();
+    let rows = part.iter().enumerate();
+    let left = rows.map(|(i, y)| y - if i < cut { before } else { after });
+    let left: Vec<f64> = left.collect();
     let count = part.len() as f64;
     let square: f64 = left.iter().map(|r| r * r).sum();
     let product: f64 = left.windows(2).map(|r| r[0] * r[1]).sum();
-    let memory = if square > 0.0 {
-        (product / square).clamp(0.0, MOST_MEMORY)
-    } else {
-        0.0
-    };
+    // Without any scatter there is no memory either, and every step is certain.
+    let memory = (product / square.max(f64::MIN_POSITIVE)).clamp(0.0, MOST_MEMORY);
     let long_run = square / (count - 2.0).max(1.0) * (1.0 + memory) / (1.0 - memory);
     // The largest sum is the one at the cut, up to the weighting of ends.
     let level = mean(part);
     let sum: f64 = part[..cut].iter().map(|y| y - level).sum();
-    let d = if long_run > 0.0 {
-        sum.abs() / (long_run * count).sqrt()
-    } else {
-        f64::INFINITY
-    };
     Step {
         index: cuts[k],
         before,
         after,
-        p: tail::kolmogorov(d),
+        p: tail::kolmogorov(sum.abs() / (long_run * count).max(f64::MIN_POSITIVE).sqrt()),
     }
 }
 

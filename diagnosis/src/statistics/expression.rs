@@ -135,10 +135,8 @@ impl Form {
     }
 
     fn product(&self, data: &Data<'_>, i: usize) -> f64 {
-        self.factors
-            .iter()
-            .map(|f| f.at(data.coordinates[f.coordinate].values[i]))
-            .product()
+        let at = |f: &Factor| f.at(data.coordinates[f.coordinate].values[i]);
+        self.factors.iter().map(at).product()
     }
 }
 
@@ -184,20 +182,19 @@ const REACH: f64 = 2.0;
 #[must_use]
 pub fn find(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Option<Found> {
     let found = judged(coordinates, y, noise);
-    let (_, best) = found.first()?;
-    let close = |found: &Found| {
+    let (best, others) = found.split_first()?;
+    let close = |found: &&Found| {
         let beyond = best.gain.beyond(&found.gain);
         beyond.total <= beyond.standard_error
     };
-    (0..found.len())
-        .filter(|&k| k == 0 || close(&found[k].1))
-        // The first of the shortest is the best of them.
-        .min_by_key(|&k| found[k].0)
-        .map(|k| found[k].1.clone())
+    let close = [best].into_iter().chain(others.iter().filter(close));
+    // The first of the shortest is the best of them.
+    let shortest = close.min_by_key(|found| found.expression.form.length());
+    shortest.cloned()
 }
 
-/// Formulas with their lengths, the best on held-out blocks first.
-fn judged(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Vec<(usize, Found)> {
+/// Formulas, the best on held-out blocks first.
+fn judged(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Vec<Found> {
     let finite =
         |i: &usize| y[*i].is_finite() && coordinates.iter().all(|c| c.values[*i].is_finite());
     let rows: Vec<usize> = (0..y.len()).filter(finite).collect();
@@ -207,7 +204,7 @@ fn judged(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Vec<(usiz
         y,
         weights: &noise.weights(),
     };
-    let mut found: Vec<(usize, Found)> = best_forms(&data, &rows)
+    let mut found: Vec<Found> = best_forms(&data, &rows)
         .par_iter()
         .filter_map(|form| {
             let expression = data.fit(&rows, form)?;
@@ -226,10 +223,10 @@ fn judged(coordinates: &[Coordinate<'_>], y: &[f64], noise: &Noise) -> Vec<(usiz
                 }
             }
             let gain = Gain::between(noise, y, &after);
-            Some((expression.form.length(), Found { expression, gain }))
+            Some(Found { expression, gain })
         })
         .collect();
-    found.sort_by(|a, b| b.1.gain.total.total_cmp(&a.1.gain.total));
+    found.sort_by(|a, b| b.gain.total.total_cmp(&a.gain.total));
     found
 }
 
@@ -272,13 +269,12 @@ fn columns(data: &Data<'_>, rows: &[usize]) -> Vec<Column> {
         let most = values().fold(0.0f64, |most, x| most.max(x.abs()));
         let functions = FUNCTIONS.iter().enumerate();
         for (function, tried) in functions.filter(|(_, f)| (f.domain)(of.is_angle, least)) {
-            let constants: Vec<f64> = if tried.has_constant() {
-                let scaled = GRID.iter().map(|share| share * most);
-                scaled.filter(|a| *a > 0.0).collect()
-            } else {
-                vec![1.0]
+            let scaled = GRID.map(|share| share * most);
+            let constants = match tried.has_constant() {
+                true => &scaled[..],
+                false => &[1.0],
             };
-            for constant in constants {
+            for &constant in constants.iter().filter(|a| **a > 0.0) {
                 let factor = Factor {
                     coordinate,
                     function,
@@ -418,10 +414,8 @@ impl fmt::Display for Expression {
         write!(f, "{}", three_digits(self.coefficient))?;
         for factor in &self.form.factors {
             // The constant first: a letter may hold an A, a number holds no X.
-            let text = factor
-                .of()
-                .text
-                .replace('A', &three_digits(factor.constant));
+            let text = factor.of().text;
+            let text = text.replace('A', &three_digits(factor.constant));
             let text = text.replace('X', &self.letters[factor.coordinate]);
             write!(f, " {text}")?;
         }

@@ -10,6 +10,7 @@
 //! (Bengio & Grandvalet 2004; Sivula, Magnusson & Vehtari 2020), so ask for 2.5 of them.
 
 use super::noise::Noise;
+use super::quantile::difference;
 use super::robust::loss;
 use super::sequence::Blocks;
 
@@ -51,8 +52,7 @@ impl Gain {
     /// Of samples' log densities over others, one value a sample each.
     #[must_use]
     pub fn over(blocks: &Blocks, log_density: &[f64], other: &[f64]) -> Self {
-        let pairs = log_density.iter().zip(other);
-        Self::new(blocks.sums(pairs.map(|(a, b)| a - b)))
+        Self::new(blocks.sums(difference(log_density, other)))
     }
 
     /// Of what is left after a prediction (`after`) against what was left before, both in the
@@ -66,8 +66,7 @@ impl Gain {
     /// This gain beyond another over the same blocks, with the standard error of the difference.
     #[must_use]
     pub fn beyond(&self, other: &Self) -> Self {
-        let pairs = self.by_block.iter().zip(&other.by_block);
-        Self::new(pairs.map(|(a, b)| a - b).collect())
+        Self::new(difference(&self.by_block, &other.by_block))
     }
 
     /// The total without the block that gains most.

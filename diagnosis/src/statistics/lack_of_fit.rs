@@ -121,12 +121,10 @@ pub fn lack_of_fit(evidence: &Evidence<'_>) -> LackOfFit {
     let line = strongest_line(evidence.rhythms, evidence.residual);
     let [spread, rare] = scores_p_values(evidence);
     let p_values = [spread, rare, line.map_or(1.0, |line| line.p)];
-    let [spread, rare, rhythm]: [f64; 3] = std::array::from_fn(|k| p_values[k] / SHARES[k]);
-    let mut least = (spread, Statistic::Spread);
-    for other in [(rare, Statistic::Rare), (rhythm, Statistic::Rhythm)] {
-        least = if other.0 < least.0 { other } else { least };
-    }
-    let (p, statistic) = least;
+    let over_shares = p_values.iter().zip(SHARES).map(|(p, share)| p / share);
+    let kinds = [Statistic::Spread, Statistic::Rare, Statistic::Rhythm];
+    let least = over_shares.zip(kinds).min_by(|a, b| a.0.total_cmp(&b.0));
+    let (p, statistic) = least.expect("there are three statistics");
     LackOfFit {
         p: p.min(1.0),
         is_significant: p <= ACCEPTED,

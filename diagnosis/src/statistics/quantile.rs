@@ -1,4 +1,4 @@
-//! Order statistics: quantiles, medians, and intervals of equal count; and means.
+//! Order statistics: quantiles, medians, and intervals of equal count; means and differences.
 
 /// Arithmetic mean; 0 of no values.
 #[must_use]
@@ -11,6 +11,13 @@ pub fn mean(values: &[f64]) -> f64 {
 pub fn root_mean_square(values: &[f64]) -> f64 {
     let square: f64 = values.iter().map(|x| x * x).sum();
     (square / values.len().max(1) as f64).sqrt()
+}
+
+/// Values less others, one by one.
+#[must_use]
+pub fn difference(values: &[f64], others: &[f64]) -> Vec<f64> {
+    let pairs = values.iter().zip(others);
+    pairs.map(|(value, other)| value - other).collect()
 }
 
 /// Quantile of values in ascending order, linear between neighbours (definition 7 of Hyndman & Fan

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::held_out::{self, FOLDS, Gain};
 use super::noise::Noise;
-use super::quantile::quantile_edges;
+use super::quantile::{difference, quantile_edges};
 
 /// Trees of a forest. Chosen here: 120 steps of 0.08 leave 5e-5 of a signal that every tree
 /// catches.
@@ -82,8 +82,7 @@ pub fn held_out(covariates: &[Vec<f64>], y: &[f64], noise: &Noise) -> HeldOut {
     let forests: Vec<Forest> = (0..FOLDS).into_par_iter().map(without).collect();
     let predicted = |i: usize| forests[fold_of[i]].value(|covariate| binned.bins[covariate][i]);
     let predictions: Vec<f64> = (0..y.len()).map(predicted).collect();
-    let after: Vec<f64> = y.iter().zip(&predictions).map(|(y, f)| y - f).collect();
-    let gain = Gain::between(noise, y, &after);
+    let gain = Gain::between(noise, y, &difference(y, &predictions));
     HeldOut { predictions, gain }
 }
 
@@ -122,10 +121,14 @@ impl Forest {
     /// Of every covariate, the share of the squares that its splits took away; 1 in all.
     #[must_use]
     pub fn shares(&self) -> Vec<f64> {
-        let total: f64 = self.gains.iter().sum();
-        let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
+        let scale = share(1.0, self.gains.iter().sum());
         self.gains.iter().map(|gain| gain * scale).collect()
     }
+}
+
+/// A part of a whole; 0 of nothing.
+fn share(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { 0.0 }
 }
 
 fn bin_of(edges: &[f64], value: f64) -> u8 {
@@ -161,11 +164,7 @@ impl Binned {
         let products = rows.iter().map(|&i| weights[i as usize] * y[i as usize]);
         let sum: f64 = products.sum();
         let lambda = SHRINKAGE * total / rows.len().max(1) as f64;
-        let base = if total > 0.0 {
-            sum / (total + lambda)
-        } else {
-            0.0
-        };
+        let base = share(sum, total + lambda);
         let of_sample = y.iter().zip(weights);
         let mut weighted: Vec<(f64, f64)> = of_sample.map(|(y, &w)| (w * (y - base), w)).collect();
         let mut forest = Forest {
@@ -285,12 +284,7 @@ impl Ground<'_> {
         }
         let leaf = |rows: &Vec<u32>| {
             let sum: Cell = rows.iter().map(|&i| self.cell(i)).sum();
-            let weight = sum.y + self.lambda;
-            if weight > 0.0 {
-                RATE * sum.x / weight
-            } else {
-                0.0
-            }
+            share(RATE * sum.x, sum.y + self.lambda)
         };
         let rows: Vec<Vec<u32>> = nodes.into_iter().map(|(rows, _)| rows).collect();
         let leaves = rows.iter().map(leaf).collect();

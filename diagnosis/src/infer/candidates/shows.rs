@@ -58,13 +58,10 @@ fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
 /// 2 % of the samples.
 fn receiver_moves(observed: &Observed) -> bool {
     let recording = observed.recording;
-    let density = recording.environment.air.density_kg_per_m3();
     let moves = |sample: &Sample| {
         let vehicle = recording.vehicles.get(sample.subject as usize)?;
-        let moment = vehicle.track.moment(sample.t_s)?;
-        let airframe = &vehicle.airframe;
-        let hover_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density);
-        Some(vehicle.track.velocity_at(moment).norm() > 0.1 * hover_mps)
+        let velocity_mps = vehicle.track.velocity_at(vehicle.track.moment(sample.t_s)?);
+        Some(velocity_mps.norm() > 0.1 * recording.hover_mps(vehicle))
     };
     let moving = observed.samples.iter().filter(|s| moves(s) == Some(true));
     moving.count() as f64 > 0.02 * observed.samples.len() as f64
@@ -73,28 +70,20 @@ fn receiver_moves(observed: &Observed) -> bool {
 impl Shows {
     pub(super) fn of(observed: &Observed) -> Shows {
         let recording = observed.recording;
-        let density = recording.environment.air.density_kg_per_m3();
-        let emitters: Vec<_> = recording
-            .vehicles
-            .iter()
-            .filter(|vehicle| vehicle.role != Role::Receiver && recording.baseline.wakes)
-            .collect();
-        let hover = |vehicle: &&Vehicle| {
-            let airframe = &vehicle.airframe;
-            airframe.hover_induced_velocity_mps(airframe.mass_kg(), density)
-        };
-        let range = |name: &str| {
-            let column = observed.covariate(name).unwrap_or_default();
-            ends(column.iter().copied())
-        };
+        let emits = |v: &&Vehicle| v.role != Role::Receiver && recording.baseline.wakes;
+        let emitters: Vec<&Vehicle> = recording.vehicles.iter().filter(emits).collect();
+        let hover = emitters.iter().map(|vehicle| recording.hover_mps(vehicle));
+        let column = |name: &str| observed.covariate(name).unwrap_or_default();
+        let range = |name: &str| ends(column(name).iter().copied());
         let share = |name: &str, test: &dyn Fn(f64) -> bool| {
-            let column = observed.covariate(name).unwrap_or_default();
-            column.iter().filter(|x| test(**x)).count() as f64 / column.len().max(1) as f64
+            let inside = column(name).iter().filter(|x| test(**x)).count();
+            inside as f64 / observed.samples.len().max(1) as f64
         };
+        let [low_v, high_v] = range("battery V");
         Shows {
             air: !emitters.is_empty(),
             probes: observed.channel == Channel::Speed,
-            hover_mps: emitters.iter().map(hover).fold(0.1, f64::max),
+            hover_mps: hover.fold(0.1, f64::max),
             jets: emitters.len(),
             sizes_differ: sizes_differ(emitters.iter().copied()),
             near: share("s/l", &|s| (0.0..2.5).contains(&s)) > 0.005
@@ -105,10 +94,7 @@ impl Shows {
             // The paper's limit for hover is 0.1 m/s.
             moves: share("emitter speed m/s", &|v| v > 0.1) > 0.02,
             climbs: share("climb m/s", &|v| v.abs() > 0.1) > 0.02,
-            battery: {
-                let [low, high] = range("battery V");
-                low > 0.0 && high > 1.01 * low && observed.channel != Channel::Power
-            },
+            battery: low_v > 0.0 && high_v > 1.01 * low_v && observed.channel != Channel::Power,
             receiver_moves: observed.channel != Channel::Speed && receiver_moves(observed),
             axial_only: recording.baseline.observation == Observation::AxialAndAmbient,
             span_s: range("time s"),
