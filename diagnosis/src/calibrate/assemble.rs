@@ -79,9 +79,9 @@ pub fn calibrate(
     recordings: &[Recording],
     options: &Options,
 ) -> Result<Calibration, CalibrateError> {
-    if !recordings
+    if recordings
         .iter()
-        .any(|recording| recording.probes.is_some())
+        .all(|recording| recording.probes.is_none())
     {
         return Err(CalibrateError::NoProbe(recordings.len()));
     }
@@ -123,11 +123,8 @@ pub fn calibrate(
         drone_fit(&gathered, near, far, &joint.constants)
     };
     let drones = (0..gathered.drones.len()).map(of_drone).collect();
-    let names = gathered
-        .flights
-        .iter()
-        .map(|flight| flight.recording.clone());
-    let mut names: Vec<String> = names.collect();
+    let flights = gathered.flights.iter();
+    let mut names: Vec<String> = flights.map(|flight| flight.recording.clone()).collect();
     names.dedup();
     Ok(Calibration {
         goodness: goodness(&joint, options),
@@ -200,12 +197,11 @@ fn drone_fit(
 }
 
 fn caveats(gathered: &Gathered<'_>, jet: &FittedJet) -> Vec<String> {
-    let mut caveats = Vec::new();
     let Interval { low, high } = jet.centreline_if_one_gain;
-    caveats.push(format!(
+    let mut caveats = vec![format!(
         "a gain of the probe that all flights share cannot be seen by drawing flights: if there was one within the stated \
          accuracy, B lies between {low:.2} and {high:.2}"
-    ));
+    )];
     if jet.resampling.unit == Unit::Block {
         caveats.push(format!(
             "there are too few flights to draw: intervals come from {} blocks of time, and the probe's stated accuracy is added",
@@ -218,25 +214,23 @@ fn caveats(gathered: &Gathered<'_>, jet: &FittedJet) -> Vec<String> {
         .map(|airframe| airframe.propeller_diameter_m() / airframe.motor_distance_m())
         .collect();
     let narrowest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
-    if lengths.iter().all(|length| *length < 1.1 * narrowest) {
-        caveats.push(
+    let others = [
+        (
+            lengths.iter().all(|length| *length < 1.1 * narrowest),
             "all drones of the fit have nearly the same propeller diameter over motor distance: whether the jet goes with \
-             U_H l or with U_H d cannot be told"
-                .to_owned(),
-        );
-    }
-    if gathered.ambient_added_again {
-        caveats.push(
+             U_H l or with U_H d cannot be told",
+        ),
+        (
+            gathered.ambient_added_again,
             "where the ambient speed had been subtracted from the readings it was added again: a magnitude probe reads the root \
-             of the sum of squares"
-                .to_owned(),
-        );
-    }
-    if !jet.jet().problems().is_empty() {
-        caveats.push(
-            "these constants are no usable jet: the virtual origin lies below the rotors"
-                .to_owned(),
-        );
-    }
+             of the sum of squares",
+        ),
+        (
+            !jet.jet().problems().is_empty(),
+            "these constants are no usable jet: the virtual origin lies below the rotors",
+        ),
+    ];
+    let others = others.into_iter().filter(|(holds, _)| *holds);
+    caveats.extend(others.map(|(_, caveat)| caveat.to_owned()));
     caveats
 }

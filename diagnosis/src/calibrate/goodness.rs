@@ -93,10 +93,8 @@ fn judge(joint: &Joint<'_>, units: &Units, options: &Options) -> Goodness {
         (shares, error.max(f64::MIN_POSITIVE))
     };
     let shares: Vec<(Vec<f64>, f64)> = judged.iter().map(of_region).collect();
-    let seen = shares
-        .iter()
-        .map(|(shares, error)| shares.iter().sum::<f64>() / error);
-    let t: Vec<f64> = seen.collect();
+    let seen = |(shares, error): &(Vec<f64>, f64)| shares.iter().sum::<f64>() / error;
+    let t: Vec<f64> = shares.iter().map(seen).collect();
     let (p, most_in_noise) = against_noise(&shares, &t, options);
     let deepest = data.cells.iter().map(|cell| cell.s).fold(0.0, f64::max);
     let misfit = |(&b, &t): (&usize, &f64)| {

@@ -19,7 +19,7 @@
 //! median of a cell = (1 + g) · mean of the predicted readings of the cell + b + noise,     g ~ N(0, (½ 5 %)²),  b ~ N(0, (½ 0.03 m/s)²)
 //! ```
 
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, MinimizationReport};
 use nalgebra::storage::Owned;
 use nalgebra::{
     Const, DVector, Dyn, Matrix2, Matrix2x3, OMatrix, SMatrix, SVector, U3, Vector2, Vector3,
@@ -76,8 +76,8 @@ impl Operator {
     pub(super) fn predict(&self, constants: &Constants, s_over_l: f64, r_over_l: f64) -> Predicted {
         let (centreline, spreading) = (constants[0], constants[1]);
         let sigma = s_over_l - constants[2];
-        let centre_mps = self.induced_velocity_mps * centreline / sigma;
-        let xi = r_over_l / (spreading * sigma);
+        let centre_mps = self.centreline_mps(constants, s_over_l);
+        let xi = xi(constants, s_over_l, r_over_l);
         let x = PROFILE_A * xi * xi;
         let inverse = 1.0 / (1.0 + x);
         let axial_mps = centre_mps * inverse * inverse;
@@ -176,13 +176,13 @@ pub(super) fn fit_jet(data: Data<'_>, start: Constants) -> Joint<'_> {
     for _ in 0..ROUNDS {
         let mut joint = Joint::new(data, constants);
         let start = Vector3::new(constants[0].ln(), constants[1].ln(), constants[2]);
-        let minimum = minimise(start, |x: &Vector3<f64>| {
-            joint.place(Vector3::new(x[0].exp(), x[1].exp(), x[2]));
+        let of = |x: &Vector3<f64>| Vector3::new(x[0].exp(), x[1].exp(), x[2]);
+        let (minimum, report) = minimise(start, |x| {
+            joint.place(of(x));
             joint.evaluate()
         });
-        let at = minimum.unknowns;
-        constants = Vector3::new(at[0].exp(), at[1].exp(), at[2]);
-        converged = minimum.converged;
+        constants = of(&minimum.unknowns);
+        converged = report.termination.was_successful();
     }
     let mut joint = Joint::new(data, constants);
     joint.place(constants);
@@ -343,7 +343,7 @@ pub(super) fn fit_curve<const N: usize>(
     if readings <= N {
         return None;
     }
-    let minimum = minimise(start, |x| {
+    let (minimum, report) = minimise(start, |x| {
         let mut residuals = DVector::zeros(readings);
         let mut jacobian = OMatrix::<f64, Dyn, Const<N>>::zeros(readings);
         for row in 0..readings {
@@ -353,7 +353,7 @@ pub(super) fn fit_curve<const N: usize>(
         }
         (residuals, jacobian)
     });
-    if !minimum.converged {
+    if !report.termination.was_successful() {
         return None;
     }
     let groups = (0..readings).map(&group).max().map_or(0, |last| last + 1);
@@ -369,7 +369,7 @@ pub(super) fn fit_curve<const N: usize>(
     let covariance = inverse.map(|inverse| few * inverse * spread * inverse);
     Some(FittedCurve {
         constants: minimum.unknowns,
-        cost: minimum.cost,
+        cost: report.objective_function,
         covariance,
         groups,
     })
@@ -378,35 +378,24 @@ pub(super) fn fit_curve<const N: usize>(
 /// Residuals at some unknowns, and their derivatives: rows by unknowns.
 type Evaluated<const N: usize> = (DVector<f64>, OMatrix<f64, Dyn, Const<N>>);
 
-/// Where a sum of squares is least.
-struct Minimum<const N: usize> {
-    unknowns: SVector<f64, N>,
-    now: Evaluated<N>,
-    /// Half the sum of squares.
-    cost: f64,
-    converged: bool,
-}
-
-/// Levenberg-Marquardt without bounds, as MINPACK has it.
-fn minimise<const N: usize>(
+/// Levenberg-Marquardt without bounds, as MINPACK has it: the problem where it ended, and how.
+fn minimise<F, const N: usize>(
     start: SVector<f64, N>,
-    evaluate: impl FnMut(&SVector<f64, N>) -> Evaluated<N>,
-) -> Minimum<N> {
+    evaluate: F,
+) -> (LeastSquares<F, N>, MinimizationReport<f64>)
+where
+    F: FnMut(&SVector<f64, N>) -> Evaluated<N>,
+{
     let mut problem = LeastSquares {
         unknowns: start,
         now: (DVector::zeros(0), OMatrix::<f64, Dyn, Const<N>>::zeros(0)),
         evaluate,
     };
     problem.set_params(&start);
-    let (problem, report) = LevenbergMarquardt::new().minimize(problem);
-    Minimum {
-        unknowns: problem.unknowns,
-        now: problem.now,
-        cost: report.objective_function,
-        converged: report.termination.was_successful(),
-    }
+    LevenbergMarquardt::new().minimize(problem)
 }
 
+/// A sum of squares and where it stands.
 struct LeastSquares<F, const N: usize> {
     unknowns: SVector<f64, N>,
     now: Evaluated<N>,

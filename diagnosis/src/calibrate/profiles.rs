@@ -2,6 +2,8 @@
 //! and half-width against depth), and the two lobes of the near field along the body's y axis,
 //! which come together (the paper's `δ(s)`).
 
+use std::collections::BTreeSet;
+
 use airflow::{FAR_FIELD_FROM_S_OVER_L, Jet};
 use nalgebra::{Vector2, Vector3};
 
@@ -197,11 +199,15 @@ pub(super) fn lobes(near: Measured<'_>) -> (Vec<Lobes>, Option<Interval>) {
     (lobes, merged)
 }
 
+/// One lobe of height 1, at a distance from its centre.
+fn gauss(distance: f64, width: f64) -> f64 {
+    (-0.5 * (distance / width).powi(2)).exp()
+}
+
 fn fit_lobes(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
     let strip = |sample: &Sample| (sample.flight, (sample.left / STRIP).floor() as i64);
-    let mut strips: Vec<(usize, i64)> = samples.iter().map(|sample| strip(sample)).collect();
-    strips.sort_unstable();
-    strips.dedup();
+    let strips: BTreeSet<(usize, i64)> = samples.iter().map(|sample| strip(sample)).collect();
+    let strips: Vec<(usize, i64)> = strips.into_iter().collect();
     if samples.len() < FEWEST_OF_LOBES || strips.len() < 6 {
         return None;
     }
@@ -212,8 +218,7 @@ fn fit_lobes(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
         let u_h_mps = operator.induced_velocity_mps;
         let (ambient, read) = (operator.ambient_mps / u_h_mps, sample.speed_mps / u_h_mps);
         let [height, delta, width] = (*x).into();
-        let lobe = |centre: f64| (-0.5 * ((sample.left - centre) / width).powi(2)).exp();
-        let (right, left) = (lobe(delta), lobe(-delta));
+        let [right, left] = [delta, -delta].map(|centre| gauss(sample.left - centre, width));
         let flow = height * (right + left);
         let reading = flow.hypot(ambient);
         let by_flow = if reading > 0.0 { flow / reading } else { 0.0 };
@@ -229,12 +234,14 @@ fn fit_lobes(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
             gradient: by_flow * Vector3::new(right + left, by_delta, by_width),
         }
     };
-    let best: FittedCurve<3> = [ROTORS, 0.2, 0.08]
-        .into_iter()
-        .filter_map(|delta| fit_curve(samples.len(), Vector3::new(1.0, delta, 0.15), at, group))
-        .filter(|fitted| fitted.constants[0] > 0.0 && fitted.constants[1].abs() < 2.0)
-        .filter(|fitted| fitted.constants[2].abs() > 1e-3)
-        .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let starts = [ROTORS, 0.2, 0.08].map(|delta| Vector3::new(1.0, delta, 0.15));
+    let fits = starts.map(|start| fit_curve(samples.len(), start, at, group));
+    let usable = |fitted: &FittedCurve<3>| {
+        let [height, delta, width] = fitted.constants.into();
+        height > 0.0 && delta.abs() < 2.0 && width.abs() > 1e-3
+    };
+    let usable = fits.into_iter().flatten().filter(usable);
+    let best = usable.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
     let [height, delta, width] = best.constants.into();
     let (delta, width) = (delta.abs(), width.abs());
     let half = best.covariance.map_or(width, |covariance| {
@@ -249,10 +256,7 @@ fn fit_lobes(flights: &[Flight], samples: &[&Sample]) -> Option<Lobes> {
             high: (delta + half).min(width),
         },
     };
-    let at_y = |y: f64| {
-        let lobe = |centre: f64| (-0.5 * ((y - centre) / width).powi(2)).exp();
-        height * (lobe(delta) + lobe(-delta))
-    };
+    let at_y = |y: f64| height * (gauss(y - delta, width) + gauss(y + delta, width));
     Some(Lobes {
         s_over_l: samples.iter().map(|sample| sample.s).sum::<f64>() / samples.len() as f64,
         delta: Estimate {

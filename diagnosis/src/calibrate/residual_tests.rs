@@ -31,9 +31,7 @@ pub(super) fn residual_tests(joint: &Joint<'_>) -> ResidualTests {
         let axial_mps = flight.operator.axial_mps(constants, cell.s, cell.r);
         let through = (fitted.predicted_mps - cell.median_mps) / centre_mps;
         // Standard deviations of ε that gain and zero of the flight's probe make.
-        let [gain, zero] = precisions(flight)
-            .map(|precision| precision.powf(-0.5))
-            .into();
+        let [gain, zero] = precisions(flight).map(|p| p.powf(-0.5)).into();
         let shared = Vector2::new(gain * cell.median_mps, zero) / centre_mps;
         let entry = |epsilon: f64| Entry {
             flight: cell.flight,
@@ -108,12 +106,9 @@ struct Entry {
 }
 
 fn rows(by_interval: &[Vec<Entry>]) -> Vec<ResidualTest> {
-    let mut rows: Vec<ResidualTest> = by_interval
-        .iter()
-        .enumerate()
-        .filter(|(_, cells)| cells.len() >= 2)
-        .map(|(i, cells)| row(XI_EDGES[i], XI_EDGES[i + 1], cells))
-        .collect();
+    let intervals = by_interval.iter().zip(XI_EDGES.windows(2));
+    let intervals = intervals.filter(|(cells, _)| cells.len() >= 2);
+    let mut rows: Vec<ResidualTest> = intervals.map(|(cells, ends)| row(ends, cells)).collect();
     let mut order: Vec<usize> = (0..rows.len()).collect();
     order.sort_by(|a, b| rows[*a].p_effective.total_cmp(&rows[*b].p_effective));
     // Holm (1979): the smallest p counts as many times as there are rows, the next once less, never
@@ -127,7 +122,7 @@ fn rows(by_interval: &[Vec<Entry>]) -> Vec<ResidualTest> {
     rows
 }
 
-fn row(xi_from: f64, xi_to: f64, cells: &[Entry]) -> ResidualTest {
+fn row(xi: &[f64], cells: &[Entry]) -> ResidualTest {
     let n = cells.len() as f64;
     let epsilons: Vec<f64> = cells.iter().map(|cell| cell.epsilon).collect();
     let (mean, deviation) = mean_and_deviation(&epsilons);
@@ -140,8 +135,8 @@ fn row(xi_from: f64, xi_to: f64, cells: &[Entry]) -> ResidualTest {
     let (t, p) = student(n);
     let (t_effective, p_effective) = student(n_effective);
     ResidualTest {
-        xi_from,
-        xi_to,
+        xi_from: xi[0],
+        xi_to: xi[1],
         n: cells.len(),
         n_effective,
         mean,
@@ -174,16 +169,10 @@ fn n_effective(cells: &[Entry], mean: f64) -> f64 {
         return n;
     }
     let correlation = |lag: usize| covariance(lag) / variance;
-    let mut time = 1.0;
-    let mut lag = 1;
-    while lag < LONGEST_LAG.min(cells.len()) {
-        let pair = correlation(lag) + correlation(lag + 1);
-        if pair <= 0.0 {
-            break;
-        }
-        time += 2.0 * pair;
-        lag += 2;
-    }
+    let lags = (1..LONGEST_LAG.min(cells.len())).step_by(2);
+    let pairs = lags.map(|lag| correlation(lag) + correlation(lag + 1));
+    let positive = pairs.take_while(|pair| *pair > 0.0);
+    let time = positive.fold(1.0, |time, pair| time + 2.0 * pair);
     // No more than the accuracy of the probes allows: with few flights their correlation hides in
     // the mean.
     let flights = cells.chunk_by(|a, b| a.flight == b.flight);

@@ -94,10 +94,8 @@ pub(super) fn gather(recordings: &[Recording], lateral_turbulence: f64) -> Gathe
         for sample in &probes.samples {
             let flying = the_one_flying(recording, &emitters, &probes.instrument, sample);
             let placed = flying.and_then(|(emitter, state)| {
-                Ok((
-                    emitter,
-                    place(recording, emitters[emitter], &state, sample)?,
-                ))
+                let placed = place(recording, emitters[emitter], &state, sample)?;
+                Ok((emitter, placed))
             });
             let (emitter, mut placed) = match placed {
                 Ok(found) => found,
@@ -107,18 +105,15 @@ pub(super) fn gather(recordings: &[Recording], lateral_turbulence: f64) -> Gathe
                 }
             };
             placed.flight = *flights[emitter].get_or_insert_with(|| {
-                let drones = &mut gathered.drones;
-                let airframe = &emitters[emitter].airframe;
-                let known = drones.iter().position(|drone| drone.airframe == *airframe);
-                let drone = known.unwrap_or(drones.len());
-                if known.is_none() {
-                    drones.push(emitters[emitter]);
-                }
-                let mut flight = flight(recording, &probes.instrument, emitters[emitter]);
+                let (drones, vehicle) = (&mut gathered.drones, emitters[emitter]);
+                let known = |drone: &&Vehicle| drone.airframe == vehicle.airframe;
+                let drone = drones.iter().position(known).unwrap_or_else(|| {
+                    drones.push(vehicle);
+                    drones.len() - 1
+                });
+                let mut flight = flight(recording, &probes.instrument, vehicle);
                 flight.drone = drone;
-                if probes.instrument.measures == Measures::SpeedMagnitude {
-                    flight.operator.lateral = lateral_turbulence;
-                }
+                flight.operator.lateral *= lateral_turbulence;
                 gathered.flights.push(flight);
                 gathered.flights.len() - 1
             });
@@ -134,31 +129,29 @@ pub(super) fn gather(recordings: &[Recording], lateral_turbulence: f64) -> Gathe
     }
     gathered.counts.far = gathered.far.len();
     gathered.counts.near = gathered.near.len();
-    let mut counted: Vec<DroppedCount> = dropped
-        .into_iter()
-        .map(|(reason, samples)| DroppedCount { reason, samples })
-        .collect();
-    counted.sort_by_key(|count| std::cmp::Reverse(count.samples));
-    gathered.counts.dropped = counted;
+    let dropped = dropped.into_iter();
+    let dropped = dropped.map(|(reason, samples)| DroppedCount { reason, samples });
+    gathered.counts.dropped = dropped.collect();
+    let most_first = |count: &DroppedCount| std::cmp::Reverse(count.samples);
+    gathered.counts.dropped.sort_by_key(most_first);
     gathered
 }
 
+/// A drone over a probe, of drone 0 and with a lateral turbulence of 1 where the probe reads any.
 fn flight(recording: &Recording, instrument: &Instrument, vehicle: &Vehicle) -> Flight {
     let environment = &recording.environment;
-    let airframe = &vehicle.airframe;
-    let magnitude = instrument.measures == Measures::SpeedMagnitude;
-    let radial = magnitude && recording.baseline.observation == Observation::VelocityAndAmbient;
-    let density = environment.air.density_kg_per_m3();
+    let magnitude = f64::from(u8::from(instrument.measures == Measures::SpeedMagnitude));
+    let radial = recording.baseline.observation == Observation::VelocityAndAmbient;
     Flight {
         recording: recording.name.clone(),
         drone: 0,
         operator: Operator {
             // U_H goes with the root of gravity; `airflow` assumes the standard one.
-            induced_velocity_mps: airframe.hover_induced_velocity_mps(airframe.mass_kg(), density)
+            induced_velocity_mps: recording.hover_mps(vehicle)
                 * (environment.gravity_mps2 / airflow::GRAVITY_MPS2).sqrt(),
-            ambient_mps: f64::from(u8::from(magnitude)) * environment.ambient_mps,
-            radial: f64::from(u8::from(radial)),
-            lateral: 0.0,
+            ambient_mps: magnitude * environment.ambient_mps,
+            radial: magnitude * f64::from(u8::from(radial)),
+            lateral: magnitude,
         },
         accuracy_rel: instrument.accuracy_rel,
         accuracy_abs_mps: instrument.accuracy_abs_mps,
@@ -170,8 +163,8 @@ fn flight(recording: &Recording, instrument: &Instrument, vehicle: &Vehicle) -> 
 struct State {
     position_m: Point3<f64>,
     yaw_rad: f64,
-    /// Greatest speed (m/s) while the probe averaged.
-    fastest_mps: f64,
+    /// Whether it was slower than 0.1 m/s all the while the probe averaged.
+    is_hovering: bool,
 }
 
 /// The one drone in the air, and its state.
@@ -221,22 +214,12 @@ fn state(track: &Track, moment: Moment, since_s: f64) -> State {
         .rposition(|t_s| *t_s <= since_s);
     let logged = &track.velocity_mps[first.unwrap_or(0)..=moment.entry];
     let now = track.velocity_at(moment);
-    let speeds_mps = logged
-        .iter()
-        .chain([&now])
-        .map(|velocity_mps| velocity_mps.norm());
     // An unknown speed counts as moving.
-    let known = |speed_mps: f64| {
-        if speed_mps.is_nan() {
-            f64::INFINITY
-        } else {
-            speed_mps
-        }
-    };
+    let is_slow = |velocity_mps: &Vector3<f64>| velocity_mps.norm() < SLOWER_THAN_MPS;
     State {
         position_m: track.position_at(moment),
         yaw_rad: forward.y.atan2(forward.x),
-        fastest_mps: speeds_mps.map(known).fold(0.0, f64::max),
+        is_hovering: logged.iter().chain([&now]).all(is_slow),
     }
 }
 
@@ -246,7 +229,7 @@ fn place(
     state: &State,
     sample: &ProbeSample,
 ) -> Result<Sample, Dropped> {
-    if state.fastest_mps >= SLOWER_THAN_MPS {
+    if !state.is_hovering {
         return Err(Dropped::Moving);
     }
     let l_m = vehicle.airframe.motor_distance_m();
@@ -334,11 +317,8 @@ pub(super) fn cells(samples: &mut [Sample]) -> Vec<Cell> {
         });
         from += group.len();
     }
-    cells.sort_by(|a, b| {
-        (a.flight.cmp(&b.flight))
-            .then(a.t_s.total_cmp(&b.t_s))
-            .then(a.from.cmp(&b.from))
-    });
+    // A stable sort: equals stay in the order of their readings.
+    cells.sort_by(|a, b| a.flight.cmp(&b.flight).then(a.t_s.total_cmp(&b.t_s)));
     cells
 }
 

@@ -78,11 +78,9 @@ pub(super) fn units(joint: &Joint<'_>, fewest_flights: usize) -> Option<Units> {
     let by_flight = used.iter().filter(|used| **used).count() >= fewest_flights;
     let unit = if by_flight { Unit::Flight } else { Unit::Block };
     let block_s = (!by_flight).then(|| {
-        let of_flights = data
-            .flights
-            .iter()
-            .map(|flight| BLOCK_READINGS * flight.step_s);
-        of_flights.fold(SHORTEST_BLOCK_S, f64::max)
+        let flights = data.flights.iter();
+        let spanned_s = flights.map(|flight| BLOCK_READINGS * flight.step_s);
+        spanned_s.fold(SHORTEST_BLOCK_S, f64::max)
     });
     let unit_of = blocks(data.cells, block_s.unwrap_or(f64::INFINITY));
     let mut units = vec![ResamplingUnit::default(); unit_of.last().map_or(0, |last| last + 1)];

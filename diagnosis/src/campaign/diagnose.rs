@@ -18,7 +18,7 @@ use crate::infer::outside::{global_test, outside};
 use crate::infer::select::{flexible, singles};
 use crate::record::recording::Recording;
 use crate::statistics::held_out::{FOLDS, Gain};
-use crate::statistics::quantile::root_mean_square;
+use crate::statistics::quantile::{difference, root_mean_square};
 use crate::statistics::scan;
 use crate::thrust::free_flight::ABOVE_FLOOR_M;
 use crate::thrust::identify::IdentifyError;
@@ -155,17 +155,18 @@ pub fn diagnose_campaign(
         return Err(CampaignError::TooFew(flights));
     }
     let candidates = library(&forces, forces.alone);
-    let setting = Setting::within(&forces, &scatter.noise, base, [1e-6, TOLERANCE_N]);
-    let tried = singles(&setting, &candidates);
-    let mut chosen = forward(&setting, &candidates, tried, MOST_EFFECTS);
-    let test = global_test(&setting, &candidates, &chosen.selection.nothing.fit);
+    let tolerances = [1e-6, TOLERANCE_N];
+    let mut setting = Setting::within(&forces, &scatter.noise, &candidates, tolerances);
+    setting.base = base;
+    let mut chosen = forward(&setting, singles(&setting), MOST_EFFECTS);
+    let test = global_test(&setting, &chosen.selection.nothing.fit);
     if !test.is_significant {
         chosen.selection.withdraw();
         chosen.turns.clear();
     }
     let best = &chosen.selection.chosen;
     let members = best.members(&candidates);
-    let correction = setting.hypothesis(&members, &best.fit.values);
+    let correction = setting.explanation(best);
     let simulated = forces.predict(&base);
     let corrected = forces.predict(&correction);
     let held_out = [
@@ -182,11 +183,10 @@ pub fn diagnose_campaign(
         noise_floor: root_mean_square(scatter.noise.sd()),
     };
     let skills = judged.skills();
-    let effects = terms(&setting, &candidates, &chosen);
-    let shape = outside(&setting, &candidates, &chosen.selection, &test);
+    let effects = terms(&setting, &chosen);
+    let shape = outside(&setting, &chosen.selection, &test);
     let recorded = forces.recorded();
-    let both = recorded.iter().zip(&simulated);
-    let rest: Vec<f64> = both.map(|(y, f)| y - f).collect();
+    let rest = difference(&recorded, &simulated);
     let [before, left] =
         [&chosen.selection.nothing, best].map(|of| flexible(&setting, &of.fit).gain);
     let finding = Finding {
@@ -205,7 +205,7 @@ pub fn diagnose_campaign(
         p: test.p,
         runner_up: None,
         advice: advice(&candidates, &chosen),
-        detectable: detectable(&setting, &candidates),
+        detectable: detectable(&setting),
         effects,
         prediction: corrected,
         correction,
@@ -231,14 +231,14 @@ pub fn diagnose_campaign(
 }
 
 /// The terms with their intervals over flights.
-fn terms(setting: &Setting, candidates: &[Candidate], chosen: &Chosen) -> Vec<Effect> {
+fn terms(setting: &Setting, chosen: &Chosen) -> Vec<Effect> {
     let sensors_first = |turn: &Turn| {
         let mut alternatives = turn.alternatives.clone();
-        alternatives.sort_by_key(|&k| candidates[k].kind == Kind::Physics);
+        alternatives.sort_by_key(|&k| setting.candidates[k].kind == Kind::Physics);
         alternatives
     };
     let alternatives = chosen.turns.iter().map(sensors_first);
-    effects(setting, candidates, &chosen.selection.chosen, alternatives)
+    effects(setting, &chosen.selection.chosen, alternatives)
 }
 
 /// Name, gain and standard error of a candidate.

@@ -51,12 +51,8 @@ pub(super) struct Turn {
 }
 
 /// Chooses at most so many effects, from the fits of each alone.
-pub(super) fn forward(
-    setting: &Setting,
-    candidates: &[Candidate],
-    tried: Singles,
-    most: usize,
-) -> Chosen {
+pub(super) fn forward(setting: &Setting, tried: Singles, most: usize) -> Chosen {
+    let candidates = setting.candidates;
     let Singles { nothing, singles } = tried;
     let mut best = nothing.clone();
     let mut turns: Vec<Turn> = Vec::new();
@@ -64,7 +60,7 @@ pub(super) fn forward(
     while turns.len() < most {
         let tried = match turns.is_empty() {
             true => singles.clone(),
-            false => beside(setting, candidates, &nothing, &best),
+            false => beside(setting, &nothing, &best),
         };
         let mut fitted: Vec<(Gain, Tried)> = tried
             .into_iter()
@@ -112,7 +108,7 @@ pub(super) fn forward(
         });
         best = winner;
     }
-    sensors_first(setting, candidates, &nothing, &mut best, &mut turns);
+    sensors_first(setting, &nothing, &mut best, &mut turns);
     Chosen {
         selection: Selection {
             nothing,
@@ -127,13 +123,8 @@ pub(super) fn forward(
 }
 
 /// An instrument that does as well as an effect of the air takes its place.
-fn sensors_first(
-    setting: &Setting,
-    candidates: &[Candidate],
-    nothing: &Tried,
-    best: &mut Tried,
-    turns: &mut [Turn],
-) {
+fn sensors_first(setting: &Setting, nothing: &Tried, best: &mut Tried, turns: &mut [Turn]) {
+    let candidates = setting.candidates;
     for (at, turn) in turns.iter_mut().enumerate() {
         let is_sensor = |k: usize| candidates[k].kind == Kind::Sensor;
         let Some(place) = turn.alternatives.iter().position(|&k| is_sensor(k)) else {
@@ -153,7 +144,7 @@ fn sensors_first(
             values
         };
         let starts: Vec<Vec<f64>> = candidates[sensor].starts.iter().map(in_place).collect();
-        if let Some(tried) = attempt(setting, candidates, nothing, &which, &starts) {
+        if let Some(tried) = attempt(setting, nothing, &which, &starts) {
             turn.alternatives.remove(place);
             turn.alternatives.insert(0, turn.which);
             turn.which = sensor;
@@ -196,20 +187,16 @@ fn is_inside(candidates: &[Candidate], tried: &Tried) -> bool {
 }
 
 /// Candidates beside what is taken, those that promise most.
-fn beside(
-    setting: &Setting,
-    candidates: &[Candidate],
-    nothing: &Tried,
-    best: &Tried,
-) -> Vec<Tried> {
-    promising(setting, candidates, best)
+fn beside(setting: &Setting, nothing: &Tried, best: &Tried) -> Vec<Tried> {
+    promising(setting, best)
         .into_par_iter()
         .take(FITTED)
         .filter_map(|k| {
             let which = [&best.which[..], &[k]].concat();
             let beside = |start: &Vec<f64>| [&best.fit.values[..], start].concat();
-            let starts: Vec<Vec<f64>> = candidates[k].starts.iter().map(beside).collect();
-            attempt(setting, candidates, nothing, &which, &starts)
+            let starts = setting.candidates[k].starts.iter();
+            let starts: Vec<Vec<f64>> = starts.map(beside).collect();
+            attempt(setting, nothing, &which, &starts)
         })
         .collect()
 }

@@ -95,14 +95,8 @@ pub struct Observed<'a> {
 }
 
 impl<'a> Observed<'a> {
-    /// The samples of a recording: of its probes where it has any, of its receivers otherwise.
-    /// `None` without either.
-    #[must_use]
-    pub fn new(recording: &'a Recording) -> Option<Observed<'a>> {
-        Observed::of(recording, None)
-    }
-
-    /// The samples of one channel; `None` where the recording has none of it.
+    /// The samples of one channel of a recording; where none is named, of its probes where it has
+    /// any, of its receivers otherwise. `None` where it has none.
     #[must_use]
     pub fn of(recording: &'a Recording, channel: Option<Channel>) -> Option<Observed<'a>> {
         let simulated = simulate(recording).samples;

@@ -59,21 +59,10 @@ pub struct Region {
     pub rms_over_accuracy: Option<f64>,
 }
 
-/// Edges of intervals. Depth from 0 in the steps of the near field (2.5 l), then wider; `ξ` as in
-/// the paper's table.
-const S_EDGES: [f64; 10] = [
-    0.0,
-    1.0,
-    2.5,
-    4.0,
-    6.0,
-    9.0,
-    13.0,
-    18.0,
-    25.0,
-    f64::INFINITY,
-];
-const XI_EDGES: [f64; 8] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f64::INFINITY];
+/// Lower ends of intervals, of which the last has no upper end. Depth from 0 in the steps of the
+/// near field (2.5 l), then wider; `ξ` as in the paper's table.
+const S_FROM: [f64; 9] = [0.0, 1.0, 2.5, 4.0, 6.0, 9.0, 13.0, 18.0, 25.0];
+const XI_FROM: [f64; 7] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
 /// Intervals of height and time: as many equal ones over what was covered. Chosen here: a table
 /// that fits a screen.
 const EVEN_INTERVALS: usize = 6;
@@ -121,12 +110,11 @@ fn along(
             within[at].push(sample);
         }
     }
+    let region = |(interval, within): (_, &Vec<&Sample>)| {
+        region(channel, Some((axis, interval)), within, instrument)
+    };
     let regions = intervals.into_iter().zip(&within);
-    regions
-        .filter_map(|(interval, within)| {
-            region(channel, Some((axis, interval)), within, instrument)
-        })
-        .collect()
+    regions.filter_map(region).collect()
 }
 
 fn coordinate(axis: Axis, sample: &Sample, floor_m: f64) -> Option<f64> {
@@ -139,28 +127,22 @@ fn coordinate(axis: Axis, sample: &Sample, floor_m: f64) -> Option<f64> {
 }
 
 fn intervals(axis: Axis, placed: &[(f64, &Sample)]) -> Vec<(f64, f64)> {
-    let pairs = |edges: &[f64]| edges.windows(2).map(|edge| (edge[0], edge[1])).collect();
-    match axis {
-        Axis::SOverL => pairs(&S_EDGES),
-        Axis::Xi => pairs(&XI_EDGES),
-        Axis::HeightM | Axis::TimeS => {
-            let covered = placed.iter().map(|(x, _)| (*x, *x));
-            let widest = |(from, to): (f64, f64), (x, _): (f64, f64)| (from.min(x), to.max(x));
-            let Some((from, to)) = covered.reduce(widest) else {
-                return Vec::new();
-            };
+    let pairs = |from: &[f64], end: f64| {
+        let ends = from.iter().skip(1).chain([&end]);
+        from.iter().copied().zip(ends.copied()).collect()
+    };
+    let values = || placed.iter().map(|(x, _)| *x);
+    match (axis, values().reduce(f64::min), values().reduce(f64::max)) {
+        (Axis::SOverL, ..) => pairs(&S_FROM, f64::INFINITY),
+        (Axis::Xi, ..) => pairs(&XI_FROM, f64::INFINITY),
+        (_, Some(from), Some(to)) => {
+            // All at one height: the interval that holds it.
+            let count = if from == to { 1 } else { EVEN_INTERVALS };
             let step = (to - from) / EVEN_INTERVALS as f64;
-            let mut edges: Vec<f64> = (0..=EVEN_INTERVALS)
-                .map(|i| from + step * i as f64)
-                .collect();
-            if from == to {
-                // All at one height: the interval that holds it.
-                edges = vec![from, to];
-            }
-            edges.pop();
-            edges.push(to.next_up());
-            pairs(&edges)
+            let even: Vec<f64> = (0..count).map(|i| from + step * i as f64).collect();
+            pairs(&even, to.next_up())
         }
+        _ => Vec::new(),
     }
 }
 

@@ -9,9 +9,9 @@ use nalgebra::Vector3;
 
 use crate::forward::anemometer::steady_reading_mps;
 use crate::forward::flow::{Flow, Wakes};
+use crate::forward::hypothesis::Sensor;
 use crate::forward::observed::Observed;
 use crate::forward::simulate::Sample;
-use crate::infer::candidates::Candidate;
 use crate::infer::fit::Setting;
 use crate::infer::select::{Selection, Tried};
 use crate::record::recording::{Role, Vehicle};
@@ -30,12 +30,7 @@ const BEARINGS: [(f64, &str); 4] = [(0.0, "east"), (0.5, "north"), (1.0, "west")
 /// Measurements that would decide between what was chosen and what does as well, most telling
 /// first; empty where nothing does as well.
 #[must_use]
-pub fn advice(
-    setting: &Setting,
-    observed: &Observed,
-    candidates: &[Candidate],
-    selection: &Selection,
-) -> Vec<String> {
+pub fn advice(setting: &Setting, observed: &Observed, selection: &Selection) -> Vec<String> {
     let chosen = &selection.chosen;
     let mut kept: Vec<String> = Vec::new();
     for (place, rivals) in selection.rivals.iter().enumerate() {
@@ -45,8 +40,8 @@ pub fn advice(
         let own = chosen.which.get(place);
         let other = rival.which.iter().find(|k| !chosen.which.contains(k));
         let both = own.into_iter().chain(own.and(other));
-        let settled_by = both.map(|&k| candidates[k].settled_by.to_owned());
-        let lines = places(setting, observed, candidates, chosen, rival).into_iter();
+        let settled_by = both.map(|&k| setting.candidates[k].settled_by.to_owned());
+        let lines = places(setting, observed, [chosen, rival]).into_iter();
         for line in lines.chain(settled_by.filter(|line| !line.is_empty())) {
             if !kept.contains(&line) {
                 kept.push(line);
@@ -58,13 +53,7 @@ pub fn advice(
 }
 
 /// The two places at which a probe would tell one explanation from another best.
-fn places(
-    setting: &Setting,
-    observed: &Observed,
-    candidates: &[Candidate],
-    chosen: &Tried,
-    rival: &Tried,
-) -> Vec<String> {
+fn places(setting: &Setting, observed: &Observed, both: [&Tried; 2]) -> Vec<String> {
     let recording = observed.recording;
     let wakes = Wakes::new(recording);
     let hovering = || {
@@ -81,13 +70,19 @@ fn places(
         return Vec::new();
     };
     let floor_m = recording.environment.floor_z_m;
-    let both = [chosen, rival].map(|tried| {
-        let hypothesis = setting.hypothesis(&tried.members(candidates), &tried.fit.values);
-        (hypothesis, tried.fit.tolerance)
+    let both = both.map(|tried| {
+        let hypothesis = setting.explanation(tried);
+        let flow = Flow::supposing(recording, &wakes, &hypothesis);
+        (flow, hypothesis.sensor, tried.fit.tolerance)
     });
-    let flows = both
-        .each_ref()
-        .map(|(hypothesis, _)| Flow::supposing(recording, &wakes, hypothesis));
+    type Explained<'a> = (Flow<'a>, Sensor, [f64; 2]);
+    let reading = |(flow, sensor, tolerance): &Explained, point_m| {
+        let velocity_mps = flow.velocity_mps(t_s, point_m, None)?;
+        let (ambient_mps, measures) = (flow.ambient_mps(t_s), instrument.measures);
+        let environment = &recording.environment;
+        let steady_mps = steady_reading_mps(velocity_mps, ambient_mps, measures, environment);
+        Some((1.0 + tolerance[0]) * sensor.reads(steady_mps, since_s) + tolerance[1])
+    };
     let length_m = wake.motor_distance_m();
     let mut found: Vec<(f64, f64, f64, f64, &str, f64)> = Vec::new();
     for depth in DEPTHS {
@@ -100,26 +95,12 @@ fn places(
                 let (sin, cos) = (half_turns * std::f64::consts::PI).sin_cos();
                 let radius_m = radius * wake.half_width_m(depth_m);
                 let point_m = drone_m + Vector3::new(radius_m * cos, radius_m * sin, -depth_m);
-                let readings = flows
-                    .iter()
-                    .zip(&both)
-                    .map(|(flow, (hypothesis, tolerance))| {
-                        let velocity_mps = flow.velocity_mps(t_s, point_m, None)?;
-                        let steady_mps = steady_reading_mps(
-                            velocity_mps,
-                            flow.ambient_mps(t_s),
-                            instrument.measures,
-                            &recording.environment,
-                        );
-                        let read = hypothesis.sensor.reads(steady_mps, since_s);
-                        Some((1.0 + tolerance[0]) * read + tolerance[1])
-                    });
-                let readings: Option<Vec<f64>> = readings.collect();
-                let Some([one, other]) = readings.as_deref() else {
+                let [Some(one), Some(other)] = both.each_ref().map(|of| reading(of, point_m))
+                else {
                     continue;
                 };
                 let apart = (one - other).abs();
-                let noise = noise_at(setting, observed, *one);
+                let noise = noise_at(setting, observed, one);
                 found.push((apart / noise, apart, depth, radius, bearing, depth_m));
                 if radius == 0.0 {
                     break;

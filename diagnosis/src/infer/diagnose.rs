@@ -102,7 +102,7 @@ pub fn diagnose_channel(
             least: FOLDS,
         });
     }
-    let mut tried = singles(&Setting::new(&observed, &noise, base), &candidates);
+    let mut tried = singles(&Setting::new(&observed, &noise, &candidates, base));
     // What is missing may itself look like noise from one sample to the next: a lag, a clock. The
     // best explanation tells.
     for _ in 0..NOISE_ROUNDS {
@@ -110,20 +110,16 @@ pub fn diagnose_channel(
             break;
         };
         noise = clearer;
-        tried = singles(&Setting::new(&observed, &noise, base), &candidates);
+        tried = singles(&Setting::new(&observed, &noise, &candidates, base));
     }
-    let setting = Setting::new(&observed, &noise, base);
-    let test = global_test(&setting, &candidates, &tried.nothing.fit);
-    let mut selection = select(&setting, &candidates, tried, test.p);
+    let setting = Setting::new(&observed, &noise, &candidates, base);
+    let test = global_test(&setting, &tried.nothing.fit);
+    let mut selection = select(&setting, tried, test.p);
     if !test.is_significant && !is_beyond_doubt(&selection.chosen.gain) {
         selection.withdraw();
     }
-    let shape = outside(&setting, &candidates, &selection, &test);
-    let of_chosen = |selection: &Selection| {
-        let chosen = &selection.chosen;
-        setting.hypothesis(&chosen.members(&candidates), &chosen.fit.values)
-    };
-    let mut corrected = observed.predict(&of_chosen(&selection));
+    let shape = outside(&setting, &selection, &test);
+    let mut corrected = observed.predict(&setting.explanation(&selection.chosen));
     if let Some(shape) = &shape {
         // What the trees add lies on top of the nearest that the library has, and is good inside
         // the sampled hull only.
@@ -132,7 +128,7 @@ pub fn diagnose_channel(
         selection.withdraw();
     }
     let mut effects: Vec<Effect> = cause.iter().map(from_actuation).collect();
-    effects.extend(named(&setting, &candidates, &observed, &selection));
+    effects.extend(named(&setting, &observed, &selection));
     let last = observed.samples.iter().map(|sample| sample.row).max();
     let mut prediction = vec![f64::NAN; last.map_or(0, |last| last + 1)];
     for (sample, value) in observed.samples.iter().zip(&corrected) {
@@ -149,16 +145,16 @@ pub fn diagnose_channel(
         samples: observed.samples.len(),
         verdict: verdict(shape.is_some(), &effects),
         region: region(&observed, &noise, &corrected),
-        held_out: held_out(&setting, &candidates, &selection, shape.as_ref()),
+        held_out: held_out(&setting, &selection, shape.as_ref()),
         candidates: ranked(&candidates, &selection),
         shape,
         p: test.p,
         runner_up,
-        advice: advice(&setting, &observed, &candidates, &selection),
-        detectable: detectable(&setting, &candidates),
+        advice: advice(&setting, &observed, &selection),
+        detectable: detectable(&setting),
         effects,
         prediction,
-        correction: of_chosen(&selection),
+        correction: setting.explanation(&selection.chosen),
     })
 }
 
@@ -183,12 +179,7 @@ fn clearer(observed: &Observed, before: &Noise, tried: &Singles) -> Option<Noise
 }
 
 /// Errors on blocks left out of the fit, fold by fold.
-fn held_out(
-    setting: &Setting,
-    candidates: &[Candidate],
-    selection: &Selection,
-    shape: Option<&Shape>,
-) -> HeldOut {
+fn held_out(setting: &Setting, selection: &Selection, shape: Option<&Shape>) -> HeldOut {
     let of_fit = |setting: &Setting, members: &[&Candidate], fit: &Fit| {
         setting.left(&setting.predicted_held_out(members, fit))
     };
@@ -201,7 +192,7 @@ fn held_out(
         // The trees' corrections are held out themselves; what they lie on is a handful of
         // parameters.
         Some(shape) => shape.left.clone(),
-        None => of_fit(setting, &chosen.members(candidates), &chosen.fit),
+        None => of_fit(setting, &chosen.members(setting.candidates), &chosen.fit),
     };
     let blocks = &setting.noise.blocks;
     let sums = blocks.sums(after.iter().map(|left| left * left));
@@ -237,7 +228,7 @@ pub(crate) fn ranked(candidates: &[Candidate], selection: &Selection) -> Vec<Ran
 }
 
 /// Minimum detectable departures of every candidate's first parameter: 80 % power at the 5 % level.
-pub(crate) fn detectable(setting: &Setting, candidates: &[Candidate]) -> Vec<Detectable> {
+pub(crate) fn detectable(setting: &Setting) -> Vec<Detectable> {
     let clean = setting.observed.predict(&setting.base);
     let of = |candidate: &Candidate| {
         let parameter = candidate.parameters.first()?;
@@ -252,7 +243,7 @@ pub(crate) fn detectable(setting: &Setting, candidates: &[Candidate]) -> Vec<Det
             unit: parameter.unit.into(),
         })
     };
-    candidates.iter().filter_map(of).collect()
+    setting.candidates.iter().filter_map(of).collect()
 }
 
 /// What throttle and power say, as an effect.
@@ -286,15 +277,10 @@ fn from_actuation(cause: &Cause) -> Effect {
 }
 
 /// The chosen candidates with their intervals, and what each cannot be told from.
-fn named(
-    setting: &Setting,
-    candidates: &[Candidate],
-    observed: &Observed,
-    selection: &Selection,
-) -> Vec<Effect> {
+fn named(setting: &Setting, observed: &Observed, selection: &Selection) -> Vec<Effect> {
     let alternatives = selection.rivals.iter();
     let alternatives = alternatives.map(|rivals| rivals.iter().map(|(k, _)| *k).collect());
-    let mut effects = effects(setting, candidates, &selection.chosen, alternatives);
+    let mut effects = effects(setting, &selection.chosen, alternatives);
     // Gusts blur the ceiling of a mean, not that of the readings: the highest of them, where
     // several lie at it.
     let saturation = effects.iter_mut().find(|e| e.name == "sensor_saturation");
@@ -311,10 +297,10 @@ fn named(
 /// from.
 pub(crate) fn effects(
     setting: &Setting,
-    candidates: &[Candidate],
     chosen: &Tried,
     alternatives: impl Iterator<Item = Vec<usize>>,
 ) -> Vec<Effect> {
+    let candidates = setting.candidates;
     let members = chosen.members(candidates);
     let half_widths = half_widths(&members, &chosen.fit, setting.noise);
     let mut estimates = chosen.fit.values.iter().zip(half_widths);

@@ -43,6 +43,8 @@ pub struct Setting<'a> {
     pub observed: &'a dyn Explained,
     /// Their scatter.
     pub noise: &'a Noise,
+    /// What may be missing.
+    pub candidates: &'a [Candidate],
     /// What is supposed before any candidate.
     pub base: Hypothesis,
     recorded: Vec<f64>,
@@ -70,7 +72,12 @@ pub struct Fit {
 impl<'a> Setting<'a> {
     /// Fits of these samples, on top of `base`, within what the maker of the instrument allows.
     #[must_use]
-    pub fn new(observed: &'a Observed<'a>, noise: &'a Noise, base: Hypothesis) -> Setting<'a> {
+    pub fn new(
+        observed: &'a Observed<'a>,
+        noise: &'a Noise,
+        candidates: &'a [Candidate],
+        base: Hypothesis,
+    ) -> Setting<'a> {
         let probes = observed.recording.probes.as_ref();
         let tolerances = match (observed.channel, probes.map(|probes| &probes.instrument)) {
             (Channel::Speed, Some(probe)) => [
@@ -80,22 +87,25 @@ impl<'a> Setting<'a> {
             // A throttle ratio refers to the drone's own hover: a percent, as far as hovers agree.
             _ => [0.01, 1e-6],
         };
-        Setting::within(observed, noise, base, tolerances)
+        let mut setting = Setting::within(observed, noise, candidates, tolerances);
+        setting.base = base;
+        setting
     }
 
-    /// The same of anything that can be explained; `tolerances` bound gain (1) and offset (the
+    /// The same of anything that can be explained, on top of nothing; `tolerances` bound gain (1) and offset (the
     /// channel's unit).
     #[must_use]
     pub fn within(
         observed: &'a dyn Explained,
         noise: &'a Noise,
-        base: Hypothesis,
+        candidates: &'a [Candidate],
         tolerances: [f64; 2],
     ) -> Setting<'a> {
         Setting {
             observed,
             noise,
-            base,
+            candidates,
+            base: Hypothesis::default(),
             recorded: observed.recorded(),
             tolerances,
         }
@@ -128,9 +138,9 @@ impl<'a> Setting<'a> {
 
     /// Everything together at given values, one candidate after another.
     #[must_use]
-    pub fn hypothesis(&self, candidates: &[&Candidate], values: &[f64]) -> Hypothesis {
+    pub fn hypothesis(&self, members: &[&Candidate], values: &[f64]) -> Hypothesis {
         let mut hypothesis = self.base;
-        for (candidate, own) in by_member(candidates, values) {
+        for (candidate, own) in by_member(members, values) {
             candidate.set(own, &mut hypothesis);
         }
         hypothesis

@@ -10,7 +10,7 @@
 use nalgebra::{Matrix2, Vector2};
 use serde::Serialize;
 
-use crate::infer::candidates::{Candidate, Kind};
+use crate::infer::candidates::Kind;
 use crate::infer::fit::{Fit, Setting};
 use crate::infer::select::{Selection, flexible};
 use crate::statistics::column::{self, Column};
@@ -72,12 +72,12 @@ pub(crate) fn is_beyond_doubt(gain: &Gain) -> bool {
 /// The global lack-of-fit test of what the instrument's tolerance alone (`nothing`) leaves: against
 /// the tangents of all candidates, bins of all covariates and steps in time.
 #[must_use]
-pub fn global_test(setting: &Setting, candidates: &[Candidate], nothing: &Fit) -> LackOfFit {
+pub fn global_test(setting: &Setting, nothing: &Fit) -> LackOfFit {
     let observed = setting.observed;
     let noise = setting.noise;
     let clean = observed.predict(&setting.base);
     let mut columns: Vec<Column> = Vec::new();
-    for candidate in candidates {
+    for candidate in setting.candidates {
         let tangent = |start: &Vec<f64>| Column {
             is_law: true,
             values: setting.change(candidate, start, &clean),
@@ -105,12 +105,7 @@ pub fn global_test(setting: &Setting, candidates: &[Candidate], nothing: &Fit) -
 
 /// What the chosen terms leave that something else would predict; `None`: nothing worth a name.
 #[must_use]
-pub fn outside(
-    setting: &Setting,
-    candidates: &[Candidate],
-    selection: &Selection,
-    test: &LackOfFit,
-) -> Option<Shape> {
+pub fn outside(setting: &Setting, selection: &Selection, test: &LackOfFit) -> Option<Shape> {
     let chosen = &selection.chosen;
     let left = flexible(setting, &chosen.fit);
     let library = chosen.gain.total.max(0.0);
@@ -118,7 +113,7 @@ pub fn outside(
     let enough = gain.total > LEAST_GAIN.max(LEAST_ERRORS * gain.standard_error);
     let stands = test.is_significant || is_beyond_doubt(gain);
     if enough && gain.total > LEFT_SHARE * (library + gain.total) && stands {
-        return Some(shape(setting, candidates, selection, &left));
+        return Some(shape(setting, selection, &left));
     }
     let is_rhythm = test.statistic == Statistic::Rhythm && chosen.which.is_empty();
     let line = test.line.filter(|line| is_rhythm && line.p < LINE_P)?;
@@ -166,12 +161,7 @@ fn pulsation(setting: &Setting, fit: &Fit, frequency_hz: f64) -> Shape {
     }
 }
 
-fn shape(
-    setting: &Setting,
-    candidates: &[Candidate],
-    selection: &Selection,
-    held_out: &HeldOut,
-) -> Shape {
+fn shape(setting: &Setting, selection: &Selection, held_out: &HeldOut) -> Shape {
     let around = setting.observed.covariates();
     let noise = setting.noise;
     let rest = setting.left(&selection.chosen.fit.predicted);
@@ -209,7 +199,7 @@ fn shape(
     let all = total + selection.chosen.gain.total.max(0.0);
     let singles = selection.singles.iter();
     let nearest = singles
-        .map(|tried| (&candidates[tried.which[0]], tried.gain.total))
+        .map(|tried| (&setting.candidates[tried.which[0]], tried.gain.total))
         .filter(|(candidate, _)| candidate.kind == Kind::Physics)
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(candidate, gain)| (candidate.name.to_owned(), (gain / all).clamp(0.0, 1.0)));

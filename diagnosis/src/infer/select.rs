@@ -8,6 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::forward::hypothesis::Hypothesis;
 use crate::infer::candidates::{Candidate, Kind};
 use crate::infer::fit::{Fit, Setting, by_member};
 use crate::statistics::held_out::Gain;
@@ -79,6 +80,13 @@ pub struct Tried {
     pub practical: bool,
 }
 
+impl Setting<'_> {
+    /// What a fit says is there, on top of the base.
+    pub(crate) fn explanation(&self, tried: &Tried) -> Hypothesis {
+        self.hypothesis(&tried.members(self.candidates), &tried.fit.values)
+    }
+}
+
 impl Tried {
     /// The candidates that it is made of, in the order of their values.
     pub(crate) fn members<'c>(&self, candidates: &'c [Candidate]) -> Vec<&'c Candidate> {
@@ -144,7 +152,7 @@ pub struct Singles {
 
 /// Fits every candidate alone.
 #[must_use]
-pub fn singles(setting: &Setting, candidates: &[Candidate]) -> Singles {
+pub fn singles(setting: &Setting) -> Singles {
     let fit = setting.nothing();
     let log_density = setting.held_out(&[], &fit);
     let nothing = Tried {
@@ -154,10 +162,9 @@ pub fn singles(setting: &Setting, candidates: &[Candidate]) -> Singles {
         fit,
         practical: true,
     };
-    let mut singles: Vec<Tried> = (0..candidates.len())
-        .into_par_iter()
-        .filter_map(|k| attempt(setting, candidates, &nothing, &[k], &candidates[k].starts))
-        .collect();
+    let alone = setting.candidates.par_iter().enumerate();
+    let alone = alone.filter_map(|(k, of)| attempt(setting, &nothing, &[k], &of.starts));
+    let mut singles: Vec<Tried> = alone.collect();
     singles.sort_by(|a, b| {
         let by_gain = b.gain.total.total_cmp(&a.gain.total);
         b.practical.cmp(&a.practical).then(by_gain)
@@ -168,12 +175,11 @@ pub fn singles(setting: &Setting, candidates: &[Candidate]) -> Singles {
 /// Candidates together, from each of some starts; `None` without a start.
 pub(crate) fn attempt(
     setting: &Setting,
-    candidates: &[Candidate],
     nothing: &Tried,
     which: &[usize],
     starts: &[Vec<f64>],
 ) -> Option<Tried> {
-    let members: Vec<&Candidate> = which.iter().map(|&k| &candidates[k]).collect();
+    let members: Vec<&Candidate> = which.iter().map(|&k| &setting.candidates[k]).collect();
     let fit = setting.fit(&members, starts)?;
     let log_density = setting.held_out(&members, &fit);
     let is_practical = |(member, own): (&Candidate, &[f64])| member.size(own) >= 1.0;
@@ -190,10 +196,9 @@ pub(crate) fn attempt(
 /// Tries pairs and chooses, with the p-value `p` of the global lack-of-fit test. Where it is all
 /// but certain that something is there, a faint gain is enough to say what it may be.
 #[must_use]
-pub fn select(setting: &Setting, candidates: &[Candidate], tried: Singles, p: f64) -> Selection {
+pub fn select(setting: &Setting, tried: Singles, p: f64) -> Selection {
     let mut search = Search {
         setting,
-        candidates,
         tried: &tried,
         pairs: Vec::new(),
     };
@@ -234,7 +239,6 @@ fn enough(gain: &Gain, p: f64) -> bool {
 /// Everything that was tried.
 struct Search<'a> {
     setting: &'a Setting<'a>,
-    candidates: &'a [Candidate],
     tried: &'a Singles,
     pairs: Vec<Tried>,
 }
@@ -284,7 +288,8 @@ impl Search<'_> {
         [best].into_iter().chain(members).all(|single| {
             let more = pair.beyond(self.setting, single);
             let share = more.total / pair.gain.total;
-            let (least, over) = if self.candidates[single.which[0]].closure_error > CLOSURE {
+            let (least, over) = if self.setting.candidates[single.which[0]].closure_error > CLOSURE
+            {
                 (BESIDE_A_CLOSURE, BEATS)
             } else {
                 (BESIDE_A_LAW, MATCHES)
@@ -298,7 +303,7 @@ impl Search<'_> {
     /// Pairs among the best singles, and of the very best with those that promise most beside it.
     fn pairs(&self, best: &Tried) -> Vec<Tried> {
         let singles = &self.tried.singles;
-        let promising = promising(self.setting, self.candidates, best).into_iter();
+        let promising = promising(self.setting, best).into_iter();
         let first = best.which[0];
         let mut wanted: Vec<[usize; 2]> = promising.take(PAIRED).map(|k| [first, k]).collect();
         let few = &singles[..PAIRED_SINGLES.min(singles.len())];
@@ -325,7 +330,7 @@ impl Search<'_> {
                 let mut pairs = self.pairs.iter();
                 pairs.any(|pair| pair.which.contains(&k) && pair.which.contains(&kept))
             };
-            let promising = promising(self.setting, self.candidates, first).into_iter();
+            let promising = promising(self.setting, first).into_iter();
             let fresh = promising.filter(|&k| !chosen.contains(&k) && !is_tried(k));
             wanted.extend(fresh.take(RIVALS).map(|k| [kept, k]));
         }
@@ -339,10 +344,9 @@ impl Search<'_> {
             .into_par_iter()
             .filter_map(|[a, b]| {
                 let (first, second) = (&self.alone(a)?.fit.values, &self.alone(b)?.fit.values);
-                let fresh = self.candidates[b].starts.first()?;
+                let fresh = self.setting.candidates[b].starts.first()?;
                 let starts = [second, fresh].map(|second| [&first[..], second].concat());
-                let nothing = &self.tried.nothing;
-                attempt(self.setting, self.candidates, nothing, &[a, b], &starts)
+                attempt(self.setting, &self.tried.nothing, &[a, b], &starts)
             })
             .collect()
     }
@@ -391,7 +395,8 @@ impl Search<'_> {
     /// What is named before one of the chosen that it cannot be told from, within one standard
     /// error: an instrument before physics, a mechanism before a factor.
     fn preferred(&self, chosen: &Tried, place: usize) -> Option<Tried> {
-        let own = &self.candidates[chosen.which[place]];
+        let candidates = self.setting.candidates;
+        let own = &candidates[chosen.which[place]];
         let comes_first = |rival: &Candidate| match (own.kind, rival.kind) {
             (Kind::Physics, Kind::Sensor) => true,
             (Kind::Physics, Kind::Physics) => own.name == "momentum_scale",
@@ -407,31 +412,30 @@ impl Search<'_> {
         };
         let mut ties = self.ties(chosen, place).into_iter();
         let (rival, tried) =
-            ties.find(|(rival, tried)| comes_first(&self.candidates[*rival]) && is_even(tried))?;
+            ties.find(|(rival, tried)| comes_first(&candidates[*rival]) && is_even(tried))?;
         // The same order of terms, values and columns as in the fit that stands.
         let is_in_place = tried.which.iter().position(|k| *k == rival) == Some(place);
         Some(match is_in_place {
             true => tried.clone(),
-            false => tried.swapped(self.candidates),
+            false => tried.swapped(candidates),
         })
     }
 }
 
 /// The candidates beside those taken, most promising first.
-pub(crate) fn promising(setting: &Setting, candidates: &[Candidate], taken: &Tried) -> Vec<usize> {
-    let mut promising: Vec<(f64, usize)> = (0..candidates.len())
-        .into_par_iter()
-        .filter(|k| !taken.which.contains(k))
-        .map(|k| (promise(setting, candidates, taken, k), k))
-        .collect();
+pub(crate) fn promising(setting: &Setting, taken: &Tried) -> Vec<usize> {
+    let beside = (0..setting.candidates.len()).into_par_iter();
+    let beside = beside.filter(|k| !taken.which.contains(k));
+    let promising = beside.map(|k| (promise(setting, taken, &setting.candidates[k]), k));
+    let mut promising: Vec<(f64, usize)> = promising.collect();
     promising.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     promising.into_iter().map(|(_, k)| k).collect()
 }
 
 /// What another candidate could gain beside those taken, to first order, from the best of its
 /// starts.
-fn promise(setting: &Setting, candidates: &[Candidate], taken: &Tried, second: usize) -> f64 {
-    let mut members = taken.members(candidates);
+fn promise(setting: &Setting, taken: &Tried, second: &Candidate) -> f64 {
+    let mut members = taken.members(setting.candidates);
     let fit = &taken.fit;
     // Gain and offset at their tolerance take no more: what a sensor's fault adds there is its own.
     let jacobian = setting.free_columns(fit);
@@ -446,7 +450,7 @@ fn promise(setting: &Setting, candidates: &[Candidate], taken: &Tried, second: u
         setting.observed.predict(&hypothesis)
     };
     let clean = predict(&members, &fit.values);
-    members.push(&candidates[second]);
+    members.push(second);
     let left = DVector::from_column_slice(&fit.whitened);
     let of_start = |start: &Vec<f64>| {
         let changed = predict(&members, &[&fit.values[..], start].concat());
@@ -454,12 +458,8 @@ fn promise(setting: &Setting, candidates: &[Candidate], taken: &Tried, second: u
         let change = DVector::from_vec(change);
         let own = &change - &jacobian * gram.solve(&jacobian.tr_mul(&change));
         let (along, square) = (own.dot(&left), own.norm_squared());
-        if square > 1e-9 {
-            along * along / square
-        } else {
-            0.0
-        }
+        let told = square > 1e-9;
+        if told { along * along / square } else { 0.0 }
     };
-    let starts = &candidates[second].starts;
-    starts.iter().map(of_start).fold(0.0, f64::max)
+    second.starts.iter().map(of_start).fold(0.0, f64::max)
 }
