@@ -4,8 +4,6 @@
 //! Plain data. Lengths are over the motor distance `l`, speeds over the induced velocity `U_H`,
 //! except where a name ends in a unit.
 
-use std::fmt::Write as _;
-
 use airflow::Jet;
 use serde::Serialize;
 
@@ -429,44 +427,44 @@ pub fn jet_ron(calibration: &Calibration) -> String {
         ("spreading", &jet.spreading, 6),
         ("origin", &jet.origin, 4),
     ];
+    let mut member = |key: &str, value: String| text.push_str(&format!("    {key}: {value},\n"));
+    let tuple = |values: &[f64], digits: usize| {
+        let values = values.iter().map(|value| format!("{value:.digits$}"));
+        format!("({})", values.collect::<Vec<String>>().join(", "))
+    };
     for (key, estimate, digits) in constants {
-        let _ = writeln!(text, "    {key}: {:.digits$},", estimate.value);
+        member(key, format!("{:.digits$}", estimate.value));
     }
     for (key, estimate, digits) in constants {
         let Interval { low, high } = estimate.interval;
-        let _ = writeln!(text, "    {key}_95: ({low:.digits$}, {high:.digits$}),");
+        member(&format!("{key}_95"), tuple(&[low, high], digits));
     }
     let Interval { low, high } = jet.centreline_if_one_gain;
-    let _ = writeln!(
-        text,
-        "    // If all flights shared one gain of the probe, which resampling cannot see:\n    \
-         centreline_95_if_one_gain: ({low:.4}, {high:.4}),"
+    member(
+        "// If all flights shared one gain of the probe, which resampling cannot see:\n    \
+         centreline_95_if_one_gain",
+        tuple(&[low, high], 4),
     );
-    let correlation = &jet.correlation;
-    let _ = writeln!(
-        text,
-        "    // Of centreline with spreading, centreline with origin, spreading with origin:\n    \
-         correlation: ({:.3}, {:.3}, {:.3}),",
-        correlation.centreline_spreading,
-        correlation.centreline_origin,
-        correlation.spreading_origin
+    let of = &jet.correlation;
+    let correlations = [
+        of.centreline_spreading,
+        of.centreline_origin,
+        of.spreading_origin,
+    ];
+    member(
+        "// Of centreline with spreading, centreline with origin, spreading with origin:\n    \
+         correlation",
+        tuple(&correlations, 3),
     );
-    let _ = writeln!(
-        text,
-        "    // {}\n    fit: {:?},",
-        calibration.goodness.sentence, calibration.goodness.verdict
-    );
-    let counts = &calibration.counts;
-    let _ = writeln!(
-        text,
-        "    readings: {},\n    cells: {},",
-        counts.far, counts.cells
-    );
-    let _ = writeln!(text, "    flights: {},\n    recordings: [", jet.gains.len());
-    for name in &calibration.recordings {
-        // Rust and RON escape a text alike.
-        let _ = writeln!(text, "        {name:?},");
-    }
-    text.push_str("    ],\n)\n");
-    text
+    let (goodness, counts) = (&calibration.goodness, &calibration.counts);
+    let fit = format!("// {}\n    fit", goodness.sentence);
+    member(&fit, format!("{:?}", goodness.verdict));
+    member("readings", counts.far.to_string());
+    member("cells", counts.cells.to_string());
+    member("flights", jet.gains.len().to_string());
+    // Rust and RON escape a text alike.
+    let names = calibration.recordings.iter();
+    let names: String = names.map(|name| format!("        {name:?},\n")).collect();
+    member("recordings", format!("[\n{names}    ]"));
+    text + ")\n"
 }

@@ -7,62 +7,57 @@
 //! A probe of magnitude never reads the jet alone, and no scalar is taken off it: subtracting the
 //! ambient speed from a magnitude makes a jet look up to 0.1 U_C weaker where the two are alike.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
 use crate::forward::flow::Flow;
 use crate::forward::hypothesis::Sensor;
-use crate::record::recording::{Environment, Instrument, Measures, ProbeSample};
+use crate::record::recording::{Measures, ProbeSample, Probes};
 
 /// Steps of the low-pass in a time constant. Chosen here: the air is taken as linear within a step,
 /// which leaves less than a hundredth of its change in a time constant.
 const STEPS_PER_TAU: f64 = 5.0;
 
-/// The steady reading (m/s) of a true probe in air of a velocity (world frame, z up) and an ambient
-/// speed without direction.
+/// The steady reading (m/s) of a true probe at a time and point; `None` where some drone's place is
+/// not known.
 #[must_use]
 pub fn steady_reading_mps(
-    velocity_mps: Vector3<f64>,
-    ambient_mps: f64,
+    flow: &Flow,
     measures: Measures,
-    environment: &Environment,
-) -> f64 {
+    t_s: f64,
+    point_m: Point3<f64>,
+) -> Option<f64> {
+    let velocity_mps = flow.velocity_mps(t_s, point_m, None)?;
     if measures == Measures::Axial {
-        return -velocity_mps.z;
+        return Some(-velocity_mps.z);
     }
-    let magnitude_mps = (velocity_mps.norm_squared() + ambient_mps * ambient_mps).sqrt();
-    if environment.ambient_is_subtracted {
-        magnitude_mps - environment.ambient_mps
-    } else {
-        magnitude_mps
-    }
+    let environment = &flow.recording().environment;
+    let square = velocity_mps.norm_squared() + flow.ambient_mps(t_s).powi(2);
+    let subtracted_mps = match environment.ambient_is_subtracted {
+        true => environment.ambient_mps,
+        false => 0.0,
+    };
+    Some(square.sqrt() - subtracted_mps)
 }
 
-/// Readings (m/s) of one probe, whose samples come in the order of time; `None` where some drone's
-/// place is not known. `first_s` is when the recording began, for what drifts.
+/// Readings (m/s) of one probe in some rows of a recording's, which come in the order of time;
+/// `None` where some drone's place is not known. What drifts does so from the recording's first
+/// reading on.
 #[must_use]
 pub fn readings_mps(
     flow: &Flow,
-    environment: &Environment,
-    instrument: &Instrument,
+    probes: &Probes,
     sensor: &Sensor,
-    samples: &[ProbeSample],
-    first_s: f64,
+    rows: &[usize],
 ) -> Vec<Option<f64>> {
-    let steady = |t_s: f64, point_m: Point3<f64>| {
-        let velocity_mps = flow.velocity_mps(t_s, point_m, None)?;
-        let (ambient_mps, measures) = (flow.ambient_mps(t_s), instrument.measures);
-        Some(steady_reading_mps(
-            velocity_mps,
-            ambient_mps,
-            measures,
-            environment,
-        ))
-    };
+    let instrument = &probes.instrument;
+    let times_s = probes.samples.iter().map(|sample| sample.t_s);
+    let first_s = times_s.fold(f64::INFINITY, f64::min);
+    let steady = |t_s, point_m| steady_reading_mps(flow, instrument.measures, t_s, point_m);
     // Two low-passes in a row are nearly one of the summed time constant.
     let tau_s = instrument.lowpass_tau_s + sensor.lag_s;
     let mut held: Option<(ProbeSample, f64)> = None;
-    let mut readings = Vec::with_capacity(samples.len());
-    for &sample in samples {
+    let mut readings = Vec::with_capacity(rows.len());
+    for sample in rows.iter().map(|&row| probes.samples[row]) {
         let lagged_mps = match held {
             Some((before, before_mps)) if tau_s > 0.0 => {
                 lag(before, before_mps, sample, tau_s, steady)

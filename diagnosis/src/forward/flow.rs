@@ -202,6 +202,12 @@ impl<'a> Flow<'a> {
         }
     }
 
+    /// The recording whose air it is.
+    #[must_use]
+    pub fn recording(&self) -> &'a Recording {
+        self.recording
+    }
+
     /// Sets a vehicle's clock offset: `offset_s` is added to the recording's time to read its
     /// track.
     pub fn set_clock_offset(&mut self, vehicle: usize, offset_s: f64) {
@@ -349,13 +355,10 @@ impl<'a> Flow<'a> {
     }
 
     fn gather(&self, so_far: f64, speed_mps: f64) -> f64 {
-        match &self.effects.jet_merging {
-            Some(merging) => merging.gather(so_far, speed_mps),
-            None => {
-                let superposition = self.recording.baseline.superposition;
-                superposition.gather(so_far, speed_mps)
-            }
-        }
+        let declared = self.recording.baseline.superposition;
+        let merging = self.effects.jet_merging.as_ref();
+        let gathered = merging.map(|merging| merging.gather(so_far, speed_mps));
+        gathered.unwrap_or_else(|| declared.gather(so_far, speed_mps))
     }
 
     fn finish(&self, gathered: f64) -> f64 {

@@ -173,7 +173,7 @@ impl Explained for Observed<'_> {
         let flow = Flow::supposing(self.recording, &self.wakes, hypothesis);
         let mut predicted = Vec::with_capacity(self.samples.len());
         for series in &self.series {
-            for value in series.simulate(self.recording, &flow, &hypothesis.sensor) {
+            for value in series.simulate(&flow, &hypothesis.sensor) {
                 predicted.push(value.unwrap_or(self.samples[predicted.len()].simulated));
             }
         }
@@ -260,10 +260,9 @@ fn covariates(observed: &Observed) -> Vec<Vec<f64>> {
             sample.position_m.x,
             sample.position_m.y,
         ];
-        columns
-            .iter_mut()
-            .zip(row)
-            .for_each(|(column, value)| column.push(value));
+        for (column, value) in columns.iter_mut().zip(row) {
+            column.push(value);
+        }
     }
     columns
 }

@@ -13,6 +13,7 @@ use crate::forward::flow::Flow;
 use crate::forward::hypothesis::Sensor;
 use crate::record::baseline::ReceiverLaw;
 use crate::record::recording::{ReceiverSample, Recording, Track};
+use crate::statistics::quantile::median;
 
 /// Throttle over that of hover in still air.
 #[must_use]
@@ -75,8 +76,7 @@ pub fn recorded_power_ratios(recording: &Recording) -> Vec<f64> {
         if still_w.len() < LEAST_STILL {
             continue;
         }
-        still_w.sort_by(f64::total_cmp);
-        let reference_w = still_w[still_w.len() / 2];
+        let reference_w = median(&mut still_w).unwrap_or(f64::NAN);
         for (row, sample) in own() {
             ratios[row] = power_w(sample).map_or(f64::NAN, |power_w| power_w / reference_w);
         }
@@ -84,26 +84,23 @@ pub fn recorded_power_ratios(recording: &Recording) -> Vec<f64> {
     ratios
 }
 
-/// Throttle or power ratios of one receiver, whose samples come in the order of time; `None` where
-/// some drone's place is not known.
+/// Throttle or power ratios of one receiver in some rows of its recording's, which come in the order
+/// of time; `None` where some drone's place is not known.
 #[must_use]
-pub fn ratios(
-    recording: &Recording,
-    flow: &Flow,
-    sensor: &Sensor,
-    samples: &[ReceiverSample],
-    first_s: f64,
-    is_power: bool,
-) -> Vec<Option<f64>> {
-    let Some(vehicle_index) = samples.first().map(|sample| sample.vehicle) else {
+pub fn ratios(flow: &Flow, sensor: &Sensor, rows: &[usize], is_power: bool) -> Vec<Option<f64>> {
+    let recording = flow.recording();
+    let all = &recording.receivers;
+    let samples = || rows.iter().map(|&row| &all[row]);
+    let Some(vehicle_index) = samples().next().map(|sample| sample.vehicle) else {
         return Vec::new();
     };
+    let first_s = all.iter().map(|s| s.t_s).fold(f64::INFINITY, f64::min);
     let vehicle = &recording.vehicles[vehicle_index];
     let baseline = &recording.baseline;
     let airframe = &vehicle.airframe;
     let hover_mps = recording.hover_mps(vehicle);
     let discs = airframe.disc_points();
-    let first_v = samples.iter().find_map(|sample| sample.battery_v);
+    let first_v = samples().find_map(|sample| sample.battery_v);
     let ratio_of = |sample: &ReceiverSample| {
         let moment = vehicle.track.moment(sample.t_s + sensor.clock_s)?;
         let centre_m = vehicle.track.position_at(moment);
@@ -133,5 +130,5 @@ pub fn ratios(
         };
         Some(sensor.reads(steady, sample.t_s - first_s))
     };
-    samples.iter().map(ratio_of).collect()
+    samples().map(ratio_of).collect()
 }

@@ -66,11 +66,11 @@ pub fn simulate(recording: &Recording) -> Simulation {
         left_out: Vec::new(),
     };
     for series in series(recording) {
-        let values = series.simulate(recording, &flow, &Sensor::default());
+        let values = series.simulate(&flow, &Sensor::default());
         let mut unknown_s = Vec::new();
         let recorded = series.rows.iter().zip(&series.recorded);
         for ((&row, &recorded), value) in recorded.zip(values) {
-            match sample(recording, &flow, &series, (row, recorded), value) {
+            match sample(&flow, &series, (row, recorded), value) {
                 Some(sample) => simulation.samples.push(sample),
                 None => unknown_s.push(series.channel.time_s(recording, row)),
             }
@@ -146,27 +146,13 @@ impl Series {
     /// Its values as they would be in this air through this sensor; `None` where some drone's place
     /// is not known.
     #[must_use]
-    pub fn simulate(
-        &self,
-        recording: &Recording,
-        flow: &Flow,
-        sensor: &Sensor,
-    ) -> Vec<Option<f64>> {
-        match (self.channel, &recording.probes) {
+    pub fn simulate(&self, flow: &Flow, sensor: &Sensor) -> Vec<Option<f64>> {
+        match (self.channel, &flow.recording().probes) {
             (Channel::Speed, Some(probes)) => {
-                let samples: Vec<_> = self.rows.iter().map(|&row| probes.samples[row]).collect();
-                let times_s = probes.samples.iter().map(|s| s.t_s);
-                let first_s = times_s.fold(f64::INFINITY, f64::min);
-                let environment = &recording.environment;
-                let instrument = &probes.instrument;
-                anemometer::readings_mps(flow, environment, instrument, sensor, &samples, first_s)
+                anemometer::readings_mps(flow, probes, sensor, &self.rows)
             }
             (Channel::Throttle | Channel::Power, _) => {
-                let all = &recording.receivers;
-                let samples: Vec<_> = self.rows.iter().map(|&row| all[row]).collect();
-                let first_s = all.iter().map(|s| s.t_s).fold(f64::INFINITY, f64::min);
-                let is_power = self.channel == Channel::Power;
-                receiver::ratios(recording, flow, sensor, &samples, first_s, is_power)
+                receiver::ratios(flow, sensor, &self.rows, self.channel == Channel::Power)
             }
             _ => vec![None; self.rows.len()],
         }
@@ -183,12 +169,12 @@ impl Channel {
 }
 
 fn sample(
-    recording: &Recording,
     flow: &Flow,
     series: &Series,
     (row, recorded): (usize, f64),
     simulated: Option<f64>,
 ) -> Option<Sample> {
+    let recording = flow.recording();
     let t_s = series.channel.time_s(recording, row);
     let vehicle = series.subject as usize;
     let (position_m, but) = match (series.channel, &recording.probes) {

@@ -77,10 +77,7 @@ fn places(setting: &Setting, observed: &Observed, both: [&Tried; 2]) -> Vec<Stri
     });
     type Explained<'a> = (Flow<'a>, Sensor, [f64; 2]);
     let reading = |(flow, sensor, tolerance): &Explained, point_m| {
-        let velocity_mps = flow.velocity_mps(t_s, point_m, None)?;
-        let (ambient_mps, measures) = (flow.ambient_mps(t_s), instrument.measures);
-        let environment = &recording.environment;
-        let steady_mps = steady_reading_mps(velocity_mps, ambient_mps, measures, environment);
+        let steady_mps = steady_reading_mps(flow, instrument.measures, t_s, point_m)?;
         Some((1.0 + tolerance[0]) * sensor.reads(steady_mps, since_s) + tolerance[1])
     };
     let length_m = wake.motor_distance_m();

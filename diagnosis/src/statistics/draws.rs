@@ -29,13 +29,20 @@ impl Draws {
         (self.bits() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
+    /// A whole number below `count`, which must not be 0; the bias of 2⁻⁶⁴ · `count` is not
+    /// removed.
+    pub fn below(&mut self, count: usize) -> usize {
+        ((u128::from(self.bits()) * count as u128) >> 64) as usize
+    }
+
     /// Even on [`low`, `high`).
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform()
     }
 
     /// A whole number below `count` as the remainder of the bits; 0 where `count` is 0. The bias is
-    /// below 1e-12 for counts up to a million.
+    /// below 1e-12 for counts up to a million. Another stream than [`Draws::below`]: what was drawn
+    /// with either stays as it was.
     pub fn index(&mut self, count: usize) -> usize {
         (self.bits() % count.max(1) as u64) as usize
     }

@@ -109,11 +109,8 @@ impl<'a> Grid<'a> {
             }
         }
         let mut sums = vec![(0.0, 0)];
-        let (mut sum, mut count) = (0.0, 0);
-        for part in parts {
-            sum += part.0;
-            count += part.1;
-            sums.push((sum, count));
+        for (k, part) in parts.into_iter().enumerate() {
+            sums.push((sums[k].0 + part.0, sums[k].1 + part.1));
         }
         sums
     }
@@ -171,7 +168,7 @@ pub fn scan(
     seed: u64,
 ) -> Option<Region> {
     let grid = Grid::new(coordinates, PARTS);
-    let (runs, z) = search(&grid, white);
+    let (runs, samples, z) = search(&grid, white);
     if runs.is_empty() {
         return None;
     }
@@ -181,11 +178,8 @@ pub fn scan(
         let signs: Vec<f64> = (0..blocks.count()).map(|_| random.sign()).collect();
         let of_sample = white.iter().zip(&blocks.of_sample);
         let flipped: Vec<f64> = of_sample.map(|(e, &block)| e * signs[block]).collect();
-        as_large += usize::from(search(&grid, &flipped).1.abs() >= z.abs());
+        as_large += usize::from(search(&grid, &flipped).2.abs() >= z.abs());
     }
-    let samples: Vec<usize> = (0..white.len())
-        .filter(|&i| runs.iter().all(|(c, run)| grid.holds(*c, run, i)))
-        .collect();
     let sum: f64 = samples.iter().map(|&i| residual[i]).sum();
     Some(Region {
         intervals: grid.intervals(&runs),
@@ -196,8 +190,8 @@ pub fn scan(
     })
 }
 
-/// The best box, one coordinate after the other, and its z.
-fn search(grid: &Grid, white: &[f64]) -> (Vec<(usize, Run)>, f64) {
+/// The best box, one coordinate after the other, the samples in it, and its z.
+fn search(grid: &Grid, white: &[f64]) -> (Vec<(usize, Run)>, Vec<usize>, f64) {
     let mut runs: Vec<(usize, Run)> = Vec::new();
     let mut z_of_box = 0.0f64;
     let mut inside: Vec<usize> = (0..white.len()).collect();
@@ -216,7 +210,7 @@ fn search(grid: &Grid, white: &[f64]) -> (Vec<(usize, Run)>, f64) {
         runs.push((coordinate, run));
         z_of_box = z;
     }
-    (runs, z_of_box)
+    (runs, inside, z_of_box)
 }
 
 /// The fewest intervals that overlap most with the samples marked; none where none or all are, or

@@ -14,6 +14,8 @@
 //! Multiplied by the number of frequencies looked at (Bonferroni; Fisher's g test of 1929 with a
 //! floor that may slope).
 
+use nalgebra::Complex;
+
 use super::quantile::median;
 
 /// A line.
@@ -90,21 +92,19 @@ fn powers(
     spacing_hz: f64,
 ) -> Vec<f64> {
     let angle = |t: f64, k: usize| std::f64::consts::TAU * spacing_hz * k as f64 * t;
-    let mut cos: Vec<f64> = times.iter().map(|&t| angle(t, lowest).cos()).collect();
-    let mut sin: Vec<f64> = times.iter().map(|&t| angle(t, lowest).sin()).collect();
-    let turn: Vec<(f64, f64)> = times.iter().map(|&t| angle(t, 1).sin_cos()).collect();
+    let phases = |k: usize| times.iter().map(move |&t| Complex::cis(angle(t, k)));
+    let mut phase: Vec<Complex<f64>> = phases(lowest).collect();
+    let turn: Vec<Complex<f64>> = phases(1).collect();
     let count = times.len() as f64;
     let mut powers = Vec::with_capacity(highest - lowest + 1);
     for _ in lowest..=highest {
         let (mut xc, mut xs, mut cc, mut cs) = (0.0, 0.0, 0.0, 0.0);
-        for (((c, s), &x), &(turn_sin, turn_cos)) in
-            cos.iter_mut().zip(sin.iter_mut()).zip(values).zip(&turn)
-        {
-            xc += x * *c;
-            xs += x * *s;
-            cc += *c * *c;
-            cs += *c * *s;
-            (*c, *s) = (*c * turn_cos - *s * turn_sin, *s * turn_cos + *c * turn_sin);
+        for ((phase, x), turn) in phase.iter_mut().zip(values).zip(&turn) {
+            xc += x * phase.re;
+            xs += x * phase.im;
+            cc += phase.re * phase.re;
+            cs += phase.re * phase.im;
+            *phase *= turn;
         }
         let ss = count - cc;
         let determinant = cc * ss - cs * cs;
