@@ -34,7 +34,7 @@ pub enum FailureCause {
 /// The part of a drone's job that no path leads along.
 #[derive(Clone, Debug, Error, PartialEq, Serialize)]
 #[error(
-    "no way through free space from {} to task {task} at {} for a body of {body_radius_m:.2} m radius with \
+    "no path through free space from {} to task {task} at {} for a body of {body_radius_m:.2} m radius with \
      {clearance_m:.2} m clearance, on a lattice of {cell_m:.2} m; widen the gap, or set a smaller cell_m",
     place(from_m),
     place(to_m)
@@ -216,7 +216,7 @@ impl fmt::Display for FailureCause {
         match self {
             FailureCause::NoPath(Some(missing)) => missing.fmt(f),
             FailureCause::NoPath(None) => f.write_str(
-                "there is no way through free space to one of its tasks that its body fits through",
+                "there is no path through free space to one of its tasks that its body fits through",
             ),
             FailureCause::GoalConflict(Some(conflict)) => conflict.fmt(f),
             FailureCause::GoalConflict(None) => {
@@ -230,7 +230,7 @@ impl fmt::Display for FailureCause {
             FailureCause::Obstructed { by, remedy } => {
                 match by {
                     Some(by) => by.fmt(f)?,
-                    None => f.write_str("it and others kept taking each other's way")?,
+                    None => f.write_str("it and others reached the eviction limit in conflict with one another")?,
                 }
                 remedy.fmt(f)
             }
@@ -250,41 +250,33 @@ impl fmt::Display for GoalConflict {
                 let by_m = -gap_m;
                 write!(
                     f,
-                    "at its goal the body of `{drone}` overlaps that of {with} by {by_m:.2} m, "
-                )?;
-                write!(f, "between them must be {needs_m:.2} m")
-            }
-            Exclusion::Bodies { gap_m, needs_m } => {
-                write!(
-                    f,
-                    "the goal of `{drone}` is {gap_m:.2} m from the body of {with}, "
-                )?;
-                write!(f, "it needs {needs_m:.2} m")
-            }
-            Exclusion::Column => {
-                write!(
-                    f,
-                    "the goal of `{drone}` is in the near-field column of {with}"
+                    "at its goal the body of `{drone}` overlaps that of {with} by {by_m:.2} m, \
+                     between them must be {needs_m:.2} m"
                 )
             }
+            Exclusion::Bodies { gap_m, needs_m } => write!(
+                f,
+                "the goal of `{drone}` is {gap_m:.2} m from the body of {with}, \
+                 it needs {needs_m:.2} m"
+            ),
+            Exclusion::Column => write!(
+                f,
+                "the goal of `{drone}` is in the near-field column of {with}"
+            ),
             Exclusion::Air {
                 air_mps,
                 alpha,
                 limit,
-            } => {
-                write!(
-                    f,
-                    "the goal of `{drone}` is in the downwash of {with}: {air_mps:.1} m/s, "
-                )?;
-                write!(f, "alpha {alpha:.2}, its limit is {limit:.2}")
-            }
-            Exclusion::Zone { air_mps, limit_mps } => {
-                write!(
-                    f,
-                    "downwash from the goal of `{drone}` reaches {air_mps:.1} m/s in {with}, "
-                )?;
-                write!(f, "which allows {limit_mps:.1} m/s")
-            }
+            } => write!(
+                f,
+                "the goal of `{drone}` is in the downwash of {with}: {air_mps:.1} m/s, \
+                 alpha {alpha:.2}, its limit is {limit:.2}"
+            ),
+            Exclusion::Zone { air_mps, limit_mps } => write!(
+                f,
+                "downwash from the goal of `{drone}` reaches {air_mps:.1} m/s in {with}, \
+                 which allows {limit_mps:.1} m/s"
+            ),
         }?;
         match &self.nearest_fix_m {
             Some(fix_m) => write!(f, "; move `{drone}`'s goal to {}", place(fix_m)),

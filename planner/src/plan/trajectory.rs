@@ -120,34 +120,24 @@ impl Trajectory {
         };
 
         let mut pieces = Vec::with_capacity(times + 1);
-        if entry.t_s[0] > SAME_TIME_S {
-            let motion = Motion::straight(
-                (0.0, entry.t_s[0]),
-                entry.position_m[0],
-                entry.position_m[0],
-            );
+        let mut push = |span_s: (f64, f64), from: usize, to: usize| {
             pieces.push(Piece {
-                motion,
-                mass_kg: entry.mass_kg[0],
+                motion: Motion::straight(span_s, entry.position_m[from], entry.position_m[to]),
+                mass_kg: entry.mass_kg[from],
             });
+        };
+        if entry.t_s[0] > SAME_TIME_S {
+            push((0.0, entry.t_s[0]), 0, 0);
         }
         for k in 0..last {
             let span_s = (entry.t_s[k], entry.t_s[k + 1]);
             if span_s.1 - span_s.0 > SAME_TIME_S {
-                let motion = Motion::straight(span_s, entry.position_m[k], entry.position_m[k + 1]);
-                pieces.push(Piece {
-                    motion,
-                    mass_kg: entry.mass_kg[k],
-                });
+                push(span_s, k, k + 1);
             }
         }
         let (last_s, last_m) = (entry.t_s[last], entry.position_m[last]);
         if let Tail::Stays { until_s } = tail {
-            let motion = Motion::straight((last_s, until_s.max(last_s)), last_m, last_m);
-            pieces.push(Piece {
-                motion,
-                mass_kg: entry.mass_kg[last],
-            });
+            push((last_s, until_s.max(last_s)), last, last);
         }
         Ok(Trajectory {
             pieces,
@@ -184,21 +174,17 @@ impl Trajectory {
 
     /// Index of the piece under way at a time; at a break point the later one. `None`: not there.
     pub fn piece_index(&self, t_s: f64) -> Option<usize> {
-        let after = self
-            .pieces
-            .partition_point(|piece| piece.motion.from_s <= t_s);
+        let pieces = &self.pieces;
+        let after = pieces.partition_point(|piece| piece.motion.from_s <= t_s);
         let index = after.checked_sub(1)?;
         (t_s <= self.pieces[index].motion.until_s).then_some(index)
     }
 
     /// Indices of the pieces that share more than a moment with a time window.
     pub fn pieces_during(&self, from_s: f64, until_s: f64) -> std::ops::Range<usize> {
-        let first = self
-            .pieces
-            .partition_point(|piece| piece.motion.until_s <= from_s);
-        let end = self
-            .pieces
-            .partition_point(|piece| piece.motion.from_s < until_s);
+        let pieces = &self.pieces;
+        let first = pieces.partition_point(|piece| piece.motion.until_s <= from_s);
+        let end = pieces.partition_point(|piece| piece.motion.from_s < until_s);
         first..end.max(first)
     }
 
@@ -206,11 +192,6 @@ impl Trajectory {
     pub fn position_m(&self, t_s: f64) -> Option<Point3<f64>> {
         self.piece_index(t_s)
             .map(|k| self.pieces[k].motion.at_m(t_s).into())
-    }
-
-    /// Mass at a time (kg); `None`: not there.
-    pub fn mass_kg(&self, t_s: f64) -> Option<f64> {
-        self.piece_index(t_s).map(|k| self.pieces[k].mass_kg)
     }
 
     /// Lowest and highest corner of the box it stays in over a time window (m); `None`: not there.

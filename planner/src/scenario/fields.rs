@@ -383,6 +383,19 @@ impl<'t> Record<'t> {
         }
     }
 
+    /// Puts what `read` makes of the value of a key in the place of its default, if it is there and
+    /// in order.
+    pub(super) fn set<T>(
+        &mut self,
+        reader: &mut Reader<'t>,
+        (key, value): (&'static str, &mut T),
+        read: impl FnOnce(&mut Reader<'t>, Field<'_, 't>) -> Option<T>,
+    ) {
+        if let Some(given) = self.optional(reader, key, read) {
+            *value = given;
+        }
+    }
+
     /// The field of a key, which is known from now on; `None` where it is left out or `None`.
     fn field(&mut self, key: &'static str) -> Option<Field<'_, 't>> {
         self.known.push(key);

@@ -24,14 +24,6 @@ pub(super) struct Citation {
     pub(super) at: Option<Range<usize>>,
 }
 
-/// A finding that is flown.
-pub(super) struct CitedFinding {
-    /// What it adds to the hover jet; all of it can be flown.
-    pub(super) effects: Effects,
-    /// What a reader of the plan should know of it.
-    pub(super) notes: Vec<String>,
-}
-
 /// The finding that is flown: the command line's before the scenario's.
 pub(super) fn citation(written: &Written, finding: Option<&str>) -> Option<Citation> {
     let (file, at) = match (finding, &written.air.finding) {
@@ -59,21 +51,15 @@ pub(super) fn unfit(world: &World) -> Vec<String> {
         let own_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density);
         return_flow_mps > 0.0 && flown.receiver_gain * return_flow_mps >= drone.air_limit * own_mps
     });
-    let drone = drone.map(|drone| {
-        format!(
-            "a return flow of {return_flow_mps:.2} m/s alone exceeds the air limit of drone `{}`",
-            drone.name
-        )
-    });
+    let drone = drone.map(|drone| format!("the air limit of drone `{}`", drone.name));
     let mut zones = world.zones.iter();
     let zone = zones.find(|zone| return_flow_mps > 0.0 && return_flow_mps >= zone.air_limit_mps);
-    let zone = zone.map(|zone| {
-        format!(
-            "a return flow of {return_flow_mps:.2} m/s alone exceeds the limit of zone `{}`",
-            zone.name
-        )
-    });
-    [wind, drone, zone].into_iter().flatten().collect()
+    let zone = zone.map(|zone| format!("the limit of zone `{}`", zone.name));
+    let alone = [drone, zone]
+        .into_iter()
+        .flatten()
+        .map(|limit| format!("a return flow of {return_flow_mps:.2} m/s alone exceeds {limit}"));
+    wind.into_iter().chain(alone).collect()
 }
 
 impl Citation {
@@ -87,7 +73,8 @@ impl Citation {
     }
 }
 
-/// Reads the cited file.
+/// Reads the cited file: what it adds to the hover jet, all of which can be flown, and what a
+/// reader of the plan should know of it.
 ///
 /// # Errors
 /// Everything that is wrong with it, each at its place in it; at the citation, where it cannot be
@@ -95,7 +82,7 @@ impl Citation {
 pub(super) fn read(
     citation: &Citation,
     files: &super::Files<'_>,
-) -> Result<CitedFinding, Vec<Problem>> {
+) -> Result<(Effects, Vec<String>), Vec<Problem>> {
     let file = &citation.file;
     let text = files.text(file).map_err(|why| {
         let problem = citation.problem("the finding of `air` cannot be used".to_owned());
@@ -109,7 +96,7 @@ pub(super) fn read(
 }
 
 /// The finding in a text that is RON, with notes for a reader of the plan.
-fn finding(reader: &mut Reader<'_>, file: &str) -> Option<CitedFinding> {
+fn finding(reader: &mut Reader<'_>, file: &str) -> Option<(Effects, Vec<String>)> {
     let value = root(reader.text).ok()?;
     let mut record = reader.record(value, "Finding", "the finding".to_owned())?;
     let uncertain = record.optional(reader, "verdict", |_, field| {
@@ -148,7 +135,7 @@ fn finding(reader: &mut Reader<'_>, file: &str) -> Option<CitedFinding> {
             "`sensor` of {file} changes nothing here: it is about instruments, not about the air"
         ));
     }
-    Some(CitedFinding { effects, notes })
+    Some((effects, notes))
 }
 
 /// The effects of a finding, every key and number of which is in order and flown.

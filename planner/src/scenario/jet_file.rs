@@ -8,15 +8,7 @@ use super::problem::Problem;
 use super::source::root;
 use super::written::At;
 
-/// A jet that a scenario cites.
-pub(super) struct CitedJet {
-    /// Its constants, in range.
-    pub(super) jet: Jet,
-    /// What a reader of the plan should know of it.
-    pub(super) note: Option<String>,
-}
-
-/// Reads the cited file.
+/// Reads the cited file: its constants, in range, and what a reader of the plan should know of it.
 ///
 /// # Errors
 /// Everything that is wrong with it, each at its place in it; at the citation, where it cannot be
@@ -24,7 +16,7 @@ pub(super) struct CitedJet {
 pub(super) fn read(
     citation: &At<String>,
     files: &super::Files<'_>,
-) -> Result<CitedJet, Vec<Problem>> {
+) -> Result<(Jet, Vec<String>), Vec<Problem>> {
     let file = &citation.value;
     let text = files.text(file).map_err(|why| {
         let problem = Problem::at(&citation.at, "the jet of `air` cannot be used").label(why);
@@ -36,7 +28,7 @@ pub(super) fn read(
 }
 
 /// The jet in a text that is RON; all other keys are checked, and change nothing.
-fn jet(reader: &mut Reader<'_>, file: &str) -> Option<CitedJet> {
+fn jet(reader: &mut Reader<'_>, file: &str) -> Option<(Jet, Vec<String>)> {
     let value = root(reader.text).ok()?;
     let mut record = reader.record(value, "Jet", "the jet".to_owned())?;
     let centreline = record.required(reader, "centreline", within(&CENTRELINE));
@@ -82,8 +74,5 @@ fn jet(reader: &mut Reader<'_>, file: &str) -> Option<CitedJet> {
         origin: origin?,
     };
     let note = |doubt| format!("the jet of {file} {doubt}");
-    Some(CitedJet {
-        jet,
-        note: doubt.flatten().map(note),
-    })
+    Some((jet, doubt.flatten().map(note).into_iter().collect()))
 }

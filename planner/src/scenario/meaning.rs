@@ -39,18 +39,10 @@ pub(super) fn world(
         refused: BTreeSet::new(),
     };
     let jet = written.air.jet.as_ref();
-    let jet = jet.and_then(|cited| meaning.kept(jet_file::read(cited, files)));
-    let jet = jet.map(|cited| {
-        meaning.notes.extend(cited.note);
-        cited.jet
-    });
+    let jet = jet.and_then(|cited| meaning.cited(jet_file::read(cited, files)));
     let citation = citation(written, files.finding);
     let finding = citation.as_ref();
-    let finding = finding.and_then(|cited| meaning.kept(finding_file::read(cited, files)));
-    let effects = finding.map(|cited| {
-        meaning.notes.extend(cited.notes);
-        cited.effects
-    });
+    let effects = finding.and_then(|cited| meaning.cited(finding_file::read(cited, files)));
     let effects = effects.unwrap_or_default();
     let obstacle = |obstacle: &written::Obstacle| {
         let shape = shape(obstacle, files).map_err(|problem| vec![*problem]);
@@ -201,6 +193,13 @@ impl<'w> Meaning<'w> {
     /// What could be had; the problems in place of it are noted.
     fn kept<T>(&mut self, read: Result<T, Vec<Problem>>) -> Option<T> {
         read.map_err(|more| self.problems.extend(more)).ok()
+    }
+
+    /// What a cited file gives; its notes or its problems are noted.
+    fn cited<T>(&mut self, read: Result<(T, Vec<String>), Vec<Problem>>) -> Option<T> {
+        let (found, notes) = self.kept(read)?;
+        self.notes.extend(notes);
+        Some(found)
     }
 
     /// Every drone with what is typed of it, in the scenario's order; one of an unknown airframe

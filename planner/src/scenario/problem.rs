@@ -3,6 +3,8 @@
 use std::fmt;
 use std::ops::Range;
 
+use thiserror::Error;
+
 /// One thing that is wrong with a scenario, for a person to read beside the text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Problem {
@@ -85,10 +87,11 @@ impl fmt::Display for Problem {
 impl std::error::Error for Problem {}
 
 /// All that is wrong, at least one thing: an error that `?` hands on, one line for each.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problems<P = Problem>(pub Vec<P>);
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{}", lines(.0))]
+pub struct Problems<P: fmt::Debug + fmt::Display = Problem>(pub Vec<P>);
 
-impl<P> std::ops::Deref for Problems<P> {
+impl<P: fmt::Debug + fmt::Display> std::ops::Deref for Problems<P> {
     type Target = [P];
 
     fn deref(&self) -> &[P] {
@@ -96,14 +99,11 @@ impl<P> std::ops::Deref for Problems<P> {
     }
 }
 
-impl<P: fmt::Display> fmt::Display for Problems<P> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines: Vec<String> = self.0.iter().map(P::to_string).collect();
-        f.write_str(&lines.join("\n"))
-    }
+/// One line for each.
+fn lines<P: fmt::Display>(problems: &[P]) -> String {
+    let lines: Vec<String> = problems.iter().map(P::to_string).collect();
+    lines.join("\n")
 }
-
-impl<P: fmt::Debug + fmt::Display> std::error::Error for Problems<P> {}
 
 /// The nearest of `known`, if one is near enough for `typed` to be a slip of the hand.
 pub(super) fn nearest<'a>(

@@ -102,21 +102,24 @@ fn scenario<'t>(
 /// Weather and flow model; numbers that look like kelvin or hectopascal are told so.
 fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
     let mut record = reader.record(field.value, "Air", "`air`".to_owned())?;
-    let default = Air::default();
-    let temperature_c = record.optional(reader, "temperature_c", |reader, field| {
+    let mut air = Air::default();
+    let temperature_c = ("temperature_c", &mut air.temperature_c);
+    record.set(reader, temperature_c, |reader, field| {
         let typed = field.value.plain::<f64>();
         let kelvin = typed.filter(|kelvin| (200.0..330.0).contains(kelvin));
         let help =
             kelvin.map(|kelvin| format!("is this in kelvin? Then write {:.2}", kelvin - 273.15));
         reader.helped(help, |reader| reader.number(field, &TEMPERATURE_C))
     });
-    let pressure_pa = record.optional(reader, "pressure_pa", |reader, field| {
+    let pressure_pa = ("pressure_pa", &mut air.pressure_pa);
+    record.set(reader, pressure_pa, |reader, field| {
         let typed = field.value.plain::<f64>();
         let hectopascal = typed.filter(|hpa| (300.0..1100.0).contains(hpa));
         let help = hectopascal.map(|hpa| format!("is this in hPa? Then write {:.0}", hpa * 100.0));
         reader.helped(help, |reader| reader.number(field, &PRESSURE_PA))
     });
-    let superposition = record.optional(reader, "superposition", |reader, field| {
+    let superposition = ("superposition", &mut air.superposition);
+    record.set(reader, superposition, |reader, field| {
         let choices = [
             ("Momentum", Superposition::Momentum),
             ("Linear", Superposition::Linear),
@@ -124,16 +127,10 @@ fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
         ];
         reader.word(field, &choices)
     });
-    let jet = record.optional(reader, "jet", Reader::text);
-    let finding = record.optional(reader, "finding", Reader::text);
+    air.jet = record.optional(reader, "jet", Reader::text);
+    air.finding = record.optional(reader, "finding", Reader::text);
     record.close(reader);
-    Some(Air {
-        temperature_c: temperature_c.unwrap_or(default.temperature_c),
-        pressure_pa: pressure_pa.unwrap_or(default.pressure_pa),
-        superposition: superposition.unwrap_or(default.superposition),
-        jet,
-        finding,
-    })
+    Some(air)
 }
 
 /// The fleet without the drones that cannot be read; names given twice are noted.
@@ -240,24 +237,22 @@ fn planning<'t>(
     reader: &mut Reader<'t>,
     field: Field<'_, 't>,
 ) -> Option<(Planning, Option<Range<usize>>)> {
-    let default = Planning::default();
+    let mut it = Planning::default();
     let mut record = reader.record(field.value, "Planning", "`planning`".to_owned())?;
-    let cell_m = record.optional(reader, "cell_m", |reader, field| {
-        Some(field.found(reader.number(field, &CELL_M)?))
+    let mut cell_at = None;
+    record.set(reader, ("cell_m", &mut it.cell_m), |reader, field| {
+        let cell_m = reader.number(field, &CELL_M)?;
+        cell_at = Some(field.value.at());
+        Some(cell_m)
     });
-    let air_limit = record.optional(reader, "air_limit", within(&AIR_LIMIT));
-    let clearance_m = record.optional(reader, "clearance_m", within(&CLEARANCE_M));
-    let seed = record.optional(reader, "seed", Reader::seed);
-    let energy_weight = record.optional(reader, "energy_weight", within(&ENERGY_WEIGHT));
+    record.set(reader, ("air_limit", &mut it.air_limit), within(&AIR_LIMIT));
+    let clearance_m = ("clearance_m", &mut it.clearance_m);
+    record.set(reader, clearance_m, within(&CLEARANCE_M));
+    record.set(reader, ("seed", &mut it.seed), Reader::seed);
+    let energy_weight = ("energy_weight", &mut it.energy_weight);
+    record.set(reader, energy_weight, within(&ENERGY_WEIGHT));
     record.close(reader);
-    let planning = Planning {
-        cell_m: cell_m.as_ref().map_or(default.cell_m, |it| it.value),
-        air_limit: air_limit.unwrap_or(default.air_limit),
-        clearance_m: clearance_m.unwrap_or(default.clearance_m),
-        seed: seed.unwrap_or(default.seed),
-        energy_weight: energy_weight.unwrap_or(default.energy_weight),
-    };
-    Some((planning, cell_m.map(|cell_m| cell_m.at)))
+    Some((it, cell_at))
 }
 
 /// Notes a lattice with more places than a roadmap can hold, at the cell or else at the bounds.

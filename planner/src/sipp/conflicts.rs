@@ -40,6 +40,13 @@ struct Taken {
     price: u16,
 }
 
+impl Taken {
+    /// Whether it forbids to hover there for good.
+    fn closes(&self) -> bool {
+        self.clear == Tick::FOREVER && self.price == FORBIDDEN
+    }
+}
+
 /// The price of what may not be.
 const FORBIDDEN: u16 = u16::MAX;
 
@@ -101,6 +108,15 @@ impl<'a> ReservationTable<'a> {
 
     /// Adds a drone's legs: all that it reserves.
     pub(crate) fn insert(&mut self, legs: &[Leg]) {
+        self.each_step(legs, |table, column, at, record| {
+            table.columns[column].insert(record);
+            table.glances[column].add(&record);
+            table.take_places(at, &record);
+        });
+    }
+
+    /// Calls `f` with every step of a drone's legs: its column, and where it begins.
+    fn each_step(&mut self, legs: &[Leg], f: impl Fn(&mut Self, usize, [i32; 3], Record)) {
         let mut next_part = 0;
         for leg in legs {
             let first_part = next_part;
@@ -119,12 +135,9 @@ impl<'a> ReservationTable<'a> {
                     class: class as u8,
                     flying: leg.flying,
                 };
-                let Some(column) = self.column([at[0], at[1]]) else {
-                    return;
-                };
-                self.columns[column].insert(record);
-                self.glances[column].add(&record);
-                self.take_places(at, &record);
+                if let Some(column) = self.column([at[0], at[1]]) {
+                    f(self, column, at, record);
+                }
             });
         }
     }
@@ -132,7 +145,7 @@ impl<'a> ReservationTable<'a> {
     fn take_places(&mut self, at: [i32; 3], record: &Record) {
         for me in 0..self.steps.class_count() {
             self.around(me, at, record, |reservations, place, taken| {
-                if taken.clear == Tick::FOREVER && taken.price == FORBIDDEN {
+                if taken.closes() {
                     let closed = &mut reservations.closed[me][place as usize];
                     reservations.closed_count[me] += u32::from(*closed == Tick::FOREVER);
                     *closed = taken.began.min(*closed);
@@ -168,44 +181,24 @@ impl<'a> ReservationTable<'a> {
 
     /// Takes a drone's legs back.
     pub(crate) fn remove(&mut self, legs: &[Leg]) {
-        for leg in legs {
-            let Some(class) = self.steps.class(leg.drone, leg.kind) else {
-                continue;
-            };
-            pieces(&self.steps.lattice, leg, |at, direction, [start, end]| {
-                let Some(column) = self.column([at[0], at[1]]) else {
-                    return;
-                };
-                self.columns[column].remove(leg.drone);
-                self.glances[column] = self.columns[column].glance();
-                let record = Record {
-                    start,
-                    end,
-                    drone: leg.drone,
-                    part: u32::MAX,
-                    layer: at[2] as i16,
-                    direction: direction as u8,
-                    class: class as u8,
-                    flying: leg.flying,
-                };
-                for me in 0..self.steps.class_count() {
-                    self.around(me, at, &record, |reservations, place, _| {
-                        let all = &mut reservations.taken[me][place as usize];
-                        all.retain(|known| known.drone != leg.drone);
-                        let closing = all
-                            .iter()
-                            .filter(|it| it.clear == Tick::FOREVER && it.price == FORBIDDEN);
-                        let first = closing.map(|it| it.began).min();
-                        let first = first.unwrap_or(Tick::FOREVER);
-                        let closed = &mut reservations.closed[me][place as usize];
-                        let opens = *closed != Tick::FOREVER && first == Tick::FOREVER;
-                        reservations.closed_count[me] -= u32::from(opens);
-                        *closed = first;
-                        reservations.settle_column(me, place);
-                    });
-                }
-            });
-        }
+        self.each_step(legs, |table, column, at, record| {
+            table.columns[column].remove(record.drone);
+            table.glances[column] = table.columns[column].glance();
+            for me in 0..table.steps.class_count() {
+                table.around(me, at, &record, |table, place, _| {
+                    let all = &mut table.taken[me][place as usize];
+                    all.retain(|known| known.drone != record.drone);
+                    let closing = all.iter().filter(|it| it.closes());
+                    let first = closing.map(|it| it.began).min();
+                    let first = first.unwrap_or(Tick::FOREVER);
+                    let closed = &mut table.closed[me][place as usize];
+                    let opens = *closed != Tick::FOREVER && first == Tick::FOREVER;
+                    table.closed_count[me] -= u32::from(opens);
+                    *closed = first;
+                    table.settle_column(me, place);
+                });
+            }
+        });
     }
 
     /// Calls `f` with all places at which hovering is forbidden, or costs, because of a step.
@@ -265,7 +258,7 @@ impl<'a> ReservationTable<'a> {
             at: others,
             by: cells(usize::from(record.direction)),
         };
-        self.steps.can_touch(&mine, &theirs) || record.flying && self.steps.can_blow(&mine, &theirs)
+        self.steps.can_meet(&mine, &theirs, record.flying)
     }
 }
 

@@ -81,22 +81,16 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
         let searched = look(setting, agent, &refuted, &stays, &mut heuristic);
         expansions += searched.expansions;
         let known = refuted.len();
-        match &searched.found {
-            Found::Stopped => {
-                return Searched {
-                    expansions,
-                    ..searched
-                };
-            }
+        let is_answer = match &searched.found {
+            Found::Stopped => true,
             Found::Blocked(_) => break,
-            Found::Path(path) => {
-                if is_valid(&setting, path, Rc::make_mut(&mut refuted)) {
-                    return Searched {
-                        expansions,
-                        ..searched
-                    };
-                }
-            }
+            Found::Path(path) => is_valid(&setting, path, Rc::make_mut(&mut refuted)),
+        };
+        if is_answer {
+            return Searched {
+                expansions,
+                ..searched
+            };
         }
         if refuted.len() == known {
             break;

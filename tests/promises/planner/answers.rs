@@ -105,7 +105,7 @@ fn without_room_to_pass_the_one_left_out_is_told_who_is_where_and_when() {
     let plan = planned(&world);
     assert_sound(&world, &plan);
     let left_out = plan.unplanned.iter().find(|it| it.name == "long");
-    let reason = &left_out.expect("no way past").reason;
+    let reason = &left_out.expect("no path past").reason;
     assert!(reason.contains("`short`"), "{reason}");
     // A place in brackets and a time in seconds.
     assert!(
@@ -137,7 +137,7 @@ fn a_gap_too_narrow_for_the_body_is_named_with_the_way_out() {
     assert_eq!(names, ["wide"]);
     let reason = &plan.unplanned[0].reason;
     assert!(
-        reason.contains("no way through free space") && reason.contains("cell_m"),
+        reason.contains("no path through free space") && reason.contains("cell_m"),
         "{reason}"
     );
 }

@@ -8,7 +8,7 @@ use super::assert_sound;
 use super::worlds::{block, drone, room};
 use planner::scenario::world::World;
 
-/// Ten drones that cross each other's ways around a pillar.
+/// Ten drones that cross each other's paths around a pillar.
 fn crossing() -> World {
     let mut drones = Vec::new();
     for k in 0..10 {

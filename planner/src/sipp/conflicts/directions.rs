@@ -11,7 +11,7 @@ pub(super) const fn cells(direction: usize) -> [i32; 3] {
     [direction % 3 - 1, direction / 3 % 3 - 1, direction / 9 - 1]
 }
 
-/// Ways to turn and mirror a square.
+/// Symmetries of a square: quarter turns, mirrored or not.
 pub(super) const TURNS: usize = 8;
 
 /// A direction or offset, turned by quarters and mirrored.

@@ -2,7 +2,7 @@
 
 use costmap::leg::{Leg, Tick};
 
-use super::steps::STILL;
+use super::directions::{STILL, index};
 use crate::graph::lattice::Lattice;
 
 /// Calls `f` with a leg as steps on the lattice: where each begins, its direction, and when. A leg
@@ -11,10 +11,9 @@ pub(super) fn pieces(lattice: &Lattice, leg: &Leg, mut f: impl FnMut([i32; 3], u
     let exact = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
     if let (Some(from), Some(to)) = exact {
         let (a, b) = (lattice.steps(from), lattice.steps(to));
-        let d = [0, 1, 2].map(|axis| b[axis] - a[axis] + 1);
-        if d.iter().all(|d| (0..3).contains(d)) {
-            let direction = (d[0] + 3 * d[1] + 9 * d[2]) as usize;
-            return f(a, direction, [leg.start, leg.end]);
+        let by = [0, 1, 2].map(|axis| b[axis] - a[axis]);
+        if by.iter().all(|cells| cells.abs() <= 1) {
+            return f(a, index(by), [leg.start, leg.end]);
         }
     }
     let length_m = (leg.to_m - leg.from_m).norm();

@@ -195,9 +195,8 @@ impl Shape {
             let offset = [aside[0], aside[1], layer];
             // Heights of the first over the second: at the beginning, and when either or both have
             // arrived.
-            let [low, high] = lowest_and_highest(
-                [0, mine[2], -theirs[2], mine[2] - theirs[2]].map(|rise| rise - layer),
-            );
+            let rises = [0, mine[2], -theirs[2], mine[2] - theirs[2]];
+            let [low, high] = lowest_and_highest(&rises.map(|rise| rise - layer));
             let radius = self.radius(low, high);
             let [on_first, on_second] = self.loads(low, high, distance.max(radius), LEAST_LOAD);
             let mut span = Span {
@@ -276,19 +275,16 @@ impl Shape {
         if self.keep_out.delays(&past).is_some() {
             return None;
         }
-        let (low, high) = (
-            (-offset[2]).min(by[2] - offset[2]),
-            (-offset[2]).max(by[2] - offset[2]),
-        );
+        let [low, high] = lowest_and_highest(&[-offset[2], by[2] - offset[2]]);
         let distance = past.nearest([0.0; 2]).max(self.radius(low, high));
         Some(self.loads(low, high, distance, LEAST_SYNCHRONOUS))
     }
 }
 
 /// Heights of one over another between which they are on the way.
-fn lowest_and_highest(heights: [i32; 4]) -> [i32; 2] {
-    let [a, b, c, d] = heights;
-    [a.min(b).min(c).min(d), a.max(b).max(c).max(d)]
+fn lowest_and_highest(heights: &[i32]) -> [i32; 2] {
+    let ends = |[low, high]: [i32; 2], height: &i32| [low.min(*height), high.max(*height)];
+    heights.iter().fold([heights[0]; 2], ends)
 }
 
 /// What two drones are to one another, one this far aside of the other, at heights over it between

@@ -183,8 +183,14 @@ impl Steps {
         &self.pairs[me * self.classes.len() + other]
     }
 
+    /// Whether what keeps two steps apart is there: bodies or, of drones that are `flying`, wakes
+    /// that no cover stops.
+    pub(super) fn can_meet(&self, one: &Pace, other: &Pace, flying: bool) -> bool {
+        self.can_touch(one, other) || flying && self.wake_reaches(one, other)
+    }
+
     /// Whether bodies can come near one another, by the layers between them.
-    pub(super) fn can_touch(&self, one: &Pace, other: &Pace) -> bool {
+    fn can_touch(&self, one: &Pace, other: &Pace) -> bool {
         let (mine, theirs) = (one.by[2], other.by[2]);
         // At the beginning, and when either or both have arrived.
         let rises = [0, mine, -theirs, mine - theirs];
@@ -194,11 +200,10 @@ impl Steps {
     }
 
     /// Whether the wake of the drone that is higher reaches down to the other.
-    pub(super) fn can_blow(&self, one: &Pace, other: &Pace) -> bool {
-        let (above, below) = if one.at[2] < other.at[2] {
-            (other, one)
-        } else {
-            (one, other)
+    fn wake_reaches(&self, one: &Pace, other: &Pace) -> bool {
+        let (above, below) = match one.at[2] < other.at[2] {
+            true => (other, one),
+            false => (one, other),
         };
         below.at[2].max(below.at[2] + below.by[2]) >= self.wake_end(above)
     }

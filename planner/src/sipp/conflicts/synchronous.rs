@@ -1,8 +1,8 @@
 //! Two steps that begin at the same moment and last as long: along one axis each, or none.
 
+use super::directions::{STILL, index};
 use super::shape::Shape;
 use super::steps::{Pace, Steps};
-use crate::graph::lattice::NEIGHBOURS;
 
 /// Directions of a step along one axis, the first of them none.
 pub(crate) const DIRECTIONS: [[i32; 3]; 7] = [
@@ -17,21 +17,16 @@ pub(crate) const DIRECTIONS: [[i32; 3]; 7] = [
 /// The direction of who stays.
 pub(crate) const STAYS: usize = 0;
 
-/// Which of [`NEIGHBOURS`] each of [`DIRECTIONS`] leads to; staying counts for nothing.
+/// Which of [`NEIGHBOURS`](crate::graph::lattice::NEIGHBOURS) each of [`DIRECTIONS`] leads to; staying counts for nothing.
 pub(crate) const AMONG_NEIGHBOURS: [usize; 7] = among_neighbours();
 
 const fn among_neighbours() -> [usize; 7] {
     let mut among = [0; 7];
     let mut direction = 1;
     while direction < 7 {
-        let mut n = 0;
-        while n < 26 {
-            let ([a, b, c], [x, y, z]) = (DIRECTIONS[direction], NEIGHBOURS[n]);
-            if a == x && b == y && c == z {
-                among[direction] = n;
-            }
-            n += 1;
-        }
+        // The neighbours are all directions but standing still, in the same order.
+        let n = index(DIRECTIONS[direction]);
+        among[direction] = if n > STILL { n - 1 } else { n };
         direction += 1;
     }
     among
@@ -96,8 +91,7 @@ impl<'a> SynchronousSteps<'a> {
         if met != TOO_NEAR {
             return Some(met);
         }
-        let is_there = self.steps.can_touch(one, other) || self.steps.can_blow(one, other);
-        (!is_there).then_some([0; 2])
+        (!self.steps.can_meet(one, other, true)).then_some([0; 2])
     }
 }
 

@@ -16,7 +16,7 @@ pub(crate) struct Path {
 }
 
 impl Path {
-    /// A way on which no drone has to give way.
+    /// A path on which no drone has to give way.
     pub(crate) fn new(legs: Vec<Leg>, arrives: Tick) -> Path {
         Path {
             legs,
