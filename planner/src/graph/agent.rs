@@ -156,9 +156,12 @@ impl Agent {
 
     /// Where it is after its last dwell.
     pub(crate) fn last_vertex(&self) -> Vertex {
-        self.waypoints
-            .last()
-            .map_or(self.start, |waypoint| waypoint.distances.goal())
+        self.goals().last().unwrap_or(self.start)
+    }
+
+    /// Where its tasks are, in order.
+    pub(crate) fn goals(&self) -> impl DoubleEndedIterator<Item = Vertex> + '_ {
+        self.waypoints.iter().map(|it| it.distances.goal())
     }
 
     /// Works out, from the last task backwards, how long the rest takes; unreachable tasks stay so.
@@ -186,11 +189,7 @@ impl Agent {
     /// Works out how long its path is with no other drone there, in time and in metres.
     pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
         self.alone_ticks = self.alone(roadmap);
-        let starts = std::iter::once(self.start).chain(
-            self.waypoints
-                .iter()
-                .map(|waypoint| waypoint.distances.goal()),
-        );
+        let starts = std::iter::once(self.start).chain(self.goals());
         let legs = starts.zip(&self.waypoints);
         self.alone_m = legs
             .map(|(from, waypoint)| waypoint.distances.length_m(roadmap, from))

@@ -24,7 +24,7 @@ pub enum FailureCause {
         /// What was in the way nearest to the goal; `None`: drones evicted one another up to the
         /// limit.
         by: Option<Hindrance>,
-        /// The way out, as far as one was looked for.
+        /// What would help, as far as that was looked for.
         remedy: Remedy,
     },
     /// The run was stopped first; with how crowded the floor is, where it is.

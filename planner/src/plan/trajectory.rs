@@ -11,7 +11,7 @@ mod motion;
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
-pub use motion::{LevelWay, Motion, SAME_TIME_S};
+pub use motion::{LevelPath, Motion, SAME_TIME_S};
 
 use crate::plan::TrajectoryEntry;
 

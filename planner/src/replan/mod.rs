@@ -51,12 +51,6 @@ pub enum GivenError {
     },
 }
 
-impl From<WorldError> for GivenError {
-    fn from(error: WorldError) -> GivenError {
-        GivenError::World(Box::new(error))
-    }
-}
-
 /// What flies in a plan, with nothing to do, where its trajectory begins; in air of a density
 /// (kg/m³).
 fn given(entry: &DronePlan, density_kg_per_m3: f64) -> Result<Drone, GivenError> {
@@ -79,7 +73,7 @@ fn given(entry: &DronePlan, density_kg_per_m3: f64) -> Result<Drone, GivenError>
         air_limit: entry.air_limit,
     };
     if let Some(fault) = drone.faults(density_kg_per_m3).into_iter().next() {
-        return Err(fault.into());
+        return Err(GivenError::World(Box::new(fault)));
     }
     if let Some(mass_kg) = entry.trajectory.mass_kg.iter().find(|kg| **kg <= 0.0) {
         return Err(unusable(format!("its mass (kg) is {mass_kg}")));

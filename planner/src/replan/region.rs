@@ -51,7 +51,8 @@ pub fn plan_region(
     control: &Control<'_>,
 ) -> Result<Outcome, Vec<GivenError>> {
     if let Err(faults) = world.check() {
-        return Err(faults.0.into_iter().map(GivenError::from).collect());
+        let faults = faults.0.into_iter();
+        return Err(faults.map(|it| GivenError::World(Box::new(it))).collect());
     }
     let all = joined(world, others)?;
     let mut run = match Run::new(world, control) {

@@ -351,11 +351,17 @@ struct Turn<'a> {
 }
 
 impl Turn<'_> {
-    /// Remembers a change that keeps nothing of what the drone had.
-    fn ask(&mut self, index: usize, cause: Cause, settled: bool) {
+    /// Remembers a change, and what the drone goes `before` on with if it has no path.
+    fn ask(
+        &mut self,
+        index: usize,
+        cause: Cause,
+        settled: bool,
+        before: Option<(Track, Vec<Task>)>,
+    ) {
         let asked = Asked {
             cause,
-            before: None,
+            before,
             settled,
         };
         self.asked.insert(index, asked);
@@ -376,7 +382,7 @@ impl Turn<'_> {
                 track.agent.kinds.truncate(1);
                 self.running.world.drones[index].tasks.clear();
                 self.running.costmap.remove(id(index));
-                self.ask(index, Cause::Removed, true);
+                self.ask(index, Cause::Removed, true, None);
             }
             (_, None) => {}
         }
@@ -399,7 +405,7 @@ impl Turn<'_> {
         let settled = track.state(roadmap, at, false) == State::Ends;
         let entry = &mut self.running.plan.drones[index];
         entry.arrives_s = rounded(entry.arrives_s + Tick(by).seconds());
-        self.ask(index, Cause::Late, settled);
+        self.ask(index, Cause::Late, settled, None);
     }
 
     /// Lets a drone in at its start; it stays there until it has a path.
@@ -424,7 +430,7 @@ impl Turn<'_> {
         let mut entry = blank(&self.running.world, drone);
         entry.enters_s = (self.at > Tick(0)).then(|| self.at.seconds());
         self.running.plan.drones.push(entry);
-        self.ask(index, Cause::Added, false);
+        self.ask(index, Cause::Added, false, None);
     }
 
     /// Gives a drone other tasks from where it can do something else; its track ends there until it
@@ -464,12 +470,7 @@ impl Turn<'_> {
         // Until there is a path it is one that ends where it can turn.
         track.cut(departs);
         track.go_on(&[stay]);
-        let asked = Asked {
-            cause: Cause::Retasked,
-            before: Some(before),
-            settled: false,
-        };
-        self.asked.insert(index, asked);
+        self.ask(index, Cause::Retasked, false, Some(before));
     }
 
     /// Vertices of places (m) for a drone; those that are new to the roadmap are connected.

@@ -57,17 +57,13 @@ fn airframe<'t>(reader: &mut Reader<'t>, value: Value<'t>, name: &str) -> Option
     let before = reader.problems.len();
     let mut record = reader.record(value, "Airframe", format!("airframe `{name}`"))?;
     let mass_kg = record.required(reader, "mass_kg", within(&MASS_KG));
-    let propellers = record.or(
-        reader,
-        ("propellers", written::propellers()),
-        |reader, field| {
-            let one = field.value.plain::<u32>() == Some(1);
-            let help = one.then(|| {
-                "a single propeller leaves no motor distance to scale its jet with".into()
-            });
-            reader.helped(help, |reader| reader.whole(field, &PROPELLERS))
-        },
-    );
+    let mut propellers = written::propellers();
+    record.set(reader, ("propellers", &mut propellers), |reader, field| {
+        let one = field.value.plain::<u32>() == Some(1);
+        let help =
+            one.then(|| "a single propeller leaves no motor distance to scale its jet with".into());
+        reader.helped(help, |reader| reader.whole(field, &PROPELLERS))
+    });
     let propeller_diameter_m = record.required(
         reader,
         "propeller_diameter_m",
@@ -80,7 +76,7 @@ fn airframe<'t>(reader: &mut Reader<'t>, value: Value<'t>, name: &str) -> Option
     record.close(reader);
     let airframe = Airframe {
         mass_kg: mass_kg?,
-        propellers: propellers?,
+        propellers,
         propeller_diameter_m: propeller_diameter_m?,
         motor_distance_m: motor_distance_m?,
         width_factor: width_factor.unwrap_or_else(written::width_factor),

@@ -12,7 +12,7 @@ use super::limits::{
     name_fault,
 };
 use super::problem::{Problem, Problems};
-use crate::scenario::placement::{Misfit, Misplaced, Spot, landing_place_m, misplaced};
+use crate::scenario::placement::{Misfit, Misplaced, Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{Drone, Solid, World};
 
@@ -89,14 +89,6 @@ pub enum WorldError {
 }
 
 impl World {
-    /// Where a drone of this body radius (m) rests that comes straight down from a place (m): its
-    /// rotor-plane centre one body radius above the highest surface below, or where it already is,
-    /// if that is lower.
-    pub fn resting_place_m(&self, from_m: Point3<f64>, body_radius_m: f64) -> Point3<f64> {
-        let solids = Solids::new(&self.obstacles);
-        landing_place_m(&self.bounds_m, &solids, from_m, body_radius_m)
-    }
-
     /// Holds a world against the rules of a scenario: numbers finite and in range, names sound and
     /// unique, drones where they can be. A world that was read is in order.
     ///

@@ -370,19 +370,6 @@ impl<'t> Record<'t> {
         read(reader, self.field(key)?)
     }
 
-    /// The same with its default: `None` where it is wrong.
-    pub(super) fn or<T>(
-        &mut self,
-        reader: &mut Reader<'t>,
-        (key, default): (&'static str, T),
-        read: impl FnOnce(&mut Reader<'t>, Field<'_, 't>) -> Option<T>,
-    ) -> Option<T> {
-        match self.field(key) {
-            Some(field) => read(reader, field),
-            None => Some(default),
-        }
-    }
-
     /// Puts what `read` makes of the value of a key in the place of its default, if it is there and
     /// in order.
     pub(super) fn set<T>(

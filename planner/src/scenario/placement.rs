@@ -71,13 +71,7 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
         let start = std::iter::once((Spot::Start, it.start_m, start_needs_m));
         let tasks = it.tasks.iter().enumerate();
         let tasks = tasks.map(|(i, task)| (Spot::Task(i), task.to_m, hovering_m));
-        let mut sound = true;
-        for (spot, place_m, needs_m) in start.chain(tasks) {
-            let Some(why) = misfit(world, solids, place_m, needs_m) else {
-                continue;
-            };
-            // A landed drone is pushed out whole, not only to its tolerance.
-            let nearest_m = nearest_free_m(world.bounds_m, solids, place_m, needs_m.max(body_m));
+        let mut report = |spot, place_m, why, nearest_m| {
             found.push(Misplaced {
                 drone,
                 spot,
@@ -85,21 +79,24 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
                 why,
                 nearest_m,
             });
-            sound = false;
+        };
+        let mut sound = true;
+        for (spot, place_m, needs_m) in start.chain(tasks) {
+            if let Some(why) = misfit(world, solids, place_m, needs_m) {
+                // A landed drone is pushed out whole, not only to its tolerance.
+                let room_m = needs_m.max(body_m);
+                let nearest_m = nearest_free_m(world.bounds_m, solids, place_m, room_m);
+                report(spot, place_m, why, nearest_m);
+                sound = false;
+            }
         }
-        if sound && let Some(place_m) = landing(world, solids, it) {
-            let last_m = it.tasks.last().map_or(it.start_m, |task| task.to_m);
-            let Some(why) = landing_misfit(world, solids, last_m, body_m) else {
-                continue;
-            };
+        let last_m = it.tasks.last().map_or(it.start_m, |task| task.to_m);
+        if sound
+            && let Some(place_m) = landing(world, solids, it)
+            && let Some(why) = landing_misfit(world, solids, last_m, body_m)
+        {
             let nearest_m = nearest_landing_m(world, solids, last_m, body_m);
-            found.push(Misplaced {
-                drone,
-                spot: Spot::Landing,
-                place_m,
-                why,
-                nearest_m,
-            });
+            report(Spot::Landing, place_m, why, nearest_m);
         }
     }
     found
@@ -193,11 +190,11 @@ pub(crate) fn nearest_free_m(
     };
     let mut best: Option<(f64, Point3<f64>)> = None;
     for direction in directions() {
-        let most_m = best.map_or(f64::INFINITY, |(way_m, _)| way_m);
-        if let Some(way_m) = way_out_m(&bounds_m, solids, inside, direction, needs_m, most_m) {
-            best = Some((way_m, inside + direction * way_m));
+        let most_m = best.map_or(f64::INFINITY, |(path_m, _)| path_m);
+        if let Some(path_m) = path_out_m(&bounds_m, solids, inside, direction, needs_m, most_m) {
+            best = Some((path_m, inside + direction * path_m));
         }
-        if best.is_some_and(|(way_m, _)| way_m == 0.0) {
+        if best.is_some_and(|(path_m, _)| path_m == 0.0) {
             break;
         }
     }
@@ -215,7 +212,7 @@ pub(crate) fn nearest_free_m(
 /// How far along `direction` the first free place lies, if within bounds and nearer than `most_m`.
 ///
 /// A signed distance changes at most by the length gone, so what is missing may be gone at once.
-fn way_out_m(
+fn path_out_m(
     bounds_m: &Bounds,
     solids: &Solids,
     from_m: Point3<f64>,
@@ -223,19 +220,19 @@ fn way_out_m(
     needs_m: f64,
     most_m: f64,
 ) -> Option<f64> {
-    // Steps shrink where the way grazes a curved face; 200 settle all but the flattest grazing.
+    // Steps shrink where the path grazes a curved face; 200 settle all but the flattest grazing.
     const STEPS: usize = 200;
-    let mut way_m = 0.0;
+    let mut path_m = 0.0;
     for _ in 0..STEPS {
-        let at_m = from_m + direction * way_m;
-        if way_m >= most_m || outside_by_m(bounds_m, at_m) > TOUCHING_M {
+        let at_m = from_m + direction * path_m;
+        if path_m >= most_m || outside_by_m(bounds_m, at_m) > TOUCHING_M {
             return None;
         }
         let missing_m = needs_m - solids.distance_to_point_m(at_m).0;
         if missing_m <= TOUCHING_M {
-            return Some(way_m);
+            return Some(path_m);
         }
-        way_m += missing_m;
+        path_m += missing_m;
     }
     None
 }

@@ -12,11 +12,8 @@ pub(super) fn bounds<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Optio
     let min = record.required(reader, "min", Reader::place);
     let max = record.required(reader, "max", Reader::place);
     let sound = record.close(reader);
-    let bounds = Bounds {
-        min: min?,
-        max: max?,
-    };
-    (box_has_volume(reader, "`bounds_m`", &bounds.min, &bounds.max) && sound).then_some(bounds)
+    let (min, max) = (min?, max?);
+    (box_has_volume(reader, "`bounds_m`", &min, &max) && sound).then_some(Bounds { min, max })
 }
 
 /// Whether `min` lies below `max` on every axis, by a size worth the name.
@@ -50,8 +47,8 @@ pub(super) fn obstacle<'t>(
 ) -> Option<Obstacle> {
     let mut record = reader.named(value, "Obstacle", index)?;
     let before = reader.problems.len();
-    let default = format!("obstacle-{}", index + 1);
-    let name = record.or(reader, ("name", default), Reader::name);
+    let mut name = format!("obstacle-{}", index + 1);
+    record.set(reader, ("name", &mut name), Reader::name);
     let min_m = record.optional(reader, "min_m", Reader::place);
     let max_m = record.optional(reader, "max_m", Reader::place);
     let base_m = record.optional(reader, "base_m", Reader::place);
@@ -68,7 +65,7 @@ pub(super) fn obstacle<'t>(
         box_has_volume(reader, &who, min, max);
     }
     let obstacle = Obstacle {
-        name: name?,
+        name,
         min_m,
         max_m,
         base_m,
@@ -121,21 +118,23 @@ fn is_one_shape(reader: &mut Reader<'_>, record: &Record<'_>) -> bool {
 /// One zone; `None` unless it encloses a volume.
 pub(super) fn zone<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize) -> Option<Zone> {
     let mut record = reader.named(value, "Zone", index)?;
-    let default = format!("zone-{}", index + 1);
-    let name = record.or(reader, ("name", default), Reader::name);
+    let before = reader.problems.len();
+    let mut name = format!("zone-{}", index + 1);
+    record.set(reader, ("name", &mut name), Reader::name);
     let min_m = record.required(reader, "min_m", Reader::place);
     let max_m = record.required(reader, "max_m", Reader::place);
-    let air_limit_mps = ("air_limit_mps", ZONE_AIR_LIMIT_DEFAULT_MPS);
-    let air_limit_mps = record.or(reader, air_limit_mps, within(&ZONE_AIR_LIMIT_MPS));
+    let mut air_limit_mps = ZONE_AIR_LIMIT_DEFAULT_MPS;
+    let limit = ("air_limit_mps", &mut air_limit_mps);
+    record.set(reader, limit, within(&ZONE_AIR_LIMIT_MPS));
     let who = record.who.clone();
-    let sound = record.close(reader);
+    record.close(reader);
     let (min_m, max_m) = (min_m?, max_m?);
-    let sound = box_has_volume(reader, &who, &min_m, &max_m) && sound;
+    box_has_volume(reader, &who, &min_m, &max_m);
     let zone = Zone {
-        name: name?,
+        name,
         min_m,
         max_m,
-        air_limit_mps: air_limit_mps?,
+        air_limit_mps,
     };
-    sound.then_some(zone)
+    (reader.problems.len() == before).then_some(zone)
 }

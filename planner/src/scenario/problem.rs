@@ -19,7 +19,7 @@ pub struct Problem {
     pub label: Option<String>,
     /// What else one must know.
     pub notes: Vec<String>,
-    /// The way out.
+    /// What would put it right.
     pub help: Option<String>,
 }
 
@@ -54,13 +54,13 @@ impl Problem {
         self
     }
 
-    /// Says the way out.
+    /// Says what would put it right.
     pub(super) fn help(mut self, help: impl Into<String>) -> Problem {
         self.help = Some(help.into());
         self
     }
 
-    /// Says the way out, if there is one to say.
+    /// Says what would put it right, if that is known.
     pub(super) fn maybe_help(mut self, help: Option<String>) -> Problem {
         self.help = help.or(self.help);
         self
@@ -127,7 +127,7 @@ pub(super) fn nearest<'a>(
         .map(|(_, name)| name)
 }
 
-/// The way out of a name that is nearly a known one.
+/// The help for a name that is nearly a known one.
 pub(super) fn did_you_mean(name: &str) -> String {
     format!("did you mean `{name}`?")
 }

@@ -1,7 +1,7 @@
 //! Obstacles as geometry: how far a point or a straight leg is from them, and what lies below.
 //!
 //! World frame, metres, z up. Distances are signed: negative inside a solid, where the value is the
-//! way to the nearest face. Boxes and cylinders are closed forms, because GJK answers 0 for every
+//! path to the nearest face. Boxes and cylinders are closed forms, because GJK answers 0 for every
 //! overlap and the depth is wanted here; meshes and the broad phase are parry's.
 
 use std::collections::BTreeMap;
@@ -95,13 +95,7 @@ impl Solids {
     /// Signed distance from `point_m` to the nearest obstacle, and which one it is; infinite and
     /// `None` where there are no obstacles.
     pub(crate) fn distance_to_point_m(&self, point_m: Point3<f64>) -> (f64, Option<usize>) {
-        let point = vector(&point_m);
-        let best = self.tree.find_best(
-            f64::MAX,
-            |node, _| bound_m(node, point, point),
-            |part, _| Some(self.parts[part as usize].form.distance_to_point_m(point)),
-        );
-        self.named(best, f64::INFINITY)
+        self.nearest(point_m, point_m)
     }
 
     /// Smallest signed distance from the straight leg `a_m`..`b_m` to any obstacle, or `at_most_m`
@@ -160,14 +154,9 @@ impl Solids {
             |node, _| bound_m(node, a, b),
             |part, _| Some(self.parts[part as usize].form.distance_to_segment_m(a, b)),
         );
-        self.named(best, at_most_m)
-    }
-
-    /// A part of the tree as its obstacle's distance (m) and index.
-    fn named(&self, best: Option<(u32, f64)>, otherwise_m: f64) -> (f64, Option<usize>) {
         match best {
             Some((part, distance_m)) => (distance_m, Some(self.parts[part as usize].obstacle)),
-            None => (otherwise_m, None),
+            None => (at_most_m, None),
         }
     }
 }
@@ -234,11 +223,14 @@ impl Form {
 
     /// Smallest signed distance on a segment (m).
     fn distance_to_segment_m(&self, a: Vector, b: Vector) -> f64 {
+        if a == b {
+            return self.distance_to_point_m(a);
+        }
         let Form::Mesh { mesh, closed } = self else {
             return smallest_on_segment_m(a, b, |point| self.distance_to_point_m(point));
         };
         let ends_m = self.distance_to_point_m(a).min(self.distance_to_point_m(b));
-        if (*closed && ends_m <= 0.0) || a == b {
+        if *closed && ends_m <= 0.0 {
             return ends_m;
         }
         let leg = Segment::new(a, b);
@@ -278,9 +270,6 @@ impl Form {
 /// farther off than that, because a distance changes at most by the length gone.
 fn smallest_on_segment_m(a: Vector, b: Vector, distance_m: impl Fn(Vector) -> f64) -> f64 {
     let ends_m = distance_m(a).min(distance_m(b));
-    if a == b {
-        return ends_m;
-    }
     let found = GoldenSection::of([0.0, 1.0], 48, |share| distance_m(a + (b - a) * share));
     ends_m.min(found.left.1).min(found.right.1)
 }

@@ -1,4 +1,4 @@
-//! Why a drone stays at its start: who or what is in the way, where and when, and the way out.
+//! Why a drone stays at its start: what is in its way, where and when, and what would help.
 
 use std::collections::BTreeMap;
 
@@ -75,7 +75,7 @@ pub(crate) fn failures(
     let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: name(world, drone).to_owned(),
         cause: match why {
-            FailureKind::NoWay => FailureCause::NoPath(missing_path(world, job, drone)),
+            FailureKind::NoPath => FailureCause::NoPath(missing_path(world, job, drone)),
             FailureKind::EndpointConflict => {
                 FailureCause::GoalConflict(goal_conflict(world, conflicts, drone))
             }
@@ -87,14 +87,14 @@ pub(crate) fn failures(
     failures.collect()
 }
 
-/// The cause as far as it is known without looking for a way out.
+/// The cause as far as it is known without looking for a remedy.
 pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     let obstructed = |by: Option<Obstruction>| FailureCause::Obstructed {
         by: by.map(|by| hindrance(world, &by)),
         remedy: Remedy::Unknown,
     };
     match why {
-        FailureKind::NoWay => FailureCause::NoPath(None),
+        FailureKind::NoPath => FailureCause::NoPath(None),
         FailureKind::EndpointConflict => FailureCause::GoalConflict(None),
         FailureKind::Landing(short_m) => FailureCause::NoRoomToLand { short_m },
         FailureKind::Obstructed(by) => obstructed(by),
@@ -249,63 +249,56 @@ fn gentlest_pass(
             None => too_low = middle,
         }
     }
-    if !others.has_advected_wakes() {
-        let mut costmap = others.with_limits_raised(enough);
-        let flown: Vec<Leg> = pass.into_iter().flat_map(|path| path.legs).collect();
-        for drone in group {
-            let own = flown.iter().filter(|leg| leg.drone == *drone);
-            costmap.insert(own.copied().collect());
+    if others.has_advected_wakes() {
+        let mut with_pass = paths.clone();
+        let is_left_out = |(drone, _): &(DroneId, FailureKind)| !group.contains(drone);
+        with_pass.unplanned.retain(is_left_out);
+        for path in pass {
+            let drone = path.legs.first().map(|leg| leg.drone.0 as usize);
+            if let Some(drone) = drone {
+                with_pass.paths[drone] = Some(path);
+            }
         }
-        // Those who pass, and those who meet their wakes.
-        let near = flown.iter().flat_map(|leg| costmap.near(leg));
-        let mut drones: Vec<DroneId> = near.map(|item| item.leg.drone).collect();
-        drones.extend(group);
-        drones.sort_unstable();
-        drones.dedup();
-        let assessed = drones.iter().filter_map(|&drone| assess(&costmap, drone));
-        let mut exposed: Vec<Assessed> = assessed.filter(|it| it.over > 1.0).collect();
-        exposed.sort_by(|a, b| b.over.total_cmp(&a.over));
-        let worst = exposed.first();
-        return worst.map_or(Remedy::JustWithinLimits, |worst| {
-            Remedy::RaiseLimits(worst.exposure(world, &exposed))
-        });
+        let plan = assemble(world, job, &with_pass);
+        let mut violations = verify(&plan).violations;
+        violations.retain(|violation| violation.kind == ViolationKind::Air);
+        return raise_limits(violations.iter().map(|it| verified(&plan, it)).collect());
     }
-    let mut with_pass = paths.clone();
-    let is_left_out = |(drone, _): &(DroneId, FailureKind)| !group.contains(drone);
-    with_pass.unplanned.retain(is_left_out);
-    for path in pass {
-        let drone = path.legs.first().map(|leg| leg.drone.0 as usize);
-        if let Some(drone) = drone {
-            with_pass.paths[drone] = Some(path);
-        }
+    let mut costmap = others.with_limits_raised(enough);
+    let flown: Vec<Leg> = pass.into_iter().flat_map(|path| path.legs).collect();
+    for drone in group {
+        let own = flown.iter().filter(|leg| leg.drone == *drone);
+        costmap.insert(own.copied().collect());
     }
-    let plan = assemble(world, job, &with_pass);
-    let mut exposed = verify(&plan).violations;
-    exposed.retain(|violation| violation.kind == ViolationKind::Air);
-    let over = |violation: &Violation| violation.value / violation.limit;
-    exposed.sort_by(|a, b| over(b).total_cmp(&over(a)));
-    let worst = exposed.first();
-    worst.map_or(Remedy::JustWithinLimits, |worst| {
-        Remedy::RaiseLimits(verified_exposure(&plan, worst, &exposed))
+    // Those who pass, and those who meet their wakes.
+    let near = flown.iter().flat_map(|leg| costmap.near(leg));
+    let mut drones: Vec<DroneId> = near.map(|item| item.leg.drone).collect();
+    drones.extend(group);
+    drones.sort_unstable();
+    drones.dedup();
+    let assessed = drones.iter();
+    let assessed = assessed.filter_map(|&drone| assessed_along(world, &costmap, drone));
+    raise_limits(assessed.filter(|(over, _)| *over > 1.0).collect())
+}
+
+/// The worst of some exposures, each with its air over its limit, and all whose limits have to be
+/// raised.
+fn raise_limits(mut exposed: Vec<(f64, Exposure)>) -> Remedy {
+    exposed.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    let names = exposed.iter().map(|(_, it)| it.drone.clone());
+    let mut drones: Vec<String> = names.collect();
+    // As they are quoted.
+    drones.sort_unstable_by_key(|name| format!("{name}`"));
+    drones.dedup();
+    let worst = exposed.into_iter().next();
+    worst.map_or(Remedy::JustWithinLimits, |(_, worst)| {
+        Remedy::RaiseLimits(Exposure { drones, ..worst })
     })
 }
 
-/// The air along the whole path of a drone, and the worst of it.
-struct Assessed {
-    /// Which drone.
-    drone: DroneId,
-    /// Where its mean air over its limit is highest.
-    worst: Worst,
-    /// The worst over its limit.
-    over: f64,
-    /// Integral of the mean axial speed over time (m).
-    axial_exposure_m: f64,
-    /// Beyond hovering in still air (J).
-    extra_energy_j: f64,
-}
-
-/// `None` where a drone meets no air.
-fn assess(costmap: &Costmap, drone: DroneId) -> Option<Assessed> {
+/// The worst air along the whole path of a drone, over its limit, and what the whole path costs;
+/// `None` where it meets none.
+fn assessed_along(world: &World, costmap: &Costmap, drone: DroneId) -> Option<(f64, Exposure)> {
     let mut worst: Option<(f64, Worst)> = None;
     let (mut axial_exposure_m, mut extra_energy_j) = (0.0, 0.0);
     for leg in costmap.legs(drone) {
@@ -319,78 +312,46 @@ fn assess(costmap: &Costmap, drone: DroneId) -> Option<Assessed> {
         };
     }
     let (over, worst) = worst?;
-    Some(Assessed {
-        drone,
-        worst,
-        over,
-        axial_exposure_m,
-        extra_energy_j,
-    })
+    let exposure = Exposure {
+        beside: Some(beside(name(world, worst.from), worst.from_m, worst.at_m)),
+        whole: Some((axial_exposure_m, extra_energy_j)),
+        ..exposure(name(world, drone), worst.at_m, worst.alpha)
+    };
+    Some((over, exposure))
 }
 
-impl Assessed {
-    /// What the gentlest pass exposes this drone to; limits are wanted by all that are `exposed`.
-    fn exposure(&self, world: &World, exposed: &[Assessed]) -> Exposure {
-        let name = |drone: DroneId| name(world, drone).to_owned();
-        let Worst {
-            alpha,
-            at_m,
-            from,
-            from_m,
-        } = self.worst;
-        Exposure {
-            beside: Some(beside(name(from), from_m, at_m)),
-            whole: Some((self.axial_exposure_m, self.extra_energy_j)),
-            ..exposure(
-                (name(self.drone), at_m, alpha),
-                exposed.iter().map(|it| name(it.drone)),
-            )
-        }
-    }
+/// The same of a violation where wakes are advected: as the verifier found it.
+fn verified(plan: &Plan, violation: &Violation) -> (f64, Exposure) {
+    let at_m = violation.position_m;
+    let emitter = violation.with.as_ref().and_then(|with| {
+        let other = plan.drones.iter().find(|other| other.name == *with)?;
+        let from_m = other.trajectory.position_m(violation.from_s)?;
+        Some(beside(with, from_m, at_m))
+    });
+    let exposure = Exposure {
+        beside: emitter,
+        ..exposure(&violation.drone, at_m, violation.value)
+    };
+    (violation.value / violation.limit, exposure)
 }
 
 /// A drone, how far above a place it is (m), and how far aside (m).
-fn beside(name: String, from_m: Point3<f64>, at_m: Point3<f64>) -> (String, f64, f64) {
+fn beside(name: &str, from_m: Point3<f64>, at_m: Point3<f64>) -> (String, f64, f64) {
     let aside_m = (from_m.xy() - at_m.xy()).norm();
-    (name, from_m.z - at_m.z, aside_m)
+    (name.to_owned(), from_m.z - at_m.z, aside_m)
 }
 
-/// The air that a drone is exposed to at a place (m), in induced velocities, and who wants higher
-/// limits.
-fn exposure(
-    (drone, at_m, alpha): (String, Point3<f64>, f64),
-    exposed: impl Iterator<Item = String>,
-) -> Exposure {
-    let mut drones: Vec<String> = exposed.collect();
-    // As they are quoted.
-    drones.sort_unstable_by_key(|name| format!("{name}`"));
-    drones.dedup();
+/// The air that a drone is exposed to at a place (m), in induced velocities.
+fn exposure(drone: &str, at_m: Point3<f64>, alpha: f64) -> Exposure {
     Exposure {
-        drone,
+        drone: drone.to_owned(),
         at_m,
         beside: None,
         alpha,
         extra_percent: 100.0 * (airflow::power::beta(alpha) - 1.0),
         whole: None,
-        drones,
+        drones: Vec::new(),
         // The search's bounds are a few percent above the air itself.
         air_limit: (alpha * 105.0).ceil() / 100.0,
-    }
-}
-
-/// The same where wakes are advected: as the verifier found it.
-fn verified_exposure(plan: &Plan, worst: &Violation, exposed: &[Violation]) -> Exposure {
-    let at_m = worst.position_m;
-    let emitter = worst.with.as_ref().and_then(|with| {
-        let other = plan.drones.iter().find(|other| other.name == *with)?;
-        let from_m = other.trajectory.position_m(worst.from_s)?;
-        Some(beside(with.clone(), from_m, at_m))
-    });
-    Exposure {
-        beside: emitter,
-        ..exposure(
-            (worst.drone.clone(), at_m, worst.value),
-            exposed.iter().map(|v| v.drone.clone()),
-        )
     }
 }

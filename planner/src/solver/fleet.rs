@@ -100,11 +100,10 @@ impl<'a> Run<'a> {
         for legs in fixed {
             costmap.insert(legs);
         }
-        let steps = Steps::new(self.job.roadmap.lattice(), &self.job.agents, &costmap);
         let problem = FleetProblem {
             job: &self.job,
             costmap: &costmap,
-            steps: steps.as_ref(),
+            steps: Steps::new(self.job.roadmap.lattice(), &self.job.agents, &costmap),
             excluded: &excluded,
             planning: &self.world.planning,
             control: self.control,
@@ -192,11 +191,10 @@ fn ignoring_downwash(
         progress: &|_| {},
         ..*control
     };
-    let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap);
     let problem = FleetProblem {
         job,
         costmap: &costmap,
-        steps: steps.as_ref(),
+        steps: Steps::new(job.roadmap.lattice(), &job.agents, &costmap),
         excluded: &excluded,
         planning: &world.planning,
         control: &quiet,

@@ -187,8 +187,8 @@ pub(crate) fn agent_of(
     );
     let waypoints = (duties.tasks.iter())
         .zip(vertices.windows(2))
-        .map(|(task, way)| Waypoint {
-            distances: Arc::new(Distances::new(roadmap, way[1], way[0], mover.clone())),
+        .map(|(task, ends)| Waypoint {
+            distances: Arc::new(Distances::new(roadmap, ends[1], ends[0], mover.clone())),
             dwell_ticks: Tick::lasting(task.dwell_s),
             rest_ticks: 0,
         })
@@ -237,14 +237,14 @@ pub(crate) fn ending_from(
         AtEnd::Land => {
             let radius_m = drone.vehicle.body_radius_m;
             let rest_m = landing_place_m(&world.bounds_m, solids, from_m, radius_m);
-            let way_m = from_m.z - rest_m.z;
-            if way_m > 0.0 {
+            let descent_m = from_m.z - rest_m.z;
+            if descent_m > 0.0 {
                 let clear_m = solids.segment_clearance_m(from_m, rest_m, radius_m);
                 if clear_m < radius_m - TOUCH_M {
                     return Err(radius_m - clear_m);
                 }
             }
-            let ticks = Tick::lasting(way_m / drone.vehicle.max_speed_mps);
+            let ticks = Tick::lasting(descent_m / drone.vehicle.max_speed_mps);
             Ok(Ending::Land { rest_m, ticks })
         }
     }

@@ -47,7 +47,7 @@ pub(crate) struct FleetProblem<'a> {
     /// With no drone of the fleet in it.
     pub(crate) costmap: &'a Costmap,
     /// The tables of its steps, if there are any.
-    pub(crate) steps: Option<&'a Steps>,
+    pub(crate) steps: Option<Steps>,
     /// Drones that stay at their starts from the beginning, and why.
     pub(crate) excluded: &'a [(DroneId, FailureKind)],
     /// Seed and price of energy.
@@ -127,7 +127,7 @@ impl FleetProblem<'_> {
         let energy_weight = self.planning.energy_weight;
         let mut attempt = Attempt::new(self.job, costmap, energy_weight, self.control, effort);
         let table = |steps| ReservationTable::new(steps, &attempt.costmap);
-        attempt.reservations = self.steps.map(table);
+        attempt.reservations = self.steps.as_ref().map(table);
         attempt
     }
 
@@ -275,7 +275,7 @@ fn plan_by_pibt(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths
         planning,
         ..
     } = *problem;
-    let steps = problem.steps?;
+    let steps = problem.steps.as_ref()?;
     if problem.hopeless() > excluded.len() {
         return None;
     }
@@ -373,11 +373,10 @@ mod tests {
         (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
         let job = prepare(&world);
         let costmap = job.costmap(&world, true, world.drones.len());
-        let steps = Steps::new(job.roadmap.lattice(), &job.agents, &costmap);
         let problem = FleetProblem {
             job: &job,
             costmap: &costmap,
-            steps: steps.as_ref(),
+            steps: Steps::new(job.roadmap.lattice(), &job.agents, &costmap),
             excluded: &[],
             planning: &world.planning,
             control: &Control::QUIET,

@@ -66,6 +66,17 @@ pub(crate) struct Flight {
 }
 
 impl Flight {
+    /// The wake of one of its pieces during a motion, which is the piece's or a part of it; `from`
+    /// is the caller's index of the drone.
+    pub(crate) fn attached(&self, from: usize, piece: usize, motion: Motion) -> Attached<'_> {
+        Attached {
+            from,
+            wake: &self.wakes[piece],
+            motion,
+            stops: &self.stops[piece],
+        }
+    }
+
     /// Its wakes without those that repeat: consecutive pieces share one while the mass stays the
     /// same.
     pub(crate) fn different_wakes(&self) -> Vec<Arc<BoundedWake>> {

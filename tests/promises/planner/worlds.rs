@@ -280,6 +280,25 @@ pub(super) fn any_world() -> impl Strategy<Value = World> {
         )
 }
 
+/// Where a body rests straight below a place: on the highest top under it, or on the floor.
+fn resting_place_m(world: &World, from_m: Point3<f64>, body_radius_m: f64) -> Point3<f64> {
+    let tops_m = world.obstacles.iter().filter_map(|it| match &it.shape {
+        Solid::Box { min_m, max_m } => (0..2)
+            .all(|k| (min_m[k]..=max_m[k]).contains(&from_m[k]))
+            .then_some(max_m.z),
+        Solid::Cylinder {
+            base_m,
+            radius_m,
+            height_m,
+        } => ((from_m - base_m).xy().norm() <= *radius_m).then_some(base_m.z + height_m),
+        Solid::Mesh { .. } => None,
+    });
+    let below_m = tops_m.filter(|top_m| *top_m <= from_m.z);
+    let support_z_m = below_m.fold(world.bounds_m.min.z, f64::max);
+    let rest_z_m = from_m.z.min(support_z_m + body_radius_m);
+    Point3::new(from_m.x, from_m.y, rest_z_m)
+}
+
 fn made(world: &World, name: &str, frame: &str, recipe: &DroneRecipe) -> Drone {
     let vehicle = vehicle(frame, recipe.speed_mps);
     let mass_kg = vehicle.airframe.mass_kg();
@@ -295,7 +314,7 @@ fn made(world: &World, name: &str, frame: &str, recipe: &DroneRecipe) -> Drone {
         .collect();
     let mut start_m = place(recipe.start);
     if recipe.landed {
-        start_m = world.resting_place_m(start_m, vehicle.body_radius_m);
+        start_m = resting_place_m(world, start_m, vehicle.body_radius_m);
     }
     Drone {
         name: name.to_owned(),

@@ -111,10 +111,8 @@ impl<'a> Links<'a> {
         let mut linked = 0;
         for (low, high) in [(0, 1), (-1, 2), (-2, 3)] {
             let mut open = true;
-            for (dx, dy, dz) in cube(low, high) {
-                let inner = (low + 1..high).contains(&dx)
-                    && (low + 1..high).contains(&dy)
-                    && (low + 1..high).contains(&dz);
+            for [dx, dy, dz] in cube(low, high) {
+                let inner = [dx, dy, dz].iter().all(|d| (low + 1..high).contains(d));
                 if low < 0 && inner {
                     continue;
                 }
@@ -150,7 +148,7 @@ impl<'a> Links<'a> {
 }
 
 /// All offsets with coordinates from `low` to `high`, x fastest.
-fn cube(low: i32, high: i32) -> impl Iterator<Item = (i32, i32, i32)> {
+fn cube(low: i32, high: i32) -> impl Iterator<Item = [i32; 3]> {
     (low..=high)
-        .flat_map(move |z| (low..=high).flat_map(move |y| (low..=high).map(move |x| (x, y, z))))
+        .flat_map(move |z| (low..=high).flat_map(move |y| (low..=high).map(move |x| [x, y, z])))
 }

@@ -90,10 +90,10 @@ impl Motion {
     }
 
     /// The motion over a time window as seen from above, made ready for many axes.
-    pub fn level_way(&self, from_s: f64, until_s: f64) -> LevelWay {
+    pub fn level_path(&self, from_s: f64, until_s: f64) -> LevelPath {
         let (begin_m, end_m) = (self.at_m(from_s).xy(), self.at_m(until_s).xy());
         let along_m = end_m - begin_m;
-        LevelWay {
+        LevelPath {
             begin_m,
             along_m,
             length2_m2: along_m.norm_squared(),
@@ -102,14 +102,25 @@ impl Motion {
 
     /// When and how near it comes to the origin (s, m): closed form.
     pub fn nearest_to_origin(&self) -> (f64, f64) {
-        let speed2 = self.velocity_mps.norm_squared();
-        let t_s = if speed2 > 0.0 {
-            (self.from_s - self.start_m.dot(&self.velocity_mps) / speed2)
-                .clamp(self.from_s, self.until_s)
-        } else {
-            self.from_s
-        };
+        let span_s = (self.from_s, self.until_s);
+        let t_s = self.nearest_s(&self.velocity_mps, span_s);
         (t_s, self.at_m(t_s).norm())
+    }
+
+    /// When it is nearest to the vertical axis through the origin within a span (s): closed form.
+    pub fn nearest_to_axis_s(&self, span_s: (f64, f64)) -> f64 {
+        let along_mps = Vector3::new(self.velocity_mps.x, self.velocity_mps.y, 0.0);
+        self.nearest_s(&along_mps, span_s)
+    }
+
+    /// When it is nearest to the origin within a span (s), along these parts of its velocity (m/s).
+    fn nearest_s(&self, along_mps: &Vector3<f64>, (low_s, high_s): (f64, f64)) -> f64 {
+        let speed2 = along_mps.norm_squared();
+        if speed2 > 0.0 {
+            (self.from_s - self.start_m.dot(along_mps) / speed2).clamp(low_s, high_s)
+        } else {
+            low_s
+        }
     }
 
     /// When it is inside the open ball of this radius (m) around the origin (s); `None`: never.
@@ -154,7 +165,7 @@ impl Motion {
 
 /// A motion over a window of time as seen from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LevelWay {
+pub struct LevelPath {
     /// Where it begins (m, x and y).
     begin_m: Vector2<f64>,
     /// From its begin to its end (m).
@@ -163,7 +174,7 @@ pub struct LevelWay {
     length2_m2: f64,
 }
 
-impl LevelWay {
+impl LevelPath {
     /// Its nearest place to the vertical axis through minus `shift_m` (m, x and y), as seen from
     /// there (m): closed form.
     #[inline]

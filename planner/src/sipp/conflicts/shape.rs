@@ -31,9 +31,7 @@ const AZIMUTHS: u32 = 8;
 pub(super) struct Shape {
     pub(super) me: Class,
     pub(super) other: Class,
-    pub(super) layers: i32,
-    pub(super) reach: i32,
-    bodies: i32,
+    pub(super) extent: Extent,
     /// Where the first must not be, seen from the second (cells).
     pub(super) keep_out: KeepOut,
     /// Its radius (cells) at `k` layers above the other and between `k` and `k + 1`, from the
@@ -113,10 +111,12 @@ impl Shape {
         Shape {
             me,
             other,
-            layers: (layers + 2).min(most),
-            // Each may come a cell nearer.
-            reach: (farthest.ceil() as i32 + 1).max(2),
-            bodies: bodies.unwrap_or(most),
+            extent: Extent {
+                // Each may come a cell nearer.
+                reach: (farthest.ceil() as i32 + 1).max(2),
+                layers: (layers + 2).min(most),
+                bodies: bodies.unwrap_or(most),
+            },
             keep_out,
             at,
             between,
@@ -127,8 +127,8 @@ impl Shape {
     }
 
     pub(super) fn entries(&self) -> usize {
-        let wide = 2 * self.reach + 1;
-        (wide * wide * (2 * self.layers + 1)) as usize * DIRECTIONS * DIRECTIONS
+        let wide = 2 * self.extent.reach + 1;
+        (wide * wide * (2 * self.extent.layers + 1)) as usize * DIRECTIONS * DIRECTIONS
     }
 
     /// Whether steps last longer than a table can hold.
@@ -175,12 +175,7 @@ impl Shape {
     }
 
     pub(super) fn pair(&self) -> Pair {
-        let extent = Extent {
-            reach: self.reach,
-            layers: self.layers,
-            bodies: self.bodies,
-        };
-        Pair::new(extent, |direction, others, aside| {
+        Pair::new(self.extent, |direction, others, aside| {
             self.spans(direction, others, aside)
         })
     }
@@ -220,7 +215,8 @@ impl Shape {
             }
             span
         };
-        (-self.layers..=self.layers).map(at_layer).collect()
+        let layers = self.extent.layers;
+        (-layers..=layers).map(at_layer).collect()
     }
 
     /// The first on its step as seen from the second on its own, which begins in another column:

@@ -1,6 +1,7 @@
 //! Two steps that begin at the same moment and last as long: along one axis each, or none.
 
 use super::directions::{STILL, index};
+use super::pair::Extent;
 use super::shape::Shape;
 use super::steps::{Pace, Steps};
 
@@ -42,9 +43,8 @@ pub(crate) struct SynchronousSteps<'a> {
 
 #[derive(Debug)]
 struct Pair {
-    /// Columns aside and layers above and below in the table.
-    reach: i32,
-    layers: i32,
+    /// Of the table.
+    extent: Extent,
     /// `[direction][direction][dz][dy][dx]`: loads on both, or [`TOO_NEAR`].
     meetings: Vec<[u8; 2]>,
     /// By direction of the first: columns in which something can matter.
@@ -97,7 +97,7 @@ impl<'a> SynchronousSteps<'a> {
 
 impl Pair {
     fn new(shape: &Shape) -> Pair {
-        let (reach, layers) = (shape.reach, shape.layers);
+        let Extent { reach, layers, .. } = shape.extent;
         let mut meetings = Vec::new();
         let mut near = Vec::new();
         for direction in DIRECTIONS {
@@ -119,15 +119,14 @@ impl Pair {
             near.push(own);
         }
         Pair {
-            reach,
-            layers,
+            extent: shape.extent,
             meetings,
             near,
         }
     }
 
     fn at(&self, [direction, others]: [usize; 2], [dx, dy, dz]: [i32; 3]) -> [u8; 2] {
-        let (reach, layers) = (self.reach, self.layers);
+        let Extent { reach, layers, .. } = self.extent;
         if dx.abs() > reach || dy.abs() > reach || dz.abs() > layers {
             return [0; 2];
         }

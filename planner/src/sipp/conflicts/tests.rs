@@ -233,12 +233,12 @@ fn the_tables_are_the_swept_volumes_sampled() {
             // Even cover of pairs of directions, columns and layers.
             let number = (4 * case + index) as f64;
             let pick = |step: f64, of: i32| ((number * step).fract() * f64::from(of)) as i32;
-            let wide = 2 * shape.reach + 1;
+            let wide = 2 * shape.extent.reach + 1;
             let directions =
                 [0.819_172_513_396, 0.671_043_606_704].map(|step| pick(step, 27) as usize);
             let [x, y] =
-                [0.549_700_477_902, 0.450_318_4].map(|step| pick(step, wide) - shape.reach);
-            let layer = pick(0.368_912_3, 2 * shape.layers + 1) - shape.layers;
+                [0.549_700_477_902, 0.450_318_4].map(|step| pick(step, wide) - shape.extent.reach);
+            let layer = pick(0.368_912_3, 2 * shape.extent.layers + 1) - shape.extent.layers;
             let ticks = [
                 shape.me.ticks(directions[0]),
                 shape.other.ticks(directions[1]),
@@ -252,8 +252,8 @@ fn the_tables_are_the_swept_volumes_sampled() {
                 .forbidden(&relative, directions, layer)
                 .unwrap_or_default();
             of_tables += to - from;
-            let span =
-                shape.spans(directions[0], directions[1], [x, y])[(layer + shape.layers) as usize];
+            let span = shape.spans(directions[0], directions[1], [x, y])
+                [(layer + shape.extent.layers) as usize];
             let place = |side: usize, at: f64| {
                 let from = [[0; 3], [x, y, layer]][side];
                 let by = cells(directions[side]).map(f64::from);

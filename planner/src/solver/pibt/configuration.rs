@@ -57,7 +57,7 @@ pub(super) struct Configuration<'a> {
 }
 
 impl<'a> Configuration<'a> {
-    /// `None` where a drone's way is not one along the lattice from the beginning to the end.
+    /// `None` where a drone's path is not one along the lattice from the beginning to the end.
     pub(super) fn new(
         job: &'a Job,
         synchronous: &'a SynchronousSteps<'a>,
@@ -218,8 +218,7 @@ fn member(
     let goals: Vec<Vertex> = if agent.waypoints.is_empty() || is_fixed {
         vec![agent.start]
     } else {
-        let goal = |waypoint: &Waypoint| waypoint.distances.goal();
-        agent.waypoints.iter().map(goal).collect()
+        agent.goals().collect()
     };
     let on_lattice = goals.iter().all(|goal| !roadmap.is_stop(*goal));
     let is_plain = agent.departs.0 == 0 && agent.begun.is_empty() && agent.forgiven.is_empty();

@@ -1,4 +1,4 @@
-//! One step of every drone: who goes first pushes others out of the way.
+//! One step of every drone: the drone of higher priority displaces others.
 //!
 //! Priority inheritance with backtracking (K. Okumura, M. Machida, X. Défago, Y. Tamura, "Priority
 //! inheritance with backtracking for iterative multi-agent path finding", Artificial Intelligence
@@ -207,8 +207,8 @@ impl<'a> Round<'a> {
             drone,
             usize::from(self.directions[drone]),
             |other, loads| {
-                let is_blown_on = loads.is_some_and(|[_, on_them]| on_them > 0);
-                borne &= !is_blown_on || self.loads[other] <= MOST_LOADS;
+                let is_exposed = loads.is_some_and(|[_, on_them]| on_them > 0);
+                borne &= !is_exposed || self.loads[other] <= MOST_LOADS;
             },
         );
         borne

@@ -54,7 +54,7 @@ pub(crate) struct Paths {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FailureKind {
     /// The roadmap has no path through free space to one of its tasks.
-    NoWay,
+    NoPath,
     /// Its end excludes another drone's.
     EndpointConflict,
     /// What it would land on, or what is beside it, leaves too little room: how much is missing
@@ -214,7 +214,7 @@ impl<'a> Attempt<'a> {
         why: FailureKind,
         queue: &mut VecDeque<DroneId>,
     ) {
-        let stay = self.without_way(drone);
+        let stay = self.without_path(drone);
         self.weights[drone.0 as usize] = IMMOVABLE;
         self.unplanned.push((drone, why));
         let mut verdict = Verdict::default();
@@ -284,7 +284,7 @@ impl<'a> Attempt<'a> {
     }
 
     /// What a drone flies that finds no path.
-    fn without_way(&self, drone: DroneId) -> Vec<Leg> {
+    fn without_path(&self, drone: DroneId) -> Vec<Leg> {
         match self.kept.get(drone.0 as usize) {
             Some(kept) => kept.clone(),
             None => vec![self.agents[drone.0 as usize].stays_at_start(self.roadmap)],
@@ -418,7 +418,7 @@ impl<'a> Attempt<'a> {
                 continue;
             }
             if self.agents[drone.0 as usize].alone_ticks == UNREACHABLE {
-                self.leave_unplanned(drone, FailureKind::NoWay, queue);
+                self.leave_unplanned(drone, FailureKind::NoPath, queue);
                 continue;
             }
             batch.push(drone);

@@ -33,7 +33,7 @@ pub(super) fn check(scene: &Scene<'_>, receiver: &Flight, windows: &[Window<'_>]
             let inside_s = relative.inside_cylinder_s(radius_m, heights_m);
             for part_s in inside_s.iter().flat_map(|it| reached(window, passing, *it)) {
                 let visit = visits.entry(passing.emitter.from).or_default();
-                let t_s = nearest_s(passing, part_s);
+                let t_s = relative.nearest_to_axis_s(part_s);
                 let off_axis_m = relative.at_m(t_s).xy().norm();
                 if (visit.nearest).is_none_or(|(_, _, known_m)| off_axis_m < known_m) {
                     visit.nearest = Some((k, t_s, off_axis_m));
@@ -76,20 +76,4 @@ fn reached(window: &Window<'_>, passing: &Passing<'_>, span_s: Span) -> Vec<Span
         }
     }
     parts
-}
-
-/// When the receiver is nearest to the emitter's axis within a span (s): thirds of the convex
-/// distance.
-fn nearest_s(passing: &Passing<'_>, (mut low_s, mut high_s): Span) -> f64 {
-    let off_axis_m = |t_s: f64| passing.relative.at_m(t_s).xy().norm();
-    while high_s - low_s > 0.1 * SHORTEST_S {
-        let third_s = (high_s - low_s) / 3.0;
-        let (a_s, b_s) = (low_s + third_s, high_s - third_s);
-        if off_axis_m(a_s) <= off_axis_m(b_s) {
-            high_s = b_s
-        } else {
-            low_s = a_s
-        }
-    }
-    0.5 * (low_s + high_s)
 }

@@ -160,12 +160,8 @@ fn emitted<'a>(scene: &'a Scene<'_>) -> Vec<Downwash<'a>> {
             let from_s = piece.motion.from_s.max(up_s);
             let until_s = piece.motion.until_s.min(down_s);
             if from_s < until_s {
-                emitted.push(Downwash::Attached(Attached {
-                    from,
-                    wake: &flight.wakes[k],
-                    motion: piece.motion.during(from_s, until_s),
-                    stops: &flight.stops[k],
-                }));
+                let motion = piece.motion.during(from_s, until_s);
+                emitted.push(Downwash::Attached(flight.attached(from, k, motion)));
             }
         }
     }

@@ -22,7 +22,7 @@ use crate::plan::trajectory::Piece;
 use crate::verify::bounds::obstacles::Obstacles;
 use crate::verify::bounds::wake::BoundedWake;
 use crate::verify::extents::{Places, Span};
-use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, reaches};
+use crate::verify::scene::{Flight, Scene, level_gap_m, reaches};
 
 /// Spans of leaving no longer than this are not divided (s), chosen here: 0.2 mm of path at 2 m/s.
 const SHORTEST_S: f64 = 1e-4;
@@ -131,12 +131,7 @@ impl<'a> Advected<'a> {
         let pieces = self.flight.trajectory.pieces();
         let mut sources = Vec::new();
         for (k, (from_s, until_s)) in self.spans((t_s, t_s), (z_m, z_m)) {
-            let attached = Attached {
-                from: self.from,
-                wake: &self.flight.wakes[k],
-                motion: pieces[k].motion,
-                stops: &self.flight.stops[k],
-            };
+            let attached = self.flight.attached(self.from, k, pieces[k].motion);
             sources.push(attached.source(obstacles, from_s));
             if until_s > from_s {
                 sources.push(attached.source(obstacles, until_s));

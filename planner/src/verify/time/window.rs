@@ -141,12 +141,7 @@ impl<'a> Window<'a> {
         let piece = flight.trajectory.piece_index(middle_s)?;
         let motion = flight.trajectory.pieces()[piece].motion;
         let passing = Passing {
-            emitter: Attached {
-                from: other,
-                wake: &flight.wakes[piece],
-                motion,
-                stops: &flight.stops[piece],
-            },
+            emitter: flight.attached(other, piece, motion),
             relative: (self.motion)
                 .during(self.span_s.0, self.span_s.1)
                 .seen_from(&motion)?,
@@ -179,7 +174,7 @@ impl<'a> Window<'a> {
     /// Smallest distance of the receiver's discs from an emitter's axis, and the box of their
     /// offsets from it (m).
     fn around_discs_m(&self, passing: &Passing<'_>, (from_s, until_s): Span) -> (f64, Places) {
-        let level = passing.relative.level_way(from_s, until_s);
+        let level = passing.relative.level_path(from_s, until_s);
         let nearest_m = level.nearest_m([0.0; 2]).norm();
         let (low_m, high_m) = passing.relative.box_m(from_s, until_s);
         let off_axis_m = (nearest_m - self.receiver.tip_radius_m).max(0.0);
@@ -318,7 +313,7 @@ impl<'a> Window<'a> {
         if low_m.z >= 0.0 || !self.reaches(emitter, span_s).1 {
             return;
         }
-        let level = relative.level_way(span_s.0, span_s.1);
+        let level = relative.level_path(span_s.0, span_s.1);
         let middle_m = relative.at_m(0.5 * (span_s.0 + span_s.1));
         let half_path_m = relative.half_path_m(span_s.0, span_s.1);
         let mut passage = emitter.wake.passage((-high_m.z, -low_m.z));
@@ -431,7 +426,7 @@ impl<'a> Window<'a> {
             if emitter.wake.is_moved() {
                 return path_m <= half_width_m;
             }
-            let level = relative.level_way(span_s.0, span_s.1);
+            let level = relative.level_path(span_s.0, span_s.1);
             let off_axis_m = level.nearest_m([0.0; 2]).norm();
             path_m <= 2.0 * half_width_m.max(off_axis_m)
         })
