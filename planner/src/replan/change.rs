@@ -173,36 +173,29 @@ pub(super) fn problems(
         drones: placed,
         ..world.clone()
     };
-    found.extend(misplacements(&placed, solids, comes));
-    found
-}
-
-/// The places at which these drones cannot be, and landings without room; the start only of a drone
-/// that `comes`.
-fn misplacements(
-    placed: &World,
-    solids: &Solids,
-    comes: impl Fn(&str) -> bool,
-) -> Vec<ChangeError> {
-    let mut found: Vec<ChangeError> = Vec::new();
-    for it in misplaced(placed, solids) {
-        let drone = &placed.drones[it.drone].name;
-        if it.spot != Spot::Start || comes(drone) {
-            let why = it.words(placed).to_string();
-            let drone = drone.clone();
-            found.push(ChangeError::Misplaced { drone, why });
+    let mut reported: BTreeSet<&str> = BTreeSet::new();
+    let mut report = |name: &str, why: String| {
+        let drone = name.to_owned();
+        found.push(ChangeError::Misplaced { drone, why });
+    };
+    for it in misplaced(&placed, solids) {
+        let name = &placed.drones[it.drone].name;
+        // Where a drone that is there already starts is not asked.
+        if it.spot != Spot::Start || comes(name) {
+            reported.insert(name);
+            report(name, it.words(&placed).to_string());
         }
     }
     for drone in &placed.drones {
+        let name = &drone.name;
         let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
-        let known = |error: &ChangeError| matches!(error, ChangeError::Misplaced { drone: name, .. } if *name == drone.name);
-        if let Err(short_m) = ending_from(placed, solids, drone, last_m)
-            && !found.iter().any(known)
+        if let Err(short_m) = ending_from(&placed, solids, drone, last_m)
+            && !reported.contains(name.as_str())
         {
-            let drone = drone.name.clone();
-            let why =
-                format!("`{drone}` lands with {short_m:.2} m too little room beside an obstacle");
-            found.push(ChangeError::Misplaced { drone, why });
+            report(
+                name,
+                format!("`{name}` lands with {short_m:.2} m too little room beside an obstacle"),
+            );
         }
     }
     found

@@ -9,7 +9,7 @@ use super::limits::{
 };
 use super::problem::Problem;
 use super::source::{Value, line};
-use super::written::{self, Airframe};
+use super::written::{Airframe, MAX_SPEED_DEFAULT_MPS, PROPELLERS_DEFAULT, WIDTH_FACTOR_DEFAULT};
 
 /// The airframes of a scenario by name; names whose entry is wrong go to `spoilt`.
 pub(super) fn airframes<'t>(
@@ -57,7 +57,7 @@ fn airframe<'t>(reader: &mut Reader<'t>, value: Value<'t>, name: &str) -> Option
     let before = reader.problems.len();
     let mut record = reader.record(value, "Airframe", format!("airframe `{name}`"))?;
     let mass_kg = record.required(reader, "mass_kg", within(&MASS_KG));
-    let mut propellers = written::propellers();
+    let mut propellers = PROPELLERS_DEFAULT;
     record.set(reader, ("propellers", &mut propellers), |reader, field| {
         let one = field.value.plain::<u32>() == Some(1);
         let help =
@@ -79,9 +79,9 @@ fn airframe<'t>(reader: &mut Reader<'t>, value: Value<'t>, name: &str) -> Option
         propellers,
         propeller_diameter_m: propeller_diameter_m?,
         motor_distance_m: motor_distance_m?,
-        width_factor: width_factor.unwrap_or_else(written::width_factor),
+        width_factor: width_factor.unwrap_or(WIDTH_FACTOR_DEFAULT),
         body_radius_m,
-        max_speed_mps: max_speed_mps.unwrap_or_else(written::max_speed_mps),
+        max_speed_mps: max_speed_mps.unwrap_or(MAX_SPEED_DEFAULT_MPS),
     };
     (reader.problems.len() == before).then_some(airframe)
 }

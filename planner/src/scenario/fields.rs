@@ -68,37 +68,46 @@ impl Field<'_, '_> {
     }
 }
 
-/// Reads a file that a scenario cites.
-///
-/// # Errors
-/// Everything that is wrong with it, each at its place in it.
-pub(super) fn cited<T>(
-    file: &str,
-    text: &str,
-    read: impl FnOnce(&mut Reader<'_>) -> Option<T>,
-) -> Result<T, Vec<Problem>> {
+/// Reads a whole text that is RON, and tells what is wrong with it.
+pub(super) fn whole<'t, T>(
+    text: &'t str,
+    read: impl FnOnce(&mut Reader<'t>, Value<'t>) -> Option<T>,
+) -> (Option<T>, Vec<Problem>) {
     let mut reader = Reader {
         text,
         problems: Vec::new(),
     };
     let found = match root(text) {
-        Ok(_) => read(&mut reader),
+        Ok(value) => read(&mut reader, value),
         Err(problem) => {
             reader.report(*problem);
             None
         }
     };
-    if let Some(found) = found.filter(|_| reader.problems.is_empty()) {
+    (found, reader.problems)
+}
+
+/// Reads a file that a scenario cites.
+///
+/// # Errors
+/// Everything that is wrong with it, each at its place in it.
+pub(super) fn cited<'t, T>(
+    file: &str,
+    text: &'t str,
+    read: impl FnOnce(&mut Reader<'t>, Value<'t>) -> Option<T>,
+) -> Result<T, Vec<Problem>> {
+    let (found, mut problems) = whole(text, read);
+    if let Some(found) = found.filter(|_| problems.is_empty()) {
         return Ok(found);
     }
     let cited = Box::new(Cited {
         file: file.to_owned(),
         text: text.to_owned(),
     });
-    for problem in &mut reader.problems {
+    for problem in &mut problems {
         problem.cited = Some(cited.clone());
     }
-    Err(reader.problems)
+    Err(problems)
 }
 
 /// Reads a finite number within limits, for [`Record::required`] and [`Record::optional`].

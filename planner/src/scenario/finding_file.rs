@@ -11,7 +11,7 @@ use airflow::effects::{EFFECTS, Effects, Parameter, Treatment};
 use super::fields::{Field, Reader, Record, cited};
 use super::limits::Limits;
 use super::problem::Problem;
-use super::source::root;
+use super::source::Value;
 use super::written::{At, Written};
 use crate::scenario::world::World;
 
@@ -92,12 +92,15 @@ pub(super) fn read(
             ),
         ]
     })?;
-    cited(file, &text, |reader| finding(reader, file))
+    cited(file, &text, |reader, value| finding(reader, value, file))
 }
 
 /// The finding in a text that is RON, with notes for a reader of the plan.
-fn finding(reader: &mut Reader<'_>, file: &str) -> Option<(Effects, Vec<String>)> {
-    let value = root(reader.text).ok()?;
+fn finding<'t>(
+    reader: &mut Reader<'t>,
+    value: Value<'t>,
+    file: &str,
+) -> Option<(Effects, Vec<String>)> {
     let mut record = reader.record(value, "Finding", "the finding".to_owned())?;
     let uncertain = record.optional(reader, "verdict", |_, field| {
         match field.value.text.trim_matches('"') {

@@ -5,7 +5,7 @@ use airflow::Jet;
 use super::fields::{Field, Reader, cited, within};
 use super::limits::{ANY, CENTRELINE, ORIGIN, SPREADING};
 use super::problem::Problem;
-use super::source::root;
+use super::source::Value;
 use super::written::At;
 
 /// Reads the cited file: its constants, in range, and what a reader of the plan should know of it.
@@ -24,12 +24,11 @@ pub(super) fn read(
             problem.help("`plan calibrate` writes such a file; without `jet` the paper's is flown"),
         ]
     })?;
-    cited(file, &text, |reader| jet(reader, file))
+    cited(file, &text, |reader, value| jet(reader, value, file))
 }
 
 /// The jet in a text that is RON; all other keys are checked, and change nothing.
-fn jet(reader: &mut Reader<'_>, file: &str) -> Option<(Jet, Vec<String>)> {
-    let value = root(reader.text).ok()?;
+fn jet<'t>(reader: &mut Reader<'t>, value: Value<'t>, file: &str) -> Option<(Jet, Vec<String>)> {
     let mut record = reader.record(value, "Jet", "the jet".to_owned())?;
     let centreline = record.required(reader, "centreline", within(&CENTRELINE));
     let spreading = record.required(reader, "spreading", within(&SPREADING));

@@ -6,7 +6,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::scenario::solid::{Solids, TOUCHING_M};
-use crate::scenario::world::{AtEnd, AtStart, Bounds, Drone, World};
+use crate::scenario::world::{AtEnd, AtStart, Bounds, World};
 
 /// How far a body that rests on something may sink into it (m). Chosen here: coordinates are typed
 /// in centimetres, and half of one is how they get rounded. Plan checks allow the same.
@@ -91,10 +91,13 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
             }
         }
         let last_m = it.tasks.last().map_or(it.start_m, |task| task.to_m);
+        let stays_landed = it.tasks.is_empty() && it.at_start == AtStart::Landed;
         if sound
-            && let Some(place_m) = landing(world, solids, it)
+            && it.at_end == AtEnd::Land
+            && !stays_landed
             && let Some(why) = landing_misfit(world, solids, last_m, body_m)
         {
+            let place_m = landing_place_m(&world.bounds_m, solids, last_m, body_m);
             let nearest_m = nearest_landing_m(world, solids, last_m, body_m);
             report(Spot::Landing, place_m, why, nearest_m);
         }
@@ -116,21 +119,6 @@ pub(crate) fn landing_place_m(
         last_m.y,
         last_m.z.min(support_z_m + body_radius_m),
     )
-}
-
-/// Where `drone` comes down, if it does.
-fn landing(world: &World, solids: &Solids, drone: &Drone) -> Option<Point3<f64>> {
-    let stays = drone.tasks.is_empty() && drone.at_start == AtStart::Landed;
-    if drone.at_end != AtEnd::Land || stays {
-        return None;
-    }
-    let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
-    Some(landing_place_m(
-        &world.bounds_m,
-        solids,
-        last_m,
-        drone.vehicle.body_radius_m,
-    ))
 }
 
 /// What is wrong with coming down from `last_m`: the ball has to pass and to rest without sinking

@@ -7,14 +7,14 @@ use airflow::Superposition;
 use nalgebra::Point3;
 
 use super::airframes::airframes;
-use super::fields::{Field, Reader, within};
+use super::fields::{Field, Reader, whole, within};
 use super::limits::{
     AIR_LIMIT, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, MOST_LATTICE_PLACES, PLACE_M,
     PRESSURE_PA, TEMPERATURE_C, lattice_places,
 };
 use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
-use super::source::{Value, line, root};
+use super::source::{Value, line};
 use super::written::{Air, At, Bounds, Drone, Planning, Task, Written};
 use crate::scenario::world::{AtEnd, AtStart};
 
@@ -35,22 +35,13 @@ pub(super) struct Reading {
 
 /// Reads a scenario as far as it can be read; never stops at an error.
 pub(super) fn read(text: &str) -> Reading {
-    let mut reader = Reader {
-        text,
-        problems: Vec::new(),
-    };
     let mut spoilt_airframes = Vec::new();
-    let written = match root(text) {
-        Ok(value) => scenario(&mut reader, value, &mut spoilt_airframes),
-        Err(problem) => {
-            reader.report(*problem);
-            None
-        }
-    };
+    let read = |reader: &mut _, value| scenario(reader, value, &mut spoilt_airframes);
+    let (written, problems) = whole(text, read);
     Reading {
         written,
         spoilt_airframes,
-        problems: reader.problems,
+        problems,
     }
 }
 

@@ -23,6 +23,11 @@ pub(super) const MAX_SPEED_DEFAULT_MPS: f64 = 2.0;
 /// Air limit of a zone that states none (m/s): the upper end of Beaufort 1, "light air", which moves no paper.
 pub(super) const ZONE_AIR_LIMIT_DEFAULT_MPS: f64 = 1.5;
 
+/// Propellers of an airframe that states no number: a quadrotor, as the near-field model knows it.
+pub(super) const PROPELLERS_DEFAULT: u32 = 4;
+/// Width factor of an airframe that states none: rotors without cant.
+pub(super) const WIDTH_FACTOR_DEFAULT: f64 = 1.0;
+
 /// A value and the bytes of the text that it was read from.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct At<T> {
@@ -165,7 +170,7 @@ pub(super) struct Zone {
     #[schemars(with = "Coordinates")]
     pub(super) max_m: Place,
     /// Downward speed of all wakes together (m/s); the default is the upper end of Beaufort 1.
-    #[schemars(default = "zone_air_limit_mps", range(min = ZONE_AIR_LIMIT_MPS.low, max = ZONE_AIR_LIMIT_MPS.high))]
+    #[schemars(default, extend("default" = ZONE_AIR_LIMIT_DEFAULT_MPS), range(min = ZONE_AIR_LIMIT_MPS.low, max = ZONE_AIR_LIMIT_MPS.high))]
     pub(super) air_limit_mps: f64,
 }
 
@@ -178,7 +183,7 @@ pub(super) struct Airframe {
     pub(super) mass_kg: f64,
     /// Number of propellers. The near-field model knows four; with another number the far field and the
     /// column are used, and a note says so.
-    #[schemars(default = "propellers", range(min = 2, max = 16))]
+    #[schemars(default, extend("default" = PROPELLERS_DEFAULT), range(min = 2, max = 16))]
     pub(super) propellers: u32,
     /// m.
     #[schemars(range(min = PROPELLER_DIAMETER_M.low, max = PROPELLER_DIAMETER_M.high))]
@@ -187,14 +192,14 @@ pub(super) struct Airframe {
     #[schemars(range(min = MOTOR_DISTANCE_M.low, max = MOTOR_DISTANCE_M.high))]
     pub(super) motor_distance_m: f64,
     /// Multiplies the jet's half-width and divides its centreline speed; 1 for uncanted rotors.
-    #[schemars(default = "width_factor", range(min = WIDTH_FACTOR.low, max = WIDTH_FACTOR.high))]
+    #[schemars(default, extend("default" = WIDTH_FACTOR_DEFAULT), range(min = WIDTH_FACTOR.low, max = WIDTH_FACTOR.high))]
     pub(super) width_factor: f64,
     /// Radius of the ball that no other body and no obstacle may enter (m).
     #[schemars(range(min = BODY_RADIUS_M.low, max = BODY_RADIUS_M.high),
         extend("default" = "to the rotor tips: motor_distance_m / 2 + propeller_diameter_m / 2"))]
     pub(super) body_radius_m: Option<f64>,
     /// Highest speed (m/s); also that of the presets.
-    #[schemars(default = "max_speed_mps", range(min = MAX_SPEED_MPS.low, max = MAX_SPEED_MPS.high))]
+    #[schemars(default, extend("default" = MAX_SPEED_DEFAULT_MPS), range(min = MAX_SPEED_MPS.low, max = MAX_SPEED_MPS.high))]
     pub(super) max_speed_mps: f64,
 }
 
@@ -291,20 +296,4 @@ impl Default for Planning {
             energy_weight: 1.0,
         }
     }
-}
-
-pub(super) fn zone_air_limit_mps() -> f64 {
-    ZONE_AIR_LIMIT_DEFAULT_MPS
-}
-
-pub(super) fn propellers() -> u32 {
-    4
-}
-
-pub(super) fn width_factor() -> f64 {
-    1.0
-}
-
-pub(super) fn max_speed_mps() -> f64 {
-    MAX_SPEED_DEFAULT_MPS
 }

@@ -146,22 +146,22 @@ fn look<'a>(
     heuristic: &mut Option<Heuristic<'a>>,
 ) -> Searched {
     let mut expansions = 0;
+    let begun = |by, weight_shift| {
+        let (refuted, stays) = (refuted.clone(), stays.clone());
+        Search::new(setting, agent, refuted, by, stays, weight_shift)
+    };
     if !is_crowded(&setting, agent) {
         let far = u64::from(agent.alone_ticks) / TICKS_A_STATE;
-        let by = Heuristic::plain(setting, agent);
-        let (refuted, stays) = (refuted.clone(), stays.clone());
-        let mut search = Search::new(setting, agent, refuted, by, stays, PLAIN_SHIFT);
+        let mut search = begun(Heuristic::plain(setting, agent), PLAIN_SHIFT);
         let found = search.run(setting.most_expansions.min(PLAIN_STATES + far));
         expansions = search.expansions;
         if let Some(found) = found {
             return Searched { found, expansions };
         }
     }
-    let by = heuristic
-        .take()
-        .unwrap_or_else(|| Heuristic::new(setting, agent));
-    let (refuted, stays) = (refuted.clone(), stays.clone());
-    let mut search = Search::new(setting, agent, refuted, by, stays, WEIGHT_SCHEDULE[0].0);
+    let known = heuristic.take();
+    let by = known.unwrap_or_else(|| Heuristic::new(setting, agent));
+    let mut search = begun(by, WEIGHT_SCHEDULE[0].0);
     let mut found = None;
     for (weight_shift, most_expansions) in WEIGHT_SCHEDULE {
         search.reweigh(weight_shift);

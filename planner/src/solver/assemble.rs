@@ -11,18 +11,13 @@ use crate::plan::{
     TrajectoryEntry, Unplanned,
 };
 use crate::scenario::world::{Drone, Vehicle, World};
-use crate::sipp::search::Path;
 use crate::solver::prepare::Job;
 use crate::solver::priority::Paths;
 use crate::verify::Report;
 
 /// A plan of these paths, not yet judged: no violations, no air met.
 pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
-    let drone_plan = |(drone, agent): (&Drone, &Agent)| {
-        let path = paths.paths[agent.drone.0 as usize].as_ref();
-        drone_plan(world, job, (drone, agent), path)
-    };
-    let drones = world.drones.iter().zip(&job.agents).map(drone_plan);
+    let drones = (0..world.drones.len()).map(|index| drone_plan(world, job, paths, index));
     let drones: Vec<DronePlan> = drones.collect();
     let left_out = |name: &str| {
         let mut unplanned = paths.unplanned.iter();
@@ -87,12 +82,9 @@ pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) 
 }
 
 /// One drone's part of the plan; without a path it stays at its start.
-fn drone_plan(
-    world: &World,
-    job: &Job,
-    (drone, agent): (&Drone, &Agent),
-    path: Option<&Path>,
-) -> DronePlan {
+fn drone_plan(world: &World, job: &Job, paths: &Paths, index: usize) -> DronePlan {
+    let (drone, agent) = (&world.drones[index], &job.agents[index]);
+    let path = paths.paths[index].as_ref();
     let stays = [agent.stays_at_start(&job.roadmap)];
     let legs = path.map_or(&stays[..], |path| &path.legs);
     let mut entry = blank(world, drone);

@@ -67,26 +67,24 @@ impl Shape {
         let between: Vec<f64> = all.iter().map(|k| widest(*k, k + 1)).collect();
         let bodies = (1..most).find(|k| f64::from(k - 1) >= keep_out.body_radius());
         let rings = 0..=(near_m / cell_m * RINGS as f64).ceil() as usize;
+        let meet = |ring: usize, layers: [i32; 2]| {
+            let aside_m = ring as f64 / RINGS as f64 * cell_m;
+            let heights_m = layers.map(|layer| f64::from(layer) * cell_m);
+            meet_at(fleet, [me, other], aside_m, heights_m)
+        };
         let cost = |k: &i32| {
-            let at_price = |ring: usize| {
-                let height_m = f64::from(*k) * cell_m;
-                let met = meet_at(
-                    fleet,
-                    [me, other],
-                    ring as f64 / RINGS as f64 * cell_m,
-                    [height_m; 2],
-                );
-                met.map(|it| price(it.alpha_first) + price(it.alpha_second))
-                    .fold(0.0, f64::max)
+            let at_ring = |ring: usize| {
+                let prices =
+                    meet(ring, [*k; 2]).map(|it| price(it.alpha_first) + price(it.alpha_second));
+                prices.fold(0.0, f64::max)
             };
-            rings.clone().map(at_price).collect()
+            rings.clone().map(at_ring).collect()
         };
         let prices: Vec<Vec<f64>> = all.par_iter().map(cost).collect();
         let loads = |low: i32, high: i32| -> Vec<[f64; 2]> {
-            let z_m = [low, high].map(|layers| f64::from(layers) * cell_m);
             let at_ring = |ring: usize| {
-                let met = meet_at(fleet, [me, other], ring as f64 / RINGS as f64 * cell_m, z_m);
-                met.map(|it| [it.load_on_first, it.load_on_second])
+                let loads = meet(ring, [low, high]).map(|it| [it.load_on_first, it.load_on_second]);
+                loads
                     .map(|loads| loads.map(|load| f64::from(load) / f64::from(BUDGET)))
                     .fold([0.0_f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
             };

@@ -10,10 +10,9 @@
 use costmap::leg::Tick;
 
 use super::setting::Setting;
-use crate::graph::agent::{Agent, Waypoint};
+use crate::graph::agent::Agent;
 use crate::graph::distances::{Backwards, Floor, UNREACHABLE};
-use crate::graph::roadmap::{Roadmap, Vertex};
-use crate::sipp::conflicts::ReservationTable;
+use crate::graph::roadmap::Vertex;
 
 /// What a search looks ahead by.
 pub(super) struct Heuristic<'a> {
@@ -43,33 +42,6 @@ enum Map<'a> {
     Floor(Floor<'a>),
 }
 
-impl<'a> Ahead<'a> {
-    /// From a place to a task, from a moment on.
-    fn new(
-        roadmap: &'a Roadmap,
-        (reservations, class): (&'a ReservationTable<'a>, usize),
-        waypoint: &Waypoint,
-        from: Vertex,
-        begins: u32,
-    ) -> Ahead<'a> {
-        let columns = reservations.closed_columns(class);
-        let floor = columns.and_then(|columns| {
-            let floor = waypoint.distances.floor(roadmap, from)?;
-            Some((Map::Floor(floor), columns))
-        });
-        let air = || {
-            let backwards = waypoint.distances.backwards(roadmap, from);
-            (Map::Air(backwards), reservations.closed_from(class))
-        };
-        let (map, closed) = floor.unwrap_or_else(air);
-        Ahead {
-            map,
-            closed,
-            begins,
-        }
-    }
-}
-
 impl<'a> Heuristic<'a> {
     /// As if no drone were there.
     pub(super) fn plain(setting: Setting<'a>, agent: &'a Agent) -> Heuristic<'a> {
@@ -84,22 +56,13 @@ impl<'a> Heuristic<'a> {
     pub(super) fn new(setting: Setting<'a>, agent: &'a Agent) -> Heuristic<'a> {
         let mut heuristic = Heuristic::plain(setting, agent);
         let least_weight = setting.weights.iter().copied().min().unwrap_or(0);
-        let Some(reservations) = setting.reservations.filter(|_| setting.detours) else {
+        if setting.reservations.is_none() || !setting.detours {
             return heuristic;
-        };
+        }
         let mut begins = agent.departs.0;
         let mut from = agent.start;
         for (index, waypoint) in agent.waypoints.iter().enumerate() {
-            let class = reservations.class(agent.drone, agent.kinds[index]);
-            let ahead = class.map(|class| {
-                Ahead::new(
-                    setting.roadmap,
-                    (reservations, class),
-                    waypoint,
-                    from,
-                    begins,
-                )
-            });
+            let ahead = heuristic.ahead(index, from, begins);
             heuristic.waypoints.push(ahead);
             let plain = match agent.waypoints.len() {
                 // Known, but for air in zones, and then there is no reservation table.
@@ -115,6 +78,28 @@ impl<'a> Heuristic<'a> {
             from = waypoint.distances.goal();
         }
         heuristic
+    }
+
+    /// What lies ahead from a place to a waypoint, from a tick on; `None` where the reservation
+    /// table does not know what flies there.
+    fn ahead(&self, index: usize, from: Vertex, begins: u32) -> Option<Ahead<'a>> {
+        let (agent, roadmap) = (self.agent, self.setting.roadmap);
+        let reservations = self.setting.reservations?;
+        let class = reservations.class(agent.drone, agent.kinds[index])?;
+        let distances = &agent.waypoints[index].distances;
+        let on_floor = || {
+            let columns = reservations.closed_columns(class)?;
+            Some((Map::Floor(distances.floor(roadmap, from)?), columns))
+        };
+        let (map, closed) = on_floor().unwrap_or_else(|| {
+            let backwards = distances.backwards(roadmap, from);
+            (Map::Air(backwards), reservations.closed_from(class))
+        });
+        Some(Ahead {
+            map,
+            closed,
+            begins,
+        })
     }
 
     /// Ticks from a place to the end of the last dwell at least, and whether that is final.

@@ -610,22 +610,15 @@ impl<'a> Search<'a> {
         let to_m = self.setting.roadmap.position_m(to.vertex);
         let mut leg = self.leg(&departed, to_m, to.at.0 - to.departs.0);
         match to.step {
-            Step::End => return self.ending_legs(&departed),
+            Step::End => {
+                leg.end = Tick::FOREVER;
+                return self.agent.ending.legs(leg);
+            }
             Step::Move => leg.flying = true,
             Step::Dwell => leg.kind = self.kind(to.waypoint),
             Step::Start | Step::Wait | Step::Later => {}
         }
         Vec::from_iter((leg.start < leg.end).then_some(leg))
-    }
-
-    /// What it does after its last dwell, from a state on.
-    fn ending_legs(&self, label: &Label) -> Vec<Leg> {
-        let here_m = self.setting.roadmap.position_m(label.vertex);
-        let stay = Leg {
-            end: Tick::FOREVER,
-            ..self.leg(label, here_m, 0)
-        };
-        self.agent.ending.legs(stay)
     }
 }
 

@@ -216,44 +216,33 @@ impl Solid {
             let least_m = wake.half_width_m(lowest_m.max(0.0));
             Some((*places_m, (least_m, wake.half_width_m(highest_m))))
         };
-        let Some((axes_m, (least_m, most_m))) = at_top else {
+        let Some((axes_m, discs_m)) = at_top else {
             return (false, false);
         };
-        let may = self.covers_from_one(&axes_m, least_m);
-        (may, lowest_m > 0.0 && self.covers_from_all(&axes_m, most_m))
+        let (may, surely) = self.covers(&axes_m, discs_m);
+        (may, lowest_m > 0.0 && surely)
     }
 
-    /// Whether a level disc of this radius lies within the outline from at least one place of a box.
-    fn covers_from_one(&self, places_m: &Places, disc_m: f64) -> bool {
+    /// Whether a level disc lies within the outline: one of the first radius from at least one
+    /// place of a box, and one of the second from every place of it (m).
+    fn covers(&self, (low_m, high_m): &Places, (least_m, most_m): (f64, f64)) -> (bool, bool) {
         if let Shape::Cylinder {
             base_m, radius_m, ..
         } = &self.shape
         {
-            let off = |k: usize| {
-                let beside_m = (places_m.0[k] - base_m[k]).max(base_m[k] - places_m.1[k]);
-                beside_m.max(0.0)
-            };
-            return off(0).hypot(off(1)) + disc_m <= *radius_m;
+            let near = |k: usize| (low_m[k] - base_m[k]).max(base_m[k] - high_m[k]).max(0.0);
+            let far = |k: usize| (high_m[k] - base_m[k]).max(base_m[k] - low_m[k]);
+            let from_one = near(0).hypot(near(1)) + least_m <= *radius_m;
+            return (from_one, far(0).hypot(far(1)) + most_m <= *radius_m);
         }
         let (min_m, max_m) = &self.box_m;
-        (0..2).all(|k| {
-            min_m[k] + disc_m <= max_m[k] - disc_m
-                && places_m.1[k] - disc_m >= min_m[k]
-                && places_m.0[k] + disc_m <= max_m[k]
-        })
-    }
-
-    /// Whether it does from every place of the box.
-    fn covers_from_all(&self, places_m: &Places, disc_m: f64) -> bool {
-        if let Shape::Cylinder {
-            base_m, radius_m, ..
-        } = &self.shape
-        {
-            let off = |k: usize| (places_m.1[k] - base_m[k]).max(base_m[k] - places_m.0[k]);
-            return off(0).hypot(off(1)) + disc_m <= *radius_m;
-        }
-        let (min_m, max_m) = &self.box_m;
-        (0..2).all(|k| places_m.0[k] - disc_m >= min_m[k] && places_m.1[k] + disc_m <= max_m[k])
+        let from_one = |k: usize| {
+            min_m[k] + least_m <= max_m[k] - least_m
+                && high_m[k] - least_m >= min_m[k]
+                && low_m[k] + least_m <= max_m[k]
+        };
+        let from_all = |k| low_m[k] - most_m >= min_m[k] && high_m[k] + most_m <= max_m[k];
+        ((0..2).all(from_one), (0..2).all(from_all))
     }
 }
 

@@ -52,6 +52,16 @@ impl Samples {
         Vector3::new(down, outwards, around).norm()
     }
 
+    /// Appends the speeds at one depth, which `speed` tells at x and y (m), from a bearing on (rad).
+    fn push(&mut self, first: f64, speed: impl Fn(f64, f64) -> f64) {
+        for r_m in &self.radii_m {
+            for b in 0..self.bearings {
+                let (sin, cos) = (first + b as f64 * self.turn).sin_cos();
+                self.speeds.push(speed(r_m * cos, r_m * sin));
+            }
+        }
+    }
+
     /// By ring, what is highest at or beyond it over a range of depths, times margins.
     fn at_or_beyond(&self, depths: RangeInclusive<usize>, margins: Highest) -> Vec<Highest> {
         let mut highest = vec![(0.0, 0.0); self.radii_m.len()];
@@ -107,17 +117,11 @@ impl NearTable {
             all_around: false,
             speeds: Vec::with_capacity((LAYERS * FINE + 1) * (RINGS + 1) * NEAR_BEARINGS),
         };
-        let bearings = (0..NEAR_BEARINGS).map(|b| (b as f64 * samples.turn).sin_cos());
-        let bearings: Vec<_> = bearings.collect();
         let u_h_mps = wake.induced_velocity_mps();
         for s in 0..=LAYERS * FINE {
             // Just below the rotor plane: at it the field jumps to zero.
             let section = wake.cross_section((s as f64 * samples.step_s_m).max(1e-6 * depth_m));
-            for r_m in &samples.radii_m {
-                let around = (bearings.iter())
-                    .map(|(sin, cos)| section.axial_speed_mps(r_m * cos, r_m * sin) / u_h_mps);
-                samples.speeds.extend(around);
-            }
+            samples.push(0.0, |x_m, y_m| section.axial_speed_mps(x_m, y_m) / u_h_mps);
         }
         let layers = (0..LAYERS)
             .map(|k| samples.at_or_beyond(k * FINE..=(k + 1) * FINE, NEAR_MARGINS))
@@ -323,14 +327,10 @@ impl Layer {
         let u_h_mps = wake.induced_velocity_mps();
         for s in 0..=steps {
             let z_m = -(from_m + s as f64 * samples.step_s_m);
-            for r_m in &samples.radii_m {
-                for b in 0..BEARINGS {
-                    let (sin, cos) = (first + b as f64 * samples.turn).sin_cos();
-                    let (x_m, y_m) = (centre_m[0] + r_m * cos, centre_m[1] + r_m * sin);
-                    let speed_mps = wake.axial_speed_mps(Vector3::new(x_m, y_m, z_m));
-                    samples.speeds.push(speed_mps / u_h_mps);
-                }
-            }
+            samples.push(first, |x_m, y_m| {
+                let at_m = Vector3::new(centre_m[0] + x_m, centre_m[1] + y_m, z_m);
+                wake.axial_speed_mps(at_m) / u_h_mps
+            });
         }
         Layer {
             to_m,
