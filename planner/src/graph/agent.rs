@@ -188,7 +188,7 @@ impl Agent {
 
     /// Works out how long its path is with no other drone there, in time and in metres.
     pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
-        self.alone_ticks = self.alone(roadmap);
+        self.alone_ticks = self.remaining(roadmap, 0, self.start);
         let starts = std::iter::once(self.start).chain(self.goals());
         let legs = starts.zip(&self.waypoints);
         self.alone_m = legs
@@ -209,11 +209,6 @@ impl Agent {
         for waypoint in &self.waypoints {
             waypoint.distances.forget();
         }
-    }
-
-    /// Ticks from the start to the end of the last dwell with no other drone there.
-    pub(crate) fn alone(&self, roadmap: &Roadmap) -> u32 {
-        self.remaining(roadmap, 0, self.start)
     }
 }
 

@@ -112,7 +112,7 @@ impl Distances {
 
     /// Forgets what was worked out; it is worked out anew when it is asked for.
     pub(crate) fn forget(&self) {
-        self.worked_out().forget();
+        *self.worked_out() = Backwards::default();
     }
 
     /// The search as far as it went, locked for this thread.
@@ -149,18 +149,14 @@ impl Distances {
         if !roadmap.is_stop(from) {
             return self.straight_from_lattice(roadmap, from);
         }
-        let mut best = None;
-        for (to, edge) in roadmap.edges(from) {
-            let Some(ticks) = self.mover.ticks(roadmap, to, edge) else {
-                continue;
-            };
-            if roadmap.is_stop(to) {
-                return None;
-            }
-            let total = ticks + self.straight_from_lattice(roadmap, to)?;
-            best = Some(best.map_or(total, |known: u32| known.min(total)));
-        }
-        best
+        let edges = roadmap.edges(from);
+        let edges = edges.filter_map(|(to, edge)| Some((to, self.mover.ticks(roadmap, to, edge)?)));
+        let totals = edges.map(|(to, ticks)| match roadmap.is_stop(to) {
+            true => None,
+            false => Some(ticks + self.straight_from_lattice(roadmap, to)?),
+        });
+        // `None` is the least: where one of them is not closed, none is.
+        totals.min().flatten()
     }
 
     /// The same from a lattice place: over the nearest anchor of the goal.
@@ -168,15 +164,11 @@ impl Distances {
         let steps = self.closed_form?;
         let narrow = roadmap.narrow(self.mover.radius_m)?;
         let from = roadmap.lattice().steps(from);
-        let mut best = None;
-        for (anchor, ticks) in &self.anchors {
-            if !narrow.is_free(from, *anchor) {
-                return None;
-            }
-            let total = ticks + diagonals_first(from, *anchor, steps);
-            best = Some(best.map_or(total, |known: u32| known.min(total)));
-        }
-        best
+        let totals = self.anchors.iter().map(|(anchor, ticks)| {
+            let is_free = narrow.is_free(from, *anchor);
+            is_free.then(|| ticks + diagonals_first(from, *anchor, steps))
+        });
+        totals.min().flatten()
     }
 }
 

@@ -1,13 +1,13 @@
 //! A number for each place, zero at first: what searches write on.
 //!
-//! A sheet is wiped where it was written on, and used again by the next search of its thread: a new
-//! one takes as long to fill as a short search.
+//! A buffer is wiped where it was written on, and used again by the next search of its thread: a
+//! new one takes as long to fill as a short search.
 
 use std::cell::RefCell;
 
 use crate::graph::roadmap::Vertex;
 
-/// Wiped sheets that a thread keeps: chosen here, a search uses two at a time.
+/// Wiped buffers that a thread keeps: chosen here, a search uses two at a time.
 const MOST_WIPED: usize = 4;
 
 thread_local! {
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sheet_is_blank_whoever_wrote_on_it_before() {
+    fn a_buffer_is_blank_after_any_use() {
         for round in 0..5 {
             let mut buffers = [
                 ScratchBuffer::new(100),

@@ -542,11 +542,10 @@ impl Turn<'_> {
             running.fill_costmap();
         }
 
-        let agents = self.agents();
+        let (agents, mut kept) = self.agents();
         let running = &mut *self.running;
-        let under_way = agents.iter().map(|(agent, _)| agent.departs.max(self.at));
+        let under_way = agents.iter().map(|agent| agent.departs.max(self.at));
         let under_way: Vec<Tick> = under_way.collect();
-        let (agents, mut kept): (Vec<Agent>, Vec<Vec<Leg>>) = agents.into_iter().unzip();
         running.job.agents = agents;
         let (mut group, mut settled) = (Vec::new(), Vec::new());
         for (&index, asked) in &self.asked {
@@ -634,9 +633,9 @@ impl Turn<'_> {
 
     /// What each drone has to do from where it can do something else, and what it keeps if it finds
     /// no path; nothing is kept of drones that cannot be planned anew.
-    fn agents(&mut self) -> Vec<(Agent, Vec<Leg>)> {
+    fn agents(&mut self) -> (Vec<Agent>, Vec<Vec<Leg>>) {
         let roadmap = &self.running.job.roadmap;
-        let mut agents = Vec::with_capacity(self.running.tracks.len());
+        let (mut agents, mut kept) = (Vec::new(), Vec::new());
         for (index, track) in self.running.tracks.iter().enumerate() {
             let told = self.asked.get_mut(&index).filter(|asked| !asked.settled);
             let cause = told.as_ref().map(|asked| asked.cause);
@@ -647,7 +646,7 @@ impl Turn<'_> {
             if let Some(told) = told {
                 told.settled = ready.is_none();
             }
-            let kept = (ready.as_ref()).map_or_else(Vec::new, |_| track.rest(self.at));
+            kept.push((ready.as_ref()).map_or_else(Vec::new, |_| track.rest(self.at)));
             let mut agent = ready.unwrap_or_else(|| Agent {
                 begun: Vec::new(),
                 ..track.agent.clone()
@@ -658,9 +657,9 @@ impl Turn<'_> {
                 // Of the others hardly any is planned anew: measured then.
                 agent.alone_ticks = 0;
             }
-            agents.push((agent, kept));
+            agents.push(agent);
         }
-        agents
+        (agents, kept)
     }
 
     /// The drones that have found no path, and would run into others if they went on as they are
@@ -753,7 +752,7 @@ impl Turn<'_> {
                     }
                     if let Some((_, why)) = left_out {
                         let instead = match cause {
-                            _ if stops => "it stops at the next place on its way",
+                            _ if stops => "it stops at the next place on its path",
                             Some(Cause::Late) => "it follows its plan as late as it is",
                             _ => "it goes on with what it had to do",
                         };

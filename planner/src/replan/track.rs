@@ -49,17 +49,11 @@ pub(super) enum State {
 }
 
 impl Track {
-    /// Index of the leg under way at a moment.
-    fn leg_at(&self, at: Tick) -> Option<usize> {
-        let index = self.legs.partition_point(|leg| leg.end <= at);
-        let leg = self.legs.get(index)?;
-        (leg.start <= at).then_some(index)
-    }
-
     /// Where it is at a moment, and from when on it can do something else. A leg is flown to its
     /// end; a dwell that has begun is, too, unless it `drops` what it has to do.
     pub(super) fn state(&self, roadmap: &Roadmap, at: Tick, drops: bool) -> State {
-        let Some(index) = self.leg_at(at) else {
+        let index = self.legs.partition_point(|leg| leg.end <= at);
+        let Some(leg) = self.legs.get(index).filter(|leg| leg.start <= at) else {
             return State::Absent;
         };
         let dwells = self.dwells(roadmap);
@@ -68,7 +62,6 @@ impl Track {
         if !drops && (finished || !self.planned) {
             return State::Ends;
         }
-        let leg = &self.legs[index];
         let dwell = dwells.iter().find(|dwell| dwell.0 <= at && at < dwell.1);
         let departs = match dwell {
             Some(dwell) if !drops => dwell.1,

@@ -455,10 +455,9 @@ impl<'t> Record<'t> {
         }
         if !missing.is_empty() {
             let keys: Vec<String> = missing.iter().map(|key| format!("`{key}`")).collect();
-            let label = if missing.len() == 1 {
-                "required here"
-            } else {
-                "all required here"
+            let label = match missing.len() {
+                1 => "required here",
+                _ => "all required here",
             };
             let message = format!("{who} has no {}", listed(&keys, "or"));
             reader.report(Problem::at(&head, message).label(label));

@@ -209,24 +209,15 @@ impl<'w> Meaning<'w> {
         let mut drones = Vec::new();
         for source in &self.written.drones {
             let name = source.airframe.value.as_str();
-            if !vehicles.contains_key(name) {
+            let vehicle = vehicles.entry(name).or_insert_with(|| {
                 let vehicle = self.vehicle(source);
-                if let Some(vehicle) = &vehicle {
-                    self.note(vehicle);
-                }
-                vehicles.insert(name, vehicle);
+                vehicle.inspect(|vehicle| self.note(vehicle))
+            });
+            let vehicle = vehicle.as_ref();
+            let bears = vehicle.is_some_and(|vehicle| self.bears_all(source, vehicle));
+            if vehicle.is_none() {
+                self.unknown_airframe(source);
             }
-            let vehicle = vehicles.get(name).and_then(Option::as_ref);
-            let bears = match vehicle {
-                Some(vehicle) => self.bears_all(source, vehicle),
-                // Spoilt where it is defined, or not written at all: noted there, once.
-                None if self.spoilt_airframes.iter().any(|spoilt| spoilt == name) => false,
-                None if name.is_empty() && !source.is_whole => false,
-                None => {
-                    self.unknown_airframe(source);
-                    false
-                }
-            };
             let is_sound = bears && source.is_whole;
             if let Some(vehicle) = vehicle.cloned().or_else(point) {
                 drones.push(Sourced {
@@ -275,7 +266,11 @@ impl<'w> Meaning<'w> {
     /// Notes a name that is neither a preset nor the scenario's own, with the nearest that is.
     fn unknown_airframe(&mut self, source: &written::Drone) {
         let name = source.airframe.value.as_str();
-        if self.written.airframes.contains_key(name) {
+        // Spoilt where it is defined, or not written at all: noted there, once.
+        let is_noted = self.written.airframes.contains_key(name)
+            || self.spoilt_airframes.iter().any(|spoilt| spoilt == name)
+            || name.is_empty() && !source.is_whole;
+        if is_noted {
             return;
         }
         let own = self.written.airframes.keys().map(String::as_str);

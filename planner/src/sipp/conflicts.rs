@@ -212,7 +212,7 @@ impl<'a> ReservationTable<'a> {
         let steps = self.steps;
         let other = usize::from(record.class);
         let direction = usize::from(record.direction);
-        for (offset, span) in steps.hovering(me, other, direction) {
+        for (offset, span) in &steps.pair(me, other).hovering[direction] {
             let here = [0, 1, 2].map(|axis| at[axis] - offset[axis]);
             let Some(place) = steps.lattice.at(here) else {
                 continue;
@@ -248,16 +248,12 @@ impl<'a> ReservationTable<'a> {
         others: [i32; 3],
         record: &Record,
     ) -> bool {
-        let mine = Pace {
-            class: me,
-            at,
-            by: cells(direction),
+        let pace = |class, at, direction| {
+            let by = cells(direction);
+            Pace { class, at, by }
         };
-        let theirs = Pace {
-            class: other,
-            at: others,
-            by: cells(usize::from(record.direction)),
-        };
+        let mine = pace(me, at, direction);
+        let theirs = pace(other, others, usize::from(record.direction));
         self.steps.can_meet(&mine, &theirs, record.flying)
     }
 }

@@ -1,5 +1,7 @@
 //! From paths to the plan that is written down.
 
+use std::collections::BTreeSet;
+
 use airflow::effects::Effects;
 use costmap::leg::{Leg, Tick};
 use nalgebra::Point3;
@@ -19,11 +21,10 @@ use crate::verify::Report;
 pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
     let drones = (0..world.drones.len()).map(|index| drone_plan(world, job, paths, index));
     let drones: Vec<DronePlan> = drones.collect();
-    let left_out = |name: &str| {
-        let mut unplanned = paths.unplanned.iter();
-        unplanned.any(|(drone, _)| world.drones[drone.0 as usize].name == name)
-    };
-    let fleet = fleet(&drones, |drone| !left_out(&drone.name));
+    let names =
+        (paths.unplanned.iter()).map(|(drone, _)| world.drones[drone.0 as usize].name.as_str());
+    let left_out: BTreeSet<&str> = names.collect();
+    let fleet = fleet(&drones, |drone| !left_out.contains(drone.name.as_str()));
     Plan {
         format: FORMAT.to_owned(),
         scenario: world.name.clone(),

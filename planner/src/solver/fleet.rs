@@ -233,9 +233,8 @@ fn excluded(
     conflicts: &[EndpointConflict],
     counts: impl Fn(&EndpointConflict) -> bool,
 ) -> Vec<(DroneId, FailureKind)> {
-    let landings = job.blocked_landings.iter();
-    let landings =
-        landings.map(|&(drone, short_m)| (DroneId(drone as u32), FailureKind::Landing(short_m)));
+    let blocked = |&(drone, short_m)| (DroneId(drone as u32), FailureKind::Landing(short_m));
+    let landings = job.blocked_landings.iter().map(blocked);
     let mut out: Vec<(DroneId, FailureKind)> = landings.collect();
     let goals = |c: &&EndpointConflict| c.when == EndpointKind::Goals && counts(c);
     let mut open: Vec<&EndpointConflict> = conflicts.iter().filter(goals).collect();

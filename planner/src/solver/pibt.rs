@@ -152,18 +152,6 @@ fn moment(round: usize, ticks: u32) -> Tick {
     Tick(round as u32 * ticks)
 }
 
-/// What a drone flies from one state to the next.
-fn leg(job: &Job, agent: &Agent, at: &AgentState, to: &AgentState, time: [Tick; 2]) -> Leg {
-    let kind = usize::from(at.waypoint) + usize::from(at.rest > 0);
-    let kind = agent.kinds[kind.min(agent.kinds.len() - 1)];
-    Leg {
-        start: time[0],
-        end: time[1],
-        to_m: job.roadmap.position_m(to.place),
-        ..agent.hover(job.roadmap.position_m(at.place), kind)
-    }
-}
-
 /// What a drone flies that is at these places after each round; at home it ends with the last step
 /// that led there.
 fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, ticks: u32) -> Vec<Leg> {
@@ -174,8 +162,15 @@ fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, ticks: u
         false => last,
     };
     let legs = (0..until).map(|step| {
-        let time = [moment(step, ticks), moment(step + 1, ticks)];
-        leg(job, agent, &places[step], &places[step + 1], time)
+        let (at, to) = (&places[step], &places[step + 1]);
+        let kind = usize::from(at.waypoint) + usize::from(at.rest > 0);
+        let kind = agent.kinds[kind.min(agent.kinds.len() - 1)];
+        Leg {
+            start: moment(step, ticks),
+            end: moment(step + 1, ticks),
+            to_m: job.roadmap.position_m(to.place),
+            ..agent.hover(job.roadmap.position_m(at.place), kind)
+        }
     });
     joined(legs.collect())
 }
@@ -190,7 +185,7 @@ fn rest_of(job: &Job, agent: &Agent, last: &AgentState, at: Tick) -> Agent {
         kinds: agent.kinds[waypoint..].to_vec(),
         ..agent.clone()
     };
-    rest.alone_ticks = rest.alone(&job.roadmap);
+    rest.alone_ticks = rest.remaining(&job.roadmap, 0, rest.start);
     rest.forget();
     rest
 }

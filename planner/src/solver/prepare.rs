@@ -41,10 +41,8 @@ pub(crate) struct Job {
 /// Makes the roadmap and every drone's agent.
 pub(crate) fn prepare(world: &World) -> Job {
     let solids = Solids::new(&world.obstacles);
-    let mut stops = Vec::new();
-    for drone in &world.drones {
-        stops.extend(stops_of(drone, world.planning.clearance_m));
-    }
+    let stops = (world.drones.iter()).flat_map(|it| stops_of(it, world.planning.clearance_m));
+    let stops: Vec<Stop> = stops.collect();
     let (roadmap, vertices) = Roadmap::new(
         &world.bounds_m,
         world.planning.cell_m,

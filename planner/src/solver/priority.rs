@@ -249,7 +249,7 @@ pub(crate) fn plan_affected(
         attempt.costmap.remove(drone);
         let begun = job.agents[drone.0 as usize].begun.clone();
         attempt.costmap.insert(begun.clone());
-        attempt.clear_the_way(&begun, &mut queue);
+        attempt.evict_conflicting(&begun, &mut queue);
     }
     attempt.run(queue);
     attempt

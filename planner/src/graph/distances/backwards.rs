@@ -73,11 +73,6 @@ impl Backwards {
         self.buckets.push(lead as usize, goal);
     }
 
-    /// Gives back what it is written on.
-    pub(super) fn forget(&mut self) {
-        *self = Backwards::default();
-    }
-
     /// Ticks to the goal through places that are open, or [`UNREACHABLE`]. Whether a place is,
     /// `is_open` is asked with the least ticks to it from where the drone comes.
     pub(crate) fn ticks(

@@ -8,7 +8,7 @@
 
 use super::buckets::Buckets;
 use super::mover::{UNREACHABLE, diagonals_first};
-use crate::graph::lattice::Lattice;
+use crate::graph::lattice::{Lattice, NEIGHBOURS};
 
 /// A search backwards from the goal's column that can be resumed, led towards where the drone comes
 /// from.
@@ -29,18 +29,6 @@ pub(crate) struct Floor<'a> {
     /// The bucket whose columns have their turn.
     now: usize,
 }
-
-/// Steps to the eight columns around one.
-const AROUND: [[i32; 2]; 8] = [
-    [-1, -1],
-    [0, -1],
-    [1, -1],
-    [-1, 0],
-    [1, 0],
-    [-1, 1],
-    [0, 1],
-    [1, 1],
-];
 
 impl<'a> Floor<'a> {
     /// From a place to a goal on a lattice, given the ticks of a step along one, two and three
@@ -113,7 +101,8 @@ impl<'a> Floor<'a> {
         let here = self.ticks[column as usize];
         // Of the lowest layer, they are numbered alike.
         let [x, y, _] = self.lattice.steps(column);
-        for [dx, dy] in AROUND {
+        // The eight in one layer.
+        for [dx, dy, _] in &NEIGHBOURS[9..17] {
             let at = [x + dx, y + dy, 0];
             let Some(to) = self.lattice.at(at) else {
                 continue;

@@ -84,12 +84,7 @@ impl ReservationTable<'_> {
                 continue;
             }
             if it.price == FORBIDDEN {
-                verdict.blockers.push(Blocker {
-                    drone: it.drone,
-                    why: Why::OwnLimit,
-                    began: it.began,
-                    clear: it.clear,
-                });
+                verdict.blockers.push(blocker(it.drone, it.began, it.clear));
             } else if to != Tick::FOREVER {
                 let seconds = it.clear.min(to).seconds() - it.began.max(from).seconds();
                 verdict.price_s += f64::from(it.price) / 1000.0 * seconds;
@@ -116,12 +111,8 @@ impl ReservationTable<'_> {
                     Tick::FOREVER => Tick::FOREVER,
                     clear => Tick(clear.0 - ticks),
                 };
-                verdict.blockers.push(Blocker {
-                    drone: it.drone,
-                    why: Why::OwnLimit,
-                    began: Tick(it.began.0.saturating_sub(ticks)),
-                    clear,
-                });
+                let began = Tick(it.began.0.saturating_sub(ticks));
+                verdict.blockers.push(blocker(it.drone, began, clear));
             }
         }
     }
@@ -221,13 +212,19 @@ impl ReservationTable<'_> {
         if !self.reaches([me, other], at, direction, there, record) {
             return true;
         }
-        verdict.blockers.push(Blocker {
-            drone: record.drone,
-            why: Why::OwnLimit,
-            began: Tick(began.max(0) as u32),
-            clear: Tick(clear as u32),
-        });
+        let (began, clear) = (Tick(began.max(0) as u32), Tick(clear as u32));
+        verdict.blockers.push(blocker(record.drone, began, clear));
         true
+    }
+}
+
+/// A drone in the way from a tick until another; the tables do not tell how.
+fn blocker(drone: DroneId, began: Tick, clear: Tick) -> Blocker {
+    Blocker {
+        drone,
+        why: Why::OwnLimit,
+        began,
+        clear,
     }
 }
 

@@ -35,7 +35,8 @@ pub(super) struct Pair {
     /// By turn and column, which column it becomes.
     turned: Vec<u16>,
     columns: usize,
-    /// By direction of the second: what it does to who hovers, if anything.
+    /// By direction of the second: offsets of its beginning from where the first hovers, with what
+    /// it forbids or costs there.
     pub(super) hovering: Vec<Vec<([i32; 3], Span)>>,
     /// By direction of the first: columns in which a drone can matter.
     pub(super) near: Vec<Vec<Near>>,

@@ -135,12 +135,17 @@ impl Shape {
         slowest.is_some_and(|ticks| *ticks > i16::MAX as u32 / 2)
     }
 
+    /// Index in the tables of the layer that is so many above the other.
+    fn index(&self, layer: i32) -> usize {
+        let most = (self.at.len() / 2) as i32;
+        (layer + most).clamp(0, 2 * most) as usize
+    }
+
     /// Radius while the height of the first over the second is between these layers.
     fn radius(&self, low: i32, high: i32) -> f64 {
-        let most = (self.at.len() / 2) as i32;
-        let index = |k: i32| (k + most).clamp(0, 2 * most) as usize;
-        let between = (low..high).map(|k| self.between[index(k)]);
-        between.fold(self.at[index(low)].max(self.at[index(high)]), f64::max)
+        let between = (low..high).map(|k| self.between[self.index(k)]);
+        let ends = self.at[self.index(low)].max(self.at[self.index(high)]);
+        between.fold(ends, f64::max)
     }
 
     fn price(&self, layers: f64, aside: f64) -> f64 {
@@ -153,13 +158,10 @@ impl Shape {
     /// Loads on both at a distance, while the height of the first over the second is between these
     /// layers; nothing where it is less than this share of a budget.
     fn loads(&self, low: i32, high: i32, distance: f64, least: f64) -> [u8; 2] {
-        let most = (self.at.len() / 2) as i32;
-        let index = |k: i32| (k + most).clamp(0, 2 * most) as usize;
         let ring = (distance * RINGS as f64) as usize;
-        let rows = [&self.loads_at[index(low)], &self.loads_at[index(high)]];
-        let rows = rows
-            .into_iter()
-            .chain((low..high).map(|k| &self.loads_between[index(k)]));
+        let ends = [low, high].map(|k| &self.loads_at[self.index(k)]);
+        let between = (low..high).map(|k| &self.loads_between[self.index(k)]);
+        let rows = ends.into_iter().chain(between);
         let most_of = |side: usize| {
             let loads = rows.clone().filter_map(|row| row.get(ring));
             let load = loads.map(|both| both[side]).fold(0.0, f64::max);

@@ -167,17 +167,6 @@ impl Steps {
         found.map(|(_, class)| *class)
     }
 
-    /// Beginnings of a step, from where a drone hovers, with which it forbids or costs something
-    /// there.
-    pub(super) fn hovering(
-        &self,
-        me: usize,
-        other: usize,
-        direction: usize,
-    ) -> &[([i32; 3], Span)] {
-        &self.pair(me, other).hovering[direction]
-    }
-
     /// What two classes are to one another.
     pub(super) fn pair(&self, me: usize, other: usize) -> &Pair {
         &self.pairs[me * self.classes.len() + other]

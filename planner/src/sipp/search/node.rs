@@ -47,15 +47,6 @@ struct Node {
     last: u32,
 }
 
-/// Who is in the way of hovering at a place, whenever.
-#[derive(Clone, Default)]
-struct Hover {
-    /// A zone (its index) whose limit that breaks.
-    breaks_zone: Option<usize>,
-    /// With the times of each.
-    blockers: Vec<Blocker>,
-}
-
 /// All places that a search has thought of.
 pub(super) struct Nodes<'a> {
     /// What is searched among.
@@ -75,7 +66,7 @@ pub(super) struct Nodes<'a> {
     /// Those of all places.
     visits: Vec<Visit>,
     /// By node, who is in the way of hovering there, whenever, where a drone has asked.
-    hovers: FxHashMap<usize, Hover>,
+    hovers: FxHashMap<usize, Verdict>,
 }
 
 impl<'a> Nodes<'a> {
@@ -266,7 +257,7 @@ impl<'a> Nodes<'a> {
     }
 
     /// Who is in the way of hovering at a state's place: judged once for each node.
-    fn hover(&mut self, node: usize, label: &Label) -> &Hover {
+    fn hover(&mut self, node: usize, label: &Label) -> &Verdict {
         let (setting, agent) = (self.setting, self.agent);
         self.hovers.entry(node).or_insert_with(|| {
             let here_m = setting.roadmap.position_m(label.vertex);
@@ -276,10 +267,7 @@ impl<'a> Nodes<'a> {
             };
             let mut verdict = Verdict::default();
             setting.judge(&stay, &mut verdict);
-            Hover {
-                breaks_zone: verdict.breaks_zone,
-                blockers: verdict.blockers,
-            }
+            verdict
         })
     }
 }

@@ -142,9 +142,8 @@ impl<'a> Attempt<'a> {
 
     /// Leaves drones at their starts before any other is planned.
     pub(super) fn exclude(&mut self, excluded: &[(DroneId, FailureKind)]) {
-        let mut queue = VecDeque::new();
         for &(drone, why) in excluded {
-            self.leave_unplanned(drone, why, &mut queue);
+            self.leave_unplanned(drone, why, &mut VecDeque::new());
         }
     }
 
@@ -537,7 +536,7 @@ impl<'a> Attempt<'a> {
 
     /// Takes back the drone that is in conflict with legs that are flown in any case, and can still
     /// be moved.
-    pub(super) fn clear_the_way(&mut self, begun: &[Leg], queue: &mut VecDeque<DroneId>) {
+    pub(super) fn evict_conflicting(&mut self, begun: &[Leg], queue: &mut VecDeque<DroneId>) {
         let mut verdict = Verdict::default();
         let mut hit = Vec::new();
         for leg in begun {
