@@ -84,7 +84,7 @@ pub struct Running {
 }
 
 /// What became of some changes.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Replanned {
     /// The drones that have another trajectory now, in the order of the plan.
     pub changed: Vec<Changed>,
@@ -621,12 +621,9 @@ impl Turn<'_> {
                 stopped.insert(index);
             }
         };
-        let (changed, refused) = self.write(&stopped, paths);
         let told = Replanned {
-            changed,
-            refused,
-            unavoidable: Vec::new(),
             effort,
+            ..self.write(&stopped, paths)
         };
         Ok((told, released))
     }
@@ -684,10 +681,10 @@ impl Turn<'_> {
         left_out.filter(|index| clashes(index)).collect()
     }
 
-    /// Writes what was found into tracks and plan: the drones that have changed, and those without
-    /// a path.
-    fn write(self, stopped: &BTreeSet<usize>, mut paths: Paths) -> (Vec<Changed>, Vec<Unplanned>) {
-        let (mut changed, mut refused) = (Vec::new(), Vec::new());
+    /// Writes what was found into tracks and plan, and tells the drones that have changed, and
+    /// those without a path.
+    fn write(self, stopped: &BTreeSet<usize>, mut paths: Paths) -> Replanned {
+        let mut told = Replanned::default();
         let Running {
             world,
             plan,
@@ -767,19 +764,19 @@ impl Turn<'_> {
                             entry.at_end = if flying { AtEnd::Hover } else { AtEnd::Land };
                             plan.unplanned.push(out.clone());
                         }
-                        refused.push(out);
+                        told.refused.push(out);
                     }
                     if cause == Some(Cause::Retasked) && !stops {
                         continue;
                     }
                 }
             }
-            changed.push(Changed {
+            told.changed.push(Changed {
                 drone: name,
                 cause: cause.unwrap_or(Cause::GaveWay),
             });
         }
-        (changed, refused)
+        told
     }
 }
 

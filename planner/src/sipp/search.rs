@@ -159,8 +159,7 @@ fn look<'a>(
             return Searched { found, expansions };
         }
     }
-    let known = heuristic.take();
-    let by = known.unwrap_or_else(|| Heuristic::new(setting, agent));
+    let by = (heuristic.take()).unwrap_or_else(|| Heuristic::new(setting, agent));
     let mut search = begun(by, WEIGHT_SCHEDULE[0].0);
     let mut found = None;
     for (weight_shift, most_expansions) in WEIGHT_SCHEDULE {

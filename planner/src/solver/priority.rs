@@ -188,8 +188,8 @@ pub(crate) fn plan_group(
         attempt.weights[drone.0 as usize] = FIRST_WEIGHT;
     }
     attempt.run(group.iter().copied().collect());
-    let all = attempt.unplanned.is_empty();
-    all.then(|| attempt.paths.into_iter().flatten().collect())
+    let paths = attempt.paths.into_iter().flatten();
+    (attempt.unplanned.is_empty()).then(|| paths.collect())
 }
 
 /// What is given when a few are planned anew.
