@@ -65,7 +65,12 @@ fn judge(joint: &Joint<'_>, units: &Units, options: &Options) -> Goodness {
     let data = joint.data;
     let within = |edges: &[f64], value: f64| interval_of(edges, value).unwrap_or(0);
     let columns = S_EDGES.len() - 1;
-    let mut regions = vec![Region::default(); (XI_EDGES.len() - 1) * columns];
+    let empty = Region {
+        by_unit: vec![0.0; units.units.len()],
+        by_instrument: vec![Vector2::zeros(); data.flights.len()],
+        ..Region::default()
+    };
+    let mut regions = vec![empty; (XI_EDGES.len() - 1) * columns];
     let mut squares = 0.0;
     for (i, (cell, fitted)) in data.cells.iter().zip(&joint.cells).enumerate() {
         let operator = &data.flights[cell.flight].operator;
@@ -73,10 +78,6 @@ fn judge(joint: &Joint<'_>, units: &Units, options: &Options) -> Goodness {
         squares += (fitted.residual_mps / centre_mps).powi(2);
         let row = within(&XI_EDGES, xi(&joint.constants, cell.s, cell.r));
         let region = &mut regions[row * columns + within(&S_EDGES, cell.s)];
-        region.by_unit.resize(units.units.len(), 0.0);
-        region
-            .by_instrument
-            .resize(data.flights.len(), Vector2::zeros());
         let weight = fitted.weight() * centre_mps;
         region.cells += 1;
         region.weighted += weight * fitted.residual_mps;

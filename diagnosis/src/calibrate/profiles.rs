@@ -75,24 +75,23 @@ fn slices(
     let slice_of = |cell: &Cell| ((cell.s - from) / thickness).max(0.0) as usize;
     let mut cells: Vec<(usize, &Cell)> = cells.map(|cell| (slice_of(cell), cell)).collect();
     cells.sort_by_key(|(slice, _)| *slice);
-    cells
-        .chunk_by(|a, b| a.0 == b.0)
-        .filter_map(|slice| {
-            let s_from = from + thickness * slice[0].0 as f64;
-            let cells: Vec<&Cell> = slice.iter().map(|(_, cell)| *cell).collect();
-            let readings: usize = cells.iter().map(|cell| cell.count()).sum();
-            let depths: f64 = cells.iter().map(|cell| cell.s * cell.count() as f64).sum();
-            let s_over_l = depths / readings as f64;
-            let bins = bins(measured, &cells, s_over_l);
-            (!bins.is_empty()).then(|| Profile {
-                s_from,
-                s_to: s_from + thickness,
-                s_over_l,
-                bins,
-                fit: joint.and_then(|joint| fit(measured, &cells, s_over_l, joint)),
-            })
+    let profile = |slice: &[(usize, &Cell)]| {
+        let s_from = from + thickness * slice[0].0 as f64;
+        let cells: Vec<&Cell> = slice.iter().map(|(_, cell)| *cell).collect();
+        let readings: usize = cells.iter().map(|cell| cell.count()).sum();
+        let depths: f64 = cells.iter().map(|cell| cell.s * cell.count() as f64).sum();
+        let s_over_l = depths / readings as f64;
+        let bins = bins(measured, &cells, s_over_l);
+        (!bins.is_empty()).then(|| Profile {
+            s_from,
+            s_to: s_from + thickness,
+            s_over_l,
+            bins,
+            fit: joint.and_then(|joint| fit(measured, &cells, s_over_l, joint)),
         })
-        .collect()
+    };
+    let slices = cells.chunk_by(|a, b| a.0 == b.0);
+    slices.filter_map(profile).collect()
 }
 
 fn bins(measured: Measured<'_>, cells: &[&Cell], s_over_l: f64) -> Vec<RadialBin> {
@@ -184,17 +183,16 @@ pub(super) fn lobes(near: Measured<'_>) -> (Vec<Lobes>, Option<Interval>) {
         .filter(|sample| sample.forward.abs() < BESIDE && sample.s < FAR_FIELD_FROM_S_OVER_L)
         .collect();
     samples.sort_by_key(|sample| slice(sample));
-    let lobes: Vec<Lobes> = samples
-        .chunk_by(|a, b| slice(a) == slice(b))
+    let slices = samples.chunk_by(|a, b| slice(a) == slice(b));
+    let lobes: Vec<Lobes> = slices
         .filter_map(|slice| fit_lobes(near.flights, slice))
         .collect();
     let two = |lobes: &Lobes| lobes.delta.value > lobes.width;
     let last = lobes.iter().rposition(two);
-    let merged = last.and_then(|last| {
-        Some(Interval {
-            low: lobes[last].s_over_l,
-            high: lobes.get(last + 1)?.s_over_l,
-        })
+    let merged = last.and_then(|last| lobes.get(last..last + 2));
+    let merged = merged.map(|ends| Interval {
+        low: ends[0].s_over_l,
+        high: ends[1].s_over_l,
     });
     (lobes, merged)
 }

@@ -63,19 +63,19 @@ pub(super) fn departures(far: Measured<'_>, constants: &Constants) -> Vec<Depart
             by_interval[row].push((cell.median_mps - predicted_mps) / centre_mps);
         }
     }
-    let departure = |(row, cells): (usize, &Vec<f64>)| {
+    let departure = |(cells, xi): (&Vec<f64>, &[f64])| {
         let (mean, deviation) = mean_and_deviation(cells);
         Departure {
-            xi_from: XI_EDGES[row],
-            xi_to: XI_EDGES[row + 1],
+            xi_from: xi[0],
+            xi_to: xi[1],
             cells: cells.len(),
             mean,
             deviation,
         }
     };
-    let rows = by_interval.iter().enumerate();
-    let rows = rows.filter(|(_, cells)| cells.len() >= 2);
-    rows.map(departure).collect()
+    let intervals = by_interval.iter().zip(XI_EDGES.windows(2));
+    let intervals = intervals.filter(|(cells, _)| cells.len() >= 2);
+    intervals.map(departure).collect()
 }
 
 fn mean_and_deviation(values: &[f64]) -> (f64, f64) {

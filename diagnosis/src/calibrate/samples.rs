@@ -180,30 +180,25 @@ fn the_one_flying(
     // What the probe still remembers: its averaging, and three time constants of its low-pass (5 %
     // left).
     let memory_s = (1.0 / instrument.rate_hz).max(3.0 * instrument.lowpass_tau_s);
-    let mut covered = false;
-    let mut one = None;
-    for (emitter, vehicle) in emitters.iter().enumerate() {
+    let floor_z_m = recording.environment.floor_z_m.unwrap_or(f64::NEG_INFINITY);
+    let at = |(emitter, vehicle): (usize, &&Vehicle)| {
         let track = &vehicle.track;
-        let Some(moment) = track.moment(sample.t_s) else {
-            continue;
-        };
-        covered = true;
+        let moment = track.moment(sample.t_s)?;
         let state = state(track, moment, sample.t_s - memory_s);
-        let on_floor = recording.environment.floor_z_m.is_some_and(|floor_z_m| {
-            state.position_m.z - floor_z_m < 0.5 * vehicle.airframe.motor_distance_m()
-        });
-        if on_floor || track.is_idle(moment.entry) {
-            continue;
-        }
-        if one.is_some() {
-            return Err(Dropped::SeveralFlying);
-        }
-        one = Some((emitter, state));
+        let above_floor_m = state.position_m.z - floor_z_m;
+        let on_floor = above_floor_m < 0.5 * vehicle.airframe.motor_distance_m();
+        let is_flying = !on_floor && !track.is_idle(moment.entry);
+        Some(is_flying.then_some((emitter, state)))
+    };
+    let tracked: Vec<Option<_>> = emitters.iter().enumerate().filter_map(at).collect();
+    let is_tracked = !tracked.is_empty();
+    let mut flying = tracked.into_iter().flatten();
+    match (flying.next(), flying.next()) {
+        (Some(one), None) => Ok(one),
+        (Some(_), Some(_)) => Err(Dropped::SeveralFlying),
+        (None, _) if is_tracked => Err(Dropped::NoneFlying),
+        (None, _) => Err(Dropped::NoTrack),
     }
-    one.ok_or(match covered {
-        true => Dropped::NoneFlying,
-        false => Dropped::NoTrack,
-    })
 }
 
 fn state(track: &Track, moment: Moment, since_s: f64) -> State {

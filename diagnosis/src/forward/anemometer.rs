@@ -95,11 +95,9 @@ fn lag(
     let step_s = span_s / steps;
     let kept = (-step_s / tau_s).exp();
     let mut x_before_mps = at(0.0)?;
-    let is_forgotten = from_share > 0.0;
-    let mut reading_mps = if is_forgotten {
-        x_before_mps
-    } else {
-        before_mps
+    let mut reading_mps = match from_share > 0.0 {
+        true => x_before_mps, // the rest is forgotten
+        false => before_mps,
     };
     for step in 1..=steps as u32 {
         let x_mps = at(f64::from(step) / steps)?;

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use crate::forward::flow::Flow;
 use crate::forward::force::Force;
-use crate::record::recording::{Clock, Recording};
+use crate::record::recording::{Clock, Recording, Vehicle};
 use crate::record::thrust_map::ThrustMap;
 use crate::thrust::free_flight::{Around, BESIDE_M, Trace};
 use crate::thrust::least_squares::Normal;
@@ -87,23 +87,19 @@ pub fn offsets(
     let mut vehicles = recording.vehicles.iter();
     let reference = vehicles.position(|vehicle| vehicle.clock == Clock::Shared);
     let reference = reference.unwrap_or(0);
-    let mut offsets: Vec<ClockOffset> = Vec::with_capacity(recording.vehicles.len());
-    let mut unknown: Vec<(usize, f64)> = Vec::new();
-    for (vehicle, of) in recording.vehicles.iter().enumerate() {
-        let (known, bound_s) = match of.clock {
-            Clock::Own { within_s } if vehicle != reference => {
-                unknown.push((vehicle, within_s));
-                (ClockKnown::CannotBeTold, within_s)
-            }
-            Clock::Own { .. } | Clock::Shared => (ClockKnown::Shared, 0.0),
-        };
-        offsets.push(ClockOffset {
-            vehicle,
-            offset_s: 0.0,
-            interval_s: [-bound_s, bound_s],
-            known,
-        });
-    }
+    let own = |(vehicle, of): (usize, &Vehicle)| match of.clock {
+        Clock::Own { within_s } if vehicle != reference => Some((vehicle, within_s)),
+        Clock::Own { .. } | Clock::Shared => None,
+    };
+    let vehicles = recording.vehicles.iter().enumerate();
+    let unknown: Vec<(usize, f64)> = vehicles.filter_map(own).collect();
+    let shared = |vehicle| ClockOffset {
+        vehicle,
+        offset_s: 0.0,
+        interval_s: [-0.0, 0.0],
+        known: ClockKnown::Shared,
+    };
+    let mut offsets: Vec<ClockOffset> = (0..recording.vehicles.len()).map(shared).collect();
     let all = std::slice::from_ref(recording);
     let traces = Trace::of_all(all, &[0], BESIDE_M, low_pass);
     let force = |trace| Force::of(recording, trace, (*maps.get(trace.vehicle)?)?, low_pass);
@@ -113,16 +109,13 @@ pub fn offsets(
         unknown: &unknown,
     };
     for (estimate, &(vehicle, bound_s)) in search.run().iter().zip(&unknown) {
-        let Some((offset_s, standard_error_s)) = *estimate else {
-            continue;
-        };
-        let half_s = HALF_WIDTH * standard_error_s;
-        if half_s >= bound_s {
-            continue;
-        }
-        let known = match offset_s.abs() < bound_s {
-            true => ClockKnown::Told,
-            false => ClockKnown::AtBound,
+        let told = estimate.map(|(offset_s, error_s)| (offset_s, HALF_WIDTH * error_s));
+        let told = told.filter(|(_, half_s)| *half_s < bound_s);
+        let (offset_s, half_s) = told.unwrap_or((0.0, bound_s));
+        let known = match told {
+            Some(_) if offset_s.abs() < bound_s => ClockKnown::Told,
+            Some(_) => ClockKnown::AtBound,
+            None => ClockKnown::CannotBeTold,
         };
         offsets[vehicle] = ClockOffset {
             vehicle,

@@ -275,9 +275,8 @@ impl<'a> Flow<'a> {
         point_m: Point3<f64>,
         counts: impl Fn(usize) -> bool,
     ) -> Option<Vector3<f64>> {
-        let below_floor = self
-            .floor_z_m()
-            .is_some_and(|z_m| point_m.z < z_m - airflow::HEIGHT_TOLERANCE_M);
+        let floor_z_m = self.floor_z_m().unwrap_or(f64::NEG_INFINITY);
+        let below_floor = point_m.z < floor_z_m - airflow::HEIGHT_TOLERANCE_M;
         let mut horizontal_mps = Vector3::zeros();
         let mut gathered = 0.0;
         for arrival in self.arrivals(t_s, point_m, counts) {

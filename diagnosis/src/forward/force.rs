@@ -142,27 +142,24 @@ pub fn simulate(
             });
         }
         let entries = track.t_s.len();
-        let mut remark = |kind, samples, message: String| {
-            remarks.push(Remark {
-                samples,
-                ..Remark::new(kind, Some(&vehicle.id), message)
-            });
-        };
         let unknown = entries - (samples.len() - before);
-        if unknown > 0 {
-            let message = format!(
-                "{unknown} of {entries} entries have no force: specific force, attitude, duty cycle, battery or another drone's place is missing"
-            );
-            remark(RemarkKind::Gap, unknown, message);
-        }
+        let no_force = format!(
+            "{unknown} of {entries} entries have no force: specific force, attitude, duty cycle, battery or another drone's place is missing"
+        );
         let outside = map.rows_outside(track.duty.as_deref().unwrap_or_default());
-        if outside > 0 {
-            let [low, high] = map.duty_range();
-            let message = format!(
-                "{outside} of {entries} entries have a motor outside the duty cycles {low:.3} to {high:.3} that the thrust map was fitted in"
-            );
-            remark(RemarkKind::OutOfRange, outside, message);
-        }
+        let [low, high] = map.duty_range();
+        let out_of_range = format!(
+            "{outside} of {entries} entries have a motor outside the duty cycles {low:.3} to {high:.3} that the thrust map was fitted in"
+        );
+        let found = [
+            (RemarkKind::Gap, unknown, no_force),
+            (RemarkKind::OutOfRange, outside, out_of_range),
+        ];
+        let found = found.into_iter().filter(|(_, samples, _)| *samples > 0);
+        remarks.extend(found.map(|(kind, samples, message)| Remark {
+            samples,
+            ..Remark::new(kind, Some(&vehicle.id), message)
+        }));
     }
     (samples, remarks)
 }

@@ -111,10 +111,8 @@ pub fn series(recording: &Recording) -> Vec<Series> {
     }
     let receivers = recording.receivers.iter();
     let throttles = receivers.map(|s| (s.vehicle as u32, s.t_s, s.throttle_ratio));
-    let powers = recording
-        .receivers
-        .iter()
-        .zip(receiver::recorded_power_ratios(recording));
+    let ratios = receiver::recorded_power_ratios(recording);
+    let powers = recording.receivers.iter().zip(ratios);
     let powers = powers.map(|(s, ratio)| (s.vehicle as u32, s.t_s, ratio));
     let throttles = by_subject(Channel::Throttle, throttles);
     [speeds, throttles, by_subject(Channel::Power, powers)].concat()
@@ -124,9 +122,8 @@ pub fn series(recording: &Recording) -> Vec<Series> {
 /// read.
 fn by_subject(channel: Channel, samples: impl Iterator<Item = (u32, f64, f64)>) -> Vec<Series> {
     let samples: Vec<(u32, f64, f64)> = samples.collect();
-    let mut order: Vec<usize> = (0..samples.len())
-        .filter(|&row| samples[row].2.is_finite())
-        .collect();
+    let is_told = |row: &usize| samples[*row].2.is_finite();
+    let mut order: Vec<usize> = (0..samples.len()).filter(is_told).collect();
     order.sort_by(|&a, &b| {
         let ((id_a, t_a, _), (id_b, t_b, _)) = (samples[a], samples[b]);
         id_a.cmp(&id_b).then(t_a.total_cmp(&t_b))

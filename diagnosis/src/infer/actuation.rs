@@ -76,9 +76,8 @@ pub fn is_logged(recording: &Recording) -> bool {
 #[must_use]
 pub fn cause(recording: &Recording) -> Option<Cause> {
     let (vehicle, _) = throttles(recording).next()?;
-    let ratios: Vec<f64> = throttles(recording)
-        .map(|(_, column)| mean(column))
-        .collect();
+    let ratios = throttles(recording).map(|(_, column)| mean(column));
+    let ratios: Vec<f64> = ratios.collect();
     let density = recording.environment.air.density_kg_per_m3();
     let airframe = &vehicle.airframe;
     let hover_w = airframe.hover_power_w(airframe.mass_kg(), density) / EFFICIENCY;
@@ -117,21 +116,20 @@ fn step(vehicle: &Vehicle) -> Option<Cause> {
     let end = steps.get(1).map_or(column.len(), |second| second.index);
     // The level that is nearer to hover is the stated mass.
     let starts_loaded = (first.before - 1.0).abs() > (first.after - 1.0).abs();
-    let (loaded, plain, since_s) = if starts_loaded {
-        (0..first.index, first.after, f64::NEG_INFINITY)
-    } else {
-        let from = first.index;
-        (from..end, first.before, track.t_s[from])
+    let (loaded, plain, since_s) = match first.index {
+        to if starts_loaded => (0..to, first.after, f64::NEG_INFINITY),
+        from => (from..end, first.before, track.t_s[from]),
     };
     let until_s = track.t_s.get(loaded.end).copied().unwrap_or(f64::INFINITY);
     let step_s = (track.t_s[track.t_s.len() - 1] - track.t_s[0]) / track.t_s.len().max(2) as f64;
     let part = &column[loaded];
-    let ratio = mean(part) / plain;
+    let mass_factor = (mean(part) / plain).powi(2);
+    let (error, within_s) = (2.0 * standard_error(part), CHANGE_WITHIN * step_s);
     Some(Cause::payload(
-        ratio * ratio,
-        2.0 * standard_error(part),
+        mass_factor,
+        error,
         [since_s, until_s],
-        CHANGE_WITHIN * step_s,
+        within_s,
     ))
 }
 

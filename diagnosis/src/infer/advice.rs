@@ -105,12 +105,13 @@ fn places(setting: &Setting, observed: &Observed, both: [&Tried; 2]) -> Vec<Stri
             }
         }
     }
+    found.retain(|(over_noise, ..)| *over_noise >= LEAST_APART);
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut taken: Vec<(f64, f64)> = Vec::new();
     let mut lines = Vec::new();
     for (over_noise, apart, depth, radius, bearing, depth_m) in found {
         let is_near = |&(d, r): &(f64, f64)| d == depth || r == radius;
-        if over_noise < LEAST_APART || lines.len() == 2 || taken.iter().any(is_near) {
+        if lines.len() == 2 || taken.iter().any(is_near) {
             continue;
         }
         taken.push((depth, radius));

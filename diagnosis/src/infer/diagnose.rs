@@ -258,10 +258,6 @@ fn from_actuation(cause: &Cause) -> Effect {
         (symbol.to_owned(), estimate)
     });
     let parameters: BTreeMap<String, Estimate> = estimates.collect();
-    let says = match cause.effect {
-        "payload_mass" => "its throttle and its power say so",
-        _ => "throttle and power say so",
-    };
     let equation = match parameters.len() {
         1 => spec.equation.trim_end_matches(" from t0 on"),
         _ => spec.equation,
@@ -271,7 +267,7 @@ fn from_actuation(cause: &Cause) -> Effect {
         kind: Some(Kind::Physics),
         alternatives: Vec::new(),
         equation: equation.into(),
-        description: format!("{}: {says}", spec.description),
+        description: format!("{}: throttle and power say so", spec.description),
         parameters,
     }
 }

@@ -402,18 +402,18 @@ fn bounded_step(
         };
         // One at a time, the furthest out for its range first: what it leaves undone may keep the
         // others inside.
-        let mut furthest: Option<(f64, usize)> = None;
-        for (a, &j) in free.iter().enumerate() {
-            let to = at[j] + solved[a];
+        let (mut most_out, mut furthest) = (0.0, None);
+        for (&j, solved) in free.iter().zip(&solved) {
+            let to = at[j] + solved;
             let [low, high] = bounds[j];
             step[j] = to.clamp(low, high) - at[j];
             let out = (low - to).max(to - high) / (high - low);
-            if out > 0.0 && furthest.is_none_or(|(most, _)| out > most) {
-                furthest = Some((out, j));
+            if out > most_out {
+                (most_out, furthest) = (out, Some(j));
             }
         }
         match furthest {
-            Some((_, j)) => fixed[j] = true,
+            Some(j) => fixed[j] = true,
             None => break,
         }
     }

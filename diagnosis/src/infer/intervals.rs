@@ -13,7 +13,7 @@
 use nalgebra::DMatrix;
 
 use crate::infer::candidates::Candidate;
-use crate::infer::fit::{Fit, normal_equations};
+use crate::infer::fit::{Fit, by_member, normal_equations};
 use crate::statistics::noise::Noise;
 use crate::statistics::robust::weight;
 
@@ -45,22 +45,17 @@ pub fn half_widths(candidates: &[&Candidate], fit: &Fit, noise: &Noise) -> Vec<f
     let small = number / (number - count as f64).max(1.0);
     let sandwich = &inverse * (&scores * scores.transpose()) * &inverse * small;
     let mut half_widths = Vec::with_capacity(fit.values.len());
-    for candidate in candidates {
-        let from = half_widths.len();
-        let own = candidate.parameters.iter().zip(&fit.values[from..]);
+    for (candidate, own) in by_member(candidates, &fit.values) {
+        let own = candidate.parameters.iter().zip(own);
         let departures: Vec<f64> = own.map(|(p, value)| value - p.neutral).collect();
         let length = departures.iter().map(|d| d * d).sum::<f64>().sqrt();
-        for (place, parameter) in candidate.parameters.iter().enumerate() {
+        for (parameter, departure) in candidate.parameters.iter().zip(departures) {
             // Of a vector the error is that of its length: the direction is off by as much.
             let is_vector = parameter.name.ends_with("_x") || parameter.name.ends_with("_y");
-            let size = if is_vector {
-                length
-            } else {
-                departures[place].abs()
-            };
+            let size = [departure.abs(), length][usize::from(is_vector)];
             let closure = candidate.closure_error * size;
             // Never less than what independent errors would leave.
-            let j = from + place;
+            let j = half_widths.len();
             let variance = sandwich[(j, j)].max(inverse[(j, j)]);
             half_widths.push(NINETY_FIVE * (variance + closure * closure).sqrt());
         }

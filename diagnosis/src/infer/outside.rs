@@ -178,16 +178,14 @@ fn shape(setting: &Setting, selection: &Selection, held_out: &HeldOut) -> Shape 
     let in_body = share_of("az body") > share_of("az");
     let azimuth = around.azimuth_rad(in_body);
     // Three covariates and the azimuth: more would be no short expression.
-    let mut coordinates: Vec<Coordinate> = shares
-        .iter()
-        .filter(|(k, _)| !around.names[*k].0.contains(" az"))
-        .take(3)
-        .map(|&(k, _)| Coordinate {
-            letter: around.names[k].1,
-            values: &around.columns[k],
-            is_angle: false,
-        })
-        .collect();
+    let others = shares.iter().map(|(k, _)| *k);
+    let others = others.filter(|&k| !around.names[k].0.contains(" az"));
+    let coordinates = others.take(3).map(|k| Coordinate {
+        letter: around.names[k].1,
+        values: &around.columns[k],
+        is_angle: false,
+    });
+    let mut coordinates: Vec<Coordinate> = coordinates.collect();
     coordinates.extend(azimuth.as_ref().map(|values| Coordinate {
         letter: if in_body { "phi_b" } else { "phi" },
         values,

@@ -382,9 +382,8 @@ impl Data<'_> {
             let sums = self.sums(rows, rows.iter().map(|&i| form.product(self, i)));
             solve(&sums, form.has_constant)
         };
-        let free: Vec<usize> = (0..form.factors.len())
-            .filter(|&k| form.factors[k].of().has_constant())
-            .collect();
+        let has_constant = |k: &usize| form.factors[*k].of().has_constant();
+        let free: Vec<usize> = (0..form.factors.len()).filter(has_constant).collect();
         // One constant is found in one round.
         let rounds = if free.len() > 1 { ROUNDS } else { 1 };
         for _ in 0..rounds {

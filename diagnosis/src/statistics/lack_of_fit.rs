@@ -195,18 +195,14 @@ fn spread(tested: &Tested, joined: &Joined) -> f64 {
         members.fold(0.0f64, |most, k| most.max(of(k).abs()))
     };
     // Row 0 is what was seen, the others are flips; each row's p-value is its rank among all.
-    let p_values: Vec<Vec<f64>> = [true, false]
-        .into_iter()
-        .filter(|&family| tested.is_law.contains(&family))
-        .map(|family| {
-            let mut most = vec![largest(family, &|k| z[k])];
-            most.extend((0..FLIPS).map(|f| largest(family, &|k| flipped[(f, k)])));
-            upper_ranks(&most)
-        })
-        .collect();
-    let smallest: Vec<f64> = (0..=FLIPS)
-        .map(|row| p_values.iter().fold(1.0f64, |least, of| least.min(of[row])))
-        .collect();
+    // Without members all are 0, and every rank is 1.
+    let p_values = [true, false].map(|family| {
+        let mut most = vec![largest(family, &|k| z[k])];
+        most.extend((0..FLIPS).map(|f| largest(family, &|k| flipped[(f, k)])));
+        upper_ranks(&most)
+    });
+    let [laws, bins] = &p_values;
+    let smallest: Vec<f64> = laws.iter().zip(bins).map(|(a, b)| a.min(*b)).collect();
     let as_small = smallest.iter().filter(|p| **p <= smallest[0]).count();
     as_small as f64 / smallest.len() as f64
 }
@@ -242,10 +238,8 @@ fn strongest_line(rhythms: &[Rhythm], residual: &[f64]) -> Option<Line> {
         let values: Vec<f64> = weighed.map(|(&i, w)| w * bounded(residual[i])).collect();
         spectrum::strongest_line(&rhythm.clock_s, &values)
     };
-    let line = rhythms
-        .iter()
-        .filter_map(of_rhythm)
-        .min_by(|a, b| a.p.total_cmp(&b.p))?;
+    let lines = rhythms.iter().filter_map(of_rhythm);
+    let line = lines.min_by(|a, b| a.p.total_cmp(&b.p))?;
     let p = (line.p * rhythms.len() as f64).min(1.0);
     Some(Line { p, ..line })
 }

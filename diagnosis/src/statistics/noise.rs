@@ -129,16 +129,12 @@ pub fn estimate(
         let part = &differences[from..to];
         let mut changes: Vec<f64> = part.iter().map(|d| d.change).collect();
         let median = median(&mut changes)?;
-        let kept: Vec<&Difference> = part
-            .iter()
-            .filter(|d| d.change <= median.max(FLAT_SHARE * d.flow))
-            .collect();
-        let flow2 = kept.iter().map(|d| d.flow * d.flow).sum::<f64>() / kept.len() as f64;
-        variances.push((
-            flow2,
-            HuberScale::OF_DIFFERENCES.variance(kept.iter().map(|d| (d.value * d.value, 1.0))),
-            kept.len() as f64,
-        ));
+        let is_flat = |d: &&Difference| d.change <= median.max(FLAT_SHARE * d.flow);
+        let kept: Vec<&Difference> = part.iter().filter(is_flat).collect();
+        let count = kept.len() as f64;
+        let flow2 = kept.iter().map(|d| d.flow * d.flow).sum::<f64>() / count;
+        let squares = kept.iter().map(|d| (d.value * d.value, 1.0));
+        variances.push((flow2, HuberScale::OF_DIFFERENCES.variance(squares), count));
         flat.extend(kept);
     }
     let (a, b) = constant_and_slope(&variances);
@@ -306,11 +302,8 @@ impl Whitener {
             let kept = before.map_or(0.0, |(_, kept)| kept);
             (sd * (1.0 - kept * kept).sqrt()).ln()
         });
-        white
-            .iter()
-            .zip(scales)
-            .map(|(e, scale)| -0.5 * loss(*e) - scale)
-            .sum()
+        let pairs = white.iter().zip(scales);
+        pairs.map(|(e, scale)| -0.5 * loss(*e) - scale).sum()
     }
 }
 

@@ -36,21 +36,18 @@ impl Sequence {
             let by_time = t_s[a].total_cmp(&t_s[b]);
             series[a].cmp(&series[b]).then(by_time).then(a.cmp(&b))
         });
-        let neighbours = |pair: &[usize]| series[pair[0]] == series[pair[1]];
-        let mut steps: Vec<f64> = order
-            .windows(2)
-            .filter(|pair| neighbours(pair))
-            .map(|pair| t_s[pair[1]] - t_s[pair[0]])
-            .filter(|step_s| *step_s > 0.0)
-            .collect();
-        let typical_step_s = median(&mut steps).unwrap_or(0.0);
+        let pairs = order.windows(2).map(|pair| (pair[0], pair[1]));
+        let neighbours = pairs.filter(|&(before, at)| series[before] == series[at]);
+        let steps = neighbours.map(|(before, at)| (before, at, t_s[at] - t_s[before]));
+        let steps: Vec<_> = steps.filter(|(.., step)| *step > 0.0).collect();
+        let mut lengths_s: Vec<f64> = steps.iter().map(|(.., step)| *step).collect();
+        let typical_step_s = median(&mut lengths_s).unwrap_or(0.0);
         let mut previous = vec![None; t_s.len()];
         let mut step_s = vec![0.0; t_s.len()];
-        for pair in order.windows(2).filter(|pair| neighbours(pair)) {
-            let step = t_s[pair[1]] - t_s[pair[0]];
-            if step > 0.0 && step <= GAP_STEPS * typical_step_s {
-                previous[pair[1]] = Some(pair[0]);
-                step_s[pair[1]] = step;
+        for (before, at, step) in steps {
+            if step <= GAP_STEPS * typical_step_s {
+                previous[at] = Some(before);
+                step_s[at] = step;
             }
         }
         Self {

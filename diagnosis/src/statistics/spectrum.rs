@@ -14,6 +14,8 @@
 //! Multiplied by the number of frequencies looked at (Bonferroni; Fisher's g test of 1929 with a
 //! floor that may slope).
 
+use std::ops::RangeInclusive;
+
 use nalgebra::Complex;
 
 use super::quantile::median;
@@ -72,7 +74,7 @@ pub fn strongest_line(clock_s: &[f64], values: &[f64]) -> Option<Line> {
     // Slower ones are neighbours all the same: without them the lowest line would be held against a
     // floor that has sloped away.
     let first_power = lowest.saturating_sub(NEIGHBOURS * OVERSAMPLING).max(1);
-    let powers = powers(&times, values, first_power, highest, spacing_hz);
+    let powers = powers(&times, values, first_power..=highest, spacing_hz);
     let (at, p) = (lowest - first_power..powers.len())
         .filter_map(|at| Some((at, against_neighbours(&powers, at)?)))
         .min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -82,22 +84,15 @@ pub fn strongest_line(clock_s: &[f64], values: &[f64]) -> Option<Line> {
     })
 }
 
-/// Sum of squares that a sine and a cosine explain, at every multiple of the spacing from `lowest`
-/// to `highest`.
-fn powers(
-    times: &[f64],
-    values: &[f64],
-    lowest: usize,
-    highest: usize,
-    spacing_hz: f64,
-) -> Vec<f64> {
+/// Sum of squares that a sine and a cosine explain, at some successive multiples of the spacing.
+fn powers(times: &[f64], values: &[f64], of: RangeInclusive<usize>, spacing_hz: f64) -> Vec<f64> {
     let angle = |t: f64, k: usize| std::f64::consts::TAU * spacing_hz * k as f64 * t;
     let phases = |k: usize| times.iter().map(move |&t| Complex::cis(angle(t, k)));
-    let mut phase: Vec<Complex<f64>> = phases(lowest).collect();
+    let mut phase: Vec<Complex<f64>> = phases(*of.start()).collect();
     let turn: Vec<Complex<f64>> = phases(1).collect();
     let count = times.len() as f64;
-    let mut powers = Vec::with_capacity(highest - lowest + 1);
-    for _ in lowest..=highest {
+    let mut powers = Vec::new();
+    for _ in of {
         let (mut xc, mut xs, mut cc, mut cs) = (0.0, 0.0, 0.0, 0.0);
         for ((phase, x), turn) in phase.iter_mut().zip(values).zip(&turn) {
             xc += x * phase.re;

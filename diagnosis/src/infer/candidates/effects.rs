@@ -84,10 +84,8 @@ impl Trial {
             }
         });
         let start = |values: &&[f64]| {
-            let over = fitted().map(|(parameter, ..)| parameter.fit_over);
-            let scaled = over
-                .zip(*values)
-                .map(|(over, &value)| shows.scaled(value, over));
+            let pairs = fitted().zip(*values);
+            let scaled = pairs.map(|((p, ..), &value)| shows.scaled(value, p.fit_over));
             scaled.collect()
         };
         Candidate {
@@ -124,7 +122,7 @@ pub(super) const ONE_AXIS: &str =
 const LEVEL: &str = "the wind beside the jet, ten motor distances from it, and the same hover turned by half a turn";
 pub(super) const MOTORS_OFF: &str =
     "a minute with the motors off before take-off and one after landing, the probe running";
-pub(super) const BOTH_WAYS: &str = "a pass over the probe and back at two speeds: a clock shifts both ways alike, a slow sensor and slow air do not";
+pub(super) const THERE_AND_BACK: &str = "a pass over the probe and back at two speeds: a clock shifts both passes alike, a slow sensor and slow air do not";
 const HEIGHTS: &str = "a hover at three heights with no drone above";
 
 /// Effects of a jet, and of what it meets: loads, motion, floor, room.
@@ -179,7 +177,7 @@ pub(crate) const OF_THE_AIR: &[Trial] = &[
     .settled_by(SCALE),
     Trial::new("wake_transport", &[0.3], &[&[1.0], &[2.0]])
         .shown(|shows| shows.moves)
-        .settled_by(BOTH_WAYS),
+        .settled_by(THERE_AND_BACK),
     Trial::new("climb_descent", &[0.5], &[&[1.0]]).shown(|shows| shows.climbs),
     GROUND_IMPINGEMENT,
     Trial::new(

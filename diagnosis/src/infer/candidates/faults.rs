@@ -3,7 +3,7 @@
 use airflow::effects::EntrainmentRadial;
 
 use super::candidate::{Candidate, Change, Kind, Parameter};
-use super::effects::{BOTH_WAYS, MOTORS_OFF, ONE_AXIS};
+use super::effects::{MOTORS_OFF, ONE_AXIS, THERE_AND_BACK};
 use super::shows::Shows;
 use crate::forward::hypothesis::Hypothesis;
 
@@ -36,11 +36,7 @@ pub(crate) struct Fault {
 impl Fault {
     /// As a candidate for a recording that shows so much.
     pub(crate) fn candidate(&self, shows: &Shows) -> Candidate {
-        let over = if self.is_over_fastest {
-            shows.fastest
-        } else {
-            1.0
-        };
+        let over = [1.0, shows.fastest][usize::from(self.is_over_fastest)];
         let scaled = |parameter: &Parameter| Parameter {
             low: over * parameter.low,
             high: over * parameter.high,
@@ -108,7 +104,7 @@ pub(crate) const LAG: Fault = Fault {
     parameters: &[Parameter::new("tau", "s", [0.0, 8.0], 0.25)],
     starts: &[0.8],
     closure_error: 0.02,
-    settled_by: BOTH_WAYS,
+    settled_by: THERE_AND_BACK,
     change: |p, h| h.sensor.lag_s = p[0],
     shown: |shows| shows.moves || shows.probes,
     ..GAIN
@@ -125,7 +121,7 @@ pub(crate) const CLOCK: Fault = Fault {
         -4.0, -3.6, -3.2, -2.8, -2.4, -2.0, -1.6, -1.2, -0.8, -0.4, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4,
         2.8, 3.2, 3.6, 4.0,
     ],
-    settled_by: BOTH_WAYS,
+    settled_by: THERE_AND_BACK,
     change: |p, h| h.sensor.clock_s = p[0],
     shown: LAG.shown,
     ..GAIN
