@@ -203,7 +203,7 @@ pub struct Misfit {
     pub mean: f64,
     /// The same over its standard error, as resampling has it.
     pub t: f64,
-    /// Whether it stands out beyond what the largest of all regions would by chance (5 %).
+    /// Whether it stands out beyond what the largest of all regions would in noise (5 %).
     pub significant: bool,
 }
 

@@ -34,17 +34,11 @@ pub enum DiagnoseError {
     #[error("\"{0}\" has no reading of a probe or a receiver that could be simulated")]
     NothingToCompare(String),
     /// Too little to split.
+    /// It holds the recording's name, and how many blocks it has.
     #[error(
-        "\"{name}\" has {blocks} blocks of independent readings; at least {least} are needed to hold any out"
+        "\"{0}\" has {1} blocks of independent readings; at least {FOLDS} are needed to hold any out"
     )]
-    TooShort {
-        /// The recording.
-        name: String,
-        /// Blocks in it.
-        blocks: usize,
-        /// Blocks needed.
-        least: usize,
-    },
+    TooShort(String, usize),
 }
 
 /// Most times that the noise is read again around the best explanation so far, and what a clearly
@@ -96,11 +90,7 @@ pub fn diagnose_channel(
     let mut noise = noise(&observed, &observed.predict(&base));
     let blocks = noise.blocks.count();
     if blocks < FOLDS {
-        return Err(DiagnoseError::TooShort {
-            name: recording.name.clone(),
-            blocks,
-            least: FOLDS,
-        });
+        return Err(DiagnoseError::TooShort(recording.name.clone(), blocks));
     }
     let mut tried = singles(&Setting::new(&observed, &noise, &candidates, base));
     // What is missing may itself look like noise from one sample to the next: a lag, a clock. The

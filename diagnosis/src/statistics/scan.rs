@@ -4,7 +4,7 @@
 //! The scan looks at every interval between sixteenths of every coordinate, and within the best
 //! again at every other coordinate, for the largest `|Σ e|/√n` (Kulldorff 1997, Commun. Stat.
 //! 26:1481, for normal values); the same greedy search on residuals whose blocks have flipped sign
-//! says how large that is by chance.
+//! says how large that is in noise.
 //!
 //! The description starts from samples that are known (where a correction exceeds half a standard
 //! deviation) and finds the fewest intervals that overlap with them most: intersection over union.
@@ -217,7 +217,7 @@ fn search(grid: &Grid, white: &[f64]) -> (Vec<(usize, Run)>, Vec<usize>, f64) {
 /// no interval overlaps.
 #[must_use]
 pub fn describe(coordinates: &[Vec<f64>], marked: &[bool]) -> Vec<Interval> {
-    // Finer than the scan: nothing is searched by chance here.
+    // Finer than the scan: what is marked is known here.
     let grid = Grid::new(coordinates, 2 * PARTS);
     let wanted = marked.iter().filter(|m| **m).count();
     if wanted == 0 || wanted == marked.len() {

@@ -204,7 +204,7 @@ fn samples_in_a_gap_of_the_track_are_named_and_not_simulated() {
 }
 
 #[test]
-fn without_wakes_everybody_flies_alone() {
+fn without_wakes_every_drone_flies_alone() {
     let mut recording = recording(vec![above(3.0, 0.0)], vec![probe(5.0, 0.0, 1.0)], 0.0);
     recording.baseline.wakes = false;
     assert_eq!(simulate(&recording).samples[0].simulated, AMBIENT_MPS);

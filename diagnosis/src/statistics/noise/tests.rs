@@ -3,7 +3,7 @@ use crate::statistics::draws::Draws;
 
 /// Dwells of 30 samples at flows from 0 to 4, noise of known size, and a residual of half the flow,
 /// which is signal.
-fn made_up(seed: u64, n: usize, truth: NoiseModel) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+fn synthetic(seed: u64, n: usize, truth: NoiseModel) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let mut random = Draws::new(seed);
     let mut state = random.normal();
     let mut flow = 0.0;
@@ -30,7 +30,7 @@ const TRUTH: NoiseModel = NoiseModel {
 #[test]
 fn noise_is_read_beside_a_signal_of_half_the_flow() {
     for seed in 0..10 {
-        let (t_s, flows, residuals) = made_up(seed, 3000, TRUTH);
+        let (t_s, flows, residuals) = synthetic(seed, 3000, TRUTH);
         let sequence = Sequence::new(&t_s, &vec![0; t_s.len()]);
         let noise = estimate(&sequence, &residuals, &flows, 0.0).expect("enough differences");
         // Three standard errors of a variance from 3000 correlated values, and of a correlation.
@@ -42,7 +42,7 @@ fn noise_is_read_beside_a_signal_of_half_the_flow() {
 
 #[test]
 fn a_tenth_of_wild_readings_changes_sd_by_less_than_a_third() {
-    let (t_s, flows, mut residuals) = made_up(3, 3000, TRUTH);
+    let (t_s, flows, mut residuals) = synthetic(3, 3000, TRUTH);
     for residual in residuals.iter_mut().step_by(20) {
         *residual += 5.0;
     }
