@@ -77,16 +77,12 @@ pub enum ForceTestError {
     /// A thrust map could not be identified.
     #[error(transparent)]
     Identify(#[from] FoldError),
-    /// There is nothing to judge.
+    /// There is nothing to judge. It holds how close (m) the other drone had to be and how high (m)
+    /// the row.
     #[error(
-        "no row has another drone within {under_m} m horizontally above and is {above_floor_m} m above the floor"
+        "no row has another drone within {0} m horizontally above and is {1} m above the floor"
     )]
-    NoRows {
-        /// As tested.
-        under_m: f64,
-        /// As tested.
-        above_floor_m: f64,
-    },
+    NoRows(f64, f64),
 }
 
 /// The test over a set of flights. `clocks_s` gives, by recording and vehicle, what each clock is
@@ -131,10 +127,7 @@ pub fn held_out_force(
     }
     flights.dedup();
     if flights.is_empty() {
-        return Err(ForceTestError::NoRows {
-            under_m: test.under_m,
-            above_floor_m: test.above_floor_m,
-        });
+        return Err(ForceTestError::NoRows(test.under_m, test.above_floor_m));
     }
     let [r2_disc_mean, r2_centre] = total.r2();
     Ok(ForceSkill {
