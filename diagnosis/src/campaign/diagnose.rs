@@ -12,7 +12,7 @@ use crate::forward::observed::Explained;
 use crate::forward::simulate::{Channel, Sample};
 use crate::infer::candidates::{Candidate, Kind};
 use crate::infer::diagnose::{departing, detectable, effects, ranked};
-use crate::infer::finding::{Effect, Finding, HeldOut, Region, verdict};
+use crate::infer::finding::{Finding, HeldOut, Region, verdict};
 use crate::infer::fit::Setting;
 use crate::infer::outside::{global_test, outside};
 use crate::infer::select::{flexible, singles};
@@ -183,7 +183,13 @@ pub fn diagnose_campaign(
         noise_floor: root_mean_square(scatter.noise.sd()),
     };
     let skills = judged.skills();
-    let effects = terms(&setting, &chosen);
+    let sensors_first = |turn: &Turn| {
+        let mut alternatives = turn.alternatives.clone();
+        alternatives.sort_by_key(|&k| candidates[k].kind == Kind::Physics);
+        alternatives
+    };
+    let alternatives = chosen.turns.iter().map(sensors_first);
+    let effects = effects(&setting, best, alternatives);
     let shape = outside(&setting, &chosen.selection, &test);
     let recorded = forces.recorded();
     let rest = difference(&recorded, &simulated);
@@ -228,17 +234,6 @@ pub fn diagnose_campaign(
         skills,
         finding,
     })
-}
-
-/// The terms with their intervals over flights.
-fn terms(setting: &Setting, chosen: &Chosen) -> Vec<Effect> {
-    let sensors_first = |turn: &Turn| {
-        let mut alternatives = turn.alternatives.clone();
-        alternatives.sort_by_key(|&k| setting.candidates[k].kind == Kind::Physics);
-        alternatives
-    };
-    let alternatives = chosen.turns.iter().map(sensors_first);
-    effects(setting, &chosen.selection.chosen, alternatives)
 }
 
 /// Name, gain and standard error of a candidate.
@@ -311,10 +306,8 @@ fn located(columns: &[Vec<f64>], scatter: &Scatter, rest: &[f64]) -> Option<Loca
 
 /// Measurements that would part what these flights cannot.
 fn advice(candidates: &[Candidate], chosen: &Chosen) -> Vec<String> {
-    let ambiguous = chosen
-        .turns
-        .iter()
-        .filter(|turn| !turn.alternatives.is_empty());
+    let turns = chosen.turns.iter();
+    let ambiguous = turns.filter(|turn| !turn.alternatives.is_empty());
     let advice = ambiguous.map(|turn| {
         let others: Vec<&str> = turn.alternatives.iter().map(|&k| candidates[k].name).collect();
         format!(

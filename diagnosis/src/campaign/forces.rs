@@ -14,7 +14,6 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use airflow::DiscPoints;
 use airflow::effects::{Effects, Reception};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -127,7 +126,6 @@ pub(super) struct Part {
     /// Whether a step is simulated at all.
     is_needed: Vec<bool>,
     hover_mps: f64,
-    discs: DiscPoints,
 }
 
 /// One moment of a part.
@@ -321,13 +319,14 @@ impl<'a> Forces<'a> {
             let recording = &self.recordings[part.recording];
             let flow = Flow::through((recording, part.recording), wakes, of_air);
             let air = recording.baseline.receiver_air;
+            let discs = recording.vehicles[part.vehicle].airframe.disc_points();
             let at_step = |at: usize| {
                 let step = &part.steps[at];
                 let counts = |vehicle| step.above.iter().any(|above| above.vehicle == vehicle);
                 if !part.is_needed[at] || step.above.is_empty() {
                     return 0.0;
                 }
-                let met = flow.met_mps(air, &part.discs, (step.t_s, step.position_m), counts);
+                let met = flow.met_mps(air, &discs, (step.t_s, step.position_m), counts);
                 let known = self.hover_air_mps.get(index);
                 met.unwrap_or(known.map_or(0.0, |air_mps| air_mps[at]))
             };
@@ -399,7 +398,6 @@ impl Part {
             judged: Vec::new(),
             is_needed: Vec::new(),
             hover_mps: recording.hover_mps(trace.of),
-            discs: trace.of.airframe.disc_points(),
         })
     }
 

@@ -94,16 +94,14 @@ pub(super) fn forward(setting: &Setting, tried: Singles, most: usize) -> Chosen 
             let tie = (TIE_ERRORS * behind.standard_error).min(TIE_MOST_SHARE * lead.total);
             behind.total < tie.max(TIE_SHARE * lead.total)
         };
-        let rivals = fitted
-            .iter()
-            .skip(1)
-            .filter(|(_, rival)| does_as_well(rival));
-        let alternatives = rivals.filter_map(|(_, rival)| rival.which.last().copied());
-        let alternatives = alternatives.collect();
+        let rivals = fitted[1..].iter().map(|(_, rival)| rival);
+        let alternatives = rivals.filter(|rival| does_as_well(rival));
         turns.push(Turn {
             which,
+            alternatives: alternatives
+                .filter_map(|of| of.which.last().copied())
+                .collect(),
             gain: lead,
-            alternatives,
             fitted: beside,
         });
         best = winner;
@@ -160,9 +158,8 @@ fn keep_substitutes(turn: &mut Turn, beside: &[(usize, Gain)]) {
         let found = gains.iter().find(|(k, _)| *k == which);
         found.map_or(0.0, |(_, gain)| gain.total)
     };
-    let fitted = turn.fitted.clone();
-    turn.alternatives
-        .retain(|&k| total(beside, k) < 0.5 * total(&fitted, k));
+    let (alternatives, fitted) = (&mut turn.alternatives, &turn.fitted);
+    alternatives.retain(|&k| total(beside, k) < 0.5 * total(fitted, k));
 }
 
 /// Whether the last term is large enough to act on.

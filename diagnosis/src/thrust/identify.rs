@@ -315,7 +315,15 @@ impl<'a> Bench<'a> {
         let quantile = |sorted: &[f64], p: f64| nearest_rank(sorted, p).unwrap_or(f64::NAN);
         let fitted = [0.5 * OUTSIDE_SHARE, 1.0 - 0.5 * OUTSIDE_SHARE].map(|p| quantile(&duties, p));
         let base = self.options.base.as_ref();
-        let map = self.map(&solved, lag_s, base.map_or(fitted, ThrustMap::duty_range))?;
+        let mut sum: Vec<(Term, f64)> = base.iter().flat_map(|base| base.terms()).collect();
+        for (&term, &newtons) in self.options.terms.iter().zip(solved.newtons.iter()) {
+            match sum.iter_mut().find(|(known, _)| *known == term) {
+                Some((_, sum_n)) => *sum_n += newtons,
+                None => sum.push((term, newtons)),
+            }
+        }
+        let range = base.map_or(fitted, ThrustMap::duty_range);
+        let map = ThrustMap::new(sum, self.reference_v(), lag_s, range)?;
         let (middle_duty, middle_v) = (quantile(&duties, 0.5), quantile(&batteries_v, 0.5));
         Ok(Identification {
             standard_errors_n: solved.standard_errors(&grams, &flights),
@@ -337,24 +345,6 @@ impl<'a> Bench<'a> {
         let all: BTreeSet<usize> = members.iter().map(of).collect();
         let place = |member: &usize| all.range(..of(member)).count();
         members.iter().map(place).collect()
-    }
-
-    /// The base with the fitted terms added.
-    fn map(
-        &self,
-        solved: &Solved,
-        lag_s: f64,
-        range: [f64; 2],
-    ) -> Result<ThrustMap, ThrustMapError> {
-        let mut terms: Vec<(Term, f64)> = Vec::new();
-        terms.extend(self.options.base.iter().flat_map(ThrustMap::terms));
-        for (&term, &newtons) in self.options.terms.iter().zip(solved.newtons.iter()) {
-            match terms.iter_mut().find(|(known, _)| *known == term) {
-                Some((_, sum_n)) => *sum_n += newtons,
-                None => terms.push((term, newtons)),
-            }
-        }
-        ThrustMap::new(terms, self.reference_v(), lag_s, range)
     }
 }
 

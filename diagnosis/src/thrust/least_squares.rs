@@ -1,5 +1,7 @@
 //! Linear least squares from sums, with standard errors clustered by flight.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Normal equations `XᵀX b = Xᵀy`, solved in units in which each column of `X` has length 1.
@@ -103,14 +105,12 @@ fn by_flight(
     vectors: impl Iterator<Item = DVector<f64>>,
     flights: &[usize],
 ) -> Option<Vec<DVector<f64>>> {
-    let mut sums: Vec<Option<DVector<f64>>> = vec![None; flights.iter().max()? + 1];
+    let mut sums: BTreeMap<usize, DVector<f64>> = BTreeMap::new();
     for (vector, &flight) in vectors.zip(flights) {
-        sums[flight] = Some(match sums[flight].take() {
-            Some(sum) => sum + vector,
-            None => vector,
-        });
+        let sum = sums.entry(flight).or_insert(DVector::zeros(vector.len()));
+        *sum += vector;
     }
-    (sums.len() > 1).then(|| sums.into_iter().flatten().collect())
+    (sums.len() > 1).then(|| sums.into_values().collect())
 }
 
 /// Standard error of the lag, from the sums `step_s` before and after it: the error's slope with

@@ -24,11 +24,10 @@ pub fn read_flight(
     bytes: &[u8],
     campaign: &Campaign,
 ) -> Result<Recording, Problems> {
-    let mut found = Found::default();
-    let vehicles = vehicles(file, bytes, campaign, &mut found);
-    let recording =
-        vehicles.and_then(|vehicles| recording(name, file, vehicles, campaign, &mut found));
-    found.recording(recording)
+    Found::recording(|found| {
+        let vehicles = vehicles(file, bytes, campaign, found)?;
+        recording(name, file, vehicles, campaign, found)
+    })
 }
 
 /// The recording of some vehicles; a problem where there are none.
@@ -39,11 +38,11 @@ pub(super) fn recording(
     campaign: &Campaign,
     found: &mut Found,
 ) -> Option<Recording> {
-    if vehicles.is_empty() && found.problems.is_empty() {
-        let help = found.remarks.last().map(|remark| remark.message.clone());
-        found.helped(Problem::file(file), "no vehicle ever flew", help);
-    }
     if vehicles.is_empty() {
+        if found.problems.is_empty() {
+            let help = found.remarks.last().map(|remark| remark.message.clone());
+            found.helped(Problem::file(file), "no vehicle ever flew", help);
+        }
         return None;
     }
     vehicles.sort_by(|a, b| a.id.cmp(&b.id));
@@ -140,7 +139,9 @@ pub(super) fn vehicle(
         let message = "its acceleration is not used: the campaign says so";
         found.remark(RemarkKind::Unused, Some(id), message);
     }
-    let tilt_deg = campaign.crash_tilt_deg;
+    let tilt_deg = campaign
+        .crash_tilt_deg
+        .map_or(CRASH_TILT_DEG, |tilt| tilt.0);
     let offset = kind.rotor_offset_m.map(|offset| offset.value());
     let how = Conventions {
         frame: campaign.frame,
@@ -151,7 +152,7 @@ pub(super) fn vehicle(
         rotor_offset_m: offset.map_or_else(Vector3::zeros, |o| Vector3::from(o.map(|axis| axis.0))),
         floor_z_m: campaign.floor_z_m.map(|floor| floor.0),
         touch_z_m: kind.touch_z_m.map(|touch| touch.0),
-        crash_tilt_rad: tilt_deg.map_or(CRASH_TILT_DEG, |tilt| tilt.0).to_radians(),
+        crash_tilt_rad: tilt_deg.to_radians(),
     };
     assumptions(id, kind, found);
     let track = track(id, file, samples, &how, found)?;

@@ -52,9 +52,7 @@ pub const FOLDER_FILES: [&str; 4] = [META, VEHICLES, PROBES, RECEIVER];
 /// Everything that keeps it from being read, in the order meta.json, vehicles.csv, probes.csv,
 /// receiver.csv.
 pub fn read_folder(name: &str, files: &BTreeMap<String, Vec<u8>>) -> Result<Recording, Problems> {
-    let mut found = Found::default();
-    let read = folder(name, files, &mut found);
-    found.recording(read)
+    Found::recording(|found| folder(name, files, found))
 }
 
 fn folder(name: &str, files: &BTreeMap<String, Vec<u8>>, found: &mut Found) -> Option<Recording> {

@@ -41,15 +41,18 @@ impl Found {
         self.remarks.push(Remark::new(kind, subject, message));
     }
 
-    /// What was read, with its remarks, if nothing is wrong with it, else everything that is: files
-    /// in the order they were read, lines rising.
-    pub(super) fn recording(self, read: Option<Recording>) -> Result<Recording, Problems> {
-        match read {
-            Some(read) if self.problems.is_empty() => Ok(Recording {
-                remarks: self.remarks,
+    /// What `read` makes of some files, with its remarks, if nothing is wrong with them, else
+    /// everything that is: files in the order they were read, lines rising.
+    pub(super) fn recording(
+        read: impl FnOnce(&mut Found) -> Option<Recording>,
+    ) -> Result<Recording, Problems> {
+        let mut found = Found::default();
+        match read(&mut found) {
+            Some(read) if found.problems.is_empty() => Ok(Recording {
+                remarks: found.remarks,
                 ..read
             }),
-            _ => Err(Problems(self.problems)),
+            _ => Err(Problems(found.problems)),
         }
     }
 }

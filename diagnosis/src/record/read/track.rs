@@ -35,12 +35,12 @@ pub(super) fn track(
     samples.quaternions_from_angles(is_pitch_turned);
     let checked = check(vehicle, &samples, how, found);
     let keep = &checked.keep;
-    if keep.is_empty() && checked.only_stood {
-        let message = "never left the floor: not part of the recording";
-        found.remark(RemarkKind::Touch, Some(vehicle), message);
-        return None;
-    }
     if keep.is_empty() {
+        if checked.only_stood {
+            let message = "never left the floor: not part of the recording";
+            found.remark(RemarkKind::Touch, Some(vehicle), message);
+            return None;
+        }
         let message = format!("no row of vehicle `{vehicle}` can be used");
         let mut remarks = found.remarks.iter().rev();
         let last = remarks.find(|remark| remark.subject.as_deref() == Some(vehicle));

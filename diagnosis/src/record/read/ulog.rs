@@ -44,10 +44,7 @@ pub fn read_ulog(
     bytes: &[u8],
     campaign: &Campaign,
 ) -> Result<Recording, Problems> {
-    let mut found = Found::default();
-    let topics = from_ulog(file, bytes, &mut found);
-    let read = topics.and_then(|topics| flight(name, file, &topics, campaign, &mut found));
-    found.recording(read)
+    Found::recording(|found| flight(name, file, &from_ulog(file, bytes, found)?, campaign, found))
 }
 
 /// A recording from the tables that `ulog2csv` wrote of one log, by name.
@@ -59,10 +56,7 @@ pub fn read_ulog_tables(
     files: &BTreeMap<String, Vec<u8>>,
     campaign: &Campaign,
 ) -> Result<Recording, Problems> {
-    let mut found = Found::default();
-    let topics = from_tables(files, &mut found);
-    let read = flight(name, name, &topics, campaign, &mut found);
-    found.recording(read)
+    Found::recording(|found| flight(name, name, &from_tables(files, found), campaign, found))
 }
 
 fn flight(
