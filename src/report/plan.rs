@@ -139,14 +139,14 @@ fn summary(plan: &Plan, durations: &Durations) -> String {
     )
 }
 
-/// What the time left before the limit was good for.
+/// What improving a complete plan was good for.
 fn improved(plan: &Plan, improved_s: f64) -> String {
     if improved_s == 0.0 {
-        return "No better plan was found in the time left.".into();
+        return "No better plan was found.".into();
     }
     let sum_s = plan.fleet.sum_of_arrivals_s;
     format!(
-        "Improved in the time left: sum of costs {improved_s:.1} s lower ({:.1} %), {sum_s:.1} s now.",
+        "Improved: sum of costs {improved_s:.1} s lower ({:.1} %), {sum_s:.1} s now.",
         100.0 * improved_s / (sum_s + improved_s)
     )
 }

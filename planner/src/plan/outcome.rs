@@ -92,13 +92,13 @@ pub struct Effort {
     /// PIBT rounds that were tried, where one after another found no path.
     pub rounds: u64,
     /// By how much the sum of arrivals fell once every drone had a path (ticks of 1/100 s); `None`:
-    /// it was not asked for.
+    /// not asked for, and it did not.
     pub improved_ticks: Option<u64>,
 }
 
 impl Effort {
-    /// By how much the sum of arrivals fell once every drone had a path (s); `None`: it was not
-    /// asked for.
+    /// By how much the sum of arrivals fell once every drone had a path (s); `None`: not asked
+    /// for, and it did not.
     pub fn improved_s(&self) -> Option<f64> {
         let ticks = self.improved_ticks?;
         Some(ticks as f64 / costmap::leg::Tick::PER_SECOND)

@@ -36,6 +36,11 @@ const MOST_EXPANSIONS_A_DRONE: u64 = 1_500;
 const CROWDED_SHARE: f64 = 0.4;
 /// Orders tried when a drone is left out; chosen here.
 const ORDERS: u64 = 4;
+/// Fleets up to this size are improved without being asked: chosen here, what a window or a shaft
+/// holds.
+const MOST_SMALL: usize = 30;
+/// States after which that ends, by default. Chosen here: two tenths of a second of work.
+const SMALL_EXPANSIONS: u64 = 100_000;
 /// Price in ticks of changing the path of a drone that no drone asked to change. Chosen here: 20 s,
 /// so that those who are asked rather wait for a while.
 const UNASKED_WEIGHT: u32 = 2_000;
@@ -57,7 +62,7 @@ pub(crate) struct FleetProblem<'a> {
 }
 
 /// Plans the whole fleet: in one order after another, or by PIBT where the floor is crowded; then
-/// improves it while there is time. Adds what it did to `effort`.
+/// improves it while there is time, small fleets always. Adds what it did to `effort`.
 pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Paths {
     let (job, control) = (problem.job, problem.control);
     let hopeless = problem.hopeless();
@@ -87,7 +92,8 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Pat
         unplanned: Vec::new(),
         costmap: problem.costmap.clone(),
     });
-    if best.unplanned.len() == hopeless && (control.improve)() {
+    let is_small = job.agents.len() <= MOST_SMALL;
+    if best.unplanned.len() == hopeless && (is_small || (control.improve)()) {
         problem.improved(best, effort)
     } else {
         best
@@ -118,7 +124,9 @@ impl FleetProblem<'_> {
             attempt.weights[agent.drone.0 as usize] = IMMOVABLE;
         }
         (attempt.paths, attempt.unplanned) = (paths.paths, paths.unplanned);
-        attempt.improve_by_lns();
+        let is_small = self.job.agents.len() <= MOST_SMALL;
+        let states = if is_small { SMALL_EXPANSIONS } else { 0 };
+        attempt.improve_by_lns(attempt.effort.expansions + states);
         attempt.into_paths()
     }
 

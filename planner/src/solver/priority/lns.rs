@@ -37,13 +37,18 @@ struct Before {
 }
 
 impl Attempt<'_> {
-    /// Makes a plan in which every drone has a path better for as long as the caller says, or until
-    /// a whole round finds nothing any more, and notes by how much (ticks).
-    pub(super) fn improve_by_lns(&mut self) {
+    /// Makes a plan in which every drone has a path better until so many states are expanded in
+    /// all and for as long as the caller says, or until a whole round finds nothing any more; notes
+    /// by how much (ticks).
+    pub(super) fn improve_by_lns(&mut self, until_expansions: u64) {
         (self.control.progress)(Progress::Improving);
-        let before = self.sum_of_arrivals();
-        while PRICES.map(|price| self.improve(price)).contains(&true) {}
-        self.effort.improved_ticks = Some(before - self.sum_of_arrivals());
+        let (is_asked, before) = ((self.control.improve)(), self.sum_of_arrivals());
+        while PRICES
+            .map(|price| self.improve(price, until_expansions))
+            .contains(&true)
+        {}
+        let gained = before - self.sum_of_arrivals();
+        self.effort.improved_ticks = (is_asked || gained > 0).then_some(gained);
     }
 
     /// In ticks.
@@ -52,9 +57,9 @@ impl Attempt<'_> {
         paths.map(|path| u64::from(path.arrives.0)).sum()
     }
 
-    /// Plans every delayed drone again at a price (ticks), the most delayed first, while the caller
-    /// says so; whether that made the sum of arrivals less.
-    fn improve(&mut self, price: u32) -> bool {
+    /// Plans every delayed drone again at a price (ticks), the most delayed first, until then;
+    /// whether that made the sum of arrivals less.
+    fn improve(&mut self, price: u32, until_expansions: u64) -> bool {
         let delay = |agent: &Agent| {
             let path = self.paths[agent.drone.0 as usize].as_ref()?;
             let delay = path.arrives.0.saturating_sub(agent.alone_ticks);
@@ -64,7 +69,8 @@ impl Attempt<'_> {
         delayed.sort_unstable();
         let mut found = false;
         for (_, drone) in delayed {
-            if !(self.control.improve)() || (self.control.stop)() {
+            let goes_on = self.effort.expansions < until_expansions || (self.control.improve)();
+            if !goes_on || (self.control.stop)() {
                 return false;
             }
             found |= self.gain(drone, price);
