@@ -505,9 +505,9 @@ impl<'a> Search<'a> {
         let Some(departs) = departs.0.checked_next_multiple_of(WAIT_GRID_TICKS) else {
             return;
         };
-        let from = self.labels[label.parent as usize];
-        let at = label.at.after(departs - label.departs.0);
-        if departs <= label.departs.0 || at == Tick::FOREVER {
+        let later = departs.saturating_sub(label.departs.0);
+        let (from, at) = (self.labels[label.parent as usize], label.at.after(later));
+        if later == 0 || at == Tick::FOREVER {
             return;
         }
         self.push(Label {
