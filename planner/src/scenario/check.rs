@@ -312,6 +312,10 @@ impl Misplaced {
             Misfit::OutOfBounds { by_m } => {
                 ("out of bounds".to_owned(), format!("{by_m:.2} m outside"))
             }
+            Misfit::Unsupported { gap_m } => (
+                "landed in mid-air".to_owned(),
+                format!("{gap_m:.2} m above where it would rest on what is below"),
+            ),
             Misfit::Obstacle {
                 obstacle,
                 distance_m,

@@ -12,6 +12,10 @@ use crate::scenario::world::{AtEnd, AtStart, Bounds, World};
 /// in centimetres, and half of one is how they get rounded. Plan checks allow the same.
 pub(crate) const REST_TOLERANCE_M: f64 = 0.005;
 
+/// Largest gap below the resting place of a drone that starts landed (m), chosen here: pads and
+/// racks are measured to a few centimetres.
+const SUPPORT_TOLERANCE_M: f64 = 0.05;
+
 /// A drone that is told to be where it cannot be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Misplaced {
@@ -33,7 +37,7 @@ pub struct Misplaced {
 pub enum Spot {
     /// At time 0.
     Start,
-    /// Index in [`Drone::tasks`].
+    /// Index in [`crate::scenario::world::Drone::tasks`].
     Task(usize),
     /// Straight below the last of the others.
     Landing,
@@ -55,6 +59,11 @@ pub enum Misfit {
         distance_m: f64,
         /// What that has to be (m).
         needs_m: f64,
+    },
+    /// It is landed, and nothing is below it that it could stand on.
+    Unsupported {
+        /// Between its resting place and what is below (m).
+        gap_m: f64,
     },
 }
 
@@ -89,6 +98,20 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
                 report(spot, place_m, why, nearest_m);
                 sound = false;
             }
+        }
+        let rest_m = landing_place_m(&world.bounds_m, solids, it.start_m, body_m);
+        let gap_m = it.start_m.z - rest_m.z;
+        if sound && it.at_start == AtStart::Landed && gap_m > SUPPORT_TOLERANCE_M {
+            let nearest_m = misfit(world, solids, rest_m, body_m - REST_TOLERANCE_M)
+                .is_none()
+                .then_some(rest_m);
+            report(
+                Spot::Start,
+                it.start_m,
+                Misfit::Unsupported { gap_m },
+                nearest_m,
+            );
+            sound = false;
         }
         let last_m = it.tasks.last().map_or(it.start_m, |task| task.to_m);
         let stays_landed = it.tasks.is_empty() && it.at_start == AtStart::Landed;

@@ -245,6 +245,10 @@ fn places_in_obstacles_and_out_of_bounds_come_with_the_nearest_free_one() {
                 with(rack, &drone("start_m: (5.5, 7, 6.5), at_start: Landed")),
             ),
             (
+                "a start landed in mid-air",
+                with(rack, &drone("start_m: (1, 7, 3), at_start: Landed")),
+            ),
+            (
                 "a landing on the edge",
                 with(
                     "  obstacles: [(name: \"pad\", min_m: (4, 4, 0), max_m: (6, 6, 1)), (name: \"wall\", min_m: (6, 4, 0), max_m: (6.2, 6, 3))],\n",

@@ -146,11 +146,12 @@ fn landed_drones_have_no_wake_and_no_limit() {
         &awake,
         &plan(vec![hovering.clone(), parked.clone()]),
     );
+    // Up to five centimetres above what it stands on, and no higher.
+    parked.trajectory.position_m[0].z += 0.049;
+    assert!(kinds(&plan(vec![hovering.clone(), parked.clone()])).is_empty());
     parked.trajectory.position_m[0].z = 6.0;
-    assert!(
-        kinds(&plan(vec![hovering, parked])).is_empty(),
-        "no wake from above either"
-    );
+    let in_mid_air = kinds(&plan(vec![hovering, parked]));
+    assert_eq!(in_mid_air, [ViolationKind::Malformed]);
 }
 
 #[test]

@@ -29,6 +29,9 @@ const MASS_ROUNDING: f64 = 1e-6;
 /// round.
 const LANDING_M: f64 = 0.01;
 
+/// The same where a drone starts landed (m), chosen here: pads are measured to a few centimetres.
+const SUPPORT_M: f64 = 0.05;
+
 /// Reads a plan; `None` where nothing can be judged.
 pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
     let mut found = Vec::new();
@@ -250,12 +253,15 @@ fn airborne_doubts(
     if !from_s.is_finite() || until_s.is_nan() || until_s < from_s {
         return vec!["airborne_s is no span of time".to_owned()];
     }
-    // Whether the last place is a landing: the floor or a solid one body radius below.
-    let rests = || {
-        let place_m = trajectory.last_m();
+    // Whether a place is a landing: the floor or a solid one body radius below, within a tolerance.
+    let rests_at = |place_m: Point3<f64>, tolerance_m: f64| {
         let gap_m = place_m.z - scene.obstacles.support_z_m(&place_m);
-        gap_m - drone.airframe.body_radius_m <= LANDING_M + SAME_PLACE_M
+        gap_m - drone.airframe.body_radius_m <= tolerance_m + SAME_PLACE_M
     };
+    let rests = || rests_at(trajectory.last_m(), LANDING_M);
+    if drone.at_start == AtStart::Landed && !rests_at(drone.trajectory.position_m[0], SUPPORT_M) {
+        doubts.push("it is said to start landed, but nothing is under it".to_owned());
+    }
     if until_s == from_s {
         let waits_landed = drone.at_start == AtStart::Landed && moves_s.is_none();
         let gone_at_once =
