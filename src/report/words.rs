@@ -110,7 +110,9 @@ pub(crate) fn violation(found: &Violation) -> String {
     } = found;
     let other = found.with.as_deref().unwrap_or("something");
     let what = match found.kind {
-        ViolationKind::Malformed => format!("`{drone}`: its entry contradicts itself"),
+        ViolationKind::Malformed => {
+            format!("`{drone}`: its entry contradicts itself: {other}")
+        }
         ViolationKind::Jump => {
             format!("`{drone}` is in two places at once, {value:.2} {unit} apart")
         }
