@@ -6,11 +6,13 @@ mod io;
 mod plots;
 mod report;
 
+use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use commands::{bench, calibrate, check, diagnose, generate, plan, prove, schema, simulate};
+use io::answer::Answer;
 use io::failure::Failure;
 
 /// Plan a fleet of drones out of each other's downwash.
@@ -50,8 +52,31 @@ enum Command {
 
 /// Reads the command line, runs the subcommand, and answers with its exit code: 0 yes, 1 no, 2 a broken question.
 pub fn main() -> ExitCode {
-    let line = CommandLine::parse();
-    let answer = match (line.command, line.plan) {
+    let answer = mistyped_subcommand().map_or_else(|| answer(CommandLine::parse()), Err);
+    answer.map_or_else(
+        |failure| {
+            failure.print();
+            ExitCode::from(2)
+        },
+        ExitCode::from,
+    )
+}
+
+/// A first word that is neither a file nor a subcommand, but at most two letters away from one.
+fn mistyped_subcommand() -> Option<Failure> {
+    let typed = std::env::args().nth(1)?;
+    let command = CommandLine::command();
+    let names = command.get_subcommands().map(|known| known.get_name());
+    let distances = names.map(|name| (strsim::damerau_levenshtein(&typed, name), name));
+    let (distance, meant) = distances.min()?;
+    ((1..=2).contains(&distance) && !Path::new(&typed).exists()).then(|| Failure::Mistyped {
+        meant: meant.to_owned(),
+        typed,
+    })
+}
+
+fn answer(line: CommandLine) -> Result<Answer, Failure> {
+    match (line.command, line.plan) {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
         (Some(Command::Schema), _) => schema::run(),
         (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
@@ -63,14 +88,7 @@ pub fn main() -> ExitCode {
         (None, Some(arguments)) => plan::run(&arguments),
         // `arg_required_else_help` has answered already.
         (None, None) => Err(Failure::NothingToDo),
-    };
-    answer.map_or_else(
-        |failure| {
-            failure.print();
-            ExitCode::from(2)
-        },
-        ExitCode::from,
-    )
+    }
 }
 
 #[cfg(test)]

@@ -16,6 +16,8 @@ use validation::hover_grid::set::NoSuchAirframe;
 pub(crate) enum Failure {
     #[error("nothing to do: name a scenario, or see `plan --help`")]
     NothingToDo,
+    #[error("there is no file or subcommand `{typed}`; did you mean `{meant}`?")]
+    Mistyped { typed: String, meant: String },
     #[error("cannot read {}: {source}", path.display())]
     Read {
         path: PathBuf,

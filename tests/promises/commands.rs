@@ -80,6 +80,26 @@ fn names_in(folder: &Path) -> Vec<String> {
 }
 
 #[test]
+fn a_mistyped_subcommand_is_told_with_the_one_that_was_meant() {
+    let desk = Desk::with(&[("chek", PAIR)]);
+    let told = |arguments: &[&str]| {
+        let output = desk.plan(arguments);
+        (
+            output.status.code(),
+            String::from_utf8(output.stderr).unwrap(),
+        )
+    };
+    let (code, error) = told(&["diagnse", "recordings"]);
+    assert_eq!(code, Some(2));
+    assert!(
+        error.contains("no file or subcommand `diagnse`; did you mean `diagnose`?"),
+        "{error}"
+    );
+    // A file of that name is a scenario.
+    assert_eq!(told(&["chek"]).0, Some(0));
+}
+
+#[test]
 fn without_arguments_it_prints_help_and_exits_2() {
     let output = Desk::with(&[]).plan(&[]);
     assert_eq!(code(&output), 2);
