@@ -6,6 +6,8 @@ mod io;
 mod plots;
 mod report;
 
+use std::ffi::OsString;
+use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -52,9 +54,22 @@ enum Command {
 
 /// Reads the command line, runs the subcommand, and answers with its exit code: 0 yes, 1 no, 2 a broken question.
 pub fn main() -> ExitCode {
-    let answer = mistyped_subcommand().map_or_else(|| answer(CommandLine::parse()), Err);
+    let answer = match mistyped_subcommand() {
+        Some(failure) => Err(failure),
+        None => CommandLine::try_parse().map_or_else(
+            |usage| {
+                // Help and version are no errors.
+                if usage.use_stderr() {
+                    tell_json(&usage);
+                }
+                usage.exit()
+            },
+            answer,
+        ),
+    };
     answer.map_or_else(
         |failure| {
+            tell_json(&failure);
             failure.print();
             ExitCode::from(2)
         },
@@ -62,9 +77,23 @@ pub fn main() -> ExitCode {
     )
 }
 
+/// A broken question as one JSON object on standard output, where JSON is asked for; beside the text
+/// on standard error.
+fn tell_json(error: &impl ToString) {
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    let is_asked = arguments.iter().any(|it| it == "--format=json")
+        || arguments.windows(2).any(|two| two == ["--format", "json"]);
+    if is_asked {
+        let text = anstream::adapter::strip_str(error.to_string().trim_end()).to_string();
+        let object = serde_json::json!({ "exit_code": 2, "error": text });
+        // With standard output closed there is no reader left.
+        let _ = writeln!(std::io::stdout(), "{object}");
+    }
+}
+
 /// A first word that is neither a file nor a subcommand, but at most two letters away from one.
 fn mistyped_subcommand() -> Option<Failure> {
-    let typed = std::env::args().nth(1)?;
+    let typed = std::env::args_os().nth(1)?.into_string().ok()?;
     let command = CommandLine::command();
     let names = command.get_subcommands().map(|known| known.get_name());
     let distances = names.map(|name| (strsim::damerau_levenshtein(&typed, name), name));

@@ -80,6 +80,31 @@ fn names_in(folder: &Path) -> Vec<String> {
 }
 
 #[test]
+fn with_json_asked_for_a_broken_question_is_one_object_too() {
+    let broken = PAIR.replace("kolibri", "colibri");
+    let desk = Desk::with(&[("broken.ron", &broken), ("pair.ron", PAIR)]);
+    for (arguments, words) in [
+        (&["broken.ron", "--format", "json"][..], "colibri"),
+        (&["nowhere.ron", "--format=json"], "cannot read nowhere.ron"),
+        (
+            &["pair.ron", "--format", "json", "--no-such-option"],
+            "--no-such-option",
+        ),
+    ] {
+        let output = desk.plan(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let told: Value = serde_json::from_slice(&output.stdout).expect("one object");
+        assert_eq!(told["exit_code"], 2);
+        let error = told["error"].as_str().expect("a text");
+        assert!(
+            error.contains(words) && !error.contains('\u{1b}'),
+            "{error}"
+        );
+        assert!(!output.stderr.is_empty());
+    }
+}
+
+#[test]
 fn a_mistyped_subcommand_is_told_with_the_one_that_was_meant() {
     let desk = Desk::with(&[("chek", PAIR)]);
     let told = |arguments: &[&str]| {
@@ -233,7 +258,7 @@ fn a_broken_scenario_is_told_on_standard_error_and_leaves_no_files() {
     for format in ["text", "json"] {
         let output = desk.plan(&["bad.ron", "--format", format]);
         assert_eq!(code(&output), 2);
-        assert_eq!(stdout(&output), "");
+        assert_eq!(stdout(&output).is_empty(), format == "text");
         assert!(
             stderr(&output).contains("bad.ron:5:"),
             "{}",
