@@ -45,13 +45,13 @@ impl Default for Flown {
     }
 }
 
-impl Effects {
-    /// The effects made ready to be flown.
+impl Flown {
+    /// Effects made ready to be flown.
     ///
     /// # Errors
     /// Names of effects that cannot be, and why.
-    pub fn flown(&self) -> Result<Flown, Vec<(&'static str, &'static str)>> {
-        let refused: Vec<_> = self
+    pub fn of(effects: &Effects) -> Result<Flown, Vec<(&'static str, &'static str)>> {
+        let refused: Vec<_> = effects
             .treatments()
             .into_iter()
             .filter_map(|(name, treatment)| match treatment {
@@ -64,47 +64,32 @@ impl Effects {
         }
         // What was taken up in flight is carried from the beginning, what was dropped is carried
         // on.
-        let constant = self.payload_mass.and_then(|payload| {
+        let constant = effects.payload_mass.and_then(|payload| {
             let heavier = payload.mass_factor > 1.0;
             (heavier || payload.is_constant()).then(|| PayloadMass::always(payload.mass_factor))
         });
         Ok(Flown {
             steady: Effects {
                 payload_mass: constant,
-                ..self.steady()
+                ..steady(effects)
             },
-            climb: self.climb_descent,
-            superposition: self.jet_merging.map(|merging| {
+            climb: effects.climb_descent,
+            superposition: effects.jet_merging.map(|merging| {
                 if merging.exponent >= 2.0 {
                     Superposition::Momentum
                 } else {
                     Superposition::Linear
                 }
             }),
-            receiver_gain: self.receiver_alpha(1.0),
-            return_flow_mps: self.recirculation.map_or(0.0, |room| room.speed_mps),
-            convection: (self.wake_transport).and_then(|transport| transport.convection()),
-            wall: self
+            receiver_gain: effects.receiver_alpha(1.0),
+            return_flow_mps: effects.recirculation.map_or(0.0, |room| room.speed_mps),
+            convection: (effects.wake_transport).and_then(|transport| transport.convection()),
+            wall: effects
                 .ground_impingement
                 .filter(|ground| ground.wall_jet > 0.0),
         })
     }
 
-    /// Those that change one drone's steady jet and the vertical air in it.
-    fn steady(&self) -> Effects {
-        let mut steady = Effects::default();
-        for spec in self.specs().filter(|spec| spec.home == Home::Jet) {
-            if let (Some(values), Treatment::Exact | Treatment::Bounded(_)) =
-                (spec.values(self), (spec.treatment)(self))
-            {
-                spec.set(&mut steady, &values);
-            }
-        }
-        steady
-    }
-}
-
-impl Flown {
     /// A plain wake with what changes it, hovering.
     #[must_use]
     pub fn wake(&self, plain: &Wake) -> Wake {
@@ -157,6 +142,19 @@ impl Flown {
     }
 }
 
+/// Those that change one drone's steady jet and the vertical air in it.
+fn steady(effects: &Effects) -> Effects {
+    let mut steady = Effects::default();
+    for spec in effects.specs().filter(|spec| spec.home == Home::Jet) {
+        if let (Some(values), Treatment::Exact | Treatment::Bounded(_)) =
+            (spec.values(effects), (spec.treatment)(effects))
+        {
+            spec.set(&mut steady, &values);
+        }
+    }
+    steady
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,14 +168,14 @@ mod tests {
 
     #[test]
     fn nothing_found_leaves_a_wake_as_it_is() {
-        let flown = Effects::default().flown().expect("nothing to refuse");
+        let flown = Flown::of(&Effects::default()).expect("nothing to refuse");
         assert_eq!(flown, Flown::default());
         assert!(!flown.wake(&plain()).is_shaped());
         let receiver = Effects {
             receiver_inflow: Some(ReceiverInflow { factor: 0.8 }),
             ..Effects::default()
         };
-        let flown = receiver.flown().expect("flown as a factor");
+        let flown = Flown::of(&receiver).expect("flown as a factor");
         assert!(!flown.wake(&plain()).is_shaped() && flown.receiver_gain == 0.8);
     }
 
@@ -187,7 +185,7 @@ mod tests {
             momentum_scale: Some(MomentumScale { speed_factor: 1.3 }),
             ..Effects::default()
         };
-        let wake = effects.flown().expect("flown").wake(&plain());
+        let wake = Flown::of(&effects).expect("flown").wake(&plain());
         let own_mps = plain().induced_velocity_mps();
         assert_eq!(wake.hover_velocity_mps(), own_mps);
         assert_eq!(wake.induced_velocity_mps(), 1.3 * own_mps);
@@ -199,7 +197,7 @@ mod tests {
             jet_merging: Some(JetMerging { exponent: 0.8 }),
             ..Effects::default()
         };
-        let refused = effects.flown().expect_err("one of them");
+        let refused = Flown::of(&effects).expect_err("one of them");
         assert_eq!(
             refused.iter().map(|(name, _)| *name).collect::<Vec<_>>(),
             ["jet_merging"]
@@ -212,7 +210,7 @@ mod tests {
             wake_transport: Some(WakeTransport { lag_factor: 1.5 }),
             ..Effects::default()
         };
-        let flown = effects.flown().expect("flown");
+        let flown = Flown::of(&effects).expect("flown");
         let lag_s = |depth_m: f64| flown.lag_s(&flown.wake(&plain()), depth_m);
         assert!(lag_s(0.0) == 0.0 && lag_s(2.0) < lag_s(4.0));
         assert_eq!(Flown::default().lag_s(&plain(), 4.0), 0.0);
@@ -228,7 +226,7 @@ mod tests {
                 }),
                 ..Effects::default()
             };
-            effects.flown().expect("flown").beyond(&airframe, 1.204)
+            Flown::of(&effects).expect("flown").beyond(&airframe, 1.204)
         };
         // 0.4 of 7.41 m/s is 2.96 m/s.
         assert!(wind(2.9).is_none() && wind(3.0).is_some());

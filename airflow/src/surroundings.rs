@@ -18,31 +18,36 @@ pub struct Surroundings {
     pub emitter_z_m: f64,
 }
 
-impl Effects {
+impl Surroundings {
     /// Velocity (m/s, world) of the air at an offset below a drone, from its steady `wake`, with
     /// what this moment changes: payload taken up in flight, climb, the floor. `wake` is made
     /// [`Wake::with_effects`] of the same effects.
     #[must_use]
-    pub fn meet(&self, wake: &Wake, offset_m: Vector3<f64>, at: &Surroundings) -> Vector3<f64> {
+    pub fn velocity_mps(
+        &self,
+        effects: &Effects,
+        wake: &Wake,
+        offset_m: Vector3<f64>,
+    ) -> Vector3<f64> {
         let mut velocity_mps = wake.velocity_mps(offset_m);
         if offset_m.z >= 0.0 {
             return velocity_mps;
         }
-        if let Some(payload) = self.payload_mass
+        if let Some(payload) = effects.payload_mass
             && !payload.is_constant()
         {
-            velocity_mps *= payload.factor(at.t_s);
+            velocity_mps *= payload.factor(self.t_s);
         }
-        if let Some(climb) = self.climb_descent {
-            velocity_mps *= climb.factor(at.climb_mps / wake.induced_velocity_mps());
+        if let Some(climb) = effects.climb_descent {
+            velocity_mps *= climb.factor(self.climb_mps / wake.induced_velocity_mps());
         }
-        if let (Some(ground), Some(floor_z_m)) = (self.ground_impingement, at.floor_z_m) {
-            let emitter_height_m = (at.emitter_z_m - floor_z_m).max(wake.motor_distance_m());
+        if let (Some(ground), Some(floor_z_m)) = (effects.ground_impingement, self.floor_z_m) {
+            let emitter_height_m = (self.emitter_z_m - floor_z_m).max(wake.motor_distance_m());
             let [x, y] = wake.axis_m(-offset_m.z).unwrap_or([0.0; 2]);
             let (dx, dy) = (offset_m.x - x, offset_m.y - y);
             let radius_m = dx.hypot(dy);
             let (kept, outward_mps) = ground.meet(&NearFloor {
-                height: at.emitter_z_m + offset_m.z - floor_z_m,
+                height: self.emitter_z_m + offset_m.z - floor_z_m,
                 emitter_height: emitter_height_m,
                 radius: radius_m,
                 half_width: wake.half_width_m(emitter_height_m),
@@ -54,18 +59,5 @@ impl Effects {
             }
         }
         velocity_mps
-    }
-
-    /// Air (m/s, world) that moves without any jet, and the speed (m/s) without direction beside
-    /// it.
-    #[must_use]
-    pub fn background_mps(&self, since_takeoff_s: f64) -> (Vector3<f64>, f64) {
-        let [x, y] = self
-            .crossflow
-            .map_or([0.0; 2], |crossflow| crossflow.wind_mps);
-        let (rising_mps, level_mps) = self.recirculation.map_or((Vector3::zeros(), 0.0), |room| {
-            room.return_flow_mps(since_takeoff_s)
-        });
-        (Vector3::new(x, y, 0.0) + rising_mps, level_mps)
     }
 }

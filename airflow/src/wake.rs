@@ -89,8 +89,8 @@ impl Wake {
     }
 
     /// The same drone with what the hover jet leaves out, as far as it depends on the place below
-    /// the drone alone; the rest is [`Effects::meet`]'s. Made of the plain wake, which effects do
-    /// not pile up on.
+    /// the drone alone; the rest is of [`crate::Surroundings::velocity_mps`]. Made of the plain
+    /// wake, which effects do not pile up on.
     #[must_use]
     pub fn with_effects(&self, effects: &Effects) -> Wake {
         let airframe = &self.shared.airframe;

@@ -201,8 +201,8 @@ mod tests {
                     }),
                     ..effects
                 };
-                let added_mps =
-                    effects.meet(&wake, offset_m, &at) - without.meet(&wake, offset_m, &at);
+                let added_mps = at.velocity_mps(&effects, &wake, offset_m)
+                    - at.velocity_mps(&without, &wake, offset_m);
                 assert!((added_mps - Vector3::new(x, y, 0.0)).norm() < 1e-9);
             }
         }

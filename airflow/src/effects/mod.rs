@@ -6,8 +6,8 @@
 //!
 //! - in one drone's jet, as a function of the place below it ([`crate::Wake::with_effects`]):
 //!   cross-flow, tilt, cant, wander, tail, scale, near field, buoyancy, swirl, radial flow;
-//! - in how the jet meets its surroundings at one moment ([`Effects::meet`]): transport, climb,
-//!   floor, recirculation, merging;
+//! - in how the jet meets its surroundings at one moment ([`crate::Surroundings::velocity_mps`]):
+//!   transport, climb, floor, recirculation, merging;
 //! - in how a receiver answers ([`Effects::receiver_alpha`], [`Effects::thrust_ratio`],
 //!   [`Effects::throttle_factor`]): ground and ceiling effect on thrust, inflow, battery.
 //!
@@ -40,6 +40,7 @@ mod wake_tilt;
 mod wake_transport;
 mod wander;
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 pub use air_density::AirDensity;
@@ -173,4 +174,54 @@ pub struct Effects {
     pub body_drag: Option<BodyDrag>,
     /// The receiver's own velocity.
     pub own_motion: Option<OwnMotion>,
+}
+
+impl Effects {
+    /// The rows of the effects that are there, in the order of the fields.
+    pub fn specs(&self) -> impl Iterator<Item = &'static EffectSpec> {
+        EFFECTS
+            .into_iter()
+            .filter(|spec| (spec.get)(self).is_some())
+    }
+
+    /// Every parameter that is not in its range, not a number included; empty when all can be used.
+    #[must_use]
+    pub fn problems(&self) -> Vec<OutOfRange> {
+        let mut problems = Vec::new();
+        for spec in self.specs() {
+            let values = spec.values(self).unwrap_or_default();
+            for ((&parameter, _), value) in spec.components().zip(values) {
+                let [low, high] = parameter.range;
+                if !(low..=high).contains(&value) {
+                    problems.push(OutOfRange {
+                        effect: spec.name,
+                        parameter,
+                        value,
+                    });
+                }
+            }
+        }
+        problems
+    }
+
+    /// What becomes of each effect that is there, in the order of the fields.
+    #[must_use]
+    pub fn treatments(&self) -> Vec<(&'static str, Treatment)> {
+        self.specs()
+            .map(|spec| (spec.name, (spec.treatment)(self)))
+            .collect()
+    }
+
+    /// Air (m/s, world) that moves without any jet, and the speed (m/s) without direction beside
+    /// it.
+    #[must_use]
+    pub fn background_mps(&self, since_takeoff_s: f64) -> (Vector3<f64>, f64) {
+        let [x, y] = self
+            .crossflow
+            .map_or([0.0; 2], |crossflow| crossflow.wind_mps);
+        let (rising_mps, level_mps) = self.recirculation.map_or((Vector3::zeros(), 0.0), |room| {
+            room.return_flow_mps(since_takeoff_s)
+        });
+        (Vector3::new(x, y, 0.0) + rising_mps, level_mps)
+    }
 }

@@ -4,11 +4,11 @@
 //! u_r(t) = u_∞ (1 - exp(-(t - t₀)/τ_r))
 //! ```
 //!
-//! A return flow that grows after take-off, everywhere; for a hall of 25 x 25 x 7 m some 0.1 m/s after
-//! ten minutes (order of magnitude, assumed here because no measurement is known). What the jets
-//! carry down must come up between them: the part `e` of it rises (against the jets), the
-//! rest has no direction that a speed probe could tell and adds in squares. Taken for: a probe's
-//! offset or drift, which do not grow with flight time and stay after landing; wind.
+//! A return flow that grows after take-off, everywhere; for a hall of 25 x 25 x 7 m some 0.1 m/s
+//! after ten minutes (order of magnitude, assumed here because no measurement is known). What the
+//! jets carry down must come up between them: the part `e` of it rises (against the jets), the rest
+//! has no direction that a speed probe could tell and adds in squares. Taken for: a probe's offset
+//! or drift, which do not grow with flight time and stay after landing; wind.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};

@@ -38,7 +38,7 @@ pub struct EffectSpec {
 pub enum Home {
     /// In one drone's steady jet: [`crate::Wake::with_effects`].
     Jet,
-    /// In how a jet meets its surroundings at one moment: [`Effects::meet`] and
+    /// In how a jet meets its surroundings at one moment: [`crate::Surroundings::velocity_mps`] and
     /// [`Effects::background_mps`].
     Surroundings,
     /// In how a receiver answers: [`Effects::receiver_alpha`], [`Effects::thrust_ratio`],
@@ -185,43 +185,6 @@ pub struct OutOfRange {
     pub parameter: Parameter,
     /// What it is.
     pub value: f64,
-}
-
-impl Effects {
-    /// The rows of the effects that are there, in the order of the fields.
-    pub fn specs(&self) -> impl Iterator<Item = &'static EffectSpec> {
-        EFFECTS
-            .into_iter()
-            .filter(|spec| (spec.get)(self).is_some())
-    }
-
-    /// Every parameter that is not in its range, not a number included; empty when all can be used.
-    #[must_use]
-    pub fn problems(&self) -> Vec<OutOfRange> {
-        let mut problems = Vec::new();
-        for spec in self.specs() {
-            let values = spec.values(self).unwrap_or_default();
-            for ((&parameter, _), value) in spec.components().zip(values) {
-                let [low, high] = parameter.range;
-                if !(low..=high).contains(&value) {
-                    problems.push(OutOfRange {
-                        effect: spec.name,
-                        parameter,
-                        value,
-                    });
-                }
-            }
-        }
-        problems
-    }
-
-    /// What becomes of each effect that is there, in the order of the fields.
-    #[must_use]
-    pub fn treatments(&self) -> Vec<(&'static str, Treatment)> {
-        self.specs()
-            .map(|spec| (spec.name, (spec.treatment)(self)))
-            .collect()
-    }
 }
 
 #[cfg(test)]

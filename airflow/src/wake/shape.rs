@@ -32,7 +32,7 @@ struct Section {
 
 impl Shape {
     /// Factor of all scale effects on `U_H`; that of a payload taken up in flight is
-    /// [`Effects::meet`]'s.
+    /// of [`crate::Surroundings::velocity_mps`].
     pub(crate) fn strength(effects: &Effects, diameter_over_l: f64) -> f64 {
         let payload = effects.payload_mass.filter(|payload| payload.is_constant());
         payload.map_or(1.0, |payload| payload.factor(0.0))

@@ -243,7 +243,7 @@ impl<'a> Flow<'a> {
                 let offset_m = offset_m + Vector3::new(x, y, 0.0);
                 let down_mps = match plain {
                     true => wake.axial_speed_mps(offset_m),
-                    false => -self.effects.meet(wake, offset_m, &at).z,
+                    false => -at.velocity_mps(&self.effects, wake, offset_m).z,
                 };
                 *so_far = self.gather(*so_far, down_mps);
             }
@@ -288,7 +288,7 @@ impl<'a> Flow<'a> {
             }
             let velocity_mps = match self.axial_only {
                 true => Vector3::new(0.0, 0.0, -wake.axial_speed_mps(offset_m)),
-                false => self.effects.meet(wake, offset_m, &at),
+                false => at.velocity_mps(&self.effects, wake, offset_m),
             };
             horizontal_mps += Vector3::new(velocity_mps.x, velocity_mps.y, 0.0);
             gathered = self.gather(gathered, -velocity_mps.z);

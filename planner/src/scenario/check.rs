@@ -292,7 +292,10 @@ impl Check {
             let words = found.words(world).to_string();
             self.errors.push(WorldError::Misplaced { found, words });
         }
-        let refused = world.effects.flown().err().into_iter().flatten();
+        let refused = airflow::Flown::of(&world.effects)
+            .err()
+            .into_iter()
+            .flatten();
         let refused = refused.map(|(name, why)| format!("`{name}`: {why}"));
         let unfit = refused.chain(unfit(world)).map(WorldError::Effects);
         self.errors.extend(unfit);

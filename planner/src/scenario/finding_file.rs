@@ -38,7 +38,7 @@ pub(super) fn citation(written: &Written, finding: Option<&str>) -> Option<Citat
 
 /// Why a finding cannot be flown by this fleet: the first reason of each kind.
 pub(super) fn unfit(world: &World) -> Vec<String> {
-    let Ok(flown) = world.effects.flown() else {
+    let Ok(flown) = airflow::Flown::of(&world.effects) else {
         // Told at its place in the finding.
         return Vec::new();
     };
@@ -167,7 +167,7 @@ fn effects<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Effects>
         reader.report(problem.label("not as `plan diagnose` writes it"));
         return None;
     };
-    let Err(refused) = effects.flown() else {
+    let Err(refused) = airflow::Flown::of(&effects) else {
         return Some(effects);
     };
     for (name, why) in refused {

@@ -77,7 +77,7 @@ pub(super) fn world(
         },
         air,
         jet: jet.unwrap_or_default(),
-        superposition: (effects.flown().ok())
+        superposition: (airflow::Flown::of(&effects).ok())
             .and_then(|flown| flown.superposition)
             .unwrap_or(written.air.superposition),
         effects,

@@ -25,7 +25,10 @@ pub struct WakeOutlines {
 impl WakeOutlines {
     /// Of a plan's air and obstacles. Effects that cannot be flown are left out.
     pub fn new(plan: &Plan) -> WakeOutlines {
-        let effects = plan.air.effects.and_then(|effects| effects.flown().ok());
+        let effects = plan
+            .air
+            .effects
+            .and_then(|effects| Flown::of(&effects).ok());
         let tops = plan.obstacles.iter().filter_map(top);
         WakeOutlines {
             density_kg_per_m3: plan.air.density_kg_per_m3,

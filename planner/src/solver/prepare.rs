@@ -113,7 +113,7 @@ impl Job {
             jet: world.jet,
             superposition: world.superposition,
             // A world is checked: nothing in it is refused.
-            flown: world.effects.flown().unwrap_or_default(),
+            flown: airflow::Flown::of(&world.effects).unwrap_or_default(),
             fastest_mps: speeds.fold(0.0, f64::max),
             clearance_m: world.planning.clearance_m,
             deepest_m: world.bounds_m.max.z - world.bounds_m.min.z,

@@ -45,7 +45,9 @@ fn wake(random: &mut Random, preset: &str) -> Wake {
         momentum_scale: Some(momentum_scale),
         ..Effects::default()
     };
-    effects.flown().expect("all can be flown").wake(&plain)
+    airflow::Flown::of(&effects)
+        .expect("all can be flown")
+        .wake(&plain)
 }
 
 /// Points for one jet.
@@ -103,7 +105,8 @@ fn rotor_tips_lie_in_the_column_of_a_moved_jet_and_it_has_no_cone() {
                 continue;
             };
             let (sin, cos) = (TAU * random.unit()).sin_cos();
-            // Just inside: where nothing moves the axis the tips are the column's edge, to the last bit.
+            // Just inside: where nothing moves the axis the tips are the column's edge, to the last
+            // bit.
             let radius_m = wake.tip_radius_m() * (1.0 - 1e-12);
             let offset_m = Vector3::new(x_m + radius_m * cos, y_m + radius_m * sin, -depth_m);
             assert!(column.holds(offset_m), "case {case}: {offset_m:?}");

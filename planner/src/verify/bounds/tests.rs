@@ -45,7 +45,11 @@ fn wakes() -> Vec<Wake> {
         let plain = Wake::new(frame, frame.mass_kg(), 1.204, &Jet::default());
         found
             .iter()
-            .map(|effects| effects.flown().expect("can be flown").wake(&plain))
+            .map(|effects| {
+                airflow::Flown::of(effects)
+                    .expect("can be flown")
+                    .wake(&plain)
+            })
             .collect::<Vec<_>>()
     });
     made.collect()

@@ -120,7 +120,7 @@ fn air(plan: &Plan) -> Result<(Superposition, Flown, WakeCache), String> {
     if let Some(problem) = effects.problems().first() {
         return Err(format!("an effect: {problem}"));
     }
-    let flown = effects.flown().map_err(|refused| {
+    let flown = Flown::of(&effects).map_err(|refused| {
         let (name, why) = refused[0];
         format!("`{name}` cannot be judged: {why}")
     })?;
