@@ -1,8 +1,8 @@
 //! A leg against the fleet, in full: whether it may be flown, and the air along it, integrated.
 //!
-//! The search asks [`Costmap::judge`], which bounds; what is printed about a leg comes from here. A wake counts
-//! where its iso-speed volume, swept along its leg, meets the drone's rotor tips, swept along its own: parry decides
-//! that. Wakes hang below their drones without delay.
+//! The search asks [`Costmap::judge`], which bounds; what is printed about a leg comes from here. A
+//! wake counts where its iso-speed volume, swept along its leg, meets the drone's rotor tips, swept
+//! along its own: parry decides that. Wakes hang below their drones without delay.
 
 use nalgebra::Point3;
 use parry3d::shape::Ball;
@@ -48,8 +48,8 @@ impl Assessment {
 }
 
 impl Costmap {
-    /// Whether a leg may be flown, and the air along it, whether or not. Of a leg without end that is the air until all
-    /// others have come to rest.
+    /// Whether a leg may be flown, and the air along it, whether or not. Of a leg without end that
+    /// is the air until all others have come to rest.
     ///
     /// # Errors
     /// A position of the leg is NaN or infinite.
@@ -77,18 +77,22 @@ impl Costmap {
         let emitters: Vec<Emitter> = (above.iter())
             .map(|item| Emitter {
                 leg: flight(&item.leg),
-                wake: self.fleet.wake(item.leg.kind),
+                wake: self.fleet().wake(item.leg.kind),
                 ends_at_z_m: item.wake_end_z_m,
             })
             .collect();
-        let measure_mps = self.fleet.measure_mps(leg.kind);
+        let measure_mps = self.fleet().measure_mps(leg.kind);
         let receiver = Receiver {
             leg: flight(leg),
-            discs: self.fleet.discs(leg.kind),
-            mass_kg: self.fleet.kind(leg.kind).mass_kg,
+            discs: self.fleet().discs(leg.kind),
+            mass_kg: self.fleet().kind(leg.kind).mass_kg,
             induced_velocity_mps: measure_mps,
         };
-        let own = exposure(&receiver, &emitters, self.fleet.conditions().superposition)?;
+        let own = exposure(
+            &receiver,
+            &emitters,
+            self.fleet().conditions().superposition,
+        )?;
         let worst = own.from.map(|index| Worst {
             alpha: own.worst_mps / measure_mps,
             at_m: receiver.leg.position_m(own.worst_at_s),
@@ -116,13 +120,13 @@ impl Costmap {
         }
         let ends_m = |leg: &Leg| [leg.position_m(time.start), leg.position_m(time.end)];
         let ([from_m, to_m], [receiver_m, received_m]) = (ends_m(emitter), ends_m(receiver));
-        let ball = Ball::new(self.fleet.wake(receiver.kind).tip_radius_m());
+        let ball = Ball::new(self.fleet().wake(receiver.kind).tip_radius_m());
         let tips = Mover::new(&ball, frame::centred(receiver_m)?, received_m - receiver_m)?;
         // Hung where the leg begins, long enough to reach as low from wherever it goes: outward.
         let lowest_z_m =
             ends_at_z_m.min(receiver_m.z.min(received_m.z)) - (to_m.z - from_m.z).max(0.0);
         let volumes = self
-            .fleet
+            .fleet()
             .iso_speed(emitter.kind)
             .hung(from_m, lowest_z_m)?;
         for placed in &volumes {
@@ -155,7 +159,8 @@ mod tests {
     use airflow::{Airframe, Jet, Superposition};
     use nalgebra::Point3;
 
-    /// Offboard 2 over Offboard 2 in a hall 30 m high: the paper's wake reaches far below its limit.
+    /// Offboard 2 over Offboard 2 in a hall 30 m high: the paper's wake reaches far below its
+    /// limit.
     fn costmap() -> Costmap {
         let airframe = Airframe::preset("offboard-2").expect("a preset");
         let conditions = Conditions {

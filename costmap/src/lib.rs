@@ -1,17 +1,19 @@
-//! Downwash as parry volumes and as exposure prices: a leg is free, priced or forbidden, and by whom.
+//! Downwash as parry volumes and as exposure prices: a leg is free, priced or forbidden, and by
+//! whom.
 //!
 //! The jets of `airflow` say how fast the air moves at a point. A planner asks other questions: may
-//! this leg be flown at all, and what does the air along it cost? This crate answers them with bodies
-//! that parry can query, with bounds that add up, and with integrals along flights. Every
+//! this leg be flown at all, and what does the air along it cost? This crate answers them with
+//! bodies that parry can query, with bounds that add up, and with integrals along flights. Every
 //! approximation is outward: a volume may be larger than the air it stands for, never smaller.
 //!
 //! In reading order:
 //!
 //! - [`leg`]: one drone, straight, for a whole number of ticks
 //! - [`volumes`]: the shapes of one drone's body and wake
-//! - [`wake`]: what one wake brings to another drone's discs, where it ends, and the kinds of drones of a fleet
+//! - [`wake`]: what one wake brings to another drone's discs, where it ends, and the kinds of
+//!   drones of a fleet
 //! - [`reservations`]: what a fleet has reserved, by place and time
-//! - [`costmap`](mod@costmap): a leg against all of them, in bounds: what a search asks; `judge`: how it answers
+//! - [`costmap`](mod@costmap): a leg against all of them, in bounds: what a search asks
 //! - [`verdict`]: the answer
 //! - [`assess`]: the same in full, with the air integrated: what is printed
 
@@ -20,7 +22,6 @@ pub use airflow::GoldenSection;
 
 pub mod assess;
 pub mod costmap;
-mod judge;
 pub mod leg;
 pub mod reservations;
 pub mod verdict;

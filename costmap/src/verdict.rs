@@ -4,7 +4,8 @@ use airflow::power;
 
 use crate::leg::{DroneId, Tick};
 
-/// Mean air below this share of the induced velocity costs nothing: chosen here, half a percent of power.
+/// Mean air below this share of the induced velocity costs nothing: chosen here, half a percent of
+/// power.
 const PRICELESS_ALPHA: f64 = 0.01;
 
 /// What another's wake brings a leg.

@@ -1,8 +1,8 @@
 //! The far-wake background: what weak wakes from farther off add up to at most, by place and time.
 //!
-//! Beyond [`Fleet::near_m`] no wake is worth looking at one by one, but many together may be. So every
-//! bin of the floor keeps, second by second, the sum of what those who are that far off can bring to
-//! a drone in it.
+//! Beyond [`Fleet::near_m`] no wake is worth looking at one by one, but many together may be. So
+//! every bin of the floor keeps, second by second, the sum of what those who are that far off can
+//! bring to a drone in it.
 
 use crate::leg::{Leg, Tick};
 use crate::reservations::ground::{Footprint, Ground};
@@ -74,7 +74,8 @@ impl FarWakes {
         }
     }
 
-    /// The most that far wakes bring to a drone within a footprint, at any moment between two ticks.
+    /// The most that far wakes bring to a drone within a footprint, at any moment between two
+    /// ticks.
     pub(crate) fn on(&self, timeline: &Timeline, at: &Footprint, start: Tick, end: Tick) -> u64 {
         let ground = timeline.ground();
         let bins = ground.bins(at);
@@ -100,7 +101,8 @@ impl FarWakes {
     }
 }
 
-/// What a drone on these legs brings to every bin that it is not near to, at most, bucket by bucket.
+/// What a drone on these legs brings to every bin that it is not near to, at most, bucket by
+/// bucket.
 pub(crate) fn spreads(fleet: &Fleet, ground: &Ground, legs: &[Leg]) -> Vec<Spread> {
     let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
         return Vec::new();

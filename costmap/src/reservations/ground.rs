@@ -52,8 +52,8 @@ impl Footprint {
     }
 }
 
-/// Of what is this far along one axis and the other (m); `hypot`, which guards against lengths that no floor has, takes
-/// five times as long.
+/// Of what is this far along one axis and the other (m); `hypot`, which guards against lengths that
+/// no floor has, takes five times as long.
 fn length_m(x_m: f64, y_m: f64) -> f64 {
     (x_m * x_m + y_m * y_m).sqrt()
 }
@@ -145,8 +145,8 @@ impl Ground {
         }
     }
 
-    /// Horizontal distances between a footprint and these bins, in the order of [`Ground::rows`] (m). Bins at the edge of
-    /// the floor cover all beyond.
+    /// Horizontal distances between a footprint and these bins, in the order of [`Ground::rows`]
+    /// (m). Bins at the edge of the floor cover all beyond.
     pub(crate) fn gaps_m(&self, from: &Footprint, bins: Bins) -> Vec<f64> {
         let along = |axis: usize| {
             let numbers = usize::from(bins.low[axis])..=usize::from(bins.high[axis]);

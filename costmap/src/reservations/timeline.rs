@@ -1,9 +1,10 @@
 //! The legs of a fleet by bin of the floor, in order of time.
 //!
-//! Prioritized planning asks "who is near here then" for every step it considers, and mostly appends.
-//! Every bin of the [`Ground`] lists the legs over it by their beginning, each with the latest end up to
-//! there: of those that have ended before a moment one bisection skips nearly all. Time itself is counted
-//! in buckets of a second where something is known of places and not of legs.
+//! Prioritized planning asks "who is near here then" for every step it considers, and mostly
+//! appends. Every bin of the [`Ground`] lists the legs over it by their beginning, each with the
+//! latest end up to there: of those that have ended before a moment one bisection skips nearly all.
+//! Time itself is counted in buckets of a second where something is known of places and not of
+//! legs.
 
 use crate::leg::{DroneId, Leg, Tick};
 use crate::reservations::ground::{Bins, Footprint, Ground};
@@ -208,7 +209,8 @@ impl Timeline {
         }
     }
 
-    /// The most that wakes that are close fill, or have filled, of the budget of a leg over a bin, in millionths.
+    /// The most that wakes that are close fill, or have filled, of the budget of a leg over a bin,
+    /// in millionths.
     pub fn fullest(&self, bin: usize) -> u64 {
         self.fullest[bin]
     }

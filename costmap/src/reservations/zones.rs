@@ -1,4 +1,5 @@
-//! Zones: boxes in which the summed speed of all wakes is limited, and what reserved legs bring into each.
+//! Zones: boxes in which the summed speed of all wakes is limited, and what reserved legs bring
+//! into each.
 //!
 //! Wakes reach a zone from above, and along the floor as the wall jets that they become.
 
@@ -10,7 +11,8 @@ use crate::verdict::{Blocker, Verdict, Why, block_largest};
 use crate::wake::fleet::{BUDGET, Fleet, WHOLE, left};
 use crate::wake::surfaces::BlockingSurfaces;
 
-/// Rings in which the wall jet between the nearest and the farthest place of a zone is looked at; chosen here.
+/// Rings in which the wall jet between the nearest and the farthest place of a zone is looked at;
+/// chosen here.
 const RINGS: u32 = 16;
 
 /// A box in which the summed wake speed is limited.
@@ -145,8 +147,8 @@ impl Zones {
 impl Wakes<'_> {
     /// Millionths of a zone's limit that a leg's wake fills, at most.
     ///
-    /// Wall jets run in many directions, and add up to the sum of their speeds at most; with wakes from above that add by momentum the whole
-    /// is at most the sum of `√(above² + along²)`.
+    /// Wall jets run in many directions, and add up to the sum of their speeds at most; with wakes
+    /// from above that add by momentum the whole is at most the sum of `√(above² + along²)`.
     fn load_on(self, leg: &Leg, zone: &ZoneBox) -> u32 {
         if !self.fleet.conditions().wakes || !leg.flying {
             return 0;
@@ -184,8 +186,8 @@ impl Wakes<'_> {
         envelope.highest_beyond(&shallow, &deep).sqrt() * wake.induced_velocity_mps()
     }
 
-    /// Bound on a leg's wall jet anywhere in a zone (m/s); `None` where wakes leave no wall jet. It spreads along the floor whatever stands
-    /// there: outward.
+    /// Bound on a leg's wall jet anywhere in a zone (m/s); `None` where wakes leave no wall jet. It
+    /// spreads along the floor whatever stands there: outward.
     fn wall_jet_in_zone_mps(self, leg: &Leg, zone: &ZoneBox) -> Option<f64> {
         let wall = self.fleet.conditions().flown.wall?;
         let wake = self.fleet.wake(leg.kind);
@@ -213,7 +215,8 @@ impl Wakes<'_> {
     }
 }
 
-/// A lower bound of the horizontal distance between a path and a box (m): exact where they are apart along one axis alone.
+/// A lower bound of the horizontal distance between a path and a box (m): exact where they are
+/// apart along one axis alone.
 fn horizontal_gap_m(leg: &Leg, zone: &ZoneBox) -> f64 {
     let along = |axis: usize| {
         let (from_m, to_m) = (leg.from_m[axis], leg.to_m[axis]);

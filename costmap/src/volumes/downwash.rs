@@ -1,8 +1,9 @@
-//! Volumes of one airborne drone: the near-field column and the far-field cone, hung below its rotors.
+//! Volumes of one airborne drone: the near-field column and the far-field cone, hung below its
+//! rotors.
 //!
-//! A volume is a stack of [`Section`]s, figures of revolution about the vertical through the rotor centre, given by depth
-//! below the rotor plane. They depend on the airframe and its mass alone. [`Section::hung`] places one
-//! in the world and cuts it where the wake ends.
+//! A volume is a stack of [`Section`]s, figures of revolution about the vertical through the rotor
+//! centre, given by depth below the rotor plane. They depend on the airframe and its mass alone.
+//! [`Section::hung`] places one in the world and cuts it where the wake ends.
 
 use crate::volumes::frame::{self, NotFinite};
 use crate::volumes::frustum::Frustum;
@@ -33,7 +34,8 @@ pub struct Placed {
     pub pose: Pose,
 }
 
-/// Where no other drone's rotor centre may be: from the rotor plane to the end of the near field, out to the rotor tips.
+/// Where no other drone's rotor centre may be: from the rotor plane to the end of the near field,
+/// out to the rotor tips.
 pub fn column(wake: &Wake) -> Section {
     Section {
         from_depth_m: 0.0,
@@ -44,8 +46,8 @@ pub fn column(wake: &Wake) -> Section {
 }
 
 /// All points of the far field within the half-width, `ξ ≤ 1`, down to a depth: exact, since the
-/// half-width is linear in depth. `None` if the depth does not reach the far field, and for a jet that
-/// effects have moved or widened: that is no cone.
+/// half-width is linear in depth. `None` if the depth does not reach the far field, and for a jet
+/// that effects have moved or widened: that is no cone.
 pub fn cone(wake: &Wake, to_depth_m: f64) -> Option<Section> {
     let from_depth_m = wake.near_field_depth_m();
     (to_depth_m > from_depth_m && !wake.is_shaped()).then(|| Section {
@@ -72,8 +74,8 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Of a wake below a rotor centre, down to the height where it ends. Where the wind has taken the jet away it is drawn
-    /// as it begins.
+    /// Of a wake below a rotor centre, down to the height where it ends. Where the wind has taken
+    /// the jet away it is drawn as it begins.
     pub fn new(wake: &Wake, at_m: Point3<f64>, ends_at_z_m: f64) -> Outline {
         let column = column(wake);
         let joins_z_m = (at_m.z - column.to_depth_m).max(ends_at_z_m);
@@ -98,8 +100,8 @@ impl Outline {
 }
 
 impl Section {
-    /// Whether a straight path relative to the rotor centre (m, z up) enters a section with upright sides. One that
-    /// only touches its upper or lower face stays outside.
+    /// Whether a straight path relative to the rotor centre (m, z up) enters a section with upright
+    /// sides. One that only touches its upper or lower face stays outside.
     pub fn is_entered(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> bool {
         let Some((from_m, to_m)) = clip_depth(from_m, to_m, self.from_depth_m, self.to_depth_m)
         else {
@@ -147,7 +149,8 @@ impl Section {
         })
     }
 
-    /// Placed below a rotor centre (m, world) and cut where the wake ends; `None` if it ends above this section.
+    /// Placed below a rotor centre (m, world) and cut where the wake ends; `None` if it ends above
+    /// this section.
     ///
     /// # Errors
     /// The rotor centre or the height is NaN or infinite.

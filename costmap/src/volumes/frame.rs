@@ -1,8 +1,8 @@
 //! The crossing between the world (nalgebra, metres, z up) and parry (glam, shapes standing on y).
 //!
-//! Parry's world is ours, coordinate by coordinate; only its round shapes stand on their local y axis.
-//! [`upright`] therefore turns local y to world z, and everything else copies three numbers. Numbers
-//! that are not finite stop here: parry answers "intersecting" to a NaN pose, or panics.
+//! Parry's world is ours, coordinate by coordinate; only its round shapes stand on their local y
+//! axis. [`upright`] therefore turns local y to world z, and everything else copies three numbers.
+//! Numbers that are not finite stop here: parry answers "intersecting" to a NaN pose, or panics.
 
 use nalgebra::{Point3, Vector3};
 use parry3d::math::{Pose, Rotation, Vector};

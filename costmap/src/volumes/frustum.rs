@@ -1,8 +1,9 @@
 //! The truncated cone as a parry support map: exact, no facets.
 //!
-//! In its own frame the axis is y, the centre lies halfway up, and the top and bottom faces are discs at
-//! `y = +half height` and `y = -half height`. A cylinder is the frustum with equal radii, a cone the one with a
-//! radius of zero; a height of zero leaves a disc. The support map needs one comparison; parry's GJK asks nothing else.
+//! In its own frame the axis is y, the centre lies halfway up, and the top and bottom faces are
+//! discs at `y = +half height` and `y = -half height`. A cylinder is the frustum with equal radii,
+//! a cone the one with a radius of zero; a height of zero leaves a disc. The support map needs one
+//! comparison; parry's GJK asks nothing else.
 
 use parry3d::math::Vector;
 use parry3d::shape::SupportMap;
@@ -16,8 +17,8 @@ pub struct Frustum {
 }
 
 impl Frustum {
-    /// From its height and the radii of its upper and lower face (m); `None` unless all three are finite and not
-    /// negative.
+    /// From its height and the radii of its upper and lower face (m); `None` unless all three are
+    /// finite and not negative.
     pub fn new(height_m: f64, top_radius_m: f64, bottom_radius_m: f64) -> Option<Self> {
         let lengths_m = [height_m, top_radius_m, bottom_radius_m];
         let valid = |length_m: &f64| length_m.is_finite() && *length_m >= 0.0;

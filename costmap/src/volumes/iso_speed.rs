@@ -1,7 +1,8 @@
 //! All points where one drone's wake is faster than a limit, covered by stacked frusta.
 //!
 //! Far field. With `U_C = B' U_H/σ` on the axis, half-width `r_half = S' σ` and the profile
-//! `U = U_C/(1 + aξ²)²`, `a = √2 - 1` (Bauersfeld et al. 2025), the air is faster than a limit within
+//! `U = U_C/(1 + aξ²)²`, `a = √2 - 1` (Bauersfeld et al. 2025), the air is faster than a limit
+//! within
 //!
 //! ```text
 //! ξ² = (√(U_C/limit) - 1)/a            u = σ/σ_end, where U_C(σ_end) = limit
@@ -14,15 +15,18 @@
 //! g'' = (2 f f″ - f′²)/(4 f^{3/2}),    2 f f″ - f′² = -u (3/4 - √u/2) < 0  on (0, 1]
 //! ```
 //!
-//! The cover is the stack of frusta between neighbouring tangents, cut at 2.5 l above and at u = 1 below.
+//! The cover is the stack of frusta between neighbouring tangents, cut at 2.5 l above and at u = 1
+//! below.
 //!
-//! Near field. There is no closed form between the rotor plane and 2.5 l; one cylinder covers what is
-//! faster than the limit there, its radius found by search on the azimuth of a hub. N equal Gaussian jets on a ring are, at a fixed
-//! radius, fastest on a hub's azimuth: Σ_k e^{c cos(θ - θ_k)} = N Σ_m I_{Nm}(c) cos(N m θ) with Bessel functions
-//! I > 0, and everything else in the model is round.
+//! Near field. There is no closed form between the rotor plane and 2.5 l; one cylinder covers what
+//! is faster than the limit there, its radius found by search on the azimuth of a hub. N equal
+//! Gaussian jets on a ring are, at a fixed radius, fastest on a hub's azimuth: Σ_k e^{c cos(θ -
+//! θ_k)} = N Σ_m I_{Nm}(c) cos(N m θ) with Bessel functions I > 0, and everything else in the model
+//! is round.
 //!
-//! A jet that effects have moved or reshaped has no closed form at all: there the sections are cylinders upright below the drone, out to
-//! the farthest point that is faster than the limit, found by search at every bearing.
+//! A jet that effects have moved or reshaped has no closed form at all: there the sections are
+//! cylinders upright below the drone, out to the farthest point that is faster than the limit,
+//! found by search at every bearing.
 
 use crate::volumes::downwash::{Placed, Section};
 use crate::volumes::frame::NotFinite;
@@ -33,18 +37,20 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 /// Constant of the profile, `a = √2 - 1`: half the speed at the half-width, by definition.
 const PROFILE_A: f64 = SQRT_2 - 1.0;
 
-/// Frusta that cover the far field: seven hold its volume within 2 % at any limit (the tests measure it).
+/// Frusta that cover the far field: seven hold its volume within 2 % at any limit (the tests
+/// measure it).
 pub const FRUSTA: usize = 7;
 
-/// Relative growth of every radius, and of the lower end, against rounding. Chosen here: thousands of times the
-/// rounding of the formulas, and a nanometre per metre.
+/// Relative growth of every radius, and of the lower end, against rounding. Chosen here: thousands
+/// of times the rounding of the formulas, and a nanometre per metre.
 const GROWTH: f64 = 1e-9;
 
 /// Depths at which the near field is searched, between the rotor plane and 2.5 l.
 const NEAR_FIELD_LEVELS: usize = 128;
 
-/// The near field is searched for this part of the limit. Between one searched depth and the next (l/51) the
-/// speed at a given radius changes by less than the rest; chosen here, and checked by random points.
+/// The near field is searched for this part of the limit. Between one searched depth and the next
+/// (l/51) the speed at a given radius changes by less than the rest; chosen here, and checked by
+/// random points.
 const NEAR_FIELD_LIMIT_PART: f64 = 0.97;
 
 /// The volume in which one drone's wake exceeds a speed, covered from outside.
@@ -54,8 +60,8 @@ pub struct IsoSpeedVolume {
 }
 
 impl IsoSpeedVolume {
-    /// Covers the air faster than `limit_mps` with a cylinder over the near field and [`FRUSTA`] frusta over the
-    /// far field.
+    /// Covers the air faster than `limit_mps` with a cylinder over the near field and [`FRUSTA`]
+    /// frusta over the far field.
     ///
     /// Returns `None` unless the limit is a positive number.
     pub fn new(wake: &Wake, limit_mps: f64) -> Option<Self> {
@@ -169,8 +175,9 @@ impl FarField {
 
     /// Where the tangents touch: equally spaced in (1 - u)^{2/3}.
     ///
-    /// The slice cut off between tangents a distance h apart has the volume r |r″| h³, which is smallest in
-    /// total when they are spaced with density (r |r″|)^{1/3}. That is close to (1 - u)^{-1/3}, exactly so at the blunt end.
+    /// The slice cut off between tangents a distance h apart has the volume r |r″| h³, which is
+    /// smallest in total when they are spaced with density (r |r″|)^{1/3}. That is close to (1 -
+    /// u)^{-1/3}, exactly so at the blunt end.
     fn tangent_points(&self, frusta: usize) -> impl Iterator<Item = f64> {
         let whole = (1.0 - self.from_u).powf(2.0 / 3.0);
         let step = whole / frusta as f64;
@@ -190,7 +197,8 @@ impl Tangent {
         (self.radius_m + self.slope_m * (u - self.u)).max(0.0)
     }
 
-    /// Where it meets the next one. The profile is strictly concave, so slopes fall and the crossing lies between the two.
+    /// Where it meets the next one. The profile is strictly concave, so slopes fall and the
+    /// crossing lies between the two.
     fn crossing(&self, next: &Tangent) -> f64 {
         let u = (next.radius_m - self.radius_m + self.slope_m * self.u - next.slope_m * next.u)
             / (self.slope_m - next.slope_m);
@@ -198,7 +206,8 @@ impl Tangent {
     }
 }
 
-/// The cylinder that covers the near field where it is faster than the limit; `None` if it is nowhere.
+/// The cylinder that covers the near field where it is faster than the limit; `None` if it is
+/// nowhere.
 fn near_field(wake: &Wake, limit_mps: f64) -> Option<Section> {
     let depth_m = wake.near_field_depth_m();
     let searched_mps = NEAR_FIELD_LIMIT_PART * limit_mps;
@@ -219,8 +228,9 @@ fn near_field(wake: &Wake, limit_mps: f64) -> Option<Section> {
 
 /// The largest radius at a depth where the wake is as fast as `speed_mps`, from outside.
 ///
-/// Beyond the hubs every part of the model falls with radius, so the first radius that is fast enough, coming
-/// from outside, is the outermost; inside of them steps of l/50 resolve the lobes, each half a propeller wide.
+/// Beyond the hubs every part of the model falls with radius, so the first radius that is fast
+/// enough, coming from outside, is the outermost; inside of them steps of l/50 resolve the lobes,
+/// each half a propeller wide.
 fn outermost_radius_m(wake: &Wake, depth_m: f64, speed_mps: f64) -> Option<f64> {
     let is_fast = |radius_m: f64| {
         let sideways_m = radius_m * FRAC_1_SQRT_2; // hubs stand on the diagonals
@@ -251,17 +261,18 @@ fn outermost_radius_m(wake: &Wake, depth_m: f64, speed_mps: f64) -> Option<f64> 
     Some(slow_m)
 }
 
-/// Bearings at which the edge is searched for. Chosen here: between two the farthest point of a jet moved by less than ten of its
-/// widths is missed by less than [`MARGIN`] allows for.
+/// Bearings at which the edge is searched for. Chosen here: between two the farthest point of a jet
+/// moved by less than ten of its widths is missed by less than [`MARGIN`] allows for.
 const BEARINGS: u32 = 72;
 /// Depths searched in each section.
 const LEVELS: u32 = 12;
-/// The edge is searched for at this part of the limit: what lies between bearings and depths looked at. Chosen here, and checked by random
-/// points.
+/// The edge is searched for at this part of the limit: what lies between bearings and depths looked
+/// at. Chosen here, and checked by random points.
 const LIMIT_PART: f64 = 0.93;
 /// On every radius, for the same reason.
 const MARGIN: f64 = 1.02;
-/// The search ends so many motor distances below: the deepest halls are a tenth of it for the smallest drones.
+/// The search ends so many motor distances below: the deepest halls are a tenth of it for the
+/// smallest drones.
 const DEEPEST_L: f64 = 2000.0;
 
 fn moved_volume(wake: &Wake, limit_mps: f64) -> IsoSpeedVolume {
@@ -303,7 +314,8 @@ fn end_m(wake: &Wake, speed_mps: f64) -> f64 {
     end_m
 }
 
-/// Distance from below the drone of the farthest point between two depths that is as fast as a speed; `None`: none is.
+/// Distance from below the drone of the farthest point between two depths that is as fast as a
+/// speed; `None`: none is.
 fn farthest_m(wake: &Wake, from_m: f64, to_m: f64, speed_mps: f64) -> Option<f64> {
     let levels = if from_m == to_m { 0 } else { LEVELS };
     let mut farthest: Option<f64> = None;
@@ -336,7 +348,8 @@ fn farthest_m(wake: &Wake, from_m: f64, to_m: f64, speed_mps: f64) -> Option<f64
     farthest
 }
 
-/// The outermost radius about the axis that is fast enough, from outside, in steps of a thirtieth of the spread.
+/// The outermost radius about the axis that is fast enough, from outside, in steps of a thirtieth
+/// of the spread.
 fn edge_m(is_fast: impl Fn(f64) -> bool, spread_m: f64) -> Option<f64> {
     let mut outer_m = 2.0 * spread_m;
     while is_fast(outer_m) {

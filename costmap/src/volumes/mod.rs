@@ -1,6 +1,7 @@
 //! The geometry of one drone's body and wake, as parry shapes: written once, flown everywhere.
 //!
-//! All lengths in metres, z up; depths are measured down from the rotor plane. Every approximation is outward.
+//! All lengths in metres, z up; depths are measured down from the rotor plane. Every approximation
+//! is outward.
 //!
 //! - [`frame`]: where nalgebra and z up meet parry, glam and y up; nowhere else
 //! - [`frustum`]: the exact truncated cone as a parry shape

@@ -1,13 +1,14 @@
 //! A convex body on the move, and whether two of them meet.
 //!
-//! A body translated along a straight line covers body + segment (Minkowski sum), which is convex again:
+//! A body translated along a straight line covers body + segment (Minkowski sum), which is convex
+//! again:
 //!
 //! ```text
 //! support(d) = body.support(d) + (d·Δ > 0 ? Δ : 0)
 //! ```
 //!
-//! Two bodies moving at constant velocities over the same interval meet if and only if one at rest meets
-//! the other swept by the relative displacement. That is one GJK query, and it also sees what
+//! Two bodies moving at constant velocities over the same interval meet if and only if one at rest
+//! meets the other swept by the relative displacement. That is one GJK query, and it also sees what
 //! `cast_shapes` misses: bodies that overlap all along without moving relative to each other.
 //!
 //! Every doubt counts as a meeting. "They do not meet" is only ever said with a proof in hand: a
@@ -24,13 +25,15 @@ use parry3d::query::details::{
 use parry3d::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d::shape::SupportMap;
 
-/// How much apart two bodies must be to be called apart (m). Chosen here: a micrometre is a thousandth of the
-/// smallest length of a plan, and ten thousand times the rounding of a coordinate of 10⁵ m.
+/// How much apart two bodies must be to be called apart (m). Chosen here: a micrometre is a
+/// thousandth of the smallest length of a plan, and ten thousand times the rounding of a coordinate
+/// of 10⁵ m.
 pub const SEPARATION_M: f64 = 1e-6;
 
 /// All places of a convex body that moves by `displacement`, grown by `growth_m` all around.
 ///
-/// Everything is in the body's own frame; a support map itself, so that it can be swept or queried again.
+/// Everything is in the body's own frame; a support map itself, so that it can be swept or queried
+/// again.
 pub struct Swept<'a> {
     body: &'a dyn SupportMap,
     displacement: Vector,
@@ -56,8 +59,8 @@ pub struct Mover<'a> {
 }
 
 impl<'a> Mover<'a> {
-    /// A body that starts at `start` and ends `displacement_m` from there (world frame), at constant velocity and without
-    /// turning.
+    /// A body that starts at `start` and ends `displacement_m` from there (world frame), at
+    /// constant velocity and without turning.
     ///
     /// # Errors
     /// The pose or the displacement is NaN or infinite.
@@ -88,7 +91,8 @@ impl<'a> Mover<'a> {
     }
 }
 
-/// Whether two bodies may come within [`SEPARATION_M`] of each other while both move; `false` is proven.
+/// Whether two bodies may come within [`SEPARATION_M`] of each other while both move; `false` is
+/// proven.
 ///
 /// Both are taken to move during the same interval. Cut legs to their common time first.
 pub fn may_meet(first: &Mover, second: &Mover) -> bool {
@@ -101,7 +105,8 @@ pub fn may_meet(first: &Mover, second: &Mover) -> bool {
     !are_apart(first.body, &relative, &first.start.inv_mul(&second.start))
 }
 
-/// Whether a separating plane could be found; `second_in_first` is the pose of the second in the frame of the first.
+/// Whether a separating plane could be found; `second_in_first` is the pose of the second in the
+/// frame of the first.
 fn are_apart(first: &dyn SupportMap, second: &Swept, second_in_first: &Pose) -> bool {
     let simplex = &mut VoronoiSimplex::new();
     let (touching, direction) = intersection_test_support_map_support_map_with_params(

@@ -1,15 +1,16 @@
 //! Wakes that take their time: the air at a depth left its drone a while ago.
 //!
-//! The search does not ask when exactly. A wake is taken to be below every place that its drone has been at for no longer than its air
-//! needs down to there: from at once, as of a wake that hangs below its drone, until the latest. With `λ` the time at the greatest depth
-//! of two legs, the receiver may be at `t` in the air that left at `t'` wherever
+//! The search does not ask when exactly. A wake is taken to be below every place that its drone has
+//! been at for no longer than its air needs down to there: from at once, as of a wake that hangs
+//! below its drone, until the latest. With `λ` the time at the greatest depth of two legs, the
+//! receiver may be at `t` in the air that left at `t'` wherever
 //!
 //! ```text
 //! 0 <= t - t' <= λ,      t in the receiver's leg, t' in the emitter's
 //! ```
 //!
-//! That is a convex region of `(t', t)`, and what the receiver is to the emitter is linear in both: its nearest distance to an axis is met
-//! on an edge, or is nothing.
+//! That is a convex region of `(t', t)`, and what the receiver is to the emitter is linear in both:
+//! its nearest distance to an axis is met on an edge, or is nothing.
 
 use nalgebra::Vector3;
 
@@ -32,8 +33,8 @@ fn line(leg: &Leg) -> Line {
     }
 }
 
-/// All that a receiver may be to an emitter whose air is under way for up to `delay` ticks (m, ticks); `None` where no air of the
-/// emitter's leg can reach the receiver's.
+/// All that a receiver may be to an emitter whose air is under way for up to `delay` ticks (m,
+/// ticks); `None` where no air of the emitter's leg can reach the receiver's.
 fn advected(emitter: &Leg, receiver: &Leg, delay: u32) -> Option<Relative> {
     let moments = [emitter, receiver].map(|leg| [leg.start, leg.end].map(|tick| f64::from(tick.0)));
     let ([left_0, left_1], [met_0, met_1]) = (moments[0], moments[1]);
@@ -55,7 +56,8 @@ impl Fleet {
             .unwrap_or(kind)
     }
 
-    /// Convective delay of a wake of this kind down to a depth (m), at most (ticks, rounded up); 0 where wakes are quasi-static.
+    /// Convective delay of a wake of this kind down to a depth (m), at most (ticks, rounded up); 0
+    /// where wakes are quasi-static.
     pub(crate) fn delay_ticks(&self, kind: KindId, depth_m: f64) -> u32 {
         let conditions = self.conditions();
         if !conditions.wakes || conditions.flown.convection.is_none() {
@@ -78,7 +80,8 @@ impl Fleet {
         self.delay_ticks(emitter.kind, highest_m - lowest_m)
     }
 
-    /// Bound on the receiver's budget that air of the emitter's leg fills, whenever it left, in millionths.
+    /// Bound on the receiver's budget that air of the emitter's leg fills, whenever it left, in
+    /// millionths.
     pub(crate) fn advected_load(&self, emitter: &Leg, receiver: &Leg, wake_end_z_m: f64) -> u32 {
         let reaches = receiver.from_m.z.max(receiver.to_m.z) >= wake_end_z_m - 1e-6;
         if !self.conditions().wakes || !emitter.flying || !receiver.flying || !reaches {

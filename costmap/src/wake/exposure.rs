@@ -1,9 +1,10 @@
-//! The air that a drone meets along a leg: axial exposure, worst speed, and the energy it costs to hold height in it.
+//! The air that a drone meets along a leg: axial exposure, worst speed, and the energy it costs to
+//! hold height in it.
 //!
-//! The drone's rotor discs are thin and level. At every instant all wakes are added up at each point of the
-//! discs, then averaged; what is integrated is that mean. Wakes hang below their drones without delay.
-//! Between the knots where a wake begins, ends, or changes its formula, the air met is smooth in time, and
-//! adaptive quadrature settles it to [`RELATIVE_ERROR`].
+//! The drone's rotor discs are thin and level. At every instant all wakes are added up at each
+//! point of the discs, then averaged; what is integrated is that mean. Wakes hang below their
+//! drones without delay. Between the knots where a wake begins, ends, or changes its formula, the
+//! air met is smooth in time, and adaptive quadrature settles it to [`RELATIVE_ERROR`].
 
 use nalgebra::{Point3, Vector3};
 
@@ -13,17 +14,20 @@ use airflow::{
     mean_over_discs_mps, power,
 };
 
-/// Relative error of axial exposure and energy. Chosen here: ten times better than the 0.1 % a plan reports.
+/// Relative error of axial exposure and energy. Chosen here: ten times better than the 0.1 % a plan
+/// reports.
 pub const RELATIVE_ERROR: f64 = 1e-4;
 
-/// Where the near field begins to blend into the far field, over the depth where the near field ends:
-/// 1.8 l of 2.5 l. A knot for the quadrature, nothing else.
+/// Where the near field begins to blend into the far field, over the depth where the near field
+/// ends: 1.8 l of 2.5 l. A knot for the quadrature, nothing else.
 const BLEND_BEGINS: f64 = 1.8 / 2.5;
 
-/// Halvings after which a piece is taken as it is: a thousandth of a piece of at most two half-widths. Chosen here.
+/// Halvings after which a piece is taken as it is: a thousandth of a piece of at most two
+/// half-widths. Chosen here.
 const MAX_HALVINGS: u32 = 10;
 
-/// From one place and time to another, in a straight line at constant velocity; equal ends are a hover.
+/// From one place and time to another, in a straight line at constant velocity; equal ends are a
+/// hover.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flight {
     /// Where it starts, in the world (m).
@@ -71,7 +75,8 @@ impl Flight {
         self.start_m + self.velocity_mps() * elapsed_s
     }
 
-    /// The times shared with another flight, start before end; `None` if they share less than an instant.
+    /// The times shared with another flight, start before end; `None` if they share less than an
+    /// instant.
     pub fn common_s(&self, other: &Flight) -> Option<(f64, f64)> {
         let start_s = self.start_s.max(other.start_s);
         let end_s = self.end_s.min(other.end_s);
@@ -118,11 +123,12 @@ pub struct Exposure {
     pub extra_energy_j: f64,
 }
 
-/// Axial exposure, worst speed and extra energy of one leg below (or above, or beside) the given emitters.
+/// Axial exposure, worst speed and extra energy of one leg below (or above, or beside) the given
+/// emitters.
 ///
 /// # Errors
-/// A position of a leg is NaN or infinite, or so is a time of the receiver's leg; a time of an emitter's leg or the
-/// end of its wake is NaN. An emitter's leg may be without end.
+/// A position of a leg is NaN or infinite, or so is a time of the receiver's leg; a time of an
+/// emitter's leg or the end of its wake is NaN. An emitter's leg may be without end.
 pub fn exposure(
     receiver: &Receiver,
     emitters: &[Emitter],
@@ -201,7 +207,8 @@ fn check(receiver: &Receiver, emitters: &[Emitter]) -> Result<(), NotFinite> {
         frame::point(leg.end_m)?;
     }
     for emitter in emitters {
-        // Clamped, because these may be infinite: a hover without end, a wake without floor. NaN stays NaN.
+        // Clamped, because these may be infinite: a hover without end, a wake without floor. NaN
+        // stays NaN.
         let times_s = [emitter.leg.start_s, emitter.leg.end_s];
         let bounded =
             [times_s[0], times_s[1], emitter.ends_at_z_m].map(|x| x.clamp(f64::MIN, f64::MAX));
@@ -245,7 +252,8 @@ impl<'a> Air<'a> {
     }
 
     fn source(emitter: &'a Emitter, time_s: f64) -> Source<'a> {
-        // Whether it reaches the receiver is settled for the whole piece: rounding at its ends shall not undo it.
+        // Whether it reaches the receiver is settled for the whole piece: rounding at its ends
+        // shall not undo it.
         Source {
             wake: emitter.wake,
             position_m: emitter.leg.position_m(time_s),
@@ -285,7 +293,8 @@ impl<'a> Air<'a> {
     }
 }
 
-/// The highest value near the highest of the samples (in order of time): golden section between its neighbours.
+/// The highest value near the highest of the samples (in order of time): golden section between its
+/// neighbours.
 fn highest(samples: &[(f64, f64)], f: impl Fn(f64) -> f64) -> (f64, f64) {
     let Some(peak) = (0..samples.len()).reduce(|best, i| {
         if samples[i].1 > samples[best].1 {
@@ -300,7 +309,8 @@ fn highest(samples: &[(f64, f64)], f: impl Fn(f64) -> f64) -> (f64, f64) {
         samples[peak.saturating_sub(1)].0,
         samples[(peak + 1).min(samples.len() - 1)].0,
     ];
-    // The bracket shrinks to 5e-4 of a sample step: at a smooth peak the speed is then exact to about 1e-7.
+    // The bracket shrinks to 5e-4 of a sample step: at a smooth peak the speed is then exact to
+    // about 1e-7.
     let found = GoldenSection::of(ends_s, 16, |time_s| -f(time_s));
     let mut best = samples[peak];
     for (time_s, below) in [found.left, found.right] {
@@ -311,8 +321,8 @@ fn highest(samples: &[(f64, f64)], f: impl Fn(f64) -> f64) -> (f64, f64) {
     best
 }
 
-/// Times that no smooth piece of the air met may straddle, and those that find a narrow wake on a long leg; ascending,
-/// from the start to the end of the receiver's leg.
+/// Times that no smooth piece of the air met may straddle, and those that find a narrow wake on a
+/// long leg; ascending, from the start to the end of the receiver's leg.
 fn knots_s(receiver: &Receiver, emitters: &[Emitter]) -> Vec<f64> {
     let leg = &receiver.leg;
     let mut knots_s = vec![leg.start_s];
@@ -353,7 +363,8 @@ fn height_knots_s(leg: &Flight, emitter: &Emitter, from_s: f64, knots_s: &mut Ve
     knots_s.push(leg.start_s + (end_m - leg.start_m.z) / leg.velocity_mps().z);
 }
 
-/// On a long pass pieces short enough that no wake hides between nodes: the flow structure is two half-widths wide.
+/// On a long pass pieces short enough that no wake hides between nodes: the flow structure is two
+/// half-widths wide.
 fn pass_knots_s(
     leg: &Flight,
     emitter: &Emitter,
@@ -375,9 +386,9 @@ fn pass_knots_s(
 /// A time with the values of two functions.
 type Node = (f64, [f64; 2]);
 
-/// Integrals of two functions between the first and the last of three evenly spaced nodes, each to [`RELATIVE_ERROR`]:
-/// Simpson's rule, halved until it settles (J. N. Lyness, "Notes on the adaptive Simpson quadrature routine",
-/// Journal of the ACM 16, 1969).
+/// Integrals of two functions between the first and the last of three evenly spaced nodes, each to
+/// [`RELATIVE_ERROR`]: Simpson's rule, halved until it settles (J. N. Lyness, "Notes on the
+/// adaptive Simpson quadrature routine", Journal of the ACM 16, 1969).
 fn integrate(
     f: &mut impl FnMut(f64) -> Node,
     [from, middle, to]: [Node; 3],

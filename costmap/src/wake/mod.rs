@@ -1,9 +1,11 @@
 //! What one wake brings to another drone: bounds for the search, integrals for what is printed.
 //!
 //! - [`exposure`]: the air met along a flight, integrated
-//! - [`envelope`]: the air over another airframe's discs, bounded from above; `moved_jet`: where wind or tilt moved it
+//! - [`envelope`]: the air over another airframe's discs, bounded from above; `moved_jet`: where
+//!   wind or tilt moved it
 //! - [`surfaces`]: where a wake ends
-//! - [`fleet`]: all kinds of drones, and what two legs do to each other; `advected`: with the delay of convection
+//! - [`fleet`]: all kinds of drones, and what two legs do to each other; `advected`: with the delay
+//!   of convection
 
 mod advected;
 pub mod envelope;

@@ -1,24 +1,30 @@
-//! A slab of a jet that wind or tilt have moved, made round: the highest speed there is at each distance from one vertical axis.
+//! A slab of a jet that wind or tilt have moved, made round: the highest speed there is at each
+//! distance from one vertical axis.
 //!
-//! A moved jet is not round, and within a slab its axis wanders. All of the slab is looked at from one vertical line through its middle;
-//! what is kept is, for each distance from that line, the highest speed at any bearing and any depth of the slab. To take the air to be
-//! that everywhere errs outwards.
+//! A moved jet is not round, and within a slab its axis wanders. All of the slab is looked at from
+//! one vertical line through its middle; what is kept is, for each distance from that line, the
+//! highest speed at any bearing and any depth of the slab. To take the air to be that everywhere
+//! errs outwards.
 
 use airflow::Wake;
 use nalgebra::Vector3;
 
-/// Bearings looked at in the near field, whose lobes are a seventh of a circle wide at least; and below it. Chosen here.
+/// Bearings looked at in the near field, whose lobes are a seventh of a circle wide at least; and
+/// below it. Chosen here.
 const BEARINGS: [u32; 2] = [48, 24];
-/// The axis moves by no more than this part of the jet's extent between two depths looked at. Chosen here: a jet moved by half of it
-/// is one percent slower at a place.
+/// The axis moves by no more than this part of the jet's extent between two depths looked at.
+/// Chosen here: a jet moved by half of it is one percent slower at a place.
 const AXIS_STEP: f64 = 0.2;
 /// Most depths looked at in one slab.
 const MOST_DEPTHS: f64 = 32.0;
-/// The thinnest slab, as a part of its depth: chosen here. A jet that lies down sweeps tens of metres within centimetres of depth.
+/// The thinnest slab, as a part of its depth: chosen here. A jet that lies down sweeps tens of
+/// metres within centimetres of depth.
 const THINNEST: f64 = 1e-7;
-/// Highest speed beside the axis over that on it: 1.1 for the steepest of edges in range, and more to spare.
+/// Highest speed beside the axis over that on it: 1.1 for the steepest of edges in range, and more
+/// to spare.
 const OFF_AXIS: f64 = 1.2;
-/// Distances looked at in one spread. Chosen here: between two the profile is straight to a part in a thousand.
+/// Distances looked at in one spread. Chosen here: between two the profile is straight to a part in
+/// a thousand.
 const RADII_PER_SPREAD: f64 = 24.0;
 
 /// A slab of one wake.
@@ -33,8 +39,9 @@ pub(crate) struct MovedSlab<'a> {
     speeds: Vec<f64>,
 }
 
-/// Cuts ranges of depths until the axis moves by no more than the extent of a level cut in each, where the jet is not still air
-/// (mean squares up to `negligible_square` of the induced velocity), and where the wind has taken it away.
+/// Cuts ranges of depths until the axis moves by no more than the extent of a level cut in each,
+/// where the jet is not still air (mean squares up to `negligible_square` of the induced velocity),
+/// and where the wind has taken it away.
 pub(crate) fn slabs_m(wake: &Wake, depths_m: &[f64], negligible_square: f64) -> Vec<f64> {
     let mut cut_m = vec![depths_m.first().copied().unwrap_or_default()];
     let gone_m = wake.gone_from_m();
@@ -67,20 +74,23 @@ fn cut(wake: &Wake, from_m: f64, to_m: f64, negligible_square: f64, cut_m: &mut 
     cut(wake, middle_m, to_m, negligible_square, cut_m);
 }
 
-/// Half-width of a level cross-section in the direction in which the jet leans and moves; at least as in still air.
+/// Half-width of a level cross-section in the direction in which the jet leans and moves; at least
+/// as in still air.
 fn extent_m(wake: &Wake, depth_m: f64) -> f64 {
     let still_m = wake.half_width_m(depth_m);
     wake.spread_m(depth_m).unwrap_or(still_m).max(still_m)
 }
 
-/// Where the axis is at the lower end of a slab; just above, if the wind has taken the jet away there.
+/// Where the axis is at the lower end of a slab; just above, if the wind has taken the jet away
+/// there.
 fn last_axis_m(wake: &Wake, from_m: f64, to_m: f64) -> Option<[f64; 2]> {
     let just_above_m = (to_m * (1.0 - THINNEST)).max(from_m);
     wake.axis_m(to_m).or_else(|| wake.axis_m(just_above_m))
 }
 
-/// Whether the air of a jet that wind has laid down is slower than what counts at a depth, and so below it: on its axis it is fastest,
-/// but for an edge that effects have steepened, by less than a fifth.
+/// Whether the air of a jet that wind has laid down is slower than what counts at a depth, and so
+/// below it: on its axis it is fastest, but for an edge that effects have steepened, by less than a
+/// fifth.
 fn is_still(wake: &Wake, depth_m: f64, negligible_square: f64) -> bool {
     depth_m > wake.near_field_depth_m()
         && wake.axis_m(depth_m).is_none_or(|[x_m, y_m]| {

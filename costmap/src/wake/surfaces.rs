@@ -68,8 +68,9 @@ impl Top {
         depth_m > 0.0 && self.holds([rotor_m.x, rotor_m.y], wake.half_width_m(depth_m))
     }
 
-    /// The same for a moved wake, from everywhere between two places. Any place between them is a mixture of both, and a face that
-    /// holds a disc about two places holds it about every mixture: so it is enough that both ends hold every disc that comes up.
+    /// The same for a moved wake, from everywhere between two places. Any place between them is a
+    /// mixture of both, and a face that holds a disc about two places holds it about every mixture:
+    /// so it is enough that both ends hold every disc that comes up.
     fn holds_moved(&self, wake: &Wake, ends_m: [&Point3<f64>; 2]) -> bool {
         let [from_m, to_m] = ends_m.map(|end_m| end_m.z - self.z_m());
         if from_m <= 0.0 || to_m <= 0.0 {
@@ -155,8 +156,8 @@ impl BlockingSurfaces {
     /// Height (m) at which a wake ends wherever the drone is on the path between two places.
     ///
     /// A face counts only if it stops the wake at both ends: faces are convex and the half-width
-    /// grows at most linearly with height, so it stops it in between, too. Where it stops the wake on
-    /// a part of the path only, the wake is taken to pass: outward.
+    /// grows at most linearly with height, so it stops it in between, too. Where it stops the wake
+    /// on a part of the path only, the wake is taken to pass: outward.
     pub fn wake_end_z_m(&self, wake: &Wake, from_m: &Point3<f64>, to_m: &Point3<f64>) -> f64 {
         if wake.is_shaped() {
             // It may come down on a face that its drone is not above.
@@ -209,7 +210,8 @@ mod tests {
         ]
     }
 
-    /// The definition by samples: a face stops a wake if points all around the half-width disc lie on it.
+    /// The definition by samples: a face stops a wake if points all around the half-width disc lie
+    /// on it.
     fn sampled_end_z_m(stops: &BlockingSurfaces, wake: &Wake, rotor_m: Point3<f64>) -> f64 {
         let mut end_z_m = stops.floor_z_m;
         for top in &stops.tops {

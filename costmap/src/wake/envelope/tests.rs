@@ -107,9 +107,9 @@ fn the_envelope_is_not_much_more_than_the_air() {
         assert!(mean < MEAN_EXCESS, "{names:?}: {mean}");
     }
 }
-/// Of the speed, averaged over the half-width's square: measured 0.09 to 0.12. Single places have more, where
-/// the largest mean over all larger radii is not the one here: 0.3 for frames of one size, 2 for a
-/// Crazyflie above a Mavic.
+/// Of the speed, averaged over the half-width's square: measured 0.09 to 0.12. Single places have
+/// more, where the largest mean over all larger radii is not the one here: 0.3 for frames of one
+/// size, 2 for a Crazyflie above a Mavic.
 const MEAN_EXCESS: f64 = 0.15;
 
 #[test]
@@ -130,6 +130,27 @@ fn a_way_meets_no_less_than_any_place_on_it() {
             );
         }
     }
+}
+
+/// The volume that the conflict tables are sampled from: its cylinders hold the places at which the
+/// table of a still wake is above the limit, and no others.
+#[test]
+fn an_iso_exposure_volume_holds_the_places_above_its_limit_and_no_others() {
+    let mut held = 0;
+    for names in PAIRS {
+        let (_, _, envelope) = pair(names);
+        for limit in [0.1, 0.2, 0.3, 0.6] {
+            let sections = envelope.iso_exposure(limit * limit);
+            for [x, y, z] in places(40_000) {
+                let place_m = Vector3::new(4.0 * x - 2.0, 4.0 * y - 2.0, -DEEPEST_M * z);
+                let is_above = at(&envelope, place_m) > limit * limit;
+                let is_held = sections.iter().any(|section| section.holds(place_m));
+                assert_eq!(is_held, is_above, "{names:?}, {limit}: {place_m}");
+                held += u32::from(is_held);
+            }
+        }
+    }
+    assert!(held > 20_000, "{held}");
 }
 
 #[test]
@@ -162,7 +183,8 @@ fn the_column_is_entered_where_samples_say_so() {
     assert!((2_000..18_000).contains(&entered), "{entered}");
 }
 
-/// The air itself, not its bound: mean square and mean over the discs, in units of the induced velocity.
+/// The air itself, not its bound: mean square and mean over the discs, in units of the induced
+/// velocity.
 fn over_discs(wake: &Wake, discs: &DiscPoints, x_m: f64, y_m: f64, depth_m: f64) -> (f64, f64) {
     let points = discs.offsets_m.iter().zip(&discs.weights);
     points.fold((0.0, 0.0), |(square, mean), (offset_m, weight)| {
@@ -213,8 +235,7 @@ fn no_place_meets_more_air_than_the_envelope_of_a_moved_jet_says() {
     for seed in 1..=24 {
         let names = PAIRS[seed as usize % PAIRS.len()];
         let (plain, discs, _) = pair(names);
-        let wake = effects(seed)
-            .flown()
+        let wake = airflow::Flown::of(&effects(seed))
             .expect("all can be flown")
             .wake(&plain);
         let envelope = Envelope::new(&wake, &discs, DEEPEST_M, NEGLIGIBLE_SQUARE);
@@ -259,8 +280,7 @@ fn no_place_meets_more_air_than_the_envelope_of_a_moved_jet_says() {
 fn a_way_through_a_moved_jet_meets_no_less_than_any_place_on_it() {
     for seed in 1..=8 {
         let (plain, discs, _) = pair(PAIRS[0]);
-        let wake = effects(seed)
-            .flown()
+        let wake = airflow::Flown::of(&effects(seed))
             .expect("all can be flown")
             .wake(&plain);
         let envelope = Envelope::new(&wake, &discs, DEEPEST_M, NEGLIGIBLE_SQUARE);
