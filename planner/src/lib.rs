@@ -34,17 +34,21 @@
 //! [`verify`](mod@verify). To read the code, take the rooms in this order, each of which imports
 //! only from those before it:
 //!
-//! 1. `plan`: a plan as plain data (`plan.json`), its trajectories, and what a run answers ([`Outcome`]).
-//! 2. `scenario`: RON text with every error at its place, the [`World`] that it means, obstacles as distances,
-//!    and the rules that a world built by hand is held against.
-//! 3. `graph`: the 26-connected lattice, the roadmap with a petgraph of the paths beyond it, exact times to every
-//!    goal, and one drone's job on it (an agent and its waypoints).
-//! 4. `sipp`: safe-interval path planning for one drone (M. Phillips and M. Likhachev, ICRA 2011): conflict tables of
-//!    two steps, the reservation table of all planned drones, goal-occupancy cost, and the search itself, a
-//!    weighted A* with partial expansion whose path the costmap judges afterwards (lazy validation).
-//! 5. `verify`: the plan against the flow model in continuous time; it shares no code with the search.
-//! 6. `solver`: the fleet: endpoints that exclude one another, prioritized planning with evictions, PIBT where the
-//!    floor is crowded, large-neighbourhood search in the time left, and why a drone has no path.
+//! 1. `plan`: a plan as plain data (`plan.json`), its trajectories, and what a run answers
+//!    ([`Outcome`]).
+//! 2. `scenario`: RON text with every error at its place, the [`World`] that it means, obstacles as
+//!    distances, and the rules that a world built by hand is held against.
+//! 3. `graph`: the 26-connected lattice, the roadmap with a petgraph of the paths beyond it, exact
+//!    times to every goal, and one drone's job on it (an agent and its waypoints).
+//! 4. `sipp`: safe-interval path planning for one drone (M. Phillips and M. Likhachev, ICRA 2011):
+//!    conflict tables of two steps, the reservation table of all planned drones, goal-occupancy
+//!    cost, and the search itself, a weighted A* with partial expansion whose path the costmap
+//!    judges afterwards (lazy validation).
+//! 5. `verify`: the plan against the flow model in continuous time; it shares no code with the
+//!    search.
+//! 6. `solver`: the fleet: endpoints that exclude one another, prioritized planning with evictions,
+//!    PIBT where the floor is crowded, large-neighbourhood search for small fleets and in the time
+//!    left, and why a drone has no path.
 //! 7. `replan`: a plan changed while it is flown, and a fleet around fixed trajectories.
 //!
 //! World frame throughout: metres, z up; a position is the centre of a drone's rotor plane. Times

@@ -44,8 +44,8 @@ const IGNORING_DOWNWASH: Part = |spent| &mut spent.ignoring_downwash;
 impl Watch {
     /// Starts the clock. The first interrupt asks the planner to stop, the second ends the process.
     pub(crate) fn start(time_limit: Option<Duration>) -> Watch {
-        // A second watch finds the first one's handler; without any, an interrupt just ends the process, and files are still
-        // whole or absent.
+        // A second watch finds the first one's handler; without any, an interrupt just ends the
+        // process, and files are still whole or absent.
         let _ = ctrlc::set_handler(|| {
             if INTERRUPTED.swap(true, Ordering::SeqCst) {
                 std::process::exit(ENDED);
@@ -67,8 +67,8 @@ impl Watch {
         INTERRUPTED.load(Ordering::Relaxed) || self.is_past(1.0)
     }
 
-    /// Whether there is a limit, and time to make a plan better before it: the last part of it is for the check, and for the
-    /// plan that ignores downwash.
+    /// Whether there is a limit, and time to make a plan better before it: the last part of it is
+    /// for the check, and for the plan that ignores downwash.
     pub(crate) fn improve(&self) -> bool {
         self.limit.is_some()
             && !INTERRUPTED.load(Ordering::Relaxed)
@@ -132,7 +132,7 @@ impl Watch {
                 self.bar.set_position(planned as u64);
                 format!("{planned} of {drones} drones have a path, {evictions} taken back")
             }
-            Progress::Improving => "improving the plan in the time that is left (LNS)".into(),
+            Progress::Improving => "improving the plan (LNS)".into(),
             Progress::Verifying => "verifying".into(),
             Progress::IgnoringDownwash => "planning once more, ignoring downwash".into(),
         };
@@ -143,7 +143,8 @@ impl Watch {
 /// CPU time of this process so far, over all its threads (s); only Linux tells.
 pub(crate) fn cpu_s() -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // Behind the name, which stands in brackets: user and system time are the fields 14 and 15 of proc(5), in hundredths of a second.
+    // Behind the name, which stands in brackets: user and system time are the fields 14 and 15 of
+    // proc(5), in hundredths of a second.
     let (_, fields) = stat.rsplit_once(')')?;
     let ticks = fields.split_whitespace().skip(11).take(2);
     let ticks: Vec<f64> = ticks.map(str::parse).collect::<Result<_, _>>().ok()?;

@@ -91,13 +91,13 @@ pub struct Effort {
     pub evictions: u64,
     /// PIBT rounds that were tried, where one after another found no path.
     pub rounds: u64,
-    /// By how much the sum of arrivals fell once every drone had a path (ticks of 1/100 s); `None`:
+    /// By how much the sum of costs fell once every drone had a path (ticks of 1/100 s); `None`:
     /// not asked for, and it did not.
     pub improved_ticks: Option<u64>,
 }
 
 impl Effort {
-    /// By how much the sum of arrivals fell once every drone had a path (s); `None`: not asked
+    /// By how much the sum of costs fell once every drone had a path (s); `None`: not asked
     /// for, and it did not.
     pub fn improved_s(&self) -> Option<f64> {
         let ticks = self.improved_ticks?;
@@ -145,7 +145,8 @@ pub enum EndpointKind {
 pub struct Control<'a> {
     /// Asked often; once it says `true` the best safe plan so far is returned.
     pub stop: &'a (dyn Fn() -> bool + Sync),
-    /// Asked when every drone has a path: whether to go on and make the plan better.
+    /// Asked when every drone has a path: whether to go on and make the plan better, beyond what
+    /// small fleets get without being asked.
     pub improve: &'a (dyn Fn() -> bool + Sync),
     /// Told now and then.
     pub progress: &'a (dyn Fn(Progress) + Sync),
@@ -168,7 +169,7 @@ pub enum Progress {
         /// Taken back so far.
         evictions: u64,
     },
-    /// Every drone has a path; better ones are looked for while there is time.
+    /// Every drone has a path; better ones are looked for.
     Improving,
     /// The continuous-time check.
     Verifying,
@@ -181,7 +182,8 @@ pub enum Progress {
 pub const IMPROVING_SHARE: f64 = 0.6;
 
 impl Control<'_> {
-    /// Never stops, improves nothing, tells no one, makes no contrast.
+    /// Never stops, has no time left over to improve in, tells no one, makes no contrast. Fleets of
+    /// up to 30 drones are improved all the same.
     pub const QUIET: Control<'static> = Control {
         stop: &|| false,
         improve: &|| false,

@@ -39,7 +39,7 @@ const ORDERS: u64 = 4;
 /// Fleets up to this size are improved without being asked: chosen here, what a window or a shaft
 /// holds.
 const MOST_SMALL: usize = 30;
-/// States after which that ends, by default. Chosen here: two tenths of a second of work.
+/// States that it takes. Chosen here: two tenths of a second of work.
 const SMALL_EXPANSIONS: u64 = 100_000;
 /// Price in ticks of changing the path of a drone that no drone asked to change. Chosen here: 20 s,
 /// so that those who are asked rather wait for a while.
@@ -92,9 +92,12 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Pat
         unplanned: Vec::new(),
         costmap: problem.costmap.clone(),
     });
-    let is_small = job.agents.len() <= MOST_SMALL;
-    if best.unplanned.len() == hopeless && (is_small || (control.improve)()) {
-        problem.improved(best, effort)
+    let states = match job.agents.len() {
+        ..=MOST_SMALL => SMALL_EXPANSIONS,
+        _ => 0,
+    };
+    if best.unplanned.len() == hopeless && (states > 0 || (control.improve)()) {
+        problem.improved(best, states, effort)
     } else {
         best
     }
@@ -114,8 +117,8 @@ impl FleetProblem<'_> {
         is_through.then(|| attempt.into_paths())
     }
 
-    /// The same plan, better by as much as there is time for.
-    fn improved(&self, paths: Paths, effort: &mut Effort) -> Paths {
+    /// The same plan, better by what so many states find, and by as much as there is time for.
+    fn improved(&self, paths: Paths, states: u64, effort: &mut Effort) -> Paths {
         let mut attempt = self.attempt(paths.costmap, effort);
         for (drone, _) in &paths.unplanned {
             attempt.weights[drone.0 as usize] = IMMOVABLE;
@@ -124,8 +127,6 @@ impl FleetProblem<'_> {
             attempt.weights[agent.drone.0 as usize] = IMMOVABLE;
         }
         (attempt.paths, attempt.unplanned) = (paths.paths, paths.unplanned);
-        let is_small = self.job.agents.len() <= MOST_SMALL;
-        let states = if is_small { SMALL_EXPANSIONS } else { 0 };
         attempt.improve_by_lns(attempt.effort.expansions + states);
         attempt.into_paths()
     }
@@ -148,7 +149,7 @@ impl FleetProblem<'_> {
     }
 }
 
-/// Those left out, then the sum of arrivals.
+/// Those left out, then the sum of costs.
 fn score(paths: &Paths) -> (usize, u64) {
     let known = paths.paths.iter().flatten();
     let arrivals = known.map(|path| u64::from(path.arrives.0));

@@ -1,5 +1,5 @@
-//! Better while there is time: the drone that loses most is planned again at the cost of a few
-//! others.
+//! A complete plan made better, for so many states and while there is time: the drone that loses
+//! most is planned again at the cost of a few others.
 //!
 //! Large neighbourhood search (J. Li, Z. Chen, D. Harabor, P. J. Stuckey, S. Koenig, "Anytime
 //! multi-agent path finding via large neighborhood search", IJCAI 2021), with neighbourhoods that
@@ -42,23 +42,23 @@ impl Attempt<'_> {
     /// by how much (ticks).
     pub(super) fn improve_by_lns(&mut self, until_expansions: u64) {
         (self.control.progress)(Progress::Improving);
-        let (is_asked, before) = ((self.control.improve)(), self.sum_of_arrivals());
+        let (is_asked, before) = ((self.control.improve)(), self.sum_of_costs());
         while PRICES
             .map(|price| self.improve(price, until_expansions))
             .contains(&true)
         {}
-        let gained = before - self.sum_of_arrivals();
+        let gained = before - self.sum_of_costs();
         self.effort.improved_ticks = (is_asked || gained > 0).then_some(gained);
     }
 
     /// In ticks.
-    fn sum_of_arrivals(&self) -> u64 {
+    fn sum_of_costs(&self) -> u64 {
         let paths = self.paths.iter().flatten();
         paths.map(|path| u64::from(path.arrives.0)).sum()
     }
 
     /// Plans every delayed drone again at a price (ticks), the most delayed first, until then;
-    /// whether that made the sum of arrivals less.
+    /// whether that made the sum of costs less.
     fn improve(&mut self, price: u32, until_expansions: u64) -> bool {
         let delay = |agent: &Agent| {
             let path = self.paths[agent.drone.0 as usize].as_ref()?;
