@@ -1,8 +1,9 @@
-//! What a diagnosis found is flown: in the search's bounds, in the verifier, in what is written; and what cannot be is refused in words.
+//! What a diagnosis found is flown: in the search's bounds, in the verifier, in what is written;
+//! and what cannot be is refused in words.
 
-mod blown_on;
 mod command;
 mod corrected_air;
+mod exposed;
 mod late_air;
 mod reading;
 

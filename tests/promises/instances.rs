@@ -1,4 +1,5 @@
-//! Generated instances: endpoints free of one another's air at every size, and files that other planners read.
+//! Generated instances: endpoints free of one another's air at every size, and files that other
+//! planners read.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,7 +13,7 @@ fn world(floor: Floor, drones: usize, seed: u64) -> planner::scenario::world::Wo
 }
 
 #[test]
-fn nobody_starts_or_ends_in_the_air_of_another_however_many_they_are() {
+fn no_drone_starts_or_ends_in_the_wake_of_another_however_many_they_are() {
     for (floor, drones) in [
         (Floor::Hall, 2000),
         (Floor::Hall, 4096),

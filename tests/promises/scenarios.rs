@@ -64,7 +64,8 @@ fn drone<'a>(plan: &'a Plan, name: &str) -> &'a DronePlan {
     plan.drones.iter().find(named).unwrap()
 }
 
-/// The lowest induced velocity that a drone has on its way: it hovers slowest when it carries least (m/s).
+/// The lowest induced velocity that a drone has on its way: it hovers slowest when it carries least
+/// (m/s).
 fn lowest_induced_velocity_mps(drone: &DronePlan) -> f64 {
     let lightest_kg = drone
         .trajectory
@@ -117,10 +118,11 @@ fn every_feasible_one_is_planned_whole_and_the_verifier_agrees() {
 }
 
 #[test]
-fn nobody_meets_more_air_than_its_limit() {
+fn no_drone_is_exposed_to_more_than_its_limit() {
     for name in shipped() {
         for drone in &shipped_plan(&name).drones {
-            // Whose mass changes may meet more while it is heavy; the verifier judges that moment by moment.
+            // Whose mass changes may meet more while it is heavy; the verifier judges that moment
+            // by moment.
             let constant = drone.trajectory.mass_kg.windows(2).all(|m| m[0] == m[1]);
             let alpha = drone.worst_air_mps / lowest_induced_velocity_mps(drone);
             assert!(
@@ -133,7 +135,7 @@ fn nobody_meets_more_air_than_its_limit() {
 }
 
 #[test]
-fn without_regard_for_downwash_each_would_harm_somebody() {
+fn without_regard_for_downwash_each_would_exceed_a_limit() {
     for name in shipped() {
         let ignoring = shipped_plan(&name).ignoring_downwash.as_ref().unwrap();
         assert!(
@@ -196,16 +198,16 @@ fn the_corridor_has_no_safe_pass_and_the_answer_names_the_gentlest() {
 }
 
 #[test]
-fn without_its_zones_the_desk_would_be_blown_on() {
+fn without_its_zones_the_desk_would_be_exposed() {
     let desk = world("no-blow-zone");
     let mut unguarded = desk.clone();
     unguarded.zones.clear();
     let mut plan = planned(&unguarded);
     assert_eq!(plan.violations, []);
     plan.zones = planned(&desk).zones;
-    let blown_on = verify(&plan).violations;
+    let exposed = verify(&plan).violations;
     assert!(
-        blown_on
+        exposed
             .iter()
             .any(|found| found.kind == ViolationKind::Zone),
         "the way round is flown without the zone, too"

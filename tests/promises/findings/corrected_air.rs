@@ -56,7 +56,7 @@ pub(super) fn is_safe(plan: &Plan) -> bool {
     plan.status == Status::Safe && plan.unplanned.is_empty() && plan.violations.is_empty()
 }
 
-fn blown_on(plan: &Plan) -> usize {
+fn exposed(plan: &Plan) -> usize {
     let found = verify(plan).violations;
     found
         .iter()
@@ -64,34 +64,35 @@ fn blown_on(plan: &Plan) -> usize {
         .count()
 }
 
-/// Planned in still air: safe there, over the limit in the real air. Planned in the real air: safe in it.
+/// Planned in still air: safe there, over the limit in the real air. Planned in the real air: safe
+/// in it.
 fn only_the_finding_helps(real: Effects) {
     let ignorant = planned(&hall(Effects::default()));
     assert!(is_safe(&ignorant));
-    assert!(blown_on(&in_air(&ignorant, real)) > 0, "{real:?}");
+    assert!(exposed(&in_air(&ignorant, real)) > 0, "{real:?}");
     let corrected = planned(&hall(real));
     assert!(is_safe(&corrected), "{:?}", corrected.unplanned);
     assert_eq!(corrected.air.effects, Some(real));
-    assert_eq!(blown_on(&in_air(&corrected, real)), 0);
+    assert_eq!(exposed(&in_air(&corrected, real)), 0);
 }
 
 #[test]
-fn in_a_draught_only_a_plan_made_with_the_finding_is_not_blown_on() {
+fn in_a_wind_only_a_plan_made_with_the_finding_is_not_exposed() {
     only_the_finding_helps(wind(0.0, 0.5));
 }
 
 #[test]
-fn below_leaning_jets_only_a_plan_made_with_the_finding_is_not_blown_on() {
+fn below_leaning_jets_only_a_plan_made_with_the_finding_is_not_exposed() {
     only_the_finding_helps(tilt(0.05, 0.2));
 }
 
 #[test]
-fn below_loaded_drones_only_a_plan_made_with_the_finding_is_not_blown_on() {
+fn below_loaded_drones_only_a_plan_made_with_the_finding_is_not_exposed() {
     // Nearer to the surveyors than the wind lets them be.
     let ignorant = planned(&hall_at(6.0, 0.3, Effects::default()));
     assert!(is_safe(&ignorant), "{:?}", ignorant.violations);
     let real = heavier(2.4);
-    assert!(blown_on(&in_air(&ignorant, real)) > 0);
+    assert!(exposed(&in_air(&ignorant, real)) > 0);
     let corrected = planned(&hall_at(6.0, 0.3, real));
     assert!(is_safe(&corrected), "{:?}", corrected.unplanned);
 }
@@ -116,7 +117,8 @@ fn stack(downwind_m: f64, effects: Effects) -> Plan {
 #[test]
 fn a_drone_put_into_a_leaning_jet_is_caught_and_one_put_upwind_of_it_is_not() {
     let air = [ViolationKind::Air];
-    // The limit is 2.22 m/s. The wind moves the axis by 0.84 m and widens the jet: 2.38 m/s where still air has 0.98.
+    // The limit is 2.22 m/s. The wind moves the axis by 0.84 m and widens the jet: 2.38 m/s where
+    // still air has 0.98.
     assert_eq!(kinds(&stack(1.4, wind(0.0, 0.5))), air);
     assert_eq!(kinds(&stack(1.4, Effects::default())), []);
     assert_eq!(kinds(&stack(-0.8, Effects::default())), air);
@@ -135,7 +137,7 @@ fn a_column_leans_with_the_wind() {
 }
 
 #[test]
-fn a_zone_is_blown_into_by_the_jet_where_the_wind_has_taken_it() {
+fn a_zone_is_reached_by_the_jet_where_the_wind_has_taken_it() {
     let zone = |effects: Effects, from_m: [f64; 3], to_m: [f64; 3]| {
         let upper = drone("upper", "matrice-300", &[(0.0, [10.0, 10.0, 8.0])]);
         let plan = with_zone(plan(vec![upper]), from_m, to_m, 1.0);
@@ -157,7 +159,7 @@ fn floor(wall_jet: f64) -> Effects {
 }
 
 #[test]
-fn a_zone_at_the_floor_is_blown_into_along_it_by_a_drone_that_is_not_above_it() {
+fn a_zone_at_the_floor_is_reached_along_it_by_a_drone_that_is_not_above_it() {
     // 1.39 m/s along the floor three metres from below an Offboard 2 three metres up.
     let zone = |effects: Effects, lift_m: f64, limit_mps: f64| {
         let upper = drone("upper", "offboard-2", &[(0.0, [10.0, 10.0, 3.0])]);

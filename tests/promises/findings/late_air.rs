@@ -4,8 +4,8 @@ use airflow::effects::{Effects, WakeTransport};
 use planner::plan::{DronePlan, Plan, ViolationKind};
 use planner::verify::verify;
 
-use super::blown_on::most_met;
 use super::corrected_air::in_air;
+use super::exposed::most_met;
 use crate::verifier::plans::{drone, leaves, plan, with_zone};
 
 /// `m`: the age of the air over that at the centreline's speed.
@@ -18,7 +18,8 @@ fn lagging(lag_factor: f64) -> Effects {
 
 #[test]
 fn air_arrives_after_its_drone_has_left_or_flown_on() {
-    // A Matrice hovers six metres above the place that a Kolibri comes to as it goes; its air takes 0.9 s down there, here 1.8.
+    // A Matrice hovers six metres above the place that a Kolibri comes to as it goes; its air takes
+    // 0.9 s down there, here 1.8.
     let crossed = |upper: DronePlan, effects: Effects| {
         let lower = drone(
             "lower",
@@ -103,7 +104,7 @@ fn the_worst_late_air_told_is_that_of_dense_samples() {
 }
 
 #[test]
-fn a_zone_is_blown_into_for_as_long_as_air_is_under_way() {
+fn a_zone_is_reached_for_as_long_as_air_is_under_way() {
     let upper = leaves(drone(
         "upper",
         "matrice-300",

@@ -55,7 +55,8 @@ fn of_two_goals_that_exclude_each_other_one_is_left_out_and_the_rest_flies() {
     assert_sound(&world, &plan);
 }
 
-/// A corridor one drone wide and high, 12 m long between two rooms, with a bay in the middle for one more.
+/// A corridor one drone wide and high, 12 m long between two rooms, with a bay in the middle for
+/// one more.
 fn corridor_with_bay(bay: bool) -> World {
     let drones = vec![
         // The shorter path goes first, and ends at the mouth of the bay's corridor for good.
@@ -186,8 +187,8 @@ fn a_task_at_the_start_and_the_same_task_twice_are_done() {
     assert_eq!(plan.drones[0].arrives_s, 6.0);
 }
 
-/// Distance from the axis (m) at which an Offboard 2 hovering `above_m` higher brings this mean air,
-/// over the induced velocity, to another.
+/// Distance from the axis (m) at which an Offboard 2 hovering `above_m` higher brings this mean
+/// air, over the induced velocity, to another.
 fn aside_m(above_m: f64, alpha: f64) -> f64 {
     use airflow::{Air, Airframe, Jet, Source, Superposition, Wake, mean_over_discs_mps};
     let airframe = Airframe::preset("offboard-2").expect("a preset");
@@ -215,10 +216,10 @@ fn aside_m(above_m: f64, alpha: f64) -> f64 {
     far_m
 }
 
-/// `lower` and `upper` cannot leave their starts, where the wake of one reaches the other with three quarters of what
-/// it may; a drone that hovers at a goal beside them must not add to that.
+/// `lower` and `upper` cannot leave their starts, where the wake of one reaches the other with
+/// three quarters of what it may; a drone that hovers at a goal beside them must not add to that.
 #[test]
-fn nobody_ends_where_he_adds_too_much_to_those_who_stay() {
+fn no_drone_ends_where_it_adds_too_much_to_those_who_stay() {
     let aside_m = aside_m(3.5, 0.23);
     let behind = [10.5, 6.5, 3.0];
     let mut drones = vec![

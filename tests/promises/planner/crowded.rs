@@ -19,7 +19,7 @@ fn planned(world: &World) -> (Plan, Effort) {
 }
 
 #[test]
-fn with_half_of_all_columns_held_everybody_gets_home_at_any_number_of_threads() {
+fn with_half_of_all_columns_held_every_drone_gets_home_at_any_number_of_threads() {
     let world = full_floor(98, 14);
     let [one, three] = [1, 3].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);

@@ -9,7 +9,8 @@ use planner::{Control, plan_world};
 
 use super::duties;
 
-/// A crowd: a hundred drones on a floor of twenty metres by twenty, a quarter of its columns in the end.
+/// A crowd: a hundred drones on a floor of twenty metres by twenty, a quarter of its columns in the
+/// end.
 fn crowd() -> World {
     super::packed(100, 3, 20, [77, 231])
 }

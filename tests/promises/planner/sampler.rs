@@ -26,7 +26,8 @@ struct Now<'a> {
     wake_end_z_m: f64,
 }
 
-/// Asserts that no sample of the plan breaks a limit, and that no drone met more air than the plan says.
+/// Asserts that no sample of the plan breaks a limit, and that no drone met more air than the plan
+/// says.
 pub(super) fn assert_safe(plan: &Plan) {
     let last_s = plan
         .drones
@@ -116,7 +117,8 @@ fn half_width_m(plan: &Plan, drone: &DronePlan, depth_m: f64) -> f64 {
     drone.airframe.width_factor * plan.air.jet.spreading * past_origin_m(plan, drone, depth_m)
 }
 
-/// The paper's far field: `U_C = U_H B l / (q (s - s₀ l))`, `U = U_C / (1 + (√2 - 1)(r / r_half)²)²`.
+/// The paper's far field: `U_C = U_H B l / (q (s - s₀ l))`,
+/// `U = U_C / (1 + (√2 - 1)(r / r_half)²)²`.
 fn far_field_mps(plan: &Plan, emitter: &Now, point_m: Point3<f64>) -> f64 {
     let l = emitter.drone.airframe.motor_distance_m;
     let depth_m = emitter.at_m.z - point_m.z;
@@ -139,7 +141,8 @@ fn superposed(plan: &Plan, wakes_mps: impl Iterator<Item = f64>) -> f64 {
     }
 }
 
-/// Hubs at 45° and every further share of a turn; on each disc the centre (1/4) and six points at √(2/3) of the radius (1/8 each).
+/// Hubs at 45° and every further share of a turn; on each disc the centre (1/4) and six points at
+/// √(2/3) of the radius (1/8 each).
 fn air_on(plan: &Plan, me: &Now, present: &[Now]) -> f64 {
     let above: Vec<&Now> = present
         .iter()

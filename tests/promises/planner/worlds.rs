@@ -204,8 +204,8 @@ fn solid(bounds: &Bounds, recipe: &SolidRecipe) -> Solid {
     }
 }
 
-/// Rooms of 5 to 12 m, up to six drones, boxes, cylinders and zones. Every place is in order, and no
-/// two starts exclude one another.
+/// Rooms of 5 to 12 m, up to six drones, boxes, cylinders and zones. Every place is in order, and
+/// no two starts exclude one another.
 pub(super) fn any_world() -> impl Strategy<Value = World> {
     let size = (5.0..12.0, 5.0..12.0, 3.0..9.0);
     let planning = (
@@ -340,7 +340,8 @@ fn misplaced(world: &World) -> Vec<Misplaced> {
     misplaced.collect()
 }
 
-/// Moves what is out of place, and drops whom that does not help: what reading a scenario refuses is no question here.
+/// Moves what is out of place, and drops whom that does not help: what reading a scenario refuses
+/// is no question here.
 fn mended(mut world: World) -> World {
     for _ in 0..4 {
         for it in misplaced(&world) {

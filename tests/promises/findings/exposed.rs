@@ -1,4 +1,5 @@
-//! Planned with and without a finding, judged by neither side of the planner: the field itself, with the effects on, sampled densely.
+//! Planned with and without a finding, judged by neither side of the planner: the field itself,
+//! with the effects on, sampled densely.
 
 use airflow::effects::{
     Effects, GroundImpingement, MomentumScale, PayloadMass, RotorCant, WakeTransport,
@@ -32,8 +33,9 @@ fn flies(drone: &DronePlan, t_s: f64) -> bool {
     drone.airborne_s.0 <= t_s && drone.airborne_s.1.is_none_or(|until_s| t_s < until_s)
 }
 
-/// Where the air of a drone that is at a height at a time left it: every time `t'` at which what leaves it then is as old as it should be,
-/// `t' + m τ(depth) = t`, by steps; where it began, if even that air is younger. Where it was, if there is no delay.
+/// Where the air of a drone that is at a height at a time left it: every time `t'` at which what
+/// leaves it then is as old as it should be, `t' + m τ(depth) = t`, by steps; where it began, if
+/// even that air is younger. Where it was, if there is no delay.
 fn left_at_m(
     drone: &DronePlan,
     wake: &Wake,
@@ -74,8 +76,8 @@ fn left_at_m(
     found
 }
 
-/// The most that any drone meets over what it may meet, of [`Effects::meet`] over its rotor discs, wakes added by momentum. A hall
-/// without obstacles, whose floor is at 0.
+/// The most that any drone meets over what it may meet, of [`Surroundings::velocity_mps`] over its
+/// rotor discs, wakes added by momentum. A hall without obstacles, whose floor is at 0.
 pub(super) fn most_met(plan: &Plan, effects: &Effects) -> f64 {
     let frames: Vec<(Airframe, Wake)> = plan
         .drones
@@ -140,8 +142,8 @@ pub(super) fn most_met(plan: &Plan, effects: &Effects) -> f64 {
                             floor_z_m: Some(0.0),
                             emitter_z_m: left_m.z,
                         };
-                        -effects
-                            .meet(&frames[*other].1, at_m - left_m, &surroundings)
+                        -surroundings
+                            .velocity_mps(effects, &frames[*other].1, at_m - left_m)
                             .z
                     });
                     speeds_mps.fold(0.0, f64::max).powi(2)
@@ -156,14 +158,14 @@ pub(super) fn most_met(plan: &Plan, effects: &Effects) -> f64 {
     most
 }
 
-/// Over its limit by more than a tenth, and within it: the verifier lets 1e-3 of the induced velocity pass, half a percent of the limits
-/// here.
+/// Over its limit by more than a tenth, and within it: the verifier lets 1e-3 of the induced
+/// velocity pass, half a percent of the limits here.
 fn only_the_finding_keeps_within_the_limit(y_m: f64, air_limit: f64, real: Effects) {
     let ignorant = planned(&hall_at(y_m, air_limit, Effects::default()));
     assert!(is_safe(&ignorant), "{:?}", ignorant.violations);
     assert!(most_met(&ignorant, &Effects::default()) < 1.005);
-    let blown = most_met(&ignorant, &real);
-    assert!(blown > 1.1, "{blown} of the limit under {real:?}");
+    let exposure = most_met(&ignorant, &real);
+    assert!(exposure > 1.1, "{exposure} of the limit under {real:?}");
     let corrected = planned(&hall_at(y_m, air_limit, real));
     assert!(is_safe(&corrected), "{:?}", corrected.unplanned);
     let met = most_met(&corrected, &real);
@@ -250,8 +252,8 @@ fn where_air_takes_its_time_only_the_finding_keeps_within_the_limit() {
     let ignorant = planned(&crossing(Effects::default()));
     assert!(is_safe(&ignorant), "{:?}", ignorant.violations);
     assert!(most_met(&ignorant, &Effects::default()) < 1.005);
-    let blown = most_met(&ignorant, &real);
-    assert!(blown > 1.1, "{blown} of the limit");
+    let exposure = most_met(&ignorant, &real);
+    assert!(exposure > 1.1, "{exposure} of the limit");
     let corrected = planned(&crossing(real));
     assert!(
         is_safe(&corrected),
@@ -263,8 +265,9 @@ fn where_air_takes_its_time_only_the_finding_keeps_within_the_limit() {
     assert!(met < 1.005, "{met} of the limit");
 }
 
-/// The fastest air in the one zone of a plan over its limit: of [`Effects::meet`], close to the floor where wall jets are fastest, and above.
-fn most_blown_in(plan: &Plan, effects: &Effects) -> f64 {
+/// The fastest air in the one zone of a plan over its limit: of [`Surroundings::velocity_mps`],
+/// close to the floor where wall jets are fastest, and above.
+fn most_in_zone(plan: &Plan, effects: &Effects) -> f64 {
     let drone = &plan.drones[0];
     let airframe = Airframe::preset(&drone.airframe.name).expect("a preset");
     let density = plan.air.density_kg_per_m3;
@@ -289,7 +292,11 @@ fn most_blown_in(plan: &Plan, effects: &Effects) -> f64 {
                     share(point / 20 % 20, 20) * size_m.y,
                     share(point / 400, 8).powi(2) * size_m.z,
                 );
-            most_mps = most_mps.max(effects.meet(&wake, at_m - from_m, &surroundings).norm());
+            most_mps = most_mps.max(
+                surroundings
+                    .velocity_mps(effects, &wake, at_m - from_m)
+                    .norm(),
+            );
         }
     }
     most_mps / zone.air_limit_mps
@@ -316,9 +323,9 @@ fn along_the_floor_only_the_finding_keeps_the_air_of_a_zone_within_its_limit() {
         ..Effects::default()
     };
     let ignorant = bench(Effects::default());
-    assert!(is_safe(&ignorant) && most_blown_in(&ignorant, &Effects::default()) < 1.005);
-    let blown = most_blown_in(&ignorant, &real);
-    assert!(blown > 1.1, "{blown} of the limit");
+    assert!(is_safe(&ignorant) && most_in_zone(&ignorant, &Effects::default()) < 1.005);
+    let exposure = most_in_zone(&ignorant, &real);
+    assert!(exposure > 1.1, "{exposure} of the limit");
     let corrected = bench(real);
     assert!(
         is_safe(&corrected),
@@ -326,11 +333,12 @@ fn along_the_floor_only_the_finding_keeps_the_air_of_a_zone_within_its_limit() {
         corrected.unplanned,
         corrected.violations
     );
-    let met = most_blown_in(&corrected, &real);
+    let met = most_in_zone(&corrected, &real);
     assert!(met < 1.005, "{met} of the limit");
 }
 
-/// The floor takes vertical air away, so a plan made without it is safe, too; the wall jet is horizontal, and no drone's limit counts it.
+/// The floor takes vertical air away, so a plan made without it is safe, too; the wall jet is
+/// horizontal, and no drone's limit counts it.
 #[test]
 fn the_floor_exposes_no_drone_that_was_not_exposed_without_it() {
     let real = Effects {
