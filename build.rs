@@ -1,5 +1,6 @@
-//! Tells the tests which sets of recordings lie beside the project: they do not ship, and a test that
-//! needs one that is absent is counted as ignored. After a set has come or gone: `touch build.rs`.
+//! Tells the tests which sets of recordings lie beside the project: they do not ship, and a test
+//! that needs one that is absent is counted as ignored. After a set has come or gone:
+//! `touch build.rs`.
 
 use std::path::PathBuf;
 use std::{env, fs};

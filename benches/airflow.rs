@@ -1,9 +1,9 @@
-//! Question: what does one evaluation of the air cost, at a point and averaged over a receiver's rotor discs, below one drone
-//! and below a hundred?
+//! Question: what does one evaluation of the air cost, at a point and averaged over a receiver's
+//! rotor discs, below one drone and below a hundred?
 //!
-//! Machine: two shared cores of an AMD EPYC, rustc 1.95, release profile. Throughput is per point (or per receiver), so a
-//! report of "x Melem/s" is 1000/x ns. The fastest of 100 samples there, other work running beside it (medians were
-//! twice that):
+//! Machine: two shared cores of an AMD EPYC, rustc 1.95, release profile. Throughput is per point
+//! (or per receiver), so a report of "x Melem/s" is 1000/x ns. The fastest of 100 samples there,
+//! other work running beside it (medians were twice that):
 //!
 //! | | one drone | a hundred |
 //! |---|---|---|
@@ -25,7 +25,8 @@ fn wake() -> Wake {
     Wake::new(&airframe, airframe.mass_kg(), 1.204, &Jet::default())
 }
 
-/// A thousand places spread over a box by the golden ratio and its like: no two in line, the same in every run.
+/// A thousand places spread over a box by the golden ratio and its like: no two in line, the same
+/// in every run.
 fn places(low: Point3<f64>, high: Point3<f64>) -> Vec<Point3<f64>> {
     let steps = Vector3::new(0.819_172_513_396, 0.671_043_606_704, 0.549_700_477_902);
     (1..=1000)

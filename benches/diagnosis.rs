@@ -1,12 +1,17 @@
-//! Questions: how long does a diagnosis take of one long recording; how long does a calibration take of all that the paper's kind of campaign can bring?
+//! Questions: how long does a diagnosis take of one long recording; how long does a calibration
+//! take of all that the paper's kind of campaign can bring?
 //!
-//! The diagnosis: the first synthetic recording of seed 1 with 4000 samples or more; at most 5 s are allowed.
+//! The diagnosis: the first synthetic recording of seed 1 with 4000 samples or more; at most 5 s
+//! are allowed.
 //!
-//! Measured: 1.12 s, two shared virtual cores of an AMD EPYC with nothing beside it; 4164 samples, verdict `library`.
+//! Measured: 1.12 s, two shared virtual cores of an AMD EPYC with nothing beside it; 4164 samples,
+//! verdict `library`.
 //!
-//! The calibration: sixteen hours of readings at 1 Hz below six drones: 120 grid flights of eight minutes; and a quarter of that.
+//! The calibration: sixteen hours of readings at 1 Hz below six drones: 120 grid flights of eight
+//! minutes; and a quarter of that.
 //!
-//! On two shared virtual cores of an AMD EPYC, rustc 1.95, one run each at opt-level 2, others compiling beside it:
+//! On two shared virtual cores of an AMD EPYC, rustc 1.95, one run each at opt-level 2, others
+//! compiling beside it:
 //!
 //! | | readings | flights | time |
 //! | --- | ---: | ---: | ---: |

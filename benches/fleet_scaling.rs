@@ -1,8 +1,9 @@
 //! Question: how does the whole of a planning run grow with the fleet?
 //!
-//! The instances of `plan bench`, seed 1. Criterion measures all of [`planner::plan_world`]: endpoints,
-//! roadmap, search, verification, and the second plan that ignores downwash. How that splits, what it
-//! costs the fleet, how much memory it takes, and larger fleets: `plan bench` prints the table.
+//! The instances of `plan bench`, seed 1. Criterion measures all of [`planner::plan_world`]:
+//! endpoints, roadmap, search, verification, and the second plan that ignores downwash. How that
+//! splits, what it costs the fleet, how much memory it takes, and larger fleets: `plan bench`
+//! prints the table.
 //!
 //! `cargo bench --bench fleet_scaling` takes about two minutes.
 

@@ -1,1 +1,2 @@
-//! Benchmarks of the workspace: `cargo bench --bench NAME`. Each file asks a question and says its answer.
+//! Benchmarks of the workspace: `cargo bench --bench NAME`. Each file asks a question and says its
+//! answer.

@@ -1,14 +1,15 @@
-//! Question: how long does it take to plan on when ten of five hundred drones are late, come, are taken out
-//! or are sent elsewhere, and what of it is planning and what the check of the whole plan?
+//! Question: how long does it take to plan on when ten of five hundred drones are late, come, are
+//! taken out or are sent elsewhere, and what of it is planning and what the check of the whole
+//! plan?
 //!
-//! The hall of `plan generate hall`, 64 x 64 x 8 m, seed 1, five seconds after its beginning: three drones
-//! late by 1.3 to 1.9 s, three sent elsewhere, two taken out, two that come. `take over` is
+//! The hall of `plan generate hall`, 64 x 64 x 8 m, seed 1, five seconds after its beginning: three
+//! drones late by 1.3 to 1.9 s, three sent elsewhere, two taken out, two that come. `take over` is
 //! [`planner::replan::rolling::Running::new`], once for each plan; `ten changes` is one
-//! [`planner::replan::rolling::Running::replan`], the verification included; `without the check` the same up to the
-//! verification.
+//! [`planner::replan::rolling::Running::replan`], the verification included; `without the check`
+//! the same up to the verification.
 //!
-//! `cargo bench --bench rolling`; takes about a minute. On two shared virtual cores of an AMD EPYC, rustc 1.95: 0.11 s, 0.15 s and
-//! 0.03 s.
+//! `cargo bench --bench rolling`; takes about a minute. On two shared virtual cores of an AMD EPYC,
+//! rustc 1.95: 0.11 s, 0.15 s and 0.03 s.
 
 #![allow(
     missing_docs,

@@ -1,11 +1,14 @@
-//! Question: what do the costmap's volumes cost per query, so that a search can afford millions of them?
+//! Question: what do the costmap's volumes cost per query, so that a search can afford millions of
+//! them?
 //!
 //! - a ball against a frustum: GJK on the support map
 //! - a frustum against a capsule, both moving
 //! - the iso-speed volume of one airframe, once per airframe and limit
-//! - the exposure of one leg, axial exposure and energy to 1e-4, below one hovering and one moving drone
+//! - the exposure of one leg, axial exposure and energy to 1e-4, below one hovering and one moving
+//!   drone
 //!
-//! On two shared virtual cores of an AMD EPYC, rustc 1.95, bench profile (thin LTO), others compiling beside it:
+//! On two shared virtual cores of an AMD EPYC, rustc 1.95, bench profile (thin LTO), others
+//! compiling beside it:
 //!
 //! | query | time |
 //! | --- | --- |

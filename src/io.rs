@@ -1,4 +1,5 @@
-//! Files, standard output and error, the clock and interrupts: all that the libraries leave to the command.
+//! Files, standard output and error, the clock and interrupts: all that the libraries leave to the
+//! command.
 
 pub(crate) mod answer;
 pub(crate) mod failure;

@@ -21,7 +21,8 @@ use io::failure::Failure;
 ///
 /// Reads a scenario (RON), plans every drone, checks the plan against the flow model and writes
 /// plan.json, timing.json and plan.svg. Exit codes: 0 every drone planned and verified; 1 the
-/// answer is no (a drone has no safe path, or a check found violations); 2 the input or the usage is wrong.
+/// answer is no (a drone has no safe path, or a check found violations); 2 the input or the usage
+/// is wrong.
 #[derive(Parser)]
 #[command(name = "plan", version, arg_required_else_help = true)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -40,19 +41,24 @@ enum Command {
     Schema,
     /// Print a scenario made by rule and seed, or write synthetic recordings
     Generate(generate::Arguments),
-    /// Print how planning time, memory and cost grow with the fleet, in Markdown; exit code 1 where a drone is unplanned or a plan is not verified
+    /// Print how planning time, memory and cost grow with the fleet, in Markdown; exit code 1 where
+    /// a drone is unplanned or a plan is not verified
     Bench(bench::Arguments),
     /// Simulate recordings and compare: what the model says every sample should have read
     Simulate(simulate::Arguments),
-    /// Calibrate the jet from recordings of hovering drones; exit code 1 where one jet does not describe them
+    /// Calibrate the jet from recordings of hovering drones; exit code 1 where one jet does not
+    /// describe them
     Calibrate(calibrate::Arguments),
-    /// Diagnose recordings: where simulation and recording differ, what is missing, how well it is known; exit code 1 where it stays unexplained
+    /// Diagnose recordings: where simulation and recording differ, what is missing, how well it is
+    /// known; exit code 1 where it stays unexplained
     Diagnose(diagnose::Arguments),
-    /// Validate the diagnosis on synthetic recordings with an injected effect; exit code 1 where a metric misses its goal
+    /// Validate the diagnosis on synthetic recordings with an injected effect; exit code 1 where a
+    /// metric misses its goal
     Prove(prove::Arguments),
 }
 
-/// Reads the command line, runs the subcommand, and answers with its exit code: 0 yes, 1 no, 2 a broken question.
+/// Reads the command line, runs the subcommand, and answers with its exit code: 0 yes, 1 no, 2 a
+/// broken question.
 pub fn main() -> ExitCode {
     let answer = match mistyped_subcommand() {
         Some(failure) => Err(failure),
@@ -77,8 +83,8 @@ pub fn main() -> ExitCode {
     )
 }
 
-/// A broken question as one JSON object on standard output, where JSON is asked for; beside the text
-/// on standard error.
+/// A broken question as one JSON object on standard output, where JSON is asked for; beside the
+/// text on standard error.
 fn tell_json(error: &impl ToString) {
     let arguments: Vec<OsString> = std::env::args_os().collect();
     let is_asked = arguments.iter().any(|it| it == "--format=json")

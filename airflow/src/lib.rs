@@ -3,8 +3,9 @@
 //!
 //! The model is the turbulent jet of
 //!
-//! > L. Bauersfeld, K. Muller, D. Ziegler, F. Coletti, D. Scaramuzza, "Robotics meets Fluid Dynamics: A Characterization of
-//! > the Induced Airflow below a Quadrotor as a Turbulent Jet", IEEE Robotics and Automation Letters, 2025, arXiv:2403.13321,
+//! > L. Bauersfeld, K. Muller, D. Ziegler, F. Coletti, D. Scaramuzza, "Robotics meets Fluid
+//! > Dynamics: A Characterization of the Induced Airflow below a Quadrotor as a Turbulent Jet",
+//! > IEEE Robotics and Automation Letters, 2025, arXiv:2403.13321,
 //!
 //! "the paper" everywhere in this crate. Two things here are not the paper's: the near field above
 //! 2.5 motor distances ([`Wake`]), which the paper describes without an equation that conserves
@@ -84,12 +85,12 @@
 //! # In reading order
 //!
 //! `air` and `airframe`: the source. `jet`, `far_field` and `axial_exposure`: the paper's fit,
-//! below 2.5 l. `rotor_jets` and `near_field`: four jets that merge, above it. [`effects`]: what the
-//! hover jet leaves out, one table and one file each. `wake`: both fields joined, with the effects
-//! that shape one drone's steady jet; `wake/cross_section`: at one depth. `superposition`, `discs`
-//! and `field`: several drones, and a receiver. `surroundings` and `wall_jet`: a wake at one moment,
-//! and over a floor; `flown`: effects as a planner flies them. [`power`]: what it costs.
-//! `golden_section`: a minimum along one line, for the crates above.
+//! below 2.5 l. `rotor_jets` and `near_field`: four jets that merge, above it. [`effects`]: what
+//! the hover jet leaves out, one table and one file each. `wake`: both fields joined, with the
+//! effects that shape one drone's steady jet; `wake/cross_section`: at one depth. `superposition`,
+//! `discs` and `field`: several drones, and a receiver. `surroundings` and `wall_jet`: a wake at
+//! one moment, and over a floor; `flown`: effects as a planner flies them. [`power`]: what it
+//! costs. `golden_section`: a minimum along one line, for the crates above.
 
 mod air;
 mod airframe;

@@ -4,7 +4,8 @@
 //! cargo run --release -p leeward-planner --example fleet_manager
 //! ```
 //!
-//! Nothing is read and nothing is written: a scenario goes in as text, plans come out as plain data.
+//! Nothing is read and nothing is written: a scenario goes in as text, plans come out as plain
+//! data.
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -73,8 +74,9 @@ fn planned(world: &World) -> Result<Option<Plan>, Box<dyn Error>> {
     Ok(None)
 }
 
-/// What is left of a world once its plan has been flown up to a time (s): every drone starts where it is,
-/// and keeps its one task until that is done. Who has several tasks or a load keeps books of its own.
+/// What is left of a world once its plan has been flown up to a time (s): every drone starts where
+/// it is, and keeps its one task until that is done. Who has several tasks or a load keeps books of
+/// its own.
 fn at_time(world: &World, plan: &Plan, now_s: f64) -> World {
     let mut rest = world.clone();
     for (drone, flown) in rest.drones.iter_mut().zip(&plan.drones) {

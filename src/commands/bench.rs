@@ -34,7 +34,8 @@ pub(crate) struct Arguments {
     /// Instances of every size; each figure is the median over them
     #[arg(long, value_delimiter = ',', default_values_t = [1, 2, 3], value_name = "SEED,SEED...")]
     seeds: Vec<u64>,
-    /// Stop planning an instance after this long with the best plan so far; the plan that ignores downwash may take as long again
+    /// Stop planning an instance after this long with the best plan so far; the plan that ignores
+    /// downwash may take as long again
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     time_limit: Option<Duration>,
     /// Threads [default: one per core]
@@ -46,7 +47,9 @@ pub(crate) struct Arguments {
     /// How to print: Markdown, or JSON with every single run
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Plan one instance (one place, one size, one seed) in this process and print its figures as JSON: each figure of the table comes from such a process of its own, so that its peak of memory is its own
+    /// Plan one instance (one place, one size, one seed) in this process and print its figures as
+    /// JSON: each figure of the table comes from such a process of its own, so that its peak of
+    /// memory is its own
     #[arg(long, conflicts_with = "format")]
     one: bool,
 }
@@ -83,7 +86,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(Answer::from(rows.iter().all(Row::is_safe)))
 }
 
-/// Plans one instance in this process. The limit holds for planning, and once more for the plan that ignores downwash.
+/// Plans one instance in this process. The limit holds for planning, and once more for the plan
+/// that ignores downwash.
 fn plan(one: &Instance) -> Result<Figures, Failure> {
     let text = one.place.scenario(one.drones, one.seed)?;
     let no_files = |file: &str| Err(format!("there is no {file}"));

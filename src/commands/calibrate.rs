@@ -1,4 +1,5 @@
-//! `plan calibrate RECORDING...`: the constants of the jet from recordings of hovering drones, as the paper found them.
+//! `plan calibrate RECORDING...`: the constants of the jet from recordings of hovering drones, as
+//! the paper found them.
 
 mod words;
 

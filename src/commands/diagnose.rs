@@ -1,4 +1,5 @@
-//! `plan diagnose RECORDING...`: where simulation and recording differ, what is missing, how well the correction predicts.
+//! `plan diagnose RECORDING...`: where simulation and recording differ, what is missing, how well
+//! the correction predicts.
 
 pub(crate) mod flights;
 pub(crate) mod hardware;
@@ -35,7 +36,8 @@ pub(crate) struct Arguments {
     /// Of flight logs: judge flights near the floor only; the others serve the thrust maps
     #[arg(long, conflicts_with = "normal")]
     near_floor: bool,
-    /// Of flight logs: those whose names begin with it flew the hardware as stated; each flight is compared with them: has a weight or a propeller changed?
+    /// Of flight logs: those whose names begin with it flew the hardware as stated; each flight is
+    /// compared with them: has a weight or a propeller changed?
     #[arg(long, value_name = "NAME")]
     normal: Option<String>,
     /// With --normal: parts of names that tell several drones apart
@@ -46,7 +48,8 @@ pub(crate) struct Arguments {
         requires = "normal"
     )]
     drones: Vec<String>,
-    /// What to compare, where a recording has several: the probes' speed, a receiver's throttle over hover, its power over that without a wake [default: speed, else throttle]
+    /// What to compare, where a recording has several: the probes' speed, a receiver's throttle
+    /// over hover, its power over that without a wake [default: speed, else throttle]
     #[arg(long, value_parser = by_name(&COMPARED, |channel| channel_words(channel).file_stem))]
     channel: Option<Channel>,
 }
@@ -58,7 +61,8 @@ const COMPARED: [Channel; 3] = [Channel::Speed, Channel::Throttle, Channel::Powe
 
 /// Answers no where a mismatch stays unexplained.
 ///
-/// Recordings of probes and of receivers are diagnosed one by one; flight logs together, with whole flights held out.
+/// Recordings of probes and of receivers are diagnosed one by one; flight logs together, with whole
+/// flights held out.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let (recordings, name) = arguments.asked.read()?;
     let logs = recordings.iter().filter(|one| is_log(one)).count();
@@ -107,8 +111,8 @@ fn run_flights(asked: &Arguments, logs: &[Recording], name: &str) -> Result<Answ
     Ok(Answer::from(is_explained(&found.finding)))
 }
 
-/// Writes and prints one finding; `answer` is what programs read of it. Rows count from 0 and are those of probes.csv, or of
-/// receiver.csv where there are no probes.
+/// Writes and prints one finding; `answer` is what programs read of it. Rows count from 0 and are
+/// those of probes.csv, or of receiver.csv where there are no probes.
 fn deliver(
     asked: &Asked,
     named: (&str, &Report),

@@ -25,7 +25,8 @@ enum Instance {
     Hall {
         #[command(flatten)]
         scattered: Scattered,
-        /// Make every tenth drone one of these (6.3 kg, 0.89 m from motor to motor); it keeps the eight columns around its start and its goal free
+        /// Make every tenth drone one of these (6.3 kg, 0.89 m from motor to motor); it keeps the
+        /// eight columns around its start and its goal free
         #[arg(long, value_parser = ["matrice-300"], value_name = "AIRFRAME")]
         every_tenth: Option<String>,
     },
@@ -48,7 +49,8 @@ enum Instance {
         #[arg(long, default_value_t = 20.0, value_name = "METRES")]
         radius: f64,
     },
-    /// Synthetic flights over a speed probe, as folders in the format downwash-recording/1; needs --out
+    /// Synthetic flights over a speed probe, as folders in the format downwash-recording/1; needs
+    /// --out
     Recordings(HoverGrids),
 }
 
@@ -89,7 +91,8 @@ struct Scattered {
 enum Form {
     /// A scenario for this command, as RON
     Scenario,
-    /// .3dmap and .3dscen in voxels of 1 m, .map and .scen of the floor seen from above; needs --out
+    /// .3dmap and .3dscen in voxels of 1 m, .map and .scen of the floor seen from above; needs
+    /// --out
     Movingai,
     /// YAML with x, y and z of every cell; needs --out
     #[value(name = "libmultirobotplanning")]

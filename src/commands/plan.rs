@@ -43,7 +43,8 @@ pub(crate) struct Arguments {
     /// Stop after this long with the best plan so far; time left over makes it better
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     time_limit: Option<Duration>,
-    /// Do not plan the fleet once more as if there were no downwash, to say what ignoring it would cost
+    /// Do not plan the fleet once more as if there were no downwash, to say what ignoring it would
+    /// cost
     #[arg(long)]
     no_contrast: bool,
 }
@@ -163,7 +164,8 @@ fn deliver(
     Ok(Answer::from(plan.is_safe()))
 }
 
-/// Prints an answer; then on standard error its conflicts and every other error, each with its lines.
+/// Prints an answer; then on standard error its conflicts and every other error, each with its
+/// lines.
 fn say(
     format: Format,
     printed: &Printed,
@@ -249,7 +251,8 @@ fn read_world(path: &Path, finding: Option<&Path>) -> Result<World, Failure> {
         text.map(|text| (file.display().to_string(), text))
     };
     let finding = finding.map(named).transpose()?;
-    // Meshes, the jet and the finding of a scenario are named relative to it; the command line's is not.
+    // Meshes, the jet and the finding of a scenario are named relative to it; the command line's is
+    // not.
     let folder = path.parent().unwrap_or(Path::new(""));
     let load = |source: &str| match &finding {
         Some((file, text)) if file == source => Ok(text.clone()),

@@ -1,4 +1,5 @@
-//! `plan prove`: synthetic recordings with an injected effect, diagnosed blind, and the metrics of the answers.
+//! `plan prove`: synthetic recordings with an injected effect, diagnosed blind, and the metrics of
+//! the answers.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -28,7 +29,8 @@ pub(crate) struct Arguments {
     /// Recordings to make; two in five have nothing injected
     #[arg(long, default_value_t = 600)]
     count: usize,
-    /// Instead: the table of real flights, from a folder with `neural_swarm2` and `crazypad` in it; run it where `recordings/` lies
+    /// Instead: the table of real flights, from a folder with `neural_swarm2` and `crazypad` in it;
+    /// run it where `recordings/` lies
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "format", "count", "seed"])]
     flights: Option<PathBuf>,
     /// How to print the metrics
@@ -124,8 +126,8 @@ fn flights(folder: &Path) -> Result<Answer, Failure> {
     Ok(Answer::from(real_flights::is_named(&found, &hardware)))
 }
 
-/// Side by side, recordings take one another's time: the slowest of the long ones once more, alone, by the time that processors spend
-/// on it, which other programs do not change.
+/// Side by side, recordings take one another's time: the slowest of the long ones once more, alone,
+/// by the time that processors spend on it, which other programs do not change.
 fn time(seed: u64, marks: &Metrics) -> String {
     let Some((index, slowest)) = marks.slowest() else {
         return String::new();

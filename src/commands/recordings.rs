@@ -16,16 +16,19 @@ use crate::report::words::wrote;
 
 #[derive(Args)]
 pub(crate) struct Asked {
-    /// Recordings: folders with a meta.json, flight logs (.csv, .csv.gz, .ulg), or folders of either
+    /// Recordings: folders with a meta.json, flight logs (.csv, .csv.gz, .ulg), or folders of
+    /// either
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// What flight logs leave unsaid (RON) [default: the campaign.ron beside or above them]
     #[arg(long, value_name = "FILE")]
     meta: Option<PathBuf>,
-    /// How to print the answer: one object, or a list of them where several recordings are diagnosed
+    /// How to print the answer: one object, or a list of them where several recordings are
+    /// diagnosed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,
-    /// Folder for report.html, figures, tables, RON and JSON; of several recordings diagnosed each gets a folder in it [default: out/NAME, that of the first recording]
+    /// Folder for report.html, figures, tables, RON and JSON; of several recordings diagnosed each
+    /// gets a folder in it [default: out/NAME, that of the first recording]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -54,7 +57,8 @@ impl Asked {
         OutFolder::of(self.out.as_deref(), name)
     }
 
-    /// Writes a report beside some texts and the answer as JSON, in lines down to so many `levels`; prints it as asked.
+    /// Writes a report beside some texts and the answer as JSON, in lines down to so many `levels`;
+    /// prints it as asked.
     pub(crate) fn deliver<T: Serialize>(
         &self,
         (name, report): (&str, &Report),

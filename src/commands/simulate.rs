@@ -24,7 +24,8 @@ use simulated::{Printed, Simulated, simulate_all};
 pub(crate) struct Arguments {
     #[command(flatten)]
     asked: Asked,
-    /// Also judge forces in whole flights that no thrust map was identified from, and the drones' clocks
+    /// Also judge forces in whole flights that no thrust map was identified from, and the drones'
+    /// clocks
     #[arg(long)]
     held_out: bool,
 }

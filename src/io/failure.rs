@@ -1,4 +1,5 @@
-//! Why a question could not be answered: the reader of exit code 2. "No safe plan" is not among these.
+//! Why a question could not be answered: the reader of exit code 2. "No safe plan" is not among
+//! these.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
-//! Problems of scenarios, drawn beside their text, and the list of any file's problems, for a person at a terminal.
+//! Problems of scenarios, drawn beside their text, and the list of any file's problems, for a
+//! person at a terminal.
 
 use std::io::IsTerminal;
 

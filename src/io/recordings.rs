@@ -1,4 +1,5 @@
-//! Recordings from disk: which files there are, their bytes, and their problems as a person reads them.
+//! Recordings from disk: which files there are, their bytes, and their problems as a person reads
+//! them.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,8 +26,8 @@ const FLIGHTS: &str = "flights";
 /// Endings of flight logs, with what may pack them.
 const ENDINGS: [&str; 4] = [".csv.gz", ".csv", ".ulg.gz", ".ulg"];
 
-/// Reads every recording at `paths`, sorted by name: folders with a meta.json; flight logs, alone or in a folder, with the campaign
-/// file `meta`, or the campaign.ron beside or above them.
+/// Reads every recording at `paths`, sorted by name: folders with a meta.json; flight logs, alone
+/// or in a folder, with the campaign file `meta`, or the campaign.ron beside or above them.
 pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Recording>, Failure> {
     let mut sources = Vec::new();
     for path in paths {
@@ -151,7 +152,8 @@ fn logs_of_tables(entries: &[PathBuf]) -> Vec<String> {
         .collect()
 }
 
-/// Whether a table is one of those that `ulog2csv` made of one of these logs; it makes one of every topic.
+/// Whether a table is one of those that `ulog2csv` made of one of these logs; it makes one of every
+/// topic.
 fn is_of(path: &Path, logs: &[String]) -> bool {
     let rest = |log: &String| {
         file_name(path)
@@ -202,7 +204,8 @@ impl Source {
         })
     }
 
-    /// Its campaign file: `meta`, else the one beside it or in a folder above; `None` where it needs none.
+    /// Its campaign file: `meta`, else the one beside it or in a folder above; `None` where it
+    /// needs none.
     fn campaign(&self, meta: Option<&Path>) -> Result<Option<PathBuf>, Failure> {
         let folder = match (&self.kind, meta) {
             (Kind::Folder, _) => return Ok(None),

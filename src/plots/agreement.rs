@@ -1,6 +1,7 @@
 //! Recorded against predicted values, sample by sample, and over time.
 //!
-//! Squares: x the predicted, y the recorded value, in the quantity's unit. Strips: x time (s), y the quantity.
+//! Squares: x the predicted, y the recorded value, in the quantity's unit. Strips: x time (s), y
+//! the quantity.
 
 use diagnosis::forward::simulate::Sample;
 
@@ -13,7 +14,8 @@ use super::readings::{Spread, sorted};
 const SQUARE: f64 = 430.0;
 const STRIP: f64 = 190.0;
 const STRIPS_WIDTH: f64 = 680.0;
-/// More strips than these would be too flat to read: the drones with the most simulated air come first.
+/// More strips than these would be too flat to read: the drones with the most simulated air come
+/// first.
 const STRIPS: usize = 4;
 /// Moments drawn along a strip.
 const MOMENTS: usize = 260;
@@ -45,8 +47,8 @@ impl Trace<'_> {
     }
 }
 
-/// Two squares side by side: `(recorded, predicted)` of every sample, first as simulated, then corrected, each with a heading.
-/// `quantity`: `speed (m/s)` and the like; `None` without samples.
+/// Two squares side by side: `(recorded, predicted)` of every sample, first as simulated, then
+/// corrected, each with a heading. `quantity`: `speed (m/s)` and the like; `None` without samples.
 pub(super) fn before_and_after(
     title: (&str, &str),
     quantity: &str,
@@ -63,7 +65,8 @@ pub(super) fn before_and_after(
     Some(canvas.finish())
 }
 
-/// Strips of the drones whose simulated values vary most, and one square of all samples; `None` without samples.
+/// Strips of the drones whose simulated values vary most, and one square of all samples; `None`
+/// without samples.
 pub(super) fn over_time(title: (&str, &str), quantity: &str, traces: &[Trace]) -> Option<String> {
     let long = traces.iter().filter(|trace| trace.samples.len() > 1);
     let mut shown: Vec<&Trace> = long.collect();

@@ -1,4 +1,5 @@
-//! A chart with linear axes, and what is drawn in it: lines, bands, marks that differ in shape, heat maps.
+//! A chart with linear axes, and what is drawn in it: lines, bands, marks that differ in shape,
+//! heat maps.
 
 use super::canvas::{
     Area, BOLD, CENTRED, Canvas, Letters, Spot, TO_THE_LEFT, circle, fill, polyline, rectangle,
@@ -21,7 +22,8 @@ const TICK_UP: f64 = 34.0;
 /// Opacity of bands: several may lie above one another.
 pub(super) const BAND: f64 = 0.16;
 
-/// What an axis says, and the values at its ends: left and right, or below and above. Depth grows downwards.
+/// What an axis says, and the values at its ends: left and right, or below and above. Depth grows
+/// downwards.
 pub(super) type Axis<'a> = (&'a str, (f64, f64));
 
 /// A rectangle of the sheet with linear coordinates, x to the right and y upwards.
@@ -55,7 +57,8 @@ impl Chart {
         (self.area.left + right, self.area.bottom() - up)
     }
 
-    /// Round values along x and along y, each with its place along that axis (px). To one scale they have one step, unless that leaves too few.
+    /// Round values along x and along y, each with its place along that axis (px). To one scale
+    /// they have one step, unless that leaves too few.
     fn ticks(&self) -> [Vec<(f64, f64)>; 2] {
         let least = |(from, to): (f64, f64), px: f64, apart: f64| (to - from).abs() * apart / px;
         let across = least(self.x, self.area.width, TICK_ACROSS);
@@ -137,7 +140,8 @@ impl Chart {
         self.line(canvas, low.chain(high), look);
     }
 
-    /// Marks at points, their shape and colour by number; hollow marks say "not part of the fit". What lies beyond the chart is left out.
+    /// Marks at points, their shape and colour by number; hollow marks say "not part of the fit".
+    /// What lies beyond the chart is left out.
     pub(super) fn marks(
         &self,
         canvas: &mut Canvas,
@@ -152,7 +156,8 @@ impl Chart {
         canvas.path(&marks.collect::<String>(), &mark_look(series, is_hollow));
     }
 
-    /// A heat map: cells row by row, each in one of the colours, or none; `corners` of a cell by its row and column.
+    /// A heat map: cells row by row, each in one of the colours, or none; `corners` of a cell by
+    /// its row and column.
     pub(super) fn cells(
         &self,
         canvas: &mut Canvas,
@@ -160,7 +165,8 @@ impl Chart {
         colours: &[Colour],
         corners: impl Fn(usize, usize) -> [(f64, f64); 2],
     ) {
-        // Neighbours in a row with one colour are one rectangle, and all rectangles of one colour one path.
+        // Neighbours in a row with one colour are one rectangle, and all rectangles of one colour
+        // one path.
         let mut paths = vec![String::new(); colours.len()];
         for (row, cells) in rows.enumerate() {
             let mut column = 0;
@@ -188,7 +194,8 @@ fn multiples((from, to): (f64, f64), step: f64) -> impl Iterator<Item = f64> {
     numbers.map(move |number| number as f64 * step)
 }
 
-/// Corners of the marks, x and y in turn, over their size, so that all look equally heavy; no corners: a disc.
+/// Corners of the marks, x and y in turn, over their size, so that all look equally heavy; no
+/// corners: a disc.
 const SHAPES: [&[f64]; 7] = [
     &[],
     &[-0.89, -0.89, 0.89, -0.89, 0.89, 0.89, -0.89, 0.89],

@@ -1,4 +1,5 @@
-//! The figures of `plan calibrate`: expansion, profiles in similarity coordinates, what the jet leaves, and the near field.
+//! The figures of `plan calibrate`: expansion, profiles in similarity coordinates, what the jet
+//! leaves, and the near field.
 
 use airflow::Jet;
 use diagnosis::calibrate::{Calibration, DroneFit};
@@ -106,7 +107,8 @@ fn panel(drone: &DroneFit, jet: &Jet) -> Option<Profile> {
     })
 }
 
-/// What the fitted jet leaves of the readings of the drones in the fit, through the same observation operator.
+/// What the fitted jet leaves of the readings of the drones in the fit, through the same
+/// observation operator.
 fn residuals_of(name: &str, found: &Calibration, recordings: &[Recording]) -> Option<String> {
     let jet = found.jet.jet();
     let is_canted = |drone: &Vehicle| drone.airframe.fit_excludes();

@@ -1,6 +1,7 @@
 //! The one canvas of all figures: SVG in drawing order, without network, script or style sheet.
 //!
-//! Lengths in pixels of a screen, x to the right, y down. Looks are SVG attributes, as [`fill`] and [`stroke`] write them.
+//! Lengths in pixels of a screen, x to the right, y down. Looks are SVG attributes, as [`fill`] and
+//! [`stroke`] write them.
 
 use std::fmt::Arguments;
 
@@ -10,7 +11,8 @@ use crate::report::words::escape;
 /// A place on the sheet (px).
 pub(super) type Spot = (f64, f64);
 
-/// Mean advance of a letter over the font's size: that of DejaVu Sans, which stands in where there is no Helvetica (0.5).
+/// Mean advance of a letter over the font's size: that of DejaVu Sans, which stands in where there
+/// is no Helvetica (0.5).
 const LETTER: f64 = 0.58;
 /// From the middle of a line of text down to its baseline, over the font's size.
 const BASELINE: f64 = 0.36;
@@ -81,7 +83,8 @@ impl Area {
     }
 }
 
-/// How a text looks. The middle of its start lies at the place given, unless it is [`CENTRED`] or [`TO_THE_LEFT`].
+/// How a text looks. The middle of its start lies at the place given, unless it is [`CENTRED`] or
+/// [`TO_THE_LEFT`].
 #[derive(Clone)]
 pub(super) struct Letters {
     pub(super) size_px: f64,
@@ -126,8 +129,8 @@ pub(super) struct Canvas {
 }
 
 impl Canvas {
-    /// A light sheet with a title and a line below it, which are also what a screen reader says; and what is left below these. `defs`:
-    /// gradients that looks refer to.
+    /// A light sheet with a title and a line below it, which are also what a screen reader says;
+    /// and what is left below these. `defs`: gradients that looks refer to.
     pub(super) fn new(
         (width, height): (f64, f64),
         (title, subtitle): (&str, &str),

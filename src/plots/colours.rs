@@ -1,4 +1,5 @@
-//! The one palette, and colour maps that keep their order in grey print and for any common colour vision, in even steps.
+//! The one palette, and colour maps that keep their order in grey print and for any common colour
+//! vision, in even steps.
 
 use std::fmt;
 
@@ -25,8 +26,8 @@ pub(super) const ZONE: Colour = Colour(0xe8a33d);
 /// Edges and names of such zones.
 pub(super) const ZONE_EDGE: Colour = Colour(0x8a5a10);
 
-/// Lines and marks of several drones, told apart by shape or dashes as well: Paul Tol's "muted" (personal.sron.nl/~pault), the seven
-/// that stand out most on a light sheet.
+/// Lines and marks of several drones, told apart by shape or dashes as well: Paul Tol's "muted"
+/// (personal.sron.nl/~pault), the seven that stand out most on a light sheet.
 pub(super) const SERIES: [Colour; 7] = [
     Colour(0x332288),
     Colour(0x117733),
@@ -42,15 +43,15 @@ pub(super) fn series_colour(series: usize) -> Colour {
     SERIES[series % SERIES.len()]
 }
 
-/// "viridis" of S. van der Walt and N. Smith (matplotlib 1.5, 2015, CC0) at 0, 0.1, ... 1: dark is slow, light is fast, perceived
-/// lightness rises evenly.
+/// "viridis" of S. van der Walt and N. Smith (matplotlib 1.5, 2015, CC0) at 0, 0.1, ... 1: dark is
+/// slow, light is fast, perceived lightness rises evenly.
 const VIRIDIS: [u32; 11] = [
     0x440154, 0x482576, 0x414487, 0x35608d, 0x2a788e, 0x21908c, 0x22a884, 0x43bf71, 0x7ad151,
     0xbbdf27, 0xfde725,
 ];
 
-/// "RdBu" of C. Brewer (colorbrewer2.org, 11 classes, marked as safe for colour-blind readers), turned round: blue is below, red is
-/// above, white is none.
+/// "RdBu" of C. Brewer (colorbrewer2.org, 11 classes, marked as safe for colour-blind readers),
+/// turned round: blue is below, red is above, white is none.
 const BLUE_TO_RED: [u32; 11] = [
     0x053061, 0x2166ac, 0x4393c3, 0x92c5de, 0xd1e5f0, 0xf7f7f7, 0xfddbc7, 0xf4a582, 0xd6604d,
     0xb2182b, 0x67001f,
@@ -101,7 +102,8 @@ impl Scale {
         }
     }
 
-    /// Symmetric around 0, with an odd number of steps so that the middle one holds it: for residuals.
+    /// Symmetric around 0, with an odd number of steps so that the middle one holds it: for
+    /// residuals.
     pub(super) fn of_residuals(largest: f64) -> Scale {
         let step = round_step(largest / 5.0);
         Scale {

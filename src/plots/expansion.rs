@@ -1,7 +1,9 @@
-//! What calibrated slices of jets show against depth, drone by drone: half-width and centreline with the jet through them (the
-//! paper's expansion figure), and in the near field how the rotors' jets approach the axis.
+//! What calibrated slices of jets show against depth, drone by drone: half-width and centreline
+//! with the jet through them (the paper's expansion figure), and in the near field how the rotors'
+//! jets approach the axis.
 //!
-//! x: depth below the rotor plane over the motor distance; y: a length over the motor distance, or a speed over U_H.
+//! x: depth below the rotor plane over the motor distance; y: a length over the motor distance, or
+//! a speed over U_H.
 
 use airflow::{FAR_FIELD_FROM_S_OVER_L, Jet};
 use diagnosis::calibrate::{Calibration, DroneFit, Estimate, FittedJet, SliceFit};
@@ -35,7 +37,8 @@ pub(super) struct Expansion<'a> {
 /// One estimate of each slice of a drone, by depth over the motor distance.
 type Slices = Vec<(f64, Estimate)>;
 
-/// A curve of the jet along its depth by its constants `B`, `S` and `s₀`, and the estimate of one slice that belongs to it.
+/// A curve of the jet along its depth by its constants `B`, `S` and `s₀`, and the estimate of one
+/// slice that belongs to it.
 struct Law {
     label: &'static str,
     value: fn([f64; 3], f64) -> f64,
@@ -172,8 +175,8 @@ fn key(figure: &Expansion) -> Vec<Entry> {
     entries
 }
 
-/// Where the maxima of the rotors' jets lie in the near field: their distance from the axis against depth, with 95 % intervals;
-/// `None` without maxima.
+/// Where the maxima of the rotors' jets lie in the near field: their distance from the axis against
+/// depth, with 95 % intervals; `None` without maxima.
 pub(super) fn near_field(title: (&str, &str), drones: &[DroneFit]) -> Option<String> {
     let maxima = |drone: &DroneFit| -> Slices {
         let lobes = drone.lobes.iter();

@@ -1,6 +1,8 @@
-//! Measured and simulated speed side by side: a slice through the axis of the wake, the same colours on both.
+//! Measured and simulated speed side by side: a slice through the axis of the wake, the same
+//! colours on both.
 //!
-//! Across: distance from the axis over the motor distance; down: depth over the motor distance; colour: speed over U_H.
+//! Across: distance from the axis over the motor distance; down: depth over the motor distance;
+//! colour: speed over U_H.
 
 use airflow::{FAR_FIELD_FROM_S_OVER_L, Jet};
 
@@ -15,8 +17,8 @@ const LINES: [f64; 4] = [0.1, 0.25, 0.5, 1.0];
 const SIZE: (f64, f64) = (980.0, 560.0);
 const BAR: f64 = 110.0;
 
-/// Readings are speeds over U_H; the jet's lines begin where its far field does, unless it is `extrapolated` upwards. `None` without
-/// readings.
+/// Readings are speeds over U_H; the jet's lines begin where its far field does, unless it is
+/// `extrapolated` upwards. `None` without readings.
 pub(super) fn draw(
     title: (&str, &str),
     readings: &[Reading],
@@ -68,8 +70,8 @@ pub(super) fn draw(
     Some(canvas.finish())
 }
 
-/// Where the jet's axial speed is a part of U_H, by distance from the axis and depth: r = r_half √((√(U_C/U) - 1)/(√2 - 1)). It closes on
-/// the axis where U_C = U.
+/// Where the jet's axial speed is a part of U_H, by distance from the axis and depth: r = r_half
+/// √((√(U_C/U) - 1)/(√2 - 1)). It closes on the axis where U_C = U.
 fn iso_speed(jet: &Jet, speed: f64, (s_from, s_to): (f64, f64)) -> Vec<(f64, f64)> {
     let end = (jet.centreline / speed + jet.origin).min(s_to);
     if end <= s_from {

@@ -1,4 +1,5 @@
-//! The figures of `plan diagnose`: where samples and simulation differ, along which coordinates, and how well the correction does.
+//! The figures of `plan diagnose`: where samples and simulation differ, along which coordinates,
+//! and how well the correction does.
 
 use diagnosis::campaign::COORDINATES;
 use diagnosis::campaign::CampaignFinding;
@@ -18,7 +19,8 @@ use crate::report::words::{channel_words, figures, joined};
 const SIGNS: f64 = 2.0;
 /// Curves side by side.
 const CURVES: usize = 2;
-/// Coordinates, what an axis calls them, and a group: those of one group say nearly the same of a sample, and one of them is drawn.
+/// Coordinates, what an axis calls them, and a group: those of one group say nearly the same of a
+/// sample, and one of them is drawn.
 const LABELS: [(&str, &str, u8); 21] = [
     ("s/l", "depth below the rotor plane s / l", 1),
     ("depth m", "depth below the drone above (m)", 1),
@@ -56,7 +58,8 @@ struct Seen {
     covariates: Vec<Vec<f64>>,
 }
 
-/// Residuals, signature and agreement of one recording; none where it does not hold the finding's channel.
+/// Residuals, signature and agreement of one recording; none where it does not hold the finding's
+/// channel.
 pub(crate) fn draw(recording: &Recording, finding: &Finding, subtitle: &str) -> Vec<Figure> {
     let Some(observed) = Observed::of(recording, Some(finding.channel)) else {
         return Vec::new();

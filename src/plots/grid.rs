@@ -1,4 +1,5 @@
-//! A heat map of a wake in a plane through its axis: distance from the axis across, depth downwards, both over the motor distance.
+//! A heat map of a wake in a plane through its axis: distance from the axis across, depth
+//! downwards, both over the motor distance.
 
 use diagnosis::statistics::quantile::quantile;
 
@@ -25,8 +26,8 @@ pub(super) const SIGNED: &str = "distance from the axis r / l, signed by side of
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     pub(super) columns: usize,
-    /// Edges of the rows: equal rows, but those at depths where hardly anything was measured have gone to their neighbours, half to
-    /// each.
+    /// Edges of the rows: equal rows, but those at depths where hardly anything was measured have
+    /// gone to their neighbours, half to each.
     depths: Vec<f64>,
     /// To both sides of the axis.
     across_to: f64,
@@ -35,7 +36,8 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// The finest grid that samples at these places fill, by distance from the axis and depth; `None` without places.
+    /// The finest grid that samples at these places fill, by distance from the axis and depth;
+    /// `None` without places.
     pub(super) fn of(places: &[(f64, f64)]) -> Option<Grid> {
         let across = sorted(places.iter().map(|(across, _)| across.abs()));
         let depths = sorted(places.iter().map(|(_, s)| *s));
@@ -102,7 +104,8 @@ impl Grid {
         [corner(0), corner(1)]
     }
 
-    /// Axes around it, and each cell in the colour of its value; grey where it has none. `across` is the label of the distance.
+    /// Axes around it, and each cell in the colour of its value; grey where it has none. `across`
+    /// is the label of the distance.
     pub(super) fn draw(
         &self,
         canvas: &mut Canvas,

@@ -12,7 +12,8 @@ pub(super) const LINE: f64 = 18.0;
 /// Size of a legend's letters (px).
 const LETTERS: f64 = 12.0;
 
-/// One entry of a legend: a sign, as path and look around the middle of its left end, 22 px wide, and what it means.
+/// One entry of a legend: a sign, as path and look around the middle of its left end, 22 px wide,
+/// and what it means.
 #[derive(Clone)]
 pub(super) struct Entry {
     path: String,
@@ -57,7 +58,8 @@ pub(super) fn sheet(size: (f64, f64), title: (&str, &str), entries: &[Entry]) ->
     (canvas, below.inset([0.0, taken + 8.0, 0.0, 0.0]))
 }
 
-/// Entries from the left to the right as far as they fit into a width, then on the next line; the height they take (px).
+/// Entries from the left to the right as far as they fit into a width, then on the next line; the
+/// height they take (px).
 pub(super) fn legend(canvas: &mut Canvas, area: Area, entries: &[Entry]) -> f64 {
     let letters = Letters::new(LETTERS, INK);
     let (mut x, mut y) = (area.left, area.top + LINE / 2.0);

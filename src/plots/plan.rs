@@ -1,6 +1,8 @@
-//! plan.svg: the plan from above and from the side, with the wakes of hovering drones and the moment of the worst air.
+//! plan.svg: the plan from above and from the side, with the wakes of hovering drones and the
+//! moment of the worst air.
 //!
-//! From above: x (m) across, y (m) upwards; from the side: x (m) across, z (m) upwards; all to one scale.
+//! From above: x (m) across, y (m) upwards; from the side: x (m) across, z (m) upwards; all to one
+//! scale.
 
 mod labels;
 mod layers;

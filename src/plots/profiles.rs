@@ -1,6 +1,7 @@
 //! Radial profiles at several depths, all on the same axes: medians, the middle 68 %, and a curve.
 //!
-//! x: distance from the axis, over the motor distance or the half-width; y: speed over U_H or the centreline's.
+//! x: distance from the axis, over the motor distance or the half-width; y: speed over U_H or the
+//! centreline's.
 
 use diagnosis::statistics::quantile::quantile;
 
@@ -23,8 +24,8 @@ pub(super) struct Profile {
     pub(super) curve: Vec<(f64, f64)>,
 }
 
-/// What one drone, or one recording, contributes to a panel: the number of its mark, hollow where it is beside the fit, and abscissas with
-/// their values, rising.
+/// What one drone, or one recording, contributes to a panel: the number of its mark, hollow where
+/// it is beside the fit, and abscissas with their values, rising.
 pub(super) type Series = ((usize, bool), Vec<(f64, Spread)>);
 
 /// What the axes and the signs say.
@@ -74,8 +75,8 @@ pub(super) fn draw(words: &Words, profiles: &[Profile]) -> Option<String> {
     (!profiles.is_empty()).then(|| canvas.finish())
 }
 
-/// Cuts readings into so many slices of as many readings each, shallowest first, and each slice into bins of equal width. The curve
-/// is the median of the simulated values of the same readings.
+/// Cuts readings into so many slices of as many readings each, shallowest first, and each slice
+/// into bins of equal width. The curve is the median of the simulated values of the same readings.
 pub(super) fn of_slices(readings: &[Reading], slices: usize, bins: usize) -> Vec<Profile> {
     let mut by_depth: Vec<&Reading> = readings.iter().collect();
     by_depth.sort_by(|a, b| a.s_over_l.total_cmp(&b.s_over_l));

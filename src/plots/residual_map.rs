@@ -1,6 +1,8 @@
-//! Recorded minus simulated over the wake: where, which way, and whether more than noise; before and after a correction.
+//! Recorded minus simulated over the wake: where, which way, and whether more than noise; before
+//! and after a correction.
 //!
-//! Across: distance from the axis over the motor distance; down: depth over the motor distance; colour: residual in its unit.
+//! Across: distance from the axis over the motor distance; down: depth over the motor distance;
+//! colour: residual in its unit.
 
 use airflow::Jet;
 use diagnosis::statistics::quantile::quantile;
@@ -68,7 +70,8 @@ impl<'a> ResidualMap<'a> {
         let noise = of_cells(&self.noise.0);
         let first = of_cells(&self.panels.first()?.1);
         let sizes = sorted(first.iter().flatten().map(|residual| residual.abs()));
-        // Chosen here: the largest twentieth of the cells saturates, a few would leave the rest pale.
+        // Chosen here: the largest twentieth of the cells saturates, a few would leave the rest
+        // pale.
         let scale = Scale::of_residuals(quantile(&sizes, 0.95)?);
         let panels = self.panels.len();
         let size = (PANEL * panels as f64 + SIDE, HEIGHT);
@@ -130,7 +133,8 @@ fn signs(chart: &Chart, grid: &Grid, residuals: &[Option<f64>], noise: &[Option<
     path
 }
 
-/// The border of the cells of which half the samples or more are inside. A cell without samples goes with its neighbours.
+/// The border of the cells of which half the samples or more are inside. A cell without samples
+/// goes with its neighbours.
 fn border(chart: &Chart, grid: &Grid, share: &[Option<f64>]) -> String {
     let columns = grid.columns as i64;
     let rows = share.len() as i64 / columns;

@@ -50,8 +50,8 @@ impl Mismatch {
     }
 }
 
-/// One chart for each coordinate, with its label and its column; `y` says what is drawn, with its unit; without a law only the mismatch
-/// is drawn. `None` without coordinates.
+/// One chart for each coordinate, with its label and its column; `y` says what is drawn, with its
+/// unit; without a law only the mismatch is drawn. `None` without coordinates.
 pub(super) fn draw(
     title: (&str, &str),
     (y, law): (&str, Option<&str>),

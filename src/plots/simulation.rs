@@ -1,4 +1,5 @@
-//! The figures of `plan simulate`, by channel: fields, residuals, profiles and expansion below drones; receivers over time.
+//! The figures of `plan simulate`, by channel: fields, residuals, profiles and expansion below
+//! drones; receivers over time.
 
 use airflow::Jet;
 use diagnosis::calibrate::{self, Options};
@@ -22,7 +23,8 @@ const BINS: usize = 14;
 /// A recording and its samples, simulated.
 type Simulated<'a> = (&'a Recording, &'a [Sample]);
 
-/// Every figure that the samples allow, in the order of the report; `scatter_n` of an airframe: what its thrust map leaves (N).
+/// Every figure that the samples allow, in the order of the report; `scatter_n` of an airframe:
+/// what its thrust map leaves (N).
 pub(crate) fn draw(
     name: &str,
     all: &[Simulated],
@@ -129,7 +131,8 @@ fn speeds(name: &str, all: &[Simulated]) -> [Option<Figure>; 4] {
     ]
 }
 
-/// Half-width and centreline of what was recorded, slice by slice, beside the jet of the simulation.
+/// Half-width and centreline of what was recorded, slice by slice, beside the jet of the
+/// simulation.
 fn expansion_of(name: &str, all: &[Simulated], jet: &Jet, hover: &str) -> Option<String> {
     let recordings = all.iter().map(|(recording, _)| (*recording).clone());
     let recordings: Vec<Recording> = recordings.collect();

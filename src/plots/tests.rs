@@ -1,4 +1,5 @@
-//! Every figure on synthetic readings: well-formed, small, the same twice, and with nothing in it that is not a number.
+//! Every figure on synthetic readings: well-formed, small, the same twice, and with nothing in it
+//! that is not a number.
 
 use airflow::Jet;
 use diagnosis::calibrate::{

@@ -1,4 +1,5 @@
-//! Endpoints that exclude one another, in words: what is wrong, by how much, and the smallest change that mends it.
+//! Endpoints that exclude one another, in words: what is wrong, by how much, and the smallest
+//! change that mends it.
 
 use nalgebra::Point3;
 use planner::plan::cause::Exclusion;

@@ -1,4 +1,5 @@
-//! report.html: one file with its figures and style inside, for a browser without a network and for print.
+//! report.html: one file with its figures and style inside, for a browser without a network and for
+//! print.
 
 use super::sections::{Figure, Part, Report};
 use super::tables;

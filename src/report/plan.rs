@@ -1,5 +1,5 @@
-//! A plan as people read it: which drone arrives when, what the others cost it, and what ignoring downwash
-//! would have meant.
+//! A plan as people read it: which drone arrives when, what the others cost it, and what ignoring
+//! downwash would have meant.
 
 use planner::plan::{DronePlan, IgnoringDownwash, Plan};
 
@@ -74,8 +74,8 @@ fn is_unplanned(plan: &Plan, drone: &DronePlan) -> bool {
     plan.unplanned.iter().any(|entry| entry.name == drone.name)
 }
 
-/// All drones in the scenario's order; of a large fleet those unplanned and those delayed most, most
-/// delayed first, ties by extra energy, then in the scenario's order.
+/// All drones in the scenario's order; of a large fleet those unplanned and those delayed most,
+/// most delayed first, ties by extra energy, then in the scenario's order.
 fn most_affected_first(plan: &Plan) -> Vec<&DronePlan> {
     if plan.drones.len() <= LIST_ALL_UP_TO {
         return plan.drones.iter().collect();

@@ -1,4 +1,5 @@
-//! An answer as one value: titled sections of sentences, lists, tables and figures. The terminal's text and report.html are both made from it.
+//! An answer as one value: titled sections of sentences, lists, tables and figures. The terminal's
+//! text and report.html are both made from it.
 
 use tools::table::Table;
 

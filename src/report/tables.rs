@@ -4,7 +4,8 @@ use tools::table::Table;
 
 use super::words::escape;
 
-/// The first `most` rows below the headings, two spaces from the edge; a row of one cell takes what room it needs.
+/// The first `most` rows below the headings, two spaces from the edge; a row of one cell takes what
+/// room it needs.
 pub(crate) fn text(table: &Table, most: usize) -> String {
     let headings = table.columns.iter().map(|column| column.heading.clone());
     let headings: Vec<String> = headings.collect();

@@ -52,7 +52,8 @@ pub(crate) fn channel_words(channel: Channel) -> ChannelWords {
     }
 }
 
-/// Kinds of what is counted, each once, with how many there are of it, in the order in which they come.
+/// Kinds of what is counted, each once, with how many there are of it, in the order in which they
+/// come.
 pub(crate) fn tally<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<(T, usize)> {
     let mut kinds: Vec<(T, usize)> = Vec::new();
     for one in all {

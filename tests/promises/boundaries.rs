@@ -35,6 +35,38 @@ fn named(sources: &[Source], paths: &[&str]) -> Vec<String> {
         .collect()
 }
 
+/// Prose alone: a formula, a table or an example that is laid out by hand keeps its width.
+#[test]
+fn comments_have_at_most_a_hundred_columns() {
+    let folders = [
+        "airflow",
+        "costmap",
+        "planner",
+        "diagnosis",
+        "validation",
+        "tools",
+        "src",
+        "benches",
+        "tests",
+    ];
+    let mut broken = Vec::new();
+    let files = folders.into_iter().flat_map(files_below);
+    for file in files.filter(|file| file.ends_with(".rs")) {
+        let mut is_laid_out = false;
+        for (index, line) in read(&file).lines().enumerate() {
+            let Some(comment) = line.trim_start().strip_prefix("//") else {
+                continue;
+            };
+            let text = comment.trim_start_matches(['/', '!']).trim_start();
+            is_laid_out ^= text.starts_with("```");
+            if !is_laid_out && !text.starts_with('|') && line.chars().count() > 100 {
+                broken.push(format!("{file}:{}", index + 1));
+            }
+        }
+    }
+    assert_none(&broken);
+}
+
 #[test]
 fn dependencies_run_one_way() {
     assert!(
@@ -251,7 +283,8 @@ fn shapes_are_stood_up_in_one_place() {
         assert_none(&named(&sources, &turning));
         assert_none(&named(&sources, &poses));
     }
-    // The planner's own use of parry needs none: boxes, segments, rays and meshes in world coordinates.
+    // The planner's own use of parry needs none: boxes, segments, rays and meshes in world
+    // coordinates.
     let round = [
         "Cylinder",
         "Cone",
@@ -275,7 +308,8 @@ fn shapes_are_stood_up_in_one_place() {
 #[test]
 fn the_command_plans_through_the_planner_s_front_door() {
     let sources = sources_of("src");
-    // What a fleet manager needs stands at the root; the plan, the scenario and the check have more names.
+    // What a fleet manager needs stands at the root; the plan, the scenario and the check have more
+    // names.
     let doors = [
         "planner::Control",
         "planner::Files",

@@ -1,4 +1,5 @@
-//! A calibration recovers the jet of a world that shares no code with it, with intervals that hold, and says when it cannot.
+//! A calibration recovers the jet of a world that shares no code with it, with intervals that hold,
+//! and says when it cannot.
 
 use diagnosis::calibrate::{
     CalibrateError, Calibration, Dropped, Estimate, Options, Unit, Verdict, calibrate, jet_ron,
@@ -36,7 +37,8 @@ fn holds(estimate: &Estimate, truth: f64) -> bool {
     estimate.interval.low <= truth && truth <= estimate.interval.high
 }
 
-/// In how many of so many campaigns the intervals hold the true `B`, `S`, `s₀`, and how many fits are called poor.
+/// In how many of so many campaigns the intervals hold the true `B`, `S`, `s₀`, and how many fits
+/// are called poor.
 fn held_in(count: u64, flights_each: u64) -> ([usize; 3], usize) {
     let truth = TrueJet::default();
     let campaigns: Vec<([bool; 3], bool)> = (0..count)
@@ -59,8 +61,9 @@ fn held_in(count: u64, flights_each: u64) -> ([usize; 3], usize) {
 
 #[test]
 fn intervals_of_95_percent_hold_the_truth_in_95_percent_of_campaigns() {
-    // A thousand campaigns: 94.4 to 95.5 % and 1 % called poor (the bench `coverage`). Of two hundred, 92 to 98 % hold it; of forty,
-    // 38 and three standard deviations of the binomial. The verdict's level is 1 %; 3 % of two hundred allow for luck.
+    // A thousand campaigns: 94.4 to 95.5 % and 1 % called poor (the bench `coverage`). Of two
+    // hundred, 92 to 98 % hold it; of forty, 38 and three standard deviations of the binomial. The
+    // verdict's level is 1 %; 3 % of two hundred allow for luck.
     let (count, [least, most], most_poor) = super::samples((40, [34, 40], 2), (200, [184, 196], 6));
     let (held, poor) = held_in(count, 4);
     assert!(
@@ -72,7 +75,8 @@ fn intervals_of_95_percent_hold_the_truth_in_95_percent_of_campaigns() {
 
 #[test]
 fn with_one_flight_each_blocks_of_time_and_the_stated_accuracy_hold_the_truth_as_well() {
-    // Four flights: as above, with room for what four flights cannot tell of their own spread (binomial 3.1 of 200).
+    // Four flights: as above, with room for what four flights cannot tell of their own spread
+    // (binomial 3.1 of 200).
     let (count, [least, most], most_poor) = super::samples((40, [34, 40], 3), (200, [184, 199], 8));
     let (held, poor) = held_in(count, 1);
     assert!(
@@ -161,7 +165,8 @@ fn canted_drones_stand_beside_the_fit_and_change_nothing_in_it() {
         .map(|drone| drone.airframe.as_str())
         .collect();
     assert_eq!(beside, ["mavic-3e", "elios-3"]);
-    // Their jets were made narrower and wider at the same momentum: faster and slower on the axis than the joint one.
+    // Their jets were made narrower and wider at the same momentum: faster and slower on the axis
+    // than the joint one.
     let on_axis = |i: usize| both.drones[i].departures[0].mean;
     assert!(
         on_axis(4) > 0.02 && on_axis(5) < -0.02,
@@ -198,7 +203,8 @@ fn lobes_of_the_near_field_are_found_where_they_are() {
     flights.extend((0..4).map(|seed| grid.fly(seed)));
     let calibration = calibrated(&flights);
     let drone = &calibration.drones[2];
-    // As made: δ/l = (1 - s/2 l)/√8, two maxima while it exceeds the lobes' width of 0.12 + 0.06 s/l, so down to 0.99 l.
+    // As made: δ/l = (1 - s/2 l)/√8, two maxima while it exceeds the lobes' width of 0.12 + 0.06
+    // s/l, so down to 0.99 l.
     for lobes in drone.lobes.iter().filter(|lobes| lobes.s_over_l < 1.0) {
         let truth = 0.125_f64.sqrt() * (1.0 - lobes.s_over_l / grid.jet.lobes_merge);
         // A hundredth of l: half of the sway between grid points.

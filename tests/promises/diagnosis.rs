@@ -1,4 +1,5 @@
-//! `plan diagnose` and `plan prove` as a person or a script meets them, and how good the answers are.
+//! `plan diagnose` and `plan prove` as a person or a script meets them, and how good the answers
+//! are.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -176,7 +177,8 @@ fn the_same_seed_proves_the_same() {
     );
 }
 
-/// How many cases. Two in five have no injected effect; more than these belong to `plan prove`, this guards against what breaks it all.
+/// How many cases. Two in five have no injected effect; more than these belong to `plan prove`,
+/// this guards against what breaks it all.
 const CASES: usize = 10;
 
 #[test]
@@ -186,7 +188,8 @@ fn a_synthetic_world_yields_no_false_alarm_and_most_of_its_effects_by_name() {
     assert_eq!(metrics.false_alarms.of, 4);
     assert_eq!(metrics.false_alarms.hits, 0, "{}", told());
     assert_eq!(metrics.accusations.hits, 0, "{}", told());
-    // Six injected effects allow no rate: at most one of those that can be seen may be missed, and one more misnamed.
+    // Six injected effects allow no rate: at most one of those that can be seen may be missed, and
+    // one more misnamed.
     assert!(
         metrics.detected.hits + 1 >= metrics.detected.of,
         "{}",

@@ -1,5 +1,5 @@
-//! What docs/ shows is what happens: its commands run, its scenario is read, its links lead somewhere, its formats are those
-//! that the command writes.
+//! What docs/ shows is what happens: its commands run, its scenario is read, its links lead
+//! somewhere, its formats are those that the command writes.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -1,4 +1,5 @@
-//! Starts and goals that exclude one another are all found, named, and mended by the place proposed.
+//! Starts and goals that exclude one another are all found, named, and mended by the place
+//! proposed.
 
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;

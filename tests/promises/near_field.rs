@@ -1,6 +1,7 @@
 //! The near field, and what nature keeps through it: momentum and mass.
 //!
-//! Speeds and places quoted were worked out from the model's equations beforehand; tolerances say where they come from.
+//! Speeds and places quoted were worked out from the model's equations beforehand; tolerances say
+//! where they come from.
 
 use airflow::{Airframe, Jet, Wake};
 use nalgebra::Vector3;
@@ -32,8 +33,8 @@ impl Scaled {
         [v.x, v.y, -v.z]
     }
 
-    /// `∫ U² dA`: Simpson along r, trapezoid around, which is exact for the smooth periodic angle. Beyond 12 l lies a share
-    /// of the far field below 1e-6 of the whole.
+    /// `∫ U² dA`: Simpson along r, trapezoid around, which is exact for the smooth periodic angle.
+    /// Beyond 12 l lies a share of the far field below 1e-6 of the whole.
     fn momentum(&self, s: f64) -> f64 {
         const RINGS: usize = 1200;
         const ANGLES: usize = 32;
@@ -78,7 +79,8 @@ fn momentum_is_the_same_at_every_depth_through_the_near_field() {
 
 #[test]
 fn near_field_peaks_move_inwards_and_merge_between_1_75_and_2_motor_distances() {
-    // s/l, then (peak, radius of the peak on the diagonal, axis) for Kolibri, Offboard, Matrice 300.
+    // s/l, then (peak, radius of the peak on the diagonal, axis) for Kolibri, Offboard, Matrice
+    // 300.
     let table = [
         (
             0.5,
@@ -109,7 +111,8 @@ fn near_field_peaks_move_inwards_and_merge_between_1_75_and_2_motor_distances() 
                 .map(|r| (r, on_diagonal(r)))
                 .max_by(|a, b| a.1.total_cmp(&b.1))
                 .expect("a thousand radii");
-            // Two digits quoted. The places were read off a scan in steps of about 0.01, upwards: 0.012 covers it.
+            // Two digits quoted. The places were read off a scan in steps of about 0.01, upwards:
+            // 0.012 covers it.
             assert!(
                 (highest - peak).abs() < 0.006,
                 "{name} at {s} l: peak {highest}"
@@ -208,8 +211,8 @@ fn air_is_neither_made_nor_lost_anywhere_below_the_rotors() {
                 (2.0, 1.5),
             ] {
                 let found = divergence(&scaled, x, y, s);
-                // Terms of size up to 20 (per l and U_H); differences of step 1e-4 leave 1e-8 of their third derivative (up to
-                // 1e3 near the rotors) and 1e-12 of rounding.
+                // Terms of size up to 20 (per l and U_H); differences of step 1e-4 leave 1e-8 of
+                // their third derivative (up to 1e3 near the rotors) and 1e-12 of rounding.
                 assert!(found.abs() < 2e-5, "{name} at ({x}, {y}, {s}) l: {found:e}");
             }
         }

@@ -1,8 +1,9 @@
-//! Flights of small drones over one another (Neural-Swarm2: G. Shi, W. Hönig, X. Shi, Y. Yue, S.-J. Chung, IEEE T-RO 2021,
-//! arXiv:2012.05457): the force on the lower one, in flights that nothing was fitted to.
+//! Flights of small drones over one another (Neural-Swarm2: G. Shi, W. Hönig, X. Shi, Y. Yue, S.-J.
+//! Chung, IEEE T-RO 2021, arXiv:2012.05457): the force on the lower one, in flights that nothing
+//! was fitted to.
 //!
-//! The recordings carry no licence and do not ship. They are looked for beside the project, or where
-//! `LEEWARD_RECORDINGS` points when the tests are built.
+//! The recordings carry no licence and do not ship. They are looked for beside the project, or
+//! where `LEEWARD_RECORDINGS` points when the tests are built.
 
 use std::fs::File;
 use std::io::Read;
@@ -69,7 +70,8 @@ fn force_below_another_drone_is_predicted_in_flights_that_nothing_was_fitted_to(
 
     // What the planner's air is worth in flight, as the project states it.
     assert!(momentum.r2_disc_mean >= 0.65);
-    // Averaging over the discs, and adding momentum rather than speed, are each worth more than any number fitted.
+    // Averaging over the discs, and adding momentum rather than speed, are each worth more than any
+    // number fitted.
     assert!(momentum.r2_disc_mean > momentum.r2_centre);
     assert!(momentum.r2_disc_mean > linear.r2_disc_mean);
 }

@@ -1,7 +1,7 @@
 //! The paper's numbers: what the air model must reproduce.
 //!
-//! Numbers that are quoted come from the paper's table and text, or were computed by hand from its formulas; the tolerance of
-//! each is half of the last digit quoted, unless it says otherwise.
+//! Numbers that are quoted come from the paper's table and text, or were computed by hand from its
+//! formulas; the tolerance of each is half of the last digit quoted, unless it says otherwise.
 
 use airflow::{Air, DiscPoints, Jet, Source, Superposition, Wake, mean_over_discs_mps, power};
 use nalgebra::{Point3, Vector3};
@@ -22,7 +22,8 @@ fn six_induced_velocities_are_those_of_the_papers_table() {
     for (name, paper_mps) in table {
         let airframe = airframe(name);
         let ours_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), DENSITY_KG_PER_M3);
-        // No single density gives all six to 0.005: the mass of Offboard 1 is rounded in the table. 0.012 covers it.
+        // No single density gives all six to 0.005: the mass of Offboard 1 is rounded in the table.
+        // 0.012 covers it.
         assert!(
             (ours_mps - paper_mps).abs() < 0.012,
             "{name}: {ours_mps} m/s, paper {paper_mps}"
@@ -120,7 +121,8 @@ fn the_fit_carries_another_momentum_than_the_thrust_and_says_how_much() {
         let airframe = airframe(name);
         let ours = airframe.momentum_over_thrust(&jet);
         assert!((ours - kappa).abs() < 6e-4, "{name}: {ours}");
-        // Cant trades speed for width: K itself stays, here from the far field's own flux. Rounding.
+        // Cant trades speed for width: K itself stays, here from the far field's own flux.
+        // Rounding.
         let wake = wake(name);
         let scale = (wake.induced_velocity_mps() * wake.motor_distance_m()).powi(2);
         assert!(
@@ -232,7 +234,8 @@ fn a_crossing_through_the_axis_gathers_the_same_dose_at_every_depth() {
             .far_field()
             .dose_m(from_m, to_m, 2.0 * reach_m / speed_mps)
             .expect("far field");
-        // What lies beyond the ends falls with the cube of the distance: below rounding of the arctangents.
+        // What lies beyond the ends falls with the cube of the distance: below rounding of the
+        // arctangents.
         assert!(
             (dose_m / whole_m - 1.0).abs() < 1e-10,
             "{dose_m} m at {depth_m} m, {whole_m} m expected"

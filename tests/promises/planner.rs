@@ -29,8 +29,9 @@ fn planned(world: &World) -> Plan {
     outcome.into_planned().expect("a plan").plan
 }
 
-/// The drones of a hall moved to a smaller floor, each in a column of its own at the start and in the end: every so many columns, the goals
-/// so many on. The first number has no factor in common with the side.
+/// The drones of a hall moved to a smaller floor, each in a column of its own at the start and in
+/// the end: every so many columns, the goals so many on. The first number has no factor in common
+/// with the side.
 fn packed(drones: usize, seed: u64, side: usize, [every, goals_on]: [usize; 2]) -> World {
     let text = tools::instances::hall(drones, seed).unwrap();
     let mut world = planner::read_world(&text).unwrap();

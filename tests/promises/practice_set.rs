@@ -1,5 +1,5 @@
-//! The practice set, recordings with an injected effect that another program wrote, as `plan prove` asks: answered before the truth is
-//! opened.
+//! The practice set, recordings with an injected effect that another program wrote, as `plan prove`
+//! asks: answered before the truth is opened.
 
 use std::collections::BTreeMap;
 use std::fs;

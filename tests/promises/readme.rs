@@ -1,7 +1,8 @@
-//! What README.md shows is what happens: its console blocks, its picture, its code, its short scenario.
+//! What README.md shows is what happens: its console blocks, its picture, its code, its short
+//! scenario.
 //!
-//! Where a plan has changed for the better, `UPDATE_README=1 cargo test --test promises readme` writes
-//! the new run and its picture; look at both before they are committed.
+//! Where a plan has changed for the better, `UPDATE_README=1 cargo test --test promises readme`
+//! writes the new run and its picture; look at both before they are committed.
 
 use std::fs;
 use std::path::Path;
@@ -52,7 +53,8 @@ pub(super) fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// The text with the time that planning took blotted out: it is the only figure that differs between runs.
+/// The text with the time that planning took blotted out: it is the only figure that differs
+/// between runs.
 fn without_wall_clock(text: &str) -> String {
     let mark = "planned in ";
     let Some(at) = text.find(mark) else {

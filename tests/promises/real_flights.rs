@@ -1,8 +1,9 @@
-//! `plan diagnose` on flights of others, as a person asks it. The flights do not ship: they are looked for beside the project, or where
-//! `LEEWARD_RECORDINGS` points when the tests are built; without them these promises are ignored.
+//! `plan diagnose` on flights of others, as a person asks it. The flights do not ship: they are
+//! looked for beside the project, or where `LEEWARD_RECORDINGS` points when the tests are built;
+//! without them these promises are ignored.
 //!
-//! Neural-Swarm2: G. Shi, W. Hönig, X. Shi, Y. Yue, S.-J. Chung, IEEE T-RO 2021, arXiv:2012.05457. CrazyPAD: K. Masalimov, T. Muslimov, E. Kozlov,
-//! R. Munasypov, Data 2024, 9, 79.
+//! Neural-Swarm2: G. Shi, W. Hönig, X. Shi, Y. Yue, S.-J. Chung, IEEE T-RO 2021, arXiv:2012.05457.
+//! CrazyPAD: K. Masalimov, T. Muslimov, E. Kozlov, R. Munasypov, Data 2024, 9, 79.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -50,7 +51,8 @@ fn number(value: &Value) -> f64 {
         .unwrap_or_else(|| panic!("{value} is no number"))
 }
 
-/// What is taken first has no alternative, gains three of its standard errors over flights, and twice what anything else gains in its place.
+/// What is taken first has no alternative, gains three of its standard errors over flights, and
+/// twice what anything else gains in its place.
 fn first_beyond_doubt(found: &Value) -> &str {
     let first = &found["taken"][0];
     assert_eq!(first["alternatives"], Value::Array(Vec::new()), "{first}");
@@ -81,7 +83,8 @@ fn from_drones_that_fly_alone_the_others_wake_is_what_is_missing() {
     ));
     assert_eq!(found["format"], "diagnosis/1");
     assert_eq!(first_beyond_doubt(&found), "downwash");
-    // Found by no candidate at all: the box where the residual leaves the noise lies about the axis of another drone, and is pushed down.
+    // Found by no candidate at all: the box where the residual leaves the noise lies about the axis
+    // of another drone, and is pushed down.
     let located = &found["located"];
     assert!(
         located["description"]
@@ -97,7 +100,8 @@ fn from_drones_that_fly_alone_the_others_wake_is_what_is_missing() {
         number(&strength["low"]) > 0.5 && number(&strength["high"]) < 1.5,
         "{strength}"
     );
-    // In flights held out whole, at the worse end of the interval over flights: less than half of the error is left.
+    // In flights held out whole, at the worse end of the interval over flights: less than half of
+    // the error is left.
     let held_out = &found["heldout"];
     assert!(
         number(&held_out["rms_after_high"]) < 0.5 * number(&held_out["rms_before"]),

@@ -1,4 +1,5 @@
-//! Receivers in synthetic flights, where everything is known: thrust map, lag, clock and force are found again.
+//! Receivers in synthetic flights, where everything is known: thrust map, lag, clock and force are
+//! found again.
 
 use airflow::{Air, Airframe, Jet, Wake, mean_over_discs_mps};
 use diagnosis::forward::clock::{self, ClockKnown};
@@ -55,7 +56,8 @@ impl Noise {
     }
 }
 
-/// 40 s at 50 Hz: duties that wander, a battery that sags, and at each moment the thrust that is left under `air_mps`.
+/// 40 s at 50 Hz: duties that wander, a battery that sags, and at each moment the thrust that is
+/// left under `air_mps`.
 fn drone(
     id: &str,
     seed: u64,
@@ -134,7 +136,8 @@ fn alone(seed: u64) -> Recording {
     )
 }
 
-/// Where the upper drone is: to and fro over the lower one, which stands at the origin, with two speeds.
+/// Where the upper drone is: to and fro over the lower one, which stands at the origin, with two
+/// speeds.
 fn upper(t_s: f64) -> Point3<f64> {
     Point3::new(0.6 * (1.1 * t_s).sin() + 0.1 * (2.9 * t_s).sin(), 0.02, 1.5)
 }
@@ -169,9 +172,11 @@ fn the_thrust_map_of_made_up_flights_is_found_again() {
     let all: Vec<(usize, usize)> = (0..6).map(|flight| (flight, 0)).collect();
     let found = identify(&flights, &all, &Options::default()).unwrap();
     assert_eq!((found.rows, found.flights), (12_000, 6));
-    // The noise is uniform, 0.3 m/s² wide on 34 g: 5.9 mN of scatter, of which a 5 Hz low-pass passed twice leaves less than half.
+    // The noise is uniform, 0.3 m/s² wide on 34 g: 5.9 mN of scatter, of which a 5 Hz low-pass
+    // passed twice leaves less than half.
     assert!(found.scatter_n < 3e-3, "{} N", found.scatter_n);
-    // Scatter over the root of some 2000 independent rows is 0.07 mN; five terms, and the ends of the range, a few times that.
+    // Scatter over the root of some 2000 independent rows is 0.07 mN; five terms, and the ends of
+    // the range, a few times that.
     for duty in [0.3, 0.6, 0.8] {
         for battery_v in [3.7, 4.0] {
             let apart_n =
@@ -326,7 +331,8 @@ fn a_clock_that_the_forces_tell_is_found_and_one_that_they_do_not_stays() {
     assert_eq!(none[1].interval_s, [-0.04, 0.04]);
 }
 
-/// The lower drone's power in the wake of the upper one that passes, `eta` times the air of momentum theory felt, with 1 % noise.
+/// The lower drone's power in the wake of the upper one that passes, `eta` times the air of
+/// momentum theory felt, with 1 % noise.
 fn powered(eta: f64) -> Recording {
     let mut recording = pair(3, 0.0);
     let density = AIR.density_kg_per_m3();

@@ -1,4 +1,5 @@
-//! Recordings of others are read as they lie: every flight, every table, nothing dropped in silence.
+//! Recordings of others are read as they lie: every flight, every table, nothing dropped in
+//! silence.
 //!
 //! They are not part of this repository; where they are absent, these tests are ignored.
 
@@ -81,7 +82,8 @@ fn every_flight_of_neural_swarm2_is_read_as_it_lies() {
             hover_mps2.extend(forces.map(|force| force.z));
         }
     }
-    // In the mean over hours a drone that stays in the room carries its weight: one gravity, within the calibration of its IMU.
+    // In the mean over hours a drone that stays in the room carries its weight: one gravity, within
+    // the calibration of its IMU.
     let mean_mps2 = hover_mps2.iter().sum::<f64>() / hover_mps2.len() as f64;
     assert!((mean_mps2 - 9.81).abs() < 0.1, "{mean_mps2}");
     tell(&recordings);
@@ -114,8 +116,9 @@ fn every_flight_of_crazypad_is_read_as_it_lies() {
             said.iter().any(|said| said.contains("cut: on the floor")),
             "{said:?}"
         );
-        // Gravity was taken off in the log and is back on in the track. The estimate drifts less than 3 % of it over a flight
-        // (chosen here, far below the factor between 0 and 1 that is tested).
+        // Gravity was taken off in the log and is back on in the track. The estimate drifts less
+        // than 3 % of it over a flight (chosen here, far below the factor between 0 and 1 that is
+        // tested).
         let forces = vehicle.track.specific_force_mps2.as_ref().unwrap();
         let mean_mps2 = forces.iter().map(|force| force.z).sum::<f64>() / forces.len() as f64;
         assert!(

@@ -1,4 +1,5 @@
-//! `plan simulate`, `plan calibrate` and `plan generate recordings` as a person or a script meets them.
+//! `plan simulate`, `plan calibrate` and `plan generate recordings` as a person or a script meets
+//! them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -264,7 +265,8 @@ fn the_expansion_picture_in_the_docs_is_of_the_run_beside_it() {
     super::succeeds(&mut command(desk.path(), &["calibrate", &all]));
     let now = fs::read_to_string(desk.path().join("out/hover-grids/expansion.svg")).unwrap();
     let kept = fs::read_to_string(root().join("docs/expansion.svg")).unwrap();
-    // Coordinates may differ in a last digit where another machine's sine does; the words hold all figures of the fit.
+    // Coordinates may differ in a last digit where another machine's sine does; the words hold all
+    // figures of the fit.
     let words = |svg: &str| -> Vec<String> {
         svg.split("<text ")
             .skip(1)

@@ -39,8 +39,8 @@ fn wake_of(preset: &str) -> airflow::Wake {
     )
 }
 
-/// Distance (m) of a point in a frustum's own frame from its surface, negative inside: closed form in the plane of
-/// radius and height, where the frustum is a quadrilateral.
+/// Distance (m) of a point in a frustum's own frame from its surface, negative inside: closed form
+/// in the plane of radius and height, where the frustum is a quadrilateral.
 fn signed_distance_m(frustum: &costmap::volumes::frustum::Frustum, at: Vector) -> f64 {
     let (radius_m, y_m, half_m) = (at.x.hypot(at.z), at.y, frustum.height_m() / 2.0);
     let (top_m, bottom_m) = (frustum.top_radius_m(), frustum.bottom_radius_m());

@@ -1,14 +1,16 @@
-//! Scenarios made by rule and seed, as RON text: the questions of the benches and of `plan generate`.
+//! Scenarios made by rule and seed, as RON text: the questions of the benches and of
+//! `plan generate`.
 //!
-//! The same arguments give the same bytes, on every machine: the generator is SplitMix64, whose stream a test
-//! fixes. Starts and goals lie at the
-//! centres of 1 m cells (the circle's lie on the circle), Offboard 2 throughout, `air_limit` 0.3,
-//! every drone hovers from start to end, and goes on at its goal. No two starts share a column
-//! of cells and no two goals do, which keeps both free of downwash: an Offboard 2 one metre beside
-//! the axis of another is exposed to at most 0.08 of its induced velocity in a hall 8 m high. In the mixed hall
-//! every tenth drone is a Matrice 300, which keeps the eight columns around its own free as well.
+//! The same arguments give the same bytes, on every machine: the generator is SplitMix64, whose
+//! stream a test fixes. Starts and goals lie at the centres of 1 m cells (the circle's lie on the
+//! circle), Offboard 2 throughout, `air_limit` 0.3, every drone hovers from start to end, and goes
+//! on at its goal. No two starts share a column of cells and no two goals do, which keeps both free
+//! of downwash: an Offboard 2 one metre beside the axis of another is exposed to at most 0.08 of
+//! its induced velocity in a hall 8 m high. In the mixed hall every tenth drone is a Matrice 300,
+//! which keeps the eight columns around its own free as well.
 //!
-//! What flies over a [`Floor`] lies on a grid throughout, and can be had as a [`Grid`] for other planners.
+//! What flies over a [`Floor`] lies on a grid throughout, and can be had as a [`Grid`] for other
+//! planners.
 
 mod floors;
 mod grid;

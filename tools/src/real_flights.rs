@@ -1,4 +1,5 @@
-//! What the diagnosis names by itself in published flights, starting from a simulation that is known to lack something.
+//! What the diagnosis names by itself in published flights, starting from a simulation that is
+//! known to lack something.
 
 use diagnosis::campaign::CampaignFinding;
 use diagnosis::campaign::hardware::HardwareRow;
@@ -6,7 +7,8 @@ use diagnosis::infer::finding::{Effect, Estimate};
 
 use crate::table::{Table, count, figures, joined};
 
-/// A folder of published flights, and the campaign file that ships with what their logs leave unsaid.
+/// A folder of published flights, and the campaign file that ships with what their logs leave
+/// unsaid.
 pub struct Set {
     /// Below the folder of all sets.
     pub folder: &'static str,

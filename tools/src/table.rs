@@ -1,4 +1,5 @@
-//! Tables as values: columns with their alignment, rows of cells, Markdown; and numbers as cells show them.
+//! Tables as values: columns with their alignment, rows of cells, Markdown; and numbers as cells
+//! show them.
 
 /// A column.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,7 +20,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// Headings are parted by bars; `alignment` has a letter for each, `l` or `r`, as a `tabular` of LaTeX.
+    /// Headings are parted by bars; `alignment` has a letter for each, `l` or `r`, as a `tabular`
+    /// of LaTeX.
     #[must_use]
     pub fn new(
         alignment: &str,

@@ -124,7 +124,8 @@ pub(super) fn units(joint: &Joint<'_>, fewest_flights: usize) -> Option<Units> {
     })
 }
 
-/// The unit of each cell, numbered in order: its flight's block of time, of at most so many seconds.
+/// The unit of each cell, numbered in order: its flight's block of time, of at most so many
+/// seconds.
 fn blocks(cells: &[Cell], block_s: f64) -> Vec<usize> {
     // Cells come in order of flight and time.
     let mut starts: Vec<(usize, f64)> = Vec::new();

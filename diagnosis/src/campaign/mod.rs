@@ -4,9 +4,10 @@
 //! # In reading order
 //!
 //! `forces`: drones in equal steps of time, rows, what surrounds them, and what a hypothesis makes
-//! of them. `scatter`: the noise, and what one flight shares. `library`: what may be missing in a force. `forward`: one effect after another. [`skill`]: how
-//! well flights that were not fitted are predicted. [`diagnose`]: all of it, and the finding.
-//! [`hardware`]: one drone's motors against its own normal flights.
+//! of them. `scatter`: the noise, and what one flight shares. `library`: what may be missing in a
+//! force. `forward`: one effect after another. [`skill`]: how well flights that were not fitted are
+//! predicted. [`diagnose`]: all of it, and the finding. [`hardware`]: one drone's motors against
+//! its own normal flights.
 
 pub mod diagnose;
 mod forces;

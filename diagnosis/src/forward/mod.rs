@@ -7,8 +7,8 @@
 //! [`anemometer`] and [`receiver`]: what a probe reads of it, and how a drone answers to it.
 //! [`simulate`]: what would have been recorded. [`residuals`]: how far off that is, by region.
 //! [`observed`]: a recording made ready to be explained. [`force`]: the vertical force on a drone,
-//! recorded and simulated. [`held_out`]: how well it is predicted in flights that nothing was fitted
-//! to. [`clock`]: how far the logs' clocks are apart.
+//! recorded and simulated. [`held_out`]: how well it is predicted in flights that nothing was
+//! fitted to. [`clock`]: how far the logs' clocks are apart.
 
 pub mod anemometer;
 pub mod clock;

@@ -84,8 +84,8 @@ pub fn recorded_power_ratios(recording: &Recording) -> Vec<f64> {
     ratios
 }
 
-/// Throttle or power ratios of one receiver in some rows of its recording's, which come in the order
-/// of time; `None` where some drone's place is not known.
+/// Throttle or power ratios of one receiver in some rows of its recording's, which come in the
+/// order of time; `None` where some drone's place is not known.
 #[must_use]
 pub fn ratios(flow: &Flow, sensor: &Sensor, rows: &[usize], is_power: bool) -> Vec<Option<f64>> {
     let recording = flow.recording();

@@ -92,8 +92,8 @@ impl<'a> Setting<'a> {
         setting
     }
 
-    /// The same of anything that can be explained, on top of nothing; `tolerances` bound gain (1) and offset (the
-    /// channel's unit).
+    /// The same of anything that can be explained, on top of nothing; `tolerances` bound gain (1)
+    /// and offset (the channel's unit).
     #[must_use]
     pub fn within(
         observed: &'a dyn Explained,

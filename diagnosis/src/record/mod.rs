@@ -4,8 +4,9 @@
 //!
 //! [`recording`]: environment, vehicles, tracks, readings; plain data in SI units, world z up.
 //! [`baseline`]: what "simulation" means for it. [`thrust_map`]: from duty cycle to thrust.
-//! [`checked`]: numbers that a file cannot get wrong. [`track`]: where a vehicle was between two entries. [`remark`] and [`problem`]: what was noticed,
-//! and what keeps a file from being read. [`read`]: one module a format.
+//! [`checked`]: numbers that a file cannot get wrong. [`track`]: where a vehicle was between two
+//! entries. [`remark`] and [`problem`]: what was noticed, and what keeps a file from being read.
+//! [`read`]: one module a format.
 
 pub mod baseline;
 pub mod checked;

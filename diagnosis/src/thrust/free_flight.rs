@@ -16,8 +16,8 @@ use crate::thrust::low_pass::{self, LowPass};
 pub(crate) const BESIDE_M: f64 = 0.8;
 /// ... unless it is lower by more than this (m). Chosen here, for the same drones.
 const BELOW_M: f64 = 0.1;
-/// ... and its own height above the floor (m) is more than this. Chosen here: ground effect is below
-/// a tenth of a percent (`(R/4z)²` with `R` a rotor's radius).
+/// ... and its own height above the floor (m) is more than this. Chosen here: ground effect is
+/// below a tenth of a percent (`(R/4z)²` with `R` a rotor's radius).
 pub(crate) const ABOVE_FLOOR_M: f64 = 0.35;
 
 /// What is around a vehicle at an entry of its track.
@@ -110,7 +110,8 @@ impl<'a> Trace<'a> {
         Trace::of_each(recordings, all, under_m, low_pass)
     }
 
-    /// Some vehicles, by recording and vehicle, as [`Trace::of_all`]; those that do not log a force are passed over.
+    /// Some vehicles, by recording and vehicle, as [`Trace::of_all`]; those that do not log a force
+    /// are passed over.
     pub(crate) fn of_each(
         recordings: &'a [Recording],
         vehicles: Vec<(usize, usize)>,

@@ -34,7 +34,8 @@ const HALF_STEP_S: f64 = 0.5 * LAG_STEP_S;
 /// the few that lie beyond say nothing.
 const OUTSIDE_SHARE: f64 = 0.01;
 
-/// Voltage (V) of a full lithium-polymer cell, that the battery is divided by where there is no base.
+/// Voltage (V) of a full lithium-polymer cell, that the battery is divided by where there is no
+/// base.
 const FULL_CELL_V: f64 = 4.2;
 
 /// Rows below which nothing is identified, for each term. Chosen here.

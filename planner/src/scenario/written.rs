@@ -17,10 +17,11 @@ use super::limits::{
 };
 use crate::scenario::world::{AtEnd, AtStart};
 
-/// Highest speed of an airframe that states none (m/s). Chosen here: indoor flights among racks are flown at
-/// walking pace.
+/// Highest speed of an airframe that states none (m/s). Chosen here: indoor flights among racks are
+/// flown at walking pace.
 pub(super) const MAX_SPEED_DEFAULT_MPS: f64 = 2.0;
-/// Air limit of a zone that states none (m/s): the upper end of Beaufort 1, "light air", which moves no paper.
+/// Air limit of a zone that states none (m/s): the upper end of Beaufort 1, "light air", which
+/// moves no paper.
 pub(super) const ZONE_AIR_LIMIT_DEFAULT_MPS: f64 = 1.5;
 
 /// Propellers of an airframe that states no number: a quadrotor, as the near-field model knows it.
@@ -37,7 +38,8 @@ pub(super) struct At<T> {
     pub(super) at: Range<usize>,
 }
 
-/// A point of the world: (x, y, z) in metres, z up. Where a drone is, it is the centre of its rotor plane.
+/// A point of the world: (x, y, z) in metres, z up. Where a drone is, it is the centre of its rotor
+/// plane.
 pub(super) type Place = At<Point3<f64>>;
 
 /// How a place looks in the schema.
@@ -56,8 +58,8 @@ impl JsonSchema for Coordinates {
     }
 }
 
-/// A place, a fleet and its tasks, as a person writes them in RON (a record is `(key: value, ...)`, its
-/// name before the bracket is optional).
+/// A place, a fleet and its tasks, as a person writes them in RON (a record is `(key: value, ...)`,
+/// its name before the bracket is optional).
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(rename = "Scenario", deny_unknown_fields)]
 pub(super) struct Written {
@@ -107,22 +109,23 @@ pub(super) struct Air {
     /// Pa.
     #[schemars(range(min = PRESSURE_PA.low, max = PRESSURE_PA.high))]
     pub(super) pressure_pa: f64,
-    /// How several wakes add up at a point: by momentum (root of the sum of squares), linearly, or the
-    /// strongest alone.
+    /// How several wakes add up at a point: by momentum (root of the sum of squares), linearly, or
+    /// the strongest alone.
     #[schemars(with = "String", extend("enum" = ["Momentum", "Linear", "Strongest"], "default" = "Momentum"))]
     pub(super) superposition: Superposition,
-    /// A calibrated jet: a file beside the scenario as `plan calibrate` writes it, `Jet(centreline: 10.11, spreading: 0.07668,
-    /// origin: -5.817)` with its intervals and origins.
+    /// A calibrated jet: a file beside the scenario as `plan calibrate` writes it,
+    /// `Jet(centreline: 10.11, spreading: 0.07668, origin: -5.817)` with its intervals and origins.
     #[schemars(with = "Option<String>", extend("default" = "the paper's jet"))]
     pub(super) jet: Option<At<String>>,
-    /// A finding: a file beside the scenario as `plan diagnose` writes it, `Finding(effects: (crossflow: Some((wind_mps: (0.38, 0.27)))))` with
-    /// its evidence. The plan is flown through, and checked in, the air that it corrects.
+    /// A finding: a file beside the scenario as `plan diagnose` writes it,
+    /// `Finding(effects: (crossflow: Some((wind_mps: (0.38, 0.27)))))` with its evidence. The plan
+    /// is flown through, and checked in, the air that it corrects.
     #[schemars(with = "Option<String>", extend("default" = "nothing is added to the hover jet"))]
     pub(super) finding: Option<At<String>>,
 }
 
-/// A solid: a box (`min_m`, `max_m`), an upright cylinder (`base_m`, `radius_m`, `height_m`) or a triangle
-/// mesh (`mesh`, `at_m`).
+/// A solid: a box (`min_m`, `max_m`), an upright cylinder (`base_m`, `radius_m`, `height_m`) or a
+/// triangle mesh (`mesh`, `at_m`).
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(deny_unknown_fields, extend("oneOf" = [
     { "required": ["min_m", "max_m"] },
@@ -181,8 +184,8 @@ pub(super) struct Airframe {
     /// Without payload (kg).
     #[schemars(range(min = MASS_KG.low, max = MASS_KG.high))]
     pub(super) mass_kg: f64,
-    /// Number of propellers. The near-field model knows four; with another number the far field and the
-    /// column are used, and a note says so.
+    /// Number of propellers. The near-field model knows four; with another number the far field and
+    /// the column are used, and a note says so.
     #[schemars(default, extend("default" = PROPELLERS_DEFAULT), range(min = 2, max = 16))]
     pub(super) propellers: u32,
     /// m.
@@ -224,7 +227,8 @@ pub(super) struct Drone {
     /// After its last dwell: hover there, land straight below, or leave with body and wake.
     #[schemars(default, extend("default" = "Hover"))]
     pub(super) at_end: AtEnd,
-    /// Mean air over its rotor discs that it bears, over its own induced velocity at its current mass.
+    /// Mean air over its rotor discs that it bears, over its own induced velocity at its current
+    /// mass.
     #[schemars(range(min = AIR_LIMIT.low, max = AIR_LIMIT.high), extend("default" = "that of planning"))]
     pub(super) air_limit: Option<f64>,
     /// Whether all of it could be read.
@@ -257,7 +261,8 @@ pub(super) struct Planning {
     /// Spacing of the roadmap's lattice (m).
     #[schemars(range(min = CELL_M.low, max = CELL_M.high))]
     pub(super) cell_m: f64,
-    /// Air limit of every drone that states none of its own, over its induced velocity. 0.3 costs 16 % power.
+    /// Air limit of every drone that states none of its own, over its induced velocity. 0.3 costs
+    /// 16 % power.
     #[schemars(range(min = AIR_LIMIT.low, max = AIR_LIMIT.high))]
     pub(super) air_limit: f64,
     /// Gap between bodies, and from bodies to obstacles (m).
@@ -265,7 +270,8 @@ pub(super) struct Planning {
     pub(super) clearance_m: f64,
     /// Breaks ties and orders restarts: same scenario, same seed, same plan.
     pub(super) seed: u64,
-    /// Seconds of delay that one second's worth of hover energy is worth; 0 ignores energy, limits hold anyway.
+    /// Seconds of delay that one second's worth of hover energy is worth; 0 ignores energy, limits
+    /// hold anyway.
     #[schemars(range(min = ENERGY_WEIGHT.low, max = ENERGY_WEIGHT.high))]
     pub(super) energy_weight: f64,
 }

@@ -1,4 +1,5 @@
-//! Samples of one channel as a table: what was recorded, what was simulated, and where in whose wake.
+//! Samples of one channel as a table: what was recorded, what was simulated, and where in whose
+//! wake.
 
 use diagnosis::forward::simulate::{Channel, Sample};
 use rayon::prelude::*;

@@ -1,4 +1,5 @@
-//! Thrust maps of drones, identified in free flight: what forces below other drones are simulated with.
+//! Thrust maps of drones, identified in free flight: what forces below other drones are simulated
+//! with.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +12,8 @@ use serde::Serialize;
 
 use crate::io::progress::Progress;
 
-/// Forces are compared below this frequency. Chosen here: motors and frames shake above it, wakes are met more slowly.
+/// Forces are compared below this frequency. Chosen here: motors and frames shake above it, wakes
+/// are met more slowly.
 pub(super) const LOW_PASS: LowPass = LowPass { cutoff_hz: 5.0 };
 
 /// The thrust map of one kind of drone.
@@ -47,8 +49,9 @@ impl Map {
     }
 }
 
-/// Identifies a thrust map for every airframe that logs specific force and duty cycle, over all recordings, and gives it to its
-/// drones. Where that fails the recordings say so, and keep the map that their metadata state, if any.
+/// Identifies a thrust map for every airframe that logs specific force and duty cycle, over all
+/// recordings, and gives it to its drones. Where that fails the recordings say so, and keep the map
+/// that their metadata state, if any.
 pub(super) fn identify_all(recordings: &mut [Recording]) -> Vec<Map> {
     let mut members_of: BTreeMap<String, Vec<(usize, usize)>> = BTreeMap::new();
     for (recording, of) in recordings.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! How well forces are predicted in flights that nothing was fitted to, and how far apart the drones' clocks are.
+//! How well forces are predicted in flights that nothing was fitted to, and how far apart the
+//! drones' clocks are.
 
 use diagnosis::forward::clock::{ClockKnown, ClockOffset};
 use diagnosis::forward::held_out::{ForceSkill, ForceTest, clock_offsets, held_out_force};

@@ -43,7 +43,8 @@ impl Labels {
         self.lines.extend(pieces);
     }
 
-    /// Beside a place, where it covers least; unless it `must` be there, left out where it would cover a marker or a label.
+    /// Beside a place, where it covers least; unless it `must` be there, left out where it would
+    /// cover a marker or a label.
     pub(super) fn beside(&mut self, at: Spot, gap_px: f64, (letters, text): Label, must: bool) {
         if let Some((cost, area)) = self.best(at, gap_px, extent_px(&letters, text))
             && (must || cost < COVERS_MARKER)
@@ -70,7 +71,8 @@ impl Labels {
         });
     }
 
-    /// Right, left, above, below, then the corners: the cheapest inside the view, the first of equals.
+    /// Right, left, above, below, then the corners: the cheapest inside the view, the first of
+    /// equals.
     fn best(&self, (x, y): Spot, gap_px: f64, size: (f64, f64)) -> Option<(u32, Area)> {
         let (width, height) = size;
         let (right, left) = (x + gap_px, x - gap_px - width);

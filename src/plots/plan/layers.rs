@@ -15,8 +15,8 @@ use crate::report::words::decimal;
 const INVISIBLE_PX: f64 = 0.05;
 /// Larger fleets are named at their goals and from above only, in small letters.
 const NAMED_UP_TO: usize = 40;
-/// Still larger ones are not named: hardly a name would find a free place, and looking for it takes a time that grows with the square of
-/// the fleet. Chosen here.
+/// Still larger ones are not named: hardly a name would find a free place, and looking for it takes
+/// a time that grows with the square of the fleet. Chosen here.
 const NAMED_AT_ALL_UP_TO: usize = 150;
 
 /// The look of a solid; from the side it lets the lines behind it through.
@@ -80,8 +80,9 @@ pub(super) fn zones(canvas: &mut Canvas, view: &View, plan: &Plan) {
     }
 }
 
-/// Every path in its drone's colour; pointing at one names it. Starts are rings, goals dots, so that a goal at another's start shows both;
-/// square where the drone stands instead of hovering. Labels keep clear of all of it.
+/// Every path in its drone's colour; pointing at one names it. Starts are rings, goals dots, so
+/// that a goal at another's start shows both; square where the drone stands instead of hovering.
+/// Labels keep clear of all of it.
 pub(super) fn drones(canvas: &mut Canvas, view: &View, plan: &Plan, labels: &mut Labels) {
     let (width, opacity) = match plan.drones.len() {
         ..=20 => (2.0, 0.85),

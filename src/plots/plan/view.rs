@@ -1,4 +1,5 @@
-//! The two views of a plan: where each world point lies on the sheet, and how the line of each drone looks.
+//! The two views of a plan: where each world point lies on the sheet, and how the line of each
+//! drone looks.
 
 use nalgebra::Point3;
 use planner::plan::Bounds;
@@ -7,7 +8,8 @@ use crate::plots::axes::Chart;
 use crate::plots::canvas::{Area, HEAD, Spot, rectangle};
 use crate::plots::colours::{Colour, SERIES, series_colour};
 
-/// Largest drawing, both views together (px); chosen so that a README shows it without shrinking much.
+/// Largest drawing, both views together (px); chosen so that a README shows it without shrinking
+/// much.
 const WIDTH_PX: f64 = 880.0;
 const HEIGHT_PX: f64 = 840.0;
 const LEFT_PX: f64 = 64.0;
@@ -57,8 +59,8 @@ impl View {
     }
 }
 
-/// Both views to one scale: the side view below the one from above, so that both share x; beside it where the world is so tall that this
-/// gives the larger scale.
+/// Both views to one scale: the side view below the one from above, so that both share x; beside it
+/// where the world is so tall that this gives the larger scale.
 pub(super) fn views(bounds_m: &Bounds) -> [View; 2] {
     let size = bounds_m.max - bounds_m.min;
     let stacked = (WIDTH_PX / size.x).min((HEIGHT_PX - GAP_PX) / (size.y + size.z));

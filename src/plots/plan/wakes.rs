@@ -1,4 +1,5 @@
-//! Where drones hover, the wakes below them (near-field column, half-width cone), and the moment of the worst air.
+//! Where drones hover, the wakes below them (near-field column, half-width cone), and the moment of
+//! the worst air.
 
 use nalgebra::Point3;
 use planner::plan::{DronePlan, Plan};
@@ -9,8 +10,8 @@ use super::view::{Eye, View};
 use crate::plots::canvas::{BOLD, Canvas, Letters, circle, dashed, fill, polyline, solid, stroke};
 use crate::plots::colours::{AIR, Colour, PAPER, WORST};
 
-/// A drone that stays this long in one place hovers there (s), chosen here: shorter stops would fill the
-/// picture with the wakes of drones that give way.
+/// A drone that stays this long in one place hovers there (s), chosen here: shorter stops would
+/// fill the picture with the wakes of drones that give way.
 const HOVERS_FROM_S: f64 = 3.0;
 /// Less air than this (m/s) prints as 0.0 and has no worst moment.
 const LEAST_AIR_MPS: f64 = 0.05;
@@ -53,7 +54,8 @@ fn mass_kg(drone: &DronePlan, point: usize) -> f64 {
     mass_kg.unwrap_or(drone.airframe.mass_kg)
 }
 
-/// The drone and moment with the most air for what the drone tolerates; the first of equals, in the scenario's order.
+/// The drone and moment with the most air for what the drone tolerates; the first of equals, in the
+/// scenario's order.
 pub(super) fn worst_moment(plan: &Plan) -> Option<WorstMoment<'_>> {
     let drones = plan.drones.iter();
     let exposed = drones

@@ -93,7 +93,8 @@ fn arrows(folder: &str) -> Arrows {
     arrows
 }
 
-/// The first segment below the crate's root of a path that begins with `crate` or leads there by `super`.
+/// The first segment below the crate's root of a path that begins with `crate` or leads there by
+/// `super`.
 fn first_segment(name: &str, path: &[String]) -> Option<String> {
     let mut segments = name.split("::").peekable();
     if segments.peek() == Some(&"crate") {
@@ -106,7 +107,8 @@ fn first_segment(name: &str, path: &[String]) -> Option<String> {
         .map(str::to_owned)
 }
 
-/// One line for each set of rooms that reach one another: their arrows, with the files that draw them.
+/// One line for each set of rooms that reach one another: their arrows, with the files that draw
+/// them.
 fn circles(arrows: &Arrows) -> Vec<String> {
     let reached_from = |room: &String| {
         let mut reached: BTreeSet<&String> = BTreeSet::new();

@@ -55,7 +55,8 @@ pub(super) fn sources_of(folder: &str) -> Vec<Source> {
         .collect()
 }
 
-/// One source file: every path it names (`std::fs::File`, one for each leaf of a `use`), and macros with their `!`.
+/// One source file: every path it names (`std::fs::File`, one for each leaf of a `use`), and macros
+/// with their `!`.
 pub(super) struct Source {
     pub(super) file: String,
     pub(super) names: BTreeSet<String>,

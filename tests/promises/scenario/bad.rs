@@ -1,5 +1,5 @@
-//! Bad scenarios, each with its errors exactly as a person sees them. The expected text of all is one file,
-//! to be read from top to bottom: `../snapshots/promises__scenario__*.snap`.
+//! Bad scenarios, each with its errors exactly as a person sees them. The expected text of all is
+//! one file, to be read from top to bottom: `../snapshots/promises__scenario__*.snap`.
 
 use super::{drawn, reviewed};
 

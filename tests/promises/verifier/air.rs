@@ -260,7 +260,8 @@ fn three_wakes_of_which_none_alone_exceeds_the_limit_are_refused_together() {
     };
     refused(ViolationKind::Air, &around(3), &around(1));
     let worst = |count| verify(&around(count)).exposures[0].worst_air_mps;
-    // At each point of the discs momentum adds; the mean of square roots makes it a few percent less or more.
+    // At each point of the discs momentum adds; the mean of square roots makes it a few percent
+    // less or more.
     assert!(
         (worst(3) / worst(1) / 3.0_f64.sqrt() - 1.0).abs() < 0.05,
         "{} {}",
@@ -312,8 +313,9 @@ fn random_plans_are_judged_as_dense_samples_judge_them() {
         let dense = sample(&random_plan, 1e-3);
         for (k, (met, dense)) in report.exposures.iter().zip(&dense).enumerate() {
             let u_h = dense.induced_velocity_mps;
-            // Up to 10 m/s of relative speed and a slope of 4 U_H per motor distance: samples 1 ms apart may miss
-            // the top by 0.01 U_H, and a rotor plane crossed between two of them by more.
+            // Up to 10 m/s of relative speed and a slope of 4 U_H per motor distance: samples 1 ms
+            // apart may miss the top by 0.01 U_H, and a rotor plane crossed between two of them by
+            // more.
             assert!(
                 met.worst_air_mps >= dense.worst_mps * (1.0 - 1e-3) - 1e-3 * u_h,
                 "drone {k}: {met:?} {dense:?}"

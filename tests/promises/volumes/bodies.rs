@@ -11,7 +11,8 @@ use parry3d::query::{self, ShapeCastOptions};
 use parry3d::shape::{Ball, Capsule, Cylinder, SupportMap};
 use std::f64::consts::PI;
 
-/// What GJK resolves at lengths of a few metres: its own tolerance is 1e-7 of the distance. Measured with margin.
+/// What GJK resolves at lengths of a few metres: its own tolerance is 1e-7 of the distance.
+/// Measured with margin.
 const GJK_M: f64 = 1e-6;
 
 fn random_frustum(random: &mut Random) -> Frustum {
@@ -129,7 +130,8 @@ fn two_moving_bodies_are_said_to_meet_exactly_when_they_do() {
             &Mover::new(&capsule, at_b, by_b).expect("finite"),
         );
         met += usize::from(meet);
-        // The distance from the frustum is convex along the capsule's axis and in time: the least of it is found exactly.
+        // The distance from the frustum is convex along the capsule's axis and in time: the least
+        // of it is found exactly.
         let by = Vector::new(by_b.x - by_a.x, by_b.y - by_a.y, by_b.z - by_a.z);
         let axis = |t: f64, part: f64| {
             let on_axis = at_b * Vector::new(0.0, (2.0 * part - 1.0) * half_m, 0.0) + by * t;
@@ -170,7 +172,8 @@ fn a_sweep_holds_every_place_on_the_way() {
     }
 }
 
-/// Two hovering drones, one in the other's wake: the case that parry's cast misses and safety depends on.
+/// Two hovering drones, one in the other's wake: the case that parry's cast misses and safety
+/// depends on.
 #[test]
 fn overlap_without_relative_motion_is_caught_although_parrys_cast_misses_it() {
     let mut random = Random(18);

@@ -185,7 +185,8 @@ fn exposure_agrees_with_a_midpoint_sum_of_the_model() {
                 (ours.worst_mps / reference.worst_mps - 1.0).abs() < ONE_PER_MILLE,
                 "{name}: {ours:?} {reference:?}"
             );
-            // Two peaks may be equally high: at the time named the air is the worst, whichever it is.
+            // Two peaks may be equally high: at the time named the air is the worst, whichever it
+            // is.
             let then_mps = met_by_hand_mps(&case, &discs(), superposition, ours.worst_at_s);
             assert!(
                 (then_mps / ours.worst_mps - 1.0).abs() < 1e-9,

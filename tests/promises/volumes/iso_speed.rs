@@ -73,7 +73,8 @@ fn no_point_above_the_limit_lies_outside_the_volume() {
     });
 }
 
-/// The same, where it is decided: just outside the cover, half of the points on the azimuth of a hub.
+/// The same, where it is decided: just outside the cover, half of the points on the azimuth of a
+/// hub.
 #[test]
 fn just_outside_the_volume_no_point_is_above_the_limit() {
     let mut random = Random(2);
@@ -119,7 +120,8 @@ fn the_far_field_frusta_are_tight() {
                 PI / 3.0 * s.height_m() * (r * r + r * t + t * t)
             })
             .sum();
-        // Midpoints of the closed form, which shares no code with the tangents: to a part in ten thousand.
+        // Midpoints of the closed form, which shares no code with the tangents: to a part in ten
+        // thousand.
         let (from_m, step_m) = (
             first.from_depth_m,
             (last.to_depth_m - first.from_depth_m) / 20_000.0,
@@ -179,9 +181,11 @@ fn just_inside_the_volume_the_air_exceeds_a_slightly_smaller_limit() {
     println!(
         "inside each frustum up to {touching:.4} of the limit or more, inside the cylinder {near:.4}; lowest anywhere {slowest:.4}"
     );
-    // Every frustum touches the volume: one part in a thousand further in, the air is as fast as the limit.
+    // Every frustum touches the volume: one part in a thousand further in, the air is as fast as
+    // the limit.
     assert!(touching > 0.9999, "{touching}");
-    // At its corners it bulges, most where the blunt end of the volume is closed by a flat face; measured.
+    // At its corners it bulges, most where the blunt end of the volume is closed by a flat face;
+    // measured.
     assert!(slowest > 0.65, "{slowest}");
     // The cylinder is made for 97 % of the limit.
     assert!(near > 0.969, "{near}");

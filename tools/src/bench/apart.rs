@@ -1,5 +1,5 @@
-//! One instance in a process of its own: memory is counted for whole processes, and what one run leaves
-//! behind (threads, tables, freed pages) is not there for the next.
+//! One instance in a process of its own: memory is counted for whole processes, and what one run
+//! leaves behind (threads, tables, freed pages) is not there for the next.
 
 use std::process::{Command, Stdio};
 

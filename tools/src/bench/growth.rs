@@ -17,7 +17,8 @@ pub struct Growth {
     pub fitted_drones: Vec<usize>,
     /// Sizes that were left out: a drone left out, not verified, or stopped early.
     pub left_out_drones: Vec<usize>,
-    /// Natural logarithm of planning time (s) over that of the number of drones; the slope is the power.
+    /// Natural logarithm of planning time (s) over that of the number of drones; the slope is the
+    /// power.
     pub log_planning_time: Option<Line>,
     /// Peak of memory (MiB) over the number of drones.
     pub memory_mib: Option<Line>,
@@ -108,7 +109,8 @@ mod tests {
 
     #[test]
     fn the_standard_error_is_that_of_a_case_worked_by_hand() {
-        // y = x + (1, -2, 1)/3: slope 1, residuals squared 6/9, one degree of freedom, Σ(x - x̄)² = 2.
+        // y = x + (1, -2, 1)/3: slope 1, residuals squared 6/9, one degree of freedom, Σ(x - x̄)² =
+        // 2.
         let points = [(0.0, 1.0 / 3.0), (1.0, 1.0 / 3.0), (2.0, 7.0 / 3.0)];
         let found = line(&points).expect("three points");
         assert!((found.slope - 1.0).abs() < 1e-12);

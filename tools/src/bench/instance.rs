@@ -75,10 +75,11 @@ pub struct Figures {
     pub extra_energy_j: f64,
     /// What hovering in still air costs it over the same flights (J).
     pub hover_energy_j: f64,
-    /// Drones over their limit in the plan that ignores downwash; absent where that plan was not made.
+    /// Drones over their limit in the plan that ignores downwash; absent where that plan was not
+    /// made.
     pub over_limit_ignoring_downwash: Option<usize>,
-    /// Highest resident memory of the process when the plan was verified, before the one that ignores
-    /// downwash; absent where the system does not tell.
+    /// Highest resident memory of the process when the plan was verified, before the one that
+    /// ignores downwash; absent where the system does not tell.
     pub peak_memory_bytes: Option<u64>,
 }
 

@@ -14,8 +14,8 @@ pub struct Machine {
     pub processor: Option<String>,
     /// Operating system and architecture.
     pub system: String,
-    /// Processes that ran or waited to run, mean of the last minute before the first instance: above a half,
-    /// other work took its share, and times are too long; only Linux tells.
+    /// Processes that ran or waited to run, mean of the last minute before the first instance:
+    /// above a half, other work took its share, and times are too long; only Linux tells.
     pub load_before: Option<f64>,
     /// Threads asked for; `null`: one a core.
     pub threads: Option<usize>,

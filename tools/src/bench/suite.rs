@@ -45,7 +45,8 @@ impl Suite {
         all
     }
 
-    /// One instance after another, so that none takes another's time; `plan` gives its figures, or why there are none.
+    /// One instance after another, so that none takes another's time; `plan` gives its figures, or
+    /// why there are none.
     pub fn rows(&self, plan: impl Fn(&Instance) -> Result<Figures, String>) -> Vec<Row> {
         let all = self.instances();
         let rows = all.chunks(self.seeds.len().max(1)).map(|row| {

@@ -46,7 +46,8 @@ impl Floor {
         Ok(self.scene(drones, seed)?.to_ron())
     }
 
-    /// The same instance in cells of 1 m, for planners on grids; which airframe a drone has is left out.
+    /// The same instance in cells of 1 m, for planners on grids; which airframe a drone has is left
+    /// out.
     ///
     /// # Errors
     /// More drones than fit.
@@ -171,8 +172,8 @@ pub fn field(drones: usize, seed: u64) -> Result<String, InstanceError> {
     Floor::Field.scenario(drones, seed)
 }
 
-/// [`Floor::scenario`] of the warehouse: starts and goals in the aisles. Above the shelves 2 m are left to
-/// fly, and their tops stop the wakes.
+/// [`Floor::scenario`] of the warehouse: starts and goals in the aisles. Above the shelves 2 m are
+/// left to fly, and their tops stop the wakes.
 ///
 /// # Errors
 /// More drones than the aisles have columns (2976).

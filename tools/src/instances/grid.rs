@@ -1,7 +1,7 @@
 //! An instance in cells, as planners on grids take it.
 
-/// Cells of 1 m, free or blocked, and which drone goes where. Cell `[x, y, z]` reaches from there to the next whole
-/// metre on every axis, z up.
+/// Cells of 1 m, free or blocked, and which drone goes where. Cell `[x, y, z]` reaches from there
+/// to the next whole metre on every axis, z up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     name: String,

@@ -1,19 +1,19 @@
 //! The text formats of the Moving AI benchmarks.
 //!
-//! - `.map` and `.scen`, for grids seen from above: N. R. Sturtevant, "Benchmarks for grid-based pathfinding",
-//!   IEEE Transactions on Computational Intelligence and AI in Games, 2012, and its page of formats,
-//!   movingai.com/benchmarks/formats.html.
-//! - `.3dmap` and `.3dscen`, for voxels: D. Brewer and N. R. Sturtevant, "Benchmarks for pathfinding in 3D
-//!   voxel space", SoCS 2018; laid out as `environments/VoxelGrid.cpp` of HOG2 reads the first
-//!   (`voxel`, three sizes, then a blocked voxel a line).
+//! - `.map` and `.scen`, for grids seen from above: N. R. Sturtevant, "Benchmarks for grid-based
+//!   pathfinding", IEEE Transactions on Computational Intelligence and AI in Games, 2012, and its
+//!   page of formats, movingai.com/benchmarks/formats.html.
+//! - `.3dmap` and `.3dscen`, for voxels: D. Brewer and N. R. Sturtevant, "Benchmarks for
+//!   pathfinding in 3D voxel space", SoCS 2018; laid out as `environments/VoxelGrid.cpp` of HOG2
+//!   reads the first (`voxel`, three sizes, then a blocked voxel a line).
 
 use std::fmt::Write as _;
 
 use super::grid::Grid;
 use super::shortest::{Shortest, unobstructed};
 
-/// An instance as four files, name and text: voxels with their pairs, and the floor seen from above with the
-/// same pairs, where a column with anything in it is blocked.
+/// An instance as four files, name and text: voxels with their pairs, and the floor seen from above
+/// with the same pairs, where a column with anything in it is blocked.
 ///
 /// Line k of both lists of pairs is drone k. Row 0 of the map is y = 0.
 #[must_use]

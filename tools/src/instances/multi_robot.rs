@@ -1,5 +1,5 @@
-//! The YAML that the examples of libMultiRobotPlanning read (W. Hönig, github.com/whoenig/libMultiRobotPlanning,
-//! `example/cbs.cpp`, `benchmark/`).
+//! The YAML that the examples of libMultiRobotPlanning read (W. Hönig,
+//! github.com/whoenig/libMultiRobotPlanning, `example/cbs.cpp`, `benchmark/`).
 
 use std::fmt::Write as _;
 
@@ -7,10 +7,10 @@ use super::grid::Grid;
 
 /// An instance as one file, name and text, with three numbers for every cell.
 ///
-/// The examples there take the first two numbers of a cell and leave the rest: as they are, they solve the
-/// floor seen from above, where a column with anything in it is blocked. To solve the instance itself, a
-/// reader has to take the third number of `dimensions`, `obstacles`, `start` and `goal`, and its neighbours
-/// have to go up and down as well.
+/// The examples there take the first two numbers of a cell and leave the rest: as they are, they
+/// solve the floor seen from above, where a column with anything in it is blocked. To solve the
+/// instance itself, a reader has to take the third number of `dimensions`, `obstacles`, `start` and
+/// `goal`, and its neighbours have to go up and down as well.
 #[must_use]
 pub fn lib_multi_robot_planning(grid: &Grid) -> (String, String) {
     // Numbers, and names of letters and digits: nothing here wants quotes.

@@ -48,9 +48,10 @@ pub(super) fn alike(
         .collect())
 }
 
-/// Every tenth drone a Matrice 300, on an open square floor. The eight columns around a Matrice 300 stay
-/// free of others' starts, or goals: its body and another's would touch there (tips at 0.71 m, an Offboard
-/// 2's at 0.20 m, and 0.1 m of clearance), and from two columns on no drone is exposed beyond its limit.
+/// Every tenth drone a Matrice 300, on an open square floor. The eight columns around a Matrice 300
+/// stay free of others' starts, or goals: its body and another's would touch there (tips at 0.71 m,
+/// an Offboard 2's at 0.20 m, and 0.1 m of clearance), and from two columns on no drone is exposed
+/// beyond its limit.
 pub(super) fn mixed(
     side: usize,
     levels: usize,
@@ -86,7 +87,8 @@ fn is_heavy(index: usize) -> bool {
     index % EVERY == EVERY - 1
 }
 
-/// Columns in a random order, for a mixed fleet of any size that has room: a larger one takes more of them.
+/// Columns in a random order, for a mixed fleet of any size that has room: a larger one takes more
+/// of them.
 struct Draw {
     side: usize,
     /// All columns, shuffled.
@@ -229,7 +231,8 @@ mod tests {
 
     #[test]
     fn the_generator_is_splitmix64() {
-        // First outputs for seed 1234567, of the public-domain reference implementation by S. Vigna.
+        // First outputs for seed 1234567, of the public-domain reference implementation by S.
+        // Vigna.
         let mut random = Draws::new(1_234_567);
         assert_eq!(
             [random.bits(), random.bits()],

@@ -1,7 +1,8 @@
-//! Length of the shortest path between two cells, as benchmarks of path finding state it beside every pair.
+//! Length of the shortest path between two cells, as benchmarks of path finding state it beside
+//! every pair.
 //!
-//! Steps go to the 26 cells around (8 on a plan), by 1, √2 or √3; a diagonal step needs every cell of the
-//! box that it crosses to be free, so that no corner is cut.
+//! Steps go to the 26 cells around (8 on a plan), by 1, √2 or √3; a diagonal step needs every cell
+//! of the box that it crosses to be free, so that no corner is cut.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;

@@ -48,7 +48,8 @@ impl GridSet<'_> {
                 shorten(&mut grid);
             }
             for flight in 0..self.flights {
-                // No two flights share a seed: 32 drones, each over a probe and near it, 4096 times.
+                // No two flights share a seed: 32 drones, each over a probe and near it, 4096
+                // times.
                 let seed = (self.seed * 128 + kind) * 4096 + flight;
                 let texts = folder::texts(&grid.fly(seed));
                 folders.push((format!("{name}-{}", flight + 1), texts));

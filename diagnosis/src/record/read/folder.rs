@@ -1,5 +1,5 @@
-//! A `downwash-recording/1` folder: `meta.json` (surroundings, vehicles, probe, and what "simulation"
-//! means) and the tables that it names.
+//! A `downwash-recording/1` folder: `meta.json` (surroundings, vehicles, probe, and what
+//! "simulation" means) and the tables that it names.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! A flight logged by PX4, from its topics, of a ULog or of the tables that `ulog2csv` makes of one:
-//! everything brought to the times of the position.
+//! A flight logged by PX4, from its topics, of a ULog or of the tables that `ulog2csv` makes of
+//! one: everything brought to the times of the position.
 //!
 //! PX4's world is north-east-down and its body forward-right-down; half a turn about x makes of
 //! them our world, **x north, y west, z up**, and our body of x forward, y left, z up. Heights are

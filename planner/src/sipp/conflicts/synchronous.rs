@@ -18,7 +18,8 @@ pub(crate) const DIRECTIONS: [[i32; 3]; 7] = [
 /// The direction of who stays.
 pub(crate) const STAYS: usize = 0;
 
-/// Which of [`NEIGHBOURS`](crate::graph::lattice::NEIGHBOURS) each of [`DIRECTIONS`] leads to; staying counts for nothing.
+/// Which of [`NEIGHBOURS`](crate::graph::lattice::NEIGHBOURS) each of [`DIRECTIONS`] leads to;
+/// staying counts for nothing.
 pub(crate) const AMONG_NEIGHBOURS: [usize; 7] = among_neighbours();
 
 const fn among_neighbours() -> [usize; 7] {

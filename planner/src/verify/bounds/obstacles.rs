@@ -1,9 +1,10 @@
-//! The obstacles of a plan: how far a place is from them, what lies below it, and where a wake ends.
+//! The obstacles of a plan: how far a place is from them, what lies below it, and where a wake
+//! ends.
 //!
 //! A wake ends at the floor, or at the first top face of a box or a cylinder that covers its whole
-//! half-width disc; unions of faces and meshes stop no wake. Of a box of places of the drone it is asked
-//! whether the wake may end on a face from one of them, and whether it does from all: between the two the
-//! end is not known, and both are taken into account.
+//! half-width disc; unions of faces and meshes stop no wake. Of a box of places of the drone it is
+//! asked whether the wake may end on a face from one of them, and whether it does from all: between
+//! the two the end is not known, and both are taken into account.
 
 use airflow::Wake;
 use nalgebra::{Point3, Vector3};
@@ -99,8 +100,8 @@ impl Solid {
     ///
     /// # Errors
     ///
-    /// In words, why its numbers make none: not finite, corners in disorder, a negative size, or triangles
-    /// between vertices that are not there.
+    /// In words, why its numbers make none: not finite, corners in disorder, a negative size, or
+    /// triangles between vertices that are not there.
     pub(crate) fn new(entry: &plan::Obstacle) -> Result<Solid, String> {
         let no = |what: &str| format!("obstacle `{}` is no {what}", entry.name);
         let (shape, box_m) = match &entry.shape {
@@ -204,7 +205,8 @@ impl Solid {
         (!matches!(self.shape, Shape::Mesh { .. })).then_some(self.box_m.1.z)
     }
 
-    /// Whether a wake from some place of a box ends on the top face, and whether it does from every one.
+    /// Whether a wake from some place of a box ends on the top face, and whether it does from every
+    /// one.
     fn stops(&self, wake: &Wake, places_m: &Places, top_z_m: f64) -> (bool, bool) {
         let (lowest_m, highest_m) = (places_m.0.z - top_z_m, places_m.1.z - top_z_m);
         if highest_m <= 0.0 {
@@ -246,8 +248,9 @@ impl Solid {
     }
 }
 
-/// Where the axes of moved wakes from a box of places meet a height, and how far they spread there at
-/// least and at most (m); `None` where the wind has taken one of them away before: such a wake ends nowhere.
+/// Where the axes of moved wakes from a box of places meet a height, and how far they spread there
+/// at least and at most (m); `None` where the wind has taken one of them away before: such a wake
+/// ends nowhere.
 fn moved(wake: &Wake, places_m: &Places, z_m: f64) -> Option<(Places, (f64, f64))> {
     let (from_m, to_m) = ((places_m.0.z - z_m).max(0.0), places_m.1.z - z_m);
     let steps = if from_m == to_m { 0 } else { MOVED_STEPS };
@@ -280,7 +283,8 @@ fn moved(wake: &Wake, places_m: &Places, z_m: f64) -> Option<(Places, (f64, f64)
     ))
 }
 
-/// A mesh; where its triangles close a volume, also its inside counts. `None` where the numbers make none.
+/// A mesh; where its triangles close a volume, also its inside counts. `None` where the numbers
+/// make none.
 fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Shape> {
     let mut corners = triangles.iter().flatten();
     let known = corners.all(|&k| (k as usize) < vertices_m.len());
@@ -299,8 +303,8 @@ fn mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Shape> {
     Some(Shape::Mesh { mesh, closed })
 }
 
-/// The triangles turned outward, if every edge is used once in each direction; `None` for a surface with
-/// a rim or without a consistent side, of which only the triangles themselves count.
+/// The triangles turned outward, if every edge is used once in each direction; `None` for a surface
+/// with a rim or without a consistent side, of which only the triangles themselves count.
 fn closed_outward(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
     let bits = |k: u32| <[u64; 3]>::from(vertices_m[k as usize].coords.map(f64::to_bits));
     let mut edges: Vec<_> = (triangles.iter())

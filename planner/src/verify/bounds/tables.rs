@@ -1,8 +1,9 @@
-//! Wakes without a closed form, in tables: the highest speed and the steepest slope of each layer of
-//! depth, at or beyond a distance from its axis.
+//! Wakes without a closed form, in tables: the highest speed and the steepest slope of each layer
+//! of depth, at or beyond a distance from its axis.
 //!
-//! Over a short path the speed differs from that at its middle by at most slope times half the path, so
-//! the bounds close in on the field as paths shrink. Speeds are over the induced velocity at hover.
+//! Over a short path the speed differs from that at its middle by at most slope times half the
+//! path, so the bounds close in on the field as paths shrink. Speeds are over the induced velocity
+//! at hover.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::ops::RangeInclusive;
@@ -34,8 +35,8 @@ impl Samples {
         self.speeds[(s * self.radii_m.len() + r) * self.bearings + b % self.bearings]
     }
 
-    /// Differences to the next sample down, outwards and around, as one slope over U_H (1/m); 0 towards where
-    /// there is none.
+    /// Differences to the next sample down, outwards and around, as one slope over U_H (1/m); 0
+    /// towards where there is none.
     fn slope(&self, s: usize, r: usize, b: usize) -> f64 {
         let here = self.speed(s, r, b);
         let (mut down, mut outwards, mut around) = (0.0, 0.0, 0.0);
@@ -52,7 +53,8 @@ impl Samples {
         Vector3::new(down, outwards, around).norm()
     }
 
-    /// Appends the speeds at one depth, which `speed` tells at x and y (m), from a bearing on (rad).
+    /// Appends the speeds at one depth, which `speed` tells at x and y (m), from a bearing on
+    /// (rad).
     fn push(&mut self, first: f64, speed: impl Fn(f64, f64) -> f64) {
         for r_m in &self.radii_m {
             for b in 0..self.bearings {
@@ -79,19 +81,22 @@ impl Samples {
     }
 }
 
-/// Layers of the near field, between the rotor plane and 2.5 motor distances: 0.1 motor distances each.
+/// Layers of the near field, between the rotor plane and 2.5 motor distances: 0.1 motor distances
+/// each.
 const LAYERS: usize = 25;
-/// Rings of the near field, 30 to a motor distance; what is farther out than 4 counts as the last one.
+/// Rings of the near field, 30 to a motor distance; what is farther out than 4 counts as the last
+/// one.
 const RINGS: usize = 120;
 const RINGS_PER_MOTOR_DISTANCE: f64 = 30.0;
 /// Depths sampled in a layer of the near field.
 const FINE: usize = 3;
-/// Samples between one diagonal and the next axis: the field of four rotors repeats every 90 degrees
-/// and is its own mirror image about each diagonal.
+/// Samples between one diagonal and the next axis: the field of four rotors repeats every 90
+/// degrees and is its own mirror image about each diagonal.
 const NEAR_BEARINGS: usize = 9;
 /// On what is sampled in the near field, chosen here: the highest speed between samples 0.033 motor
-/// distances apart exceeds the sampled by curvature (2 ln 2 / b² per rotor flow, half-width b >= 0.23)
-/// times step² / 8, 0.4 % of the peak, and by 1.5 % between two bearings; slopes are differences.
+/// distances apart exceeds the sampled by curvature (2 ln 2 / b² per rotor flow, half-width b >=
+/// 0.23) times step² / 8, 0.4 % of the peak, and by 1.5 % between two bearings; slopes are
+/// differences.
 const NEAR_MARGINS: Highest = (1.03, 1.25);
 
 /// The near field of one airframe.
@@ -148,21 +153,23 @@ impl NearTable {
             .iter()
             .fold((0.0, 0.0), |so_far, layer| {
                 let ((inner, slope_per_m), (outer, _)) = (layer[ring], layer[ring + 1]);
-                // The highest speed beyond a radius falls with it; its chord lies within the margin of it.
+                // The highest speed beyond a radius falls with it; its chord lies within the margin
+                // of it.
                 let speed = inner + beyond * (outer - inner);
                 (speed.max(so_far.0), slope_per_m.max(so_far.1))
             })
     }
 }
 
-/// Thickness of a layer of a moved wake: this many motor distances, or this part of the distance to the
-/// virtual origin, whichever is more. Chosen here.
+/// Thickness of a layer of a moved wake: this many motor distances, or this part of the distance to
+/// the virtual origin, whichever is more. Chosen here.
 const LAYER_L: f64 = 0.1;
 const LAYER_GROWTH: f64 = 0.03;
-/// Distance of the virtual origin above the rotors, in motor distances: the paper's; any jet's is near.
+/// Distance of the virtual origin above the rotors, in motor distances: the paper's; any jet's is
+/// near.
 const ORIGIN_L: f64 = 5.8;
-/// Inner radii of rings in spreads of the jet: steps up to the first, a factor up to the last, all chosen
-/// here. At 30 spreads the paper's profile has fallen to a part in a hundred thousand.
+/// Inner radii of rings in spreads of the jet: steps up to the first, a factor up to the last, all
+/// chosen here. At 30 spreads the paper's profile has fallen to a part in a hundred thousand.
 const RING_STEP: f64 = 0.1;
 const EVEN_UNTIL: f64 = 3.0;
 const RING_FACTOR: f64 = 1.08;
@@ -173,16 +180,18 @@ const BEARINGS: usize = 32;
 const AXIS_STEP: f64 = 0.2;
 const FEWEST_DEPTHS: f64 = 3.0;
 const MOST_DEPTHS: f64 = 40.0;
-/// No layer is thinner than this part of its depth: chosen here, a jet that the wind lays down sweeps
-/// tens of metres within centimetres.
+/// No layer is thinner than this part of its depth: chosen here, a jet that the wind lays down
+/// sweeps tens of metres within centimetres.
 const THINNEST: f64 = 1e-7;
-/// A jet this much slower on its axis than any wake that counts is nowhere as fast as one: 1.1 for its
-/// steepest edge, 2.1 for a drone that sinks.
+/// A jet this much slower on its axis than any wake that counts is nowhere as fast as one: 1.1 for
+/// its steepest edge, 2.1 for a drone that sinks.
 const FAINT_ON_AXIS: f64 = 0.4;
-/// On what is sampled of a moved wake, chosen here, and checked by random places under random effects.
+/// On what is sampled of a moved wake, chosen here, and checked by random places under random
+/// effects.
 const MOVED_MARGINS: Highest = (1.04, 1.3);
 
-/// A wake that effects have moved or reshaped, in layers about the vertical through the middle of each.
+/// A wake that effects have moved or reshaped, in layers about the vertical through the middle of
+/// each.
 #[derive(Debug)]
 pub(super) struct MovedTable {
     layers: Vec<Layer>,
@@ -251,8 +260,8 @@ impl MovedTable {
         })
     }
 
-    /// Distance from the vertical below the drone beyond which the air is slower than a speed over U_H,
-    /// down to a depth (m).
+    /// Distance from the vertical below the drone beyond which the air is slower than a speed over
+    /// U_H, down to a depth (m).
     pub(super) fn reach_m(&self, speed: f64, depth_m: f64) -> f64 {
         let down_to = self.layers.partition_point(|layer| layer.to_m < depth_m);
         let layers = &self.layers[..(down_to + 1).min(self.layers.len())];
@@ -261,7 +270,8 @@ impl MovedTable {
             if faint == 0 {
                 return 0.0;
             }
-            // Where even the last ring is not faint: as far again, at the fourth power of the distance.
+            // Where even the last ring is not faint: as far again, at the fourth power of the
+            // distance.
             let out = self.rings.get(faint).copied().unwrap_or_else(|| {
                 let (here, _) = layer.highest[layer.highest.len() - 1];
                 OUTERMOST * (here / speed).powf(0.25).max(1.0) * RING_FACTOR
@@ -272,8 +282,8 @@ impl MovedTable {
     }
 }
 
-/// Lower edges of layers between two depths: so thin that the axis moves by no more than a half-width in
-/// each, while the jet is not faint.
+/// Lower edges of layers between two depths: so thin that the axis moves by no more than a
+/// half-width in each, while the jet is not faint.
 fn edges_below(wake: &Wake, from_m: f64, to_m: f64, edges_m: &mut Vec<f64>) {
     // Too slow on its axis to count anywhere, and below.
     let is_faint = |axis_m: [f64; 2]| {
@@ -302,8 +312,8 @@ fn edges_below(wake: &Wake, from_m: f64, to_m: f64, edges_m: &mut Vec<f64>) {
 }
 
 impl Layer {
-    /// Between two depths (m): the vertical through the middle of the axis there, and what is sampled about
-    /// it at as many depths as the axis needs.
+    /// Between two depths (m): the vertical through the middle of the axis there, and what is
+    /// sampled about it at as many depths as the axis needs.
     fn new(wake: &Wake, from_m: f64, to_m: f64, rings: &[f64]) -> Layer {
         // Just below the rotor plane: at it the field jumps to zero.
         let from_m = from_m.max(1e-6 * wake.near_field_depth_m());

@@ -1,16 +1,17 @@
 //! One wake with what bounds it: how far it reaches, and how fast it is over ranges of places.
 //!
-//! Far field: the centreline falls and the half-width grows with depth, the profile falls outwards, so
+//! Far field: the centreline falls and the half-width grows with depth, the profile falls outwards,
+//! so
 //!
 //! ```text
 //! U <= U_C(s_lo) f(r_lo / r_half(s_hi))
 //! ```
 //!
 //! and that is one value of the field times a ratio of centreline speeds. Near field (and the join,
-//! which is smooth) and wakes that effects have moved or reshaped: from [`tables`](super::tables). All of
-//! it closes in on the field as the ranges shrink. Offsets are from the drone, in the world's axes; a box
-//! of them is its lowest and highest corner. Round wakes are asked by the distance from their axis, which
-//! is nearer to the truth than the box; moved wakes by the box.
+//! which is smooth) and wakes that effects have moved or reshaped: from [`tables`](super::tables).
+//! All of it closes in on the field as the ranges shrink. Offsets are from the drone, in the
+//! world's axes; a box of them is its lowest and highest corner. Round wakes are asked by the
+//! distance from their axis, which is nearer to the truth than the box; moved wakes by the box.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -22,8 +23,8 @@ use nalgebra::{Vector2, Vector3};
 use super::tables::{MovedTable, NearTable};
 use crate::verify::extents::{FAINTEST_WAKE_MPS, Places};
 
-/// Depth below the end of the near field from which the far-field bound is taken, as a factor on it:
-/// rounding must not ask for a centreline above its range.
+/// Depth below the end of the near field from which the far-field bound is taken, as a factor on
+/// it: rounding must not ask for a centreline above its range.
 const JUST_BELOW: f64 = 1.0 + 1e-9;
 /// Depth of one step of the table of reaches, in near-field depths.
 const REACH_STEP: f64 = 0.5;
@@ -42,7 +43,8 @@ pub(crate) struct BoundedWake {
 enum Bounds {
     Round {
         near: Arc<NearTable>,
-        /// Radius beyond which it is fainter than [`FAINTEST_WAKE_MPS`], at any depth up to each step (m).
+        /// Radius beyond which it is fainter than [`FAINTEST_WAKE_MPS`], at any depth up to each
+        /// step (m).
         reach_m: Arc<[f64]>,
     },
     Moved {
@@ -54,7 +56,8 @@ enum Bounds {
 impl BoundedWake {
     /// Bounds down to a depth (m); only those of moved wakes end there.
     ///
-    /// Tabulates the near field, or every layer of a moved wake: milliseconds, so [`WakeCache`] keeps them.
+    /// Tabulates the near field, or every layer of a moved wake: milliseconds, so [`WakeCache`]
+    /// keeps them.
     pub(crate) fn new(wake: Wake, deepest_m: f64) -> BoundedWake {
         let bounds = if wake.is_shaped() {
             Bounds::Moved {
@@ -151,8 +154,8 @@ impl BoundedWake {
         passage.highest(Vector2::new(off_axis_m, 0.0), places_m).0
     }
 
-    /// The same along a path through the box of which the offset of the middle (m) and half the length
-    /// (m) are known.
+    /// The same along a path through the box of which the offset of the middle (m) and half the
+    /// length (m) are known.
     pub(crate) fn highest_along_mps(
         &self,
         places_m: &Places,
@@ -165,8 +168,8 @@ impl BoundedWake {
         passage.highest_along_mps(nearest_m, places_m, middle_m, half_path_m)
     }
 
-    /// Steepest change of the axial speed with place (1/s) over a box of offsets that lie at least so far
-    /// from the axis (m). It holds along paths that stay below the rotor plane.
+    /// Steepest change of the axial speed with place (1/s) over a box of offsets that lie at least
+    /// so far from the axis (m). It holds along paths that stay below the rotor plane.
     pub(crate) fn steepest_per_s(&self, places_m: &Places, off_axis_m: f64) -> f64 {
         let passage = self.passage((-places_m.1.z, -places_m.0.z));
         let nearest_m = Vector2::new(off_axis_m, 0.0);
@@ -198,8 +201,8 @@ impl<'a> Passage<'a> {
         self.far.as_ref().filter(|_| self.near.is_none())
     }
 
-    /// Highest axial speed (m/s), and steepest slope (1/s; 0 in the far field), at and beyond a level
-    /// offset; a moved wake goes by the box of offsets instead.
+    /// Highest axial speed (m/s), and steepest slope (1/s; 0 in the far field), at and beyond a
+    /// level offset; a moved wake goes by the box of offsets instead.
     fn highest(&self, nearest_m: Vector2<f64>, places_m: &Places) -> (f64, f64) {
         let far_mps = (self.far.as_ref()).map_or(0.0, |far| far.highest_mps(nearest_m));
         let (speed, slope_per_m) = match (&self.bounded.bounds, &self.near) {
@@ -211,8 +214,8 @@ impl<'a> Passage<'a> {
         (far_mps.max(speed * unit_mps), slope_per_m * unit_mps)
     }
 
-    /// Highest axial speed (m/s) at and beyond a level offset, along a path of which the offset of the
-    /// middle and half the length are known (m). All middles of one passage are at one height.
+    /// Highest axial speed (m/s) at and beyond a level offset, along a path of which the offset of
+    /// the middle and half the length are known (m). All middles of one passage are at one height.
     pub(crate) fn highest_along_mps(
         &mut self,
         nearest_m: Vector2<f64>,
@@ -222,8 +225,8 @@ impl<'a> Passage<'a> {
     ) -> f64 {
         let (speed_mps, slope_per_s) = self.highest(nearest_m, places_m);
         let change_mps = slope_per_s * half_path_m;
-        // The far field's bound is its own. A path so long that the slope tells no more than the table is
-        // not looked at; nor one through the rotor plane, where air begins.
+        // The far field's bound is its own. A path so long that the slope tells no more than the
+        // table is not looked at; nor one through the rotor plane, where air begins.
         if self.far_alone().is_some()
             || !self.starts_below
             || change_mps.is_nan()
@@ -277,14 +280,16 @@ fn reaches(wake: &Wake) -> Arc<[f64]> {
         let radius_m = wake.radius_at_speed_m(depth_m, FAINTEST_WAKE_MPS);
         radius_m.unwrap_or(0.0)
     };
-    // The near field reaches as far as the far field at its end: 5 motor distances against 2 for a Gaussian.
+    // The near field reaches as far as the far field at its end: 5 motor distances against 2 for a
+    // Gaussian.
     let mut greatest_m = at(near_depth_m);
     let mut table = Vec::with_capacity(REACH_STEPS + 1);
     for step in 1..=REACH_STEPS {
         greatest_m = greatest_m.max(at(step as f64 * REACH_STEP * near_depth_m));
         table.push(greatest_m);
     }
-    // The iso-speed volume is one arch: 64 samples miss its greatest radius by far less than the 2 % added.
+    // The iso-speed volume is one arch: 64 samples miss its greatest radius by far less than the 2
+    // % added.
     let just_below_m = near_depth_m * JUST_BELOW;
     let over_all = (1..64).map(|k| at(just_below_m + f64::from(k) / 64.0 * (end_m - near_depth_m)));
     table.push(over_all.fold(greatest_m, f64::max));
@@ -308,7 +313,8 @@ struct Known {
 }
 
 impl WakeCache {
-    /// An empty cache, for air of a density (kg/m³), a jet, what a finding adds to it, and wakes down to a depth (m).
+    /// An empty cache, for air of a density (kg/m³), a jet, what a finding adds to it, and wakes
+    /// down to a depth (m).
     pub(crate) fn new(density_kg_per_m3: f64, jet: Jet, flown: Flown, deepest_m: f64) -> WakeCache {
         WakeCache {
             density_kg_per_m3,
