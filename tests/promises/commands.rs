@@ -157,7 +157,7 @@ fn a_feasible_scenario_is_planned_verified_and_written() {
     let plan: Value =
         serde_json::from_str(&fs::read_to_string(desk.path("out/pair/plan.json")).unwrap())
             .unwrap();
-    assert_eq!(plan["format"], "plan/1");
+    assert_eq!(plan["format"], "plan/2");
     assert_eq!(plan["status"], "safe");
     let timing: Value =
         serde_json::from_str(&fs::read_to_string(desk.path("out/pair/timing.json")).unwrap())

@@ -12,7 +12,6 @@ use planner::scenario::world::{
 
 fn drone(name: &str, start_m: [f64; 3], goal_m: Option<[f64; 3]>) -> Drone {
     let airframe = Airframe::preset("offboard-2").expect("a preset");
-    let body_radius_m = airframe.tip_radius_m();
     let tasks = goal_m
         .map(|to_m| Task {
             to_m: to_m.into(),
@@ -23,11 +22,7 @@ fn drone(name: &str, start_m: [f64; 3], goal_m: Option<[f64; 3]>) -> Drone {
         .collect();
     Drone {
         name: name.to_owned(),
-        vehicle: Vehicle {
-            airframe,
-            body_radius_m,
-            max_speed_mps: 2.0,
-        },
+        vehicle: Vehicle::new(airframe, 2.0, Air::default().density_kg_per_m3()),
         start_m: start_m.into(),
         at_start: AtStart::Hover,
         tasks,
@@ -56,6 +51,7 @@ fn world(drones: Vec<Drone>) -> World {
             clearance_m: 0.1,
             seed: 0,
             energy_weight: 0.0,
+            ..Planning::default()
         },
     }
 }
@@ -184,7 +180,8 @@ fn a_drone_that_hovers_over_a_zone_is_named_with_a_place_beside_it() {
         name: "desk".to_owned(),
         min_m: Point3::new(19.0, 19.5, 0.0),
         max_m: Point3::new(20.2, 20.5, 2.0),
-        air_limit_mps: 1.5,
+        air_limit_mps: Some(1.5),
+        keep_out: false,
     });
     let conflict = only(&check(&world));
     assert_eq!(

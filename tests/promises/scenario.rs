@@ -114,7 +114,7 @@ fn the_example_of_the_format_means_what_it_says() {
         vertices_m.contains(&[13.0, 4.0, 0.0].into()),
         "moved to its place"
     );
-    assert_eq!(world.zones[0].air_limit_mps, 1.5);
+    assert_eq!(world.zones[0].air_limit_mps, Some(1.5));
     let [k1, c1] = &world.drones[..] else {
         panic!("two drones")
     };
@@ -185,7 +185,7 @@ fn everything_but_the_required_fields_has_the_default_that_the_schema_prints() {
     assert_eq!(default("drones[].at_start"), "Hover");
     assert_eq!(default("drones[].at_end"), "Hover");
     assert_eq!(
-        number("zones[].air_limit_mps"),
+        Some(number("zones[].air_limit_mps")),
         world.zones[0].air_limit_mps
     );
     let own = &world.drones[0].vehicle;

@@ -45,7 +45,7 @@ fn a_plan_that_contradicts_itself_is_refused_as_malformed() {
             });
         },
         |plan| plan.bounds_m.max.z = -1.0,
-        |plan| plan.zones[0].air_limit_mps = f64::NAN,
+        |plan| plan.zones[0].air_limit_mps = Some(f64::NAN),
         |plan| plan.zones[0].max_m.x = 29.0,
         |plan| {
             let twice = plan.drones[0].clone();

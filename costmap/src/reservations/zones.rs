@@ -22,7 +22,7 @@ pub struct ZoneBox {
     pub min_m: Point3<f64>,
     /// Highest corner (m).
     pub max_m: Point3<f64>,
-    /// m/s.
+    /// m/s; infinite where the air is not limited.
     pub air_limit_mps: f64,
 }
 

@@ -1,4 +1,4 @@
-//! A plan as plain data: the contents of `plan.json`, format `plan/1`.
+//! A plan as plain data: the contents of `plan.json`, format `plan/2`.
 //!
 //! A plan holds all that a judge needs (air, airframes, obstacles, zones), so that it can be
 //! checked without its scenario. Positions are rotor-plane centres in metres, z up; times in
@@ -16,12 +16,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The value of [`Plan::format`].
-pub const FORMAT: &str = "plan/1";
+pub const FORMAT: &str = "plan/2";
+/// The format before it, which has neither margins nor limits of climb and descent; readers take
+/// both.
+pub const FORMAT_BEFORE: &str = "plan/1";
 
 /// What a planner answers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// Always [`FORMAT`].
+    /// [`FORMAT`] as written here; [`FORMAT_BEFORE`] is read as well.
     pub format: String,
     /// The scenario's name.
     pub scenario: String,
@@ -41,6 +44,9 @@ pub struct Plan {
     /// Gap kept between bodies and to obstacles, beyond the body radii (m).
     #[serde(default)]
     pub clearance_m: f64,
+    /// What the plan bears beyond what it says: absent in `plan/1`, which bears nothing.
+    #[serde(default)]
+    pub margins: Margins,
     /// Every drone of the scenario, in its order, the unplanned ones included.
     pub drones: Vec<DronePlan>,
     /// Those that stay at their start, and why.
@@ -118,6 +124,18 @@ impl Status {
     }
 }
 
+/// How far flights may be from the plan while it still holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Margins {
+    /// Each drone may be early or late by so much, at any time, whatever the others are (s): bodies,
+    /// near-field columns and limits of air hold.
+    pub time_s: f64,
+    /// Each drone that flies may be off its path by so much in any direction (m): bodies hold
+    /// against one another, obstacles and zones that keep bodies out. Tops of obstacles below a
+    /// drone's own pad are exempt.
+    pub tracking_m: f64,
+}
+
 /// The air that a plan assumes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AirModel {
@@ -182,7 +200,8 @@ pub enum Solid {
     },
 }
 
-/// A box in which the summed axial wake speed stays at or below a limit, for people or goods.
+/// A box for people or goods: the summed axial wake speed in it is limited, bodies keep out of it,
+/// or both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Zone {
     /// What messages and the plan call it.
@@ -191,8 +210,12 @@ pub struct Zone {
     pub min_m: Point3<f64>,
     /// Highest corner (m).
     pub max_m: Point3<f64>,
-    /// Limit of the summed axial wake speed at every point (m/s).
-    pub air_limit_mps: f64,
+    /// Limit of the summed axial wake speed at every point (m/s); `None`: the air is not limited.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub air_limit_mps: Option<f64>,
+    /// No body may be inside.
+    #[serde(default)]
+    pub keep_out: bool,
 }
 
 /// What one drone does.
@@ -287,6 +310,18 @@ pub struct AirframeEntry {
     pub body_radius_m: f64,
     /// m/s.
     pub max_speed_mps: f64,
+    /// Highest vertical speed upwards (m/s); absent: not limited beyond `max_speed_mps`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_climb_mps: Option<f64>,
+    /// Highest vertical speed downwards (m/s); absent: not limited beyond `max_speed_mps`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_descent_mps: Option<f64>,
+    /// m/s²; absent: not limited. Straight pieces change their velocity in no time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_acceleration_mps2: Option<f64>,
+    /// m/s³; absent: not limited.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_jerk_mps3: Option<f64>,
     /// At its mass without payload (m/s).
     pub hover_induced_velocity_mps: f64,
 }

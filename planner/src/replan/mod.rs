@@ -12,7 +12,7 @@ use thiserror::Error;
 use crate::plan::trajectory::{Tail, Trajectory};
 use crate::plan::{AtEnd, DronePlan};
 use crate::scenario::WorldError;
-use crate::scenario::world::{Drone, Vehicle};
+use crate::scenario::world::Drone;
 
 /// What is wrong with a world, a plan, or the drones of one, that is handed in.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -61,11 +61,10 @@ fn given(entry: &DronePlan, density_kg_per_m3: f64) -> Result<Drone, GivenError>
     Trajectory::new(&entry.trajectory, Tail::Gone).map_err(|it| unusable(it.to_string()))?;
     let drone = Drone {
         name: entry.name.clone(),
-        vehicle: Vehicle {
-            airframe: entry.airframe.airframe().map_err(unusable)?,
-            body_radius_m: entry.airframe.body_radius_m,
-            max_speed_mps: entry.airframe.max_speed_mps,
-        },
+        vehicle: entry
+            .airframe
+            .vehicle(density_kg_per_m3)
+            .map_err(unusable)?,
         start_m: entry.trajectory.position_m[0],
         at_start: entry.at_start,
         tasks: Vec::new(),

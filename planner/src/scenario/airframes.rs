@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::fields::{Field, Reader, within};
 use super::limits::{
-    BODY_RADIUS_M, MASS_KG, MAX_SPEED_MPS, MOTOR_DISTANCE_M, PROPELLER_DIAMETER_M, PROPELLERS,
-    WIDTH_FACTOR,
+    BODY_RADIUS_M, MASS_KG, MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS, MOTOR_DISTANCE_M,
+    PROPELLER_DIAMETER_M, PROPELLERS, VERTICAL_SPEED_MPS, WIDTH_FACTOR,
 };
 use super::problem::Problem;
 use super::source::{Value, line};
@@ -73,6 +73,14 @@ fn airframe<'t>(reader: &mut Reader<'t>, value: Value<'t>, name: &str) -> Option
     let width_factor = record.optional(reader, "width_factor", within(&WIDTH_FACTOR));
     let body_radius_m = record.optional(reader, "body_radius_m", within(&BODY_RADIUS_M));
     let max_speed_mps = record.optional(reader, "max_speed_mps", within(&MAX_SPEED_MPS));
+    let max_climb_mps = record.optional(reader, "max_climb_mps", within(&VERTICAL_SPEED_MPS));
+    let max_descent_mps = record.optional(reader, "max_descent_mps", within(&VERTICAL_SPEED_MPS));
+    let max_acceleration_mps2 = record.optional(
+        reader,
+        "max_acceleration_mps2",
+        within(&MAX_ACCELERATION_MPS2),
+    );
+    let max_jerk_mps3 = record.optional(reader, "max_jerk_mps3", within(&MAX_JERK_MPS3));
     record.close(reader);
     let airframe = Airframe {
         mass_kg: mass_kg?,
@@ -82,6 +90,10 @@ fn airframe<'t>(reader: &mut Reader<'t>, value: Value<'t>, name: &str) -> Option
         width_factor: width_factor.unwrap_or(WIDTH_FACTOR_DEFAULT),
         body_radius_m,
         max_speed_mps: max_speed_mps.unwrap_or(MAX_SPEED_DEFAULT_MPS),
+        max_climb_mps,
+        max_descent_mps,
+        max_acceleration_mps2,
+        max_jerk_mps3,
     };
     (reader.problems.len() == before).then_some(airframe)
 }

@@ -6,10 +6,11 @@ use thiserror::Error;
 use super::finding_file::unfit;
 use super::limits::{
     AIR_LIMIT, BODY_RADIUS_M, CELL_M, CENTRELINE, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG,
-    Limits, MASS_KG, MAX_SPEED_MPS, MOST_INDUCED_VELOCITY_MPS, MOST_LATTICE_PLACES,
-    MOST_MASS_RATIO, MOTOR_DISTANCE_M, ORIGIN, PLACE_M, PRESSURE_PA, PROPELLER_DIAMETER_M,
-    PROPELLERS, SIZE_M, SPREADING, TEMPERATURE_C, WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS, lattice_places,
-    name_fault,
+    Limits, MASS_KG, MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS,
+    MOST_INDUCED_VELOCITY_MPS, MOST_LATTICE_PLACES, MOST_MASS_RATIO, MOTOR_DISTANCE_M, ORIGIN,
+    PLACE_M, PRESSURE_PA, PROPELLER_DIAMETER_M, PROPELLERS, SIZE_M, SPREADING, TEMPERATURE_C,
+    TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS, WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS,
+    lattice_places, name_fault,
 };
 use super::problem::{Problem, Problems};
 use crate::scenario::placement::{Misfit, Misplaced, Spot, misplaced};
@@ -168,6 +169,7 @@ impl Check {
         let World {
             air, jet, planning, ..
         } = world;
+        let margins = planning.margins;
         for (whose, quantity, value, limits) in [
             ("the air", "temperature", air.temperature_c, &TEMPERATURE_C),
             ("the air", "pressure", air.pressure_pa, &PRESSURE_PA),
@@ -176,6 +178,13 @@ impl Check {
             ("the jet", "origin", jet.origin, &ORIGIN),
             ("the lattice", "spacing", planning.cell_m, &CELL_M),
             ("the fleet", "clearance", planning.clearance_m, &CLEARANCE_M),
+            ("the fleet", "time margin", margins.time_s, &TIME_MARGIN_S),
+            (
+                "the fleet",
+                "tracking margin",
+                margins.tracking_m,
+                &TRACKING_M,
+            ),
             (
                 "the fleet",
                 "energy weight",
@@ -201,7 +210,9 @@ impl Check {
             let whose = format!("zone `{}`", zone.name);
             self.name(format!("zone {}", index + 1), &zone.name);
             self.corners(&whose, &zone.min_m, &zone.max_m);
-            self.number(&whose, "air limit", zone.air_limit_mps, &ZONE_AIR_LIMIT_MPS);
+            if let Some(limit_mps) = zone.air_limit_mps {
+                self.number(&whose, "air limit", limit_mps, &ZONE_AIR_LIMIT_MPS);
+            }
         }
         if world.drones.is_empty() {
             self.errors.push(WorldError::NoDrones);
@@ -259,6 +270,18 @@ impl Check {
             ("width factor", airframe.width_factor(), &WIDTH_FACTOR),
             ("body radius", vehicle.body_radius_m, &BODY_RADIUS_M),
             ("highest speed", vehicle.max_speed_mps, &MAX_SPEED_MPS),
+            ("highest climb", vehicle.max_climb_mps, &VERTICAL_SPEED_MPS),
+            (
+                "highest descent",
+                vehicle.max_descent_mps,
+                &VERTICAL_SPEED_MPS,
+            ),
+            (
+                "highest acceleration",
+                vehicle.max_acceleration_mps2,
+                &MAX_ACCELERATION_MPS2,
+            ),
+            ("highest jerk", vehicle.max_jerk_mps3, &MAX_JERK_MPS3),
             ("air limit", drone.air_limit, &AIR_LIMIT),
         ] {
             self.number(&whose, quantity, value, limits);
@@ -288,7 +311,7 @@ impl Check {
 
     /// Starts, tasks and landings against bounds and obstacles; effects that cannot be flown.
     fn places(&mut self, world: &World) {
-        for found in misplaced(world, &Solids::new(&world.obstacles)) {
+        for found in misplaced(world, &Solids::of(world)) {
             let words = found.words(world).to_string();
             self.errors.push(WorldError::Misplaced { found, words });
         }
@@ -324,7 +347,14 @@ impl Misplaced {
                 distance_m,
                 needs_m,
             } => {
-                let solid = format!("obstacle `{}`", world.obstacles[obstacle].name);
+                let solid = match world.obstacles.get(obstacle) {
+                    Some(solid) => format!("obstacle `{}`", solid.name),
+                    None => {
+                        let mut zones = world.zones.iter().filter(|zone| zone.keep_out);
+                        let zone = zones.nth(obstacle - world.obstacles.len());
+                        format!("keep_out zone `{}`", zone.map_or("", |zone| &zone.name))
+                    }
+                };
                 let needs = format!("its body needs {needs_m:.2} m to the face");
                 if self.spot == Spot::Landing {
                     let (rest_z_m, passes_m) = (self.place_m.z, distance_m.max(0.0));

@@ -53,7 +53,9 @@ pub(super) fn unfit(world: &World) -> Vec<String> {
     });
     let drone = drone.map(|drone| format!("the air limit of drone `{}`", drone.name));
     let mut zones = world.zones.iter();
-    let zone = zones.find(|zone| return_flow_mps > 0.0 && return_flow_mps >= zone.air_limit_mps);
+    let zone = zones.find(|zone| {
+        return_flow_mps > 0.0 && zone.air_limit_mps.is_some_and(|mps| return_flow_mps >= mps)
+    });
     let zone = zone.map(|zone| format!("the limit of zone `{}`", zone.name));
     let alone = [drone, zone]
         .into_iter()

@@ -58,6 +58,16 @@ pub(super) const WIDTH_FACTOR: Limits = from(0.5, 2.0, "");
 pub(super) const BODY_RADIUS_M: Limits = from(0.005, 20.0, "m");
 /// Multirotors at walking pace to racing; slower is a unit mistaken.
 pub(super) const MAX_SPEED_MPS: Limits = from(0.01, 50.0, "m/s");
+/// As for the highest speed, of which it is a part.
+pub(super) const VERTICAL_SPEED_MPS: Limits = MAX_SPEED_MPS;
+/// A tenth of a metre per second squared is drifting; racing drones reach a hundred.
+pub(super) const MAX_ACCELERATION_MPS2: Limits = from(0.1, 100.0, "m/s2");
+/// From slower than any autopilot's setting to steps of the command.
+pub(super) const MAX_JERK_MPS3: Limits = from(0.1, 10_000.0, "m/s3");
+/// Being early or late: beyond half a minute two flights have nothing to do with one another.
+pub(super) const TIME_MARGIN_S: Limits = from(0.0, 30.0, "s");
+/// A tracking error; as for the clearance.
+pub(super) const TRACKING_M: Limits = CLEARANCE_M;
 /// Coordinates: a site, in its own frame, not a map in UTM metres.
 pub(super) const PLACE_M: Limits = from(-10_000.0, 10_000.0, "m");
 /// Size of a solid.

@@ -18,7 +18,7 @@ use super::written::{self, Written};
 use crate::scenario::placement::{Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{
-    AtEnd, Bounds, Drone, Obstacle, Planning, Solid, Task, Vehicle, World, Zone,
+    AtEnd, Bounds, Drone, Margins, Obstacle, Planning, Solid, Task, Vehicle, World, Zone,
 };
 
 /// The world of all that is sound in `written`, and what is not.
@@ -56,7 +56,9 @@ pub(super) fn world(
         name: zone.name.clone(),
         min_m: zone.min_m.value,
         max_m: zone.max_m.value,
-        air_limit_mps: zone.air_limit_mps,
+        air_limit_mps: (zone.air_limit_mps)
+            .or((!zone.keep_out).then_some(written::ZONE_AIR_LIMIT_DEFAULT_MPS)),
+        keep_out: zone.keep_out,
     };
     let (sound, unsound): (Vec<_>, Vec<_>) =
         meaning.drones().into_iter().partition(|it| it.is_sound);
@@ -87,6 +89,10 @@ pub(super) fn world(
         planning: Planning {
             cell_m: planning.cell_m,
             clearance_m: planning.clearance_m,
+            margins: Margins {
+                time_s: planning.time_margin_s,
+                tracking_m: planning.tracking_m,
+            },
             seed: planning.seed,
             energy_weight: planning.energy_weight,
         },
@@ -104,7 +110,7 @@ pub(super) fn world(
         sources.push(it.source);
         world.drones.push(it.drone);
     }
-    for found in misplaced(&world, &Solids::new(&world.obstacles)) {
+    for found in misplaced(&world, &Solids::of(&world)) {
         let source = sources[found.drone];
         if found.spot != Spot::Start || source.has_start {
             problems.push(Problem {
@@ -237,11 +243,12 @@ impl<'w> Meaning<'w> {
         let Some(own) = self.written.airframes.get(name) else {
             let is_spoilt = self.spoilt_airframes.iter().any(|spoilt| spoilt == name);
             let airframe = airflow::Airframe::preset(name).filter(|_| !is_spoilt)?;
-            return Some(Vehicle {
-                body_radius_m: airframe.tip_radius_m(),
+            let speed_mps = written::MAX_SPEED_DEFAULT_MPS;
+            return Some(Vehicle::new(
                 airframe,
-                max_speed_mps: written::MAX_SPEED_DEFAULT_MPS,
-            });
+                speed_mps,
+                self.air.density_kg_per_m3(),
+            ));
         };
         let airframe = airflow::Airframe::new(
             name,
@@ -256,10 +263,15 @@ impl<'w> Meaning<'w> {
             vec![Problem::at(&source.airframe.at, message).label(error.to_string())]
         });
         let airframe = self.kept(airframe)?;
+        let by_default = Vehicle::new(airframe, own.max_speed_mps, self.air.density_kg_per_m3());
+        let or = |own: Option<f64>, default: f64| own.unwrap_or(default);
         Some(Vehicle {
-            body_radius_m: own.body_radius_m.unwrap_or_else(|| airframe.tip_radius_m()),
-            airframe,
-            max_speed_mps: own.max_speed_mps,
+            body_radius_m: or(own.body_radius_m, by_default.body_radius_m),
+            max_climb_mps: or(own.max_climb_mps, by_default.max_climb_mps),
+            max_descent_mps: or(own.max_descent_mps, by_default.max_descent_mps),
+            max_acceleration_mps2: or(own.max_acceleration_mps2, by_default.max_acceleration_mps2),
+            max_jerk_mps3: or(own.max_jerk_mps3, by_default.max_jerk_mps3),
+            ..by_default
         })
     }
 
@@ -391,10 +403,11 @@ impl<'w> Meaning<'w> {
 /// In place of an unknown airframe: where it cannot be, no body can.
 fn point() -> Option<Vehicle> {
     let [preset, ..] = airflow::Airframe::PRESETS;
+    let airframe = airflow::Airframe::preset(preset)?;
+    let density_kg_per_m3 = Air::default().density_kg_per_m3();
     Some(Vehicle {
-        airframe: airflow::Airframe::preset(preset)?,
         body_radius_m: 0.0,
-        max_speed_mps: written::MAX_SPEED_DEFAULT_MPS,
+        ..Vehicle::new(airframe, written::MAX_SPEED_DEFAULT_MPS, density_kg_per_m3)
     })
 }
 

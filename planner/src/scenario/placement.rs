@@ -53,7 +53,7 @@ pub enum Misfit {
     },
     /// The body is too near to an obstacle, or in it.
     Obstacle {
-        /// Index in [`World::obstacles`].
+        /// Index in [`World::obstacles`]; from their number on, of the zones that keep bodies out.
         obstacle: usize,
         /// From the centre to the nearest face (m); negative: inside.
         distance_m: f64,

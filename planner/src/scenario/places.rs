@@ -4,7 +4,7 @@ use super::fields::{Field, Reader, Record, listed, within};
 use super::limits::{SIZE_M, ZONE_AIR_LIMIT_MPS};
 use super::problem::Problem;
 use super::source::Value;
-use super::written::{Bounds, Obstacle, Place, ZONE_AIR_LIMIT_DEFAULT_MPS, Zone};
+use super::written::{Bounds, Obstacle, Place, Zone};
 
 /// The bounds of the world; `None` unless they enclose a volume.
 pub(super) fn bounds<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Bounds> {
@@ -123,9 +123,10 @@ pub(super) fn zone<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize) 
     record.set(reader, ("name", &mut name), Reader::name);
     let min_m = record.required(reader, "min_m", Reader::place);
     let max_m = record.required(reader, "max_m", Reader::place);
-    let mut air_limit_mps = ZONE_AIR_LIMIT_DEFAULT_MPS;
-    let limit = ("air_limit_mps", &mut air_limit_mps);
-    record.set(reader, limit, within(&ZONE_AIR_LIMIT_MPS));
+    let air_limit_mps = record.optional(reader, "air_limit_mps", within(&ZONE_AIR_LIMIT_MPS));
+    let keep_out = record.optional(reader, "keep_out", |reader, field| {
+        reader.word(field, &[("true", true), ("false", false)])
+    });
     let who = record.who.clone();
     record.close(reader);
     let (min_m, max_m) = (min_m?, max_m?);
@@ -135,6 +136,7 @@ pub(super) fn zone<'t>(reader: &mut Reader<'t>, value: Value<'t>, index: usize) 
         min_m,
         max_m,
         air_limit_mps,
+        keep_out: keep_out.unwrap_or_default(),
     };
     (reader.problems.len() == before).then_some(zone)
 }

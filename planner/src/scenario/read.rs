@@ -10,7 +10,7 @@ use super::airframes::airframes;
 use super::fields::{Field, Reader, whole, within};
 use super::limits::{
     AIR_LIMIT, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, MOST_LATTICE_PLACES, PLACE_M,
-    PRESSURE_PA, TEMPERATURE_C, lattice_places,
+    PRESSURE_PA, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, lattice_places,
 };
 use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
@@ -239,6 +239,10 @@ fn planning<'t>(
     record.set(reader, ("air_limit", &mut it.air_limit), within(&AIR_LIMIT));
     let clearance_m = ("clearance_m", &mut it.clearance_m);
     record.set(reader, clearance_m, within(&CLEARANCE_M));
+    let time_margin_s = ("time_margin_s", &mut it.time_margin_s);
+    record.set(reader, time_margin_s, within(&TIME_MARGIN_S));
+    let tracking_m = ("tracking_m", &mut it.tracking_m);
+    record.set(reader, tracking_m, within(&TRACKING_M));
     record.set(reader, ("seed", &mut it.seed), Reader::seed);
     let energy_weight = ("energy_weight", &mut it.energy_weight);
     record.set(reader, energy_weight, within(&ENERGY_WEIGHT));

@@ -15,7 +15,7 @@ use parry3d::query::{PointQuery, Ray, RayCast};
 use parry3d::shape::{Segment, TriMesh, TriMeshFlags};
 use petgraph::unionfind::UnionFind;
 
-use crate::scenario::world::{Obstacle, Solid};
+use crate::scenario::world::{Obstacle, Solid, World};
 
 /// Two surfaces nearer than this count as touching (m): far above the rounding of coordinates up to
 /// 10 km (2e-12 m), far below anything a drone can fly.
@@ -28,6 +28,8 @@ pub(crate) struct Solids {
     tree: Bvh,
     /// Convex solids, and connected parts of meshes.
     parts: Vec<Part>,
+    /// Those of higher index bear nothing: zones that keep bodies out.
+    obstacle_count: usize,
 }
 
 /// What the tree tells apart.
@@ -89,7 +91,31 @@ impl Solids {
         Solids {
             tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
             parts,
+            obstacle_count: obstacles.len(),
         }
+    }
+
+    /// All that bodies keep out of in a world: its obstacles, and after them its zones that keep
+    /// bodies out, on which no drone stands.
+    pub(crate) fn of(world: &World) -> Solids {
+        let zones = world.zones.iter().filter(|zone| zone.keep_out);
+        let zones = zones.map(|zone| Obstacle {
+            name: zone.name.clone(),
+            shape: Solid::Box {
+                min_m: zone.min_m,
+                max_m: zone.max_m,
+            },
+        });
+        let all: Vec<Obstacle> = world.obstacles.iter().cloned().chain(zones).collect();
+        Solids {
+            obstacle_count: world.obstacles.len(),
+            ..Solids::new(&all)
+        }
+    }
+
+    /// Whether there are none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.parts.is_empty()
     }
 
     /// Signed distance from `point_m` to the nearest obstacle, and which one it is; infinite and
@@ -132,6 +158,9 @@ impl Solids {
         hits.sort_unstable();
         for hit in hits {
             let part = &self.parts[hit as usize];
+            if part.obstacle >= self.obstacle_count {
+                continue;
+            }
             if let Some(top_z_m) = part.form.top_below_z_m(from)
                 && top_z_m > best.0
             {

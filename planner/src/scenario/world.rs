@@ -6,7 +6,9 @@ use airflow::effects::Effects;
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
 
-pub use crate::plan::{AtEnd, AtStart, Bounds, Obstacle, Solid, Zone};
+use crate::plan::AirframeEntry;
+
+pub use crate::plan::{AtEnd, AtStart, Bounds, Margins, Obstacle, Solid, Zone};
 
 /// A place, a fleet and its tasks: the question that a plan answers.
 #[derive(Clone, Debug)]
@@ -46,6 +48,52 @@ pub struct Vehicle {
     pub body_radius_m: f64,
     /// Highest speed along a leg (m/s).
     pub max_speed_mps: f64,
+    /// Highest vertical speed upwards (m/s).
+    pub max_climb_mps: f64,
+    /// Highest vertical speed downwards (m/s), in flight, at take-off and landing.
+    pub max_descent_mps: f64,
+    /// m/s²: of what tracks the plan; straight legs change their velocity in no time.
+    pub max_acceleration_mps2: f64,
+    /// m/s³: as above.
+    pub max_jerk_mps3: f64,
+}
+
+/// Share of its induced velocity at hover below which a drone may descend: rotors enter vortex ring
+/// state at descents of about half of it (Johnson, "Model for vortex ring state influence on
+/// rotorcraft flight dynamics", NASA/TP-2005-213477); chosen here, with a margin of a fifth.
+const DESCENT_SHARE: f64 = 0.4;
+/// Motor distance (m) from which an airframe counts as large: chosen here, between research frames
+/// and industrial ones.
+const LARGE_M: f64 = 0.6;
+/// Acceleration and jerk of small airframes (m/s², m/s³): chosen here, between the defaults of
+/// PX4's missions (MPC_ACC_HOR 3, MPC_JERK_AUTO 4) and its manual flight (5 and 8 and more), a
+/// third of what tilting by 45 degrees gives.
+const SMALL_AGILITY: (f64, f64) = (4.0, 20.0);
+/// The same of large airframes: chosen here, lower as their motors and inertias are slower.
+const LARGE_AGILITY: (f64, f64) = (2.5, 8.0);
+
+impl Vehicle {
+    /// An airframe at a highest speed (m/s) in air of a density (kg/m³), with the limits of one
+    /// that states none: a body to the rotor tips, climb at full speed, descent at no more than
+    /// two fifths of its induced velocity, acceleration and jerk by its size.
+    #[must_use]
+    pub fn new(airframe: Airframe, max_speed_mps: f64, density_kg_per_m3: f64) -> Vehicle {
+        let induced_mps =
+            airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3);
+        let (max_acceleration_mps2, max_jerk_mps3) = match airframe.motor_distance_m() {
+            small if small < LARGE_M => SMALL_AGILITY,
+            _ => LARGE_AGILITY,
+        };
+        Vehicle {
+            body_radius_m: airframe.tip_radius_m(),
+            airframe,
+            max_speed_mps,
+            max_climb_mps: max_speed_mps,
+            max_descent_mps: max_speed_mps.min(DESCENT_SHARE * induced_mps),
+            max_acceleration_mps2,
+            max_jerk_mps3,
+        }
+    }
 }
 
 /// One drone and what it has to do.
@@ -85,9 +133,47 @@ pub struct Planning {
     pub cell_m: f64,
     /// Added between bodies and to obstacles (m).
     pub clearance_m: f64,
+    /// How far flights may be from the plan while it still holds.
+    pub margins: Margins,
     /// Breaks ties and orders restarts.
     pub seed: u64,
     /// Price of extra energy: seconds of delay that one second's worth of hover energy is worth
     /// (dimensionless). 0 ignores energy; limits hold whatever the price.
     pub energy_weight: f64,
+}
+
+impl AirframeEntry {
+    /// The vehicle of a plan's entry, in air of a density (kg/m³); limits that it lacks are the
+    /// default ones.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, in words.
+    pub(crate) fn vehicle(&self, density_kg_per_m3: f64) -> Result<Vehicle, String> {
+        let by_default = Vehicle::new(self.airframe()?, self.max_speed_mps, density_kg_per_m3);
+        let or = |own: Option<f64>, default: f64| own.unwrap_or(default);
+        Ok(Vehicle {
+            body_radius_m: self.body_radius_m,
+            max_climb_mps: or(self.max_climb_mps, by_default.max_climb_mps),
+            max_descent_mps: or(self.max_descent_mps, by_default.max_descent_mps),
+            max_acceleration_mps2: or(self.max_acceleration_mps2, by_default.max_acceleration_mps2),
+            max_jerk_mps3: or(self.max_jerk_mps3, by_default.max_jerk_mps3),
+            ..by_default
+        })
+    }
+}
+
+impl Default for Planning {
+    fn default() -> Planning {
+        Planning {
+            cell_m: 1.0,
+            clearance_m: 0.1,
+            margins: Margins {
+                time_s: 0.0,
+                tracking_m: 0.0,
+            },
+            seed: 0,
+            energy_weight: 1.0,
+        }
+    }
 }

@@ -12,10 +12,11 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::limits::{
     AIR_LIMIT, BODY_RADIUS_M, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, MASS_KG,
-    MAX_SPEED_MPS, MOTOR_DISTANCE_M, PRESSURE_PA, PROPELLER_DIAMETER_M, SIZE_M, TEMPERATURE_C,
+    MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS, MOTOR_DISTANCE_M, PRESSURE_PA,
+    PROPELLER_DIAMETER_M, SIZE_M, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS,
     WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS,
 };
-use crate::scenario::world::{AtEnd, AtStart};
+use crate::scenario::world::{self, AtEnd, AtStart};
 
 /// Highest speed of an airframe that states none (m/s). Chosen here: indoor flights among racks are
 /// flown at walking pace.
@@ -159,7 +160,8 @@ pub(super) struct Obstacle {
     pub(super) at_m: Option<Place>,
 }
 
-/// A box in which the speed of all wakes together stays at or below a limit.
+/// A box in which the speed of all wakes together stays at or below a limit, that bodies keep out
+/// of, or both.
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct Zone {
@@ -172,9 +174,13 @@ pub(super) struct Zone {
     /// Highest corner (m).
     #[schemars(with = "Coordinates")]
     pub(super) max_m: Place,
-    /// Downward speed of all wakes together (m/s); the default is the upper end of Beaufort 1.
-    #[schemars(default, extend("default" = ZONE_AIR_LIMIT_DEFAULT_MPS), range(min = ZONE_AIR_LIMIT_MPS.low, max = ZONE_AIR_LIMIT_MPS.high))]
-    pub(super) air_limit_mps: f64,
+    /// Downward speed of all wakes together (m/s); the default is the upper end of Beaufort 1, and
+    /// no limit in a zone that keeps bodies out and states none.
+    #[schemars(extend("default" = ZONE_AIR_LIMIT_DEFAULT_MPS), range(min = ZONE_AIR_LIMIT_MPS.low, max = ZONE_AIR_LIMIT_MPS.high))]
+    pub(super) air_limit_mps: Option<f64>,
+    /// No body may be inside. A zone with people needs both.
+    #[schemars(default, extend("default" = false))]
+    pub(super) keep_out: bool,
 }
 
 /// An airframe of your own.
@@ -204,6 +210,21 @@ pub(super) struct Airframe {
     /// Highest speed (m/s); also that of the presets.
     #[schemars(default, extend("default" = MAX_SPEED_DEFAULT_MPS), range(min = MAX_SPEED_MPS.low, max = MAX_SPEED_MPS.high))]
     pub(super) max_speed_mps: f64,
+    /// Highest vertical speed upwards (m/s).
+    #[schemars(range(min = VERTICAL_SPEED_MPS.low, max = VERTICAL_SPEED_MPS.high), extend("default" = "max_speed_mps"))]
+    pub(super) max_climb_mps: Option<f64>,
+    /// Highest vertical speed downwards (m/s), in flight and at landing.
+    #[schemars(range(min = VERTICAL_SPEED_MPS.low, max = VERTICAL_SPEED_MPS.high),
+        extend("default" = "the smaller of max_speed_mps and 0.4 times its induced velocity"))]
+    pub(super) max_descent_mps: Option<f64>,
+    /// m/s2; straight legs change their velocity in no time.
+    #[schemars(range(min = MAX_ACCELERATION_MPS2.low, max = MAX_ACCELERATION_MPS2.high),
+        extend("default" = "4 below a motor distance of 0.6 m, 2.5 from there on"))]
+    pub(super) max_acceleration_mps2: Option<f64>,
+    /// m/s3.
+    #[schemars(range(min = MAX_JERK_MPS3.low, max = MAX_JERK_MPS3.high),
+        extend("default" = "20 below a motor distance of 0.6 m, 8 from there on"))]
+    pub(super) max_jerk_mps3: Option<f64>,
 }
 
 /// One drone and what it has to do.
@@ -268,6 +289,12 @@ pub(super) struct Planning {
     /// Gap between bodies, and from bodies to obstacles (m).
     #[schemars(range(min = CLEARANCE_M.low, max = CLEARANCE_M.high))]
     pub(super) clearance_m: f64,
+    /// Each drone may be early or late by so much, whatever the others are (s).
+    #[schemars(range(min = TIME_MARGIN_S.low, max = TIME_MARGIN_S.high))]
+    pub(super) time_margin_s: f64,
+    /// Each drone that flies may be off its path by so much in any direction (m).
+    #[schemars(range(min = TRACKING_M.low, max = TRACKING_M.high))]
+    pub(super) tracking_m: f64,
     /// Breaks ties and orders restarts: same scenario, same seed, same plan.
     pub(super) seed: u64,
     /// Seconds of delay that one second's worth of hover energy is worth; 0 ignores energy, limits
@@ -294,12 +321,21 @@ impl Default for Air {
 
 impl Default for Planning {
     fn default() -> Planning {
+        let world::Planning {
+            cell_m,
+            clearance_m,
+            margins,
+            seed,
+            energy_weight,
+        } = world::Planning::default();
         Planning {
-            cell_m: 1.0,
+            cell_m,
             air_limit: 0.3,
-            clearance_m: 0.1,
-            seed: 0,
-            energy_weight: 1.0,
+            clearance_m,
+            time_margin_s: margins.time_s,
+            tracking_m: margins.tracking_m,
+            seed,
+            energy_weight,
         }
     }
 }

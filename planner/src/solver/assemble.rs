@@ -40,6 +40,7 @@ pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
         obstacles: world.obstacles.clone(),
         zones: world.zones.clone(),
         clearance_m: world.planning.clearance_m,
+        margins: world.planning.margins,
         drones,
         unplanned: Vec::new(),
         fleet,
@@ -196,6 +197,10 @@ pub(crate) fn airframe_entry(vehicle: &Vehicle, density_kg_per_m3: f64) -> Airfr
         width_factor: airframe.width_factor(),
         body_radius_m: vehicle.body_radius_m,
         max_speed_mps: vehicle.max_speed_mps,
+        max_climb_mps: Some(vehicle.max_climb_mps),
+        max_descent_mps: Some(vehicle.max_descent_mps),
+        max_acceleration_mps2: Some(vehicle.max_acceleration_mps2),
+        max_jerk_mps3: Some(vehicle.max_jerk_mps3),
         hover_induced_velocity_mps: airframe
             .hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3),
     }

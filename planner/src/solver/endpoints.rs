@@ -112,6 +112,9 @@ fn body_gap_m(judge: &EndpointJudge<'_>, one: &Site, other: &Site) -> Option<f64
 
 /// The drones that break a zone's limit: all that do so alone, or else the strongest.
 fn in_zone(judge: &EndpointJudge<'_>, sites: &Sites, k: usize) -> Vec<Excluded> {
+    let Some(limit_mps) = judge.world.zones[k].air_limit_mps else {
+        return Vec::new();
+    };
     let downwash = sites.all().iter();
     let downwash: Vec<Downwash<'_>> = downwash.filter_map(|it| judge.downwash(it, k)).collect();
     let run: Vec<&Downwash<'_>> = downwash.iter().collect();
@@ -120,7 +123,7 @@ fn in_zone(judge: &EndpointJudge<'_>, sites: &Sites, k: usize) -> Vec<Excluded> 
     };
     let why = Exclusion::Zone {
         air_mps: peak.air_mps,
-        limit_mps: judge.world.zones[k].air_limit_mps,
+        limit_mps,
     };
     let alone = (run.iter()).filter(|it| judge.zone_peak(k, &[**it]).is_some());
     let mut by: Vec<usize> = alone.map(|it| it.from()).collect();

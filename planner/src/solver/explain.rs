@@ -186,7 +186,7 @@ fn hindrance(world: &World, by: &Obstruction) -> Hindrance {
     let kind = match by.by {
         Obstructor::Zone(zone) => HindranceKind::Zone {
             zone: world.zones[zone].name.clone(),
-            air_limit_mps: world.zones[zone].air_limit_mps,
+            air_limit_mps: (world.zones[zone].air_limit_mps).unwrap_or(f64::INFINITY),
         },
         Obstructor::Drone(other, why) => {
             let other = name(world, other).to_owned();

@@ -40,13 +40,13 @@ pub(crate) struct Job {
 
 /// Makes the roadmap and every drone's agent.
 pub(crate) fn prepare(world: &World) -> Job {
-    let solids = Solids::new(&world.obstacles);
+    let solids = Solids::of(world);
     let stops = (world.drones.iter()).flat_map(|it| stops_of(it, world.planning.clearance_m));
     let stops: Vec<Stop> = stops.collect();
     let (roadmap, vertices) = Roadmap::new(
         &world.bounds_m,
         world.planning.cell_m,
-        (!world.obstacles.is_empty()).then_some(&solids),
+        (!solids.is_empty()).then_some(&solids),
         &stops,
     );
     let mut kinds = Kinds::default();
@@ -107,7 +107,7 @@ impl Job {
         let kinds = self.kinds.kinds.iter().map(kind).collect();
         let limits = world.drones.iter().map(|drone| drone.air_limit);
         let speeds = world.drones.iter().map(|drone| drone.vehicle.max_speed_mps);
-        let zone_limits = world.zones.iter().map(|zone| zone.air_limit_mps);
+        let zone_limits = world.zones.iter().filter_map(|zone| zone.air_limit_mps);
         let conditions = Conditions {
             density_kg_per_m3: world.air.density_kg_per_m3(),
             jet: world.jet,
@@ -125,7 +125,7 @@ impl Job {
         let zones = world.zones.iter().map(|zone| ZoneBox {
             min_m: zone.min_m,
             max_m: zone.max_m,
-            air_limit_mps: zone.air_limit_mps,
+            air_limit_mps: zone.air_limit_mps.unwrap_or(f64::INFINITY),
         });
         Costmap::new(
             Fleet::new(&airframes, kinds, conditions),

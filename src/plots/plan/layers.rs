@@ -73,8 +73,12 @@ fn silhouette(view: &View, shape: &Solid) -> String {
 /// Places with a limit on their air.
 pub(super) fn zones(canvas: &mut Canvas, view: &View, plan: &Plan) {
     for entry in &plan.zones {
-        let limit_mps = decimal(entry.air_limit_mps);
-        let name = format!("{}: at most {limit_mps} m/s", entry.name);
+        let air = entry
+            .air_limit_mps
+            .map(|mps| format!("at most {} m/s", decimal(mps)));
+        let bodies = entry.keep_out.then(|| "keep out".to_owned());
+        let rules: Vec<String> = bodies.into_iter().chain(air).collect();
+        let name = format!("{}: {}", entry.name, rules.join(", "));
         let path = view.rectangle(&entry.min_m, &entry.max_m);
         canvas.named(&path, &zone_look(), &name);
     }

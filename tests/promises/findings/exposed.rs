@@ -299,7 +299,7 @@ fn most_in_zone(plan: &Plan, effects: &Effects) -> f64 {
             );
         }
     }
-    most_mps / zone.air_limit_mps
+    most_mps / zone.air_limit_mps.expect("a limit")
 }
 
 #[test]

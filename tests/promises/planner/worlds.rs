@@ -29,6 +29,7 @@ pub(super) fn room(size_m: [f64; 3], drones: Vec<Drone>) -> World {
             clearance_m: 0.1,
             seed: 0,
             energy_weight: 1.0,
+            ..Planning::default()
         },
         notes: Vec::new(),
     }
@@ -39,11 +40,7 @@ pub(super) fn drone(name: &str, preset: &str, start_m: [f64; 3], goal_m: [f64; 3
     let airframe = Airframe::preset(preset).expect("a preset");
     Drone {
         name: name.to_owned(),
-        vehicle: Vehicle {
-            body_radius_m: airframe.tip_radius_m(),
-            airframe,
-            max_speed_mps: 2.0,
-        },
+        vehicle: Vehicle::new(airframe, 2.0, Air::default().density_kg_per_m3()),
         start_m: start_m.into(),
         at_start: AtStart::Hover,
         tasks: vec![task(goal_m, 0.0)],
@@ -151,11 +148,7 @@ fn vehicle(name: &str, speed_mps: f64) -> Vehicle {
     } else {
         Airframe::preset(name).expect("a preset")
     };
-    Vehicle {
-        body_radius_m: airframe.tip_radius_m(),
-        airframe,
-        max_speed_mps: speed_mps,
-    }
+    Vehicle::new(airframe, speed_mps, Air::default().density_kg_per_m3())
 }
 
 fn within(bounds: &Bounds, at: Unit, on_cells: bool) -> Point3<f64> {
@@ -243,6 +236,7 @@ pub(super) fn any_world() -> impl Strategy<Value = World> {
                     clearance_m: planning.1,
                     seed: planning.2,
                     energy_weight: planning.3,
+                    ..Planning::default()
                 };
                 world.obstacles = solids
                     .iter()
@@ -262,7 +256,8 @@ pub(super) fn any_world() -> impl Strategy<Value = World> {
                             name: format!("zone-{k}"),
                             min_m: min,
                             max_m: (min + size_m).coords.inf(&bounds_m.max.coords).into(),
-                            air_limit_mps: *air_limit_mps,
+                            air_limit_mps: Some(*air_limit_mps),
+                            keep_out: false,
                         }
                     })
                     .collect();

@@ -4,8 +4,8 @@ use airflow::{Air, Airframe, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::Point3;
 use planner::plan::trajectory::{Tail, Trajectory};
 use planner::plan::{
-    AirModel, AirframeEntry, AtEnd, AtStart, Bounds, DronePlan, FORMAT, Fleet, Obstacle, Plan,
-    Solid, Status, TrajectoryEntry, ViolationKind, Zone,
+    AirModel, AirframeEntry, AtEnd, AtStart, Bounds, DronePlan, FORMAT, Fleet, Margins, Obstacle,
+    Plan, Solid, Status, TrajectoryEntry, ViolationKind, Zone,
 };
 
 /// A point (m) at a time (s).
@@ -24,6 +24,7 @@ pub(crate) fn preset(name: &str) -> AirframeEntry {
         max_speed_mps: 2.0,
         hover_induced_velocity_mps: airframe
             .hover_induced_velocity_mps(airframe.mass_kg(), Air::default().density_kg_per_m3()),
+        ..AirframeEntry::default()
     }
 }
 
@@ -95,6 +96,7 @@ pub(crate) fn plan(drones: Vec<DronePlan>) -> Plan {
         obstacles: Vec::new(),
         zones: Vec::new(),
         clearance_m: 0.1,
+        margins: Margins::default(),
         drones,
         unplanned: Vec::new(),
         fleet: Fleet::default(),
@@ -178,7 +180,8 @@ pub(crate) fn with_zone(
         name: "desk".to_owned(),
         min_m: min_m.into(),
         max_m: max_m.into(),
-        air_limit_mps,
+        air_limit_mps: Some(air_limit_mps),
+        keep_out: false,
     });
     plan
 }

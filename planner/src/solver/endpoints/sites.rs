@@ -195,7 +195,7 @@ impl<'a> EndpointJudge<'a> {
     pub(super) fn zone_peak(&self, zone: usize, all: &[&Downwash<'_>]) -> Option<Peak> {
         let zone = &self.world.zones[zone];
         let places_m = (zone.min_m.coords, zone.max_m.coords);
-        let limit_mps = zone.air_limit_mps - self.flown.return_flow_mps;
+        let limit_mps = zone.air_limit_mps? - self.flown.return_flow_mps;
         (self.field()).highest(all, &places_m, (0.0, 0.0), limit_mps)
     }
 }

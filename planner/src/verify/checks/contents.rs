@@ -12,7 +12,7 @@ use airflow::Superposition;
 use nalgebra::Point3;
 
 use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
-use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, Plan};
+use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE, Plan};
 use crate::verify::bounds::obstacles::{Obstacles, Solid};
 use crate::verify::bounds::wake::{BoundedWake, WakeCache};
 use crate::verify::extents::is_box;
@@ -37,8 +37,9 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
     let mut found = Vec::new();
     let nowhere = (0.0, Point3::origin());
     let mut whole = |why: String| found.push(malformed((0, "plan"), why, nowhere));
-    if plan.format != FORMAT {
-        whole(format!("format `{}` is not `{FORMAT}`", plan.format));
+    if ![FORMAT, FORMAT_BEFORE].contains(&plan.format.as_str()) {
+        let known = format!("`{FORMAT}` nor `{FORMAT_BEFORE}`");
+        whole(format!("format `{}` is neither {known}", plan.format));
     }
     let air = air(plan).map_err(&mut whole).ok();
     let (min, max) = (plan.bounds_m.min, plan.bounds_m.max);
@@ -49,7 +50,8 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
     let solids = plan.obstacles.iter().map(Solid::new);
     let solids: Vec<Solid> = (solids.filter_map(|it| it.map_err(&mut whole).ok())).collect();
     let zones = plan.zones.iter().filter(|zone| {
-        let ok = is_box(&zone.min_m, &zone.max_m) && zone.air_limit_mps >= 0.0;
+        let ok =
+            is_box(&zone.min_m, &zone.max_m) && zone.air_limit_mps.is_none_or(|mps| mps >= 0.0);
         if !ok {
             whole(format!("zone `{}` is no box with a limit", zone.name));
         }

@@ -87,6 +87,9 @@ impl Downwash<'_> {
 
 /// The spans over the limit of a zone.
 pub(crate) fn check(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
+    let Some(air_limit_mps) = zone.air_limit_mps else {
+        return Vec::new();
+    };
     let places_m = (zone.min_m.coords, zone.max_m.coords);
     let field = Field {
         obstacles: &scene.obstacles,
@@ -102,7 +105,7 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
     cuts_s.sort_by(f64::total_cmp);
     cuts_s.dedup();
 
-    let limit_mps = zone.air_limit_mps - scene.flown.return_flow_mps;
+    let limit_mps = air_limit_mps - scene.flown.return_flow_mps;
     let mut parts: Vec<Span> = Vec::new();
     let mut worst: Vec<(Peak, usize)> = Vec::new();
     for (span_s, under_way) in between(&cuts_s, &spans_s) {
@@ -135,7 +138,7 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
             with: Some(zone.name.clone()),
             position_m: flight.position_m(peak.t_s),
             value: peak.air_mps + scene.flown.return_flow_mps,
-            limit: zone.air_limit_mps,
+            limit: air_limit_mps,
         };
         scene.violation(flight, ViolationKind::Zone, span_s, worst)
     });
