@@ -68,7 +68,7 @@ fn planned(world: &World) -> Result<Option<Plan>, Box<dyn Error>> {
             );
         }
         Outcome::Infeasible { conflicts } => {
-            eprintln!("{} pairs of starts exclude one another", conflicts.len());
+            eprintln!("{} pairs of starts exclude one another", conflicts.count());
         }
     }
     Ok(None)

@@ -75,6 +75,8 @@ struct Printed<'a> {
     status: &'static str,
     plan: Option<&'a Plan>,
     conflicts: Vec<ConflictEntry>,
+    /// How many more endpoints exclude one another.
+    more_conflicts: usize,
     timing: Option<Timing>,
     files: Vec<PathBuf>,
 }
@@ -115,9 +117,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let printed = Printed {
         status: "blocked",
         conflicts: conflicts::describe_all(&conflicts, &world),
+        more_conflicts: conflicts.more,
         ..Printed::default()
     };
-    let pairs = words::count(conflicts.len(), "pair", "pairs");
+    let pairs = words::count(conflicts.count(), "pair", "pairs");
     let mut report = Report {
         title: format!(
             "{}: no plan can be safe, {pairs} at the start exclude one another",
@@ -151,6 +154,7 @@ fn deliver(
         status: plan.status.as_str(),
         plan: Some(plan),
         conflicts: conflicts::describe_all(&planned.conflicts, world),
+        more_conflicts: planned.conflicts.more,
         timing: Some(Timing::of(durations, effort)),
         files: Vec::new(),
     };
@@ -178,8 +182,19 @@ fn say(
     })?;
     let conflicts = printed.conflicts.iter().map(ConflictEntry::lines);
     let errors: Vec<Vec<String>> = conflicts.chain(errors).collect();
-    for lines in &errors {
+    let texts: Vec<String> = errors.iter().map(|lines| lines.concat()).collect();
+    let name = |index: usize| match errors[index][0].split('`').nth(1) {
+        Some(name) => format!("`{name}`"),
+        None => errors[index][0].clone(),
+    };
+    for told in problems::told_once(&texts, "for", name) {
+        let mut lines = errors[told.first].clone();
+        lines.extend(told.others);
         tell_error(&lines[0], &lines[1..]);
+    }
+    if printed.more_conflicts > 0 {
+        let more = words::count(printed.more_conflicts, "pair excludes", "pairs exclude");
+        tell(&format!("... and {more} one another"));
     }
     if errors.iter().flatten().any(|line| line.contains("alpha ")) {
         tell(words::ALPHA);

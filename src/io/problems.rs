@@ -1,10 +1,12 @@
 //! Problems of scenarios, drawn beside their text, and the list of any file's problems, for a
 //! person at a terminal.
 
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use planner::scenario::Problem;
+use tools::table::joined;
 
 /// Most problems drawn at once. Chosen here: two screens' worth.
 const MOST_DRAWN: usize = 40;
@@ -17,8 +19,37 @@ pub(crate) fn colour_on_stderr() -> bool {
 
 /// All problems of the file at `path`, whose contents are `text`, and a last line that counts them.
 pub(crate) fn draw(problems: &[Problem], path: &str, text: &str, colour: bool) -> String {
-    let groups = problems.iter().map(|problem| group(problem, path, text));
-    listed(groups, problems.len(), colour) + &format!("{path}: {}\n", counted(problems.len()))
+    let texts = problems.iter().map(|problem| {
+        let label = problem.label.as_deref().unwrap_or_default();
+        format!("{}: {label}", problem.message)
+    });
+    let texts: Vec<String> = texts.collect();
+    let told = told_once(&texts, "at", |index| place(&problems[index], text));
+    let others = told.iter().map(|it| it.others.as_deref());
+    let groups = told.iter().zip(others).map(|(it, others)| {
+        let group = group(&problems[it.first], path, text);
+        match others {
+            Some(others) => group.element(Level::NOTE.message(others)),
+            None => group,
+        }
+    });
+    listed(groups, told.len(), colour) + &format!("{path}: {}\n", counted(problems.len()))
+}
+
+/// Where a problem is, in a few words.
+fn place(problem: &Problem, text: &str) -> String {
+    let (text, of) = match &problem.cited {
+        Some(cited) => (cited.text.as_str(), format!(" of {}", cited.file)),
+        None => (text, String::new()),
+    };
+    match &problem.span {
+        Some(span) => {
+            let before = &text.as_bytes()[..span.start.min(text.len())];
+            let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+            format!("line {line}{of}")
+        }
+        None => problem.message.clone(),
+    }
 }
 
 /// The first of so many, one below the other, and how many more there are.
@@ -37,6 +68,68 @@ pub(crate) fn listed<'a>(
         drawn += &format!("... and {} more\n\n", count - MOST_DRAWN);
     }
     drawn
+}
+
+/// From so many errors of one kind on, the first is told whole and the rest by their places alone:
+/// chosen here, so that what a person can read at a glance is told whole.
+const REPEATED: usize = 4;
+/// Most places named of the rest.
+const PLACES_NAMED: usize = 8;
+
+/// Errors of a kind: the first of them, and where the others are, if they are told by their places.
+pub(crate) struct Repeated {
+    /// Index of the one told whole.
+    pub(crate) first: usize,
+    /// "the same at line 4, line 9 and 30 more"; `None`: there are no others.
+    pub(crate) others: Option<String>,
+}
+
+/// Errors that differ in names, numbers and places alone, told once: `texts` is what each says,
+/// `place` where it is by its index, and `prefix` what stands before places.
+pub(crate) fn told_once(
+    texts: &[String],
+    prefix: &str,
+    place: impl Fn(usize) -> String,
+) -> Vec<Repeated> {
+    let mut kinds: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (index, text) in texts.iter().enumerate() {
+        kinds.entry(kind(text)).or_default().push(index);
+    }
+    let mut told = Vec::new();
+    for members in kinds.into_values() {
+        if members.len() < REPEATED {
+            told.extend(members.into_iter().map(|first| Repeated {
+                first,
+                others: None,
+            }));
+            continue;
+        }
+        let others = &members[1..];
+        let mut places: Vec<String> = others.iter().map(|&index| place(index)).collect();
+        places.dedup();
+        let more = places.len().saturating_sub(PLACES_NAMED);
+        places.truncate(PLACES_NAMED);
+        let places = joined(places, ", ");
+        let rest = match more {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        told.push(Repeated {
+            first: members[0],
+            others: Some(format!("the same {prefix} {places}{rest}")),
+        });
+    }
+    told.sort_by_key(|it| it.first);
+    told
+}
+
+/// A text without its names in backticks and without its numbers.
+fn kind(text: &str) -> String {
+    let outside = text.split('`').step_by(2);
+    outside
+        .flat_map(str::chars)
+        .filter(|letter| !letter.is_ascii_digit() && !"-+.".contains(*letter))
+        .collect()
 }
 
 /// `1 error`, `3 errors`.
@@ -92,4 +185,23 @@ fn group<'a>(problem: &'a Problem, path: &'a str, text: &'a str) -> Group<'a> {
         group = group.element(Level::HELP.message(help.as_str()));
     }
     group
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_of_one_kind_are_told_once_with_their_places() {
+        let texts = (0..40).map(|k| format!("no airframe is called `a{k}` (line {k})"));
+        let texts: Vec<String> = texts.chain(["no drones".to_owned()]).collect();
+        let told = told_once(&texts, "at", |index| format!("line {index}"));
+        assert_eq!((told.len(), told[0].first, told[1].first), (2, 0, 40));
+        let others = told[0].others.as_deref();
+        let expected = "the same at line 1, line 2, line 3, line 4, line 5, line 6, line 7, line 8 and 31 more";
+        assert_eq!(others, Some(expected));
+        assert_eq!(told[1].others, None);
+        let few = told_once(&texts[..3], "at", |index| format!("line {index}"));
+        assert!(few.len() == 3 && few.iter().all(|it| it.others.is_none()));
+    }
 }

@@ -3,7 +3,7 @@
 
 use nalgebra::Point3;
 use planner::plan::cause::Exclusion;
-use planner::plan::outcome::{Blocker, EndpointConflict, EndpointKind};
+use planner::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind};
 use planner::scenario::world::{Drone, World};
 use serde::Serialize;
 
@@ -29,8 +29,8 @@ pub(crate) struct ConflictEntry {
 }
 
 /// Puts every conflict into words, in the planner's order.
-pub(crate) fn describe_all(conflicts: &[EndpointConflict], world: &World) -> Vec<ConflictEntry> {
-    let conflicts = conflicts.iter();
+pub(crate) fn describe_all(conflicts: &EndpointConflicts, world: &World) -> Vec<ConflictEntry> {
+    let conflicts = conflicts.worst.iter();
     conflicts
         .map(|conflict| describe(conflict, world))
         .collect()

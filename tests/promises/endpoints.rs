@@ -3,8 +3,7 @@
 
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
-use planner::endpoint_conflicts as check;
-use planner::plan::cause::Exclusion;
+use planner::plan::cause::{Exclusion, FailureCause};
 use planner::plan::outcome::{Blocker, EndpointConflict, EndpointKind};
 use planner::scenario::world::{
     AtEnd, AtStart, Bounds, Drone, Planning, Task, Vehicle, World, Zone,
@@ -54,6 +53,13 @@ fn world(drones: Vec<Drone>) -> World {
             ..Planning::default()
         },
     }
+}
+
+/// All of them: there are few.
+fn check(world: &World) -> Vec<EndpointConflict> {
+    let found = planner::endpoint_conflicts(world);
+    assert_eq!(found.more, 0);
+    found.worst
 }
 
 fn only(conflicts: &[EndpointConflict]) -> EndpointConflict {
@@ -190,4 +196,46 @@ fn a_drone_that_hovers_over_a_zone_is_named_with_a_place_beside_it() {
     );
     world.drones[0].tasks[0].to_m = conflict.nearest_fix_m.expect("a free place near");
     assert!(check(&world).is_empty());
+}
+
+/// Every pair is counted; the worst are named, each with a place that would do.
+#[test]
+fn of_a_crowd_at_one_place_the_worst_pairs_are_named_and_the_rest_counted() {
+    let mut drones: Vec<Drone> = (0..300)
+        .map(|k| {
+            let goal_m = [
+                1.0 + 0.6 * f64::from(k % 60),
+                1.0 + 0.6 * f64::from(k / 60),
+                2.0,
+            ];
+            drone(&format!("d{k}"), [5.0, 5.0, 5.0], Some(goal_m))
+        })
+        .collect();
+    // Beside the crowd: too close to it, by less.
+    drones.push(drone("beside", [5.45, 5.0, 5.0], Some([30.0, 30.0, 2.0])));
+    let mut world = world(drones);
+    let found = planner::endpoint_conflicts(&world);
+    assert_eq!(found.count(), 300 * 299 / 2 + 300);
+    assert!(found.worst.len() <= 80);
+    for conflict in &found.worst {
+        assert_eq!(conflict.when, EndpointKind::Starts);
+        let overlaps =
+            |why: &Exclusion| matches!(why, Exclusion::Bodies { gap_m, .. } if *gap_m < -0.3);
+        assert!(overlaps(&conflict.why), "{conflict:?}");
+        assert!(conflict.nearest_fix_m.is_some());
+    }
+    // The same crowd as goals: all but one stay, and each says why.
+    for drone in &mut world.drones {
+        let start_m = std::mem::replace(&mut drone.start_m, drone.tasks[0].to_m);
+        drone.tasks[0].to_m = start_m;
+    }
+    world.drones.pop();
+    let outcome = planner::plan_world(&world, &planner::Control::QUIET).expect("in order");
+    let planner::Outcome::Partial(planned) = outcome else {
+        panic!("all but one stay");
+    };
+    assert_eq!(planned.conflicts.count(), 300 * 299 / 2);
+    assert_eq!(planned.failures.len(), 299);
+    let told = |cause: &FailureCause| matches!(cause, FailureCause::GoalConflict(Some(_)));
+    assert!(planned.failures.iter().all(|failure| told(&failure.cause)));
 }

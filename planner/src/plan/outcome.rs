@@ -20,8 +20,8 @@ pub enum Outcome {
     Unsafe(Box<Planned>),
     /// The starts themselves exclude one another: no plan can be safe.
     Infeasible {
-        /// Every offending pair, starts and goals.
-        conflicts: Vec<EndpointConflict>,
+        /// Of starts and of goals.
+        conflicts: EndpointConflicts,
     },
 }
 
@@ -33,7 +33,7 @@ pub struct Planned {
     /// Why drones have no path, in the order of [`Plan::unplanned`], whose sentences say the same.
     pub failures: Vec<Failure>,
     /// Goals that exclude one another; the drones dropped for it are among the failures.
-    pub conflicts: Vec<EndpointConflict>,
+    pub conflicts: EndpointConflicts,
     /// What the search did.
     pub effort: Effort,
 }
@@ -102,6 +102,23 @@ impl Effort {
     pub fn improved_s(&self) -> Option<f64> {
         let ticks = self.improved_ticks?;
         Some(ticks as f64 / costmap::leg::Tick::PER_SECOND)
+    }
+}
+
+/// Endpoints that exclude one another: all, or of very many the worst.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct EndpointConflicts {
+    /// By drone, starts before goals: all up to 40 of either, else the 40 worst. Bodies come before
+    /// columns, these before air; the least gap and the most air for its limit first.
+    pub worst: Vec<EndpointConflict>,
+    /// How many more there are.
+    pub more: usize,
+}
+
+impl EndpointConflicts {
+    /// All of them.
+    pub fn count(&self) -> usize {
+        self.worst.len() + self.more
     }
 }
 

@@ -12,7 +12,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::plan::cause::Exclusion;
-use crate::plan::outcome::{Blocker, EndpointConflict, EndpointKind};
+use crate::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind};
 use crate::plan::trajectory::SAME_PLACE_M;
 use crate::scenario::world::World;
 use crate::verify::FAINTEST_WAKE_MPS;
@@ -27,25 +27,62 @@ const FARTHEST_M: f64 = 8.0;
 /// Bearings tried at each distance, chosen here: 15 degrees apart.
 const BEARINGS: usize = 24;
 
+/// Most conflicts of starts, and of goals, that are described with a place that would do: chosen
+/// here, two screens' worth.
+const MOST_DESCRIBED: usize = 40;
+/// Most pairs that are kept of a fleet (56 bytes each): all pairs of a thousand drones at one place.
+const MOST_KEPT: usize = 1 << 20;
+/// As many are kept of every drone, however large the fleet; of a drone that is in so many pairs
+/// the air is not asked about. Both chosen here: no way out of such a crowd is by one drone.
+const CROWD: usize = 64;
+
 /// One exclusion: of which drone, by what, and how.
-type Excluded = (usize, Blocker, Exclusion);
+pub(crate) type Excluded = (usize, Blocker, Exclusion);
+
+/// What is found of a world's endpoints.
+pub(crate) struct Exclusions {
+    /// For people.
+    pub(crate) conflicts: EndpointConflicts,
+    /// Every exclusion of goals, by drone. Of a drone that is in more than [`CROWD`] pairs the
+    /// nearest in the fleet's order, where all together would be too many to keep.
+    pub(crate) goals: Vec<Excluded>,
+}
 
 /// Every pair of starts, and of goals at which drones stay, that no plan can have; and every drone
-/// that hovers where it breaks a zone's limit. By drone, starts before goals.
+/// that hovers where it breaks a zone's limit. By drone, starts before goals; of very many the
+/// worst.
 ///
 /// A pair is named once, under the later of two bodies that touch and under the drone that suffers
 /// from a column or a wake. Where only a sum of wakes exceeds a limit, the strongest of them is
 /// named.
-pub fn check(world: &World) -> Vec<EndpointConflict> {
+pub fn check(world: &World) -> EndpointConflicts {
+    find(world).conflicts
+}
+
+/// [`check`], with every exclusion of goals.
+pub(crate) fn find(world: &World) -> Exclusions {
     let (judge, mut cache) = EndpointJudge::new(world);
-    let mut conflicts = Vec::new();
+    let mut conflicts = EndpointConflicts::default();
+    let mut kept = Vec::new();
     for when in [EndpointKind::Starts, EndpointKind::Goals] {
         let sites = Sites::new(&judge, &mut cache, when);
+        // Of starts that exclude one another only words are made.
+        let most = match when {
+            EndpointKind::Starts => CROWD,
+            EndpointKind::Goals => CROWD.max(MOST_KEPT / world.drones.len().max(1)),
+        };
         let pairs = sites.all().par_iter();
-        let pairs = pairs.flat_map(|site| exclusions(&judge, &sites, site));
+        let pairs: Vec<(Vec<Excluded>, usize)> = pairs
+            .map(|site| exclusions(&judge, &sites, site, most))
+            .collect();
+        let untold: usize = pairs.iter().map(|(_, untold)| untold).sum();
         let zones = (0..world.zones.len()).into_par_iter();
-        let zones = zones.flat_map(|k| in_zone(&judge, &sites, k));
-        let found: Vec<Excluded> = pairs.chain(zones).collect();
+        let zones: Vec<Excluded> = zones.flat_map(|k| in_zone(&judge, &sites, k)).collect();
+        let pairs = pairs.into_iter().flat_map(|(found, _)| found);
+        let mut found: Vec<Excluded> = pairs.chain(zones).collect();
+        found.sort_by_key(|(drone, ..)| *drone);
+        let worst = worst(&found);
+        conflicts.more += untold + found.len() - worst.len();
         let with_fix = |(drone, blocker, why): Excluded| EndpointConflict {
             drone,
             blocker,
@@ -53,19 +90,58 @@ pub fn check(world: &World) -> Vec<EndpointConflict> {
             why,
             nearest_fix_m: nearest(&judge, &sites, drone),
         };
-        let mut here: Vec<EndpointConflict> = found.into_par_iter().map(with_fix).collect();
-        here.sort_by_key(|conflict| conflict.drone);
-        conflicts.extend(here);
+        let here = worst.into_par_iter().map(with_fix);
+        let here: Vec<EndpointConflict> = here.collect();
+        conflicts.worst.extend(here);
+        kept = found;
     }
-    conflicts
+    Exclusions {
+        conflicts,
+        goals: kept,
+    }
 }
 
-/// What excludes one site from being where it is, as far as it is the one to name it.
-fn exclusions(judge: &EndpointJudge<'_>, sites: &Sites, site: &Site) -> Vec<Excluded> {
+/// The worst exclusions, at most [`MOST_DESCRIBED`], in the order in which they were found.
+fn worst(found: &[Excluded]) -> Vec<Excluded> {
+    let mut order: Vec<usize> = (0..found.len()).collect();
+    // Of equals the first.
+    order.sort_by(|&a, &b| severity(&found[b].2).total_cmp(&severity(&found[a].2)));
+    order.truncate(MOST_DESCRIBED);
+    order.sort_unstable();
+    order.into_iter().map(|index| found[index]).collect()
+}
+
+/// How bad an exclusion is: bodies before columns before air; bodies by what the gap lacks (m), air
+/// by how many times its limit it is. No gap lacks as much, and no air is as many times its limit,
+/// as these classes are apart.
+fn severity(why: &Exclusion) -> f64 {
+    const CLASS: f64 = 1e9;
+    match *why {
+        Exclusion::Bodies { gap_m, needs_m } => 2.0 * CLASS + needs_m - gap_m,
+        Exclusion::Column => CLASS,
+        Exclusion::Air { alpha, limit, .. } => alpha / limit,
+        Exclusion::Zone { air_mps, limit_mps } => air_mps / limit_mps,
+    }
+}
+
+/// What excludes one site from being where it is, as far as it is the one to name it: the pairs
+/// that are kept, `most` of them, and how many more there are.
+fn exclusions(
+    judge: &EndpointJudge<'_>,
+    sites: &Sites,
+    site: &Site,
+    most: usize,
+) -> (Vec<Excluded>, usize) {
     let mut found = Vec::new();
+    let mut untold = 0;
     let near = sites.near(site.place_m, site.drone);
     let mut named = Vec::new();
-    for other in &near {
+    let mut tell = |it: Excluded| match found.len() < most {
+        true => found.push(it),
+        false => untold += 1,
+    };
+    // Backwards: of many, those nearest before it in the fleet are kept.
+    for other in near.iter().rev() {
         if let Some(gap_m) = body_gap_m(judge, site, other) {
             named.push(other.drone);
             if other.drone < site.drone {
@@ -73,16 +149,20 @@ fn exclusions(judge: &EndpointJudge<'_>, sites: &Sites, site: &Site) -> Vec<Excl
                     gap_m,
                     needs_m: judge.world.planning.clearance_m,
                 };
-                found.push((site.drone, Blocker::Drone(other.drone), why));
+                tell((site.drone, Blocker::Drone(other.drone), why));
             }
         } else if judge.in_column(site, other) {
             named.push(other.drone);
-            found.push((site.drone, Blocker::Drone(other.drone), Exclusion::Column));
+            tell((site.drone, Blocker::Drone(other.drone), Exclusion::Column));
         }
+    }
+    found.reverse();
+    if named.len() >= CROWD {
+        return (found, untold);
     }
     let air_mps = judge.air_mps(site, &near);
     if !judge.over_limit(site, air_mps) {
-        return found;
+        return (found, untold);
     }
     let why = Exclusion::Air {
         air_mps,
@@ -99,8 +179,11 @@ fn exclusions(judge: &EndpointJudge<'_>, sites: &Sites, site: &Site) -> Vec<Excl
         let strongest = (alone.into_iter()).reduce(|a, b| if b.1 > a.1 { b } else { a });
         by.extend(strongest.map(|(other, _)| other));
     }
-    found.extend((by.into_iter()).map(|other| (site.drone, Blocker::Drone(other), why)));
-    found
+    let room = most.saturating_sub(found.len());
+    untold += by.len().saturating_sub(room);
+    let by = by.into_iter().take(room);
+    found.extend(by.map(|other| (site.drone, Blocker::Drone(other), why)));
+    (found, untold)
 }
 
 /// The gap between two bodies, if it is too small (m).

@@ -12,12 +12,13 @@ use crate::graph::distances::UNREACHABLE;
 use crate::plan::cause::{
     Exposure, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath, Remedy,
 };
-use crate::plan::outcome::{Blocker, Control, EndpointConflict, EndpointKind, Failure};
+use crate::plan::outcome::{Blocker, Control, EndpointKind, Failure};
 use crate::plan::{Plan, Violation, ViolationKind};
 use crate::scenario::world::World;
 use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Setting, search};
 use crate::solver::assemble::assemble;
 use crate::solver::density;
+use crate::solver::endpoints::Exclusions;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, Paths, plan_group};
 use crate::verify::verify;
@@ -39,7 +40,7 @@ pub(crate) fn failures(
     world: &World,
     job: &Job,
     paths: &Paths,
-    conflicts: &[EndpointConflict],
+    endpoints: &Exclusions,
     control: &Control<'_>,
 ) -> Vec<Failure> {
     let obstructed = |(_, why): &&(DroneId, FailureKind)| matches!(why, FailureKind::Obstructed(_));
@@ -77,7 +78,7 @@ pub(crate) fn failures(
         cause: match why {
             FailureKind::NoPath => FailureCause::NoPath(missing_path(world, job, drone)),
             FailureKind::EndpointConflict => {
-                FailureCause::GoalConflict(goal_conflict(world, conflicts, drone))
+                FailureCause::GoalConflict(goal_conflict(world, endpoints, drone))
             }
             FailureKind::Stopped => FailureCause::Stopped(crowding),
             FailureKind::Obstructed(_) => obstructed(drone),
@@ -160,24 +161,22 @@ fn missing_path(world: &World, job: &Job, drone: DroneId) -> Option<MissingPath>
 }
 
 /// The conflict of goals that a drone was dropped for, or is part of.
-fn goal_conflict(
-    world: &World,
-    conflicts: &[EndpointConflict],
-    drone: DroneId,
-) -> Option<GoalConflict> {
+fn goal_conflict(world: &World, endpoints: &Exclusions, drone: DroneId) -> Option<GoalConflict> {
     let index = drone.0 as usize;
-    let own = |c: &&EndpointConflict| {
-        c.when == EndpointKind::Goals && (c.drone == index || c.blocker == Blocker::Drone(index))
-    };
-    let conflict = conflicts.iter().find(own)?;
+    let own = |of: usize, by: Blocker| of == index || by == Blocker::Drone(index);
+    let mut goals = endpoints.goals.iter();
+    let &(of, by, why) = goals.find(|&&(of, by, _)| own(of, by))?;
+    let mut described = endpoints.conflicts.worst.iter();
+    let described =
+        described.find(|it| it.when == EndpointKind::Goals && (it.drone, it.blocker) == (of, by));
     Some(GoalConflict {
-        drone: world.drones[conflict.drone].name.clone(),
-        with: match conflict.blocker {
+        drone: world.drones[of].name.clone(),
+        with: match by {
             Blocker::Drone(other) => format!("`{}`", world.drones[other].name),
             Blocker::Zone(zone) => format!("zone `{}`", world.zones[zone].name),
         },
-        why: conflict.why,
-        nearest_fix_m: conflict.nearest_fix_m,
+        why,
+        nearest_fix_m: described.and_then(|it| it.nearest_fix_m),
     })
 }
 

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::cause::Exclusion;
 use crate::plan::outcome::{
-    Blocker, Control, Effort, EndpointConflict, EndpointKind, Failure, Outcome, Planned, Progress,
+    Blocker, Control, Effort, EndpointConflict, EndpointConflicts, EndpointKind, Failure, Outcome,
+    Planned, Progress,
 };
 use crate::plan::{IgnoringDownwash, Plan, Unplanned, ViolationKind};
 use crate::scenario::world::World;
@@ -17,7 +18,7 @@ use crate::scenario::{Problems, WorldError};
 use crate::sipp::conflicts::Steps;
 use crate::sipp::search::{Found, IMMOVABLE, Setting, search};
 use crate::solver::assemble::{assemble, judged};
-use crate::solver::endpoints;
+use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::explain::failures;
 use crate::solver::prepare::{Job, prepare};
 use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
@@ -39,7 +40,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
     };
     let costmap = run.job.costmap(world, true, world.drones.len());
     let paths = run.paths(costmap, Vec::new());
-    let failures = failures(world, &run.job, &paths, &run.conflicts, control);
+    let failures = failures(world, &run.job, &paths, &run.endpoints, control);
 
     (control.progress)(Progress::Verifying);
     let plan = assemble(world, &run.job, &paths);
@@ -48,7 +49,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
 
     if control.contrast {
         (control.progress)(Progress::IgnoringDownwash);
-        plan.ignoring_downwash = ignoring_downwash(world, &run.job, &run.conflicts, control);
+        plan.ignoring_downwash = ignoring_downwash(world, &run.job, &run.endpoints.goals, control);
     }
     Ok(run.answer(plan, failures))
 }
@@ -62,7 +63,7 @@ pub(crate) struct Run<'a> {
     /// Roadmap and agents of the world's drones.
     pub(crate) job: Job,
     /// Of endpoints: none of starts.
-    conflicts: Vec<EndpointConflict>,
+    endpoints: Exclusions,
     /// Of all searches of the run.
     effort: Effort,
 }
@@ -71,28 +72,29 @@ impl<'a> Run<'a> {
     /// Prepares a world that has been checked.
     ///
     /// # Errors
-    /// Every conflict of endpoints, where starts exclude one another.
+    /// The conflicts of endpoints, where starts exclude one another.
     pub(crate) fn new(
         world: &'a World,
         control: &'a Control<'a>,
-    ) -> Result<Run<'a>, Vec<EndpointConflict>> {
+    ) -> Result<Run<'a>, EndpointConflicts> {
         (control.progress)(Progress::Preparing);
-        let (conflicts, job) = rayon::join(|| endpoints::check(world), || prepare(world));
-        if conflicts.iter().any(|c| c.when == EndpointKind::Starts) {
-            return Err(conflicts);
+        let (endpoints, job) = rayon::join(|| endpoints::find(world), || prepare(world));
+        let mut conflicts = endpoints.conflicts.worst.iter();
+        if conflicts.any(|c| c.when == EndpointKind::Starts) {
+            return Err(endpoints.conflicts);
         }
         Ok(Run {
             world,
             control,
             job,
-            conflicts,
+            endpoints,
             effort: Effort::default(),
         })
     }
 
     /// Paths of the fleet in a costmap without drones, around the legs of drones that are fixed.
     pub(crate) fn paths(&mut self, mut costmap: Costmap, fixed: Vec<Vec<Leg>>) -> Paths {
-        let mut excluded = excluded(&self.job, &self.conflicts, |_| true);
+        let mut excluded = excluded(&self.job, &self.endpoints.goals, |_| true);
         if !self.world.zones.is_empty() {
             let more = kept_out_by_zones(&mut self.job, &costmap, &excluded, self.control);
             excluded.extend(more);
@@ -116,7 +118,7 @@ impl<'a> Run<'a> {
         Outcome::of(Planned {
             plan,
             failures,
-            conflicts: self.conflicts,
+            conflicts: self.endpoints.conflicts,
             effort: self.effort,
         })
     }
@@ -164,15 +166,16 @@ fn kept_out_by_zones(
 /// for worlds that [`plan_world`] finds blocked. `None` where even the bodies exclude one another
 /// at the start.
 pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash> {
-    let conflicts = endpoints::check(world);
+    let endpoints = endpoints::find(world);
+    // The worst come first, and bodies are.
     let stuck = |c: &EndpointConflict| {
         c.when == EndpointKind::Starts && matches!(c.why, Exclusion::Bodies { .. })
     };
-    if conflicts.iter().any(stuck) {
+    if endpoints.conflicts.worst.iter().any(stuck) {
         return None;
     }
     (control.progress)(Progress::IgnoringDownwash);
-    ignoring_downwash(world, &prepare(world), &conflicts, control)
+    ignoring_downwash(world, &prepare(world), &endpoints.goals, control)
 }
 
 /// The same fleet on the same roadmap planned without wakes, judged with them; `None` if
@@ -180,11 +183,11 @@ pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash
 fn ignoring_downwash(
     world: &World,
     job: &Job,
-    conflicts: &[EndpointConflict],
+    goals: &[Excluded],
     control: &Control<'_>,
 ) -> Option<IgnoringDownwash> {
-    let bodies = |c: &EndpointConflict| matches!(c.why, Exclusion::Bodies { .. });
-    let excluded = excluded(job, conflicts, bodies);
+    let bodies = |why: &Exclusion| matches!(why, Exclusion::Bodies { .. });
+    let excluded = excluded(job, goals, bodies);
     let costmap = job.costmap(world, false, world.drones.len());
     // This phase is one to the caller that watches.
     let quiet = Control {
@@ -230,30 +233,43 @@ fn ignoring_downwash(
 /// that no two goals exclude each other any more, those in most conflicts first.
 fn excluded(
     job: &Job,
-    conflicts: &[EndpointConflict],
-    counts: impl Fn(&EndpointConflict) -> bool,
+    goals: &[Excluded],
+    counts: impl Fn(&Exclusion) -> bool,
 ) -> Vec<(DroneId, FailureKind)> {
     let blocked = |&(drone, short_m)| (DroneId(drone as u32), FailureKind::Landing(short_m));
     let landings = job.blocked_landings.iter().map(blocked);
     let mut out: Vec<(DroneId, FailureKind)> = landings.collect();
-    let goals = |c: &&EndpointConflict| c.when == EndpointKind::Goals && counts(c);
-    let mut open: Vec<&EndpointConflict> = conflicts.iter().filter(goals).collect();
-    let involves =
-        |c: &EndpointConflict, drone: usize| c.drone == drone || c.blocker == Blocker::Drone(drone);
+    let mut is_out = vec![false; job.agents.len()];
     for (drone, _) in &out {
-        open.retain(|c| !involves(c, drone.0 as usize));
+        is_out[drone.0 as usize] = true;
     }
+    // Drones by drone; with a zone, each excludes itself.
+    let mut others: Vec<Vec<u32>> = vec![Vec::new(); job.agents.len()];
+    for &(drone, blocker, _) in goals.iter().filter(|(_, _, why)| counts(why)) {
+        match blocker {
+            Blocker::Drone(other) if !is_out[drone] && !is_out[other] => {
+                others[drone].push(other as u32);
+                others[other].push(drone as u32);
+            }
+            Blocker::Zone(_) if !is_out[drone] => others[drone].push(drone as u32),
+            _ => {}
+        }
+    }
+    let mut open: Vec<usize> = others.iter().map(Vec::len).collect();
     loop {
-        let count = |drone: usize| open.iter().filter(|c| involves(c, drone)).count();
-        let drones = open.iter().flat_map(|c| match c.blocker {
-            Blocker::Drone(other) => [c.drone, other],
-            Blocker::Zone(_) => [c.drone, c.drone],
-        });
-        let Some(worst) = drones.max_by_key(|&drone| (count(drone), drone)) else {
+        let worst = (0..open.len()).max_by_key(|&drone| (open[drone], drone));
+        let Some(worst) = worst.filter(|&drone| open[drone] > 0) else {
             break;
         };
         out.push((DroneId(worst as u32), FailureKind::EndpointConflict));
-        open.retain(|c| !involves(c, worst));
+        is_out[worst] = true;
+        open[worst] = 0;
+        for &other in &others[worst] {
+            let other = other as usize;
+            if !is_out[other] {
+                open[other] -= 1;
+            }
+        }
     }
     out.sort_unstable_by_key(|(drone, _)| *drone);
     out

@@ -355,6 +355,7 @@ fn mended(mut world: World) -> World {
     }
     loop {
         let conflict = planner::endpoint_conflicts(&world)
+            .worst
             .into_iter()
             .find(|conflict| conflict.when == EndpointKind::Starts);
         let Some(conflict) = conflict else {
