@@ -30,7 +30,8 @@ const BEARINGS: usize = 24;
 /// Most conflicts of starts, and of goals, that are described with a place that would do: chosen
 /// here, two screens' worth.
 const MOST_DESCRIBED: usize = 40;
-/// Most pairs that are kept of a fleet (56 bytes each): all pairs of a thousand drones at one place.
+/// Most pairs that are kept of a fleet (56 bytes each): all pairs of a thousand drones at one
+/// place.
 const MOST_KEPT: usize = 1 << 20;
 /// As many are kept of every drone, however large the fleet; of a drone that is in so many pairs
 /// the air is not asked about. Both chosen here: no way out of such a crowd is by one drone.
