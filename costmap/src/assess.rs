@@ -170,6 +170,8 @@ mod tests {
             flown: airflow::Flown::default(),
             fastest_mps: 2.0,
             clearance_m: 0.1,
+            tracking_m: 0.0,
+            shift: 0,
             deepest_m: 30.0,
             lowest_air_limit: 0.3,
             lowest_zone_limit_mps: f64::INFINITY,

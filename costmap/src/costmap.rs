@@ -186,7 +186,7 @@ impl Costmap {
             .max();
         let delay = self.fleet.longest_delay();
         self.timeline
-            .extend_to(last.unwrap_or_default().after(delay));
+            .extend_to(last.unwrap_or_default().after(delay + self.shift()));
         self.zones.extend_to(self.timeline.bucket_count());
         for leg in &legs {
             let end_z_m = self.wake_end_z_m(leg);
@@ -215,12 +215,9 @@ impl Costmap {
         self.close_to(&part, |other, item| {
             let ends = [wake_end_z_m, item.wake_end_z_m];
             if let Some(meeting) = self.fleet.meet(&part, &item.leg, ends) {
-                let on_me = incoming(&part, &item.leg, meeting.load_on_first);
-                met.push((
-                    other,
-                    on_me,
-                    incoming(&item.leg, &part, meeting.load_on_second),
-                ));
+                let on_me = self.incoming(&part, &item.leg, meeting.load_on_first);
+                let on_them = self.incoming(&item.leg, &part, meeting.load_on_second);
+                met.push((other, on_me, on_them));
             }
         });
         let index = self.timeline.add(part, whole, wake_end_z_m);
@@ -239,12 +236,16 @@ impl Costmap {
         let ground = self.timeline.ground();
         let own = Footprint::around(part, 0.0);
         let around = ground.hull(ground.bins(&own), self.fleet.near_m());
-        self.timeline
-            .around(&around, part.start, part.end, |index, item| {
+        self.timeline.around(
+            &around,
+            part.start.before(self.shift()),
+            part.end.after(self.shift()),
+            |index, item| {
                 if item.leg.drone != part.drone {
                     f(index, item);
                 }
-            });
+            },
+        );
     }
 
     /// Takes back all that a drone has reserved.
@@ -272,8 +273,9 @@ impl Costmap {
             self.far_wakes.take_back(&spreads);
         }
         if !self.zones.is_empty() {
-            let clear = last.end.after(self.fleet.longest_delay());
-            let buckets = self.timeline.buckets(first.start, clear);
+            let clear = last.end.after(self.fleet.longest_delay() + self.shift());
+            let since = first.start.before(self.shift());
+            let buckets = self.timeline.buckets(since, clear);
             self.zones.remove(drone, buckets);
         }
     }
@@ -290,9 +292,8 @@ impl Costmap {
     /// All legs that can matter to a leg, or it to them, while they and their air last.
     pub fn near(&self, leg: &Leg) -> Vec<&Item> {
         let around = Footprint::around(leg, self.fleet.reach_m(leg.kind));
-        let delay = self.fleet.longest_delay();
-        let since = Tick(leg.start.0.saturating_sub(delay));
-        let mut found = self.items_near(&around, since, leg.end.after(delay));
+        let within = self.fleet.longest_delay() + self.shift();
+        let mut found = self.items_near(&around, leg.start.before(within), leg.end.after(within));
         found.retain(|item| item.leg.drone != leg.drone);
         found
     }
@@ -372,7 +373,8 @@ impl Costmap {
             if is_close || load == 0 || filled + load <= u64::from(self.budget) {
                 continue;
             }
-            for (_, item) in self.timeline.over(bin, part.start, part.end) {
+            let since = part.start.before(self.shift());
+            for (_, item) in self.timeline.over(bin, since, part.end.after(self.shift())) {
                 if item.leg.drone == part.drone || self.bears_easily(part, &own, item) {
                     continue;
                 }
@@ -380,7 +382,7 @@ impl Costmap {
                 let ends = [end_z_m, item.wake_end_z_m];
                 let meeting = self.fleet.meet(part, &item.leg, ends);
                 let load = meeting.map_or(0, |meeting| meeting.load_on_second);
-                if load > 0 && !self.bears(item, &part.overlap(&item.leg), load) {
+                if load > 0 && !self.bears(item, &item.leg.shared(part, self.shift()), load) {
                     return false;
                 }
             }
@@ -404,7 +406,8 @@ impl Costmap {
         let far_wakes = &self.far_wakes;
         item.peak + far_wakes.worst(self.timeline.ground(), &item.footprint) + load <= budget
             || {
-                let weak = far_wakes.on(&self.timeline, &item.footprint, time.start, time.end);
+                let [start, end] = self.widened(time.start, time.end);
+                let weak = far_wakes.on(&self.timeline, &item.footprint, start, end);
                 item.filled(time.start, time.end) + weak + load <= budget
             }
             || load <= budget && self.summed(item, time) + load <= budget
@@ -419,7 +422,7 @@ impl Costmap {
                 let ends = [item.wake_end_z_m, other.wake_end_z_m];
                 let meeting = self.fleet.meet(&part, &other.leg, ends)?;
                 let load = meeting.load_on_first;
-                (load > 0).then(|| incoming(&part, &other.leg, load))
+                (load > 0).then(|| self.incoming(&part, &other.leg, load))
             })
             .collect();
         peak(&met, part.start, part.end)
@@ -445,14 +448,13 @@ impl Costmap {
                 0
             };
             if load > 0 {
-                met.push((incoming(part, &item.leg, load), [item.began, item.clear]));
+                met.push((self.incoming(part, &item.leg, load), self.span(item)));
             }
         });
         let emits = part.flying && self.fleet.conditions().wakes;
         let enough = !emits || {
-            let weak = self
-                .far_wakes
-                .on(&self.timeline, &own, part.start, part.end);
+            let [start, end] = self.widened(part.start, part.end);
+            let weak = self.far_wakes.on(&self.timeline, &own, start, end);
             let weak = u32::try_from(weak).unwrap_or(u32::MAX);
             let all = met.iter().map(|(incoming, _)| u64::from(incoming.load));
             all.sum::<u64>() + u64::from(weak) <= u64::from(self.budget)
@@ -506,26 +508,25 @@ impl Costmap {
         let Some(meeting) = self.fleet.meet(part, &item.leg, ends) else {
             return 0;
         };
-        let time = part.overlap(&item.leg);
+        let theirs = item.leg.shared(part, self.shift());
         let why = if meeting.bodies {
             Some(Why::Bodies)
         } else if meeting.column {
             Some(Why::Column)
         } else if meeting.load_on_first > self.budget {
             Some(Why::OwnLimit)
-        } else if meeting.load_on_second > 0 && !self.bears(item, &time, meeting.load_on_second) {
+        } else if meeting.load_on_second > 0 && !self.bears(item, &theirs, meeting.load_on_second) {
             Some(Why::TheirLimit)
         } else {
             None
         };
         if let Some(why) = why {
-            verdict.block(item.leg.drone, why, item.began, item.clear);
+            let [began, clear] = self.span(item);
+            verdict.block(item.leg.drone, why, began, clear);
             return 0;
         }
-        if time.end != Tick::FOREVER {
-            let seconds = time.end.seconds() - time.start.seconds();
-            verdict.price_s += seconds * (price(meeting.alpha_first) + price(meeting.alpha_second));
-        }
+        let prices = price(meeting.alpha_first) + price(meeting.alpha_second);
+        verdict.price_s += shared_s(part, item) * prices;
         meeting.load_on_first
     }
 
@@ -536,7 +537,7 @@ impl Costmap {
         for item in self.near(part) {
             let load = self.judge_one(part, end_z_m, item, verdict);
             if load > 0 {
-                met.push((incoming(part, &item.leg, load), [item.began, item.clear]));
+                met.push((self.incoming(part, &item.leg, load), self.span(item)));
             }
         }
         self.block_sums(part, 0, true, &met, verdict);
@@ -556,8 +557,8 @@ impl Costmap {
             let blocker = |why: Why, before: u32, after: u32| Blocker {
                 drone: item.leg.drone,
                 why,
-                began: Tick(item.began.0.saturating_sub(before)),
-                clear: item.clear.after(after),
+                began: self.span(item)[0].before(before),
+                clear: self.span(item)[1].after(after),
             };
             let own = blocker(Why::OwnLimit, 0, self.fleet.delay_between(&item.leg, leg));
             if meeting.bodies {
@@ -603,13 +604,39 @@ impl Costmap {
         }
     }
 
+    /// How much earlier or later one drone may be, seen from another (ticks).
+    fn shift(&self) -> u32 {
+        self.fleet.conditions().shift
+    }
+
+    /// All ticks that may be now, seen from another, between two of one drone's.
+    fn widened(&self, start: Tick, end: Tick) -> [Tick; 2] {
+        [start.before(self.shift()), end.after(self.shift())]
+    }
+
+    /// While a whole leg may be in the way.
+    fn span(&self, item: &Item) -> [Tick; 2] {
+        self.widened(item.began, item.clear)
+    }
+
+    /// What one leg meets of another's wake.
+    fn incoming(&self, on: &Leg, from: &Leg, load: u32) -> Incoming {
+        let time = on.shared(from, self.shift());
+        Incoming {
+            from: from.drone,
+            start: time.start,
+            end: time.end,
+            load,
+        }
+    }
+
     /// Bound on the budget of a drone on its leg that all wakes but one drone's fill, in
     /// millionths.
     fn load_by_others(&self, item: &Item, but: DroneId) -> u64 {
         let footprint = Footprint::around(&item.leg, self.fleet.reach_m(item.leg.kind));
-        let since = Tick(item.leg.start.0.saturating_sub(self.fleet.longest_delay()));
+        let since = (item.leg.start).before(self.fleet.longest_delay() + self.shift());
         let mut loads: Vec<(u32, Blocker)> = Vec::new();
-        for other in self.items_near(&footprint, since, item.leg.end) {
+        for other in self.items_near(&footprint, since, item.leg.end.after(self.shift())) {
             if other.leg.drone == but || other.leg.drone == item.leg.drone {
                 continue;
             }
@@ -627,17 +654,6 @@ impl Costmap {
             }
         }
         loads.iter().map(|(load, _)| u64::from(*load)).sum()
-    }
-}
-
-/// What one leg meets of another's wake.
-fn incoming(on: &Leg, from: &Leg, load: u32) -> Incoming {
-    let time = on.overlap(from);
-    Incoming {
-        from: from.drone,
-        start: time.start,
-        end: time.end,
-        load,
     }
 }
 
@@ -684,7 +700,7 @@ fn greatest_of_each(loads: &mut Vec<(u32, Blocker)>, load: u32, blocker: Blocker
 /// How long a leg that ends shares with another (s).
 fn shared_s(leg: &Leg, item: &Item) -> f64 {
     let time = leg.overlap(&item.leg);
-    if time.end == Tick::FOREVER {
+    if time.end == Tick::FOREVER || time.is_empty() {
         return 0.0;
     }
     time.end.seconds() - time.start.seconds()

@@ -19,6 +19,15 @@ impl Tick {
         f64::from(self.0) / Self::PER_SECOND
     }
 
+    /// `ticks` earlier, and not before the plan begins.
+    #[must_use]
+    pub fn before(self, ticks: u32) -> Tick {
+        match self {
+            Tick::FOREVER => self,
+            Tick(tick) => Tick(tick.saturating_sub(ticks)),
+        }
+    }
+
     /// The whole number of ticks that `duration_s` needs, rounded up (a part in 10⁹ is forgiven).
     pub fn lasting(duration_s: f64) -> u32 {
         (duration_s * Self::PER_SECOND - 1e-9 * Self::PER_SECOND)
@@ -86,6 +95,13 @@ impl Leg {
     /// The ticks that two legs share.
     pub fn overlap(&self, other: &Leg) -> Range<Tick> {
         self.start.max(other.start)..self.end.min(other.end)
+    }
+
+    /// The ticks of this leg at which the other may be under way, either of them by up to `shift`
+    /// ticks earlier or later than it says.
+    pub fn shared(&self, other: &Leg, shift: u32) -> Range<Tick> {
+        let since = Tick(other.start.0.saturating_sub(shift));
+        self.start.max(since)..self.end.min(other.end.after(shift))
     }
 
     /// The part between two ticks.

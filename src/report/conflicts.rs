@@ -62,7 +62,7 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
         .map(|there| offset(&here, &there, &with))
         .unwrap_or_default();
     let (message, detail) = match conflict.why {
-        Exclusion::Bodies { gap_m, needs_m } => (
+        Exclusion::Bodies { gap_m, needs_m, .. } => (
             format!("`{name}` {verb} too close to `{with}`"),
             match -gap_m {
                 by_m @ 0.0.. => format!(
@@ -187,6 +187,7 @@ mod tests {
             why: Exclusion::Bodies {
                 gap_m: -0.05,
                 needs_m: 0.1,
+                tracking_m: None,
             },
             nearest_fix_m: None,
         };

@@ -86,7 +86,7 @@ fn starts_in_body_column_and_wake_are_told_apart_and_mended() {
     let cases: [Case; 3] = [
         (
             [0.49, 0.0, 0.0],
-            |why| matches!(why, Exclusion::Bodies { gap_m, needs_m } if *gap_m < *needs_m),
+            |why| matches!(why, Exclusion::Bodies { gap_m, needs_m, .. } if *gap_m < *needs_m),
         ),
         ([0.1, 0.0, -0.6], |why| matches!(why, Exclusion::Column)),
         (

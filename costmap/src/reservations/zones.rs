@@ -74,11 +74,12 @@ impl Zones {
         if self.is_empty() {
             return;
         }
-        let delay = wakes.fleet.longest_delay();
+        let shift = wakes.fleet.conditions().shift;
+        let delay = wakes.fleet.longest_delay() + shift;
         let clear = leg.end.after(delay);
-        for bucket in timeline.buckets(leg.start, clear) {
+        for bucket in timeline.buckets(leg.start.before(shift), clear) {
             let (start, end) = timeline.span(bucket);
-            let part = leg.between(Tick(start.0.saturating_sub(delay)), end);
+            let part = leg.between(start.before(delay), end.after(shift));
             if part.start >= part.end {
                 continue;
             }
@@ -121,8 +122,9 @@ impl Zones {
                 verdict.breaks_zone = Some(index);
                 return;
             }
-            let until = leg.end.after(wakes.fleet.longest_delay());
-            for bucket in timeline.buckets(leg.start, until) {
+            let shift = wakes.fleet.conditions().shift;
+            let until = leg.end.after(wakes.fleet.longest_delay() + shift);
+            for bucket in timeline.buckets(leg.start.before(shift), until) {
                 let Some(zones) = self.loads.get(bucket as usize) else {
                     continue;
                 };

@@ -109,10 +109,10 @@ impl Relative {
         }
     }
 
-    /// The part in which the mover's moment is later than the reference's, by no more than `most`;
-    /// `None`: there is none.
-    pub fn delayed(mut self, most: f64) -> Option<Self> {
-        self.moments = self.moments.clip(|[left, met]| met - left);
+    /// The part in which the mover's moment is later than the reference's by no less than `least`
+    /// and no more than `most`; `None`: there is none.
+    pub fn delayed(mut self, [least, most]: [f64; 2]) -> Option<Self> {
+        self.moments = self.moments.clip(|[left, met]| met - left - least);
         self.moments = self.moments.clip(|[left, met]| most - (met - left));
         (self.moments.count > 0).then_some(self)
     }

@@ -33,19 +33,27 @@ fn line(leg: &Leg) -> Line {
     }
 }
 
-/// All that a receiver may be to an emitter whose air is under way for up to `delay` ticks (m,
-/// ticks); `None` where no air of the emitter's leg can reach the receiver's.
-fn advected(emitter: &Leg, receiver: &Leg, delay: u32) -> Option<Relative> {
+/// All that a receiver may be to an emitter whose air is under way for up to `delay` ticks, while
+/// either of them may be earlier or later by `shift` (m, ticks); `None` where no air of the
+/// emitter's leg can reach the receiver's.
+fn advected(emitter: &Leg, receiver: &Leg, delay: u32, shift: u32) -> Option<Relative> {
     let moments = [emitter, receiver].map(|leg| [leg.start, leg.end].map(|tick| f64::from(tick.0)));
     let ([left_0, left_1], [met_0, met_1]) = (moments[0], moments[1]);
-    let delay = f64::from(delay);
-    if met_1 <= left_0 || left_1 + delay <= met_0 {
+    let [delay, shift] = [delay, shift].map(f64::from);
+    if met_1 + shift <= left_0 || left_1 + delay + shift <= met_0 {
         return None;
     }
-    Relative::new(&line(emitter), &line(receiver), moments).delayed(delay)
+    Relative::new(&line(emitter), &line(receiver), moments).delayed([-shift, delay + shift])
 }
 
 impl Fleet {
+    /// All that a drone on the first leg may be to one on the second, seen from there, while either
+    /// of them may be up to `shift` ticks earlier or later (m, ticks); `None` where their times are
+    /// farther apart.
+    pub(crate) fn shared(&self, first: &Leg, second: &Leg, shift: u32) -> Option<Relative> {
+        advected(second, first, 0, shift)
+    }
+
     /// The kind of the same airframe whose air takes longest to come down.
     pub(crate) fn slowest_like(&self, kind: usize) -> usize {
         let like = |other: &usize| self.kinds[*other].airframe == self.kinds[kind].airframe;
@@ -88,7 +96,8 @@ impl Fleet {
             return 0;
         }
         let delay = self.delay_between(emitter, receiver);
-        let Some(region) = advected(emitter, receiver, delay) else {
+        let shift = self.conditions().shift;
+        let Some(region) = advected(emitter, receiver, delay, shift) else {
             return 0;
         };
         let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
@@ -147,7 +156,7 @@ mod tests {
             let receiver = leg((tick(8), tick(8) + 1 + tick(9)), place(10), place(13));
             let delay = tick(16);
             let axis_m = [value(3) - 0.5, value(4) - 0.5];
-            let region = advected(&emitter, &receiver, delay);
+            let region = advected(&emitter, &receiver, delay, 0);
             let mut nearest_m = f64::INFINITY;
             for left in emitter.start.0..=emitter.end.0 {
                 for met in receiver.start.0.max(left)..=receiver.end.0.min(left + delay) {

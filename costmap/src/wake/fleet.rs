@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
-use crate::leg::{KindId, Leg};
+use crate::leg::{KindId, Leg, Tick};
 use crate::volumes::downwash::{Section, column};
 use crate::volumes::iso_speed::IsoSpeedVolume;
 use crate::volumes::keep_out::KeepOut;
@@ -39,6 +39,11 @@ pub struct Conditions {
     pub fastest_mps: f64,
     /// Gap between bodies beyond their radii (m).
     pub clearance_m: f64,
+    /// How far each drone that flies may be off its path (m): bodies do not touch even so.
+    pub tracking_m: f64,
+    /// How much earlier or later than planned one drone may be, seen from another (ticks): both
+    /// time margins together.
+    pub shift: u32,
     /// Longest fall of a wake (m).
     pub deepest_m: f64,
     /// Lowest air limit of the fleet, over the induced velocity.
@@ -266,7 +271,7 @@ impl Fleet {
         let mut farthest_m = 0.0_f64;
         for other in 0..self.kinds.len() {
             let bodies_m = self.kinds[me].body_radius_m + self.kinds[other].body_radius_m;
-            farthest_m = farthest_m.max(bodies_m + self.conditions.clearance_m);
+            farthest_m = farthest_m.max(bodies_m + self.conditions.gap_m(2));
             if self.conditions.wakes {
                 farthest_m = farthest_m.max(wake_m(me, other)).max(wake_m(other, me));
             }
@@ -330,10 +335,26 @@ impl Fleet {
         self.reach_m[usize::from(kind.0)]
     }
 
-    /// What two legs do to each other during the time they share; `None` where that is nothing.
+    /// How far apart the centres of two drones stay on these legs (m).
+    fn gap_m(&self, first: &Leg, second: &Leg) -> f64 {
+        let radii_m = [first, second].map(|leg| self.kind(leg.kind).body_radius_m);
+        let flying = usize::from(first.flying) + usize::from(second.flying);
+        radii_m[0] + radii_m[1] + self.conditions.gap_m(flying)
+    }
+
+    /// What two legs do to each other during the time they share, and while either of them is
+    /// earlier or later by the time margin; `None` where that is nothing.
     ///
-    /// `ends` are the heights at which their wakes end (m).
+    /// `ends` are the heights at which their wakes end (m). Air is priced as planned.
     pub fn meet(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
+        match self.conditions.shift {
+            0 => self.meet_as_planned(first, second, ends),
+            shift => self.meet_shifted(first, second, ends, shift),
+        }
+    }
+
+    /// [`Fleet::meet`] of two drones that both are in time.
+    pub fn meet_as_planned(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
         let time = first.overlap(second);
         if time.is_empty() {
             return None;
@@ -343,9 +364,7 @@ impl Fleet {
         let (from_m, to_m) = (own_from_m - other_from_m, own_to_m - other_to_m);
         let nearest_m = nearest_radius_m(&from_m, &to_m);
         let mut meeting = Meeting::default();
-        let gap_m = self.kind(first.kind).body_radius_m
-            + self.kind(second.kind).body_radius_m
-            + self.conditions.clearance_m;
+        let gap_m = self.gap_m(first, second);
         if nearest_m < gap_m {
             meeting.bodies = nearest_distance_m(&from_m, &to_m) < gap_m;
         }
@@ -359,6 +378,82 @@ impl Fleet {
             }
         }
         (meeting != Meeting::default()).then_some(meeting)
+    }
+
+    /// [`Fleet::meet`] of two drones, one of them up to `shift` ticks earlier or later than planned,
+    /// seen from the other: what they are to one another fills a parallelogram.
+    fn meet_shifted(
+        &self,
+        first: &Leg,
+        second: &Leg,
+        ends: [f64; 2],
+        shift: u32,
+    ) -> Option<Meeting> {
+        let reach_m = self.reach_m(first.kind).max(self.reach_m(second.kind));
+        // Seen from either the same to the last bit.
+        let whole = match first.drone < second.drone {
+            true => self.shared(first, second, shift)?,
+            false => self.shared(second, first, shift)?,
+        };
+        let nearest_m = whole.nearest([0.0; 2]);
+        let gap_m = self.gap_m(first, second);
+        if nearest_m >= reach_m.max(gap_m) {
+            return None;
+        }
+        let planned = self
+            .meet_as_planned(first, second, ends)
+            .unwrap_or_default();
+        let mut meeting = Meeting {
+            bodies: nearest_m < gap_m && whole.delays_near(gap_m).is_some(),
+            ..planned
+        };
+        let wakes = self.conditions.wakes && first.flying && second.flying;
+        if wakes && first.from_m.z.max(first.to_m.z) >= ends[1] - 1e-6 {
+            let seen = self.shared(first, second, shift)?;
+            let column = &self.columns[usize::from(second.kind.0)];
+            meeting.column |= seen.delays_in(column).is_some();
+            let load = self.shifted_load(second, first, shift);
+            meeting.load_on_first = planned.load_on_first.max(load);
+        }
+        if wakes && second.from_m.z.max(second.to_m.z) >= ends[0] - 1e-6 {
+            let seen = self.shared(second, first, shift)?;
+            let column = &self.columns[usize::from(first.kind.0)];
+            meeting.column |= seen.delays_in(column).is_some();
+            let load = self.shifted_load(first, second, shift);
+            meeting.load_on_second = planned.load_on_second.max(load);
+        }
+        (meeting != Meeting::default()).then_some(meeting)
+    }
+
+    /// Bound on the receiver's budget that the emitter's wake fills, either of them up to `shift`
+    /// ticks early or late, in millionths.
+    fn shifted_load(&self, emitter: &Leg, receiver: &Leg, shift: u32) -> u32 {
+        let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
+        let time = receiver.shared(emitter, shift);
+        // Depth and distance are bounded apart: where both change, in pieces.
+        let climbs_m = [emitter, receiver].map(|leg| (leg.to_m.z - leg.from_m.z).abs());
+        let pieces = if time.end == Tick::FOREVER {
+            1.0
+        } else {
+            (climbs_m[0] + climbs_m[1]) / CLIMB_STEP_M
+        };
+        let pieces = pieces.ceil().max(1.0) as u32;
+        let moment = |piece: u32| {
+            let ticks = u64::from(time.end.0.saturating_sub(time.start.0));
+            time.start
+                .after((ticks * u64::from(piece) / u64::from(pieces)) as u32)
+        };
+        let square = (0..pieces)
+            .filter_map(|piece| {
+                let part = receiver.between(moment(piece), moment(piece + 1));
+                let region = self.shared(&part, emitter, shift)?;
+                Some(envelope.highest_among(region.depths(), |axis_m| region.nearest(axis_m)))
+            })
+            .fold(0.0, f64::max);
+        if square == 0.0 {
+            return 0;
+        }
+        self.load_of(emitter, receiver, square)
     }
 
     /// Where a drone of the first kind must not be, seen from one of the second (m): where bodies
@@ -376,7 +471,7 @@ impl Fleet {
             sections
         };
         KeepOut::new(
-            body_m + self.conditions.clearance_m,
+            body_m + self.conditions.gap_m(2),
             &below(second.0, first),
             &below(first.0, second),
         )
@@ -444,6 +539,18 @@ impl Fleet {
     }
 }
 
+/// Height of the pieces in which a climb past a wake is bounded (m): chosen here, three rows of a
+/// small drone's table.
+const CLIMB_STEP_M: f64 = 0.25;
+
+impl Conditions {
+    /// Gap between two bodies beyond their radii (m), of which so many fly: the clearance as
+    /// planned, and both off their paths they do not touch.
+    pub fn gap_m(&self, flying: usize) -> f64 {
+        self.clearance_m.max(flying as f64 * self.tracking_m)
+    }
+}
+
 /// Smallest distance of a straight path from the origin (m).
 fn nearest_distance_m(from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> f64 {
     let path_m = to_m - from_m;
@@ -499,7 +606,7 @@ impl FarLoads {
                 let bodies_m = fleet.kind(one).body_radius_m + fleet.kind(other).body_radius_m;
                 let column_m = |kind: KindId| fleet.wake(kind).column_radius_m();
                 (steps as f64 * FAR_STEP_M)
-                    .max(bodies_m + fleet.conditions.clearance_m)
+                    .max(bodies_m + fleet.conditions.gap_m(2))
                     .max(column_m(one))
                     .max(column_m(other))
             })

@@ -77,6 +77,9 @@ pub enum Exclusion {
         gap_m: f64,
         /// What it must be (m).
         needs_m: f64,
+        /// The greatest `tracking_m` with which the gap would do, where that margin asks for more
+        /// than the clearance (m).
+        tracking_m: Option<f64>,
     },
     /// The centre is in the near-field column.
     Column,
@@ -246,7 +249,7 @@ impl fmt::Display for GoalConflict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let GoalConflict { drone, with, .. } = self;
         match self.why {
-            Exclusion::Bodies { gap_m, needs_m } if gap_m < 0.0 => {
+            Exclusion::Bodies { gap_m, needs_m, .. } if gap_m < 0.0 => {
                 let by_m = -gap_m;
                 write!(
                     f,
@@ -254,11 +257,21 @@ impl fmt::Display for GoalConflict {
                      between them must be {needs_m:.2} m"
                 )
             }
-            Exclusion::Bodies { gap_m, needs_m } => write!(
-                f,
-                "the goal of `{drone}` is {gap_m:.2} m from the body of {with}, \
-                 it needs {needs_m:.2} m"
-            ),
+            Exclusion::Bodies {
+                gap_m,
+                needs_m,
+                tracking_m,
+            } => {
+                write!(
+                    f,
+                    "the goal of `{drone}` is {gap_m:.2} m from the body of {with}, \
+                     it needs {needs_m:.2} m"
+                )?;
+                match tracking_m {
+                    Some(bears_m) => write!(f, " (planning: (tracking_m: {bears_m}) fits)"),
+                    None => Ok(()),
+                }
+            }
             Exclusion::Column => write!(
                 f,
                 "the goal of `{drone}` is in the near-field column of {with}"

@@ -129,7 +129,7 @@ pub(super) fn problems(
             (Change::Added(_), Some(_)) => found.push(ChangeError::Known(name.to_owned())),
             (Change::Added(drone), None) => {
                 let radius_m = drone.vehicle.body_radius_m;
-                let known_m = widest_m - world.planning.clearance_m;
+                let known_m = widest_m - world.planning.gap_to_solids_m();
                 if radius_m > known_m {
                     found.push(ChangeError::TooLarge {
                         drone: name.to_owned(),

@@ -481,7 +481,7 @@ impl Turn<'_> {
         grounded: bool,
     ) -> Vec<Vertex> {
         let running = &mut *self.running;
-        let radius_m = drone.vehicle.body_radius_m + running.world.planning.clearance_m;
+        let radius_m = drone.vehicle.body_radius_m + running.world.planning.gap_to_solids_m();
         let stop = |point_m| Stop {
             point_m,
             radius_m,
@@ -513,7 +513,7 @@ impl Turn<'_> {
             roadmap,
             tasks,
             vertices: &vertices,
-            clearance_m: running.world.planning.clearance_m,
+            clearance_m: running.world.planning.gap_to_solids_m(),
         };
         // Checked before for the last task; above whatever it passes now it may have to stay.
         let ending = ending.unwrap_or(Ending::Hover);

@@ -72,7 +72,7 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
     let mut found = Vec::new();
     for (drone, it) in world.drones.iter().enumerate() {
         let body_m = it.vehicle.body_radius_m;
-        let hovering_m = body_m + world.planning.clearance_m;
+        let hovering_m = body_m + world.planning.gap_to_solids_m();
         let start_needs_m = match it.at_start {
             AtStart::Hover => hovering_m,
             AtStart::Landed => body_m - REST_TOLERANCE_M,
@@ -277,7 +277,7 @@ fn nearest_landing_m(
 ) -> Option<Point3<f64>> {
     const RINGS: u32 = 50;
     const PLACES: u32 = 16;
-    let needs_m = body_radius_m + world.planning.clearance_m;
+    let needs_m = body_radius_m + world.planning.gap_to_solids_m();
     let ring = |ring: u32| {
         (0..PLACES).map(move |place| {
             let angle_rad = std::f64::consts::TAU * f64::from(place) / f64::from(PLACES);

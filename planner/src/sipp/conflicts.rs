@@ -225,15 +225,21 @@ impl<'a> ReservationTable<'a> {
             } else {
                 [span.from, span.to].map(|ticks| record.start.after(ticks as u32))
             };
-            let taken = Taken {
-                began: time[0],
-                clear: time[1].min(record.end),
-                drone: record.drone,
-                price: if span.is_empty() {
-                    span.price
-                } else {
-                    FORBIDDEN
-                },
+            let [began, clear] = [time[0], time[1].min(record.end)];
+            let taken = if span.is_empty() {
+                Taken {
+                    began,
+                    clear,
+                    drone: record.drone,
+                    price: span.price,
+                }
+            } else {
+                Taken {
+                    began: began.before(steps.shift),
+                    clear: clear.after(steps.shift),
+                    drone: record.drone,
+                    price: FORBIDDEN,
+                }
             };
             f(self, place, taken);
         }

@@ -148,7 +148,8 @@ fn exclusions(
             if other.drone < site.drone {
                 let why = Exclusion::Bodies {
                     gap_m,
-                    needs_m: judge.world.planning.clearance_m,
+                    needs_m: judge.needs_m(site, other),
+                    tracking_m: judge.bearable_tracking_m(site, other, gap_m),
                 };
                 tell((site.drone, Blocker::Drone(other.drone), why));
             }
@@ -191,7 +192,7 @@ fn exclusions(
 fn body_gap_m(judge: &EndpointJudge<'_>, one: &Site, other: &Site) -> Option<f64> {
     let gap_m = (one.place_m - other.place_m).norm() - one.body_radius_m - other.body_radius_m;
     // Rounding of a scenario's decimals is no conflict.
-    (gap_m < judge.world.planning.clearance_m - SAME_PLACE_M).then_some(gap_m)
+    (gap_m < judge.needs_m(one, other) - SAME_PLACE_M).then_some(gap_m)
 }
 
 /// The drones that break a zone's limit: all that do so alone, or else the strongest.
@@ -254,7 +255,7 @@ fn in_order(judge: &EndpointJudge<'_>, sites: &Sites, moved: &Site) -> bool {
     };
     // What it stands on touches it.
     let clearance_m = if moved.airborne || moved.lands {
-        judge.world.planning.clearance_m
+        judge.world.planning.gap_to_solids_m()
     } else {
         -TOUCH_M
     };

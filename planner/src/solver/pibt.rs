@@ -69,12 +69,12 @@ pub(crate) fn run_pibt(
         return None;
     }
     let ticks = job.agents.iter().map(|agent| agent.mover.step_ticks()[0]);
-    let ticks = ticks.max()?;
     let mut is_fixed: Vec<bool> = job.agents.iter().map(Agent::stays).collect();
     for drone in fixed {
         is_fixed[drone.0 as usize] = true;
     }
-    let synchronous = SynchronousSteps::new(steps);
+    let synchronous = SynchronousSteps::new(steps, ticks.max()?);
+    let ticks = synchronous.ticks;
     let configuration = Configuration::new(job, &synchronous, &is_fixed, ticks)?;
     let starts = configuration.starts(&job.agents);
     let all = rounds(&configuration, starts, seed, control.stop)?;

@@ -41,7 +41,7 @@ pub(crate) struct Job {
 /// Makes the roadmap and every drone's agent.
 pub(crate) fn prepare(world: &World) -> Job {
     let solids = Solids::of(world);
-    let stops = (world.drones.iter()).flat_map(|it| stops_of(it, world.planning.clearance_m));
+    let stops = (world.drones.iter()).flat_map(|it| stops_of(it, world.planning.gap_to_solids_m()));
     let stops: Vec<Stop> = stops.collect();
     let (roadmap, vertices) = Roadmap::new(
         &world.bounds_m,
@@ -58,7 +58,7 @@ pub(crate) fn prepare(world: &World) -> Job {
             roadmap: &roadmap,
             tasks: &drone.tasks,
             vertices: &vertices[next..=next + drone.tasks.len()],
-            clearance_m: world.planning.clearance_m,
+            clearance_m: world.planning.gap_to_solids_m(),
         };
         next += drone.tasks.len() + 1;
         let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
@@ -116,6 +116,8 @@ impl Job {
             flown: airflow::Flown::of(&world.effects).unwrap_or_default(),
             fastest_mps: speeds.fold(0.0, f64::max),
             clearance_m: world.planning.clearance_m,
+            tracking_m: world.planning.margins.tracking_m,
+            shift: Tick::lasting(2.0 * world.planning.margins.time_s),
             deepest_m: world.bounds_m.max.z - world.bounds_m.min.z,
             lowest_air_limit: limits.fold(f64::INFINITY, f64::min),
             lowest_zone_limit_mps: zone_limits.fold(f64::INFINITY, f64::min),

@@ -16,6 +16,8 @@ fn fleet(superposition: Superposition) -> Fleet {
         flown: airflow::Flown::default(),
         fastest_mps: 2.0,
         clearance_m: 0.1,
+        tracking_m: 0.0,
+        shift: 0,
         deepest_m: 6.0,
         lowest_air_limit: 0.3,
         lowest_zone_limit_mps: f64::INFINITY,
@@ -72,6 +74,53 @@ fn to_swap_two_legs_is_to_swap_what_they_do_to_each_other() {
         assert_eq!(there, swapped);
     }
     assert!(met > 1_000, "{met}");
+}
+
+#[test]
+fn no_delay_within_the_margin_does_more_than_the_shifted_legs_say() {
+    const SHIFT: u32 = 20;
+    let planned = fleet(Superposition::Momentum);
+    let mut shifted = planned.clone();
+    shifted.conditions.shift = SHIFT;
+    let (mut met, mut touched) = (0, 0);
+    for i in 0..600_u32 {
+        let place = |k: u32| {
+            let on = |k: u32| at(23 * i + k);
+            [2.5 * on(k), 2.5 * on(k + 1), 3.0 + 3.0 * on(k + 2)]
+        };
+        let still = |k: u32| (i + k).is_multiple_of(5);
+        let to = |k: u32, from: [f64; 3]| if still(k) { from } else { place(k) };
+        let (a, b) = (place(1), place(7));
+        let first = leg(0, (i % 3) as u16, a, to(4, a), [100, 190]);
+        let second = leg(1, (i / 3 % 3) as u16, b, to(10, b), [60 + i % 120, 230]);
+        let ends = [0.0; 2];
+        let said = shifted.meet(&first, &second, ends).unwrap_or_default();
+        let moments = |leg: &Leg| (leg.start.0..=leg.end.0).step_by(6);
+        for (mine, theirs) in
+            moments(&first).flat_map(|mine| moments(&second).map(move |theirs| (mine, theirs)))
+        {
+            if mine.abs_diff(theirs) > SHIFT {
+                continue;
+            }
+            let held = |leg: &Leg, at: u32| {
+                let at_m = leg.position_m(Tick(at)).coords.into();
+                Leg {
+                    flying: leg.flying,
+                    ..self::leg(leg.drone.0, leg.kind.0, at_m, at_m, [0, 1])
+                }
+            };
+            let there = planned.meet(&held(&first, mine), &held(&second, theirs), ends);
+            let there = there.unwrap_or_default();
+            met += u32::from(there != Meeting::default());
+            touched += u32::from(there.bodies);
+            let holds = (said.bodies || !there.bodies)
+                && (said.column || !there.column)
+                && said.load_on_first >= there.load_on_first
+                && said.load_on_second >= there.load_on_second;
+            assert!(holds, "{i} at {mine} and {theirs}: {there:?} {said:?}");
+        }
+    }
+    assert!(met > 5_000 && touched > 50, "{met} {touched}");
 }
 
 /// Casting one shape at another reports no hit for shapes that overlap and do not move against

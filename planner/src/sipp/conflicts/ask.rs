@@ -31,6 +31,13 @@ pub(crate) struct StepQuery {
     pub(crate) time: [Tick; 2],
 }
 
+impl StepQuery {
+    /// All that may be now, seen from others, while it lasts.
+    fn window(&self, shift: u32) -> [Tick; 2] {
+        [self.time[0].before(shift), self.time[1].after(shift)]
+    }
+}
+
 impl ReservationTable<'_> {
     /// The share of all places that are closed for good at some time, to a class.
     pub(crate) fn closed_share(&self, class: usize) -> f64 {
@@ -122,12 +129,15 @@ impl ReservationTable<'_> {
     /// `false` if no drone is in the way, but wakes may add up to too much: it has to be judged in
     /// full.
     pub(crate) fn step(&self, costmap: &Costmap, query: &StepQuery, verdict: &mut Verdict) -> bool {
-        let mut loads = Loads::default();
+        let mut loads = Loads {
+            shift: self.steps.shift,
+            ..Loads::default()
+        };
         let lattice = &self.steps.lattice;
         let [at, to] = query.ends.map(|place| lattice.steps(place));
         let direction = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
-        let spells = spells(query.time);
-        let until = query.time[1];
+        let window = query.window(self.steps.shift);
+        let spells = spells(window);
         for other in 0..self.steps.class_count() {
             let pair = self.steps.pair(query.class, other);
             let mut look_at = |near: &Near, record: &Record| {
@@ -139,18 +149,18 @@ impl ReservationTable<'_> {
                 let span = pair.span([direction, usize::from(record.direction)], near, dz);
                 let there = [at[0] + dx, at[1] + dy, at[2] + dz];
                 if !self.is_against(query, [at, there], direction, &span, record, verdict) {
-                    loads.add(costmap, query, &span, record);
+                    loads.add(costmap, window, &span, record);
                 }
             };
             for (near, column) in self.columns_near(&pair.near[direction], at) {
                 if self.glances[column].may_be_passed(spells) {
-                    let passing = self.columns[column].passing(query.time);
+                    let passing = self.columns[column].passing(window);
                     passing.for_each(|record| look_at(near, record));
                 }
             }
             for (near, column) in self.columns_near(&pair.near_still[direction], at) {
-                if self.glances[column].is_held(until) {
-                    let staying = self.columns[column].staying(until);
+                if self.glances[column].is_held(window[1]) {
+                    let staying = self.columns[column].staying(window[1]);
                     staying.for_each(|record| look_at(near, record));
                 }
             }
@@ -187,7 +197,7 @@ impl ReservationTable<'_> {
         if span.is_empty() {
             if span.price > 0 {
                 let seconds = record.end.min(until).seconds() - record.start.max(from).seconds();
-                verdict.price_s += f64::from(span.price) / 1000.0 * seconds;
+                verdict.price_s += f64::from(span.price) / 1000.0 * seconds.max(0.0);
             }
             return false;
         }
@@ -205,6 +215,8 @@ impl ReservationTable<'_> {
             let start = i64::from(record.start.0);
             (start + i64::from(span.from), start + i64::from(span.to))
         };
+        let shift = i64::from(self.steps.shift);
+        let (began, clear) = (began - shift, (clear + shift).min(i64::from(u32::MAX)));
         let departs = i64::from(from.0);
         if departs <= began || clear <= departs {
             return false;
@@ -231,6 +243,8 @@ fn blocker(drone: DroneId, began: Tick, clear: Tick) -> Blocker {
 /// What wakes add up to around a step.
 #[derive(Default)]
 struct Loads {
+    /// How much earlier or later others may be (ticks).
+    shift: u32,
     /// What they bring who steps, and when.
     on_me: Vec<([Tick; 2], u32)>,
     sum: u32,
@@ -238,10 +252,15 @@ struct Loads {
 }
 
 impl Loads {
-    fn add(&mut self, costmap: &Costmap, query: &StepQuery, span: &Span, record: &Record) {
+    /// Those of a step that is under way at some time of a window.
+    fn add(&mut self, costmap: &Costmap, window: [Tick; 2], span: &Span, record: &Record) {
         if span.on_first > 0 {
             let load = u32::from(span.on_first);
-            self.on_me.push(([record.start, record.end], load));
+            let lasts = [
+                record.start.before(self.shift),
+                record.end.after(self.shift),
+            ];
+            self.on_me.push((lasts, load));
             self.sum += load;
         }
         if span.on_second > 0 && !self.is_too_much_for_others {
@@ -249,7 +268,7 @@ impl Loads {
             // Mostly it is little at any time.
             let (drone, part) = (record.drone, record.part);
             self.is_too_much_for_others = costmap.filled(drone, part) * LOADS > most
-                && costmap.filled_between(drone, part, query.time) * LOADS > most;
+                && costmap.filled_between(drone, part, window) * LOADS > most;
         }
     }
 

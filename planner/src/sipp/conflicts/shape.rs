@@ -253,12 +253,13 @@ impl Shape {
         }
     }
 
-    /// Loads on both of two steps that begin together and last as long; `None`: they are too near
-    /// one another.
+    /// Loads on both of two steps that begin together and last as long, each of the two up to
+    /// `astray` cells from where the other takes it to be; `None`: they are too near one another.
     pub(super) fn synchronous(
         &self,
         [mine, theirs]: [[i32; 3]; 2],
         offset: [i32; 3],
+        astray: f64,
     ) -> Option<[u8; 2]> {
         // Seen from the second, the first moves straight on.
         let line = |by: [i32; 3], from: [i32; 3]| Line {
@@ -268,11 +269,19 @@ impl Shape {
         let by = [0, 1, 2].map(|axis| mine[axis] - theirs[axis]);
         let still = line([0; 3], offset);
         let past = Relative::new(&still, &line(by, [0; 3]), [[0.0; 2], [0.0, 1.0]]);
-        if self.keep_out.delays(&past).is_some() {
+        let moves = mine != [0; 3] || theirs != [0; 3];
+        let astray = if moves { astray } else { 0.0 };
+        let is_near = match astray > 0.0 {
+            true => self.keep_out.clone().grown(astray).delays(&past).is_some(),
+            false => self.keep_out.delays(&past).is_some(),
+        };
+        if is_near {
             return None;
         }
+        let climbs = i32::from(astray > 0.0 && (mine[2] != 0 || theirs[2] != 0));
         let [low, high] = lowest_and_highest(&[-offset[2], by[2] - offset[2]]);
-        let distance = past.nearest([0.0; 2]).max(self.radius(low, high));
+        let [low, high] = [low - climbs, high + climbs];
+        let distance = (past.nearest([0.0; 2]) - astray).max(self.radius(low, high));
         Some(self.loads(low, high, distance, LEAST_SYNCHRONOUS))
     }
 }
@@ -297,6 +306,6 @@ fn meet_at(
         let at_m = |z_m: f64| Point3::new(radius_m * cos, radius_m * sin, z_m);
         let passing = me.leg(0, at_m(low_m), at_m(high_m));
         let still = other.leg(1, Point3::origin(), Point3::origin());
-        fleet.meet(&passing, &still, [f64::NEG_INFINITY; 2])
+        fleet.meet_as_planned(&passing, &still, [f64::NEG_INFINITY; 2])
     })
 }

@@ -71,6 +71,9 @@ pub(crate) struct Steps {
     /// By class and place, the lowest layer that the wake of who hovers there reaches; empty
     /// without covers.
     wake_ends: Vec<Vec<u16>>,
+    /// How much earlier or later than planned one drone may be, seen from another (ticks): every
+    /// interval grows by so much at both ends, and stays one.
+    pub(crate) shift: u32,
 }
 
 /// A step, or a stay.
@@ -148,6 +151,7 @@ impl Steps {
             pairs,
             shapes,
             wake_ends,
+            shift: costmap.fleet().conditions().shift,
         })
     }
 

@@ -38,6 +38,8 @@ const fn among_neighbours() -> [usize; 7] {
 #[derive(Debug)]
 pub(crate) struct SynchronousSteps<'a> {
     pub(crate) steps: &'a Steps,
+    /// How long each lasts.
+    pub(crate) ticks: u32,
     /// `[class][other class]`.
     pairs: Vec<Pair>,
 }
@@ -60,11 +62,24 @@ pub(crate) const MOST_LOADS: i32 = 150;
 
 const TOO_NEAR: [u8; 2] = [u8::MAX; 2];
 
+/// Least and greatest distance that a drone may go within the time margins (cells): chosen here.
+/// Less makes every step long, more keeps drones farther apart than their wakes do.
+const ASTRAY: [f64; 2] = [0.1, 0.25];
+
 impl<'a> SynchronousSteps<'a> {
-    pub(crate) fn new(steps: &'a Steps) -> SynchronousSteps<'a> {
+    /// Of steps that last at least `ticks`, and so long that drones that fly one behind the other,
+    /// a cell apart, stay apart when one of them is late.
+    pub(crate) fn new(steps: &'a Steps, ticks: u32) -> SynchronousSteps<'a> {
+        let nearest = |shape: &Shape| 1.0 - shape.keep_out.body_radius();
+        let room = steps.shapes.iter().map(nearest).fold(1.0, f64::min);
+        let shift = f64::from(steps.shift);
+        let slow = (shift / room.clamp(ASTRAY[0], ASTRAY[1])).ceil() as u32;
+        let ticks = ticks.max(slow);
+        let pair = |shape: &Shape| Pair::new(shape, shift / f64::from(ticks));
         SynchronousSteps {
             steps,
-            pairs: steps.shapes.iter().map(Pair::new).collect(),
+            ticks,
+            pairs: steps.shapes.iter().map(pair).collect(),
         }
     }
 
@@ -97,7 +112,7 @@ impl<'a> SynchronousSteps<'a> {
 }
 
 impl Pair {
-    fn new(shape: &Shape) -> Pair {
+    fn new(shape: &Shape, astray: f64) -> Pair {
         let Extent { reach, layers, .. } = shape.extent;
         let mut meetings = Vec::new();
         let mut near = Vec::new();
@@ -107,7 +122,7 @@ impl Pair {
                 for dz in -layers..=layers {
                     for dy in -reach..=reach {
                         for dx in -reach..=reach {
-                            let met = shape.synchronous([direction, others], [dx, dy, dz]);
+                            let met = shape.synchronous([direction, others], [dx, dy, dz], astray);
                             if met != Some([0; 2]) && !own.contains(&[dx, dy]) {
                                 own.push([dx, dy]);
                             }

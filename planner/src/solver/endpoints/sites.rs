@@ -191,6 +191,21 @@ impl<'a> EndpointJudge<'a> {
         (site.airborne && high_mps() > FAINTEST_WAKE_MPS).then_some(downwash)
     }
 
+    /// Gap that two bodies keep (m).
+    pub(super) fn needs_m(&self, one: &Site, other: &Site) -> f64 {
+        let flying = usize::from(one.airborne) + usize::from(other.airborne);
+        self.world.planning.gap_to_bodies_m(flying)
+    }
+
+    /// The greatest tracking margin that a gap between two bodies bears (m); `None` where it would
+    /// be too small without one.
+    pub(super) fn bearable_tracking_m(&self, one: &Site, other: &Site, gap_m: f64) -> Option<f64> {
+        let flying = usize::from(one.airborne) + usize::from(other.airborne);
+        let bears = flying > 0 && gap_m >= self.world.planning.clearance_m - SAME_PLACE_M;
+        // To the millimetre, downwards: it is typed back.
+        bears.then(|| (gap_m / flying as f64 * 1e3 + 1e-6).floor() / 1e3)
+    }
+
     /// The highest air in a zone, if it breaks the limit.
     pub(super) fn zone_peak(&self, zone: usize, all: &[&Downwash<'_>]) -> Option<Peak> {
         let zone = &self.world.zones[zone];
@@ -225,7 +240,7 @@ impl Sites {
         let air_m =
             greatest(&|site| site.wake.reach_m(deepest_m)) + greatest(&|site| site.tip_radius_m);
         let bodies_m =
-            2.0 * greatest(&|site| site.body_radius_m) + judge.world.planning.clearance_m;
+            2.0 * greatest(&|site| site.body_radius_m) + judge.world.planning.gap_to_bodies_m(2);
         let mut by_x: Vec<usize> = (0..sites.len()).collect();
         by_x.sort_by(|&a, &b| sites[a].place_m.x.total_cmp(&sites[b].place_m.x));
         Sites {
