@@ -8,7 +8,9 @@ use crate::reservations::background::{FarWakes, Spread, spreads};
 use crate::reservations::ground::{Footprint, Ground};
 use crate::reservations::timeline::{BUCKET_TICKS, Item, Timeline};
 use crate::reservations::zones::{Wakes, ZoneBox, Zones};
-use crate::verdict::{Blocker, Incoming, Verdict, Why, block_largest, peak, price};
+use crate::verdict::{
+    Blocker, Incoming, Verdict, Why, block_largest, greatest_of_each, peak, price,
+};
 use crate::wake::fleet::{BUDGET, Fleet, Meeting, WHOLE};
 use crate::wake::surfaces::BlockingSurfaces;
 
@@ -220,6 +222,8 @@ impl Costmap {
                 met.push((other, on_me, on_them));
             }
         });
+        // In a row what one drone brings; see `peak`.
+        met.sort_by_key(|(_, on_me, _)| on_me.from);
         let index = self.timeline.add(part, whole, wake_end_z_m);
         for (other, on_me, on_them) in met {
             if on_me.load > 0 {
@@ -482,20 +486,23 @@ impl Costmap {
             if sum + u64::from(weak) <= u64::from(self.budget) {
                 continue;
             }
+            let mut loads: Vec<(u32, Blocker)> = Vec::new();
+            for (it, [began, clear]) in together() {
+                let blocker = Blocker {
+                    drone: it.from,
+                    why: Why::OwnLimit,
+                    began: *began,
+                    clear: *clear,
+                };
+                greatest_of_each(&mut loads, it.load, blocker);
+            }
+            let sum: u64 = loads.iter().map(|(load, _)| u64::from(*load)).sum();
+            if sum + u64::from(weak) <= u64::from(self.budget) {
+                continue;
+            }
             if !must {
                 return false;
             }
-            let mut loads: Vec<(u32, Blocker)> = together()
-                .map(|(it, [began, clear])| {
-                    let blocker = Blocker {
-                        drone: it.from,
-                        why: Why::OwnLimit,
-                        began: *began,
-                        clear: *clear,
-                    };
-                    (it.load, blocker)
-                })
-                .collect();
             loads.sort_by_key(|(_, blocker)| (blocker.drone, blocker.began));
             block_largest(&mut loads, weak.min(self.budget), self.budget, verdict);
         }
@@ -681,20 +688,6 @@ pub fn part_at(leg: &Leg, at: Tick) -> u32 {
 
 fn is_whole(leg: &Leg) -> bool {
     leg.stays() || leg.end.0 - leg.start.0 <= PART_TICKS
-}
-
-/// The greatest load of each drone: its legs follow one another.
-fn greatest_of_each(loads: &mut Vec<(u32, Blocker)>, load: u32, blocker: Blocker) {
-    match loads
-        .iter_mut()
-        .find(|(_, known)| known.drone == blocker.drone)
-    {
-        Some((known, last)) => {
-            *known = load.max(*known);
-            last.clear = last.clear.max(blocker.clear);
-        }
-        None => loads.push((load, blocker)),
-    }
 }
 
 /// How long a leg that ends shares with another (s).

@@ -21,20 +21,38 @@ pub struct Incoming {
     pub load: u32,
 }
 
-/// The greatest sum of loads at one moment between two ticks.
-pub(crate) fn peak(met: &[Incoming], start: Tick, end: Tick) -> u64 {
-    let at = |moment: Tick| -> u64 {
-        met.iter()
-            .filter(|it| it.start <= moment && moment < it.end)
-            .map(|it| u64::from(it.load))
-            .sum()
-    };
+/// The greatest sum of loads at one moment between two ticks. Of what one drone brings in a row
+/// only the greatest counts: within the time margin it may be on either of two legs.
+pub fn peak(met: &[Incoming], start: Tick, end: Tick) -> u64 {
+    let at = |moment: Tick| sum_at(met, moment);
     // A sum only grows where something begins.
     met.iter()
         .map(|it| it.start)
         .filter(|&moment| start < moment && moment < end)
         .map(at)
         .fold(at(start), u64::max)
+}
+
+/// The sum of loads at a moment, of each drone's in a row the greatest.
+fn sum_at(met: &[Incoming], moment: Tick) -> u64 {
+    let lasting = met
+        .iter()
+        .filter(|it| it.start <= moment && moment < it.end);
+    let mut sum = 0;
+    let mut last: Option<(DroneId, u32)> = None;
+    for it in lasting {
+        match &mut last {
+            Some((from, most)) if *from == it.from => {
+                sum += u64::from(it.load.saturating_sub(*most));
+                *most = it.load.max(*most);
+            }
+            _ => {
+                sum += u64::from(it.load);
+                last = Some((it.from, it.load));
+            }
+        }
+    }
+    sum
 }
 
 /// Why a leg may not be flown past a drone.
@@ -98,6 +116,20 @@ impl Verdict {
             began,
             clear,
         });
+    }
+}
+
+/// The greatest load of each drone: its legs follow one another.
+pub(crate) fn greatest_of_each(loads: &mut Vec<(u32, Blocker)>, load: u32, blocker: Blocker) {
+    match loads
+        .iter_mut()
+        .find(|(_, known)| known.drone == blocker.drone)
+    {
+        Some((known, last)) => {
+            *known = load.max(*known);
+            last.clear = last.clear.max(blocker.clear);
+        }
+        None => loads.push((load, blocker)),
     }
 }
 

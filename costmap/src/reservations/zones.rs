@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::leg::{DroneId, Leg, Tick};
 use crate::reservations::timeline::Timeline;
-use crate::verdict::{Blocker, Verdict, Why, block_largest};
+use crate::verdict::{Blocker, Verdict, Why, block_largest, greatest_of_each};
 use crate::wake::fleet::{BUDGET, Fleet, WHOLE, left};
 use crate::wake::surfaces::BlockingSurfaces;
 
@@ -128,18 +128,16 @@ impl Zones {
                 let Some(zones) = self.loads.get(bucket as usize) else {
                     continue;
                 };
-                let mut loads: Vec<(u32, Blocker)> = zones[index]
-                    .iter()
-                    .map(|load| {
-                        let blocker = Blocker {
-                            drone: load.drone,
-                            why: Why::Zone,
-                            began: leg.start,
-                            clear: load.clear,
-                        };
-                        (load.load, blocker)
-                    })
-                    .collect();
+                let mut loads: Vec<(u32, Blocker)> = Vec::new();
+                for load in &zones[index] {
+                    let blocker = Blocker {
+                        drone: load.drone,
+                        why: Why::Zone,
+                        began: leg.start,
+                        clear: load.clear,
+                    };
+                    greatest_of_each(&mut loads, load.load, blocker);
+                }
                 block_largest(&mut loads, own, BUDGET, verdict);
             }
         }

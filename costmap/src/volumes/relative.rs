@@ -66,7 +66,11 @@ impl Moments {
         self.count += 1;
     }
 
+    /// Whether a pair of moments is in it; nothing is in an empty one.
     fn holds(&self, [reference, mover]: [f64; 2]) -> bool {
+        if self.count == 0 {
+            return false;
+        }
         let side = |(a, b): (&[f64; 2], &[f64; 2])| {
             (b[0] - a[0]) * (mover - a[1]) - (b[1] - a[1]) * (reference - a[0])
         };

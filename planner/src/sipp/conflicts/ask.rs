@@ -2,7 +2,7 @@
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Tick};
-use costmap::verdict::{Blocker, Verdict, Why};
+use costmap::verdict::{Blocker, Incoming, Verdict, Why, peak};
 
 use super::column::spells;
 use super::directions::index;
@@ -246,7 +246,7 @@ struct Loads {
     /// How much earlier or later others may be (ticks).
     shift: u32,
     /// What they bring who steps, and when.
-    on_me: Vec<([Tick; 2], u32)>,
+    on_me: Vec<Incoming>,
     sum: u32,
     is_too_much_for_others: bool,
 }
@@ -260,7 +260,12 @@ impl Loads {
                 record.start.before(self.shift),
                 record.end.after(self.shift),
             ];
-            self.on_me.push((lasts, load));
+            self.on_me.push(Incoming {
+                from: record.drone,
+                start: lasts[0],
+                end: lasts[1],
+                load,
+            });
             self.sum += load;
         }
         if span.on_second > 0 && !self.is_too_much_for_others {
@@ -272,18 +277,13 @@ impl Loads {
         }
     }
 
-    fn are_borne(&self) -> bool {
+    fn are_borne(&mut self) -> bool {
         !self.is_too_much_for_others && (self.sum <= MOST_LOADS || self.peak() <= MOST_LOADS)
     }
 
-    /// The most that they are at any moment: it only grows where one begins.
-    fn peak(&self) -> u32 {
-        let at = |moment: Tick| -> u32 {
-            let lasts = |[start, end]: [Tick; 2]| start <= moment && moment < end;
-            let loads = self.on_me.iter().filter(|(time, _)| lasts(*time));
-            loads.map(|(_, load)| load).sum()
-        };
-        let begins = self.on_me.iter().map(|([start, _], _)| at(*start));
-        begins.max().unwrap_or(0)
+    /// The most that they are at any moment.
+    fn peak(&mut self) -> u32 {
+        self.on_me.sort_by_key(|it| it.from);
+        peak(&self.on_me, Tick(0), Tick::FOREVER) as u32
     }
 }
