@@ -118,7 +118,7 @@ fn worst(found: &[Excluded]) -> Vec<Excluded> {
 fn severity(why: &Exclusion) -> f64 {
     const CLASS: f64 = 1e9;
     match *why {
-        Exclusion::Bodies { gap_m, needs_m } => 2.0 * CLASS + needs_m - gap_m,
+        Exclusion::Bodies { gap_m, needs_m, .. } => 2.0 * CLASS + needs_m - gap_m,
         Exclusion::Column => CLASS,
         Exclusion::Air { alpha, limit, .. } => alpha / limit,
         Exclusion::Zone { air_mps, limit_mps } => air_mps / limit_mps,
