@@ -6,7 +6,8 @@ use std::ops::Range;
 use crate::leg::{DroneId, Leg, Tick};
 use crate::reservations::background::{FarWakes, Spread, spreads};
 use crate::reservations::ground::{Footprint, Ground};
-use crate::reservations::timeline::{BUCKET_TICKS, Item, Timeline};
+use crate::reservations::over_time::{BUCKET_TICKS, begins, buckets, part_ticks, spans};
+use crate::reservations::timeline::{Item, Timeline};
 use crate::reservations::zones::{Wakes, ZoneBox, Zones};
 use crate::verdict::{
     Blocker, Incoming, Verdict, Why, block_largest, greatest_of_each, peak, price,
@@ -189,7 +190,6 @@ impl Costmap {
         let delay = self.fleet.longest_delay();
         self.timeline
             .extend_to(last.unwrap_or_default().after(delay + self.shift()));
-        self.zones.extend_to(self.timeline.bucket_count());
         for leg in &legs {
             let end_z_m = self.wake_end_z_m(leg);
             for part in parts(leg) {
@@ -199,10 +199,9 @@ impl Costmap {
                 fleet: &self.fleet,
                 surfaces: &self.surfaces,
             };
-            self.zones.add(leg, wakes, &self.timeline);
+            self.zones.add(leg, wakes);
         }
         if self.sums_ahead() {
-            self.far_wakes.extend_to(self.timeline.bucket_count());
             self.far_wakes.add(&spreads);
         }
         self.legs[drone.0 as usize] = legs;
@@ -279,8 +278,7 @@ impl Costmap {
         if !self.zones.is_empty() {
             let clear = last.end.after(self.fleet.longest_delay() + self.shift());
             let since = first.start.before(self.shift());
-            let buckets = self.timeline.buckets(since, clear);
-            self.zones.remove(drone, buckets);
+            self.zones.remove(drone, since, clear);
         }
     }
 
@@ -314,7 +312,7 @@ impl Costmap {
             verdict.clear();
             self.judge_advected(leg, &self.near(leg), verdict);
             if leg.flying && self.fleet.conditions().wakes {
-                self.zones.judge(leg, self.wakes(), &self.timeline, verdict);
+                self.zones.judge(leg, self.wakes(), verdict);
             }
             return;
         }
@@ -351,7 +349,7 @@ impl Costmap {
             judge(&part, verdict);
         }
         if leg.flying && self.fleet.conditions().wakes {
-            self.zones.judge(leg, self.wakes(), &self.timeline, verdict);
+            self.zones.judge(leg, self.wakes(), verdict);
         }
     }
 
@@ -411,7 +409,8 @@ impl Costmap {
         item.peak + far_wakes.worst(self.timeline.ground(), &item.footprint) + load <= budget
             || {
                 let [start, end] = self.widened(time.start, time.end);
-                let weak = far_wakes.on(&self.timeline, &item.footprint, start, end);
+                let ground = self.timeline.ground();
+                let weak = far_wakes.on(ground, &item.footprint, start, end);
                 item.filled(time.start, time.end) + weak + load <= budget
             }
             || load <= budget && self.summed(item, time) + load <= budget
@@ -458,7 +457,8 @@ impl Costmap {
         let emits = part.flying && self.fleet.conditions().wakes;
         let enough = !emits || {
             let [start, end] = self.widened(part.start, part.end);
-            let weak = self.far_wakes.on(&self.timeline, &own, start, end);
+            let ground = self.timeline.ground();
+            let weak = self.far_wakes.on(ground, &own, start, end);
             let weak = u32::try_from(weak).unwrap_or(u32::MAX);
             let all = met.iter().map(|(incoming, _)| u64::from(incoming.load));
             all.sum::<u64>() + u64::from(weak) <= u64::from(self.budget)
@@ -592,9 +592,9 @@ impl Costmap {
         if emitting.is_empty() {
             return;
         }
-        for bucket in self.timeline.buckets(leg.start, leg.end) {
-            let (start, end) = self.timeline.span(bucket);
-            let part = leg.between(start, end);
+        let items = emitting.iter().map(|(item, _)| &item.leg);
+        for during in self.changes(leg, items) {
+            let part = leg.between(begins(during.start), begins(during.end));
             if part.start >= part.end {
                 continue;
             }
@@ -637,6 +637,32 @@ impl Costmap {
         }
     }
 
+    /// The spans of buckets in each of which advected wakes bring a leg the same: a bucket each
+    /// where a drone moves, or where its air is still under way.
+    fn changes<'a>(&self, leg: &Leg, emitting: impl Iterator<Item = &'a Leg>) -> Vec<Range<u32>> {
+        let within = buckets(leg.start, leg.end);
+        if !leg.stays() {
+            return spans(leg, within).collect();
+        }
+        let mut cuts = vec![within.start, within.end];
+        for other in emitting {
+            let late = self.fleet.longest_delay() + self.shift();
+            let all = buckets(other.start.before(self.shift()), other.end.after(late));
+            let same = match other.end {
+                _ if !other.stays() => all.start,
+                Tick::FOREVER => u32::MAX,
+                end => end.before(self.shift()).0 / BUCKET_TICKS,
+            };
+            let after = (same.max(all.start)..all.end).take_while(|it| *it <= within.end);
+            let ends = [all.start, all.start + 1, all.end];
+            cuts.extend(ends.into_iter().chain(after));
+        }
+        cuts.retain(|cut| within.start <= *cut && *cut <= within.end);
+        cuts.sort_unstable();
+        cuts.dedup();
+        cuts.windows(2).map(|ends| ends[0]..ends[1]).collect()
+    }
+
     /// Bound on the budget of a drone on its leg that all wakes but one drone's fill, in
     /// millionths.
     fn load_by_others(&self, item: &Item, but: DroneId) -> u64 {
@@ -664,10 +690,11 @@ impl Costmap {
     }
 }
 
-/// A leg that stays, whole; others in parts of a second, if they last for more than two.
+/// A leg that stays, whole; others in parts of a second, slow ones of more, if they last for more
+/// than two.
 fn parts(leg: &Leg) -> impl Iterator<Item = Leg> + '_ {
     let whole = is_whole(leg);
-    let step = if whole { u32::MAX } else { BUCKET_TICKS };
+    let step = if whole { u32::MAX } else { part_ticks(leg) };
     let mut next = Some(leg.start);
     std::iter::from_fn(move || {
         let start = next?;
@@ -682,7 +709,7 @@ pub fn part_at(leg: &Leg, at: Tick) -> u32 {
     if is_whole(leg) {
         0
     } else {
-        (at.0 - leg.start.0) / BUCKET_TICKS
+        (at.0 - leg.start.0) / part_ticks(leg)
     }
 }
 

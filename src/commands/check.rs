@@ -62,7 +62,7 @@ fn text(plan: &Plan, violations: &[Violation]) -> String {
 }
 
 fn read(path: &Path) -> Result<Plan, Failure> {
-    let text = std::fs::read_to_string(path).map_err(Failure::read(path))?;
+    let text = files::text(path, files::MOST_BYTES).map_err(Failure::read(path))?;
     let not_a_plan = |reason: String| Failure::NotAPlan {
         path: path.to_owned(),
         reason,

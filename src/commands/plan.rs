@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell, tell_error};
 use crate::io::files;
-use crate::io::files::OutFolder;
+use crate::io::files::{MOST_SCENARIO_BYTES, OutFolder};
 use crate::io::problems;
 use crate::io::watch::{Durations, Watch, peak_memory_bytes};
 use crate::plots;
@@ -257,12 +257,12 @@ fn is_standard_input(scenario: &Path) -> bool {
 
 fn read_world(path: &Path, finding: Option<&Path>) -> Result<World, Failure> {
     let text = match is_standard_input(path) {
-        true => std::io::read_to_string(std::io::stdin()),
-        false => std::fs::read_to_string(path),
+        true => files::text_of(std::io::stdin(), MOST_SCENARIO_BYTES),
+        false => files::text(path, MOST_SCENARIO_BYTES),
     };
     let text = text.map_err(Failure::read(path))?;
     let named = |file: &Path| {
-        let text = std::fs::read_to_string(file).map_err(Failure::read(file));
+        let text = files::text(file, MOST_SCENARIO_BYTES).map_err(Failure::read(file));
         text.map(|text| (file.display().to_string(), text))
     };
     let finding = finding.map(named).transpose()?;
@@ -271,7 +271,7 @@ fn read_world(path: &Path, finding: Option<&Path>) -> Result<World, Failure> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let load = |source: &str| match &finding {
         Some((file, text)) if file == source => Ok(text.clone()),
-        _ => std::fs::read_to_string(folder.join(source)).map_err(|error| error.to_string()),
+        _ => files::text(&folder.join(source), MOST_SCENARIO_BYTES).map_err(|it| it.to_string()),
     };
     let flown = finding.as_ref().map(|(file, _)| file.as_str());
     read_text(&path.display().to_string(), &text, flown, &load)

@@ -1,7 +1,7 @@
-//! What `plan` writes: whole files or none, and the line breaks of its JSON.
+//! What `plan` reads, as far as memory allows, and what it writes: whole files or none, and the line breaks of its JSON.
 
 use std::fs;
-use std::io::{self, Write as _};
+use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -9,6 +9,39 @@ use serde_json::Value;
 use tempfile::NamedTempFile;
 
 use crate::io::failure::Failure;
+
+/// Most bytes of a scenario and of what it names, of a campaign file: chosen here, thirty times the
+/// scenario of ten thousand drones.
+pub(crate) const MOST_SCENARIO_BYTES: u64 = 32 << 20;
+/// Most bytes of a plan, and of a recording once it is unpacked: chosen here, several times the plan
+/// of ten thousand drones, and six hours of a flight log at 50 Hz.
+pub(crate) const MOST_BYTES: u64 = 200 << 20;
+
+/// A text of at most so many bytes, from the beginning of a file to its end.
+pub(crate) fn text(path: &Path, most: u64) -> io::Result<String> {
+    text_of(fs::File::open(path)?, most)
+}
+
+/// A text of at most so many bytes.
+pub(crate) fn text_of(from: impl io::Read, most: u64) -> io::Result<String> {
+    let bytes = bytes_of(from, most)?;
+    String::from_utf8(bytes).map_err(|_| {
+        let what = "it is no text: not all of it is UTF-8";
+        io::Error::new(io::ErrorKind::InvalidData, what)
+    })
+}
+
+/// The bytes of a file, if they are not more than so many.
+pub(crate) fn bytes_of(from: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    from.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        let mib = most >> 20;
+        let what = format!("it is longer than {mib} MiB");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, what));
+    }
+    Ok(bytes)
+}
 
 /// The folder that a run writes to, made before the planning so that a folder which cannot be made
 /// is known at once.

@@ -105,10 +105,10 @@ pub(crate) fn told_once(
             continue;
         }
         let others = &members[1..];
-        let mut places: Vec<String> = others.iter().map(|&index| place(index)).collect();
+        let more = others.len().saturating_sub(PLACES_NAMED);
+        let named = others.iter().take(PLACES_NAMED);
+        let mut places: Vec<String> = named.map(|&index| place(index)).collect();
         places.dedup();
-        let more = places.len().saturating_sub(PLACES_NAMED);
-        places.truncate(PLACES_NAMED);
         let places = joined(places, ", ");
         let rest = match more {
             0 => String::new(),

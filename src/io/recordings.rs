@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Read as _;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use annotate_snippets::{Group, Level};
@@ -13,6 +13,7 @@ use diagnosis::record::recording::Recording;
 use rayon::prelude::*;
 
 use super::failure::Failure;
+use super::files::{self, MOST_BYTES, MOST_SCENARIO_BYTES};
 use super::problems::{colour_on_stderr, counted, listed};
 
 /// What makes a folder a `downwash-recording/1`.
@@ -42,7 +43,7 @@ pub(crate) fn read_all(paths: &[PathBuf], meta: Option<&Path>) -> Result<Vec<Rec
     let mut parsed = BTreeMap::new();
     for file in campaigns.iter().flatten() {
         if !parsed.contains_key(file) {
-            let text = fs::read_to_string(file).map_err(Failure::read(file))?;
+            let text = files::text(file, MOST_SCENARIO_BYTES).map_err(Failure::read(file))?;
             let campaign = Campaign::parse(&file.display().to_string(), &text).map_err(refused)?;
             parsed.insert(file, campaign);
         }
@@ -266,15 +267,16 @@ impl Source {
 
 /// The bytes of a file, unpacked where its name ends in `.gz`.
 fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
-    let packed = fs::read(path).map_err(Failure::read(path))?;
-    if path.extension().is_none_or(|ending| ending != "gz") {
-        return Ok(packed);
-    }
-    let mut bytes = Vec::with_capacity(6 * packed.len()); // tables of numbers pack to a sixth to a quarter
-    flate2::read::MultiGzDecoder::new(packed.as_slice())
-        .read_to_end(&mut bytes)
-        .map_err(Failure::read(path))?;
-    Ok(bytes)
+    let file = fs::File::open(path).map_err(Failure::read(path))?;
+    let is_packed = path.extension().is_some_and(|ending| ending == "gz");
+    let bytes = match is_packed {
+        true => {
+            let packed = flate2::bufread::MultiGzDecoder::new(BufReader::new(file));
+            files::bytes_of(packed, MOST_BYTES)
+        }
+        false => files::bytes_of(file, MOST_BYTES),
+    };
+    bytes.map_err(Failure::read(path))
 }
 
 /// Problems one below the other, with their helps, and a last line that counts them.

@@ -98,11 +98,9 @@ fn loads(costmap: &Costmap) -> (Loads, Vec<Vec<(DroneId, u32)>>) {
             loads.push((drone, item.leg.start, met, item.peak));
         }
     }
-    let in_zone = costmap
-        .zones
-        .loads
-        .iter()
-        .map(|zones| {
+    let in_zone = (0..12)
+        .map(|bucket| {
+            let zones = &costmap.zones.loads.during(bucket..bucket + 1)[0];
             let mut zone: Vec<_> = zones[0]
                 .iter()
                 .map(|load| (load.drone, load.load))

@@ -2,44 +2,45 @@
 //!
 //! Beyond [`Fleet::near_m`] no wake is worth looking at one by one, but many together may be. So
 //! every bin of the floor keeps, second by second, the sum of what those who are that far off can
-//! bring to a drone in it.
+//! bring to a drone in it; seconds in which nothing changes are kept once.
+
+use std::ops::Range;
+use std::sync::Arc;
 
 use crate::leg::{Leg, Tick};
 use crate::reservations::ground::{Footprint, Ground};
-use crate::reservations::timeline::{BUCKET_TICKS, Timeline};
+use crate::reservations::over_time::{BUCKET_TICKS, OverTime, begins, buckets, spans};
 use crate::wake::fleet::Fleet;
+
+/// A number for every bin, by rows; rows that are the same at several times are kept once.
+type Sums = Vec<Arc<Vec<u32>>>;
 
 /// Sums of weak loads, in millionths of the lowest budget of the fleet.
 #[derive(Clone, Debug)]
 pub(crate) struct FarWakes {
-    /// By bucket and bin.
-    sums: Vec<Vec<u32>>,
-    /// After the last bucket, by bin.
-    after: Vec<u32>,
+    /// By time and bin.
+    sums: OverTime<Sums>,
+    /// Bins in a row.
+    width: usize,
     /// By bin, the greatest sum of weak loads there has ever been.
     worst: Vec<u32>,
 }
 
-/// From and to which bucket (`u32::MAX`: without end) how much falls into which bin.
+/// In which buckets how much falls into which bin.
 #[derive(Clone, Debug)]
 pub(crate) struct Spread {
-    from: u32,
-    to: u32,
+    during: Range<u32>,
+    /// Row by row.
     loads: Vec<(usize, u32)>,
 }
 
 impl FarWakes {
     pub(crate) fn new(ground: &Ground) -> FarWakes {
+        let row = Arc::new(vec![0; ground.width()]);
         FarWakes {
-            sums: Vec::new(),
-            after: vec![0; ground.count()],
+            sums: OverTime::new(vec![row; ground.row_count()]),
+            width: ground.width(),
             worst: vec![0; ground.count()],
-        }
-    }
-
-    pub(crate) fn extend_to(&mut self, buckets: usize) {
-        while self.sums.len() < buckets {
-            self.sums.push(self.after.clone());
         }
     }
 
@@ -59,16 +60,14 @@ impl FarWakes {
     }
 
     fn change(&mut self, spreads: &[Spread], mut change: impl FnMut(usize, &mut u32, u32)) {
-        for spread in spreads {
-            let last = (spread.to as usize).min(self.sums.len());
-            for sums in &mut self.sums[(spread.from as usize).min(last)..last] {
-                for &(bin, load) in &spread.loads {
-                    change(bin, &mut sums[bin], load);
-                }
-            }
-            if spread.to == u32::MAX {
-                for &(bin, load) in &spread.loads {
-                    change(bin, &mut self.after[bin], load);
+        let width = self.width;
+        for spread in spreads.iter().filter(|spread| !spread.loads.is_empty()) {
+            for sums in self.sums.during_mut(spread.during.clone()) {
+                for row in (spread.loads).chunk_by(|a, b| a.0 / width == b.0 / width) {
+                    let sums = Arc::make_mut(&mut sums[row[0].0 / width]);
+                    for &(bin, load) in row {
+                        change(bin, &mut sums[bin % width], load);
+                    }
                 }
             }
         }
@@ -76,14 +75,14 @@ impl FarWakes {
 
     /// The most that far wakes bring to a drone within a footprint, at any moment between two
     /// ticks.
-    pub(crate) fn on(&self, timeline: &Timeline, at: &Footprint, start: Tick, end: Tick) -> u64 {
-        let ground = timeline.ground();
+    pub(crate) fn on(&self, ground: &Ground, at: &Footprint, start: Tick, end: Tick) -> u64 {
         let bins = ground.bins(at);
         let mut most = 0;
-        for bucket in timeline.buckets(start, end) {
-            let sums = self.sums.get(bucket as usize).unwrap_or(&self.after);
+        for sums in self.sums.during(buckets(start, end)) {
             for row in ground.rows(bins) {
-                most = sums[row].iter().fold(most, |most, sum| most.max(*sum));
+                let (y, x) = (row.start / self.width, row.start % self.width);
+                let sums = &sums[y][x..x + row.len()];
+                most = sums.iter().fold(most, |most, sum| most.max(*sum));
             }
         }
         u64::from(most)
@@ -109,20 +108,14 @@ pub(crate) fn spreads(fleet: &Fleet, ground: &Ground, legs: &[Leg]) -> Vec<Sprea
     };
     let mut spreads = Vec::new();
     let mut next = 0;
-    for bucket in first.start.0 / BUCKET_TICKS.. {
-        let start = Tick(bucket * BUCKET_TICKS);
-        if last.end <= start {
-            break;
-        }
-        let lasts = last.end == Tick::FOREVER && last.start <= start;
-        let end = if lasts {
-            Tick::FOREVER
-        } else {
-            start.after(BUCKET_TICKS)
-        };
+    let mut bucket = first.start.0 / BUCKET_TICKS;
+    while begins(bucket) < last.end {
+        let start = begins(bucket);
         while legs[next].end <= start && next + 1 < legs.len() {
             next += 1;
         }
+        let during = alike(&legs[next], bucket);
+        let end = begins(during.end);
         let parts: Vec<Leg> = legs[next..]
             .iter()
             .take_while(|leg| leg.start < end)
@@ -130,16 +123,25 @@ pub(crate) fn spreads(fleet: &Fleet, ground: &Ground, legs: &[Leg]) -> Vec<Sprea
             .map(|leg| leg.between(start, end))
             .filter(|part| part.start < part.end)
             .collect();
+        bucket = during.end;
         spreads.push(Spread {
-            from: bucket,
-            to: if lasts { u32::MAX } else { bucket + 1 },
+            during,
             loads: loads(fleet, ground, &parts),
         });
-        if lasts {
-            break;
-        }
     }
     spreads
+}
+
+/// Buckets from one on in which a leg that lasts at its beginning is looked at as one: a single one
+/// unless it fills several.
+fn alike(leg: &Leg, bucket: u32) -> Range<u32> {
+    if leg.end == Tick::FOREVER && leg.start <= begins(bucket) {
+        return bucket..u32::MAX;
+    }
+    let filled = leg.end.0 / BUCKET_TICKS;
+    let is_filled = leg.start <= begins(bucket) && bucket + 1 < filled;
+    let span = is_filled.then(|| spans(leg, bucket..filled).next());
+    span.flatten().unwrap_or(bucket..bucket + 1)
 }
 
 fn loads(fleet: &Fleet, ground: &Ground, parts: &[Leg]) -> Vec<(usize, u32)> {

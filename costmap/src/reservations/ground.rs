@@ -95,13 +95,23 @@ impl Ground {
             bin_m,
             // One more for what rounding pushes over the edge.
             counts: size_m
-                .map(|size_m| ((size_m / bin_m).ceil() as usize + 1).min(MOST_BINS as usize)),
+                .map(|size_m| ((size_m / bin_m).ceil() as usize + 1).min(usize::from(u16::MAX))),
         }
     }
 
     /// How many there are.
     pub fn count(&self) -> usize {
         self.counts[0] * self.counts[1]
+    }
+
+    /// Of them, in a row.
+    pub(crate) fn width(&self) -> usize {
+        self.counts[0]
+    }
+
+    /// How many rows they are.
+    pub(crate) fn row_count(&self) -> usize {
+        self.counts[1]
     }
 
     /// Their side (m).
@@ -138,10 +148,10 @@ impl Ground {
 
     /// What a box of bins covers, wider by a margin on every side.
     pub(crate) fn hull(&self, bins: Bins, margin_m: f64) -> Footprint {
-        let at_m = |bin: u16, axis: usize| self.low_m[axis] + f64::from(bin) * self.bin_m;
+        let at_m = |bin: f64, axis: usize| self.low_m[axis] + bin * self.bin_m;
         Footprint {
-            min_m: [0, 1].map(|axis| at_m(bins.low[axis], axis) - margin_m),
-            max_m: [0, 1].map(|axis| at_m(bins.high[axis] + 1, axis) + margin_m),
+            min_m: [0, 1].map(|axis| at_m(f64::from(bins.low[axis]), axis) - margin_m),
+            max_m: [0, 1].map(|axis| at_m(f64::from(bins.high[axis]) + 1.0, axis) + margin_m),
         }
     }
 

@@ -3,15 +3,11 @@
 //! Prioritized planning asks "who is near here then" for every step it considers, and mostly
 //! appends. Every bin of the [`Ground`] lists the legs over it by their beginning, each with the
 //! latest end up to there: of those that have ended before a moment one bisection skips nearly all.
-//! Time itself is counted in buckets of a second where something is known of places and not of
-//! legs.
 
 use crate::leg::{DroneId, Leg, Tick};
 use crate::reservations::ground::{Bins, Footprint, Ground};
+use crate::reservations::over_time::BUCKET_TICKS;
 use crate::verdict::{Incoming, peak};
-
-/// Length of a bucket: chosen here, a drone flies one or two cells in a second.
-pub const BUCKET_TICKS: u32 = 100;
 
 /// A leg of the fleet, or a part of one.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,7 +96,7 @@ pub struct Timeline {
     unused: Vec<u32>,
     /// Per drone, its items in order of time.
     of_drones: Vec<Vec<u32>>,
-    buckets: u32,
+    horizon: Tick,
 }
 
 impl Timeline {
@@ -113,7 +109,7 @@ impl Timeline {
             items: Vec::new(),
             unused: Vec::new(),
             of_drones: vec![Vec::new(); drones],
-            buckets: 0,
+            horizon: Tick(0),
         }
     }
 
@@ -122,40 +118,15 @@ impl Timeline {
         &self.ground
     }
 
-    /// The first moment after the last bucket.
+    /// From here on nothing changes any more, in whole seconds.
     pub fn horizon(&self) -> Tick {
-        Tick(self.buckets * BUCKET_TICKS)
+        self.horizon
     }
 
-    /// Makes buckets up to a moment.
+    /// Something changes until a moment.
     pub fn extend_to(&mut self, moment: Tick) {
-        self.buckets = self.buckets.max(moment.0.div_ceil(BUCKET_TICKS));
-    }
-
-    /// Buckets that end.
-    pub fn bucket_count(&self) -> usize {
-        self.buckets as usize
-    }
-
-    /// Buckets that a span of time touches, the time after included.
-    pub fn buckets(&self, start: Tick, end: Tick) -> std::ops::Range<u32> {
-        let first = (start.0 / BUCKET_TICKS).min(self.buckets);
-        let past = if end > self.horizon() {
-            self.buckets + 1
-        } else {
-            end.0.div_ceil(BUCKET_TICKS)
-        };
-        first..past.max(first + 1)
-    }
-
-    /// When a bucket begins and ends.
-    pub fn span(&self, bucket: u32) -> (Tick, Tick) {
-        let start = Tick(bucket * BUCKET_TICKS);
-        if bucket < self.buckets {
-            (start, start.after(BUCKET_TICKS))
-        } else {
-            (start, Tick::FOREVER)
-        }
+        let whole = moment.0.div_ceil(BUCKET_TICKS).saturating_mul(BUCKET_TICKS);
+        self.horizon = self.horizon.max(Tick(whole));
     }
 
     /// Adds a leg, or a part of one that began and ends at other times.

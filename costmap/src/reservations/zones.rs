@@ -6,7 +6,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::leg::{DroneId, Leg, Tick};
-use crate::reservations::timeline::Timeline;
+use crate::reservations::over_time::{OverTime, begins, buckets, spans};
 use crate::verdict::{Blocker, Verdict, Why, block_largest, greatest_of_each};
 use crate::wake::fleet::{BUDGET, Fleet, WHOLE, left};
 use crate::wake::surfaces::BlockingSurfaces;
@@ -45,14 +45,14 @@ pub(crate) struct Wakes<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Zones {
     boxes: Vec<ZoneBox>,
-    /// `[bucket][zone]`, the last bucket being the time after all others.
-    pub(crate) loads: Vec<Vec<Vec<ZoneLoad>>>,
+    /// By time and zone.
+    pub(crate) loads: OverTime<Vec<Vec<ZoneLoad>>>,
 }
 
 impl Zones {
     pub(crate) fn new(boxes: Vec<ZoneBox>) -> Zones {
         Zones {
-            loads: vec![vec![Vec::new(); boxes.len()]],
+            loads: OverTime::new(vec![Vec::new(); boxes.len()]),
             boxes,
         }
     }
@@ -61,32 +61,27 @@ impl Zones {
         self.boxes.is_empty()
     }
 
-    /// Makes as many buckets as the timeline has; what lasts without end is in all that are new.
-    pub(crate) fn extend_to(&mut self, buckets: usize) {
-        while !self.is_empty() && self.loads.len() < buckets + 1 {
-            let after = self.loads.last().cloned().unwrap_or_default();
-            self.loads.push(after);
-        }
-    }
-
     /// Counts a leg in every zone that its wake reaches, for as long as its air lasts.
-    pub(crate) fn add(&mut self, leg: &Leg, wakes: Wakes, timeline: &Timeline) {
+    pub(crate) fn add(&mut self, leg: &Leg, wakes: Wakes) {
         if self.is_empty() {
             return;
         }
         let shift = wakes.fleet.conditions().shift;
         let delay = wakes.fleet.longest_delay() + shift;
         let clear = leg.end.after(delay);
-        for bucket in timeline.buckets(leg.start.before(shift), clear) {
-            let (start, end) = timeline.span(bucket);
+        for during in spans(leg, buckets(leg.start.before(shift), clear)) {
+            let (start, end) = (begins(during.start), begins(during.end));
             let part = leg.between(start.before(delay), end.after(shift));
             if part.start >= part.end {
                 continue;
             }
             for (index, zone) in self.boxes.iter().enumerate() {
                 let load = wakes.load_on(&part, zone);
-                if load > 0 {
-                    self.loads[bucket as usize][index].push(ZoneLoad {
+                if load == 0 {
+                    continue;
+                }
+                for zones in self.loads.during_mut(during.clone()) {
+                    zones[index].push(ZoneLoad {
                         drone: part.drone,
                         load,
                         clear,
@@ -96,23 +91,17 @@ impl Zones {
         }
     }
 
-    /// Takes back what a drone's legs brought into these buckets.
-    pub(crate) fn remove(&mut self, drone: DroneId, buckets: std::ops::Range<u32>) {
-        for bucket in buckets {
-            for loads in &mut self.loads[bucket as usize] {
+    /// Takes back what a drone's legs brought between two ticks.
+    pub(crate) fn remove(&mut self, drone: DroneId, start: Tick, end: Tick) {
+        for zones in self.loads.during_mut(buckets(start, end)) {
+            for loads in zones {
                 loads.retain(|load| load.drone != drone);
             }
         }
     }
 
     /// Whether a leg's own wake, and others' with it, are too strong for a zone.
-    pub(crate) fn judge(
-        &self,
-        leg: &Leg,
-        wakes: Wakes,
-        timeline: &Timeline,
-        verdict: &mut Verdict,
-    ) {
+    pub(crate) fn judge(&self, leg: &Leg, wakes: Wakes, verdict: &mut Verdict) {
         for (index, zone) in self.boxes.iter().enumerate() {
             let own = wakes.load_on(leg, zone);
             if own == 0 {
@@ -124,10 +113,7 @@ impl Zones {
             }
             let shift = wakes.fleet.conditions().shift;
             let until = leg.end.after(wakes.fleet.longest_delay() + shift);
-            for bucket in timeline.buckets(leg.start.before(shift), until) {
-                let Some(zones) = self.loads.get(bucket as usize) else {
-                    continue;
-                };
+            for zones in self.loads.during(buckets(leg.start.before(shift), until)) {
                 let mut loads: Vec<(u32, Blocker)> = Vec::new();
                 for load in &zones[index] {
                     let blocker = Blocker {

@@ -39,7 +39,7 @@ use std::sync::Arc;
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
-use costmap::reservations::timeline::BUCKET_TICKS;
+use costmap::reservations::over_time::BUCKET_TICKS;
 use costmap::verdict::{Blocker, Verdict};
 use nalgebra::Point3;
 use serde::Serialize;
@@ -52,6 +52,7 @@ use crate::graph::distances::Distances;
 use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::plan::{AtEnd, Plan, Unplanned, Violation};
+use crate::scenario::limits::BUSY_S;
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
 use crate::solver::assemble::{blank, fleet, judged, rounded, write_arrival, write_legs};
@@ -215,9 +216,7 @@ impl Running {
 
     /// The whole tick of a time (s), rounded up.
     fn moment(&self, at_s: f64) -> Result<Tick, ChangeError> {
-        // Ticks count to 2³² hundredths of a second; a plan of a year is a mistake.
-        const LATEST_S: f64 = 3.2e7;
-        if !(0.0..LATEST_S).contains(&at_s) {
+        if !BUSY_S.contain(at_s) {
             return Err(ChangeError::Time(at_s));
         }
         let at = Tick(Tick::lasting(at_s));

@@ -5,12 +5,12 @@ use thiserror::Error;
 
 use super::finding_file::unfit;
 use super::limits::{
-    AIR_LIMIT, BODY_RADIUS_M, CELL_M, CENTRELINE, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG,
-    Limits, MASS_KG, MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS,
-    MOST_INDUCED_VELOCITY_MPS, MOST_LATTICE_PLACES, MOST_MASS_RATIO, MOTOR_DISTANCE_M, ORIGIN,
-    PLACE_M, PRESSURE_PA, PROPELLER_DIAMETER_M, PROPELLERS, SIZE_M, SPREADING, TEMPERATURE_C,
-    TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS, WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS,
-    lattice_places, name_fault,
+    AIR_LIMIT, BODY_RADIUS_M, BUSY_S, CELL_M, CENTRELINE, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT,
+    LOAD_KG, Limits, MASS_KG, MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS,
+    MOST_INDUCED_VELOCITY_MPS, MOST_ITEMS, MOST_LATTICE_PLACES, MOST_MASS_RATIO, MOST_TRIANGLES,
+    MOTOR_DISTANCE_M, ORIGIN, PLACE_M, PRESSURE_PA, PROPELLER_DIAMETER_M, PROPELLERS, SIZE_M,
+    SPREADING, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS, WIDTH_FACTOR,
+    ZONE_AIR_LIMIT_MPS, lattice_places, name_fault,
 };
 use super::problem::{Problem, Problems};
 use crate::scenario::placement::{Misfit, Misplaced, Spot, misplaced};
@@ -34,6 +34,18 @@ pub enum WorldError {
     /// Two drones have one name.
     #[error("two drones are called `{0}`")]
     SameName(String),
+    /// More of something than a plan is made for.
+    #[error("{whose} has {count} {what}, at most {most}")]
+    TooMany {
+        /// Of what.
+        whose: String,
+        /// What there is too much of.
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+        /// How many are allowed.
+        most: usize,
+    },
     /// A number that is not finite or out of range.
     #[error("{quantity} of {whose} is {value}: must be from {low} to {high} {unit}")]
     OutOfRange {
@@ -109,6 +121,18 @@ impl World {
 }
 
 impl Drone {
+    /// What its tasks take at least (s): dwells, and flights from place to place straight at full
+    /// speed.
+    pub(super) fn busy_s(&self) -> f64 {
+        let mut from_m = self.start_m;
+        let mut busy_s = 0.0;
+        for task in &self.tasks {
+            busy_s += (task.to_m - from_m).norm() / self.vehicle.max_speed_mps + task.dwell_s;
+            from_m = task.to_m;
+        }
+        busy_s
+    }
+
     /// The numbers of a drone built by hand that no scenario may have, in air of a density (kg/m³).
     pub(crate) fn faults(&self, density_kg_per_m3: f64) -> Vec<WorldError> {
         let mut check = Check { errors: Vec::new() };
@@ -156,6 +180,19 @@ impl Check {
         }
     }
 
+    /// How many there are of something.
+    fn count(&mut self, whose: &str, what: &'static str, count: usize, most: usize) {
+        if count > most {
+            let whose = whose.to_owned();
+            self.errors.push(WorldError::TooMany {
+                whose,
+                what,
+                count,
+                most,
+            });
+        }
+    }
+
     /// A name that can stand in a table.
     fn name(&mut self, whose: String, name: &str) {
         let fault = name_fault(name).map(|fault| WorldError::Name { whose, fault });
@@ -193,6 +230,13 @@ impl Check {
             ),
         ] {
             self.number(whose, quantity, value, limits);
+        }
+        for (what, count) in [
+            ("drones", world.drones.len()),
+            ("obstacles", world.obstacles.len()),
+            ("zones", world.zones.len()),
+        ] {
+            self.count("the world", what, count, MOST_ITEMS);
         }
         let places = lattice_places(world.bounds_m.max - world.bounds_m.min, planning.cell_m);
         if places > MOST_LATTICE_PLACES {
@@ -248,6 +292,8 @@ impl Check {
                 for vertex_m in vertices_m {
                     self.place(whose, "a vertex", vertex_m);
                 }
+                let size = vertices_m.len().max(triangles.len());
+                self.count(whose, "triangles or vertices", size, MOST_TRIANGLES);
                 let is_there = |corner: &u32| (*corner as usize) < vertices_m.len();
                 if triangles.is_empty() || !triangles.iter().flatten().all(is_there) {
                     self.errors.push(WorldError::Mesh(whose.to_owned()));
@@ -287,6 +333,7 @@ impl Check {
             self.number(&whose, quantity, value, limits);
         }
         self.place(&whose, "the start", &drone.start_m);
+        self.count(&whose, "tasks", drone.tasks.len(), MOST_ITEMS);
         let mut loads_kg = vec![0.0];
         for task in &drone.tasks {
             self.place(&whose, "a task", &task.to_m);
@@ -296,6 +343,7 @@ impl Check {
                 loads_kg.push(load_kg);
             }
         }
+        self.number(&whose, "time of all tasks", drone.busy_s(), &BUSY_S);
         let own_kg = airframe.mass_kg();
         let too_heavy = |mass_kg: &f64| {
             *mass_kg > own_kg * MOST_MASS_RATIO

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use nalgebra::Point3;
 
-use super::limits::{Limits, PLACE_M, name_fault};
+use super::limits::{Limits, MOST_ITEMS, PLACE_M, name_fault};
 use super::problem::{Cited, Problem, did_you_mean, nearest};
 use super::source::{Pair, Value, line, root};
 use super::written::At;
@@ -335,10 +335,17 @@ impl<'t> Reader<'t> {
     /// The values of a list in square brackets.
     pub(super) fn items(&mut self, field: Field<'_, 't>) -> Option<Vec<Value<'t>>> {
         let items = field.value.items();
-        if items.is_none() {
+        let Some(items) = items else {
             self.report(field.must_be("a list `[...]`"));
+            return None;
+        };
+        let count = items.len();
+        if count > MOST_ITEMS {
+            let problem = field.is("too long");
+            self.report(problem.label(format!("{count} items, at most {MOST_ITEMS}")));
+            return None;
         }
-        items
+        Some(items)
     }
 
     /// The items of a list as `read` reads each by its index; wrong ones are left out.

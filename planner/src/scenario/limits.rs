@@ -5,18 +5,18 @@ use nalgebra::Vector3;
 
 /// The range of one quantity.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Limits {
+pub(crate) struct Limits {
     /// Lowest allowed value.
-    pub(super) low: f64,
+    pub(crate) low: f64,
     /// Highest allowed value.
-    pub(super) high: f64,
+    pub(crate) high: f64,
     /// What follows the number in messages.
-    pub(super) unit: &'static str,
+    pub(crate) unit: &'static str,
 }
 
 impl Limits {
     /// Whether a value is finite and within.
-    pub(super) fn contain(&self, value: f64) -> bool {
+    pub(crate) fn contain(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
 }
@@ -74,6 +74,9 @@ pub(super) const PLACE_M: Limits = from(-10_000.0, 10_000.0, "m");
 pub(super) const SIZE_M: Limits = from(0.001, 20_000.0, "m");
 /// A dwell of at most a day.
 pub(super) const DWELL_S: Limits = from(0.0, 86_400.0, "s");
+/// What all tasks of a drone take at least, dwells and straight flights together: a year. Ticks count
+/// to 2³² hundredths of a second, 1.3 years; the rest is for detours and waits.
+pub(crate) const BUSY_S: Limits = from(0.0, 3.2e7, "s");
 /// What a load may weigh by itself; the airframe sets a narrower limit, see [`MOST_MASS_RATIO`].
 pub(super) const LOAD_KG: Limits = from(0.0, 1000.0, "kg");
 /// From a thousandth (no drone may be below another) to twice the own induced velocity, where
@@ -111,5 +114,10 @@ pub(super) const MOST_MASS_RATIO: f64 = 5.0;
 pub(super) const MOST_INDUCED_VELOCITY_MPS: f64 = 60.0;
 /// Most places in the roadmap's lattice: its 26 edges each, at 16 bytes, are then 0.8 GB.
 pub(super) const MOST_LATTICE_PLACES: f64 = 2e6;
+/// Most items of a list, as drones, obstacles, zones, or the tasks of a drone: twice the largest
+/// fleet that was planned.
+pub(super) const MOST_ITEMS: usize = 20_000;
+/// Most triangles of a mesh, and vertices: chosen here, a building in detail.
+pub(super) const MOST_TRIANGLES: usize = 500_000;
 /// Most characters of a name: it has to fit a table.
 pub(super) const LONGEST_NAME: usize = 100;

@@ -11,7 +11,7 @@ use super::Files;
 use super::fields::listed;
 use super::finding_file::{self, citation, unfit};
 use super::jet_file;
-use super::limits::{MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
+use super::limits::{BUSY_S, MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
 use super::mesh::mesh;
 use super::problem::{Problem, did_you_mean, nearest};
 use super::written::{self, Written};
@@ -226,9 +226,11 @@ impl<'w> Meaning<'w> {
             }
             let is_sound = bears && source.is_whole;
             if let Some(vehicle) = vehicle.cloned().or_else(point) {
+                let drone = self.drone(source, vehicle, is_sound);
+                self.ends_in_time(source, &drone);
                 drones.push(Sourced {
                     source,
-                    drone: self.drone(source, vehicle, is_sound),
+                    drone,
                     is_sound,
                 });
             }
@@ -318,6 +320,18 @@ impl<'w> Meaning<'w> {
             },
             air_limit: source.air_limit.unwrap_or(self.written.planning.air_limit),
         }
+    }
+
+    /// Refuses tasks that take longer than a plan may last.
+    fn ends_in_time(&mut self, source: &written::Drone, drone: &Drone) {
+        let (busy_s, most_s) = (drone.busy_s(), BUSY_S.high);
+        let last = source.tasks.last().filter(|_| !BUSY_S.contain(busy_s));
+        let Some(last) = last else { return };
+        let message = format!("the tasks of drone `{}` take too long", source.name);
+        let label = format!("done after {busy_s:.1e} s at the earliest, dwells included");
+        let help = format!("at most {most_s:.1e} s, a year");
+        let problem = Problem::at(&last.to_m.at, message).label(label);
+        self.problems.push(problem.help(help));
     }
 
     /// Whether a drone can carry itself and all of its loads.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Point3;
 
-use super::limits::PLACE_M;
+use super::limits::{MOST_TRIANGLES, PLACE_M};
 
 /// Vertices (m) and corner indices.
 pub(super) type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
@@ -32,6 +32,12 @@ pub(super) fn mesh(text: &str, at_m: Point3<f64>) -> Result<Mesh, String> {
         let (corners, _) = mesh.indices.as_chunks::<3>();
         let renumbered = |corners: &[u32; 3]| corners.map(|corner| first + corner);
         triangles.extend(corners.iter().map(renumbered));
+    }
+    let size = vertices_m.len().max(triangles.len());
+    if size > MOST_TRIANGLES {
+        return Err(format!(
+            "it has {size} triangles or vertices, at most {MOST_TRIANGLES}"
+        ));
     }
     let outside = |place_m: &&Point3<f64>| !place_m.iter().all(|x| PLACE_M.contain(*x));
     if let Some(place_m) = vertices_m.iter().find(outside) {

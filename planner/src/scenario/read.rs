@@ -136,16 +136,19 @@ fn drones<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Vec<Drone
     }
     let mut drones = Vec::new();
     let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+    // Of the last name seen: names come in order, and every line is counted once.
+    let (mut at, mut line_number) = (0, 1);
     for (index, item) in items.into_iter().enumerate() {
         let (name, drone) = drone(reader, item, index);
         drones.extend(drone);
         let Some(name) = name else { continue };
-        if let Some(first) = seen.get(&name.value) {
-            let first_line = line(reader.text, *first);
+        line_number += line(&reader.text[at..], name.at.start.saturating_sub(at)) - 1;
+        at = name.at.start;
+        if let Some(first_line) = seen.get(&name.value) {
             let problem = Problem::at(&name.at, format!("two drones are called `{}`", name.value));
             reader.report(problem.label(format!("first on line {first_line}")));
         } else {
-            seen.insert(name.value, name.at.start);
+            seen.insert(name.value, line_number);
         }
     }
     Some(drones)
