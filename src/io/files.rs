@@ -1,4 +1,5 @@
-//! What `plan` reads, as far as memory allows, and what it writes: whole files or none, and the line breaks of its JSON.
+//! What `plan` reads, up to an end, and what it writes: whole files or none, and the line breaks of
+//! its JSON.
 
 use std::fs;
 use std::io::{self, Read as _, Write as _};
@@ -13,8 +14,8 @@ use crate::io::failure::Failure;
 /// Most bytes of a scenario and of what it names, of a campaign file: chosen here, thirty times the
 /// scenario of ten thousand drones.
 pub(crate) const MOST_SCENARIO_BYTES: u64 = 32 << 20;
-/// Most bytes of a plan, and of a recording once it is unpacked: chosen here, several times the plan
-/// of ten thousand drones, and six hours of a flight log at 50 Hz.
+/// Most bytes of a plan, and of a recording once it is unpacked: chosen here, several times the
+/// plan of ten thousand drones.
 pub(crate) const MOST_BYTES: u64 = 200 << 20;
 
 /// A text of at most so many bytes, from the beginning of a file to its end.

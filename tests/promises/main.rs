@@ -5,6 +5,7 @@
 )]
 
 mod boundaries;
+mod bounded;
 mod calibration;
 mod commands;
 mod diagnosis;

@@ -74,8 +74,8 @@ pub(super) const PLACE_M: Limits = from(-10_000.0, 10_000.0, "m");
 pub(super) const SIZE_M: Limits = from(0.001, 20_000.0, "m");
 /// A dwell of at most a day.
 pub(super) const DWELL_S: Limits = from(0.0, 86_400.0, "s");
-/// What all tasks of a drone take at least, dwells and straight flights together: a year. Ticks count
-/// to 2³² hundredths of a second, 1.3 years; the rest is for detours and waits.
+/// What all tasks of a drone take at least, dwells and straight flights together: a year. Ticks
+/// count to 2³² hundredths of a second, 1.3 years; the rest is for detours and waits.
 pub(crate) const BUSY_S: Limits = from(0.0, 3.2e7, "s");
 /// What a load may weigh by itself; the airframe sets a narrower limit, see [`MOST_MASS_RATIO`].
 pub(super) const LOAD_KG: Limits = from(0.0, 1000.0, "kg");
