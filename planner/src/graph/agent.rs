@@ -58,12 +58,14 @@ pub(crate) struct Waypoint {
 pub(crate) enum Ending {
     /// Stays in the air until the end.
     Hover,
-    /// Descends straight down and rests without a wake.
+    /// Descends straight down, slowly at last, and rests without a wake.
     Land {
+        /// From where on it goes slowly (m).
+        approach_m: Point3<f64>,
         /// Where it comes to rest (m).
         rest_m: Point3<f64>,
-        /// Duration of the descent.
-        ticks: u32,
+        /// Duration of both parts of the descent.
+        ticks: [u32; 2],
     },
     /// Body and wake vanish.
     Leave,
@@ -75,27 +77,31 @@ impl Ending {
         match *self {
             Ending::Leave => Vec::new(),
             Ending::Hover => vec![stay],
-            Ending::Land { rest_m, ticks } => {
-                let rest = Leg {
+            Ending::Land {
+                approach_m,
+                rest_m,
+                ticks,
+            } => {
+                let mut legs = Vec::with_capacity(3);
+                let mut here = Leg { ..stay };
+                for (to_m, ticks) in [approach_m, rest_m].into_iter().zip(ticks) {
+                    if ticks > 0 && stay.flying {
+                        let end = here.start.after(ticks);
+                        legs.push(Leg { end, to_m, ..here });
+                        here = Leg {
+                            start: end,
+                            from_m: to_m,
+                            ..here
+                        };
+                    }
+                }
+                legs.push(Leg {
                     from_m: rest_m,
                     to_m: rest_m,
                     flying: false,
-                    ..stay
-                };
-                if ticks == 0 || !stay.flying {
-                    return vec![rest];
-                }
-                let landed = stay.start.after(ticks);
-                let down = Leg {
-                    end: landed,
-                    to_m: rest_m,
-                    ..stay
-                };
-                let rest = Leg {
-                    start: landed,
-                    ..rest
-                };
-                vec![down, rest]
+                    ..here
+                });
+                legs
             }
         }
     }

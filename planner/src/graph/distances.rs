@@ -9,7 +9,7 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::graph::roadmap::{Roadmap, Vertex};
+use crate::graph::roadmap::{Edge, Roadmap, Vertex};
 
 mod backwards;
 mod buckets;
@@ -20,7 +20,7 @@ pub(crate) use backwards::Backwards;
 use backwards::Lead;
 pub(crate) use floor::Floor;
 use mover::diagonals_first;
-pub(crate) use mover::{Mover, UNREACHABLE};
+pub(crate) use mover::{LIFT_M, Mover, Speeds, UNREACHABLE};
 
 /// Ticks from anywhere to one goal for one drone with no other drone there.
 #[derive(Debug)]
@@ -45,7 +45,12 @@ impl Distances {
         let lattice = roadmap.lattice();
         let anchors = if roadmap.is_stop(goal) {
             let edges = roadmap.edges(goal).filter(|(to, _)| !roadmap.is_stop(*to));
-            let anchor = |(to, edge)| Some((lattice.steps(to), mover.ticks(roadmap, to, edge)?));
+            let anchor = |(from, edge): (Vertex, Edge)| {
+                Some((
+                    lattice.steps(from),
+                    mover.ticks(roadmap, goal, edge.reversed())?,
+                ))
+            };
             edges.filter_map(anchor).collect()
         } else {
             vec![(lattice.steps(goal), 0)]

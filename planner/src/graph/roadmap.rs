@@ -134,6 +134,8 @@ impl Roadmap {
             let length_m = lengths_m[AXES[n]];
             let edge = Edge {
                 length_m,
+                rise_m: NEIGHBOURS[n][2] as f32 * lengths_m[0],
+                is_lift: false,
                 clearance_m,
             };
             (to, edge)

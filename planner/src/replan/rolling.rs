@@ -48,7 +48,7 @@ use super::change::{self, Change, ChangeError};
 use super::track::{State, Track, cut, legs_of};
 use super::{GivenError, given};
 use crate::graph::agent::{Agent, Ending, FORGIVEN_TICKS};
-use crate::graph::distances::Distances;
+use crate::graph::distances::{Distances, LIFT_M};
 use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::plan::{AtEnd, Plan, Unplanned, Violation};
@@ -484,7 +484,7 @@ impl Turn<'_> {
         let stop = |point_m| Stop {
             point_m,
             radius_m,
-            grounded,
+            lift_m: grounded.then_some(drone.vehicle.body_radius_m + LIFT_M),
         };
         let stops: Vec<Stop> = places_m.into_iter().map(stop).collect();
         let roadmap = &mut running.job.roadmap;

@@ -99,6 +99,14 @@ pub(crate) fn misplaced(world: &World, solids: &Solids) -> Vec<Misplaced> {
                 sound = false;
             }
         }
+        let flies = it.at_start == AtStart::Landed && !it.tasks.is_empty();
+        if sound
+            && flies
+            && let Some(why) = beside_misfit(world, solids, [it.start_m; 2], body_m)
+        {
+            report(Spot::Start, it.start_m, why, None);
+            sound = false;
+        }
         let rest_m = landing_place_m(&world.bounds_m, solids, it.start_m, body_m);
         let gap_m = it.start_m.z - rest_m.z;
         if sound && it.at_start == AtStart::Landed && gap_m > SUPPORT_TOLERANCE_M {
@@ -144,6 +152,31 @@ pub(crate) fn landing_place_m(
     )
 }
 
+/// What is too near to a drone that leaves or reaches its pad on a path straight up or down (m): it
+/// may be off that by the tracking margin, though not from what it stands on.
+pub(crate) fn beside_misfit(
+    world: &World,
+    solids: &Solids,
+    [from_m, to_m]: [Point3<f64>; 2],
+    body_radius_m: f64,
+) -> Option<Misfit> {
+    let (_, stands_on) = solids.support_below_z_m(to_m, world.bounds_m.min.z);
+    let tracking_m = world.planning.margins.tracking_m;
+    let needs_m = body_radius_m
+        + if tracking_m > 0.0 {
+            tracking_m
+        } else {
+            -REST_TOLERANCE_M
+        };
+    let (distance_m, obstacle) = solids.nearest_beside(from_m, to_m, stands_on);
+    let obstacle = obstacle.filter(|_| distance_m < needs_m - TOUCHING_M)?;
+    Some(Misfit::Obstacle {
+        obstacle,
+        distance_m,
+        needs_m,
+    })
+}
+
 /// What is wrong with coming down from `last_m`: the ball has to pass and to rest without sinking
 /// in.
 fn landing_misfit(
@@ -155,12 +188,14 @@ fn landing_misfit(
     let rest_m = landing_place_m(&world.bounds_m, solids, last_m, body_radius_m);
     let needs_m = body_radius_m - REST_TOLERANCE_M;
     let (distance_m, obstacle) = solids.nearest(last_m, rest_m);
-    let obstacle = obstacle.filter(|_| distance_m < needs_m - TOUCHING_M)?;
-    Some(Misfit::Obstacle {
-        obstacle,
-        distance_m,
-        needs_m: body_radius_m,
-    })
+    match obstacle.filter(|_| distance_m < needs_m - TOUCHING_M) {
+        Some(obstacle) => Some(Misfit::Obstacle {
+            obstacle,
+            distance_m,
+            needs_m: body_radius_m,
+        }),
+        None => beside_misfit(world, solids, [last_m, rest_m], body_radius_m),
+    }
 }
 
 /// What is wrong with being at a place (m) with so much room around (m); `None`: nothing.

@@ -170,6 +170,19 @@ impl Solids {
         best
     }
 
+    /// [`Solids::nearest`] of all but one obstacle: what a drone stands on, or comes down to.
+    pub(crate) fn nearest_beside(
+        &self,
+        a_m: Point3<f64>,
+        b_m: Point3<f64>,
+        except: Option<usize>,
+    ) -> (f64, Option<usize>) {
+        match self.nearest_of(a_m, b_m, f64::MAX, |obstacle| Some(obstacle) != except) {
+            (_, None) => (f64::INFINITY, None),
+            found => found,
+        }
+    }
+
     /// The nearest obstacle to a leg (m), if one is nearer than `at_most_m`.
     fn nearest_within(
         &self,
@@ -177,11 +190,25 @@ impl Solids {
         b_m: Point3<f64>,
         at_most_m: f64,
     ) -> (f64, Option<usize>) {
+        self.nearest_of(a_m, b_m, at_most_m, |_| true)
+    }
+
+    /// The same of those that count.
+    fn nearest_of(
+        &self,
+        a_m: Point3<f64>,
+        b_m: Point3<f64>,
+        at_most_m: f64,
+        counts: impl Fn(usize) -> bool,
+    ) -> (f64, Option<usize>) {
         let (a, b) = (vector(&a_m), vector(&b_m));
         let best = self.tree.find_best(
             at_most_m,
             |node, _| bound_m(node, a, b),
-            |part, _| Some(self.parts[part as usize].form.distance_to_segment_m(a, b)),
+            |part, _| {
+                let part = &self.parts[part as usize];
+                counts(part.obstacle).then(|| part.form.distance_to_segment_m(a, b))
+            },
         );
         match best {
             Some((part, distance_m)) => (distance_m, Some(self.parts[part as usize].obstacle)),

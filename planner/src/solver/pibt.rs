@@ -68,7 +68,10 @@ pub(crate) fn run_pibt(
     if costmap.drone_count() != job.agents.len() {
         return None;
     }
-    let ticks = job.agents.iter().map(|agent| agent.mover.step_ticks()[0]);
+    let ticks = job
+        .agents
+        .iter()
+        .map(|agent| agent.mover.slowest_axis_ticks());
     let mut is_fixed: Vec<bool> = job.agents.iter().map(Agent::stays).collect();
     for drone in fixed {
         is_fixed[drone.0 as usize] = true;

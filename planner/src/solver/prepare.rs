@@ -9,14 +9,14 @@ use costmap::reservations::ground::Ground;
 use costmap::reservations::zones::ZoneBox;
 use costmap::wake::fleet::{Conditions, Fleet, Kind};
 use costmap::wake::surfaces::BlockingSurfaces;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::graph::agent::{Agent, Ending, Waypoint};
-use crate::graph::distances::{Distances, Mover, UNREACHABLE};
+use crate::graph::distances::{Distances, LIFT_M, Mover, Speeds, UNREACHABLE};
 use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Roadmap, Stop, Vertex};
-use crate::scenario::placement::landing_place_m;
+use crate::scenario::placement::{Misfit, beside_misfit, landing_place_m};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtEnd, AtStart, Drone, Task, Vehicle, World};
 use crate::solver::outlines::top;
@@ -145,12 +145,12 @@ fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = Stop> + '_ 
     let start = Stop {
         point_m: drone.start_m,
         radius_m,
-        grounded: drone.at_start == AtStart::Landed,
+        lift_m: (drone.at_start == AtStart::Landed).then(|| drone.vehicle.body_radius_m + LIFT_M),
     };
     let tasks = drone.tasks.iter().map(move |task| Stop {
         point_m: task.to_m,
         radius_m,
-        grounded: false,
+        lift_m: None,
     });
     std::iter::once(start).chain(tasks)
 }
@@ -181,7 +181,7 @@ pub(crate) fn agent_of(
     } = *duties;
     let mover = Mover::new(
         roadmap.lattice(),
-        drone.vehicle.max_speed_mps,
+        Speeds::of(&drone.vehicle),
         drone.vehicle.body_radius_m + duties.clearance_m,
         with_lifts(roadmap, vertices),
     );
@@ -243,9 +243,34 @@ pub(crate) fn ending_from(
                 if clear_m < radius_m - TOUCH_M {
                     return Err(radius_m - clear_m);
                 }
+                let beside = beside_misfit(world, solids, [from_m, rest_m], radius_m);
+                if let Some(Misfit::Obstacle {
+                    distance_m,
+                    needs_m,
+                    ..
+                }) = beside
+                {
+                    return Err(needs_m - distance_m);
+                }
             }
-            let ticks = Tick::lasting(descent_m / drone.vehicle.max_speed_mps);
-            Ok(Ending::Land { rest_m, ticks })
+            let approach_m = rest_m + Vector3::z() * descent_m.min(radius_m + LIFT_M);
+            let speeds = Speeds::of(&drone.vehicle);
+            let ticks = |from_m: Point3<f64>, to_m: Point3<f64>, slow: bool| {
+                let rise_m = to_m.z - from_m.z;
+                match slow {
+                    _ if rise_m == 0.0 => 0,
+                    true => speeds.lift_ticks(rise_m),
+                    false => speeds.ticks(-rise_m, rise_m),
+                }
+            };
+            Ok(Ending::Land {
+                approach_m,
+                rest_m,
+                ticks: [
+                    ticks(from_m, approach_m, false),
+                    ticks(approach_m, rest_m, true),
+                ],
+            })
         }
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::Point3;
 
 use super::buckets::Buckets;
 use super::mover::{Mover, UNREACHABLE, diagonals_first};
-use crate::graph::lattice::{AXES, Lattice, NEIGHBOURS};
+use crate::graph::lattice::{Lattice, NEIGHBOURS};
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::graph::scratch::ScratchBuffer;
 
@@ -45,7 +45,7 @@ impl Lead {
             // A part in 10⁶ forgives lengths kept in single precision.
             _ => Lead::Line(
                 roadmap.position_m(towards),
-                (1.0 - 1e-6) * Tick::PER_SECOND / mover.speed_mps,
+                (1.0 - 1e-6) * Tick::PER_SECOND / mover.speeds.along_mps,
             ),
         }
     }
@@ -159,7 +159,7 @@ impl Backwards {
         if let Some(open) = mover.open_steps(roadmap) {
             return self.settle_on_lattice(roadmap.lattice(), mover, place, open, is_open);
         }
-        mover.steps_from(roadmap, place, |to, duration| {
+        mover.steps_to(roadmap, place, |to, duration| {
             // What is done is not farther.
             if here + duration < self.least(to) {
                 let lead = self.lead.ticks(roadmap, to);
@@ -185,7 +185,7 @@ impl Backwards {
         let [i, j, k] = lattice.steps(place);
         for (n, to) in lattice.stepped(place, open[place as usize]) {
             let d = NEIGHBOURS[n];
-            let ticks = here + mover.steps[AXES[n]].1;
+            let ticks = here + mover.step_ticks()[n];
             // What is done is not farther.
             if ticks < self.least(to) {
                 let lead = match &self.lead {

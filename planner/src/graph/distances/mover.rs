@@ -2,43 +2,86 @@
 
 use costmap::leg::Tick;
 
-use crate::graph::lattice::{AXES, Lattice};
+use crate::graph::lattice::{AXES, Lattice, NEIGHBOURS};
 use crate::graph::roadmap::{Edge, Roadmap, Vertex};
+use crate::scenario::world::Vehicle;
 
 /// No path at all.
 pub(crate) const UNREACHABLE: u32 = u32::MAX;
 
+/// Highest vertical speed next to where a drone stands (m/s): chosen here, the landing speed that
+/// autopilots ship with lies between 0.5 and 0.7 (PX4 MPC_LAND_SPEED, ArduPilot LAND_SPEED).
+pub(crate) const LIFT_MPS: f64 = 0.5;
+/// Length of that part of a take-off or landing beyond the body radius (m): chosen here, rotors
+/// feel the ground up to about a diameter above it.
+pub(crate) const LIFT_M: f64 = 0.5;
+
+/// How fast a drone flies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Speeds {
+    /// Along every edge (m/s).
+    pub(crate) along_mps: f64,
+    /// Upwards (m/s).
+    pub(crate) climb_mps: f64,
+    /// Downwards (m/s).
+    pub(crate) descent_mps: f64,
+}
+
+impl Speeds {
+    /// Of a vehicle.
+    pub(crate) fn of(vehicle: &Vehicle) -> Speeds {
+        Speeds {
+            along_mps: vehicle.max_speed_mps,
+            climb_mps: vehicle.max_climb_mps.min(vehicle.max_speed_mps),
+            descent_mps: vehicle.max_descent_mps.min(vehicle.max_speed_mps),
+        }
+    }
+
+    /// Whole ticks that a straight path takes, at least one.
+    pub(crate) fn ticks(&self, length_m: f64, rise_m: f64) -> u32 {
+        let vertical_s = (rise_m / self.climb_mps).max(-rise_m / self.descent_mps);
+        Tick::lasting((length_m / self.along_mps).max(vertical_s)).max(1)
+    }
+
+    /// The same next to where it stands.
+    pub(crate) fn lift_ticks(&self, rise_m: f64) -> u32 {
+        let most_mps = LIFT_MPS.min(self.climb_mps).min(self.descent_mps);
+        Tick::lasting(rise_m.abs() / most_mps).max(1)
+    }
+}
+
 /// What limits a drone on a roadmap.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mover {
-    /// Along every edge (m/s).
-    pub(super) speed_mps: f64,
+    /// Along every edge.
+    pub(super) speeds: Speeds,
     /// Of the ball that must stay clear: body and clearance (m).
     pub(super) radius_m: f64,
     /// The stops it may use; others' are not for it.
     pub(super) stops: Vec<Vertex>,
-    /// Lengths of the lattice's steps along one, two and three axes (m), and their ticks.
-    pub(super) steps: [(f32, u32); 3],
+    /// Ticks of the lattice's steps to each of [`NEIGHBOURS`].
+    steps: [u32; 26],
 }
 
 impl Mover {
-    /// A ball of `radius_m` at `speed_mps` that may use these stops beyond the lattice.
+    /// A ball of `radius_m` that may use these stops beyond the lattice.
     pub(crate) fn new(
         lattice: &Lattice,
-        speed_mps: f64,
+        speeds: Speeds,
         radius_m: f64,
         stops: Vec<Vertex>,
     ) -> Mover {
-        let mut mover = Mover {
-            speed_mps,
+        let lengths_m = lattice.step_lengths_m();
+        let ticks = |n: usize| {
+            let rise_m = NEIGHBOURS[n][2] as f32 * lengths_m[0];
+            speeds.ticks(f64::from(lengths_m[AXES[n]]), f64::from(rise_m))
+        };
+        Mover {
+            speeds,
             radius_m,
             stops,
-            steps: [(0.0, 0); 3],
-        };
-        mover.steps = lattice
-            .step_lengths_m()
-            .map(|length_m| (length_m, mover.duration(f64::from(length_m))));
-        mover
+            steps: std::array::from_fn(ticks),
+        }
     }
 
     /// The stops beyond the lattice that it may use.
@@ -56,15 +99,22 @@ impl Mover {
         if !edge.fits(self.radius_m) || (roadmap.is_stop(to) && !self.stops.contains(&to)) {
             return None;
         }
-        let mut steps = self.steps.iter();
-        let step = steps.find(|(length_m, _)| *length_m == edge.length_m);
-        let duration = || self.duration(f64::from(edge.length_m));
-        Some(step.map_or_else(duration, |(_, ticks)| *ticks))
+        let rise_m = f64::from(edge.rise_m);
+        Some(match edge.is_lift {
+            true => self.speeds.lift_ticks(rise_m),
+            false => self.speeds.ticks(f64::from(edge.length_m), rise_m),
+        })
     }
 
-    /// Ticks of a step of the lattice along one, two and three axes.
-    pub(crate) fn step_ticks(&self) -> [u32; 3] {
-        self.steps.map(|(_, ticks)| ticks)
+    /// Ticks of a step of the lattice to each of [`NEIGHBOURS`].
+    pub(crate) fn step_ticks(&self) -> &[u32; 26] {
+        &self.steps
+    }
+
+    /// Ticks of the slowest step along one axis.
+    pub(crate) fn slowest_axis_ticks(&self) -> u32 {
+        let along_one = (0..26).filter(|n| AXES[*n] == 0);
+        along_one.map(|n| self.steps[n]).max().unwrap_or(1)
     }
 
     /// By lattice place, which steps are open, if it uses no stops beyond.
@@ -88,7 +138,7 @@ impl Mover {
             return edges.for_each(|(to, ticks)| f(to, ticks));
         };
         for (n, to) in roadmap.lattice().stepped(from, open[from as usize]) {
-            f(to, self.steps[AXES[n]].1);
+            f(to, self.steps[n]);
         }
         if !self.stops.is_empty() {
             let edges = roadmap.edges_beyond(from).filter_map(fitting);
@@ -96,14 +146,37 @@ impl Mover {
         }
     }
 
-    /// Whole ticks that a length takes, at least one.
-    fn duration(&self, length_m: f64) -> u32 {
-        Tick::lasting(length_m / self.speed_mps).max(1)
+    /// Calls `f` with the places from which it may step here, in ascending order, and the ticks
+    /// that each takes.
+    pub(crate) fn steps_to(&self, roadmap: &Roadmap, to: Vertex, mut f: impl FnMut(Vertex, u32)) {
+        let may_be_left = |from: Vertex| !roadmap.is_stop(from) || self.stops.contains(&from);
+        let fitting = |(from, edge): (Vertex, Edge)| {
+            let ticks = self.ticks(roadmap, to, edge.reversed())?;
+            may_be_left(from).then_some((from, ticks))
+        };
+        let open = roadmap.open_steps(self.radius_m);
+        let Some(open) = open.filter(|_| !roadmap.is_stop(to)) else {
+            let edges = roadmap.edges(to).filter_map(fitting);
+            return edges.for_each(|(from, ticks)| f(from, ticks));
+        };
+        for (n, from) in roadmap.lattice().stepped(to, open[to as usize]) {
+            f(from, self.steps[25 - n]);
+        }
+        if !self.stops.is_empty() {
+            let edges = roadmap.edges_beyond(to).filter_map(fitting);
+            edges.for_each(|(from, ticks)| f(from, ticks));
+        }
     }
 
-    /// Ticks of a step along one, two and three axes, if diagonals first is always shortest.
+    /// Ticks of a step along one, two and three axes, if diagonals first is always shortest: not
+    /// where climbs or descents take longer.
     pub(super) fn diagonal_steps(&self) -> Option<[u32; 3]> {
-        let [a, b, c] = self.steps.map(|(_, ticks)| ticks);
+        let along = |axes: usize| {
+            let mut all = (0..26).filter(|n| AXES[*n] == axes).map(|n| self.steps[n]);
+            let first = all.next()?;
+            all.all(|ticks| ticks == first).then_some(first)
+        };
+        let (a, b, c) = (along(0)?, along(1)?, along(2)?);
         (b <= 2 * a && c <= a + b && a + c <= 2 * b).then_some([a, b, c])
     }
 }

@@ -49,7 +49,7 @@ fn random(seed: u32, on_cells: bool) -> (Roadmap, Vec<Vertex>, Mover) {
         .map(|point_m| Stop {
             point_m,
             radius_m: RADIUS_M,
-            grounded: false,
+            lift_m: None,
         })
         .collect();
     let (roadmap, vertices) = Roadmap::new(&bounds, 1.0, Some(&solids), &stops);
@@ -57,7 +57,7 @@ fn random(seed: u32, on_cells: bool) -> (Roadmap, Vec<Vertex>, Mover) {
     own.retain(|vertex| roadmap.is_stop(*vertex));
     own.sort_unstable();
     own.dedup();
-    let mover = Mover::new(roadmap.lattice(), 0.7 + at(seed), RADIUS_M, own);
+    let mover = Mover::new(roadmap.lattice(), speeds(0.7 + at(seed)), RADIUS_M, own);
     (roadmap, vertices, mover)
 }
 
@@ -162,7 +162,7 @@ fn the_floor_never_exceeds_the_way_through_the_air_past_closed_columns() {
     let stop = Stop {
         point_m: Point3::new(0.5, 0.5, 0.5),
         radius_m: RADIUS_M,
-        grounded: false,
+        lift_m: None,
     };
     let (roadmap, _) = Roadmap::new(&bounds, 1.0, None, &[stop]);
     let lattice = roadmap.lattice();
@@ -176,7 +176,7 @@ fn the_floor_never_exceeds_the_way_through_the_air_past_closed_columns() {
             let index = closed.iter().position(|closed| *closed == column);
             index.is_none_or(|index| index % 4 == 0 && lead < 300)
         };
-        let mover = Mover::new(lattice, 0.7 + at(seed), RADIUS_M, Vec::new());
+        let mover = Mover::new(lattice, speeds(0.7 + at(seed)), RADIUS_M, Vec::new());
         let distances = Distances::new(&roadmap, goal, from, mover);
         let mut floor = distances.floor(&roadmap, from).expect("nothing is solid");
         let mut air = distances.backwards(&roadmap, from);
@@ -200,4 +200,13 @@ fn the_floor_never_exceeds_the_way_through_the_air_past_closed_columns() {
     }
     // It knows of detours.
     assert!(farther > 100, "{farther}");
+}
+
+/// A drone that climbs and descends as fast as it flies.
+fn speeds(along_mps: f64) -> Speeds {
+    Speeds {
+        along_mps,
+        climb_mps: along_mps,
+        descent_mps: along_mps,
+    }
 }

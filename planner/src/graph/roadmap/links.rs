@@ -44,34 +44,31 @@ impl<'a> Links<'a> {
     /// those around.
     pub(super) fn connect(&mut self, stop: &Stop) -> Vertex {
         let lattice = self.survey.lattice;
-        if let Some(place) = lattice.place_at(&stop.point_m)
+        if stop.lift_m.is_none()
+            && let Some(place) = lattice.place_at(&stop.point_m)
             && (self.open)(place, stop.radius_m)
         {
             return place;
         }
         let p = stop.point_m;
-        let key = [
-            p.x,
-            p.y,
-            p.z,
-            stop.radius_m,
-            f64::from(u8::from(stop.grounded)),
-        ]
-        .map(f64::to_bits);
+        let key = [p.x, p.y, p.z, stop.radius_m, stop.lift_m.unwrap_or(0.0)].map(f64::to_bits);
         if let Some(&vertex) = self.known.get(&key) {
             return vertex;
         }
         let vertex = self.add(p);
         self.known.insert(key, vertex);
-        let clear_m = self.survey.clearance_m(p, p);
-        if stop.grounded && clear_m < stop.radius_m {
-            if let Some(lifted) = self.lift(stop, clear_m) {
-                let above = self.connect(&lifted);
-                self.link(vertex, above, stop.point_m, lifted.point_m, stop.radius_m);
-            }
+        let Some(lift_m) = stop.lift_m else {
+            self.link_to_lattice(vertex, stop);
             return vertex;
+        };
+        if let Some(lifted) = self.lift(stop, lift_m) {
+            let above = self.connect(&lifted);
+            let edge = Edge {
+                is_lift: true,
+                ..edge(stop.point_m, lifted.point_m, stop.radius_m)
+            };
+            self.link(vertex, above, edge);
         }
-        self.link_to_lattice(vertex, stop);
         vertex
     }
 
@@ -81,13 +78,15 @@ impl<'a> Links<'a> {
         (self.survey.lattice.place_count() + self.places_m.len() - 1) as Vertex
     }
 
-    /// The lowest place straight above where the body is as clear as it must be.
-    fn lift(&self, stop: &Stop, clear_m: f64) -> Option<Stop> {
+    /// The lowest place straight above, at least so far (m), where the body is as clear as it must
+    /// be.
+    fn lift(&self, stop: &Stop, lift_m: f64) -> Option<Stop> {
         /// Chosen here: finer than any clearance worth asking for.
         const RISE_M: f64 = 0.02;
+        let clear_m = self.survey.clearance_m(stop.point_m, stop.point_m);
         let mut point_m = stop.point_m;
-        while point_m.z + RISE_M <= self.bounds.max.z {
-            point_m.z += RISE_M;
+        point_m.z += lift_m;
+        while point_m.z <= self.bounds.max.z {
             // It may leave what it stands on, but come closer to nothing.
             if self.survey.clearance_m(stop.point_m, point_m) < clear_m - CLEARANCE_TOLERANCE_M {
                 return None;
@@ -95,10 +94,11 @@ impl<'a> Links<'a> {
             if self.survey.clearance_m(point_m, point_m) >= stop.radius_m {
                 return Some(Stop {
                     point_m,
-                    grounded: false,
+                    lift_m: None,
                     ..*stop
                 });
             }
+            point_m.z += RISE_M;
         }
         None
     }
@@ -127,7 +127,7 @@ impl<'a> Links<'a> {
                     open = false;
                     continue;
                 }
-                self.link(vertex, to, stop.point_m, to_m, clearance_m);
+                self.link(vertex, to, edge(stop.point_m, to_m, clearance_m));
                 linked += 1;
             }
             if open && linked > 0 {
@@ -136,14 +136,20 @@ impl<'a> Links<'a> {
         }
     }
 
-    /// An edge in both directions, of the clearance given (m).
-    fn link(&mut self, a: Vertex, b: Vertex, a_m: Point3<f64>, b_m: Point3<f64>, clearance_m: f64) {
-        let edge = Edge {
-            length_m: (b_m - a_m).norm() as f32,
-            clearance_m: clearance_m as f32,
-        };
+    /// An edge in both directions.
+    fn link(&mut self, a: Vertex, b: Vertex, edge: Edge) {
         self.edges.insert((a, b), edge);
-        self.edges.insert((b, a), edge);
+        self.edges.insert((b, a), edge.reversed());
+    }
+}
+
+/// From one point to another (m), of this clearance (m).
+fn edge(a_m: Point3<f64>, b_m: Point3<f64>, clearance_m: f64) -> Edge {
+    Edge {
+        length_m: (b_m - a_m).norm() as f32,
+        rise_m: (b_m.z - a_m.z) as f32,
+        is_lift: false,
+        clearance_m: clearance_m as f32,
     }
 }
 

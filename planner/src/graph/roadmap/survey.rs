@@ -17,6 +17,10 @@ pub(super) const CLEARANCE_TOLERANCE_M: f64 = 1e-4;
 pub(crate) struct Edge {
     /// m.
     pub(crate) length_m: f32,
+    /// Upwards (m).
+    pub(crate) rise_m: f32,
+    /// Straight up from, or down to, where a drone stands.
+    pub(crate) is_lift: bool,
     /// Distance to the nearest obstacle, and of its ends to the floor (m); capped at what the
     /// largest drone needs.
     pub(crate) clearance_m: f32,
@@ -26,6 +30,14 @@ impl Edge {
     /// Whether a ball of this radius fits all along.
     pub(crate) fn fits(&self, radius_m: f64) -> bool {
         is_wide(self.clearance_m, radius_m)
+    }
+
+    /// The same the other way round.
+    pub(crate) fn reversed(self) -> Edge {
+        Edge {
+            rise_m: -self.rise_m,
+            ..self
+        }
     }
 }
 
@@ -41,8 +53,9 @@ pub(crate) struct Stop {
     pub(crate) point_m: Point3<f64>,
     /// Radius of the ball that must stay clear on the edges from and to here (m).
     pub(crate) radius_m: f64,
-    /// Smaller clearance forgiven on the way straight up from here: the drone stands on something.
-    pub(crate) grounded: bool,
+    /// A drone that stands on something leaves straight up, at least so far (m); smaller clearance
+    /// is forgiven on that path. `None`: it hovers.
+    pub(crate) lift_m: Option<f64>,
 }
 
 /// Clearance of the 13 edges from a lattice place to neighbours of higher number; the others are

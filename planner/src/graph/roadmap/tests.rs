@@ -33,7 +33,7 @@ fn stop(point_m: [f64; 3], grounded: bool) -> Stop {
     Stop {
         point_m: point_m.into(),
         radius_m: RADIUS_M,
-        grounded,
+        lift_m: grounded.then_some(0.02),
     }
 }
 

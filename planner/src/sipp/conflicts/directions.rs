@@ -22,6 +22,16 @@ pub(super) fn turned([x, y, z]: [i32; 3], turn: usize) -> [i32; 3] {
     [x, y, z]
 }
 
+/// Which of the lattice's neighbours a direction leads to: they are in the same order, without
+/// standing still.
+pub(super) const fn neighbour(direction: usize) -> Option<usize> {
+    match direction {
+        STILL => None,
+        before if before < STILL => Some(before),
+        after => Some(after - 1),
+    }
+}
+
 /// Number of a direction.
 pub(super) const fn index([x, y, z]: [i32; 3]) -> usize {
     (x + 1 + 3 * (y + 1) + 9 * (z + 1)) as usize

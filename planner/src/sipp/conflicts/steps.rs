@@ -10,6 +10,7 @@ use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use nalgebra::Point3;
 
+use super::directions::neighbour;
 pub(super) use super::directions::{STILL, cells};
 use super::pair::Pair;
 use super::shape::Shape;
@@ -28,8 +29,8 @@ const MOST_ENTRIES: usize = 8 << 20;
 pub(super) struct Class {
     pub(super) kind: KindId,
     pub(super) air_limit: f64,
-    /// Of a step along one, two and three axes.
-    pub(super) ticks: [u32; 3],
+    /// Of a step to each of the neighbours of a place.
+    pub(super) ticks: [u32; 26],
 }
 
 /// What one step does to another that begins at some offset from it.
@@ -97,7 +98,7 @@ impl Steps {
         let mut classes: Vec<Class> = Vec::new();
         let mut of_drones = Vec::with_capacity(costmap.drone_count());
         for agent in agents {
-            let ticks = agent.mover.step_ticks();
+            let ticks = *agent.mover.step_ticks();
             let mut own = Vec::new();
             for &kind in &agent.kinds {
                 let class = Class {
@@ -116,7 +117,7 @@ impl Steps {
                     kind: leg.kind,
                     air_limit: leg.air_limit,
                     // It is taken to stand still a while here, a while there.
-                    ticks: [1; 3],
+                    ticks: [1; 26],
                 };
                 (leg.kind, index_of(&mut classes, class))
             });
@@ -252,7 +253,6 @@ impl Class {
 
     /// Ticks of a step in a direction; of standing still, any.
     pub(super) fn ticks(&self, direction: usize) -> f64 {
-        let axes = cells(direction).iter().filter(|cells| **cells != 0).count();
-        f64::from(self.ticks[axes.max(1) - 1])
+        f64::from(self.ticks[neighbour(direction).unwrap_or_default()])
     }
 }

@@ -1,6 +1,6 @@
 //! Two steps that begin at the same moment and last as long: along one axis each, or none.
 
-use super::directions::{STILL, index};
+use super::directions::{index, neighbour};
 use super::pair::Extent;
 use super::shape::Shape;
 use super::steps::{Pace, Steps};
@@ -26,9 +26,10 @@ const fn among_neighbours() -> [usize; 7] {
     let mut among = [0; 7];
     let mut direction = 1;
     while direction < 7 {
-        // The neighbours are all directions but standing still, in the same order.
-        let n = index(DIRECTIONS[direction]);
-        among[direction] = if n > STILL { n - 1 } else { n };
+        among[direction] = match neighbour(index(DIRECTIONS[direction])) {
+            Some(n) => n,
+            None => 0,
+        };
         direction += 1;
     }
     among

@@ -6,6 +6,7 @@ use nalgebra::Point3;
 use parry3d::bounding_volume::BoundingVolume;
 use parry3d::shape::Ball;
 
+use super::directions::neighbour;
 use super::shape::Shape;
 use super::*;
 use crate::scenario::read_world;
@@ -33,8 +34,7 @@ fn step(job: &Job, drone: usize, from: [i32; 3], direction: usize, start: u32) -
     let lattice = job.roadmap.lattice();
     let to = [0, 1, 2].map(|axis| from[axis] + cells(direction)[axis]);
     let agent = &job.agents[drone];
-    let axes = cells(direction).iter().filter(|cells| **cells != 0).count();
-    let ticks = agent.mover.step_ticks()[axes.max(1) - 1];
+    let ticks = agent.mover.step_ticks()[neighbour(direction).unwrap_or_default()];
     Some(Leg {
         drone: agent.drone,
         kind: agent.kinds[0],
