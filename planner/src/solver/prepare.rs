@@ -145,7 +145,7 @@ fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = Stop> + '_ 
     let start = Stop {
         point_m: drone.start_m,
         radius_m,
-        lift_m: (drone.at_start == AtStart::Landed).then(|| drone.vehicle.body_radius_m + LIFT_M),
+        lift_m: (drone.at_start == AtStart::Landed).then_some(drone.vehicle.body_radius_m + LIFT_M),
     };
     let tasks = drone.tasks.iter().map(move |task| Stop {
         point_m: task.to_m,
