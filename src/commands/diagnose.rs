@@ -54,7 +54,9 @@ pub(crate) struct Arguments {
     channel: Option<Channel>,
 }
 
-/// Of diagnosis.json.
+/// The file by which one knows a folder of this command.
+const MAIN: &str = "diagnosis.json";
+/// Of [`MAIN`].
 const FORMAT: &str = "diagnosis/1";
 /// What can be compared with the simulation of one recording.
 const COMPARED: [Channel; 3] = [Channel::Speed, Channel::Throttle, Channel::Power];
@@ -120,7 +122,7 @@ fn deliver(
     answer: &impl Serialize,
 ) -> Result<(), Failure> {
     let finding = ("finding.ron".to_owned(), finding_ron(finding));
-    asked.deliver(named, ("diagnosis.json", 2, FORMAT), answer, vec![finding])
+    asked.deliver(named, (MAIN, 2, FORMAT), answer, vec![finding])
 }
 
 fn printed(finding: &Finding) -> Printed<'_, Finding> {
@@ -133,14 +135,14 @@ fn printed(finding: &Finding) -> Printed<'_, Finding> {
 
 /// Writes each finding to a folder of its own, and prints a line of each.
 fn deliver_all(asked: &Asked, name: &str, found: &[(&Recording, Finding)]) -> Result<(), Failure> {
-    let out = asked.folder(name)?.path;
+    let out = asked.folder(name, MAIN)?.path;
     let mut texts = Vec::new();
     for (recording, finding) in found {
-        let folder = OutFolder::prepare(out.join(&recording.name))?.path;
+        let folder = OutFolder::prepare(out.join(&recording.name), MAIN)?.path;
         let json = files::json(&printed(finding));
         let mut here = page::files(&report(recording, finding));
         here.push(("finding.ron".to_owned(), finding_ron(finding)));
-        here.push(("diagnosis.json".to_owned(), json));
+        here.push((MAIN.to_owned(), json));
         texts.extend(files::below(&folder, here));
     }
     files::write(&texts)?;

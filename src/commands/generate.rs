@@ -137,7 +137,7 @@ fn over(floor: Floor, scattered: &Scattered, out: Option<&Path>) -> Result<Answe
         }
     };
     let folder = out.ok_or(Failure::NoFolder("this format is files by name"))?;
-    let folder = OutFolder::prepare(folder.to_owned())?.path;
+    let folder = OutFolder::prepare(folder.to_owned(), "")?.path;
     files::write_below(&folder, texts)?;
     Ok(Answer::Yes)
 }
@@ -158,7 +158,7 @@ fn recordings(grids: &HoverGrids, out: Option<&Path>) -> Result<Answer, Failure>
     };
     let mut written = Vec::new();
     for (name, texts) in set.folders()? {
-        let folder = OutFolder::prepare(out.join(name))?.path;
+        let folder = OutFolder::prepare(out.join(name), "")?.path;
         written.extend(files::below(&folder, texts));
     }
     files::write(&written)?;

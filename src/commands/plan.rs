@@ -28,7 +28,8 @@ pub(crate) struct Arguments {
     /// How to print the answer
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Folder for plan.json, timing.json and plan.svg [default: out/<scenario's file name>]
+    /// Folder for plan.json, timing.json and plan.svg [default: out/<scenario's file name>]; one that
+    /// holds another command's output is refused
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Finding to fly through, as `plan diagnose` writes it, in place of the scenario's
@@ -48,6 +49,9 @@ pub(crate) struct Arguments {
     #[arg(long)]
     no_contrast: bool,
 }
+
+/// The file by which one knows a folder of this command.
+const MAIN: &str = "plan.json";
 
 /// Contents of timing.json: all that differs between two runs of the same scenario.
 #[derive(Debug, Serialize)]
@@ -94,7 +98,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Some(stem) if !is_standard_input(&arguments.scenario) => stem.to_string_lossy(),
         _ => "scenario".into(),
     };
-    let out = OutFolder::of(arguments.out.as_deref(), &name)?;
+    let out = OutFolder::of(arguments.out.as_deref(), &name, MAIN)?;
     let watch = Watch::start(arguments.time_limit);
     let control = Control {
         stop: &|| watch.stop(),
@@ -159,11 +163,15 @@ fn deliver(
         files: Vec::new(),
     };
     let texts = vec![
-        ("plan.json".to_owned(), files::json(plan)),
+        (MAIN.to_owned(), files::json(plan)),
         ("timing.json".to_owned(), files::json(&printed.timing)),
-        ("plan.svg".to_owned(), plots::plan::draw(plan)),
     ];
     printed.files = files::write_below(&out.path, texts)?;
+    // The plan first: a picture of it is drawn when it is safe on the disk.
+    let picture = vec![("plan.svg".to_owned(), plots::plan::draw(plan))];
+    printed
+        .files
+        .extend(files::write_below(&out.path, picture)?);
     say(format, &printed, &report, reasons(plan))?;
     Ok(Answer::from(plan.is_safe()))
 }

@@ -65,7 +65,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return flights(folder);
     }
     let Arguments { seed, count, .. } = *arguments;
-    let out = arguments.out.clone().map(OutFolder::prepare).transpose()?;
+    let out = arguments.out.clone();
+    let out = out
+        .map(|it| OutFolder::prepare(it, "marks.json"))
+        .transpose()?;
     let progress = Progress::start("validating", count);
     let mut marks = validation::prove(seed, count, |recording| {
         let start = Instant::now();
@@ -153,8 +156,8 @@ fn time(seed: u64, marks: &Metrics) -> String {
 /// The files of one case: the recording in a folder of its own, what was injected beside it.
 fn folder(out: &Path, seed: u64, index: usize) -> Result<Vec<(PathBuf, String)>, Failure> {
     let Case { recording, truth } = validation::case(seed, index);
-    let here = OutFolder::prepare(out.join(&recording.name))?.path;
-    let truths = OutFolder::prepare(out.join("truth"))?.path;
+    let here = OutFolder::prepare(out.join(&recording.name), "")?.path;
+    let truths = OutFolder::prepare(out.join("truth"), "")?.path;
     let mut files = files::below(&here, folder::texts(&recording));
     // No answer is still to come.
     let truth = truth.unblind(&Given::nothing());

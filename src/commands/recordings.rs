@@ -28,7 +28,8 @@ pub(crate) struct Asked {
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(crate) format: Format,
     /// Folder for report.html, figures, tables, RON and JSON; of several recordings diagnosed each
-    /// gets a folder in it [default: out/NAME, that of the first recording]
+    /// gets a folder in it; one that holds another command's output is refused [default:
+    /// out/COMMAND/NAME, that of the first recording]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -52,9 +53,9 @@ impl Asked {
         Ok((recordings, name))
     }
 
-    /// The folder for what a run of this name writes.
-    pub(crate) fn folder(&self, name: &str) -> Result<OutFolder, Failure> {
-        OutFolder::of(self.out.as_deref(), name)
+    /// The folder for what a run of this name writes, by its main file.
+    pub(crate) fn folder(&self, name: &str, main: &str) -> Result<OutFolder, Failure> {
+        OutFolder::of(self.out.as_deref(), name, main)
     }
 
     /// Writes a report beside some texts and the answer as JSON, in lines down to so many `levels`;
@@ -76,7 +77,7 @@ impl Asked {
         };
         texts.push((file.to_owned(), json(&[])));
         texts.extend(page::files(report));
-        let files = files::write_below(&self.folder(name)?.path, texts)?;
+        let files = files::write_below(&self.folder(name, file)?.path, texts)?;
         print(&match self.format {
             Format::Text => report.text() + &wrote(&files),
             Format::Json => json(&files),

@@ -29,6 +29,15 @@ pub(crate) enum Failure {
         path: PathBuf,
         source: std::io::Error,
     },
+    #[error(
+        "{} holds what `{command}` wrote ({file}); name another folder with --out",
+        path.display()
+    )]
+    Foreign {
+        path: PathBuf,
+        file: &'static str,
+        command: &'static str,
+    },
     #[error("cannot write to standard output: {0}")]
     Print(std::io::Error),
     /// The problems of scenarios, recordings or campaign files, each at its place, ready to print.

@@ -44,6 +44,16 @@ pub(crate) fn bytes_of(from: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// The commands that write folders: the file by which one knows theirs, the command, and where it
+/// writes unless it is told.
+const WRITERS: [(&str, &str, &str); 5] = [
+    ("plan.json", "plan SCENARIO", "out"),
+    ("residuals.json", "plan simulate", "out/simulate"),
+    ("calibration.json", "plan calibrate", "out/calibrate"),
+    ("diagnosis.json", "plan diagnose", "out/diagnose"),
+    ("marks.json", "plan prove", "out"),
+];
+
 /// The folder that a run writes to, made before the planning so that a folder which cannot be made
 /// is known at once.
 pub(crate) struct OutFolder {
@@ -53,7 +63,20 @@ pub(crate) struct OutFolder {
 }
 
 impl OutFolder {
-    pub(crate) fn prepare(path: PathBuf) -> Result<OutFolder, Failure> {
+    /// A folder for what a command writes, whose main file this is.
+    ///
+    /// # Errors
+    /// It cannot be made, or holds what another command wrote.
+    pub(crate) fn prepare(path: PathBuf, main: &str) -> Result<OutFolder, Failure> {
+        let others = WRITERS.iter().filter(|(file, ..)| *file != main);
+        let mut others = others.filter(|(file, ..)| path.join(file).exists());
+        if let Some(&(file, command, _)) = others.next() {
+            return Err(Failure::Foreign {
+                path,
+                file,
+                command,
+            });
+        }
         let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
         let made = path
             .ancestors()
@@ -64,9 +87,12 @@ impl OutFolder {
         Ok(OutFolder { path, made })
     }
 
-    /// The folder asked for, else `out/NAME`.
-    pub(crate) fn of(asked: Option<&Path>, name: &str) -> Result<OutFolder, Failure> {
-        OutFolder::prepare(asked.map_or_else(|| Path::new("out").join(name), Path::to_owned))
+    /// The folder asked for, else the command's own for a run of this name.
+    pub(crate) fn of(asked: Option<&Path>, name: &str, main: &str) -> Result<OutFolder, Failure> {
+        let writer = WRITERS.iter().find(|(file, ..)| *file == main);
+        let own = writer.map_or("out", |&(_, _, folder)| folder);
+        let path = asked.map_or_else(|| Path::new(own).join(name), Path::to_owned);
+        OutFolder::prepare(path, main)
     }
 
     /// There is nothing to write: the empty folders that this run made go again.

@@ -31,6 +31,24 @@ const STACKED: &str = r#"Scenario(
 )
 "#;
 
+#[test]
+fn a_folder_of_another_command_is_refused_and_left_as_it_is() {
+    let desk = Desk::with(&[("pair.ron", PAIR), ("theirs/diagnosis.json", "{}")]);
+    let output = desk.plan(&["pair.ron", "--no-contrast", "--out", "theirs"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("theirs holds what `plan diagnose` wrote"),
+        "{said}"
+    );
+    assert_eq!(names_in(&desk.path("theirs")), ["diagnosis.json"]);
+    // Its own it replaces.
+    for _ in 0..2 {
+        let output = desk.plan(&["pair.ron", "--no-contrast", "--out", "ours"]);
+        assert_eq!(output.status.code(), Some(0));
+    }
+}
+
 /// An empty folder with scenarios in it; the command runs there.
 struct Desk(TempDir);
 
@@ -38,7 +56,9 @@ impl Desk {
     fn with(files: &[(&str, &str)]) -> Desk {
         let desk = Desk(tempfile::tempdir().unwrap());
         for (name, text) in files {
-            fs::write(desk.path(name), text).unwrap();
+            let path = desk.path(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
         }
         desk
     }

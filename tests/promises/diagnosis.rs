@@ -50,7 +50,7 @@ fn an_injected_wind_is_located_named_and_predicts_what_was_not_fitted() {
         assert!(printed.contains(heading), "{heading}: {printed}");
     }
     assert!(printed.starts_with("draughty-hall: crossflow"), "{printed}");
-    let out = desk.path().join("out/draughty-hall");
+    let out = desk.path().join("out/diagnose/draughty-hall");
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     for fetched in ["src=", "href=", "url(", "@import", "<script", "<link"] {
         assert!(!page.contains(fetched), "{fetched}");
@@ -209,7 +209,8 @@ fn the_signature_in_the_docs_is_of_the_run_beside_it() {
         plan(desk.path(), &["diagnose", &recording]).status.code(),
         Some(0)
     );
-    let now = fs::read_to_string(desk.path().join("out/draughty-hall/signature.svg")).unwrap();
+    let now =
+        fs::read_to_string(desk.path().join("out/diagnose/draughty-hall/signature.svg")).unwrap();
     let kept = fs::read_to_string(root.join("docs/signature.svg")).unwrap();
     // Coordinates may differ in a last digit where another machine's sine does.
     let words = |svg: &str| -> Vec<String> {

@@ -87,7 +87,7 @@ fn a_recording_is_simulated_sample_by_sample_and_its_report_opens_offline() {
         "{report}"
     );
     assert!(report.contains("depth s/l"), "{report}");
-    let folder = desk.path().join("out/kolibri-1");
+    let folder = desk.path().join("out/simulate/kolibri-1");
     assert_eq!(
         names(&folder),
         [
@@ -263,7 +263,8 @@ fn the_expansion_picture_in_the_docs_is_of_the_run_beside_it() {
     let desk = tempfile::tempdir().unwrap();
     let all = shelf().display().to_string();
     super::succeeds(&mut command(desk.path(), &["calibrate", &all]));
-    let now = fs::read_to_string(desk.path().join("out/hover-grids/expansion.svg")).unwrap();
+    let now =
+        fs::read_to_string(desk.path().join("out/calibrate/hover-grids/expansion.svg")).unwrap();
     let kept = fs::read_to_string(root().join("docs/expansion.svg")).unwrap();
     // Coordinates may differ in a last digit where another machine's sine does; the words hold all
     // figures of the fit.
