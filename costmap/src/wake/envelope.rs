@@ -26,6 +26,10 @@ use crate::volumes::relative::nearest_radius_m;
 
 /// Columns per row: chosen here, about a tenth of a half-width each.
 const COLUMNS: usize = 48;
+/// Points of the discs that are looked at together; a quadrotor's 28 fit.
+const CHUNK: usize = 32;
+/// Azimuths over which means are taken, or more: chosen here, means are not bounds.
+const MEAN_AZIMUTHS: usize = 5;
 /// Below this a bound for a whole path will do, and the mean counts as nothing: chosen here, a
 /// fiftieth of the induced velocity.
 const WEAK_SQUARE: f64 = 4e-4;
@@ -278,20 +282,25 @@ impl Envelope {
     ) -> Envelope {
         let l = wake.motor_distance_m();
         let depths_m = row_depths_m(l, deepest_m);
-        let azimuths = azimuths(wake, discs);
         if wake.is_shaped() {
+            let azimuths = azimuths(wake.tip_radius_m(), discs);
             return Envelope::of_moved(wake, discs, depths_m, &azimuths, negligible_square);
         }
+        let points = Points::new(discs);
         let samples: Vec<(f64, Vec<Sample>)> = depths_m
             .par_iter()
             .map(|&depth_m| {
                 let depth_m = depth_m.max(1e-9);
-                let mut diagonal = Diagonal::new(wake, depth_m);
+                let diagonal = Diagonal::new(wake, depth_m, negligible_square);
                 // Nearer than its outermost disc points a large receiver may straddle a jet and
                 // meet less.
                 let from_m = wake.half_width_m(depth_m) + farthest_m(discs);
-                let speed = |radius_m: f64| diagonal.speed(radius_m);
-                sample_row(speed, from_m, discs, &azimuths, negligible_square)
+                let azimuths = azimuths(diagonal.width_m, discs);
+                let over_discs = |at_m, with_mean| match with_mean {
+                    true => diagonal.over_discs(&points, at_m),
+                    false => (diagonal.square_over_discs(&points, at_m), 0.0),
+                };
+                sample_row(over_discs, from_m, &azimuths, negligible_square)
             })
             .collect();
         let mut envelope = Envelope {
@@ -323,8 +332,9 @@ impl Envelope {
             .map(|ends_m| {
                 let mut slab = MovedSlab::new(wake, ends_m[0], ends_m[1]);
                 let from_m = slab.spread_m() + farthest_m(discs);
-                let speed = |radius_m: f64| slab.speed(radius_m);
-                let row = sample_row(speed, from_m, discs, azimuths, negligible_square);
+                let mut speed = |radius_m: f64| slab.speed(radius_m);
+                let over_discs = |at_m, _| over_discs(&mut speed, discs, at_m);
+                let row = sample_row(over_discs, from_m, azimuths, negligible_square);
                 (row, slab.centre_m)
             })
             .collect();
@@ -429,12 +439,12 @@ struct Sample {
 }
 
 /// Four rotors on the diagonals with six points around each hub look alike mirrored along and
-/// across: a quarter turn is all. The farther the receiver's rotors are out, in jets of the
-/// emitter, the finer the lobes.
-fn azimuths(wake: &Wake, discs: &DiscPoints) -> Vec<(f64, f64)> {
+/// across: a quarter turn is all. The farther the receiver's rotors are out, in widths of the
+/// emitter's jet (m), the finer the lobes.
+fn azimuths(width_m: f64, discs: &DiscPoints) -> Vec<(f64, f64)> {
     // Chosen here, so that the comparison with random places below holds for the least alike of the
     // presets.
-    let larger = (farthest_m(discs) / wake.tip_radius_m() - 1.0).max(0.0);
+    let larger = (farthest_m(discs) / width_m - 1.0).max(0.0);
     let steps = 4 + (12.0 * larger).ceil() as u32;
     let quarter = std::f64::consts::FRAC_PI_2;
     let (turn, steps) = match discs.offsets_m.len() {
@@ -454,30 +464,36 @@ fn farthest_m(discs: &DiscPoints) -> f64 {
 }
 
 /// Samples at `COLUMNS + 1` radii from the axis to the reach, which comes first and is at least
-/// `from_m`.
+/// `from_m`. `over_discs` gives the mean square over a receiver's discs at a place beside the axis
+/// (m), and the mean where it is asked for that, or else 0.
 fn sample_row(
-    mut speed: impl FnMut(f64) -> f64,
+    mut over_discs: impl FnMut([f64; 2], bool) -> (f64, f64),
     from_m: f64,
-    discs: &DiscPoints,
     azimuths: &[(f64, f64)],
     negligible_square: f64,
 ) -> (f64, Vec<Sample>) {
-    let mut sample = |radius_m: f64| -> Sample {
-        let mut worst = Sample::default();
-        for (cos, sin) in azimuths {
-            let (square, mean) = over_discs(&mut speed, discs, radius_m * cos, radius_m * sin);
-            worst.square = worst.square.max(square);
-            worst.mean += mean / azimuths.len() as f64;
-        }
-        worst
-    };
+    let at_m = |radius_m: f64, (cos, sin): &(f64, f64)| [radius_m * cos, radius_m * sin];
     let mut reach_m = from_m;
-    while sample(reach_m).square > negligible_square {
+    while (azimuths.iter()).any(|it| over_discs(at_m(reach_m, it), false).0 > negligible_square) {
         reach_m *= 1.25;
     }
-    let mut row: Vec<Sample> = (0..=COLUMNS)
-        .map(|column| sample(reach_m * column as f64 / COLUMNS as f64))
-        .collect();
+    // The mean hardly changes with the azimuth.
+    let each = (azimuths.len() / MEAN_AZIMUTHS).max(1);
+    let sample = |column: usize| {
+        let radius_m = reach_m * column as f64 / COLUMNS as f64;
+        let mut worst = Sample::default();
+        let mut means = 0;
+        for (k, azimuth) in azimuths.iter().enumerate() {
+            let with_mean = k % each == 0;
+            let (square, mean) = over_discs(at_m(radius_m, azimuth), with_mean);
+            worst.square = worst.square.max(square);
+            worst.mean += mean;
+            means += i32::from(with_mean);
+        }
+        worst.mean /= f64::from(means.max(1));
+        worst
+    };
+    let mut row: Vec<Sample> = (0..=COLUMNS).map(sample).collect();
     for column in (0..COLUMNS).rev() {
         row[column].square = row[column].square.max(row[column + 1].square);
     }
@@ -485,39 +501,132 @@ fn sample_row(
 }
 
 /// The speed along the emitter's diagonal at one depth, in units of its induced velocity: at every
-/// radius the highest there is, because rotors sit on the diagonals. Tabulated as far as asked for.
-struct Diagonal<'a> {
-    wake: &'a Wake,
-    depth_m: f64,
-    steps_per_m: f64,
-    speeds: Vec<f64>,
+/// radius the highest there is, because rotors sit on the diagonals. Tabulated out to where it is
+/// faint.
+struct Diagonal {
+    /// The radius to the rotor tips, widened as the jet has widened down to here (m).
+    width_m: f64,
+    steps_per_m: f32,
+    /// The last is that of all radii beyond.
+    speeds: Vec<f32>,
+    /// Of these.
+    squares: Vec<f32>,
 }
 
-impl Diagonal<'_> {
-    fn new(wake: &Wake, depth_m: f64) -> Diagonal<'_> {
+/// Speeds whose square is below this part of what counts as still air are taken to be that all the
+/// same; chosen here, it lengthens no reach by a column.
+const FAINT_PART: f64 = 0.01;
+
+impl Diagonal {
+    fn new(wake: &Wake, depth_m: f64, negligible_square: f64) -> Diagonal {
+        let widened = wake.half_width_m(depth_m) / wake.half_width_m(0.0);
+        let width_m = wake.tip_radius_m() * widened;
+        // Chosen here: a 48th of the column's radius, an order finer than any jet is wide.
+        let step_m = width_m / 48.0;
+        let faint = (FAINT_PART * negligible_square).sqrt() * wake.induced_velocity_mps();
+        let mut speeds = Vec::new();
+        loop {
+            let radius_m = speeds.len() as f64 * step_m;
+            let along_m = radius_m * std::f64::consts::FRAC_1_SQRT_2;
+            let at_m = Vector3::new(along_m, along_m, -depth_m);
+            let speed_mps = wake.axial_speed_mps(at_m);
+            let is_faint = speed_mps <= faint && radius_m > 2.0 * width_m;
+            speeds.push((speed_mps.max(faint) / wake.induced_velocity_mps()) as f32);
+            if is_faint {
+                break;
+            }
+        }
         Diagonal {
-            wake,
-            depth_m,
-            // Chosen here: a 48th of the column's radius, an order finer than any jet is wide.
-            steps_per_m: 48.0 / wake.tip_radius_m(),
-            speeds: Vec::new(),
+            width_m,
+            steps_per_m: (1.0 / step_m) as f32,
+            squares: speeds.iter().map(|speed| speed * speed).collect(),
+            speeds,
         }
     }
 
-    fn speed(&mut self, radius_m: f64) -> f64 {
-        let place = radius_m * self.steps_per_m;
-        let step = place as usize;
-        while self.speeds.len() <= step + 1 {
-            let radius_m = self.speeds.len() as f64 / self.steps_per_m;
-            let along_m = radius_m * std::f64::consts::FRAC_1_SQRT_2;
-            let speed_mps =
-                self.wake
-                    .axial_speed_mps(Vector3::new(along_m, along_m, -self.depth_m));
-            self.speeds
-                .push(speed_mps / self.wake.induced_velocity_mps());
+    /// Mean square and mean over the discs of a receiver at a place beside the axis.
+    fn over_discs(&self, points: &Points, at_m: [f64; 2]) -> (f64, f64) {
+        let (mut square, mut mean) = (0.0, 0.0);
+        let mut left = 1.0;
+        points.near(self.cut_m2(), at_m, |square_m2, weight| {
+            let (step, share) = self.place(square_m2);
+            let (inner, outer) = (self.speeds[step], self.speeds[step + 1]);
+            let speed = inner + (outer - inner) * share;
+            square += weight * speed * speed;
+            mean += weight * speed;
+            left -= weight;
+        });
+        let faint = self.speeds[self.speeds.len() - 1];
+        (f64::from(square + left * faint * faint), f64::from(mean))
+    }
+
+    /// The mean square alone.
+    fn square_over_discs(&self, points: &Points, at_m: [f64; 2]) -> f64 {
+        let faint = self.squares[self.squares.len() - 1];
+        let mut square = faint;
+        points.near(self.cut_m2(), at_m, |square_m2, weight| {
+            let (step, share) = self.place(square_m2);
+            let (inner, outer) = (self.squares[step], self.squares[step + 1]);
+            square += weight * (inner + (outer - inner) * share);
+        });
+        f64::from(square)
+    }
+
+    /// Beyond it all is faint (m²): a step less, so that rounding asks for none beyond the last.
+    fn cut_m2(&self) -> f32 {
+        ((self.speeds.len() - 2) as f32 / self.steps_per_m).powi(2)
+    }
+
+    /// Where a squared distance (m²) lies in the tables: the place before, and the share of the way
+    /// to the next.
+    #[inline]
+    fn place(&self, square_m2: f32) -> (usize, f32) {
+        let place = square_m2.sqrt() * self.steps_per_m;
+        let step = place as u32;
+        (step as usize, place - step as f32)
+    }
+}
+
+/// Points of a receiver's discs, in chunks that the processor takes together.
+struct Points {
+    /// Along x and along y (m), and weights; those that fill up the last chunk are nowhere near.
+    chunks: Vec<[[f32; CHUNK]; 3]>,
+}
+
+impl Points {
+    fn new(discs: &DiscPoints) -> Points {
+        let chunk = |(offsets_m, weights): (&[[f64; 2]], &[f64])| {
+            let mut chunk = [[f32::INFINITY; CHUNK], [0.0; CHUNK], [0.0; CHUNK]];
+            for (k, (offset_m, weight)) in offsets_m.iter().zip(weights).enumerate() {
+                chunk[0][k] = offset_m[0] as f32;
+                chunk[1][k] = offset_m[1] as f32;
+                chunk[2][k] = *weight as f32;
+            }
+            chunk
+        };
+        let chunks = discs.offsets_m.chunks(CHUNK);
+        Points {
+            chunks: chunks.zip(discs.weights.chunks(CHUNK)).map(chunk).collect(),
         }
-        let (inner, outer) = (self.speeds[step], self.speeds[step + 1]);
-        inner + (outer - inner) * place.fract()
+    }
+
+    /// Calls `f` with the squared distance (m²) from the axis of each point that is nearer to it
+    /// than the root of a limit (m²), and with its weight; the receiver's centre is at a place (m).
+    #[inline]
+    fn near(&self, limit_m2: f32, [x_m, y_m]: [f64; 2], mut f: impl FnMut(f32, f32)) {
+        let (x_m, y_m) = (x_m as f32, y_m as f32);
+        for [xs_m, ys_m, weights] in &self.chunks {
+            let mut squares_m2 = [0.0_f32; CHUNK];
+            for k in 0..CHUNK {
+                let (dx_m, dy_m) = (x_m + xs_m[k], y_m + ys_m[k]);
+                squares_m2[k] = dx_m * dx_m + dy_m * dy_m;
+            }
+            for (square_m2, weight) in squares_m2.iter().zip(weights) {
+                if *square_m2 < limit_m2 {
+                    f(*square_m2, *weight);
+                }
+            }
+        }
     }
 }
 
@@ -525,8 +634,7 @@ impl Diagonal<'_> {
 fn over_discs(
     speed_at: &mut impl FnMut(f64) -> f64,
     discs: &DiscPoints,
-    x_m: f64,
-    y_m: f64,
+    [x_m, y_m]: [f64; 2],
 ) -> (f64, f64) {
     let mut square = 0.0;
     let mut mean = 0.0;

@@ -4,7 +4,7 @@ use airflow::Flown;
 use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use crate::leg::{KindId, Leg, Tick};
 use crate::volumes::downwash::{Section, column};
@@ -98,7 +98,7 @@ pub struct Fleet {
     /// Points over the rotor discs, by airframe.
     discs: Vec<DiscPoints>,
     /// Receiver by receiver, emitter by emitter: `[receiver airframe][emitter]`.
-    envelopes: Vec<Envelope>,
+    envelopes: Vec<Arc<Envelope>>,
     /// Speed at a point, by emitter, for zones.
     points: Vec<Envelope>,
     /// How many emitters there are, and which each kind is.
@@ -189,24 +189,42 @@ impl Fleet {
         } else {
             0
         };
-        let envelopes = (0..pairs)
+        // What is alike but for its mass brings the same, in units of its induced velocity.
+        let alike = |emitter: usize| match shaped {
+            true => emitter,
+            false => first_alike(airframes, emitter),
+        };
+        let tabulated = |pair: usize| {
+            let (receiver, emitter) = (pair / emitters.len(), pair % emitters.len());
+            let receiver = first_alike(airframes, receiver);
+            receiver * emitters.len() + alike(emitter)
+        };
+        let negligible = |pair: usize| {
+            let (receiver, emitter) = (pair / emitters.len(), pair % emitters.len());
+            let limit = left(
+                conditions.lowest_air_limit,
+                flown.return_flow_mps / slowest(receiver),
+            );
+            let budget = limit * slowest(receiver) / fastest(emitter);
+            negligible_share(conditions.superposition) * budget * budget
+        };
+        let made: Vec<Option<Arc<Envelope>>> = (0..pairs)
             .into_par_iter()
             .map(|pair| {
-                let (receiver, emitter) = (pair / emitters.len(), pair % emitters.len());
-                let limit = left(
-                    conditions.lowest_air_limit,
-                    flown.return_flow_mps / slowest(receiver),
-                );
-                let budget = limit * slowest(receiver) / fastest(emitter);
-                let negligible = negligible_share(conditions.superposition) * budget * budget;
-                Envelope::new(
-                    &emitters[emitter],
-                    &discs[receiver],
+                if tabulated(pair) != pair {
+                    return None;
+                }
+                let all = (0..pairs).filter(|other| tabulated(*other) == pair);
+                Some(Arc::new(Envelope::new(
+                    &emitters[pair % emitters.len()],
+                    &discs[pair / emitters.len()],
                     conditions.deepest_m,
-                    negligible,
-                )
+                    all.map(negligible).fold(f64::INFINITY, f64::min),
+                )))
             })
             .collect();
+        let envelopes = (0..pairs).filter_map(|pair| made[tabulated(pair)].clone());
+        let envelopes = envelopes.collect();
         let point = DiscPoints {
             offsets_m: vec![[0.0, 0.0]],
             weights: vec![1.0],
@@ -549,6 +567,20 @@ impl Conditions {
     pub fn gap_m(&self, flying: usize) -> f64 {
         self.clearance_m.max(flying as f64 * self.tracking_m)
     }
+}
+
+/// The first airframe with the same rotors in the same places as one of them.
+fn first_alike(airframes: &[Airframe], index: usize) -> usize {
+    let shape = |airframe: &Airframe| {
+        (
+            airframe.propellers(),
+            airframe.propeller_diameter_m(),
+            airframe.motor_distance_m(),
+            airframe.width_factor(),
+        )
+    };
+    let same = |other: &Airframe| shape(other) == shape(&airframes[index]);
+    airframes.iter().position(same).unwrap_or(index)
 }
 
 /// Smallest distance of a straight path from the origin (m).

@@ -7,6 +7,7 @@
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::ops::RangeInclusive;
+use std::sync::OnceLock;
 
 use airflow::Wake;
 use nalgebra::Vector3;
@@ -99,43 +100,50 @@ const NEAR_BEARINGS: usize = 9;
 /// differences.
 const NEAR_MARGINS: Highest = (1.03, 1.25);
 
-/// The near field of one airframe.
+/// The near field of one airframe; its layers are worked out when they are first asked for.
 #[derive(Debug)]
 pub(super) struct NearTable {
+    wake: Wake,
     layer_m: f64,
     ring_m: f64,
     /// By layer and ring.
-    layers: Vec<Vec<Highest>>,
+    layers: [OnceLock<Vec<Highest>>; LAYERS],
 }
 
 impl NearTable {
     /// Of a wake at any mass: in units of its induced velocity the near field is the same.
     pub(super) fn new(wake: &Wake) -> NearTable {
-        let depth_m = wake.near_field_depth_m();
-        let layer_m = depth_m / LAYERS as f64;
-        let ring_m = wake.motor_distance_m() / RINGS_PER_MOTOR_DISTANCE;
-        let mut samples = Samples {
-            step_s_m: layer_m / FINE as f64,
-            radii_m: (0..=RINGS).map(|r| r as f64 * ring_m).collect(),
-            turn: FRAC_PI_4 / (NEAR_BEARINGS - 1) as f64,
-            bearings: NEAR_BEARINGS,
-            all_around: false,
-            speeds: Vec::with_capacity((LAYERS * FINE + 1) * (RINGS + 1) * NEAR_BEARINGS),
-        };
-        let u_h_mps = wake.induced_velocity_mps();
-        for s in 0..=LAYERS * FINE {
-            // Just below the rotor plane: at it the field jumps to zero.
-            let section = wake.cross_section((s as f64 * samples.step_s_m).max(1e-6 * depth_m));
-            samples.push(0.0, |x_m, y_m| section.axial_speed_mps(x_m, y_m) / u_h_mps);
-        }
-        let layers = (0..LAYERS)
-            .map(|k| samples.at_or_beyond(k * FINE..=(k + 1) * FINE, NEAR_MARGINS))
-            .collect();
         NearTable {
-            layer_m,
-            ring_m,
-            layers,
+            layer_m: wake.near_field_depth_m() / LAYERS as f64,
+            ring_m: wake.motor_distance_m() / RINGS_PER_MOTOR_DISTANCE,
+            wake: wake.clone(),
+            layers: std::array::from_fn(|_| OnceLock::new()),
         }
+    }
+
+    /// What is highest in a layer, by ring.
+    fn layer(&self, layer: usize) -> &[Highest] {
+        self.layers[layer].get_or_init(|| {
+            let mut samples = Samples {
+                step_s_m: self.layer_m / FINE as f64,
+                radii_m: (0..=RINGS).map(|r| r as f64 * self.ring_m).collect(),
+                turn: FRAC_PI_4 / (NEAR_BEARINGS - 1) as f64,
+                bearings: NEAR_BEARINGS,
+                all_around: false,
+                speeds: Vec::with_capacity((FINE + 2) * (RINGS + 1) * NEAR_BEARINGS),
+            };
+            let u_h_mps = self.wake.induced_velocity_mps();
+            // One depth more, for the slope down from the last.
+            let first = layer * FINE;
+            for s in first..=(first + FINE + 1).min(LAYERS * FINE) {
+                // Just below the rotor plane: at it the field jumps to zero.
+                let least_m = 1e-6 * self.wake.near_field_depth_m();
+                let depth_m = (s as f64 * samples.step_s_m).max(least_m);
+                let section = self.wake.cross_section(depth_m);
+                samples.push(0.0, |x_m, y_m| section.axial_speed_mps(x_m, y_m) / u_h_mps);
+            }
+            samples.at_or_beyond(0..=FINE, NEAR_MARGINS)
+        })
     }
 
     /// The layers between two depths (m).
@@ -149,15 +157,13 @@ impl NearTable {
         let rings = (off_axis_m / self.ring_m).min(RINGS as f64);
         let ring = (rings as usize).min(RINGS - 1);
         let beyond = rings - ring as f64;
-        self.layers[layers]
-            .iter()
-            .fold((0.0, 0.0), |so_far, layer| {
-                let ((inner, slope_per_m), (outer, _)) = (layer[ring], layer[ring + 1]);
-                // The highest speed beyond a radius falls with it; its chord lies within the margin
-                // of it.
-                let speed = inner + beyond * (outer - inner);
-                (speed.max(so_far.0), slope_per_m.max(so_far.1))
-            })
+        (layers.map(|layer| self.layer(layer))).fold((0.0, 0.0), |so_far, layer| {
+            let ((inner, slope_per_m), (outer, _)) = (layer[ring], layer[ring + 1]);
+            // The highest speed beyond a radius falls with it; its chord lies within the margin
+            // of it.
+            let speed = inner + beyond * (outer - inner);
+            (speed.max(so_far.0), slope_per_m.max(so_far.1))
+        })
     }
 }
 
