@@ -16,7 +16,7 @@ use crate::plan::ViolationKind;
 use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Scene};
 use crate::verify::time::encounters::Encounter;
-use crate::verify::time::spans::{integrate, join};
+use crate::verify::time::spans::{Known, integrate, join};
 use crate::verify::time::subdivision::{Chord, above, maximise};
 use crate::verify::time::window::{Window, windows};
 use crate::verify::violation::{Found, Worst};
@@ -85,7 +85,7 @@ pub(crate) fn check(
         if window.is_calm() {
             continue;
         }
-        let mut value = |t_s: f64| {
+        let values = |t_s: f64| {
             let mean_mps = window.mean_mps(t_s);
             if seed.is_none_or(|known| mean_mps > known.mean_mps) {
                 seed = Some(Moment {
@@ -98,8 +98,13 @@ pub(crate) fn check(
             let extra_w = power::extra_power_w(window.mass_kg, u_h_mps, alpha);
             [mean_mps, extra_w]
         };
-        let is_smooth = |span_s| window.is_smooth(span_s);
-        let sums = integrate(window.span_s, DOSE_FLOOR * u_h_mps, &mut value, &is_smooth);
+        let mut known = Known {
+            floor: DOSE_FLOOR * u_h_mps,
+            highest: window.most_mps(),
+            widths: |span_s| window.widths(span_s),
+            values,
+        };
+        let sums = integrate(window.span_s, &mut known);
         met.dose_m += sums[0];
         met.extra_energy_j += sums[1];
     }
@@ -128,17 +133,33 @@ fn strongest(scene: &Scene<'_>, windows: &[Window<'_>], at: Moment) -> Option<St
 /// already.
 fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Option<Moment> {
     let mut best = seed;
-    for (index, window) in windows.iter().enumerate() {
+    // Where most is possible first: it often settles the rest.
+    let within = |window: &Window<'_>| {
         let (from_s, until_s) = window.span_s;
-        let span_s = (from_s.max(within_s.0), until_s.min(within_s.1));
-        if window.is_calm() || span_s.0 >= span_s.1 {
-            continue;
-        }
+        (from_s.max(within_s.0), until_s.min(within_s.1))
+    };
+    let all = windows.iter().enumerate().filter(|(_, window)| {
+        let span_s = within(window);
+        !window.is_calm() && span_s.0 < span_s.1
+    });
+    let mut by_most: Vec<(f64, usize, &Window<'_>)> = all
+        .map(|(index, window)| (window.most_mps(), index, window))
+        .collect();
+    by_most.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    for (most_mps, index, window) in by_most {
         let floor_mps = WORST_FLOOR * window.induced_velocity_mps;
         let before_mps = best.map_or(0.0, |known| known.mean_mps);
-        let mut here = (span_s.0, before_mps);
         let tolerance = |mean_mps| WORST_TOLERANCE * mean_mps + floor_mps;
-        maximise(window, span_s, &mut here, &tolerance);
+        if most_mps <= before_mps + tolerance(before_mps) {
+            continue;
+        }
+        let span_s = within(window);
+        let mut here = (span_s.0, before_mps);
+        let chord = Chord {
+            span_s,
+            ends_mps: None,
+        };
+        maximise(window, chord, &mut here, &tolerance);
         if here.1 > before_mps {
             best = Some(Moment {
                 window: index,
@@ -165,13 +186,9 @@ fn over_limit(
         let most_mps = (receiver.air_limit + ALPHA_TOLERANCE) * (u_h_mps / flown.receiver_gain);
         let limit_mps = most_mps - flown.return_flow_mps;
         let worst_mps = met.worst_air_mps * (1.0 + WORST_TOLERANCE) + WORST_FLOOR * u_h_mps;
-        if worst_mps > limit_mps {
+        if worst_mps > limit_mps && window.most_mps() > limit_mps {
             let mut here = Vec::new();
-            let whole = Chord {
-                span_s: window.span_s,
-                ends_mps: None,
-            };
-            above(window, whole, limit_mps, &mut here);
+            above(window, Chord::of(window), limit_mps, &mut here);
             here.into_iter().for_each(|span_s| join(&mut parts, span_s));
         }
     }

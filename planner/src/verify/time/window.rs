@@ -32,6 +32,9 @@ pub(crate) struct Passing<'a> {
     pub(crate) emitter: Attached<'a>,
     /// The receiver's centre as seen from the emitter's.
     pub(crate) relative: Motion,
+    /// An upper bound of this wake alone anywhere on the receiver's discs, over the whole window
+    /// (m/s).
+    alone_mps: f64,
 }
 
 /// A receiver and the wakes that may reach it; neither side changes its piece within the span.
@@ -140,13 +143,15 @@ impl<'a> Window<'a> {
         }
         let piece = flight.trajectory.piece_index(middle_s)?;
         let motion = flight.trajectory.pieces()[piece].motion;
-        let passing = Passing {
+        let mut passing = Passing {
             emitter: flight.attached(other, piece, motion),
             relative: (self.motion)
                 .during(self.span_s.0, self.span_s.1)
                 .seen_from(&motion)?,
+            alone_mps: 0.0,
         };
-        (self.alone_mps(&passing, self.span_s) > FAINTEST_WAKE_MPS).then_some(passing)
+        passing.alone_mps = self.alone_mps(&passing, self.span_s);
+        (passing.alone_mps > FAINTEST_WAKE_MPS).then_some(passing)
     }
 
     /// Whether a wake surely reaches the receiver's height over a span, and whether it may: a top
@@ -260,6 +265,16 @@ impl<'a> Window<'a> {
         strongest.map(|(from, _)| from)
     }
 
+    /// An upper bound of the mean air over the whole window, which is known already (m/s); infinite
+    /// where wakes are advected.
+    pub(crate) fn most_mps(&self) -> f64 {
+        if self.is_advected() {
+            return f64::INFINITY;
+        }
+        let alone = self.passing.iter().map(|passing| passing.alone_mps);
+        superpose(self.scene.superposition, alone)
+    }
+
     /// An upper bound of the mean air that costs little (m/s).
     pub(crate) fn rough_mps(&self, span_s: Span) -> f64 {
         let advected = self.advected.iter();
@@ -308,7 +323,9 @@ impl<'a> Window<'a> {
         points_m: &[[f64; 2]],
         gathered: &mut [f64; CHUNK],
     ) {
-        let Passing { emitter, relative } = passing;
+        let Passing {
+            emitter, relative, ..
+        } = passing;
         let (low_m, high_m) = relative.box_m(span_s.0, span_s.1);
         if low_m.z >= 0.0 || !self.reaches(emitter, span_s).1 {
             return;
@@ -406,29 +423,41 @@ impl<'a> Window<'a> {
         Some(how.finish(gathered) / 8.0)
     }
 
-    /// Whether no wake can rise and fall unseen within a part of the window: the path flown as seen
-    /// from each emitter is at most twice the half-width there, or the distance from its axis;
-    /// through a wake that is moved or advected, at most the half-width, for it may be narrower
-    /// than the hover jet.
-    pub(crate) fn is_smooth(&self, span_s: Span) -> bool {
+    /// How long the path flown in a part of the window is as seen from each emitter, in half-widths
+    /// of its wake there or, where that is more, distances from its axis: within 2 no wake rises
+    /// and falls unseen. A wake that is moved or advected may be narrower than the hover jet, and
+    /// the jets of single rotors in the near field are: their paths count twice. And whether all
+    /// wakes are those of hover jets, none of which begins or ends within it.
+    pub(crate) fn widths(&self, span_s: Span) -> (f64, bool) {
         if self.is_advected() {
             let advected = self.advected.iter();
-            let mut arriving = advected.flat_map(|it| self.arriving(it, span_s));
-            return arriving.all(|(left, (low_m, high_m))| {
+            let arriving = advected.flat_map(|it| self.arriving(it, span_s));
+            let widths = arriving.map(|(left, (low_m, high_m))| {
                 let half_width_m = left.wake.wake.half_width_m((-high_m.z).max(0.0));
-                (high_m - low_m).norm() <= half_width_m
+                2.0 * (high_m - low_m).norm() / half_width_m
             });
+            return (widths.fold(0.0, f64::max), false);
         }
-        self.passing.iter().all(|Passing { emitter, relative }| {
+        let (mut widths, mut is_plain) = (0.0_f64, true);
+        for Passing {
+            emitter, relative, ..
+        } in &self.passing
+        {
             let path_m = 2.0 * relative.half_path_m(span_s.0, span_s.1);
             let (_, high_m) = relative.box_m(span_s.0, span_s.1);
-            let half_width_m = emitter.wake.wake.half_width_m((-high_m.z).max(0.0));
+            let wake = &emitter.wake.wake;
+            let half_width_m = wake.half_width_m((-high_m.z).max(0.0));
             if emitter.wake.is_moved() {
-                return path_m <= half_width_m;
+                (widths, is_plain) = (widths.max(2.0 * path_m / half_width_m), false);
+                continue;
             }
+            let is_near = -high_m.z < wake.near_field_depth_m();
             let level = relative.level_path(span_s.0, span_s.1);
             let off_axis_m = level.nearest_m([0.0; 2]).norm();
-            path_m <= 2.0 * half_width_m.max(off_axis_m)
-        })
+            let here = path_m / half_width_m.max(off_axis_m);
+            widths = widths.max(if is_near { 2.0 * here } else { here });
+            is_plain &= high_m.z < 0.0 && self.reaches(emitter, span_s).0;
+        }
+        (widths, is_plain)
     }
 }
