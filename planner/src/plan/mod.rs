@@ -407,9 +407,6 @@ pub struct IgnoringDownwash {
     pub drones_over_limit: usize,
     /// Highest mean air over the discs of any drone (m/s).
     pub worst_air_mps: f64,
-    /// Time over the limit, summed over drones (s).
-    #[serde(default)]
-    pub time_over_limit_s: f64,
     /// How many zones get more air than they bear.
     #[serde(default)]
     pub zones_over_limit: usize,

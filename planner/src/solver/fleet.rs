@@ -1,7 +1,5 @@
 //! The whole flow: endpoints, roadmap, search, plan, verifier, and the same again without wakes.
 
-use std::collections::BTreeSet;
-
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg};
 use rayon::prelude::*;
@@ -12,7 +10,7 @@ use crate::plan::outcome::{
     Blocker, Control, Effort, EndpointConflict, EndpointConflicts, EndpointKind, Failure, Outcome,
     Planned, Progress,
 };
-use crate::plan::{IgnoringDownwash, Plan, Unplanned, ViolationKind};
+use crate::plan::{IgnoringDownwash, Plan, Unplanned};
 use crate::scenario::world::World;
 use crate::scenario::{Problems, WorldError};
 use crate::sipp::conflicts::Steps;
@@ -22,7 +20,7 @@ use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::explain::failures;
 use crate::solver::prepare::{Job, prepare};
 use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
-use crate::verify::verify;
+use crate::verify::{harm, verify};
 
 /// Plans a fleet out of its own downwash and verifies the plan.
 ///
@@ -208,23 +206,13 @@ fn ignoring_downwash(
         return None;
     }
     let plan = assemble(world, job, &paths);
-    let report = verify(&plan);
-    let of_kinds = |kinds: &'static [ViolationKind]| {
-        let violations = report.violations.iter();
-        violations.filter(|violation| kinds.contains(&violation.kind))
-    };
-    let over = of_kinds(&[ViolationKind::Air, ViolationKind::Column]);
-    let over: BTreeSet<&str> = over.map(|v| v.drone.as_str()).collect();
-    let exposed = || of_kinds(&[ViolationKind::Zone]);
-    let zones: BTreeSet<&str> = exposed().filter_map(|v| v.with.as_deref()).collect();
-    let met = || report.exposures.iter();
+    let harm = harm(&plan);
     Some(IgnoringDownwash {
         makespan_s: plan.fleet.makespan_s,
-        drones_over_limit: over.len(),
-        worst_air_mps: met().map(|met| met.worst_air_mps).fold(0.0, f64::max),
-        time_over_limit_s: met().map(|met| met.time_over_limit_s).sum(),
-        zones_over_limit: zones.len(),
-        worst_zone_air_mps: exposed().map(|v| v.value).fold(0.0, f64::max),
+        drones_over_limit: harm.drones_over_limit,
+        worst_air_mps: harm.worst_air_mps,
+        zones_over_limit: harm.zones_over_limit,
+        worst_zone_air_mps: harm.worst_zone_air_mps,
         unplanned: paths.unplanned.len(),
     })
 }

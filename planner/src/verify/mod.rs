@@ -85,3 +85,50 @@ pub fn verify(plan: &Plan) -> Report {
         exposures,
     }
 }
+
+/// What a plan's wakes do to its drones and zones, in a few figures.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Harm {
+    /// How many drones exceed their own limit or enter a column.
+    pub(crate) drones_over_limit: usize,
+    /// Highest mean air over the discs of any drone (m/s).
+    pub(crate) worst_air_mps: f64,
+    /// How many zones get more air than they bear.
+    pub(crate) zones_over_limit: usize,
+    /// Highest air in those zones (m/s).
+    pub(crate) worst_zone_air_mps: f64,
+}
+
+/// Drones whose worst air is looked for at a time; those after them know what was found. Chosen
+/// here, and no matter of threads: the answer is the same on any number.
+const AT_A_TIME: usize = 64;
+
+/// The harm that a plan's wakes do: the checks of air, columns and zones as far as these figures
+/// need them.
+pub(crate) fn harm(plan: &Plan) -> Harm {
+    let (Some(scene), _) = contents::read(plan) else {
+        return Harm::default();
+    };
+    let near = time::encounters::encounters(&scene);
+    let mut harm = Harm::default();
+    let flights = scene.flights.chunks(AT_A_TIME).zip(near.chunks(AT_A_TIME));
+    for (flights, near) in flights {
+        let known_mps = harm.worst_air_mps;
+        let judged: Vec<(bool, f64)> = (flights.par_iter().zip(near))
+            .map(|(flight, near)| air::exceeds(&scene, near, flight, known_mps))
+            .collect();
+        for (is_over, worst_mps) in judged {
+            harm.drones_over_limit += usize::from(is_over);
+            harm.worst_air_mps = harm.worst_air_mps.max(worst_mps);
+        }
+    }
+    let zones: Vec<Vec<_>> = (scene.zones.par_iter())
+        .map(|it| zone::check(&scene, it))
+        .collect();
+    for found in zones.iter().filter(|found| !found.is_empty()) {
+        harm.zones_over_limit += 1;
+        let values = found.iter().map(|(_, violation)| violation.value);
+        harm.worst_zone_air_mps = values.fold(harm.worst_zone_air_mps, f64::max);
+    }
+    harm
+}

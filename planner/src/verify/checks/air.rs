@@ -123,6 +123,69 @@ pub(crate) fn check(
     (found, met)
 }
 
+/// Whether a drone exceeds its limit or enters a column at any time, and the highest mean air over
+/// its discs (m/s) where that is higher than `known_mps`, or else that. No more than these two: it
+/// stops at the first moment over the limit.
+pub(crate) fn exceeds(
+    scene: &Scene<'_>,
+    near: &[Encounter],
+    receiver: &Flight,
+    known_mps: f64,
+) -> (bool, f64) {
+    if receiver.airborne_s.1 <= receiver.airborne_s.0 {
+        return (false, known_mps);
+    }
+    let windows = windows(scene, near, receiver);
+    let everything_s = (f64::NEG_INFINITY, f64::INFINITY);
+    let (mut is_over, mut highest_mps) = (false, known_mps);
+    for (most_mps, index) in by_most(&windows, everything_s) {
+        let window = &windows[index];
+        let limit_mps = limit_mps(scene, receiver, window);
+        let matters = !is_over && most_mps > limit_mps;
+        if matters || most_mps > highest_mps {
+            let middle_s = 0.5 * (window.span_s.0 + window.span_s.1);
+            let middle_mps = window.mean_mps(middle_s);
+            highest_mps = highest_mps.max(middle_mps);
+            is_over |= middle_mps > limit_mps;
+        }
+        if !is_over && most_mps > limit_mps {
+            let mut parts = Vec::new();
+            above(window, Chord::of(window), limit_mps, &mut parts);
+            is_over = !parts.is_empty();
+        }
+    }
+    let seed = Moment {
+        window: 0,
+        t_s: 0.0,
+        mean_mps: highest_mps,
+    };
+    let worst = highest(&windows, Some(seed), everything_s);
+    let is_over = is_over || !column::check(scene, receiver, &windows).is_empty();
+    (is_over, worst.map_or(highest_mps, |worst| worst.mean_mps))
+}
+
+/// Mean air over its discs above which a drone is over its limit in a window (m/s).
+fn limit_mps(scene: &Scene<'_>, receiver: &Flight, window: &Window<'_>) -> f64 {
+    let u_h_mps = window.induced_velocity_mps;
+    let gain = scene.flown.receiver_gain;
+    let most_mps = (receiver.air_limit + ALPHA_TOLERANCE) * (u_h_mps / gain);
+    most_mps - scene.flown.return_flow_mps
+}
+
+/// The windows with a wake in them that lie within a span, as far as they do: how much air there
+/// may be at most (m/s), and which; where most is possible first, for it often settles the rest.
+fn by_most(windows: &[Window<'_>], within_s: Span) -> Vec<(f64, usize)> {
+    let all = windows.iter().enumerate().filter(|(_, window)| {
+        let (from_s, until_s) = window.span_s;
+        !window.is_calm() && from_s.max(within_s.0) < until_s.min(within_s.1)
+    });
+    let mut by_most: Vec<(f64, usize)> = all
+        .map(|(index, window)| (window.most_mps(), index))
+        .collect();
+    by_most.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    by_most
+}
+
 /// Whose wake alone is the strongest at a moment.
 fn strongest(scene: &Scene<'_>, windows: &[Window<'_>], at: Moment) -> Option<String> {
     let from = windows[at.window].strongest(at.t_s)?;
@@ -133,27 +196,16 @@ fn strongest(scene: &Scene<'_>, windows: &[Window<'_>], at: Moment) -> Option<St
 /// already.
 fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Option<Moment> {
     let mut best = seed;
-    // Where most is possible first: it often settles the rest.
-    let within = |window: &Window<'_>| {
-        let (from_s, until_s) = window.span_s;
-        (from_s.max(within_s.0), until_s.min(within_s.1))
-    };
-    let all = windows.iter().enumerate().filter(|(_, window)| {
-        let span_s = within(window);
-        !window.is_calm() && span_s.0 < span_s.1
-    });
-    let mut by_most: Vec<(f64, usize, &Window<'_>)> = all
-        .map(|(index, window)| (window.most_mps(), index, window))
-        .collect();
-    by_most.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    for (most_mps, index, window) in by_most {
+    for (most_mps, index) in by_most(windows, within_s) {
+        let window = &windows[index];
         let floor_mps = WORST_FLOOR * window.induced_velocity_mps;
         let before_mps = best.map_or(0.0, |known| known.mean_mps);
         let tolerance = |mean_mps| WORST_TOLERANCE * mean_mps + floor_mps;
         if most_mps <= before_mps + tolerance(before_mps) {
             continue;
         }
-        let span_s = within(window);
+        let (from_s, until_s) = window.span_s;
+        let span_s = (from_s.max(within_s.0), until_s.min(within_s.1));
         let mut here = (span_s.0, before_mps);
         let chord = Chord {
             span_s,
@@ -183,8 +235,7 @@ fn over_limit(
     let mut parts = Vec::new();
     for window in windows.iter().filter(|window| !window.is_calm()) {
         let u_h_mps = window.induced_velocity_mps;
-        let most_mps = (receiver.air_limit + ALPHA_TOLERANCE) * (u_h_mps / flown.receiver_gain);
-        let limit_mps = most_mps - flown.return_flow_mps;
+        let limit_mps = limit_mps(scene, receiver, window);
         let worst_mps = met.worst_air_mps * (1.0 + WORST_TOLERANCE) + WORST_FLOOR * u_h_mps;
         if worst_mps > limit_mps && window.most_mps() > limit_mps {
             let mut here = Vec::new();

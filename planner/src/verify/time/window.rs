@@ -173,7 +173,12 @@ impl<'a> Window<'a> {
             return 0.0;
         }
         let (off_axis_m, places_m) = self.around_discs_m(passing, span_s);
-        passing.emitter.wake.highest_mps(&places_m, off_axis_m)
+        let wake = passing.emitter.wake;
+        if !wake.is_moved() && off_axis_m >= wake.reach_m(-low_m.z) {
+            // Fainter than what counts.
+            return FAINTEST_WAKE_MPS;
+        }
+        wake.highest_mps(&places_m, off_axis_m)
     }
 
     /// Smallest distance of the receiver's discs from an emitter's axis, and the box of their
