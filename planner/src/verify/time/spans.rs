@@ -43,8 +43,8 @@ const RULES: [[f64; 3]; 4] = [
     [0.0, 0.450_916_538_658_474_14, 8.0 / 9.0],
 ];
 
-/// Nodes on [-1, 1] and weights of the Gauss rules of one, two and three points.
-const GAUSS: [&[[f64; 2]]; 3] = [
+/// Nodes on [-1, 1] and weights of the Gauss rules of one to five points.
+const GAUSS: [&[[f64; 2]]; 5] = [
     &[[0.0, 2.0]],
     &[
         [-0.577_350_269_189_625_8, 1.0],
@@ -55,16 +55,29 @@ const GAUSS: [&[[f64; 2]]; 3] = [
         [0.0, 8.0 / 9.0],
         [0.774_596_669_241_483_4, 5.0 / 9.0],
     ],
+    &[
+        [-0.861_136_311_594_052_6, 0.347_854_845_137_453_9],
+        [-0.339_981_043_584_856_3, 0.652_145_154_862_546_1],
+        [0.339_981_043_584_856_3, 0.652_145_154_862_546_1],
+        [0.861_136_311_594_052_6, 0.347_854_845_137_453_9],
+    ],
+    &[
+        [-0.906_179_845_938_664, 0.236_926_885_056_189_1],
+        [-0.538_469_310_105_683_1, 0.478_628_670_499_366_5],
+        [0.0, 0.568_888_888_888_888_9],
+        [0.538_469_310_105_683_1, 0.478_628_670_499_366_5],
+        [0.906_179_845_938_664, 0.236_926_885_056_189_1],
+    ],
 ];
 
-/// Part of a value by which the Gauss rules of one, two and three points may miss it where the path
-/// is one half-width long, or one distance from the axis, and the power of that length with which
-/// this grows.
+/// Part of a value by which the Gauss rules of one to five points may miss it where the path is one
+/// half-width long, or one distance from the axis, and the power of that length with which this
+/// grows.
 ///
-/// Their remainders are `f'' h²/24`, `f⁗ h⁴/4320` and `f⁽⁶⁾ h⁶/2016000` (Abramowitz and Stegun,
-/// 25.4.30). Over the value the derivatives of the far field's profile are largest far aside, where
-/// it falls with the fourth power of the distance: 20, 840 and 60 480.
-const REMAINDERS: [(f64, i32); 3] = [(0.83, 2), (0.195, 4), (0.03, 6)];
+/// The remainder of `n` points is `f⁽²ⁿ⁾ h²ⁿ (n!)⁴/((2n + 1) (2n)!³)` (Abramowitz and Stegun, 25.4.30).
+/// Over the value the derivatives of the far field's profile are largest far aside, where it falls
+/// with the fourth power of the distance: `(2n + 3)!/3!`.
+const REMAINDERS: [(f64, i32); 5] = [(0.83, 2), (0.195, 4), (0.03, 6), (3.8e-3, 8), (4.1e-4, 10)];
 
 /// Path through a feature, in its half-widths, up to which none hides between seven nodes: chosen
 /// here.

@@ -71,9 +71,6 @@ pub(crate) fn maximise(
     best: &mut (f64, f64),
     tolerance: &impl Fn(f64) -> f64,
 ) {
-    if window.rough_mps(chord.span_s) <= best.1 + tolerance(best.1) {
-        return;
-    }
     let mut raise = |t_s: f64, here_mps: f64| {
         if here_mps > best.1 {
             *best = (t_s, here_mps);
@@ -87,7 +84,13 @@ pub(crate) fn maximise(
             let enough_mps = raise(chord.span_s.1, until_mps);
             (from_mps.max(until_mps) + bend_mps, enough_mps)
         }
-        None => (window.high_mps(chord.span_s), raise(0.0, 0.0)),
+        None => {
+            let enough_mps = raise(0.0, 0.0);
+            let rough_mps = window.rough_mps(chord.span_s);
+            let high = || window.high_mps(chord.span_s);
+            let is_open = rough_mps > enough_mps;
+            (if is_open { high() } else { rough_mps }, enough_mps)
+        }
     };
     if high_mps <= enough_mps {
         return;

@@ -57,6 +57,66 @@ pub(crate) struct Window<'a> {
     scene: &'a Scene<'a>,
 }
 
+/// One piece of another flight while its wake may reach a receiver during one piece of its own.
+struct Reaching {
+    /// Index in the scene's flights.
+    other: usize,
+    /// Index in that flight's pieces.
+    piece: usize,
+    /// The receiver's centre as seen from the other's.
+    relative: Motion,
+    /// When that is near enough (s).
+    span_s: Span,
+}
+
+/// All that may reach a receiver between two moments: where it is below, and no farther from the
+/// axis than wakes count.
+fn reaching(
+    scene: &Scene<'_>,
+    near: &[Encounter],
+    receiver: &Flight,
+    (up_s, down_s): Span,
+) -> Vec<Reaching> {
+    let mut all = Vec::new();
+    for encounter in near {
+        let other = &scene.flights[encounter.other];
+        let from_s = encounter.span_s.0.max(up_s).max(other.airborne_s.0);
+        let until_s = encounter.span_s.1.min(down_s).min(other.airborne_s.1);
+        if from_s >= until_s {
+            continue;
+        }
+        for mine in
+            &receiver.trajectory.pieces()[receiver.trajectory.pieces_during(from_s, until_s)]
+        {
+            let from_s = from_s.max(mine.motion.from_s);
+            let until_s = until_s.min(mine.motion.until_s);
+            let here = mine.motion.during(from_s, until_s);
+            for piece in other.trajectory.pieces_during(from_s, until_s) {
+                let there = other.trajectory.pieces()[piece].motion;
+                let Some(relative) = here.seen_from(&there) else {
+                    continue;
+                };
+                let (low_m, _) = relative.box_m(relative.from_s, relative.until_s);
+                if low_m.z >= 0.0 {
+                    continue;
+                }
+                let radius_m = other.wakes[piece].reach_m(-low_m.z) + receiver.tip_radius_m;
+                let below_m = (f64::NEG_INFINITY, 0.0);
+                let Some(span_s) = relative.inside_cylinder_s(radius_m, below_m) else {
+                    continue;
+                };
+                all.push(Reaching {
+                    other: encounter.other,
+                    piece,
+                    relative,
+                    span_s,
+                });
+            }
+        }
+    }
+    all
+}
+
 /// The windows of one receiver while it is airborne, in order of time, those without any wake
 /// included.
 pub(crate) fn windows<'a>(
@@ -67,26 +127,24 @@ pub(crate) fn windows<'a>(
     let up_s = receiver.airborne_s.0;
     let down_s = receiver.airborne_s.1.min(scene.horizon_s);
     let mut cuts_s: Vec<f64> = vec![up_s, down_s, receiver.trajectory.last_s(), scene.last_s];
-    let ends = |flight: &Flight, from_s: f64, until_s: f64, cuts_s: &mut Vec<f64>| {
-        for piece in &flight.trajectory.pieces()[flight.trajectory.pieces_during(from_s, until_s)] {
-            let motion = &piece.motion;
-            cuts_s.extend([motion.from_s.max(from_s), motion.until_s.min(until_s)]);
-        }
-    };
-    ends(receiver, up_s, down_s, &mut cuts_s);
-    for encounter in near {
-        let other = &scene.flights[encounter.other];
-        let (from_s, until_s) = encounter.span_s;
-        if from_s.max(up_s) < until_s.min(down_s) {
-            cuts_s.extend([from_s, until_s, other.airborne_s.0, other.airborne_s.1]);
-            ends(other, from_s.max(up_s), until_s.min(down_s), &mut cuts_s);
-        }
+    for piece in &receiver.trajectory.pieces()[receiver.trajectory.pieces_during(up_s, down_s)] {
+        cuts_s.extend([piece.motion.from_s, piece.motion.until_s]);
     }
+    let reaching = reaching(scene, near, receiver, (up_s, down_s));
+    cuts_s.extend(reaching.iter().flat_map(|it| [it.span_s.0, it.span_s.1]));
+    // Advected air comes from wherever its drone was: it may arrive as long as the two are near.
+    let advected = match scene.flown.convection {
+        Some(_) => near,
+        None => &[],
+    };
+    cuts_s.extend(advected.iter().flat_map(|it| [it.span_s.0, it.span_s.1]));
     cuts_s.retain(|&t_s| t_s >= up_s && t_s <= down_s);
     cuts_s.sort_by(f64::total_cmp);
     cuts_s.dedup_by(|b, a| *b - *a <= SAME_TIME_S);
 
-    let spans_s: Vec<Span> = near.iter().map(|encounter| encounter.span_s).collect();
+    let spans_s = reaching.iter().map(|it| it.span_s);
+    let spans_s = spans_s.chain(advected.iter().map(|it| it.span_s));
+    let spans_s: Vec<Span> = spans_s.collect();
     let mut windows = Vec::with_capacity(cuts_s.len());
     for (span_s, met) in between(&cuts_s, &spans_s) {
         let middle_s = 0.5 * (span_s.0 + span_s.1);
@@ -103,9 +161,14 @@ pub(crate) fn windows<'a>(
             motion: receiver.trajectory.pieces()[piece].motion,
             scene,
         };
-        let others = || met.iter().map(|&k| near[k].other);
-        window.passing = others().filter_map(|it| window.passing(it)).collect();
-        let advected = others().filter_map(|it| Advected::new(scene, it));
+        let (attached, late): (Vec<usize>, Vec<usize>) =
+            met.iter().partition(|&&k| k < reaching.len());
+        let passing = attached
+            .iter()
+            .filter_map(|&k| window.passing(&reaching[k]));
+        window.passing = passing.collect();
+        let late = late.iter().map(|&k| advected[k - reaching.len()].other);
+        let advected = late.filter_map(|it| Advected::new(scene, it));
         window.advected = advected
             .filter(|it| window.advected_alone_mps(it, span_s) > FAINTEST_WAKE_MPS)
             .collect();
@@ -133,21 +196,13 @@ impl<'a> Window<'a> {
         self.advected.is_empty() && self.attached().is_empty()
     }
 
-    /// The wake of another flight, if it can reach the receiver in this window.
-    fn passing(&self, other: usize) -> Option<Passing<'a>> {
-        let flight = &self.scene.flights[other];
-        let middle_s = 0.5 * (self.span_s.0 + self.span_s.1);
-        // No switch of the emitter divides a window.
-        if middle_s < flight.airborne_s.0 || flight.airborne_s.1 <= middle_s {
-            return None;
-        }
-        let piece = flight.trajectory.piece_index(middle_s)?;
-        let motion = flight.trajectory.pieces()[piece].motion;
+    /// The wake of another flight, if it counts in this window.
+    fn passing(&self, reaching: &Reaching) -> Option<Passing<'a>> {
+        let flight = &self.scene.flights[reaching.other];
+        let motion = flight.trajectory.pieces()[reaching.piece].motion;
         let mut passing = Passing {
-            emitter: flight.attached(other, piece, motion),
-            relative: (self.motion)
-                .during(self.span_s.0, self.span_s.1)
-                .seen_from(&motion)?,
+            emitter: flight.attached(reaching.other, reaching.piece, motion),
+            relative: (reaching.relative).during(self.span_s.0, self.span_s.1),
             alone_mps: 0.0,
         };
         passing.alone_mps = self.alone_mps(&passing, self.span_s);
@@ -173,12 +228,7 @@ impl<'a> Window<'a> {
             return 0.0;
         }
         let (off_axis_m, places_m) = self.around_discs_m(passing, span_s);
-        let wake = passing.emitter.wake;
-        if !wake.is_moved() && off_axis_m >= wake.reach_m(-low_m.z) {
-            // Fainter than what counts.
-            return FAINTEST_WAKE_MPS;
-        }
-        wake.highest_mps(&places_m, off_axis_m)
+        passing.emitter.wake.highest_mps(&places_m, off_axis_m)
     }
 
     /// Smallest distance of the receiver's discs from an emitter's axis, and the box of their
