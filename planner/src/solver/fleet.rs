@@ -262,3 +262,69 @@ fn excluded(
     out.sort_unstable_by_key(|(drone, _)| *drone);
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::plan::ViolationKind;
+    use crate::scenario::read_world;
+
+    /// The plan of a world without wakes, and its contrast.
+    fn without_wakes(text: &str) -> (Plan, IgnoringDownwash) {
+        let world = read_world(text).expect("in order");
+        let job = prepare(&world);
+        let costmap = job.costmap(&world, false, world.drones.len());
+        let problem = FleetProblem {
+            job: &job,
+            costmap: &costmap,
+            steps: Steps::new(job.roadmap.lattice(), &job.agents, &costmap),
+            excluded: &[],
+            planning: &world.planning,
+            control: &Control::QUIET,
+        };
+        let paths = plan_fleet(&problem, &mut Effort::default());
+        let plan = assemble(&world, &job, &paths);
+        let contrast = contrast(&world, &Control::QUIET).expect("bodies are apart");
+        (plan, contrast)
+    }
+
+    #[test]
+    fn the_contrast_has_the_figures_of_the_whole_verifier() {
+        for text in [tools::instances::hall(40, 3), tools::instances::hall(90, 7)] {
+            let (plan, contrast) = without_wakes(&text.expect("there is room"));
+            let report = verify(&plan);
+            let air = [ViolationKind::Air, ViolationKind::Column];
+            let violations = report.violations.iter();
+            let over = violations.filter(|violation| air.contains(&violation.kind));
+            let over: BTreeSet<&str> = over.map(|violation| violation.drone.as_str()).collect();
+            assert!(over.len() > 3, "{}", over.len());
+            assert_eq!(contrast.drones_over_limit, over.len());
+            let worst_mps = report.exposures.iter().map(|met| met.worst_air_mps);
+            let worst_mps = worst_mps.fold(0.0, f64::max);
+            // Both to a part in a thousand and 0.0001 of an induced velocity.
+            let apart = (contrast.worst_air_mps / worst_mps - 1.0).abs();
+            assert!(apart < 1.5e-3, "{contrast:?} {worst_mps}");
+            assert_eq!(contrast.makespan_s, plan.fleet.makespan_s);
+        }
+    }
+
+    #[test]
+    fn the_contrast_counts_a_drone_that_ends_hovering_under_another() {
+        let drone = |name: &str, y: f64, z: f64| {
+            format!(
+                r#"(name: "{name}", airframe: "offboard-2", start_m: (1.5, {y}, {z}), tasks: [(to_m: (9.5, 3.5, {z}))])"#
+            )
+        };
+        // The upper one arrives last, and stays.
+        let text = format!(
+            r#"(name: "stacked", bounds_m: (min: (0, 0, 0), max: (12, 8, 8)), drones: [{}, {}])"#,
+            drone("lower", 3.5, 1.5),
+            drone("upper", 6.5, 4.5)
+        );
+        let (_, contrast) = without_wakes(&text);
+        assert_eq!(contrast.drones_over_limit, 1, "{contrast:?}");
+        assert!(contrast.worst_air_mps > 4.0, "{contrast:?}");
+    }
+}

@@ -158,3 +158,40 @@ fn landed_drones_and_wakes_that_end_above_do_nothing_to_each_other() {
     };
     assert_eq!(fleet.meet(&upper, &landed, [0.0; 2]), None);
 }
+
+#[test]
+fn what_differs_in_mass_alone_has_one_table() {
+    let names = ["crazyflie-2.1", "kolibri", "crazyflie-2.1-deck"];
+    let airframes = names.map(|name| Airframe::preset(name).expect("a preset"));
+    let kinds = (0..3).map(|airframe| Kind {
+        airframe,
+        mass_kg: airframes[airframe].mass_kg(),
+        body_radius_m: airframes[airframe].tip_radius_m(),
+    });
+    let conditions = *fleet(Superposition::Momentum).conditions();
+    let fleet = Fleet::new(&airframes, kinds.collect(), conditions);
+    let table = |emitter, receiver| std::ptr::from_ref(fleet.envelope(emitter, receiver));
+    for other in 0..3 {
+        assert_eq!(table(0, other), table(2, other));
+        assert_eq!(table(other, 0), table(other, 2));
+    }
+    assert_ne!(table(0, 1), table(1, 0));
+    // As an own table would say: no less air than of the one that was made for itself.
+    let alone = Fleet::new(
+        &airframes[2..],
+        vec![fleet.kinds[2].clone()]
+            .into_iter()
+            .map(|kind| Kind {
+                airframe: 0,
+                ..kind
+            })
+            .collect(),
+        conditions,
+    );
+    for k in 0..200 {
+        let at_m = Vector3::new(2.0 * at(3 * k) - 1.0, 0.0, -4.0 * at(3 * k + 1));
+        let shared = fleet.envelope(2, 2).along(&at_m, &at_m).peak_square;
+        let own = alone.envelope(0, 0).along(&at_m, &at_m).peak_square;
+        assert!(shared >= 0.99 * own, "{at_m:?}: {shared} {own}");
+    }
+}

@@ -74,9 +74,9 @@ const GAUSS: [&[[f64; 2]]; 5] = [
 /// half-width long, or one distance from the axis, and the power of that length with which this
 /// grows.
 ///
-/// The remainder of `n` points is `f⁽²ⁿ⁾ h²ⁿ (n!)⁴/((2n + 1) (2n)!³)` (Abramowitz and Stegun, 25.4.30).
-/// Over the value the derivatives of the far field's profile are largest far aside, where it falls
-/// with the fourth power of the distance: `(2n + 3)!/3!`.
+/// The remainder of `n` points is `f⁽²ⁿ⁾ h²ⁿ (n!)⁴/((2n + 1) (2n)!³)` (Abramowitz and Stegun,
+/// 25.4.30). Over the value the derivatives of the far field's profile are largest far aside, where
+/// it falls with the fourth power of the distance: `(2n + 3)!/3!`.
 const REMAINDERS: [(f64, i32); 5] = [(0.83, 2), (0.195, 4), (0.03, 6), (3.8e-3, 8), (4.1e-4, 10)];
 
 /// Path through a feature, in its half-widths, up to which none hides between seven nodes: chosen
@@ -139,4 +139,46 @@ pub(crate) fn integrate(
     let first = integrate((from_s, middle_s), known);
     let second = integrate((middle_s, until_s), known);
     [first[0] + second[0], first[1] + second[1]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_nodes_integrate_a_path_past_a_wake_to_a_part_in_a_thousand() {
+        for off_axis in [0.0, 0.3, 1.0, 2.5, 6.0] {
+            for length in [0.05, 0.2, 0.6, 1.0, 1.7, 4.0, 12.0] {
+                for begin in [-5.0, -1.0, -0.5 * length, 0.4, 3.0] {
+                    let speed = |t: f64| {
+                        let x: f64 = begin + t;
+                        (1.0 + 0.414 * (x * x + off_axis * off_axis)).powi(-2)
+                    };
+                    let widths = |(from, until): Span| {
+                        let nearest = (0.0_f64).clamp(begin + from, begin + until);
+                        ((until - from) / nearest.hypot(off_axis).max(1.0), true)
+                    };
+                    let mut evaluations = 0;
+                    let mut known = Known {
+                        floor: 0.0,
+                        highest: 1.0,
+                        widths,
+                        values: |t: f64| {
+                            evaluations += 1;
+                            [speed(t), 0.0]
+                        },
+                    };
+                    let [sum, _] = integrate((0.0, length), &mut known);
+                    let steps = 20_000;
+                    let step = length / f64::from(steps);
+                    let middles = (0..steps).map(|k| speed((f64::from(k) + 0.5) * step));
+                    let exact = middles.sum::<f64>() * step;
+                    let error = (sum / exact - 1.0).abs();
+                    let place = format!("{off_axis} {begin} {length}: {error:e}");
+                    assert!(error < RELATIVE_ERROR, "{place}");
+                    assert!(length > 1.0 || evaluations <= 7, "{place}: {evaluations}");
+                }
+            }
+        }
+    }
 }
