@@ -72,15 +72,23 @@ impl Costmap {
         }
     }
 
-    /// The same fleet, were every drone's air limit this many times higher. Bodies, columns and
-    /// zones stay as they are.
+    /// The same fleet, were every drone's air limit and every zone's so many times higher. Bodies and
+    /// columns stay as they are.
     #[must_use]
-    pub fn with_limits_raised(&self, times: f64) -> Costmap {
-        let raised = f64::from(self.fleet.load(times)) * f64::from(BUDGET) / WHOLE;
-        Costmap {
-            budget: raised.min(f64::from(u32::MAX / 2)) as u32,
-            ..self.clone()
-        }
+    pub fn with_limits_raised(&self, drones: f64, zones: f64) -> Costmap {
+        let raised = |times: f64| {
+            let budget = f64::from(self.fleet.load(times)) * f64::from(BUDGET) / WHOLE;
+            budget.min(f64::from(u32::MAX / 2)) as u32
+        };
+        let mut costmap = self.clone();
+        costmap.budget = raised(drones);
+        costmap.zones.budget = raised(zones);
+        costmap
+    }
+
+    /// Whether it says yes where the limits themselves might not.
+    pub fn has_limits_raised(&self) -> bool {
+        self.budget > BUDGET || self.zones.budget > BUDGET
     }
 
     /// What flies.

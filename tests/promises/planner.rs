@@ -6,6 +6,7 @@ mod crowded;
 mod duties;
 mod improving;
 mod random;
+mod refusals;
 mod sampler;
 mod stopping;
 mod worlds;

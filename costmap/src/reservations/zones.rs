@@ -47,12 +47,15 @@ pub(crate) struct Zones {
     boxes: Vec<ZoneBox>,
     /// By time and zone.
     pub(crate) loads: OverTime<Vec<Vec<ZoneLoad>>>,
+    /// What the loads on one zone may add up to, in millionths of its limit.
+    pub(crate) budget: u32,
 }
 
 impl Zones {
     pub(crate) fn new(boxes: Vec<ZoneBox>) -> Zones {
         Zones {
             loads: OverTime::new(vec![Vec::new(); boxes.len()]),
+            budget: BUDGET,
             boxes,
         }
     }
@@ -107,7 +110,7 @@ impl Zones {
             if own == 0 {
                 continue;
             }
-            if own > BUDGET {
+            if own > self.budget {
                 verdict.breaks_zone = Some(index);
                 return;
             }
@@ -124,7 +127,7 @@ impl Zones {
                     };
                     greatest_of_each(&mut loads, load.load, blocker);
                 }
-                block_largest(&mut loads, own, BUDGET, verdict);
+                block_largest(&mut loads, own, self.budget, verdict);
             }
         }
     }

@@ -26,16 +26,41 @@ pub enum FailureCause {
         by: Option<Hindrance>,
         /// What would help, as far as that was looked for.
         remedy: Remedy,
+        /// How far a path was looked for; absent where a flight under way is replanned.
+        extent: Option<Extent>,
     },
     /// The run was stopped first; with how crowded the floor is, where it is.
     Stopped(Option<Crowding>),
+}
+
+/// How far a path was looked for, and so what a "no" means.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "kind")]
+pub enum Extent {
+    /// No path exists: bodies and walls close every passage, at any resolution.
+    #[error("proven: there is none at any resolution")]
+    Proven,
+    /// None on lattices down to this spacing, all states looked at.
+    #[error("not found on cells down to {cell_m} m")]
+    NotFound {
+        /// Spacing of the finest of them (m).
+        cell_m: f64,
+    },
+    /// The budget of states ended before.
+    #[error("not found: the budget of {states} states ended on cells of {cell_m} m")]
+    BudgetEnded {
+        /// States of all searches.
+        states: u64,
+        /// Spacing of the lattice on which they ended (m).
+        cell_m: f64,
+    },
 }
 
 /// The part of a drone's job that no path leads along.
 #[derive(Clone, Debug, Error, PartialEq, Serialize)]
 #[error(
     "no path through free space from {} to task {task} at {} for a body of {body_radius_m:.2} m radius with \
-     {clearance_m:.2} m clearance, on a lattice of {cell_m:.2} m; widen the gap, or set a smaller cell_m",
+     {clearance_m:.2} m clearance ({extent}); widen the gap, or fly a smaller airframe",
     place(from_m),
     place(to_m)
 )]
@@ -50,8 +75,8 @@ pub struct MissingPath {
     pub body_radius_m: f64,
     /// Kept from obstacles beyond it (m).
     pub clearance_m: f64,
-    /// Spacing of the lattice (m).
-    pub cell_m: f64,
+    /// How far it was looked for.
+    pub extent: Extent,
 }
 
 /// Two goals, or a goal and a zone, that exclude one another.
@@ -160,15 +185,28 @@ pub enum Remedy {
     /// The same as for this drone, which the group has in common.
     #[error("; see `{0}`")]
     SameAs(String),
-    /// There is no pass at any air limit.
-    #[error("; no pass at any air limit: bodies, columns or zones are in the way")]
+    /// No pass was found at any air limit either.
+    #[error("; none was found at any air limit either: bodies, columns or zones are in the way")]
     NoneAtAnyLimit,
-    /// A pass just within the limits, which this search keeps off.
-    #[error("; there is a pass just within the limits, which this search keeps off")]
-    JustWithinLimits,
     /// Higher air limits.
     #[error("; {0}")]
     RaiseLimits(Exposure),
+    /// Another place for a task: planned.
+    #[error("; with its task {task} at {} it is planned", place(to_m))]
+    MoveTask {
+        /// Which one, counted from 1.
+        task: usize,
+        /// Where it would have to be (m).
+        to_m: Point3<f64>,
+    },
+    /// A higher limit of a zone: planned.
+    #[error("; with an air_limit_mps of {air_limit_mps} in zone `{zone}` it is planned")]
+    RaiseZone {
+        /// Its name.
+        zone: String,
+        /// What its limit would have to be (m/s).
+        air_limit_mps: f64,
+    },
 }
 
 /// The gentlest pass there is, and the air limits that it wants.
@@ -184,13 +222,12 @@ pub struct Exposure {
     pub alpha: f64,
     /// What that costs (% of the power).
     pub extra_percent: f64,
-    /// Axial exposure (m) and extra energy (J) of its whole flight; absent where wakes are
-    /// advected.
-    pub whole: Option<(f64, f64)>,
+    /// Axial exposure (m) and extra energy (J) of its whole flight.
+    pub whole: (f64, f64),
     /// Whose limits have to be raised.
     pub drones: Vec<String>,
-    /// To what, margin included.
-    pub air_limit: f64,
+    /// To what: with that it is planned. `None`: no limit that was tried is enough.
+    pub air_limit: Option<f64>,
 }
 
 /// Columns of the floor under drones that hover until the end.
@@ -230,10 +267,13 @@ impl fmt::Display for FailureCause {
                 "the descent from its last task lacks {short_m:.2} m of room beside an obstacle; \
                  move the task sideways, or end with Hover or Leave"
             ),
-            FailureCause::Obstructed { by, remedy } => {
+            FailureCause::Obstructed { by, remedy, extent } => {
                 match by {
                     Some(by) => by.fmt(f)?,
                     None => f.write_str("it and others reached the eviction limit in conflict with one another")?,
+                }
+                if let Some(extent) = extent {
+                    write!(f, " ({extent})")?;
                 }
                 remedy.fmt(f)
             }
@@ -301,13 +341,7 @@ impl fmt::Display for GoalConflict {
 impl fmt::Display for Hindrance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Hindrance { kind, at_m, from_s } = self;
-        write!(f, "{kind} at {} from {from_s:.1} s on", place(at_m))?;
-        match kind {
-            HindranceKind::Zone { .. } => {
-                f.write_str("; fly higher or around, or raise the zone's air_limit_mps")
-            }
-            _ => Ok(()),
-        }
+        write!(f, "{kind} at {} from {from_s:.1} s on", place(at_m))
     }
 }
 
@@ -324,7 +358,7 @@ impl fmt::Display for Exposure {
         } = self;
         write!(
             f,
-            "no pass without exposure: the gentlest puts `{drone}` at {at}"
+            "no pass without exposure: the gentlest found puts `{drone}` at {at}"
         )?;
         if let Some((other, below_m, aside_m)) = &self.beside {
             write!(
@@ -333,15 +367,17 @@ impl fmt::Display for Exposure {
             )?;
         }
         write!(f, ", alpha {alpha:.2}, +{extra_percent:.0} % power")?;
-        if let Some((dose_m, energy_j)) = self.whole {
-            write!(
-                f,
-                " there, {dose_m:.1} m of axial exposure and {energy_j:.0} J in all"
-            )?;
-        }
+        let (dose_m, energy_j) = self.whole;
         write!(
             f,
-            "; raise the air_limit of {names} to {air_limit:.2}, with a margin"
-        )
+            " there, {dose_m:.1} m of axial exposure and {energy_j:.0} J in all"
+        )?;
+        match air_limit {
+            Some(air_limit) => write!(
+                f,
+                "; with the air_limit of {names} raised to {air_limit:.2} it is planned"
+            ),
+            None => Ok(()),
+        }
     }
 }

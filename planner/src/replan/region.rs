@@ -70,6 +70,7 @@ pub fn plan_region(
         .collect();
     let costmap = run.job.costmap(&all, true, all.drones.len());
     let paths = run.paths(costmap, fixed);
+    let paths = paths.expect("nothing limits the states of a first run");
     let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: all.drones[drone.0 as usize].name.clone(),
         cause: known_cause(&all, why),

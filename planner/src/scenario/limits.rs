@@ -35,7 +35,7 @@ pub(super) fn name_fault(name: &str) -> Option<&'static str> {
 }
 
 /// Places of a lattice in a box of this size (m).
-pub(super) fn lattice_places(size_m: Vector3<f64>, cell_m: f64) -> f64 {
+pub(crate) fn lattice_places(size_m: Vector3<f64>, cell_m: f64) -> f64 {
     let along = |size_m: &f64| (size_m / cell_m).floor() + 1.0;
     size_m.iter().map(along).product()
 }

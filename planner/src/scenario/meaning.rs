@@ -8,6 +8,7 @@ use airflow::Air;
 use nalgebra::Point3;
 
 use super::Files;
+use super::cell;
 use super::fields::listed;
 use super::finding_file::{self, citation, unfit};
 use super::jet_file;
@@ -87,7 +88,7 @@ pub(super) fn world(
         zones: written.zones.iter().map(zone).collect(),
         drones,
         planning: Planning {
-            cell_m: planning.cell_m,
+            cell_m: planning.cell_m.unwrap_or_default(),
             clearance_m: planning.clearance_m,
             margins: Margins {
                 time_s: planning.time_margin_s,
@@ -118,6 +119,11 @@ pub(super) fn world(
                 ..found.words(&world)
             });
         }
+    }
+    if planning.cell_m.is_none() {
+        let (cell_m, why) = cell::chosen(&world);
+        world.planning.cell_m = cell_m;
+        world.notes.extend(why);
     }
     (world, problems)
 }

@@ -21,6 +21,7 @@ pub(crate) mod placement;
 pub(crate) mod solid;
 
 mod airframes;
+mod cell;
 mod check;
 mod fields;
 mod finding_file;

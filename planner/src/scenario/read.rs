@@ -7,6 +7,7 @@ use airflow::Superposition;
 use nalgebra::Point3;
 
 use super::airframes::airframes;
+use super::cell::LARGEST_M as LARGEST_CELL_M;
 use super::fields::{Field, Reader, whole, within};
 use super::limits::{
     AIR_LIMIT, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, MOST_LATTICE_PLACES, PLACE_M,
@@ -69,7 +70,8 @@ fn scenario<'t>(
     let (planning, cell_at) = planning.unwrap_or_default();
     record.close(reader);
     if let Some(bounds) = &bounds_m {
-        lattice_fits(reader, planning.cell_m, cell_at, bounds);
+        let cell_m = planning.cell_m.unwrap_or(LARGEST_CELL_M);
+        lattice_fits(reader, cell_m, cell_at, bounds);
     }
     let anywhere = |coordinate: f64| At {
         value: Point3::new(coordinate, coordinate, coordinate),
@@ -237,7 +239,7 @@ fn planning<'t>(
     record.set(reader, ("cell_m", &mut it.cell_m), |reader, field| {
         let cell_m = reader.number(field, &CELL_M)?;
         cell_at = Some(field.value.at());
-        Some(cell_m)
+        Some(Some(cell_m))
     });
     record.set(reader, ("air_limit", &mut it.air_limit), within(&AIR_LIMIT));
     let clearance_m = ("clearance_m", &mut it.clearance_m);

@@ -113,6 +113,11 @@ impl Solids {
         }
     }
 
+    /// The boxes around them, those of meshes in connected parts (m).
+    pub(crate) fn boxes(&self) -> Vec<Aabb> {
+        self.parts.iter().map(|part| part.form.aabb()).collect()
+    }
+
     /// Whether there are none.
     pub(crate) fn is_empty(&self) -> bool {
         self.parts.is_empty()

@@ -279,9 +279,10 @@ pub(super) struct Task {
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(default, deny_unknown_fields)]
 pub(super) struct Planning {
-    /// Spacing of the roadmap's lattice (m).
-    #[schemars(range(min = CELL_M.low, max = CELL_M.high))]
-    pub(super) cell_m: f64,
+    /// Spacing of the roadmap's lattice (m); unless it is given it is chosen, and the plan says why.
+    #[schemars(range(min = CELL_M.low, max = CELL_M.high),
+        extend("default" = "at most 1, less where drones stand closer or have to pass narrow gaps"))]
+    pub(super) cell_m: Option<f64>,
     /// Air limit of every drone that states none of its own, over its induced velocity. 0.3 costs
     /// 16 % power.
     #[schemars(range(min = AIR_LIMIT.low, max = AIR_LIMIT.high))]
@@ -322,14 +323,14 @@ impl Default for Air {
 impl Default for Planning {
     fn default() -> Planning {
         let world::Planning {
-            cell_m,
             clearance_m,
             margins,
             seed,
             energy_weight,
+            ..
         } = world::Planning::default();
         Planning {
-            cell_m,
+            cell_m: None,
             air_limit: 0.3,
             clearance_m,
             time_margin_s: margins.time_s,

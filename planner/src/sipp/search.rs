@@ -170,9 +170,10 @@ fn look<'a>(
         }
     }
     expansions += search.expansions;
+    let nearest = search.obstruction;
     *heuristic = Some(search.nodes.into_heuristic());
     Searched {
-        found: found.unwrap_or(Found::Blocked(None)),
+        found: found.unwrap_or(Found::Blocked(nearest)),
         expansions,
     }
 }

@@ -41,6 +41,7 @@ const CROWD: usize = 64;
 pub(crate) type Excluded = (usize, Blocker, Exclusion);
 
 /// What is found of a world's endpoints.
+#[derive(Default)]
 pub(crate) struct Exclusions {
     /// For people.
     pub(crate) conflicts: EndpointConflicts,

@@ -1,58 +1,89 @@
-//! Why a drone stays at its start: what is in its way, where and when, and what would help.
+//! Why a drone stays at its start: what is in its way, where and when, and what would help. Whatever
+//! is advised has been planned.
 
 use std::collections::BTreeMap;
 
-use costmap::assess::Worst;
-use costmap::costmap::Costmap;
-use costmap::leg::{DroneId, Leg};
+use costmap::leg::DroneId;
 use costmap::verdict::Why;
 use nalgebra::Point3;
 
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::cause::{
-    Exposure, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath, Remedy,
+    Exposure, Extent, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath, Remedy,
 };
 use crate::plan::outcome::{Blocker, Control, EndpointKind, Failure};
 use crate::plan::{Plan, Violation, ViolationKind};
 use crate::scenario::world::World;
-use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Setting, search};
-use crate::solver::assemble::assemble;
+use crate::sipp::search::{Obstruction, Obstructor};
 use crate::solver::density;
 use crate::solver::endpoints::Exclusions;
+use crate::solver::fleet::Run;
 use crate::solver::prepare::Job;
-use crate::solver::priority::{FailureKind, Paths, plan_group};
-use crate::verify::verify;
+use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
+use crate::solver::refusals::{Retried, halved_cells_m, in_the_way, joined};
+use crate::solver::subfleet::{Subfleet, Terms};
+use crate::verify::Report;
 
 /// From this share of columns held on a crowd is named as a reason: chosen here, a quarter of them
 /// costs a hall of a thousand drones seconds to plan, a half of them more than a minute.
 const CROWDED_SHARE: f64 = 0.25;
-/// For how many groups the gentlest pass is looked for: chosen here, some dozens of searches each.
-const MOST_PASSES: usize = 3;
+/// For how many groups something that would help is looked for: chosen here, some dozens of searches
+/// each.
+const MOST_REMEDIES: usize = 3;
 /// Groups larger than this are not looked at as one: chosen here.
 const LARGEST_GROUP: usize = 6;
 /// Limits are raised at most this many times: chosen here, well past any flyable air.
 const HIGHEST_RAISE: f64 = 8.0;
-/// States of a search for a pass: chosen here, a second of work.
-const MOST_EXPANSIONS: u64 = 60_000;
+/// States of one plan that only shows whether something would help: chosen here, a quarter of a
+/// second of work.
+const MOST_EXPANSIONS: u64 = 12_000;
+/// What the limits that a pass was verified at are raised by in turn until the fleet is planned:
+/// chosen here, the bounds of the search are some percent above the air itself.
+const MARGINS: [f64; 3] = [1.02, 1.1, 1.25];
+/// The same for a zone's limit, whose bounds are coarser: chosen here.
+const ZONE_RAISES: [f64; 5] = [1.25, 1.6, 2.0, 3.0, 5.0];
+/// How far tasks are raised in turn (m): chosen here.
+const TASK_STEP_M: f64 = 0.5;
+/// How often: chosen here.
+const MOST_TASK_STEPS: usize = 12;
+
+/// A fleet of which some are refused, and what was done about it.
+#[derive(Clone, Copy)]
+pub(crate) struct Refusals<'a> {
+    /// The whole world.
+    pub(crate) world: &'a World,
+    /// Of the whole fleet.
+    pub(crate) job: &'a Job,
+    /// As they are in the end.
+    pub(crate) paths: &'a Paths,
+    /// Of endpoints.
+    pub(crate) endpoints: &'a Exclusions,
+    /// What was tried again.
+    pub(crate) tried: &'a [Retried],
+    /// Says when to stop.
+    pub(crate) control: &'a Control<'a>,
+}
 
 /// One cause per drone without a path.
-pub(crate) fn failures(
-    world: &World,
-    job: &Job,
-    paths: &Paths,
-    endpoints: &Exclusions,
-    control: &Control<'_>,
-) -> Vec<Failure> {
+pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
+    let Refusals {
+        world,
+        job,
+        paths,
+        endpoints,
+        control,
+        ..
+    } = *refusals;
     let obstructed = |(_, why): &&(DroneId, FailureKind)| matches!(why, FailureKind::Obstructed(_));
     let stopped = paths.unplanned.iter().filter(obstructed);
     let stopped = stopped.map(|&(drone, _)| (drone, in_the_way(job, paths, drone, control)));
     let stopped: BTreeMap<DroneId, Option<Obstruction>> = stopped.collect();
-    let groups = groups(&paths.unplanned, &stopped);
-    let pass = |(index, group): (usize, &Vec<DroneId>)| {
-        let small = index < MOST_PASSES && group.len() <= LARGEST_GROUP;
-        small.then(|| gentlest_pass(world, job, paths, group, control))
+    let groups = joined(&paths.unplanned, &stopped);
+    let remedy = |(index, group): (usize, &Vec<DroneId>)| {
+        let small = index < MOST_REMEDIES && group.len() <= LARGEST_GROUP;
+        small.then(|| refusals.gentlest_pass(group))
     };
-    let passes: Vec<Option<Remedy>> = groups.iter().enumerate().map(pass).collect();
+    let remedies: Vec<Option<Remedy>> = groups.iter().enumerate().map(remedy).collect();
     // How crowded the floor is, where that counts as a reason.
     let crowding = Some(density::of(job, &paths.costmap)).filter(|it| it.share() >= CROWDED_SHARE);
     let obstructed = |drone: DroneId| {
@@ -61,28 +92,42 @@ pub(crate) fn failures(
         // Whose reason tells what the group could do.
         let mut drones = paths.unplanned.iter().map(|(drone, _)| *drone);
         let first = group.and_then(|group| drones.find(|drone| groups[group].contains(drone)));
-        let remedy = match (group.and_then(|group| passes[group].as_ref()), first) {
+        let remedy = match (group.and_then(|group| remedies[group].as_ref()), first) {
             (Some(_), Some(first)) if first != drone => {
                 Remedy::SameAs(name(world, first).to_owned())
             }
-            (Some(pass), _) => pass.clone(),
+            (Some(remedy), _) => remedy.clone(),
             (None, _) => crowding.map_or(Remedy::Unknown, Remedy::LessCrowding),
         };
         FailureCause::Obstructed {
             by: by.map(|by| hindrance(world, &by)),
             remedy,
+            extent: refusals.extent(drone),
         }
     };
+    let mut zones_left = MOST_REMEDIES;
     let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: name(world, drone).to_owned(),
         cause: match why {
-            FailureKind::NoPath => FailureCause::NoPath(missing_path(world, job, drone)),
+            FailureKind::NoPath => FailureCause::NoPath(refusals.missing_path(drone)),
             FailureKind::EndpointConflict => {
                 FailureCause::GoalConflict(goal_conflict(world, endpoints, drone))
             }
             FailureKind::Stopped => FailureCause::Stopped(crowding),
             FailureKind::Obstructed(_) => obstructed(drone),
-            FailureKind::Landing(_) | FailureKind::Zone(_) => known_cause(world, why),
+            FailureKind::Zone(by) => {
+                let looks = zones_left > 0;
+                zones_left = zones_left.saturating_sub(1);
+                FailureCause::Obstructed {
+                    by: Some(hindrance(world, &by)),
+                    remedy: match looks {
+                        true => refusals.past_zone(drone, &by),
+                        false => Remedy::Unknown,
+                    },
+                    extent: refusals.extent(drone),
+                }
+            }
+            FailureKind::Landing(_) => known_cause(world, why),
         },
     });
     failures.collect()
@@ -93,6 +138,7 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     let obstructed = |by: Option<Obstruction>| FailureCause::Obstructed {
         by: by.map(|by| hindrance(world, &by)),
         remedy: Remedy::Unknown,
+        extent: None,
     };
     match why {
         FailureKind::NoPath => FailureCause::NoPath(None),
@@ -104,60 +150,9 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     }
 }
 
-/// Unplanned drones with those in their way, each group ascending and a question of its own; no
-/// drone is in two of them. `stopped` says by drone what stops it while every other keeps to its
-/// plan.
-fn groups(
-    unplanned: &[(DroneId, FailureKind)],
-    stopped: &BTreeMap<DroneId, Option<Obstruction>>,
-) -> Vec<Vec<DroneId>> {
-    let mut groups: Vec<Vec<DroneId>> = Vec::new();
-    for (&drone, by) in stopped {
-        // Whom no other order would help is no part of the question.
-        let helps = |other: &DroneId| {
-            stopped.contains_key(other) || unplanned.iter().all(|(drone, _)| drone != other)
-        };
-        let other = by.and_then(|by| match by.by {
-            Obstructor::Drone(other, _) => Some(other).filter(helps),
-            Obstructor::Zone(_) => None,
-        });
-        let mut joined: Vec<DroneId> = std::iter::once(drone).chain(other).collect();
-        let touches = |group: &mut Vec<DroneId>| group.iter().any(|it| joined.contains(it));
-        let same: Vec<Vec<DroneId>> = groups.extract_if(.., touches).collect();
-        joined.extend(same.into_iter().flatten());
-        joined.sort_unstable();
-        joined.dedup();
-        groups.push(joined);
-    }
-    groups
-}
-
 /// What the scenario calls it.
 fn name(world: &World, drone: DroneId) -> &str {
     &world.drones[drone.0 as usize].name
-}
-
-/// The first part of a drone's job that no path leads along; `None` where it has no task.
-fn missing_path(world: &World, job: &Job, drone: DroneId) -> Option<MissingPath> {
-    let agent = &job.agents[drone.0 as usize];
-    let drone = &world.drones[drone.0 as usize];
-    let mut from = agent.start;
-    let mut to = 0;
-    for (index, waypoint) in agent.waypoints.iter().enumerate() {
-        to = index;
-        if waypoint.distances.ticks(&job.roadmap, from) == UNREACHABLE {
-            break;
-        }
-        from = waypoint.distances.goal();
-    }
-    Some(MissingPath {
-        from_m: job.roadmap.position_m(from),
-        task: to + 1,
-        to_m: drone.tasks.get(to)?.to_m,
-        body_radius_m: drone.vehicle.body_radius_m,
-        clearance_m: world.planning.clearance_m,
-        cell_m: world.planning.cell_m,
-    })
 }
 
 /// The conflict of goals that a drone was dropped for, or is part of.
@@ -205,152 +200,217 @@ fn hindrance(world: &World, by: &Obstruction) -> Hindrance {
     }
 }
 
-/// What stops a drone if every other drone keeps to its plan.
-fn in_the_way(
-    job: &Job,
-    paths: &Paths,
-    drone: DroneId,
-    control: &Control<'_>,
-) -> Option<Obstruction> {
-    let weights = vec![IMMOVABLE; job.agents.len()];
-    let setting = Setting {
-        most_expansions: MOST_EXPANSIONS,
-        ..Setting::judged(&job.roadmap, &paths.costmap, &weights, control.stop)
-    };
-    match search(setting, &job.agents[drone.0 as usize]).found {
-        Found::Blocked(by) => by,
-        Found::Path(_) | Found::Stopped => None,
+impl Refusals<'_> {
+    /// How far a path was looked for.
+    fn extent(&self, drone: DroneId) -> Option<Extent> {
+        let tried = self.tried.iter().rfind(|it| it.drones.contains(&drone));
+        tried.map(|tried| tried.extent)
     }
-}
 
-/// The least raise of all limits that lets the whole group pass, found by bisection, and what it
-/// means.
-fn gentlest_pass(
-    world: &World,
-    job: &Job,
-    paths: &Paths,
-    group: &[DroneId],
-    control: &Control<'_>,
-) -> Remedy {
-    let mut others = paths.costmap.clone();
-    for &drone in group {
-        others.remove(drone);
-    }
-    let raised = |times: f64| plan_group(job, &others.with_limits_raised(times), group, control);
-    let Some(mut pass) = raised(HIGHEST_RAISE) else {
-        return Remedy::NoneAtAnyLimit;
-    };
-    let (mut too_low, mut enough) = (1.0, HIGHEST_RAISE);
-    while enough / too_low > 1.02 {
-        let middle = f64::midpoint(too_low, enough);
-        match raised(middle) {
-            Some(found) => (pass, enough) = (found, middle),
-            None => too_low = middle,
+    /// The first part of a drone's job that no path leads along; `None` where it has no task.
+    fn missing_path(&self, drone: DroneId) -> Option<MissingPath> {
+        let Refusals { world, job, .. } = *self;
+        let agent = &job.agents[drone.0 as usize];
+        let mut from = agent.start;
+        let mut to = 0;
+        for (index, waypoint) in agent.waypoints.iter().enumerate() {
+            to = index;
+            if waypoint.distances.ticks(&job.roadmap, from) == UNREACHABLE {
+                break;
+            }
+            from = waypoint.distances.goal();
         }
+        let own = Extent::NotFound {
+            cell_m: world.planning.cell_m,
+        };
+        let typed = &world.drones[drone.0 as usize];
+        Some(MissingPath {
+            from_m: job.roadmap.position_m(from),
+            task: to + 1,
+            to_m: typed.tasks.get(to)?.to_m,
+            body_radius_m: typed.vehicle.body_radius_m,
+            clearance_m: world.planning.clearance_m,
+            extent: self.extent(drone).unwrap_or(own),
+        })
     }
-    if others.has_advected_wakes() {
-        let mut with_pass = paths.clone();
-        let is_left_out = |(drone, _): &(DroneId, FailureKind)| !group.contains(drone);
-        with_pass.unplanned.retain(is_left_out);
-        for path in pass {
-            let drone = path.legs.first().map(|leg| leg.drone.0 as usize);
-            if let Some(drone) = drone {
-                with_pass.paths[drone] = Some(path);
+
+    /// The least raise of all limits with which a whole group passes, found by bisection; the air
+    /// that the verifier finds there, and limits with which it is planned.
+    fn gentlest_pass(&self, group: &[DroneId]) -> Remedy {
+        let subfleet = Subfleet {
+            world: self.world,
+            job: self.job,
+            paths: self.paths,
+            chosen: group,
+            control: self.control,
+        };
+        let raised = |times: f64| {
+            let terms = Terms {
+                cell_m: self.world.planning.cell_m,
+                raised: [times, 1.0],
+                most_expansions: MOST_EXPANSIONS,
+            };
+            let found = subfleet.replanned(&terms, &mut Default::default());
+            found.filter(|found| found.unplanned == 0)
+        };
+        let Some(mut pass) = raised(HIGHEST_RAISE) else {
+            return Remedy::NoneAtAnyLimit;
+        };
+        let (mut too_low, mut enough) = (1.0, HIGHEST_RAISE);
+        while enough / too_low > 1.1 {
+            let middle = f64::midpoint(too_low, enough);
+            match raised(middle) {
+                Some(found) => (pass, enough) = (found, middle),
+                None => too_low = middle,
             }
         }
-        let plan = assemble(world, job, &with_pass);
-        let mut violations = verify(&plan).violations;
-        violations.retain(|violation| violation.kind == ViolationKind::Air);
-        return raise_limits(violations.iter().map(|it| verified(&plan, it)).collect());
+        let (plan, report) = subfleet.judged(&pass);
+        let Some(gentlest) = worst_exposure(&plan, &report) else {
+            return Remedy::Unknown;
+        };
+        Remedy::RaiseLimits(Exposure {
+            air_limit: self.enough(&gentlest, group),
+            ..gentlest
+        })
     }
-    let mut costmap = others.with_limits_raised(enough);
-    let flown: Vec<Leg> = pass.into_iter().flat_map(|path| path.legs).collect();
-    for drone in group {
-        let own = flown.iter().filter(|leg| leg.drone == *drone);
-        costmap.insert(own.copied().collect());
+
+    /// The air limit of those exposed with which the whole group is planned.
+    fn enough(&self, gentlest: &Exposure, group: &[DroneId]) -> Option<f64> {
+        let limits = MARGINS.map(|margin| (gentlest.alpha * margin * 100.0).ceil() / 100.0);
+        limits.into_iter().find(|air_limit| {
+            let mut raised = self.world.clone();
+            for drone in &mut raised.drones {
+                if gentlest.drones.contains(&drone.name) {
+                    drone.air_limit = drone.air_limit.max(*air_limit);
+                }
+            }
+            self.would_plan(&raised, group)
+        })
     }
-    // Those who pass, and those who meet their wakes.
-    let near = flown.iter().flat_map(|leg| costmap.near(leg));
-    let mut drones: Vec<DroneId> = near.map(|item| item.leg.drone).collect();
-    drones.extend(group);
-    drones.sort_unstable();
-    drones.dedup();
-    let assessed = drones.iter();
-    let assessed = assessed.filter_map(|&drone| assessed_along(world, &costmap, drone));
-    raise_limits(assessed.filter(|(over, _)| *over > 1.0).collect())
+
+    /// A limit of the zone, or a height of a task, with which a drone is planned that its wake keeps
+    /// from its tasks.
+    fn past_zone(&self, drone: DroneId, by: &Obstruction) -> Remedy {
+        let Obstructor::Zone(zone) = by.by else {
+            return Remedy::Unknown;
+        };
+        let tasks = &self.world.drones[drone.0 as usize].tasks;
+        let middle_m = {
+            let zone = &self.world.zones[zone];
+            nalgebra::center(&zone.min_m, &zone.max_m)
+        };
+        let beside_m = |task: usize| (tasks[task].to_m.xy() - middle_m.xy()).norm();
+        let nearest = (0..tasks.len()).min_by(|a, b| beside_m(*a).total_cmp(&beside_m(*b)));
+        if let Some(task) = nearest {
+            for step in 1..=MOST_TASK_STEPS {
+                let mut moved = self.world.clone();
+                let to_m = &mut moved.drones[drone.0 as usize].tasks[task].to_m;
+                to_m.z += TASK_STEP_M * step as f64;
+                let to_m = *to_m;
+                if to_m.z > self.world.bounds_m.max.z {
+                    break;
+                }
+                if self.would_plan(&moved, &[drone]) {
+                    let task = task + 1;
+                    return Remedy::MoveTask { task, to_m };
+                }
+            }
+        }
+        let limit_mps = self.world.zones[zone].air_limit_mps;
+        let limits = limit_mps
+            .map(|limit_mps| ZONE_RAISES.map(|times| (limit_mps * times * 10.0).ceil() / 10.0));
+        let enough = limits.into_iter().flatten().find(|air_limit_mps| {
+            let mut raised = self.world.clone();
+            raised.zones[zone].air_limit_mps = Some(*air_limit_mps);
+            self.would_plan(&raised, &[drone])
+        });
+        enough.map_or(Remedy::Unknown, |air_limit_mps| Remedy::RaiseZone {
+            zone: self.world.zones[zone].name.clone(),
+            air_limit_mps,
+        })
+    }
+
+    /// Whether these drones are planned if the world is changed so: a small fleet is planned whole,
+    /// as a run would; of a large one these alone among the rest.
+    fn would_plan(&self, changed: &World, drones: &[DroneId]) -> bool {
+        if (self.control.stop)() || changed.check().is_err() {
+            return false;
+        }
+        let quiet = Control {
+            improve: &|| false,
+            progress: &|_| {},
+            contrast: false,
+            ..*self.control
+        };
+        let left_out = |paths: &Paths| {
+            let mut unplanned = paths.unplanned.iter();
+            unplanned.any(|(drone, _)| drones.contains(drone))
+        };
+        if changed.drones.len() <= MOST_SMALL {
+            let run = Run::new(changed, &quiet).ok();
+            let solved = run.and_then(|mut run| {
+                run.most_expansions = Some(MOST_EXPANSIONS);
+                run.solve()
+            });
+            return solved.is_some_and(|(paths, _)| !left_out(&paths));
+        }
+        let subfleet = Subfleet {
+            world: changed,
+            job: self.job,
+            paths: self.paths,
+            chosen: drones,
+            control: self.control,
+        };
+        let own = std::iter::once(changed.planning.cell_m);
+        own.chain(halved_cells_m(changed, 1)).any(|cell_m| {
+            let terms = Terms {
+                cell_m,
+                raised: [1.0; 2],
+                most_expansions: MOST_EXPANSIONS,
+            };
+            let found = subfleet.replanned(&terms, &mut Default::default());
+            found.is_some_and(|found| found.unplanned == 0)
+        })
+    }
 }
 
-/// The worst of some exposures, each with its air over its limit, and all whose limits have to be
-/// raised.
-fn raise_limits(mut exposed: Vec<(f64, Exposure)>) -> Remedy {
-    exposed.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-    let names = exposed.iter().map(|(_, it)| it.drone.clone());
-    let mut drones: Vec<String> = names.collect();
+/// The worst air over a limit that the verifier found in a plan, and all whose limits it is over;
+/// `None` where it found none, or anything else.
+fn worst_exposure(plan: &Plan, report: &Report) -> Option<Exposure> {
+    let violations = &report.violations;
+    if violations.iter().any(|it| it.kind != ViolationKind::Air) {
+        return None;
+    }
+    let over = |it: &Violation| it.value / it.limit;
+    let worst = violations
+        .iter()
+        .max_by(|a, b| over(a).total_cmp(&over(b)))?;
+    let mut drones: Vec<String> = violations.iter().map(|it| it.drone.clone()).collect();
     // As they are quoted.
     drones.sort_unstable_by_key(|name| format!("{name}`"));
     drones.dedup();
-    let worst = exposed.into_iter().next();
-    worst.map_or(Remedy::JustWithinLimits, |(_, worst)| {
-        Remedy::RaiseLimits(Exposure { drones, ..worst })
-    })
-}
-
-/// The worst air along the whole path of a drone, over its limit, and what the whole path costs;
-/// `None` where it meets none.
-fn assessed_along(world: &World, costmap: &Costmap, drone: DroneId) -> Option<(f64, Exposure)> {
-    let mut worst: Option<(f64, Worst)> = None;
-    let (mut axial_exposure_m, mut extra_energy_j) = (0.0, 0.0);
-    for leg in costmap.legs(drone) {
-        let assessment = costmap.assess(leg).ok()?;
-        axial_exposure_m += assessment.own.axial_exposure_m;
-        extra_energy_j += assessment.own.extra_energy_j;
-        let here = assessment.worst.map(|it| (it.alpha / leg.air_limit, it));
-        worst = match (worst, here) {
-            (Some(known), Some(here)) if here.0 <= known.0 => Some(known),
-            (known, here) => here.or(known),
-        };
-    }
-    let (over, worst) = worst?;
-    let exposure = Exposure {
-        beside: Some(beside(name(world, worst.from), worst.from_m, worst.at_m)),
-        whole: Some((axial_exposure_m, extra_energy_j)),
-        ..exposure(name(world, drone), worst.at_m, worst.alpha)
-    };
-    Some((over, exposure))
-}
-
-/// The same of a violation where wakes are advected: as the verifier found it.
-fn verified(plan: &Plan, violation: &Violation) -> (f64, Exposure) {
-    let at_m = violation.position_m;
-    let emitter = violation.with.as_ref().and_then(|with| {
+    let at_m = worst.position_m;
+    let beside = worst.with.as_ref().and_then(|with| {
         let other = plan.drones.iter().find(|other| other.name == *with)?;
-        let from_m = other.trajectory.position_m(violation.from_s)?;
+        let from_m = other.trajectory.position_m(worst.from_s)?;
         Some(beside(with, from_m, at_m))
     });
-    let exposure = Exposure {
-        beside: emitter,
-        ..exposure(&violation.drone, at_m, violation.value)
-    };
-    (violation.value / violation.limit, exposure)
+    let index = plan.drones.iter().position(|it| it.name == worst.drone)?;
+    let met = &report.exposures[index];
+    Some(Exposure {
+        drone: worst.drone.clone(),
+        at_m,
+        beside,
+        alpha: worst.value,
+        extra_percent: 100.0 * (airflow::power::beta(worst.value) - 1.0),
+        whole: (met.dose_m, met.extra_energy_j),
+        drones,
+        air_limit: None,
+    })
 }
 
 /// A drone, how far above a place it is (m), and how far aside (m).
 fn beside(name: &str, from_m: Point3<f64>, at_m: Point3<f64>) -> (String, f64, f64) {
     let aside_m = (from_m.xy() - at_m.xy()).norm();
     (name.to_owned(), from_m.z - at_m.z, aside_m)
-}
-
-/// The air that a drone is exposed to at a place (m), in induced velocities.
-fn exposure(drone: &str, at_m: Point3<f64>, alpha: f64) -> Exposure {
-    Exposure {
-        drone: drone.to_owned(),
-        at_m,
-        beside: None,
-        alpha,
-        extra_percent: 100.0 * (airflow::power::beta(alpha) - 1.0),
-        whole: None,
-        drones: Vec::new(),
-        // The search's bounds are a few percent above the air itself.
-        air_limit: (alpha * 105.0).ceil() / 100.0,
-    }
 }

@@ -17,9 +17,10 @@ use crate::sipp::conflicts::Steps;
 use crate::sipp::search::{Found, IMMOVABLE, Setting, search};
 use crate::solver::assemble::{assemble, judged};
 use crate::solver::endpoints::{self, Excluded, Exclusions};
-use crate::solver::explain::failures;
+use crate::solver::explain::{Refusals, failures};
 use crate::solver::prepare::{Job, prepare};
 use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
+use crate::solver::refusals::{Retried, tried_again};
 use crate::verify::{harm, verify};
 
 /// Plans a fleet out of its own downwash and verifies the plan.
@@ -36,9 +37,18 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         Ok(run) => run,
         Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
     };
-    let costmap = run.job.costmap(world, true, world.drones.len());
-    let paths = run.paths(costmap, Vec::new());
-    let failures = failures(world, &run.job, &paths, &run.endpoints, control);
+    // Without a budget there is an answer.
+    let (paths, tried) = run
+        .solve()
+        .expect("nothing limits the states of a first run");
+    let failures = failures(&Refusals {
+        world,
+        job: &run.job,
+        paths: &paths,
+        endpoints: &run.endpoints,
+        tried: &tried,
+        control,
+    });
 
     (control.progress)(Progress::Verifying);
     let plan = assemble(world, &run.job, &paths);
@@ -63,7 +73,9 @@ pub(crate) struct Run<'a> {
     /// Of endpoints: none of starts.
     endpoints: Exclusions,
     /// Of all searches of the run.
-    effort: Effort,
+    pub(crate) effort: Effort,
+    /// States after which it gives up; `None`: as many as it takes.
+    pub(crate) most_expansions: Option<u64>,
 }
 
 impl<'a> Run<'a> {
@@ -87,11 +99,43 @@ impl<'a> Run<'a> {
             job,
             endpoints,
             effort: Effort::default(),
+            most_expansions: None,
         })
     }
 
+    /// The same within so many states, where no two starts exclude one another.
+    pub(crate) fn limited(
+        world: &'a World,
+        control: &'a Control<'a>,
+        most_expansions: u64,
+    ) -> Run<'a> {
+        Run {
+            world,
+            control,
+            job: prepare(world),
+            endpoints: Exclusions::default(),
+            effort: Effort::default(),
+            most_expansions: Some(most_expansions),
+        }
+    }
+
+    /// Paths of the fleet alone; what would be refused is tried again. `None` where the budget of
+    /// states ended first.
+    pub(crate) fn solve(&mut self) -> Option<(Paths, Vec<Retried>)> {
+        let costmap = self.job.costmap(self.world, true, self.world.drones.len());
+        let paths = self.paths(costmap, Vec::new())?;
+        Some(tried_again(
+            self.world,
+            &mut self.job,
+            paths,
+            self.control,
+            &mut self.effort,
+        ))
+    }
+
     /// Paths of the fleet in a costmap without drones, around the legs of drones that are fixed.
-    pub(crate) fn paths(&mut self, mut costmap: Costmap, fixed: Vec<Vec<Leg>>) -> Paths {
+    /// `None` where the budget of states ended first.
+    pub(crate) fn paths(&mut self, mut costmap: Costmap, fixed: Vec<Vec<Leg>>) -> Option<Paths> {
         let mut excluded = excluded(&self.job, &self.endpoints.goals, |_| true);
         if !self.world.zones.is_empty() {
             let more = kept_out_by_zones(&mut self.job, &costmap, &excluded, self.control);
@@ -103,10 +147,13 @@ impl<'a> Run<'a> {
         let problem = FleetProblem {
             job: &self.job,
             costmap: &costmap,
-            steps: Steps::new(self.job.roadmap.lattice(), &self.job.agents, &costmap),
+            steps: (!costmap.has_limits_raised())
+                .then(|| Steps::new(self.job.roadmap.lattice(), &self.job.agents, &costmap))
+                .flatten(),
             excluded: &excluded,
             planning: &self.world.planning,
             control: self.control,
+            most_expansions: self.most_expansions,
         };
         plan_fleet(&problem, &mut self.effort)
     }
@@ -199,8 +246,9 @@ fn ignoring_downwash(
         excluded: &excluded,
         planning: &world.planning,
         control: &quiet,
+        most_expansions: None,
     };
-    let paths = plan_fleet(&problem, &mut Effort::default());
+    let paths = plan_fleet(&problem, &mut Effort::default())?;
     let mut reasons = paths.unplanned.iter().map(|(_, why)| why);
     if reasons.any(|why| *why == FailureKind::Stopped) {
         return None;

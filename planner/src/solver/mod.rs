@@ -7,6 +7,8 @@ pub(crate) mod endpoints;
 pub(crate) mod explain;
 pub(crate) mod prepare;
 pub(crate) mod priority;
+pub(crate) mod refusals;
+pub(crate) mod subfleet;
 
 pub(crate) mod fleet;
 pub(crate) mod outlines;

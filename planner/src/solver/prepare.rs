@@ -16,14 +16,10 @@ use crate::graph::agent::{Agent, Ending, Waypoint};
 use crate::graph::distances::{Distances, LIFT_M, Mover, Speeds, UNREACHABLE};
 use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Roadmap, Stop, Vertex};
-use crate::scenario::placement::{Misfit, beside_misfit, landing_place_m};
+use crate::scenario::placement::{Misfit, REST_TOLERANCE_M, beside_misfit, landing_place_m};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtEnd, AtStart, Drone, Task, Vehicle, World};
 use crate::solver::outlines::top;
-
-/// Descents end on what they land on: a body may come this close to it (m), the verifier's own
-/// tolerance.
-const TOUCH_M: f64 = 1e-3;
 
 /// Everything that stays the same while a fleet is planned.
 #[derive(Debug)]
@@ -240,7 +236,7 @@ pub(crate) fn ending_from(
             let descent_m = from_m.z - rest_m.z;
             if descent_m > 0.0 {
                 let clear_m = solids.segment_clearance_m(from_m, rest_m, radius_m);
-                if clear_m < radius_m - TOUCH_M {
+                if clear_m < radius_m - REST_TOLERANCE_M {
                     return Err(radius_m - clear_m);
                 }
                 let beside = beside_misfit(world, solids, [from_m, rest_m], radius_m);
@@ -293,6 +289,12 @@ impl Kinds {
         self.kinds[usize::from(kind.0)].1
     }
 
+    /// What is of a kind: its vehicle, and its mass with payload (kg).
+    pub(crate) fn of(&self, kind: KindId) -> (&Vehicle, f64) {
+        let (vehicle, mass_kg) = &self.kinds[usize::from(kind.0)];
+        (vehicle, *mass_kg)
+    }
+
     /// What flies towards each task, and after the last, given what flies first.
     pub(crate) fn along(
         &mut self,
@@ -312,13 +314,17 @@ impl Kinds {
 
     /// The kind of a vehicle at a mass (kg), a new one if there is none yet.
     pub(crate) fn kind(&mut self, vehicle: &Vehicle, mass_kg: f64) -> KindId {
-        let same = |(other, kg): &(Vehicle, f64)| other == vehicle && *kg == mass_kg;
-        let known = self.kinds.iter().position(same);
-        let index = known.unwrap_or_else(|| {
+        self.known(vehicle, mass_kg).unwrap_or_else(|| {
             self.kinds.push((vehicle.clone(), mass_kg));
-            self.kinds.len() - 1
-        });
-        KindId(index as u16)
+            KindId(self.kinds.len() as u16 - 1)
+        })
+    }
+
+    /// The kind of a vehicle at a mass (kg), if there is one.
+    pub(crate) fn known(&self, vehicle: &Vehicle, mass_kg: f64) -> Option<KindId> {
+        let same = |(other, kg): &(Vehicle, f64)| other == vehicle && *kg == mass_kg;
+        let index = self.kinds.iter().position(same)?;
+        Some(KindId(index as u16))
     }
 }
 

@@ -22,7 +22,7 @@ use crate::sipp::search::{IMMOVABLE, Path};
 use crate::solver::density;
 use crate::solver::pibt::run_pibt;
 use crate::solver::prepare::Job;
-use attempt::{Attempt, FIRST_WEIGHT, MOST_EVICTIONS};
+use attempt::Attempt;
 pub(crate) use attempt::{FailureKind, Paths};
 
 mod attempt;
@@ -38,7 +38,7 @@ const CROWDED_SHARE: f64 = 0.4;
 const ORDERS: u64 = 4;
 /// Fleets up to this size are improved without being asked: chosen here, what a window or a shaft
 /// holds.
-const MOST_SMALL: usize = 30;
+pub(crate) const MOST_SMALL: usize = 30;
 /// States that it takes. Chosen here: two tenths of a second of work.
 const SMALL_EXPANSIONS: u64 = 100_000;
 /// Price in ticks of changing the path of a drone that no drone asked to change. Chosen here: 20 s,
@@ -59,12 +59,16 @@ pub(crate) struct FleetProblem<'a> {
     pub(crate) planning: &'a Planning,
     /// Says when to stop, and whether to improve a complete plan.
     pub(crate) control: &'a Control<'a>,
+    /// States after which, in all, it gives up; `None`: as many as it takes.
+    pub(crate) most_expansions: Option<u64>,
 }
 
 /// Plans the whole fleet: in one order after another, or by PIBT where the floor is crowded; then
-/// improves it while there is time, small fleets always. Adds what it did to `effort`.
-pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Paths {
+/// improves it while there is time, small fleets always. Adds what it did to `effort`. `None` only
+/// where the budget of states ended first.
+pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths> {
     let (job, control) = (problem.job, problem.control);
+    let gives_up_at = problem.most_expansions.map(|most| effort.expansions + most);
     let hopeless = problem.hopeless();
     let has_all = |best: &Option<Paths>| {
         let left_out = best.as_ref().map(|paths| paths.unplanned.len());
@@ -78,38 +82,47 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Pat
         best = plan_by_pibt(problem, effort);
     }
     for order in 0..ORDERS {
-        let found = problem.in_order(order, best.is_some(), effort);
+        let found = problem.in_order(order, best.is_some(), gives_up_at, effort);
         best = better(best, found);
         if order == 0 && !is_crowded && !has_all(&best) && !(control.stop)() {
             best = better(best, plan_by_pibt(problem, effort));
         }
-        if has_all(&best) || (control.stop)() {
+        let is_spent = gives_up_at.is_some_and(|most| effort.expansions > most);
+        if has_all(&best) || is_spent || (control.stop)() {
             break;
         }
     }
-    let best = best.unwrap_or_else(|| Paths {
-        paths: Vec::new(),
-        unplanned: Vec::new(),
-        costmap: problem.costmap.clone(),
-    });
+    let best = best?;
+    let left = gives_up_at.map_or(u64::MAX, |most| most.saturating_sub(effort.expansions));
     let states = match job.agents.len() {
-        ..=MOST_SMALL => SMALL_EXPANSIONS,
+        // A plan that is yet to be verified is left as it is.
+        _ if problem.costmap.has_limits_raised() => 0,
+        ..=MOST_SMALL => SMALL_EXPANSIONS.min(left),
         _ => 0,
     };
-    if best.unplanned.len() == hopeless && (states > 0 || (control.improve)()) {
-        problem.improved(best, states, effort)
-    } else {
-        best
-    }
+    let is_improved = best.unplanned.len() == hopeless && (states > 0 || (control.improve)());
+    Some(match is_improved {
+        true => problem.improved(best, states, effort),
+        false => best,
+    })
 }
 
 impl FleetProblem<'_> {
-    /// One after another; `None` if that takes too long for one that `has_another` plan.
-    fn in_order(&self, order: u64, has_another: bool, effort: &mut Effort) -> Option<Paths> {
+    /// One after another; `None` if that takes too long for one that `has_another` plan, or more
+    /// states than there are.
+    fn in_order(
+        &self,
+        order: u64,
+        has_another: bool,
+        gives_up_at: Option<u64>,
+        effort: &mut Effort,
+    ) -> Option<Paths> {
         let mut attempt = self.attempt(self.costmap.clone(), effort);
+        attempt.gives_up_at = gives_up_at;
         if has_another {
             let most = MOST_EXPANSIONS_A_DRONE * self.job.agents.len() as u64;
-            attempt.gives_up_at = Some(attempt.effort.expansions + most);
+            let enough = attempt.effort.expansions + most;
+            attempt.gives_up_at = Some(gives_up_at.map_or(enough, |most| most.min(enough)));
         }
         attempt.exclude(self.excluded);
         attempt.settle_who_stays();
@@ -176,29 +189,6 @@ fn splitmix64(seed: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     z ^ (z >> 31)
-}
-
-/// Plans a few drones among others that stay as they are; `None` unless all of them find a path.
-pub(crate) fn plan_group(
-    job: &Job,
-    others: &Costmap,
-    group: &[DroneId],
-    control: &Control<'_>,
-) -> Option<Vec<Path>> {
-    let mut effort = Effort::default();
-    let quiet = Control {
-        progress: &|_| {},
-        ..*control
-    };
-    let mut attempt = Attempt::new(job, others.clone(), 0.0, &quiet, &mut effort);
-    attempt.most_evictions = MOST_EVICTIONS / 3;
-    attempt.weights.fill(IMMOVABLE);
-    for drone in group {
-        attempt.weights[drone.0 as usize] = FIRST_WEIGHT;
-    }
-    attempt.run(group.iter().copied().collect());
-    let paths = attempt.paths.into_iter().flatten();
-    (attempt.unplanned.is_empty()).then(|| paths.collect())
 }
 
 /// What is given when a few are planned anew.
@@ -389,6 +379,7 @@ mod tests {
             excluded: &[],
             planning: &world.planning,
             control: &Control::QUIET,
+            most_expansions: None,
         };
         let mut effort = Effort::default();
         let paths = plan_by_pibt(&problem, &mut effort).expect("every drone comes home");

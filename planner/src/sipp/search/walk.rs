@@ -61,7 +61,7 @@ pub(super) struct Search<'a> {
     /// Gathers the verdicts of all that leads to one state.
     all: Verdict,
     /// What was in the way nearest to the end.
-    obstruction: Option<Obstruction>,
+    pub(super) obstruction: Option<Obstruction>,
     /// What remains counts one part in 2ⁿ more; see [`weighted`].
     weight_shift: u32,
     /// States expanded so far.

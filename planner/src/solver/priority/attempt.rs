@@ -18,6 +18,7 @@ use crate::plan::outcome::{Control, Effort, Progress};
 use crate::sipp::conflicts::ReservationTable;
 use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Path, Searched, Setting, search};
 use crate::solver::prepare::Job;
+use crate::solver::priority::MOST_SMALL;
 
 /// First price of crossing a drone, in ticks: chosen here, 5 s, ten cells of a metre at 2 m/s.
 pub(super) const FIRST_WEIGHT: u32 = 500;
@@ -28,6 +29,14 @@ const WEIGHT_GROWTH: u32 = 250;
 pub(super) const MOST_EVICTIONS: u32 = 24;
 /// States of one search; chosen here, seconds of work.
 const MOST_EXPANSIONS: u64 = 400_000;
+/// The same in a small fleet, where what is refused is tried again: chosen here, half a second of
+/// work.
+const MOST_SMALL_EXPANSIONS: u64 = 40_000;
+/// Once a small fleet took so many states, its searches get no more than [`LEAST_SMALL_EXPANSIONS`]:
+/// chosen here, two seconds of work.
+const ALL_SMALL_EXPANSIONS: u64 = 120_000;
+/// Chosen here: what most searches need.
+const LEAST_SMALL_EXPANSIONS: u64 = 5_000;
 
 /// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they
 /// are seldom in one another's way.
@@ -171,9 +180,25 @@ impl<'a> Attempt<'a> {
             energy_weight: self.energy_weight,
             detours: self.detours,
             careful: false,
-            most_expansions: MOST_EXPANSIONS,
+            most_expansions: self.most_expansions(),
             stop: self.control.stop,
         }
+    }
+
+    /// States of the next search.
+    fn most_expansions(&self) -> u64 {
+        let spent = self.effort.expansions;
+        let most = match self.agents.len() {
+            ..=MOST_SMALL if self.kept.is_empty() => {
+                let left = ALL_SMALL_EXPANSIONS.saturating_sub(spent);
+                left.clamp(LEAST_SMALL_EXPANSIONS, MOST_SMALL_EXPANSIONS)
+            }
+            _ => MOST_EXPANSIONS,
+        };
+        let left = self
+            .gives_up_at
+            .map(|until| until.saturating_sub(spent) + 1);
+        left.map_or(most, |left| most.min(left))
     }
 
     /// Counts a search; the path that it found, if it found one.

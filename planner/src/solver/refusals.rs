@@ -1,0 +1,257 @@
+//! What would be refused is tried again first: on finer cells, and with the verifier's judgement in
+//! place of the search's bounds. So a "no" is about the place, as far as it was looked at, and not
+//! about the lattice.
+//!
+//! Small fleets are planned again whole; then, and in large ones, the refused with those in their way
+//! among all others as they are. All of it within a budget of states.
+
+use std::collections::BTreeMap;
+
+use costmap::leg::DroneId;
+
+use crate::plan::cause::Extent;
+use crate::plan::outcome::{Control, Effort};
+use crate::scenario::limits::lattice_places;
+use crate::scenario::world::World;
+use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Setting, search};
+use crate::solver::prepare::Job;
+use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
+use crate::solver::subfleet::{Subfleet, Terms};
+
+/// Cells are not made smaller (m): chosen here, what a drone can hold its place to.
+const LEAST_CELL_M: f64 = 0.1;
+/// Lattices of more places are not made: chosen here, a second of work.
+const MOST_PLACES: f64 = 150_000.0;
+/// States for all that is tried for one group: chosen here, some seconds of work.
+const MOST_EXPANSIONS: u64 = 100_000;
+/// On what is tried in turn: how often cells are halved, and how many times their limits drones and
+/// zones may reach by the bounds of the search, where the verifier decides. Chosen here: bounds on
+/// one wake over the discs are a few percent above it, those on several whose speeds add up are up
+/// to half as much again, those on a whole zone up to twice.
+const WHOLE: [(u32, [f64; 2]); 11] = [
+    (1, [1.0, 1.0]),
+    (0, [1.1, 1.2]),
+    (0, [1.45, 1.5]),
+    (2, [1.0, 1.0]),
+    (1, [1.1, 1.2]),
+    (1, [1.45, 1.5]),
+    (0, [1.25, 1.0]),
+    (0, [2.0, 2.5]),
+    (3, [1.0, 1.0]),
+    (1, [2.0, 2.5]),
+    (2, [1.25, 1.5]),
+];
+/// The same of a few among all others.
+const GROUP: [(u32, [f64; 2]); 6] = [
+    (1, [1.0, 1.0]),
+    (0, [1.1, 1.2]),
+    (0, [1.45, 1.5]),
+    (2, [1.0, 1.0]),
+    (0, [1.75, 1.0]),
+    (0, [2.0, 2.5]),
+];
+/// States for the next attempt, if so many are left: chosen here, what a few drones need.
+const EXPANSIONS_OF_ONE: u64 = 20_000;
+/// For how many groups it is tried: chosen here.
+const MOST_GROUPS: usize = 3;
+/// Groups larger than this are not looked at as one: chosen here.
+const LARGEST_GROUP: usize = 6;
+/// States of a search for what is in the way: chosen here, a second of work.
+const MOST_EXPANSIONS_IN_THE_WAY: u64 = 20_000;
+/// For how many refused drones it is asked what is in the way: chosen here.
+const MOST_ASKED: usize = 12;
+
+/// Drones that were planned together again, and how far that went.
+#[derive(Clone, Debug)]
+pub(crate) struct Retried {
+    /// Ascending.
+    pub(crate) drones: Vec<DroneId>,
+    /// How far it was looked for paths of those who have none.
+    pub(crate) extent: Extent,
+}
+
+/// Plans again what would be refused; what was tried, group by group.
+pub(crate) fn tried_again(
+    world: &World,
+    job: &mut Job,
+    mut paths: Paths,
+    control: &Control<'_>,
+    effort: &mut Effort,
+) -> (Paths, Vec<Retried>) {
+    let mut tried: Vec<Retried> = Vec::new();
+    if job.agents.len() <= MOST_SMALL && is_refused(&paths) {
+        let helpless = |drone: DroneId| {
+            let mut unplanned = paths.unplanned.iter();
+            unplanned.any(|(it, why)| *it == drone && !may_be_helped(why))
+        };
+        let all = job.agents.iter().map(|agent| agent.drone);
+        let drones: Vec<DroneId> = all.filter(|drone| !helpless(*drone)).collect();
+        let whole = Refused {
+            world,
+            control,
+            drones: &drones,
+            attempts: &WHOLE,
+        };
+        let extent = whole.planned_again(job, &mut paths, effort);
+        tried.push(Retried { drones, extent });
+    }
+    for drones in groups(job, &paths, control) {
+        let group = Refused {
+            world,
+            control,
+            drones: &drones,
+            attempts: &GROUP,
+        };
+        let extent = group.planned_again(job, &mut paths, effort);
+        tried.push(Retried { drones, extent });
+    }
+    (paths, tried)
+}
+
+/// Whether there are drones that another try might help.
+fn is_refused(paths: &Paths) -> bool {
+    paths.unplanned.iter().any(|(_, why)| may_be_helped(why))
+}
+
+/// Whether another lattice, or a closer look, could help.
+fn may_be_helped(why: &FailureKind) -> bool {
+    match why {
+        FailureKind::NoPath | FailureKind::Obstructed(_) | FailureKind::Zone(_) => true,
+        FailureKind::EndpointConflict | FailureKind::Landing(_) | FailureKind::Stopped => false,
+    }
+}
+
+/// Who is planned together again among all others: the refused with those in their way.
+fn groups(job: &Job, paths: &Paths, control: &Control<'_>) -> Vec<Vec<DroneId>> {
+    if !is_refused(paths) || (control.stop)() {
+        return Vec::new();
+    }
+    let refused = paths.unplanned.iter().filter(|(_, why)| may_be_helped(why));
+    let asked = refused.map(|(drone, _)| *drone).take(MOST_ASKED);
+    let stopped = asked.map(|drone| (drone, in_the_way(job, paths, drone, control)));
+    let mut groups = joined(&paths.unplanned, &stopped.collect());
+    groups.retain(|group| group.len() <= LARGEST_GROUP);
+    groups.truncate(MOST_GROUPS);
+    groups
+}
+
+/// Unplanned drones with those in their way, each group ascending and a question of its own; no
+/// drone is in two of them. `stopped` says by drone what stops it while every other keeps to its
+/// plan.
+pub(crate) fn joined(
+    unplanned: &[(DroneId, FailureKind)],
+    stopped: &BTreeMap<DroneId, Option<Obstruction>>,
+) -> Vec<Vec<DroneId>> {
+    let mut groups: Vec<Vec<DroneId>> = Vec::new();
+    for (&drone, by) in stopped {
+        // Whom no other order would help is no part of the question.
+        let helps = |other: &DroneId| {
+            stopped.contains_key(other) || unplanned.iter().all(|(drone, _)| drone != other)
+        };
+        let other = by.and_then(|by| match by.by {
+            Obstructor::Drone(other, _) => Some(other).filter(helps),
+            Obstructor::Zone(_) => None,
+        });
+        let mut joined: Vec<DroneId> = std::iter::once(drone).chain(other).collect();
+        let touches = |group: &mut Vec<DroneId>| group.iter().any(|it| joined.contains(it));
+        let same: Vec<Vec<DroneId>> = groups.extract_if(.., touches).collect();
+        joined.extend(same.into_iter().flatten());
+        joined.sort_unstable();
+        joined.dedup();
+        groups.push(joined);
+    }
+    groups
+}
+
+/// What stops a drone if every other drone keeps to its plan.
+pub(crate) fn in_the_way(
+    job: &Job,
+    paths: &Paths,
+    drone: DroneId,
+    control: &Control<'_>,
+) -> Option<Obstruction> {
+    let weights = vec![IMMOVABLE; job.agents.len()];
+    let setting = Setting {
+        most_expansions: MOST_EXPANSIONS_IN_THE_WAY,
+        ..Setting::judged(&job.roadmap, &paths.costmap, &weights, control.stop)
+    };
+    match search(setting, &job.agents[drone.0 as usize]).found {
+        Found::Blocked(by) => by,
+        Found::Path(_) | Found::Stopped => None,
+    }
+}
+
+/// The world's cells halved so often (m), if a lattice of them is made.
+pub(crate) fn halved_cells_m(world: &World, times: u32) -> Option<f64> {
+    let size_m = world.bounds_m.max - world.bounds_m.min;
+    let cell_m = world.planning.cell_m / f64::from(1 << times);
+    let fits = cell_m >= LEAST_CELL_M && lattice_places(size_m, cell_m) <= MOST_PLACES;
+    (times == 0 || fits).then_some(cell_m)
+}
+
+/// Drones among which some were refused.
+struct Refused<'a> {
+    world: &'a World,
+    control: &'a Control<'a>,
+    /// Planned together again.
+    drones: &'a [DroneId],
+    /// What is tried in turn.
+    attempts: &'a [(u32, [f64; 2])],
+}
+
+impl Refused<'_> {
+    /// Plans them on finer cells, then with higher bounds if the verifier finds nothing in the plan.
+    /// Whatever leaves fewer of them unplanned is taken over.
+    fn planned_again(&self, job: &mut Job, paths: &mut Paths, effort: &mut Effort) -> Extent {
+        let own_m = self.world.planning.cell_m;
+        let (mut finest_m, mut ended) = (own_m, None);
+        let until = effort.expansions + MOST_EXPANSIONS;
+        for &(times, raised) in self.attempts {
+            let Some(cell_m) = halved_cells_m(self.world, times) else {
+                continue;
+            };
+            let left = until.saturating_sub(effort.expansions);
+            if self.unplanned(paths) == 0 || left == 0 || (self.control.stop)() {
+                break;
+            }
+            let terms = Terms {
+                cell_m,
+                raised,
+                most_expansions: left.min(EXPANSIONS_OF_ONE),
+            };
+            let subfleet = Subfleet {
+                world: self.world,
+                job,
+                paths,
+                chosen: self.drones,
+                control: self.control,
+            };
+            let Some(found) = subfleet.replanned(&terms, effort) else {
+                ended = ended.or(Some(cell_m));
+                continue;
+            };
+            finest_m = finest_m.min(cell_m);
+            let is_better = found.unplanned < self.unplanned(paths);
+            let is_exact = raised == [1.0; 2];
+            if is_better && (is_exact || subfleet.judged(&found).1.violations.is_empty()) {
+                *paths = found.paths.clone();
+                found.note_alone(self.drones, job);
+            }
+        }
+        match ended {
+            Some(cell_m) if cell_m <= finest_m => Extent::BudgetEnded {
+                states: MOST_EXPANSIONS,
+                cell_m,
+            },
+            _ => Extent::NotFound { cell_m: finest_m },
+        }
+    }
+
+    /// How many of them have no path.
+    fn unplanned(&self, paths: &Paths) -> usize {
+        let unplanned = paths.unplanned.iter();
+        unplanned
+            .filter(|(drone, _)| self.drones.contains(drone))
+            .count()
+    }
+}
