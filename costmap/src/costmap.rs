@@ -72,8 +72,8 @@ impl Costmap {
         }
     }
 
-    /// The same fleet, were every drone's air limit and every zone's so many times higher. Bodies and
-    /// columns stay as they are.
+    /// The same fleet, were every drone's air limit and every zone's so many times higher. Bodies
+    /// and columns stay as they are.
     #[must_use]
     pub fn with_limits_raised(&self, drones: f64, zones: f64) -> Costmap {
         let raised = |times: f64| {

@@ -12,9 +12,6 @@ use crate::scenario::world::World;
 
 /// Cells are not made smaller unasked (m): chosen here, what a drone can hold its place to.
 const LEAST_M: f64 = 0.1;
-/// Gaps wider than this ask for nothing (m): chosen here, cells of [`LARGEST_M`] have two lanes
-/// through them.
-const WIDE_M: f64 = 3.0;
 /// A formation counts as packed where drones stand on more than this share of its places, spaced as
 /// they are: chosen here, from there on they pass one another between the places only.
 const PACKED_SHARE: f64 = 0.5;
@@ -22,8 +19,8 @@ const PACKED_SHARE: f64 = 0.5;
 const MOST_PLACES: f64 = 400_000.0;
 /// Room to spare from which a gap counts as meant for a body (m): chosen here.
 const LEAST_LANE_M: f64 = 0.2;
-/// The share of drones that may stand closer than what counts as their spacing: chosen here, so that
-/// one pair does not decide for a fleet.
+/// The share of drones that may stand closer than what counts as their spacing: chosen here, so
+/// that one pair does not decide for a fleet.
 const CLOSER_SHARE: usize = 10;
 
 /// Cells where nothing asks for smaller ones (m): chosen here, half a second's flight at 2 m/s.
@@ -36,7 +33,7 @@ pub(super) fn chosen(world: &World) -> (f64, Option<String>) {
     let asked = [
         formation(&starts.collect::<Vec<_>>(), "starts"),
         formation(&goals.map(|task| task.to_m).collect::<Vec<_>>(), "goals"),
-        narrowest_gap(world),
+        gaps(world),
     ];
     let diameters_m = world.drones.iter().map(|it| 2.0 * it.vehicle.body_radius_m);
     let smallest_m = diameters_m.fold(f64::INFINITY, f64::min).min(LARGEST_M);
@@ -115,60 +112,138 @@ fn nearest_m(places_m: &[Point3<f64>]) -> Vec<f64> {
     (0..by_x.len()).map(of).collect()
 }
 
-/// The cells that the narrowest gap asks for that some body fits through, and why: one lane at least
-/// leads through wherever it lies.
-fn narrowest_gap(world: &World) -> Option<(f64, String)> {
+/// The cells that gaps ask for, each for the largest body that it is meant for, and why: with them
+/// a lane of the lattice leads through.
+fn gaps(world: &World) -> Option<(f64, String)> {
     let clearance_m = world.planning.clearance_m;
     let mut needs_m: Vec<f64> = (world.drones.iter())
         .map(|drone| 2.0 * (drone.vehicle.body_radius_m + clearance_m))
         .collect();
     needs_m.sort_unstable_by(f64::total_cmp);
-    needs_m.first()?;
-    let boxes = Solids::of(world).boxes();
-    let (low, high) = (world.bounds_m.min, world.bounds_m.max);
-    let mut found: Option<(f64, f64)> = None;
-    let mut gap = |gap_m: f64| {
-        // The largest body that fits with a lane to spare has to find it.
-        let fits = needs_m.partition_point(|needs_m| *needs_m + LEAST_LANE_M <= gap_m);
-        let Some(largest_m) = fits.checked_sub(1).map(|index| needs_m[index]) else {
-            return;
-        };
-        let lane_m = gap_m - largest_m;
-        if gap_m < WIDE_M && found.is_none_or(|(known_m, _)| lane_m < known_m) {
-            found = Some((lane_m, gap_m));
-        }
-    };
+    let smallest_m = *needs_m.first()?;
+    let starts = world.drones.iter().map(|drone| drone.start_m);
+    let tasks = world.drones.iter().flat_map(|drone| &drone.tasks);
+    let places_m: Vec<Point3<f64>> = starts.chain(tasks.map(|task| task.to_m)).collect();
     let within = |a: &Aabb| {
-        let inside = |axis: usize| a.maxs[axis] > low[axis] && a.mins[axis] < high[axis];
-        (0..3).all(inside)
+        let (low, high) = (world.bounds_m.min, world.bounds_m.max);
+        (0..3).all(|axis| a.maxs[axis] > low[axis] && a.mins[axis] < high[axis])
     };
-    let boxes: Vec<Aabb> = boxes.into_iter().filter(within).collect();
+    let mut boxes = Solids::of(world).boxes();
+    boxes.retain(within);
+    let mut found: Option<(f64, f64)> = None;
     for (index, a) in boxes.iter().enumerate() {
         for b in &boxes[index + 1..] {
-            if let Some(gap_m) = gap_between_m(a, b, needs_m[0]) {
-                gap(gap_m);
+            let Some((axis, low_m, high_m)) = gap_between(a, b, smallest_m) else {
+                continue;
+            };
+            let gap_m = high_m - low_m;
+            let fits = needs_m.partition_point(|needs_m| *needs_m + LEAST_LANE_M <= gap_m);
+            let Some(body_m) = fits.checked_sub(1).map(|index| 0.5 * needs_m[index]) else {
+                continue;
+            };
+            let lane = (low_m + body_m, high_m - body_m);
+            let mut cell_m = LARGEST_M;
+            // Halves, so that places on whole cells stay on them.
+            while cell_m > LEAST_LANE_M && !is_met(lane, cell_m, axis, &places_m) {
+                cell_m *= 0.5;
+            }
+            if found.is_none_or(|(known_m, _)| cell_m < known_m) {
+                found = Some((cell_m, gap_m));
             }
         }
     }
-    let (lane_m, gap_m) = found?;
-    // Halves, so that places on whole cells stay on them.
-    let mut cell_m = LARGEST_M;
-    while cell_m > lane_m && cell_m > LEAST_LANE_M {
-        cell_m *= 0.5;
-    }
-    Some((
-        cell_m,
-        format!("the narrowest gap that a body fits through is {gap_m:.2} m wide"),
-    ))
+    let (cell_m, gap_m) = found?;
+    Some((cell_m, format!("a gap to pass is {gap_m:.2} m wide")))
 }
 
-/// The gap between two boxes that face each other over more than `body_m` (m): what is lower or
-/// shorter than a body is passed by.
-fn gap_between_m(a: &Aabb, b: &Aabb, body_m: f64) -> Option<f64> {
+/// Whether a lattice of these cells (m) has places in a lane of an axis (m): wherever it begins, or
+/// as it begins where more than half of the places that it has to meet say so.
+fn is_met(lane: (f64, f64), cell_m: f64, axis: usize, places_m: &[Point3<f64>]) -> bool {
+    if cell_m <= lane.1 - lane.0 {
+        return true;
+    }
+    let phase_m = |place_m: &Point3<f64>| place_m[axis].rem_euclid(cell_m);
+    let mut phases_m: Vec<f64> = places_m.iter().map(phase_m).collect();
+    phases_m.sort_unstable_by(f64::total_cmp);
+    // What more than half of them share is the one in the middle.
+    let shared_m = phases_m[phases_m.len() / 2];
+    let sharing = phases_m.iter().filter(|it| (*it - shared_m).abs() < 1e-6);
+    let first = ((lane.0 - shared_m) / cell_m - 1e-6).ceil();
+    2 * sharing.count() > phases_m.len() && first * cell_m + shared_m <= lane.1 + 1e-6
+}
+
+/// The axis of the gap between two boxes that face each other over more than `body_m` (m), and from
+/// where to where it is (m): what is lower or shorter than a body is passed by.
+fn gap_between(a: &Aabb, b: &Aabb, body_m: f64) -> Option<(usize, f64, f64)> {
     let gaps = Vector3::from(
         [0, 1, 2].map(|axis: usize| (b.mins[axis] - a.maxs[axis]).max(a.mins[axis] - b.maxs[axis])),
     );
-    let apart = (0..3).filter(|axis| gaps[*axis] > 0.0).count();
-    let facing = (0..3).filter(|axis| gaps[*axis] < -body_m).count();
-    (apart == 1 && facing == 2).then(|| gaps.max())
+    let axis = gaps.imax();
+    let facing = (0..3).filter(|other| *other != axis && gaps[*other] < -body_m);
+    let (low_m, high_m) = (
+        a.maxs[axis].min(b.maxs[axis]),
+        a.mins[axis].max(b.mins[axis]),
+    );
+    (gaps[axis] > 0.0 && facing.count() == 2).then_some((axis, low_m, high_m))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::read_world;
+
+    fn world(place: &str, drones: &str) -> World {
+        let text = format!(r#"Scenario(name: "w", {place}, drones: [{drones}])"#);
+        read_world(&text).expect("in order")
+    }
+
+    fn crazyflies(spacing_m: f64, side: usize) -> String {
+        let at = |index: usize| 1.0 + spacing_m * index as f64;
+        let drones = (0..side * side).map(|k| {
+            let (x, y) = (at(k % side), at(k / side));
+            let (to_x, to_y) = (at(side - 1 - k % side), at(side - 1 - k / side));
+            format!(
+                r#"(name: "c{k}", airframe: "crazyflie-2.1", start_m: ({x:.3}, {y:.3}, 1), tasks: [(to_m: ({to_x:.3}, {to_y:.3}, 1))]),"#
+            )
+        });
+        drones.collect()
+    }
+
+    #[test]
+    fn a_packed_formation_gets_two_cells_between_neighbours() {
+        let place = "bounds_m: (min: (0, 0, 0), max: (9, 9, 3)), planning: (clearance_m: 0)";
+        for (spacing_m, cell_m) in [(0.5, 0.25), (0.6, 0.3), (1.0, 0.5), (2.0, 1.0)] {
+            let side = (7.0_f64 / spacing_m).min(7.0) as usize;
+            let world = world(place, &crazyflies(spacing_m, side));
+            assert_eq!(world.planning.cell_m, cell_m, "{spacing_m} m apart");
+            assert_eq!(world.notes.is_empty(), cell_m == 1.0, "{:?}", world.notes);
+        }
+    }
+
+    #[test]
+    fn cells_that_are_named_stay_as_they_are() {
+        let place =
+            "bounds_m: (min: (0, 0, 0), max: (9, 9, 3)), planning: (cell_m: 0.7, clearance_m: 0)";
+        let world = world(place, &crazyflies(0.5, 7));
+        assert_eq!((world.planning.cell_m, world.notes.len()), (0.7, 0));
+    }
+
+    #[test]
+    fn a_gap_beside_the_places_that_drones_go_to_gets_a_lane() {
+        let room = |from_m: f64, to_m: f64| {
+            let place = format!(
+                r#"bounds_m: (min: (0, 0, 0), max: (10, 6, 3)), obstacles: [
+                    (name: "left", min_m: (5, 0, 0), max_m: (5.4, {from_m}, 3)),
+                    (name: "right", min_m: (5, {to_m}, 0), max_m: (5.4, 6, 3))]"#
+            );
+            let drone = r#"(name: "k", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (9, 1, 1))])"#;
+            world(&place, drone).planning.cell_m
+        };
+        // Kolibris need 0.39 m; their places lie on whole metres.
+        assert_eq!(room(2.5, 3.5), 1.0);
+        assert_eq!(room(2.1, 2.9), 0.5);
+        assert_eq!(room(2.05, 2.65), 0.25);
+        // Too narrow for any: nothing helps.
+        assert_eq!(room(2.1, 2.3), 1.0);
+    }
 }

@@ -1,5 +1,5 @@
-//! Why a drone stays at its start: what is in its way, where and when, and what would help. Whatever
-//! is advised has been planned.
+//! Why a drone stays at its start: what is in its way, where and when, and what would help.
+//! Whatever is advised has been planned.
 
 use std::collections::BTreeMap;
 
@@ -27,8 +27,8 @@ use crate::verify::Report;
 /// From this share of columns held on a crowd is named as a reason: chosen here, a quarter of them
 /// costs a hall of a thousand drones seconds to plan, a half of them more than a minute.
 const CROWDED_SHARE: f64 = 0.25;
-/// For how many groups something that would help is looked for: chosen here, some dozens of searches
-/// each.
+/// For how many groups something that would help is looked for: chosen here, some dozens of
+/// searches each.
 const MOST_REMEDIES: usize = 3;
 /// Groups larger than this are not looked at as one: chosen here.
 const LARGEST_GROUP: usize = 6;
@@ -288,8 +288,8 @@ impl Refusals<'_> {
         })
     }
 
-    /// A limit of the zone, or a height of a task, with which a drone is planned that its wake keeps
-    /// from its tasks.
+    /// A limit of the zone, or a height of a task, with which a drone is planned that its wake
+    /// keeps from its tasks.
     fn past_zone(&self, drone: DroneId, by: &Obstruction) -> Remedy {
         let Obstructor::Zone(zone) = by.by else {
             return Remedy::Unknown;

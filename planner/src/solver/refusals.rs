@@ -2,8 +2,8 @@
 //! place of the search's bounds. So a "no" is about the place, as far as it was looked at, and not
 //! about the lattice.
 //!
-//! Small fleets are planned again whole; then, and in large ones, the refused with those in their way
-//! among all others as they are. All of it within a budget of states.
+//! Small fleets are planned again whole; then, and in large ones, the refused with those in their
+//! way among all others as they are. All of it within a budget of states.
 
 use std::collections::BTreeMap;
 
@@ -200,8 +200,8 @@ struct Refused<'a> {
 }
 
 impl Refused<'_> {
-    /// Plans them on finer cells, then with higher bounds if the verifier finds nothing in the plan.
-    /// Whatever leaves fewer of them unplanned is taken over.
+    /// Plans them on finer cells, then with higher bounds if the verifier finds nothing in the
+    /// plan. Whatever leaves fewer of them unplanned is taken over.
     fn planned_again(&self, job: &mut Job, paths: &mut Paths, effort: &mut Effort) -> Extent {
         let own_m = self.world.planning.cell_m;
         let (mut finest_m, mut ended) = (own_m, None);

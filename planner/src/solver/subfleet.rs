@@ -33,8 +33,8 @@ pub(crate) struct Subfleet<'a> {
 pub(crate) struct Terms {
     /// Spacing of the lattice (m).
     pub(crate) cell_m: f64,
-    /// How many times the limits of drones, and of zones, wakes may reach by the bounds of the search.
-    /// Beyond 1 a plan has to be verified.
+    /// How many times the limits of drones, and of zones, wakes may reach by the bounds of the
+    /// search. Beyond 1 a plan has to be verified.
     pub(crate) raised: [f64; 2],
     /// States of all searches.
     pub(crate) most_expansions: u64,

@@ -32,8 +32,8 @@ const MOST_EXPANSIONS: u64 = 400_000;
 /// The same in a small fleet, where what is refused is tried again: chosen here, half a second of
 /// work.
 const MOST_SMALL_EXPANSIONS: u64 = 40_000;
-/// Once a small fleet took so many states, its searches get no more than [`LEAST_SMALL_EXPANSIONS`]:
-/// chosen here, two seconds of work.
+/// Once a small fleet took so many states, its searches get no more than
+/// [`LEAST_SMALL_EXPANSIONS`]: chosen here, two seconds of work.
 const ALL_SMALL_EXPANSIONS: u64 = 120_000;
 /// Chosen here: what most searches need.
 const LEAST_SMALL_EXPANSIONS: u64 = 5_000;
