@@ -331,8 +331,9 @@ mod tests {
             excluded: &[],
             planning: &world.planning,
             control: &Control::QUIET,
+            most_expansions: None,
         };
-        let paths = plan_fleet(&problem, &mut Effort::default());
+        let paths = plan_fleet(&problem, &mut Effort::default()).expect("no budget");
         let plan = assemble(&world, &job, &paths);
         let contrast = contrast(&world, &Control::QUIET).expect("bodies are apart");
         (plan, contrast)
