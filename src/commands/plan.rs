@@ -28,8 +28,8 @@ pub(crate) struct Arguments {
     /// How to print the answer
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Folder for plan.json, timing.json and plan.svg [default: out/<scenario's file name>]; one that
-    /// holds another command's output is refused
+    /// Folder for plan.json, timing.json and plan.svg [default: out/<scenario's file name>]; one
+    /// that holds another command's output is refused
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Finding to fly through, as `plan diagnose` writes it, in place of the scenario's

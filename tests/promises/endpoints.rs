@@ -81,12 +81,12 @@ fn pair(offset_m: [f64; 3]) -> World {
 
 #[test]
 fn starts_in_body_column_and_wake_are_told_apart_and_mended() {
-    // Body radius 0.198 m twice and 0.1 m of clearance: 0.495 m.
-    assert!(check(&pair([0.50, 0.0, 0.0])).is_empty());
+    // Body radius 0.198 m twice and 0.1 m off each path: 0.595 m.
+    assert!(check(&pair([0.60, 0.0, 0.0])).is_empty());
     let cases: [Case; 3] = [
         (
-            [0.49, 0.0, 0.0],
-            |why| matches!(why, Exclusion::Bodies { gap_m, needs_m, .. } if *gap_m < *needs_m),
+            [0.59, 0.0, 0.0],
+            |why| matches!(why, Exclusion::Bodies { gap_m, needs_m, tracking_m: Some(0.097) } if gap_m < needs_m),
         ),
         ([0.1, 0.0, -0.6], |why| matches!(why, Exclusion::Column)),
         (

@@ -398,8 +398,8 @@ impl Fleet {
         (meeting != Meeting::default()).then_some(meeting)
     }
 
-    /// [`Fleet::meet`] of two drones, one of them up to `shift` ticks earlier or later than planned,
-    /// seen from the other: what they are to one another fills a parallelogram.
+    /// [`Fleet::meet`] of two drones, one of them up to `shift` ticks earlier or later than
+    /// planned, seen from the other: what they are to one another fills a parallelogram.
     fn meet_shifted(
         &self,
         first: &Leg,

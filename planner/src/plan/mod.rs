@@ -127,8 +127,8 @@ impl Status {
 /// How far flights may be from the plan while it still holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Margins {
-    /// Each drone may be early or late by so much, at any time, whatever the others are (s): bodies,
-    /// near-field columns and limits of air hold.
+    /// Each drone may be early or late by so much, at any time, whatever the others are (s):
+    /// bodies, near-field columns and limits of air hold.
     pub time_s: f64,
     /// Each drone that flies may be off its path by so much in any direction (m): bodies hold
     /// against one another, obstacles and zones that keep bodies out. Tops of obstacles below a

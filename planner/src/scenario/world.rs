@@ -58,6 +58,12 @@ pub struct Vehicle {
     pub max_jerk_mps3: f64,
 }
 
+/// How early or late each drone may be by default (s): chosen here, a command that comes a few
+/// cycles of a radio link late, and clocks kept by the network.
+const TIME_MARGIN_S: f64 = 0.1;
+/// How far off its path each drone may be by default (m): chosen here, what position control holds
+/// indoors under motion capture or ultra-wideband.
+const TRACKING_M: f64 = 0.1;
 /// Share of its induced velocity at hover below which a drone may descend: rotors enter vortex ring
 /// state at descents of about half of it (Johnson, "Model for vortex ring state influence on
 /// rotorcraft flight dynamics", NASA/TP-2005-213477); chosen here, with a margin of a fifth.
@@ -186,8 +192,8 @@ impl Default for Planning {
             cell_m: 1.0,
             clearance_m: 0.1,
             margins: Margins {
-                time_s: 0.0,
-                tracking_m: 0.0,
+                time_s: TIME_MARGIN_S,
+                tracking_m: TRACKING_M,
             },
             seed: 0,
             energy_weight: 1.0,

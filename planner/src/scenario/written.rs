@@ -279,7 +279,8 @@ pub(super) struct Task {
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(default, deny_unknown_fields)]
 pub(super) struct Planning {
-    /// Spacing of the roadmap's lattice (m); unless it is given it is chosen, and the plan says why.
+    /// Spacing of the roadmap's lattice (m); unless it is given it is chosen, and the plan says
+    /// why.
     #[schemars(range(min = CELL_M.low, max = CELL_M.high),
         extend("default" = "at most 1, less where drones stand closer or have to pass narrow gaps"))]
     pub(super) cell_m: Option<f64>,
