@@ -1,0 +1,437 @@
+//! Bytes that no one meant: valid files changed at random, with an eye for what they are made of,
+//! and plain noise. They are read, or refused with reasons; nothing panics, and nothing takes long.
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+
+use diagnosis::record::read::{Campaign, read_flight, read_folder, read_ulog};
+use diagnosis::statistics::draws::Draws;
+use planner::plan::Plan;
+use planner::verify::verify;
+use planner::{Control, Files};
+
+use super::samples;
+
+/// Inputs of each kind.
+const INPUTS: u64 = samples(1_000, 100_000);
+/// No input takes longer (s); in builds for tests, on a machine that does other things as well.
+const LONGEST_S: f64 = 5.0;
+/// Nor is more memory ever held (bytes).
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Words that readers trip over: ends of ranges, of types, of texts.
+const WORDS: [&str; 44] = [
+    "0",
+    "-0",
+    "1",
+    "-1",
+    "1e308",
+    "-1e308",
+    "1e-320",
+    "1e19",
+    "4294967296",
+    "18446744073709551616",
+    "NaN",
+    "nan",
+    "inf",
+    "-inf",
+    "None",
+    "null",
+    "true",
+    "\"\"",
+    "\"\\u{0}\"",
+    "\"a\"",
+    "()",
+    "[]",
+    "{}",
+    "(",
+    ")",
+    "[",
+    "]",
+    "{",
+    "}",
+    ",",
+    ":",
+    ";",
+    "\n",
+    "\r\n",
+    "\u{feff}",
+    "\t",
+    "//",
+    "/*",
+    "(0,0,0)",
+    "[0,0,0]",
+    "0.001",
+    "20000",
+    "1.0000000000000002",
+    "\u{1F681}",
+];
+
+/// What a changed file is judged by.
+struct Judged<'a> {
+    /// What it is, for messages.
+    what: &'static str,
+    /// Valid files.
+    seeds: Vec<Vec<u8>>,
+    /// Reads one, and does with it what a command does next; may refuse it, must not panic.
+    read: &'a dyn Fn(&[u8]),
+}
+
+impl Judged<'_> {
+    fn holds(&self) {
+        for index in 0..INPUTS {
+            let mut draws = Draws::new(index);
+            let bytes = changed(&self.seeds, &mut draws);
+            let started = Instant::now();
+            let read = catch_unwind(AssertUnwindSafe(|| (self.read)(&bytes)));
+            let took_s = started.elapsed().as_secs_f64();
+            let kept = || {
+                let path = std::env::temp_dir().join(format!("{}-{index}", self.what));
+                std::fs::write(&path, &bytes).unwrap();
+                path
+            };
+            assert!(read.is_ok(), "{} panics: {}", self.what, kept().display());
+            assert!(
+                took_s < LONGEST_S,
+                "{} takes {took_s} s: {}",
+                self.what,
+                kept().display()
+            );
+        }
+        if let Some(bytes) = peak_bytes() {
+            assert!(bytes < MOST_BYTES, "{}: {bytes} bytes", self.what);
+        }
+    }
+}
+
+/// Highest resident memory of this process so far, where the system tells.
+fn peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+/// One of the files with a few changes in a row, or noise.
+fn changed(seeds: &[Vec<u8>], draws: &mut Draws) -> Vec<u8> {
+    let noise = |draws: &mut Draws| -> Vec<u8> {
+        let length = draws.index(200);
+        (0..length).map(|_| draws.index(256) as u8).collect()
+    };
+    if draws.index(50) == 0 {
+        return noise(draws);
+    }
+    let mut bytes = seeds[draws.index(seeds.len())].clone();
+    for _ in 0..=draws.index(5) {
+        let at = draws.index(bytes.len() + 1);
+        let span = at..(at + draws.index(40)).min(bytes.len());
+        match draws.index(10) {
+            // Bits and bytes.
+            0 => {
+                if let Some(byte) = bytes.get_mut(at) {
+                    *byte ^= 1 << draws.index(8);
+                }
+            }
+            1 => drop(bytes.splice(span, noise(draws))),
+            2 => drop(bytes.drain(span)),
+            3 => {
+                let twice = bytes[span.clone()].to_vec();
+                bytes.splice(at..at, twice);
+            }
+            4 => bytes.truncate(at),
+            // Lines.
+            5 => {
+                let mut lines: Vec<&[u8]> = bytes.split_inclusive(|byte| *byte == b'\n').collect();
+                let (from, to) = (draws.index(lines.len()), draws.index(lines.len()));
+                if !lines.is_empty() {
+                    lines.swap(from, to);
+                    bytes = lines.concat();
+                }
+            }
+            // What another file has there.
+            6 => {
+                let other = &seeds[draws.index(seeds.len())];
+                let from = draws.index(other.len());
+                let length = draws.index(120).min(other.len() - from);
+                bytes.splice(span, other[from..from + length].iter().copied());
+            }
+            // Numbers and words, whole.
+            _ => {
+                let is_part = |byte: &u8| byte.is_ascii_alphanumeric() || b"+-._".contains(byte);
+                let ahead = bytes[at..].iter().position(is_part);
+                let Some(first) = ahead.map(|ahead| at + ahead) else {
+                    continue;
+                };
+                let length = bytes[first..]
+                    .iter()
+                    .take_while(|byte| is_part(byte))
+                    .count();
+                let word = WORDS[draws.index(WORDS.len())];
+                bytes.splice(first..first + length, word.bytes());
+            }
+        }
+    }
+    bytes
+}
+
+fn shipped(folder: &str, ending: &str) -> Vec<(String, Vec<u8>)> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let entries = std::fs::read_dir(folder).unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let mut paths: Vec<_> = paths
+        .filter(|path| path.extension().is_some_and(|it| it == ending))
+        .collect();
+    paths.sort();
+    let read = |path: std::path::PathBuf| {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        (name, std::fs::read(path).unwrap())
+    };
+    paths.into_iter().map(read).collect()
+}
+
+/// Stops once a time is over, as `--time-limit` does.
+fn within(limit: Duration, run: impl FnOnce(&Control<'_>)) {
+    let started = Instant::now();
+    run(&Control {
+        stop: &|| started.elapsed() >= limit,
+        ..Control::QUIET
+    });
+}
+
+const CUBE: &str = "o cube\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+    f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+/// One in so many scenarios that are in order is planned.
+const PLANNED: u64 = 20;
+
+#[test]
+fn scenarios_of_any_bytes_are_read_and_planned_or_refused() {
+    let mut seeds: Vec<Vec<u8>> = shipped("scenarios", "ron")
+        .into_iter()
+        .map(|it| it.1)
+        .collect();
+    seeds.push(
+        br#"(name: "all", bounds_m: (min: (0, 0, 0), max: (9, 8, 5)), air: (temperature_c: 20, pressure_pa: 101325),
+        obstacles: [(name: "b", min_m: (4, 2, 0), max_m: (5, 6, 2)), (name: "c", base_m: (7, 2, 0), radius_m: 0.4, height_m: 5),
+          (name: "m", mesh: "cube.obj", at_m: (2, 6, 0))],
+        zones: [(name: "z", min_m: (0, 0, 0), max_m: (2, 2, 1), air_limit_mps: 1.5, keep_out: true)],
+        airframes: {"own": (mass_kg: 1.6, propellers: 4, propeller_diameter_m: 0.2, motor_distance_m: 0.45, max_speed_mps: 2)},
+        drones: [(name: "k", airframe: "kolibri", start_m: (3, 1, 1), tasks: [(to_m: (8, 6, 3), dwell_s: 2, load_kg: 0.05)]),
+          (name: "o", airframe: "own", start_m: (1, 4, 0.325), at_start: Landed, tasks: [(to_m: (6, 7, 2))], at_end: Land, air_limit: 0.4)],
+        planning: (cell_m: 1, air_limit: 0.3, clearance_m: 0.1, time_margin_s: 0.1, tracking_m: 0.1, seed: 0))"#
+            .to_vec(),
+    );
+    let findings: BTreeMap<String, Vec<u8>> =
+        shipped("scenarios/findings", "ron").into_iter().collect();
+    let load = |file: &str| {
+        let known = findings
+            .iter()
+            .find(|(name, _)| file.ends_with(name.as_str()));
+        let known = known.map(|(_, bytes)| String::from_utf8_lossy(bytes).into_owned());
+        known
+            .or_else(|| file.ends_with(".obj").then(|| CUBE.to_owned()))
+            .ok_or_else(|| "no file".to_owned())
+    };
+    let read_count = std::cell::Cell::new(0);
+    Judged {
+        what: "scenario",
+        seeds,
+        read: &|bytes| {
+            let Ok(text) = std::str::from_utf8(bytes) else {
+                return;
+            };
+            let Ok(world) = planner::read_world_with(text, &Files::new(&load)) else {
+                return;
+            };
+            assert_eq!(world.check(), Ok(()));
+            read_count.set(read_count.get() + 1);
+            if read_count.get() % PLANNED == 0 {
+                within(Duration::from_millis(500), |control| {
+                    planner::plan_world(&world, control).expect("in order");
+                });
+            }
+        },
+    }
+    .holds();
+    assert!(read_count.get() > INPUTS / 20, "{}", read_count.get());
+}
+
+#[test]
+fn meshes_of_any_bytes_are_read_or_refused() {
+    let more = "# two\no a\nv 0 0 0\nv 0 2 0\nv 0 0 2 1.0\nvn 0 0 1\nvt 0 0\nf 1/1/1 2/1/1 3/1/1\ng b\nf -1 -2 -3\nusemtl x\ns off\nl 1 2\np 1\n";
+    let read_count = std::cell::Cell::new(0);
+    Judged {
+        what: "mesh",
+        seeds: vec![CUBE.into(), more.into()],
+        read: &|bytes| {
+            let load = |_: &str| String::from_utf8(bytes.to_vec()).map_err(|it| it.to_string());
+            let text = r#"(name: "m", bounds_m: (min: (-9, -9, 0), max: (9, 9, 5)), obstacles: [(name: "m", mesh: "m.obj")],
+                drones: [(name: "k", airframe: "kolibri", start_m: (7, 7, 4.5))])"#;
+            let read = planner::read_world_with(text, &Files::new(&load));
+            read_count.set(read_count.get() + u64::from(read.is_ok()));
+        },
+    }
+    .holds();
+    assert!(read_count.get() > INPUTS / 20, "{}", read_count.get());
+}
+
+#[test]
+fn plans_of_any_bytes_are_verified_or_refused() {
+    let plan = |text: &str| {
+        let world = planner::read_world(text).expect("in order");
+        let outcome = planner::plan_world(&world, &Control::QUIET).expect("in order");
+        let plan = outcome.into_planned().expect("a plan").plan;
+        serde_json::to_vec(&plan).expect("plain data")
+    };
+    let yard = r#"(name: "yard", bounds_m: (min: (0, 0, 0), max: (9, 8, 5)),
+        obstacles: [(name: "b", min_m: (4, 2, 0), max_m: (5, 6, 2)), (name: "c", base_m: (7, 2, 0), radius_m: 0.4, height_m: 5)],
+        zones: [(name: "z", min_m: (0, 0, 0), max_m: (2, 2, 1), air_limit_mps: 1.5)],
+        drones: [(name: "k", airframe: "kolibri", start_m: (3, 1, 1), tasks: [(to_m: (8, 6, 3), dwell_s: 2, load_kg: 0.05)]),
+          (name: "o", airframe: "offboard-2", start_m: (1, 4, 0.2), at_start: Landed, tasks: [(to_m: (6, 7, 2))], at_end: Land)])"#;
+    let pair = r#"(name: "pair", bounds_m: (min: (0, 0, 0), max: (9, 8, 5)),
+        drones: [(name: "k", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (8, 6, 3))]),
+          (name: "l", airframe: "kolibri", start_m: (8, 6, 1), tasks: [(to_m: (1, 1, 1))], at_end: Leave)])"#;
+    let read_count = std::cell::Cell::new(0);
+    Judged {
+        what: "plan",
+        seeds: vec![plan(yard), plan(pair)],
+        read: &|bytes| {
+            let Ok(plan) = serde_json::from_slice::<Plan>(bytes) else {
+                return;
+            };
+            read_count.set(read_count.get() + 1);
+            verify(&plan);
+        },
+    }
+    .holds();
+    assert!(read_count.get() > INPUTS / 20, "{}", read_count.get());
+}
+
+const LOGS: &str = r#"(
+    name: "two", floor_z_m: 0, acceleration: SpecificForceInWorld, clock: Own(within_s: 0.03), air: (temperature_c: 15),
+    types: { "small": (mass_kg: Stated(0.034), propeller_diameter_m: Inferred(0.0462), motor_distance_m: Stated(0.092),
+                       rotor_offset_m: Stated((0, 0, 0.01)), touch_z_m: 0.07) },
+    vehicles: { "a": "small", "b": "small" },
+)"#;
+
+/// Half a second of two drones, as a table.
+fn log() -> Vec<u8> {
+    let mut text = "t_s,vehicle,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps,ax_mps2,ay_mps2,az_mps2,qx,qy,qz,qw,pwm1,pwm2,pwm3,pwm4,vbat_v\n".to_owned();
+    for index in 0..25 {
+        let t_s = f64::from(index) / 50.0;
+        for name in ["a", "b"] {
+            text += &format!("{t_s:.3},{name},0,0,1,0,0,0,0,0,9.81,0,0,0,1,0.5,0.5,0.5,0.5,3.9\n");
+        }
+    }
+    text.into_bytes()
+}
+
+/// A tenth of a second of one drone, after the format's description (docs.px4.io, "ULog File
+/// Format").
+fn ulog() -> Vec<u8> {
+    let mut log = b"ULog\x01\x12\x35\x01\0\0\0\0\0\0\0\0".to_vec();
+    let mut put = |kind: u8, parts: &[&[u8]]| {
+        let payload = parts.concat();
+        log.extend(u16::try_from(payload.len()).unwrap().to_le_bytes());
+        log.push(kind);
+        log.extend(payload);
+    };
+    put(b'B', &[&[0; 40]]);
+    let topics = [
+        "vehicle_local_position:uint64_t timestamp;float x;float y;float z;float vx;float vy;float vz;bool xy_valid;bool z_valid;",
+        "vehicle_attitude:uint64_t timestamp;float[4] q;",
+        "sensor_combined:uint64_t timestamp;float[3] accelerometer_m_s2;",
+        "actuator_motors:uint64_t timestamp;float[12] control;",
+        "battery_status:uint64_t timestamp;float voltage_v;",
+    ];
+    topics
+        .iter()
+        .for_each(|format| put(b'F', &[format.as_bytes()]));
+    for (id, format) in topics.iter().enumerate() {
+        let topic = format.split(':').next().unwrap();
+        put(b'A', &[&[0], &(id as u16).to_le_bytes(), topic.as_bytes()]);
+    }
+    for tick in 0..20_u64 {
+        let floats =
+            |values: &[f32]| -> Vec<u8> { values.iter().flat_map(|it| it.to_le_bytes()).collect() };
+        let mut motors = [0.5_f32; 12];
+        motors[4..].fill(f32::NAN);
+        let values: [(&[f32], &[u8]); 5] = [
+            (&[0.1, 2.0, -3.0, 1.0, 0.0, 0.0], &[1, 1]),
+            (&[0.7, 0.0, 0.0, 0.7], &[]),
+            (&[0.0, 0.0, -9.8], &[]),
+            (&motors, &[]),
+            (&[16.2], &[]),
+        ];
+        for (id, (values, flags)) in values.into_iter().enumerate() {
+            let t_us = 5_000_000 + 20_000 * tick;
+            put(
+                b'D',
+                &[
+                    &(id as u16).to_le_bytes(),
+                    &t_us.to_le_bytes(),
+                    &floats(values),
+                    flags,
+                ],
+            );
+        }
+    }
+    log
+}
+
+#[test]
+fn recordings_of_any_bytes_are_read_or_refused() {
+    let campaign = Campaign::parse("c.ron", LOGS).expect("in order");
+    let folder: BTreeMap<String, Vec<u8>> = ["json", "csv"]
+        .into_iter()
+        .flat_map(|ending| shipped("recordings/hover-grids/kolibri-1", ending))
+        .map(|(name, mut bytes)| {
+            // A few rows are enough.
+            let rows = bytes.split_inclusive(|byte| *byte == b'\n').take(60);
+            if name.ends_with("csv") {
+                bytes = rows.collect::<Vec<_>>().concat();
+            }
+            (name, bytes)
+        })
+        .collect();
+    let kinds = [b"T", b"U", b"C"];
+    let mut seeds: Vec<Vec<u8>> = vec![log(), ulog(), LOGS.into()];
+    seeds
+        .iter_mut()
+        .zip(kinds)
+        .for_each(|(seed, kind)| drop(seed.splice(0..0, kind.iter().copied())));
+    seeds.extend(
+        folder
+            .iter()
+            .map(|(name, bytes)| [name.as_bytes(), b"|", &bytes[..]].concat()),
+    );
+    let read_count = std::cell::Cell::new(0);
+    Judged {
+        what: "recording",
+        seeds,
+        read: &|bytes| {
+            // The first byte, or the name before the bar, says what it is read as.
+            let is_read = match bytes {
+                [b'T', rest @ ..] => read_flight("f", "f.csv", rest, &campaign).is_ok(),
+                [b'U', rest @ ..] => read_ulog("a", "a.ulg", rest, &campaign).is_ok(),
+                [b'C', rest @ ..] => std::str::from_utf8(rest)
+                    .is_ok_and(|text| Campaign::parse("c.ron", text).is_ok()),
+                _ => {
+                    let mut files = folder.clone();
+                    let bar = bytes.iter().position(|byte| *byte == b'|').unwrap_or(0);
+                    let name = String::from_utf8_lossy(&bytes[..bar]).into_owned();
+                    let known = files.contains_key(&name);
+                    let name = if known { name } else { "meta.json".to_owned() };
+                    files.insert(name, bytes[(bar + 1).min(bytes.len())..].to_vec());
+                    read_folder("r", &files).is_ok()
+                }
+            };
+            read_count.set(read_count.get() + u64::from(is_read));
+        },
+    }
+    .holds();
+    assert!(read_count.get() > INPUTS / 20, "{}", read_count.get());
+}
