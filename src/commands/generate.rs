@@ -49,6 +49,13 @@ enum Instance {
         #[arg(long, default_value_t = 20.0, value_name = "METRES")]
         radius: f64,
     },
+    /// Random world of everything that a scenario may hold, for tests: world.ron and its meshes;
+    /// needs --out
+    Random {
+        /// Draws all of it
+        #[arg(long, default_value_t = 0)]
+        seed: u64,
+    },
     /// Synthetic flights over a speed probe, as folders in the format downwash-recording/1; needs
     /// --out
     Recordings(HoverGrids),
@@ -111,6 +118,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Instance::Warehouse(scattered) => return over(Floor::Warehouse, scattered, out),
         Instance::Window { drones } => instances::window(*drones),
         Instance::Circle { drones, radius } => instances::circle(*drones, *radius),
+        Instance::Random { seed } => {
+            let folder = out.ok_or(Failure::NoFolder("a random world may have meshes"))?;
+            let folder = OutFolder::prepare(folder.to_owned(), "")?.path;
+            let mut made = instances::random::world(*seed);
+            made.meshes.push(("world.ron".to_owned(), made.scenario));
+            files::write_below(&folder, made.meshes)?;
+            return Ok(Answer::Yes);
+        }
         Instance::Recordings(grids) => return recordings(grids, out),
     }?;
     scenario(text, out)

@@ -22,6 +22,7 @@ mod paper;
 mod planner;
 #[cfg(feature = "long")]
 mod practice_set;
+mod random_worlds;
 mod readme;
 #[cfg(feature = "long")]
 mod real_flights;

@@ -9,6 +9,8 @@
 //! its induced velocity in a hall 8 m high. In the mixed hall every tenth drone is a Matrice 300,
 //! which keeps the eight columns around its own free as well.
 //!
+//! [`random`] worlds hold everything that a scenario may hold, for tests.
+//!
 //! What flies over a [`Floor`] lies on a grid throughout, and can be had as a [`Grid`] for other
 //! planners.
 
@@ -16,6 +18,7 @@ mod floors;
 mod grid;
 mod movingai;
 mod multi_robot;
+pub mod random;
 mod scatter;
 mod scene;
 mod shortest;

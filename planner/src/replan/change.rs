@@ -108,11 +108,12 @@ pub enum ChangeError {
     },
 }
 
-/// All that is wrong with these changes; `is_there` says which drones can still be changed.
+/// All that is wrong with these changes at a moment (s), on a roadmap for bodies of a radius (m);
+/// `is_there` says which drones can still be changed.
 pub(super) fn problems(
     world: &World,
     solids: &Solids,
-    widest_m: f64,
+    (at_s, widest_m): (f64, f64),
     changes: &[Change],
     is_there: impl Fn(usize) -> bool,
 ) -> Vec<ChangeError> {
@@ -160,8 +161,7 @@ pub(super) fn problems(
             _ => {}
         }
     }
-    let density = world.air.density_kg_per_m3();
-    let faults = placed.iter().flat_map(|drone| drone.faults(density));
+    let faults = (placed.iter()).flat_map(|drone| world.faults_of(drone, at_s));
     found.extend(faults.map(|fault| ChangeError::Number(Box::new(fault))));
     placed.retain(|drone| {
         let goals_m = drone.tasks.iter().map(|task| task.to_m);

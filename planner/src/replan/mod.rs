@@ -7,12 +7,14 @@ pub mod rolling;
 
 mod track;
 
+use nalgebra::Point3;
 use thiserror::Error;
 
 use crate::plan::trajectory::{Tail, Trajectory};
-use crate::plan::{AtEnd, DronePlan};
+use crate::plan::{AtEnd, DronePlan, TrajectoryEntry};
 use crate::scenario::WorldError;
-use crate::scenario::world::Drone;
+use crate::scenario::limits::{BUSY_S, PLACE_M};
+use crate::scenario::world::{Drone, Task, World};
 
 /// What is wrong with a world, a plan, or the drones of one, that is handed in.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -51,9 +53,10 @@ pub enum GivenError {
     },
 }
 
-/// What flies in a plan, with nothing to do, where its trajectory begins; in air of a density
-/// (kg/m³).
-fn given(entry: &DronePlan, density_kg_per_m3: f64) -> Result<Drone, GivenError> {
+/// What flies in a plan, with nothing to do, where its trajectory begins; held against the rules of
+/// a scenario's drones, all along its trajectory.
+fn given(entry: &DronePlan, world: &World) -> Result<Drone, GivenError> {
+    let density_kg_per_m3 = world.air.density_kg_per_m3();
     let unusable = |why: String| GivenError::Unusable {
         drone: entry.name.clone(),
         why,
@@ -71,11 +74,41 @@ fn given(entry: &DronePlan, density_kg_per_m3: f64) -> Result<Drone, GivenError>
         at_end: AtEnd::Hover,
         air_limit: entry.air_limit,
     };
-    if let Some(fault) = drone.faults(density_kg_per_m3).into_iter().next() {
-        return Err(GivenError::World(Box::new(fault)));
-    }
-    if let Some(mass_kg) = entry.trajectory.mass_kg.iter().find(|kg| **kg <= 0.0) {
+    let TrajectoryEntry {
+        t_s,
+        position_m,
+        mass_kg,
+    } = &entry.trajectory;
+    if let Some(mass_kg) = mass_kg.iter().find(|kg| **kg <= 0.0) {
         return Err(unusable(format!("its mass (kg) is {mass_kg}")));
+    }
+    let outside = |place_m: &&Point3<f64>| !place_m.iter().all(|x_m| PLACE_M.contain(*x_m));
+    if let Some(place_m) = position_m.iter().find(outside) {
+        let [x, y, z] = place_m.coords.into();
+        return Err(unusable(format!(
+            "({x}, {y}, {z}) m is more than 10 km away"
+        )));
+    }
+    let (from_s, until_s) = entry.airborne_s;
+    let times_s = t_s.iter().copied().chain([from_s]).chain(until_s);
+    let times_s = times_s.chain(entry.enters_s);
+    if let Some(time_s) = times_s.into_iter().find(|t_s| !BUSY_S.contain(*t_s)) {
+        let (low, high) = (BUSY_S.low, BUSY_S.high);
+        let why = format!("{time_s} s is no time of a plan, which are from {low} to {high:.1e} s");
+        return Err(unusable(why));
+    }
+    // Its heaviest load counts as a task's.
+    let heaviest_kg = mass_kg.iter().copied().fold(0.0, f64::max);
+    let loaded = Drone {
+        tasks: vec![Task {
+            to_m: drone.start_m,
+            dwell_s: 0.0,
+            load_kg: Some((heaviest_kg - drone.vehicle.airframe.mass_kg()).max(0.0)),
+        }],
+        ..drone.clone()
+    };
+    if let Some(fault) = world.faults_of(&loaded, 0.0).into_iter().next() {
+        return Err(GivenError::World(Box::new(fault)));
     }
     Ok(drone)
 }

@@ -95,7 +95,7 @@ fn joined(world: &World, others: &[DronePlan]) -> Result<World, Vec<GivenError>>
         if joined.drones.iter().any(|known| known.name == entry.name) {
             problems.push(GivenError::Twice(entry.name.clone()));
         }
-        match given(entry, world.air.density_kg_per_m3()) {
+        match given(entry, world) {
             Ok(drone) => joined.drones.push(drone),
             Err(error) => problems.push(error),
         }

@@ -52,6 +52,7 @@ use crate::graph::distances::{Distances, LIFT_M};
 use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::plan::{AtEnd, Plan, Unplanned, Violation};
+use crate::scenario::Problems;
 use crate::scenario::limits::BUSY_S;
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
@@ -131,7 +132,8 @@ impl Running {
     ///
     /// # Errors
     ///
-    /// The plan has other drones than the world, or a trajectory that cannot be read.
+    /// The world is not in order, the plan has other drones than it, or a trajectory that cannot be
+    /// read.
     pub fn new(world: World, plan: Plan) -> Result<Running, GivenError> {
         check(&world, &plan)?;
         let mut job = prepare(&world);
@@ -193,7 +195,13 @@ impl Running {
         let there =
             |index: usize| self.tracks[index].state(&self.job.roadmap, at, false) != State::Absent;
         let widest_m = self.job.roadmap.widest_m();
-        let problems = change::problems(&self.world, &self.solids, widest_m, changes, there);
+        let problems = change::problems(
+            &self.world,
+            &self.solids,
+            (at.seconds(), widest_m),
+            changes,
+            there,
+        );
         if !problems.is_empty() {
             return Err(problems);
         }
@@ -253,6 +261,10 @@ impl Running {
 
 /// Whether this is the plan of this world, and can be flown.
 fn check(world: &World, plan: &Plan) -> Result<(), GivenError> {
+    if let Err(Problems(faults)) = world.check() {
+        let first = faults.into_iter().next();
+        return first.map_or(Ok(()), |it| Err(GivenError::World(Box::new(it))));
+    }
     if world.drones.len() != plan.drones.len() {
         return Err(GivenError::Count {
             plan: plan.drones.len(),
@@ -267,7 +279,7 @@ fn check(world: &World, plan: &Plan) -> Result<(), GivenError> {
                 world: drone.name.clone(),
             });
         }
-        given(entry, world.air.density_kg_per_m3())?;
+        given(entry, world)?;
     }
     Ok(())
 }

@@ -120,6 +120,28 @@ impl World {
     }
 }
 
+impl World {
+    /// What no scenario may have of a drone that is to be in this world: its name, its numbers, air
+    /// that it cannot fly in. `since_s`: from when on it has its tasks (s).
+    pub(crate) fn faults_of(&self, drone: &Drone, since_s: f64) -> Vec<WorldError> {
+        let mut check = Check { errors: Vec::new() };
+        let whose = format!("drone `{}`", drone.name);
+        check.name(whose.clone(), &drone.name);
+        check.drone(drone, self.air.density_kg_per_m3());
+        let ends_s = since_s + drone.busy_s();
+        if check.errors.is_empty() && !BUSY_S.contain(ends_s) {
+            check.number(&whose, "end of all tasks", ends_s, &BUSY_S);
+        }
+        if check.errors.is_empty() {
+            let unfit = unfit(self, std::slice::from_ref(drone));
+            check
+                .errors
+                .extend(unfit.into_iter().map(WorldError::Effects));
+        }
+        check.errors
+    }
+}
+
 impl Drone {
     /// What its tasks take at least (s): dwells, and flights from place to place straight at full
     /// speed.
@@ -131,13 +153,6 @@ impl Drone {
             from_m = task.to_m;
         }
         busy_s
-    }
-
-    /// The numbers of a drone built by hand that no scenario may have, in air of a density (kg/m³).
-    pub(crate) fn faults(&self, density_kg_per_m3: f64) -> Vec<WorldError> {
-        let mut check = Check { errors: Vec::new() };
-        check.drone(self, density_kg_per_m3);
-        check.errors
     }
 }
 
@@ -368,7 +383,9 @@ impl Check {
             .into_iter()
             .flatten();
         let refused = refused.map(|(name, why)| format!("`{name}`: {why}"));
-        let unfit = refused.chain(unfit(world)).map(WorldError::Effects);
+        let unfit = refused
+            .chain(unfit(world, &world.drones))
+            .map(WorldError::Effects);
         self.errors.extend(unfit);
     }
 }

@@ -13,7 +13,7 @@ use super::limits::Limits;
 use super::problem::Problem;
 use super::source::Value;
 use super::written::{At, Written};
-use crate::scenario::world::World;
+use crate::scenario::world::{Drone, World};
 
 /// Where a scenario cites a finding, or that the command line does.
 #[derive(Clone, Debug)]
@@ -36,17 +36,16 @@ pub(super) fn citation(written: &Written, finding: Option<&str>) -> Option<Citat
     Some(Citation { file, at })
 }
 
-/// Why a finding cannot be flown by this fleet: the first reason of each kind.
-pub(super) fn unfit(world: &World) -> Vec<String> {
+/// Why a finding cannot be flown by some drones in a world: the first reason of each kind.
+pub(super) fn unfit(world: &World, drones: &[Drone]) -> Vec<String> {
     let Ok(flown) = airflow::Flown::of(&world.effects) else {
         // Told at its place in the finding.
         return Vec::new();
     };
     let density = world.air.density_kg_per_m3();
-    let mut drones = world.drones.iter();
-    let wind = drones.find_map(|drone| flown.beyond(&drone.vehicle.airframe, density));
+    let wind = (drones.iter()).find_map(|drone| flown.beyond(&drone.vehicle.airframe, density));
     let return_flow_mps = flown.return_flow_mps;
-    let drone = world.drones.iter().find(|drone| {
+    let drone = drones.iter().find(|drone| {
         let airframe = &drone.vehicle.airframe;
         let own_mps = airframe.hover_induced_velocity_mps(airframe.mass_kg(), density);
         return_flow_mps > 0.0 && flown.receiver_gain * return_flow_mps >= drone.air_limit * own_mps

@@ -69,7 +69,7 @@ pub(super) const TIME_MARGIN_S: Limits = from(0.0, 30.0, "s");
 /// A tracking error; as for the clearance.
 pub(super) const TRACKING_M: Limits = CLEARANCE_M;
 /// Coordinates: a site, in its own frame, not a map in UTM metres.
-pub(super) const PLACE_M: Limits = from(-10_000.0, 10_000.0, "m");
+pub(crate) const PLACE_M: Limits = from(-10_000.0, 10_000.0, "m");
 /// Size of a solid.
 pub(super) const SIZE_M: Limits = from(0.001, 20_000.0, "m");
 /// A dwell of at most a day.

@@ -100,7 +100,7 @@ pub(super) fn world(
         notes,
     };
     if let Some(citation) = &citation {
-        problems.extend(unfit(&world).into_iter().map(|why| {
+        problems.extend(unfit(&world, &world.drones).into_iter().map(|why| {
             let problem = citation.problem("the finding does not fit this fleet".to_owned());
             problem.label(why)
         }));

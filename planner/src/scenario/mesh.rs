@@ -21,6 +21,7 @@ pub(super) fn mesh(text: &str, at_m: Point3<f64>) -> Result<Mesh, String> {
         ..Default::default()
     };
     let no_materials = |_: &std::path::Path| Ok((Vec::new(), HashMap::new()));
+    let text = places_alone(text)?;
     let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_materials)
         .map_err(|error| format!("this is no OBJ file: {error}"))?;
     let (mut vertices_m, mut triangles): Mesh = (Vec::new(), Vec::new());
@@ -59,4 +60,42 @@ pub(super) fn mesh(text: &str, at_m: Point3<f64>) -> Result<Mesh, String> {
         return Err("it has no face".to_owned());
     }
     Ok((vertices_m, triangles))
+}
+
+/// The vertices and faces of the text, faces by the numbers of their vertices from 1: textures and
+/// normals say nothing about places, and tobj counts with their indices, and with vertices that are
+/// not there, past the ends of its types.
+fn places_alone(text: &str) -> Result<String, String> {
+    let mut places = String::with_capacity(text.len());
+    let mut count = 0;
+    for line in text.lines() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                count += 1;
+                places.push_str(line);
+            }
+            Some("f") => {
+                places.push('f');
+                for word in words {
+                    let typed = word.split('/').next().unwrap_or_default();
+                    let corner: i64 = typed
+                        .parse()
+                        .map_err(|_| format!("this is no OBJ file: `{typed}` is no vertex"))?;
+                    let number = if corner < 0 {
+                        count + 1 + corner
+                    } else {
+                        corner
+                    };
+                    if !(1..=count).contains(&number) {
+                        return Err("it has a face with a vertex that is not there".to_owned());
+                    }
+                    places.push_str(&format!(" {number}"));
+                }
+            }
+            _ => continue,
+        }
+        places.push('\n');
+    }
+    Ok(places)
 }

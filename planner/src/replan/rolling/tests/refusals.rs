@@ -222,3 +222,83 @@ fn loads_landings_and_grounded_drones_go_on_as_they_are() {
     assert_eq!(told.refused, []);
     sound(&running);
 }
+
+#[test]
+fn what_a_library_hands_in_is_held_against_the_rules_of_a_scenario() {
+    let (world, plan) = hall(6);
+    let mut running = Running::new(world.clone(), plan.clone()).expect("its plan");
+    let mut refused = |change: Change, at_s: f64| -> Vec<ChangeError> {
+        let errors = running.replan(at_s, &[change], &Control::QUIET);
+        let errors = errors.expect_err("no scenario may say so");
+        assert_eq!(*running.plan(), plan);
+        errors
+    };
+    let dwelling = |dwell_s: f64| Task {
+        dwell_s,
+        ..task(5.5, 5.5, 3.5)
+    };
+    let is_number = |errors: &[ChangeError]| matches!(errors, [ChangeError::Number(_), ..]);
+    for dwell_s in [f64::NAN, f64::INFINITY, -1.0, 1e9] {
+        assert!(is_number(&refused(
+            retasked("d1", vec![dwelling(dwell_s)]),
+            1.0
+        )));
+    }
+    // Each dwell is in range; together they outlast the clock, from the moment on as well.
+    let months = vec![dwelling(86_400.0); 300];
+    assert!(is_number(&refused(
+        retasked("d1", vec![dwelling(86_400.0); 400]),
+        1.0
+    )));
+    assert!(is_number(&refused(retasked("d1", months), 1e7)));
+    let heavy = Task {
+        load_kg: Some(900.0),
+        ..task(5.5, 5.5, 3.5)
+    };
+    assert!(is_number(&refused(retasked("d1", vec![heavy]), 1.0)));
+    let Change::Added(sound) = another(&world, "x", [1.5, 1.5, 6.5], task(2.5, 2.5, 6.5)) else {
+        panic!("it comes");
+    };
+    let spoilt: [fn(&mut Drone); 5] = [
+        |drone| drone.name = "a\nb".to_owned(),
+        |drone| drone.name = "x".repeat(101),
+        |drone| drone.air_limit = f64::NAN,
+        |drone| drone.vehicle.max_speed_mps = 0.0,
+        |drone| drone.vehicle.body_radius_m = f64::INFINITY,
+    ];
+    for spoil in spoilt {
+        let mut drone = sound.clone();
+        spoil(&mut drone);
+        refused(Change::Added(drone), 1.0);
+    }
+}
+
+#[test]
+fn a_world_or_a_plan_that_is_not_in_order_is_refused() {
+    let (world, plan) = hall(4);
+    let mut broken = world.clone();
+    broken.planning.cell_m = f64::NAN;
+    let refused = Running::new(broken, plan.clone());
+    assert!(matches!(refused, Err(GivenError::World(_))));
+    let spoilt: [fn(&mut crate::plan::DronePlan); 6] = [
+        |entry| entry.trajectory.t_s[0] = f64::NAN,
+        |entry| *entry.trajectory.t_s.last_mut().expect("it flies") = 1e12,
+        |entry| entry.airborne_s.1 = Some(f64::INFINITY),
+        |entry| entry.enters_s = Some(-5.0),
+        |entry| entry.trajectory.position_m[1].x = 1e9,
+        |entry| entry.trajectory.mass_kg[1] = 900.0,
+    ];
+    let ours = crate::scenario::read_world(
+        r#"(name: "o", bounds_m: (min: (0, 0, 0), max: (64, 64, 8)),
+            drones: [(name: "ours", airframe: "kolibri", start_m: (60.5, 60.5, 7.5))])"#,
+    );
+    let ours = ours.expect("in order");
+    for spoil in spoilt {
+        let mut spoilt = plan.clone();
+        spoil(&mut spoilt.drones[1]);
+        let others = &spoilt.drones[1..2];
+        let region = crate::replan::region::plan_region(&ours, others, &Control::QUIET);
+        assert!(region.is_err());
+        assert!(Running::new(world.clone(), spoilt).is_err());
+    }
+}
