@@ -44,6 +44,9 @@ impl Moments {
 
     /// The part where a linear function is not negative.
     fn clip(&self, value: impl Fn(&[f64; 2]) -> f64) -> Moments {
+        if self.corners().iter().all(|corner| value(corner) >= 0.0) {
+            return *self;
+        }
         let mut kept = Moments {
             corners: [[0.0; 2]; MOST_CORNERS],
             count: 0,

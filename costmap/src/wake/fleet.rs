@@ -4,13 +4,14 @@ use airflow::Flown;
 use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use crate::leg::{KindId, Leg, Tick};
 use crate::volumes::downwash::{Section, column};
 use crate::volumes::iso_speed::IsoSpeedVolume;
 use crate::volumes::keep_out::KeepOut;
-use crate::volumes::relative::nearest_radius_m;
+use crate::volumes::relative::{Relative, nearest_radius_m};
 use crate::wake::envelope::Envelope;
 
 /// An airframe at one mass.
@@ -365,15 +366,33 @@ impl Fleet {
     ///
     /// `ends` are the heights at which their wakes end (m). Air is priced as planned.
     pub fn meet(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
-        match self.conditions.shift {
-            0 => self.meet_as_planned(first, second, ends),
-            shift => self.meet_shifted(first, second, ends, shift),
+        let shift = self.conditions.shift;
+        if shift == 0 {
+            return self.meet_as_planned(first, second, ends);
         }
+        // Past what stays where it is, early and late are places on one line.
+        if second.stays() {
+            return self.meet_during(first, second, first.shared(second, shift), ends);
+        }
+        if first.stays() {
+            return self.meet_during(first, second, second.shared(first, shift), ends);
+        }
+        self.meet_shifted(first, second, ends, shift)
     }
 
     /// [`Fleet::meet`] of two drones that both are in time.
     pub fn meet_as_planned(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
-        let time = first.overlap(second);
+        self.meet_during(first, second, first.overlap(second), ends)
+    }
+
+    /// The same during a time in which both are under way, or stay where they are.
+    fn meet_during(
+        &self,
+        first: &Leg,
+        second: &Leg,
+        time: Range<Tick>,
+        ends: [f64; 2],
+    ) -> Option<Meeting> {
         if time.is_empty() {
             return None;
         }
@@ -407,71 +426,86 @@ impl Fleet {
         ends: [f64; 2],
         shift: u32,
     ) -> Option<Meeting> {
+        let gap_m = self.gap_m(first, second);
         let reach_m = self.reach_m(first.kind).max(self.reach_m(second.kind));
+        let far_m = reach_m.max(gap_m);
+        let apart = |axis: usize| {
+            let ends = |leg: &Leg| (leg.from_m[axis], leg.to_m[axis]);
+            let ((a, b), (c, d)) = (ends(first), ends(second));
+            (a.min(b) - c.max(d)).max(c.min(d) - a.max(b)).max(0.0)
+        };
+        if apart(0).hypot(apart(1)) >= far_m {
+            return None;
+        }
         // Seen from either the same to the last bit.
-        let whole = match first.drone < second.drone {
+        let region = match first.drone < second.drone {
             true => self.shared(first, second, shift)?,
             false => self.shared(second, first, shift)?,
         };
-        let nearest_m = whole.nearest([0.0; 2]);
-        let gap_m = self.gap_m(first, second);
-        if nearest_m >= reach_m.max(gap_m) {
+        let nearest_m = region.nearest([0.0; 2]);
+        if nearest_m >= far_m {
             return None;
         }
-        let planned = self
-            .meet_as_planned(first, second, ends)
-            .unwrap_or_default();
+        let planned = self.meet_as_planned(first, second, ends);
         let mut meeting = Meeting {
-            bodies: nearest_m < gap_m && whole.delays_near(gap_m).is_some(),
-            ..planned
+            bodies: nearest_m < gap_m && region.delays_near(gap_m).is_some(),
+            load_on_first: 0,
+            load_on_second: 0,
+            ..planned.unwrap_or_default()
         };
-        let wakes = self.conditions.wakes && first.flying && second.flying;
-        if wakes && first.from_m.z.max(first.to_m.z) >= ends[1] - 1e-6 {
-            let seen = self.shared(first, second, shift)?;
-            let column = &self.columns[usize::from(second.kind.0)];
-            meeting.column |= seen.delays_in(column).is_some();
-            let load = self.shifted_load(second, first, shift);
-            meeting.load_on_first = planned.load_on_first.max(load);
-        }
-        if wakes && second.from_m.z.max(second.to_m.z) >= ends[0] - 1e-6 {
-            let seen = self.shared(second, first, shift)?;
-            let column = &self.columns[usize::from(first.kind.0)];
-            meeting.column |= seen.delays_in(column).is_some();
-            let load = self.shifted_load(first, second, shift);
-            meeting.load_on_second = planned.load_on_second.max(load);
+        if self.conditions.wakes && first.flying && second.flying {
+            let [highest_m, lowest_m] = [f64::max, f64::min].map(|most: fn(f64, f64) -> f64| {
+                [first, second].map(|leg| most(leg.from_m.z, leg.to_m.z))
+            });
+            if highest_m[0] >= ends[1] - 1e-6 && highest_m[1] > lowest_m[0] {
+                let (column, load) = self.shifted_wake(second, first, shift);
+                meeting.column |= column;
+                meeting.load_on_first = load;
+            }
+            if highest_m[1] >= ends[0] - 1e-6 && highest_m[0] > lowest_m[1] {
+                let (column, load) = self.shifted_wake(first, second, shift);
+                meeting.column |= column;
+                meeting.load_on_second = load;
+            }
         }
         (meeting != Meeting::default()).then_some(meeting)
     }
 
-    /// Bound on the receiver's budget that the emitter's wake fills, either of them up to `shift`
-    /// ticks early or late, in millionths.
-    fn shifted_load(&self, emitter: &Leg, receiver: &Leg, shift: u32) -> u32 {
+    /// Whether the receiver may be in the emitter's column, and a bound on its budget that the wake
+    /// fills (millionths), either of them up to `shift` ticks early or late.
+    fn shifted_wake(&self, emitter: &Leg, receiver: &Leg, shift: u32) -> (bool, u32) {
         let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
-        let time = receiver.shared(emitter, shift);
+        let highest = |region: &Relative| {
+            envelope.highest_among(region.depths(), |axis_m| region.nearest(axis_m))
+        };
+        let Some(whole) = self.shared(receiver, emitter, shift) else {
+            return (false, 0);
+        };
+        let column = &self.columns[usize::from(emitter.kind.0)];
+        let entered = whole.delays_in(column).is_some();
+        let mut square = highest(&whole);
         // Depth and distance are bounded apart: where both change, in pieces.
         let climbs_m = [emitter, receiver].map(|leg| (leg.to_m.z - leg.from_m.z).abs());
-        let pieces = if time.end == Tick::FOREVER {
-            1.0
-        } else {
-            (climbs_m[0] + climbs_m[1]) / CLIMB_STEP_M
-        };
-        let pieces = pieces.ceil().max(1.0) as u32;
-        let moment = |piece: u32| {
-            let ticks = u64::from(time.end.0.saturating_sub(time.start.0));
-            time.start
-                .after((ticks * u64::from(piece) / u64::from(pieces)) as u32)
-        };
-        let square = (0..pieces)
-            .filter_map(|piece| {
-                let part = receiver.between(moment(piece), moment(piece + 1));
-                let region = self.shared(&part, emitter, shift)?;
-                Some(envelope.highest_among(region.depths(), |axis_m| region.nearest(axis_m)))
-            })
-            .fold(0.0, f64::max);
-        if square == 0.0 {
-            return 0;
+        let pieces = ((climbs_m[0] + climbs_m[1]) / CLIMB_STEP_M).ceil() as u32;
+        if square > 0.0 && pieces > 1 {
+            let time = receiver.shared(emitter, shift);
+            let moment = |piece: u32| {
+                let ticks = u64::from(time.end.0.saturating_sub(time.start.0));
+                let part = ticks * u64::from(piece) / u64::from(pieces);
+                time.start.after(part as u32)
+            };
+            square = (0..pieces)
+                .filter_map(|piece| {
+                    let part = receiver.between(moment(piece), moment(piece + 1));
+                    Some(highest(&self.shared(&part, emitter, shift)?))
+                })
+                .fold(0.0, f64::max);
         }
-        self.load_of(emitter, receiver, square)
+        let load = match square > 0.0 {
+            true => self.load_of(emitter, receiver, square),
+            false => 0,
+        };
+        (entered, load)
     }
 
     /// Where a drone of the first kind must not be, seen from one of the second (m): where bodies
