@@ -37,8 +37,8 @@ struct CommandLine {
 enum Command {
     /// Check a plan.json for downwash, collisions and limits, by the verifier alone
     Check(check::Arguments),
-    /// Print the scenario's fields, units and defaults as JSON Schema
-    Schema,
+    /// Print the fields of a scenario, or of a plan, with units and defaults as JSON Schema
+    Schema(schema::Arguments),
     /// Print a scenario made by rule and seed, or write synthetic recordings
     Generate(generate::Arguments),
     /// Print how planning time, memory and cost grow with the fleet, in Markdown; exit code 1 where
@@ -113,7 +113,7 @@ fn mistyped_subcommand() -> Option<Failure> {
 fn answer(line: CommandLine) -> Result<Answer, Failure> {
     match (line.command, line.plan) {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
-        (Some(Command::Schema), _) => schema::run(),
+        (Some(Command::Schema(arguments)), _) => schema::run(&arguments),
         (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
         (Some(Command::Bench(arguments)), _) => bench::run(&arguments),
         (Some(Command::Simulate(arguments)), _) => simulate::run(&arguments),

@@ -3,48 +3,113 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use planner::plan::{FORMAT, Plan, Violation, ViolationKind};
-use planner::verify::verify;
+use planner::plan::file::{PlanFile, read};
+use planner::plan::{Violation, ViolationKind};
+use planner::scenario::{FlownError, missing, read_samples, samples_as_plan};
+use planner::verify::examination::{Difference, Examination, examine};
+use planner::verify::lateness::{FINE_S, LATEST_S, Lateness};
 use serde_json::json;
 
+use crate::commands::plan;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
 use crate::io::files;
-use crate::report::words::{ALPHA, count, joined, violation};
+use crate::io::problems;
+use crate::report::words::{ALPHA, count, joined, place};
+
+/// Fleets up to this size are told drone by drone how late each may be.
+const LIST_ALL_UP_TO: usize = 40;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Plan to check
-    #[arg(value_name = "PLAN.json")]
+    /// Plan to check; with --airframes a log of a flight, as a table t_s,drone,x_m,y_m,z_m
+    #[arg(value_name = "PLAN.json | LOG.csv")]
     plan: PathBuf,
+    /// Which airframes a log is of, and where they flew (RON; see docs/formats.md)
+    #[arg(long, value_name = "FLEET.ron")]
+    airframes: Option<PathBuf>,
+    /// Scenario whose drones, tasks, dwells, loads and limits the plan must answer
+    #[arg(long, value_name = "SCENARIO.ron")]
+    scenario: Option<PathBuf>,
     /// How to print what is found
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
 }
 
-/// Answers as the run did that wrote the plan: an unplanned drone is a no, a violation is a no.
+/// Answers as the run did that wrote the plan: an unplanned drone is a no, a violation is a no, and
+/// so is a figure that does not follow from the plan.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let plan = read(&arguments.plan)?;
-    let violations = verify(&plan).violations;
+    let file = read_plan(&arguments.plan, arguments.airframes.as_deref())?;
+    let found = examine(&file, true);
+    let asked = arguments.scenario.as_deref();
+    let asked = asked.map(|path| plan::read_world(path, None)).transpose()?;
+    let missing = asked.map(|world| missing(&world, &found.plan));
+    let violations = &found.plan.violations;
     print(&match arguments.format {
         Format::Json => files::json(&json!({
-            "scenario": plan.scenario,
-            "drones": plan.drones.len(),
-            "unplanned": plan.unplanned.len(),
+            "scenario": found.plan.scenario,
+            "drones": found.plan.drones.len(),
+            "unplanned": found.plan.unplanned.len(),
             "violations": violations,
+            "examination": found,
+            "missing": missing,
         })),
-        Format::Text => text(&plan, &violations),
+        Format::Text => text_of(&file, &found, missing.as_deref()),
     })?;
-    let are_exposed = violations.iter().any(|it| it.kind == ViolationKind::Air);
-    if are_exposed && arguments.format == Format::Text {
+    let is_alpha = |it: &Violation| it.kind.without_margin() == ViolationKind::Air;
+    if arguments.format == Format::Text && violations.iter().any(is_alpha) {
         tell(ALPHA);
     }
-    let is_safe = violations.is_empty() && plan.unplanned.is_empty();
-    Ok(Answer::from(is_safe))
+    let is_good = violations.is_empty()
+        && found.differences.is_empty()
+        && found.plan.unplanned.is_empty()
+        && missing.is_none_or(|it| it.is_empty());
+    Ok(Answer::from(is_good))
 }
 
-fn text(plan: &Plan, violations: &[Violation]) -> String {
-    let lines = violations.iter().map(|found| violation(found) + "\n");
+/// A plan, or a log with its airframes.
+fn read_plan(path: &Path, airframes: Option<&Path>) -> Result<PlanFile, Failure> {
+    let text = |path: &Path| files::text(path, files::MOST_BYTES).map_err(Failure::read(path));
+    let log = text(path)?;
+    let is_table = path
+        .extension()
+        .is_some_and(|it| it.eq_ignore_ascii_case("csv"));
+    let not_a_plan = |reason: String| Failure::NotAPlan {
+        path: path.to_owned(),
+        reason,
+    };
+    let Some(fleet_path) = airframes else {
+        if is_table {
+            let why = "a log says nothing of airframes: name them with --airframes FLEET.ron";
+            return Err(not_a_plan(why.to_owned()));
+        }
+        return read(&log).map_err(|reason| not_a_plan(reason.to_string()));
+    };
+    let fleet = text(fleet_path)?;
+    let folder = fleet_path.parent().unwrap_or(Path::new(""));
+    let load =
+        |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|error| error.to_string());
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let samples = read_samples(&log);
+    let plan = samples
+        .and_then(|samples| samples_as_plan(&name, &samples, &fleet, &planner::Files::new(&load)));
+    plan.map_err(|error| match error {
+        FlownError::Fleet(found) => {
+            let name = fleet_path.display().to_string();
+            let colour = problems::colour_on_stderr();
+            Failure::Drawn(problems::draw(&found, &name, &fleet, colour))
+        }
+        other => not_a_plan(other.to_string()),
+    })
+}
+
+fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> String {
+    let plan = &found.plan;
+    let violations = plan.violations.iter().map(|it| format!("{it}\n"));
+    let differences = found
+        .differences
+        .iter()
+        .map(|it: &Difference| format!("{it}\n"));
     let stay = match plan.unplanned.len() {
         0 => String::new(),
         some => {
@@ -52,29 +117,122 @@ fn text(plan: &Plan, violations: &[Violation]) -> String {
             format!(", {stay} at the start")
         }
     };
-    format!(
-        "{}{}: {}, {}{stay}\n",
-        joined(lines, ""),
+    let differ = match found.differences.len() {
+        0 => String::new(),
+        some => format!(", {}", count(some, "figure differs", "figures differ")),
+    };
+    let lacks = missing
+        .unwrap_or_default()
+        .iter()
+        .map(|it| format!("{it}\n"));
+    let answers = match missing {
+        None => String::new(),
+        Some([]) => ", answers its scenario".to_owned(),
+        Some(some) => format!(", {} of its scenario", count(some.len(), "lack", "lacks")),
+    };
+    let mut text = format!(
+        "{}{}{}{}: {}, {}{differ}{stay}{answers}\n",
+        joined(violations, ""),
+        joined(differences, ""),
+        joined(lacks, ""),
         plan.scenario,
         count(plan.drones.len(), "drone", "drones"),
-        count(violations.len(), "violation", "violations")
-    )
+        count(plan.violations.len(), "violation", "violations")
+    );
+    for line in margins(found).into_iter().chain(notes(file)) {
+        text += &format!("  {line}\n");
+    }
+    text
 }
 
-fn read(path: &Path) -> Result<Plan, Failure> {
-    let text = files::text(path, files::MOST_BYTES).map_err(Failure::read(path))?;
-    let not_a_plan = |reason: String| Failure::NotAPlan {
-        path: path.to_owned(),
-        reason,
-    };
-    let json = &mut serde_json::Deserializer::from_str(&text);
-    let plan: Plan = serde_path_to_error::deserialize(json)
-        .map_err(|error| not_a_plan(format!("`{}`: {}", error.path(), error.inner())))?;
-    if plan.format != FORMAT {
-        return Err(not_a_plan(format!(
-            "`format` is \"{}\", this program reads \"{FORMAT}\"",
-            plan.format
-        )));
+/// How much room there is.
+fn margins(found: &Examination) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(it) = &found.closest {
+        let [one, other] = &it.drones;
+        lines.push(format!(
+            "closest approach: `{one}` and `{other}`, {:.2} m between the bodies at {:.2} s, at {}",
+            it.gap_m,
+            it.at_s,
+            place(&it.position_m)
+        ));
+    } else if found.plan.drones.len() > 1 {
+        lines.push("closest approach: no two drones come near one another".to_owned());
     }
-    Ok(plan)
+    if let Some(it) = &found.worst_air {
+        let from = it.from.iter().map(|from| format!(", mostly from `{from}`"));
+        lines.push(format!(
+            "worst air: `{}`, alpha {:.3} of {:.3} at {:.2} s, at {}{}",
+            it.drone,
+            it.alpha,
+            it.limit,
+            it.at_s,
+            place(&it.position_m),
+            joined(from, "")
+        ));
+    }
+    for zone in &found.plan.zone_air {
+        let from = zone.worst_air_from.as_ref();
+        let from = from.map(|from| format!(", mostly from `{from}`"));
+        let at = zone.worst_air_at_s.map(|at_s| format!(" at {at_s:.2} s"));
+        lines.push(format!(
+            "zone `{}`: at most {:.2} m/s of air{}{}",
+            zone.zone,
+            zone.worst_air_mps,
+            at.unwrap_or_default(),
+            from.unwrap_or_default()
+        ));
+    }
+    let drones = found.plan.drones.iter().zip(&found.late);
+    let late: Vec<(&str, &Lateness)> = drones
+        .filter_map(|(drone, late)| Some((drone.name.as_str(), late.as_ref()?)))
+        .collect();
+    let Some((name, least)) = late.iter().min_by(|a, b| a.1.late_s.total_cmp(&b.1.late_s)) else {
+        return lines;
+    };
+    let told = |it: &Lateness| match it.late_s >= LATEST_S {
+        true => format!("{LATEST_S:.0} s and more"),
+        false => format!("{:.2} s", it.late_s),
+    };
+    let then = least.breaks.as_ref().map(|(kind, with)| {
+        let what = match kind {
+            ViolationKind::Collision => "bodies touch",
+            ViolationKind::Column => "a near-field column is entered",
+            ViolationKind::Zone => "the air of a zone is too strong",
+            _ => "a limit of air is exceeded",
+        };
+        format!("; then {what} (`{with}`)")
+    });
+    lines.push(format!(
+        "smallest time margin: `{name}` may be {} late, all others on time{}",
+        told(least),
+        then.unwrap_or_default()
+    ));
+    if late.len() <= LIST_ALL_UP_TO {
+        let each = late.iter().map(|(name, it)| format!("{name} {}", told(it)));
+        lines.push(format!(
+            "each may be late by (to {FINE_S} s): {}",
+            joined(each, ", ")
+        ));
+    }
+    lines
+}
+
+/// What was filled in, what was not judged.
+fn notes(file: &PlanFile) -> Vec<String> {
+    let mut lines = file.remarks.clone();
+    if !file.filled.is_empty() {
+        let filled = file.filled.iter();
+        let filled =
+            filled.map(|(key, some)| format!("{key} ({})", count(*some, "drone", "drones")));
+        lines.push(format!("filled in: {}", joined(filled, ", ")));
+    }
+    let planned = file.planning_figures();
+    if !planned.is_empty() {
+        lines.push(format!(
+            "not judged, as it would need planning: {}",
+            joined(planned.iter().map(|it| (*it).to_owned()), ", ")
+        ));
+    }
+    lines
 }

@@ -216,7 +216,7 @@ fn reasons(plan: &Plan) -> Vec<Vec<String>> {
         let reason = format!("no safe path for `{}`: {}", entry.name, entry.reason);
         reason.lines().map(str::to_owned).collect()
     });
-    let found = plan.violations.iter().map(words::violation);
+    let found = plan.violations.iter();
     let found = found.map(|found| vec![format!("the plan fails its check: {found}")]);
     unplanned.chain(found).collect()
 }
@@ -263,7 +263,7 @@ fn is_standard_input(scenario: &Path) -> bool {
     scenario.as_os_str() == "-"
 }
 
-fn read_world(path: &Path, finding: Option<&Path>) -> Result<World, Failure> {
+pub(crate) fn read_world(path: &Path, finding: Option<&Path>) -> Result<World, Failure> {
     let text = match is_standard_input(path) {
         true => files::text_of(std::io::stdin(), MOST_SCENARIO_BYTES),
         false => files::text(path, MOST_SCENARIO_BYTES),

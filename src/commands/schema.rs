@@ -1,12 +1,34 @@
-//! `plan schema`: the scenario format as a JSON schema, with every default and every preset.
+//! `plan schema`: the formats as JSON schemas, a scenario's with every default and every preset.
+
+use clap::{Args, ValueEnum};
 
 use crate::io::answer::{Answer, print};
 use crate::io::failure::Failure;
 use crate::io::files;
 
-/// Prints one JSON object. `defaults` and `presets` come first, for readers; the rest is the schema
-/// itself, for editors.
-pub(crate) fn run() -> Result<Answer, Failure> {
-    print(&files::json_pretty(&planner::scenario::schema()))?;
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Which format
+    #[arg(value_enum, default_value_t = Which::Scenario)]
+    of: Which,
+}
+
+/// A format that has a schema.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Which {
+    /// What `plan` reads (RON)
+    #[default]
+    Scenario,
+    /// What `plan` writes and `plan check` reads (plan.json)
+    Plan,
+}
+
+/// Prints one JSON object. Of a scenario `defaults` and `presets` come first, for readers; the rest
+/// is the schema itself, for editors.
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    print(&files::json_pretty(&match arguments.of {
+        Which::Scenario => planner::scenario::schema(),
+        Which::Plan => planner::plan::file::schema(),
+    }))?;
     Ok(Answer::Yes)
 }

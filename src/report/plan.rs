@@ -1,7 +1,7 @@
 //! A plan as people read it: which drone arrives when, what the others cost it, and what ignoring
 //! downwash would have meant.
 
-use planner::plan::{DronePlan, IgnoringDownwash, Plan};
+use planner::plan::{DronePlan, IgnoringDownwash, Plan, ZoneAir};
 
 use super::sections::{Part, Report};
 use super::words::{count, decimal, joined, tally};
@@ -19,6 +19,7 @@ pub(crate) fn report(plan: &Plan, durations: &Durations, improved_s: Option<f64>
     let mut report = Report::new(heading(plan), String::new());
     report.section("", table(plan));
     let mut lines = vec![summary(plan, durations)];
+    lines.extend(zones(plan));
     lines.extend(improved_s.map(|improved_s| improved(plan, improved_s)));
     let ignoring = plan.ignoring_downwash.as_ref();
     if ignoring.is_some() || !durations.ignoring_downwash.is_zero() {
@@ -139,6 +140,33 @@ fn summary(plan: &Plan, durations: &Durations) -> String {
     )
 }
 
+/// The highest air of each zone that limits it, and the bodies that pass through.
+fn zones(plan: &Plan) -> Vec<String> {
+    let line = |zone: &ZoneAir| {
+        let from = zone.worst_air_from.as_deref().zip(zone.worst_air_at_s);
+        let from = from.map(|(from, at_s)| format!(" ({from}, t={at_s:.1} s)"));
+        let air = match zone.worst_air_mps < NO_AIR_MPS {
+            true => "no downwash".to_owned(),
+            false => {
+                let air_mps = zone.worst_air_mps;
+                format!("at most {air_mps:.1} m/s{}", from.unwrap_or_default())
+            }
+        };
+        let through = match &zone.entered_by[..] {
+            [] => String::new(),
+            [one] => {
+                format!("; `{one}` flies through it: where there are people, write keep_out: true")
+            }
+            [one, more @ ..] => format!(
+                "; `{one}` and {} more fly through it: where there are people, write keep_out: true",
+                more.len()
+            ),
+        };
+        format!("Zone {}: {air}{through}.", zone.zone)
+    };
+    plan.zone_air.iter().map(line).collect()
+}
+
 /// What improving a complete plan was good for.
 fn improved(plan: &Plan, improved_s: f64) -> String {
     if improved_s == 0.0 {
@@ -241,6 +269,25 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
             "Ignoring downwash: makespan 8.0 s, and no drone would exceed its limit (worst downwash 0.4 m/s). 1 drone finds no path even so."
         );
         assert!(contrast(None).starts_with("Ignoring downwash: "));
+    }
+
+    #[test]
+    fn a_zone_is_told_with_its_air_and_with_the_bodies_that_pass_through() {
+        let mut plan = sample::warehouse();
+        let air = |entered_by: &[&str]| ZoneAir {
+            zone: "desk".into(),
+            worst_air_mps: 0.94,
+            worst_air_from: Some("m1".into()),
+            worst_air_at_s: Some(7.1),
+            entered_by: entered_by.iter().map(|name| (*name).to_owned()).collect(),
+        };
+        plan.zone_air = vec![air(&[])];
+        assert_eq!(zones(&plan), ["Zone desk: at most 0.9 m/s (m1, t=7.1 s)."]);
+        plan.zone_air = vec![air(&["k1", "k2"])];
+        let told = &zones(&plan)[0];
+        assert!(told.ends_with(
+            "; `k1` and 1 more fly through it: where there are people, write keep_out: true."
+        ));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use diagnosis::forward::simulate::Channel;
 use nalgebra::Point3;
-use planner::plan::{Violation, ViolationKind};
+
 pub(crate) use tools::table::{count, figures, joined};
 
 /// `(5, 6.25, 1)`: metres to the centimetre, without idle zeros.
@@ -99,57 +99,6 @@ pub(crate) fn wrote(files: &[PathBuf]) -> String {
 
 /// Below what names it.
 pub(crate) const ALPHA: &str = "note: alpha is the mean downwash over a drone's rotor discs divided by its own induced velocity at hover";
-
-/// One finding of the verifier in one line.
-pub(crate) fn violation(found: &Violation) -> String {
-    let Violation {
-        drone,
-        value,
-        limit,
-        unit,
-        ..
-    } = found;
-    let other = found.with.as_deref().unwrap_or("something");
-    let what = match found.kind {
-        ViolationKind::Malformed => {
-            format!("`{drone}`: its entry contradicts itself: {other}")
-        }
-        ViolationKind::Jump => {
-            format!("`{drone}` is in two places at once, {value:.2} {unit} apart")
-        }
-        ViolationKind::Speed => {
-            format!("`{drone}` flies {value:.2} {unit}, its limit is {limit:.2}")
-        }
-        ViolationKind::Bounds => format!("`{drone}` is {value:.2} {unit} out of bounds"),
-        ViolationKind::Obstacle => {
-            format!(
-                "`{drone}` comes within {value:.2} {unit} of obstacle `{other}`, it needs {limit:.2}"
-            )
-        }
-        ViolationKind::Collision if *value < 0.0 => {
-            let by = -value;
-            format!("the bodies of `{drone}` and `{other}` overlap by {by:.2} {unit}")
-        }
-        ViolationKind::Collision => {
-            format!("`{drone}` comes within {value:.2} {unit} of `{other}`, they need {limit:.2}")
-        }
-        ViolationKind::Column => format!("`{drone}` is in the near-field column of `{other}`"),
-        ViolationKind::Air => {
-            let from = found.with.iter();
-            let from: String = from.map(|with| format!(", mostly from `{with}`")).collect();
-            format!(
-                "`{drone}` is exposed to downwash of alpha {value:.2}{from}, its limit is {limit:.2}"
-            )
-        }
-        ViolationKind::Zone => format!(
-            "the downwash of `{drone}` reaches {value:.2} {unit} in zone `{other}`, its limit is {limit:.2}"
-        ),
-    };
-    let until = |until_s| format!("to {until_s:.2} s");
-    let until = found.until_s.map_or("until the end".into(), until);
-    let (from_s, at) = (found.from_s, place(&found.position_m));
-    format!("{what}: from {from_s:.2} s {until}, at {at}")
-}
 
 #[cfg(test)]
 mod tests {

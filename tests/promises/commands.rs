@@ -191,7 +191,15 @@ fn a_written_plan_passes_the_check() {
     desk.plan(&["pair.ron", "--out", "here"]);
     let output = desk.plan(&["check", "here/plan.json"]);
     assert_eq!(code(&output), 0, "{}", stdout(&output));
-    assert_eq!(stdout(&output), "pair: 2 drones, 0 violations\n");
+    let told = stdout(&output);
+    assert!(
+        told.starts_with("pair: 2 drones, 0 violations\n  closest approach: "),
+        "{told}"
+    );
+    assert!(told.contains("smallest time margin: "), "{told}");
+    let output = desk.plan(&["check", "here/plan.json", "--scenario", "pair.ron"]);
+    assert_eq!(code(&output), 0, "{}", stdout(&output));
+    assert!(stdout(&output).starts_with("pair: 2 drones, 0 violations, answers its scenario\n"));
 }
 
 #[test]
@@ -213,6 +221,37 @@ fn a_plan_broken_on_purpose_fails_the_check_by_name() {
     assert_eq!(code(&output), 1);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["violations"][0]["kind"], "speed");
+}
+
+#[test]
+fn a_figure_that_does_not_follow_from_the_plan_is_named_and_the_answer_is_no() {
+    let desk = Desk::with(&[("pair.ron", PAIR)]);
+    desk.plan(&["pair.ron", "--out", "here"]);
+    let path = desk.path("here/plan.json");
+    let mut plan: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    plan["drones"][0]["dose_m"] = 7.5.into();
+    fs::write(&path, plan.to_string()).unwrap();
+    let output = desk.plan(&["check", "here/plan.json"]);
+    assert_eq!(code(&output), 1);
+    let told = stdout(&output);
+    assert!(
+        told.starts_with("`left`: `dose_m` is 7.5 in the file, "),
+        "{told}"
+    );
+}
+
+#[test]
+fn a_log_is_checked_with_its_airframes() {
+    let log = "t_s,drone,x_m,y_m,z_m\n0,a,1,1,2\n2,a,3,1,2\n0,b,1,3,2\n2,b,3,3,2\n";
+    let fleet = "(airframe: \"kolibri\")";
+    let desk = Desk::with(&[("log.csv", log), ("fleet.ron", fleet), ("none.ron", "()")]);
+    let output = desk.plan(&["check", "log.csv", "--airframes", "fleet.ron"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stdout(&output).starts_with("log: 2 drones, 0 violations\n"));
+    let output = desk.plan(&["check", "log.csv", "--airframes", "none.ron"]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("drone `a` of the log has no airframe"));
+    assert_eq!(code(&desk.plan(&["check", "log.csv"])), 2);
 }
 
 #[test]

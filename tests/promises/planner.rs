@@ -7,7 +7,7 @@ mod duties;
 mod improving;
 mod random;
 mod refusals;
-mod sampler;
+pub(crate) mod sampler;
 mod stopping;
 mod worlds;
 

@@ -1,6 +1,9 @@
 //! The verifier refuses what is wrong, accepts what is right, and misses nothing between samples.
 
 mod air;
+mod foreign;
+mod margins;
+mod mutations;
 pub(crate) mod plans;
 mod zones;
 

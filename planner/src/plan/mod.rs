@@ -6,11 +6,14 @@
 //! bytes.
 
 pub mod cause;
+pub mod file;
 pub mod outcome;
 pub mod trajectory;
 
+use std::collections::BTreeMap;
+
 use airflow::effects::Effects;
-use airflow::{Airframe, Jet};
+use airflow::{Airframe, Jet, Superposition};
 use nalgebra::Point3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -21,25 +24,38 @@ pub const FORMAT: &str = "plan/2";
 /// both.
 pub const FORMAT_BEFORE: &str = "plan/1";
 
+/// Highest speed of an airframe that states none (m/s). Chosen here: indoor flights among racks are
+/// flown at walking pace.
+pub(crate) const MAX_SPEED_DEFAULT_MPS: f64 = 2.0;
+
+/// Air limit of a drone that states none, over its induced velocity: costs 16 % power.
+pub(crate) const AIR_LIMIT_DEFAULT: f64 = 0.3;
+
 /// What a planner answers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Plan {
-    /// [`FORMAT`] as written here; [`FORMAT_BEFORE`] is read as well.
+    /// `plan/2`; `plan/1` is read as well.
     pub format: String,
     /// The scenario's name.
+    #[serde(default)]
     pub scenario: String,
-    /// The answer in one word.
+    /// The answer in one word. A result.
+    #[serde(default)]
     pub status: Status,
     /// Wakes are attached to their drones without delay; `false` where a finding says that their
     /// air takes its time.
+    #[serde(default = "is_quasi_static")]
     pub quasi_static: bool,
     /// The air that the plan assumes.
+    #[serde(default)]
     pub air: AirModel,
     /// Limits of every rotor-plane centre.
     pub bounds_m: Bounds,
     /// What no body may touch.
+    #[serde(default)]
     pub obstacles: Vec<Obstacle>,
     /// Places where the air is limited.
+    #[serde(default)]
     pub zones: Vec<Zone>,
     /// Gap kept between bodies and to obstacles, beyond the body radii (m).
     #[serde(default)]
@@ -48,16 +64,46 @@ pub struct Plan {
     #[serde(default)]
     pub margins: Margins,
     /// Every drone of the scenario, in its order, the unplanned ones included.
+    #[schemars(length(min = 1))]
     pub drones: Vec<DronePlan>,
     /// Those that stay at their start, and why.
+    #[serde(default)]
     pub unplanned: Vec<Unplanned>,
-    /// Sums over the fleet.
+    /// Sums over the fleet. Results.
+    #[serde(default)]
     pub fleet: Fleet,
     /// The same fleet planned without wakes, judged with them; absent where it is not asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ignoring_downwash: Option<IgnoringDownwash>,
-    /// What the verifier found.
+    /// The highest air in each zone that limits it, and the bodies that pass through. Results.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub zone_air: Vec<ZoneAir>,
+    /// What the verifier found. A result.
+    #[serde(default)]
     pub violations: Vec<Violation>,
+}
+
+/// The air of one zone over the whole plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ZoneAir {
+    /// The zone's name.
+    pub zone: String,
+    /// Highest summed air at any of its points (m/s), to some 5 %.
+    pub worst_air_mps: f64,
+    /// Whose wake contributed most to that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub worst_air_from: Option<String>,
+    /// When (s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub worst_air_at_s: Option<f64>,
+    /// Drones whose bodies pass through it, where it does not keep them out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub entered_by: Vec<String>,
+}
+
+/// Wakes are attached unless a plan says otherwise.
+fn is_quasi_static() -> bool {
+    true
 }
 
 /// Where every drone is at one moment.
@@ -101,10 +147,11 @@ impl Plan {
 }
 
 /// The answer in one word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// Every drone planned, nothing violated.
+    #[default]
     Safe,
     /// Nothing violated, but a drone stays at the start.
     Partial,
@@ -125,7 +172,8 @@ impl Status {
 }
 
 /// How far flights may be from the plan while it still holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct Margins {
     /// Each drone may be early or late by so much, at any time, whatever the others are (s):
     /// bodies, near-field columns and limits of air hold.
@@ -137,30 +185,58 @@ pub struct Margins {
 }
 
 /// The air that a plan assumes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct AirModel {
     /// kg/m³.
     pub density_kg_per_m3: f64,
     /// Constants of the merged jet.
+    #[schemars(with = "JetKeys")]
     pub jet: Jet,
     /// `momentum`, `linear` or `strongest`.
     pub superposition: String,
     /// What a finding adds to the hover jet, by name; absent where there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<BTreeMap<String, BTreeMap<String, serde_json::Value>>>")]
     pub effects: Option<Effects>,
 }
 
+impl Default for AirModel {
+    fn default() -> AirModel {
+        AirModel {
+            density_kg_per_m3: airflow::Air::default().density_kg_per_m3(),
+            jet: Jet::default(),
+            superposition: Superposition::default().as_str().to_owned(),
+            effects: None,
+        }
+    }
+}
+
+/// The keys of a [`Jet`], for the schema.
+#[derive(JsonSchema)]
+#[allow(dead_code)] // Its keys are all that is asked of it.
+struct JetKeys {
+    /// Decay of the centreline: `U_C/U_H = centreline / (s/l - origin)`.
+    centreline: f64,
+    /// Growth of the half-width: `r_half/l = spreading (s/l - origin)`.
+    spreading: f64,
+    /// Virtual origin, in motor distances below the rotor plane.
+    origin: f64,
+}
+
 /// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Bounds {
     /// Lowest corner (m).
+    #[schemars(with = "[f64; 3]")]
     pub min: Point3<f64>,
     /// Highest corner (m).
+    #[schemars(with = "[f64; 3]")]
     pub max: Point3<f64>,
 }
 
 /// A named solid.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Obstacle {
     /// What messages and the plan call it.
     pub name: String,
@@ -170,19 +246,22 @@ pub struct Obstacle {
 }
 
 /// The shape of an obstacle, in world coordinates; in a file told apart by its keys.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Solid {
     /// Axis-aligned box.
     Box {
         /// Lowest corner (m).
+        #[schemars(with = "[f64; 3]")]
         min_m: Point3<f64>,
         /// Highest corner (m).
+        #[schemars(with = "[f64; 3]")]
         max_m: Point3<f64>,
     },
     /// Upright cylinder standing on `base_m`.
     Cylinder {
         /// Centre of the lower face (m).
+        #[schemars(with = "[f64; 3]")]
         base_m: Point3<f64>,
         /// Radius (m).
         radius_m: f64,
@@ -194,6 +273,7 @@ pub enum Solid {
         /// The file it came from, as the scenario names it.
         mesh: String,
         /// Vertices (m).
+        #[schemars(with = "Vec<[f64; 3]>")]
         vertices_m: Vec<Point3<f64>>,
         /// Corner indices into the vertices.
         triangles: Vec<[u32; 3]>,
@@ -202,13 +282,15 @@ pub enum Solid {
 
 /// A box for people or goods: the summed axial wake speed in it is limited, bodies keep out of it,
 /// or both.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Zone {
     /// What messages and the plan call it.
     pub name: String,
     /// Lowest corner (m).
+    #[schemars(with = "[f64; 3]")]
     pub min_m: Point3<f64>,
     /// Highest corner (m).
+    #[schemars(with = "[f64; 3]")]
     pub max_m: Point3<f64>,
     /// Limit of the summed axial wake speed at every point (m/s); `None`: the air is not limited.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -219,28 +301,39 @@ pub struct Zone {
 }
 
 /// What one drone does.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DronePlan {
     /// The scenario's name for it.
     pub name: String,
     /// What flies.
+    #[serde(deserialize_with = "file::airframe")]
+    #[schemars(with = "file::AirframeForm")]
     pub airframe: AirframeEntry,
     /// Highest mean air over its rotor discs, over its induced velocity at its current mass.
+    #[serde(default = "file::air_limit")]
     pub air_limit: f64,
     /// When it comes (s): before, neither body nor wake is there. Absent: it is there from time 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub enters_s: Option<f64>,
     /// `hover` or `landed`, when it comes.
+    #[serde(default)]
+    #[schemars(with = "StartWord")]
     pub at_start: AtStart,
     /// `hover`, `land` or `leave`.
+    #[serde(default)]
+    #[schemars(with = "EndWord")]
     pub at_end: AtEnd,
     /// When its wake is on: from, until (`null`: until the end). From 0 until 0: never.
+    /// Left out: from when it first moves, or comes hovering, until it has landed or left.
+    #[serde(default = "file::airborne_not_said")]
     pub airborne_s: (f64, Option<f64>),
     /// Where it is when.
     pub trajectory: TrajectoryEntry,
     /// End of the last dwell (s).
+    #[serde(default)]
     pub arrives_s: f64,
     /// The same with no other drone there (s).
+    #[serde(default)]
     pub alone_s: f64,
     /// Time spent waiting beyond its dwells (s).
     #[serde(default)]
@@ -249,17 +342,42 @@ pub struct DronePlan {
     #[serde(default)]
     pub detour_m: f64,
     /// Highest mean air over its rotor discs (m/s).
+    #[serde(default)]
     pub worst_air_mps: f64,
     /// Whose wake contributed most to that.
+    #[serde(default)]
     pub worst_air_from: Option<String>,
     /// When.
+    #[serde(default)]
     pub worst_air_at_s: Option<f64>,
     /// Integral of the air met over time (m).
+    #[serde(default)]
     pub dose_m: f64,
     /// Energy that the air met costs (J).
+    #[serde(default)]
     pub extra_energy_j: f64,
     /// The same over its own still-air hover energy during its flight (%).
+    #[serde(default)]
     pub extra_energy_percent: f64,
+}
+
+/// As a plan writes [`AtStart`].
+#[derive(JsonSchema)]
+#[schemars(rename_all = "snake_case")]
+#[allow(dead_code)] // For the schema alone.
+enum StartWord {
+    Hover,
+    Landed,
+}
+
+/// As a plan writes [`AtEnd`].
+#[derive(JsonSchema)]
+#[schemars(rename_all = "snake_case")]
+#[allow(dead_code)] // For the schema alone.
+enum EndWord {
+    Hover,
+    Land,
+    Leave,
 }
 
 /// How a drone begins. A scenario writes `Hover` or `Landed`, a plan `hover` or `landed`.
@@ -292,7 +410,7 @@ pub enum AtEnd {
 }
 
 /// An airframe, complete enough to judge its wake.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AirframeEntry {
     /// Preset or the scenario's own name.
     pub name: String,
@@ -346,13 +464,15 @@ impl AirframeEntry {
 }
 
 /// Break points of a motion that is straight between them.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrajectoryEntry {
     /// Ascending (s).
     pub t_s: Vec<f64>,
     /// Rotor-plane centre at each time (m).
+    #[schemars(with = "Vec<[f64; 3]>")]
     pub position_m: Vec<Point3<f64>>,
-    /// Mass from each time to the next (kg).
+    /// Mass from each time to the next (kg); left out: the airframe's.
+    #[serde(default)]
     pub mass_kg: Vec<f64>,
 }
 
@@ -375,31 +495,31 @@ impl TrajectoryEntry {
 }
 
 /// A drone that could not be planned.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Unplanned {
     /// Its name.
     pub name: String,
     /// Who or what is in the way, where and when, and the way out.
+    #[serde(default)]
     pub reason: String,
 }
 
 /// Sums over the planned drones.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct Fleet {
     /// Last arrival (s).
     pub makespan_s: f64,
     /// s.
     pub sum_of_arrivals_s: f64,
     /// Sum of each drone's arrival with no other drone there (s).
-    #[serde(default)]
     pub sum_alone_s: f64,
     /// Energy that downwash costs the fleet (J).
-    #[serde(default)]
     pub extra_energy_j: f64,
 }
 
 /// The same fleet planned without wakes, judged with them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IgnoringDownwash {
     /// Last arrival (s).
     pub makespan_s: f64,
@@ -419,7 +539,7 @@ pub struct IgnoringDownwash {
 }
 
 /// Something that a plan must not do.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Violation {
     /// Which check.
     pub kind: ViolationKind,
@@ -432,7 +552,12 @@ pub struct Violation {
     pub from_s: f64,
     /// Last moment found (s); `null`: until the end.
     pub until_s: Option<f64>,
+    /// By how much the clock of `with` is ahead of the drone's at the worst moment (s), where time
+    /// margins are judged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shift_s: Option<f64>,
     /// Where the drone is at the worst moment (m).
+    #[schemars(with = "[f64; 3]")]
     pub position_m: Point3<f64>,
     /// The worst value, in `unit`.
     pub value: f64,
@@ -443,7 +568,9 @@ pub struct Violation {
 }
 
 /// Which check a violation fails.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum ViolationKind {
     /// The file contradicts itself: times run backwards, lengths differ, unknown values.
@@ -464,6 +591,41 @@ pub enum ViolationKind {
     Air,
     /// Air in a zone above its limit.
     Zone,
+    /// Climbs faster than it may.
+    Climb,
+    /// Sinks faster than it may.
+    Descent,
+    /// Moves sideways while it takes off or lands.
+    Sideways,
+    /// Sets down faster than it may.
+    Touchdown,
+    /// Body in a zone that keeps bodies out, or nearer to it than the tracking margin.
+    KeepOut,
+    /// Body nearer to an obstacle than the tracking margin.
+    ObstacleMargin,
+    /// Two bodies touch when both are early or late, and off their paths, by their margins.
+    CollisionMargin,
+    /// Centre inside another drone's near-field column when both are early or late.
+    ColumnMargin,
+    /// Mean air over the rotor discs above the limit when drones are early or late.
+    AirMargin,
+    /// Air in a zone above its limit when drones are early or late.
+    ZoneMargin,
+}
+
+impl ViolationKind {
+    /// For a rule with margins, the same rule without.
+    #[must_use]
+    pub fn without_margin(self) -> ViolationKind {
+        match self {
+            ViolationKind::ObstacleMargin => ViolationKind::Obstacle,
+            ViolationKind::CollisionMargin => ViolationKind::Collision,
+            ViolationKind::ColumnMargin => ViolationKind::Column,
+            ViolationKind::AirMargin => ViolationKind::Air,
+            ViolationKind::ZoneMargin => ViolationKind::Zone,
+            plain => plain,
+        }
+    }
 }
 
 #[cfg(test)]

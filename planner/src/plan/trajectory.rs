@@ -2,16 +2,19 @@
 //!
 //! Pieces are straight today. Nothing outside this module may assume so: the rest of the crate asks
 //! a [`Motion`] where it is, in which box it stays, and when it is inside a ball or an upright
-//! cylinder. A piece of higher order has to answer the same questions.
+//! cylinder, and two of them, [`Shifted`] against one another in time, how near they come. A piece
+//! of higher order has to answer the same questions.
 //!
 //! World frame, z up, metres and seconds.
 
 mod motion;
+mod shifted;
 
 use nalgebra::{Point3, Vector3};
 use thiserror::Error;
 
 pub use motion::{LevelPath, Motion, SAME_TIME_S};
+pub use shifted::{Approach, LevelRegion, Shifted};
 
 use crate::plan::TrajectoryEntry;
 

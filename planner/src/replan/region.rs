@@ -27,10 +27,10 @@ use crate::plan::outcome::{Control, Failure, Outcome, Progress};
 use crate::replan::track::legs_of;
 use crate::replan::{GivenError, given};
 use crate::scenario::world::World;
-use crate::solver::assemble::{assemble, judged};
+use crate::solver::assemble::assemble;
 use crate::solver::explain::known_cause;
 use crate::solver::fleet::{Run, told};
-use crate::verify::verify;
+use crate::verify::{judged, verify};
 
 /// Plans a fleet around `others`, whose trajectories stay as they are, and verifies all of them
 /// together.

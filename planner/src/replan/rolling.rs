@@ -56,11 +56,11 @@ use crate::scenario::Problems;
 use crate::scenario::limits::BUSY_S;
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
-use crate::solver::assemble::{blank, fleet, judged, rounded, write_arrival, write_legs};
+use crate::solver::assemble::{blank, fleet, rounded, write_arrival, write_legs};
 use crate::solver::explain::known_cause;
 use crate::solver::prepare::{Duties, Job, agent_of, ending_from, prepare};
 use crate::solver::priority::{Affected, FailureKind, Paths, plan_affected};
-use crate::verify::verify;
+use crate::verify::{judged, verify};
 
 /// Room for drones that come later: chosen here, so that the costmap is seldom made anew.
 const SPARE_DRONES: usize = 64;

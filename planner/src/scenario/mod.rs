@@ -21,10 +21,12 @@ pub(crate) mod placement;
 pub(crate) mod solid;
 
 mod airframes;
+mod asked;
 mod cell;
 mod check;
 mod fields;
 mod finding_file;
+mod flown;
 mod jet_file;
 pub(crate) mod limits;
 mod meaning;
@@ -37,7 +39,9 @@ mod source;
 mod tokens;
 mod written;
 
+pub use asked::missing;
 pub use check::WorldError;
+pub use flown::{FlownError, Samples, read_samples, samples_as_plan};
 pub use placement::{Misfit, Misplaced, Spot};
 pub use problem::{Cited, Problem, Problems};
 pub use schema::schema;

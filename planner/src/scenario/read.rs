@@ -93,7 +93,7 @@ fn scenario<'t>(
 }
 
 /// Weather and flow model; numbers that look like kelvin or hectopascal are told so.
-fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
+pub(super) fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<Air> {
     let mut record = reader.record(field.value, "Air", "`air`".to_owned())?;
     let mut air = Air::default();
     let temperature_c = ("temperature_c", &mut air.temperature_c);

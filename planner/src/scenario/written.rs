@@ -16,11 +16,10 @@ use super::limits::{
     PROPELLER_DIAMETER_M, SIZE_M, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS,
     WIDTH_FACTOR, ZONE_AIR_LIMIT_MPS,
 };
+use crate::plan::AIR_LIMIT_DEFAULT;
+pub(super) use crate::plan::MAX_SPEED_DEFAULT_MPS;
 use crate::scenario::world::{self, AtEnd, AtStart};
 
-/// Highest speed of an airframe that states none (m/s). Chosen here: indoor flights among racks are
-/// flown at walking pace.
-pub(super) const MAX_SPEED_DEFAULT_MPS: f64 = 2.0;
 /// Air limit of a zone that states none (m/s): the upper end of Beaufort 1, "light air", which
 /// moves no paper.
 pub(super) const ZONE_AIR_LIMIT_DEFAULT_MPS: f64 = 1.5;
@@ -332,7 +331,7 @@ impl Default for Planning {
         } = world::Planning::default();
         Planning {
             cell_m: None,
-            air_limit: 0.3,
+            air_limit: AIR_LIMIT_DEFAULT,
             clearance_m,
             time_margin_s: margins.time_s,
             tracking_m: margins.tracking_m,

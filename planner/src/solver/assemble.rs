@@ -10,12 +10,11 @@ use crate::graph::agent::Agent;
 use crate::graph::distances::UNREACHABLE;
 use crate::plan::{
     AirModel, AirframeEntry, AtEnd, AtStart, DronePlan, FORMAT, Fleet, Plan, Status,
-    TrajectoryEntry, Unplanned,
+    TrajectoryEntry,
 };
 use crate::scenario::world::{Drone, Vehicle, World};
 use crate::solver::prepare::Job;
 use crate::solver::priority::Paths;
-use crate::verify::Report;
 
 /// A plan of these paths, not yet judged: no violations, no air met.
 pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
@@ -45,6 +44,7 @@ pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
         unplanned: Vec::new(),
         fleet,
         ignoring_downwash: None,
+        zone_air: Vec::new(),
         violations: Vec::new(),
     }
 }
@@ -58,29 +58,6 @@ pub(crate) fn fleet(drones: &[DronePlan], is_planned: impl Fn(&DronePlan) -> boo
         sum_alone_s: rounded(planned().map(|drone| drone.alone_s).sum()),
         extra_energy_j: 0.0,
     }
-}
-
-/// Writes the verifier's findings, and why some stay behind, into a plan.
-pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) -> Plan {
-    for (drone, met) in plan.drones.iter_mut().zip(report.exposures) {
-        drone.worst_air_mps = met.worst_air_mps;
-        drone.worst_air_from = met.worst_air_from;
-        drone.worst_air_at_s = met.worst_air_at_s;
-        drone.dose_m = met.dose_m;
-        drone.extra_energy_j = met.extra_energy_j;
-        drone.extra_energy_percent = met.extra_energy_percent;
-    }
-    plan.fleet.extra_energy_j = plan.drones.iter().map(|drone| drone.extra_energy_j).sum();
-    plan.status = if !report.violations.is_empty() {
-        Status::Unsafe
-    } else if !unplanned.is_empty() {
-        Status::Partial
-    } else {
-        Status::Safe
-    };
-    plan.violations = report.violations;
-    plan.unplanned = unplanned;
-    plan
 }
 
 /// One drone's part of the plan; without a path it stays at its start.
@@ -130,6 +107,7 @@ pub(crate) fn write_legs(entry: &mut DronePlan, legs: &[Leg], mass_kg: impl Fn(&
 pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, arrives: Tick) {
     let alone = agent.alone_ticks;
     entry.arrives_s = arrives.seconds();
+    stay_until(&mut entry.trajectory, entry.arrives_s);
     entry.alone_s = if alone == UNREACHABLE {
         0.0
     } else {
@@ -143,6 +121,21 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     let flown_m: f64 = flown.map(|leg| (leg.to_m - leg.from_m).norm()).sum();
     entry.waits_s = Tick(still.saturating_sub(dwells.sum())).seconds();
     entry.detour_m = rounded((flown_m - agent.alone_m).max(0.0));
+}
+
+/// Lets a trajectory last until the end of its last dwell (s).
+fn stay_until(entry: &mut TrajectoryEntry, arrives_s: f64) {
+    let last = entry
+        .t_s
+        .last()
+        .zip(entry.position_m.last().zip(entry.mass_kg.last()));
+    if let Some((&last_s, (&last_m, &last_kg))) = last
+        && last_s < arrives_s
+    {
+        entry.t_s.push(arrives_s);
+        entry.position_m.push(last_m);
+        entry.mass_kg.push(last_kg);
+    }
 }
 
 /// One drone's part of the plan before anything is known of its flight.

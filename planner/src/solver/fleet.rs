@@ -15,13 +15,13 @@ use crate::scenario::world::World;
 use crate::scenario::{Problems, WorldError};
 use crate::sipp::conflicts::Steps;
 use crate::sipp::search::{Found, IMMOVABLE, Setting, search};
-use crate::solver::assemble::{assemble, judged};
+use crate::solver::assemble::assemble;
 use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::explain::{Refusals, failures};
 use crate::solver::prepare::{Job, prepare};
 use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
 use crate::solver::refusals::{Retried, tried_again};
-use crate::verify::{harm, verify};
+use crate::verify::{harm, judged, verify};
 
 /// Plans a fleet out of its own downwash and verifies the plan.
 ///

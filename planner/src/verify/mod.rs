@@ -15,6 +15,12 @@
 //! | column | no airborne centre in the near-field column of another airborne drone, as far down as its wake reaches | relative motion, closed form | 1 µm |
 //! | air | mean over the rotor discs of all wakes superposed, at most `air_limit` U_H | subdivision on an upper bound | 0.001 U_H, 1 ms |
 //! | zone | the wakes superposed at every point of the box, and the wall jets along the floor | subdivision of box and time on an upper bound | 0.5 %, 1 cm |
+//! | climb, descent | `max_climb_mps`, `max_descent_mps` | pieces | 1e-6 of it |
+//! | sideways, touchdown | `body_radius_m` + 0.5 m over its pad a drone goes straight up and down, at no more than 0.5 m/s to the ground | pieces | 1 µm, 1e-6 |
+//! | keep-out | no body in the zone, `tracking_m` around one that flies | subdivision, as obstacles | 5 mm |
+//! | collision, column with margins | each drone early or late by `time_s`, at any moment, and off its path by `tracking_m` while it flies (bodies) | both motions over time and shift, closed form | 1 mm, 1 µm |
+//! | obstacle with margin | `tracking_m` more for a drone that flies; tops within 0.5 m of its own pad exempt | subdivision | 5 mm |
+//! | air, zone with margins | each drone early or late by `time_s` | subdivision of time and of every shift on an upper bound | 0.002 U_H, 2 mm of path; 0.5 %, 1 cm |
 //!
 //! `clearance_m` is the planner's margin, not a rule: bodies are judged by their radii alone,
 //! because a landing drone comes within any clearance of what it lands on. Wakes weaker than
@@ -24,11 +30,16 @@
 //! rest after it; its axial exposure, energy and time over the limit count to its own last time
 //! ([`DroneExposure`]).
 //!
+//! What is broken without margins is told without; a margin is told where it alone breaks.
+//! [`examination`] is the verifier for plans from anywhere: it recomputes what a file claims, and
+//! says how much room a plan leaves.
+//!
 //! `scene` is the plan as the checks see it; `checks` holds one file for each of them, `bounds`
 //! what bounds a wake over ranges of places, `time` what happens over spans of time.
 
 pub(crate) mod bounds;
 pub(crate) mod checks;
+pub mod examination;
 mod extents;
 pub(crate) mod scene;
 mod time;
@@ -37,10 +48,13 @@ mod violation;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::plan::{Plan, Violation};
+use crate::plan::{Plan, Status, Unplanned, Violation, ViolationKind, Zone, ZoneAir};
 pub use checks::air::DroneExposure;
-use checks::{air, collision, contents, limits, obstacle, zone};
+pub use checks::lateness;
+use checks::{air, collision, contents, limits, obstacle, shifted_air, shifted_pairs, zone};
 pub use extents::FAINTEST_WAKE_MPS;
+use scene::{Flight, Scene};
+use violation::Found;
 
 /// What the verifier found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -49,14 +63,23 @@ pub struct Report {
     pub violations: Vec<Violation>,
     /// For each drone of the plan, in its order; zeros for one whose trajectory cannot be read.
     pub exposures: Vec<DroneExposure>,
+    /// For each zone that limits its air.
+    pub zone_air: Vec<ZoneAir>,
+}
+
+/// Whether a violation of a rule without margins says what one with margins would.
+fn is_told(known: &Violation, it: &Violation) -> bool {
+    let same = known.with == it.with || it.kind == ViolationKind::AirMargin;
+    known.kind == it.kind.without_margin() && same
 }
 
 /// Judges a plan, on as many threads as there are; their number changes nothing in the report.
 pub fn verify(plan: &Plan) -> Report {
     let (scene, mut found) = contents::read(plan);
+    let mut zone_air = Vec::new();
     let mut exposures = vec![DroneExposure::default(); plan.drones.len()];
     if let Some(scene) = scene {
-        let near = time::encounters::encounters(&scene);
+        let near = time::encounters::encounters(&scene, 2.0 * scene.margins.time_s);
         let judged: Vec<_> = (scene.flights.par_iter().zip(&near).enumerate())
             .map(|(k, (flight, near))| {
                 let mut found = limits::check(&scene, flight);
@@ -64,6 +87,12 @@ pub fn verify(plan: &Plan) -> Report {
                 found.extend(collision::check(&scene, near, k));
                 let (air, exposure) = air::check(&scene, near, flight);
                 found.extend(air);
+                let shifted = shifted_pairs::check(&scene, near, k).into_iter();
+                let shifted = shifted.chain(shifted_air::check(&scene, near, flight));
+                // What is broken without margins is told without.
+                let is_new = |(_, it): &Found| !found.iter().any(|(_, known)| is_told(known, it));
+                let shifted: Vec<Found> = shifted.filter(is_new).collect();
+                found.extend(shifted);
                 (found, exposure)
             })
             .collect();
@@ -71,6 +100,13 @@ pub fn verify(plan: &Plan) -> Report {
             found.extend(here);
             exposures[flight.index] = exposure;
         }
+        let limited = || {
+            scene
+                .zones
+                .par_iter()
+                .filter(|it| it.air_limit_mps.is_some())
+        };
+        zone_air = limited().map(|it| air_of(&scene, it)).collect();
         let zones = scene.zones.par_iter();
         found.par_extend(zones.flat_map(|it| zone::check(&scene, it)));
     }
@@ -83,6 +119,7 @@ pub fn verify(plan: &Plan) -> Report {
     Report {
         violations: found.into_iter().map(|(_, violation)| violation).collect(),
         exposures,
+        zone_air,
     }
 }
 
@@ -109,7 +146,7 @@ pub(crate) fn harm(plan: &Plan) -> Harm {
     let (Some(scene), _) = contents::read(plan) else {
         return Harm::default();
     };
-    let near = time::encounters::encounters(&scene);
+    let near = time::encounters::encounters(&scene, 0.0);
     let mut harm = Harm::default();
     let flights = scene.flights.chunks(AT_A_TIME).zip(near.chunks(AT_A_TIME));
     for (flights, near) in flights {
@@ -123,7 +160,7 @@ pub(crate) fn harm(plan: &Plan) -> Harm {
         }
     }
     let zones: Vec<Vec<_>> = (scene.zones.par_iter())
-        .map(|it| zone::check(&scene, it))
+        .map(|it| zone::on_time(&scene, it))
         .collect();
     for found in zones.iter().filter(|found| !found.is_empty()) {
         harm.zones_over_limit += 1;
@@ -131,4 +168,43 @@ pub(crate) fn harm(plan: &Plan) -> Harm {
         harm.worst_zone_air_mps = values.fold(harm.worst_zone_air_mps, f64::max);
     }
     harm
+}
+
+/// The highest air of a zone, and the bodies that pass through it where they may.
+fn air_of(scene: &Scene<'_>, zone: &Zone) -> ZoneAir {
+    let worst = zone::worst(scene, zone);
+    let name = |k: usize| scene.flights[k].name.clone();
+    let enters = |it: &&Flight| !zone.keep_out && obstacle::enters(scene, it, zone);
+    let entered_by = scene.flights.iter().filter(enters);
+    ZoneAir {
+        zone: zone.name.clone(),
+        worst_air_mps: worst.map_or(0.0, |(air_mps, _, _)| air_mps),
+        worst_air_from: worst.map(|(_, _, from)| name(from)),
+        worst_air_at_s: worst.map(|(_, t_s, _)| t_s),
+        entered_by: entered_by.map(|it| it.name.clone()).collect(),
+    }
+}
+
+/// Writes what the verifier found, and why some drones stay behind, into a plan.
+pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) -> Plan {
+    for (drone, met) in plan.drones.iter_mut().zip(report.exposures) {
+        drone.worst_air_mps = met.worst_air_mps;
+        drone.worst_air_from = met.worst_air_from;
+        drone.worst_air_at_s = met.worst_air_at_s;
+        drone.dose_m = met.dose_m;
+        drone.extra_energy_j = met.extra_energy_j;
+        drone.extra_energy_percent = met.extra_energy_percent;
+    }
+    plan.fleet.extra_energy_j = plan.drones.iter().map(|drone| drone.extra_energy_j).sum();
+    plan.status = if !report.violations.is_empty() {
+        Status::Unsafe
+    } else if !unplanned.is_empty() {
+        Status::Partial
+    } else {
+        Status::Safe
+    };
+    plan.zone_air = report.zone_air;
+    plan.violations = report.violations;
+    plan.unplanned = unplanned;
+    plan
 }

@@ -6,11 +6,11 @@ use airflow::Flown;
 use airflow::{DiscPoints, Source, Superposition};
 use nalgebra::Point3;
 
-use super::bounds::obstacles::Obstacles;
+use super::bounds::obstacles::{Obstacles, Solid};
 use super::bounds::wake::BoundedWake;
 use super::extents::{Places, Span};
 use crate::plan::trajectory::{Motion, Trajectory};
-use crate::plan::{Bounds, Zone};
+use crate::plan::{Bounds, Margins, Zone};
 
 /// All that the checks need of a plan: its geometry, its air, and every flight that could be read.
 ///
@@ -22,6 +22,10 @@ pub(crate) struct Scene<'a> {
     pub(crate) obstacles: Obstacles,
     /// Those with a box and a limit.
     pub(crate) zones: Vec<&'a Zone>,
+    /// Zones that keep bodies out.
+    pub(crate) keep_out: Vec<Solid>,
+    /// How early or late, and how far off its path, every drone may be.
+    pub(crate) margins: Margins,
     /// How wakes add up at a point.
     pub(crate) superposition: Superposition,
     /// What a finding adds to the hover jet.
@@ -36,6 +40,16 @@ pub(crate) struct Scene<'a> {
     pub(crate) horizon_s: f64,
     /// In the plan's order, those that cannot be read left out.
     pub(crate) flights: Vec<Flight>,
+}
+
+/// A part of a flight within one piece, all of it in the air or none.
+pub(crate) struct Part {
+    /// Index of the piece.
+    pub(crate) piece: usize,
+    /// The piece's, over this part alone.
+    pub(crate) motion: Motion,
+    /// Whether the drone is airborne in it.
+    pub(crate) flies: bool,
 }
 
 /// One drone whose trajectory could be read.
@@ -55,6 +69,12 @@ pub(crate) struct Flight {
     pub(crate) max_speed_mps: f64,
     /// Of the ball that must stay clear (m).
     pub(crate) body_radius_m: f64,
+    /// Highest vertical speeds, up and down (m/s); `None`: not limited.
+    pub(crate) vertical_mps: [Option<f64>; 2],
+    /// Where it stands before it takes off (m); `None`: it begins in the air.
+    pub(crate) takes_off_m: Option<Point3<f64>>,
+    /// Where it stands after it has landed (m); `None`: it does not land.
+    pub(crate) lands_m: Option<Point3<f64>>,
     /// From its centre to the tips of its rotors (m).
     pub(crate) tip_radius_m: f64,
     /// Points over which its mean air is taken.
@@ -75,6 +95,26 @@ impl Flight {
             motion,
             stops: &self.stops[piece],
         }
+    }
+
+    /// The parts of its pieces that lie within a span of time (s), in order.
+    pub(crate) fn parts(&self, (from_s, until_s): Span) -> impl Iterator<Item = Part> + '_ {
+        let pieces = self.trajectory.pieces();
+        let within = self.trajectory.pieces_during(from_s, until_s);
+        within.flat_map(move |piece| {
+            let motion = &pieces[piece].motion;
+            let (from_s, until_s) = (motion.from_s.max(from_s), motion.until_s.min(until_s));
+            let (up_s, down_s) = self.airborne_s;
+            let (up_s, down_s) = (up_s.clamp(from_s, until_s), down_s.clamp(from_s, until_s));
+            let thirds = [(from_s, up_s), (up_s, down_s), (down_s, until_s)];
+            let parts = thirds.into_iter().zip([false, true, false]);
+            let lasting = parts.filter(|((from_s, until_s), _)| from_s < until_s);
+            lasting.map(move |((from_s, until_s), flies)| Part {
+                piece,
+                motion: motion.during(from_s, until_s),
+                flies,
+            })
+        })
     }
 
     /// Its wakes without those that repeat: consecutive pieces share one while the mass stays the

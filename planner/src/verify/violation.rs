@@ -39,6 +39,7 @@ impl Scene<'_> {
             with: worst.with,
             from_s,
             until_s: (until_s < self.horizon_s).then_some(until_s),
+            shift_s: None,
             position_m: worst.position_m,
             value: worst.value,
             limit: worst.limit,
@@ -62,6 +63,7 @@ pub(crate) fn malformed(
         with: Some(why),
         from_s,
         until_s: Some(from_s),
+        shift_s: None,
         position_m,
         value: 0.0,
         limit: 0.0,
@@ -74,8 +76,14 @@ pub(crate) fn malformed(
 fn unit(kind: ViolationKind) -> &'static str {
     match kind {
         ViolationKind::Malformed => "",
-        ViolationKind::Speed | ViolationKind::Zone => "m/s",
-        ViolationKind::Air => "U_D/U_H",
+        ViolationKind::Speed
+        | ViolationKind::Climb
+        | ViolationKind::Descent
+        | ViolationKind::Sideways
+        | ViolationKind::Touchdown
+        | ViolationKind::Zone
+        | ViolationKind::ZoneMargin => "m/s",
+        ViolationKind::Air | ViolationKind::AirMargin => "U_D/U_H",
         _ => "m",
     }
 }
@@ -94,25 +102,66 @@ impl fmt::Display for Violation {
         let (value, limit) = (self.value, self.limit);
         let inside = -value;
         let there = format!("{when}, at {at}");
+        let shifted = match self.shift_s {
+            Some(shift_s) if shift_s >= 0.005 => {
+                format!(" with `{with}` {shift_s:.2} s early against it")
+            }
+            Some(shift_s) if shift_s <= -0.005 => {
+                format!(" with `{with}` {:.2} s late against it", -shift_s)
+            }
+            _ => String::new(),
+        };
         f.write_str(&match self.kind {
-            ViolationKind::Malformed => format!("{who}: {with}"),
+            ViolationKind::Malformed => format!("{who} contradicts itself: {with}"),
             ViolationKind::Jump => format!("{who} is in two places {value:.3} m apart {there}"),
             ViolationKind::Speed => {
-                format!("{who} flies {value:.3} m/s {there}; its highest speed is {limit:.3} m/s")
+                format!("{who} flies {value:.3} m/s {there}; its limit is {limit:.3} m/s")
             }
-            ViolationKind::Bounds => format!("{who} is {value:.3} m outside the bounds {there}"),
+            ViolationKind::Bounds => format!("{who} is {value:.3} m out of bounds {there}"),
             ViolationKind::Obstacle => {
                 format!("{who} is {inside:.3} m inside obstacle `{with}` {there}")
             }
-            ViolationKind::Collision => format!("{who} and `{with}` overlap by {inside:.3} m {there}"),
+            ViolationKind::Collision => {
+                format!("the bodies of {who} and `{with}` overlap by {inside:.3} m {there}")
+            }
             ViolationKind::Column => format!(
                 "{who} is in the near-field column of `{with}` {when}: at {at} it is {value:.2} m off its axis, less than {limit:.2} m"
             ),
             ViolationKind::Air => format!(
-                "{who} meets {value:.3} of its induced velocity {there}, most of it from `{with}`; its limit is {limit:.3}"
+                "{who} is exposed to downwash of alpha {value:.3} {there}, mostly from `{with}`; its limit is {limit:.3}"
+            ),
+            ViolationKind::Climb => {
+                format!("{who} climbs at {value:.3} m/s {there}; its limit is {limit:.3} m/s")
+            }
+            ViolationKind::Descent => {
+                format!("{who} sinks at {value:.3} m/s {there}; its limit is {limit:.3} m/s")
+            }
+            ViolationKind::Sideways => format!(
+                "{who} moves sideways at {value:.3} m/s {there}; beside its pad it goes straight up and down"
+            ),
+            ViolationKind::Touchdown => {
+                format!("{who} sets down at {value:.3} m/s {there}; the limit is {limit:.1} m/s")
+            }
+            ViolationKind::KeepOut => format!(
+                "{who} is {value:.3} m from zone `{with}` {there}, which keeps bodies out; it must be {limit:.3} m"
+            ),
+            ViolationKind::ObstacleMargin => format!(
+                "{who} is {value:.3} m from obstacle `{with}` {there}; its tracking margin takes {limit:.3} m"
+            ),
+            ViolationKind::CollisionMargin => format!(
+                "{who} and `{with}` are {value:.3} m apart {there}{shifted}; their margins take {limit:.3} m"
+            ),
+            ViolationKind::ColumnMargin => format!(
+                "{who} is in the near-field column of `{with}` {when}{shifted}: at {at} it is {value:.2} m off its axis, less than {limit:.2} m"
+            ),
+            ViolationKind::AirMargin => format!(
+                "{who} is exposed to downwash of alpha {value:.3} {there}{shifted}, mostly from `{with}`; its limit is {limit:.3}"
+            ),
+            ViolationKind::ZoneMargin => format!(
+                "with drones early or late the downwash of {who} reaches {value:.2} m/s in zone `{with}` {there}; its limit is {limit:.2} m/s"
             ),
             ViolationKind::Zone => format!(
-                "zone `{with}` has {value:.2} m/s of air {when}, most of it from {who} at {at}; its limit is {limit:.2} m/s"
+                "the downwash of {who} reaches {value:.2} m/s in zone `{with}` {there}; its limit is {limit:.2} m/s"
             ),
         })
     }

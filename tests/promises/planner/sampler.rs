@@ -28,7 +28,7 @@ struct Now<'a> {
 
 /// Asserts that no sample of the plan breaks a limit, and that no drone met more air than the plan
 /// says.
-pub(super) fn assert_safe(plan: &Plan) {
+pub(crate) fn assert_safe(plan: &Plan) {
     let last_s = plan
         .drones
         .iter()

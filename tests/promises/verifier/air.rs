@@ -384,7 +384,7 @@ fn violations_come_in_order_of_time_and_read_as_sentences() {
         .map(ToString::to_string);
     let sentence = sentence.expect("an air violation");
     assert!(
-        sentence.starts_with("`lower` meets ")
+        sentence.starts_with("`lower` is exposed to downwash of alpha ")
             && sentence.contains("`upper`")
             && sentence.contains("its limit is 0.300"),
         "{sentence}"

@@ -78,6 +78,11 @@ impl Motion {
         self.velocity_mps.norm()
     }
 
+    /// Constant over the span (m/s): for what moves with it in this module alone.
+    pub(super) fn velocity_mps(&self) -> Vector3<f64> {
+        self.velocity_mps
+    }
+
     /// How fast it climbs (m/s, up positive).
     pub fn climb_mps(&self) -> f64 {
         self.velocity_mps.z

@@ -150,6 +150,15 @@ impl Solid {
         })
     }
 
+    /// A zone as a solid.
+    pub(crate) fn of_zone(zone: &plan::Zone) -> Solid {
+        Solid {
+            name: zone.name.clone(),
+            shape: Shape::Box,
+            box_m: (zone.min_m.coords, zone.max_m.coords),
+        }
+    }
+
     /// Distance from a place to the solid (m); 0 inside. It changes no faster than the place moves.
     pub(crate) fn distance_m(&self, place_m: &Vector3<f64>) -> f64 {
         match &self.shape {
@@ -198,6 +207,15 @@ impl Solid {
                     .map(|fall_m| place_m.z - fall_m)
             }
         }
+    }
+
+    /// Whether a place (m) is over it: its top, or any of its faces, lies straight below.
+    pub(crate) fn is_below(&self, place_m: &Point3<f64>) -> bool {
+        let is_above = match &self.shape {
+            Shape::Mesh { .. } => true,
+            _ => place_m.z >= self.box_m.1.z,
+        };
+        is_above && self.support_z_m(place_m).is_some()
     }
 
     /// Height of the level face that may stop a wake (m).

@@ -4,6 +4,7 @@
 //! be, air that no model covers, names that do not match and claims about who is airborne that the
 //! trajectory denies become violations of the kind `malformed`; what can still be judged is.
 
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 use std::sync::Arc;
 
@@ -12,7 +13,7 @@ use airflow::Superposition;
 use nalgebra::Point3;
 
 use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
-use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE, Plan};
+use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE, Margins, Plan, Zone};
 use crate::verify::bounds::obstacles::{Obstacles, Solid};
 use crate::verify::bounds::wake::{BoundedWake, WakeCache};
 use crate::verify::extents::is_box;
@@ -32,6 +33,46 @@ const LANDING_M: f64 = 0.01;
 /// The same where a drone starts landed (m), chosen here: pads are measured to a few centimetres.
 const SUPPORT_M: f64 = 0.05;
 
+/// Margins that can be judged (s, m), chosen here: more than drones fly with, and few enough
+/// shifts.
+const TIME_MARGIN_S: RangeInclusive<f64> = 0.0..=60.0;
+const TRACKING_M: RangeInclusive<f64> = 0.0..=10.0;
+
+/// A quantity of a drone, what it may be, and its unit: wider than any drone, air or place known
+/// here, and narrow enough for what is worked out from it to be finite.
+type Physical = (&'static str, RangeInclusive<f64>, &'static str);
+const MASS: Physical = ("mass", 1e-4..=1e5, "kg");
+const SIZE: Physical = ("body radius", 1e-3..=1e3, "m");
+const SPEED: Physical = ("highest speed", 1e-3..=1e3, "m/s");
+const VERTICAL: Physical = ("highest climb or descent", 1e-3..=1e3, "m/s");
+const ACCELERATION: Physical = ("highest acceleration", 1e-3..=1e5, "m/s2");
+const JERK: Physical = ("highest jerk", 1e-3..=1e7, "m/s3");
+const AIR_LIMIT: Physical = ("air limit", 0.0..=100.0, "of its induced velocity");
+const PROPELLER: Physical = ("propeller diameter", 1e-3..=100.0, "m");
+const MOTORS: Physical = ("motor distance", 1e-3..=100.0, "m");
+const WIDTH: Physical = ("width factor", 0.05..=20.0, "");
+const TIME: Physical = ("last time", 0.0..=1e9, "s");
+const DENSITY: Physical = ("the air's density", 1e-3..=100.0, "kg/m3");
+const CENTRELINE: Physical = ("the jet's centreline", 1e-2..=1e3, "");
+const SPREADING: Physical = ("the jet's spreading", 1e-4..=10.0, "");
+const ORIGIN: Physical = ("the jet's origin", -1e3..=-1e-3, "motor distances");
+const COORDINATE: Physical = ("a coordinate of the bounds", -1e7..=1e7, "m");
+const ZONE_LIMIT: Physical = ("the limit of a zone", 0.0..=1e3, "m/s");
+
+/// Whether a number is physical.
+///
+/// # Errors
+///
+/// In words, that it is not.
+fn physical((what, range, unit): &Physical, value: f64) -> Result<(), String> {
+    if range.contains(&value) {
+        return Ok(());
+    }
+    let (low, high) = (range.start(), range.end());
+    let words = format!("{what} is {value} {unit}: not within {low} to {high}");
+    Err(words.replace(" :", ":"))
+}
+
 /// Reads a plan; `None` where nothing can be judged.
 pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
     let mut found = Vec::new();
@@ -43,21 +84,39 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
     }
     let air = air(plan).map_err(&mut whole).ok();
     let (min, max) = (plan.bounds_m.min, plan.bounds_m.max);
-    let bounded = is_box(&min, &max);
+    let mut bounded = is_box(&min, &max);
     if !bounded {
         whole("the bounds are no box".to_owned());
+    }
+    for coordinate in min.iter().chain(max.iter()) {
+        let far = physical(&COORDINATE, *coordinate)
+            .map_err(&mut whole)
+            .is_err();
+        bounded &= !far;
     }
     let solids = plan.obstacles.iter().map(Solid::new);
     let solids: Vec<Solid> = (solids.filter_map(|it| it.map_err(&mut whole).ok())).collect();
     let zones = plan.zones.iter().filter(|zone| {
-        let ok =
-            is_box(&zone.min_m, &zone.max_m) && zone.air_limit_mps.is_none_or(|mps| mps >= 0.0);
+        let ok = is_box(&zone.min_m, &zone.max_m)
+            && zone
+                .air_limit_mps
+                .is_none_or(|mps| physical(&ZONE_LIMIT, mps).is_ok());
         if !ok {
             whole(format!("zone `{}` is no box with a limit", zone.name));
         }
         ok
     });
-    let zones = zones.collect();
+    let zones: Vec<&Zone> = zones.collect();
+    let mut margins = plan.margins;
+    let Margins { time_s, tracking_m } = margins;
+    if !(TIME_MARGIN_S.contains(&time_s) && TRACKING_M.contains(&tracking_m)) {
+        margins = Margins::default();
+        whole(format!(
+            "its margins are {time_s} s and {tracking_m} m; at most {} s and {} m can be judged",
+            TIME_MARGIN_S.end(),
+            TRACKING_M.end()
+        ));
+    }
     let mut names: Vec<&str> = plan.drones.iter().map(|it| it.name.as_str()).collect();
     names.sort_unstable();
     for twice in names.windows(2).filter(|pair| pair[0] == pair[1]) {
@@ -72,7 +131,9 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
     };
 
     let last_s = (plan.drones.iter()).filter_map(|drone| drone.trajectory.t_s.last().copied());
-    let last_s = last_s.filter(|t_s| t_s.is_finite()).fold(0.0, f64::max);
+    let last_s = last_s
+        .filter(|t_s| TIME.1.contains(t_s))
+        .fold(0.0, f64::max);
     let longest_lag_s = longest_lag_s(plan, &flown, &mut cache);
     let mut scene = Scene {
         bounds_m: plan.bounds_m,
@@ -80,7 +141,11 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
             floor_z_m: min.z,
             solids,
         },
+        keep_out: (zones.iter().filter(|it| it.keep_out))
+            .map(|it| Solid::of_zone(it))
+            .collect(),
         zones,
+        margins,
         superposition,
         flown,
         longest_lag_s,
@@ -109,10 +174,11 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
 /// it.
 fn air(plan: &Plan) -> Result<(Superposition, Flown, WakeCache), String> {
     let density_kg_per_m3 = plan.air.density_kg_per_m3;
-    if !(density_kg_per_m3.is_finite() && density_kg_per_m3 > 0.0) {
-        return Err(format!("the air's density is {density_kg_per_m3} kg/m3"));
-    }
+    physical(&DENSITY, density_kg_per_m3)?;
     let jet = plan.air.jet;
+    physical(&CENTRELINE, jet.centreline)?;
+    physical(&SPREADING, jet.spreading)?;
+    physical(&ORIGIN, jet.origin)?;
     if let Some(problem) = jet.problems().first() {
         return Err(format!("the jet: {problem}"));
     }
@@ -160,22 +226,37 @@ fn flight(
     drone: &DronePlan,
     unplanned: bool,
 ) -> Result<(Flight, Vec<String>), String> {
-    let positive = |what: &str, value: f64| match value.is_finite() && value > 0.0 {
-        true => Ok(()),
-        false => Err(format!("its {what} is {value}")),
+    let its = |quantity: &Physical, value: f64| {
+        physical(quantity, value).map_err(|why| format!("its {why}"))
     };
-    let airframe = drone.airframe.airframe()?;
+    let entry = &drone.airframe;
+    its(&MASS, entry.mass_kg)?;
+    its(&PROPELLER, entry.propeller_diameter_m)?;
+    its(&MOTORS, entry.motor_distance_m)?;
+    its(&WIDTH, entry.width_factor)?;
+    let airframe = entry.airframe()?;
     if let Some(why) = cache.beyond(&airframe) {
         return Err(why);
     }
-    positive("body radius", drone.airframe.body_radius_m)?;
-    positive("highest speed", drone.airframe.max_speed_mps)?;
-    if !(drone.air_limit.is_finite() && drone.air_limit >= 0.0) {
-        return Err(format!("its air limit is {}", drone.air_limit));
+    its(&SIZE, entry.body_radius_m)?;
+    its(&SPEED, entry.max_speed_mps)?;
+    for (quantity, limit) in [
+        (&VERTICAL, entry.max_climb_mps),
+        (&VERTICAL, entry.max_descent_mps),
+        (&ACCELERATION, entry.max_acceleration_mps2),
+        (&JERK, entry.max_jerk_mps3),
+    ] {
+        limit.map_or(Ok(()), |limit| its(quantity, limit))?;
     }
+    its(&AIR_LIMIT, drone.air_limit)?;
     for &mass_kg in &drone.trajectory.mass_kg {
-        positive("mass", mass_kg)?;
+        its(&MASS, mass_kg)?;
     }
+    drone
+        .trajectory
+        .t_s
+        .last()
+        .map_or(Ok(()), |last_s| its(&TIME, *last_s))?;
     let stays = unplanned || drone.at_end != AtEnd::Leave;
     let until_s = scene.horizon_s;
     let tail = match stays {
@@ -225,6 +306,7 @@ fn flight(
         (_, None) => trajectory.last_s(),
         (_, Some(until_s)) => until_s,
     };
+    let places_m = &drone.trajectory.position_m;
     let flight = Flight {
         index,
         name: drone.name.clone(),
@@ -232,6 +314,9 @@ fn flight(
         air_limit: drone.air_limit,
         max_speed_mps: drone.airframe.max_speed_mps,
         body_radius_m: drone.airframe.body_radius_m,
+        vertical_mps: [drone.airframe.max_climb_mps, drone.airframe.max_descent_mps],
+        takes_off_m: (places_m.first().copied()).filter(|_| drone.at_start == AtStart::Landed),
+        lands_m: (places_m.last().copied()).filter(|_| drone.at_end == AtEnd::Land && !unplanned),
         tip_radius_m: airframe.tip_radius_m(),
         discs,
         wakes,

@@ -13,10 +13,11 @@ use airflow::effects::GroundImpingement;
 use airflow::{Source, Superposition, Wake, axial_speed_mps};
 use nalgebra::{Point3, Vector3};
 
+use crate::plan::trajectory::Motion;
 use crate::plan::{ViolationKind, Zone};
 use crate::verify::bounds::obstacles::Obstacles;
 use crate::verify::extents::{FAINTEST_WAKE_MPS, Places, Span};
-use crate::verify::scene::{Attached, Scene, level_gap_m, superpose};
+use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, superpose};
 use crate::verify::time::advected::Advected;
 use crate::verify::time::spans::{between, join};
 use crate::verify::violation::{Found, Worst};
@@ -26,15 +27,23 @@ const VIOLATED: f64 = 1.005;
 /// What cannot exceed this part of the limit is not searched further: no point of a zone found in
 /// order exceeds its limit by more.
 const CLEARED: f64 = 1.0075;
+/// Steps in which the air is no more than this above the highest known are left, where that is only
+/// told: with [`CLEARED`] 5 %, chosen here.
+const TOLD: f64 = 1.04;
 /// A step of time ends when an emitter has moved by this (m), chosen here: the time of a violation
 /// is told to one step.
 const STEP_PATH_M: f64 = 0.1;
 /// A part of box and time this small is judged by its middle (m), chosen here: a tenth of the
 /// half-width of the narrowest wake known here.
 const SMALLEST_M: f64 = 1e-2;
+/// Spans in which the wake of a drone that climbs or sinks is bounded within its margin of time,
+/// chosen here: 0.2 s at 2 m/s are then 5 cm of depth each.
+const CLIMB_STEPS: u32 = 8;
 /// Parts searched in one step before the highest bound counts as found, chosen here: about a second
 /// of work.
 const MOST_PARTS: usize = 500_000;
+/// Parts searched in one step where the air is only told, chosen here: a tenth of a millisecond.
+const PARTS_TOLD: usize = 100;
 /// Parts searched once the limit is known to be broken, chosen here: the worst value told is then
 /// within a few percent of the highest. Below a rotor plane, where the air begins at full speed, no
 /// more would help.
@@ -57,6 +66,22 @@ pub(crate) enum Downwash<'a> {
     Attached(Attached<'a>),
     /// Of a whole flight, for as long as its air is anywhere.
     Advected(Advected<'a>, Span),
+    /// Of a flight that may be early or late.
+    Shifted(Shifted<'a>),
+}
+
+/// The wake of a flight that is late or early by no more than a margin.
+pub(crate) struct Shifted<'a> {
+    /// An index of the caller's.
+    from: usize,
+    /// Whose wake it is.
+    flight: &'a Flight,
+    /// Where wakes are advected.
+    advected: Option<Advected<'a>>,
+    /// How far its clock may be behind, and ahead (s).
+    margins_s: (f64, f64),
+    /// While it counts (s).
+    span_s: Span,
 }
 
 impl Downwash<'_> {
@@ -65,6 +90,7 @@ impl Downwash<'_> {
         match self {
             Downwash::Attached(attached) => attached.from,
             Downwash::Advected(advected, _) => advected.from,
+            Downwash::Shifted(shifted) => shifted.from,
         }
     }
 
@@ -73,6 +99,7 @@ impl Downwash<'_> {
         match self {
             Downwash::Attached(attached) => (attached.motion.from_s, attached.motion.until_s),
             Downwash::Advected(_, span_s) => *span_s,
+            Downwash::Shifted(shifted) => shifted.span_s,
         }
     }
 
@@ -81,68 +108,191 @@ impl Downwash<'_> {
         match self {
             Downwash::Attached(attached) => attached.motion.max_speed_mps(),
             Downwash::Advected(advected, _) => advected.max_speed_mps(),
+            Downwash::Shifted(shifted) => {
+                let motions = shifted.flight.parts(shifted.span_s).map(|it| it.motion);
+                motions.map(|it| it.max_speed_mps()).fold(0.0, f64::max)
+            }
         }
     }
 }
 
-/// The spans over the limit of a zone.
+/// The spans over the limit of a zone: on time, or else with every drone early or late by the time
+/// margin, each by itself.
 pub(crate) fn check(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
     let Some(air_limit_mps) = zone.air_limit_mps else {
         return Vec::new();
     };
-    let places_m = (zone.min_m.coords, zone.max_m.coords);
-    let field = Field {
-        obstacles: &scene.obstacles,
-        superposition: scene.superposition,
-        wall: scene.flown.wall,
-    };
-    let mut downwash = emitted(scene);
-    downwash.retain(|it| field.high_mps(it, &places_m, it.span_s()) > FAINTEST_WAKE_MPS);
-    let spans_s: Vec<Span> = downwash.iter().map(Downwash::span_s).collect();
-    let cuts_s = spans_s.iter().flat_map(|span_s| [span_s.0, span_s.1]);
-    let mut cuts_s: Vec<f64> = cuts_s.collect();
-    cuts_s.push(scene.last_s.min(scene.horizon_s));
-    cuts_s.sort_by(f64::total_cmp);
-    cuts_s.dedup();
+    let found = on_time(scene, zone);
+    let margin_s = scene.margins.time_s;
+    if !found.is_empty() || margin_s <= 0.0 {
+        return found;
+    }
+    let mut air = ZoneAir::new(scene, zone);
+    air.shift(scene, |_| true, (margin_s, margin_s));
+    over_limit(scene, &air, air_limit_mps, ViolationKind::ZoneMargin)
+}
 
+/// The spans over the limit of a zone with every drone on time.
+pub(crate) fn on_time(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
+    let Some(air_limit_mps) = zone.air_limit_mps else {
+        return Vec::new();
+    };
+    let air = ZoneAir::new(scene, zone);
+    over_limit(scene, &air, air_limit_mps, ViolationKind::Zone)
+}
+
+/// Whether the air of a zone exceeds its limit, one flight late by at least and at most so much
+/// (s), while other wakes are in it.
+pub(crate) fn is_over_when_late(
+    scene: &Scene<'_>,
+    zone: &Zone,
+    from: usize,
+    late_s: (f64, f64),
+) -> bool {
+    let Some(air_limit_mps) = zone.air_limit_mps else {
+        return false;
+    };
+    let mut air = ZoneAir::new(scene, zone);
+    if !air.downwash.iter().any(|it| it.from() == from) {
+        return false;
+    }
+    air.shift(scene, |k| k == from, (late_s.1, -late_s.0));
+    let limit_mps = air_limit_mps - scene.flown.return_flow_mps;
+    let is_over = |(here, span_s): (Vec<&Downwash<'_>>, Span)| {
+        let is_with_others = here.len() > 1 && here.iter().any(|it| it.from() == from);
+        is_with_others
+            && air
+                .field
+                .highest(&here, &air.places_m, span_s, limit_mps)
+                .is_some()
+    };
+    air.steps().any(is_over)
+}
+
+/// The highest air of a zone (m/s) as far as few parts of each step show it, when, and whose wake
+/// is the strongest in it: a flight's index. `None`: none.
+pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone) -> Option<(f64, f64, usize)> {
+    let air = ZoneAir::new(scene, zone);
+    let mut worst: Option<(Peak, usize)> = None;
+    for (here, span_s) in air.steps() {
+        let known_mps = worst.map_or(FAINTEST_WAKE_MPS, |(peak, _)| TOLD * peak.air_mps);
+        let above = Above {
+            limit_mps: known_mps,
+            most_parts: PARTS_TOLD,
+            is_decided: false,
+        };
+        if let Some(peak) = air.field.search(&here, &air.places_m, span_s, above) {
+            let from = air.field.strongest(&here, &peak).unwrap_or_default();
+            worst = Some((peak, from));
+        }
+    }
+    let return_flow_mps = scene.flown.return_flow_mps;
+    worst.map(|(peak, from)| (peak.air_mps + return_flow_mps, peak.t_s, from))
+}
+
+/// The spans over the limit of a zone (m/s).
+fn over_limit(
+    scene: &Scene<'_>,
+    air: &ZoneAir<'_>,
+    air_limit_mps: f64,
+    kind: ViolationKind,
+) -> Vec<Found> {
     let limit_mps = air_limit_mps - scene.flown.return_flow_mps;
     let mut parts: Vec<Span> = Vec::new();
     let mut worst: Vec<(Peak, usize)> = Vec::new();
-    for (span_s, under_way) in between(&cuts_s, &spans_s) {
-        let here: Vec<&Downwash<'_>> = under_way.iter().map(|&k| &downwash[k]).collect();
-        let path_m = fastest_mps(&here) * (span_s.1 - span_s.0);
-        let steps = (path_m / STEP_PATH_M).ceil().max(1.0);
-        let step_s = (span_s.1 - span_s.0) / steps;
-        for k in 0..steps as usize {
-            let from_s = span_s.0 + k as f64 * step_s;
-            let is_last = k + 1 == steps as usize;
-            let until_s = if is_last { span_s.1 } else { from_s + step_s };
-            let Some(peak) = field.highest(&here, &places_m, (from_s, until_s), limit_mps) else {
-                continue;
-            };
-            let before = parts.len();
-            join(&mut parts, (from_s, until_s));
-            let from = field.strongest(&here, &peak).unwrap_or_default();
-            if parts.len() > before {
-                worst.push((peak, from));
-            } else if let Some(known) = worst.last_mut()
-                && peak.air_mps > known.0.air_mps
-            {
-                *known = (peak, from);
-            }
+    for (here, span_s) in air.steps() {
+        let Some(peak) = air.field.highest(&here, &air.places_m, span_s, limit_mps) else {
+            continue;
+        };
+        let before = parts.len();
+        join(&mut parts, span_s);
+        let from = air.field.strongest(&here, &peak).unwrap_or_default();
+        if parts.len() > before {
+            worst.push((peak, from));
+        } else if let Some(known) = worst.last_mut()
+            && peak.air_mps > known.0.air_mps
+        {
+            *known = (peak, from);
         }
     }
     let found = parts.into_iter().zip(worst).map(|(span_s, (peak, from))| {
         let flight = &scene.flights[from];
         let worst = Worst {
-            with: Some(zone.name.clone()),
+            with: Some(air.name.clone()),
             position_m: flight.position_m(peak.t_s),
             value: peak.air_mps + scene.flown.return_flow_mps,
             limit: air_limit_mps,
         };
-        scene.violation(flight, ViolationKind::Zone, span_s, worst)
+        scene.violation(flight, kind, span_s, worst)
     });
     found.collect()
+}
+
+/// The wakes that reach one zone.
+struct ZoneAir<'a> {
+    /// The zone's.
+    name: String,
+    field: Field<'a>,
+    /// Lowest and highest corner of the zone (m).
+    places_m: Places,
+    downwash: Vec<Downwash<'a>>,
+    /// Where rest begins (s).
+    rests_s: f64,
+}
+
+impl<'a> ZoneAir<'a> {
+    fn new(scene: &'a Scene<'_>, zone: &Zone) -> ZoneAir<'a> {
+        let places_m = (zone.min_m.coords, zone.max_m.coords);
+        let field = Field {
+            obstacles: &scene.obstacles,
+            superposition: scene.superposition,
+            wall: scene.flown.wall,
+        };
+        let mut downwash = emitted(scene);
+        downwash.retain(|it| field.high_mps(it, &places_m, it.span_s()) > FAINTEST_WAKE_MPS);
+        ZoneAir {
+            name: zone.name.clone(),
+            field,
+            places_m,
+            downwash,
+            rests_s: scene.last_s.min(scene.horizon_s),
+        }
+    }
+
+    /// Lets the clocks of some flights be behind and ahead by up to so much (s).
+    fn shift(
+        &mut self,
+        scene: &'a Scene<'_>,
+        which: impl Fn(usize) -> bool,
+        margins_s: (f64, f64),
+    ) {
+        let (shifted, kept) = (self.downwash.drain(..)).partition(|it| which(it.from()));
+        self.downwash = kept;
+        self.downwash.extend(shifts(scene, shifted, margins_s));
+    }
+
+    /// Steps of time short enough for every drone, with the wakes that are there.
+    fn steps(&self) -> impl Iterator<Item = (Vec<&Downwash<'a>>, Span)> {
+        let spans_s: Vec<Span> = self.downwash.iter().map(Downwash::span_s).collect();
+        let cuts_s = spans_s.iter().flat_map(|span_s| [span_s.0, span_s.1]);
+        let mut cuts_s: Vec<f64> = cuts_s.collect();
+        cuts_s.push(self.rests_s);
+        cuts_s.sort_by(f64::total_cmp);
+        cuts_s.dedup();
+        let between = between(&cuts_s, &spans_s).into_iter();
+        between.flat_map(move |(span_s, under_way)| {
+            let here: Vec<&Downwash<'_>> = under_way.iter().map(|&k| &self.downwash[k]).collect();
+            let path_m = fastest_mps(&here) * (span_s.1 - span_s.0);
+            let steps = (path_m / STEP_PATH_M).ceil().max(1.0);
+            let step_s = (span_s.1 - span_s.0) / steps;
+            (0..steps as usize).map(move |k| {
+                let from_s = span_s.0 + k as f64 * step_s;
+                let is_last = k + 1 == steps as usize;
+                let until_s = if is_last { span_s.1 } else { from_s + step_s };
+                (here.clone(), (from_s, until_s))
+            })
+        })
+    }
 }
 
 /// The wakes of all flights while they are airborne.
@@ -171,10 +321,89 @@ fn emitted<'a>(scene: &'a Scene<'_>) -> Vec<Downwash<'a>> {
     emitted
 }
 
+/// The flights of some wakes, each while one of its wakes counts at some shift of its clock.
+fn shifts<'a>(
+    scene: &'a Scene<'_>,
+    downwash: Vec<Downwash<'a>>,
+    margins_s: (f64, f64),
+) -> Vec<Downwash<'a>> {
+    let mut shifted: Vec<Shifted<'a>> = Vec::new();
+    for it in downwash {
+        let (from_s, until_s) = it.span_s();
+        // Behind its clock it comes later.
+        let span_s = ((from_s - margins_s.1).max(0.0), until_s + margins_s.0);
+        match shifted.last_mut() {
+            Some(last) if last.from == it.from() && last.span_s.1 >= span_s.0 => {
+                last.span_s.1 = span_s.1;
+            }
+            _ => shifted.push(Shifted {
+                from: it.from(),
+                flight: &scene.flights[it.from()],
+                advected: Advected::new(scene, it.from()),
+                margins_s,
+                span_s,
+            }),
+        }
+    }
+    shifted.into_iter().map(Downwash::Shifted).collect()
+}
+
 /// Of the drones whose wakes these are (m/s).
 fn fastest_mps(downwash: &[&Downwash<'_>]) -> f64 {
     let speeds_mps = downwash.iter().map(|it| it.max_speed_mps());
     speeds_mps.fold(0.0, f64::max)
+}
+
+impl<'a> Shifted<'a> {
+    /// The wakes of its drone during a span of its clock: while it climbs or sinks in short spans,
+    /// so that each is bounded at about one depth.
+    fn attached(&self, span_s: Span) -> impl Iterator<Item = Attached<'a>> {
+        let (flight, from) = (self.flight, self.from);
+        let parts = flight.parts(span_s).filter(|it| it.flies);
+        parts.flat_map(move |part| {
+            let steps = if part.motion.climb_mps() == 0.0 {
+                1
+            } else {
+                CLIMB_STEPS
+            };
+            let from_s = part.motion.from_s;
+            let step_s = (part.motion.until_s - from_s) / f64::from(steps);
+            (0..steps).map(move |k| {
+                let from_s = from_s + f64::from(k) * step_s;
+                flight.attached(
+                    from,
+                    part.piece,
+                    part.motion.during(from_s, from_s + step_s),
+                )
+            })
+        })
+    }
+
+    /// Its wakes at those moments of its clock at which the air at a place (m) may be the highest.
+    fn sources(&self, obstacles: &Obstacles, t_s: f64, place_m: Point3<f64>) -> Vec<Source<'a>> {
+        let span_s = (t_s - self.margins_s.0, t_s + self.margins_s.1);
+        if let Some(advected) = &self.advected {
+            let shares = (0..=CLIMB_STEPS).map(|k| f64::from(k) / f64::from(CLIMB_STEPS));
+            let moments = shares.map(|share| span_s.0 + share * (span_s.1 - span_s.0));
+            return moments
+                .flat_map(|t_s| advected.sources(obstacles, t_s, place_m.z))
+                .collect();
+        }
+        let sources = self.attached(span_s).flat_map(|attached| {
+            let motion = attached.motion;
+            let span_s = (motion.from_s, motion.until_s);
+            let there = Motion::straight(span_s, place_m, place_m);
+            let nearest_s = there
+                .seen_from(&motion)
+                .map(|it| it.nearest_to_axis_s(span_s));
+            let moments = [Some(span_s.0), nearest_s, Some(span_s.1)]
+                .into_iter()
+                .flatten();
+            let sources = moments.map(|t_s| attached.source(obstacles, t_s));
+            sources.collect::<Vec<_>>()
+        });
+        sources.collect()
+    }
 }
 
 /// What the air in a zone depends on besides the drones.
@@ -186,6 +415,17 @@ pub(crate) struct Field<'a> {
     pub(crate) superposition: Superposition,
     /// What becomes of a jet that meets the floor.
     pub(crate) wall: Option<GroundImpingement>,
+}
+
+/// What is looked for in a step.
+#[derive(Clone, Copy)]
+struct Above {
+    /// Air above this (m/s).
+    limit_mps: f64,
+    /// Parts looked at.
+    most_parts: usize,
+    /// What may be above it counts as found when there are no more; otherwise it is left.
+    is_decided: bool,
 }
 
 /// A part of box and time.
@@ -208,44 +448,81 @@ impl Field<'_> {
 
     /// An upper bound of one wake from above and of its wall jet along the floor (m/s).
     fn highs_mps(&self, it: &Downwash<'_>, places_m: &Places, span_s: Span) -> (f64, f64) {
-        let along_mps = |wake: &Wake, from_m: &Places| {
-            let floor_z_m = self.obstacles.floor_z_m;
-            let wall = self.wall.as_ref();
-            wall.map_or(0.0, |wall| {
-                wall.highest_between_mps(wake, floor_z_m, from_m, places_m)
-            })
-        };
         match it {
-            Downwash::Advected(advected, _) => {
-                let (mut above_mps, mut wall_mps) = (0.0_f64, 0.0_f64);
-                for left in advected.left(span_s, places_m) {
-                    if left.may_reach(self.obstacles, places_m) {
-                        above_mps = above_mps.max(left.highest_mps(&left.offsets_m(places_m)));
-                    }
-                    wall_mps = wall_mps.max(along_mps(&left.wake.wake, &left.from_m));
-                }
-                (above_mps, wall_mps)
-            }
+            Downwash::Advected(advected, _) => self.late_highs_mps(advected, places_m, span_s),
             Downwash::Attached(attached) => {
-                let (motion, wake) = (&attached.motion, attached.wake);
-                let from_m = motion.box_m(span_s.0, span_s.1);
-                let along_mps = along_mps(&wake.wake, &from_m);
-                let offsets_m = (places_m.0 - from_m.1, places_m.1 - from_m.0);
-                let heights_m = (places_m.0.z, places_m.1.z);
-                let reaches = attached.reaches(self.obstacles, heights_m, span_s).1;
-                if offsets_m.0.z >= 0.0 || !reaches {
-                    return (0.0, along_mps);
+                let motion = attached.motion.during(span_s.0, span_s.1);
+                self.attached_highs_mps(
+                    &Attached {
+                        motion,
+                        ..*attached
+                    },
+                    places_m,
+                )
+            }
+            Downwash::Shifted(shifted) => {
+                let (behind_s, ahead_s) = shifted.margins_s;
+                let around_s = (span_s.0 - behind_s, span_s.1 + ahead_s);
+                if let Some(advected) = &shifted.advected {
+                    return self.late_highs_mps(advected, places_m, around_s);
                 }
-                let middle_s = 0.5 * (span_s.0 + span_s.1);
-                let half_path_m =
-                    motion.half_path_m(span_s.0, span_s.1) + 0.5 * (places_m.1 - places_m.0).norm();
-                let middle_m = 0.5 * (places_m.0 + places_m.1) - motion.at_m(middle_s);
-                let off_axis_m = level_gap_m(&from_m, places_m);
-                let above_mps =
-                    wake.highest_along_mps(&offsets_m, off_axis_m, &middle_m, half_path_m);
-                (above_mps, along_mps)
+                let highs = shifted
+                    .attached(around_s)
+                    .map(|it| self.attached_highs_mps(&it, places_m));
+                highs.fold((0.0, 0.0), |a, b| (a.0.max(b.0), a.1.max(b.1)))
             }
         }
+    }
+
+    /// An upper bound of the wall jet of a wake whose drone is somewhere in a box (m/s).
+    fn along_mps(&self, wake: &Wake, from_m: &Places, places_m: &Places) -> f64 {
+        let floor_z_m = self.obstacles.floor_z_m;
+        let wall = self.wall.as_ref();
+        wall.map_or(0.0, |wall| {
+            wall.highest_between_mps(wake, floor_z_m, from_m, places_m)
+        })
+    }
+
+    /// Those of advected air (m/s).
+    fn late_highs_mps(
+        &self,
+        advected: &Advected<'_>,
+        places_m: &Places,
+        span_s: Span,
+    ) -> (f64, f64) {
+        let (mut above_mps, mut wall_mps) = (0.0_f64, 0.0_f64);
+        for left in advected.left(span_s, places_m) {
+            if left.may_reach(self.obstacles, places_m) {
+                above_mps = above_mps.max(left.highest_mps(&left.offsets_m(places_m)));
+            }
+            wall_mps = wall_mps.max(self.along_mps(&left.wake.wake, &left.from_m, places_m));
+        }
+        (above_mps, wall_mps)
+    }
+
+    /// Those of a quasi-static wake over the whole motion of its drone (m/s).
+    fn attached_highs_mps(&self, attached: &Attached<'_>, places_m: &Places) -> (f64, f64) {
+        let (motion, wake) = (&attached.motion, attached.wake);
+        let span_s = (motion.from_s, motion.until_s);
+        let from_m = motion.box_m(span_s.0, span_s.1);
+        let along_mps = self.along_mps(&wake.wake, &from_m, places_m);
+        let offsets_m = (places_m.0 - from_m.1, places_m.1 - from_m.0);
+        let heights_m = (places_m.0.z, places_m.1.z);
+        let reaches = attached.reaches(self.obstacles, heights_m, span_s).1;
+        if offsets_m.0.z >= 0.0 || !reaches {
+            return (0.0, along_mps);
+        }
+        let centre_m = 0.5 * (places_m.0 + places_m.1);
+        let half_m = 0.5 * (places_m.1 - places_m.0);
+        let middle_m = centre_m - motion.at_m(0.5 * (span_s.0 + span_s.1));
+        let half_path_m = motion.half_path_m(span_s.0, span_s.1) + half_m.norm();
+        // From the path itself to the middle of the box: nearer to the truth than box to box where
+        // the drone flies askew.
+        let path_m = motion.level_path(span_s.0, span_s.1);
+        let from_path_m = path_m.nearest_m([-centre_m.x, -centre_m.y]).norm() - half_m.xy().norm();
+        let off_axis_m = level_gap_m(&from_m, places_m).max(from_path_m);
+        let above_mps = wake.highest_along_mps(&offsets_m, off_axis_m, &middle_m, half_path_m);
+        (above_mps, along_mps)
     }
 
     /// An upper bound of all wakes over places and a span of time (m/s).
@@ -261,6 +538,7 @@ impl Field<'_> {
         let sources: Vec<Source<'_>> = match it {
             Downwash::Advected(advected, _) => advected.sources(self.obstacles, t_s, place_m.z),
             Downwash::Attached(attached) => vec![attached.source(self.obstacles, t_s)],
+            Downwash::Shifted(shifted) => shifted.sources(self.obstacles, t_s, place_m),
         };
         let (mut above_mps, mut along_mps) = (0.0_f64, Vector3::zeros());
         for source in sources {
@@ -307,6 +585,23 @@ impl Field<'_> {
         span_s: Span,
         limit_mps: f64,
     ) -> Option<Peak> {
+        let decided = Above {
+            limit_mps,
+            most_parts: MOST_PARTS,
+            is_decided: true,
+        };
+        self.search(all, places_m, span_s, decided)
+    }
+
+    /// The same for a limit of any purpose.
+    fn search(
+        &self,
+        all: &[&Downwash<'_>],
+        places_m: &Places,
+        span_s: Span,
+        above: Above,
+    ) -> Option<Peak> {
+        let limit_mps = above.limit_mps;
         let bound = |places_m, span_s, at_most_mps: f64| Part {
             high_mps: self.together_mps(all, &places_m, span_s).min(at_most_mps),
             places_m,
@@ -329,7 +624,10 @@ impl Field<'_> {
             }
             let t_s = 0.5 * (part.span_s.0 + part.span_s.1);
             let place_m = Point3::from(0.5 * (part.places_m.0 + part.places_m.1));
-            let given_up = made >= MOST_PARTS;
+            let given_up = made >= above.most_parts;
+            if given_up && !above.is_decided {
+                break;
+            }
             let air_mps = match given_up {
                 true => part.high_mps,
                 false => self.at_mps(all, t_s, place_m),

@@ -29,8 +29,9 @@ pub(crate) struct Encounter {
     pub(crate) span_s: Span,
 }
 
-/// For every flight, the others near it, by drone and then by time.
-pub(crate) fn encounters(scene: &Scene<'_>) -> Vec<Vec<Encounter>> {
+/// For every flight, the others near it, by drone and then by time; both clocks may differ by up to
+/// `apart_s` (s), and the time is the flight's own.
+pub(crate) fn encounters(scene: &Scene<'_>, apart_s: f64) -> Vec<Vec<Encounter>> {
     let slabs = ((scene.last_s / SLAB_S).ceil() as usize).clamp(1, MOST_SLABS);
     let slab_s = scene.last_s / slabs as f64;
     let spans_s = (0..slabs).map(|k| (k as f64 * slab_s, (k + 1) as f64 * slab_s));
@@ -42,7 +43,7 @@ pub(crate) fn encounters(scene: &Scene<'_>) -> Vec<Vec<Encounter>> {
     let reach = Reach::new(scene);
     let pairs: Vec<Vec<(usize, usize)>> = (spans_s.par_iter())
         // Advected air comes from where its drone was.
-        .map(|&(from_s, until_s)| (from_s - scene.longest_lag_s, until_s))
+        .map(|&(from_s, until_s)| (from_s - scene.longest_lag_s - apart_s, until_s + apart_s))
         .map(|span_s| pairs_during(&scene.flights, span_s, &reach))
         .collect();
 
@@ -71,6 +72,8 @@ pub(crate) fn encounters(scene: &Scene<'_>) -> Vec<Vec<Encounter>> {
 struct Reach {
     /// Different wakes of each flight.
     wakes: Vec<Vec<Arc<BoundedWake>>>,
+    /// Beyond both bodies, for what each may be off its path (m).
+    tracking_m: f64,
     /// Two flights farther apart than this do not meet (m).
     farthest_m: f64,
 }
@@ -80,12 +83,13 @@ impl Reach {
     fn new(scene: &Scene<'_>) -> Reach {
         let mut reach = Reach {
             wakes: scene.flights.iter().map(Flight::different_wakes).collect(),
+            tracking_m: 2.0 * scene.margins.tracking_m,
             farthest_m: 0.0,
         };
         let deepest_m = scene.bounds_m.max.z - scene.bounds_m.min.z;
         let own_m = scene.flights.iter().enumerate().map(|(k, flight)| {
             let air_m = reach.down_to_m(k, deepest_m) + 2.0 * flight.tip_radius_m;
-            air_m.max(2.0 * flight.body_radius_m)
+            air_m.max(2.0 * flight.body_radius_m + reach.tracking_m)
         });
         let tips_m = scene.flights.iter().map(|flight| flight.tip_radius_m);
         reach.farthest_m = own_m.fold(0.0, f64::max) + tips_m.fold(0.0, f64::max);
@@ -134,7 +138,7 @@ fn meet(
         let far_m = || reach.down_to_m(from, above_m - below_m) + flights[to].tip_radius_m;
         above_m > below_m && gap_m <= far_m()
     };
-    gap_m <= flights[*a].body_radius_m + flights[*b].body_radius_m
+    gap_m <= flights[*a].body_radius_m + flights[*b].body_radius_m + reach.tracking_m
         || reaches(*a, *b, places_a.1.z, places_b.0.z)
         || reaches(*b, *a, places_b.1.z, places_a.0.z)
 }

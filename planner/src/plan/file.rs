@@ -1,0 +1,413 @@
+//! plan.json from anywhere: read as far as it can be judged, what it leaves out filled in, and what
+//! it claims kept apart from what it is.
+//!
+//! A plan says who flies which airframe, where, when, at which mass and within which limits; what
+//! follows from that (exposure, energy, arrivals, sums, violations) are results. A foreign plan may
+//! leave results out, name a preset in place of an airframe's numbers, and leave out whatever a
+//! [default](self) says.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::de::{Deserializer, Error as _, IgnoredAny, MapAccess, Visitor, value};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::trajectory::{SAME_PLACE_M, Tail, Trajectory};
+use super::{
+    AIR_LIMIT_DEFAULT, AirframeEntry, AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE,
+    MAX_SPEED_DEFAULT_MPS, Plan, Status, ZoneAir,
+};
+
+/// A plan, complete, and what its file claims of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanFile {
+    /// With everything filled in; results that the file leaves out are 0 or absent.
+    pub plan: Plan,
+    /// The results that the file states.
+    pub claims: Claims,
+    /// What was filled in, and for how many drones; in the order of the fields.
+    pub filled: Vec<(&'static str, usize)>,
+    /// What was assumed while it was read, as sentences.
+    pub remarks: Vec<String>,
+}
+
+impl PlanFile {
+    /// The figures that the file states and that only planning could tell.
+    pub fn planning_figures(&self) -> Vec<&'static str> {
+        let drones = &self.claims.drones;
+        let figures = [
+            ("alone_s", drones.iter().any(|it| it.alone_s.is_some())),
+            ("waits_s", drones.iter().any(|it| it.waits_s.is_some())),
+            ("detour_m", drones.iter().any(|it| it.detour_m.is_some())),
+            ("ignoring_downwash", self.plan.ignoring_downwash.is_some()),
+        ];
+        let stated = figures.into_iter().filter(|(_, is_stated)| *is_stated);
+        stated.map(|(figure, _)| figure).collect()
+    }
+}
+
+/// Why a text is no plan that can be judged.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum NotAPlan {
+    /// Not JSON, or a field that is missing, unknown or of another kind.
+    #[error("`{path}`: {reason}")]
+    Field {
+        /// Where: `drones[3].trajectory.t_s`.
+        path: String,
+        /// What is wrong, with line and column.
+        reason: String,
+    },
+    /// Another format.
+    #[error("`format` is \"{0}\", this program reads \"{FORMAT}\" and \"{FORMAT_BEFORE}\"")]
+    Format(String),
+    /// No drone.
+    #[error("`drones`: there are none")]
+    NoDrones,
+    /// What this verifier cannot judge, and would have to leave out.
+    #[error("`{0}`: {1}")]
+    NotJudged(String, &'static str),
+}
+
+/// The results that a file states; `None`: it does not.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(default)]
+pub struct Claims {
+    /// As [`Plan::status`].
+    pub status: Option<Status>,
+    /// As [`Plan::quasi_static`].
+    pub quasi_static: Option<bool>,
+    /// In the order of [`Plan::drones`].
+    pub drones: Vec<DroneClaims>,
+    /// As [`Plan::fleet`].
+    pub fleet: FleetClaims,
+    /// As [`Plan::zone_air`].
+    pub zone_air: Option<Vec<ZoneAir>>,
+    /// As [`Plan::violations`].
+    pub violations: Option<Vec<super::Violation>>,
+    /// Not `null`: air that takes its time by a range of convection factors.
+    air_delay: Option<IgnoredAny>,
+}
+
+/// The results that a file states of one drone.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(default)]
+pub struct DroneClaims {
+    /// As [`AirframeEntry::hover_induced_velocity_mps`].
+    #[serde(deserialize_with = "hover_velocity", rename = "airframe")]
+    pub hover_induced_velocity_mps: Option<f64>,
+    /// As [`DronePlan::arrives_s`].
+    pub arrives_s: Option<f64>,
+    /// As [`DronePlan::alone_s`].
+    pub alone_s: Option<f64>,
+    /// As [`DronePlan::waits_s`].
+    pub waits_s: Option<f64>,
+    /// As [`DronePlan::detour_m`].
+    pub detour_m: Option<f64>,
+    /// As [`DronePlan::worst_air_mps`].
+    pub worst_air_mps: Option<f64>,
+    /// As [`DronePlan::worst_air_from`].
+    pub worst_air_from: Option<String>,
+    /// As [`DronePlan::worst_air_at_s`].
+    pub worst_air_at_s: Option<f64>,
+    /// As [`DronePlan::dose_m`].
+    pub dose_m: Option<f64>,
+    /// As [`DronePlan::extra_energy_j`].
+    pub extra_energy_j: Option<f64>,
+    /// As [`DronePlan::extra_energy_percent`].
+    pub extra_energy_percent: Option<f64>,
+    trajectory: Curves,
+}
+
+/// The results that a file states of the fleet.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[serde(default)]
+pub struct FleetClaims {
+    /// As [`super::Fleet::makespan_s`].
+    pub makespan_s: Option<f64>,
+    /// As [`super::Fleet::sum_of_arrivals_s`].
+    pub sum_of_arrivals_s: Option<f64>,
+    /// As [`super::Fleet::sum_alone_s`].
+    pub sum_alone_s: Option<f64>,
+    /// As [`super::Fleet::extra_energy_j`].
+    pub extra_energy_j: Option<f64>,
+}
+
+/// Inner control points, where a file has them.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(default)]
+struct Curves {
+    control_m: Vec<Vec<IgnoredAny>>,
+}
+
+/// Reads a plan, fills in what it leaves out, and keeps what it claims.
+///
+/// # Errors
+///
+/// The first thing that keeps it from being judged.
+pub fn read(text: &str) -> Result<PlanFile, NotAPlan> {
+    let mut plan: Plan = parsed(text)?;
+    if ![FORMAT, FORMAT_BEFORE].contains(&plan.format.as_str()) {
+        return Err(NotAPlan::Format(plan.format));
+    }
+    if plan.drones.is_empty() {
+        return Err(NotAPlan::NoDrones);
+    }
+    let claims: Claims = parsed(text)?;
+    if claims.air_delay.is_some() {
+        let why = "air that takes its time by a range of factors cannot be judged yet";
+        return Err(NotAPlan::NotJudged("air_delay".to_owned(), why));
+    }
+    for (k, drone) in claims.drones.iter().enumerate() {
+        if drone
+            .trajectory
+            .control_m
+            .iter()
+            .any(|piece| !piece.is_empty())
+        {
+            let where_ = format!("drones[{k}].trajectory.control_m");
+            return Err(NotAPlan::NotJudged(
+                where_,
+                "curved pieces cannot be judged yet",
+            ));
+        }
+    }
+    let filled = plan.complete();
+    Ok(PlanFile {
+        plan,
+        claims,
+        filled,
+        remarks: Vec::new(),
+    })
+}
+
+/// One value from a text, or the field that is wrong.
+fn parsed<'t, T: Deserialize<'t>>(text: &'t str) -> Result<T, NotAPlan> {
+    let json = &mut serde_json::Deserializer::from_str(text);
+    let value = serde_path_to_error::deserialize(&mut *json).map_err(|error| NotAPlan::Field {
+        path: error.path().to_string(),
+        reason: error.inner().to_string(),
+    })?;
+    let end = json.end().map_err(|error| NotAPlan::Field {
+        path: ".".to_owned(),
+        reason: error.to_string(),
+    });
+    end.map(|()| value)
+}
+
+impl Plan {
+    /// Fills in what follows from the rest: masses, hover velocities, when drones are airborne.
+    /// Says what, and for how many drones.
+    fn complete(&mut self) -> Vec<(&'static str, usize)> {
+        let mut masses = 0;
+        let mut airborne = 0;
+        let density_kg_per_m3 = self.air.density_kg_per_m3;
+        for drone in &mut self.drones {
+            let points = drone.trajectory.t_s.len();
+            if drone.trajectory.mass_kg.is_empty() && points > 0 {
+                drone.trajectory.mass_kg = vec![drone.airframe.mass_kg; points];
+                masses += 1;
+            }
+            if drone.airframe.hover_induced_velocity_mps == 0.0
+                && let Ok(airframe) = drone.airframe.airframe()
+                && density_kg_per_m3 > 0.0
+            {
+                let mass_kg = airframe.mass_kg();
+                drone.airframe.hover_induced_velocity_mps =
+                    airframe.hover_induced_velocity_mps(mass_kg, density_kg_per_m3);
+            }
+            if drone.airborne_s == airborne_not_said() {
+                let is_unplanned = self.unplanned.iter().any(|it| it.name == drone.name);
+                drone.airborne_s = airborne_s(drone, is_unplanned);
+                airborne += 1;
+            }
+        }
+        let filled = [("mass_kg", masses), ("airborne_s", airborne)];
+        filled
+            .into_iter()
+            .filter(|(_, drones)| *drones > 0)
+            .collect()
+    }
+}
+
+/// When a drone is in the air that does not say so: from when it comes, or first moves where it
+/// starts landed, until it has landed or left.
+fn airborne_s(drone: &DronePlan, is_unplanned: bool) -> (f64, Option<f64>) {
+    let comes_s = drone.enters_s.unwrap_or(0.0);
+    let last_s = drone.trajectory.t_s.last().copied();
+    let moves_s = Trajectory::new(&drone.trajectory, Tail::Gone)
+        .ok()
+        .and_then(|it| it.moves_s());
+    let from_s = match (drone.at_start, moves_s) {
+        (AtStart::Hover, _) => comes_s,
+        (AtStart::Landed, Some((first_s, _))) => first_s,
+        (AtStart::Landed, None) => return (comes_s, Some(comes_s)),
+    };
+    match drone.at_end {
+        AtEnd::Land | AtEnd::Leave if !is_unplanned => (from_s, last_s),
+        _ => (from_s, None),
+    }
+}
+
+/// Stands for an `airborne_s` that is left out; no file can say it.
+pub(super) fn airborne_not_said() -> (f64, Option<f64>) {
+    (f64::NEG_INFINITY, None)
+}
+
+/// Of a drone that states none.
+pub(super) fn air_limit() -> f64 {
+    AIR_LIMIT_DEFAULT
+}
+
+/// An airframe as a plan may write it: the name of a preset, or its numbers; those of a preset may
+/// be left out.
+#[derive(Deserialize, JsonSchema, Serialize)]
+#[schemars(rename = "Airframe")]
+pub(super) struct AirframeForm {
+    /// A preset's, or any other.
+    #[serde(default)]
+    name: String,
+    /// Without payload (kg).
+    mass_kg: Option<f64>,
+    /// Number of propellers.
+    propellers: Option<u32>,
+    /// m.
+    propeller_diameter_m: Option<f64>,
+    /// Diagonal, motor to motor (m).
+    motor_distance_m: Option<f64>,
+    /// Multiplies the half-width, divides the centreline; left out: 1.
+    width_factor: Option<f64>,
+    /// Radius of the ball that stays clear (m); left out: to the rotor tips.
+    body_radius_m: Option<f64>,
+    /// m/s; left out: 2.
+    max_speed_mps: Option<f64>,
+    /// Highest vertical speed upwards (m/s); left out: not limited.
+    max_climb_mps: Option<f64>,
+    /// Highest vertical speed downwards (m/s); left out: not limited.
+    max_descent_mps: Option<f64>,
+    /// m/s²; left out: not limited.
+    max_acceleration_mps2: Option<f64>,
+    /// m/s³; left out: not limited.
+    max_jerk_mps3: Option<f64>,
+    /// At its mass without payload (m/s). A result.
+    hover_induced_velocity_mps: Option<f64>,
+}
+
+impl AirframeForm {
+    /// With what a preset or a default says.
+    ///
+    /// # Errors
+    ///
+    /// A number that is left out and no preset has.
+    fn complete(self) -> Result<AirframeEntry, String> {
+        let preset = airflow::Airframe::preset(&self.name);
+        let preset = preset.as_ref();
+        let lacks = |field: &str| {
+            let name = &self.name;
+            format!("airframe `{name}` is no preset, and lacks `{field}`")
+        };
+        let mass_kg = self.mass_kg.or(preset.map(|it| it.mass_kg()));
+        let diameter_m = (self.propeller_diameter_m).or(preset.map(|it| it.propeller_diameter_m()));
+        let distance_m = self
+            .motor_distance_m
+            .or(preset.map(|it| it.motor_distance_m()));
+        let diameter_m = diameter_m.ok_or_else(|| lacks("propeller_diameter_m"))?;
+        let distance_m = distance_m.ok_or_else(|| lacks("motor_distance_m"))?;
+        Ok(AirframeEntry {
+            mass_kg: mass_kg.ok_or_else(|| lacks("mass_kg"))?,
+            propellers: (self.propellers)
+                .or(preset.map(|it| it.propellers()))
+                .unwrap_or(4),
+            propeller_diameter_m: diameter_m,
+            motor_distance_m: distance_m,
+            width_factor: (self.width_factor)
+                .or(preset.map(|it| it.width_factor()))
+                .unwrap_or(1.0),
+            body_radius_m: self
+                .body_radius_m
+                .unwrap_or(0.5 * (distance_m + diameter_m)),
+            max_speed_mps: self.max_speed_mps.unwrap_or(MAX_SPEED_DEFAULT_MPS),
+            max_climb_mps: self.max_climb_mps,
+            max_descent_mps: self.max_descent_mps,
+            max_acceleration_mps2: self.max_acceleration_mps2,
+            max_jerk_mps3: self.max_jerk_mps3,
+            hover_induced_velocity_mps: self.hover_induced_velocity_mps.unwrap_or(0.0),
+            name: self.name,
+        })
+    }
+}
+
+/// Reads an airframe by the name of a preset, or by its numbers.
+pub(super) fn airframe<'de, D: Deserializer<'de>>(from: D) -> Result<AirframeEntry, D::Error> {
+    from.deserialize_any(OneOf)?
+        .complete()
+        .map_err(D::Error::custom)
+}
+
+/// Of an airframe by its numbers, the hover velocity that is claimed.
+fn hover_velocity<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
+    Ok(from.deserialize_any(OneOf)?.hover_induced_velocity_mps)
+}
+
+/// Takes a name, or a map of numbers.
+struct OneOf;
+
+impl<'de> Visitor<'de> for OneOf {
+    type Value = AirframeForm;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the name of a preset, or an airframe's numbers")
+    }
+
+    fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<AirframeForm, E> {
+        let of_name = value::MapDeserializer::new([("name", name)].into_iter());
+        AirframeForm::deserialize(of_name)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<AirframeForm, A::Error> {
+        AirframeForm::deserialize(value::MapAccessDeserializer::new(map))
+    }
+}
+
+/// The JSON schema of a plan, from the types that read and write it.
+pub fn schema() -> schemars::Schema {
+    schemars::schema_for!(Plan)
+}
+
+/// The moments at which a drone's final dwell may end, by its trajectory alone, the likeliest first
+/// (s): the break points from when it stands at its last place on; of a drone that lands, those
+/// above its pad.
+pub fn arrivals_s(drone: &DronePlan) -> Vec<f64> {
+    let (times_s, places_m) = (&drone.trajectory.t_s, &drone.trajectory.position_m);
+    let apart_m = |k: usize| places_m[k] - places_m[k - 1];
+    let points = times_s.len().min(places_m.len());
+    let mut descends = points;
+    if drone.at_end == AtEnd::Land {
+        while descends > 1 && apart_m(descends - 1).norm() <= SAME_PLACE_M {
+            descends -= 1;
+        }
+        // Straight down, in one piece or more.
+        let pad = descends;
+        while descends > 1
+            && apart_m(descends - 1).xy().norm() <= SAME_PLACE_M
+            && apart_m(descends - 1).z < -SAME_PLACE_M
+        {
+            descends -= 1;
+        }
+        let within = (descends..pad.max(1) - 1).map(|k| times_s[k]);
+        let stands = standing_s(drone, descends);
+        return stands.into_iter().chain(within).collect();
+    }
+    standing_s(drone, descends)
+}
+
+/// The moments of the last of so many break points and of those before it at the same place (s).
+fn standing_s(drone: &DronePlan, points: usize) -> Vec<f64> {
+    let (times_s, places_m) = (&drone.trajectory.t_s, &drone.trajectory.position_m);
+    let Some(last) = points.checked_sub(1) else {
+        return Vec::new();
+    };
+    let is_there = |k: &usize| (places_m[*k] - places_m[last]).norm() <= SAME_PLACE_M;
+    let stands = (0..=last).rev().take_while(is_there);
+    stands.map(|k| times_s[k]).collect()
+}

@@ -1,0 +1,327 @@
+//! Whether a plan is a plan of this scenario: the same place, air and fleet, and all that was asked
+//! of it.
+//!
+//! Places reached, dwells and loads are read from the trajectories alone. A margin may be larger
+//! than asked for, and a limit tighter; everything else has to be the same.
+
+use nalgebra::Point3;
+
+use crate::plan::trajectory::{Motion, Piece, Tail, Trajectory};
+use crate::plan::{AtEnd, DronePlan, Plan, Solid};
+use crate::scenario::world::{Drone, Task, World};
+
+/// How near to a task a drone counts as there (m), chosen here: a millimetre, as for bodies.
+const THERE_M: f64 = 1e-3;
+/// How much shorter a dwell may be (s): rounding of times.
+const SHORT_S: f64 = 1e-6;
+/// Relative differences up to this are rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// What a scenario asks for and a plan does not have, as sentences; empty where it answers the
+/// scenario.
+pub fn missing(world: &World, plan: &Plan) -> Vec<String> {
+    let mut missing = of_place(world, plan);
+    for drone in &world.drones {
+        let entry = plan.drones.iter().find(|it| it.name == drone.name);
+        let Some(entry) = entry else {
+            missing.push(format!("`{}` is not in the plan", drone.name));
+            continue;
+        };
+        let faults = of_drone(drone, entry, plan);
+        missing.extend(
+            faults
+                .into_iter()
+                .map(|why| format!("`{}`: {why}", drone.name)),
+        );
+    }
+    let is_asked = |entry: &&DronePlan| world.drones.iter().any(|it| it.name == entry.name);
+    let more = plan.drones.iter().filter(|it| !is_asked(it));
+    missing.extend(more.map(|it| format!("`{}` is not in the scenario", it.name)));
+    missing
+}
+
+/// Whether two numbers are the same but for rounding.
+fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= ROUNDING * a.abs().max(b.abs()).max(ROUNDING)
+}
+
+fn same_place(a: &Point3<f64>, b: &Point3<f64>) -> bool {
+    (a - b).norm() <= ROUNDING
+}
+
+/// Bounds, obstacles, zones, margins and air.
+fn of_place(world: &World, plan: &Plan) -> Vec<String> {
+    let mut missing = Vec::new();
+    let bounds = [
+        (world.bounds_m.min, plan.bounds_m.min),
+        (world.bounds_m.max, plan.bounds_m.max),
+    ];
+    if !bounds.iter().all(|(a, b)| same_place(a, b)) {
+        missing.push("the plan has other bounds".to_owned());
+    }
+    for obstacle in &world.obstacles {
+        let named = plan.obstacles.iter().filter(|it| it.name == obstacle.name);
+        let mut shapes = named.map(|it| same_shape(&it.shape, &obstacle.shape));
+        if !shapes.any(|is_same| is_same) {
+            let name = &obstacle.name;
+            missing.push(format!(
+                "obstacle `{name}` is not in the plan, or has another shape"
+            ));
+        }
+    }
+    for zone in &world.zones {
+        let is_kept = plan.zones.iter().any(|it| {
+            let limit = match (zone.air_limit_mps, it.air_limit_mps) {
+                (Some(asked), Some(kept)) => kept <= asked * (1.0 + ROUNDING),
+                (asked, _) => asked.is_none(),
+            };
+            let corners = same_place(&it.min_m, &zone.min_m) && same_place(&it.max_m, &zone.max_m);
+            it.name == zone.name && corners && limit && (it.keep_out || !zone.keep_out)
+        });
+        if !is_kept {
+            let name = &zone.name;
+            missing.push(format!(
+                "zone `{name}` is not in the plan, or asks for less there"
+            ));
+        }
+    }
+    let (asked, kept) = (world.planning.margins, plan.margins);
+    for (what, asked, kept, unit) in [
+        ("time_margin_s", asked.time_s, kept.time_s, "s"),
+        ("tracking_m", asked.tracking_m, kept.tracking_m, "m"),
+    ] {
+        if kept < asked * (1.0 - ROUNDING) {
+            missing.push(format!(
+                "{what} is {asked} {unit}, the plan has {kept} {unit}"
+            ));
+        }
+    }
+    let density = (world.air.density_kg_per_m3(), plan.air.density_kg_per_m3);
+    let jets = [world.jet, plan.air.jet].map(|it| [it.centreline, it.spreading, it.origin]);
+    let is_same_air = same(density.0, density.1)
+        && (0..3).all(|k| same(jets[0][k], jets[1][k]))
+        && world.superposition.as_str() == plan.air.superposition
+        && world.effects == plan.air.effects.unwrap_or_default();
+    if !is_same_air {
+        missing.push("the plan assumes other air".to_owned());
+    }
+    missing
+}
+
+fn same_shape(a: &Solid, b: &Solid) -> bool {
+    match (a, b) {
+        (
+            Solid::Box { min_m, max_m },
+            Solid::Box {
+                min_m: low_m,
+                max_m: high_m,
+            },
+        ) => same_place(min_m, low_m) && same_place(max_m, high_m),
+        (
+            Solid::Cylinder {
+                base_m,
+                radius_m,
+                height_m,
+            },
+            Solid::Cylinder {
+                base_m: foot_m,
+                radius_m: wide_m,
+                height_m: tall_m,
+            },
+        ) => same_place(base_m, foot_m) && same(*radius_m, *wide_m) && same(*height_m, *tall_m),
+        (
+            Solid::Mesh {
+                vertices_m,
+                triangles,
+                ..
+            },
+            Solid::Mesh {
+                vertices_m: points_m,
+                triangles: faces,
+                ..
+            },
+        ) => {
+            let mut pairs = vertices_m.iter().zip(points_m);
+            let same_points = vertices_m.len() == points_m.len();
+            same_points && triangles == faces && pairs.all(|(a, b)| same_place(a, b))
+        }
+        _ => false,
+    }
+}
+
+/// The airframe, its limits, both ends and the tasks of one drone.
+fn of_drone(drone: &Drone, entry: &DronePlan, plan: &Plan) -> Vec<String> {
+    let mut missing = Vec::new();
+    let (asked, flown) = (&drone.vehicle, &entry.airframe);
+    let airframe = &asked.airframe;
+    let numbers = [
+        (airframe.mass_kg(), flown.mass_kg),
+        (
+            f64::from(airframe.propellers()),
+            f64::from(flown.propellers),
+        ),
+        (airframe.propeller_diameter_m(), flown.propeller_diameter_m),
+        (airframe.motor_distance_m(), flown.motor_distance_m),
+        (airframe.width_factor(), flown.width_factor),
+    ];
+    if !numbers.iter().all(|(a, b)| same(*a, *b)) {
+        missing.push(format!(
+            "it flies another airframe than `{}`",
+            airframe.name()
+        ));
+    }
+    if flown.body_radius_m < asked.body_radius_m * (1.0 - ROUNDING) {
+        missing.push("its body is smaller than the scenario's".to_owned());
+    }
+    let is_limited = entry.airframe.max_descent_mps.is_some() || plan.margins != Default::default();
+    let stated = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
+    let mut limits = vec![
+        ("max_speed_mps", asked.max_speed_mps, flown.max_speed_mps),
+        ("air_limit", drone.air_limit, entry.air_limit),
+    ];
+    if is_limited {
+        limits.extend([
+            (
+                "max_climb_mps",
+                asked.max_climb_mps,
+                stated(flown.max_climb_mps),
+            ),
+            (
+                "max_descent_mps",
+                asked.max_descent_mps,
+                stated(flown.max_descent_mps),
+            ),
+        ]);
+    }
+    for (what, most, has) in limits {
+        if has > most * (1.0 + ROUNDING) {
+            missing.push(format!("its {what} is {has}, the scenario's {most}"));
+        }
+    }
+    if entry.at_start != drone.at_start {
+        missing.push("it starts in another state".to_owned());
+    }
+    let first_m = entry.trajectory.position_m.first();
+    if first_m.is_none_or(|it| (it - drone.start_m).norm() > THERE_M) {
+        missing.push("it starts at another place".to_owned());
+    }
+    if plan.unplanned.iter().any(|it| it.name == drone.name) {
+        missing.push("it is unplanned".to_owned());
+        return missing;
+    }
+    if entry.at_end != drone.at_end {
+        missing.push(format!(
+            "it ends as {:?}, not as {:?}",
+            entry.at_end, drone.at_end
+        ));
+    }
+    missing.extend(of_tasks(drone, entry));
+    missing
+}
+
+/// The tasks, in order, each with its dwell and its load, and the time of the last arrival.
+fn of_tasks(drone: &Drone, entry: &DronePlan) -> Vec<String> {
+    // What stays after the last time may dwell as long as asked for.
+    let longest_s: f64 = drone.tasks.iter().map(|it| it.dwell_s).sum();
+    let last_s = entry.trajectory.t_s.last().copied().unwrap_or(0.0);
+    let tail = match entry.at_end {
+        AtEnd::Hover => Tail::Stays {
+            until_s: last_s + longest_s,
+        },
+        AtEnd::Land | AtEnd::Leave => Tail::Gone,
+    };
+    let Ok(trajectory) = Trajectory::new(&entry.trajectory, tail) else {
+        return vec!["its trajectory cannot be read".to_owned()];
+    };
+    let bare_kg = drone.vehicle.airframe.mass_kg();
+    let mut mass_kg = bare_kg;
+    let mut since_s = 0.0;
+    let mut missing = Vec::new();
+    for (k, task) in drone.tasks.iter().enumerate() {
+        let number = k + 1;
+        let before_kg = mass_kg;
+        mass_kg = task.load_kg.map_or(mass_kg, |load_kg| bare_kg + load_kg);
+        let Some((from_s, until_s)) = reached(&trajectory, task, since_s, mass_kg) else {
+            missing.push(format!(
+                "task {number} at ({:.2}, {:.2}, {:.2}) is not reached after {since_s:.2} s, stayed at for {} s \
+                 and left at {mass_kg:.3} kg",
+                task.to_m.x, task.to_m.y, task.to_m.z, task.dwell_s
+            ));
+            return missing;
+        };
+        if let Some(wrong_kg) = other_mass(&trajectory, (since_s, from_s), before_kg) {
+            missing.push(format!(
+                "on the way to task {number} it weighs {wrong_kg:.3} kg instead of {before_kg:.3} kg"
+            ));
+        }
+        since_s = until_s;
+    }
+    if let Some(wrong_kg) = other_mass(&trajectory, (since_s, f64::INFINITY), mass_kg) {
+        let load = "after its last task it weighs";
+        missing.push(format!(
+            "{load} {wrong_kg:.3} kg instead of {mass_kg:.3} kg"
+        ));
+    }
+    let tolerance_s = SHORT_S + THERE_M / drone.vehicle.max_speed_mps.min(1.0);
+    if !drone.tasks.is_empty() && since_s > entry.arrives_s + tolerance_s {
+        let last = "its last dwell ends at";
+        missing.push(format!(
+            "{last} {since_s:.3} s, after `arrives_s`, {:.3} s",
+            entry.arrives_s
+        ));
+    }
+    missing
+}
+
+/// The first moment from a time on at which a task's place is reached, the dwell kept and the load
+/// taken up, and the end of that dwell (s).
+fn reached(trajectory: &Trajectory, task: &Task, since_s: f64, mass_kg: f64) -> Option<(f64, f64)> {
+    let pieces = trajectory.pieces();
+    let from = pieces.partition_point(|it| it.motion.until_s < since_s);
+    for (k, piece) in pieces.iter().enumerate().skip(from) {
+        let Some(there_s) = there_s(piece, &task.to_m, since_s) else {
+            continue;
+        };
+        // As long as it stays.
+        let mut until_s = there_s;
+        for next in &pieces[k..] {
+            let (begin_s, end_s) = (next.motion.from_s.max(there_s), next.motion.until_s);
+            let is_there = |t_s: f64| (next.motion.at_m(t_s) - task.to_m.coords).norm() <= THERE_M;
+            if !(is_there(begin_s) && is_there(end_s)) {
+                break;
+            }
+            until_s = end_s;
+        }
+        let carries = |piece: &&Piece| piece.motion.until_s > there_s + SHORT_S;
+        let carried = pieces[k..].iter().find(carries);
+        let is_loaded = carried.is_none_or(|it| same(it.mass_kg, mass_kg));
+        if until_s - there_s >= task.dwell_s - SHORT_S && is_loaded {
+            return Some((there_s, there_s + task.dwell_s));
+        }
+    }
+    None
+}
+
+/// When a piece first comes to a place (m), from a time on (s).
+fn there_s(piece: &Piece, place_m: &Point3<f64>, since_s: f64) -> Option<f64> {
+    let motion = &piece.motion;
+    let span_s = (motion.from_s.max(since_s), motion.until_s);
+    if span_s.0 > span_s.1 {
+        return None;
+    }
+    let stands = Motion::straight(span_s, *place_m, *place_m);
+    let (t_s, apart_m) = motion
+        .during(span_s.0, span_s.1)
+        .seen_from(&stands)?
+        .nearest_to_origin();
+    (apart_m <= THERE_M).then_some(t_s)
+}
+
+/// A mass other than the one expected between two times (kg), if there is one.
+fn other_mass(trajectory: &Trajectory, (from_s, until_s): (f64, f64), mass_kg: f64) -> Option<f64> {
+    let pieces = trajectory.pieces().iter();
+    let within =
+        |it: &&Piece| it.motion.from_s.max(from_s) + SHORT_S < it.motion.until_s.min(until_s);
+    let mut wrong = pieces.filter(within).map(|it| it.mass_kg);
+    wrong.find(|it| !same(*it, mass_kg))
+}

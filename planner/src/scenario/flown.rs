@@ -1,0 +1,553 @@
+//! What was flown, as a plan that can be judged: samples of every drone's place, and a few lines of
+//! RON that say which airframes they are.
+//!
+//! A log is noisy and ends when recording ends. A drone that rests on the floor or on an obstacle
+//! within a few centimetres at its first sample starts landed, at its last one it has landed; until
+//! it first leaves that place its noise is no motion. One that is in the air when its samples end
+//! is judged until then. Between two samples it flies straight. Speed is a mean over half a second:
+//! noise of a centimetre at 20 Hz is 0.3 m/s from sample to sample.
+//!
+//! Formats of logs end in [`Samples`]; [`read_samples`] reads the plainest of them, a table.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Point3, Vector3};
+use thiserror::Error;
+
+use super::airframes::airframes;
+use super::fields::{Field, Reader, whole, within};
+use super::limits::{AIR_LIMIT, MASS_KG, PLACE_M};
+use super::places::{bounds, obstacle, zone};
+use super::problem::{Problem, Problems};
+use super::source::Value;
+use super::written::{self, At, Bounds, Written};
+use super::{Files, meaning, read};
+use crate::plan::file::PlanFile;
+use crate::plan::{
+    AirModel, AirframeEntry, AtEnd, AtStart, DronePlan, FORMAT, Plan, Solid, Status,
+    TrajectoryEntry,
+};
+use crate::scenario::world::{Drone, World};
+
+/// A drone whose lowest point is this near to what is below it rests there (m), as the verifier has
+/// it for starts.
+const RESTS_M: f64 = 0.05;
+/// Noise of a drone at rest stays within this (m), chosen here: twice that of motion capture in
+/// poor light.
+const STILL_M: f64 = 0.05;
+/// Speed is taken over this (s), chosen here: ten samples at 20 Hz.
+const SPEED_OVER_S: f64 = 0.5;
+/// A drone whose first sample is this late was not there before (s), chosen here: loggers do not
+/// begin at one moment.
+const ENTERS_S: f64 = 1.0;
+/// A gap between samples longer than this is told (s).
+const GAP_S: f64 = 1.0;
+/// Room around the samples where no bounds are given (m).
+const ROOM_M: f64 = 1.0;
+/// Times up to this are seconds of a log or of an epoch (s).
+const LATEST_S: f64 = 1e11;
+
+/// The columns of a table of samples.
+const COLUMNS: [&str; 5] = ["t_s", "drone", "x_m", "y_m", "z_m"];
+
+/// Why samples make no plan.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum FlownError {
+    /// A row of the table.
+    #[error("line {line}: {what}")]
+    Row {
+        /// From 1.
+        line: u64,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// Columns that are not there.
+    #[error("the table needs the columns t_s, drone, x_m, y_m, z_m; it lacks {0}")]
+    Columns(String),
+    /// No row.
+    #[error("the table has no rows")]
+    Empty,
+    /// What is wrong with the airframes' file.
+    #[error(transparent)]
+    Fleet(#[from] Problems),
+}
+
+/// Where every drone was when: its samples in order of time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Samples {
+    /// By drone.
+    pub of: BTreeMap<String, Vec<Sample>>,
+}
+
+/// Where one drone was at one moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// On the log's clock (s).
+    pub t_s: f64,
+    /// Centre of its rotor plane, z up (m).
+    pub position_m: Point3<f64>,
+    /// With payload (kg); `None`: not recorded.
+    pub mass_kg: Option<f64>,
+}
+
+/// Reads a table `t_s,drone,x_m,y_m,z_m`, with `mass_kg` where it is recorded; further columns are
+/// left alone, lines that begin with `#` are comments.
+///
+/// # Errors
+///
+/// The first row that is wrong, with its line.
+pub fn read_samples(text: &str) -> Result<Samples, FlownError> {
+    let mut reader = csv::ReaderBuilder::new();
+    let reader = reader
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .flexible(false);
+    let mut reader = reader.from_reader(text.as_bytes());
+    let of_csv = |error: csv::Error| FlownError::Row {
+        line: error.position().map_or(1, csv::Position::line),
+        what: error.to_string(),
+    };
+    let headings = reader.headers().map_err(of_csv)?.clone();
+    let column = |name: &str| headings.iter().position(|it| it.eq_ignore_ascii_case(name));
+    let lacks = COLUMNS.iter().filter(|name| column(name).is_none());
+    let lacks: Vec<&str> = lacks.copied().collect();
+    let [Some(t), Some(drone), Some(x), Some(y), Some(z)] = COLUMNS.map(column) else {
+        return Err(FlownError::Columns(lacks.join(", ")));
+    };
+    let mass = column("mass_kg");
+    let mut samples = Samples::default();
+    for row in reader.records() {
+        let row = row.map_err(of_csv)?;
+        let line = row.position().map_or(0, csv::Position::line);
+        let wrong = |what: String| FlownError::Row { line, what };
+        let number = |column: usize, name: &str, (low, high): (f64, f64)| {
+            let text = row.get(column).unwrap_or_default();
+            let number = text
+                .parse::<f64>()
+                .ok()
+                .filter(|it| (low..=high).contains(it));
+            number.ok_or_else(|| {
+                wrong(format!(
+                    "`{name}` is `{text}`: not a number from {low} to {high}"
+                ))
+            })
+        };
+        let place = (PLACE_M.low, PLACE_M.high);
+        let position_m = Point3::new(
+            number(x, "x_m", place)?,
+            number(y, "y_m", place)?,
+            number(z, "z_m", place)?,
+        );
+        let mass_kg = match mass.map(|column| (column, row.get(column).unwrap_or_default())) {
+            Some((column, text)) if !text.is_empty() => {
+                Some(number(column, "mass_kg", (MASS_KG.low, MASS_KG.high))?)
+            }
+            _ => None,
+        };
+        let sample = Sample {
+            t_s: number(t, "t_s", (-LATEST_S, LATEST_S))?,
+            position_m,
+            mass_kg,
+        };
+        let name = row.get(drone).unwrap_or_default();
+        if name.is_empty() {
+            return Err(wrong("`drone` is empty".to_owned()));
+        }
+        let known = samples.of.entry(name.to_owned()).or_default();
+        if let Some(last) = known.last().filter(|last| last.t_s >= sample.t_s) {
+            let (t_s, last_s) = (sample.t_s, last.t_s);
+            return Err(wrong(format!(
+                "`{name}` is at {t_s} s after it was at {last_s} s"
+            )));
+        }
+        known.push(sample);
+    }
+    match samples.of.is_empty() {
+        true => Err(FlownError::Empty),
+        false => Ok(samples),
+    }
+}
+
+/// The plan that samples are, judged like any other; what was assumed stands in
+/// [`PlanFile::remarks`]. `fleet` says which airframes were flown, and where:
+///
+/// ```ron
+/// Fleet(
+///     airframe: "crazyflie-2.1",                     // of every drone that `drones` does not list
+///     airframes: { "courier": (mass_kg: 1.6, propeller_diameter_m: 0.2, motor_distance_m: 0.45) },
+///     drones: [ (name: "c1", airframe: "courier", air_limit: 0.4) ],
+///     bounds_m: (min: (0, 0, 0), max: (30, 20, 8)),  // its lower face is the floor
+///     obstacles: [], zones: [], air: (),             // as in a scenario
+/// )
+/// ```
+///
+/// # Errors
+///
+/// Everything that is wrong with `fleet`, each at its place in it.
+pub fn samples_as_plan(
+    name: &str,
+    samples: &Samples,
+    fleet: &str,
+    files: &Files<'_>,
+) -> Result<PlanFile, FlownError> {
+    let mut spoilt = Vec::new();
+    let (kinds, mut problems) = whole(fleet, |reader, value| fleet_of(reader, value, &mut spoilt));
+    let mut remarks = Vec::new();
+    let written = kinds.map(|kinds| kinds.written(name, samples, &mut problems, &mut remarks));
+    let world = written.map(|written| {
+        let (world, more) = meaning::world(&written, &spoilt, files);
+        problems.extend(more);
+        world
+    });
+    let Some(world) = world.filter(|_| problems.is_empty()) else {
+        return Err(Problems(problems).into());
+    };
+    let ends_s = samples
+        .of
+        .values()
+        .filter_map(|of_one| Some(of_one.first()?.t_s));
+    let begins_s = ends_s.fold(f64::INFINITY, f64::min);
+    if begins_s != 0.0 {
+        remarks.push(format!("time 0 is {begins_s} s of the log"));
+    }
+    let drones = world.drones.iter().map(|drone| {
+        let of_one = samples.of.get(&drone.name).map_or(&[][..], Vec::as_slice);
+        flown(&world, drone, of_one, begins_s, &mut remarks)
+    });
+    let drones = drones.collect();
+    Ok(PlanFile {
+        plan: Plan {
+            format: FORMAT.to_owned(),
+            scenario: world.name.clone(),
+            status: Status::Safe,
+            quasi_static: world.effects.wake_transport.is_none(),
+            air: AirModel {
+                density_kg_per_m3: world.air.density_kg_per_m3(),
+                jet: world.jet,
+                superposition: world.superposition.as_str().to_owned(),
+                effects: (world.effects != Default::default()).then_some(world.effects),
+            },
+            bounds_m: world.bounds_m,
+            obstacles: world.obstacles.clone(),
+            zones: world.zones.clone(),
+            clearance_m: 0.0,
+            margins: Default::default(),
+            drones,
+            unplanned: Vec::new(),
+            fleet: Default::default(),
+            ignoring_downwash: None,
+            zone_air: Vec::new(),
+            violations: Vec::new(),
+        },
+        claims: Default::default(),
+        filled: Vec::new(),
+        remarks,
+    })
+}
+
+/// What the airframes' file says.
+struct Fleet {
+    bounds_m: Option<Bounds>,
+    air: written::Air,
+    obstacles: Vec<written::Obstacle>,
+    zones: Vec<written::Zone>,
+    airframes: BTreeMap<String, written::Airframe>,
+    /// Name, airframe, limit.
+    drones: Vec<(String, At<String>, Option<f64>)>,
+    /// Of the drones that are not listed.
+    airframe: Option<At<String>>,
+    /// The whole record.
+    at: std::ops::Range<usize>,
+}
+
+/// Reads the airframes' file.
+fn fleet_of<'t>(
+    reader: &mut Reader<'t>,
+    value: Value<'t>,
+    spoilt: &mut Vec<String>,
+) -> Option<Fleet> {
+    let mut record = reader.record(value, "Fleet", "the fleet".to_owned())?;
+    let bounds_m = record.optional(reader, "bounds_m", bounds);
+    let air = record.optional(reader, "air", read::air);
+    let list = |reader: &mut Reader<'t>, field: Field<'_, 't>| Some(reader.list(field, obstacle));
+    let obstacles = record.optional(reader, "obstacles", list);
+    let list = |reader: &mut Reader<'t>, field: Field<'_, 't>| Some(reader.list(field, zone));
+    let zones = record.optional(reader, "zones", list);
+    let airframes = record.optional(reader, "airframes", |reader, field| {
+        Some(airframes(reader, field, spoilt))
+    });
+    let airframe = record.optional(reader, "airframe", Reader::text);
+    let list = |reader: &mut Reader<'t>, field: Field<'_, 't>| Some(reader.list(field, drone));
+    let drones = record.optional(reader, "drones", list);
+    record.close(reader);
+    Some(Fleet {
+        bounds_m,
+        air: air.unwrap_or_default(),
+        obstacles: obstacles.unwrap_or_default(),
+        zones: zones.unwrap_or_default(),
+        airframes: airframes.unwrap_or_default(),
+        drones: drones.unwrap_or_default(),
+        airframe,
+        at: value.head(),
+    })
+}
+
+/// One drone of the airframes' file.
+fn drone<'t>(
+    reader: &mut Reader<'t>,
+    value: Value<'t>,
+    index: usize,
+) -> Option<(String, At<String>, Option<f64>)> {
+    let mut record = reader.named(value, "Drone", index)?;
+    let name = record.required(reader, "name", Reader::name);
+    let airframe = record.required(reader, "airframe", Reader::text);
+    let air_limit = record.optional(reader, "air_limit", within(&AIR_LIMIT));
+    record.close(reader);
+    Some((name?, airframe?, air_limit))
+}
+
+impl Fleet {
+    /// The scenario that these samples would have had, without tasks.
+    fn written(
+        self,
+        name: &str,
+        samples: &Samples,
+        problems: &mut Vec<Problem>,
+        remarks: &mut Vec<String>,
+    ) -> Written {
+        let mut drones = Vec::new();
+        for (name, of_one) in &samples.of {
+            let listed = self.drones.iter().find(|(known, _, _)| known == name);
+            let airframe = listed
+                .map(|(_, airframe, _)| airframe)
+                .or(self.airframe.as_ref());
+            let Some(airframe) = airframe.cloned() else {
+                let message = format!("drone `{name}` of the log has no airframe");
+                let help = format!(
+                    "drones: [(name: \"{name}\", airframe: ...)], or airframe: ... for all"
+                );
+                problems.push(Problem::at(&self.at, message).help(help));
+                continue;
+            };
+            drones.push(written::Drone {
+                name: name.clone(),
+                start_m: At {
+                    value: of_one.first().map_or(Point3::origin(), |it| it.position_m),
+                    at: airframe.at.clone(),
+                },
+                airframe,
+                at_start: AtStart::Hover,
+                tasks: Vec::new(),
+                at_end: AtEnd::Hover,
+                air_limit: listed.and_then(|(_, _, air_limit)| *air_limit),
+                is_whole: true,
+                // Where it was is judged, not refused.
+                has_start: false,
+            });
+        }
+        for (name, airframe, _) in &self.drones {
+            if !samples.of.contains_key(name) {
+                let message = format!("drone `{name}` is not in the log");
+                problems.push(Problem::at(&airframe.at, message));
+            }
+        }
+        let at = self.at.clone();
+        let bounds_m = self.bounds_m.unwrap_or_else(|| {
+            let (low, high) = around(samples);
+            remarks.push(format!(
+                "no bounds_m given: the floor is at z = {} m, all else is open",
+                low.z
+            ));
+            let place = |value| At {
+                value,
+                at: at.clone(),
+            };
+            Bounds {
+                min: place(low),
+                max: place(high),
+            }
+        });
+        Written {
+            name: name.to_owned(),
+            bounds_m,
+            air: self.air,
+            obstacles: self.obstacles,
+            zones: self.zones,
+            airframes: self.airframes,
+            drones,
+            planning: written::Planning::default(),
+        }
+    }
+}
+
+/// A box around all samples; its floor is at 0, or a metre below the lowest where that is below.
+fn around(samples: &Samples) -> (Point3<f64>, Point3<f64>) {
+    let all = samples.of.values().flatten().map(|it| it.position_m);
+    let (low, high) = all.fold((None, None), |(low, high): (Option<Point3<f64>>, _), it| {
+        let low = low.map_or(it, |low| low.inf(&it));
+        let high: Point3<f64> = high.map_or(it, |high: Point3<f64>| high.sup(&it));
+        (Some(low), Some(high))
+    });
+    let (mut low, high) = (
+        low.unwrap_or(Point3::origin()),
+        high.unwrap_or(Point3::origin()),
+    );
+    let floor_m = if low.z > 0.0 {
+        0.0
+    } else {
+        (low.z - ROOM_M).floor()
+    };
+    low -= Vector3::repeat(ROOM_M);
+    low.z = floor_m;
+    (low, high + Vector3::repeat(ROOM_M))
+}
+
+/// What one drone flew.
+fn flown(
+    world: &World,
+    drone: &Drone,
+    samples: &[Sample],
+    begins_s: f64,
+    remarks: &mut Vec<String>,
+) -> DronePlan {
+    let vehicle = &drone.vehicle;
+    let airframe = &vehicle.airframe;
+    let mass_kg = airframe.mass_kg();
+    let mut flown: Vec<Sample> = samples.to_vec();
+    flown.iter_mut().for_each(|it| it.t_s -= begins_s);
+    let rests = |it: &Sample| {
+        let gap_m = it.position_m.z - support_m(world, &it.position_m) - vehicle.body_radius_m;
+        gap_m <= RESTS_M
+    };
+    let near = |a: &Sample, b: &Sample| (a.position_m - b.position_m).norm() <= STILL_M;
+    let (first, last) = (flown[0], flown[flown.len() - 1]);
+    let at_start = if rests(&first) {
+        AtStart::Landed
+    } else {
+        AtStart::Hover
+    };
+    let at_end = if rests(&last) {
+        AtEnd::Land
+    } else {
+        AtEnd::Leave
+    };
+    // Samples at rest before it takes off and after it has landed are one place each.
+    let takes_off = flown.iter().take_while(|it| near(it, &first)).count();
+    let lands = flown.len() - flown.iter().rev().take_while(|it| near(it, &last)).count();
+    let (mut from_s, mut until_s) = (flown[0].t_s, last.t_s);
+    if at_start == AtStart::Landed {
+        let still = takes_off.max(1);
+        flown[..still]
+            .iter_mut()
+            .for_each(|it| it.position_m = first.position_m);
+        from_s = flown[still - 1].t_s;
+    }
+    let never = at_start == AtStart::Landed && takes_off == flown.len();
+    if at_end == AtEnd::Land && lands < flown.len() && !never {
+        // At rest from here on.
+        flown.truncate(lands + 1);
+        let rest_m = support_m(world, &last.position_m) + vehicle.body_radius_m;
+        flown[lands].position_m = last.position_m;
+        flown[lands].position_m.z = last.position_m.z.min(rest_m);
+        until_s = flown[lands].t_s;
+    }
+    let gaps = flown
+        .windows(2)
+        .map(|two| two[1].t_s - two[0].t_s)
+        .filter(|it| *it > GAP_S);
+    let gaps: Vec<f64> = gaps.collect();
+    if let Some(longest_s) = gaps.iter().copied().reduce(f64::max) {
+        let (name, some) = (&drone.name, gaps.len());
+        remarks.push(format!(
+            "`{name}`: {some} gaps between samples, up to {longest_s:.1} s; it is taken to fly straight in them"
+        ));
+    }
+    let speed_mps = speed_mps(&flown);
+    if speed_mps > vehicle.max_speed_mps {
+        let (name, most_mps) = (&drone.name, vehicle.max_speed_mps);
+        remarks.push(format!(
+            "`{name}` flew {speed_mps:.2} m/s over {SPEED_OVER_S} s; its highest speed is {most_mps:.2} m/s"
+        ));
+    }
+    let pieces = flown
+        .windows(2)
+        .map(|two| (two[1].position_m - two[0].position_m).norm() / (two[1].t_s - two[0].t_s));
+    let density_kg_per_m3 = world.air.density_kg_per_m3();
+    DronePlan {
+        name: drone.name.clone(),
+        airframe: AirframeEntry {
+            name: airframe.name().to_owned(),
+            mass_kg,
+            propellers: airframe.propellers(),
+            propeller_diameter_m: airframe.propeller_diameter_m(),
+            motor_distance_m: airframe.motor_distance_m(),
+            width_factor: airframe.width_factor(),
+            body_radius_m: vehicle.body_radius_m,
+            // From sample to sample noise is faster than the drone.
+            max_speed_mps: pieces.fold(vehicle.max_speed_mps, f64::max) * 1.001,
+            hover_induced_velocity_mps: airframe
+                .hover_induced_velocity_mps(mass_kg, density_kg_per_m3),
+            ..AirframeEntry::default()
+        },
+        air_limit: drone.air_limit,
+        enters_s: (first.t_s > ENTERS_S).then_some(first.t_s),
+        at_start,
+        at_end,
+        airborne_s: match never {
+            true => (first.t_s, Some(first.t_s)),
+            false => (
+                if first.t_s > ENTERS_S || from_s > first.t_s {
+                    from_s
+                } else {
+                    0.0
+                },
+                Some(until_s),
+            ),
+        },
+        trajectory: TrajectoryEntry {
+            t_s: flown.iter().map(|it| it.t_s).collect(),
+            position_m: flown.iter().map(|it| it.position_m).collect(),
+            mass_kg: flown
+                .iter()
+                .map(|it| it.mass_kg.unwrap_or(mass_kg))
+                .collect(),
+        },
+        ..DronePlan::default()
+    }
+}
+
+/// Highest mean speed over [`SPEED_OVER_S`] (m/s).
+fn speed_mps(flown: &[Sample]) -> f64 {
+    let mut until = 0;
+    let mut highest_mps = 0.0_f64;
+    for from in flown {
+        while until < flown.len() && flown[until].t_s < from.t_s + SPEED_OVER_S {
+            until += 1;
+        }
+        let Some(to) = flown.get(until) else { break };
+        highest_mps =
+            highest_mps.max((to.position_m - from.position_m).norm() / (to.t_s - from.t_s));
+    }
+    highest_mps
+}
+
+/// Height of the floor, or of the highest box or cylinder straight below a place (m).
+fn support_m(world: &World, place_m: &Point3<f64>) -> f64 {
+    let tops_m = world.obstacles.iter().filter_map(|it| match &it.shape {
+        Solid::Box { min_m, max_m } => {
+            let is_over = (0..2).all(|k| min_m[k] <= place_m[k] && place_m[k] <= max_m[k]);
+            is_over.then_some(max_m.z)
+        }
+        Solid::Cylinder {
+            base_m,
+            radius_m,
+            height_m,
+        } => {
+            let is_over = (place_m - base_m).xy().norm() <= *radius_m;
+            is_over.then_some(base_m.z + height_m)
+        }
+        Solid::Mesh { .. } => None,
+    });
+    let below = tops_m.filter(|top_m| *top_m <= place_m.z);
+    below.fold(world.bounds_m.min.z, f64::max)
+}

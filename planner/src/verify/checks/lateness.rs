@@ -1,0 +1,170 @@
+//! How late each drone may be, all others on time, before the verdict breaks.
+//!
+//! A drone that is late by `d` is at its own time `t` when all others are at `t + d`: bodies and
+//! columns follow in closed form over all `d` up to the least that is known, the air of the drone
+//! itself and of those below it by parts of time and `d` on upper bounds
+//! ([`Exposed`](super::shifted_air)), the air of zones by halves of `d`. Bodies keep to their radii
+//! alone: what a drone may be off its path is the plan's margin, not this one.
+
+use serde::Serialize;
+
+use super::shifted_air::{Emitter, Part, Slice, slices};
+use super::shifted_pairs::{Broken, Pair};
+use super::zone;
+use crate::plan::{ViolationKind, Zone};
+use crate::verify::extents::Span;
+use crate::verify::scene::{Flight, Scene};
+use crate::verify::time::encounters::Encounter;
+
+/// Delays are looked at up to this (s), chosen here: a drone that is later than that is planned
+/// again.
+pub const LATEST_S: f64 = 3.0;
+/// Delays are told to this (s).
+pub const FINE_S: f64 = 0.01;
+/// Delays of one step where the air of a zone is bounded (s), chosen here: a fifth of a metre of
+/// path at 2 m/s.
+const STEP_S: f64 = 0.1;
+
+/// How late one drone may be.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Lateness {
+    /// Every delay below this keeps the verdict (s), to [`FINE_S`]; at least [`LATEST_S`] where
+    /// nothing breaks it.
+    pub late_s: f64,
+    /// What breaks then: which rule, and with whom or what.
+    pub breaks: Option<(ViolationKind, String)>,
+}
+
+/// How late a flight may be; `near` are the encounters of all flights whose clocks differ by up to
+/// [`LATEST_S`].
+pub(crate) fn lateness(scene: &Scene<'_>, near: &[Vec<Encounter>], k: usize) -> Lateness {
+    let mut known = Lateness {
+        late_s: LATEST_S,
+        breaks: None,
+    };
+    let late = &scene.flights[k];
+    let others = near[k].chunk_by(|a, b| a.other == b.other);
+    let others: Vec<&[Encounter]> = others.collect();
+    for same in &others {
+        let other = &scene.flights[same[0].other];
+        known.by_pair(scene, (late, same), (other, &with(near, same[0].other, k)));
+    }
+    for slice in slices(scene, &near[k], late, f64::INFINITY) {
+        // All others are ahead by the same.
+        let ahead = slice.met.iter().map(|&from| Emitter { from, clock: 0 });
+        let shift_s = (0.0, known.late_s);
+        known.by_air(&slice, ahead.collect(), shift_s, late);
+    }
+    for same in others {
+        let receiver = &scene.flights[same[0].other];
+        let together = with(near, same[0].other, k);
+        let is_met = |span_s: Span| {
+            together
+                .iter()
+                .any(|it| it.span_s.0 < span_s.1 && it.span_s.1 > span_s.0)
+        };
+        for slice in slices(scene, &near[same[0].other], receiver, f64::INFINITY) {
+            if !is_met(slice.span_s) {
+                continue;
+            }
+            let on_time = slice.met.iter().filter(|from| **from != k);
+            let on_time = on_time.map(|&from| Emitter { from, clock: 1 });
+            let behind = std::iter::once(Emitter { from: k, clock: 0 });
+            let shift_s = (-known.late_s, 0.0);
+            known.by_air(&slice, behind.chain(on_time).collect(), shift_s, receiver);
+        }
+    }
+    for zone in &scene.zones {
+        known.by_zone(scene, zone, k);
+    }
+    known
+}
+
+/// The encounters of one flight with another.
+fn with(near: &[Vec<Encounter>], one: usize, other: usize) -> Vec<Encounter> {
+    let all = near[one].iter().filter(|it| it.other == other);
+    all.copied().collect()
+}
+
+impl Lateness {
+    /// A delay that breaks a rule (s).
+    fn lower(&mut self, late_s: f64, kind: ViolationKind, with: &str) {
+        if late_s < self.late_s {
+            self.late_s = late_s;
+            self.breaks = Some((kind, with.to_owned()));
+        }
+    }
+
+    /// The bodies of the late drone and of another, and each in the other's column.
+    fn by_pair(
+        &mut self,
+        scene: &Scene<'_>,
+        (late, near): (&Flight, &[Encounter]),
+        (other, near_other): (&Flight, &[Encounter]),
+    ) {
+        let most_s = self.late_s;
+        let ahead = Pair {
+            scene,
+            one: late,
+            other,
+            shift_s: (0.0, most_s),
+            tracking_m: 0.0,
+        };
+        let behind = Pair {
+            one: other,
+            other: late,
+            shift_s: (-most_s, 0.0),
+            ..ahead
+        };
+        let mut lower = |kind, broken: &Broken| {
+            self.lower(broken.least_shift_s(most_s, FINE_S), kind, &other.name);
+        };
+        ahead.broken(near, &Pair::bodies, &mut |it| {
+            lower(ViolationKind::Collision, &it)
+        });
+        ahead.broken(near, &Pair::column, &mut |it| {
+            lower(ViolationKind::Column, &it)
+        });
+        behind.broken(near_other, &Pair::column, &mut |it| {
+            lower(ViolationKind::Column, &it)
+        });
+    }
+
+    /// The air of a receiver in one slice, with the first clock shifted.
+    fn by_air(
+        &mut self,
+        slice: &Slice<'_>,
+        emitters: Vec<Emitter>,
+        shift_s: Span,
+        receiver: &Flight,
+    ) {
+        let whole = Part {
+            span_s: slice.span_s,
+            shifts_s: vec![shift_s, (0.0, 0.0)],
+            emitters,
+        };
+        if let Some(least_s) = slice.exposed.least_shift_s(whole, self.late_s, FINE_S) {
+            self.lower(least_s, ViolationKind::Air, &receiver.name);
+        }
+    }
+
+    /// The air of a zone: step by step of the delay, the first that breaks it by halves.
+    fn by_zone(&mut self, scene: &Scene<'_>, zone: &Zone, k: usize) {
+        let mut from_s = 0.0;
+        while from_s < self.late_s {
+            let until_s = (from_s + STEP_S).min(self.late_s);
+            if zone::is_over_when_late(scene, zone, k, (from_s, until_s)) {
+                let (mut low_s, mut high_s) = (from_s, until_s);
+                while high_s - low_s > FINE_S {
+                    let middle_s = 0.5 * (low_s + high_s);
+                    match zone::is_over_when_late(scene, zone, k, (from_s, middle_s)) {
+                        true => high_s = middle_s,
+                        false => low_s = middle_s,
+                    }
+                }
+                return self.lower(low_s, ViolationKind::Zone, &zone.name);
+            }
+            from_s = until_s;
+        }
+    }
+}

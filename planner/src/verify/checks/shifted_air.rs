@@ -1,0 +1,599 @@
+//! The downwash that one drone is exposed to when it and every other are early or late, each by
+//! itself.
+//!
+//! With the receiver at `t` on its own clock and each emitter `k` at `t + s_k` on its own,
+//!
+//! ```text
+//! mean(t, s) = Σ w_p ⊕ u_k(p, t, t + s_k)        all clocks, the receiver's included, within 2 m of one another
+//! ```
+//!
+//! must stay within the limit for a time margin `m`. A span of `t` and a range of each `s_k` are a
+//! part; a part is in order when its upper bound is: each wake's worst over the part, superposed at
+//! every point of the discs. What is not is looked at in its middle and at its ends, and halved
+//! where it is longest, until paths are as short as what is judged by its middle. Bounds come from
+//! closed forms of both motions together ([`Shifted`]), so that hovering, or flying side by side,
+//! costs no more than without a margin.
+
+use airflow::{Source, mean_over_discs_mps};
+use nalgebra::{Point3, Vector2, Vector3};
+
+use super::air::ALPHA_TOLERANCE;
+use crate::plan::ViolationKind;
+use crate::plan::trajectory::{LevelRegion, Motion, Shifted};
+use crate::verify::bounds::wake::BoundedWake;
+use crate::verify::extents::{FAINTEST_WAKE_MPS, Places, Span};
+use crate::verify::scene::{Flight, Scene, reaches, superpose};
+use crate::verify::time::advected::Advected;
+use crate::verify::time::encounters::Encounter;
+use crate::verify::time::spans::between;
+use crate::verify::violation::{Found, Worst};
+
+/// What cannot exceed the limit by more than this, over U_H, is not searched further, chosen here:
+/// twice what a violation takes, so that the search ends where the mean touches the limit.
+const CLEARED_ALPHA: f64 = 2.0 * ALPHA_TOLERANCE;
+/// A part whose paths are this short is judged by its middle (m), chosen here: the path of a
+/// millisecond at 2 m/s, as without margins.
+const SHORTEST_PATH_M: f64 = 2e-3;
+/// Parts of one slice of time that are looked at before the highest bound counts as found, chosen
+/// here: a tenth of a second of work.
+const MOST_PARTS: usize = 50_000;
+/// On either side of a moment of another clock (s), so that it lies within a span: rounding.
+const MOMENT_S: f64 = 1e-6;
+/// Points of the discs that are looked at together; a quadrotor's 28 fit.
+const CHUNK: usize = 32;
+
+/// Parts looked at once the limit is known to be exceeded, chosen here, and how much worse a part
+/// must be to be looked at: the worst that is told is then within a few percent of it.
+const PARTS_ONCE_VIOLATED: usize = 400;
+const WORSE: f64 = 1.02;
+/// Two slices of time this close are one (s), chosen here: the margin by which drones are told to
+/// be late is no finer.
+const JOINED_S: f64 = 0.1;
+
+/// A wake that may reach the receiver, and the shift of its drone's clock.
+#[derive(Clone, Copy)]
+pub(super) struct Emitter {
+    /// Index in the scene's flights.
+    pub(super) from: usize,
+    /// Index in the shifts of a part.
+    pub(super) clock: usize,
+}
+
+/// The receiver's flight within one of its pieces, and the air that it bears.
+pub(super) struct Exposed<'a> {
+    /// All flights and the air.
+    scene: &'a Scene<'a>,
+    /// Whose discs are exposed.
+    receiver: &'a Flight,
+    /// Of its centre, one formula.
+    motion: Motion,
+    /// Its induced velocity at its mass (m/s).
+    u_h_mps: f64,
+    /// All clocks are within this of one another (s); infinite: they are free.
+    together_s: f64,
+}
+
+/// A span of the receiver's time, and a range for the shift of each other clock.
+#[derive(Clone)]
+pub(super) struct Part {
+    /// From, until (s).
+    pub(super) span_s: Span,
+    /// Least, greatest (s).
+    pub(super) shifts_s: Vec<Span>,
+    /// Those whose wakes may count.
+    pub(super) emitters: Vec<Emitter>,
+}
+
+/// One moment of every clock at which the limit is exceeded.
+#[derive(Clone, Debug)]
+pub(super) struct Moment {
+    /// The receiver's (s).
+    t_s: f64,
+    /// Mean air over its discs, over its induced velocity.
+    alpha: f64,
+    /// The flight whose wake is the strongest of all, and the shift of its clock (s).
+    strongest: (usize, f64),
+    /// Of each clock that counts (s).
+    shifts_s: Vec<Option<f64>>,
+}
+
+/// What is known of a part.
+pub(super) enum Verdict {
+    /// The limit holds throughout.
+    Clear,
+    /// It does not, at this moment; its halves may hold worse, or the same at a lesser shift.
+    Over(Moment, Option<[Part; 2]>),
+    /// Its halves have to be looked at.
+    Open([Part; 2]),
+}
+
+/// One wake during one piece of its drone, or advected air of it, as seen from the receiver.
+struct Passing<'a> {
+    wake: &'a BoundedWake,
+    /// Offsets of the receiver (m).
+    places_m: Places,
+    /// The same in closed form, and from above; `None` for advected air, which has left somewhere
+    /// else.
+    moments: Option<(Shifted, LevelRegion)>,
+}
+
+/// Whether one receiver may exceed its limit at some shift of the clocks within the margin, and
+/// when.
+pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) -> Vec<Found> {
+    let margin_s = 2.0 * scene.margins.time_s;
+    if margin_s <= 0.0 {
+        return Vec::new();
+    }
+    // Runs of slices over the limit, each with its worst moment.
+    let mut runs: Vec<(Span, Moment)> = Vec::new();
+    for Slice {
+        exposed,
+        span_s,
+        met,
+    } in slices(scene, near, receiver, margin_s)
+    {
+        let emitters = met.iter().enumerate();
+        let whole = Part {
+            span_s,
+            shifts_s: vec![(-margin_s, margin_s); met.len()],
+            emitters: emitters
+                .map(|(clock, &from)| Emitter { from, clock })
+                .collect(),
+        };
+        let Some(moment) = exposed.over(whole) else {
+            continue;
+        };
+        match runs.last_mut() {
+            Some((run_s, worst)) if moment.t_s - run_s.1 <= JOINED_S => {
+                run_s.1 = moment.t_s;
+                if moment.alpha > worst.alpha {
+                    *worst = moment;
+                }
+            }
+            _ => runs.push(((moment.t_s, moment.t_s), moment)),
+        }
+    }
+    let found = runs.into_iter().map(|(span_s, moment)| {
+        let (from, shift_s) = moment.strongest;
+        let worst = Worst {
+            with: Some(scene.flights[from].name.clone()),
+            position_m: receiver.position_m(moment.t_s),
+            value: moment.alpha,
+            limit: receiver.air_limit,
+        };
+        let kind = ViolationKind::AirMargin;
+        let (index, mut violation) = scene.violation(receiver, kind, span_s, worst);
+        violation.shift_s = Some(shift_s);
+        (index, violation)
+    });
+    found.collect()
+}
+
+/// A span of the receiver's time within one of its pieces, and the flights near it.
+pub(super) struct Slice<'a> {
+    /// The receiver in it.
+    pub(super) exposed: Exposed<'a>,
+    /// From, until (s).
+    pub(super) span_s: Span,
+    /// Indices in the scene's flights.
+    pub(super) met: Vec<usize>,
+}
+
+/// The airborne flight of a receiver in slices, those with no other drone near left out; all clocks
+/// within `together_s` of one another (s).
+pub(super) fn slices<'a>(
+    scene: &'a Scene<'a>,
+    near: &[Encounter],
+    receiver: &'a Flight,
+    together_s: f64,
+) -> Vec<Slice<'a>> {
+    let spans_s: Vec<Span> = near.iter().map(|encounter| encounter.span_s).collect();
+    let (from_s, until_s) = (
+        receiver.airborne_s.0,
+        receiver.airborne_s.1.min(scene.horizon_s),
+    );
+    let parts: Vec<_> = receiver
+        .parts((from_s, until_s))
+        .filter(|it| it.flies)
+        .collect();
+    let mut cuts_s: Vec<f64> = spans_s
+        .iter()
+        .flat_map(|span_s| [span_s.0, span_s.1])
+        .collect();
+    cuts_s.extend(
+        parts
+            .iter()
+            .flat_map(|it| [it.motion.from_s, it.motion.until_s]),
+    );
+    cuts_s.retain(|&t_s| t_s >= from_s && t_s <= until_s);
+    cuts_s.sort_by(f64::total_cmp);
+    cuts_s.dedup();
+    let mut parts = parts.into_iter().peekable();
+    let mut slices = Vec::new();
+    for (span_s, met) in between(&cuts_s, &spans_s) {
+        while parts.next_if(|it| it.motion.until_s <= span_s.0).is_some() {}
+        let Some(part) = parts.peek().filter(|it| it.motion.from_s <= span_s.0) else {
+            continue;
+        };
+        if met.is_empty() {
+            continue;
+        }
+        let exposed = Exposed {
+            scene,
+            receiver,
+            motion: part.motion,
+            u_h_mps: receiver.wakes[part.piece].wake.hover_velocity_mps(),
+            together_s,
+        };
+        let met = met.iter().map(|&k| near[k].other).collect();
+        slices.push(Slice {
+            exposed,
+            span_s,
+            met,
+        });
+    }
+    slices
+}
+
+impl<'a> Exposed<'a> {
+    /// Mean air (m/s) of which the part that counts is so much over the induced velocity.
+    fn mean_mps(&self, alpha: f64) -> f64 {
+        let flown = &self.scene.flown;
+        alpha * (self.u_h_mps / flown.receiver_gain) - flown.return_flow_mps
+    }
+
+    /// The worst moment of a part at which the limit is exceeded, if there is one: to a few percent
+    /// of it, as far as that is looked for.
+    fn over(&self, whole: Part) -> Option<Moment> {
+        let mut open = vec![whole];
+        let mut worst: Option<Moment> = None;
+        for made in 0..MOST_PARTS {
+            if worst.is_some() && made > PARTS_ONCE_VIOLATED {
+                return worst;
+            }
+            let Some(part) = open.pop() else {
+                return worst;
+            };
+            let known = worst.as_ref().map(|it| it.alpha);
+            match self.judge(part, known) {
+                Verdict::Clear => {}
+                Verdict::Open(halves) => open.extend(halves),
+                Verdict::Over(moment, halves) => {
+                    worst = Some(moment);
+                    open.extend(halves.into_iter().flatten());
+                }
+            }
+        }
+        // Not decided: what may exceed the limit counts as if it did.
+        let part = open.pop()?;
+        let from = part.emitters.first()?.from;
+        worst.or(Some(Moment {
+            t_s: part.span_s.0,
+            alpha: self.receiver.air_limit + CLEARED_ALPHA,
+            strongest: (from, 0.0),
+            shifts_s: Vec::new(),
+        }))
+    }
+
+    /// The least shift of the first clock, either way, at which the limit is exceeded in a part, to
+    /// a resolution (s); `None`: none below one that is known (s).
+    pub(super) fn least_shift_s(&self, whole: Part, below_s: f64, fine_s: f64) -> Option<f64> {
+        let mut least_s = below_s;
+        let low_s = |part: &Part| part.shifts_s[0].0.max(-part.shifts_s[0].1).max(0.0);
+        let mut open = vec![whole];
+        for _ in 0..MOST_PARTS {
+            let Some(part) = open.pop() else {
+                return (least_s < below_s).then_some(least_s);
+            };
+            if low_s(&part) > least_s - fine_s {
+                continue;
+            }
+            match self.judge(part, None) {
+                Verdict::Clear => {}
+                Verdict::Open(halves) => open.extend(halves),
+                Verdict::Over(moment, halves) => {
+                    let shift_s = moment.shifts_s.first().copied().flatten();
+                    least_s = least_s.min(shift_s.map_or(0.0, f64::abs));
+                    open.extend(halves.into_iter().flatten());
+                }
+            }
+        }
+        // Not decided: the least that may be.
+        let least_s = open.iter().map(low_s).fold(least_s, f64::min);
+        (least_s < below_s).then_some(least_s)
+    }
+
+    /// Looks at a part: on bounds, then at some of its moments. What is no more than a few percent
+    /// above what is known over the limit is in order.
+    pub(super) fn judge(&self, mut part: Part, known: Option<f64>) -> Verdict {
+        let Some(window_s) = self.feasible_s(&part) else {
+            return Verdict::Clear;
+        };
+        let limit = self.receiver.air_limit;
+        let cleared = known.map_or(limit + CLEARED_ALPHA, |alpha| alpha * WORSE);
+        let cleared_mps = self.mean_mps(cleared);
+        let how = self.scene.superposition;
+        let rough = part.emitters.iter().map(|it| self.rough_mps(&part, *it));
+        let rough: Vec<f64> = rough.collect();
+        let mut counts = rough.iter().map(|rough_mps| *rough_mps > FAINTEST_WAKE_MPS);
+        part.emitters.retain(|_| counts.next().unwrap_or(true));
+        let rough = rough.into_iter().filter(|it| *it > FAINTEST_WAKE_MPS);
+        let rough: Vec<f64> = rough.collect();
+        if superpose(how, rough.iter().copied()) <= cleared_mps {
+            return Verdict::Clear;
+        }
+        let passing = part.emitters.iter().map(|it| self.passing(&part, *it));
+        let passing: Vec<Vec<Passing<'a>>> = passing.collect();
+        if self.high_mps(&passing) <= cleared_mps {
+            return Verdict::Clear;
+        }
+        let moment = self.worst_of(&part, window_s, &passing);
+        let halves = self.halves(part, &rough, &passing);
+        if moment.alpha > known.unwrap_or(limit + ALPHA_TOLERANCE) {
+            return Verdict::Over(moment, halves);
+        }
+        halves.map_or(Verdict::Clear, Verdict::Open)
+    }
+
+    /// How early the earliest clock may be so that every clock has a moment of the part, at least
+    /// and at most (s); `None`: clocks so far apart are not asked for.
+    fn feasible_s(&self, part: &Part) -> Option<Span> {
+        let used = part.emitters.iter().map(|it| part.shifts_s[it.clock]);
+        // The receiver's own shift is 0.
+        let (latest_low, earliest_high) = used.fold((0.0_f64, 0.0_f64), |(low, high), it| {
+            (low.max(it.0), high.min(it.1))
+        });
+        let window_s = (latest_low - self.together_s, earliest_high);
+        (window_s.0 <= window_s.1).then_some(window_s)
+    }
+
+    /// The wakes of an emitter that may reach the receiver in a part.
+    fn passing(&self, part: &Part, emitter: Emitter) -> Vec<Passing<'a>> {
+        let mut passing = Vec::new();
+        self.each(part, emitter, &mut |it| passing.push(it));
+        passing
+    }
+
+    /// Hands on the wakes of an emitter that may reach the receiver in a part.
+    fn each(&self, part: &Part, emitter: Emitter, told: &mut dyn FnMut(Passing<'a>)) {
+        let (span_s, shift_s) = (part.span_s, part.shifts_s[emitter.clock]);
+        let theirs_s = (span_s.0 + shift_s.0, span_s.1 + shift_s.1);
+        let obstacles = &self.scene.obstacles;
+        if let Some(advected) = Advected::new(self.scene, emitter.from) {
+            let places_m = self.motion.box_m(span_s.0, span_s.1);
+            for left in advected.left(theirs_s, &places_m) {
+                if left.may_reach(obstacles, &places_m) {
+                    told(Passing {
+                        wake: left.wake,
+                        places_m: left.offsets_m(&places_m),
+                        moments: None,
+                    });
+                }
+            }
+            return;
+        }
+        let flight = &self.scene.flights[emitter.from];
+        let mine = self.motion.during(span_s.0, span_s.1);
+        // A moment alone is asked for as well.
+        let around_s = (theirs_s.0 - MOMENT_S, theirs_s.1 + MOMENT_S);
+        for theirs in flight.parts(around_s).filter(|it| it.flies) {
+            let Some(moments) = Shifted::new(&mine, &theirs.motion, shift_s) else {
+                continue;
+            };
+            let places_m = moments.box_m();
+            if places_m.0.z >= 0.0 {
+                continue;
+            }
+            let (wake, stops) = (&flight.wakes[theirs.piece], &flight.stops[theirs.piece]);
+            if !stops.is_empty() {
+                let [_, (leaves_s, left_s)] = moments.spans_s();
+                let from_m = theirs.motion.box_m(leaves_s, left_s);
+                let (low_m, high_m) = mine.box_m(span_s.0, span_s.1);
+                if !reaches(wake, stops, &from_m, obstacles, (low_m.z, high_m.z)).1 {
+                    continue;
+                }
+            }
+            told(Passing {
+                wake,
+                places_m,
+                moments: Some((moments, moments.from_above_m())),
+            });
+        }
+    }
+
+    /// An upper bound of one wake anywhere on the receiver's discs over a part (m/s).
+    fn rough_mps(&self, part: &Part, emitter: Emitter) -> f64 {
+        let tip_m = self.receiver.tip_radius_m;
+        let around_m = Vector3::new(tip_m, tip_m, 0.0);
+        let mut high_mps = 0.0_f64;
+        self.each(part, emitter, &mut |it| {
+            let off_axis_m = (it.nearest_m([0.0; 2]).norm() - tip_m).max(0.0);
+            let places_m = (it.places_m.0 - around_m, it.places_m.1 + around_m);
+            high_mps = high_mps.max(it.wake.highest_mps(&places_m, off_axis_m));
+        });
+        high_mps
+    }
+
+    /// An upper bound of the mean air that closes in on it as the part shrinks (m/s).
+    fn high_mps(&self, passing: &[Vec<Passing<'a>>]) -> f64 {
+        let (how, discs) = (self.scene.superposition, &self.receiver.discs);
+        let mut high_mps = 0.0;
+        for (points_m, weights) in (discs.offsets_m.chunks(CHUNK)).zip(discs.weights.chunks(CHUNK))
+        {
+            let mut gathered = [0.0; CHUNK];
+            for of_one in passing {
+                let mut highest = [0.0_f64; CHUNK];
+                for it in of_one {
+                    it.raise(points_m, &mut highest);
+                }
+                for (so_far, highest_mps) in gathered.iter_mut().zip(highest) {
+                    *so_far = how.gather(*so_far, highest_mps);
+                }
+            }
+            for (&gathered, weight) in gathered.iter().zip(weights) {
+                high_mps += weight * how.finish(gathered);
+            }
+        }
+        high_mps
+    }
+
+    /// A moment of every clock where the air may be the highest of a part: the middle of the
+    /// receiver's time and, for each emitter, the end, the middle or the nearest approach that is
+    /// the worst by itself.
+    fn worst_of(&self, part: &Part, window_s: Span, passing: &[Vec<Passing<'a>>]) -> Moment {
+        let t_s = 0.5 * (part.span_s.0 + part.span_s.1);
+        let earliest_s = 0.5 * (window_s.0.max(-self.together_s) + window_s.1.min(0.0));
+        let place_m = Point3::from(self.motion.at_m(t_s));
+        let mut chosen: Vec<Option<f64>> = vec![None; part.shifts_s.len()];
+        let mut sources: Vec<Source<'a>> = Vec::new();
+        let mut strongest = (0.0, (0, 0.0));
+        for (emitter, of_one) in part.emitters.iter().zip(passing) {
+            let (low_s, high_s) = part.shifts_s[emitter.clock];
+            let (low_s, high_s) = match earliest_s.is_finite() {
+                true => (
+                    low_s.max(earliest_s),
+                    high_s.min(earliest_s + self.together_s),
+                ),
+                false => (low_s, high_s),
+            };
+            let nearest = of_one.iter().filter_map(|it| it.moments.as_ref());
+            let nearest = nearest.map(|(it, _)| it.nearest_to_axis());
+            let nearest = nearest.map(|it| (it.other_s - it.t_s).clamp(low_s, high_s.max(low_s)));
+            let candidates = [0.5 * (low_s + high_s), low_s, high_s].into_iter();
+            let candidates: Vec<f64> = match chosen[emitter.clock] {
+                Some(shift_s) => vec![shift_s],
+                None if low_s == high_s => vec![low_s],
+                None => candidates.chain(nearest).collect(),
+            };
+            let mut worst: Option<(f64, f64, Source<'a>)> = None;
+            for shift_s in candidates {
+                for source in self.sources(emitter.from, t_s + shift_s, place_m.z) {
+                    let mean_mps = self.mean_of_mps(&[source], place_m);
+                    if worst.as_ref().is_none_or(|known| mean_mps > known.0) {
+                        worst = Some((mean_mps, shift_s, source));
+                    }
+                }
+            }
+            if let Some((mean_mps, shift_s, source)) = worst {
+                chosen[emitter.clock] = Some(shift_s);
+                sources.push(source);
+                if mean_mps > strongest.0 {
+                    strongest = (mean_mps, (emitter.from, shift_s));
+                }
+            }
+        }
+        let mean_mps = self.mean_of_mps(&sources, place_m);
+        let flown = &self.scene.flown;
+        Moment {
+            t_s,
+            alpha: (mean_mps + flown.return_flow_mps) * flown.receiver_gain / self.u_h_mps,
+            strongest: strongest.1,
+            shifts_s: chosen,
+        }
+    }
+
+    /// Mean over the receiver's discs of some wakes, superposed (m/s).
+    fn mean_of_mps(&self, sources: &[Source<'a>], place_m: Point3<f64>) -> f64 {
+        mean_over_discs_mps(
+            sources,
+            &self.receiver.discs,
+            place_m,
+            self.scene.superposition,
+        )
+    }
+
+    /// The wakes of a flight that may be at a height (m) at a time of its clock (s).
+    fn sources(&self, from: usize, t_s: f64, z_m: f64) -> Vec<Source<'a>> {
+        let obstacles = &self.scene.obstacles;
+        if let Some(advected) = Advected::new(self.scene, from) {
+            return advected.sources(obstacles, t_s, z_m);
+        }
+        let flight = &self.scene.flights[from];
+        let (up_s, down_s) = flight.airborne_s;
+        // Before it comes or begins it is where it begins.
+        let t_s = t_s.max(
+            flight
+                .trajectory
+                .pieces()
+                .first()
+                .map_or(0.0, |it| it.motion.from_s),
+        );
+        let flies = up_s <= t_s && t_s <= down_s;
+        let piece = flight.trajectory.piece_index(t_s).filter(|_| flies);
+        let source = piece.map(|piece| {
+            let motion = flight.trajectory.pieces()[piece].motion;
+            flight.attached(from, piece, motion).source(obstacles, t_s)
+        });
+        source.into_iter().collect()
+    }
+
+    /// A part in two, where the paths of what counts most are longest; `None`: they are too short.
+    fn halves(&self, part: Part, rough: &[f64], passing: &[Vec<Passing<'a>>]) -> Option<[Part; 2]> {
+        let path_m = |of_one: &[Passing<'a>]| {
+            let paths_m = of_one
+                .iter()
+                .map(|it| (it.places_m.1 - it.places_m.0).norm());
+            paths_m.fold(0.0, f64::max)
+        };
+        let paths_m: Vec<f64> = passing.iter().map(|it| path_m(it)).collect();
+        if paths_m.iter().all(|path_m| *path_m <= SHORTEST_PATH_M) {
+            return None;
+        }
+        let weights = rough.iter().zip(&paths_m).map(|(mps, path_m)| mps * path_m);
+        let longest = weights.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        let clock = longest.map_or(0, |(k, _)| part.emitters[k].clock);
+        let (from_s, until_s) = part.span_s;
+        let (low_s, high_s) = part.shifts_s[clock];
+        let mut halves = [part.clone(), part];
+        if high_s - low_s > until_s - from_s {
+            let middle_s = 0.5 * (low_s + high_s);
+            halves[0].shifts_s[clock].1 = middle_s;
+            halves[1].shifts_s[clock].0 = middle_s;
+        } else {
+            let middle_s = 0.5 * (from_s + until_s);
+            halves[0].span_s.1 = middle_s;
+            halves[1].span_s.0 = middle_s;
+        }
+        // The last is looked at first: the earlier, or the one with the lesser shift.
+        halves.swap(0, 1);
+        Some(halves)
+    }
+}
+
+impl Passing<'_> {
+    /// The place of a point beside the receiver's centre (m, x and y) that is nearest to the axis,
+    /// as seen from there (m).
+    fn nearest_m(&self, beside_m: [f64; 2]) -> Vector2<f64> {
+        if let Some((_, from_above_m)) = &self.moments {
+            return from_above_m.nearest_m(beside_m);
+        }
+        let (low_m, high_m) = &self.places_m;
+        let along = |k: usize| 0.0_f64.clamp(low_m[k] + beside_m[k], high_m[k] + beside_m[k]);
+        Vector2::new(along(0), along(1))
+    }
+
+    /// Raises what is known of some points of the discs to the highest of this wake there (m/s).
+    fn raise(&self, points_m: &[[f64; 2]], highest: &mut [f64; CHUNK]) {
+        let (low_m, high_m) = self.places_m;
+        if low_m.z >= 0.0 {
+            return;
+        }
+        let mut passage = self.wake.passage((-high_m.z, -low_m.z));
+        let middle_m = 0.5 * (low_m + high_m);
+        let half_path_m = 0.5 * (high_m - low_m).norm();
+        for (so_far, &[x, y]) in highest.iter_mut().zip(points_m) {
+            let point_m = Vector3::new(x, y, 0.0);
+            let nearest_m = self.nearest_m([x, y]);
+            let high_mps = match passage.far_alone() {
+                Some(far) => far.highest_mps(nearest_m),
+                None => passage.highest_along_mps(
+                    nearest_m,
+                    &(low_m + point_m, high_m + point_m),
+                    &(middle_m + point_m),
+                    half_path_m,
+                ),
+            };
+            *so_far = so_far.max(high_mps);
+        }
+    }
+}

@@ -1,0 +1,478 @@
+//! A plan from anywhere, examined: what it breaks, which of the figures that it states differ from
+//! what follows from its trajectories, and how much room it leaves.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use nalgebra::Point3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::checks::air;
+use super::checks::lateness::{self, Lateness};
+use super::scene::Scene;
+use super::time::encounters::{Encounter, encounters};
+use super::{Report, checks::contents, judged};
+use crate::plan::file::{DroneClaims, PlanFile, arrivals_s};
+use crate::plan::{AtEnd, DronePlan, FORMAT_BEFORE, Plan, Status, Violation};
+
+/// Times are told in full precision; sums of many may lose this (s), chosen here: a hundredth of a
+/// millisecond, far below any margin.
+const TIME_S: f64 = 1e-5;
+/// The verifier's own error in the highest air: 0.1 % and 1e-4 U_H. Two programs may both err so.
+const AIR: (f64, f64) = (2e-3, 2e-4);
+/// Sums over time are found to 0.1 % by the verifier; two programs may both err so, and energy goes
+/// with a power of the air. Besides, a millimetre of exposure and what it costs (m): chosen here.
+const DOSE: (f64, f64) = (5e-3, 1e-3);
+/// Of extra energy over that of the flight (%), chosen here: a tenth of what is printed.
+const PERCENT: f64 = 1e-2;
+/// Standard gravity as 9.81 or 9.806 65 m/s² differs by 2e-4 in an induced velocity.
+const HOVER: f64 = 1e-3;
+/// Of the highest air in a zone, found to 5 % by the verifier.
+const ZONE: f64 = 6e-2;
+
+/// What was found out about a plan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Examination {
+    /// The plan with the results that follow from it in place of those that its file states; what
+    /// needs planning stays as stated.
+    #[serde(skip)]
+    pub plan: Plan,
+    /// Figures that the file states and that do not follow from the plan.
+    pub differences: Vec<Difference>,
+    /// The two bodies that come nearest to one another.
+    pub closest: Option<Closest>,
+    /// The drone whose air comes nearest to its limit.
+    pub worst_air: Option<WorstAir>,
+    /// For each drone of the plan how late it may be, all others on time; `None` where it was not
+    /// asked for or cannot be judged.
+    pub late: Vec<Option<Lateness>>,
+}
+
+/// A figure that does not follow from the plan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Difference {
+    /// The drone, by name; `None`: of the whole plan.
+    pub drone: Option<String>,
+    /// Its key in the file.
+    pub figure: String,
+    /// What the file states.
+    pub stated: String,
+    /// What follows from the plan.
+    pub found: String,
+}
+
+/// Two bodies and the gap between them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Closest {
+    /// Both, by name.
+    pub drones: [String; 2],
+    /// Between the balls (m); negative: they overlap.
+    pub gap_m: f64,
+    /// When (s).
+    pub at_s: f64,
+    /// Where the first is (m).
+    pub position_m: Point3<f64>,
+}
+
+/// A drone's highest air beside its limit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WorstAir {
+    /// Its name.
+    pub drone: String,
+    /// Mean air over its discs, over its induced velocity at that moment.
+    pub alpha: f64,
+    /// Its limit.
+    pub limit: f64,
+    /// Whose wake contributed most.
+    pub from: Option<String>,
+    /// When (s).
+    pub at_s: f64,
+    /// Where the drone is (m).
+    pub position_m: Point3<f64>,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Difference {
+            drone,
+            figure,
+            stated,
+            found,
+        } = self;
+        match drone {
+            Some(drone) => write!(f, "`{drone}`: ")?,
+            None => f.write_str("the plan: ")?,
+        }
+        write!(
+            f,
+            "`{figure}` is {stated} in the file, {found} by the trajectories"
+        )
+    }
+}
+
+/// Judges a plan file: its plan, its claims, and, if `late` is asked for, how late each drone may
+/// be.
+pub fn examine(file: &PlanFile, late: bool) -> Examination {
+    let plan = &file.plan;
+    let report = super::verify(plan);
+    let (scene, _) = contents::read(plan);
+    let mut differences = Differences {
+        list: Vec::new(),
+        file,
+        report: &report,
+        scene: scene.as_ref(),
+    };
+    differences.gather();
+    let differences = differences.list;
+    let mut examined = plan.clone();
+    for (drone, claims) in examined.drones.iter_mut().zip(&file.claims.drones) {
+        drone.arrives_s = arrives_s(plan, drone, claims.arrives_s);
+    }
+    let unplanned = examined.unplanned.clone();
+    let lates = scene.as_ref().filter(|_| late).map_or(Vec::new(), |scene| {
+        let near = encounters(scene, lateness::LATEST_S);
+        let flights = (0..scene.flights.len()).into_par_iter();
+        flights
+            .map(|k| lateness::lateness(scene, &near, k))
+            .collect()
+    });
+    let mut by_drone = vec![None; plan.drones.len()];
+    for (scene, lateness) in scene.iter().flat_map(|it| it.flights.iter()).zip(lates) {
+        by_drone[scene.index] = Some(lateness);
+    }
+    Examination {
+        differences,
+        closest: scene.as_ref().and_then(closest),
+        worst_air: worst_air(plan, &report),
+        late: by_drone,
+        plan: judged(examined, report, unplanned),
+    }
+}
+
+/// The gap between two bodies that is the smallest of all (m).
+fn closest(scene: &Scene<'_>) -> Option<Closest> {
+    let near = encounters(scene, 0.0);
+    let of_one = |(k, near): (usize, &Vec<Encounter>)| {
+        let one = &scene.flights[k];
+        let after = near.iter().filter(|it| it.other > k);
+        let gaps = after.flat_map(|it| {
+            let other = &scene.flights[it.other];
+            let bodies_m = one.body_radius_m + other.body_radius_m;
+            let theirs: Vec<_> = other.parts(it.span_s).collect();
+            let mine = one.parts(it.span_s);
+            let nearest = mine.flat_map(|mine| {
+                let seen = theirs
+                    .iter()
+                    .filter_map(|it| it.motion.seen_from(&mine.motion));
+                let nearest = seen.map(|relative| relative.nearest_to_origin());
+                nearest.collect::<Vec<_>>()
+            });
+            let nearest = nearest.min_by(|a, b| a.1.total_cmp(&b.1));
+            nearest.map(|(t_s, apart_m)| (apart_m - bodies_m, t_s, k, it.other))
+        });
+        gaps.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let all = near.iter().enumerate().filter_map(of_one);
+    let (gap_m, at_s, k, other) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Closest {
+        drones: [k, other].map(|it| scene.flights[it].name.clone()),
+        gap_m,
+        at_s,
+        position_m: scene.flights[k].position_m(at_s),
+    })
+}
+
+/// The drone whose highest air is the largest part of its limit.
+fn worst_air(plan: &Plan, report: &Report) -> Option<WorstAir> {
+    let density_kg_per_m3 = plan.air.density_kg_per_m3;
+    let of_one = |(drone, met): (&DronePlan, &super::DroneExposure)| {
+        let at_s = met.worst_air_at_s?;
+        let entry = &drone.trajectory;
+        let point = entry.t_s.partition_point(|t_s| *t_s <= at_s).max(1) - 1;
+        let mass_kg = *entry.mass_kg.get(point)?;
+        let airframe = drone.airframe.airframe().ok()?;
+        let u_h_mps = airframe.hover_induced_velocity_mps(mass_kg, density_kg_per_m3);
+        Some(WorstAir {
+            drone: drone.name.clone(),
+            alpha: met.worst_air_mps / u_h_mps,
+            limit: drone.air_limit,
+            from: met.worst_air_from.clone(),
+            at_s,
+            position_m: entry.position_m(at_s)?,
+        })
+    };
+    let all = plan.drones.iter().zip(&report.exposures).filter_map(of_one);
+    all.max_by(|a, b| (a.alpha / a.limit).total_cmp(&(b.alpha / b.limit)))
+}
+
+/// When a drone's last dwell ends: as stated where that may be, else as its trajectory suggests
+/// (s).
+fn arrives_s(plan: &Plan, drone: &DronePlan, stated_s: Option<f64>) -> f64 {
+    let may_be_s = arrivals_s(drone);
+    // The last dwell of a drone that stays may be missing from trajectories of plan/1.
+    let last_s = drone.trajectory.t_s.last().copied();
+    let later_s = stated_s.filter(|stated_s| Some(*stated_s) > last_s);
+    if let Some(later_s) = later_s.filter(|_| plan.format == FORMAT_BEFORE)
+        && drone.at_end == AtEnd::Hover
+    {
+        return later_s;
+    }
+    let is_stated = |may_be_s: &&f64| stated_s.is_some_and(|it| (it - **may_be_s).abs() <= TIME_S);
+    let stated = may_be_s.iter().find(is_stated).or(may_be_s.first());
+    stated.copied().unwrap_or(0.0)
+}
+
+/// Gathers what is stated and does not follow.
+struct Differences<'a> {
+    list: Vec<Difference>,
+    file: &'a PlanFile,
+    report: &'a Report,
+    scene: Option<&'a Scene<'a>>,
+}
+
+impl Differences<'_> {
+    fn gather(&mut self) {
+        let PlanFile { plan, claims, .. } = self.file;
+        let claims = claims.clone();
+        for (k, stated) in claims.drones.iter().enumerate().take(plan.drones.len()) {
+            self.drone(k, stated);
+        }
+        let is_planned =
+            |drone: &&DronePlan| !plan.unplanned.iter().any(|it| it.name == drone.name);
+        let planned = || {
+            plan.drones
+                .iter()
+                .zip(&claims.drones)
+                .filter(|(it, _)| is_planned(it))
+        };
+        let arrivals = planned().map(|(drone, stated)| arrives_s(plan, drone, stated.arrives_s));
+        let arrivals: Vec<f64> = arrivals.collect();
+        let many = arrivals.len().max(1) as f64;
+        let alone = planned()
+            .map(|(_, stated)| stated.alone_s)
+            .sum::<Option<f64>>();
+        let energies = self.report.exposures.iter().map(|it| it.extra_energy_j);
+        let energy_j: f64 = energies.sum();
+        let makespan_s = arrivals.iter().copied().fold(0.0, f64::max);
+        let fleet = claims.fleet;
+        self.number(
+            None,
+            "fleet.makespan_s",
+            fleet.makespan_s,
+            (makespan_s, TIME_S),
+        );
+        let sum_s = arrivals.iter().sum();
+        self.number(
+            None,
+            "fleet.sum_of_arrivals_s",
+            fleet.sum_of_arrivals_s,
+            (sum_s, TIME_S * many),
+        );
+        if let Some(alone_s) = alone {
+            self.number(
+                None,
+                "fleet.sum_alone_s",
+                fleet.sum_alone_s,
+                (alone_s, TIME_S * many),
+            );
+        }
+        let slack_j = DOSE.0 * energy_j + 1e-6;
+        self.number(
+            None,
+            "fleet.extra_energy_j",
+            fleet.extra_energy_j,
+            (energy_j, slack_j),
+        );
+        let status = match (self.report.violations.is_empty(), plan.unplanned.is_empty()) {
+            (false, _) => Status::Unsafe,
+            (true, false) => Status::Partial,
+            (true, true) => Status::Safe,
+        };
+        if let Some(stated) = claims.status.filter(|it| *it != status) {
+            let told = |status: Status| format!("\"{}\"", status.as_str());
+            self.tell(None, "status", told(stated), told(status));
+        }
+        let effects = plan.air.effects.unwrap_or_default();
+        let quasi_static = effects.wake_transport.is_none();
+        if let Some(stated) = claims.quasi_static.filter(|it| *it != quasi_static) {
+            self.tell(
+                None,
+                "quasi_static",
+                stated.to_string(),
+                quasi_static.to_string(),
+            );
+        }
+        if let Some(stated) = &claims.zone_air {
+            self.zones(stated);
+        }
+        if let Some(stated) = &claims.violations {
+            self.violations(stated);
+        }
+    }
+
+    /// One drone's figures.
+    fn drone(&mut self, k: usize, stated: &DroneClaims) {
+        let drone = &self.file.plan.drones[k];
+        let is_unplanned = self
+            .file
+            .plan
+            .unplanned
+            .iter()
+            .any(|it| it.name == drone.name);
+        let Ok(airframe) = drone.airframe.airframe() else {
+            return;
+        };
+        let mass_kg = airframe.mass_kg();
+        let density_kg_per_m3 = self.file.plan.air.density_kg_per_m3;
+        let u_h_mps = airframe.hover_induced_velocity_mps(mass_kg, density_kg_per_m3);
+        let key = "airframe.hover_induced_velocity_mps";
+        let slack_mps = HOVER * u_h_mps;
+        self.number(
+            Some(k),
+            key,
+            stated.hover_induced_velocity_mps,
+            (u_h_mps, slack_mps),
+        );
+        let arrival_s = arrives_s(&self.file.plan, drone, stated.arrives_s);
+        if !is_unplanned {
+            self.number(Some(k), "arrives_s", stated.arrives_s, (arrival_s, TIME_S));
+        }
+        let met = &self.report.exposures[k];
+        let slack_mps = AIR.0 * met.worst_air_mps + AIR.1 * u_h_mps;
+        self.number(
+            Some(k),
+            "worst_air_mps",
+            stated.worst_air_mps,
+            (met.worst_air_mps, slack_mps),
+        );
+        self.worst(k, stated, slack_mps);
+        let slack_m = DOSE.0 * met.dose_m + DOSE.1;
+        self.number(Some(k), "dose_m", stated.dose_m, (met.dose_m, slack_m));
+        // Downwash costs at most the weight times the exposure.
+        let slack_j = DOSE.0 * met.extra_energy_j + DOSE.1 * mass_kg * airflow::GRAVITY_MPS2;
+        let energy_j = (met.extra_energy_j, slack_j);
+        self.number(Some(k), "extra_energy_j", stated.extra_energy_j, energy_j);
+        let percent = (
+            met.extra_energy_percent,
+            DOSE.0 * met.extra_energy_percent + PERCENT,
+        );
+        self.number(
+            Some(k),
+            "extra_energy_percent",
+            stated.extra_energy_percent,
+            percent,
+        );
+    }
+
+    /// When and from whom the highest air is stated to be: any moment at which it is as high will
+    /// do, with the strongest wake of that moment.
+    fn worst(&mut self, k: usize, stated: &DroneClaims, slack_mps: f64) {
+        let met = &self.report.exposures[k];
+        let told_s = |at_s: Option<f64>| at_s.map_or("none".to_owned(), |at_s| format!("{at_s} s"));
+        let told = |from: &Option<String>| {
+            let name = from.as_ref().map(|from| format!("`{from}`"));
+            name.unwrap_or("none".to_owned())
+        };
+        let same_s = |at_s: f64| {
+            met.worst_air_at_s
+                .is_some_and(|it| (it - at_s).abs() <= TIME_S)
+        };
+        let (at_s, from) = (stated.worst_air_at_s, &stated.worst_air_from);
+        if at_s.is_none_or(same_s) && (from.is_none() || *from == met.worst_air_from) {
+            return;
+        }
+        let there_s = at_s.or(met.worst_air_at_s);
+        let there = (self.scene.zip(there_s)).and_then(|(scene, t_s)| air::at(scene, k, t_s));
+        let (mean_mps, strongest) = there.unwrap_or((0.0, None));
+        let is_highest = met.worst_air_mps > 0.0 && mean_mps + slack_mps >= met.worst_air_mps;
+        if at_s.is_some() && !is_highest {
+            self.tell(
+                Some(k),
+                "worst_air_at_s",
+                told_s(at_s),
+                told_s(met.worst_air_at_s),
+            );
+        }
+        let is_of = *from == met.worst_air_from || is_highest && *from == strongest;
+        if from.is_some() && !is_of {
+            self.tell(
+                Some(k),
+                "worst_air_from",
+                told(from),
+                told(&met.worst_air_from),
+            );
+        }
+    }
+
+    /// The highest air of the zones that are stated.
+    fn zones(&mut self, stated: &[crate::plan::ZoneAir]) {
+        for stated in stated {
+            let key = |figure: &str| format!("zone_air `{}`: {figure}", stated.zone);
+            let found = self
+                .report
+                .zone_air
+                .iter()
+                .find(|it| it.zone == stated.zone);
+            let Some(found) = found.cloned() else {
+                self.tell(None, &key("zone"), "stated".to_owned(), "none".to_owned());
+                continue;
+            };
+            let slack_mps = ZONE * found.worst_air_mps + super::FAINTEST_WAKE_MPS;
+            let mps = (Some(stated.worst_air_mps), found.worst_air_mps);
+            self.number(None, &key("worst_air_mps"), mps.0, (mps.1, slack_mps));
+            let names = |it: &crate::plan::ZoneAir| it.entered_by.join(", ");
+            if stated.entered_by != found.entered_by {
+                self.tell(None, &key("entered_by"), names(stated), names(&found));
+            }
+        }
+    }
+
+    /// Violations that are stated and not found, or found and not stated.
+    fn violations(&mut self, stated: &[Violation]) {
+        type Key = (crate::plan::ViolationKind, String, Option<String>);
+        let mut count: BTreeMap<Key, [usize; 2]> = BTreeMap::new();
+        let sides = [stated, &self.report.violations];
+        for (side, violations) in sides.into_iter().enumerate() {
+            for it in violations {
+                let key = (it.kind, it.drone.clone(), it.with.clone());
+                count.entry(key).or_default()[side] += 1;
+            }
+        }
+        for ((kind, drone, with), [stated, found]) in count {
+            if stated != found {
+                let kind = format!("{kind:?}").to_lowercase();
+                let with = with
+                    .map(|with| format!(" with `{with}`"))
+                    .unwrap_or_default();
+                let k = self.file.plan.drones.iter().position(|it| it.name == drone);
+                let figure = format!("violations: {kind}{with}");
+                self.tell(k, &figure, stated.to_string(), found.to_string());
+            }
+        }
+    }
+
+    /// A number, where it is stated and farther from what is found than the slack.
+    fn number(
+        &mut self,
+        drone: Option<usize>,
+        figure: &str,
+        stated: Option<f64>,
+        (found, slack): (f64, f64),
+    ) {
+        let is_close = |it: &f64| (it - found).abs() <= slack;
+        if let Some(stated) = stated.filter(|it| !is_close(it)) {
+            self.tell(drone, figure, stated.to_string(), found.to_string());
+        }
+    }
+
+    fn tell(&mut self, drone: Option<usize>, figure: &str, stated: String, found: String) {
+        let name = |k: usize| self.file.plan.drones[k].name.clone();
+        self.list.push(Difference {
+            drone: drone.map(name),
+            figure: figure.to_owned(),
+            stated,
+            found,
+        });
+    }
+}

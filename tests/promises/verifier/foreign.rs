@@ -1,0 +1,302 @@
+//! Plans and logs from anywhere: what is left out is filled in, what is claimed is recomputed, what
+//! a scenario asks for is looked for, what was flown is judged.
+
+use planner::plan::file::{NotAPlan, PlanFile, read, schema};
+use planner::plan::{AtEnd, AtStart, Plan, ViolationKind};
+use planner::scenario::{Files, FlownError, missing, read_samples, samples_as_plan};
+use planner::verify::examination::examine;
+use planner::{Control, read_world};
+use serde_json::{Value, json};
+
+/// The least that is a plan: presets by name, points, no results.
+const LEAST: &str = r#"{"format": "plan/2", "bounds_m": {"min": [0, 0, 0], "max": [20, 10, 8]}, "drones": [
+    {"name": "k", "airframe": "kolibri", "trajectory": {"t_s": [0, 4], "position_m": [[1, 5, 2], [9, 5, 2]]}},
+    {"name": "m", "airframe": {"name": "matrice-300", "max_speed_mps": 3.0}, "at_start": "landed", "at_end": "land",
+     "trajectory": {"t_s": [0, 2, 6, 8], "position_m": [[15, 5, 0.7137], [15, 5, 4], [17, 5, 4], [17, 5, 0.7137]]}}]}"#;
+
+fn file(text: &str) -> PlanFile {
+    read(text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn changed(text: &str, change: impl FnOnce(&mut Value)) -> String {
+    let mut plan: Value = serde_json::from_str(text).unwrap();
+    change(&mut plan);
+    plan.to_string()
+}
+
+#[test]
+fn a_plan_without_results_takes_presets_by_name_and_defaults() {
+    let file = file(LEAST);
+    let [kolibri, matrice] = &file.plan.drones[..] else {
+        panic!("two drones");
+    };
+    let preset = airflow::Airframe::preset("kolibri").unwrap();
+    assert_eq!(kolibri.airframe.airframe().unwrap(), preset);
+    assert!((kolibri.airframe.body_radius_m - preset.tip_radius_m()).abs() < 1e-12);
+    assert_eq!(
+        (kolibri.air_limit, kolibri.airframe.max_speed_mps),
+        (0.3, 2.0)
+    );
+    assert!((kolibri.airframe.hover_induced_velocity_mps - 7.41).abs() < 0.02);
+    assert_eq!(kolibri.airborne_s, (0.0, None));
+    assert_eq!(kolibri.trajectory.mass_kg, [0.23, 0.23]);
+    assert_eq!(matrice.airborne_s, (0.0, Some(8.0)));
+    assert_eq!(matrice.airframe.max_speed_mps, 3.0);
+    assert_eq!(file.filled, [("mass_kg", 2), ("airborne_s", 2)]);
+    let found = examine(&file, true);
+    assert!(
+        found.plan.violations.is_empty(),
+        "{:?}",
+        found.plan.violations
+    );
+    assert!(found.differences.is_empty(), "{:?}", found.differences);
+    // Arrivals are those of the last dwell: before the descent.
+    assert_eq!(found.plan.drones[1].arrives_s, 6.0);
+    assert_eq!(found.late.len(), 2);
+}
+
+#[test]
+fn what_cannot_be_judged_is_refused_with_its_field() {
+    let field = |text: &str| match read(text) {
+        Err(NotAPlan::Field { path, .. }) => path,
+        Err(other) => other.to_string(),
+        Ok(_) => "read".to_owned(),
+    };
+    let cases: [(&str, fn(&mut Value)); 7] = [
+        ("`drones`: there are none", |plan| {
+            plan["drones"] = json!([])
+        }),
+        ("plan/3", |plan| plan["format"] = json!("plan/3")),
+        ("drones[0].airframe", |plan| {
+            plan["drones"][0]["airframe"] = json!("colibri")
+        }),
+        ("drones[1].trajectory.t_s[2]", |plan| {
+            plan["drones"][1]["trajectory"]["t_s"][2] = json!("six");
+        }),
+        ("drones[0].trajectory.control_m", |plan| {
+            plan["drones"][0]["trajectory"]["control_m"] = json!([[[2, 5, 2], [7, 5, 2]]]);
+        }),
+        ("air_delay", |plan| {
+            plan["air_delay"] = json!({"convection": [0.6, 1.0]})
+        }),
+        ("bounds_m", |plan| {
+            plan.as_object_mut().unwrap().remove("bounds_m");
+        }),
+    ];
+    for (told, change) in cases {
+        let found = field(&changed(LEAST, change));
+        let whole = read(&changed(LEAST, change)).unwrap_err().to_string();
+        assert!(
+            found.contains(told) || whole.contains(told),
+            "{told}: {found}, {whole}"
+        );
+    }
+    // Straight pieces may say so.
+    let straight = changed(LEAST, |plan| {
+        plan["drones"][0]["trajectory"]["control_m"] = json!([[]]);
+        plan["air_delay"] = Value::Null;
+    });
+    assert_eq!(field(&straight), "read");
+}
+
+#[test]
+fn numbers_that_are_not_physical_and_times_beyond_reason_are_malformed() {
+    let cases: [fn(&mut Plan); 9] = [
+        |plan| plan.drones[0].airframe.max_speed_mps = 1e9,
+        |plan| plan.drones[0].airframe.body_radius_m = 1e7,
+        |plan| plan.drones[0].air_limit = 1e6,
+        |plan| plan.drones[0].airframe.max_descent_mps = Some(-1.0),
+        |plan| plan.air.density_kg_per_m3 = 1e3,
+        |plan| plan.air.jet.centreline = 1e9,
+        |plan| plan.drones[0].trajectory.t_s[1] = 1e12,
+        |plan| plan.margins.time_s = -0.1,
+        |plan| plan.bounds_m.max.x = 1e12,
+    ];
+    for (k, change) in cases.into_iter().enumerate() {
+        let mut file = file(LEAST);
+        change(&mut file.plan);
+        let found = planner::verify(&file.plan).violations;
+        let is_told = |it: &planner::plan::Violation| it.kind == ViolationKind::Malformed;
+        assert!(found.iter().any(is_told), "case {k}: {found:?}");
+    }
+}
+
+#[test]
+fn every_key_of_a_plan_stands_in_its_schema_and_the_other_way_round() {
+    let schema = schema().to_value();
+    let plan: Value = serde_json::to_value(&file(LEAST).plan).unwrap();
+    let keys = |value: &Value| -> Vec<String> {
+        let object = value.as_object().unwrap();
+        object.keys().cloned().collect()
+    };
+    let of_schema = |at: &Value| keys(&at["properties"]);
+    let properties = of_schema(&schema);
+    assert!(keys(&plan).iter().all(|key| properties.contains(key)));
+    let drone = of_schema(&schema["$defs"]["DronePlan"]);
+    assert!(
+        keys(&plan["drones"][0])
+            .iter()
+            .all(|key| drone.contains(key))
+    );
+    let airframe = of_schema(&schema["$defs"]["Airframe"]);
+    assert!(
+        keys(&plan["drones"][0]["airframe"])
+            .iter()
+            .all(|key| airframe.contains(key))
+    );
+    let required = |at: &Value| at["required"].clone();
+    assert_eq!(required(&schema), json!(["format", "bounds_m", "drones"]));
+    let drone = required(&schema["$defs"]["DronePlan"]);
+    assert_eq!(drone, json!(["name", "airframe", "trajectory"]));
+}
+
+const WORLD: &str = r#"Scenario(name: "asked", bounds_m: (min: (0, 0, 0), max: (20, 10, 8)),
+    obstacles: [(name: "rack", min_m: (9, 4, 0), max_m: (11, 6, 3))],
+    zones: [(name: "desk", min_m: (0, 8, 0), max_m: (2, 10, 2), air_limit_mps: 1.5)],
+    drones: [
+        (name: "a", airframe: "offboard-2", start_m: (1, 1, 1), at_end: Land,
+         tasks: [(to_m: (15, 1, 2), dwell_s: 3, load_kg: 0.4), (to_m: (15, 8, 2), load_kg: 0)]),
+        (name: "b", airframe: "kolibri", start_m: (18, 9, 4), tasks: [(to_m: (3, 3, 4), dwell_s: 2)]),
+    ])"#;
+
+#[test]
+fn a_plan_is_held_against_its_scenario() {
+    let world = read_world(WORLD).unwrap();
+    let outcome = planner::plan_world(&world, &Control::QUIET).unwrap();
+    let plan = outcome.into_planned().unwrap().plan;
+    assert_eq!(missing(&world, &plan), Vec::<String>::new());
+    let lacks: [(&str, fn(&mut Plan)); 12] = [
+        ("`b` is not in the plan", |plan| drop(plan.drones.pop())),
+        ("`c` is not in the scenario", |plan| {
+            plan.drones[1].name = "c".to_owned()
+        }),
+        ("task 1 at", |plan| {
+            let t_s = &mut plan.drones[1].trajectory.t_s;
+            *t_s.last_mut().unwrap() -= 0.5;
+            plan.drones[1].at_end = AtEnd::Leave;
+        }),
+        ("task 1 at", |plan| {
+            let mass_kg = &mut plan.drones[0].trajectory.mass_kg;
+            mass_kg.iter_mut().for_each(|it| *it = it.min(1.3));
+        }),
+        ("ends as", |plan| plan.drones[1].at_end = AtEnd::Leave),
+        ("starts in another state", |plan| {
+            plan.drones[0].at_start = AtStart::Landed
+        }),
+        ("other bounds", |plan| plan.bounds_m.max.z = 9.0),
+        ("obstacle `rack`", |plan| plan.obstacles.clear()),
+        ("zone `desk`", |plan| {
+            plan.zones[0].air_limit_mps = Some(1.6)
+        }),
+        ("other air", |plan| plan.air.density_kg_per_m3 *= 1.01),
+        ("air_limit", |plan| plan.drones[0].air_limit = 0.4),
+        ("another airframe", |plan| {
+            plan.drones[0].airframe.mass_kg *= 0.9
+        }),
+    ];
+    for (told, change) in lacks {
+        let mut plan = plan.clone();
+        change(&mut plan);
+        let found = missing(&world, &plan);
+        assert!(
+            found.iter().any(|it| it.contains(told)),
+            "{told}: {found:?}"
+        );
+    }
+}
+
+/// A flight at 20 Hz with noise of a centimetre: rises, flies level, lands; the second passes below
+/// the first at a height (m).
+fn log(below_m: f64) -> String {
+    let mut text = "t_s,drone,x_m,y_m,z_m,battery\n".to_owned();
+    let noise =
+        |k: u32| 0.02 * (f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24) - 0.5);
+    for k in 0..400_u32 {
+        let t_s = f64::from(k) / 20.0;
+        let level = (1.5 * (t_s - 6.0)).clamp(0.0, 9.0);
+        let rise = |top_m: f64| {
+            0.1 + (0.5 * t_s - 0.5)
+                .clamp(0.0, top_m - 0.1)
+                .min((18.0 - t_s).max(0.0))
+        };
+        let places = [
+            ("a", [2.0 + level, 4.0, rise(2.5)]),
+            ("b", [11.0 - level, 4.0, rise(2.5 - below_m)]),
+        ];
+        for (n, (name, place)) in (0..).zip(places) {
+            let [x, y, z] =
+                [0, 1, 2].map(|axis| place[axis as usize] + noise(6 * k + 3 * n + axis));
+            text += &format!(
+                "{:.3},{name},{x:.3},{y:.3},{z:.3},87\n",
+                1_700_000_000.0 + t_s
+            );
+        }
+    }
+    text
+}
+
+const FLEET: &str = r#"Fleet(airframe: "kolibri", drones: [(name: "b", airframe: "own", air_limit: 0.6)],
+    airframes: {"own": (mass_kg: 0.25, propeller_diameter_m: 0.08, motor_distance_m: 0.12)})"#;
+
+fn flown(text: &str, fleet: &str) -> Result<PlanFile, FlownError> {
+    let none = |file: &str| Err(format!("`{file}` was not given"));
+    samples_as_plan("log", &read_samples(text)?, fleet, &Files::new(&none))
+}
+
+#[test]
+fn a_log_at_20_hz_is_judged_by_what_was_flown() {
+    let apart = flown(&log(1.5), FLEET).unwrap();
+    let found = examine(&apart, true);
+    assert!(
+        found.plan.violations.is_empty(),
+        "{:?}",
+        found.plan.violations
+    );
+    let drones = &found.plan.drones;
+    assert!(
+        drones
+            .iter()
+            .all(|it| it.at_start == AtStart::Landed && it.at_end == AtEnd::Land)
+    );
+    assert!(drones[0].airborne_s.0 > 0.8 && drones[0].airborne_s.1 < Some(18.2));
+    assert!(
+        apart
+            .remarks
+            .iter()
+            .any(|it| it.contains("floor is at z = 0 m")),
+        "{:?}",
+        apart.remarks
+    );
+    // Half a metre below another it is in the downwash; at its height the bodies meet.
+    let below = examine(&flown(&log(0.45), FLEET).unwrap(), false)
+        .plan
+        .violations;
+    let is_told = |kind: ViolationKind| below.iter().any(|it| it.kind == kind && it.drone == "b");
+    assert!(is_told(ViolationKind::Air), "{below:?}");
+    let meet = examine(&flown(&log(0.0), FLEET).unwrap(), false)
+        .plan
+        .violations;
+    assert!(
+        meet.iter().any(|it| it.kind == ViolationKind::Collision),
+        "{meet:?}"
+    );
+}
+
+#[test]
+fn what_is_wrong_with_a_log_is_told_with_its_line() {
+    let told = |text: &str, fleet: &str| flown(text, fleet).unwrap_err().to_string();
+    assert!(told("t_s,drone,x_m\n0,a,1\n", FLEET).contains("y_m, z_m"));
+    assert!(told("t_s,drone,x_m,y_m,z_m\n", FLEET).contains("no rows"));
+    let rows = "t_s,drone,x_m,y_m,z_m\n0,a,1,1,1\n1,a,1,one,1\n";
+    assert!(
+        told(rows, FLEET).starts_with("line 3: `y_m` is `one`"),
+        "{}",
+        told(rows, FLEET)
+    );
+    let back = "t_s,drone,x_m,y_m,z_m\n1,a,1,1,1\n0.5,a,1,1,1\n";
+    assert!(told(back, FLEET).starts_with("line 3: `a` is at 0.5 s"));
+    let good = "t_s,drone,x_m,y_m,z_m\n0,a,1,1,1\n1,a,1,1,1\n";
+    assert!(told(good, "Fleet()").contains("`a` of the log has no airframe"));
+    assert!(told(good, r#"(airframe: "kolibrri")"#).contains("did you mean `kolibri`"));
+    assert!(told(good, FLEET).contains("`b` is not in the log"));
+}
