@@ -165,6 +165,11 @@ impl Lattice {
         [of(0), of(1), of(2)]
     }
 
+    /// A point as steps from the first place, whole where a place is.
+    pub(crate) fn in_cells(&self, point_m: &Point3<f64>) -> [f64; 3] {
+        [0, 1, 2].map(|axis| (point_m[axis] - self.origin_m[axis]) / self.cell_m)
+    }
+
     /// The steps of the place next to a point.
     pub(crate) fn nearest(&self, point_m: &Point3<f64>) -> [i32; 3] {
         let half_m = Vector3::from([0.5 * self.cell_m; 3]);

@@ -54,8 +54,8 @@ pub(crate) struct PibtRun {
 /// Moves every drone as far towards their goals as steps at the same time get them; those in
 /// `fixed` stay at their starts, and so do those without tasks.
 ///
-/// `None` where it was told to stop, and where steps along the lattice are not all that a drone
-/// does: starts on the ground or beside the lattice, tasks beside it, flights begun already.
+/// `None` where it was told to stop, and where steps along the lattice, and to and from stops
+/// beside it, are not all that a drone does: starts on the ground, flights begun already.
 pub(crate) fn run_pibt(
     job: &Job,
     costmap: &Costmap,
@@ -101,17 +101,17 @@ pub(crate) fn run_pibt(
 }
 
 impl PibtRun {
-    /// Every drone's whole paths, with those of who was planned from there on, and the costmap with
-    /// all of them in it.
-    ///
-    /// `None` if it says that a drone is in the way of a drone.
+    /// Every drone's whole paths, with those of who was planned from there on, the costmap with all
+    /// of them in it, and those who are in another's way by that: sums count more of what is far
+    /// off the more is flown.
     pub(crate) fn whole(
         self,
         job: &Job,
         costmap: &Costmap,
         planned: Vec<Option<Path>>,
-    ) -> Option<(Vec<Path>, Costmap)> {
+    ) -> (Vec<Path>, Costmap, Vec<DroneId>) {
         let mut costmap = costmap.clone();
+        let is_last: Vec<bool> = planned.iter().map(Option::is_some).collect();
         let mut paths = Vec::with_capacity(self.legs.len());
         for (index, (mut legs, planned)) in self.legs.into_iter().zip(planned).enumerate() {
             let arrives = match planned {
@@ -140,13 +140,30 @@ impl PibtRun {
             costmap.insert(legs.clone());
             paths.push(Path::new(legs, arrives));
         }
-        let is_free = |leg: &Leg| {
+        let refuted = |path: &Path| {
+            let mut refuted: Vec<DroneId> = Vec::new();
             let mut verdict = Verdict::default();
-            costmap.judge(leg, &mut verdict);
-            verdict.is_allowed()
+            for leg in &path.legs {
+                costmap.judge(leg, &mut verdict);
+                if verdict.is_allowed() {
+                    continue;
+                }
+                // Of those in one another's way, those planned last, or else the one judged.
+                let all = verdict.blockers.iter().map(|it| it.drone);
+                let last = all.chain([leg.drone]);
+                let last: Vec<DroneId> = last.filter(|it| is_last[it.0 as usize]).collect();
+                match last.is_empty() {
+                    true => refuted.push(leg.drone),
+                    false => refuted.extend(last),
+                }
+            }
+            refuted
         };
-        let are_free = paths.par_iter().all(|path| path.legs.iter().all(is_free));
-        are_free.then_some((paths, costmap))
+        let refuted: Vec<Vec<DroneId>> = paths.par_iter().map(refuted).collect();
+        let mut refuted: Vec<DroneId> = refuted.into_iter().flatten().collect();
+        refuted.sort_unstable();
+        refuted.dedup();
+        (paths, costmap, refuted)
     }
 }
 

@@ -82,10 +82,15 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
         best = plan_by_pibt(problem, effort);
     }
     for order in 0..ORDERS {
-        let found = problem.in_order(order, best.is_some(), gives_up_at, effort);
+        // Where the first takes long, PIBT is asked before it goes on.
+        let is_first = order == 0 && !is_crowded;
+        let found = problem.in_order(order, best.is_some() || is_first, gives_up_at, effort);
         best = better(best, found);
-        if order == 0 && !is_crowded && !has_all(&best) && !(control.stop)() {
+        if is_first && !has_all(&best) && !(control.stop)() {
             best = better(best, plan_by_pibt(problem, effort));
+            if best.is_none() {
+                best = problem.in_order(order, false, gives_up_at, effort);
+            }
         }
         let is_spent = gives_up_at.is_some_and(|most| effort.expansions > most);
         if has_all(&best) || is_spent || (control.stop)() {
@@ -108,18 +113,18 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
 }
 
 impl FleetProblem<'_> {
-    /// One after another; `None` if that takes too long for one that `has_another` plan, or more
-    /// states than there are.
+    /// One after another; `None` if that takes too long where there is something else or may be, or
+    /// more states than there are.
     fn in_order(
         &self,
         order: u64,
-        has_another: bool,
+        is_hasty: bool,
         gives_up_at: Option<u64>,
         effort: &mut Effort,
     ) -> Option<Paths> {
         let mut attempt = self.attempt(self.costmap.clone(), effort);
         attempt.gives_up_at = gives_up_at;
-        if has_another {
+        if is_hasty {
             let most = MOST_EXPANSIONS_A_DRONE * self.job.agents.len() as u64;
             let enough = attempt.effort.expansions + most;
             attempt.gives_up_at = Some(gives_up_at.map_or(enough, |most| most.min(enough)));
@@ -310,16 +315,27 @@ fn plan_by_pibt(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths
     };
     let planned = attempt.paths.into_iter().zip(&run.agents).map(moved);
     let planned = planned.collect();
-    let (paths, costmap) = run.whole(job, costmap, planned)?;
-    let mut paths: Vec<Option<Path>> = paths.into_iter().map(Some).collect();
-    for (drone, _) in excluded {
-        paths[drone.0 as usize] = None;
+    let is_fixed = run.fixed.clone();
+    let (paths, costmap, refuted) = run.whole(job, costmap, planned);
+    let mut attempt = problem.attempt(costmap, effort);
+    attempt.gives_up_at = Some(most);
+    attempt.paths = paths.into_iter().map(Some).collect();
+    for (index, _) in is_fixed.iter().enumerate().filter(|(_, fixed)| **fixed) {
+        attempt.weights[index] = IMMOVABLE;
     }
-    Some(Paths {
-        paths,
-        unplanned: excluded.to_vec(),
-        costmap,
-    })
+    for (drone, _) in excluded {
+        attempt.paths[drone.0 as usize] = None;
+    }
+    for drone in &refuted {
+        attempt.release(*drone);
+        attempt.paths[drone.0 as usize] = None;
+    }
+    let is_through = attempt.run(refuted.into());
+    if !is_through || !attempt.unplanned.is_empty() {
+        return None;
+    }
+    attempt.unplanned = excluded.to_vec();
+    Some(attempt.into_paths())
 }
 
 /// What a drone does that is home.

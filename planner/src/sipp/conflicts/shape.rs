@@ -26,6 +26,9 @@ const LEAST_SYNCHRONOUS: f64 = 0.012;
 /// Azimuths at which a wake is asked for: chosen here, moved jets are not round.
 const AZIMUTHS: u32 = 8;
 
+/// Heights that miss a layer by no more are there (cells): far above rounding.
+const WHOLE_CELLS: f64 = 1e-6;
+
 /// How far two classes keep from one another, by the layers between them.
 #[derive(Debug)]
 pub(super) struct Shape {
@@ -253,23 +256,24 @@ impl Shape {
         }
     }
 
-    /// Loads on both of two steps that begin together and last as long, each of the two up to
-    /// `astray` cells from where the other takes it to be; `None`: they are too near one another.
+    /// Loads on both of two steps that begin together and last as long, by how far each leads and
+    /// where the second begins as seen from the first (cells), each of the two up to `astray` cells
+    /// from where the other takes it to be; `None`: they are too near one another.
     pub(super) fn synchronous(
         &self,
-        [mine, theirs]: [[i32; 3]; 2],
-        offset: [i32; 3],
+        [mine, theirs]: [[f64; 3]; 2],
+        offset: [f64; 3],
         astray: f64,
     ) -> Option<[u8; 2]> {
         // Seen from the second, the first moves straight on.
-        let line = |by: [i32; 3], from: [i32; 3]| Line {
-            origin: Vector3::from(from.map(f64::from)),
-            velocity: Vector3::from(by.map(f64::from)),
+        let line = |by: [f64; 3], from: [f64; 3]| Line {
+            origin: Vector3::from(from),
+            velocity: Vector3::from(by),
         };
         let by = [0, 1, 2].map(|axis| mine[axis] - theirs[axis]);
-        let still = line([0; 3], offset);
-        let past = Relative::new(&still, &line(by, [0; 3]), [[0.0; 2], [0.0, 1.0]]);
-        let moves = mine != [0; 3] || theirs != [0; 3];
+        let still = line([0.0; 3], offset);
+        let past = Relative::new(&still, &line(by, [0.0; 3]), [[0.0; 2], [0.0, 1.0]]);
+        let moves = mine != [0.0; 3] || theirs != [0.0; 3];
         let astray = if moves { astray } else { 0.0 };
         let is_near = match astray > 0.0 {
             true => self.keep_out.clone().grown(astray).delays(&past).is_some(),
@@ -278,9 +282,10 @@ impl Shape {
         if is_near {
             return None;
         }
-        let climbs = i32::from(astray > 0.0 && (mine[2] != 0 || theirs[2] != 0));
-        let [low, high] = lowest_and_highest(&[-offset[2], by[2] - offset[2]]);
-        let [low, high] = [low - climbs, high + climbs];
+        let climbs = i32::from(astray > 0.0 && (mine[2] != 0.0 || theirs[2] != 0.0));
+        let heights = [-offset[2], by[2] - offset[2]];
+        let low = (heights[0].min(heights[1]) + WHOLE_CELLS).floor() as i32 - climbs;
+        let high = (heights[0].max(heights[1]) - WHOLE_CELLS).ceil() as i32 + climbs;
         let distance = (past.nearest([0.0; 2]) - astray).max(self.radius(low, high));
         Some(self.loads(low, high, distance, LEAST_SYNCHRONOUS))
     }

@@ -1,4 +1,5 @@
-//! Two steps that begin at the same moment and last as long: along one axis each, or none.
+//! Two steps that begin at the same moment and last as long: along one axis each, or none, or
+//! between a stop beside the lattice and a place next to it.
 
 use super::directions::{index, neighbour};
 use super::pair::Extent;
@@ -35,12 +36,59 @@ const fn among_neighbours() -> [usize; 7] {
     among
 }
 
+/// A step of one drone, or a stay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stride {
+    /// What flies.
+    pub(crate) class: usize,
+    /// The lattice place where it begins, or the one next to that (steps).
+    pub(crate) at: [i32; 3],
+    /// Where it leads.
+    pub(crate) course: Course,
+}
+
+/// Where a step leads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Course {
+    /// From a lattice place in one of [`DIRECTIONS`].
+    Axis(usize),
+    /// From or to a stop beside the lattice, or staying there.
+    Beside {
+        /// Where it begins (cells from the first place).
+        from: [f64; 3],
+        /// How far it leads (cells).
+        by: [f64; 3],
+    },
+}
+
+impl Stride {
+    fn pace(&self, direction: usize) -> Pace {
+        Pace {
+            class: self.class,
+            at: self.at,
+            by: DIRECTIONS[direction],
+        }
+    }
+
+    /// Where it begins, and how far it leads (cells).
+    fn line(&self) -> [[f64; 3]; 2] {
+        match self.course {
+            Course::Axis(direction) => {
+                [self.at, DIRECTIONS[direction]].map(|steps| steps.map(f64::from))
+            }
+            Course::Beside { from, by } => [from, by],
+        }
+    }
+}
+
 /// What such steps do to one another.
 #[derive(Debug)]
 pub(crate) struct SynchronousSteps<'a> {
     pub(crate) steps: &'a Steps,
     /// How long each lasts.
     pub(crate) ticks: u32,
+    /// How far each drone may go within the time margins (cells).
+    astray: f64,
     /// `[class][other class]`.
     pairs: Vec<Pair>,
 }
@@ -53,6 +101,9 @@ struct Pair {
     meetings: Vec<[u8; 2]>,
     /// By direction of the first: columns in which something can matter.
     near: Vec<Vec<[i32; 2]>>,
+    /// Columns in which something can matter to a step from or to a stop beside the lattice, or one
+    /// there to it: one more on every side.
+    all: Vec<[i32; 2]>,
 }
 
 /// What wakes of those who are close may fill of a budget, parts of [`super::steps::LOADS`]. Chosen
@@ -80,6 +131,7 @@ impl<'a> SynchronousSteps<'a> {
         SynchronousSteps {
             steps,
             ticks,
+            astray: shift / f64::from(ticks),
             pairs: steps.shapes.iter().map(pair).collect(),
         }
     }
@@ -88,19 +140,26 @@ impl<'a> SynchronousSteps<'a> {
         &self.pairs[class * self.steps.class_count() + other]
     }
 
-    /// Columns around the beginning of a step in which others can matter to it.
-    pub(crate) fn near(&self, class: usize, other: usize, direction: usize) -> &[[i32; 2]] {
-        &self.pair(class, other).near[direction]
+    /// Columns around the beginning of a step in which others can matter to it: those on the
+    /// lattice, or all where some are `beside`.
+    pub(crate) fn near(&self, one: &Stride, other: usize, beside: bool) -> &[[i32; 2]] {
+        let pair = self.pair(one.class, other);
+        match one.course {
+            Course::Axis(direction) if !beside => &pair.near[direction],
+            _ => &pair.all,
+        }
     }
 
     /// What the two fill of one another's budgets, in parts of [`super::steps::LOADS`]; `None`:
     /// they are too near one another.
-    pub(crate) fn meet(
-        &self,
-        one: &Pace,
-        other: &Pace,
-        [direction, others]: [usize; 2],
-    ) -> Option<[u8; 2]> {
+    pub(crate) fn meet(&self, one: &Stride, other: &Stride) -> Option<[u8; 2]> {
+        let (Course::Axis(direction), Course::Axis(others)) = (one.course, other.course) else {
+            // Few are beside the lattice, and not for long: they are not tabulated.
+            let ([from, by], [from_other, by_other]) = (one.line(), other.line());
+            let offset = [0, 1, 2].map(|axis| from_other[axis] - from[axis]);
+            let shape = &self.steps.shapes[one.class * self.steps.class_count() + other.class];
+            return shape.synchronous([by, by_other], offset, self.astray);
+        };
         let offset = [0, 1, 2].map(|axis| other.at[axis] - one.at[axis]);
         let met = self
             .pair(one.class, other.class)
@@ -108,7 +167,8 @@ impl<'a> SynchronousSteps<'a> {
         if met != TOO_NEAR {
             return Some(met);
         }
-        (!self.steps.can_meet(one, other, true)).then_some([0; 2])
+        let reach = (self.steps).can_meet(&one.pace(direction), &other.pace(others), true);
+        (!reach).then_some([0; 2])
     }
 }
 
@@ -123,7 +183,9 @@ impl Pair {
                 for dz in -layers..=layers {
                     for dy in -reach..=reach {
                         for dx in -reach..=reach {
-                            let met = shape.synchronous([direction, others], [dx, dy, dz], astray);
+                            let steps = [direction, others].map(|steps| steps.map(f64::from));
+                            let offset = [dx, dy, dz].map(f64::from);
+                            let met = shape.synchronous(steps, offset, astray);
                             if met != Some([0; 2]) && !own.contains(&[dx, dy]) {
                                 own.push([dx, dy]);
                             }
@@ -135,10 +197,13 @@ impl Pair {
             own.sort_unstable();
             near.push(own);
         }
+        let wide = -reach - 1..=reach + 1;
+        let row = |dy: i32| wide.clone().map(move |dx| [dx, dy]);
         Pair {
             extent: shape.extent,
             meetings,
             near,
+            all: wide.clone().flat_map(row).collect(),
         }
     }
 

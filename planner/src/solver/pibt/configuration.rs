@@ -5,22 +5,27 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::far::Far;
+use super::far::{Far, links};
 use crate::graph::agent::{Agent, Waypoint};
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::sipp::conflicts::Steps;
-use crate::sipp::conflicts::steps::Pace;
-use crate::sipp::conflicts::synchronous::{AMONG_NEIGHBOURS, DIRECTIONS, STAYS, SynchronousSteps};
+use crate::sipp::conflicts::synchronous::{
+    AMONG_NEIGHBOURS, Course, DIRECTIONS, STAYS, Stride, SynchronousSteps,
+};
 use crate::solver::prepare::Job;
 
 /// Places times goals; fleets with more are not planned together. Chosen here: half a gigabyte
 /// where there are obstacles, none where not.
 const MOST_ENTRIES: usize = 256 << 20;
 
+/// Places next to a stop beside the lattice, at most: the corners of its cell, or those around
+/// where some of these are blocked.
+pub(super) const MOST_LINKS: usize = 32;
+
 /// Where a drone is between two steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct AgentState {
-    /// A lattice place.
+    /// A lattice place, or a stop beside the lattice.
     pub(super) place: Vertex,
     /// Which of its tasks it is on the way to.
     pub(super) waypoint: u16,
@@ -36,6 +41,8 @@ struct Member {
     rests: Vec<u16>,
     /// Steps to each of them.
     far: Vec<Arc<Far>>,
+    /// Of those of its stops that are beside the lattice, the places next to each.
+    links: BTreeMap<Vertex, Vec<Vertex>>,
     /// Steps from each of them to the last.
     after: Vec<u32>,
     /// By task, what flies towards it.
@@ -54,6 +61,8 @@ pub(super) struct Configuration<'a> {
     pub(super) synchronous: &'a SynchronousSteps<'a>,
     /// By drone.
     members: Vec<Member>,
+    /// Whether a drone may be beside the lattice.
+    pub(super) is_beside: bool,
 }
 
 impl<'a> Configuration<'a> {
@@ -78,8 +87,9 @@ impl<'a> Configuration<'a> {
         if wanted.len() * roadmap.lattice().place_count() > MOST_ENTRIES {
             return None;
         }
+        let layer = layer(roadmap, &members);
         let far = |(goal, radius): &(Vertex, u64)| {
-            let far = Far::new(roadmap, *goal, f64::from_bits(*radius))?;
+            let far = Far::new(roadmap, *goal, f64::from_bits(*radius), layer)?;
             Some(((*goal, *radius), Arc::new(far)))
         };
         let far: Option<BTreeMap<_, _>> = wanted.par_iter().map(far).collect();
@@ -89,12 +99,14 @@ impl<'a> Configuration<'a> {
             member.far = keys.iter().map(|key| far[key].clone()).collect();
             for waypoint in (1..keys.len()).rev() {
                 let (from, to) = (member.goals[waypoint - 1], &member.far[waypoint]);
-                let steps =
-                    to.steps(roadmap.lattice(), from) + u32::from(member.rests[waypoint - 1]);
-                member.after[waypoint - 1] = steps + member.after[waypoint];
+                let goal = member.goals[waypoint];
+                let steps = steps(roadmap, member, to, [from, goal]);
+                let rest = u32::from(member.rests[waypoint - 1]);
+                member.after[waypoint - 1] = steps + rest + member.after[waypoint];
             }
         }
         Some(Configuration {
+            is_beside: members.iter().any(|member| !member.links.is_empty()),
             roadmap,
             synchronous,
             members,
@@ -138,17 +150,60 @@ impl<'a> Configuration<'a> {
 
     /// Steps to its next task from a place nearby.
     pub(super) fn steps_from(&self, drone: usize, at: &AgentState, place: Vertex) -> u32 {
-        self.members[drone].far[usize::from(at.waypoint)].steps(self.roadmap.lattice(), place)
+        let (member, waypoint) = (&self.members[drone], usize::from(at.waypoint));
+        let ends = [place, member.goals[waypoint]];
+        steps(self.roadmap, member, &member.far[waypoint], ends)
     }
 
     /// A drone as others meet it.
-    pub(super) fn pace(&self, drone: usize, at: &AgentState, direction: usize) -> Pace {
+    pub(super) fn stride(&self, drone: usize, at: &AgentState, direction: usize) -> Stride {
         let classes = &self.members[drone].classes;
         let waypoint = usize::from(at.waypoint) + usize::from(at.rest > 0);
-        Pace {
+        let lattice = self.roadmap.lattice();
+        let is_stop = self.roadmap.is_stop(at.place);
+        let course = if is_stop || direction >= DIRECTIONS.len() {
+            let to = self.target(drone, at, direction);
+            let [from, to] =
+                [at.place, to].map(|it| lattice.in_cells(&self.roadmap.position_m(it)));
+            let by = [0, 1, 2].map(|axis| to[axis] - from[axis]);
+            Course::Beside { from, by }
+        } else {
+            Course::Axis(direction)
+        };
+        Stride {
             class: classes[waypoint.min(classes.len() - 1)],
-            at: self.roadmap.lattice().steps(at.place),
-            by: DIRECTIONS[direction],
+            at: match is_stop {
+                true => lattice.nearest(&self.roadmap.position_m(at.place)),
+                false => lattice.steps(at.place),
+            },
+            course,
+        }
+    }
+
+    /// The column of the floor that a place is in, or next to.
+    pub(super) fn column(&self, place: Vertex) -> usize {
+        let lattice = self.roadmap.lattice();
+        if !self.roadmap.is_stop(place) {
+            return lattice.column(place);
+        }
+        let [i, j, _] = lattice.nearest(&self.roadmap.position_m(place));
+        i as usize + lattice.counts()[0] * j as usize
+    }
+
+    /// Where a step leads. Beyond [`DIRECTIONS`] they are: from a stop beside the lattice, the
+    /// places next to it in turn; from a lattice place, the goal that is beside.
+    fn target(&self, drone: usize, at: &AgentState, direction: usize) -> Vertex {
+        let member = &self.members[drone];
+        match direction.checked_sub(DIRECTIONS.len()) {
+            Some(beside) => match member.links.get(&at.place) {
+                Some(links) => links[beside],
+                None => member.goals[usize::from(at.waypoint)],
+            },
+            None if direction == STAYS => at.place,
+            None => {
+                let stride = self.roadmap.lattice().strides()[AMONG_NEIGHBOURS[direction]];
+                at.place.wrapping_add_signed(stride)
+            }
         }
     }
 
@@ -158,6 +213,14 @@ impl<'a> Configuration<'a> {
         f(STAYS, at.place);
         if member.is_fixed || at.rest > 0 {
             return;
+        }
+        if let Some(links) = member.links.get(&at.place) {
+            let links = links.iter().enumerate();
+            return links.for_each(|(beside, to)| f(DIRECTIONS.len() + beside, *to));
+        }
+        let goal = member.goals[usize::from(at.waypoint)];
+        if (member.links.get(&goal)).is_some_and(|links| links.contains(&at.place)) {
+            f(DIRECTIONS.len(), goal);
         }
         let open = self.roadmap.open_steps(member.radius_m);
         let open = open.map_or(0, |open| open[at.place as usize]);
@@ -183,11 +246,7 @@ impl<'a> Configuration<'a> {
                 ..*at
             };
         }
-        let stride = match direction {
-            STAYS => 0,
-            _ => self.roadmap.lattice().strides()[AMONG_NEIGHBOURS[direction]],
-        };
-        let place = at.place.wrapping_add_signed(stride);
+        let place = self.target(drone, at, direction);
         self.arrived(drone, AgentState { place, ..*at })
     }
 
@@ -206,8 +265,35 @@ impl<'a> Configuration<'a> {
     }
 }
 
-/// A drone's goals and dwells in whole steps; `None` unless all of its job is on the lattice, in
-/// the air and still ahead.
+/// Steps to a goal from a place, both of which may be beside the lattice.
+fn steps(roadmap: &Roadmap, member: &Member, far: &Far, [from, goal]: [Vertex; 2]) -> u32 {
+    let of = |place: Vertex| far.steps(roadmap.lattice(), place);
+    match member.links.get(&from) {
+        _ if from == goal => 0,
+        Some(links) => links.iter().map(|place| of(*place)).min().unwrap_or(0) + 1,
+        None => of(from),
+    }
+}
+
+/// The layer that all fly in where nothing is in the way: that of more than half of all goals, or
+/// the middle one.
+fn layer(roadmap: &Roadmap, members: &[Member]) -> i32 {
+    let lattice = roadmap.lattice();
+    let goals = members.iter().filter_map(|member| member.goals.last());
+    let layers = goals.map(|goal| lattice.nearest(&roadmap.position_m(*goal))[2]);
+    let mut layers: Vec<i32> = layers.collect();
+    layers.sort_unstable();
+    // What more than half of them share is the one in the middle.
+    let median = layers.get(layers.len() / 2).copied().unwrap_or_default();
+    let sharing = layers.iter().filter(|layer| **layer == median).count();
+    match 2 * sharing > layers.len() {
+        true => median,
+        false => lattice.counts()[2] as i32 / 2,
+    }
+}
+
+/// A drone's goals and dwells in whole steps; `None` unless all of its job is in the air and still
+/// ahead.
 fn member(
     roadmap: &Roadmap,
     steps: &Steps,
@@ -220,9 +306,14 @@ fn member(
     } else {
         agent.goals().collect()
     };
-    let on_lattice = goals.iter().all(|goal| !roadmap.is_stop(*goal));
+    let radius_m = agent.mover.radius_m();
+    let stops = goals.iter().chain(std::iter::once(&agent.start));
+    let beside = stops.filter(|stop| roadmap.is_stop(**stop));
+    let linked = beside.map(|stop| (*stop, links(roadmap, *stop, radius_m)));
+    let links: BTreeMap<Vertex, Vec<Vertex>> = linked.collect();
+    let is_linked = (links.values()).all(|links| (1..=MOST_LINKS).contains(&links.len()));
     let is_plain = agent.departs.0 == 0 && agent.begun.is_empty() && agent.forgiven.is_empty();
-    if !on_lattice || roadmap.is_stop(agent.start) || agent.grounded || !is_plain {
+    if !(is_fixed || is_linked) || agent.grounded || !is_plain {
         return None;
     }
     let class = |kind| steps.class(agent.drone, kind);
@@ -235,7 +326,8 @@ fn member(
         goals,
         rests: rests?,
         classes: classes?,
-        radius_m: agent.mover.radius_m(),
+        links,
+        radius_m,
         is_fixed,
     })
 }

@@ -5,12 +5,14 @@
 //! 310, 2022), for drones that keep others out of more than their own place: one step may push
 //! several, so that what a push in vain has changed is taken back.
 
-use super::configuration::{AgentState, Configuration};
+use super::configuration::{AgentState, Configuration, MOST_LINKS};
 use crate::graph::roadmap::Vertex;
-use crate::sipp::conflicts::synchronous::{MOST_LOADS, STAYS};
+use crate::sipp::conflicts::synchronous::{DIRECTIONS, MOST_LOADS, STAYS};
 
 /// Steps tried for one drone and all whom it pushes: chosen here, mostly a few are enough.
 const MOST_TRIES: u32 = 200;
+/// What a drone could do: stay, step along an axis, or to or from a stop beside the lattice.
+const MOST_OPTIONS: usize = DIRECTIONS.len() + MOST_LINKS;
 /// No drone.
 const NONE: u32 = u32::MAX;
 
@@ -64,7 +66,7 @@ impl<'a> Round<'a> {
             random,
         };
         for drone in (0..now.len()).rev() {
-            let column = now[drone].place as usize % (nx * ny);
+            let column = configuration.column(now[drone].place);
             round.next[drone] = std::mem::replace(&mut round.first[column], drone as u32);
         }
         for drone in 0..now.len() {
@@ -115,9 +117,9 @@ impl<'a> Round<'a> {
     }
 
     /// What a drone could do, nearest to its goal first, then what pushes no drone.
-    fn options(&mut self, drone: usize) -> [Option<u8>; 7] {
+    fn options(&mut self, drone: usize) -> [Option<u8>; MOST_OPTIONS] {
         let (configuration, at) = (self.configuration, self.now[drone]);
-        let mut keyed = [(u32::MAX, true, 0, 0); 7];
+        let mut keyed = [(u32::MAX, true, 0, 0); MOST_OPTIONS];
         let mut count = 0;
         configuration.options(drone, &at, |direction, to| {
             let is_taken = to != at.place && self.is_taken(drone, to);
@@ -136,7 +138,7 @@ impl<'a> Round<'a> {
 
     /// Whether another drone is in the column of a place.
     fn is_taken(&self, drone: usize, place: Vertex) -> bool {
-        let first = self.first[place as usize % self.first.len()];
+        let first = self.first[self.configuration.column(place)];
         first != NONE && (first as usize != drone || self.next[drone] != NONE)
     }
 
@@ -218,10 +220,10 @@ impl<'a> Round<'a> {
     /// one another.
     fn around(&self, drone: usize, direction: usize, mut f: impl FnMut(usize, Option<[u8; 2]>)) {
         let (configuration, synchronous) = (self.configuration, self.configuration.synchronous);
-        let mine = configuration.pace(drone, &self.now[drone], direction);
+        let mine = configuration.stride(drone, &self.now[drone], direction);
         let [nx, ny, _] = synchronous.steps.counts();
         for class in 0..synchronous.steps.class_count() {
-            for aside in synchronous.near(mine.class, class, direction) {
+            for aside in synchronous.near(&mine, class, configuration.is_beside) {
                 let [i, j] = [mine.at[0] + aside[0], mine.at[1] + aside[1]];
                 if i < 0 || j < 0 || i as usize >= nx || j as usize >= ny {
                     continue;
@@ -234,9 +236,9 @@ impl<'a> Round<'a> {
                         continue;
                     }
                     let others = usize::from(self.directions[index]);
-                    let theirs = configuration.pace(index, &self.now[index], others);
+                    let theirs = configuration.stride(index, &self.now[index], others);
                     if theirs.class == class {
-                        f(index, synchronous.meet(&mine, &theirs, [direction, others]));
+                        f(index, synchronous.meet(&mine, &theirs));
                     }
                 }
             }
