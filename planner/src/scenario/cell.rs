@@ -23,6 +23,9 @@ const LEAST_LANE_M: f64 = 0.2;
 /// that one pair does not decide for a fleet.
 const CLOSER_SHARE: usize = 10;
 
+/// Formations of fewer drones keep the cells that are named: chosen here, three by three.
+const LEAST_FORMATION: usize = 9;
+
 /// Cells where nothing asks for smaller ones (m): chosen here, half a second's flight at 2 m/s.
 pub(super) const LARGEST_M: f64 = 1.0;
 
@@ -61,8 +64,56 @@ pub(super) fn chosen(world: &World) -> (f64, Option<String>) {
     (cell_m, Some(sentence))
 }
 
+/// Cells in place of those that the scenario names (m), and why: half of them, where a packed
+/// formation is spaced as they are and drones fit between two that stand. On cells as wide as the
+/// formation there is no room to move but where a drone has left, and flights take twice as long.
+pub(super) fn between_neighbours(world: &World) -> Option<(f64, String)> {
+    let planning = &world.planning;
+    let starts = world.drones.iter().map(|drone| drone.start_m);
+    let goals = world.drones.iter().filter_map(|drone| drone.tasks.last());
+    let largest_m = (world.drones.iter())
+        .map(|drone| drone.vehicle.body_radius_m)
+        .fold(0.0, f64::max);
+    let apart_m = 2.0 * largest_m + planning.gap_to_bodies_m(2);
+    let all = [
+        (starts.collect::<Vec<_>>(), "starts"),
+        (goals.map(|task| task.to_m).collect(), "goals"),
+    ];
+    let asked = all.iter().filter_map(|(places_m, what)| {
+        let (spacing_m, is_packed) = spacing(places_m)?;
+        let cell_m = 0.5 * spacing_m;
+        let is_wide = places_m.len() >= LEAST_FORMATION && cell_m >= apart_m;
+        (is_packed && is_wide).then_some((cell_m, spacing_m, *what))
+    });
+    let (cell_m, spacing_m, what) = asked.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let size_m = world.bounds_m.max - world.bounds_m.min;
+    let named_m = planning.cell_m;
+    // A part in a million: halves of typed lengths are not exact.
+    let is_as_wide = (spacing_m / named_m - 1.0).abs() < 1e-6;
+    (is_as_wide && lattice_places(size_m, cell_m) <= MOST_PLACES).then(|| {
+        let why = format!("{what} are {spacing_m:.2} m apart {BETWEEN}");
+        (
+            cell_m,
+            format!("cells of {cell_m:.3} m in place of {named_m} m: {why}"),
+        )
+    })
+}
+
+/// Why cells are half as wide as a packed formation.
+const BETWEEN: &str = "side by side, and drones pass between them";
+
 /// The cells that places (m) ask for by how close they are, and why; `None` for fewer than two.
 fn formation(places_m: &[Point3<f64>], what: &str) -> Option<(f64, String)> {
+    let (spacing_m, is_packed) = spacing(places_m)?;
+    let apart = format!("{what} are {spacing_m:.2} m apart");
+    Some(match is_packed {
+        true => (0.5 * spacing_m, format!("{apart} {BETWEEN}")),
+        false => (spacing_m, apart),
+    })
+}
+
+/// How far apart places are (m), and whether they are packed; `None` for fewer than two.
+fn spacing(places_m: &[Point3<f64>]) -> Option<(f64, bool)> {
     let mut nearest_m: Vec<f64> = nearest_m(places_m);
     nearest_m.retain(|apart_m| apart_m.is_finite() && *apart_m > 1e-6);
     nearest_m.sort_unstable_by(f64::total_cmp);
@@ -81,14 +132,7 @@ fn formation(places_m: &[Point3<f64>], what: &str) -> Option<(f64, String)> {
         })
         .collect();
     let is_packed = held.len() as f64 > PACKED_SHARE * room && held.len() > 2;
-    let apart = format!("{what} are {:.2} m apart", spacing_m);
-    Some(match is_packed {
-        true => (
-            0.5 * spacing_m,
-            apart + " side by side, and drones pass between them",
-        ),
-        false => (spacing_m, apart),
-    })
+    Some((spacing_m, is_packed))
 }
 
 /// Of each place, how far the nearest other is (m); infinite where there is none.
@@ -245,5 +289,58 @@ mod tests {
         assert_eq!(room(2.05, 2.65), 0.25);
         // Too narrow for any: nothing helps.
         assert_eq!(room(2.1, 2.3), 1.0);
+    }
+
+    /// So many Crazyflies by so many, half a metre apart, on cells of half a metre.
+    fn formation(side: usize, margins: &str) -> String {
+        let place = |k: usize| {
+            let at = |k: usize| 2.0 + 0.5 * k as f64;
+            format!("({}, {}, 1.25)", at(k % side), at(k / side))
+        };
+        let drone = |k: usize| {
+            let to = (k * 7 + 3) % (side * side);
+            let (from_m, to_m) = (place(k), place(to));
+            format!(
+                r#"(name: "d{k}", airframe: "crazyflie-2.1", start_m: {from_m}, tasks: [(to_m: {to_m})])"#
+            )
+        };
+        let drones: Vec<String> = (0..side * side).map(drone).collect();
+        format!(
+            r#"(name: "formation", bounds_m: (min: (0, 0, 0), max: (8, 8, 3)), drones: [{}], planning: (cell_m: 0.5{margins}))"#,
+            drones.join(", ")
+        )
+    }
+
+    const NO_MARGINS: &str = ", time_margin_s: 0, tracking_m: 0";
+
+    #[test]
+    fn cells_as_wide_as_a_packed_formation_are_halved_where_drones_fit_between_its_places() {
+        let world = read_world(&formation(5, NO_MARGINS)).expect("in order");
+        assert_eq!(world.planning.cell_m, 0.25);
+        assert!(
+            world
+                .notes
+                .iter()
+                .any(|note| note.contains("in place of 0.5 m"))
+        );
+        // With the margins there is no room between two that stand.
+        let margins = ", time_margin_s: 0, tracking_m: 0.1";
+        let wide = read_world(&formation(5, margins)).expect("in order");
+        assert_eq!(wide.planning.cell_m, 0.5);
+        let few = read_world(&formation(2, NO_MARGINS)).expect("in order");
+        assert_eq!(few.planning.cell_m, 0.5);
+    }
+
+    #[test]
+    fn a_packed_formation_changes_places_within_a_seventh_of_its_lower_bound() {
+        let world = read_world(&formation(5, NO_MARGINS)).expect("in order");
+        let outcome = crate::plan_world(&world, &crate::Control::QUIET).expect("in order");
+        let plan = &outcome.planned().expect("starts are apart").plan;
+        assert!(plan.is_safe() && plan.unplanned.is_empty());
+        let fleet = &plan.fleet;
+        assert!(
+            fleet.sum_of_arrivals_s <= 1.14 * fleet.sum_alone_s,
+            "{fleet:?}"
+        );
     }
 }

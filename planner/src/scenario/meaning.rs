@@ -124,6 +124,9 @@ pub(super) fn world(
         let (cell_m, why) = cell::chosen(&world);
         world.planning.cell_m = cell_m;
         world.notes.extend(why);
+    } else if let Some((cell_m, why)) = cell::between_neighbours(&world) {
+        world.planning.cell_m = cell_m;
+        world.notes.push(why);
     }
     (world, problems)
 }

@@ -12,7 +12,6 @@
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
-use costmap::verdict::Verdict;
 use rayon::prelude::*;
 
 use crate::graph::agent::Agent;
@@ -38,17 +37,12 @@ const MOST_IN_VAIN: usize = 60;
 
 /// How far a fleet came by steps of every drone at once.
 pub(crate) struct PibtRun {
-    /// When the last step ended.
-    pub(crate) at: Tick,
-    /// What every drone has to do from then on.
+    /// What every drone has to do after the last step, begun with all of its legs up to then.
     pub(crate) agents: Vec<Agent>,
-    /// Whether each is where it stays.
-    pub(crate) home: Vec<bool>,
+    /// What those fly who are where they stay; `None`: they are on their way yet.
+    pub(crate) settled: Vec<Option<Path>>,
     /// Whether each stays at its start whatever happens.
     pub(crate) fixed: Vec<bool>,
-    /// Every drone's legs up to then; of those at home, up to when they came there for the last
-    /// time.
-    legs: Vec<Vec<Leg>>,
 }
 
 /// Moves every drone as far towards their goals as steps at the same time get them; those in
@@ -87,84 +81,21 @@ pub(crate) fn run_pibt(
         let places: Vec<AgentState> = all.iter().map(|now| now[drone]).collect();
         let last = places[places.len() - 1];
         let is_home = configuration.is_home(drone, &last);
-        let legs = legs(job, agent, &places, is_home, ticks);
-        (rest_of(job, agent, &last, at), (is_home, legs))
-    });
-    let (agents, (home, legs)) = each.unzip();
-    Some(PibtRun {
-        at,
-        agents,
-        home,
-        fixed: is_fixed,
-        legs,
-    })
-}
-
-impl PibtRun {
-    /// Every drone's whole paths, with those of who was planned from there on, the costmap with all
-    /// of them in it, and those who are in another's way by that: sums count more of what is far
-    /// off the more is flown.
-    pub(crate) fn whole(
-        self,
-        job: &Job,
-        costmap: &Costmap,
-        planned: Vec<Option<Path>>,
-    ) -> (Vec<Path>, Costmap, Vec<DroneId>) {
-        let mut costmap = costmap.clone();
-        let is_last: Vec<bool> = planned.iter().map(Option::is_some).collect();
-        let mut paths = Vec::with_capacity(self.legs.len());
-        for (index, (mut legs, planned)) in self.legs.into_iter().zip(planned).enumerate() {
-            let arrives = match planned {
-                _ if self.fixed[index] => {
-                    legs = vec![job.agents[index].stays_at_start(&job.roadmap)];
-                    Tick(0)
-                }
-                Some(path) => {
-                    if let Some(last) = legs.last()
-                        && last.end < self.at
-                    {
-                        // It was home, and had to give way.
-                        legs.push(Leg {
-                            start: last.end,
-                            end: self.at,
-                            from_m: last.to_m,
-                            ..*last
-                        });
-                    }
-                    legs.extend(path.legs);
-                    path.arrives
-                }
-                None => stay_home(job, &job.agents[index], &mut legs),
-            };
-            let legs = joined(legs);
-            costmap.insert(legs.clone());
-            paths.push(Path::new(legs, arrives));
-        }
-        let refuted = |path: &Path| {
-            let mut refuted: Vec<DroneId> = Vec::new();
-            let mut verdict = Verdict::default();
-            for leg in &path.legs {
-                costmap.judge(leg, &mut verdict);
-                if verdict.is_allowed() {
-                    continue;
-                }
-                // Of those in one another's way, those planned last, or else the one judged.
-                let all = verdict.blockers.iter().map(|it| it.drone);
-                let last = all.chain([leg.drone]);
-                let last: Vec<DroneId> = last.filter(|it| is_last[it.0 as usize]).collect();
-                match last.is_empty() {
-                    true => refuted.push(leg.drone),
-                    false => refuted.extend(last),
-                }
-            }
-            refuted
+        let begun = legs(job, agent, &places, false, ticks);
+        let settled = if is_fixed[drone] {
+            let stays = agent.stays_at_start(&job.roadmap);
+            Some(Path::new(vec![stays], Tick(0)))
+        } else {
+            is_home.then(|| stay_home(job, agent, legs(job, agent, &places, true, ticks)))
         };
-        let refuted: Vec<Vec<DroneId>> = paths.par_iter().map(refuted).collect();
-        let mut refuted: Vec<DroneId> = refuted.into_iter().flatten().collect();
-        refuted.sort_unstable();
-        refuted.dedup();
-        (paths, costmap, refuted)
-    }
+        (rest_of(job, agent, &last, (at, begun)), settled)
+    });
+    let (agents, settled) = each.unzip();
+    Some(PibtRun {
+        agents,
+        settled,
+        fixed: is_fixed,
+    })
 }
 
 /// When a round ends that is the n-th, each as long as this.
@@ -196,11 +127,12 @@ fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, ticks: u
 }
 
 /// What a drone has still to do when it is there; a dwell that has begun is begun again.
-fn rest_of(job: &Job, agent: &Agent, last: &AgentState, at: Tick) -> Agent {
+fn rest_of(job: &Job, agent: &Agent, last: &AgentState, (at, begun): (Tick, Vec<Leg>)) -> Agent {
     let waypoint = usize::from(last.waypoint);
     let mut rest = Agent {
         start: last.place,
         departs: at,
+        begun,
         waypoints: agent.waypoints[waypoint..].to_vec(),
         kinds: agent.kinds[waypoint..].to_vec(),
         ..agent.clone()
@@ -210,8 +142,8 @@ fn rest_of(job: &Job, agent: &Agent, last: &AgentState, at: Tick) -> Agent {
     rest
 }
 
-/// Adds what a drone does once it is home, and says when its last dwell ends.
-fn stay_home(job: &Job, agent: &Agent, legs: &mut Vec<Leg>) -> Tick {
+/// The legs of a drone with what it does once it is home.
+fn stay_home(job: &Job, agent: &Agent, mut legs: Vec<Leg>) -> Path {
     let home = legs.last().map_or(Tick(0), |last| last.end);
     let at_m = job.roadmap.position_m(agent.last_vertex());
     let dwell = agent.waypoints.last().map_or(0, |it| it.dwell_ticks);
@@ -230,7 +162,7 @@ fn stay_home(job: &Job, agent: &Agent, legs: &mut Vec<Leg>) -> Tick {
         start: arrives,
         ..stay
     }));
-    arrives
+    Path::new(joined(legs), arrives)
 }
 
 /// Where every drone is after each round, up to the one that left the fewest steps; `None` if it

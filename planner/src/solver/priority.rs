@@ -11,10 +11,11 @@ use std::collections::VecDeque;
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
+use costmap::verdict::Verdict;
+use rayon::prelude::*;
 
 use crate::graph::agent::Agent;
 use crate::graph::distances::UNREACHABLE;
-use crate::graph::roadmap::Roadmap;
 use crate::plan::outcome::{Control, Effort};
 use crate::scenario::world::Planning;
 use crate::sipp::conflicts::{ReservationTable, Steps};
@@ -31,6 +32,9 @@ mod lns;
 /// States a drone, over the whole fleet, after which the plan that there is will do. Chosen here:
 /// `plan bench warehouse --drones 1500 --seeds 1` is through after 840, 2000 drones never were.
 const MOST_EXPANSIONS_A_DRONE: u64 = 1_500;
+/// States after which a plan that there may be is asked for, at least: chosen here, half a second of
+/// work, in which a small fleet is through but for its hardest cases.
+const FEWEST_EXPANSIONS: u64 = 100_000;
 /// Where more than this share of all columns is held in the end, every drone is planned at once
 /// first. Chosen here: where less is, one after another nearly always find paths, and better ones.
 const CROWDED_SHARE: f64 = 0.4;
@@ -126,7 +130,7 @@ impl FleetProblem<'_> {
         attempt.gives_up_at = gives_up_at;
         if is_hasty {
             let most = MOST_EXPANSIONS_A_DRONE * self.job.agents.len() as u64;
-            let enough = attempt.effort.expansions + most;
+            let enough = attempt.effort.expansions + most.max(FEWEST_EXPANSIONS);
             attempt.gives_up_at = Some(gives_up_at.map_or(enough, |most| most.min(enough)));
         }
         attempt.exclude(self.excluded);
@@ -295,13 +299,13 @@ fn plan_by_pibt(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths
     let mut waiting = Vec::new();
     for (index, agent) in run.agents.iter().enumerate() {
         if run.fixed[index] {
-            attempt.reserve(vec![agent.stays_at_start(&job.roadmap)]);
             attempt.weights[index] = IMMOVABLE;
-        } else if run.home[index] {
-            let legs = vec![stays(agent, &job.roadmap)];
-            attempt.reserve(legs.clone());
-            attempt.paths[index] = Some(Path::new(legs, agent.departs));
+        }
+        if let Some(path) = &run.settled[index] {
+            attempt.reserve(path.legs.clone());
+            attempt.paths[index] = Some(path.clone());
         } else {
+            attempt.reserve(agent.begun.clone());
             waiting.push((agent.alone_ticks, agent.drone));
         }
     }
@@ -310,41 +314,21 @@ fn plan_by_pibt(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths
     if !is_through || !attempt.unplanned.is_empty() {
         return None;
     }
-    let moved = |(path, agent): (Option<Path>, &Agent)| {
-        path.filter(|path| path.legs != [stays(agent, &job.roadmap)])
+    let costmap = &attempt.costmap;
+    let is_free = |leg: &Leg| {
+        let mut verdict = Verdict::default();
+        costmap.judge(leg, &mut verdict);
+        verdict.is_allowed()
     };
-    let planned = attempt.paths.into_iter().zip(&run.agents).map(moved);
-    let planned = planned.collect();
-    let is_fixed = run.fixed.clone();
-    let (paths, costmap, refuted) = run.whole(job, costmap, planned);
-    let mut attempt = problem.attempt(costmap, effort);
-    attempt.gives_up_at = Some(most);
-    attempt.paths = paths.into_iter().map(Some).collect();
-    for (index, _) in is_fixed.iter().enumerate().filter(|(_, fixed)| **fixed) {
-        attempt.weights[index] = IMMOVABLE;
+    let paths = attempt.paths.par_iter().flatten();
+    if !paths.flat_map(|path| &path.legs).all(is_free) {
+        return None;
     }
     for (drone, _) in excluded {
         attempt.paths[drone.0 as usize] = None;
     }
-    for drone in &refuted {
-        attempt.release(*drone);
-        attempt.paths[drone.0 as usize] = None;
-    }
-    let is_through = attempt.run(refuted.into());
-    if !is_through || !attempt.unplanned.is_empty() {
-        return None;
-    }
     attempt.unplanned = excluded.to_vec();
     Some(attempt.into_paths())
-}
-
-/// What a drone does that is home.
-fn stays(agent: &Agent, roadmap: &Roadmap) -> Leg {
-    let kind = agent.kinds[agent.kinds.len() - 1];
-    Leg {
-        start: agent.departs,
-        ..agent.hover(roadmap.position_m(agent.start), kind)
-    }
 }
 
 #[cfg(test)]
@@ -423,6 +407,42 @@ mod tests {
             let dwells = path.legs.iter().filter(|leg| passes(leg));
             let longest = dwells.map(|leg| leg.end.0 - leg.start.0).max();
             assert!(longest.unwrap_or(0) >= agent.waypoints[0].dwell_ticks);
+        }
+    }
+
+    /// Twenty drones in a hall, every other one beside the lattice where it starts and where it is
+    /// sent.
+    #[test]
+    fn starts_and_goals_beside_the_lattice_take_part_in_steps_together() {
+        let text = tools::instances::hall(20, 5).expect("there is room");
+        let mut world = crate::scenario::read_world(&text).expect("in order");
+        let aside = nalgebra::Vector3::new(0.3, 0.2, 0.1);
+        for drone in world.drones.iter_mut().step_by(2) {
+            drone.start_m += aside;
+            drone.tasks.iter_mut().for_each(|task| task.to_m += aside);
+        }
+        let job = prepare(&world);
+        let beside = |agent: &&Agent| job.roadmap.is_stop(agent.start);
+        assert_eq!(job.agents.iter().filter(beside).count(), 10);
+        let costmap = job.costmap(&world, true, world.drones.len());
+        let problem = FleetProblem {
+            job: &job,
+            costmap: &costmap,
+            steps: Steps::new(job.roadmap.lattice(), &job.agents, &costmap),
+            excluded: &[],
+            planning: &world.planning,
+            control: &Control::QUIET,
+            most_expansions: None,
+        };
+        let mut effort = Effort::default();
+        let paths = plan_by_pibt(&problem, &mut effort).expect("there is room for all");
+        assert!(effort.rounds > 0);
+        let report = verify(&assemble(&world, &job, &paths));
+        assert!(report.violations.is_empty(), "{:#?}", report.violations);
+        for (path, drone) in paths.paths.iter().flatten().zip(&world.drones) {
+            let last = path.legs.last().expect("it flies");
+            let goal_m = drone.tasks.last().map(|task| task.to_m);
+            assert!((last.to_m - goal_m.expect("it has a task")).norm() < 1e-9);
         }
     }
 }

@@ -275,18 +275,22 @@ impl Shape {
         let past = Relative::new(&still, &line(by, [0.0; 3]), [[0.0; 2], [0.0, 1.0]]);
         let moves = mine != [0.0; 3] || theirs != [0.0; 3];
         let astray = if moves { astray } else { 0.0 };
-        let is_near = match astray > 0.0 {
-            true => self.keep_out.clone().grown(astray).delays(&past).is_some(),
-            false => self.keep_out.delays(&past).is_some(),
-        };
-        if is_near {
-            return None;
-        }
         let climbs = i32::from(astray > 0.0 && (mine[2] != 0.0 || theirs[2] != 0.0));
         let heights = [-offset[2], by[2] - offset[2]];
         let low = (heights[0].min(heights[1]) + WHOLE_CELLS).floor() as i32 - climbs;
         let high = (heights[0].max(heights[1]) - WHOLE_CELLS).ceil() as i32 + climbs;
-        let distance = (past.nearest([0.0; 2]) - astray).max(self.radius(low, high));
+        let nearest = past.nearest([0.0; 2]) - astray;
+        let radius = self.radius(low, high);
+        // Only where the volume is that wide at any of these heights can it be met.
+        let is_near = nearest < radius
+            && match astray > 0.0 {
+                true => self.keep_out.clone().grown(astray).delays(&past).is_some(),
+                false => self.keep_out.delays(&past).is_some(),
+            };
+        if is_near {
+            return None;
+        }
+        let distance = nearest.max(radius);
         Some(self.loads(low, high, distance, LEAST_SYNCHRONOUS))
     }
 }

@@ -1,10 +1,9 @@
 //! How many steps along the axes it is to a goal.
 //!
 //! Where nothing is in the way, all fly in one layer, that of most goals or the middle one: a drone
-//! is not exposed to the wake of
-//! another at its own height, and the fewer layers there are between two, the less. `plan bench
-//! hall
-//! --drones 2000 --seeds 1` takes 206 steps this way, and 358 with a goal layer for each drone.
+//! is not exposed to the wake of another at its own height, and the fewer layers there are between
+//! two, the less. `plan bench hall --drones 2000 --seeds 1` takes 206 steps this way, and 358 with a
+//! goal layer for each drone.
 
 use crate::graph::lattice::{AXES, Lattice};
 use crate::graph::roadmap::{Roadmap, Vertex};
@@ -89,8 +88,8 @@ impl Far {
     }
 }
 
-/// Lengths of steps from and to stops beside the lattice, at most, in cells: √(1 + 1/2), within
-/// which a place is always reached in each of the layers above and below.
+/// Lengths of steps from and to stops beside the lattice, at most, in cells: a step along an axis
+/// takes as long, and the nearest place is never farther.
 pub(super) const LONGEST_LINK: f64 = 1.0;
 
 /// The lattice places next to a stop beside the lattice that a ball of this radius may step to.
