@@ -62,20 +62,43 @@ pub(super) fn sheet(size: (f64, f64), title: (&str, &str), entries: &[Entry]) ->
 /// height they take (px).
 pub(super) fn legend(canvas: &mut Canvas, area: Area, entries: &[Entry]) -> f64 {
     let letters = Letters::new(LETTERS, INK);
-    let (mut x, mut y) = (area.left, area.top + LINE / 2.0);
-    for Entry { path, look, text } in entries {
+    let places = layout(area.width, entries);
+    for (Entry { path, look, text }, &(right_px, line)) in entries.iter().zip(&places) {
+        let (x, y) = (
+            area.left + right_px,
+            area.top + LINE * (f64::from(line) + 0.5),
+        );
         let indent = if path.is_empty() { 0.0 } else { SIGN };
-        let width = indent + letters.width_px(text);
-        if x > area.left && x + width > area.right() {
-            (x, y) = (area.left, y + LINE);
-        }
         let place = format!(r#"{look} transform="translate({x:.1} {y:.1})""#);
         canvas.path(path, &place);
         canvas.text((x + indent, y), text, &letters);
-        x += width + GAP;
     }
-    let lines = y + LINE / 2.0 - area.top;
-    if entries.is_empty() { 0.0 } else { lines }
+    legend_height(area.width, entries)
+}
+
+/// The height that entries take in a width (px).
+pub(super) fn legend_height(width_px: f64, entries: &[Entry]) -> f64 {
+    let last = layout(width_px, entries)
+        .last()
+        .map_or(0, |&(_, line)| line + 1);
+    LINE * f64::from(last)
+}
+
+/// How far to the right (px) and on which line each entry begins.
+fn layout(width_px: f64, entries: &[Entry]) -> Vec<(f64, u32)> {
+    let letters = Letters::new(LETTERS, INK);
+    let (mut x, mut line) = (0.0, 0);
+    let places = entries.iter().map(|Entry { path, text, .. }| {
+        let indent = if path.is_empty() { 0.0 } else { SIGN };
+        let width = indent + letters.width_px(text);
+        if x > 0.0 && x + width > width_px {
+            (x, line) = (0.0, line + 1);
+        }
+        let place = (x, line);
+        x += width + GAP;
+        place
+    });
+    places.collect()
 }
 
 /// The steps of a colour scale, upright, with their edges in numbers and a label above.

@@ -12,16 +12,16 @@ mod wakes;
 use planner::Outline;
 use planner::plan::{AtEnd, AtStart, DronePlan, Plan};
 
-use super::canvas::{Canvas, MARGIN, circle, fill, rectangle, solid, stroke};
+use super::canvas::{Canvas, MARGIN, circle, fill, polyline, rectangle, solid, stroke};
 use super::colours::{AIR, PAPER, SERIES, WORST};
-use super::legend::{Entry, LINE, legend};
+use super::legend::{Entry, LINE, legend, legend_height};
 use crate::report::words::count;
 use labels::Labels;
 use view::{Eye, View, views};
 use wakes::{WorstMoment, hovering_wakes, worst_moment};
 
-/// Tick labels, axis title and the legend.
-const BOTTOM_PX: f64 = 56.0 + 3.0 * LINE;
+/// Tick labels and axis title, and what is left free below the legend.
+const BOTTOM_PX: f64 = 56.0 + LINE;
 /// What is left free on the right.
 const RIGHT_PX: f64 = 36.0;
 /// Title and legend want this much, however narrow the drawing.
@@ -34,7 +34,9 @@ pub(crate) fn draw(plan: &Plan) -> String {
     let (worst, wakes) = (worst_moment(plan), hovering_wakes(plan));
     let width = (side.right() + RIGHT_PX).max(NARROWEST_SHEET_PX);
     let defs = wakes::fade("air", AIR, 1.0, 0.35) + &wakes::fade("worst-air", WORST, 0.5, 0.15);
-    let size = (width, side.bottom() + BOTTOM_PX);
+    let key = key(plan, worst.is_some());
+    let key_px = legend_height(width - 2.0 * MARGIN, &key);
+    let size = (width, side.bottom() + BOTTOM_PX + key_px);
     let title = (&title(plan)[..], &subtitle(plan, worst.as_ref())[..]);
     let (mut canvas, sheet) = Canvas::new(size, title, &defs);
     for view in &views {
@@ -42,7 +44,7 @@ pub(crate) fn draw(plan: &Plan) -> String {
     }
     let above = side.bottom() + 50.0 - sheet.top;
     let below = sheet.inset([MARGIN, above, MARGIN, 0.0]);
-    legend(&mut canvas, below, &key(plan, worst.is_some()));
+    legend(&mut canvas, below, &key);
     canvas.finish()
 }
 
@@ -65,6 +67,7 @@ fn draw_view(
     if let Some(worst) = worst {
         wakes::draw_worst(canvas, view, worst);
     }
+    layers::refused(canvas, view, plan);
     let (caption, up) = match view.eye {
         Eye::Above => ("from above", "y (m)"),
         Eye::Side => ("from the side, along y", "z (m)"),
@@ -74,6 +77,7 @@ fn draw_view(
     if let Some(worst) = worst {
         wakes::label_worst(view, worst, &mut labels);
     }
+    layers::label_refused(view, plan, &mut labels);
     layers::names(view, plan, &mut labels);
     labels.write(canvas);
 }
@@ -131,6 +135,21 @@ fn key(plan: &Plan, has_worst: bool) -> Vec<Entry> {
         let square = rectangle((6.5, -4.5), (15.5, 4.5));
         entries.push(Entry::new(&square, &fill(drone, 1.0), "landed: no wake"));
     }
+    if plan.drones.len() <= layers::MARKED_UP_TO {
+        let arrow = polyline([(15.0, 0.0), (7.0, 4.0), (7.0, -4.0)]) + "z";
+        entries.push(Entry::new(&arrow, &fill(drone, 1.0), "direction of flight"));
+        let bars = "M8.6 -4.5V4.5M13.4 -4.5V4.5";
+        entries.push(Entry::new(bars, &solid(drone, 2.0), "waits or dwells"));
+    }
+    if plan
+        .unplanned
+        .iter()
+        .any(|it| it.cause.as_ref().is_some_and(|it| it.at_m.is_some()))
+    {
+        let cross = "M5.5 -5.5L16.5 5.5M5.5 5.5L16.5 -5.5";
+        let refused = "as far as a drone without a path could get";
+        entries.push(Entry::new(cross, &solid(WORST, 2.4), refused));
+    }
     if has_worst {
         let worst = "worst air, and the wake it comes from";
         entries.push(Entry::new(&dot(6.0), &solid(WORST, 2.2), worst));
@@ -139,7 +158,7 @@ fn key(plan: &Plan, has_worst: bool) -> Vec<Entry> {
         entries.push(Entry::patch(&layers::solid_look(Eye::Above), "obstacle"));
     }
     if !plan.zones.is_empty() {
-        entries.push(Entry::patch(&layers::zone_look(), "zone with an air limit"));
+        entries.push(Entry::patch(&layers::zone_look(), "zone with a limit"));
     }
     entries
 }

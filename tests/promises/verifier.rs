@@ -89,6 +89,7 @@ fn a_plan_that_contradicts_itself_is_refused_as_malformed() {
             plan.unplanned.push(Unplanned {
                 name: "unknown".to_owned(),
                 reason: String::new(),
+                cause: None,
             })
         },
     ];

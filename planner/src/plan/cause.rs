@@ -6,6 +6,8 @@ use nalgebra::Point3;
 use serde::Serialize;
 use thiserror::Error;
 
+use super::UnplannedCause;
+
 /// Why a drone stays at its start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -31,6 +33,50 @@ pub enum FailureCause {
     },
     /// The run was stopped first; with how crowded the floor is, where it is.
     Stopped(Option<Crowding>),
+}
+
+impl FailureCause {
+    /// The same for programs, of a drone by its name.
+    pub fn data(&self, drone: &str) -> UnplannedCause {
+        let bare = |kind: &str| UnplannedCause {
+            kind: kind.to_owned(),
+            blocker: None,
+            at_m: None,
+            at_s: None,
+        };
+        match self {
+            FailureCause::NoPath(path) => UnplannedCause {
+                at_m: path.as_ref().map(|path| path.to_m),
+                ..bare("no_path")
+            },
+            FailureCause::GoalConflict(conflict) => UnplannedCause {
+                blocker: conflict.as_ref().map(|it| match it.drone == drone {
+                    true => it.with.split('`').nth(1).unwrap_or(&it.with).to_owned(),
+                    false => it.drone.clone(),
+                }),
+                ..bare("goal_conflict")
+            },
+            FailureCause::NoRoomToLand { .. } => bare("no_room_to_land"),
+            FailureCause::Obstructed { by: None, .. } => bare("eviction_limit"),
+            FailureCause::Obstructed { by: Some(by), .. } => {
+                let (kind, blocker) = match &by.kind {
+                    HindranceKind::Zone { zone, .. } => ("zone", zone),
+                    HindranceKind::Body(name) => ("body", name),
+                    HindranceKind::Column(name) => ("column", name),
+                    HindranceKind::Downwash(name) => ("downwash", name),
+                    HindranceKind::OwnDownwash(name) => ("own_downwash", name),
+                    HindranceKind::ZoneTogether(name) => ("zone_together", name),
+                };
+                UnplannedCause {
+                    blocker: Some(blocker.clone()),
+                    at_m: Some(by.at_m),
+                    at_s: Some(by.from_s),
+                    ..bare(kind)
+                }
+            }
+            FailureCause::Stopped(_) => bare("stopped"),
+        }
+    }
 }
 
 /// How far a path was looked for, and so what a "no" means.

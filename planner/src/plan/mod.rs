@@ -502,6 +502,23 @@ pub struct Unplanned {
     /// Who or what is in the way, where and when, and the way out.
     #[serde(default)]
     pub reason: String,
+    /// The same as data, where it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cause: Option<UnplannedCause>,
+}
+
+/// Why a drone could not be planned, for programs and pictures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UnplannedCause {
+    /// `no_path`, `goal_conflict`, `no_room_to_land`, `stopped`, or what obstructs it: `zone`,
+    /// `body`, `column`, `downwash`, `own_downwash`, `zone_together`, `eviction_limit`.
+    pub kind: String,
+    /// The name of the drone or zone in the way.
+    pub blocker: Option<String>,
+    /// How far it could get, or the place that no path leads to (m).
+    pub at_m: Option<Point3<f64>>,
+    /// When it would have gone on (s).
+    pub at_s: Option<f64>,
 }
 
 /// Sums over the planned drones.

@@ -612,9 +612,14 @@ impl Turn<'_> {
                 asked.is_some_and(|it| it.cause == Cause::Added)
             };
             let left_out = paths.unplanned.iter().filter(comes);
-            let turned_away = left_out.map(|(drone, why)| Unplanned {
-                name: running.world.drones[drone.0 as usize].name.clone(),
-                reason: format!("{}; it is not let in", known_cause(&running.world, *why)),
+            let turned_away = left_out.map(|(drone, why)| {
+                let name = running.world.drones[drone.0 as usize].name.clone();
+                let cause = known_cause(&running.world, *why);
+                Unplanned {
+                    reason: format!("{cause}; it is not let in"),
+                    cause: Some(cause.data(&name)),
+                    name,
+                }
             });
             let turned_away: Vec<Unplanned> = turned_away.collect();
             if !turned_away.is_empty() {
@@ -764,9 +769,11 @@ impl Turn<'_> {
                             Some(Cause::Late) => "it follows its plan as late as it is",
                             _ => "it goes on with what it had to do",
                         };
+                        let why = known_cause(world, *why);
                         let out = Unplanned {
                             name: name.clone(),
-                            reason: format!("{}; {instead}", known_cause(world, *why)),
+                            reason: format!("{why}; {instead}"),
+                            cause: Some(why.data(&name)),
                         };
                         if stops {
                             track.planned = false;

@@ -174,6 +174,7 @@ pub(crate) fn told(failures: &[Failure]) -> Vec<Unplanned> {
     let failures = failures.iter().map(|failure| Unplanned {
         name: failure.drone.clone(),
         reason: failure.cause.to_string(),
+        cause: Some(failure.cause.data(&failure.drone)),
     });
     failures.collect()
 }

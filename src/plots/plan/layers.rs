@@ -1,18 +1,22 @@
 //! What the plan holds, layer by layer, the same for both views.
 
 use nalgebra::{Point3, Vector3, center};
-use planner::plan::{AtEnd, AtStart, DronePlan, Plan, Solid};
+use planner::plan::{AtEnd, AtStart, DronePlan, Plan, Solid, UnplannedCause};
 
 use super::labels::Labels;
 use super::view::{Eye, View, line_style};
 use crate::plots::canvas::{
-    BOLD, Canvas, Letters, Spot, circle, fill, polyline, rectangle, solid, stroke,
+    BOLD, Canvas, Letters, Spot, circle, dashed, fill, polyline, rectangle, solid, stroke,
 };
-use crate::plots::colours::{PAPER, SOLID, SOLID_EDGE, ZONE, ZONE_EDGE};
+use crate::plots::colours::{PAPER, SOLID, SOLID_EDGE, WORST, ZONE, ZONE_EDGE};
 use crate::report::words::decimal;
 
 /// Closer than this two spots are one (px).
 const INVISIBLE_PX: f64 = 0.05;
+/// A stop between two moves that is this long is drawn (s), chosen here: half a step of a cell.
+const WAITS_FROM_S: f64 = 0.25;
+/// In larger fleets directions and waits would cover one another.
+pub(super) const MARKED_UP_TO: usize = 60;
 /// Larger fleets are named at their goals and from above only, in small letters.
 const NAMED_UP_TO: usize = 40;
 /// Still larger ones are not named: hardly a name would find a free place, and looking for it takes
@@ -121,11 +125,114 @@ pub(super) fn drones(canvas: &mut Canvas, view: &View, plan: &Plan, labels: &mut
             }
         }
     });
+    if plan.drones.len() <= MARKED_UP_TO {
+        canvas.group("moves", |canvas| {
+            for (index, drone) in plan.drones.iter().enumerate() {
+                let (colour, _) = line_style(index);
+                let arrows = arrows(&bends(view, drone), 3.2 + width);
+                canvas.path(&arrows, &fill(colour, 1.0));
+                for (at, from_s, lasts_s) in waits(view, drone) {
+                    let bars = [-2.4, 2.4].map(|x_px| {
+                        polyline([(at.0 + x_px, at.1 - 4.5), (at.0 + x_px, at.1 + 4.5)])
+                    });
+                    let name =
+                        format!("{} waits {lasts_s:.1} s from t = {from_s:.1} s", drone.name);
+                    canvas.path(&bars.concat(), &solid(PAPER, 4.2));
+                    canvas.named(&bars.concat(), &solid(colour, 2.0), &name);
+                    labels.keep_clear(at, 5.0);
+                }
+            }
+        });
+    }
     canvas.group("ends", |canvas| {
         for (path, look) in starts.iter().chain(&goals) {
             canvas.path(path, look);
         }
     });
+}
+
+/// Arrowheads of a size (px) in the middle of every piece that has room for one: which way it is
+/// flown.
+fn arrows(bends: &[Spot], size_px: f64) -> String {
+    let heads = bends.windows(2).filter_map(|ends| {
+        let ((x, y), (u, v)) = (ends[0], ends[1]);
+        let (dx, dy) = (u - x, v - y);
+        let length_px = dx.hypot(dy);
+        if length_px < 6.0 * size_px {
+            return None;
+        }
+        let (along, middle) = (
+            (dx / length_px, dy / length_px),
+            ((x + u) / 2.0, (y + v) / 2.0),
+        );
+        let at = |forward: f64, aside: f64| {
+            (
+                middle.0 + size_px * (forward * along.0 - aside * along.1),
+                middle.1 + size_px * (forward * along.1 + aside * along.0),
+            )
+        };
+        Some(polyline([at(1.2, 0.0), at(-0.8, 0.9), at(-0.8, -0.9)]) + "z")
+    });
+    heads.collect()
+}
+
+/// Where a drone stands between two moves, and when, for how long (s).
+fn waits(view: &View, drone: &DronePlan) -> Vec<(Spot, f64, f64)> {
+    let path = &drone.trajectory;
+    let points = path.t_s.len().min(path.position_m.len());
+    let mut waits = Vec::new();
+    let mut next = 0;
+    for stay in path.position_m[..points].chunk_by(|a, b| (a - b).norm() < 1e-6) {
+        let first = next;
+        next += stay.len();
+        let lasts_s = path.t_s[next - 1] - path.t_s[first];
+        if next < points && lasts_s >= WAITS_FROM_S {
+            waits.push((view.at(&stay[0]), path.t_s[first], lasts_s));
+        }
+    }
+    waits
+}
+
+/// How far each drone without a path could get, and what is in its way.
+pub(super) fn refused(canvas: &mut Canvas, view: &View, plan: &Plan) {
+    canvas.group("refused", |canvas| {
+        for (drone, at_m, cause) in refusals(plan) {
+            let (x, y) = view.at(&at_m);
+            if let Some(start_m) = drone.trajectory.position_m.first() {
+                canvas.path(&polyline([view.at(start_m), (x, y)]), &dashed(WORST, 1.4));
+            }
+            let cross = polyline([(x - 5.5, y - 5.5), (x + 5.5, y + 5.5)])
+                + &polyline([(x - 5.5, y + 5.5), (x + 5.5, y - 5.5)]);
+            canvas.path(&cross, &solid(PAPER, 5.0));
+            let by = cause.blocker.as_deref().unwrap_or("nothing that is known");
+            let name = format!("{} gets no farther: {} of {by}", drone.name, cause.kind);
+            canvas.named(&cross, &solid(WORST, 2.4), &name);
+        }
+    });
+}
+
+/// Names beside the crosses of [`refused`].
+pub(super) fn label_refused(view: &View, plan: &Plan, labels: &mut Labels) {
+    if plan.drones.len() > NAMED_AT_ALL_UP_TO {
+        return;
+    }
+    for (drone, at_m, cause) in refusals(plan) {
+        let at = view.at(&at_m);
+        labels.keep_clear(at, 6.0);
+        let by = cause.blocker.iter().map(|by| format!(" by {by}"));
+        let text = format!("{} stopped{}", drone.name, by.collect::<String>());
+        let letters = Letters::new(11.0, WORST).with(BOLD);
+        labels.beside(at, 8.0, (letters, &text), true);
+    }
+}
+
+/// The drones without a path of which it is known how far they could get (m).
+fn refusals(plan: &Plan) -> impl Iterator<Item = (&DronePlan, Point3<f64>, &UnplannedCause)> {
+    plan.unplanned.iter().filter_map(|entry| {
+        let drone = plan.drones.iter().find(|drone| drone.name == entry.name)?;
+        let cause = entry.cause.as_ref()?;
+        Some((drone, cause.at_m?, cause))
+    })
 }
 
 /// The bends of a path as this view sees them: a stay, or a climb seen from above, is one spot, and

@@ -200,6 +200,7 @@ fn an_unplanned_drone_stays_at_its_start_whatever_its_end_says() {
         plan.unplanned.push(Unplanned {
             name: "stuck".to_owned(),
             reason: "blocked".to_owned(),
+            cause: None,
         });
     });
     refused(ViolationKind::Air, &there, &gone);
