@@ -508,7 +508,7 @@ pub struct Unplanned {
 }
 
 /// Why a drone could not be planned, for programs and pictures.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct UnplannedCause {
     /// `no_path`, `goal_conflict`, `no_room_to_land`, `stopped`, or what obstructs it: `zone`,
     /// `body`, `column`, `downwash`, `own_downwash`, `zone_together`, `eviction_limit`.
@@ -516,6 +516,7 @@ pub struct UnplannedCause {
     /// The name of the drone or zone in the way.
     pub blocker: Option<String>,
     /// How far it could get, or the place that no path leads to (m).
+    #[schemars(with = "Option<[f64; 3]>")]
     pub at_m: Option<Point3<f64>>,
     /// When it would have gone on (s).
     pub at_s: Option<f64>,
