@@ -23,8 +23,8 @@ const MOST_DRONES: usize = 10;
 const TRIES: usize = 4;
 
 /// A world of up to ten drones, presets and frames of its own, hovering and landed, with tasks,
-/// dwells, payloads, limits and margins of any kind, among boxes, cylinders, meshes and zones. It is
-/// in order, and no two starts exclude one another; whether every drone has a path is not known.
+/// dwells, payloads, limits and margins of any kind, among boxes, cylinders, meshes and zones. It
+/// is in order, and no two starts exclude one another; whether every drone has a path is not known.
 ///
 /// The same seed gives the same world.
 #[must_use]
