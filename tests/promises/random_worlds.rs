@@ -37,9 +37,12 @@ fn judged(made: &RandomWorld, by_other: Option<&str>) -> Result<(), String> {
         .read()
         .map_err(|problems| format!("not in order: {problems}"))?;
     let started = Instant::now();
-    let outcome = catch_unwind(AssertUnwindSafe(|| {
-        planner::plan_world(&world, &Control::QUIET)
-    }));
+    // Too long by then; stopped, so that the next world has its turn.
+    let control = Control {
+        stop: &|| started.elapsed().as_secs_f64() > LONGEST_S + 1.0,
+        ..Control::QUIET
+    };
+    let outcome = catch_unwind(AssertUnwindSafe(|| planner::plan_world(&world, &control)));
     let took_s = started.elapsed().as_secs_f64();
     let outcome = outcome
         .map_err(|_| "panics".to_owned())?
