@@ -20,7 +20,7 @@ use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::explain::{Refusals, failures};
 use crate::solver::prepare::{Job, prepare};
 use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
-use crate::solver::refusals::{Retried, tried_again};
+use crate::solver::refusals::{Retried, planned_finer, tried_again};
 use crate::verify::{harm, judged, verify};
 
 /// Plans a fleet out of its own downwash and verifies the plan.
@@ -124,11 +124,13 @@ impl<'a> Run<'a> {
     pub(crate) fn solve(&mut self) -> Option<(Paths, Vec<Retried>)> {
         let costmap = self.job.costmap(self.world, true, self.world.drones.len());
         let paths = self.paths(costmap, Vec::new())?;
+        let (world, control) = (self.world, self.control);
+        let paths = planned_finer(world, &mut self.job, paths, control, &mut self.effort);
         Some(tried_again(
-            self.world,
+            world,
             &mut self.job,
             paths,
-            self.control,
+            control,
             &mut self.effort,
         ))
     }

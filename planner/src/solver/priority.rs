@@ -43,6 +43,9 @@ const ORDERS: u64 = 4;
 /// Fleets up to this size are improved without being asked: chosen here, what a window or a shaft
 /// holds.
 pub(crate) const MOST_SMALL: usize = 30;
+/// Sum of costs over its lower bound from which a small fleet is planned in other orders and on finer
+/// cells, too. Chosen here: windows and shafts that are shared over time stay below.
+const SLOW_RATIO: f64 = 1.4;
 /// States that it takes. Chosen here: two tenths of a second of work.
 const SMALL_EXPANSIONS: u64 = 100_000;
 /// Price in ticks of changing the path of a drone that no drone asked to change. Chosen here: 20 s,
@@ -97,7 +100,8 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
             }
         }
         let is_spent = gives_up_at.is_some_and(|most| effort.expansions > most);
-        if has_all(&best) || is_spent || (control.stop)() {
+        let is_done = has_all(&best) && !best.as_ref().is_some_and(|it| is_slow(job, it));
+        if is_done || is_spent || (control.stop)() {
             break;
         }
     }
@@ -171,8 +175,17 @@ impl FleetProblem<'_> {
     }
 }
 
+/// Whether a small fleet's sum of costs is so far above its lower bound that another order, or finer
+/// cells, may well do better.
+pub(crate) fn is_slow(job: &Job, paths: &Paths) -> bool {
+    let planned = job.agents.iter().zip(&paths.paths);
+    let planned = planned.filter(|(_, path)| path.is_some());
+    let alone: u64 = planned.map(|(agent, _)| u64::from(agent.alone_ticks)).sum();
+    job.agents.len() <= MOST_SMALL && score(paths).1 as f64 > SLOW_RATIO * alone as f64
+}
+
 /// Those left out, then the sum of costs.
-fn score(paths: &Paths) -> (usize, u64) {
+pub(crate) fn score(paths: &Paths) -> (usize, u64) {
     let known = paths.paths.iter().flatten();
     let arrivals = known.map(|path| u64::from(path.arrives.0));
     (paths.unplanned.len(), arrivals.sum())

@@ -15,7 +15,7 @@ use crate::scenario::limits::lattice_places;
 use crate::scenario::world::World;
 use crate::sipp::search::{Found, IMMOVABLE, Obstruction, Obstructor, Setting, search};
 use crate::solver::prepare::Job;
-use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
+use crate::solver::priority::{FailureKind, MOST_SMALL, Paths, is_slow, score};
 use crate::solver::subfleet::{Subfleet, Terms};
 
 /// Cells are not made smaller (m): chosen here, what a drone can hold its place to.
@@ -106,6 +106,44 @@ pub(crate) fn tried_again(
         tried.push(Retried { drones, extent });
     }
     (paths, tried)
+}
+
+/// Plans a small fleet that is slow for what it has to do on finer cells, too, and takes the better.
+pub(crate) fn planned_finer(
+    world: &World,
+    job: &mut Job,
+    mut paths: Paths,
+    control: &Control<'_>,
+    effort: &mut Effort,
+) -> Paths {
+    let chosen: Vec<DroneId> = job.agents.iter().map(|agent| agent.drone).collect();
+    for times in 1..=2 {
+        let cell_m = halved_cells_m(world, times);
+        let Some(cell_m) = cell_m.filter(|_| is_slow(job, &paths) && !(control.stop)()) else {
+            break;
+        };
+        if !paths.unplanned.is_empty() {
+            break;
+        }
+        let subfleet = Subfleet {
+            world,
+            job,
+            paths: &paths,
+            chosen: &chosen,
+            control,
+        };
+        let terms = Terms {
+            cell_m,
+            raised: [1.0; 2],
+            most_expansions: EXPANSIONS_OF_ONE,
+        };
+        let found = subfleet.replanned(&terms, effort);
+        if let Some(found) = found.filter(|found| score(&found.paths) < score(&paths)) {
+            paths = found.paths.clone();
+            found.note_alone(&chosen, job);
+        }
+    }
+    paths
 }
 
 /// Whether there are drones that another try might help.

@@ -22,6 +22,7 @@ use super::node::Nodes;
 use super::setting::{IMMOVABLE, RefutedEdges, Setting};
 use crate::graph::agent::{Agent, Ending};
 use crate::graph::distances::UNREACHABLE;
+use crate::graph::roadmap::Vertex;
 use crate::sipp::conflicts::StepQuery;
 use crate::sipp::goal_occupancy::Stays;
 
@@ -287,8 +288,12 @@ impl<'a> Search<'a> {
     /// Ishida, "A* with partial expansion for large branching factor problems", AAAI 2000).
     fn expand_partially(&mut self, index: u32, most: u32) {
         let label = self.labels[index as usize];
-        if usize::from(label.waypoint) == self.agent.waypoints.len() {
-            return;
+        let left = &self.agent.waypoints[usize::from(label.waypoint)..];
+        let is_there = |goal: Vertex| self.setting.ends_at_goal && goal == label.vertex;
+        match left {
+            [] => return,
+            [last] if is_there(last.distances.goal()) => return,
+            _ => {}
         }
         let roadmap = self.setting.roadmap;
         let mut next = u32::MAX;

@@ -179,6 +179,7 @@ impl<'a> Attempt<'a> {
             under_way: &self.under_way,
             energy_weight: self.energy_weight,
             detours: self.detours,
+            ends_at_goal: false,
             careful: false,
             most_expansions: self.most_expansions(),
             stop: self.control.stop,

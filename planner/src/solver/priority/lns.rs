@@ -47,8 +47,43 @@ impl Attempt<'_> {
             .map(|price| self.improve(price, until_expansions))
             .contains(&true)
         {}
+        self.end_at_goals();
         let gained = before - self.sum_of_costs();
         self.effort.improved_ticks = (is_asked || gained > 0).then_some(gained);
+    }
+
+    /// Plans those again that leave their last task's place and come back: they wait elsewhere and
+    /// come once, where that takes no longer.
+    fn end_at_goals(&mut self) {
+        let roadmap = self.setting().roadmap;
+        let leaves = |agent: &Agent| {
+            let goal_m = roadmap.position_m(agent.last_vertex());
+            let path = self.paths[agent.drone.0 as usize].as_ref()?;
+            let away = |leg: &Leg| leg.from_m == goal_m && leg.to_m != goal_m;
+            let last = path.legs.iter().rposition(away)?;
+            let returns = path.legs[last + 1..].iter().any(|leg| leg.to_m == goal_m);
+            returns.then_some(agent.drone)
+        };
+        let leaving: Vec<DroneId> = self.agents.iter().filter_map(leaves).collect();
+        let immovable = vec![IMMOVABLE; self.weights.len()];
+        for drone in leaving {
+            let before = self.take_out(drone);
+            let setting = Setting {
+                weights: &immovable,
+                ends_at_goal: true,
+                careful: self.careful[drone.0 as usize],
+                most_expansions: MOST_EXPANSIONS,
+                ..self.setting()
+            };
+            let searched = search(setting, &self.agents[drone.0 as usize]);
+            let arrived = before.path.as_ref().map(|path| path.arrives);
+            let path = self.counted(searched);
+            let path = path.filter(|path| Some(path.arrives) <= arrived);
+            if !path.is_some_and(|path| self.put(drone, path)) {
+                self.reserve(before.legs);
+                self.paths[drone.0 as usize] = before.path;
+            }
+        }
     }
 
     /// In ticks.
