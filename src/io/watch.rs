@@ -5,7 +5,7 @@ use std::sync::{Mutex, Once, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use planner::plan::outcome::{IMPROVING_SHARE, Progress};
+use planner::plan::outcome::{IMPROVING_SHARE, PLANNING_SHARE, Progress};
 
 use crate::io::failure::tell;
 
@@ -62,9 +62,9 @@ impl Watch {
         }
     }
 
-    /// Whether the planner should come to an end.
+    /// Whether the planner should come to an end: the rest of a limit is for the check.
     pub(crate) fn stop(&self) -> bool {
-        INTERRUPTED.load(Ordering::Relaxed) || self.is_past(1.0)
+        INTERRUPTED.load(Ordering::Relaxed) || self.is_past(PLANNING_SHARE)
     }
 
     /// Whether there is a limit, and time to make a plan better before it: the last part of it is

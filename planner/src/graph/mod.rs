@@ -4,6 +4,7 @@
 pub(crate) mod agent;
 pub(crate) mod distances;
 pub(crate) mod lattice;
+pub(crate) mod passage;
 pub(crate) mod roadmap;
 
 pub(crate) mod scratch;

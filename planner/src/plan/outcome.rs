@@ -197,6 +197,9 @@ pub enum Progress {
 /// Share of a time limit after which a plan that is complete is not made better any more. Chosen
 /// here: checks take less time than planning does.
 pub const IMPROVING_SHARE: f64 = 0.6;
+/// Share of a time limit after which planning stops with what it has. Chosen here: what is left is
+/// for the check of the plan.
+pub const PLANNING_SHARE: f64 = 0.85;
 
 impl Control<'_> {
     /// Never stops, has no time left over to improve in, tells no one, makes no contrast. Fleets of
@@ -208,9 +211,9 @@ impl Control<'_> {
         contrast: false,
     };
 
-    /// Runs a planner for at most `limit_s` (s): it stops then, and until [`IMPROVING_SHARE`] of it
-    /// a plan that is complete is made better. `elapsed_s` says how long it has been running (s):
-    /// libraries read no clock.
+    /// Runs a planner for at most `limit_s` (s): it stops at [`PLANNING_SHARE`] of it to check what
+    /// it has, and until [`IMPROVING_SHARE`] of it a plan that is complete is made better.
+    /// `elapsed_s` says how long it has been running (s): libraries read no clock.
     ///
     /// ```
     /// # let text = r#"Scenario(name: "one", bounds_m: (min: (0, 0, 0), max: (9, 9, 6)),
@@ -228,7 +231,7 @@ impl Control<'_> {
         run: impl FnOnce(&Control<'_>) -> T,
     ) -> T {
         run(&Control {
-            stop: &|| elapsed_s() >= limit_s,
+            stop: &|| elapsed_s() >= PLANNING_SHARE * limit_s,
             improve: &|| elapsed_s() < IMPROVING_SHARE * limit_s,
             ..Control::QUIET
         })

@@ -8,11 +8,13 @@ use costmap::verdict::Why;
 use nalgebra::Point3;
 
 use crate::graph::distances::UNREACHABLE;
+use crate::graph::passage::{Passage, passage};
 use crate::plan::cause::{
     Exposure, Extent, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath, Remedy,
 };
 use crate::plan::outcome::{Blocker, Control, EndpointKind, Failure};
 use crate::plan::{Plan, Violation, ViolationKind};
+use crate::scenario::solid::Solids;
 use crate::scenario::world::World;
 use crate::sipp::search::{Obstruction, Obstructor};
 use crate::solver::density;
@@ -30,6 +32,9 @@ const CROWDED_SHARE: f64 = 0.25;
 /// For how many groups something that would help is looked for: chosen here, some dozens of
 /// searches each.
 const MOST_REMEDIES: usize = 3;
+/// For how many drones it is asked whether their bodies fit through at all, and whether another
+/// goal would do: chosen here.
+const MOST_PROOFS: i32 = 8;
 /// Groups larger than this are not looked at as one: chosen here.
 const LARGEST_GROUP: usize = 6;
 /// Limits are raised at most this many times: chosen here, well past any flyable air.
@@ -106,12 +111,24 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
         }
     };
     let mut zones_left = MOST_REMEDIES;
+    let mut proofs_left = MOST_PROOFS;
+    let mut fixes_left = MOST_PROOFS;
     let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: name(world, drone).to_owned(),
         cause: match why {
-            FailureKind::NoPath => FailureCause::NoPath(refusals.missing_path(drone)),
+            FailureKind::NoPath => {
+                proofs_left -= 1;
+                FailureCause::NoPath(refusals.missing_path(drone, proofs_left >= 0))
+            }
             FailureKind::EndpointConflict => {
-                FailureCause::GoalConflict(goal_conflict(world, endpoints, drone))
+                fixes_left -= 1;
+                let mut conflict = goal_conflict(world, endpoints, drone);
+                if let Some(conflict) = &mut conflict
+                    && !(fixes_left >= 0 && refusals.is_fixed(conflict, drone))
+                {
+                    conflict.nearest_fix_m = None;
+                }
+                FailureCause::GoalConflict(conflict)
             }
             FailureKind::Stopped => FailureCause::Stopped(crowding),
             FailureKind::Obstructed(_) => obstructed(drone),
@@ -207,9 +224,11 @@ impl Refusals<'_> {
         tried.map(|tried| tried.extent)
     }
 
-    /// The first part of a drone's job that no path leads along; `None` where it has no task.
-    fn missing_path(&self, drone: DroneId) -> Option<MissingPath> {
+    /// The first part of a drone's job that no path leads along, and whether that is proven, if it
+    /// `looks`; `None` where it has no task.
+    fn missing_path(&self, drone: DroneId, looks: bool) -> Option<MissingPath> {
         let Refusals { world, job, .. } = *self;
+        let mut extent = self.extent(drone);
         let agent = &job.agents[drone.0 as usize];
         let mut from = agent.start;
         let mut to = 0;
@@ -224,13 +243,24 @@ impl Refusals<'_> {
             cell_m: world.planning.cell_m,
         };
         let typed = &world.drones[drone.0 as usize];
+        let from_m = job.roadmap.position_m(from);
+        let to_m = typed.tasks.get(to)?.to_m;
+        // What stands on something is nearer to it than it may fly.
+        let radius_m = match from == agent.start && agent.grounded {
+            true => typed.vehicle.body_radius_m,
+            false => agent.mover.radius_m(),
+        };
+        let solids = Solids::of(world);
+        if looks && passage(&world.bounds_m, &solids, radius_m, [from_m, to_m]) == Passage::Closed {
+            extent = Some(Extent::Proven);
+        }
         Some(MissingPath {
-            from_m: job.roadmap.position_m(from),
+            from_m,
             task: to + 1,
-            to_m: typed.tasks.get(to)?.to_m,
+            to_m,
             body_radius_m: typed.vehicle.body_radius_m,
             clearance_m: world.planning.clearance_m,
-            extent: self.extent(drone).unwrap_or(own),
+            extent: extent.unwrap_or(own),
         })
     }
 
@@ -253,6 +283,9 @@ impl Refusals<'_> {
             let found = subfleet.replanned(&terms, &mut Default::default());
             found.filter(|found| found.unplanned == 0)
         };
+        if (self.control.stop)() {
+            return Remedy::Unknown;
+        }
         let Some(mut pass) = raised(HIGHEST_RAISE) else {
             return Remedy::NoneAtAnyLimit;
         };
@@ -328,6 +361,20 @@ impl Refusals<'_> {
             zone: self.world.zones[zone].name.clone(),
             air_limit_mps,
         })
+    }
+
+    /// Whether a drone is planned with the goal that a conflict proposes.
+    fn is_fixed(&self, conflict: &GoalConflict, drone: DroneId) -> bool {
+        let Some(fix_m) = conflict.nearest_fix_m else {
+            return false;
+        };
+        let mut changed = self.world.clone();
+        let moved = changed.drones.iter_mut();
+        let moved = moved.filter(|it| it.name == conflict.drone);
+        for task in moved.filter_map(|it| it.tasks.last_mut()) {
+            task.to_m = fix_m;
+        }
+        self.would_plan(&changed, &[drone])
     }
 
     /// Whether these drones are planned if the world is changed so: a small fleet is planned whole,

@@ -55,7 +55,7 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
     let report = verify(&plan);
     let mut plan = judged(plan, report, told(&failures));
 
-    if control.contrast {
+    if control.contrast && !(control.stop)() {
         (control.progress)(Progress::IgnoringDownwash);
         plan.ignoring_downwash = ignoring_downwash(world, &run.job, &run.endpoints.goals, control);
     }

@@ -43,8 +43,8 @@ const ORDERS: u64 = 4;
 /// Fleets up to this size are improved without being asked: chosen here, what a window or a shaft
 /// holds.
 pub(crate) const MOST_SMALL: usize = 30;
-/// Sum of costs over its lower bound from which a small fleet is planned in other orders and on finer
-/// cells, too. Chosen here: windows and shafts that are shared over time stay below.
+/// Sum of costs over its lower bound from which a small fleet is planned in other orders and on
+/// finer cells, too. Chosen here: windows and shafts that are shared over time stay below.
 const SLOW_RATIO: f64 = 1.4;
 /// States that it takes. Chosen here: two tenths of a second of work.
 const SMALL_EXPANSIONS: u64 = 100_000;
@@ -175,8 +175,8 @@ impl FleetProblem<'_> {
     }
 }
 
-/// Whether a small fleet's sum of costs is so far above its lower bound that another order, or finer
-/// cells, may well do better.
+/// Whether a small fleet's sum of costs is so far above its lower bound that another order, or
+/// finer cells, may well do better.
 pub(crate) fn is_slow(job: &Job, paths: &Paths) -> bool {
     let planned = job.agents.iter().zip(&paths.paths);
     let planned = planned.filter(|(_, path)| path.is_some());

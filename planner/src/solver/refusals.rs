@@ -108,7 +108,8 @@ pub(crate) fn tried_again(
     (paths, tried)
 }
 
-/// Plans a small fleet that is slow for what it has to do on finer cells, too, and takes the better.
+/// Plans a small fleet that is slow for what it has to do on finer cells, too, and takes the
+/// better.
 pub(crate) fn planned_finer(
     world: &World,
     job: &mut Job,

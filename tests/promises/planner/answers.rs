@@ -138,7 +138,7 @@ fn a_gap_too_narrow_for_the_body_is_named_with_the_way_out() {
     assert_eq!(names, ["wide"]);
     let reason = &plan.unplanned[0].reason;
     assert!(
-        reason.contains("no path through free space") && reason.contains("widen the gap"),
+        reason.contains("no path through free space") && reason.contains("proven"),
         "{reason}"
     );
 }

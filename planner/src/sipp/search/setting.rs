@@ -33,7 +33,8 @@ pub(crate) struct Setting<'a> {
     /// Where half of the floor is held for good, those who are led around others end up in their
     /// way, and evictions go on without end.
     pub(crate) detours: bool,
-    /// Whether a drone stays at its last task's place once it is there with nothing else left to do.
+    /// Whether a drone stays at its last task's place once it is there with nothing else left to
+    /// do.
     pub(crate) ends_at_goal: bool,
     /// Whether every step is judged in full, weak wakes on those far off included.
     pub(crate) careful: bool,

@@ -41,10 +41,10 @@ const LEAST_SMALL_EXPANSIONS: u64 = 5_000;
 /// Drones searched for at a time. Chosen here: enough for the cores of a desk, few enough that they
 /// are seldom in one another's way.
 const LARGEST_BATCH: usize = 16;
-/// States of all searches after the stop: chosen here, about a second of work.
-const ALL_EXPANSIONS: u64 = 60_000;
+/// States of all searches after the stop: chosen here, about a tenth of a second of work.
+const ALL_EXPANSIONS: u64 = 8_000;
 /// States of one of them.
-const MOST_FINAL_EXPANSIONS: u64 = 4_000;
+const MOST_FINAL_EXPANSIONS: u64 = 2_000;
 /// The drone that is in the way more often than this stays at its start.
 const MOST_FINAL_EVICTIONS: u32 = 4;
 
@@ -522,7 +522,7 @@ impl<'a> Attempt<'a> {
         })
     }
 
-    /// Leaves those in the queue at their starts, and as few others as a second allows.
+    /// Leaves those in the queue at their starts, and as few others as a tenth of a second allows.
     fn finalise(&mut self, waiting: VecDeque<DroneId>) {
         let mut displaced = VecDeque::new();
         for drone in waiting {
