@@ -160,13 +160,13 @@ impl Shifted {
 
     /// Where the one is nearest to the vertical through the other: closed form.
     pub fn nearest_to_axis(&self) -> Approach {
-        let (start_m, velocities_mps) = self.from_above();
+        let (start_m, velocities_mps) = self.seen_from_above();
         let (at, offset_m) = self.least(start_m, &velocities_mps);
         self.approach(&at, offset_m.norm())
     }
 
     /// Every offset as seen from above, made ready for many points.
-    pub fn from_above_m(&self) -> LevelRegion {
+    pub fn level_region(&self) -> LevelRegion {
         let mut region = LevelRegion {
             corners_m: [Vector2::zeros(); MOST_CORNERS],
             count: self.count,
@@ -178,7 +178,7 @@ impl Shifted {
     }
 
     /// Start and velocities without heights.
-    fn from_above(&self) -> (Vector3<f64>, [Vector3<f64>; 2]) {
+    fn seen_from_above(&self) -> (Vector3<f64>, [Vector3<f64>; 2]) {
         let level = |v: &Vector3<f64>| Vector3::new(v.x, v.y, 0.0);
         let [one, other] = &self.velocities_mps;
         (level(&self.start_m), [level(one), level(other)])
@@ -349,7 +349,7 @@ mod tests {
             let shift = nearest.other_s - nearest.t_s;
             assert!(shift >= shift_s.0 - 1e-6 && shift <= shift_s.1 + 1e-6);
             close(shifted.nearest_to_axis().distance_m, level_m);
-            close(shifted.from_above_m().nearest_m([0.0; 2]).norm(), level_m);
+            close(shifted.level_region().nearest_m([0.0; 2]).norm(), level_m);
             let between = shifted.between_heights(heights_m.0, heights_m.1);
             if between_m < f64::INFINITY {
                 let between = between.expect("a sample lies between");

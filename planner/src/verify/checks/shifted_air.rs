@@ -396,7 +396,7 @@ impl<'a> Exposed<'a> {
             told(Passing {
                 wake,
                 places_m,
-                moments: Some((moments, moments.from_above_m())),
+                moments: Some((moments, moments.level_region())),
             });
         }
     }
@@ -564,8 +564,8 @@ impl Passing<'_> {
     /// The place of a point beside the receiver's centre (m, x and y) that is nearest to the axis,
     /// as seen from there (m).
     fn nearest_m(&self, beside_m: [f64; 2]) -> Vector2<f64> {
-        if let Some((_, from_above_m)) = &self.moments {
-            return from_above_m.nearest_m(beside_m);
+        if let Some((_, region)) = &self.moments {
+            return region.nearest_m(beside_m);
         }
         let (low_m, high_m) = &self.places_m;
         let along = |k: usize| 0.0_f64.clamp(low_m[k] + beside_m[k], high_m[k] + beside_m[k]);
