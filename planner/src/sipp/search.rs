@@ -45,6 +45,10 @@ const PLAIN_STATES: u64 = 64;
 /// how many states. Chosen here: the first nearly always answers, and the others keep a crowd from
 /// costing seconds a drone.
 const WEIGHT_SCHEDULE: [(u32, u64); 4] = [(5, 500), (3, 1_500), (2, 5_000), (0, u64::MAX)];
+/// The same where drones may be early or late: more departures are closed, and more states are met
+/// before one that leads on. Chosen here, on halls of 500 and 1000 drones.
+const WEIGHT_SCHEDULE_WITHIN_MARGINS: [(u32, u64); 4] =
+    [(5, 200), (3, 500), (2, 1_200), (0, u64::MAX)];
 /// Where more of all places than this are closed for good there is no plain look: chosen here.
 const PLAIN_SHARE: f64 = 0.12;
 /// A plain look may take a state more for each of these ticks of the path: chosen here, two a step
@@ -162,7 +166,11 @@ fn look<'a>(
     let by = (heuristic.take()).unwrap_or_else(|| Heuristic::new(setting, agent));
     let mut search = begun(by, WEIGHT_SCHEDULE[0].0);
     let mut found = None;
-    for (weight_shift, most_expansions) in WEIGHT_SCHEDULE {
+    let schedule = match setting.costmap.fleet().conditions().shift {
+        0 => WEIGHT_SCHEDULE,
+        _ => WEIGHT_SCHEDULE_WITHIN_MARGINS,
+    };
+    for (weight_shift, most_expansions) in schedule {
         search.reweigh(weight_shift);
         found = search.run(most_expansions.min(setting.most_expansions));
         if found.is_some() {
