@@ -237,7 +237,7 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
   m2       stays      -       -  none                              -
 
   3 of 4 reach their goals   makespan 23.0 s   planned in 0.31 s   verified: 0 violations
-  Ignoring downwash: makespan 20.0 s, but 2 drones are exposed to up to 6.1 m/s for 9.4 s.
+  Ignoring downwash: makespan 20.0 s, but 2 drones are exposed to up to 6.1 m/s.
 ";
         assert_eq!(text, expected);
     }

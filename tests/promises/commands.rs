@@ -352,17 +352,19 @@ fn a_folder_that_cannot_be_made_is_named_before_any_planning() {
 }
 
 #[test]
-fn where_one_file_cannot_be_written_none_is() {
-    let desk = Desk::with(&[("pair.ron", PAIR)]);
-    fs::create_dir_all(desk.path("here/plan.svg")).unwrap();
-    let output = desk.plan(&["pair.ron", "--out", "here"]);
-    assert_eq!(code(&output), 2);
-    assert!(
-        stderr(&output).starts_with("error: cannot write here/plan.svg: "),
-        "{}",
-        stderr(&output)
-    );
-    assert_eq!(names_in(&desk.path("here")), ["plan.svg"]);
+fn where_the_plan_cannot_be_written_nothing_is_and_where_its_picture_cannot_the_plan_is() {
+    for (taken, left) in [
+        ("timing.json", &["timing.json"][..]),
+        ("plan.svg", &["plan.json", "plan.svg", "timing.json"][..]),
+    ] {
+        let desk = Desk::with(&[("pair.ron", PAIR)]);
+        fs::create_dir_all(desk.path("here").join(taken)).unwrap();
+        let output = desk.plan(&["pair.ron", "--out", "here"]);
+        assert_eq!(code(&output), 2);
+        let error = format!("error: cannot write here/{taken}: ");
+        assert!(stderr(&output).starts_with(&error), "{}", stderr(&output));
+        assert_eq!(names_in(&desk.path("here")), left);
+    }
 }
 
 #[test]

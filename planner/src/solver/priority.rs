@@ -32,8 +32,8 @@ mod lns;
 /// States a drone, over the whole fleet, after which the plan that there is will do. Chosen here:
 /// `plan bench warehouse --drones 1500 --seeds 1` is through after 840, 2000 drones never were.
 const MOST_EXPANSIONS_A_DRONE: u64 = 1_500;
-/// States after which a plan that there may be is asked for, at least: chosen here, half a second of
-/// work, in which a small fleet is through but for its hardest cases.
+/// States after which a plan that there may be is asked for, at least: chosen here, half a second
+/// of work, in which a small fleet is through but for its hardest cases.
 const FEWEST_EXPANSIONS: u64 = 100_000;
 /// Where more than this share of all columns is held in the end, every drone is planned at once
 /// first. Chosen here: where less is, one after another nearly always find paths, and better ones.
@@ -48,6 +48,9 @@ pub(crate) const MOST_SMALL: usize = 30;
 const SLOW_RATIO: f64 = 1.4;
 /// States that it takes. Chosen here: two tenths of a second of work.
 const SMALL_EXPANSIONS: u64 = 100_000;
+/// A state without tables takes as long as so many with them: chosen here, of random worlds with
+/// zones, where one takes a tenth of a millisecond and more.
+const UNTABULATED_STATES: u64 = 8;
 /// Price in ticks of changing the path of a drone that no drone asked to change. Chosen here: 20 s,
 /// so that those who are asked rather wait for a while.
 const UNASKED_WEIGHT: u32 = 2_000;
@@ -75,7 +78,12 @@ pub(crate) struct FleetProblem<'a> {
 /// where the budget of states ended first.
 pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths> {
     let (job, control) = (problem.job, problem.control);
-    let gives_up_at = problem.most_expansions.map(|most| effort.expansions + most);
+    // As much work, where every step of every state is judged by the costmap.
+    let share = match problem.steps {
+        Some(_) => 1,
+        None => UNTABULATED_STATES,
+    };
+    let gives_up_at = (problem.most_expansions).map(|most| effort.expansions + most / share);
     let hopeless = problem.hopeless();
     let has_all = |best: &Option<Paths>| {
         let left_out = best.as_ref().map(|paths| paths.unplanned.len());
@@ -93,8 +101,10 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
         let is_first = order == 0 && !is_crowded;
         let found = problem.in_order(order, best.is_some() || is_first, gives_up_at, effort);
         best = better(best, found);
-        if is_first && !has_all(&best) && !(control.stop)() {
-            best = better(best, plan_by_pibt(problem, effort));
+        if is_first && !has_all(&best) {
+            if !(control.stop)() {
+                best = better(best, plan_by_pibt(problem, effort));
+            }
             if best.is_none() {
                 best = problem.in_order(order, false, gives_up_at, effort);
             }
@@ -110,7 +120,7 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
     let states = match job.agents.len() {
         // A plan that is yet to be verified is left as it is.
         _ if problem.costmap.has_limits_raised() => 0,
-        ..=MOST_SMALL => SMALL_EXPANSIONS.min(left),
+        ..=MOST_SMALL => (SMALL_EXPANSIONS / share).min(left),
         _ => 0,
     };
     let is_improved = best.unplanned.len() == hopeless && (states > 0 || (control.improve)());

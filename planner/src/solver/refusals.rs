@@ -244,7 +244,8 @@ impl Refused<'_> {
     fn planned_again(&self, job: &mut Job, paths: &mut Paths, effort: &mut Effort) -> Extent {
         let own_m = self.world.planning.cell_m;
         let (mut finest_m, mut ended) = (own_m, None);
-        let until = effort.expansions + MOST_EXPANSIONS;
+        let begun = effort.expansions;
+        let until = begun + MOST_EXPANSIONS;
         for &(times, raised) in self.attempts {
             let Some(cell_m) = halved_cells_m(self.world, times) else {
                 continue;
@@ -279,7 +280,7 @@ impl Refused<'_> {
         }
         match ended {
             Some(cell_m) if cell_m <= finest_m => Extent::BudgetEnded {
-                states: MOST_EXPANSIONS,
+                states: effort.expansions - begun,
                 cell_m,
             },
             _ => Extent::NotFound { cell_m: finest_m },

@@ -366,7 +366,9 @@ fn a_take_off_or_a_landing_askew_and_one_too_fast_are_refused() {
             (4.0, from_m),
             (4.0 + slow_s, [5.0, 5.0, body_m]),
         ];
-        limited(lands(drone("a", "offboard-2", &knots)))
+        let mut landing = lands(drone("a", "offboard-2", &knots));
+        landing.arrives_s = 4.0;
+        limited(landing)
     };
     refused(
         ViolationKind::Sideways,

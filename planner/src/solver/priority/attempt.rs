@@ -378,7 +378,7 @@ impl<'a> Attempt<'a> {
     fn run_here(&mut self, mut queue: VecDeque<DroneId>) -> bool {
         let mut most = 1;
         loop {
-            let is_spent = |most: u64| self.effort.expansions > most || (self.control.stop)();
+            let is_spent = |most: u64| self.effort.expansions > most;
             if self.gives_up_at.is_some_and(is_spent) {
                 return false;
             }

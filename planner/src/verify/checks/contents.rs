@@ -316,6 +316,7 @@ fn flight(
         body_radius_m: drone.airframe.body_radius_m,
         vertical_mps: [drone.airframe.max_climb_mps, drone.airframe.max_descent_mps],
         takes_off_m: (places_m.first().copied()).filter(|_| drone.at_start == AtStart::Landed),
+        arrives_s: drone.arrives_s,
         lands_m: (places_m.last().copied()).filter(|_| drone.at_end == AtEnd::Land && !unplanned),
         tip_radius_m: airframe.tip_radius_m(),
         discs,

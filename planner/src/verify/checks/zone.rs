@@ -42,8 +42,16 @@ const CLIMB_STEPS: u32 = 8;
 /// Parts searched in one step before the highest bound counts as found, chosen here: about a second
 /// of work.
 const MOST_PARTS: usize = 500_000;
+/// Parts searched for one zone in all, and in each step once these are used up, before the highest
+/// bound counts as found, chosen here: some seconds of work.
+const MOST_PARTS_IN_ALL: usize = 1_500_000;
+/// See there.
+const FEWEST_PARTS: usize = 32;
 /// Parts searched in one step where the air is only told, chosen here: a tenth of a millisecond.
 const PARTS_TOLD: usize = 100;
+/// Steps where the air is only told, chosen here: more than an hour of flight takes, and in all a
+/// second or two of work; in plans that are longer they are longer.
+const MOST_STEPS_TOLD: f64 = 20_000.0;
 /// Parts searched once the limit is known to be broken, chosen here: the worst value told is then
 /// within a few percent of the highest. Below a rotor plane, where the air begins at full speed, no
 /// more would help.
@@ -166,7 +174,7 @@ pub(crate) fn is_over_when_late(
                 .highest(&here, &air.places_m, span_s, limit_mps)
                 .is_some()
     };
-    air.steps().any(is_over)
+    air.steps(f64::INFINITY).any(is_over)
 }
 
 /// The highest air of a zone (m/s) as far as few parts of each step show it, when, and whose wake
@@ -174,14 +182,14 @@ pub(crate) fn is_over_when_late(
 pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone) -> Option<(f64, f64, usize)> {
     let air = ZoneAir::new(scene, zone);
     let mut worst: Option<(Peak, usize)> = None;
-    for (here, span_s) in air.steps() {
+    for (here, span_s) in air.steps(MOST_STEPS_TOLD) {
         let known_mps = worst.map_or(FAINTEST_WAKE_MPS, |(peak, _)| TOLD * peak.air_mps);
         let above = Above {
             limit_mps: known_mps,
             most_parts: PARTS_TOLD,
             is_decided: false,
         };
-        if let Some(peak) = air.field.search(&here, &air.places_m, span_s, above) {
+        if let (Some(peak), _) = air.field.search(&here, &air.places_m, span_s, above) {
             let from = air.field.strongest(&here, &peak).unwrap_or_default();
             worst = Some((peak, from));
         }
@@ -200,10 +208,16 @@ fn over_limit(
     let limit_mps = air_limit_mps - scene.flown.return_flow_mps;
     let mut parts: Vec<Span> = Vec::new();
     let mut worst: Vec<(Peak, usize)> = Vec::new();
-    for (here, span_s) in air.steps() {
-        let Some(peak) = air.field.highest(&here, &air.places_m, span_s, limit_mps) else {
-            continue;
+    let mut left = MOST_PARTS_IN_ALL;
+    for (here, span_s) in air.steps(f64::INFINITY) {
+        let decided = Above {
+            limit_mps,
+            most_parts: left.clamp(FEWEST_PARTS, MOST_PARTS),
+            is_decided: true,
         };
+        let (peak, made) = air.field.search(&here, &air.places_m, span_s, decided);
+        left = left.saturating_sub(made);
+        let Some(peak) = peak else { continue };
         let before = parts.len();
         join(&mut parts, span_s);
         let from = air.field.strongest(&here, &peak).unwrap_or_default();
@@ -272,18 +286,26 @@ impl<'a> ZoneAir<'a> {
     }
 
     /// Steps of time short enough for every drone, with the wakes that are there.
-    fn steps(&self) -> impl Iterator<Item = (Vec<&Downwash<'a>>, Span)> {
+    fn steps(&self, most: f64) -> impl Iterator<Item = (Vec<&Downwash<'a>>, Span)> {
         let spans_s: Vec<Span> = self.downwash.iter().map(Downwash::span_s).collect();
         let cuts_s = spans_s.iter().flat_map(|span_s| [span_s.0, span_s.1]);
         let mut cuts_s: Vec<f64> = cuts_s.collect();
         cuts_s.push(self.rests_s);
         cuts_s.sort_by(f64::total_cmp);
         cuts_s.dedup();
-        let between = between(&cuts_s, &spans_s).into_iter();
-        between.flat_map(move |(span_s, under_way)| {
-            let here: Vec<&Downwash<'_>> = under_way.iter().map(|&k| &self.downwash[k]).collect();
-            let path_m = fastest_mps(&here) * (span_s.1 - span_s.0);
-            let steps = (path_m / STEP_PATH_M).ceil().max(1.0);
+        let between = between(&cuts_s, &spans_s);
+        let path_m =
+            |here: &[&Downwash<'_>], span_s: Span| fastest_mps(here) * (span_s.1 - span_s.0);
+        let at = |under_way: &[usize]| -> Vec<&Downwash<'a>> {
+            under_way.iter().map(|&k| &self.downwash[k]).collect()
+        };
+        let paths_m = between
+            .iter()
+            .map(|(span_s, under_way)| path_m(&at(under_way), *span_s));
+        let step_m = STEP_PATH_M.max(paths_m.sum::<f64>() / most);
+        between.into_iter().flat_map(move |(span_s, under_way)| {
+            let here = at(&under_way);
+            let steps = (path_m(&here, span_s) / step_m).ceil().max(1.0);
             let step_s = (span_s.1 - span_s.0) / steps;
             (0..steps as usize).map(move |k| {
                 let from_s = span_s.0 + k as f64 * step_s;
@@ -590,7 +612,7 @@ impl Field<'_> {
             most_parts: MOST_PARTS,
             is_decided: true,
         };
-        self.search(all, places_m, span_s, decided)
+        self.search(all, places_m, span_s, decided).0
     }
 
     /// The same for a limit of any purpose.
@@ -600,7 +622,7 @@ impl Field<'_> {
         places_m: &Places,
         span_s: Span,
         above: Above,
-    ) -> Option<Peak> {
+    ) -> (Option<Peak>, usize) {
         let limit_mps = above.limit_mps;
         let bound = |places_m, span_s, at_most_mps: f64| Part {
             high_mps: self.together_mps(all, &places_m, span_s).min(at_most_mps),
@@ -661,6 +683,7 @@ impl Field<'_> {
                 parts.push(half);
             }
         }
-        best.filter(|peak| peak.air_mps > VIOLATED * limit_mps)
+        let found = best.filter(|peak| peak.air_mps > VIOLATED * limit_mps);
+        (found, parts.len() - 1)
     }
 }
