@@ -14,7 +14,14 @@ use planner::{Control, Files};
 use super::samples;
 
 /// Inputs of each kind.
-const INPUTS: u64 = samples(1_000, 100_000);
+fn inputs() -> u64 {
+    match std::env::var("FUZZ_INPUTS") {
+        Ok(typed) => typed
+            .parse()
+            .unwrap_or_else(|_| panic!("FUZZ_INPUTS is no number: {typed}")),
+        Err(_) => samples(1_000, 5_000),
+    }
+}
 /// No input takes longer (s); in builds for tests, on a machine that does other things as well.
 const LONGEST_S: f64 = 5.0;
 /// Nor is more memory ever held (bytes).
@@ -80,7 +87,7 @@ struct Judged<'a> {
 
 impl Judged<'_> {
     fn holds(&self) {
-        for index in 0..INPUTS {
+        for index in 0..inputs() {
             let mut draws = Draws::new(index);
             let bytes = changed(&self.seeds, &mut draws);
             let started = Instant::now();
@@ -258,7 +265,7 @@ fn scenarios_of_any_bytes_are_read_and_planned_or_refused() {
         },
     }
     .holds();
-    assert!(read_count.get() > INPUTS / 20, "{}", read_count.get());
+    assert!(read_count.get() > inputs() / 20, "{}", read_count.get());
 }
 
 #[test]
@@ -277,7 +284,7 @@ fn meshes_of_any_bytes_are_read_or_refused() {
         },
     }
     .holds();
-    assert!(read_count.get() > INPUTS / 20, "{}", read_count.get());
+    assert!(read_count.get() > inputs() / 20, "{}", read_count.get());
 }
 
 #[test]
@@ -309,7 +316,7 @@ fn plans_of_any_bytes_are_verified_or_refused() {
         },
     }
     .holds();
-    assert!(read_count.get() > INPUTS / 20, "{}", read_count.get());
+    assert!(read_count.get() > inputs() / 20, "{}", read_count.get());
 }
 
 const LOGS: &str = r#"(
@@ -435,5 +442,5 @@ fn recordings_of_any_bytes_are_read_or_refused() {
         },
     }
     .holds();
-    assert!(read_count.get() > INPUTS / 20, "{}", read_count.get());
+    assert!(read_count.get() > inputs() / 20, "{}", read_count.get());
 }

@@ -49,6 +49,8 @@ const MOST_PARTS_IN_ALL: usize = 1_500_000;
 const FEWEST_PARTS: usize = 32;
 /// Parts searched in one step where the air is only told, chosen here: a tenth of a millisecond.
 const PARTS_TOLD: usize = 100;
+/// Steps in all, chosen here: three hours of flight at 1 m/s; of longer ones they are longer.
+const MOST_STEPS: f64 = 100_000.0;
 /// Steps where the air is only told, chosen here: more than an hour of flight takes, and in all a
 /// second or two of work; in plans that are longer they are longer.
 const MOST_STEPS_TOLD: f64 = 20_000.0;
@@ -174,7 +176,7 @@ pub(crate) fn is_over_when_late(
                 .highest(&here, &air.places_m, span_s, limit_mps)
                 .is_some()
     };
-    air.steps(f64::INFINITY).any(is_over)
+    air.steps(MOST_STEPS).any(is_over)
 }
 
 /// The highest air of a zone (m/s) as far as few parts of each step show it, when, and whose wake
@@ -209,7 +211,7 @@ fn over_limit(
     let mut parts: Vec<Span> = Vec::new();
     let mut worst: Vec<(Peak, usize)> = Vec::new();
     let mut left = MOST_PARTS_IN_ALL;
-    for (here, span_s) in air.steps(f64::INFINITY) {
+    for (here, span_s) in air.steps(MOST_STEPS) {
         let decided = Above {
             limit_mps,
             most_parts: left.clamp(FEWEST_PARTS, MOST_PARTS),
