@@ -16,9 +16,9 @@ use crate::scenario::solid::Solids;
 use crate::scenario::world::Bounds;
 
 /// Boxes looked at: chosen here, some tenths of a second of work.
-const MOST_BOXES: usize = 60_000;
+const MOST_BOXES: usize = 200_000;
 /// Boxes passed by all searches for a path: chosen here, a second of work.
-const MOST_STEPS: usize = 200_000;
+const MOST_STEPS: usize = 700_000;
 /// Boxes are not split further (m): chosen here, below what a drone can hold its place to.
 const SMALLEST_M: f64 = 0.02;
 /// A ball this much smaller has to be stopped as well (m): what checks of plans forgive.

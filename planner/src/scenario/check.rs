@@ -481,7 +481,7 @@ mod tests {
         assert!(is_named, "{faults}");
         assert_eq!(
             ranges.collect::<Vec<_>>(),
-            ["spacing", "a dwell"],
+            ["spacing", "a dwell", "time of all tasks"],
             "{faults}"
         );
         assert!(matches!(faults[faults.len() - 1], WorldError::Mass { .. }));

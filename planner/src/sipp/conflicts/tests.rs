@@ -20,6 +20,7 @@ const HALL: &str = r#"Scenario(
         (name: "a", airframe: "offboard-2", start_m: (0.5, 0.5, 4.5), tasks: [(to_m: (6.5, 6.5, 6.5))]),
         (name: "b", airframe: "kolibri", start_m: (6.5, 0.5, 4.5), tasks: [(to_m: (0.5, 6.5, 2.5))]),
     ],
+    planning: (time_margin_s: 0, tracking_m: 0),
 )"#;
 
 fn job() -> (Job, Costmap) {
