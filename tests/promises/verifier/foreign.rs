@@ -24,6 +24,9 @@ fn changed(text: &str, change: impl FnOnce(&mut Value)) -> String {
     plan.to_string()
 }
 
+/// What a change is called, and what it does.
+type Change<T> = (&'static str, fn(&mut T));
+
 #[test]
 fn a_plan_without_results_takes_presets_by_name_and_defaults() {
     let file = file(LEAST);
@@ -62,7 +65,7 @@ fn what_cannot_be_judged_is_refused_with_its_field() {
         Err(other) => other.to_string(),
         Ok(_) => "read".to_owned(),
     };
-    let cases: [(&str, fn(&mut Value)); 7] = [
+    let cases: [Change<Value>; 7] = [
         ("`drones`: there are none", |plan| {
             plan["drones"] = json!([])
         }),
@@ -165,7 +168,7 @@ fn a_plan_is_held_against_its_scenario() {
     let outcome = planner::plan_world(&world, &Control::QUIET).unwrap();
     let plan = outcome.into_planned().unwrap().plan;
     assert_eq!(missing(&world, &plan), Vec::<String>::new());
-    let lacks: [(&str, fn(&mut Plan)); 12] = [
+    let lacks: [Change<Plan>; 12] = [
         ("`b` is not in the plan", |plan| drop(plan.drones.pop())),
         ("`c` is not in the scenario", |plan| {
             plan.drones[1].name = "c".to_owned()

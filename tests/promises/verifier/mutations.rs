@@ -35,7 +35,11 @@ impl Draw {
     /// Between a tenth and ten tenths, of either sign.
     fn share(&mut self) -> f64 {
         let share = 0.1 + 0.9 * (self.next() % 1000) as f64 / 1000.0;
-        if self.next() % 2 == 0 { share } else { -share }
+        if self.next().is_multiple_of(2) {
+            share
+        } else {
+            -share
+        }
     }
 }
 

@@ -299,7 +299,11 @@ mod tests {
                 .into()
         };
         let from_s = since_s + at(10 * k + 7);
-        let to_m = if k % 5 == 0 { place(0) } else { place(1) };
+        let to_m = if k.is_multiple_of(5) {
+            place(0)
+        } else {
+            place(1)
+        };
         Motion::straight((from_s, from_s + 0.2 + at(10 * k + 8)), place(0), to_m)
     }
 
