@@ -119,11 +119,14 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Paths of the fleet alone; what would be refused is tried again. `None` where the budget of
-    /// states ended first.
+    /// Paths of the fleet alone; what would be refused is tried again, unless states are limited.
+    /// `None` where the budget of states ended first.
     pub(crate) fn solve(&mut self) -> Option<(Paths, Vec<Retried>)> {
         let costmap = self.job.costmap(self.world, true, self.world.drones.len());
         let paths = self.paths(costmap, Vec::new())?;
+        if self.most_expansions.is_some() {
+            return Some((paths, Vec::new()));
+        }
         let (world, control) = (self.world, self.control);
         let paths = planned_finer(world, &mut self.job, paths, control, &mut self.effort);
         Some(tried_again(

@@ -3,7 +3,7 @@
 //! A drone that is late by `d` is at its own time `t` when all others are at `t + d`: bodies and
 //! columns follow in closed form over all `d` up to the least that is known, the air of the drone
 //! itself and of those below it by parts of time and `d` on upper bounds
-//! ([`Exposed`](super::shifted_air)), the air of zones by halves of `d`. Bodies keep to their radii
+//! (`Exposed`), the air of zones by halves of `d`. Bodies keep to their radii
 //! alone: what a drone may be off its path is the plan's margin, not this one.
 
 use serde::Serialize;
