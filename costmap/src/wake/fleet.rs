@@ -38,10 +38,8 @@ pub struct Conditions {
     pub flown: Flown,
     /// Highest speed of the fleet: the fastest that any drone sinks (m/s).
     pub fastest_mps: f64,
-    /// Gap between bodies beyond their radii (m).
-    pub clearance_m: f64,
-    /// How far each drone that flies may be off its path (m): bodies do not touch even so.
-    pub tracking_m: f64,
+    /// Gap between two bodies beyond their radii (m), of which none, one or both fly.
+    pub gaps_m: [f64; 3],
     /// How much earlier or later than planned one drone may be, seen from another (ticks): both
     /// time margins together.
     pub shift: u32,
@@ -290,7 +288,7 @@ impl Fleet {
         let mut farthest_m = 0.0_f64;
         for other in 0..self.kinds.len() {
             let bodies_m = self.kinds[me].body_radius_m + self.kinds[other].body_radius_m;
-            farthest_m = farthest_m.max(bodies_m + self.conditions.gap_m(2));
+            farthest_m = farthest_m.max(bodies_m + self.conditions.gaps_m[2]);
             if self.conditions.wakes {
                 farthest_m = farthest_m.max(wake_m(me, other)).max(wake_m(other, me));
             }
@@ -358,7 +356,7 @@ impl Fleet {
     fn gap_m(&self, first: &Leg, second: &Leg) -> f64 {
         let radii_m = [first, second].map(|leg| self.kind(leg.kind).body_radius_m);
         let flying = usize::from(first.flying) + usize::from(second.flying);
-        radii_m[0] + radii_m[1] + self.conditions.gap_m(flying)
+        radii_m[0] + radii_m[1] + self.conditions.gaps_m[flying]
     }
 
     /// What two legs do to each other during the time they share, and while either of them is
@@ -523,7 +521,7 @@ impl Fleet {
             sections
         };
         KeepOut::new(
-            body_m + self.conditions.gap_m(2),
+            body_m + self.conditions.gaps_m[2],
             &below(second.0, first),
             &below(first.0, second),
         )
@@ -595,14 +593,6 @@ impl Fleet {
 /// small drone's table.
 const CLIMB_STEP_M: f64 = 0.25;
 
-impl Conditions {
-    /// Gap between two bodies beyond their radii (m), of which so many fly: the clearance as
-    /// planned, and both off their paths they do not touch.
-    pub fn gap_m(&self, flying: usize) -> f64 {
-        self.clearance_m.max(flying as f64 * self.tracking_m)
-    }
-}
-
 /// The first airframe with the same rotors in the same places as one of them.
 fn first_alike(airframes: &[Airframe], index: usize) -> usize {
     let shape = |airframe: &Airframe| {
@@ -672,7 +662,7 @@ impl FarLoads {
                 let bodies_m = fleet.kind(one).body_radius_m + fleet.kind(other).body_radius_m;
                 let column_m = |kind: KindId| fleet.wake(kind).column_radius_m();
                 (steps as f64 * FAR_STEP_M)
-                    .max(bodies_m + fleet.conditions.gap_m(2))
+                    .max(bodies_m + fleet.conditions.gaps_m[2])
                     .max(column_m(one))
                     .max(column_m(other))
             })

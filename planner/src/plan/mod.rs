@@ -214,7 +214,7 @@ impl Default for AirModel {
 
 /// The keys of a [`Jet`], for the schema.
 #[derive(JsonSchema)]
-#[allow(dead_code)] // Its keys are all that is asked of it.
+#[expect(dead_code, reason = "its keys are all that is asked of it")]
 struct JetKeys {
     /// Decay of the centreline: `U_C/U_H = centreline / (s/l - origin)`.
     centreline: f64,
@@ -364,7 +364,7 @@ pub struct DronePlan {
 /// As a plan writes [`AtStart`].
 #[derive(JsonSchema)]
 #[schemars(rename_all = "snake_case")]
-#[allow(dead_code)] // For the schema alone.
+#[expect(dead_code, reason = "for the schema alone")]
 enum StartWord {
     Hover,
     Landed,
@@ -373,7 +373,7 @@ enum StartWord {
 /// As a plan writes [`AtEnd`].
 #[derive(JsonSchema)]
 #[schemars(rename_all = "snake_case")]
-#[allow(dead_code)] // For the schema alone.
+#[expect(dead_code, reason = "for the schema alone")]
 enum EndWord {
     Hover,
     Land,

@@ -24,8 +24,7 @@ use super::written::{self, At, Bounds, Written};
 use super::{Files, meaning, read};
 use crate::plan::file::PlanFile;
 use crate::plan::{
-    AirModel, AirframeEntry, AtEnd, AtStart, DronePlan, FORMAT, Plan, Solid, Status,
-    TrajectoryEntry,
+    AirframeEntry, AtEnd, AtStart, DronePlan, Margins, Plan, Solid, TrajectoryEntry,
 };
 use crate::scenario::world::{Drone, World};
 
@@ -217,27 +216,10 @@ pub fn samples_as_plan(
     let drones = drones.collect();
     Ok(PlanFile {
         plan: Plan {
-            format: FORMAT.to_owned(),
-            scenario: world.name.clone(),
-            status: Status::Safe,
-            quasi_static: world.effects.wake_transport.is_none(),
-            air: AirModel {
-                density_kg_per_m3: world.air.density_kg_per_m3(),
-                jet: world.jet,
-                superposition: world.superposition.as_str().to_owned(),
-                effects: (world.effects != Default::default()).then_some(world.effects),
-            },
-            bounds_m: world.bounds_m,
-            obstacles: world.obstacles.clone(),
-            zones: world.zones.clone(),
+            // A log says where drones were, not what they kept.
             clearance_m: 0.0,
-            margins: Default::default(),
-            drones,
-            unplanned: Vec::new(),
-            fleet: Default::default(),
-            ignoring_downwash: None,
-            zone_air: Vec::new(),
-            violations: Vec::new(),
+            margins: Margins::default(),
+            ..world.plan_of(drones)
         },
         claims: Default::default(),
         filled: Vec::new(),

@@ -6,7 +6,7 @@ use airflow::effects::Effects;
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
 
-use crate::plan::AirframeEntry;
+use crate::plan::{AirModel, AirframeEntry, DronePlan, FORMAT, Fleet, Plan, Status};
 
 pub use crate::plan::{AtEnd, AtStart, Bounds, Margins, Obstacle, Solid, Zone};
 
@@ -146,6 +146,36 @@ pub struct Planning {
     /// Price of extra energy: seconds of delay that one second's worth of hover energy is worth
     /// (dimensionless). 0 ignores energy; limits hold whatever the price.
     pub energy_weight: f64,
+}
+
+impl World {
+    /// A plan in this place and its air, by its rules, for these drones: not judged, nothing summed
+    /// up.
+    pub(crate) fn plan_of(&self, drones: Vec<DronePlan>) -> Plan {
+        Plan {
+            format: FORMAT.to_owned(),
+            scenario: self.name.clone(),
+            status: Status::Safe,
+            quasi_static: self.effects.wake_transport.is_none(),
+            air: AirModel {
+                density_kg_per_m3: self.air.density_kg_per_m3(),
+                jet: self.jet,
+                superposition: self.superposition.as_str().to_owned(),
+                effects: (self.effects != Effects::default()).then_some(self.effects),
+            },
+            bounds_m: self.bounds_m,
+            obstacles: self.obstacles.clone(),
+            zones: self.zones.clone(),
+            clearance_m: self.planning.clearance_m,
+            margins: self.planning.margins,
+            drones,
+            unplanned: Vec::new(),
+            fleet: Fleet::default(),
+            ignoring_downwash: None,
+            zone_air: Vec::new(),
+            violations: Vec::new(),
+        }
+    }
 }
 
 impl Planning {

@@ -2,16 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use airflow::effects::Effects;
 use costmap::leg::{Leg, Tick};
 use nalgebra::Point3;
 
 use crate::graph::agent::Agent;
 use crate::graph::distances::UNREACHABLE;
-use crate::plan::{
-    AirModel, AirframeEntry, AtEnd, AtStart, DronePlan, FORMAT, Fleet, Plan, Status,
-    TrajectoryEntry,
-};
+use crate::plan::{AirframeEntry, AtEnd, AtStart, DronePlan, Fleet, Plan, TrajectoryEntry};
 use crate::scenario::world::{Drone, Vehicle, World};
 use crate::solver::prepare::Job;
 use crate::solver::priority::Paths;
@@ -25,27 +21,8 @@ pub(crate) fn assemble(world: &World, job: &Job, paths: &Paths) -> Plan {
     let left_out: BTreeSet<&str> = names.collect();
     let fleet = fleet(&drones, |drone| !left_out.contains(drone.name.as_str()));
     Plan {
-        format: FORMAT.to_owned(),
-        scenario: world.name.clone(),
-        status: Status::Safe,
-        quasi_static: world.effects.wake_transport.is_none(),
-        air: AirModel {
-            density_kg_per_m3: world.air.density_kg_per_m3(),
-            jet: world.jet,
-            superposition: world.superposition.as_str().to_owned(),
-            effects: (world.effects != Effects::default()).then_some(world.effects),
-        },
-        bounds_m: world.bounds_m,
-        obstacles: world.obstacles.clone(),
-        zones: world.zones.clone(),
-        clearance_m: world.planning.clearance_m,
-        margins: world.planning.margins,
-        drones,
-        unplanned: Vec::new(),
         fleet,
-        ignoring_downwash: None,
-        zone_air: Vec::new(),
-        violations: Vec::new(),
+        ..world.plan_of(drones)
     }
 }
 

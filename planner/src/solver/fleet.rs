@@ -330,15 +330,7 @@ mod tests {
         let world = read_world(text).expect("in order");
         let job = prepare(&world);
         let costmap = job.costmap(&world, false, world.drones.len());
-        let problem = FleetProblem {
-            job: &job,
-            costmap: &costmap,
-            steps: Steps::new(job.roadmap.lattice(), &job.agents, &costmap),
-            excluded: &[],
-            planning: &world.planning,
-            control: &Control::QUIET,
-            most_expansions: None,
-        };
+        let problem = FleetProblem::of(&world, &job, &costmap);
         let paths = plan_fleet(&problem, &mut Effort::default()).expect("no budget");
         let plan = assemble(&world, &job, &paths);
         let contrast = contrast(&world, &Control::QUIET).expect("bodies are apart");

@@ -111,8 +111,7 @@ impl Job {
             // A world is checked: nothing in it is refused.
             flown: airflow::Flown::of(&world.effects).unwrap_or_default(),
             fastest_mps: speeds.fold(0.0, f64::max),
-            clearance_m: world.planning.clearance_m,
-            tracking_m: world.planning.margins.tracking_m,
+            gaps_m: [0, 1, 2].map(|flying| world.planning.gap_to_bodies_m(flying)),
             shift: Tick::lasting(2.0 * world.planning.margins.time_s),
             deepest_m: world.bounds_m.max.z - world.bounds_m.min.z,
             lowest_air_limit: limits.fold(f64::INFINITY, f64::min),

@@ -355,14 +355,28 @@ fn plan_by_pibt(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths
 }
 
 #[cfg(test)]
+impl<'a> FleetProblem<'a> {
+    /// The whole fleet of a world, without a budget.
+    pub(crate) fn of(world: &'a crate::World, job: &'a Job, costmap: &'a Costmap) -> Self {
+        FleetProblem {
+            job,
+            costmap,
+            steps: Steps::new(job.roadmap.lattice(), &job.agents, costmap),
+            excluded: &[],
+            planning: &world.planning,
+            control: &Control::QUIET,
+            most_expansions: None,
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use costmap::leg::Tick;
 
     use super::*;
     use crate::graph::agent::Ending;
-    use crate::plan::outcome::Control;
     use crate::scenario::world::AtEnd;
-    use crate::sipp::conflicts::Steps;
     use crate::solver::assemble::assemble;
     use crate::solver::prepare::prepare;
     use crate::verify::verify;
@@ -395,15 +409,7 @@ mod tests {
         (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
         let job = prepare(&world);
         let costmap = job.costmap(&world, true, world.drones.len());
-        let problem = FleetProblem {
-            job: &job,
-            costmap: &costmap,
-            steps: Steps::new(job.roadmap.lattice(), &job.agents, &costmap),
-            excluded: &[],
-            planning: &world.planning,
-            control: &Control::QUIET,
-            most_expansions: None,
-        };
+        let problem = FleetProblem::of(&world, &job, &costmap);
         let mut effort = Effort::default();
         let paths = plan_by_pibt(&problem, &mut effort).expect("every drone comes home");
         assert!(effort.rounds > 0);
@@ -448,15 +454,7 @@ mod tests {
         let beside = |agent: &&Agent| job.roadmap.is_stop(agent.start);
         assert_eq!(job.agents.iter().filter(beside).count(), 10);
         let costmap = job.costmap(&world, true, world.drones.len());
-        let problem = FleetProblem {
-            job: &job,
-            costmap: &costmap,
-            steps: Steps::new(job.roadmap.lattice(), &job.agents, &costmap),
-            excluded: &[],
-            planning: &world.planning,
-            control: &Control::QUIET,
-            most_expansions: None,
-        };
+        let problem = FleetProblem::of(&world, &job, &costmap);
         let mut effort = Effort::default();
         let paths = plan_by_pibt(&problem, &mut effort).expect("there is room for all");
         assert!(effort.rounds > 0);
