@@ -13,7 +13,7 @@ use serde_json::json;
 use crate::commands::plan;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
-use crate::io::files;
+use crate::io::files::{self, MOST_SCENARIO_BYTES};
 use crate::io::problems;
 use crate::report::words::{ALPHA, count, joined, place};
 
@@ -87,8 +87,9 @@ fn read_plan(path: &Path, airframes: Option<&Path>) -> Result<PlanFile, Failure>
     };
     let fleet = text(fleet_path)?;
     let folder = fleet_path.parent().unwrap_or(Path::new(""));
-    let load =
-        |file: &str| std::fs::read_to_string(folder.join(file)).map_err(|error| error.to_string());
+    let load = |file: &str| {
+        files::text(&folder.join(file), MOST_SCENARIO_BYTES).map_err(|it| it.to_string())
+    };
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let samples = read_samples(&log);
     let plan = samples

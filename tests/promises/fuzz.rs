@@ -1,5 +1,8 @@
 //! Bytes that no one meant: valid files changed at random, with an eye for what they are made of,
 //! and plain noise. They are read, or refused with reasons; nothing panics, and nothing takes long.
+//!
+//! `FUZZ_INPUTS` asks for another number of each kind:
+//! `FUZZ_INPUTS=100000 cargo test --release --features long --test promises fuzz`.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,7 +10,9 @@ use std::time::{Duration, Instant};
 
 use diagnosis::record::read::{Campaign, read_flight, read_folder, read_ulog};
 use diagnosis::statistics::draws::Draws;
-use planner::plan::Plan;
+use planner::plan::{self, Plan};
+use planner::scenario::{read_samples, samples_as_plan};
+use planner::verify::examination::examine;
 use planner::verify::verify;
 use planner::{Control, Files};
 
@@ -24,7 +29,7 @@ fn inputs() -> u64 {
 }
 /// No input takes longer (s); in builds for tests, on a machine that does other things as well.
 const LONGEST_S: f64 = 5.0;
-/// Nor is more memory ever held (bytes).
+/// Nor does the whole process ever hold more (bytes).
 const MOST_BYTES: u64 = 1 << 30;
 
 /// Words that readers trip over: ends of ranges, of types, of texts.
@@ -287,9 +292,12 @@ fn meshes_of_any_bytes_are_read_or_refused() {
     assert!(read_count.get() > inputs() / 20, "{}", read_count.get());
 }
 
+/// How late its drones may be is asked of one in so many plans.
+const LATE: u64 = 20;
+
 #[test]
 fn plans_of_any_bytes_are_verified_or_refused() {
-    let plan = |text: &str| {
+    let planned = |text: &str| {
         let world = planner::read_world(text).expect("in order");
         let outcome = planner::plan_world(&world, &Control::QUIET).expect("in order");
         let plan = outcome.into_planned().expect("a plan").plan;
@@ -306,17 +314,55 @@ fn plans_of_any_bytes_are_verified_or_refused() {
     let read_count = std::cell::Cell::new(0_u64);
     Judged {
         what: "plan",
-        seeds: vec![plan(yard), plan(pair)],
+        seeds: vec![planned(yard), planned(pair)],
         read: &|bytes| {
-            let Ok(plan) = serde_json::from_slice::<Plan>(bytes) else {
+            if let Ok(plan) = serde_json::from_slice::<Plan>(bytes) {
+                verify(&plan);
+            }
+            let Ok(text) = std::str::from_utf8(bytes) else {
                 return;
             };
-            read_count.set(read_count.get() + 1);
-            verify(&plan);
+            if let Ok(file) = plan::file::read(text) {
+                read_count.set(read_count.get() + 1);
+                examine(&file, u64::is_multiple_of(read_count.get(), LATE));
+            }
         },
     }
     .holds();
     assert!(read_count.get() > inputs() / 20, "{}", read_count.get());
+}
+
+#[test]
+fn flown_tables_of_any_bytes_are_judged_or_refused() {
+    let table = b"t_s,drone,x_m,y_m,z_m,mass_kg\n0,a,1,1,3,\n0,b,1,1,1,0.05\n0.5,a,2,1,3,\n0.5,b,1,2,1,\n1,a,3,1,3,\n1,b,1,3,1,\n";
+    let fleet = br#"F(airframe: "crazyflie-2.1", airframes: { "courier": (mass_kg: 1.6, propeller_diameter_m: 0.2, motor_distance_m: 0.45) },
+        drones: [(name: "a", airframe: "courier", air_limit: 0.4)], bounds_m: (min: (0, 0, 0), max: (9, 8, 5)),
+        obstacles: [(name: "b", min_m: (4, 2, 0), max_m: (5, 6, 2))], zones: [(name: "z", min_m: (6, 0, 0), max_m: (8, 2, 1), air_limit_mps: 1.5)])"#;
+    let read_count = std::cell::Cell::new(0_u64);
+    let as_text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    Judged {
+        what: "flown",
+        // Few changes leave RON in order.
+        seeds: [vec![[b"T", &table[..]].concat(); 4], vec![fleet.to_vec()]].concat(),
+        read: &|bytes| {
+            // The first byte says which of the two files it is; the other one is in order.
+            let (table, fleet) = match bytes {
+                [b'T', rest @ ..] => (as_text(rest), as_text(&fleet[1..])),
+                [b'F', rest @ ..] => (as_text(table), as_text(rest)),
+                _ => return,
+            };
+            let Ok(samples) = read_samples(&table) else {
+                return;
+            };
+            let load = |_: &str| Ok(CUBE.to_owned());
+            if let Ok(file) = samples_as_plan("log", &samples, &fleet, &Files::new(&load)) {
+                read_count.set(read_count.get() + 1);
+                examine(&file, u64::is_multiple_of(read_count.get(), LATE));
+            }
+        },
+    }
+    .holds();
+    assert!(read_count.get() > inputs() / 40, "{}", read_count.get());
 }
 
 const LOGS: &str = r#"(

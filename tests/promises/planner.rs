@@ -20,10 +20,10 @@ use planner::{Control, plan_world};
 /// Plans and expects a plan, patiently: it may take seconds of searching, not minutes.
 fn planned(world: &World) -> Plan {
     // Asked once a drone and once every 1024 states.
-    const PATIENCE: usize = 60;
+    const MOST_LOOKS: usize = 2_000;
     let asked = AtomicUsize::new(0);
     let control = Control {
-        stop: &|| asked.fetch_add(1, Ordering::Relaxed) >= PATIENCE,
+        stop: &|| asked.fetch_add(1, Ordering::Relaxed) >= MOST_LOOKS,
         ..Control::QUIET
     };
     let outcome = plan_world(world, &control).expect("in order");

@@ -61,7 +61,8 @@ fn judged(made: &RandomWorld, by_other: Option<&str>) -> Result<(), String> {
     if took_s > LONGEST_S {
         return Err(format!("took {took_s:.1} s"));
     }
-    // The other judge adds wakes by momentum and knows no meshes.
+    // The other judge adds wakes by momentum, which is too much where the strongest alone counts;
+    // with exit code 3 it says that there is a part, such as a mesh, that it does not judge.
     let Some(judge) = by_other.filter(|_| world.superposition != Superposition::Strongest) else {
         return Ok(());
     };

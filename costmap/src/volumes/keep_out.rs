@@ -117,12 +117,9 @@ impl KeepOut {
     /// air.
     fn reached(&self, [shallow, deep]: [f64; 2]) -> impl Iterator<Item = &Section> {
         self.sections.iter().filter(move |section| {
-            let enters = if section.to_depth_m > 0.0 {
-                deep > 0.0
-            } else {
-                shallow < 0.0
-            };
-            enters && section.from_depth_m <= deep && shallow <= section.to_depth_m
+            let is_level = section.from_depth_m == 0.0 && deep <= 0.0
+                || section.to_depth_m == 0.0 && shallow >= 0.0;
+            !is_level && section.from_depth_m <= deep && shallow <= section.to_depth_m
         })
     }
 }

@@ -18,8 +18,9 @@ use crate::leg::{KindId, Leg, Tick};
 use crate::volumes::relative::{Line, Relative};
 use crate::wake::fleet::{Fleet, Meeting};
 
-/// The line that a leg flies on, by tick.
-fn line(leg: &Leg) -> Line {
+/// The line that a leg flies on, by ticks since one that is near: far from it squares of places
+/// would lose their last digits.
+fn line(leg: &Leg, since: Tick) -> Line {
     if leg.stays() || leg.end <= leg.start {
         return Line {
             origin: leg.from_m.coords,
@@ -28,7 +29,7 @@ fn line(leg: &Leg) -> Line {
     }
     let velocity = (leg.to_m - leg.from_m) / f64::from(leg.end.0 - leg.start.0);
     Line {
-        origin: leg.from_m.coords - velocity * f64::from(leg.start.0),
+        origin: leg.from_m.coords - velocity * f64::from(leg.start.0 - since.0),
         velocity,
     }
 }
@@ -37,13 +38,16 @@ fn line(leg: &Leg) -> Line {
 /// either of them may be earlier or later by `shift` (m, ticks); `None` where no air of the
 /// emitter's leg can reach the receiver's.
 fn advected(emitter: &Leg, receiver: &Leg, delay: u32, shift: u32) -> Option<Relative> {
-    let moments = [emitter, receiver].map(|leg| [leg.start, leg.end].map(|tick| f64::from(tick.0)));
+    let since = emitter.start.min(receiver.start);
+    let moments =
+        [emitter, receiver].map(|leg| [leg.start, leg.end].map(|tick| f64::from(tick.0 - since.0)));
     let ([left_0, left_1], [met_0, met_1]) = (moments[0], moments[1]);
     let [delay, shift] = [delay, shift].map(f64::from);
     if met_1 + shift <= left_0 || left_1 + delay + shift <= met_0 {
         return None;
     }
-    Relative::new(&line(emitter), &line(receiver), moments).delayed([-shift, delay + shift])
+    let lines = [emitter, receiver].map(|leg| line(leg, since));
+    Relative::new(&lines[0], &lines[1], moments).delayed([-shift, delay + shift])
 }
 
 impl Fleet {

@@ -362,7 +362,8 @@ impl Fleet {
     /// What two legs do to each other during the time they share, and while either of them is
     /// earlier or later by the time margin; `None` where that is nothing.
     ///
-    /// `ends` are the heights at which their wakes end (m). Air is priced as planned.
+    /// `ends` are the heights at which their wakes end (m). Air is priced as planned, and past a
+    /// drone that stays where it is over the widened time.
     pub fn meet(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
         let shift = self.conditions.shift;
         if shift == 0 {
@@ -446,7 +447,8 @@ impl Fleet {
         }
         let planned = self.meet_as_planned(first, second, ends);
         let mut meeting = Meeting {
-            bodies: nearest_m < gap_m && region.delays_near(gap_m).is_some(),
+            bodies: planned.is_some_and(|it| it.bodies)
+                || nearest_m < gap_m && region.delays_near(gap_m).is_some(),
             load_on_first: 0,
             load_on_second: 0,
             ..planned.unwrap_or_default()

@@ -93,11 +93,11 @@ pub enum Extent {
         cell_m: f64,
     },
     /// The budget of states ended before.
-    #[error("not found: the budget of {states} states ended on cells of {cell_m} m")]
+    #[error("not found: the budget of states ended on cells of {cell_m} m, after {states} in all")]
     BudgetEnded {
         /// States of all searches.
         states: u64,
-        /// Spacing of the lattice on which they ended (m).
+        /// Smallest spacing of a lattice on which a budget ended (m).
         cell_m: f64,
     },
 }

@@ -378,27 +378,44 @@ pub fn schema() -> schemars::Schema {
 /// (s): the break points from when it stands at its last place on; of a drone that lands, those
 /// above its pad.
 pub fn arrivals_s(drone: &DronePlan) -> Vec<f64> {
-    let (times_s, places_m) = (&drone.trajectory.t_s, &drone.trajectory.position_m);
-    let apart_m = |k: usize| places_m[k] - places_m[k - 1];
-    let points = times_s.len().min(places_m.len());
-    let mut descends = points;
+    let times_s = &drone.trajectory.t_s;
     if drone.at_end == AtEnd::Land {
-        while descends > 1 && apart_m(descends - 1).norm() <= SAME_PLACE_M {
-            descends -= 1;
-        }
-        // Straight down, in one piece or more.
-        let pad = descends;
-        while descends > 1
-            && apart_m(descends - 1).xy().norm() <= SAME_PLACE_M
-            && apart_m(descends - 1).z < -SAME_PLACE_M
-        {
-            descends -= 1;
-        }
+        let [descends, pad] = last_descent(drone);
         let within = (descends..pad.max(1) - 1).map(|k| times_s[k]);
         let stands = standing_s(drone, descends);
         return stands.into_iter().chain(within).collect();
     }
-    standing_s(drone, descends)
+    standing_s(drone, times_s.len().min(drone.trajectory.position_m.len()))
+}
+
+/// When the descent begins that ends at a drone's last place, straight down in one piece or more,
+/// from where it began its flight or stood (s); `None`: none does.
+pub(crate) fn descends_s(drone: &DronePlan) -> Option<f64> {
+    let [descends, pad] = last_descent(drone);
+    let (times_s, places_m) = (&drone.trajectory.t_s, &drone.trajectory.position_m);
+    let top = descends.checked_sub(1).filter(|_| descends < pad)?;
+    let stands = top == 0
+        || (times_s[top - 1] < times_s[top]
+            && (places_m[top] - places_m[top - 1]).norm() <= SAME_PLACE_M);
+    stands.then(|| times_s[top])
+}
+
+/// How many break points there are up to the top of the last descent, and up to its end.
+fn last_descent(drone: &DronePlan) -> [usize; 2] {
+    let (times_s, places_m) = (&drone.trajectory.t_s, &drone.trajectory.position_m);
+    let apart_m = |k: usize| places_m[k] - places_m[k - 1];
+    let mut descends = times_s.len().min(places_m.len());
+    while descends > 1 && apart_m(descends - 1).norm() <= SAME_PLACE_M {
+        descends -= 1;
+    }
+    let pad = descends;
+    while descends > 1
+        && apart_m(descends - 1).xy().norm() <= SAME_PLACE_M
+        && apart_m(descends - 1).z < -SAME_PLACE_M
+    {
+        descends -= 1;
+    }
+    [descends, pad]
 }
 
 /// The moments of the last of so many break points and of those before it at the same place (s).

@@ -89,7 +89,8 @@ pub struct Effort {
     pub expansions: u64,
     /// Drones whose plan was taken back for another's.
     pub evictions: u64,
-    /// PIBT rounds that were tried, where one after another found no path.
+    /// PIBT rounds: first on crowded floors, elsewhere where the first order leaves a drone out or
+    /// takes long.
     pub rounds: u64,
     /// By how much the sum of costs fell once every drone had a path (ticks of 1/100 s); `None`:
     /// not asked for, and it did not.

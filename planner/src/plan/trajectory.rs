@@ -50,6 +50,8 @@ pub struct Trajectory {
     pieces: Vec<Piece>,
     /// First break point (s).
     first_s: f64,
+    /// Place of the first break point (m).
+    first_m: Point3<f64>,
     /// Last break point (s).
     last_s: f64,
     /// Place of the last break point (m).
@@ -145,6 +147,7 @@ impl Trajectory {
         Ok(Trajectory {
             pieces,
             first_s: entry.t_s[0],
+            first_m: entry.position_m[0],
             last_s,
             last_m,
         })
@@ -210,7 +213,10 @@ impl Trajectory {
     pub fn jumps(&self) -> impl Iterator<Item = (f64, Point3<f64>, Point3<f64>)> + '_ {
         let motions = || self.pieces.iter().map(|piece| piece.motion);
         let ends = motions().map(|motion| (motion.until_s, motion.at_m(motion.until_s)));
-        let begins = motions().skip(1).map(|motion| motion.at_m(motion.from_s));
+        let begins = motions().map(|motion| motion.at_m(motion.from_s));
+        // From the first break point, and to the last: no piece may hold them.
+        let ends = std::iter::once((self.first_s, self.first_m.coords)).chain(ends);
+        let begins = begins.chain(std::iter::once(self.last_m.coords));
         ends.zip(begins)
             .filter(|((_, a), b)| (a - b).norm() > SAME_PLACE_M)
             .map(|((t_s, a), b)| (t_s, a.into(), b.into()))

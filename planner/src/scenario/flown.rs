@@ -66,6 +66,9 @@ pub enum FlownError {
     /// No row.
     #[error("the table has no rows")]
     Empty,
+    /// Samples of a drone that are none, not finite or not in order of time.
+    #[error("the samples of `{0}` are none, or not finite, or not in order of time")]
+    Samples(String),
     /// What is wrong with the airframes' file.
     #[error(transparent)]
     Fleet(#[from] Problems),
@@ -189,6 +192,17 @@ pub fn samples_as_plan(
     fleet: &str,
     files: &Files<'_>,
 ) -> Result<PlanFile, FlownError> {
+    let out_of_order = |of_one: &[Sample]| {
+        let is_finite = |it: &Sample| {
+            let mass_kg = it.mass_kg.unwrap_or(0.0);
+            it.t_s.is_finite() && mass_kg.is_finite() && it.position_m.iter().all(|m| m.is_finite())
+        };
+        of_one.is_empty() || !of_one.iter().all(is_finite) || !of_one.is_sorted_by_key(|it| it.t_s)
+    };
+    let mut all = samples.of.iter();
+    if let Some((drone, _)) = all.find(|(_, of_one)| out_of_order(of_one)) {
+        return Err(FlownError::Samples(drone.clone()));
+    }
     let mut spoilt = Vec::new();
     let (kinds, mut problems) = whole(fleet, |reader, value| fleet_of(reader, value, &mut spoilt));
     let mut remarks = Vec::new();

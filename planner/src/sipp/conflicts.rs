@@ -6,6 +6,8 @@
 //! there, leg by leg as it is reserved, since searches ask for it again and again: SIPP's safe
 //! intervals (M. Phillips and M. Likhachev, ICRA 2011), shared by all searches.
 //!
+//! All intervals are wider by both drones' margins of time, at both ends.
+//!
 //! It serves to find paths: pairs, of sums only whether they may be too much, and legs off the
 //! lattice count as standing still at the places next to them in turn. The drone that plans with it
 //! has the [`Costmap`] judge what was found.

@@ -251,6 +251,7 @@ impl Refusals<'_> {
             false => agent.mover.radius_m(),
         };
         let solids = Solids::of(world);
+        let looks = looks && !(self.control.stop)();
         if looks && passage(&world.bounds_m, &solids, radius_m, [from_m, to_m]) == Passage::Closed {
             extent = Some(Extent::Proven);
         }
@@ -259,7 +260,7 @@ impl Refusals<'_> {
             task: to + 1,
             to_m,
             body_radius_m: typed.vehicle.body_radius_m,
-            clearance_m: world.planning.clearance_m,
+            clearance_m: world.planning.gap_to_solids_m(),
             extent: extent.unwrap_or(own),
         })
     }
@@ -280,19 +281,21 @@ impl Refusals<'_> {
                 raised: [times, 1.0],
                 most_expansions: MOST_EXPANSIONS,
             };
-            let found = subfleet.replanned(&terms, &mut Default::default());
-            found.filter(|found| found.unplanned == 0)
+            subfleet.replanned(&terms, &mut Default::default())
         };
         if (self.control.stop)() {
             return Remedy::Unknown;
         }
-        let Some(mut pass) = raised(HIGHEST_RAISE) else {
-            return Remedy::NoneAtAnyLimit;
+        let mut pass = match raised(HIGHEST_RAISE) {
+            // The budget of states ended, or the run was stopped.
+            None => return Remedy::Unknown,
+            Some(found) if found.unplanned > 0 => return Remedy::NoneAtAnyLimit,
+            Some(found) => found,
         };
         let (mut too_low, mut enough) = (1.0, HIGHEST_RAISE);
         while enough / too_low > 1.1 {
             let middle = f64::midpoint(too_low, enough);
-            match raised(middle) {
+            match raised(middle).filter(|found| found.unplanned == 0) {
                 Some(found) => (pass, enough) = (found, middle),
                 None => too_low = middle,
             }

@@ -48,8 +48,9 @@ pub(crate) struct PibtRun {
 /// Moves every drone as far towards their goals as steps at the same time get them; those in
 /// `fixed` stay at their starts, and so do those without tasks.
 ///
-/// `None` where it was told to stop, and where steps along the lattice, and to and from stops
-/// beside it, are not all that a drone does: starts on the ground, flights begun already.
+/// `None` where it was told to stop, where that is too much to tabulate, and where steps along the
+/// lattice, and to and from stops beside it, are not all that drones do: starts on the ground,
+/// flights begun already, others' trajectories.
 pub(crate) fn run_pibt(
     job: &Job,
     costmap: &Costmap,

@@ -180,7 +180,7 @@ pub(crate) fn agent_of(
         drone.vehicle.body_radius_m + duties.clearance_m,
         with_lifts(roadmap, vertices),
     );
-    let waypoints = (duties.tasks.iter())
+    let mut waypoints: Vec<Waypoint> = (duties.tasks.iter())
         .zip(vertices.windows(2))
         .map(|(task, ends)| Waypoint {
             distances: Arc::new(Distances::new(roadmap, ends[1], ends[0], mover.clone())),
@@ -188,6 +188,15 @@ pub(crate) fn agent_of(
             rest_ticks: 0,
         })
         .collect();
+    if let Ending::Land {
+        ticks: [0, 1..=u32::MAX],
+        ..
+    } = ending
+        && let Some(last) = waypoints.last_mut()
+    {
+        // Low over its pad it stops before it lands: what comes before is no part of that.
+        last.dwell_ticks = last.dwell_ticks.max(1);
+    }
     Agent {
         drone: id,
         start: vertices[0],

@@ -99,15 +99,23 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
     for order in 0..ORDERS {
         // Where the first takes long, PIBT is asked before it goes on.
         let is_first = order == 0 && !is_crowded;
-        let found = problem.in_order(order, best.is_some() || is_first, gives_up_at, effort);
+        let is_hasty = best.is_some() || is_first;
+        let found = problem.in_order(order, is_hasty, gives_up_at, effort);
+        let (found, begun) = match found {
+            Some((paths, true)) => (Some(paths), None),
+            Some((paths, false)) => (None, Some(paths)),
+            None => (None, None),
+        };
         best = better(best, found);
-        if is_first && !has_all(&best) {
-            if !(control.stop)() {
-                best = better(best, plan_by_pibt(problem, effort));
+        if is_first && !has_all(&best) && !(control.stop)() {
+            best = better(best, plan_by_pibt(problem, effort));
+            if best.is_none() && !(control.stop)() {
+                let whole = problem.in_order(order, false, gives_up_at, effort);
+                best = whole.map(|(paths, _)| paths);
             }
-            if best.is_none() {
-                best = problem.in_order(order, false, gives_up_at, effort);
-            }
+        }
+        if best.is_none() || (control.stop)() {
+            best = better(best, begun);
         }
         let is_spent = gives_up_at.is_some_and(|most| effort.expansions > most);
         let is_done = has_all(&best) && !best.as_ref().is_some_and(|it| is_slow(job, it));
@@ -131,15 +139,15 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
 }
 
 impl FleetProblem<'_> {
-    /// One after another; `None` if that takes too long where there is something else or may be, or
-    /// more states than there are.
+    /// One after another, and whether that went through: not if it takes too long where there is
+    /// something else or may be. `None` where the budget of states ended first.
     fn in_order(
         &self,
         order: u64,
         is_hasty: bool,
         gives_up_at: Option<u64>,
         effort: &mut Effort,
-    ) -> Option<Paths> {
+    ) -> Option<(Paths, bool)> {
         let mut attempt = self.attempt(self.costmap.clone(), effort);
         attempt.gives_up_at = gives_up_at;
         if is_hasty {
@@ -150,7 +158,14 @@ impl FleetProblem<'_> {
         attempt.exclude(self.excluded);
         attempt.settle_who_stays();
         let is_through = attempt.run(order_of(self.job, order, self.planning.seed));
-        is_through.then(|| attempt.into_paths())
+        if !is_through {
+            if self.most_expansions.is_some() {
+                return None;
+            }
+            let waiting = std::mem::take(&mut attempt.waiting);
+            attempt.finalise(waiting);
+        }
+        Some((attempt.into_paths(), is_through))
     }
 
     /// The same plan, better by what so many states find, and by as much as there is time for.

@@ -267,7 +267,10 @@ impl Refused<'_> {
                 control: self.control,
             };
             let Some(found) = subfleet.replanned(&terms, effort) else {
-                ended = ended.or(Some(cell_m));
+                if (self.control.stop)() {
+                    break;
+                }
+                ended = Some(ended.map_or(cell_m, |it: f64| it.min(cell_m)));
                 continue;
             };
             finest_m = finest_m.min(cell_m);

@@ -114,7 +114,11 @@ impl fmt::Display for Difference {
 /// Judges a plan file: its plan, its claims, and, if `late` is asked for, how late each drone may
 /// be.
 pub fn examine(file: &PlanFile, late: bool) -> Examination {
-    let plan = &file.plan;
+    let mut examined = file.plan.clone();
+    for (drone, claims) in examined.drones.iter_mut().zip(&file.claims.drones) {
+        drone.arrives_s = arrives_s(&file.plan, drone, claims.arrives_s);
+    }
+    let plan = &examined;
     let report = super::verify(plan);
     let (scene, _) = contents::read(plan);
     let mut differences = Differences {
@@ -125,10 +129,6 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
     };
     differences.gather();
     let differences = differences.list;
-    let mut examined = plan.clone();
-    for (drone, claims) in examined.drones.iter_mut().zip(&file.claims.drones) {
-        drone.arrives_s = arrives_s(plan, drone, claims.arrives_s);
-    }
     let unplanned = examined.unplanned.clone();
     let lates = scene.as_ref().filter(|_| late).map_or(Vec::new(), |scene| {
         let near = encounters(scene, lateness::LATEST_S);
@@ -441,7 +441,8 @@ impl Differences<'_> {
         }
         for ((kind, drone, with), [stated, found]) in count {
             if stated != found {
-                let kind = format!("{kind:?}").to_lowercase();
+                let kind = serde_json::to_value(kind).unwrap_or_default();
+                let kind = kind.as_str().unwrap_or_default();
                 let with = with
                     .map(|with| format!(" with `{with}`"))
                     .unwrap_or_default();

@@ -27,8 +27,7 @@
 //! [`FAINTEST_WAKE_MPS`] on their own are left out of every sum.
 //!
 //! A drone that keeps hovering at its end is judged up to the last time of the whole plan and at
-//! rest after it; its axial exposure, energy and time over the limit count to its own last time
-//! ([`DroneExposure`]).
+//! rest after it; its axial exposure and energy count to its own last time ([`DroneExposure`]).
 //!
 //! What is broken without margins is told without; a margin is told where it alone breaks.
 //! [`examination`] is the verifier for plans from anywhere: it recomputes what a file claims, and

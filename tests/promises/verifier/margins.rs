@@ -7,7 +7,7 @@ use planner::verify::examination::examine;
 use planner::verify::lateness::{FINE_S, LATEST_S};
 use planner::verify::verify;
 
-use super::plans::{Knot, drone, kinds, lands, plan, preset, with_box, with_zone};
+use super::plans::{Knot, drone, kinds, lands, leaves, plan, preset, with_box, with_zone};
 use super::{broken, refused};
 
 fn bearing(mut plan: Plan, time_s: f64, tracking_m: f64) -> Plan {
@@ -366,9 +366,7 @@ fn a_take_off_or_a_landing_askew_and_one_too_fast_are_refused() {
             (4.0, from_m),
             (4.0 + slow_s, [5.0, 5.0, body_m]),
         ];
-        let mut landing = lands(drone("a", "offboard-2", &knots));
-        landing.arrives_s = 4.0;
-        limited(landing)
+        limited(lands(drone("a", "offboard-2", &knots)))
     };
     refused(
         ViolationKind::Sideways,
@@ -392,6 +390,22 @@ fn a_take_off_or_a_landing_askew_and_one_too_fast_are_refused() {
         limited(drone)
     };
     refused(ViolationKind::Sideways, &take_off(0.01), &take_off(0.0));
+    // What leads to a last task that is low is no landing if the drone stands there, and if that is
+    // not after the last dwell that the plan states.
+    let low = |stands_s: f64, dwelt_s: f64| {
+        let body_z_m = body_m + 0.1;
+        let knots = [
+            (0.0, [8.0, 5.0, body_z_m]),
+            (2.0, [5.0, 5.0, body_z_m]),
+            (2.0 + stands_s, [5.0, 5.0, body_z_m]),
+            (3.0 + stands_s, [5.0, 5.0, body_m]),
+        ];
+        let mut drone = lands(drone("a", "offboard-2", &knots));
+        drone.arrives_s = dwelt_s;
+        limited(drone)
+    };
+    refused(ViolationKind::Sideways, &low(0.0, 2.0), &low(1.0, 3.0));
+    refused(ViolationKind::Sideways, &low(1.0, 0.0), &low(1.0, 3.0));
     // A plan that states no limit of descent says nothing of how it lands.
     let mut askew = landing(0.01, 1.5);
     askew.drones[0].airframe.max_descent_mps = None;
@@ -443,4 +457,27 @@ fn a_drone_may_be_as_late_as_is_told_and_no_later() {
         }
     }
     assert!(told >= 3, "{told}");
+}
+
+#[test]
+fn a_jump_at_the_first_or_the_last_moment_is_refused() {
+    let body_m = preset("offboard-2").body_radius_m;
+    let knots = [
+        (0.0, [5.0, 5.0, body_m]),
+        (0.0, [5.0, 5.0, 4.0]),
+        (100.0, [5.0, 5.0, 4.0]),
+        (110.0, [9.0, 5.0, 4.0]),
+    ];
+    let mut hangs = drone("a", "offboard-2", &knots);
+    hangs.at_start = AtStart::Landed;
+    hangs.airborne_s.0 = 100.0;
+    let knots = [
+        (0.0, [5.0, 5.0, 4.0]),
+        (10.0, [9.0, 5.0, 4.0]),
+        (10.0, [9.0, 5.0, body_m]),
+    ];
+    let falls = leaves(drone("a", "offboard-2", &knots));
+    for broken in [hangs, falls] {
+        assert!(kinds(&plan(vec![broken])).contains(&ViolationKind::Jump));
+    }
 }

@@ -174,7 +174,14 @@ impl<'a> SynchronousSteps<'a> {
 
 impl Pair {
     fn new(shape: &Shape, astray: f64) -> Pair {
-        let Extent { reach, layers, .. } = shape.extent;
+        // Room for who is not where it is taken to be.
+        let more = i32::from(astray > 0.0);
+        let extent = Extent {
+            reach: shape.extent.reach + more,
+            layers: shape.extent.layers + more,
+            ..shape.extent
+        };
+        let Extent { reach, layers, .. } = extent;
         let mut meetings = Vec::new();
         let mut near = Vec::new();
         for direction in DIRECTIONS {
@@ -200,7 +207,7 @@ impl Pair {
         let wide = -reach - 1..=reach + 1;
         let row = |dy: i32| wide.clone().map(move |dx| [dx, dy]);
         Pair {
-            extent: shape.extent,
+            extent,
             meetings,
             near,
             all: wide.clone().flat_map(row).collect(),

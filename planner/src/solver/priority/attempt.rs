@@ -105,6 +105,8 @@ pub(super) struct Attempt<'a> {
     pub(super) detours: bool,
     /// After how many states in all it gives up.
     pub(super) gives_up_at: Option<u64>,
+    /// Those that were yet to be planned when it gave up.
+    pub(super) waiting: VecDeque<DroneId>,
     /// See [`Setting::under_way`].
     pub(super) under_way: Vec<Tick>,
     /// What each drone flies if it finds no path: it is not there at all if that is nothing. Not
@@ -142,6 +144,7 @@ impl<'a> Attempt<'a> {
             most_evictions: MOST_EVICTIONS,
             detours: true,
             gives_up_at: None,
+            waiting: VecDeque::new(),
             under_way: Vec::new(),
             kept: Vec::new(),
             paths: vec![None; drones],
@@ -380,6 +383,7 @@ impl<'a> Attempt<'a> {
         loop {
             let is_spent = |most: u64| self.effort.expansions > most;
             if self.gives_up_at.is_some_and(is_spent) {
+                self.waiting = queue;
                 return false;
             }
             if (self.control.stop)() {
@@ -523,7 +527,7 @@ impl<'a> Attempt<'a> {
     }
 
     /// Leaves those in the queue at their starts, and as few others as a tenth of a second allows.
-    fn finalise(&mut self, waiting: VecDeque<DroneId>) {
+    pub(super) fn finalise(&mut self, waiting: VecDeque<DroneId>) {
         let mut displaced = VecDeque::new();
         for drone in waiting {
             if self.weights[drone.0 as usize] != IMMOVABLE {

@@ -47,8 +47,6 @@ pub struct DroneExposure {
     pub extra_energy_j: f64,
     /// The same over the integral of m g U_H (%).
     pub extra_energy_percent: f64,
-    /// Time over its limit (s), until the last time of the whole plan.
-    pub time_over_limit_s: f64,
 }
 
 /// A moment of the flight: window, time, value.
@@ -118,7 +116,7 @@ pub(crate) fn check(
         met.worst_air_at_s = Some(worst.t_s);
         met.worst_air_from = strongest(scene, &windows, worst);
     }
-    let mut found = over_limit(scene, (receiver, &windows), worst, &mut met);
+    let mut found = over_limit(scene, (receiver, &windows), worst, met.worst_air_mps);
     found.extend(column::check(scene, receiver, &windows));
     (found, met)
 }
@@ -239,19 +237,19 @@ fn highest(windows: &[Window<'_>], seed: Option<Moment>, within_s: Span) -> Opti
 }
 
 /// The spans over the drone's limit, each with its worst moment, of which that of the whole flight
-/// is known; adds up the time in `met`.
+/// is known.
 fn over_limit(
     scene: &Scene<'_>,
     (receiver, windows): (&Flight, &[Window<'_>]),
     worst: Option<Moment>,
-    met: &mut DroneExposure,
+    worst_air_mps: f64,
 ) -> Vec<Found> {
     let flown = &scene.flown;
     let mut parts = Vec::new();
     for window in windows.iter().filter(|window| !window.is_calm()) {
         let u_h_mps = window.induced_velocity_mps;
         let limit_mps = limit_mps(scene, receiver, window);
-        let worst_mps = met.worst_air_mps * (1.0 + WORST_TOLERANCE) + WORST_FLOOR * u_h_mps;
+        let worst_mps = worst_air_mps * (1.0 + WORST_TOLERANCE) + WORST_FLOOR * u_h_mps;
         if worst_mps > limit_mps && window.most_mps() > limit_mps {
             let mut here = Vec::new();
             above(window, Chord::of(window), limit_mps, &mut here);
@@ -260,7 +258,6 @@ fn over_limit(
     }
     let mut found = Vec::new();
     for span_s in parts {
-        met.time_over_limit_s += (span_s.1.min(scene.last_s) - span_s.0).max(0.0);
         let known = worst.filter(|it| span_s.0 <= it.t_s && it.t_s <= span_s.1);
         let Some(at) = known.or_else(|| highest(windows, None, span_s)) else {
             continue;

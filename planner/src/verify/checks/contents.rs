@@ -12,6 +12,7 @@ use airflow::Flown;
 use airflow::Superposition;
 use nalgebra::Point3;
 
+use crate::plan::file::descends_s;
 use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
 use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE, Margins, Plan, Zone};
 use crate::verify::bounds::obstacles::{Obstacles, Solid};
@@ -56,7 +57,7 @@ const DENSITY: Physical = ("the air's density", 1e-3..=100.0, "kg/m3");
 const CENTRELINE: Physical = ("the jet's centreline", 1e-2..=1e3, "");
 const SPREADING: Physical = ("the jet's spreading", 1e-4..=10.0, "");
 const ORIGIN: Physical = ("the jet's origin", -1e3..=-1e-3, "motor distances");
-const COORDINATE: Physical = ("a coordinate of the bounds", -1e7..=1e7, "m");
+const COORDINATE: Physical = ("coordinate", -1e7..=1e7, "m");
 const ZONE_LIMIT: Physical = ("the limit of a zone", 0.0..=1e3, "m/s");
 
 /// Whether a number is physical.
@@ -89,15 +90,15 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
         whole("the bounds are no box".to_owned());
     }
     for coordinate in min.iter().chain(max.iter()) {
-        let far = physical(&COORDINATE, *coordinate)
-            .map_err(&mut whole)
-            .is_err();
-        bounded &= !far;
+        let far = physical(&COORDINATE, *coordinate).map_err(|why| format!("the bounds: {why}"));
+        bounded &= far.map_err(&mut whole).is_ok();
     }
     let solids = plan.obstacles.iter().map(Solid::new);
     let solids: Vec<Solid> = (solids.filter_map(|it| it.map_err(&mut whole).ok())).collect();
     let zones = plan.zones.iter().filter(|zone| {
+        let mut corners_m = zone.min_m.iter().chain(zone.max_m.iter());
         let ok = is_box(&zone.min_m, &zone.max_m)
+            && corners_m.all(|it| physical(&COORDINATE, *it).is_ok())
             && zone
                 .air_limit_mps
                 .is_none_or(|mps| physical(&ZONE_LIMIT, mps).is_ok());
@@ -252,6 +253,9 @@ fn flight(
     for &mass_kg in &drone.trajectory.mass_kg {
         its(&MASS, mass_kg)?;
     }
+    for &coordinate in drone.trajectory.position_m.iter().flat_map(|it| it.iter()) {
+        its(&COORDINATE, coordinate)?;
+    }
     drone
         .trajectory
         .t_s
@@ -316,7 +320,8 @@ fn flight(
         body_radius_m: drone.airframe.body_radius_m,
         vertical_mps: [drone.airframe.max_climb_mps, drone.airframe.max_descent_mps],
         takes_off_m: (places_m.first().copied()).filter(|_| drone.at_start == AtStart::Landed),
-        arrives_s: drone.arrives_s,
+        lands_from_s: descends_s(drone)
+            .map_or(f64::NEG_INFINITY, |top_s| top_s.min(drone.arrives_s)),
         lands_m: (places_m.last().copied()).filter(|_| drone.at_end == AtEnd::Land && !unplanned),
         tip_radius_m: airframe.tip_radius_m(),
         discs,

@@ -124,8 +124,8 @@ fn beside_pads(flight: &Flight) -> Vec<Beside> {
             break;
         }
     };
-    // What is flown before the last dwell ends is no landing, however low its place is.
-    let descends = |motion: &Motion| motion.until_s > flight.arrives_s + SAME_TIME_S;
+    // What is flown before that is no landing, however low the last place is.
+    let descends = |motion: &Motion| motion.until_s > flight.lands_from_s + SAME_TIME_S;
     let motions = || pieces.iter().map(|piece| piece.motion);
     if let Some(pad_m) = flight.takes_off_m {
         low(&mut motions(), pad_m, false);

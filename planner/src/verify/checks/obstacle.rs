@@ -135,19 +135,31 @@ impl<'a> Rule<'a> {
 
     /// Whether a place (m) is above the top of the solid and near a pad of the drone's own.
     fn is_exempt(&self, place_m: &Point3<f64>) -> bool {
-        let near = |pad_m: &Point3<f64>| (pad_m - place_m).xy().norm() < PAD_M;
-        self.pads_m.iter().any(near) && self.solid.is_below(place_m)
+        self.is_near_pad(place_m, 0.0) && self.solid.is_below(place_m)
+    }
+
+    /// Whether a pad of the drone's own is near some place this far (m) from here, seen from above.
+    fn is_near_pad(&self, place_m: &Point3<f64>, within_m: f64) -> bool {
+        let near = |pad_m: &Point3<f64>| (pad_m - place_m).xy().norm() < PAD_M + within_m;
+        self.pads_m.iter().any(near)
     }
 }
 
 impl Inside<'_> {
     /// Adds the parts of a span during which the solid is nearer than allowed (m).
     fn search(&mut self, motion: &Motion, span_s: Span, allowed_m: f64) {
-        let middle_s = 0.5 * (span_s.0 + span_s.1);
+        let middle_s = 0.5 * span_s.0 + 0.5 * span_s.1;
         let half_path_m = motion.half_path_m(span_s.0, span_s.1);
         let middle_m = motion.at_m(middle_s);
         let distance_m = self.rule.solid.distance_m(&middle_m);
         if distance_m - half_path_m >= allowed_m {
+            return;
+        }
+        let deepest_m = allowed_m - (distance_m - half_path_m).max(0.0);
+        let is_inside = distance_m + half_path_m < allowed_m;
+        let is_found = deepest_m <= self.nearest.2 - self.nearest.1;
+        if is_inside && is_found && !self.rule.is_near_pad(&middle_m.into(), half_path_m) {
+            join(&mut self.spans_s, span_s);
             return;
         }
         let ends_m = [span_s.0, span_s.1].map(|t_s| Point3::from(motion.at_m(t_s)));
@@ -155,7 +167,8 @@ impl Inside<'_> {
         if is_vertical && ends_m.iter().all(|end_m| self.rule.is_exempt(end_m)) {
             return;
         }
-        if 2.0 * half_path_m > SHORTEST_PATH_M {
+        let is_divisible = span_s.0 < middle_s && middle_s < span_s.1;
+        if is_divisible && 2.0 * half_path_m > SHORTEST_PATH_M {
             self.search(motion, (span_s.0, middle_s), allowed_m);
             self.search(motion, (middle_s, span_s.1), allowed_m);
         } else if distance_m < allowed_m && !self.rule.is_exempt(&middle_m.into()) {

@@ -265,14 +265,16 @@ impl<'a> Exposed<'a> {
             }
         }
         // Not decided: what may exceed the limit counts as if it did.
-        let part = open.pop()?;
-        let from = part.emitters.first()?.from;
-        worst.or(Some(Moment {
-            t_s: part.span_s.0,
-            alpha: self.receiver.air_limit + CLEARED_ALPHA,
-            strongest: (from, 0.0),
-            shifts_s: Vec::new(),
-        }))
+        worst.or_else(|| {
+            let part = open.pop()?;
+            let from = part.emitters.first()?.from;
+            Some(Moment {
+                t_s: part.span_s.0,
+                alpha: self.receiver.air_limit + CLEARED_ALPHA,
+                strongest: (from, 0.0),
+                shifts_s: Vec::new(),
+            })
+        })
     }
 
     /// The least shift of the first clock, either way, at which the limit is exceeded in a part, to

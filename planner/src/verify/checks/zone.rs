@@ -42,17 +42,17 @@ const CLIMB_STEPS: u32 = 8;
 /// Parts searched in one step before the highest bound counts as found, chosen here: about a second
 /// of work.
 const MOST_PARTS: usize = 500_000;
-/// Parts searched for one zone in all, and in each step once these are used up, before the highest
-/// bound counts as found, chosen here: some seconds of work.
+/// Parts searched for one zone in all before the highest bound of a step counts as found after
+/// [`FEWEST_PARTS`], chosen here: some seconds of work.
 const MOST_PARTS_IN_ALL: usize = 1_500_000;
-/// See there.
+/// Parts searched in a step once [`MOST_PARTS_IN_ALL`] are used up, chosen here.
 const FEWEST_PARTS: usize = 32;
 /// Parts searched in one step where the air is only told, chosen here: a tenth of a millisecond.
 const PARTS_TOLD: usize = 100;
 /// Steps in all, chosen here: three hours of flight at 1 m/s; of longer ones they are longer.
 const MOST_STEPS: f64 = 100_000.0;
-/// Steps where the air is only told, chosen here: more than an hour of flight takes, and in all a
-/// second or two of work; in plans that are longer they are longer.
+/// Steps where the air is only told, chosen here: half an hour of flight at 1 m/s, and in all a
+/// second or two of work; of longer flights they are longer.
 const MOST_STEPS_TOLD: f64 = 20_000.0;
 /// Parts searched once the limit is known to be broken, chosen here: the worst value told is then
 /// within a few percent of the highest. Below a rotor plane, where the air begins at full speed, no
