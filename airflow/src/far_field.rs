@@ -194,7 +194,7 @@ impl FarField {
         Some(2.0 * self.stream_over_radius2_mps(depth_m, disc_radius_m * disc_radius_m))
     }
 
-    /// Radius (m) within which the speed exceeds `speed_mps`: the iso-speed spindle. `None` where
+    /// Radius (m) within which the speed exceeds `speed_mps`: the iso-speed volume. `None` where
     /// the axis itself is slower.
     ///
     /// ```text
@@ -207,14 +207,14 @@ impl FarField {
         (x >= 0.0).then(|| sigma_m * (x / self.steepness).sqrt())
     }
 
-    /// Depth (m) at which the axis has slowed to `speed_mps`, the spindle's lower tip; `None` if
+    /// Depth (m) at which the axis has slowed to `speed_mps`, the lower tip of that volume; `None` if
     /// all of the far field is slower. Infinite for a speed of 0.
     ///
     /// ```text
     /// s = l (B U_H/(q U) + s₀)
     /// ```
     #[must_use]
-    pub fn spindle_end_m(&self, speed_mps: f64) -> Option<f64> {
+    pub fn iso_speed_end_m(&self, speed_mps: f64) -> Option<f64> {
         let end_m = self.decay_m2_per_s / speed_mps.max(0.0) - self.origin_above_m;
         (end_m >= self.from_m).then_some(end_m)
     }

@@ -382,7 +382,7 @@ impl Wake {
         self.far.centreline_mps(depth_m)
     }
 
-    /// Radius (m) within which the far field exceeds a speed: the iso-speed spindle. `None` above
+    /// Radius (m) within which the far field exceeds a speed: the iso-speed volume. `None` above
     /// 2.5 l and below its tip.
     #[must_use]
     pub fn radius_at_speed_m(&self, depth_m: f64, speed_mps: f64) -> Option<f64> {
@@ -392,9 +392,9 @@ impl Wake {
     /// Depth (m) below which no far-field point exceeds `speed_mps`: where the axis has slowed to
     /// it, and 2.5 l where all of the far field is slower. Infinite for a speed of 0.
     #[must_use]
-    pub fn spindle_end_m(&self, speed_mps: f64) -> f64 {
+    pub fn iso_speed_end_m(&self, speed_mps: f64) -> f64 {
         self.far
-            .spindle_end_m(speed_mps)
+            .iso_speed_end_m(speed_mps)
             .unwrap_or(self.far.from_m())
     }
 }

@@ -207,10 +207,10 @@ fn the_default_limit_keeps_an_identical_drone_seven_metres_below_an_offboard_2()
             "{name}, on the axis: {ours_m} m"
         );
         let wake = wake(name);
-        let tip_m = wake.spindle_end_m(0.3 * wake.induced_velocity_mps());
+        let tip_m = wake.iso_speed_end_m(0.3 * wake.induced_velocity_mps());
         assert!(
             (tip_m - ours_m).abs() < 1e-9,
-            "the spindle ends where the axis meets the limit: bisection to rounding"
+            "the iso-speed volume ends where the axis meets the limit: bisection to rounding"
         );
     }
 }

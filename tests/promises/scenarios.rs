@@ -87,7 +87,7 @@ fn the_shipped_scenarios_are_the_ones_that_the_readme_can_name() {
             "draughty-hall",
             "landing-pads",
             "mixed-fleet",
-            "no-blow-zone",
+            "no-downwash-zone",
             "shaft",
             "warehouse",
             "window",
@@ -199,7 +199,7 @@ fn the_corridor_has_no_safe_pass_and_the_answer_names_the_gentlest() {
 
 #[test]
 fn without_its_zones_the_desk_would_be_exposed() {
-    let desk = world("no-blow-zone");
+    let desk = world("no-downwash-zone");
     let mut unguarded = desk.clone();
     unguarded.zones.clear();
     let mut plan = planned(&unguarded);

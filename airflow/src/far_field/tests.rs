@@ -117,7 +117,7 @@ fn the_mean_over_a_centred_disc_is_that_of_a_quadrature() {
 }
 
 #[test]
-fn the_spindle_is_where_the_speed_is_met_and_ends_where_the_axis_meets_it() {
+fn the_iso_speed_volume_is_where_the_speed_is_met_and_ends_where_the_axis_meets_it() {
     for s in DEPTHS_M {
         for share in [0.999, 0.5, 0.03] {
             let speed_mps = share * jet().centreline_mps(s).expect("deep");
@@ -131,10 +131,10 @@ fn the_spindle_is_where_the_speed_is_met_and_ends_where_the_axis_meets_it() {
         }
         let axis_mps = jet().centreline_mps(s).expect("deep");
         assert_eq!(jet().radius_at_speed_m(s, 1.001 * axis_mps), None);
-        assert!((jet().spindle_end_m(axis_mps).expect("reached") - s).abs() < 1e-13 * s.max(1.5));
+        assert!((jet().iso_speed_end_m(axis_mps).expect("reached") - s).abs() < 1e-13 * s.max(1.5));
     }
-    assert_eq!(jet().spindle_end_m(20.0), None);
-    assert_eq!(jet().spindle_end_m(0.0), Some(f64::INFINITY));
+    assert_eq!(jet().iso_speed_end_m(20.0), None);
+    assert_eq!(jet().iso_speed_end_m(0.0), Some(f64::INFINITY));
 }
 
 #[test]

@@ -118,7 +118,7 @@ impl FarField {
     /// `None` if the centreline at 2.5 l is no faster than the limit.
     fn new(wake: &Wake, limit_mps: f64) -> Option<Self> {
         let from_m = wake.near_field_depth_m();
-        let end_m = wake.spindle_end_m(limit_mps);
+        let end_m = wake.iso_speed_end_m(limit_mps);
         if end_m <= from_m {
             return None;
         }

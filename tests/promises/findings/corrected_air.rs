@@ -25,7 +25,7 @@ fn hall(effects: Effects) -> World {
     world
 }
 
-/// The same with the couriers' ways at another distance from the surveyors, and other limits.
+/// The same with the couriers' paths at another distance from the surveyors, and other limits.
 pub(super) fn hall_at(y_m: f64, air_limit: f64, effects: Effects) -> World {
     let mut world = hall(effects);
     for drone in &mut world.drones {

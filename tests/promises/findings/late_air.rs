@@ -62,7 +62,7 @@ fn air_arrives_after_its_drone_has_left_or_flown_on() {
     assert_eq!(crossed(comes(), lagging(2.0)), []);
 }
 
-/// Three drones on random ways, up and down among them, at rest for the last six seconds.
+/// Three drones on random paths, up and down among them, at rest for the last six seconds.
 fn random_flights(case: u32) -> Plan {
     let value = |k: u32| (f64::from(31 * case + k + 1) * 0.754_877_666_246_69).fract();
     let frames = ["matrice-300", "kolibri", "kolibri"];

@@ -55,7 +55,7 @@ pub(crate) struct Paths {
     pub(crate) paths: Vec<Option<Path>>,
     /// Why those without a path have none.
     pub(crate) unplanned: Vec<(DroneId, FailureKind)>,
-    /// Every drone's reservations, the stranded included.
+    /// Every drone's reservations, also of those without a path.
     pub(crate) costmap: Costmap,
 }
 
@@ -466,7 +466,7 @@ impl<'a> Attempt<'a> {
         self.effort.searches += 1;
         self.effort.expansions += searched.expansions;
         if self.weights[drone.0 as usize] == IMMOVABLE {
-            // Stranded meanwhile.
+            // It was left at its start meanwhile.
             return true;
         }
         match searched.found {

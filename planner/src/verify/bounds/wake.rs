@@ -274,7 +274,7 @@ impl<'a> Far<'a> {
 /// Greatest radius of the faintest wake counted, at any depth up to each step (m).
 fn reaches(wake: &Wake) -> Arc<[f64]> {
     let near_depth_m = wake.near_field_depth_m();
-    let end_m = wake.spindle_end_m(FAINTEST_WAKE_MPS).max(near_depth_m);
+    let end_m = wake.iso_speed_end_m(FAINTEST_WAKE_MPS).max(near_depth_m);
     let at = |depth_m: f64| {
         let depth_m = depth_m.max(near_depth_m * JUST_BELOW);
         let radius_m = wake.radius_at_speed_m(depth_m, FAINTEST_WAKE_MPS);
