@@ -33,6 +33,13 @@ const FINE: f64 = 0.25;
 /// here.
 const SHRUNK: f64 = 0.7;
 
+/// Air that left along a path is bounded in boxes of so much of it (m), chosen here: the half-width
+/// of a wake some metres down. What arrives at one moment below a drone that sinks as fast as its
+/// air left along metres of its path.
+const PATH_M: f64 = 0.25;
+/// In no more boxes than this, chosen here.
+const MOST_BOXES: f64 = 16.0;
+
 /// The advected wake of one flight.
 #[derive(Clone, Copy)]
 pub(crate) struct Advected<'a> {
@@ -117,10 +124,24 @@ impl<'a> Advected<'a> {
     pub(crate) fn left(&self, span_s: Span, places_m: &Places) -> Vec<Left<'a>> {
         let pieces = self.flight.trajectory.pieces();
         let spans = self.spans(span_s, (places_m.0.z, places_m.1.z)).into_iter();
-        let left = spans.map(|(k, (from_s, until_s))| Left {
-            wake: &self.flight.wakes[k],
-            stops: &self.flight.stops[k],
-            from_m: pieces[k].motion.box_m(from_s, until_s),
+        let left = spans.flat_map(|(k, (from_s, until_s))| {
+            let motion = &pieces[k].motion;
+            let path_m = 2.0 * motion.half_path_m(from_s, until_s);
+            let boxes = (path_m / PATH_M).ceil().clamp(1.0, MOST_BOXES) as u32;
+            let step_s = (until_s - from_s) / f64::from(boxes);
+            (0..boxes).map(move |n| {
+                let begin_s = from_s + f64::from(n) * step_s;
+                let end_s = if n + 1 == boxes {
+                    until_s
+                } else {
+                    begin_s + step_s
+                };
+                Left {
+                    wake: &self.flight.wakes[k],
+                    stops: &self.flight.stops[k],
+                    from_m: motion.box_m(begin_s, end_s),
+                }
+            })
         });
         left.collect()
     }
