@@ -145,7 +145,7 @@ fn nearest_m(places_m: &[Point3<f64>]) -> Vec<f64> {
         let mut look = |other_m: &Point3<f64>| {
             best_m = best_m.min((other_m - here_m).norm());
             // What is farther along x alone is farther.
-            (other_m.x - here_m.x).abs() <= best_m
+            (other_m.x - here_m.x).abs() < best_m
         };
         let ahead = by_x[index + 1..].iter();
         let _ = ahead.take_while(|other_m| look(other_m)).count();

@@ -22,7 +22,7 @@ use crate::solver::endpoints::Exclusions;
 use crate::solver::fleet::Run;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
-use crate::solver::refusals::{Retried, halved_cells_m, in_the_way, joined};
+use crate::solver::refusals::{LARGEST_GROUP, Retried, halved_cells_m, in_the_way, joined};
 use crate::solver::subfleet::{Subfleet, Terms};
 use crate::verify::Report;
 
@@ -35,8 +35,6 @@ const MOST_REMEDIES: usize = 3;
 /// For how many drones it is asked whether their bodies fit through at all, and whether another
 /// goal would do: chosen here.
 const MOST_PROOFS: i32 = 8;
-/// Groups larger than this are not looked at as one: chosen here.
-const LARGEST_GROUP: usize = 6;
 /// Limits are raised at most this many times: chosen here, well past any flyable air.
 const HIGHEST_RAISE: f64 = 8.0;
 /// States of one plan that only shows whether something would help: chosen here, a quarter of a

@@ -55,7 +55,7 @@ const EXPANSIONS_OF_ONE: u64 = 20_000;
 /// For how many groups it is tried: chosen here.
 const MOST_GROUPS: usize = 3;
 /// Groups larger than this are not looked at as one: chosen here.
-const LARGEST_GROUP: usize = 6;
+pub(crate) const LARGEST_GROUP: usize = 6;
 /// States of a search for what is in the way: chosen here, a second of work.
 const MOST_EXPANSIONS_IN_THE_WAY: u64 = 20_000;
 /// For how many refused drones it is asked what is in the way: chosen here.
