@@ -96,10 +96,19 @@ pub struct Replanned {
     /// stops as well.
     pub refused: Vec<Unplanned>,
     /// Violations that begin before the drones in them could be made to do anything else, as of a
-    /// late drone that is in another's way already. They are in the plan, too.
+    /// late drone that is in another's way, or within its margins, already. They are in the plan,
+    /// too.
     pub unavoidable: Vec<Violation>,
     /// What the search did.
     pub effort: Effort,
+}
+
+impl Replanned {
+    /// What cannot be avoided any more, as sentences: who, with whom, when and how near.
+    pub fn unavoidable_words(&self) -> Vec<String> {
+        let words = |it: &Violation| format!("it is too late to avoid that {it}");
+        self.unavoidable.iter().map(words).collect()
+    }
 }
 
 /// A drone with another trajectory.
@@ -209,11 +218,16 @@ impl Running {
         let (told, could_change) = take(self, at, changes, control);
         (control.progress)(Progress::Verifying);
         self.judge();
+        // Within a margin of both clocks what is judged is where a drone was before, too.
+        let margin_s = 2.0 * self.plan.margins.time_s;
         let early = |violation: &&Violation| {
             let released = |name: &str| could_change.iter().find(|(known, _)| known == name);
             let names = [Some(violation.drone.as_str()), violation.with.as_deref()];
             let mut released = names.into_iter().flatten().filter_map(released);
-            violation.from_s >= 0.0 && released.any(|(_, tick)| violation.from_s < tick.seconds())
+            let is_with_margin = violation.kind != violation.kind.without_margin();
+            let early_s = if is_with_margin { margin_s } else { 0.0 };
+            let begins_s = violation.from_s - early_s;
+            violation.from_s >= 0.0 && released.any(|(_, tick)| begins_s < tick.seconds())
         };
         let unavoidable = self.plan.violations.iter().filter(early).cloned().collect();
         Ok(Replanned {

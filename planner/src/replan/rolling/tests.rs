@@ -289,3 +289,43 @@ fn any_number_of_threads_gives_the_same_bytes() {
 }
 
 mod refusals;
+
+#[test]
+fn a_late_drone_within_the_margins_of_another_is_told_with_who_and_how_near() {
+    let text = r#"Scenario(name: "crossing", bounds_m: (min: (0, 0, 0), max: (16, 10, 3)),
+        planning: (cell_m: 1), drones: [
+        (name: "along", airframe: "kolibri", start_m: (1.5, 5.5, 1.5), tasks: [(to_m: (14.5, 5.5, 1.5))]),
+        (name: "across", airframe: "kolibri", start_m: (8.5, 0.5, 1.5), tasks: [(to_m: (8.5, 9.5, 1.5))]),
+        (name: "back", airframe: "kolibri", start_m: (12.5, 9.5, 1.5), tasks: [(to_m: (4.5, 1.5, 1.5))])])"#;
+    let world = read_world(text).expect("in order");
+    assert!(world.planning.margins.time_s > 0.0);
+    let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");
+    let plan = outcome.into_planned().expect("a plan").plan;
+    assert!(plan.is_safe());
+    let mut told_of_margins = 0;
+    for step in 4..26 {
+        for (name, by_s) in [
+            ("along", 0.4),
+            ("across", 0.4),
+            ("along", 1.0),
+            ("back", 0.7),
+        ] {
+            let at_s = 0.2 * f64::from(step);
+            let changes = [late(name, by_s)];
+            let told = replan(&world, &plan, at_s, &changes, &Control::QUIET);
+            let (running, told) = told.expect("in order");
+            assert_eq!(
+                running.plan().violations,
+                told.unavoidable,
+                "{name} at {at_s}"
+            );
+            for (it, words) in told.unavoidable.iter().zip(told.unavoidable_words()) {
+                let with = it.with.as_deref().expect("another drone");
+                assert!(it.drone == name || with == name, "{words}");
+                assert!(words.contains(&it.drone) && words.contains(with) && words.contains(" m "));
+                told_of_margins += usize::from(it.kind != it.kind.without_margin());
+            }
+        }
+    }
+    assert!(told_of_margins > 0);
+}
