@@ -176,8 +176,9 @@ fn margins(found: &Examination) -> Vec<String> {
         let from = zone.worst_air_from.as_ref();
         let from = from.map(|from| format!(", mostly from `{from}`"));
         let at = zone.worst_air_at_s.map(|at_s| format!(" at {at_s:.2} s"));
+        let most_mps = zone.at_most_mps.unwrap_or(zone.worst_air_mps);
         lines.push(format!(
-            "zone `{}`: at most {:.2} m/s of air{}{}",
+            "zone `{}`: at most {most_mps:.2} m/s of air; {:.2} m/s found{}{}",
             zone.zone,
             zone.worst_air_mps,
             at.unwrap_or_default(),

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::Args;
 use planner::plan::outcome::Effort;
+use planner::verify::lateness;
 use planner::{Control, Outcome, Plan, Planned, World};
 use serde::Serialize;
 
@@ -17,7 +18,7 @@ use crate::io::problems;
 use crate::io::watch::{Durations, Watch, peak_memory_bytes};
 use crate::plots;
 use crate::report::conflicts::{self, ConflictEntry};
-use crate::report::plan as report;
+use crate::report::plan::{self as report, LIST_ALL_UP_TO};
 use crate::report::sections::{Part, Report};
 use crate::report::words;
 
@@ -110,8 +111,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let outcome = planner::plan_world(&world, &control)
         .map_err(|faults| Failure::Drawn(faults.to_string()))?;
     let conflicts = match outcome {
-        Outcome::Safe(planned) | Outcome::Partial(planned) | Outcome::Unsafe(planned) => {
+        Outcome::Safe(mut planned)
+        | Outcome::Partial(mut planned)
+        | Outcome::Unsafe(mut planned) => {
             let durations = watch.finish();
+            tell_lateness(&mut planned.plan);
             return deliver(arguments.format, &out, &world, &planned, &durations);
         }
         Outcome::Infeasible { conflicts } => conflicts,
@@ -142,6 +146,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     watch.finish();
     say(arguments.format, &printed, &report, Vec::new())?;
     Ok(Answer::No)
+}
+
+/// Writes into the plan of a small fleet that is in order how late each drone may be: of a larger
+/// one that takes too long beside planning.
+fn tell_lateness(plan: &mut Plan) {
+    if plan.drones.len() > LIST_ALL_UP_TO || !plan.violations.is_empty() {
+        return;
+    }
+    let late = lateness::of_all(plan);
+    for (drone, late) in plan.drones.iter_mut().zip(late) {
+        drone.may_be_late_s = late.map(|it| it.late_s);
+    }
 }
 
 /// Writes the files, and prints the report with every reason for a no.

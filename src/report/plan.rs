@@ -2,13 +2,14 @@
 //! downwash would have meant.
 
 use planner::plan::{DronePlan, IgnoringDownwash, Plan, ZoneAir};
+use planner::verify::lateness::LATEST_S;
 
 use super::sections::{Part, Report};
 use super::words::{count, decimal, joined, tally};
 use crate::io::watch::Durations;
 
 /// Fleets up to this size are listed whole; it fits on a screen or two.
-const LIST_ALL_UP_TO: usize = 40;
+pub(crate) const LIST_ALL_UP_TO: usize = 40;
 /// How many of a larger fleet are listed.
 const LIST_MOST_AFFECTED: usize = 15;
 /// Less air than this (m/s) prints as none: half of the last digit shown.
@@ -19,6 +20,10 @@ pub(crate) fn report(plan: &Plan, durations: &Durations, improved_s: Option<f64>
     let mut report = Report::new(heading(plan), String::new());
     report.section("", table(plan));
     let mut lines = vec![summary(plan, durations)];
+    if plan.drones.len() > LIST_ALL_UP_TO && plan.violations.is_empty() {
+        let told = format!("told for up to {LIST_ALL_UP_TO} drones; plan check tells it for any");
+        lines.push(format!("How late each drone may be is {told}."));
+    }
     lines.extend(zones(plan));
     lines.extend(improved_s.map(|improved_s| improved(plan, improved_s)));
     let ignoring = plan.ignoring_downwash.as_ref();
@@ -61,7 +66,14 @@ fn table(plan: &Plan) -> Vec<Part> {
     let listed = most_affected_first(plan);
     let rows = listed.iter().map(|drone| cells(plan, drone));
     let headings = "drone | arrives | waits | detour | worst downwash | extra energy";
-    let mut parts = vec![Part::table("lrrrlr", headings, rows)];
+    let mut parts = match plan.drones.iter().any(|it| it.may_be_late_s.is_some()) {
+        true => vec![Part::table(
+            "lrrrlrr",
+            &format!("{headings} | may be late"),
+            rows,
+        )],
+        false => vec![Part::table("lrrrlr", headings, rows)],
+    };
     let hidden = plan.drones.len() - listed.len();
     if hidden > 0 {
         parts.push(Part::Line(format!(
@@ -109,8 +121,13 @@ fn cells(plan: &Plan, drone: &DronePlan) -> Vec<String> {
             format!("{:+.1} %", positive_zero(drone.extra_energy_percent)),
         ],
     };
+    let late = drone.may_be_late_s.map(|late_s| match late_s < LATEST_S {
+        true => format!("{late_s:.2} s"),
+        false => format!("{LATEST_S:.0} s+"),
+    });
     let name = drone.name.clone();
-    vec![name, arrives, waits, detour, air(drone), energy]
+    let cells = [name, arrives, waits, detour, air(drone), energy];
+    cells.into_iter().chain(late).collect()
 }
 
 /// "0.2 m/s (m1, t=7.1 s)"
@@ -148,8 +165,13 @@ fn zones(plan: &Plan) -> Vec<String> {
         let air = match zone.worst_air_mps < NO_AIR_MPS {
             true => "no downwash".to_owned(),
             false => {
-                let air_mps = zone.worst_air_mps;
-                format!("at most {air_mps:.1} m/s{}", from.unwrap_or_default())
+                let from = from.unwrap_or_default();
+                let found = format!("{:.1} m/s", zone.worst_air_mps);
+                let most = zone.at_most_mps.map(|mps| format!("{mps:.1} m/s"));
+                match most.filter(|most| *most != found) {
+                    Some(most) => format!("at most {most}; {found} found{from}"),
+                    None => format!("at most {found}{from}"),
+                }
             }
         };
         let through = match &zone.entered_by[..] {
@@ -277,12 +299,16 @@ sample: 4 drones (2 kolibri, 2 matrice-300), 30 x 20 x 8 m, 3 obstacles, 1 zone
         let air = |entered_by: &[&str]| ZoneAir {
             zone: "desk".into(),
             worst_air_mps: 0.94,
+            at_most_mps: None,
             worst_air_from: Some("m1".into()),
             worst_air_at_s: Some(7.1),
             entered_by: entered_by.iter().map(|name| (*name).to_owned()).collect(),
         };
         plan.zone_air = vec![air(&[])];
         assert_eq!(zones(&plan), ["Zone desk: at most 0.9 m/s (m1, t=7.1 s)."]);
+        plan.zone_air[0].at_most_mps = Some(0.97);
+        let told = "Zone desk: at most 1.0 m/s; 0.9 m/s found (m1, t=7.1 s).";
+        assert_eq!(zones(&plan), [told]);
         plan.zone_air = vec![air(&["k1", "k2"])];
         let told = &zones(&plan)[0];
         assert!(told.ends_with(

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use diagnosis::record::read::{Campaign, read_flight, read_folder, read_ulog};
 use diagnosis::statistics::draws::Draws;
-use planner::plan::{self, Plan};
+use planner::plan::{self, Plan, Solid};
 use planner::scenario::{read_samples, samples_as_plan};
 use planner::verify::examination::examine;
 use planner::verify::verify;
@@ -27,7 +27,7 @@ fn inputs() -> u64 {
         Err(_) => samples(1_000, 5_000),
     }
 }
-/// No input takes longer (s); in builds for tests, on a machine that does other things as well.
+/// No input takes longer (s), in builds for tests.
 const LONGEST_S: f64 = 5.0;
 /// Nor does the whole process ever hold more (bytes).
 const MOST_BYTES: u64 = 1 << 30;
@@ -95,26 +95,49 @@ impl Judged<'_> {
         for index in 0..inputs() {
             let mut draws = Draws::new(index);
             let bytes = changed(&self.seeds, &mut draws);
-            let started = Instant::now();
-            let read = catch_unwind(AssertUnwindSafe(|| (self.read)(&bytes)));
-            let took_s = started.elapsed().as_secs_f64();
-            let kept = || {
-                let path = std::env::temp_dir().join(format!("{}-{index}", self.what));
-                std::fs::write(&path, &bytes).unwrap();
-                path
-            };
-            assert!(read.is_ok(), "{} panics: {}", self.what, kept().display());
-            assert!(
-                took_s < LONGEST_S,
-                "{} takes {took_s} s: {}",
-                self.what,
-                kept().display()
-            );
+            one_holds((self.what, index), &bytes, || (self.read)(&bytes));
         }
-        if let Some(bytes) = peak_bytes() {
-            assert!(bytes < MOST_BYTES, "{}: {bytes} bytes", self.what);
-        }
+        takes_little_memory(self.what);
     }
+}
+
+/// Neither panics nor takes long; an input that does is kept.
+fn one_holds((what, index): (&str, u64), bytes: &[u8], run: impl FnOnce()) {
+    let (started, used_s) = (Instant::now(), cpu_s());
+    let ran = catch_unwind(AssertUnwindSafe(run));
+    // Of the processor, where the system tells: the machine may do other things as well.
+    let cpu_s = cpu_s()
+        .zip(used_s)
+        .map(|(now_s, before_s)| now_s - before_s);
+    let took_s = cpu_s.unwrap_or(started.elapsed().as_secs_f64());
+    let kept = || {
+        let path = std::env::temp_dir().join(format!("{what}-{index}"));
+        std::fs::write(&path, bytes).unwrap();
+        path
+    };
+    assert!(ran.is_ok(), "{what} panics: {}", kept().display());
+    assert!(
+        took_s < LONGEST_S,
+        "{what} takes {took_s} s: {}",
+        kept().display()
+    );
+}
+
+/// What this process has held so far.
+fn takes_little_memory(what: &str) {
+    if let Some(bytes) = peak_bytes() {
+        assert!(bytes < MOST_BYTES, "{what}: {bytes} bytes");
+    }
+}
+
+/// Time of the processor that this process has used (s), where the system tells: Linux counts
+/// hundredths of a second (proc(5), fields 14 and 15 of /proc/self/stat).
+fn cpu_s() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let after_name = stat.rsplit_once(')')?.1;
+    let mut ticks = after_name.split_ascii_whitespace().skip(11);
+    let [user, system] = [ticks.next()?, ticks.next()?].map(str::parse::<f64>);
+    Some((user.ok()? + system.ok()?) / 100.0)
 }
 
 /// Highest resident memory of this process so far, where the system tells.
@@ -295,13 +318,18 @@ fn meshes_of_any_bytes_are_read_or_refused() {
 /// How late its drones may be is asked of one in so many plans.
 const LATE: u64 = 20;
 
-#[test]
-fn plans_of_any_bytes_are_verified_or_refused() {
+/// Plans of two or three drones: landing, payload, zones, a mesh, air that takes its time.
+fn plans() -> Vec<Plan> {
+    let files = |file: &str| match file {
+        "cube.obj" => Ok(CUBE.to_owned()),
+        _ => Ok(
+            "Finding(verdict: library, effects: (wake_transport: (lag_factor: 1.3)))".to_owned(),
+        ),
+    };
     let planned = |text: &str| {
-        let world = planner::read_world(text).expect("in order");
+        let world = planner::read_world_with(text, &Files::new(&files)).expect("in order");
         let outcome = planner::plan_world(&world, &Control::QUIET).expect("in order");
-        let plan = outcome.into_planned().expect("a plan").plan;
-        serde_json::to_vec(&plan).expect("plain data")
+        outcome.into_planned().expect("a plan").plan
     };
     let yard = r#"(name: "yard", bounds_m: (min: (0, 0, 0), max: (9, 8, 5)),
         obstacles: [(name: "b", min_m: (4, 2, 0), max_m: (5, 6, 2)), (name: "c", base_m: (7, 2, 0), radius_m: 0.4, height_m: 5)],
@@ -311,10 +339,22 @@ fn plans_of_any_bytes_are_verified_or_refused() {
     let pair = r#"(name: "pair", bounds_m: (min: (0, 0, 0), max: (9, 8, 5)),
         drones: [(name: "k", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (8, 6, 3))]),
           (name: "l", airframe: "kolibri", start_m: (8, 6, 1), tasks: [(to_m: (1, 1, 1))], at_end: Leave)])"#;
+    let late = r#"(name: "late", bounds_m: (min: (0, 0, 0), max: (9, 8, 5)), air: (finding: "finding.ron"),
+        obstacles: [(name: "m", mesh: "cube.obj", at_m: (2, 6, 0))],
+        zones: [(name: "z", min_m: (4, 0, 0), max_m: (6, 2, 1), air_limit_mps: 3, keep_out: true)],
+        drones: [(name: "k", airframe: "kolibri", start_m: (1, 1, 1), tasks: [(to_m: (8, 6, 1))]),
+          (name: "o", airframe: "offboard-2", start_m: (8, 1, 4), tasks: [(to_m: (1, 6, 4))])])"#;
+    [yard, pair, late].map(planned).into()
+}
+
+#[test]
+fn plans_of_any_bytes_are_verified_or_refused() {
+    let seeds = plans().into_iter();
+    let seeds = seeds.map(|plan| serde_json::to_vec(&plan).expect("plain data"));
     let read_count = std::cell::Cell::new(0_u64);
     Judged {
         what: "plan",
-        seeds: vec![planned(yard), planned(pair)],
+        seeds: seeds.collect(),
         read: &|bytes| {
             if let Ok(plan) = serde_json::from_slice::<Plan>(bytes) {
                 verify(&plan);
@@ -330,6 +370,121 @@ fn plans_of_any_bytes_are_verified_or_refused() {
     }
     .holds();
     assert!(read_count.get() > inputs() / 20, "{}", read_count.get());
+}
+
+/// Every number of a plan that is not a result.
+fn numbers(plan: &mut Plan) -> Vec<&mut f64> {
+    let Plan {
+        air,
+        bounds_m,
+        obstacles,
+        zones,
+        margins,
+        drones,
+        ..
+    } = plan;
+    let mut all = vec![
+        &mut air.density_kg_per_m3,
+        &mut air.jet.centreline,
+        &mut air.jet.spreading,
+        &mut air.jet.origin,
+        &mut margins.time_s,
+        &mut margins.tracking_m,
+    ];
+    all.extend(bounds_m.min.iter_mut().chain(bounds_m.max.iter_mut()));
+    for obstacle in obstacles {
+        match &mut obstacle.shape {
+            Solid::Box { min_m, max_m } => all.extend(min_m.iter_mut().chain(max_m.iter_mut())),
+            Solid::Cylinder {
+                base_m,
+                radius_m,
+                height_m,
+            } => {
+                all.extend(base_m.iter_mut());
+                all.extend([radius_m, height_m]);
+            }
+            Solid::Mesh { vertices_m, .. } => {
+                all.extend(vertices_m.iter_mut().flat_map(|it| it.iter_mut()));
+            }
+        }
+    }
+    for zone in zones {
+        all.extend(zone.min_m.iter_mut().chain(zone.max_m.iter_mut()));
+        all.extend(zone.air_limit_mps.as_mut());
+    }
+    for drone in drones {
+        let airframe = &mut drone.airframe;
+        all.extend([
+            &mut drone.air_limit,
+            &mut drone.airborne_s.0,
+            &mut drone.arrives_s,
+            &mut airframe.mass_kg,
+            &mut airframe.propeller_diameter_m,
+            &mut airframe.motor_distance_m,
+            &mut airframe.width_factor,
+            &mut airframe.body_radius_m,
+            &mut airframe.max_speed_mps,
+        ]);
+        all.extend(drone.airborne_s.1.as_mut());
+        all.extend(drone.enters_s.as_mut());
+        all.extend(airframe.max_climb_mps.as_mut());
+        all.extend(airframe.max_descent_mps.as_mut());
+        all.extend(&mut drone.trajectory.t_s);
+        all.extend(&mut drone.trajectory.mass_kg);
+        let places_m = drone.trajectory.position_m.iter_mut();
+        all.extend(places_m.flat_map(|it| it.iter_mut()));
+    }
+    all
+}
+
+#[test]
+fn plans_of_any_numbers_are_verified() {
+    let ends = [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::MAX,
+        f64::MIN_POSITIVE,
+        5e-324,
+        1e300,
+        -1e300,
+        1e154,
+        1e9,
+        1e7,
+        -1e7,
+        1e3,
+        1.0,
+        0.0,
+        -0.0,
+        -1.0,
+        1e-3,
+        1e-9,
+    ];
+    let seeds = plans();
+    for index in 0..inputs() {
+        let mut draws = Draws::new(index);
+        let mut plan = seeds[draws.index(seeds.len())].clone();
+        if draws.index(3) == 0 {
+            let count = plan.drones.len();
+            plan.drones[draws.index(count)].enters_s = Some(0.0);
+        }
+        let mut all = numbers(&mut plan);
+        for _ in 0..=draws.index(4) {
+            let at = draws.index(all.len());
+            let other = *all[draws.index(all.len())];
+            let number = &mut *all[at];
+            *number = match draws.index(6) {
+                0 => number.next_up(),
+                1 => number.next_down(),
+                2 => other,
+                3 => *number * ends[draws.index(ends.len())],
+                _ => ends[draws.index(ends.len())],
+            };
+        }
+        let told = format!("{plan:?}");
+        one_holds(("numbers", index), told.as_bytes(), || drop(verify(&plan)));
+    }
+    takes_little_memory("numbers");
 }
 
 #[test]

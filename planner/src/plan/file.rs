@@ -13,6 +13,7 @@ use serde::de::{Deserializer, Error as _, IgnoredAny, MapAccess, Visitor, value}
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::limits::DefaultLimits;
 use super::trajectory::{SAME_PLACE_M, Tail, Trajectory};
 use super::{
     AIR_LIMIT_DEFAULT, AirframeEntry, AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE,
@@ -85,6 +86,7 @@ pub struct Claims {
     pub zone_air: Option<Vec<ZoneAir>>,
     /// As [`Plan::violations`].
     pub violations: Option<Vec<super::Violation>>,
+    margins: Option<IgnoredAny>,
     /// Not `null`: air that takes its time by a range of convection factors.
     air_delay: Option<IgnoredAny>,
 }
@@ -93,9 +95,11 @@ pub struct Claims {
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(default)]
 pub struct DroneClaims {
-    /// As [`AirframeEntry::hover_induced_velocity_mps`].
-    #[serde(deserialize_with = "hover_velocity", rename = "airframe")]
-    pub hover_induced_velocity_mps: Option<f64>,
+    /// Of its airframe.
+    #[serde(deserialize_with = "airframe_claims")]
+    pub airframe: AirframeClaims,
+    /// As [`DronePlan::air_limit`].
+    air_limit: Option<f64>,
     /// As [`DronePlan::arrives_s`].
     pub arrives_s: Option<f64>,
     /// As [`DronePlan::alone_s`].
@@ -116,7 +120,18 @@ pub struct DroneClaims {
     pub extra_energy_j: Option<f64>,
     /// As [`DronePlan::extra_energy_percent`].
     pub extra_energy_percent: Option<f64>,
+    /// As [`DronePlan::may_be_late_s`].
+    pub may_be_late_s: Option<f64>,
     trajectory: Curves,
+}
+
+/// What a file states of an airframe, and what it leaves out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AirframeClaims {
+    /// As [`AirframeEntry::hover_induced_velocity_mps`].
+    pub hover_induced_velocity_mps: Option<f64>,
+    /// Keys that no preset fills in.
+    left_out: Vec<&'static str>,
 }
 
 /// The results that a file states of the fleet.
@@ -172,12 +187,19 @@ pub fn read(text: &str) -> Result<PlanFile, NotAPlan> {
             ));
         }
     }
-    let filled = plan.complete();
+    let filled = plan.complete(&claims);
+    let mut remarks = Vec::new();
+    if plan.format == FORMAT_BEFORE {
+        let what = "neither margins nor limits of climb and descent: none are judged";
+        remarks.push(format!("{FORMAT_BEFORE} states {what}"));
+    } else if claims.margins.is_none() {
+        remarks.push("no margins stated: judged as flown on time and on its paths".to_owned());
+    }
     Ok(PlanFile {
         plan,
         claims,
         filled,
-        remarks: Vec::new(),
+        remarks,
     })
 }
 
@@ -196,37 +218,53 @@ fn parsed<'t, T: Deserialize<'t>>(text: &'t str) -> Result<T, NotAPlan> {
 }
 
 impl Plan {
-    /// Fills in what follows from the rest: masses, hover velocities, when drones are airborne.
-    /// Says what, and for how many drones.
-    fn complete(&mut self) -> Vec<(&'static str, usize)> {
-        let mut masses = 0;
-        let mut airborne = 0;
+    /// Fills in what follows from the rest: masses, hover velocities, when drones are airborne, and
+    /// limits, of which `plan/1` knows none. Says what, and for how many drones.
+    fn complete(&mut self, claims: &Claims) -> Vec<(&'static str, usize)> {
+        let mut filled: Vec<(&'static str, usize)> = Vec::new();
+        let mut told = |key: &'static str| match filled.iter_mut().find(|(known, _)| *known == key)
+        {
+            Some((_, drones)) => *drones += 1,
+            None => filled.push((key, 1)),
+        };
         let density_kg_per_m3 = self.air.density_kg_per_m3;
-        for drone in &mut self.drones {
+        let is_limited = self.format == FORMAT;
+        for (drone, stated) in self.drones.iter_mut().zip(&claims.drones) {
             let points = drone.trajectory.t_s.len();
             if drone.trajectory.mass_kg.is_empty() && points > 0 {
                 drone.trajectory.mass_kg = vec![drone.airframe.mass_kg; points];
-                masses += 1;
-            }
-            if drone.airframe.hover_induced_velocity_mps == 0.0
-                && let Ok(airframe) = drone.airframe.airframe()
-                && density_kg_per_m3 > 0.0
-            {
-                let mass_kg = airframe.mass_kg();
-                drone.airframe.hover_induced_velocity_mps =
-                    airframe.hover_induced_velocity_mps(mass_kg, density_kg_per_m3);
+                told("mass_kg");
             }
             if drone.airborne_s == airborne_not_said() {
                 let is_unplanned = self.unplanned.iter().any(|it| it.name == drone.name);
                 drone.airborne_s = airborne_s(drone, is_unplanned);
-                airborne += 1;
+                told("airborne_s");
+            }
+            if stated.air_limit.is_none() {
+                told("air_limit");
+            }
+            let left_out = stated.airframe.left_out.iter();
+            let left_out = left_out.filter(|key| is_limited || !LIMITS.contains(key));
+            left_out.for_each(|key| told(key));
+            let airframe = drone.airframe.airframe().ok();
+            let Some(airframe) = airframe.filter(|_| density_kg_per_m3 > 0.0) else {
+                continue;
+            };
+            let entry = &mut drone.airframe;
+            if entry.hover_induced_velocity_mps == 0.0 {
+                entry.hover_induced_velocity_mps =
+                    airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3);
+            }
+            if is_limited {
+                let limits = DefaultLimits::of(&airframe, entry.max_speed_mps, density_kg_per_m3);
+                entry.max_climb_mps.get_or_insert(limits.max_climb_mps);
+                entry.max_descent_mps.get_or_insert(limits.max_descent_mps);
+                let acceleration_mps2 = limits.max_acceleration_mps2;
+                entry.max_acceleration_mps2.get_or_insert(acceleration_mps2);
+                entry.max_jerk_mps3.get_or_insert(limits.max_jerk_mps3);
             }
         }
-        let filled = [("mass_kg", masses), ("airborne_s", airborne)];
         filled
-            .into_iter()
-            .filter(|(_, drones)| *drones > 0)
-            .collect()
     }
 }
 
@@ -259,6 +297,14 @@ pub(super) fn air_limit() -> f64 {
     AIR_LIMIT_DEFAULT
 }
 
+/// Limits of an airframe, which `plan/1` does not know.
+const LIMITS: [&str; 4] = [
+    "max_climb_mps",
+    "max_descent_mps",
+    "max_acceleration_mps2",
+    "max_jerk_mps3",
+];
+
 /// An airframe as a plan may write it: the name of a preset, or its numbers; those of a preset may
 /// be left out.
 #[derive(Deserialize, JsonSchema, Serialize)]
@@ -281,13 +327,14 @@ pub(super) struct AirframeForm {
     body_radius_m: Option<f64>,
     /// m/s; left out: 2.
     max_speed_mps: Option<f64>,
-    /// Highest vertical speed upwards (m/s); left out: not limited.
+    /// Highest vertical speed upwards (m/s); left out: `max_speed_mps`.
     max_climb_mps: Option<f64>,
-    /// Highest vertical speed downwards (m/s); left out: not limited.
+    /// Highest vertical speed downwards (m/s); left out: two fifths of its induced velocity at
+    /// hover, at most `max_speed_mps`.
     max_descent_mps: Option<f64>,
-    /// m/s²; left out: not limited.
+    /// m/s²; left out: by its size.
     max_acceleration_mps2: Option<f64>,
-    /// m/s³; left out: not limited.
+    /// m/s³; left out: by its size.
     max_jerk_mps3: Option<f64>,
     /// At its mass without payload (m/s). A result.
     hover_induced_velocity_mps: Option<f64>,
@@ -337,6 +384,22 @@ impl AirframeForm {
     }
 }
 
+/// An airframe: the name of a preset, or its numbers.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "for the schema alone")]
+pub(super) enum AirframeWritten {
+    /// The name of a preset; `plan schema` lists them.
+    Name(String),
+    /// Numbers.
+    Numbers(AirframeForm),
+}
+
+/// For the schema: what is filled in follows from the rest, and is no value.
+pub(super) fn without_default(schema: &mut schemars::Schema) {
+    schema.remove("default");
+}
+
 /// Reads an airframe by the name of a preset, or by its numbers.
 pub(super) fn airframe<'de, D: Deserializer<'de>>(from: D) -> Result<AirframeEntry, D::Error> {
     from.deserialize_any(OneOf)?
@@ -344,9 +407,26 @@ pub(super) fn airframe<'de, D: Deserializer<'de>>(from: D) -> Result<AirframeEnt
         .map_err(D::Error::custom)
 }
 
-/// Of an airframe by its numbers, the hover velocity that is claimed.
-fn hover_velocity<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
-    Ok(from.deserialize_any(OneOf)?.hover_induced_velocity_mps)
+/// What is stated of an airframe, and what is left out.
+fn airframe_claims<'de, D: Deserializer<'de>>(from: D) -> Result<AirframeClaims, D::Error> {
+    let form = from.deserialize_any(OneOf)?;
+    let is_preset = airflow::Airframe::preset(&form.name).is_some();
+    let [climb, descent, acceleration, jerk] = LIMITS;
+    let left_out = [
+        ("propellers", form.propellers.is_none() && !is_preset),
+        ("width_factor", form.width_factor.is_none() && !is_preset),
+        ("body_radius_m", form.body_radius_m.is_none()),
+        ("max_speed_mps", form.max_speed_mps.is_none()),
+        (climb, form.max_climb_mps.is_none()),
+        (descent, form.max_descent_mps.is_none()),
+        (acceleration, form.max_acceleration_mps2.is_none()),
+        (jerk, form.max_jerk_mps3.is_none()),
+    ];
+    let left_out = left_out.into_iter().filter(|(_, is_left_out)| *is_left_out);
+    Ok(AirframeClaims {
+        hover_induced_velocity_mps: form.hover_induced_velocity_mps,
+        left_out: left_out.map(|(key, _)| key).collect(),
+    })
 }
 
 /// Takes a name, or a map of numbers.

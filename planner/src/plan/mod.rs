@@ -7,6 +7,7 @@
 
 pub mod cause;
 pub mod file;
+pub(crate) mod limits;
 pub mod outcome;
 pub mod trajectory;
 
@@ -35,6 +36,7 @@ pub(crate) const AIR_LIMIT_DEFAULT: f64 = 0.3;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Plan {
     /// `plan/2`; `plan/1` is read as well.
+    #[schemars(extend("enum" = [FORMAT, FORMAT_BEFORE]))]
     pub format: String,
     /// The scenario's name.
     #[serde(default)]
@@ -88,8 +90,11 @@ pub struct Plan {
 pub struct ZoneAir {
     /// The zone's name.
     pub zone: String,
-    /// Highest summed air at any of its points (m/s), to some 5 %.
+    /// Highest summed air that was found at one of its points (m/s).
     pub worst_air_mps: f64,
+    /// Summed air that no point of it exceeds at any time (m/s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_most_mps: Option<f64>,
     /// Whose wake contributed most to that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub worst_air_from: Option<String>,
@@ -307,7 +312,7 @@ pub struct DronePlan {
     pub name: String,
     /// What flies.
     #[serde(deserialize_with = "file::airframe")]
-    #[schemars(with = "file::AirframeForm")]
+    #[schemars(with = "file::AirframeWritten")]
     pub airframe: AirframeEntry,
     /// Highest mean air over its rotor discs, over its induced velocity at its current mass.
     #[serde(default = "file::air_limit")]
@@ -326,10 +331,11 @@ pub struct DronePlan {
     /// When its wake is on: from, until (`null`: until the end). From 0 until 0: never.
     /// Left out: from when it first moves, or comes hovering, until it has landed or left.
     #[serde(default = "file::airborne_not_said")]
+    #[schemars(transform = file::without_default)]
     pub airborne_s: (f64, Option<f64>),
     /// Where it is when.
     pub trajectory: TrajectoryEntry,
-    /// End of the last dwell (s).
+    /// End of the last dwell (s). A result, as all that follows.
     #[serde(default)]
     pub arrives_s: f64,
     /// The same with no other drone there (s).
@@ -359,6 +365,10 @@ pub struct DronePlan {
     /// The same over its own still-air hover energy during its flight (%).
     #[serde(default)]
     pub extra_energy_percent: f64,
+    /// How late it may be, all others on time, before a rule breaks (s), to 0.01 s and up to 3 s;
+    /// absent where that was not asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub may_be_late_s: Option<f64>,
 }
 
 /// As a plan writes [`AtStart`].
@@ -428,16 +438,18 @@ pub struct AirframeEntry {
     pub body_radius_m: f64,
     /// m/s.
     pub max_speed_mps: f64,
-    /// Highest vertical speed upwards (m/s); absent: not limited beyond `max_speed_mps`.
+    /// Highest vertical speed upwards (m/s); `None`, as in `plan/1`: not limited beyond
+    /// `max_speed_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_climb_mps: Option<f64>,
-    /// Highest vertical speed downwards (m/s); absent: not limited beyond `max_speed_mps`.
+    /// Highest vertical speed downwards (m/s); `None`, as in `plan/1`: not limited beyond
+    /// `max_speed_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_descent_mps: Option<f64>,
-    /// m/s²; absent: not limited. Straight pieces change their velocity in no time.
+    /// m/s²; `None`, as in `plan/1`: not limited. Straight pieces change their velocity in no time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_acceleration_mps2: Option<f64>,
-    /// m/s³; absent: not limited.
+    /// m/s³; `None`, as in `plan/1`: not limited.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_jerk_mps3: Option<f64>,
     /// At its mass without payload (m/s).

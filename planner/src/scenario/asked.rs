@@ -96,6 +96,13 @@ fn of_place(world: &World, plan: &Plan) -> Vec<String> {
             ));
         }
     }
+    // No rule of the verifier: it is only held against what the plan states, if it does.
+    let (asked_m, kept_m) = (world.planning.clearance_m, plan.clearance_m);
+    if kept_m != 0.0 && !same(asked_m, kept_m) {
+        missing.push(format!(
+            "clearance_m is {asked_m} m, the plan has {kept_m} m"
+        ));
+    }
     let density = (world.air.density_kg_per_m3(), plan.air.density_kg_per_m3);
     let jets = [world.jet, plan.air.jet].map(|it| [it.centreline, it.spreading, it.origin]);
     let is_same_air = same(density.0, density.1)
@@ -190,6 +197,16 @@ fn of_drone(drone: &Drone, entry: &DronePlan, plan: &Plan) -> Vec<String> {
                 "max_descent_mps",
                 asked.max_descent_mps,
                 stated(flown.max_descent_mps),
+            ),
+            (
+                "max_acceleration_mps2",
+                asked.max_acceleration_mps2,
+                stated(flown.max_acceleration_mps2),
+            ),
+            (
+                "max_jerk_mps3",
+                asked.max_jerk_mps3,
+                stated(flown.max_jerk_mps3),
             ),
         ]);
     }

@@ -1,11 +1,11 @@
 //! What was flown, as a plan that can be judged: samples of every drone's place, and a few lines of
 //! RON that say which airframes they are.
 //!
-//! A log is noisy and ends when recording ends. A drone that rests on the floor or on an obstacle
-//! within a few centimetres at its first sample starts landed, at its last one it has landed; until
-//! it first leaves that place its noise is no motion. One that is in the air when its samples end
-//! is judged until then. Between two samples it flies straight. Speed is a mean over half a second:
-//! noise of a centimetre at 20 Hz is 0.3 m/s from sample to sample.
+//! A log is noisy and ends when recording ends. A drone that rests on the floor or on an obstacle,
+//! as near as a scenario has it for starts, at its first sample starts landed, at its last one it
+//! has landed; until it first leaves that place its noise is no motion. One that is in the air when
+//! its samples end is judged until then. Between two samples it flies straight. Speed is a mean
+//! over half a second: noise of a centimetre at 20 Hz is 0.3 m/s from sample to sample.
 //!
 //! Formats of logs end in [`Samples`]; [`read_samples`] reads the plainest of them, a table.
 
@@ -17,20 +17,17 @@ use thiserror::Error;
 use super::airframes::airframes;
 use super::fields::{Field, Reader, whole, within};
 use super::limits::{AIR_LIMIT, MASS_KG, PLACE_M};
+use super::placement::{SUPPORT_TOLERANCE_M, landing_place_m};
 use super::places::{bounds, obstacle, zone};
 use super::problem::{Problem, Problems};
+use super::solid::Solids;
 use super::source::Value;
 use super::written::{self, At, Bounds, Written};
 use super::{Files, meaning, read};
 use crate::plan::file::PlanFile;
-use crate::plan::{
-    AirframeEntry, AtEnd, AtStart, DronePlan, Margins, Plan, Solid, TrajectoryEntry,
-};
+use crate::plan::{AirframeEntry, AtEnd, AtStart, DronePlan, Margins, Plan, TrajectoryEntry};
 use crate::scenario::world::{Drone, World};
 
-/// A drone whose lowest point is this near to what is below it rests there (m), as the verifier has
-/// it for starts.
-const RESTS_M: f64 = 0.05;
 /// Noise of a drone at rest stays within this (m), chosen here: twice that of motion capture in
 /// poor light.
 const STILL_M: f64 = 0.05;
@@ -223,9 +220,10 @@ pub fn samples_as_plan(
     if begins_s != 0.0 {
         remarks.push(format!("time 0 is {begins_s} s of the log"));
     }
+    let solids = Solids::new(&world.obstacles);
     let drones = world.drones.iter().map(|drone| {
         let of_one = samples.of.get(&drone.name).map_or(&[][..], Vec::as_slice);
-        flown(&world, drone, of_one, begins_s, &mut remarks)
+        flown((&world, &solids), drone, of_one, begins_s, &mut remarks)
     });
     let drones = drones.collect();
     Ok(PlanFile {
@@ -400,21 +398,20 @@ fn around(samples: &Samples) -> (Point3<f64>, Point3<f64>) {
 
 /// What one drone flew.
 fn flown(
-    world: &World,
+    (world, solids): (&World, &Solids),
     drone: &Drone,
     samples: &[Sample],
     begins_s: f64,
     remarks: &mut Vec<String>,
 ) -> DronePlan {
     let vehicle = &drone.vehicle;
-    let airframe = &vehicle.airframe;
-    let mass_kg = airframe.mass_kg();
+    let mass_kg = vehicle.airframe.mass_kg();
     let mut flown: Vec<Sample> = samples.to_vec();
     flown.iter_mut().for_each(|it| it.t_s -= begins_s);
-    let rests = |it: &Sample| {
-        let gap_m = it.position_m.z - support_m(world, &it.position_m) - vehicle.body_radius_m;
-        gap_m <= RESTS_M
-    };
+    // Where it stands if it stands below a place.
+    let lands_m =
+        |it_m: Point3<f64>| landing_place_m(&world.bounds_m, solids, it_m, vehicle.body_radius_m);
+    let rests = |it: &Sample| it.position_m.z - lands_m(it.position_m).z <= SUPPORT_TOLERANCE_M;
     let near = |a: &Sample, b: &Sample| (a.position_m - b.position_m).norm() <= STILL_M;
     let (first, last) = (flown[0], flown[flown.len() - 1]);
     let at_start = if rests(&first) {
@@ -442,9 +439,7 @@ fn flown(
     if at_end == AtEnd::Land && lands < flown.len() && !never {
         // At rest from here on.
         flown.truncate(lands + 1);
-        let rest_m = support_m(world, &last.position_m) + vehicle.body_radius_m;
-        flown[lands].position_m = last.position_m;
-        flown[lands].position_m.z = last.position_m.z.min(rest_m);
+        flown[lands].position_m = lands_m(last.position_m);
         until_s = flown[lands].t_s;
     }
     let gaps = flown
@@ -468,22 +463,16 @@ fn flown(
     let pieces = flown
         .windows(2)
         .map(|two| (two[1].position_m - two[0].position_m).norm() / (two[1].t_s - two[0].t_s));
-    let density_kg_per_m3 = world.air.density_kg_per_m3();
     DronePlan {
         name: drone.name.clone(),
         airframe: AirframeEntry {
-            name: airframe.name().to_owned(),
-            mass_kg,
-            propellers: airframe.propellers(),
-            propeller_diameter_m: airframe.propeller_diameter_m(),
-            motor_distance_m: airframe.motor_distance_m(),
-            width_factor: airframe.width_factor(),
-            body_radius_m: vehicle.body_radius_m,
-            // From sample to sample noise is faster than the drone.
+            // From sample to sample noise is faster than the drone, in every direction.
             max_speed_mps: pieces.fold(vehicle.max_speed_mps, f64::max) * 1.001,
-            hover_induced_velocity_mps: airframe
-                .hover_induced_velocity_mps(mass_kg, density_kg_per_m3),
-            ..AirframeEntry::default()
+            max_climb_mps: None,
+            max_descent_mps: None,
+            max_acceleration_mps2: None,
+            max_jerk_mps3: None,
+            ..vehicle.entry(world.air.density_kg_per_m3())
         },
         air_limit: drone.air_limit,
         enters_s: (first.t_s > ENTERS_S).then_some(first.t_s),
@@ -525,25 +514,4 @@ fn speed_mps(flown: &[Sample]) -> f64 {
             highest_mps.max((to.position_m - from.position_m).norm() / (to.t_s - from.t_s));
     }
     highest_mps
-}
-
-/// Height of the floor, or of the highest box or cylinder straight below a place (m).
-fn support_m(world: &World, place_m: &Point3<f64>) -> f64 {
-    let tops_m = world.obstacles.iter().filter_map(|it| match &it.shape {
-        Solid::Box { min_m, max_m } => {
-            let is_over = (0..2).all(|k| min_m[k] <= place_m[k] && place_m[k] <= max_m[k]);
-            is_over.then_some(max_m.z)
-        }
-        Solid::Cylinder {
-            base_m,
-            radius_m,
-            height_m,
-        } => {
-            let is_over = (place_m - base_m).xy().norm() <= *radius_m;
-            is_over.then_some(base_m.z + height_m)
-        }
-        Solid::Mesh { .. } => None,
-    });
-    let below = tops_m.filter(|top_m| *top_m <= place_m.z);
-    below.fold(world.bounds_m.min.z, f64::max)
 }

@@ -40,7 +40,7 @@ fn gather(whole: &Value, at: &Value, path: &str, defaults: &mut Map<String, Valu
             format!("{path}.{key}")
         };
         if let Some(default) = property.get("default") {
-            defaults.insert(path.clone(), default.clone());
+            defaults.insert(path.clone(), typed(default));
         }
         gather(whole, property, &path, defaults);
         gather(whole, &property["items"], &format!("{path}[]"), defaults);
@@ -51,6 +51,16 @@ fn gather(whole: &Value, at: &Value, path: &str, defaults: &mut Map<String, Valu
             defaults,
         );
     }
+}
+
+/// A default as a scenario has it: a place in round brackets.
+fn typed(default: &Value) -> Value {
+    let numbers = default.as_array().filter(|it| !it.is_empty());
+    let Some(numbers) = numbers.filter(|it| it.iter().all(Value::is_number)) else {
+        return default.clone();
+    };
+    let numbers: Vec<String> = numbers.iter().map(Value::to_string).collect();
+    Value::String(format!("({})", numbers.join(", ")))
 }
 
 /// An airframe known by name, with the keys that a scenario would write for it.

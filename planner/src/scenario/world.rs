@@ -6,6 +6,7 @@ use airflow::effects::Effects;
 use airflow::{Air, Airframe, Jet, Superposition};
 use nalgebra::Point3;
 
+use crate::plan::limits::DefaultLimits;
 use crate::plan::{AirModel, AirframeEntry, DronePlan, FORMAT, Fleet, Plan, Status};
 
 pub use crate::plan::{AtEnd, AtStart, Bounds, Margins, Obstacle, Solid, Zone};
@@ -64,38 +65,24 @@ const TIME_MARGIN_S: f64 = 0.1;
 /// How far off its path each drone may be by default (m): chosen here, what position control holds
 /// indoors under motion capture or ultra-wideband.
 const TRACKING_M: f64 = 0.1;
-/// Share of its induced velocity at hover below which a drone may descend: rotors enter vortex ring
-/// state at descents of about half of it (Johnson, "Model for vortex ring state influence on
-/// rotorcraft flight dynamics", NASA/TP-2005-213477); chosen here, with a margin of a fifth.
-const DESCENT_SHARE: f64 = 0.4;
-/// Motor distance (m) from which an airframe counts as large: chosen here, between research frames
-/// and industrial ones.
-const LARGE_M: f64 = 0.6;
-/// Acceleration and jerk of small airframes (m/s², m/s³): chosen here, between the defaults of
-/// PX4's missions (MPC_ACC_HOR 3, MPC_JERK_AUTO 4) and its manual flight (5 and 8 and more), a
-/// third of what tilting by 45 degrees gives.
-const SMALL_AGILITY: (f64, f64) = (4.0, 20.0);
-/// The same of large airframes: chosen here, lower as their motors and inertias are slower.
-const LARGE_AGILITY: (f64, f64) = (2.5, 8.0);
-
 impl Vehicle {
     /// An airframe at a highest speed (m/s) in air of a density (kg/m³), with the limits of one
     /// that states none: a body to the rotor tips, climb at full speed, descent at no more than
     /// two fifths of its induced velocity, acceleration and jerk by its size.
     #[must_use]
     pub fn new(airframe: Airframe, max_speed_mps: f64, density_kg_per_m3: f64) -> Vehicle {
-        let induced_mps =
-            airframe.hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3);
-        let (max_acceleration_mps2, max_jerk_mps3) = match airframe.motor_distance_m() {
-            small if small < LARGE_M => SMALL_AGILITY,
-            _ => LARGE_AGILITY,
-        };
+        let DefaultLimits {
+            max_climb_mps,
+            max_descent_mps,
+            max_acceleration_mps2,
+            max_jerk_mps3,
+        } = DefaultLimits::of(&airframe, max_speed_mps, density_kg_per_m3);
         Vehicle {
             body_radius_m: airframe.tip_radius_m(),
             airframe,
             max_speed_mps,
-            max_climb_mps: max_speed_mps,
-            max_descent_mps: max_speed_mps.min(DESCENT_SHARE * induced_mps),
+            max_climb_mps,
+            max_descent_mps,
             max_acceleration_mps2,
             max_jerk_mps3,
         }
@@ -192,6 +179,29 @@ impl Planning {
     pub fn gap_to_bodies_m(&self, flying: usize) -> f64 {
         self.clearance_m
             .max(flying as f64 * self.margins.tracking_m)
+    }
+}
+
+impl Vehicle {
+    /// As a plan has it, with all that is needed to judge its wake in air of a density (kg/m³).
+    pub(crate) fn entry(&self, density_kg_per_m3: f64) -> AirframeEntry {
+        let airframe = &self.airframe;
+        AirframeEntry {
+            name: airframe.name().to_owned(),
+            mass_kg: airframe.mass_kg(),
+            propellers: airframe.propellers(),
+            propeller_diameter_m: airframe.propeller_diameter_m(),
+            motor_distance_m: airframe.motor_distance_m(),
+            width_factor: airframe.width_factor(),
+            body_radius_m: self.body_radius_m,
+            max_speed_mps: self.max_speed_mps,
+            max_climb_mps: Some(self.max_climb_mps),
+            max_descent_mps: Some(self.max_descent_mps),
+            max_acceleration_mps2: Some(self.max_acceleration_mps2),
+            max_jerk_mps3: Some(self.max_jerk_mps3),
+            hover_induced_velocity_mps: airframe
+                .hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3),
+        }
     }
 }
 

@@ -7,8 +7,8 @@ use nalgebra::Point3;
 
 use crate::graph::agent::Agent;
 use crate::graph::distances::UNREACHABLE;
-use crate::plan::{AirframeEntry, AtEnd, AtStart, DronePlan, Fleet, Plan, TrajectoryEntry};
-use crate::scenario::world::{Drone, Vehicle, World};
+use crate::plan::{AtEnd, AtStart, DronePlan, Fleet, Plan, TrajectoryEntry};
+use crate::scenario::world::{Drone, World};
 use crate::solver::prepare::Job;
 use crate::solver::priority::Paths;
 
@@ -119,7 +119,7 @@ fn stay_until(entry: &mut TrajectoryEntry, arrives_s: f64) {
 pub(crate) fn blank(world: &World, drone: &Drone) -> DronePlan {
     DronePlan {
         name: drone.name.clone(),
-        airframe: airframe_entry(&drone.vehicle, world.air.density_kg_per_m3()),
+        airframe: drone.vehicle.entry(world.air.density_kg_per_m3()),
         air_limit: drone.air_limit,
         at_start: drone.at_start,
         ..DronePlan::default()
@@ -153,27 +153,6 @@ pub(crate) fn break_points(legs: &[Leg], mass_kg: impl Fn(&Leg) -> f64) -> Traje
         push(last.end, last.to_m, mass_kg(last));
     }
     entry
-}
-
-/// A vehicle with all that is needed to judge its wake, in air of a density (kg/m³).
-pub(crate) fn airframe_entry(vehicle: &Vehicle, density_kg_per_m3: f64) -> AirframeEntry {
-    let airframe = &vehicle.airframe;
-    AirframeEntry {
-        name: airframe.name().to_owned(),
-        mass_kg: airframe.mass_kg(),
-        propellers: airframe.propellers(),
-        propeller_diameter_m: airframe.propeller_diameter_m(),
-        motor_distance_m: airframe.motor_distance_m(),
-        width_factor: airframe.width_factor(),
-        body_radius_m: vehicle.body_radius_m,
-        max_speed_mps: vehicle.max_speed_mps,
-        max_climb_mps: Some(vehicle.max_climb_mps),
-        max_descent_mps: Some(vehicle.max_descent_mps),
-        max_acceleration_mps2: Some(vehicle.max_acceleration_mps2),
-        max_jerk_mps3: Some(vehicle.max_jerk_mps3),
-        hover_induced_velocity_mps: airframe
-            .hover_induced_velocity_mps(airframe.mass_kg(), density_kg_per_m3),
-    }
 }
 
 /// Sums of ticks and lengths, without the digits that only adding made.

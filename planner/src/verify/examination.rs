@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use nalgebra::Point3;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::checks::air;
@@ -119,40 +118,40 @@ pub fn examine(file: &PlanFile, late: bool) -> Examination {
         drone.arrives_s = arrives_s(&file.plan, drone, claims.arrives_s);
     }
     let plan = &examined;
-    let report = super::verify(plan);
-    let (scene, _) = contents::read(plan);
+    let (scene, malformed) = contents::read(plan);
+    let report = super::report(plan, scene.as_ref(), malformed);
+    let near = scene.as_ref().map(|scene| encounters(scene, 0.0));
+    let judged_by = scene.as_ref().zip(near.as_deref());
+    let worst_air = worst_air(plan, &report);
+    let closest = judged_by.and_then(|(scene, near)| closest(scene, near));
+    let asked = scene.as_ref().filter(|_| late);
+    let late = asked.map(|scene| lateness::of_scene(scene, plan.drones.len()));
+    let late = late.unwrap_or_else(|| vec![None; plan.drones.len()]);
     let mut differences = Differences {
         list: Vec::new(),
+        late: &late,
         file,
         report: &report,
-        scene: scene.as_ref(),
+        judged_by,
     };
     differences.gather();
     let differences = differences.list;
     let unplanned = examined.unplanned.clone();
-    let lates = scene.as_ref().filter(|_| late).map_or(Vec::new(), |scene| {
-        let near = encounters(scene, lateness::LATEST_S);
-        let flights = (0..scene.flights.len()).into_par_iter();
-        flights
-            .map(|k| lateness::lateness(scene, &near, k))
-            .collect()
-    });
-    let mut by_drone = vec![None; plan.drones.len()];
-    for (scene, lateness) in scene.iter().flat_map(|it| it.flights.iter()).zip(lates) {
-        by_drone[scene.index] = Some(lateness);
+    let mut plan = judged(examined, report, unplanned);
+    for (drone, late) in plan.drones.iter_mut().zip(&late) {
+        drone.may_be_late_s = late.as_ref().map(|it| it.late_s);
     }
     Examination {
         differences,
-        closest: scene.as_ref().and_then(closest),
-        worst_air: worst_air(plan, &report),
-        late: by_drone,
-        plan: judged(examined, report, unplanned),
+        closest,
+        worst_air,
+        late,
+        plan,
     }
 }
 
 /// The gap between two bodies that is the smallest of all (m).
-fn closest(scene: &Scene<'_>) -> Option<Closest> {
-    let near = encounters(scene, 0.0);
+fn closest(scene: &Scene<'_>, near: &[Vec<Encounter>]) -> Option<Closest> {
     let of_one = |(k, near): (usize, &Vec<Encounter>)| {
         let one = &scene.flights[k];
         let after = near.iter().filter(|it| it.other > k);
@@ -226,9 +225,12 @@ fn arrives_s(plan: &Plan, drone: &DronePlan, stated_s: Option<f64>) -> f64 {
 /// Gathers what is stated and does not follow.
 struct Differences<'a> {
     list: Vec<Difference>,
+    /// How late each drone may be, where that was asked for.
+    late: &'a [Option<Lateness>],
     file: &'a PlanFile,
     report: &'a Report,
-    scene: Option<&'a Scene<'a>>,
+    /// The plan as it was read, and who is near whom in it.
+    judged_by: Option<(&'a Scene<'a>, &'a [Vec<Encounter>])>,
 }
 
 impl Differences<'_> {
@@ -331,7 +333,7 @@ impl Differences<'_> {
         self.number(
             Some(k),
             key,
-            stated.hover_induced_velocity_mps,
+            stated.airframe.hover_induced_velocity_mps,
             (u_h_mps, slack_mps),
         );
         let arrival_s = arrives_s(&self.file.plan, drone, stated.arrives_s);
@@ -363,6 +365,10 @@ impl Differences<'_> {
             stated.extra_energy_percent,
             percent,
         );
+        if let Some(late) = &self.late[k] {
+            let late_s = (late.late_s, 2.0 * lateness::FINE_S);
+            self.number(Some(k), "may_be_late_s", stated.may_be_late_s, late_s);
+        }
     }
 
     /// When and from whom the highest air is stated to be: any moment at which it is as high will
@@ -383,7 +389,8 @@ impl Differences<'_> {
             return;
         }
         let there_s = at_s.or(met.worst_air_at_s);
-        let there = (self.scene.zip(there_s)).and_then(|(scene, t_s)| air::at(scene, k, t_s));
+        let there = (self.judged_by.zip(there_s))
+            .and_then(|((scene, near), t_s)| air::at(scene, near, k, t_s));
         let (mean_mps, strongest) = there.unwrap_or((0.0, None));
         let is_highest = met.worst_air_mps > 0.0 && mean_mps + slack_mps >= met.worst_air_mps;
         if at_s.is_some() && !is_highest {
@@ -418,9 +425,23 @@ impl Differences<'_> {
                 self.tell(None, &key("zone"), "stated".to_owned(), "none".to_owned());
                 continue;
             };
+            if stated.worst_air_from.is_some() && stated.worst_air_from != found.worst_air_from {
+                let told = |from: &Option<String>| from.clone().unwrap_or("none".to_owned());
+                let (stated, found) = (&stated.worst_air_from, &found.worst_air_from);
+                self.tell(None, &key("worst_air_from"), told(stated), told(found));
+            }
             let slack_mps = ZONE * found.worst_air_mps + super::FAINTEST_WAKE_MPS;
-            let mps = (Some(stated.worst_air_mps), found.worst_air_mps);
-            self.number(None, &key("worst_air_mps"), mps.0, (mps.1, slack_mps));
+            let worst = (
+                "worst_air_mps",
+                Some(stated.worst_air_mps),
+                found.worst_air_mps,
+            );
+            let most_mps = found.at_most_mps.unwrap_or_default();
+            for (figure, stated_mps, found_mps) in
+                [worst, ("at_most_mps", stated.at_most_mps, most_mps)]
+            {
+                self.number(None, &key(figure), stated_mps, (found_mps, slack_mps));
+            }
             let names = |it: &crate::plan::ZoneAir| it.entered_by.join(", ");
             if stated.entered_by != found.entered_by {
                 self.tell(None, &key("entered_by"), names(stated), names(&found));

@@ -74,20 +74,26 @@ fn is_told(known: &Violation, it: &Violation) -> bool {
 
 /// Judges a plan, on as many threads as there are; their number changes nothing in the report.
 pub fn verify(plan: &Plan) -> Report {
-    let (scene, mut found) = contents::read(plan);
+    let (scene, malformed) = contents::read(plan);
+    report(plan, scene.as_ref(), malformed)
+}
+
+/// The report of a plan that was read, with what is wrong with its contents.
+fn report(plan: &Plan, scene: Option<&Scene<'_>>, malformed: Vec<Found>) -> Report {
+    let mut found = malformed;
     let mut zone_air = Vec::new();
     let mut exposures = vec![DroneExposure::default(); plan.drones.len()];
     if let Some(scene) = scene {
-        let near = time::encounters::encounters(&scene, 2.0 * scene.margins.time_s);
+        let near = time::encounters::encounters(scene, 2.0 * scene.margins.time_s);
         let judged: Vec<_> = (scene.flights.par_iter().zip(&near).enumerate())
             .map(|(k, (flight, near))| {
-                let mut found = limits::check(&scene, flight);
-                found.extend(obstacle::check(&scene, flight));
-                found.extend(collision::check(&scene, near, k));
-                let (air, exposure) = air::check(&scene, near, flight);
+                let mut found = limits::check(scene, flight);
+                found.extend(obstacle::check(scene, flight));
+                found.extend(collision::check(scene, near, k));
+                let (air, exposure) = air::check(scene, near, flight);
                 found.extend(air);
-                let shifted = shifted_pairs::check(&scene, near, k).into_iter();
-                let shifted = shifted.chain(shifted_air::check(&scene, near, flight));
+                let shifted = shifted_pairs::check(scene, near, k).into_iter();
+                let shifted = shifted.chain(shifted_air::check(scene, near, flight));
                 // What is broken without margins is told without.
                 let is_new = |(_, it): &Found| !found.iter().any(|(_, known)| is_told(known, it));
                 let shifted: Vec<Found> = shifted.filter(is_new).collect();
@@ -99,15 +105,19 @@ pub fn verify(plan: &Plan) -> Report {
             found.extend(here);
             exposures[flight.index] = exposure;
         }
-        let limited = || {
-            scene
-                .zones
-                .par_iter()
-                .filter(|it| it.air_limit_mps.is_some())
-        };
-        zone_air = limited().map(|it| air_of(&scene, it)).collect();
-        let zones = scene.zones.par_iter();
-        found.par_extend(zones.flat_map(|it| zone::check(&scene, it)));
+        let limited = (scene.zones.par_iter()).filter(|it| it.air_limit_mps.is_some());
+        let judged: Vec<_> = limited
+            .map(|zone| {
+                let found = zone::check(scene, zone);
+                let on_time = |(_, it): &Found| it.kind == ViolationKind::Zone;
+                let air = air_of(scene, zone, !found.iter().any(on_time));
+                (found, air)
+            })
+            .collect();
+        for (here, air) in judged {
+            found.extend(here);
+            zone_air.push(air);
+        }
     }
     found.sort_by(|(i, a), (j, b)| {
         (a.from_s.total_cmp(&b.from_s))
@@ -169,15 +179,17 @@ pub(crate) fn harm(plan: &Plan) -> Harm {
     harm
 }
 
-/// The highest air of a zone, and the bodies that pass through it where they may.
-fn air_of(scene: &Scene<'_>, zone: &Zone) -> ZoneAir {
-    let worst = zone::worst(scene, zone);
+/// The highest air of a zone, and the bodies that pass through it where they may; `is_kept`: no
+/// drone on time breaks its limit.
+fn air_of(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> ZoneAir {
+    let zone::Told { worst, at_most_mps } = zone::worst(scene, zone, is_kept);
     let name = |k: usize| scene.flights[k].name.clone();
     let enters = |it: &&Flight| !zone.keep_out && obstacle::enters(scene, it, zone);
     let entered_by = scene.flights.iter().filter(enters);
     ZoneAir {
         zone: zone.name.clone(),
         worst_air_mps: worst.map_or(0.0, |(air_mps, _, _)| air_mps),
+        at_most_mps: Some(at_most_mps),
         worst_air_from: worst.map(|(_, _, from)| name(from)),
         worst_air_at_s: worst.map(|(_, t_s, _)| t_s),
         entered_by: entered_by.map(|it| it.name.clone()).collect(),
@@ -193,6 +205,8 @@ pub(crate) fn judged(mut plan: Plan, report: Report, unplanned: Vec<Unplanned>) 
         drone.dose_m = met.dose_m;
         drone.extra_energy_j = met.extra_energy_j;
         drone.extra_energy_percent = met.extra_energy_percent;
+        // Told of another plan.
+        drone.may_be_late_s = None;
     }
     plan.fleet.extra_energy_j = plan.drones.iter().map(|drone| drone.extra_energy_j).sum();
     plan.status = if !report.violations.is_empty() {

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 const LEAST: &str = r#"{"format": "plan/2", "bounds_m": {"min": [0, 0, 0], "max": [20, 10, 8]}, "drones": [
     {"name": "k", "airframe": "kolibri", "trajectory": {"t_s": [0, 4], "position_m": [[1, 5, 2], [9, 5, 2]]}},
     {"name": "m", "airframe": {"name": "matrice-300", "max_speed_mps": 3.0}, "at_start": "landed", "at_end": "land",
-     "trajectory": {"t_s": [0, 2, 6, 8], "position_m": [[15, 5, 0.7137], [15, 5, 4], [17, 5, 4], [17, 5, 0.7137]]}}]}"#;
+     "trajectory": {"t_s": [0, 2, 6, 7, 10], "position_m": [[15, 5, 0.7137], [15, 5, 4], [17, 5, 4], [17, 5, 2], [17, 5, 0.7137]]}}]}"#;
 
 fn file(text: &str) -> PlanFile {
     read(text).unwrap_or_else(|error| panic!("{error}"))
@@ -43,9 +43,31 @@ fn a_plan_without_results_takes_presets_by_name_and_defaults() {
     assert!((kolibri.airframe.hover_induced_velocity_mps - 7.41).abs() < 0.02);
     assert_eq!(kolibri.airborne_s, (0.0, None));
     assert_eq!(kolibri.trajectory.mass_kg, [0.23, 0.23]);
-    assert_eq!(matrice.airborne_s, (0.0, Some(8.0)));
+    assert_eq!(matrice.airborne_s, (0.0, Some(10.0)));
     assert_eq!(matrice.airframe.max_speed_mps, 3.0);
-    assert_eq!(file.filled, [("mass_kg", 2), ("airborne_s", 2)]);
+    // Limits are those of a scenario that states none.
+    assert_eq!(kolibri.airframe.max_descent_mps, Some(2.0));
+    let induced_mps = matrice.airframe.hover_induced_velocity_mps;
+    assert_eq!(
+        (
+            matrice.airframe.max_climb_mps,
+            matrice.airframe.max_descent_mps
+        ),
+        (Some(3.0), Some(f64::min(3.0, 0.4 * induced_mps)))
+    );
+    let filled = [
+        ("mass_kg", 2),
+        ("airborne_s", 2),
+        ("air_limit", 2),
+        ("body_radius_m", 2),
+        ("max_speed_mps", 1),
+        ("max_climb_mps", 2),
+        ("max_descent_mps", 2),
+        ("max_acceleration_mps2", 2),
+        ("max_jerk_mps3", 2),
+    ];
+    assert_eq!(file.filled, filled);
+    assert!(file.remarks[0].starts_with("no margins stated"));
     let found = examine(&file, true);
     assert!(
         found.plan.violations.is_empty(),
@@ -56,6 +78,25 @@ fn a_plan_without_results_takes_presets_by_name_and_defaults() {
     // Arrivals are those of the last dwell: before the descent.
     assert_eq!(found.plan.drones[1].arrives_s, 6.0);
     assert_eq!(found.late.len(), 2);
+}
+
+#[test]
+fn limits_that_are_left_out_hold_in_plan_2_and_not_in_plan_1() {
+    let fast = |format: &'static str| {
+        changed(LEAST, |plan| {
+            plan["format"] = json!(format);
+            plan["drones"][1]["trajectory"]["t_s"] = json!([0, 2, 6, 7, 8]);
+        })
+    };
+    let kinds = |file: &PlanFile| {
+        let found = examine(file, false).plan.violations.into_iter();
+        found.map(|it| it.kind).collect::<Vec<_>>()
+    };
+    assert_eq!(kinds(&file(&fast("plan/2"))), [ViolationKind::Touchdown]);
+    let before = file(&fast("plan/1"));
+    assert_eq!(kinds(&before), []);
+    assert_eq!(before.plan.drones[1].airframe.max_descent_mps, None);
+    assert!(before.remarks[0].contains("none are judged"));
 }
 
 #[test]

@@ -12,6 +12,7 @@ use planner::replan::change::Change;
 use planner::scenario::missing;
 use planner::scenario::world::Task;
 use planner::verify::examination::examine;
+use planner::verify::lateness;
 use planner::{Control, Running, World};
 use serde_json::{Value, json};
 
@@ -78,7 +79,7 @@ fn entry<'v>(plan: &'v mut Value, list: &str, draw: &mut Draw) -> &'v mut Value 
     &mut list[index]
 }
 
-const CHANGES: [Mutation; 34] = [
+const CHANGES: [Mutation; 58] = [
     ("place", true, |plan, draw| {
         let axis = draw.below(3);
         let by_m = 0.5 * draw.share();
@@ -253,6 +254,131 @@ const CHANGES: [Mutation; 34] = [
     ("name", false, |plan, draw| {
         drone(plan, draw)["name"] = json!("another")
     }),
+    ("less time margin", false, |plan, draw| {
+        scaled(&mut plan["margins"]["time_s"], -draw.share().abs());
+    }),
+    ("less tracking margin", false, |plan, draw| {
+        scaled(&mut plan["margins"]["tracking_m"], -draw.share().abs());
+    }),
+    ("larger margins", true, |plan, draw| {
+        let key = ["time_s", "tracking_m"][draw.below(2)];
+        scaled(&mut plan["margins"][key], draw.share().abs());
+    }),
+    ("no margins", false, |plan, _| {
+        plan.as_object_mut().unwrap().remove("margins");
+    }),
+    ("clearance_m", false, |plan, draw| {
+        scaled(&mut plan["clearance_m"], 0.5 * draw.share());
+    }),
+    ("climbs faster", false, |plan, draw| {
+        scaled(
+            &mut drone(plan, draw)["airframe"]["max_climb_mps"],
+            0.5 * draw.share().abs(),
+        );
+    }),
+    ("climbs or sinks slower", true, |plan, draw| {
+        let key = ["max_climb_mps", "max_descent_mps"][draw.below(2)];
+        scaled(
+            &mut drone(plan, draw)["airframe"][key],
+            -0.5 * draw.share().abs(),
+        );
+    }),
+    ("brakes harder", false, |plan, draw| {
+        let key = ["max_acceleration_mps2", "max_jerk_mps3"][draw.below(2)];
+        scaled(
+            &mut drone(plan, draw)["airframe"][key],
+            0.5 * draw.share().abs(),
+        );
+    }),
+    ("limited less", false, |plan, draw| {
+        scaled(&mut drone(plan, draw)["air_limit"], draw.share().abs());
+    }),
+    ("limited more", true, |plan, draw| {
+        scaled(&mut drone(plan, draw)["air_limit"], -draw.share().abs());
+    }),
+    ("a point left out", true, |plan, draw| {
+        let trajectory = &mut drone(plan, draw)["trajectory"];
+        let count = trajectory["t_s"].as_array().unwrap().len();
+        let index = draw.below(count);
+        for list in ["t_s", "position_m", "mass_kg"] {
+            let list = trajectory[list].as_array_mut().unwrap();
+            if list.len() > 1 {
+                list.remove(index);
+            }
+        }
+    }),
+    ("a point twice", true, |plan, draw| {
+        let trajectory = &mut drone(plan, draw)["trajectory"];
+        let count = trajectory["t_s"].as_array().unwrap().len();
+        let index = draw.below(count);
+        for list in ["t_s", "position_m", "mass_kg"] {
+            let list = trajectory[list].as_array_mut().unwrap();
+            let entry = list[index].clone();
+            list.insert(index, entry);
+        }
+    }),
+    ("another's trajectory", false, |plan, _| {
+        plan["drones"][0]["trajectory"] = plan["drones"][1]["trajectory"].clone();
+    }),
+    ("curved", false, |plan, draw| {
+        drone(plan, draw)["trajectory"]["control_m"] = json!([[[1, 1, 1], [2, 2, 2]]]);
+    }),
+    ("air_delay", false, |plan, _| {
+        plan["air_delay"] = json!({"convection": [0.6, 1.0]});
+    }),
+    ("quasi_static", false, |plan, _| {
+        plan["quasi_static"] = json!(false)
+    }),
+    ("effects", false, |plan, _| {
+        let air = plan["air"].as_object_mut().unwrap();
+        if air.remove("effects").is_none() {
+            air.insert(
+                "effects".to_owned(),
+                json!({"crossflow": {"wind_mps": [0.1, 0.0]}}),
+            );
+        }
+    }),
+    ("enters_s", false, |plan, draw| {
+        drone(plan, draw)["enters_s"] = json!(0.5 * draw.share().abs());
+    }),
+    ("worst_air_at_s", false, |plan, draw| {
+        let drone = drone(plan, draw);
+        let at_s = drone["worst_air_at_s"].as_f64();
+        drone["worst_air_at_s"] = json!(at_s.map_or(1.0, |at_s| at_s + 3.0));
+    }),
+    ("extra_energy_percent", false, |plan, draw| {
+        added(&mut drone(plan, draw)["extra_energy_percent"], draw.share());
+    }),
+    ("may_be_late_s", false, |plan, draw| {
+        added(&mut drone(plan, draw)["may_be_late_s"], 0.5 * draw.share());
+    }),
+    ("unplanned", false, |plan, draw| {
+        let name = drone(plan, draw)["name"].clone();
+        plan["unplanned"] = json!([{"name": name, "reason": "none"}]);
+    }),
+    ("a zone", false, |plan, draw| {
+        let zones = plan["zones"].as_array_mut().unwrap();
+        let Some(zone) = zones.first_mut() else {
+            return;
+        };
+        match draw.below(4) {
+            0 => scaled(&mut zone["air_limit_mps"], draw.share().abs()),
+            1 => added(&mut zone["min_m"][draw.below(3)], draw.share().abs()),
+            2 => zone["name"] = json!("another"),
+            _ => drop(zones.pop()),
+        }
+    }),
+    ("the air of a zone", false, |plan, draw| {
+        let Some(air) = plan.get_mut("zone_air").map(|all| &mut all[0]) else {
+            return;
+        };
+        match draw.below(4) {
+            0 => added(&mut air["worst_air_mps"], draw.share()),
+            1 => added(&mut air["at_most_mps"], draw.share()),
+            2 => air["worst_air_from"] = json!("x"),
+            _ => air["entered_by"] = json!(["x"]),
+        }
+    }),
 ];
 
 /// What `plan check --scenario` names; empty: it finds the plan good.
@@ -261,7 +387,8 @@ fn named(world: &World, text: &str) -> Vec<String> {
         Ok(file) => file,
         Err(error) => return vec![error.to_string()],
     };
-    let found = examine(&file, false);
+    let states = |it: &planner::plan::DronePlan| it.may_be_late_s.is_some();
+    let found = examine(&file, file.plan.drones.iter().any(states));
     let violations = found.plan.violations.iter().map(ToString::to_string);
     let differences = found.differences.iter().map(ToString::to_string);
     violations
@@ -273,6 +400,14 @@ fn named(world: &World, text: &str) -> Vec<String> {
 /// Every change of a plan of one kind; how many went unnamed as another good plan.
 fn all_named(kind: &str, world: &World, plan: &planner::Plan, seed: u64) -> usize {
     let good = serde_json::to_value(plan).unwrap();
+    // Worked out only where it is stated.
+    let mut with_lateness = plan.clone();
+    let late = lateness::of_all(plan);
+    for (drone, late) in with_lateness.drones.iter_mut().zip(late) {
+        drone.may_be_late_s = late.map(|it| it.late_s);
+    }
+    let with_lateness = serde_json::to_value(&with_lateness).unwrap();
+    assert!(named(world, &with_lateness.to_string()).is_empty());
     assert_eq!(
         named(world, &good.to_string()),
         Vec::<String>::new(),
@@ -282,7 +417,10 @@ fn all_named(kind: &str, world: &World, plan: &planner::Plan, seed: u64) -> usiz
     let mut unnamed = 0;
     for k in 0..200 {
         let (what, may_be_good, change) = CHANGES[k % CHANGES.len()];
-        let mut changed = good.clone();
+        let mut changed = match what {
+            "may_be_late_s" => with_lateness.clone(),
+            _ => good.clone(),
+        };
         change(&mut changed, &mut draw);
         if changed == good {
             continue;

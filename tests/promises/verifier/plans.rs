@@ -55,6 +55,7 @@ pub(crate) fn drone(name: &str, airframe: &str, knots: &[Knot]) -> DronePlan {
         dose_m: 0.0,
         extra_energy_j: 0.0,
         extra_energy_percent: 0.0,
+        may_be_late_s: None,
     }
 }
 

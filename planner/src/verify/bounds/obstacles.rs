@@ -159,6 +159,11 @@ impl Solid {
         }
     }
 
+    /// Lowest and highest corner of its bounding box (m).
+    pub(crate) fn corners_m(&self) -> [Point3<f64>; 2] {
+        [self.box_m.0.into(), self.box_m.1.into()]
+    }
+
     /// Distance from a place to the solid (m); 0 inside. It changes no faster than the place moves.
     pub(crate) fn distance_m(&self, place_m: &Vector3<f64>) -> f64 {
         match &self.shape {

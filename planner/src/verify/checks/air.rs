@@ -15,7 +15,7 @@ use super::column;
 use crate::plan::ViolationKind;
 use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Scene};
-use crate::verify::time::encounters::{Encounter, encounters};
+use crate::verify::time::encounters::Encounter;
 use crate::verify::time::spans::{Known, integrate, join};
 use crate::verify::time::subdivision::{Chord, above, maximise};
 use crate::verify::time::window::{Window, windows};
@@ -185,11 +185,18 @@ fn by_most(windows: &[Window<'_>], within_s: Span) -> Vec<(f64, usize)> {
 }
 
 /// Mean air over the discs of a flight (by its place in the plan) at a time (m/s), and whose wake
-/// alone is the strongest; `None` where it is not airborne.
-pub(crate) fn at(scene: &Scene<'_>, index: usize, t_s: f64) -> Option<(f64, Option<String>)> {
+/// alone is the strongest; `None` where it is not airborne. `near` are the encounters of all.
+pub(crate) fn at(
+    scene: &Scene<'_>,
+    near: &[Vec<Encounter>],
+    index: usize,
+    t_s: f64,
+) -> Option<(f64, Option<String>)> {
     let k = scene.flights.iter().position(|it| it.index == index)?;
-    let near = encounters(scene, 0.0);
-    let windows = windows(scene, &near[k], &scene.flights[k]);
+    let then = near[k].iter().copied();
+    let then: Vec<Encounter> =
+        (then.filter(|it| it.span_s.0 <= t_s && t_s <= it.span_s.1)).collect();
+    let windows = windows(scene, &then, &scene.flights[k]);
     let holds = |window: &&Window<'_>| window.span_s.0 <= t_s && t_s <= window.span_s.1;
     let airs = windows.iter().filter(holds).map(|window| {
         let from = window.strongest(t_s);

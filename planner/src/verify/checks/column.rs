@@ -7,10 +7,14 @@ use std::collections::BTreeMap;
 use crate::plan::ViolationKind;
 use crate::plan::trajectory::SAME_PLACE_M;
 use crate::verify::extents::Span;
-use crate::verify::scene::{Flight, Scene};
+use crate::verify::scene::{Attached, Flight, Scene};
 use crate::verify::time::spans::{SHORTEST_S, join};
 use crate::verify::time::window::{Passing, Window};
 use crate::verify::violation::{Found, Worst};
+
+/// Paths this short are not divided where a top face may stop the wake (m), chosen here: as for
+/// bodies and solids.
+pub(super) const SHORTEST_PATH_M: f64 = 1e-3;
 
 /// Spans in one emitter's column, and the moment nearest to its axis: window, time, distance.
 #[derive(Default)]
@@ -65,15 +69,27 @@ fn reached(window: &Window<'_>, passing: &Passing<'_>, span_s: Span) -> Vec<Span
     if passing.emitter.stops.is_empty() {
         return vec![span_s];
     }
-    // A top face passes under the emitter: steps of a millisecond, as everywhere.
-    let steps = ((span_s.1 - span_s.0) / SHORTEST_S).ceil().clamp(1.0, 1e5);
-    let step_s = (span_s.1 - span_s.0) / steps;
     let mut parts = Vec::new();
-    for k in 0..steps as usize {
-        let from_s = span_s.0 + k as f64 * step_s;
-        if window.may_reach_at(&passing.emitter, from_s + 0.5 * step_s) {
-            join(&mut parts, (from_s, from_s + step_s));
-        }
-    }
+    reached_during(window, &passing.emitter, span_s, &mut parts);
     parts
+}
+
+/// Appends the parts of a span during which a wake may reach down to the receiver, by halves: a top
+/// face passes under the emitter.
+fn reached_during(
+    window: &Window<'_>,
+    emitter: &Attached<'_>,
+    span_s: Span,
+    parts: &mut Vec<Span>,
+) {
+    let (surely, maybe) = window.reaches(emitter, span_s);
+    let middle_s = 0.5 * (span_s.0 + span_s.1);
+    let is_short = span_s.1 - span_s.0 <= SHORTEST_S
+        || window.longest_path_m(emitter, span_s) <= SHORTEST_PATH_M;
+    if surely || maybe && is_short {
+        join(parts, span_s);
+    } else if maybe {
+        reached_during(window, emitter, (span_s.0, middle_s), parts);
+        reached_during(window, emitter, (middle_s, span_s.1), parts);
+    }
 }

@@ -39,6 +39,9 @@ const SUPPORT_M: f64 = 0.05;
 const TIME_MARGIN_S: RangeInclusive<f64> = 0.0..=60.0;
 const TRACKING_M: RangeInclusive<f64> = 0.0..=10.0;
 
+/// What flies farther than this from the bounds is told, and not judged (m): chosen here.
+const AROUND_M: f64 = 1e3;
+
 /// A quantity of a drone, what it may be, and its unit: wider than any drone, air or place known
 /// here, and narrow enough for what is worked out from it to be finite.
 type Physical = (&'static str, RangeInclusive<f64>, &'static str);
@@ -57,7 +60,8 @@ const DENSITY: Physical = ("the air's density", 1e-3..=100.0, "kg/m3");
 const CENTRELINE: Physical = ("the jet's centreline", 1e-2..=1e3, "");
 const SPREADING: Physical = ("the jet's spreading", 1e-4..=10.0, "");
 const ORIGIN: Physical = ("the jet's origin", -1e3..=-1e-3, "motor distances");
-const COORDINATE: Physical = ("coordinate", -1e7..=1e7, "m");
+const COORDINATE: Physical = ("a coordinate", -1e7..=1e7, "m");
+const EXTENT: Physical = ("an extent", 0.0..=2e4, "m");
 const ZONE_LIMIT: Physical = ("the limit of a zone", 0.0..=1e3, "m/s");
 
 /// Whether a number is physical.
@@ -72,6 +76,16 @@ fn physical((what, range, unit): &Physical, value: f64) -> Result<(), String> {
     let (low, high) = (range.start(), range.end());
     let words = format!("{what} is {value} {unit}: not within {low} to {high}");
     Err(words.replace(" :", ":"))
+}
+
+/// Whether all coordinates of some places are physical.
+///
+/// # Errors
+///
+/// In words, that one is not.
+fn places(places_m: &[Point3<f64>]) -> Result<(), String> {
+    let mut all = places_m.iter().flat_map(|place_m| place_m.iter());
+    all.try_for_each(|it| physical(&COORDINATE, *it))
 }
 
 /// Reads a plan; `None` where nothing can be judged.
@@ -89,16 +103,22 @@ pub(crate) fn read(plan: &Plan) -> (Option<Scene<'_>>, Vec<Found>) {
     if !bounded {
         whole("the bounds are no box".to_owned());
     }
-    for coordinate in min.iter().chain(max.iter()) {
-        let far = physical(&COORDINATE, *coordinate).map_err(|why| format!("the bounds: {why}"));
-        bounded &= far.map_err(&mut whole).is_ok();
+    let mut extents_m = (0..3).map(|k| max[k] - min[k]);
+    let is_known = places(&[min, max]);
+    if let Err(why) = is_known.and_then(|()| extents_m.try_for_each(|it| physical(&EXTENT, it))) {
+        whole(format!("the bounds: {why}"));
+        bounded = false;
     }
-    let solids = plan.obstacles.iter().map(Solid::new);
+    let solids = plan.obstacles.iter().map(|it| {
+        let solid = Solid::new(it)?;
+        let is_near = places(&solid.corners_m());
+        is_near.map_err(|why| format!("obstacle `{}`: {why}", it.name))?;
+        Ok(solid)
+    });
     let solids: Vec<Solid> = (solids.filter_map(|it| it.map_err(&mut whole).ok())).collect();
     let zones = plan.zones.iter().filter(|zone| {
-        let mut corners_m = zone.min_m.iter().chain(zone.max_m.iter());
         let ok = is_box(&zone.min_m, &zone.max_m)
-            && corners_m.all(|it| physical(&COORDINATE, *it).is_ok())
+            && places(&[zone.min_m, zone.max_m]).is_ok()
             && zone
                 .air_limit_mps
                 .is_none_or(|mps| physical(&ZONE_LIMIT, mps).is_ok());
@@ -253,14 +273,21 @@ fn flight(
     for &mass_kg in &drone.trajectory.mass_kg {
         its(&MASS, mass_kg)?;
     }
-    for &coordinate in drone.trajectory.position_m.iter().flat_map(|it| it.iter()) {
-        its(&COORDINATE, coordinate)?;
-    }
     drone
         .trajectory
         .t_s
         .last()
         .map_or(Ok(()), |last_s| its(&TIME, *last_s))?;
+    let (low_m, high_m) = (scene.bounds_m.min, scene.bounds_m.max);
+    let is_near = |place_m: &Point3<f64>| {
+        (0..3).all(|k| (low_m[k] - AROUND_M..=high_m[k] + AROUND_M).contains(&place_m[k]))
+    };
+    if !drone.trajectory.position_m.iter().all(is_near) {
+        let far = "and is not judged any further";
+        return Err(format!(
+            "it leaves the bounds by more than {AROUND_M} m, {far}"
+        ));
+    }
     let stays = unplanned || drone.at_end != AtEnd::Leave;
     let until_s = scene.horizon_s;
     let tail = match stays {
@@ -271,7 +298,8 @@ fn flight(
     let mut trajectory = trajectory.map_err(|error| error.to_string())?;
     if let Some(enters_s) = drone.enters_s {
         let first_s = drone.trajectory.t_s[0];
-        if (enters_s - first_s).abs() > SAME_TIME_S {
+        let is_same = (enters_s - first_s).abs() <= SAME_TIME_S;
+        if !is_same {
             return Err(format!(
                 "it comes at {enters_s:.3} s, but its trajectory begins at {first_s:.3} s"
             ));

@@ -6,24 +6,23 @@
 //! (`Exposed`), the air of zones by halves of `d`. Bodies keep to their radii
 //! alone: what a drone may be off its path is the plan's margin, not this one.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
+use super::contents;
 use super::shifted_air::{Emitter, Part, Slice, slices};
 use super::shifted_pairs::{Broken, Pair};
 use super::zone;
-use crate::plan::{ViolationKind, Zone};
+use crate::plan::{Plan, ViolationKind, Zone};
 use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Scene};
-use crate::verify::time::encounters::Encounter;
+use crate::verify::time::encounters::{Encounter, encounters};
 
 /// Delays are looked at up to this (s), chosen here: a drone that is later than that is planned
 /// again.
 pub const LATEST_S: f64 = 3.0;
 /// Delays are told to this (s).
 pub const FINE_S: f64 = 0.01;
-/// Delays of one step where the air of a zone is bounded (s), chosen here: a fifth of a metre of
-/// path at 2 m/s.
-const STEP_S: f64 = 0.1;
 
 /// How late one drone may be.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -35,9 +34,30 @@ pub struct Lateness {
     pub breaks: Option<(ViolationKind, String)>,
 }
 
+/// How late each drone of a plan may be, in its order; `None`: it cannot be judged.
+pub fn of_all(plan: &Plan) -> Vec<Option<Lateness>> {
+    let (scene, _) = contents::read(plan);
+    let judged = scene.map(|scene| of_scene(&scene, plan.drones.len()));
+    judged.unwrap_or_else(|| vec![None; plan.drones.len()])
+}
+
+/// The same of a plan with so many drones, as it was read.
+pub(crate) fn of_scene(scene: &Scene<'_>, drones: usize) -> Vec<Option<Lateness>> {
+    let near = encounters(scene, LATEST_S);
+    let flights = scene.flights.par_iter().enumerate();
+    let judged: Vec<(usize, Lateness)> = flights
+        .map(|(k, flight)| (flight.index, lateness(scene, &near, k)))
+        .collect();
+    let mut by_drone = vec![None; drones];
+    for (index, lateness) in judged {
+        by_drone[index] = Some(lateness);
+    }
+    by_drone
+}
+
 /// How late a flight may be; `near` are the encounters of all flights whose clocks differ by up to
 /// [`LATEST_S`].
-pub(crate) fn lateness(scene: &Scene<'_>, near: &[Vec<Encounter>], k: usize) -> Lateness {
+fn lateness(scene: &Scene<'_>, near: &[Vec<Encounter>], k: usize) -> Lateness {
     let mut known = Lateness {
         late_s: LATEST_S,
         breaks: None,
@@ -148,23 +168,10 @@ impl Lateness {
         }
     }
 
-    /// The air of a zone: step by step of the delay, the first that breaks it by halves.
+    /// The air of a zone.
     fn by_zone(&mut self, scene: &Scene<'_>, zone: &Zone, k: usize) {
-        let mut from_s = 0.0;
-        while from_s < self.late_s {
-            let until_s = (from_s + STEP_S).min(self.late_s);
-            if zone::is_over_when_late(scene, zone, k, (from_s, until_s)) {
-                let (mut low_s, mut high_s) = (from_s, until_s);
-                while high_s - low_s > FINE_S {
-                    let middle_s = 0.5 * (low_s + high_s);
-                    match zone::is_over_when_late(scene, zone, k, (from_s, middle_s)) {
-                        true => high_s = middle_s,
-                        false => low_s = middle_s,
-                    }
-                }
-                return self.lower(low_s, ViolationKind::Zone, &zone.name);
-            }
-            from_s = until_s;
+        if let Some(least_s) = zone::least_delay_s(scene, zone, k, (self.late_s, FINE_S)) {
+            self.lower(least_s, ViolationKind::Zone, &zone.name);
         }
     }
 }

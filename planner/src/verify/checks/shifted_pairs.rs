@@ -5,6 +5,7 @@
 //! margin. Over all moments of both and all shifts the nearest approach is a closed form
 //! ([`Shifted`]); no sample decides.
 
+use super::column::SHORTEST_PATH_M;
 use super::obstacle::TOUCH_M;
 use crate::plan::ViolationKind;
 use crate::plan::trajectory::{Approach, SAME_PLACE_M, Shifted};
@@ -16,10 +17,6 @@ use crate::verify::violation::{Found, Worst};
 
 /// A moment is told to this (s).
 const MOMENT_S: f64 = 1e-3;
-/// Paths this short are judged by their middle where a top face may stop the wake (m), chosen here:
-/// as for bodies and solids.
-const SHORTEST_PATH_M: f64 = 1e-3;
-
 /// What two drones do that they must not, over a range of shifts.
 #[derive(Default)]
 struct Meeting {

@@ -8,6 +8,7 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::ops::ControlFlow;
 
 use airflow::effects::GroundImpingement;
 use airflow::{Source, Superposition, Wake, axial_speed_mps};
@@ -45,10 +46,17 @@ const MOST_PARTS: usize = 500_000;
 /// Parts searched for one zone in all before the highest bound of a step counts as found after
 /// [`FEWEST_PARTS`], chosen here: some seconds of work.
 const MOST_PARTS_IN_ALL: usize = 1_500_000;
+/// What a part costs where wakes are advected, in parts without: where air left is looked for.
+const ADVECTED_COST: usize = 4;
 /// Parts searched in a step once [`MOST_PARTS_IN_ALL`] are used up, chosen here.
 const FEWEST_PARTS: usize = 32;
 /// Parts searched in one step where the air is only told, chosen here: a tenth of a millisecond.
 const PARTS_TOLD: usize = 100;
+/// Parts searched for one zone over all delays of all flights before what is left counts as too
+/// strong after [`FEWEST_PARTS`] a step, chosen here: some seconds of work.
+const MOST_PARTS_LATE: usize = 1_500_000;
+/// Delays of one step (s), chosen here: a fifth of a metre of path at 2 m/s.
+const LATE_STEP_S: f64 = 0.1;
 /// Steps in all, chosen here: three hours of flight at 1 m/s; of longer ones they are longer.
 const MOST_STEPS: f64 = 100_000.0;
 /// Steps where the air is only told, chosen here: half an hour of flight at 1 m/s, and in all a
@@ -138,7 +146,9 @@ pub(crate) fn check(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
         return found;
     }
     let mut air = ZoneAir::new(scene, zone);
-    air.shift(scene, |_| true, (margin_s, margin_s));
+    let on_time = air.downwash.iter().map(|it| (it.from(), it.span_s()));
+    let on_time: Vec<(usize, Span)> = on_time.collect();
+    air.downwash = shifts(scene, &on_time, (margin_s, margin_s));
     over_limit(scene, &air, air_limit_mps, ViolationKind::ZoneMargin)
 }
 
@@ -151,53 +161,163 @@ pub(crate) fn on_time(scene: &Scene<'_>, zone: &Zone) -> Vec<Found> {
     over_limit(scene, &air, air_limit_mps, ViolationKind::Zone)
 }
 
-/// Whether the air of a zone exceeds its limit, one flight late by at least and at most so much
-/// (s), while other wakes are in it.
-pub(crate) fn is_over_when_late(
+/// The least delay of one flight, up to one (s) and told to a resolution (s), at which the air of a
+/// zone exceeds its limit, all others on time; `None`: there is none. Step by step of the delay,
+/// the first that breaks the limit by halves.
+pub(crate) fn least_delay_s(
     scene: &Scene<'_>,
     zone: &Zone,
     from: usize,
-    late_s: (f64, f64),
-) -> bool {
-    let Some(air_limit_mps) = zone.air_limit_mps else {
-        return false;
-    };
-    let mut air = ZoneAir::new(scene, zone);
-    if !air.downwash.iter().any(|it| it.from() == from) {
-        return false;
+    (up_to_s, fine_s): (f64, f64),
+) -> Option<f64> {
+    let mut late = Late::new(scene, zone, from, up_to_s)?;
+    let mut from_s = 0.0;
+    while from_s < up_to_s {
+        let until_s = (from_s + LATE_STEP_S).min(up_to_s);
+        if late.is_over((from_s, until_s)) {
+            let (mut low_s, mut high_s) = (from_s, until_s);
+            while high_s - low_s > fine_s {
+                let middle_s = 0.5 * (low_s + high_s);
+                match late.is_over((from_s, middle_s)) {
+                    true => high_s = middle_s,
+                    false => low_s = middle_s,
+                }
+            }
+            return Some(low_s);
+        }
+        from_s = until_s;
     }
-    air.shift(scene, |k| k == from, (late_s.1, -late_s.0));
-    let limit_mps = air_limit_mps - scene.flown.return_flow_mps;
-    let is_over = |(here, span_s): (Vec<&Downwash<'_>>, Span)| {
-        let is_with_others = here.len() > 1 && here.iter().any(|it| it.from() == from);
-        is_with_others
-            && air
-                .field
-                .highest(&here, &air.places_m, span_s, limit_mps)
-                .is_some()
-    };
-    air.steps(MOST_STEPS).any(is_over)
+    None
 }
 
-/// The highest air of a zone (m/s) as far as few parts of each step show it, when, and whose wake
-/// is the strongest in it: a flight's index. `None`: none.
-pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone) -> Option<(f64, f64, usize)> {
+/// The air of a zone with one flight late.
+struct Late<'a> {
+    scene: &'a Scene<'a>,
+    /// First the wakes on time, those of the late flight after them.
+    air: ZoneAir<'a>,
+    /// How many are on time.
+    on_time: usize,
+    /// When the wakes of the late flight reach the zone on time (s).
+    spans_s: Vec<(usize, Span)>,
+    /// Of the wakes that count (m/s).
+    limit_mps: f64,
+    /// Parts that may still be searched.
+    left: usize,
+}
+
+impl<'a> Late<'a> {
+    /// `None`: the flight brings nothing to the zone while others do, or the zone has no limit.
+    fn new(scene: &'a Scene<'_>, zone: &Zone, from: usize, up_to_s: f64) -> Option<Late<'a>> {
+        let limit_mps = zone.air_limit_mps? - scene.flown.return_flow_mps;
+        let mut air = ZoneAir::new(scene, zone);
+        let own = air.downwash.iter().filter(|it| it.from() == from);
+        let spans_s: Vec<(usize, Span)> = own.map(|it| (from, it.span_s())).collect();
+        let meets = |it: &Downwash<'_>| {
+            let (begins_s, ends_s) = it.span_s();
+            let is_during = |own: &Span| begins_s < own.1 + up_to_s && own.0 < ends_s;
+            it.from() != from && spans_s.iter().any(|(_, own)| is_during(own))
+        };
+        air.downwash.retain(meets);
+        let on_time = air.downwash.len();
+        (on_time > 0).then(|| Late {
+            scene,
+            air,
+            on_time,
+            spans_s,
+            limit_mps,
+            left: MOST_PARTS_LATE / scene.flights.len().max(1),
+        })
+    }
+
+    /// Whether the limit is exceeded while others are in the zone, at some delay of at least and at
+    /// most so much (s); what cannot be decided counts as exceeded.
+    fn is_over(&mut self, late_s: Span) -> bool {
+        self.air.downwash.truncate(self.on_time);
+        let shifted = shifts(self.scene, &self.spans_s, (late_s.1, -late_s.0));
+        self.air.downwash.extend(shifted);
+        let (field, places_m, cost) = (&self.air.field, &self.air.places_m, self.air.cost);
+        let (limit_mps, left) = (self.limit_mps, &mut self.left);
+        let is_late = |it: &&Downwash<'_>| matches!(it, Downwash::Shifted(_));
+        let mut is_over = false;
+        self.air
+            .walk(MOST_STEPS_TOLD, &mut |here, span_s, is_step| {
+                let is_together = here.iter().any(is_late) && !here.iter().all(is_late);
+                if !is_together {
+                    return ControlFlow::Continue(false);
+                }
+                if !is_step {
+                    let high_mps = field.together_mps(here, places_m, span_s);
+                    return ControlFlow::Continue(high_mps > CLEARED * limit_mps);
+                }
+                let decided = Above {
+                    limit_mps,
+                    most_parts: (*left / cost).clamp(FEWEST_PARTS, MOST_PARTS),
+                    is_decided: true,
+                };
+                let found = field.search(here, places_m, span_s, decided);
+                *left = left.saturating_sub(cost * found.parts);
+                is_over = found.peak.is_some();
+                match is_over {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(false),
+                }
+            });
+        is_over
+    }
+}
+
+/// The highest air of a zone as far as few parts of each step show it.
+pub(crate) struct Told {
+    /// The highest found (m/s), when (s), and whose wake is the strongest in it: a flight's index;
+    /// `None`: none.
+    pub(crate) worst: Option<(f64, f64, usize)>,
+    /// No air is faster (m/s), but in parts of a centimetre.
+    pub(crate) at_most_mps: f64,
+}
+
+/// The highest air of a zone; `is_kept`: its limit is known to hold.
+pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
     let air = ZoneAir::new(scene, zone);
     let mut worst: Option<(Peak, usize)> = None;
-    for (here, span_s) in air.steps(MOST_STEPS_TOLD) {
+    let mut at_most_mps = if air.downwash.is_empty() {
+        0.0
+    } else {
+        FAINTEST_WAKE_MPS
+    };
+    air.walk(MOST_STEPS_TOLD, &mut |here, span_s, is_step| {
         let known_mps = worst.map_or(FAINTEST_WAKE_MPS, |(peak, _)| TOLD * peak.air_mps);
+        if !is_step {
+            let high_mps = air.field.together_mps(here, &air.places_m, span_s);
+            let is_open = high_mps > CLEARED * known_mps;
+            if !is_open {
+                at_most_mps = at_most_mps.max(high_mps);
+            }
+            return ControlFlow::Continue(is_open);
+        }
         let above = Above {
             limit_mps: known_mps,
             most_parts: PARTS_TOLD,
             is_decided: false,
         };
-        if let (Some(peak), _) = air.field.search(&here, &air.places_m, span_s, above) {
-            let from = air.field.strongest(&here, &peak).unwrap_or_default();
+        let found = air.field.search(here, &air.places_m, span_s, above);
+        at_most_mps = at_most_mps.max(found.at_most_mps);
+        if let Some(peak) = found.peak {
+            let from = air.field.strongest(here, &peak).unwrap_or_default();
             worst = Some((peak, from));
         }
-    }
+        ControlFlow::Continue(false)
+    });
     let return_flow_mps = scene.flown.return_flow_mps;
-    worst.map(|(peak, from)| (peak.air_mps + return_flow_mps, peak.t_s, from))
+    let worst = worst.map(|(peak, from)| (peak.air_mps + return_flow_mps, peak.t_s, from));
+    let limit_mps = zone.air_limit_mps.filter(|_| is_kept);
+    let kept_mps = limit_mps.map_or(f64::INFINITY, |limit_mps| CLEARED * limit_mps);
+    Told {
+        worst,
+        at_most_mps: match at_most_mps > 0.0 {
+            true => (at_most_mps + return_flow_mps).min(kept_mps),
+            false => 0.0,
+        },
+    }
 }
 
 /// The spans over the limit of a zone (m/s).
@@ -211,18 +331,24 @@ fn over_limit(
     let mut parts: Vec<Span> = Vec::new();
     let mut worst: Vec<(Peak, usize)> = Vec::new();
     let mut left = MOST_PARTS_IN_ALL;
-    for (here, span_s) in air.steps(MOST_STEPS) {
+    air.walk(MOST_STEPS, &mut |here, span_s, is_step| {
+        if !is_step {
+            let high_mps = air.field.together_mps(here, &air.places_m, span_s);
+            return ControlFlow::Continue(high_mps > CLEARED * limit_mps);
+        }
         let decided = Above {
             limit_mps,
-            most_parts: left.clamp(FEWEST_PARTS, MOST_PARTS),
+            most_parts: (left / air.cost).clamp(FEWEST_PARTS, MOST_PARTS),
             is_decided: true,
         };
-        let (peak, made) = air.field.search(&here, &air.places_m, span_s, decided);
-        left = left.saturating_sub(made);
-        let Some(peak) = peak else { continue };
+        let step = air.field.search(here, &air.places_m, span_s, decided);
+        left = left.saturating_sub(air.cost * step.parts);
+        let Some(peak) = step.peak else {
+            return ControlFlow::Continue(false);
+        };
         let before = parts.len();
         join(&mut parts, span_s);
-        let from = air.field.strongest(&here, &peak).unwrap_or_default();
+        let from = air.field.strongest(here, &peak).unwrap_or_default();
         if parts.len() > before {
             worst.push((peak, from));
         } else if let Some(known) = worst.last_mut()
@@ -230,7 +356,8 @@ fn over_limit(
         {
             *known = (peak, from);
         }
-    }
+        ControlFlow::Continue(false)
+    });
     let found = parts.into_iter().zip(worst).map(|(span_s, (peak, from))| {
         let flight = &scene.flights[from];
         let worst = Worst {
@@ -252,6 +379,8 @@ struct ZoneAir<'a> {
     /// Lowest and highest corner of the zone (m).
     places_m: Places,
     downwash: Vec<Downwash<'a>>,
+    /// Of a part, in parts of quasi-static air.
+    cost: usize,
     /// Where rest begins (s).
     rests_s: f64,
 }
@@ -271,51 +400,72 @@ impl<'a> ZoneAir<'a> {
             field,
             places_m,
             downwash,
+            cost: scene.flown.convection.map_or(1, |_| ADVECTED_COST),
             rests_s: scene.last_s.min(scene.horizon_s),
         }
     }
 
-    /// Lets the clocks of some flights be behind and ahead by up to so much (s).
-    fn shift(
-        &mut self,
-        scene: &'a Scene<'_>,
-        which: impl Fn(usize) -> bool,
-        margins_s: (f64, f64),
-    ) {
-        let (shifted, kept) = (self.downwash.drain(..)).partition(|it| which(it.from()));
-        self.downwash = kept;
-        self.downwash.extend(shifts(scene, shifted, margins_s));
-    }
-
-    /// Steps of time short enough for every drone, with the wakes that are there.
-    fn steps(&self, most: f64) -> impl Iterator<Item = (Vec<&Downwash<'a>>, Span)> {
+    /// Shows the spans of time, with the wakes that are there, and then, wherever a span has to be
+    /// divided, its halves, down to steps short enough for every drone, in order of time.
+    fn walk(&self, most: f64, visit: Visit<'_, 'a>) {
         let spans_s: Vec<Span> = self.downwash.iter().map(Downwash::span_s).collect();
         let cuts_s = spans_s.iter().flat_map(|span_s| [span_s.0, span_s.1]);
         let mut cuts_s: Vec<f64> = cuts_s.collect();
         cuts_s.push(self.rests_s);
         cuts_s.sort_by(f64::total_cmp);
         cuts_s.dedup();
-        let between = between(&cuts_s, &spans_s);
-        let path_m =
-            |here: &[&Downwash<'_>], span_s: Span| fastest_mps(here) * (span_s.1 - span_s.0);
         let at = |under_way: &[usize]| -> Vec<&Downwash<'a>> {
             under_way.iter().map(|&k| &self.downwash[k]).collect()
         };
-        let paths_m = between
-            .iter()
-            .map(|(span_s, under_way)| path_m(&at(under_way), *span_s));
+        let between = between(&cuts_s, &spans_s);
+        let between = between.iter().map(|(span_s, here)| (*span_s, at(here)));
+        let between: Vec<(Span, Vec<&Downwash<'a>>)> = between.collect();
+        let path_m =
+            |span_s: Span, here: &[&Downwash<'_>]| fastest_mps(here) * (span_s.1 - span_s.0);
+        let paths_m = between.iter().map(|(span_s, here)| path_m(*span_s, here));
         let step_m = STEP_PATH_M.max(paths_m.sum::<f64>() / most);
-        between.into_iter().flat_map(move |(span_s, under_way)| {
-            let here = at(&under_way);
-            let steps = (path_m(&here, span_s) / step_m).ceil().max(1.0);
-            let step_s = (span_s.1 - span_s.0) / steps;
-            (0..steps as usize).map(move |k| {
-                let from_s = span_s.0 + k as f64 * step_s;
-                let is_last = k + 1 == steps as usize;
-                let until_s = if is_last { span_s.1 } else { from_s + step_s };
-                (here.clone(), (from_s, until_s))
-            })
-        })
+        for (span_s, here) in &between {
+            let count = (path_m(*span_s, here) / step_m).ceil().max(1.0);
+            let steps = Steps {
+                here,
+                span_s: *span_s,
+                count: count as u64,
+            };
+            if !here.is_empty() && steps.walk((0, steps.count), visit).is_break() {
+                return;
+            }
+        }
+    }
+}
+
+/// What is done with the wakes that are there during a span of time, and whether that is a step,
+/// which is not divided: true where its halves are to be shown; a break ends it.
+type Visit<'v, 'a> = &'v mut dyn FnMut(&[&Downwash<'a>], Span, bool) -> ControlFlow<(), bool>;
+
+/// A span of time during which the same wakes are there, in steps.
+struct Steps<'s, 'a> {
+    here: &'s [&'s Downwash<'a>],
+    span_s: Span,
+    count: u64,
+}
+
+impl<'a> Steps<'_, 'a> {
+    /// Shows some of the steps together, and one by one if asked to.
+    fn walk(&self, (from, until): (u64, u64), visit: Visit<'_, 'a>) -> ControlFlow<()> {
+        let at_s = |step: u64| match step == self.count {
+            true => self.span_s.1,
+            false => {
+                let share = step as f64 / self.count as f64;
+                self.span_s.0 + share * (self.span_s.1 - self.span_s.0)
+            }
+        };
+        let is_step = until - from == 1;
+        if visit(self.here, (at_s(from), at_s(until)), is_step)? && !is_step {
+            let middle = from + (until - from) / 2;
+            self.walk((from, middle), visit)?;
+            self.walk((middle, until), visit)?;
+        }
+        ControlFlow::Continue(())
     }
 }
 
@@ -345,25 +495,25 @@ fn emitted<'a>(scene: &'a Scene<'_>) -> Vec<Downwash<'a>> {
     emitted
 }
 
-/// The flights of some wakes, each while one of its wakes counts at some shift of its clock.
+/// The flights of some wakes, by whose and when each is there on time (s): each while one of its
+/// wakes counts at some shift of its clock, behind and ahead by up to so much (s).
 fn shifts<'a>(
     scene: &'a Scene<'_>,
-    downwash: Vec<Downwash<'a>>,
+    on_time: &[(usize, Span)],
     margins_s: (f64, f64),
 ) -> Vec<Downwash<'a>> {
     let mut shifted: Vec<Shifted<'a>> = Vec::new();
-    for it in downwash {
-        let (from_s, until_s) = it.span_s();
+    for &(from, (from_s, until_s)) in on_time {
         // Behind its clock it comes later.
         let span_s = ((from_s - margins_s.1).max(0.0), until_s + margins_s.0);
         match shifted.last_mut() {
-            Some(last) if last.from == it.from() && last.span_s.1 >= span_s.0 => {
+            Some(last) if last.from == from && last.span_s.1 >= span_s.0 => {
                 last.span_s.1 = span_s.1;
             }
             _ => shifted.push(Shifted {
-                from: it.from(),
-                flight: &scene.flights[it.from()],
-                advected: Advected::new(scene, it.from()),
+                from,
+                flight: &scene.flights[from],
+                advected: Advected::new(scene, from),
                 margins_s,
                 span_s,
             }),
@@ -450,6 +600,16 @@ struct Above {
     most_parts: usize,
     /// What may be above it counts as found when there are no more; otherwise it is left.
     is_decided: bool,
+}
+
+/// What was found in a step.
+struct Search {
+    /// The highest air, if it violates the limit.
+    peak: Option<Peak>,
+    /// No air is faster (m/s), but in parts that are judged by their middle.
+    at_most_mps: f64,
+    /// How many parts were made.
+    parts: usize,
 }
 
 /// A part of box and time.
@@ -614,7 +774,7 @@ impl Field<'_> {
             most_parts: MOST_PARTS,
             is_decided: true,
         };
-        self.search(all, places_m, span_s, decided).0
+        self.search(all, places_m, span_s, decided).peak
     }
 
     /// The same for a limit of any purpose.
@@ -624,7 +784,7 @@ impl Field<'_> {
         places_m: &Places,
         span_s: Span,
         above: Above,
-    ) -> (Option<Peak>, usize) {
+    ) -> Search {
         let limit_mps = above.limit_mps;
         let bound = |places_m, span_s, at_most_mps: f64| Part {
             high_mps: self.together_mps(all, &places_m, span_s).min(at_most_mps),
@@ -638,18 +798,21 @@ impl Field<'_> {
         let mut parts = vec![bound(*places_m, span_s, f64::INFINITY)];
         let mut open = BinaryHeap::from([rank(&parts[0], 0)]);
         let mut best: Option<Peak> = None;
+        let mut open_mps = 0.0_f64;
         while let Some((_, Reverse(number))) = open.pop() {
             let part = parts[number];
             let made = parts.len() - 1;
             let violated = best.is_some_and(|peak| peak.air_mps > VIOLATED * limit_mps);
             let enough_mps = CLEARED * best.map_or(limit_mps, |peak| peak.air_mps.max(limit_mps));
             if part.high_mps <= enough_mps || violated && made > PARTS_ONCE_VIOLATED {
+                open_mps = part.high_mps;
                 break;
             }
             let t_s = 0.5 * (part.span_s.0 + part.span_s.1);
             let place_m = Point3::from(0.5 * (part.places_m.0 + part.places_m.1));
             let given_up = made >= above.most_parts;
             if given_up && !above.is_decided {
+                open_mps = part.high_mps;
                 break;
             }
             let air_mps = match given_up {
@@ -685,7 +848,10 @@ impl Field<'_> {
                 parts.push(half);
             }
         }
-        let found = best.filter(|peak| peak.air_mps > VIOLATED * limit_mps);
-        (found, parts.len() - 1)
+        Search {
+            peak: best.filter(|peak| peak.air_mps > VIOLATED * limit_mps),
+            at_most_mps: best.map_or(open_mps, |peak| peak.air_mps.max(open_mps)),
+            parts: parts.len() - 1,
+        }
     }
 }

@@ -211,14 +211,16 @@ impl<'a> Window<'a> {
 
     /// Whether a wake surely reaches the receiver's height over a span, and whether it may: a top
     /// face may stop it above.
-    fn reaches(&self, emitter: &Attached<'_>, span_s: Span) -> (bool, bool) {
+    pub(crate) fn reaches(&self, emitter: &Attached<'_>, span_s: Span) -> (bool, bool) {
         let (low_m, high_m) = self.motion.box_m(span_s.0, span_s.1);
         emitter.reaches(&self.scene.obstacles, (low_m.z, high_m.z), span_s)
     }
 
-    /// Whether a wake may reach the receiver's height at a time.
-    pub(crate) fn may_reach_at(&self, emitter: &Attached<'_>, t_s: f64) -> bool {
-        self.reaches(emitter, (t_s, t_s)).1
+    /// The longer path of the receiver and of an emitter over a span (m).
+    pub(crate) fn longest_path_m(&self, emitter: &Attached<'_>, (from_s, until_s): Span) -> f64 {
+        let motions = [&self.motion, &emitter.motion];
+        let paths_m = motions.map(|it| 2.0 * it.half_path_m(from_s, until_s));
+        paths_m[0].max(paths_m[1])
     }
 
     /// An upper bound of one wake anywhere on the receiver's discs (m/s).
