@@ -416,9 +416,8 @@ impl Costmap {
         let far_wakes = &self.far_wakes;
         item.peak + far_wakes.worst(self.timeline.ground(), &item.footprint) + load <= budget
             || {
-                let [start, end] = self.widened(time.start, time.end);
                 let ground = self.timeline.ground();
-                let weak = far_wakes.on(ground, &item.footprint, start, end);
+                let weak = far_wakes.on(ground, &item.footprint, time.start, time.end);
                 item.filled(time.start, time.end) + weak + load <= budget
             }
             || load <= budget && self.summed(item, time) + load <= budget
@@ -464,9 +463,8 @@ impl Costmap {
         });
         let emits = part.flying && self.fleet.conditions().wakes;
         let enough = !emits || {
-            let [start, end] = self.widened(part.start, part.end);
             let ground = self.timeline.ground();
-            let weak = self.far_wakes.on(ground, &own, start, end);
+            let weak = self.far_wakes.on(ground, &own, part.start, part.end);
             let weak = u32::try_from(weak).unwrap_or(u32::MAX);
             let all = met.iter().map(|(incoming, _)| u64::from(incoming.load));
             all.sum::<u64>() + u64::from(weak) <= u64::from(self.budget)
@@ -624,14 +622,12 @@ impl Costmap {
         self.fleet.conditions().shift
     }
 
-    /// All ticks that may be now, seen from another, between two of one drone's.
-    fn widened(&self, start: Tick, end: Tick) -> [Tick; 2] {
-        [start.before(self.shift()), end.after(self.shift())]
-    }
-
     /// While a whole leg may be in the way.
     fn span(&self, item: &Item) -> [Tick; 2] {
-        self.widened(item.began, item.clear)
+        [
+            item.began.before(self.shift()),
+            item.clear.after(self.shift()),
+        ]
     }
 
     /// What one leg meets of another's wake.

@@ -101,26 +101,29 @@ impl FarWakes {
 }
 
 /// What a drone on these legs brings to every bin that it is not near to, at most, bucket by
-/// bucket.
+/// bucket, however early or late it is and its air comes: every drone on its own, so that sums of
+/// these bound what all of them bring at any one moment.
 pub(crate) fn spreads(fleet: &Fleet, ground: &Ground, legs: &[Leg]) -> Vec<Spread> {
     let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
         return Vec::new();
     };
+    let early = fleet.conditions().shift;
+    let late = fleet.longest_delay() + early;
     let mut spreads = Vec::new();
     let mut next = 0;
-    let mut bucket = first.start.0 / BUCKET_TICKS;
-    while begins(bucket) < last.end {
+    let mut bucket = first.start.before(early).0 / BUCKET_TICKS;
+    while begins(bucket) < last.end.after(late) {
         let start = begins(bucket);
-        while legs[next].end <= start && next + 1 < legs.len() {
+        while legs[next].end.after(late) <= start && next + 1 < legs.len() {
             next += 1;
         }
         let during = alike(&legs[next], bucket);
         let end = begins(during.end);
         let parts: Vec<Leg> = legs[next..]
             .iter()
-            .take_while(|leg| leg.start < end)
+            .take_while(|leg| leg.start.before(early) < end)
             .filter(|leg| leg.flying)
-            .map(|leg| leg.between(start, end))
+            .map(|leg| leg.between(start.before(late), end.after(early)))
             .filter(|part| part.start < part.end)
             .collect();
         bucket = during.end;
