@@ -280,12 +280,12 @@ impl Envelope {
         deepest_m: f64,
         negligible_square: f64,
     ) -> Envelope {
+        if wake.is_shaped() {
+            let one = Envelope::of_moved(wake, &[(discs, negligible_square)], deepest_m);
+            return one.into_iter().next().expect("one for each receiver");
+        }
         let l = wake.motor_distance_m();
         let depths_m = row_depths_m(l, deepest_m);
-        if wake.is_shaped() {
-            let azimuths = azimuths(wake.tip_radius_m(), discs);
-            return Envelope::of_moved(wake, discs, depths_m, &azimuths, negligible_square);
-        }
         let points = Points::new(discs);
         let samples: Vec<(f64, Vec<Sample>)> = depths_m
             .par_iter()
@@ -319,45 +319,69 @@ impl Envelope {
         envelope
     }
 
-    fn of_moved(
+    /// The same of one wake for several receivers, each with what counts as still air to it. What a
+    /// moved jet is like, which takes longest to work out, is worked out once for all of them.
+    pub(crate) fn of_each(
         wake: &Wake,
-        discs: &DiscPoints,
-        depths_m: Vec<f64>,
-        azimuths: &[(f64, f64)],
-        negligible_square: f64,
-    ) -> Envelope {
-        let depths_m = slabs_m(wake, &depths_m, negligible_square);
-        let rows: Vec<_> = depths_m
-            .windows(2)
+        receivers: &[(&DiscPoints, f64)],
+        deepest_m: f64,
+    ) -> Vec<Envelope> {
+        if wake.is_shaped() {
+            return Envelope::of_moved(wake, receivers, deepest_m);
+        }
+        let of_one = |&(discs, negligible_square): &(&DiscPoints, f64)| {
+            Envelope::new(wake, discs, deepest_m, negligible_square)
+        };
+        receivers.par_iter().map(of_one).collect()
+    }
+
+    fn of_moved(wake: &Wake, receivers: &[(&DiscPoints, f64)], deepest_m: f64) -> Vec<Envelope> {
+        let depths_m = row_depths_m(wake.motor_distance_m(), deepest_m);
+        let negligible = receivers.iter().map(|(_, square)| *square);
+        let depths_m = slabs_m(wake, &depths_m, negligible.fold(f64::INFINITY, f64::min));
+        let azimuths = receivers
+            .iter()
+            .map(|(discs, _)| azimuths(wake.tip_radius_m(), discs));
+        let azimuths: Vec<_> = azimuths.collect();
+        let slabs: Vec<_> = depths_m
+            .par_windows(2)
             .map(|ends_m| {
                 let mut slab = MovedSlab::new(wake, ends_m[0], ends_m[1]);
-                let from_m = slab.spread_m() + farthest_m(discs);
-                let mut speed = |radius_m: f64| slab.speed(radius_m);
-                let over_discs = |at_m, _| over_discs(&mut speed, discs, at_m);
-                let row = sample_row(over_discs, from_m, azimuths, negligible_square);
-                (row, slab.centre_m)
+                let rows = receivers.iter().zip(&azimuths);
+                let rows = rows.map(|(&(discs, negligible_square), azimuths)| {
+                    let from_m = slab.spread_m() + farthest_m(discs);
+                    let mut speed = |radius_m: f64| slab.speed(radius_m);
+                    let over_discs = |at_m, _| over_discs(&mut speed, discs, at_m);
+                    sample_row(over_discs, from_m, azimuths, negligible_square)
+                });
+                (rows.collect::<Vec<_>>(), slab.centre_m)
             })
             .collect();
-        let mut envelope = Envelope {
-            rows: Vec::with_capacity(rows.len()),
-            squares: Vec::new(),
-            means: Vec::new(),
-            reach_m: 0.0,
-            // Slabs may be thinner than any step.
-            row_of_step: Vec::new(),
-            steps_per_m: 0.0,
-            depths_m,
-            moved: true,
-        };
-        for (row, centre_m) in &rows {
-            // Jets that the wind has laid down are weak long before they end, and far away by then.
-            if MOVED_SLACK * row.1[0].square <= negligible_square {
-                envelope.push_still_row();
-            } else {
-                envelope.push_row(row, row, MOVED_SLACK, *centre_m);
+        let envelope = |(receiver, &(_, negligible_square)): (usize, &(&DiscPoints, f64))| {
+            let mut envelope = Envelope {
+                rows: Vec::with_capacity(slabs.len()),
+                squares: Vec::new(),
+                means: Vec::new(),
+                reach_m: 0.0,
+                // Slabs may be thinner than any step.
+                row_of_step: Vec::new(),
+                steps_per_m: 0.0,
+                depths_m: depths_m.clone(),
+                moved: true,
+            };
+            for (rows, centre_m) in &slabs {
+                let row = &rows[receiver];
+                // Jets that the wind has laid down are weak long before they end, and far away by
+                // then.
+                if MOVED_SLACK * row.1[0].square <= negligible_square {
+                    envelope.push_still_row();
+                } else {
+                    envelope.push_row(row, row, MOVED_SLACK, *centre_m);
+                }
             }
-        }
-        envelope
+            envelope
+        };
+        receivers.iter().enumerate().map(envelope).collect()
     }
 
     /// A row of still air, which takes no room.

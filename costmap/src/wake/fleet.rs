@@ -4,6 +4,7 @@ use airflow::Flown;
 use airflow::{Airframe, DiscPoints, Jet, Superposition, Wake};
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
@@ -207,22 +208,20 @@ impl Fleet {
             let budget = limit * slowest(receiver) / fastest(emitter);
             negligible_share(conditions.superposition) * budget * budget
         };
-        let made: Vec<Option<Arc<Envelope>>> = (0..pairs)
-            .into_par_iter()
-            .map(|pair| {
-                if tabulated(pair) != pair {
-                    return None;
-                }
-                let all = (0..pairs).filter(|other| tabulated(*other) == pair);
-                Some(Arc::new(Envelope::new(
-                    &emitters[pair % emitters.len()],
-                    &discs[pair / emitters.len()],
-                    conditions.deepest_m,
-                    all.map(negligible).fold(f64::INFINITY, f64::min),
-                )))
-            })
-            .collect();
-        let envelopes = (0..pairs).filter_map(|pair| made[tabulated(pair)].clone());
+        let made = emitters.par_iter().enumerate().flat_map(|(emitter, wake)| {
+            let own = (0..pairs).skip(emitter).step_by(emitters.len());
+            let own: Vec<usize> = own.filter(|pair| tabulated(*pair) == *pair).collect();
+            let receivers = own.iter().map(|pair| {
+                let all = (0..pairs).filter(|other| tabulated(*other) == *pair);
+                let negligible = all.map(negligible).fold(f64::INFINITY, f64::min);
+                (&discs[pair / emitters.len()], negligible)
+            });
+            let receivers: Vec<_> = receivers.collect();
+            let made = Envelope::of_each(wake, &receivers, conditions.deepest_m);
+            own.into_par_iter().zip(made.into_par_iter().map(Arc::new))
+        });
+        let made: BTreeMap<usize, Arc<Envelope>> = made.collect();
+        let envelopes = (0..pairs).map(|pair| made[&tabulated(pair)].clone());
         let envelopes = envelopes.collect();
         let point = DiscPoints {
             offsets_m: vec![[0.0, 0.0]],
