@@ -468,18 +468,6 @@ pub fn arrivals_s(drone: &DronePlan) -> Vec<f64> {
     standing_s(drone, times_s.len().min(drone.trajectory.position_m.len()))
 }
 
-/// When the descent begins that ends at a drone's last place, straight down in one piece or more,
-/// from where it began its flight or stood (s); `None`: none does.
-pub(crate) fn descends_s(drone: &DronePlan) -> Option<f64> {
-    let [descends, pad] = last_descent(drone);
-    let (times_s, places_m) = (&drone.trajectory.t_s, &drone.trajectory.position_m);
-    let top = descends.checked_sub(1).filter(|_| descends < pad)?;
-    let stands = top == 0
-        || (times_s[top - 1] < times_s[top]
-            && (places_m[top] - places_m[top - 1]).norm() <= SAME_PLACE_M);
-    stands.then(|| times_s[top])
-}
-
 /// How many break points there are up to the top of the last descent, and up to its end.
 fn last_descent(drone: &DronePlan) -> [usize; 2] {
     let (times_s, places_m) = (&drone.trajectory.t_s, &drone.trajectory.position_m);

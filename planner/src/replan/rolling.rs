@@ -48,7 +48,7 @@ use super::change::{self, Change, ChangeError};
 use super::track::{State, Track, cut, legs_of};
 use super::{GivenError, given};
 use crate::graph::agent::{Agent, Ending, FORGIVEN_TICKS};
-use crate::graph::distances::{Distances, LIFT_M};
+use crate::graph::distances::Distances;
 use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::plan::{AtEnd, Plan, Unplanned, Violation};
@@ -58,7 +58,7 @@ use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtStart, Drone, Task, World};
 use crate::solver::assemble::{blank, fleet, rounded, write_arrival, write_legs};
 use crate::solver::explain::known_cause;
-use crate::solver::prepare::{Duties, Job, agent_of, ending_from, prepare};
+use crate::solver::prepare::{Duties, Job, agent_of, ending_from, goals_of, prepare, start_of};
 use crate::solver::priority::{Affected, FailureKind, Paths, plan_affected};
 use crate::verify::{judged, verify};
 
@@ -437,7 +437,7 @@ impl Turn<'_> {
     fn add(&mut self, drone: &Drone) {
         let index = self.running.tracks.len();
         let grounded = drone.at_start == AtStart::Landed;
-        let start = self.connect(drone, [drone.start_m], grounded)[0];
+        let start = self.start(drone, drone.start_m, grounded);
         let bare_kg = drone.vehicle.airframe.mass_kg();
         let kind = self.running.job.kinds.kind(&drone.vehicle, bare_kg);
         self.running.world.drones.push(drone.clone());
@@ -479,7 +479,7 @@ impl Turn<'_> {
         let drone = self.running.world.drones[index].clone();
         let before = (track.clone(), drone.tasks.clone());
         let known = track.vertex_at(roadmap, &at_m);
-        let start = known.unwrap_or_else(|| self.connect(&drone, [at_m], grounded)[0]);
+        let start = known.unwrap_or_else(|| self.start(&drone, at_m, grounded));
         self.running.world.drones[index].tasks = tasks.to_vec();
         let agent = Agent {
             departs,
@@ -498,25 +498,19 @@ impl Turn<'_> {
         self.ask(index, Cause::Retasked, false, Some(before));
     }
 
-    /// Vertices of places (m) for a drone; those that are new to the roadmap are connected.
-    fn connect(
-        &mut self,
-        drone: &Drone,
-        places_m: impl IntoIterator<Item = Point3<f64>>,
-        grounded: bool,
-    ) -> Vec<Vertex> {
+    /// The vertex where a drone begins (m).
+    fn start(&mut self, drone: &Drone, at_m: Point3<f64>, grounded: bool) -> Vertex {
+        let start = start_of(&self.running.world, drone, at_m, grounded);
+        self.connect(&[start])[0]
+    }
+
+    /// Vertices of stops; those that are new to the roadmap are connected.
+    fn connect(&mut self, stops: &[Stop]) -> Vec<Vertex> {
         let running = &mut *self.running;
-        let radius_m = drone.vehicle.body_radius_m + running.world.planning.gap_to_solids_m();
-        let stop = |point_m| Stop {
-            point_m,
-            radius_m,
-            lift_m: grounded.then_some(drone.vehicle.body_radius_m + LIFT_M),
-        };
-        let stops: Vec<Stop> = places_m.into_iter().map(stop).collect();
         let roadmap = &mut running.job.roadmap;
         let known = roadmap.place_count();
         let solids = (!running.world.obstacles.is_empty()).then_some(&running.solids);
-        let vertices = roadmap.connect(&running.world.bounds_m, solids, &stops);
+        let vertices = roadmap.connect(&running.world.bounds_m, solids, stops);
         if roadmap.place_count() > known {
             renew_distances(running);
         }
@@ -527,8 +521,9 @@ impl Turn<'_> {
     fn agent(&mut self, index: usize, start: Vertex, kind: KindId, tasks: &[Task]) -> Agent {
         let drone = self.running.world.drones[index].clone();
         let mut vertices = vec![start];
-        let goals_m = tasks.iter().map(|task| task.to_m);
-        vertices.extend(self.connect(&drone, goals_m, false));
+        let goals = goals_of(&self.running.world, &self.running.solids, &drone, tasks);
+        let goals: Vec<Stop> = goals.collect();
+        vertices.extend(self.connect(&goals));
         let running = &mut *self.running;
         let kinds = running.job.kinds.along(&drone.vehicle, kind, tasks);
         let roadmap = &running.job.roadmap;

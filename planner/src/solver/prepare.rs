@@ -37,7 +37,11 @@ pub(crate) struct Job {
 /// Makes the roadmap and every drone's agent.
 pub(crate) fn prepare(world: &World) -> Job {
     let solids = Solids::of(world);
-    let stops = (world.drones.iter()).flat_map(|it| stops_of(it, world.planning.gap_to_solids_m()));
+    let stops = world.drones.iter().flat_map(|drone| {
+        let grounded = drone.at_start == AtStart::Landed;
+        let start = start_of(world, drone, drone.start_m, grounded);
+        std::iter::once(start).chain(goals_of(world, &solids, drone, &drone.tasks))
+    });
     let stops: Vec<Stop> = stops.collect();
     let (roadmap, vertices) = Roadmap::new(
         &world.bounds_m,
@@ -134,20 +138,40 @@ impl Job {
     }
 }
 
-/// Where a drone starts, and its tasks, in order.
-fn stops_of(drone: &Drone, clearance_m: f64) -> impl Iterator<Item = Stop> + '_ {
-    let radius_m = drone.vehicle.body_radius_m + clearance_m;
-    let start = Stop {
-        point_m: drone.start_m,
-        radius_m,
-        lift_m: (drone.at_start == AtStart::Landed).then_some(drone.vehicle.body_radius_m + LIFT_M),
+/// Where a drone begins (m); from the ground it goes straight up first.
+pub(crate) fn start_of(world: &World, drone: &Drone, at_m: Point3<f64>, grounded: bool) -> Stop {
+    let body_m = drone.vehicle.body_radius_m;
+    Stop {
+        point_m: at_m,
+        radius_m: body_m + world.planning.gap_to_solids_m(),
+        lift_m: grounded.then_some(body_m + LIFT_M),
+    }
+}
+
+/// The places of a drone's tasks, in order. One that is low over the pad that the drone lands on
+/// after it is reached from straight above, as a pad is.
+pub(crate) fn goals_of(
+    world: &World,
+    solids: &Solids,
+    drone: &Drone,
+    tasks: &[Task],
+) -> impl Iterator<Item = Stop> {
+    let body_m = drone.vehicle.body_radius_m;
+    let radius_m = body_m + world.planning.gap_to_solids_m();
+    let last = tasks.len().wrapping_sub(1);
+    let goal = move |(index, task): (usize, &Task)| {
+        let lands = drone.at_end == AtEnd::Land && index == last;
+        let lift_m = lands.then(|| {
+            let rest_m = landing_place_m(&world.bounds_m, solids, task.to_m, body_m);
+            rest_m.z + body_m + LIFT_M - task.to_m.z
+        });
+        Stop {
+            point_m: task.to_m,
+            radius_m,
+            lift_m: lift_m.filter(|rise_m| *rise_m > 0.0),
+        }
     };
-    let tasks = drone.tasks.iter().map(move |task| Stop {
-        point_m: task.to_m,
-        radius_m,
-        lift_m: None,
-    });
-    std::iter::once(start).chain(tasks)
+    tasks.iter().enumerate().map(goal)
 }
 
 /// What a drone has to do, and where on the roadmap.
@@ -180,7 +204,7 @@ pub(crate) fn agent_of(
         drone.vehicle.body_radius_m + duties.clearance_m,
         with_lifts(roadmap, vertices),
     );
-    let mut waypoints: Vec<Waypoint> = (duties.tasks.iter())
+    let waypoints = (duties.tasks.iter())
         .zip(vertices.windows(2))
         .map(|(task, ends)| Waypoint {
             distances: Arc::new(Distances::new(roadmap, ends[1], ends[0], mover.clone())),
@@ -188,15 +212,6 @@ pub(crate) fn agent_of(
             rest_ticks: 0,
         })
         .collect();
-    if let Ending::Land {
-        ticks: [0, 1..=u32::MAX],
-        ..
-    } = ending
-        && let Some(last) = waypoints.last_mut()
-    {
-        // Low over its pad it stops before it lands: what comes before is no part of that.
-        last.dwell_ticks = last.dwell_ticks.max(1);
-    }
     Agent {
         drone: id,
         start: vertices[0],
@@ -242,12 +257,21 @@ pub(crate) fn ending_from(
             let radius_m = drone.vehicle.body_radius_m;
             let rest_m = landing_place_m(&world.bounds_m, solids, from_m, radius_m);
             let descent_m = from_m.z - rest_m.z;
-            if descent_m > 0.0 {
-                let clear_m = solids.segment_clearance_m(from_m, rest_m, radius_m);
+            let mut top_m = from_m;
+            if !drone.tasks.is_empty() {
+                // What leads there comes from straight above, too.
+                top_m.z = top_m.z.max(rest_m.z + radius_m + LIFT_M);
+            }
+            let above_m = top_m.z - from_m.z.max(world.bounds_m.max.z);
+            if above_m > 0.0 {
+                return Err(above_m);
+            }
+            if top_m.z > rest_m.z {
+                let clear_m = solids.segment_clearance_m(top_m, rest_m, radius_m);
                 if clear_m < radius_m - REST_TOLERANCE_M {
                     return Err(radius_m - clear_m);
                 }
-                let beside = beside_misfit(world, solids, [from_m, rest_m], radius_m);
+                let beside = beside_misfit(world, solids, [top_m, rest_m], radius_m);
                 if let Some(Misfit::Obstacle {
                     distance_m,
                     needs_m,

@@ -75,10 +75,6 @@ pub(crate) struct Flight {
     pub(crate) takes_off_m: Option<Point3<f64>>,
     /// Where it stands after it has landed (m); `None`: it does not land.
     pub(crate) lands_m: Option<Point3<f64>>,
-    /// From when on what it flies low over that place is a landing (s): from the end of its last
-    /// dwell, or from when it comes straight down from where it stood if that is earlier; all of it
-    /// where it does not.
-    pub(crate) lands_from_s: f64,
     /// From its centre to the tips of its rotors (m).
     pub(crate) tip_radius_m: f64,
     /// Points over which its mean air is taken.

@@ -390,22 +390,22 @@ fn a_take_off_or_a_landing_askew_and_one_too_fast_are_refused() {
         limited(drone)
     };
     refused(ViolationKind::Sideways, &take_off(0.01), &take_off(0.0));
-    // What leads to a last task that is low is no landing if the drone stands there, and if that is
-    // not after the last dwell that the plan states.
-    let low = |stands_s: f64, dwelt_s: f64| {
-        let body_z_m = body_m + 0.1;
+    // Standing in between makes no landing of what leads there low.
+    let low_m = body_m + 0.1;
+    let low = |from_m: [f64; 3]| {
         let knots = [
-            (0.0, [8.0, 5.0, body_z_m]),
-            (2.0, [5.0, 5.0, body_z_m]),
-            (2.0 + stands_s, [5.0, 5.0, body_z_m]),
-            (3.0 + stands_s, [5.0, 5.0, body_m]),
+            (0.0, from_m),
+            (4.0, [5.0, 5.0, low_m]),
+            (5.0, [5.0, 5.0, low_m]),
+            (6.0, [5.0, 5.0, body_m]),
         ];
-        let mut drone = lands(drone("a", "offboard-2", &knots));
-        drone.arrives_s = dwelt_s;
-        limited(drone)
+        limited(lands(drone("a", "offboard-2", &knots)))
     };
-    refused(ViolationKind::Sideways, &low(0.0, 2.0), &low(1.0, 3.0));
-    refused(ViolationKind::Sideways, &low(1.0, 0.0), &low(1.0, 3.0));
+    refused(
+        ViolationKind::Sideways,
+        &low([8.0, 5.0, low_m]),
+        &low([5.0, 5.0, low_m + 1.0]),
+    );
     // A plan that states no limit of descent says nothing of how it lands.
     let mut askew = landing(0.01, 1.5);
     askew.drones[0].airframe.max_descent_mps = None;

@@ -12,7 +12,6 @@ use airflow::Flown;
 use airflow::Superposition;
 use nalgebra::Point3;
 
-use crate::plan::file::descends_s;
 use crate::plan::trajectory::{SAME_PLACE_M, SAME_TIME_S, Tail, Trajectory};
 use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE, Margins, Plan, Zone};
 use crate::verify::bounds::obstacles::{Obstacles, Solid};
@@ -348,8 +347,6 @@ fn flight(
         body_radius_m: drone.airframe.body_radius_m,
         vertical_mps: [drone.airframe.max_climb_mps, drone.airframe.max_descent_mps],
         takes_off_m: (places_m.first().copied()).filter(|_| drone.at_start == AtStart::Landed),
-        lands_from_s: descends_s(drone)
-            .map_or(f64::NEG_INFINITY, |top_s| top_s.min(drone.arrives_s)),
         lands_m: (places_m.last().copied()).filter(|_| drone.at_end == AtEnd::Land && !unplanned),
         tip_radius_m: airframe.tip_radius_m(),
         discs,

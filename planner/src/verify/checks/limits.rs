@@ -4,7 +4,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::plan::ViolationKind;
-use crate::plan::trajectory::{Motion, SAME_PLACE_M, SAME_TIME_S};
+use crate::plan::trajectory::{Motion, SAME_PLACE_M};
 use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Scene};
 use crate::verify::violation::{Found, Worst};
@@ -124,14 +124,12 @@ fn beside_pads(flight: &Flight) -> Vec<Beside> {
             break;
         }
     };
-    // What is flown before that is no landing, however low the last place is.
-    let descends = |motion: &Motion| motion.until_s > flight.lands_from_s + SAME_TIME_S;
     let motions = || pieces.iter().map(|piece| piece.motion);
     if let Some(pad_m) = flight.takes_off_m {
         low(&mut motions(), pad_m, false);
     }
     if let Some(pad_m) = flight.lands_m {
-        low(&mut motions().rev().take_while(descends), pad_m, true);
+        low(&mut motions().rev(), pad_m, true);
     }
     beside
 }
