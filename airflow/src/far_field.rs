@@ -207,8 +207,8 @@ impl FarField {
         (x >= 0.0).then(|| sigma_m * (x / self.steepness).sqrt())
     }
 
-    /// Depth (m) at which the axis has slowed to `speed_mps`, the lower tip of that volume; `None` if
-    /// all of the far field is slower. Infinite for a speed of 0.
+    /// Depth (m) at which the axis has slowed to `speed_mps`: the lower tip of that volume. `None`
+    /// if all of the far field is slower; infinite for a speed of 0.
     ///
     /// ```text
     /// s = l (B U_H/(q U) + s₀)

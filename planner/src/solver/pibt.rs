@@ -50,7 +50,7 @@ pub(crate) struct PibtRun {
 ///
 /// `None` where it was told to stop, where that is too much to tabulate, and where steps along the
 /// lattice, and to and from stops beside it, are not all that drones do: starts on the ground,
-/// flights begun already, others' trajectories.
+/// goals low over their pads, flights begun already, others' trajectories.
 pub(crate) fn run_pibt(
     job: &Job,
     costmap: &Costmap,

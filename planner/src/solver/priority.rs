@@ -419,6 +419,11 @@ mod tests {
                 3 => AtEnd::Leave,
                 _ => AtEnd::Hover,
             };
+            if drone.at_end == AtEnd::Land {
+                // Not so low that it is reached from straight above.
+                let last = drone.tasks.last_mut().expect("it has two");
+                last.to_m.z = last.to_m.z.max(1.0);
+            }
         }
         world.drones[7].tasks.clear();
         (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
