@@ -121,3 +121,28 @@ fn a_zone_is_reached_for_as_long_as_air_is_under_way() {
         until_s(lagging(1.0)) > 3.5 && until_s(lagging(2.0)) > 2.0 * until_s(lagging(1.0)) - 3.1
     );
 }
+
+#[test]
+fn a_zone_beside_a_drone_that_sinks_as_fast_as_its_air_is_judged_by_what_reaches_it() {
+    // Air from metres of its path arrives at one moment, nowhere near the zone.
+    let knots = [
+        (0.0, [1.0, 1.0, 7.0]),
+        (3.55, [6.0, 6.0, 1.0]),
+        (4.55, [8.0, 6.0, 1.0]),
+    ];
+    let mut sinks = drone("sinks", "kolibri", &knots);
+    sinks.airframe.max_speed_mps = 3.0;
+    let near = with_zone(plan(vec![sinks]), [4.0, 0.0, 0.0], [6.0, 2.0, 1.0], 3.0);
+    let mut near = in_air(&near, lagging(1.3));
+    near.margins.time_s = 0.1;
+    let report = verify(&near);
+    assert_eq!(report.violations, []);
+    let [air] = &report.zone_air[..] else {
+        panic!("one zone");
+    };
+    let at_most_mps = air.at_most_mps.unwrap();
+    assert!(
+        air.worst_air_mps <= at_most_mps && at_most_mps < 0.1,
+        "{air:?}"
+    );
+}

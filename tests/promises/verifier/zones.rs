@@ -39,3 +39,38 @@ fn a_zone_is_judged_at_every_point_and_with_all_wakes_summed() {
     refused(ViolationKind::Zone, &two(0.5), &alone);
     assert!(kinds(&two(1.5)).is_empty());
 }
+
+#[test]
+fn no_point_of_a_zone_has_more_air_than_is_said_to_be_most() {
+    let crosses = drone(
+        "a",
+        "offboard-2",
+        &[(0.0, [4.0, 5.0, 6.0]), (8.0, [14.0, 6.0, 5.0])],
+    );
+    let limit_mps = 9.0;
+    let zone = with_zone(
+        plan(vec![crosses]),
+        [8.0, 4.0, 0.0],
+        [10.0, 7.0, 2.0],
+        limit_mps,
+    );
+    let report = verify(&zone);
+    assert!(report.violations.is_empty());
+    let at_most_mps = report.zone_air[0].at_most_mps.unwrap();
+    assert!(
+        at_most_mps < 1.2 * report.zone_air[0].worst_air_mps,
+        "{report:?}"
+    );
+    // A limit above what is most is kept, and one below what was found is not.
+    let with_limit = |limit_mps: f64| {
+        broken(zone.clone(), |plan| {
+            plan.zones[0].air_limit_mps = Some(limit_mps)
+        })
+    };
+    let found_mps = report.zone_air[0].worst_air_mps;
+    refused(
+        ViolationKind::Zone,
+        &with_limit(0.98 * found_mps),
+        &with_limit(at_most_mps),
+    );
+}

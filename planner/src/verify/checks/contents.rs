@@ -39,7 +39,7 @@ const TIME_MARGIN_S: RangeInclusive<f64> = 0.0..=60.0;
 const TRACKING_M: RangeInclusive<f64> = 0.0..=10.0;
 
 /// What flies farther than this from the bounds is told, and not judged (m): chosen here.
-const AROUND_M: f64 = 1e3;
+const AROUND_M: f64 = 100.0;
 
 /// A quantity of a drone, what it may be, and its unit: wider than any drone, air or place known
 /// here, and narrow enough for what is worked out from it to be finite.

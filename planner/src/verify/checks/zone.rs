@@ -52,6 +52,10 @@ const ADVECTED_COST: usize = 4;
 const FEWEST_PARTS: usize = 32;
 /// Parts searched in one step where the air is only told, chosen here: a tenth of a millisecond.
 const PARTS_TOLD: usize = 100;
+/// Parts searched for one zone in all where the air is only told, and in a step once they are used
+/// up, chosen here: a second or two of work.
+const PARTS_TOLD_IN_ALL: usize = 1_000_000;
+const FEWEST_PARTS_TOLD: usize = 4;
 /// Parts searched for one zone over all delays of all flights before what is left counts as too
 /// strong after [`FEWEST_PARTS`] a step, chosen here: some seconds of work.
 const MOST_PARTS_LATE: usize = 1_500_000;
@@ -279,6 +283,7 @@ pub(crate) struct Told {
 pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
     let air = ZoneAir::new(scene, zone);
     let mut worst: Option<(Peak, usize)> = None;
+    let mut left = PARTS_TOLD_IN_ALL;
     let mut at_most_mps = if air.downwash.is_empty() {
         0.0
     } else {
@@ -296,10 +301,11 @@ pub(crate) fn worst(scene: &Scene<'_>, zone: &Zone, is_kept: bool) -> Told {
         }
         let above = Above {
             limit_mps: known_mps,
-            most_parts: PARTS_TOLD,
+            most_parts: (left / air.cost).clamp(FEWEST_PARTS_TOLD, PARTS_TOLD),
             is_decided: false,
         };
         let found = air.field.search(here, &air.places_m, span_s, above);
+        left = left.saturating_sub(air.cost * found.parts);
         at_most_mps = at_most_mps.max(found.at_most_mps);
         if let Some(peak) = found.peak {
             let from = air.field.strongest(here, &peak).unwrap_or_default();
