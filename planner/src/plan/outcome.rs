@@ -98,6 +98,14 @@ pub struct Effort {
 }
 
 impl Effort {
+    /// Counts what another part of the same run did.
+    pub(crate) fn add(&mut self, other: &Effort) {
+        self.searches += other.searches;
+        self.expansions += other.expansions;
+        self.evictions += other.evictions;
+        self.rounds += other.rounds;
+    }
+
     /// By how much the sum of costs fell once every drone had a path (s); `None`: not asked
     /// for, and it did not.
     pub fn improved_s(&self) -> Option<f64> {

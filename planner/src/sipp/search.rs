@@ -82,7 +82,12 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
         if setting.reservations.is_none() {
             break;
         }
-        let searched = look(setting, agent, &refuted, &stays, &mut heuristic);
+        // All tries together take no more states than one search may.
+        let left = Setting {
+            most_expansions: setting.most_expansions.saturating_sub(expansions),
+            ..setting
+        };
+        let searched = look(left, agent, &refuted, &stays, &mut heuristic);
         expansions += searched.expansions;
         let known = refuted.len();
         let is_answer = match &searched.found {
@@ -102,6 +107,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
     }
     let whole = Setting {
         reservations: None,
+        most_expansions: setting.most_expansions.saturating_sub(expansions),
         ..setting
     };
     let searched = look(whole, agent, &Rc::default(), &stays, &mut None);
@@ -170,9 +176,10 @@ fn look<'a>(
         0 => WEIGHT_SCHEDULE,
         _ => WEIGHT_SCHEDULE_WITHIN_MARGINS,
     };
+    let left = setting.most_expansions.saturating_sub(expansions);
     for (weight_shift, most_expansions) in schedule {
         search.reweigh(weight_shift);
-        found = search.run(most_expansions.min(setting.most_expansions));
+        found = search.run(most_expansions.min(left));
         if found.is_some() {
             break;
         }

@@ -35,6 +35,13 @@ const LAST_SHARE: usize = 50;
 /// queue takes to dissolve.
 const MOST_IN_VAIN: usize = 60;
 
+/// Rounds in which a drone comes no nearer to its goal than it has been, after which it counts one
+/// step too many, and one more after so many again. Chosen here, of a hundred drones that trade
+/// places on a ring: with fewer those who only wait stray, with more it takes longer.
+const PATIENCE: u32 = 4;
+/// Steps too many that count as none, at most: chosen here, once around another drone.
+const MOST_STRAY: u32 = 4;
+
 /// How far a fleet came by steps of every drone at once.
 pub(crate) struct PibtRun {
     /// What every drone has to do after the last step, begun with all of its legs up to then.
@@ -186,6 +193,9 @@ fn rounds(
     let first = |drone: usize| far(drone) as f32 / (farthest + 1) as f32;
     let mut urgency: Vec<f32> = (0..drones).map(first).collect();
     let mut order: Vec<u32> = (0..drones as u32).collect();
+    // The fewest steps that each was from its goal, and for how many rounds it has come no nearer.
+    let mut nearest: Vec<(u32, u32)> = (0..drones).map(|drone| (far(drone), 0)).collect();
+    let mut restless = vec![0; drones];
     let (mut fewest, mut best) = (left(&starts), 0);
     let mut all = vec![starts];
     while fewest > 0 && all.len() - best <= MOST_IN_VAIN {
@@ -195,7 +205,7 @@ fn rounds(
         let now = &all[all.len() - 1];
         order.sort_by(|a, b| urgency[*b as usize].total_cmp(&urgency[*a as usize]));
         let random = seed ^ (all.len() as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-        let directions = Round::new(configuration, now, random).decide_all(&order);
+        let directions = Round::new(configuration, now, &restless, random).decide_all(&order);
         let after = |(drone, direction): (usize, &u8)| {
             configuration.after(drone, &now[drone], usize::from(*direction))
         };
@@ -206,6 +216,17 @@ fn rounds(
             } else {
                 *urgency + 1.0
             };
+        }
+        for (drone, (least, rounds)) in nearest.iter_mut().enumerate() {
+            let left = configuration.steps_left(drone, &next[drone]);
+            let is_home = configuration.is_home(drone, &next[drone]);
+            (*least, *rounds) = match left {
+                // Once pushed out of there it begins anew.
+                _ if is_home => (u32::MAX, 0),
+                left if left < *least => (left, 0),
+                _ => (*least, *rounds + 1),
+            };
+            restless[drone] = (*rounds / PATIENCE).min(MOST_STRAY);
         }
         let now_left = left(&next);
         let away = (0..drones).filter(|&drone| !configuration.is_home(drone, &next[drone]));

@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
-use costmap::verdict::Verdict;
+use costmap::verdict::{Blocker, Verdict, Why};
 use rayon::prelude::*;
 
 use crate::graph::agent::Agent;
@@ -23,7 +23,7 @@ use crate::sipp::search::{IMMOVABLE, Path};
 use crate::solver::density;
 use crate::solver::pibt::run_pibt;
 use crate::solver::prepare::Job;
-use attempt::Attempt;
+use attempt::{Attempt, Pace};
 pub(crate) use attempt::{FailureKind, Paths};
 
 mod attempt;
@@ -93,14 +93,24 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
     let wakes = problem.costmap.fleet().conditions().wakes;
     let is_crowded = wakes && density::of_goals(job).share() > CROWDED_SHARE;
     let mut best = None;
+    let mut first = None;
     if is_crowded {
-        best = plan_by_pibt(problem, effort);
+        let mut own = Effort::default();
+        let left = gives_up_at.map(|most| most.saturating_sub(effort.expansions));
+        (best, first) = rayon::join(
+            || plan_by_pibt(problem, left, &mut own),
+            || problem.in_order(0, true, gives_up_at, effort),
+        );
+        effort.add(&own);
     }
     for order in 0..ORDERS {
         // Where the first takes long, PIBT is asked before it goes on.
         let is_first = order == 0 && !is_crowded;
         let is_hasty = best.is_some() || is_first;
-        let found = problem.in_order(order, is_hasty, gives_up_at, effort);
+        let found = match first.take() {
+            None => problem.in_order(order, is_hasty, gives_up_at, effort),
+            first => first,
+        };
         let (found, begun) = match found {
             Some((paths, true)) => (Some(paths), None),
             Some((paths, false)) => (None, Some(paths)),
@@ -108,7 +118,7 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
         };
         best = better(best, found);
         if is_first && !has_all(&best) && !(control.stop)() {
-            best = better(best, plan_by_pibt(problem, effort));
+            best = better(best, plan_by_pibt(problem, gives_up_at, effort));
             if best.is_none() && !(control.stop)() {
                 let whole = problem.in_order(order, false, gives_up_at, effort);
                 best = whole.map(|(paths, _)| paths);
@@ -154,6 +164,11 @@ impl FleetProblem<'_> {
             let most = MOST_EXPANSIONS_A_DRONE * self.job.agents.len() as u64;
             let enough = attempt.effort.expansions + most.max(FEWEST_EXPANSIONS);
             attempt.gives_up_at = Some(gives_up_at.map_or(enough, |most| most.min(enough)));
+            attempt.pace = (self.job.agents.len() > MOST_SMALL).then_some(Pace {
+                begun: attempt.effort.expansions,
+                spans: 0,
+                planned: 0,
+            });
         }
         attempt.exclude(self.excluded);
         attempt.settle_who_stays();
@@ -312,7 +327,11 @@ pub(crate) fn plan_affected(
 }
 
 /// Paths for every drone but those who are excluded, or `None`.
-fn plan_by_pibt(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths> {
+fn plan_by_pibt(
+    problem: &FleetProblem<'_>,
+    gives_up_at: Option<u64>,
+    effort: &mut Effort,
+) -> Option<Paths> {
     let FleetProblem {
         job,
         costmap,
@@ -331,7 +350,7 @@ fn plan_by_pibt(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths
     let energy_weight = planning.energy_weight;
     let mut attempt = Attempt::new(job, costmap.clone(), energy_weight, control, effort);
     attempt.agents = &run.agents;
-    attempt.gives_up_at = Some(most);
+    attempt.gives_up_at = Some(gives_up_at.map_or(most, |until| until.min(most)));
     attempt.detours = false;
     attempt.reservations = Some(ReservationTable::new(steps, costmap));
     let mut waiting = Vec::new();
@@ -356,7 +375,10 @@ fn plan_by_pibt(problem: &FleetProblem<'_>, effort: &mut Effort) -> Option<Paths
     let is_free = |leg: &Leg| {
         let mut verdict = Verdict::default();
         costmap.judge(leg, &mut verdict);
-        verdict.is_allowed()
+        // What others bear of it is counted with their own legs: here it is among their loads
+        // already, and would be counted twice.
+        let is_own = |blocker: &Blocker| blocker.why != Why::TheirLimit;
+        verdict.breaks_zone.is_none() && !verdict.blockers.iter().any(is_own)
     };
     let paths = attempt.paths.par_iter().flatten();
     if !paths.flat_map(|path| &path.legs).all(is_free) {
@@ -431,7 +453,7 @@ mod tests {
         let costmap = job.costmap(&world, true, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let mut effort = Effort::default();
-        let paths = plan_by_pibt(&problem, &mut effort).expect("every drone comes home");
+        let paths = plan_by_pibt(&problem, None, &mut effort).expect("every drone comes home");
         assert!(effort.rounds > 0);
         let report = verify(&assemble(&world, &job, &paths));
         assert!(report.violations.is_empty(), "{:#?}", report.violations);
@@ -476,7 +498,7 @@ mod tests {
         let costmap = job.costmap(&world, true, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let mut effort = Effort::default();
-        let paths = plan_by_pibt(&problem, &mut effort).expect("there is room for all");
+        let paths = plan_by_pibt(&problem, None, &mut effort).expect("there is room for all");
         assert!(effort.rounds > 0);
         let report = verify(&assemble(&world, &job, &paths));
         assert!(report.violations.is_empty(), "{:#?}", report.violations);
@@ -485,5 +507,40 @@ mod tests {
             let goal_m = drone.tasks.last().map(|task| task.to_m);
             assert!((last.to_m - goal_m.expect("it has a task")).norm() < 1e-9);
         }
+    }
+
+    /// Small drones on a ring, a quarter of a metre from one to the next, each sent across to the
+    /// other side: home are those who hold the ring closed before the last are there.
+    #[test]
+    fn drones_that_trade_places_across_a_ring_all_come_home() {
+        const DRONES: usize = 49;
+        let turn = std::f64::consts::TAU / DRONES as f64;
+        let radius_m = 0.25 / (2.0 * (0.5 * turn).sin());
+        let drone = |index: usize| {
+            let angle = turn * index as f64;
+            let [x, y] = [angle.cos(), angle.sin()].map(|part| radius_m * part);
+            format!(
+                r#"(name: "d{index}", airframe: "crazyflie-2.1",
+                start_m: ({:.3}, {:.3}, 1.25), tasks: [(to_m: ({:.3}, {:.3}, 1.25))])"#,
+                3.0 + x,
+                3.0 + y,
+                3.0 - x,
+                3.0 - y
+            )
+        };
+        let drones: Vec<String> = (0..DRONES).map(drone).collect();
+        let text = format!(
+            r#"(name: "ring", bounds_m: (min: (0, 0, 0), max: (6, 6, 3)), drones: [{}],
+            planning: (cell_m: 0.25, time_margin_s: 0, tracking_m: 0))"#,
+            drones.join(", ")
+        );
+        let world = crate::scenario::read_world(&text).expect("in order");
+        let job = prepare(&world);
+        let costmap = job.costmap(&world, true, world.drones.len());
+        let problem = FleetProblem::of(&world, &job, &costmap);
+        let mut effort = Effort::default();
+        let paths = plan_by_pibt(&problem, None, &mut effort).expect("every drone comes home");
+        let report = verify(&assemble(&world, &job, &paths));
+        assert!(report.violations.is_empty(), "{:#?}", report.violations);
     }
 }

@@ -92,8 +92,7 @@ impl Subfleet<'_> {
         let [drones, zones] = terms.raised;
         let costmap = run.job.costmap(&whole, true, whole.drones.len());
         let found = run.paths(costmap.with_limits_raised(drones, zones), fixed);
-        effort.searches += run.effort.searches;
-        effort.expansions += run.effort.expansions;
+        effort.add(&run.effort);
         let found = found?;
         let is_stopped = |(_, why): &(DroneId, FailureKind)| *why == FailureKind::Stopped;
         if found.unplanned.iter().any(is_stopped) {

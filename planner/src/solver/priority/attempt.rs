@@ -77,6 +77,26 @@ pub(crate) enum FailureKind {
     Stopped,
 }
 
+/// How fast a fleet was planned up to the last look at it.
+///
+/// The more drones are planned, the more states the next one takes: what planned too few in one
+/// span of the states plans no more in the next.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pace {
+    /// States before the first.
+    pub(super) begun: u64,
+    /// Spans that are over, [`SPANS`] up to where it gives up.
+    pub(super) spans: u64,
+    /// Drones that had a path at the end of the last one.
+    pub(super) planned: usize,
+}
+
+/// Spans of a [`Pace`]: chosen here, of a fleet of a hundred each holds ten drones and more.
+const SPANS: u64 = 8;
+/// How many times as many drones a later span may plan: chosen here, some drones take several times
+/// as long as those after them.
+const MOST_FASTER: usize = 2;
+
 /// A fleet with the paths found so far, and the queue rules that make more of them.
 pub(super) struct Attempt<'a> {
     /// Paths through free space.
@@ -105,6 +125,8 @@ pub(super) struct Attempt<'a> {
     pub(super) detours: bool,
     /// After how many states in all it gives up.
     pub(super) gives_up_at: Option<u64>,
+    /// If there is one, it gives up earlier where it can be seen that those states will not do.
+    pub(super) pace: Option<Pace>,
     /// Those that were yet to be planned when it gave up.
     pub(super) waiting: VecDeque<DroneId>,
     /// See [`Setting::under_way`].
@@ -144,6 +166,7 @@ impl<'a> Attempt<'a> {
             most_evictions: MOST_EVICTIONS,
             detours: true,
             gives_up_at: None,
+            pace: None,
             waiting: VecDeque::new(),
             under_way: Vec::new(),
             kept: Vec::new(),
@@ -382,7 +405,7 @@ impl<'a> Attempt<'a> {
         let mut most = 1;
         loop {
             let is_spent = |most: u64| self.effort.expansions > most;
-            if self.gives_up_at.is_some_and(is_spent) {
+            if self.gives_up_at.is_some_and(is_spent) || self.is_too_slow() {
                 self.waiting = queue;
                 return false;
             }
@@ -434,6 +457,23 @@ impl<'a> Attempt<'a> {
         }
         self.retry();
         true
+    }
+
+    /// Whether those that are left will not be planned with the states that are left.
+    fn is_too_slow(&mut self) -> bool {
+        let (Some(pace), Some(until)) = (&mut self.pace, self.gives_up_at) else {
+            return false;
+        };
+        let span = until.saturating_sub(pace.begun).div_ceil(SPANS).max(1);
+        let spans = (self.effort.expansions - pace.begun) / span;
+        if spans == pace.spans {
+            return false;
+        }
+        let planned = self.paths.iter().flatten().count();
+        let gained = planned.saturating_sub(pace.planned) / (spans - pace.spans) as usize;
+        (pace.spans, pace.planned) = (spans, planned);
+        let ahead = SPANS.saturating_sub(spans) as usize;
+        MOST_FASTER * gained * ahead < self.paths.len() - planned - self.unplanned.len()
     }
 
     /// The next drones of the queue, at most so many; the unreachable among them are given up.

@@ -23,6 +23,9 @@ const PRICES: [u32; 3] = [10, 50, 200];
 /// Drones planned again for one: chosen here, more of them hardly ever all find a path.
 const MOST_OTHERS: usize = 6;
 
+/// States of all searches for those that leave their goals: chosen here, a tenth of a second of
+/// work.
+const MOST_ENDING_EXPANSIONS: u64 = 50_000;
 /// States of one search: chosen here, a fraction of what a first search may take.
 const MOST_EXPANSIONS: u64 = 20_000;
 
@@ -43,6 +46,7 @@ impl Attempt<'_> {
     pub(super) fn improve_by_lns(&mut self, until_expansions: u64) {
         (self.control.progress)(Progress::Improving);
         let (is_asked, before) = ((self.control.improve)(), self.sum_of_costs());
+        self.gives_up_at = (!is_asked).then_some(until_expansions);
         while PRICES
             .map(|price| self.improve(price, until_expansions))
             .contains(&true)
@@ -66,13 +70,18 @@ impl Attempt<'_> {
         };
         let leaving: Vec<DroneId> = self.agents.iter().filter_map(leaves).collect();
         let immovable = vec![IMMOVABLE; self.weights.len()];
+        let until = self.effort.expansions + MOST_ENDING_EXPANSIONS;
+        self.gives_up_at = Some(until);
         for drone in leaving {
+            if self.left() == 0 || (self.control.stop)() {
+                return;
+            }
             let before = self.take_out(drone);
             let setting = Setting {
                 weights: &immovable,
                 ends_at_goal: true,
                 careful: self.careful[drone.0 as usize],
-                most_expansions: MOST_EXPANSIONS,
+                most_expansions: self.left(),
                 ..self.setting()
             };
             let searched = search(setting, &self.agents[drone.0 as usize]);
@@ -160,16 +169,23 @@ impl Attempt<'_> {
         now < sum
     }
 
-    /// A path at these prices; `None` if there is none within [`MOST_EXPANSIONS`].
+    /// A path at these prices; `None` if there is none within the states that are left.
     fn searched(&mut self, drone: DroneId, weights: &[u32]) -> Option<Path> {
         let setting = Setting {
             weights,
             careful: self.careful[drone.0 as usize],
-            most_expansions: MOST_EXPANSIONS,
+            most_expansions: self.left(),
             ..self.setting()
         };
         let searched = search(setting, &self.agents[drone.0 as usize]);
         self.counted(searched)
+    }
+
+    /// States of the next search.
+    fn left(&self) -> u64 {
+        let left = |until: u64| until.saturating_sub(self.effort.expansions);
+        let left = self.gives_up_at.map_or(MOST_EXPANSIONS, left);
+        left.min(MOST_EXPANSIONS)
     }
 
     /// Takes a drone out of the plan, and remembers what it had.
