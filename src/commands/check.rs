@@ -136,7 +136,10 @@ fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> 
         joined(violations, ""),
         joined(differences, ""),
         joined(lacks, ""),
-        plan.scenario,
+        match &plan.scenario[..] {
+            "" => "the plan",
+            name => name,
+        },
         count(plan.drones.len(), "drone", "drones"),
         count(plan.violations.len(), "violation", "violations")
     );

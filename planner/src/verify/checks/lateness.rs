@@ -66,6 +66,9 @@ fn lateness(scene: &Scene<'_>, near: &[Vec<Encounter>], k: usize) -> Lateness {
     let others = near[k].chunk_by(|a, b| a.other == b.other);
     let others: Vec<&[Encounter]> = others.collect();
     for same in &others {
+        if known.late_s <= 0.0 {
+            return known;
+        }
         let other = &scene.flights[same[0].other];
         known.by_pair(scene, (late, same), (other, &with(near, same[0].other, k)));
     }
