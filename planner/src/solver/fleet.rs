@@ -14,7 +14,7 @@ use crate::plan::{IgnoringDownwash, Plan, Unplanned};
 use crate::scenario::world::World;
 use crate::scenario::{Problems, WorldError};
 use crate::sipp::conflicts::Steps;
-use crate::sipp::search::{Found, IMMOVABLE, Setting, search};
+use crate::sipp::search::{Found, IMMOVABLE, Searched, Setting, search};
 use crate::solver::assemble::assemble;
 use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::explain::{Refusals, failures};
@@ -184,6 +184,9 @@ pub(crate) fn told(failures: &[Failure]) -> Vec<Unplanned> {
     failures.collect()
 }
 
+/// States of a search for one drone alone among the zones: chosen here, a second of work.
+const MOST_EXPANSIONS_ALONE: u64 = 50_000;
+
 /// Plans every drone alone among the zones: how long that takes, and who has no path at all.
 fn kept_out_by_zones(
     job: &mut Job,
@@ -192,22 +195,31 @@ fn kept_out_by_zones(
     control: &Control<'_>,
 ) -> Vec<(DroneId, FailureKind)> {
     let weights = vec![IMMOVABLE; job.agents.len()];
-    let setting = Setting::judged(&job.roadmap, empty, &weights, control.stop);
+    let setting = Setting {
+        most_expansions: MOST_EXPANSIONS_ALONE,
+        ..Setting::judged(&job.roadmap, empty, &weights, control.stop)
+    };
     let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
-    let found: Vec<Option<Found>> = job
+    let found: Vec<Option<Searched>> = job
         .agents
         .par_iter()
         .map(|agent| {
             let worth = !agent.stays() && agent.alone_ticks != UNREACHABLE && !known(agent.drone);
-            worth.then(|| search(setting, agent).found)
+            worth.then(|| search(setting, agent))
         })
         .collect();
     let mut out = Vec::new();
-    for (agent, found) in job.agents.iter_mut().zip(found) {
+    for (agent, searched) in job.agents.iter_mut().zip(found) {
+        let Some(Searched { found, expansions }) = searched else {
+            continue;
+        };
         match found {
-            Some(Found::Path(path)) => agent.alone_ticks = path.arrives.0,
-            Some(Found::Blocked(Some(by))) => out.push((agent.drone, FailureKind::Zone(by))),
-            _ => {}
+            Found::Path(path) => agent.alone_ticks = path.arrives.0,
+            // Where the states ended first, the zone may leave a path: the fleet's search tells.
+            Found::Blocked(Some(by)) if expansions < MOST_EXPANSIONS_ALONE => {
+                out.push((agent.drone, FailureKind::Zone(by)));
+            }
+            Found::Blocked(_) | Found::Stopped => {}
         }
     }
     out

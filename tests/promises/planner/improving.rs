@@ -77,3 +77,21 @@ fn a_crowd_stopped_on_the_way_is_safe_and_leaves_most_of_those_flying_who_had_a_
     assert_eq!(planned[0], 0);
     assert!(planned[2] > world.drones.len() / 2, "{planned:?}");
 }
+
+/// Small fleets on floors so wide that whoever has to make room may wait beside its goal.
+#[test]
+fn no_drone_of_a_small_fleet_leaves_its_goal_again() {
+    for (seed, goals_on) in [(1, 11), (2, 23), (3, 29), (4, 37), (5, 41), (6, 53)] {
+        let world = super::packed(12, seed, 9, [37, goals_on]);
+        let plan = super::planned(&world);
+        assert!(plan.unplanned.is_empty(), "{:?}", plan.unplanned);
+        for (drone, flown) in world.drones.iter().zip(&plan.drones) {
+            let goal_m = drone.tasks[0].to_m;
+            let is_there = |at_m: &nalgebra::Point3<f64>| (at_m - goal_m).norm() < 1e-9;
+            let places = &flown.trajectory.position_m;
+            let first = places.iter().position(is_there).expect("it gets there");
+            let stays = places[first..].iter().all(is_there);
+            assert!(stays, "seed {seed}: {} leaves its goal", drone.name);
+        }
+    }
+}
