@@ -24,8 +24,11 @@ use super::moved_jet::{MovedSlab, slabs_m};
 use crate::volumes::downwash::{Section, clip_depth};
 use crate::volumes::relative::nearest_radius_m;
 
-/// Columns per row: chosen here, about a tenth of a half-width each.
+/// Columns per row over a receiver's discs: chosen here, about a tenth of a half-width each.
 const COLUMNS: usize = 48;
+/// The same at single points, where nothing evens out what a column misses and few tables are made:
+/// chosen here, a fortieth of a half-width.
+const COLUMNS_AT_POINTS: usize = 192;
 /// Points of the discs that are looked at together; a quadrotor's 28 fit.
 const CHUNK: usize = 32;
 /// Azimuths over which means are taken, or more: chosen here, means are not bounds.
@@ -44,6 +47,8 @@ pub struct Envelope {
     /// moved.
     row_of_step: Vec<u16>,
     steps_per_m: f64,
+    /// Columns per row.
+    columns: usize,
     /// Squares over columns, row by row.
     squares: Vec<f32>,
     /// Means at the same places.
@@ -138,7 +143,7 @@ impl Envelope {
     pub fn iso_exposure(&self, square: f64) -> Vec<Section> {
         let mut sections: Vec<Section> = Vec::new();
         for (row, depths_m) in self.depths_m.windows(2).enumerate() {
-            let squares = &self.squares[row * COLUMNS..(row + 1) * COLUMNS];
+            let squares = &self.squares[row * self.columns..(row + 1) * self.columns];
             let Some(last) = squares.iter().rposition(|&it| f64::from(it) > square) else {
                 continue;
             };
@@ -253,7 +258,7 @@ impl Envelope {
             return None;
         }
         let column = (radius_m * self.rows[row].columns_per_m) as usize;
-        Some(row * COLUMNS + column.min(COLUMNS - 1))
+        Some(row * self.columns + column.min(self.columns - 1))
     }
 }
 
@@ -265,6 +270,8 @@ const FINE_UNTIL_L: f64 = 3.0;
 /// Growth of a row over the distance to the virtual origin, below that: chosen here, 4 % of decay a
 /// row.
 const ROW_GROWTH: f64 = 0.04;
+/// The same at single points: chosen here, in the tail of a jet each row is 3 % above the next.
+const ROW_GROWTH_AT_POINTS: f64 = 0.01;
 /// What sampling may miss between nodes, on `g²`. Chosen here: a test compares random places.
 const SLACK: f64 = 1.02;
 /// The same for moved jets, between the bearings and depths looked at as well.
@@ -285,7 +292,11 @@ impl Envelope {
             return one.into_iter().next().expect("one for each receiver");
         }
         let l = wake.motor_distance_m();
-        let depths_m = row_depths_m(l, deepest_m);
+        let (columns, growth) = match discs.offsets_m.len() {
+            1 => (COLUMNS_AT_POINTS, ROW_GROWTH_AT_POINTS),
+            _ => (COLUMNS, ROW_GROWTH),
+        };
+        let depths_m = row_depths_m(l, deepest_m, growth);
         let points = Points::new(discs);
         let samples: Vec<(f64, Vec<Sample>)> = depths_m
             .par_iter()
@@ -295,15 +306,20 @@ impl Envelope {
                 // Nearer than its outermost disc points a large receiver may straddle a jet and
                 // meet less.
                 let from_m = wake.half_width_m(depth_m) + farthest_m(discs);
-                let azimuths = azimuths(diagonal.width_m, discs);
+                let sampling = Sampling {
+                    azimuths: azimuths(diagonal.width_m, discs),
+                    columns,
+                    negligible_square,
+                };
                 let over_discs = |at_m, with_mean| match with_mean {
                     true => diagonal.over_discs(&points, at_m),
                     false => (diagonal.square_over_discs(&points, at_m), 0.0),
                 };
-                sample_row(over_discs, from_m, &azimuths, negligible_square)
+                sample_row(over_discs, from_m, &sampling)
             })
             .collect();
         let mut envelope = Envelope {
+            columns,
             rows: Vec::with_capacity(depths_m.len() - 1),
             row_of_step: rows_of_steps(&depths_m, FINE_STEP_L * l),
             steps_per_m: 1.0 / (FINE_STEP_L * l),
@@ -336,29 +352,34 @@ impl Envelope {
     }
 
     fn of_moved(wake: &Wake, receivers: &[(&DiscPoints, f64)], deepest_m: f64) -> Vec<Envelope> {
-        let depths_m = row_depths_m(wake.motor_distance_m(), deepest_m);
+        let depths_m = row_depths_m(wake.motor_distance_m(), deepest_m, ROW_GROWTH);
         let negligible = receivers.iter().map(|(_, square)| *square);
         let depths_m = slabs_m(wake, &depths_m, negligible.fold(f64::INFINITY, f64::min));
-        let azimuths = receivers
+        let samplings = receivers
             .iter()
-            .map(|(discs, _)| azimuths(wake.tip_radius_m(), discs));
-        let azimuths: Vec<_> = azimuths.collect();
+            .map(|&(discs, negligible_square)| Sampling {
+                azimuths: azimuths(wake.tip_radius_m(), discs),
+                columns: COLUMNS,
+                negligible_square,
+            });
+        let samplings: Vec<_> = samplings.collect();
         let slabs: Vec<_> = depths_m
             .par_windows(2)
             .map(|ends_m| {
                 let mut slab = MovedSlab::new(wake, ends_m[0], ends_m[1]);
-                let rows = receivers.iter().zip(&azimuths);
-                let rows = rows.map(|(&(discs, negligible_square), azimuths)| {
+                let rows = receivers.iter().zip(&samplings);
+                let rows = rows.map(|(&(discs, _), sampling)| {
                     let from_m = slab.spread_m() + farthest_m(discs);
                     let mut speed = |radius_m: f64| slab.speed(radius_m);
                     let over_discs = |at_m, _| over_discs(&mut speed, discs, at_m);
-                    sample_row(over_discs, from_m, azimuths, negligible_square)
+                    sample_row(over_discs, from_m, sampling)
                 });
                 (rows.collect::<Vec<_>>(), slab.centre_m)
             })
             .collect();
         let envelope = |(receiver, &(_, negligible_square)): (usize, &(&DiscPoints, f64))| {
             let mut envelope = Envelope {
+                columns: COLUMNS,
                 rows: Vec::with_capacity(slabs.len()),
                 squares: Vec::new(),
                 means: Vec::new(),
@@ -386,8 +407,8 @@ impl Envelope {
 
     /// A row of still air, which takes no room.
     fn push_still_row(&mut self) {
-        self.squares.extend([0.0; COLUMNS]);
-        self.means.extend([0.0; COLUMNS]);
+        self.squares.extend(std::iter::repeat_n(0.0, self.columns));
+        self.means.extend(std::iter::repeat_n(0.0, self.columns));
         self.rows.push(Row {
             columns_per_m: 0.0,
             reach_m: 0.0,
@@ -403,8 +424,8 @@ impl Envelope {
         centre_m: [f64; 2],
     ) {
         let reach_m = upper.0.max(lower.0);
-        let columns_per_m = COLUMNS as f64 / reach_m.max(1e-9);
-        for column in 0..COLUMNS {
+        let columns_per_m = self.columns as f64 / reach_m.max(1e-9);
+        for column in 0..self.columns {
             let radius_m = column as f64 / columns_per_m;
             let (above, below) = (at_radius(upper, radius_m), at_radius(lower, radius_m));
             let middle_m = radius_m + 0.5 / columns_per_m;
@@ -435,7 +456,7 @@ fn rows_of_steps(depths_m: &[f64], step_m: f64) -> Vec<u16> {
         .collect()
 }
 
-fn row_depths_m(l: f64, deepest_m: f64) -> Vec<f64> {
+fn row_depths_m(l: f64, deepest_m: f64, growth: f64) -> Vec<f64> {
     let mut depths_m = vec![0.0];
     let mut depth_l = 0.0;
     while depth_l * l < deepest_m {
@@ -444,7 +465,7 @@ fn row_depths_m(l: f64, deepest_m: f64) -> Vec<f64> {
         } else {
             // The paper's virtual origin, 5.8 l above the rotors, sets the scale; any jet's is
             // near.
-            ROW_GROWTH * (depth_l + 5.8)
+            growth * (depth_l + 5.8)
         };
         depths_m.push(depth_l * l);
     }
@@ -487,24 +508,35 @@ fn farthest_m(discs: &DiscPoints) -> f64 {
     radii_m.fold(0.0, f64::max)
 }
 
-/// Samples at `COLUMNS + 1` radii from the axis to the reach, which comes first and is at least
-/// `from_m`. `over_discs` gives the mean square over a receiver's discs at a place beside the axis
-/// (m), and the mean where it is asked for that, or else 0.
+/// Where a row is sampled.
+struct Sampling {
+    /// Bearings of the receiver, as cosine and sine.
+    azimuths: Vec<(f64, f64)>,
+    /// Columns between the axis and the reach.
+    columns: usize,
+    /// Up to here a mean square counts as still air.
+    negligible_square: f64,
+}
+
+/// Samples at one radius more than there are columns, from the axis to the reach, which comes first
+/// and is at least `from_m`. `over_discs` gives the mean square over a receiver's discs at a place
+/// beside the axis (m), and the mean where it is asked for that, or else 0.
 fn sample_row(
     mut over_discs: impl FnMut([f64; 2], bool) -> (f64, f64),
     from_m: f64,
-    azimuths: &[(f64, f64)],
-    negligible_square: f64,
+    sampling: &Sampling,
 ) -> (f64, Vec<Sample>) {
+    let (azimuths, columns) = (&sampling.azimuths, sampling.columns);
+    let counts = |square: f64| square > sampling.negligible_square;
     let at_m = |radius_m: f64, (cos, sin): &(f64, f64)| [radius_m * cos, radius_m * sin];
     let mut reach_m = from_m;
-    while (azimuths.iter()).any(|it| over_discs(at_m(reach_m, it), false).0 > negligible_square) {
+    while (azimuths.iter()).any(|it| counts(over_discs(at_m(reach_m, it), false).0)) {
         reach_m *= 1.25;
     }
     // The mean hardly changes with the azimuth.
     let each = (azimuths.len() / MEAN_AZIMUTHS).max(1);
     let sample = |column: usize| {
-        let radius_m = reach_m * column as f64 / COLUMNS as f64;
+        let radius_m = reach_m * column as f64 / columns as f64;
         let mut worst = Sample::default();
         let mut means = 0;
         for (k, azimuth) in azimuths.iter().enumerate() {
@@ -517,8 +549,8 @@ fn sample_row(
         worst.mean /= f64::from(means.max(1));
         worst
     };
-    let mut row: Vec<Sample> = (0..=COLUMNS).map(sample).collect();
-    for column in (0..COLUMNS).rev() {
+    let mut row: Vec<Sample> = (0..=columns).map(sample).collect();
+    for column in (0..columns).rev() {
         row[column].square = row[column].square.max(row[column + 1].square);
     }
     (reach_m, row)
@@ -673,12 +705,12 @@ fn over_discs(
 
 /// The greatest sample at this radius or beyond, on the safe side between two samples.
 fn at_radius(row: &(f64, Vec<Sample>), radius_m: f64) -> Sample {
-    let column = (radius_m / row.0 * COLUMNS as f64 + 1e-9) as usize;
+    let column = (radius_m / row.0 * (row.1.len() - 1) as f64 + 1e-9) as usize;
     row.1.get(column).copied().unwrap_or_default()
 }
 
 fn at_middle(row: &(f64, Vec<Sample>), radius_m: f64) -> f64 {
-    let place = radius_m / row.0 * COLUMNS as f64;
+    let place = radius_m / row.0 * (row.1.len() - 1) as f64;
     let column = place as usize;
     match (row.1.get(column), row.1.get(column + 1)) {
         (Some(inner), Some(outer)) => inner.mean + (outer.mean - inner.mean) * place.fract(),
