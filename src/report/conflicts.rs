@@ -68,6 +68,11 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
                 by_m @ 0.0.. => format!(
                     "{at}: the bodies overlap by {by_m:.2} m, between them must be {needs_m:.2} m"
                 ),
+                _ if needs_m > world.planning.clearance_m => format!(
+                    "{at}: {gap_m:.2} m between the bodies, it must be {needs_m:.2} m: each that flies may be off \
+                     its path by tracking_m, {:.2} m",
+                    world.planning.margins.tracking_m
+                ),
                 _ => format!("{at}: {gap_m:.2} m between the bodies, it must be {needs_m:.2} m"),
             },
         ),
@@ -105,6 +110,13 @@ fn describe(conflict: &EndpointConflict, world: &World) -> ConflictEntry {
             format!("move {name} or {with}, or raise the air_limit of {name} to {enough:.2}")
         }
         (None, None) => format!("no free place for {name} is near: move {with}"),
+    };
+    let help = match conflict.why {
+        Exclusion::Bodies {
+            tracking_m: Some(bears_m),
+            ..
+        } => format!("{help}; with planning: (tracking_m: {bears_m}) all are planned"),
+        _ => help,
     };
     ConflictEntry {
         drone: name.clone(),

@@ -203,6 +203,25 @@ impl Agent {
         self.forget();
     }
 
+    /// Lets it use the roadmap's paths beyond the lattice as well, where there are any that it fits
+    /// along; how long its path is has to be worked out anew then.
+    pub(crate) fn use_channels(&mut self, roadmap: &Roadmap) {
+        let known = self.mover.stops().len();
+        let stops = roadmap.channel_stops(self.mover.radius_m());
+        self.mover = self.mover.clone().with_stops(stops);
+        if self.mover.stops().len() == known {
+            return;
+        }
+        let mut from = self.start;
+        for waypoint in &mut self.waypoints {
+            let goal = waypoint.distances.goal();
+            let distances = Distances::new(roadmap, goal, from, self.mover.clone());
+            waypoint.distances = Arc::new(distances);
+            from = goal;
+        }
+        self.chain(roadmap);
+    }
+
     /// Whether distances from its start are known without a search.
     pub(crate) fn is_straight(&self, roadmap: &Roadmap) -> bool {
         let first = self.waypoints.first();

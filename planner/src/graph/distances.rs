@@ -55,9 +55,11 @@ impl Distances {
         } else {
             vec![(lattice.steps(goal), 0)]
         };
-        // A stop with edges to other stops is left to the search.
-        let plain =
-            !roadmap.is_stop(goal) || roadmap.edges(goal).all(|(to, _)| !roadmap.is_stop(to));
+        // A stop with edges to other stops is left to the search, and so are paths beyond the
+        // lattice.
+        let plain = (!roadmap.is_stop(goal)
+            || roadmap.edges(goal).all(|(to, _)| !roadmap.is_stop(to)))
+            && !mover.stops.iter().any(|it| roadmap.is_in_channel(*it));
         Distances {
             goal,
             closed_form: mover.diagonal_steps().filter(|_| plain),

@@ -3,8 +3,8 @@
 //! Space is split into boxes, and only where a shortest path through what may be free leads: a box
 //! is free where the ball fits at every place in it, closed where it fits at none, and else it is
 //! split (S. Kambhampati, L. S. Davis, "Multiresolution path planning for mobile robots", IEEE
-//! Journal of Robotics and Automation 2(3), 1986). Distances to solids change no faster than the
-//! place, so that one distance decides about a box. What is closed is closed for good.
+//! Journal of Robotics and Automation 2(3), 1986), along the side on which the distance to solids
+//! changes most: along a slit boxes stay long. What is closed is closed for good.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -16,22 +16,30 @@ use crate::scenario::solid::Solids;
 use crate::scenario::world::Bounds;
 
 /// Boxes looked at: chosen here, some tenths of a second of work.
-const MOST_BOXES: usize = 200_000;
+const MOST_BOXES: usize = 80_000;
 /// Boxes passed by all searches for a path: chosen here, a second of work.
 const MOST_STEPS: usize = 700_000;
 /// Boxes are not split further (m): chosen here, below what a drone can hold its place to.
 const SMALLEST_M: f64 = 0.02;
 /// A ball this much smaller has to be stopped as well (m): what checks of plans forgive.
 const FORGIVEN_M: f64 = 5e-3;
+/// A side is split for its length as well, which counts so much of what the distance changes by on
+/// it: chosen here, what is between two solids may change nothing half-way.
+const LENGTH_FACTOR: f64 = 0.05;
+/// How often a box is halved to find that the ball fits at none of its places: chosen here.
+const MOST_HALVINGS: u32 = 4;
+/// Steps of a search for a place on a face where the ball fits: chosen here.
+const MOST_COMPASS_STEPS: usize = 24;
 /// A box that may be free counts so many times its length: chosen here, so that detours through
 /// free space come first.
 const MIXED_FACTOR: f64 = 4.0;
 
 /// What is known of a passage.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Passage {
-    /// The ball fits through.
-    Open,
+    /// The ball fits through, along these places (m) with straight pieces between them, both ends
+    /// among them.
+    Open(Vec<Point3<f64>>),
     /// It fits through nowhere.
     Closed,
     /// Boxes, steps or sizes ended first.
@@ -79,13 +87,17 @@ pub(crate) fn passage(
                 false => Passage::Undecided,
             };
         };
+        if let Some(places_m) = space.flown_m(&path, [from_m, to_m]) {
+            return Passage::Open(space.taut_m(&places_m));
+        }
         let is_mixed = |cell: &usize| space.cells[*cell].room == Room::Mixed;
         let sizes_m = path
             .iter()
             .filter(|it| is_mixed(it))
             .map(|it| space.size_m(*it));
         let Some(largest_m) = sizes_m.reduce(f64::max) else {
-            return Passage::Open;
+            // Free boxes whose faces the rounding of distances refuses.
+            return Passage::Undecided;
         };
         // All of that size at once: where one path is closed, the one beside it mostly is, too.
         let is_split = |cell: &usize| is_mixed(cell) && space.size_m(*cell) >= largest_m;
@@ -111,14 +123,17 @@ struct Space<'a> {
 }
 
 impl Space<'_> {
-    /// Adds a box, by the distance of its middle from all solids.
+    /// Adds a box.
     fn add(&mut self, low_m: Vector3<f64>, high_m: Vector3<f64>) {
-        let middle_m = Point3::from(0.5 * (low_m + high_m));
-        let half_m = 0.5 * (high_m - low_m).norm();
-        let (distance_m, _) = self.solids.distance_to_point_m(middle_m);
-        let room = match distance_m {
-            far_m if far_m - half_m >= self.radius_m => Room::Free,
-            near_m if near_m + half_m < self.radius_m - FORGIVEN_M => Room::Closed,
+        let room = match self.distance_m(0.5 * (low_m + high_m)) {
+            here_m if here_m >= self.radius_m => {
+                let corners_m = [low_m, high_m].map(Point3::from);
+                match self.solids.box_clearance_m(corners_m, self.radius_m) >= self.radius_m {
+                    true => Room::Free,
+                    false => Room::Mixed,
+                }
+            }
+            _ if self.is_closed([low_m, high_m], MOST_HALVINGS) => Room::Closed,
             _ => Room::Mixed,
         };
         self.cells.push(Cell {
@@ -128,20 +143,60 @@ impl Space<'_> {
         });
     }
 
+    /// Of a place from all solids (m).
+    fn distance_m(&self, place_m: Vector3<f64>) -> f64 {
+        self.solids.distance_to_point_m(Point3::from(place_m)).0
+    }
+
+    /// Whether the ball fits at no place of a box (m): distances change no faster than the place.
+    fn is_closed(&self, [low_m, high_m]: [Vector3<f64>; 2], halvings: u32) -> bool {
+        let size_m = high_m - low_m;
+        let middle_m = 0.5 * (low_m + high_m);
+        let within_m = self.radius_m - FORGIVEN_M;
+        let room_m = within_m - self.distance_m(middle_m);
+        if room_m <= 0.0 || room_m > 0.5 * size_m.norm() {
+            return room_m > 0.0;
+        }
+        if self
+            .solids
+            .cover_box([low_m, high_m].map(Point3::from), within_m)
+        {
+            return true;
+        }
+        let Some(left) = halvings.checked_sub(1) else {
+            return false;
+        };
+        let axis = size_m.imax();
+        let (mut below_m, mut above_m) = (high_m, low_m);
+        (below_m[axis], above_m[axis]) = (middle_m[axis], middle_m[axis]);
+        self.is_closed([low_m, below_m], left) && self.is_closed([above_m, high_m], left)
+    }
+
     /// The longest side of a box (m).
     fn size_m(&self, cell: usize) -> f64 {
         let Cell { low_m, high_m, .. } = self.cells[cell];
         (high_m - low_m).max()
     }
 
-    /// Halves a box along its longest side; `false` where it is too small for that.
+    /// Halves a box on the side on which the distance changes most; `false` where it is too small
+    /// for that.
     fn split(&mut self, cell: usize) -> bool {
         let Cell { low_m, high_m, .. } = self.cells[cell];
         let size_m = high_m - low_m;
-        let axis = size_m.imax();
-        if size_m[axis] < SMALLEST_M {
+        let middle_m = 0.5 * (low_m + high_m);
+        let here_m = self.distance_m(middle_m);
+        let weight_m = |axis: &usize| {
+            let changes_m = [-0.5, 0.5].map(|share| {
+                let mut end_m = middle_m;
+                end_m[*axis] += share * size_m[*axis];
+                (self.distance_m(end_m) - here_m).abs()
+            });
+            changes_m[0].max(changes_m[1]) + LENGTH_FACTOR * size_m[*axis]
+        };
+        let axes = (0..3).filter(|axis| size_m[*axis] >= SMALLEST_M);
+        let Some(axis) = axes.max_by(|a, b| weight_m(a).total_cmp(&weight_m(b))) else {
             return false;
-        }
+        };
         let middle_m = 0.5 * (low_m[axis] + high_m[axis]);
         self.cells[cell].room = Room::Split(self.cells.len() as u32);
         let (mut below_m, mut above_m) = (high_m, low_m);
@@ -192,6 +247,79 @@ impl Space<'_> {
             });
         }
         None
+    }
+
+    /// Places (m) on the faces between boxes, given from the last to the first, that the ball flies
+    /// straight between from one place to another; `None` where it does not fit there, as far as
+    /// that is looked for.
+    fn flown_m(
+        &self,
+        path: &[usize],
+        [from_m, to_m]: [Point3<f64>; 2],
+    ) -> Option<Vec<Point3<f64>>> {
+        let mut places_m = vec![from_m];
+        for pair in path.windows(2).rev() {
+            let [a, b] = [pair[0], pair[1]].map(|cell| &self.cells[cell]);
+            let face_m = [a.low_m.sup(&b.low_m), a.high_m.inf(&b.high_m)];
+            places_m.push(self.roomiest_m(face_m)?);
+        }
+        places_m.push(to_m);
+        let is_free = |pair: &[Point3<f64>]| self.is_free(pair[0], pair[1]);
+        places_m.windows(2).all(is_free).then_some(places_m)
+    }
+
+    /// A place on a face between two boxes (m) where the ball fits, found by compass search.
+    fn roomiest_m(&self, [low_m, high_m]: [Vector3<f64>; 2]) -> Option<Point3<f64>> {
+        let mut best_m = 0.5 * (low_m + high_m);
+        let mut room_m = self.distance_m(best_m);
+        let mut step_m = 0.5 * (high_m - low_m);
+        for _ in 0..MOST_COMPASS_STEPS {
+            // Too little room for steps of this length.
+            if room_m >= self.radius_m || room_m + 2.0 * step_m.norm() < self.radius_m {
+                break;
+            }
+            let mut moved = false;
+            for (axis, sign) in [
+                (0, 1.0),
+                (0, -1.0),
+                (1, 1.0),
+                (1, -1.0),
+                (2, 1.0),
+                (2, -1.0),
+            ] {
+                let mut there_m = best_m;
+                there_m[axis] += sign * step_m[axis];
+                there_m[axis] = there_m[axis].clamp(low_m[axis], high_m[axis]);
+                let there_room_m = self.distance_m(there_m);
+                if there_room_m > room_m {
+                    (best_m, room_m, moved) = (there_m, there_room_m, true);
+                }
+            }
+            if !moved {
+                step_m *= 0.5;
+            }
+        }
+        (room_m >= self.radius_m).then(|| Point3::from(best_m))
+    }
+
+    /// Whether the ball flies straight from one place to another (m).
+    fn is_free(&self, from_m: Point3<f64>, to_m: Point3<f64>) -> bool {
+        let clear_m = (self.solids).segment_clearance_m(from_m, to_m, self.radius_m);
+        clear_m >= self.radius_m
+    }
+
+    /// As few of some places (m) as the ball can fly straight between.
+    fn taut_m(&self, all_m: &[Point3<f64>]) -> Vec<Point3<f64>> {
+        let mut taut_m = vec![all_m[0]];
+        let mut at = 0;
+        while at + 1 < all_m.len() {
+            let mut seen = (at + 2..all_m.len()).rev();
+            let seen = seen.find(|next| self.is_free(all_m[at], all_m[*next]));
+            at = seen.unwrap_or(at + 1);
+            taut_m.push(all_m[at]);
+        }
+        taut_m.dedup();
+        taut_m
     }
 
     /// From the middle of a box to that of another, in whole micrometres.
@@ -245,34 +373,41 @@ mod tests {
         }
     }
 
-    /// Through a slit (m) in a wall across a room, beside every lattice.
-    fn through(slit_m: f64, radius_m: f64) -> Passage {
-        let bounds_m = Bounds {
-            min: Point3::origin(),
-            max: Point3::new(10.0, 6.0, 3.0),
-        };
+    const ROOM: Bounds = Bounds {
+        min: Point3::new(0.0, 0.0, 0.0),
+        max: Point3::new(10.0, 6.0, 3.0),
+    };
+    const ENDS_M: [Point3<f64>; 2] = [Point3::new(1.0, 5.0, 1.0), Point3::new(9.0, 1.0, 2.0)];
+
+    /// A wall across the room with a slit (m) in it, beside every lattice.
+    fn walls(slit_m: f64) -> [Obstacle; 2] {
         let begins_m = 2.137;
-        let walls = [
+        [
             block([4.0, 0.0, 0.0], [4.5, begins_m, 3.0]),
             block([4.0, begins_m + slit_m, 0.0], [4.5, 6.0, 3.0]),
-        ];
-        let ends = [Point3::new(1.0, 5.0, 1.0), Point3::new(9.0, 1.0, 2.0)];
-        passage(&bounds_m, &Solids::new(&walls), radius_m, ends)
+        ]
+    }
+
+    fn through(slit_m: f64, radius_m: f64) -> Passage {
+        passage(&ROOM, &Solids::new(&walls(slit_m)), radius_m, ENDS_M)
     }
 
     #[test]
     fn a_slit_is_open_for_what_fits_and_closed_for_what_does_not() {
         for slit_m in [0.4, 0.7] {
-            assert_eq!(
-                through(slit_m, 0.5 * slit_m - 0.08),
-                Passage::Open,
-                "{slit_m}"
-            );
-            assert_eq!(
-                through(slit_m, 0.5 * slit_m + 0.05),
-                Passage::Closed,
-                "{slit_m}"
-            );
+            let radius_m = 0.5 * slit_m - 0.08;
+            let Passage::Open(path_m) = through(slit_m, radius_m) else {
+                panic!("{slit_m}");
+            };
+            let walls = walls(slit_m);
+            let solids = Solids::new(&walls);
+            assert!(path_m.len() < 8, "{path_m:?}");
+            for pair in path_m.windows(2) {
+                let clear_m = solids.segment_clearance_m(pair[0], pair[1], 1.0);
+                assert!(clear_m >= radius_m - 1e-6, "{clear_m} {path_m:?}");
+            }
+            let wide_m = 0.5 * slit_m + 0.05;
+            assert_eq!(through(slit_m, wide_m), Passage::Closed, "{slit_m}");
         }
     }
 
@@ -283,15 +418,9 @@ mod tests {
     }
 
     #[test]
-    fn a_room_without_walls_is_open() {
-        let bounds_m = Bounds {
-            min: Point3::origin(),
-            max: Point3::new(10.0, 6.0, 3.0),
-        };
-        let ends = [Point3::new(1.0, 5.0, 1.0), Point3::new(9.0, 1.0, 2.0)];
-        assert_eq!(
-            passage(&bounds_m, &Solids::new(&[]), 0.4, ends),
-            Passage::Open
-        );
+    fn a_room_without_walls_is_flown_through_straight() {
+        let none = Solids::new(&[]);
+        let path = passage(&ROOM, &none, 0.4, ENDS_M);
+        assert_eq!(path, Passage::Open(ENDS_M.to_vec()));
     }
 }

@@ -43,6 +43,17 @@ pub(crate) struct Roadmap {
     steps: Vec<StepsOfRadius>,
     /// Up to where clearances were measured (m).
     widest_m: f64,
+    /// Paths beyond the lattice, and the stops along each.
+    channels: Vec<(Channel, Vec<Vertex>)>,
+}
+
+/// A path through free space that no lattice has, for a ball.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Channel {
+    /// Of the ball, clearance included (m).
+    pub(crate) radius_m: f64,
+    /// Straight pieces between these, both ends among them (m).
+    pub(crate) points_m: Vec<Point3<f64>>,
 }
 
 /// Edges from and to the stops beyond the lattice, in ascending order of where they lead.
@@ -95,6 +106,7 @@ impl Roadmap {
             places_m,
             steps,
             widest_m,
+            channels: Vec::new(),
         };
         roadmap.add(edges);
         (roadmap, vertices)
@@ -178,12 +190,95 @@ impl Roadmap {
         self.widest_m
     }
 
+    /// Adds a path beyond the lattice, in pieces of a cell at most, between the places at its ends
+    /// and with edges to the lattice along it. Only those use it who ask for its stops.
+    pub(crate) fn open_channel(&mut self, bounds: &Bounds, solids: &Solids, channel: &Channel) {
+        let points_m = &channel.points_m;
+        let (Some(&first_m), Some(&last_m)) = (points_m.first(), points_m.last()) else {
+            return;
+        };
+        let ends = [first_m, last_m].map(|end_m| self.vertices_at(end_m));
+        let cell_m = self.lattice.cell_m();
+        let piece = |pair: &[Point3<f64>]| {
+            let [a_m, b_m] = [pair[0], pair[1]];
+            let count = ((b_m - a_m).norm() / cell_m).ceil().max(1.0);
+            (1..=count as u32).map(move |k| a_m + (b_m - a_m) * (f64::from(k) / count))
+        };
+        let mut inner_m: Vec<Point3<f64>> = points_m.windows(2).flat_map(piece).collect();
+        inner_m.pop();
+        let stop = |point_m: Point3<f64>| Stop {
+            point_m,
+            radius_m: channel.radius_m,
+            lift_m: None,
+        };
+        let stops: Vec<Stop> = inner_m.into_iter().map(stop).collect();
+        let inner = self.linked(bounds, Some(solids), |links| {
+            let inner: Vec<Vertex> = stops.iter().map(|stop| links.connect(stop)).collect();
+            let [first, last] = &ends;
+            let mut before = first.clone();
+            for next in (inner.iter().map(|it| vec![*it])).chain([last.clone()]) {
+                links.join(&before, &next);
+                before = next;
+            }
+            inner
+        });
+        self.channels.push((channel.clone(), inner));
+    }
+
+    /// Whether there are paths beyond the lattice.
+    pub(crate) fn has_channels(&self) -> bool {
+        !self.channels.is_empty()
+    }
+
+    /// The paths beyond the lattice.
+    pub(crate) fn channels(&self) -> Vec<Channel> {
+        self.channels.iter().map(|(it, _)| it.clone()).collect()
+    }
+
+    /// The stops of paths beyond the lattice that a ball of this radius (m) fits along.
+    pub(crate) fn channel_stops(&self, radius_m: f64) -> impl Iterator<Item = Vertex> + '_ {
+        let wide = move |(it, _): &&(Channel, Vec<Vertex>)| it.radius_m >= radius_m;
+        let stops = self.channels.iter().filter(wide);
+        let stops = stops.flat_map(|(_, stops)| stops.iter().copied());
+        stops.filter(|stop| self.is_stop(*stop))
+    }
+
+    /// Whether a vertex is a stop of a path beyond the lattice.
+    pub(crate) fn is_in_channel(&self, vertex: Vertex) -> bool {
+        let mut channels = self.channels.iter();
+        self.is_stop(vertex) && channels.any(|(_, stops)| stops.contains(&vertex))
+    }
+
+    /// All vertices at exactly this place (m).
+    fn vertices_at(&self, at_m: Point3<f64>) -> Vec<Vertex> {
+        let beyond = (self.lattice.place_count()..).zip(&self.places_m);
+        let beyond = beyond.filter(|(_, place_m)| **place_m == at_m);
+        let beyond = beyond.map(|(vertex, _)| vertex as Vertex);
+        self.lattice
+            .place_at(&at_m)
+            .into_iter()
+            .chain(beyond)
+            .collect()
+    }
+
     /// Connects more stops; returns the vertex of each. All others keep their numbers.
     pub(crate) fn connect(
         &mut self,
         bounds: &Bounds,
         solids: Option<&Solids>,
         stops: &[Stop],
+    ) -> Vec<Vertex> {
+        self.linked(bounds, solids, |links| {
+            stops.iter().map(|stop| links.connect(stop)).collect()
+        })
+    }
+
+    /// Adds what `link` adds.
+    fn linked(
+        &mut self,
+        bounds: &Bounds,
+        solids: Option<&Solids>,
+        link: impl FnOnce(&mut Links<'_>) -> Vec<Vertex>,
     ) -> Vec<Vertex> {
         let lattice = self.lattice.clone();
         let survey = Survey {
@@ -195,7 +290,7 @@ impl Roadmap {
         let open =
             |place: Vertex, radius_m: f64| self.edges(place).any(|(_, edge)| edge.fits(radius_m));
         let mut links = Links::new(&survey, bounds, &open, self.places_m.clone());
-        let vertices = stops.iter().map(|stop| links.connect(stop)).collect();
+        let vertices = link(&mut links);
         let (places_m, edges) = (links.places_m, links.edges);
         self.places_m = places_m;
         // In ascending order still: stops of later come after all others.

@@ -20,6 +20,8 @@ pub enum FailureCause {
     NoRoomToLand {
         /// How much room is missing (m).
         short_m: f64,
+        /// What would help, as far as that was looked for.
+        remedy: Remedy,
     },
     /// Other drones, or a zone that its wake is too strong for.
     Obstructed {
@@ -83,7 +85,8 @@ impl FailureCause {
 #[derive(Clone, Copy, Debug, Error, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
 pub enum Extent {
-    /// No path exists: bodies and walls close every passage, at any resolution.
+    /// No path exists at any resolution: bodies and walls close every passage, or the downwash of a
+    /// drone that hovers at one of its tasks is too strong for a zone.
     #[error("proven: there is none at any resolution")]
     Proven,
     /// None on lattices down to this spacing, all states looked at.
@@ -100,6 +103,16 @@ pub enum Extent {
         /// Smallest spacing of a lattice on which a budget ended (m).
         cell_m: f64,
     },
+}
+
+impl Extent {
+    /// Spacing of the finest lattice that was looked at (m); 0 where any is.
+    pub fn cell_m(&self) -> f64 {
+        match *self {
+            Extent::Proven => 0.0,
+            Extent::NotFound { cell_m } | Extent::BudgetEnded { cell_m, .. } => cell_m,
+        }
+    }
 }
 
 /// The part of a drone's job that no path leads along.
@@ -148,8 +161,8 @@ pub enum Exclusion {
         gap_m: f64,
         /// What it must be (m).
         needs_m: f64,
-        /// The greatest `tracking_m` with which the gap would do, where that margin asks for more
-        /// than the clearance (m).
+        /// A `tracking_m` (m) with which this gap and all others of the fleet would do, where that
+        /// margin asks for more than the clearance: planned.
         tracking_m: Option<f64>,
     },
     /// The centre is in the near-field column.
@@ -238,13 +251,14 @@ pub enum Remedy {
     #[error("; {0}")]
     RaiseLimits(Exposure),
     /// Another place for a task: planned.
-    #[error("; with its task {task} at {} it is planned", place(to_m))]
-    MoveTask {
-        /// Which one, counted from 1.
-        task: usize,
-        /// Where it would have to be (m).
-        to_m: Point3<f64>,
-    },
+    #[error("; with {0} it is planned")]
+    MoveTask(Moved),
+    /// The same, where the landing after it is the cause.
+    #[error("; its landing is the cause: with {0} it is planned")]
+    MoveLanding(Moved),
+    /// No landing, which is the cause: planned.
+    #[error("; its landing is the cause: with at_end: Hover it is planned")]
+    StayUp,
     /// A higher limit of a zone: planned.
     #[error("; with an air_limit_mps of {air_limit_mps} in zone `{zone}` it is planned")]
     RaiseZone {
@@ -253,6 +267,16 @@ pub enum Remedy {
         /// What its limit would have to be (m/s).
         air_limit_mps: f64,
     },
+}
+
+/// Another place for a task.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Serialize)]
+#[error("its task {task} at {}", place(to_m))]
+pub struct Moved {
+    /// Which one, counted from 1.
+    pub task: usize,
+    /// Where it would have to be (m).
+    pub to_m: Point3<f64>,
 }
 
 /// The gentlest pass there is, and the air limits that it wants.
@@ -308,11 +332,15 @@ impl fmt::Display for FailureCause {
             FailureCause::GoalConflict(None) => {
                 f.write_str("its end and another's exclude one another")
             }
-            FailureCause::NoRoomToLand { short_m } => write!(
-                f,
-                "the descent from its last task lacks {short_m:.2} m of room beside an obstacle; \
-                 move the task sideways, or end with Hover or Leave"
-            ),
+            FailureCause::NoRoomToLand { short_m, remedy } => {
+                // Never told as nothing: what is missing is at least what is printed.
+                let short_m = (short_m * 100.0).ceil() / 100.0;
+                write!(
+                    f,
+                    "the descent from its last task lacks {short_m:.2} m of room beside an obstacle"
+                )?;
+                remedy.fmt(f)
+            }
             FailureCause::Obstructed { by, remedy, extent } => {
                 match by {
                     Some(by) => by.fmt(f)?,
@@ -354,7 +382,9 @@ impl fmt::Display for GoalConflict {
                      it needs {needs_m:.2} m"
                 )?;
                 match tracking_m {
-                    Some(bears_m) => write!(f, " (planning: (tracking_m: {bears_m}) fits)"),
+                    Some(bears_m) => {
+                        write!(f, " (with planning: (tracking_m: {bears_m}) it is planned)")
+                    }
                     None => Ok(()),
                 }
             }

@@ -48,7 +48,7 @@ use super::change::{self, Change, ChangeError};
 use super::track::{State, Track, cut, legs_of};
 use super::{GivenError, given};
 use crate::graph::agent::{Agent, Ending, FORGIVEN_TICKS};
-use crate::graph::distances::Distances;
+use crate::graph::distances::{Distances, UNREACHABLE};
 use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort, Progress};
 use crate::plan::{AtEnd, Plan, Unplanned, Violation};
@@ -145,7 +145,7 @@ impl Running {
     /// read.
     pub fn new(world: World, plan: Plan) -> Result<Running, GivenError> {
         check(&world, &plan)?;
-        let mut job = prepare(&world);
+        let mut job = prepare(&world, &|| false);
         let agents = std::mem::take(&mut job.agents);
         let mut tracks = Vec::with_capacity(agents.len());
         for ((agent, drone), entry) in agents.into_iter().zip(&world.drones).zip(&plan.drones) {
@@ -539,6 +539,9 @@ impl Turn<'_> {
         let ending = ending.unwrap_or(Ending::Hover);
         let mut agent = agent_of(id(index), &drone, &duties, kinds, ending);
         agent.chain(roadmap);
+        if agent.remaining(roadmap, 0, start) == UNREACHABLE {
+            agent.use_channels(roadmap);
+        }
         agent
     }
 

@@ -391,6 +391,28 @@ impl Check {
 }
 
 impl Misplaced {
+    /// The gaps to obstacles with which a place would do that is too near to one for those there
+    /// are, as they are typed.
+    fn bearable_gap(&self, world: &World) -> Option<String> {
+        let Misfit::Obstacle { distance_m, .. } = self.why else {
+            return None;
+        };
+        let body_m = world.drones[self.drone].vehicle.body_radius_m;
+        // To the millimetre, downwards.
+        let bears_m = ((distance_m - body_m) * 1e3 + 1e-6).floor() / 1e3;
+        if self.spot == Spot::Landing || bears_m < 0.0 {
+            return None;
+        }
+        let planning = &world.planning;
+        let gaps = [
+            ("clearance_m", planning.clearance_m),
+            ("tracking_m", planning.margins.tracking_m),
+        ];
+        let wider = gaps.into_iter().filter(|(_, gap_m)| *gap_m > bears_m);
+        let wider: Vec<String> = wider.map(|(key, _)| format!("{key}: {bears_m}")).collect();
+        (!wider.is_empty()).then(|| format!("planning: ({}) fits", wider.join(", ")))
+    }
+
     /// What is wrong, as a problem that has no place in a text yet.
     pub(crate) fn words(&self, world: &World) -> Problem {
         let name = &world.drones[self.drone].name;
@@ -440,6 +462,10 @@ impl Misplaced {
             let [x, y, z] = nearest_m.coords.into();
             format!("nearest free {word} is ({x:.2}, {y:.2}, {z:.2})")
         });
+        let nearest = match (nearest, self.bearable_gap(world)) {
+            (Some(nearest), Some(gap)) => Some(format!("{nearest}, or {gap}")),
+            (nearest, gap) => nearest.or(gap),
+        };
         Problem {
             message: format!("{who} {verb} {place}"),
             label: Some(label),

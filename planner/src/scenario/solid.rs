@@ -12,7 +12,7 @@ use parry3d::bounding_volume::Aabb;
 use parry3d::math::{Pose, Vector};
 use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 use parry3d::query::{PointQuery, Ray, RayCast};
-use parry3d::shape::{Segment, TriMesh, TriMeshFlags};
+use parry3d::shape::{Cuboid, Segment, TriMesh, TriMeshFlags};
 use petgraph::unionfind::UnionFind;
 
 use crate::scenario::world::{Obstacle, Solid, World};
@@ -146,6 +146,45 @@ impl Solids {
             (_, None) => (f64::INFINITY, None),
             found => found,
         }
+    }
+
+    /// Distance of an upright box (m) from all obstacles, at most `at_most_m`: 0 where it meets one.
+    pub(crate) fn box_clearance_m(&self, [low_m, high_m]: [Point3<f64>; 2], at_most_m: f64) -> f64 {
+        let (low, high) = (vector(&low_m), vector(&high_m));
+        let gap = |mins: Vector, maxs: Vector| {
+            let apart = (mins - high).max(low - maxs).max(Vector::ZERO);
+            apart.length()
+        };
+        let best = self.tree.find_best(
+            at_most_m,
+            |node, _| gap(node.mins(), node.maxs()),
+            |part, _| Some(self.parts[part as usize].form.distance_to_box_m(low, high)),
+        );
+        best.map_or(at_most_m, |(_, distance_m)| distance_m)
+    }
+
+    /// Whether every place of an upright box (m) is nearer than `within_m` to the solid that its
+    /// middle is nearest to, if that is convex: the distance to it is greatest at a corner.
+    pub(crate) fn cover_box(&self, [low_m, high_m]: [Point3<f64>; 2], within_m: f64) -> bool {
+        let (low, high) = (vector(&low_m), vector(&high_m));
+        let middle = (low + high) * 0.5;
+        let nearest = self.tree.find_best(
+            within_m,
+            |node, _| bound_m(node, middle, middle),
+            |part, _| Some(self.parts[part as usize].form.distance_to_point_m(middle)),
+        );
+        let corner = |k: u32| {
+            let of = |axis: u32, low: f64, high: f64| if k >> axis & 1 == 0 { low } else { high };
+            Vector::new(
+                of(0, low.x, high.x),
+                of(1, low.y, high.y),
+                of(2, low.z, high.z),
+            )
+        };
+        nearest.is_some_and(|(part, _)| match &self.parts[part as usize].form {
+            Form::Mesh { .. } => false,
+            form => (0..8).all(|k| form.distance_to_point_m(corner(k)) < within_m),
+        })
     }
 
     /// The highest surface straight below `point_m` (z, m) and whose it is: `floor_z_m` and `None`
@@ -297,6 +336,39 @@ impl Form {
         let leg = Segment::new(a, b);
         parry3d::query::distance(&Pose::IDENTITY, mesh.as_ref(), &Pose::IDENTITY, &leg)
             .map_or(0.0, |found| found.distance.min(ends_m))
+    }
+
+    /// Distance of an upright box (m); 0 where they meet.
+    fn distance_to_box_m(&self, low: Vector, high: Vector) -> f64 {
+        match self {
+            Form::Box {
+                low: own_low,
+                high: own_high,
+            } => (*own_low - high)
+                .max(low - *own_high)
+                .max(Vector::ZERO)
+                .length(),
+            Form::Cylinder {
+                base,
+                radius_m,
+                height_m,
+            } => {
+                let aside = (low - *base).max(*base - high).max(Vector::ZERO);
+                let beside_m = (aside.x.hypot(aside.y) - radius_m).max(0.0);
+                let above_m = (base.z - high.z).max(low.z - base.z - height_m).max(0.0);
+                beside_m.hypot(above_m)
+            }
+            Form::Mesh { mesh, .. } => {
+                let middle = (low + high) * 0.5;
+                if self.distance_to_point_m(middle) <= 0.0 {
+                    return 0.0;
+                }
+                let solid = Cuboid::new((high - low) * 0.5);
+                let at = Pose::from_translation(middle);
+                parry3d::query::distance(&Pose::IDENTITY, mesh.as_ref(), &at, &solid)
+                    .map_or(0.0, |found| found.distance)
+            }
+        }
     }
 
     /// The highest point of this solid on the vertical line below `from`, not above it.

@@ -8,13 +8,14 @@
 
 mod sites;
 
+use costmap::leg::DroneId;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::plan::cause::Exclusion;
 use crate::plan::outcome::{Blocker, EndpointConflict, EndpointConflicts, EndpointKind};
 use crate::plan::trajectory::SAME_PLACE_M;
-use crate::scenario::world::World;
+use crate::scenario::world::{AtEnd, AtStart, World};
 use crate::verify::FAINTEST_WAKE_MPS;
 use crate::verify::checks::obstacle::TOUCH_M;
 use crate::verify::checks::zone::Downwash;
@@ -50,6 +51,27 @@ pub(crate) struct Exclusions {
     pub(crate) goals: Vec<Excluded>,
 }
 
+impl Exclusions {
+    /// The gaps between bodies that a smaller tracking margin would do for, and which (m).
+    fn bearable_m(&mut self) -> impl Iterator<Item = &mut Option<f64>> {
+        let worst = self.conflicts.worst.iter_mut().map(|it| &mut it.why);
+        let goals = self.goals.iter_mut().map(|(_, _, why)| why);
+        worst.chain(goals).filter_map(|why| match why {
+            Exclusion::Bodies { tracking_m, .. } => Some(tracking_m),
+            _ => None,
+        })
+    }
+
+    /// Leaves of the tracking margins only one, the least, where the fleet `is_planned` with it.
+    pub(crate) fn confirm_tracking(&mut self, is_planned: impl Fn(f64) -> bool) {
+        let least_m = self.bearable_m().filter_map(|it| *it).reduce(f64::min);
+        let least_m = least_m.filter(|least_m| is_planned(*least_m));
+        for bears_m in self.bearable_m() {
+            *bears_m = bears_m.and(least_m);
+        }
+    }
+}
+
 /// Every pair of starts, and of goals at which drones stay, that no plan can have; and every drone
 /// that hovers where it breaks a zone's limit. By drone, starts before goals; of very many the
 /// worst.
@@ -59,6 +81,19 @@ pub(crate) struct Exclusions {
 /// named.
 pub fn check(world: &World) -> EndpointConflicts {
     find(world).conflicts
+}
+
+/// [`check`] of one drone that hovers at one of its tasks with no other drone there.
+pub(crate) fn alone_at(world: &World, drone: DroneId, task: usize) -> EndpointConflicts {
+    let mut hovers = world.drones[drone.0 as usize].clone();
+    hovers.tasks = vec![hovers.tasks.swap_remove(task)];
+    hovers.start_m = hovers.tasks[0].to_m;
+    (hovers.at_start, hovers.at_end) = (AtStart::Hover, AtEnd::Hover);
+    let alone = World {
+        drones: vec![hovers],
+        ..world.clone()
+    };
+    check(&alone)
 }
 
 /// [`check`], with every exclusion of goals.

@@ -1,28 +1,25 @@
 //! Why a drone stays at its start: what is in its way, where and when, and what would help.
 //! Whatever is advised has been planned.
 
-use std::collections::BTreeMap;
-
 use costmap::leg::DroneId;
 use costmap::verdict::Why;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use crate::graph::distances::UNREACHABLE;
-use crate::graph::passage::{Passage, passage};
 use crate::plan::cause::{
-    Exposure, Extent, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath, Remedy,
+    Exposure, Extent, FailureCause, GoalConflict, Hindrance, HindranceKind, MissingPath, Moved,
+    Remedy,
 };
 use crate::plan::outcome::{Blocker, Control, EndpointKind, Failure};
 use crate::plan::{Plan, Violation, ViolationKind};
-use crate::scenario::solid::Solids;
-use crate::scenario::world::World;
+use crate::scenario::world::{AtEnd, World};
 use crate::sipp::search::{Obstruction, Obstructor};
 use crate::solver::density;
-use crate::solver::endpoints::Exclusions;
+use crate::solver::endpoints::{self, Exclusions};
 use crate::solver::fleet::Run;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
-use crate::solver::refusals::{LARGEST_GROUP, Retried, halved_cells_m, in_the_way, joined};
+use crate::solver::refusals::{LARGEST_GROUP, Retried, halved_cells_m, in_their_way, joined};
 use crate::solver::subfleet::{Subfleet, Terms};
 use crate::verify::Report;
 
@@ -32,9 +29,11 @@ const CROWDED_SHARE: f64 = 0.25;
 /// For how many groups something that would help is looked for: chosen here, some dozens of
 /// searches each.
 const MOST_REMEDIES: usize = 3;
-/// For how many drones it is asked whether their bodies fit through at all, and whether another
-/// goal would do: chosen here.
-const MOST_PROOFS: i32 = 8;
+/// For how many drones it is asked whether another goal would do: chosen here.
+const MOST_FIXES: i32 = 8;
+/// For how many refused drones it is asked what is in their way in the end, and not only what was
+/// when they were searched for: chosen here, up to a second of work each.
+const MOST_ASKED: usize = 24;
 /// Limits are raised at most this many times: chosen here, well past any flyable air.
 const HIGHEST_RAISE: f64 = 8.0;
 /// States of one plan that only shows whether something would help: chosen here, a quarter of a
@@ -49,6 +48,12 @@ const ZONE_RAISES: [f64; 5] = [1.25, 1.6, 2.0, 3.0, 5.0];
 const TASK_STEP_M: f64 = 0.5;
 /// How often: chosen here.
 const MOST_TASK_STEPS: usize = 12;
+/// How far tasks are moved aside in turn (m): chosen here, what a person would move them by.
+const ASIDE_M: [f64; 5] = [0.5, 1.0, 1.5, 2.0, 3.0];
+/// Bearings of that: chosen here.
+const BEARINGS: usize = 8;
+/// Places of a task that are planned in turn until one will do: chosen here.
+const MOST_PLACES: usize = 8;
 
 /// A fleet of which some are refused, and what was done about it.
 #[derive(Clone, Copy)]
@@ -78,9 +83,9 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
         ..
     } = *refusals;
     let obstructed = |(_, why): &&(DroneId, FailureKind)| matches!(why, FailureKind::Obstructed(_));
-    let stopped = paths.unplanned.iter().filter(obstructed);
-    let stopped = stopped.map(|&(drone, _)| (drone, in_the_way(job, paths, drone, control)));
-    let stopped: BTreeMap<DroneId, Option<Obstruction>> = stopped.collect();
+    let asked = paths.unplanned.iter().filter(obstructed).map(|it| it.0);
+    let asked: Vec<DroneId> = asked.take(MOST_ASKED).collect();
+    let stopped = in_their_way(job, paths, &asked, control);
     let groups = joined(&paths.unplanned, &stopped);
     let remedy = |(index, group): (usize, &Vec<DroneId>)| {
         let small = index < MOST_REMEDIES && group.len() <= LARGEST_GROUP;
@@ -89,8 +94,8 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
     let remedies: Vec<Option<Remedy>> = groups.iter().enumerate().map(remedy).collect();
     // How crowded the floor is, where that counts as a reason.
     let crowding = Some(density::of(job, &paths.costmap)).filter(|it| it.share() >= CROWDED_SHARE);
-    let obstructed = |drone: DroneId| {
-        let by = stopped.get(&drone).copied().flatten();
+    let obstructed = |drone: DroneId, known: Option<Obstruction>| {
+        let by = stopped.get(&drone).map_or(known, |by| *by);
         let group = groups.iter().position(|group| group.contains(&drone));
         // Whose reason tells what the group could do.
         let mut drones = paths.unplanned.iter().map(|(drone, _)| *drone);
@@ -109,15 +114,11 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
         }
     };
     let mut zones_left = MOST_REMEDIES;
-    let mut proofs_left = MOST_PROOFS;
-    let mut fixes_left = MOST_PROOFS;
+    let mut fixes_left = MOST_FIXES;
     let failures = paths.unplanned.iter().map(|&(drone, why)| Failure {
         drone: name(world, drone).to_owned(),
         cause: match why {
-            FailureKind::NoPath => {
-                proofs_left -= 1;
-                FailureCause::NoPath(refusals.missing_path(drone, proofs_left >= 0))
-            }
+            FailureKind::NoPath => FailureCause::NoPath(refusals.missing_path(drone)),
             FailureKind::EndpointConflict => {
                 fixes_left -= 1;
                 let mut conflict = goal_conflict(world, endpoints, drone);
@@ -129,7 +130,7 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
                 FailureCause::GoalConflict(conflict)
             }
             FailureKind::Stopped => FailureCause::Stopped(crowding),
-            FailureKind::Obstructed(_) => obstructed(drone),
+            FailureKind::Obstructed(by) => obstructed(drone, by),
             FailureKind::Zone(by) => {
                 let looks = zones_left > 0;
                 zones_left = zones_left.saturating_sub(1);
@@ -142,7 +143,10 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
                     extent: refusals.extent(drone),
                 }
             }
-            FailureKind::Landing(_) => known_cause(world, why),
+            FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
+                short_m,
+                remedy: refusals.past_landing(drone, Remedy::MoveTask),
+            },
         },
     });
     failures.collect()
@@ -158,7 +162,10 @@ pub(crate) fn known_cause(world: &World, why: FailureKind) -> FailureCause {
     match why {
         FailureKind::NoPath => FailureCause::NoPath(None),
         FailureKind::EndpointConflict => FailureCause::GoalConflict(None),
-        FailureKind::Landing(short_m) => FailureCause::NoRoomToLand { short_m },
+        FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
+            short_m,
+            remedy: Remedy::Unknown,
+        },
         FailureKind::Obstructed(by) => obstructed(by),
         FailureKind::Zone(by) => obstructed(Some(by)),
         FailureKind::Stopped => FailureCause::Stopped(None),
@@ -218,48 +225,47 @@ fn hindrance(world: &World, by: &Obstruction) -> Hindrance {
 impl Refusals<'_> {
     /// How far a path was looked for.
     fn extent(&self, drone: DroneId) -> Option<Extent> {
-        let tried = self.tried.iter().rfind(|it| it.drones.contains(&drone));
-        tried.map(|tried| tried.extent)
+        if self.job.is_closed(drone) {
+            return Some(Extent::Proven);
+        }
+        let tried = self.tried.iter().filter(|it| it.drones.contains(&drone));
+        let finest = tried.min_by(|a, b| a.extent.cell_m().total_cmp(&b.extent.cell_m()));
+        finest.map(|tried| tried.extent)
     }
 
-    /// The first part of a drone's job that no path leads along, and whether that is proven, if it
-    /// `looks`; `None` where it has no task.
-    fn missing_path(&self, drone: DroneId, looks: bool) -> Option<MissingPath> {
+    /// The first part of a drone's job that no path leads along, one that is proven to be closed
+    /// before all others; `None` where it has no task.
+    fn missing_path(&self, drone: DroneId) -> Option<MissingPath> {
         let Refusals { world, job, .. } = *self;
-        let mut extent = self.extent(drone);
         let agent = &job.agents[drone.0 as usize];
-        let mut from = agent.start;
-        let mut to = 0;
-        for (index, waypoint) in agent.waypoints.iter().enumerate() {
-            to = index;
-            if waypoint.distances.ticks(&job.roadmap, from) == UNREACHABLE {
-                break;
-            }
-            from = waypoint.distances.goal();
-        }
+        let closed = job.closed.iter().find(|(it, _)| *it == drone);
+        let from = |task: usize| match task.checked_sub(1) {
+            Some(before) => agent.waypoints[before].distances.goal(),
+            None => agent.start,
+        };
+        let is_missing = |task: &usize| {
+            let distances = &agent.waypoints[*task].distances;
+            distances.ticks(&job.roadmap, from(*task)) == UNREACHABLE
+        };
+        let last = agent.waypoints.len().checked_sub(1)?;
+        let task = match closed {
+            Some((_, task)) => *task,
+            None => (0..last).find(is_missing).unwrap_or(last),
+        };
         let own = Extent::NotFound {
             cell_m: world.planning.cell_m,
         };
         let typed = &world.drones[drone.0 as usize];
-        let from_m = job.roadmap.position_m(from);
-        let to_m = typed.tasks.get(to)?.to_m;
-        // What stands on something is nearer to it than it may fly.
-        let radius_m = match from == agent.start && agent.grounded {
-            true => typed.vehicle.body_radius_m,
-            false => agent.mover.radius_m(),
-        };
-        let solids = Solids::of(world);
-        let looks = looks && !(self.control.stop)();
-        if looks && passage(&world.bounds_m, &solids, radius_m, [from_m, to_m]) == Passage::Closed {
-            extent = Some(Extent::Proven);
-        }
         Some(MissingPath {
-            from_m,
-            task: to + 1,
-            to_m,
+            from_m: job.roadmap.position_m(from(task)),
+            task: task + 1,
+            to_m: typed.tasks.get(task)?.to_m,
             body_radius_m: typed.vehicle.body_radius_m,
             clearance_m: world.planning.gap_to_solids_m(),
-            extent: extent.unwrap_or(own),
+            extent: match closed {
+                Some(_) => Extent::Proven,
+                None => self.extent(drone).unwrap_or(own),
+            },
         })
     }
 
@@ -278,6 +284,7 @@ impl Refusals<'_> {
                 cell_m: self.world.planning.cell_m,
                 raised: [times, 1.0],
                 most_expansions: MOST_EXPANSIONS,
+                improves: false,
             };
             subfleet.replanned(&terms, &mut Default::default())
         };
@@ -287,7 +294,7 @@ impl Refusals<'_> {
         let mut pass = match raised(HIGHEST_RAISE) {
             // The budget of states ended, or the run was stopped.
             None => return Remedy::Unknown,
-            Some(found) if found.unplanned > 0 => return Remedy::NoneAtAnyLimit,
+            Some(found) if found.unplanned > 0 => return self.elsewhere(group),
             Some(found) => found,
         };
         let (mut too_low, mut enough) = (1.0, HIGHEST_RAISE);
@@ -322,33 +329,71 @@ impl Refusals<'_> {
         })
     }
 
-    /// A limit of the zone, or a height of a task, with which a drone is planned that its wake
-    /// keeps from its tasks.
+    /// What else helps where no air limit does: another place of the last task of the first of a
+    /// group that is refused, or that it does not land.
+    fn elsewhere(&self, group: &[DroneId]) -> Remedy {
+        let mut unplanned = self.paths.unplanned.iter().map(|(drone, _)| *drone);
+        let Some(drone) = unplanned.find(|drone| group.contains(drone)) else {
+            return Remedy::NoneAtAnyLimit;
+        };
+        let typed = &self.world.drones[drone.0 as usize];
+        if typed.at_end == AtEnd::Land {
+            let remedy = self.past_landing(drone, Remedy::MoveLanding);
+            if remedy != Remedy::Unknown {
+                return remedy;
+            }
+        }
+        let Some(task) = typed.tasks.len().checked_sub(1) else {
+            return Remedy::NoneAtAnyLimit;
+        };
+        let places_m = aside_m(typed.tasks[task].to_m).chain(above_m(typed.tasks[task].to_m));
+        let planned = self.planned_at(drone, task, places_m);
+        planned.map_or(Remedy::NoneAtAnyLimit, Remedy::MoveTask)
+    }
+
+    /// What helps where the landing is the cause: a place of the last task from which the drone
+    /// lands, or that it stays in the air. Unknown where it is not planned without landing.
+    fn past_landing(&self, drone: DroneId, moves: fn(Moved) -> Remedy) -> Remedy {
+        let index = drone.0 as usize;
+        let mut hovering = self.world.clone();
+        hovering.drones[index].at_end = AtEnd::Hover;
+        if !self.would_plan(&hovering, &[drone]) {
+            return Remedy::Unknown;
+        }
+        let tasks = &self.world.drones[index].tasks;
+        let moved = tasks.len().checked_sub(1).and_then(|task| {
+            let places_m = aside_m(tasks[task].to_m);
+            self.planned_at(drone, task, places_m)
+        });
+        moved.map_or(Remedy::StayUp, moves)
+    }
+
+    /// That its landing is the cause; or a height or place of a task, or a limit of the zone, with
+    /// which a drone is planned that its wake keeps from its tasks.
     fn past_zone(&self, drone: DroneId, by: &Obstruction) -> Remedy {
         let Obstructor::Zone(zone) = by.by else {
             return Remedy::Unknown;
         };
-        let tasks = &self.world.drones[drone.0 as usize].tasks;
+        let typed = &self.world.drones[drone.0 as usize];
+        if typed.at_end == AtEnd::Land {
+            let remedy = self.past_landing(drone, Remedy::MoveLanding);
+            if remedy != Remedy::Unknown {
+                return remedy;
+            }
+        }
+        let tasks = &typed.tasks;
         let middle_m = {
             let zone = &self.world.zones[zone];
             nalgebra::center(&zone.min_m, &zone.max_m)
         };
         let beside_m = |task: usize| (tasks[task].to_m.xy() - middle_m.xy()).norm();
         let nearest = (0..tasks.len()).min_by(|a, b| beside_m(*a).total_cmp(&beside_m(*b)));
-        if let Some(task) = nearest {
-            for step in 1..=MOST_TASK_STEPS {
-                let mut moved = self.world.clone();
-                let to_m = &mut moved.drones[drone.0 as usize].tasks[task].to_m;
-                to_m.z += TASK_STEP_M * step as f64;
-                let to_m = *to_m;
-                if to_m.z > self.world.bounds_m.max.z {
-                    break;
-                }
-                if self.would_plan(&moved, &[drone]) {
-                    let task = task + 1;
-                    return Remedy::MoveTask { task, to_m };
-                }
-            }
+        let moved = nearest.and_then(|task| {
+            let places_m = above_m(tasks[task].to_m).chain(aside_m(tasks[task].to_m));
+            self.planned_at(drone, task, places_m)
+        });
+        if let Some(moved) = moved {
+            return Remedy::MoveTask(moved);
         }
         let limit_mps = self.world.zones[zone].air_limit_mps;
         let limits = limit_mps
@@ -361,6 +406,29 @@ impl Refusals<'_> {
         enough.map_or(Remedy::Unknown, |air_limit_mps| Remedy::RaiseZone {
             zone: self.world.zones[zone].name.clone(),
             air_limit_mps,
+        })
+    }
+
+    /// The first of some places (m) of a task with which a drone is planned: of those where it may
+    /// hover were no other drone there, so many are tried.
+    fn planned_at(
+        &self,
+        drone: DroneId,
+        task: usize,
+        places_m: impl Iterator<Item = Point3<f64>>,
+    ) -> Option<Moved> {
+        let moved = places_m.filter_map(|to_m| {
+            let mut moved = self.world.clone();
+            moved.drones[drone.0 as usize].tasks[task].to_m = to_m;
+            let is_free =
+                moved.check().is_ok() && endpoints::alone_at(&moved, drone, task).count() == 0;
+            is_free.then_some((to_m, moved))
+        });
+        let mut moved = moved.take(MOST_PLACES);
+        let planned = moved.find(|(_, moved)| self.would_plan(moved, &[drone]));
+        planned.map(|(to_m, _)| Moved {
+            task: task + 1,
+            to_m,
         })
     }
 
@@ -398,6 +466,7 @@ impl Refusals<'_> {
             let run = Run::new(changed, &quiet).ok();
             let solved = run.and_then(|mut run| {
                 run.most_expansions = Some(MOST_EXPANSIONS);
+                run.improves = false;
                 run.solve()
             });
             return solved.is_some_and(|(paths, _)| !left_out(&paths));
@@ -415,11 +484,34 @@ impl Refusals<'_> {
                 cell_m,
                 raised: [1.0; 2],
                 most_expansions: MOST_EXPANSIONS,
+                improves: false,
             };
             let found = subfleet.replanned(&terms, &mut Default::default());
             found.is_some_and(|found| found.unplanned == 0)
         })
     }
+}
+
+/// Places straight above one (m), nearest first.
+fn above_m(from_m: Point3<f64>) -> impl Iterator<Item = Point3<f64>> {
+    let up_m = (1..=MOST_TASK_STEPS).map(|step| TASK_STEP_M * step as f64);
+    up_m.map(move |up_m| typed_m(from_m + Vector3::z() * up_m))
+}
+
+/// Places beside one (m), nearest first.
+fn aside_m(from_m: Point3<f64>) -> impl Iterator<Item = Point3<f64>> {
+    let beside = move |aside_m: f64| {
+        (0..BEARINGS).map(move |k| {
+            let (sin, cos) = (k as f64 / BEARINGS as f64 * std::f64::consts::TAU).sin_cos();
+            typed_m(from_m + Vector3::new(cos, sin, 0.0) * aside_m)
+        })
+    };
+    ASIDE_M.into_iter().flat_map(beside)
+}
+
+/// As it is printed, and typed back: to the centimetre (m).
+fn typed_m(place_m: Point3<f64>) -> Point3<f64> {
+    place_m.map(|coordinate_m| (coordinate_m * 100.0).round() / 100.0)
 }
 
 /// The worst air over a limit that the verifier found in a plan, and all whose limits it is over;

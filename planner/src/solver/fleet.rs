@@ -5,6 +5,7 @@ use costmap::leg::{DroneId, Leg};
 use rayon::prelude::*;
 
 use crate::graph::distances::UNREACHABLE;
+use crate::graph::roadmap::Channel;
 use crate::plan::cause::Exclusion;
 use crate::plan::outcome::{
     Blocker, Control, Effort, EndpointConflict, EndpointConflicts, EndpointKind, Failure, Outcome,
@@ -18,7 +19,7 @@ use crate::sipp::search::{Found, IMMOVABLE, Searched, Setting, search};
 use crate::solver::assemble::assemble;
 use crate::solver::endpoints::{self, Excluded, Exclusions};
 use crate::solver::explain::{Refusals, failures};
-use crate::solver::prepare::{Job, prepare};
+use crate::solver::prepare::{Job, prepare, prepare_with};
 use crate::solver::priority::{FailureKind, FleetProblem, Paths, plan_fleet};
 use crate::solver::refusals::{Retried, planned_finer, tried_again};
 use crate::verify::{harm, judged, verify};
@@ -37,6 +38,8 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
         Ok(run) => run,
         Err(conflicts) => return Ok(Outcome::Infeasible { conflicts }),
     };
+    run.endpoints
+        .confirm_tracking(|tracking_m| is_planned_with(world, tracking_m, control));
     // Without a budget there is an answer.
     let (paths, tried) = run
         .solve()
@@ -62,6 +65,37 @@ pub fn plan_world(world: &World, control: &Control<'_>) -> Result<Outcome, Probl
     Ok(run.answer(plan, failures))
 }
 
+/// Larger fleets are not planned to see whether a smaller margin would do: chosen here.
+const MOST_CONFIRMED: usize = 200;
+/// States of that: chosen here, some seconds of work.
+const MOST_EXPANSIONS_CONFIRMED: u64 = 60_000;
+
+/// Whether all of a fleet are planned with a smaller tracking margin (m).
+fn is_planned_with(world: &World, tracking_m: f64, control: &Control<'_>) -> bool {
+    let less = tracking_m < world.planning.margins.tracking_m;
+    if !less || world.drones.len() > MOST_CONFIRMED || (control.stop)() {
+        return false;
+    }
+    let mut changed = world.clone();
+    changed.planning.margins.tracking_m = tracking_m;
+    let quiet = Control {
+        improve: &|| false,
+        progress: &|_| {},
+        contrast: false,
+        ..*control
+    };
+    let run = Run::new(&changed, &quiet).ok();
+    let solved = run.and_then(|mut run| {
+        run.most_expansions = Some(MOST_EXPANSIONS_CONFIRMED);
+        run.improves = false;
+        run.solve()
+    });
+    solved.is_some_and(|(paths, _)| paths.unplanned.is_empty())
+}
+
+/// States of the search for one drone alone among zones: chosen here, a second of work.
+const MOST_EXPANSIONS_ALONE: u64 = 50_000;
+
 /// A run of the planner, as far as it is the same for a world alone and among fixed trajectories.
 pub(crate) struct Run<'a> {
     /// Checked.
@@ -76,6 +110,8 @@ pub(crate) struct Run<'a> {
     pub(crate) effort: Effort,
     /// States after which it gives up; `None`: as many as it takes.
     pub(crate) most_expansions: Option<u64>,
+    /// See [`FleetProblem::improves`].
+    pub(crate) improves: bool,
 }
 
 impl<'a> Run<'a> {
@@ -88,9 +124,11 @@ impl<'a> Run<'a> {
         control: &'a Control<'a>,
     ) -> Result<Run<'a>, EndpointConflicts> {
         (control.progress)(Progress::Preparing);
-        let (endpoints, job) = rayon::join(|| endpoints::find(world), || prepare(world));
+        let (mut endpoints, job) =
+            rayon::join(|| endpoints::find(world), || prepare(world, control.stop));
         let mut conflicts = endpoints.conflicts.worst.iter();
         if conflicts.any(|c| c.when == EndpointKind::Starts) {
+            endpoints.confirm_tracking(|tracking_m| is_planned_with(world, tracking_m, control));
             return Err(endpoints.conflicts);
         }
         Ok(Run {
@@ -100,22 +138,26 @@ impl<'a> Run<'a> {
             endpoints,
             effort: Effort::default(),
             most_expansions: None,
+            improves: true,
         })
     }
 
-    /// The same within so many states, where no two starts exclude one another.
+    /// The same within so many states, where no two starts exclude one another and paths beyond the
+    /// lattice are known.
     pub(crate) fn limited(
         world: &'a World,
         control: &'a Control<'a>,
+        channels: &[Channel],
         most_expansions: u64,
     ) -> Run<'a> {
         Run {
             world,
             control,
-            job: prepare(world),
+            job: prepare_with(world, channels),
             endpoints: Exclusions::default(),
             effort: Effort::default(),
             most_expansions: Some(most_expansions),
+            improves: true,
         }
     }
 
@@ -143,7 +185,7 @@ impl<'a> Run<'a> {
     pub(crate) fn paths(&mut self, mut costmap: Costmap, fixed: Vec<Vec<Leg>>) -> Option<Paths> {
         let mut excluded = excluded(&self.job, &self.endpoints.goals, |_| true);
         if !self.world.zones.is_empty() {
-            let more = kept_out_by_zones(&mut self.job, &costmap, &excluded, self.control);
+            let more = self.kept_out_by_zones(&costmap, &excluded);
             excluded.extend(more);
         }
         for legs in fixed {
@@ -159,8 +201,64 @@ impl<'a> Run<'a> {
             planning: &self.world.planning,
             control: self.control,
             most_expansions: self.most_expansions,
+            improves: self.improves,
         };
         plan_fleet(&problem, &mut self.effort)
+    }
+
+    /// Plans every drone alone among the zones: how long that takes, and who has no path at all.
+    fn kept_out_by_zones(
+        &mut self,
+        empty: &Costmap,
+        excluded: &[(DroneId, FailureKind)],
+    ) -> Vec<(DroneId, FailureKind)> {
+        let job = &mut self.job;
+        let weights = vec![IMMOVABLE; job.agents.len()];
+        let most = self.most_expansions.unwrap_or(MOST_EXPANSIONS_ALONE);
+        let most = most.min(MOST_EXPANSIONS_ALONE);
+        let setting = Setting {
+            most_expansions: most,
+            ..Setting::judged(&job.roadmap, empty, &weights, self.control.stop)
+        };
+        let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
+        let found: Vec<Option<Searched>> = job
+            .agents
+            .par_iter()
+            .map(|agent| {
+                let worth =
+                    !agent.stays() && agent.alone_ticks != UNREACHABLE && !known(agent.drone);
+                worth.then(|| search(setting, agent))
+            })
+            .collect();
+        let mut blocked = Vec::new();
+        for (agent, searched) in job.agents.iter_mut().zip(found) {
+            let Some(Searched { found, expansions }) = searched else {
+                continue;
+            };
+            self.effort.expansions += expansions;
+            match found {
+                Found::Path(path) => agent.alone_ticks = path.arrives.0,
+                Found::Blocked(Some(by)) => blocked.push((agent.drone, by, expansions < most)),
+                Found::Blocked(None) | Found::Stopped => {}
+            }
+        }
+        let mut out = Vec::new();
+        for (drone, mut by, is_through) in blocked {
+            let tasks = &self.world.drones[drone.0 as usize].tasks;
+            let breaks = |task: &usize| endpoints::alone_at(self.world, drone, *task).count() > 0;
+            // Air that takes its time may have reached no zone yet.
+            let asks = !empty.has_advected_wakes() && !job.is_closed(drone);
+            let breaking = (0..tasks.len()).filter(|_| asks).find(breaks);
+            if let Some(task) = breaking {
+                job.closed.push((drone, task));
+                by.at_m = tasks[task].to_m;
+            }
+            // Where the states ended first, the zone may leave a path: the fleet's search tells.
+            if breaking.is_some() || is_through {
+                out.push((drone, FailureKind::Zone(by)));
+            }
+        }
+        out
     }
 
     /// The answer that a judged plan is.
@@ -184,47 +282,6 @@ pub(crate) fn told(failures: &[Failure]) -> Vec<Unplanned> {
     failures.collect()
 }
 
-/// States of a search for one drone alone among the zones: chosen here, a second of work.
-const MOST_EXPANSIONS_ALONE: u64 = 50_000;
-
-/// Plans every drone alone among the zones: how long that takes, and who has no path at all.
-fn kept_out_by_zones(
-    job: &mut Job,
-    empty: &Costmap,
-    excluded: &[(DroneId, FailureKind)],
-    control: &Control<'_>,
-) -> Vec<(DroneId, FailureKind)> {
-    let weights = vec![IMMOVABLE; job.agents.len()];
-    let setting = Setting {
-        most_expansions: MOST_EXPANSIONS_ALONE,
-        ..Setting::judged(&job.roadmap, empty, &weights, control.stop)
-    };
-    let known = |drone: DroneId| excluded.iter().any(|(other, _)| *other == drone);
-    let found: Vec<Option<Searched>> = job
-        .agents
-        .par_iter()
-        .map(|agent| {
-            let worth = !agent.stays() && agent.alone_ticks != UNREACHABLE && !known(agent.drone);
-            worth.then(|| search(setting, agent))
-        })
-        .collect();
-    let mut out = Vec::new();
-    for (agent, searched) in job.agents.iter_mut().zip(found) {
-        let Some(Searched { found, expansions }) = searched else {
-            continue;
-        };
-        match found {
-            Found::Path(path) => agent.alone_ticks = path.arrives.0,
-            // Where the states ended first, the zone may leave a path: the fleet's search tells.
-            Found::Blocked(Some(by)) if expansions < MOST_EXPANSIONS_ALONE => {
-                out.push((agent.drone, FailureKind::Zone(by)));
-            }
-            Found::Blocked(_) | Found::Stopped => {}
-        }
-    }
-    out
-}
-
 /// What the fleet would do if it were planned without wakes, judged with them: the contrast alone,
 /// for worlds that [`plan_world`] finds blocked. `None` where even the bodies exclude one another
 /// at the start.
@@ -238,7 +295,12 @@ pub fn contrast(world: &World, control: &Control<'_>) -> Option<IgnoringDownwash
         return None;
     }
     (control.progress)(Progress::IgnoringDownwash);
-    ignoring_downwash(world, &prepare(world), &endpoints.goals, control)
+    ignoring_downwash(
+        world,
+        &prepare(world, control.stop),
+        &endpoints.goals,
+        control,
+    )
 }
 
 /// The same fleet on the same roadmap planned without wakes, judged with them; `None` if
@@ -265,6 +327,7 @@ fn ignoring_downwash(
         planning: &world.planning,
         control: &quiet,
         most_expansions: None,
+        improves: true,
     };
     let paths = plan_fleet(&problem, &mut Effort::default())?;
     let mut reasons = paths.unplanned.iter().map(|(_, why)| why);
@@ -340,7 +403,7 @@ mod tests {
     /// The plan of a world without wakes, and its contrast.
     fn without_wakes(text: &str) -> (Plan, IgnoringDownwash) {
         let world = read_world(text).expect("in order");
-        let job = prepare(&world);
+        let job = prepare(&world, &|| false);
         let costmap = job.costmap(&world, false, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let paths = plan_fleet(&problem, &mut Effort::default()).expect("no budget");

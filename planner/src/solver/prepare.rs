@@ -15,11 +15,15 @@ use rayon::prelude::*;
 use crate::graph::agent::{Agent, Ending, Waypoint};
 use crate::graph::distances::{Distances, LIFT_M, Mover, Speeds, UNREACHABLE};
 use crate::graph::lattice::Lattice;
-use crate::graph::roadmap::{Roadmap, Stop, Vertex};
+use crate::graph::passage::{Passage, passage};
+use crate::graph::roadmap::{Channel, Edge, Roadmap, Stop, Vertex};
 use crate::scenario::placement::{Misfit, REST_TOLERANCE_M, beside_misfit, landing_place_m};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{AtEnd, AtStart, Drone, Task, Vehicle, World};
 use crate::solver::outlines::top;
+
+/// For how many drones without a path on the lattice one is looked for beyond it: chosen here.
+const MOST_PASSAGES: usize = 8;
 
 /// Everything that stays the same while a fleet is planned.
 #[derive(Debug)]
@@ -32,10 +36,35 @@ pub(crate) struct Job {
     pub(crate) kinds: Kinds,
     /// Drones whose landing is blocked, and by how much (m).
     pub(crate) blocked_landings: Vec<(usize, f64)>,
+    /// Drones that fit through to one of their tasks nowhere, on whatever lattice, and which task.
+    pub(crate) closed: Vec<(DroneId, usize)>,
 }
 
-/// Makes the roadmap and every drone's agent.
-pub(crate) fn prepare(world: &World) -> Job {
+/// Makes the roadmap and every drone's agent. For drones that have no path on the lattice one is
+/// looked for beyond it, until it says to `stop`.
+pub(crate) fn prepare(world: &World, stop: &dyn Fn() -> bool) -> Job {
+    let mut job = prepare_with(world, &[]);
+    let solids = Solids::of(world);
+    let mut looked = 0;
+    for index in 0..job.agents.len() {
+        if job.agents[index].alone_ticks != UNREACHABLE || looked == MOST_PASSAGES || stop() {
+            continue;
+        }
+        looked += 1;
+        let found = job.passages(world, &solids, index);
+        let is_open = !found.is_empty();
+        for channel in found {
+            (job.roadmap).open_channel(&world.bounds_m, &solids, &channel);
+        }
+        if is_open {
+            job.use_channels();
+        }
+    }
+    job
+}
+
+/// The same with paths beyond the lattice that are known already, and no others.
+pub(crate) fn prepare_with(world: &World, channels: &[Channel]) -> Job {
     let solids = Solids::of(world);
     let stops = world.drones.iter().flat_map(|drone| {
         let grounded = drone.at_start == AtStart::Landed;
@@ -43,12 +72,15 @@ pub(crate) fn prepare(world: &World) -> Job {
         std::iter::once(start).chain(goals_of(world, &solids, drone, &drone.tasks))
     });
     let stops: Vec<Stop> = stops.collect();
-    let (roadmap, vertices) = Roadmap::new(
+    let (mut roadmap, vertices) = Roadmap::new(
         &world.bounds_m,
         world.planning.cell_m,
         (!solids.is_empty()).then_some(&solids),
         &stops,
     );
+    for channel in channels {
+        roadmap.open_channel(&world.bounds_m, &solids, channel);
+    }
     let mut kinds = Kinds::default();
     let mut blocked_landings = Vec::new();
     let mut agents = Vec::with_capacity(world.drones.len());
@@ -78,15 +110,81 @@ pub(crate) fn prepare(world: &World) -> Job {
         agent.chain(&roadmap);
         agent.measure_alone(&roadmap);
     });
-    Job {
+    let mut job = Job {
         roadmap,
         agents,
         kinds,
         blocked_landings,
+        closed: Vec::new(),
+    };
+    if !channels.is_empty() {
+        job.use_channels();
     }
+    job
 }
 
 impl Job {
+    /// Whether it is proven that one of a drone's tasks cannot be reached.
+    pub(crate) fn is_closed(&self, drone: DroneId) -> bool {
+        self.closed.iter().any(|(closed, _)| *closed == drone)
+    }
+
+    /// Lets drones that have no path on the lattice alone use those beyond it.
+    fn use_channels(&mut self) {
+        let roadmap = &self.roadmap;
+        let agents = self.agents.par_iter_mut();
+        let stuck = agents.filter(|agent| agent.alone_ticks == UNREACHABLE);
+        stuck.for_each(|agent| {
+            agent.use_channels(roadmap);
+            agent.measure_alone(roadmap);
+        });
+    }
+
+    /// Paths beyond the lattice for the parts of a drone's job that no path on it leads along;
+    /// notes which are closed to its body.
+    fn passages(&mut self, world: &World, solids: &Solids, index: usize) -> Vec<Channel> {
+        let agent = &self.agents[index];
+        let (mut found, mut closed) = (Vec::new(), Vec::new());
+        let mut from = agent.start;
+        for (task, waypoint) in agent.waypoints.iter().enumerate() {
+            let to = waypoint.distances.goal();
+            let before = std::mem::replace(&mut from, to);
+            if waypoint.distances.ticks(&self.roadmap, before) != UNREACHABLE {
+                continue;
+            }
+            let radius_m = agent.mover.radius_m();
+            // What stands on something, or is low over its pad, is nearer to it than it may fly.
+            let typed = &world.drones[index];
+            let is_low = goals_of(world, solids, typed, &typed.tasks).nth(task);
+            let is_low = is_low.is_some_and(|goal| goal.lift_m.is_some());
+            let is_grounded = before == agent.start && agent.grounded;
+            let [leaves, reaches] = [(before, is_grounded), (to, is_low)].map(|(end, is_low)| {
+                let is_lift = |(_, edge): &(Vertex, Edge)| edge.is_lift;
+                let above = self.roadmap.edges_beyond(end).find(is_lift);
+                match is_low {
+                    true => above.map_or((end, false), |(above, _)| (above, true)),
+                    false => (end, true),
+                }
+            });
+            let is_above = leaves.1 && reaches.1;
+            let ends_m = [leaves.0, reaches.0].map(|end| self.roadmap.position_m(end));
+            let body_m = typed.vehicle.body_radius_m;
+            match flown_through(world, solids, (radius_m, ends_m)) {
+                Passage::Open(points_m) if is_above => found.push(Channel { radius_m, points_m }),
+                Passage::Closed if is_above => closed.push((agent.drone, task)),
+                _ if !is_above
+                    && passage(&world.bounds_m, solids, body_m, ends_m) == Passage::Closed =>
+                {
+                    closed.push((agent.drone, task));
+                }
+                _ => {}
+            }
+        }
+        agent.forget();
+        self.closed.extend(closed);
+        found
+    }
+
     /// An empty costmap of a world for this many drones of its kinds; without `wakes` for a fleet
     /// that ignores downwash.
     pub(crate) fn costmap(&self, world: &World, wakes: bool, drones: usize) -> Costmap {
@@ -135,6 +233,27 @@ impl Job {
             ground(world, lattice),
             drones,
         )
+    }
+}
+
+/// A path from one place (m) to another for a ball (m) that keeps off the floor as well, as far as
+/// both places are; it is closed only where the floor is not why.
+fn flown_through(
+    world: &World,
+    solids: &Solids,
+    (radius_m, ends_m): (f64, [Point3<f64>; 2]),
+) -> Passage {
+    let mut above_m = world.bounds_m;
+    let lowest_m = ends_m[0].z.min(ends_m[1].z);
+    above_m.min.z = (above_m.min.z + radius_m).min(lowest_m).max(above_m.min.z);
+    match passage(&above_m, solids, radius_m, ends_m) {
+        Passage::Closed if above_m.min.z > world.bounds_m.min.z => {
+            match passage(&world.bounds_m, solids, radius_m, ends_m) {
+                Passage::Closed => Passage::Closed,
+                _ => Passage::Undecided,
+            }
+        }
+        known => known,
     }
 }
 
@@ -235,7 +354,7 @@ fn with_lifts(roadmap: &Roadmap, vertices: &[Vertex]) -> Vec<Vertex> {
     for &vertex in vertices.iter().filter(|v| roadmap.is_stop(**v)) {
         stops.push(vertex);
         let above = roadmap.edges(vertex).map(|(to, _)| to);
-        stops.extend(above.filter(|to| roadmap.is_stop(*to)));
+        stops.extend(above.filter(|to| roadmap.is_stop(*to) && !roadmap.is_in_channel(*to)));
     }
     stops.sort_unstable();
     stops.dedup();

@@ -71,6 +71,8 @@ pub(crate) struct FleetProblem<'a> {
     pub(crate) control: &'a Control<'a>,
     /// States after which, in all, it gives up; `None`: as many as it takes.
     pub(crate) most_expansions: Option<u64>,
+    /// Whether more is asked than who can be planned: other orders and LNS for a better plan.
+    pub(crate) improves: bool,
 }
 
 /// Plans the whole fleet: in one order after another, or by PIBT where the floor is crowded; then
@@ -119,7 +121,7 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
         best = better(best, found);
         if is_first && !has_all(&best) && !(control.stop)() {
             best = better(best, plan_by_pibt(problem, gives_up_at, effort));
-            if best.is_none() && !(control.stop)() {
+            if best.is_none() && !problem.is_dear() && !(control.stop)() {
                 let whole = problem.in_order(order, false, gives_up_at, effort);
                 best = whole.map(|(paths, _)| paths);
             }
@@ -128,7 +130,8 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
             best = better(best, begun);
         }
         let is_spent = gives_up_at.is_some_and(|most| effort.expansions > most);
-        let is_done = has_all(&best) && !best.as_ref().is_some_and(|it| is_slow(job, it));
+        let may_improve = |it: &Paths| problem.improves && is_slow(job, it);
+        let is_done = has_all(&best) && !best.as_ref().is_some_and(may_improve);
         if is_done || is_spent || (control.stop)() {
             break;
         }
@@ -137,7 +140,7 @@ pub(crate) fn plan_fleet(problem: &FleetProblem<'_>, effort: &mut Effort) -> Opt
     let left = gives_up_at.map_or(u64::MAX, |most| most.saturating_sub(effort.expansions));
     let states = match job.agents.len() {
         // A plan that is yet to be verified is left as it is.
-        _ if problem.costmap.has_limits_raised() => 0,
+        _ if problem.costmap.has_limits_raised() || !problem.improves => 0,
         ..=MOST_SMALL => (SMALL_EXPANSIONS / share).min(left),
         _ => 0,
     };
@@ -162,7 +165,13 @@ impl FleetProblem<'_> {
         attempt.gives_up_at = gives_up_at;
         if is_hasty {
             let most = MOST_EXPANSIONS_A_DRONE * self.job.agents.len() as u64;
-            let enough = attempt.effort.expansions + most.max(FEWEST_EXPANSIONS);
+            let share = match self.is_dear() {
+                true if order > 0 => UNTABULATED_STATES,
+                true => UNTABULATED_STATES / 4,
+                false => 1,
+            };
+            let most = most.max(FEWEST_EXPANSIONS) / share;
+            let enough = attempt.effort.expansions + most;
             attempt.gives_up_at = Some(gives_up_at.map_or(enough, |most| most.min(enough)));
             attempt.pace = (self.job.agents.len() > MOST_SMALL).then_some(Pace {
                 begun: attempt.effort.expansions,
@@ -203,7 +212,13 @@ impl FleetProblem<'_> {
         let mut attempt = Attempt::new(self.job, costmap, energy_weight, self.control, effort);
         let table = |steps| ReservationTable::new(steps, &attempt.costmap);
         attempt.reservations = self.steps.as_ref().map(table);
+        attempt.is_dear |= self.is_dear();
         attempt
+    }
+
+    /// Whether states take long: no table answers for its steps, or for some of them.
+    fn is_dear(&self) -> bool {
+        self.steps.is_none() || self.job.roadmap.has_channels()
     }
 
     /// Number of drones that no order can plan: the excluded, and those that no path leads to a
@@ -341,7 +356,7 @@ fn plan_by_pibt(
         ..
     } = *problem;
     let steps = problem.steps.as_ref()?;
-    if problem.hopeless() > excluded.len() {
+    if problem.hopeless() > excluded.len() || job.roadmap.has_channels() {
         return None;
     }
     let fixed: Vec<DroneId> = excluded.iter().map(|(drone, _)| *drone).collect();
@@ -403,6 +418,7 @@ impl<'a> FleetProblem<'a> {
             planning: &world.planning,
             control: &Control::QUIET,
             most_expansions: None,
+            improves: true,
         }
     }
 }
@@ -449,7 +465,7 @@ mod tests {
         }
         world.drones[7].tasks.clear();
         (world.bounds_m.max.x, world.bounds_m.max.y) = (12.0, 12.0);
-        let job = prepare(&world);
+        let job = prepare(&world, &|| false);
         let costmap = job.costmap(&world, true, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let mut effort = Effort::default();
@@ -492,7 +508,7 @@ mod tests {
             drone.start_m += aside;
             drone.tasks.iter_mut().for_each(|task| task.to_m += aside);
         }
-        let job = prepare(&world);
+        let job = prepare(&world, &|| false);
         let beside = |agent: &&Agent| job.roadmap.is_stop(agent.start);
         assert_eq!(job.agents.iter().filter(beside).count(), 10);
         let costmap = job.costmap(&world, true, world.drones.len());
@@ -535,7 +551,7 @@ mod tests {
             drones.join(", ")
         );
         let world = crate::scenario::read_world(&text).expect("in order");
-        let job = prepare(&world);
+        let job = prepare(&world, &|| false);
         let costmap = job.costmap(&world, true, world.drones.len());
         let problem = FleetProblem::of(&world, &job, &costmap);
         let mut effort = Effort::default();

@@ -8,6 +8,7 @@
 use std::collections::BTreeMap;
 
 use costmap::leg::DroneId;
+use rayon::prelude::*;
 
 use crate::plan::cause::Extent;
 use crate::plan::outcome::{Control, Effort};
@@ -79,10 +80,10 @@ pub(crate) fn tried_again(
     effort: &mut Effort,
 ) -> (Paths, Vec<Retried>) {
     let mut tried: Vec<Retried> = Vec::new();
-    if job.agents.len() <= MOST_SMALL && is_refused(&paths) {
+    if job.agents.len() <= MOST_SMALL && is_refused(job, &paths) {
         let helpless = |drone: DroneId| {
             let mut unplanned = paths.unplanned.iter();
-            unplanned.any(|(it, why)| *it == drone && !may_be_helped(why))
+            unplanned.any(|refused| refused.0 == drone && !may_be_helped(job, refused))
         };
         let all = job.agents.iter().map(|agent| agent.drone);
         let drones: Vec<DroneId> = all.filter(|drone| !helpless(*drone)).collect();
@@ -137,6 +138,7 @@ pub(crate) fn planned_finer(
             cell_m,
             raised: [1.0; 2],
             most_expansions: EXPANSIONS_OF_ONE,
+            improves: true,
         };
         let found = subfleet.replanned(&terms, effort);
         if let Some(found) = found.filter(|found| score(&found.paths) < score(&paths)) {
@@ -148,27 +150,29 @@ pub(crate) fn planned_finer(
 }
 
 /// Whether there are drones that another try might help.
-fn is_refused(paths: &Paths) -> bool {
-    paths.unplanned.iter().any(|(_, why)| may_be_helped(why))
+fn is_refused(job: &Job, paths: &Paths) -> bool {
+    let mut unplanned = paths.unplanned.iter();
+    unplanned.any(|refused| may_be_helped(job, refused))
 }
 
 /// Whether another lattice, or a closer look, could help.
-fn may_be_helped(why: &FailureKind) -> bool {
+fn may_be_helped(job: &Job, (drone, why): &(DroneId, FailureKind)) -> bool {
     match why {
-        FailureKind::NoPath | FailureKind::Obstructed(_) | FailureKind::Zone(_) => true,
+        FailureKind::NoPath | FailureKind::Zone(_) => !job.is_closed(*drone),
+        FailureKind::Obstructed(_) => true,
         FailureKind::EndpointConflict | FailureKind::Landing(_) | FailureKind::Stopped => false,
     }
 }
 
 /// Who is planned together again among all others: the refused with those in their way.
 fn groups(job: &Job, paths: &Paths, control: &Control<'_>) -> Vec<Vec<DroneId>> {
-    if !is_refused(paths) || (control.stop)() {
+    if !is_refused(job, paths) || (control.stop)() {
         return Vec::new();
     }
-    let refused = paths.unplanned.iter().filter(|(_, why)| may_be_helped(why));
-    let asked = refused.map(|(drone, _)| *drone).take(MOST_ASKED);
-    let stopped = asked.map(|drone| (drone, in_the_way(job, paths, drone, control)));
-    let mut groups = joined(&paths.unplanned, &stopped.collect());
+    let refused = paths.unplanned.iter().filter(|it| may_be_helped(job, it));
+    let asked: Vec<DroneId> = refused.map(|(drone, _)| *drone).take(MOST_ASKED).collect();
+    let stopped = in_their_way(job, paths, &asked, control);
+    let mut groups = joined(&paths.unplanned, &stopped);
     groups.retain(|group| group.len() <= LARGEST_GROUP);
     groups.truncate(MOST_GROUPS);
     groups
@@ -202,8 +206,20 @@ pub(crate) fn joined(
     groups
 }
 
-/// What stops a drone if every other drone keeps to its plan.
-pub(crate) fn in_the_way(
+/// What stops each of some drones if every other drone keeps to its plan.
+pub(crate) fn in_their_way(
+    job: &Job,
+    paths: &Paths,
+    drones: &[DroneId],
+    control: &Control<'_>,
+) -> BTreeMap<DroneId, Option<Obstruction>> {
+    let stopped = drones.par_iter();
+    let stopped = stopped.map(|&drone| (drone, in_the_way(job, paths, drone, control)));
+    stopped.collect()
+}
+
+/// The same of one.
+fn in_the_way(
     job: &Job,
     paths: &Paths,
     drone: DroneId,
@@ -258,6 +274,7 @@ impl Refused<'_> {
                 cell_m,
                 raised,
                 most_expansions: left.min(EXPANSIONS_OF_ONE),
+                improves: true,
             };
             let subfleet = Subfleet {
                 world: self.world,

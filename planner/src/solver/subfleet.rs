@@ -38,6 +38,8 @@ pub(crate) struct Terms {
     pub(crate) raised: [f64; 2],
     /// States of all searches.
     pub(crate) most_expansions: u64,
+    /// Whether a better plan is worth more work than who can be planned.
+    pub(crate) improves: bool,
 }
 
 /// A subfleet planned once more.
@@ -73,7 +75,9 @@ impl Subfleet<'_> {
             .collect();
         let mut own = whole.clone();
         own.drones.truncate(self.chosen.len());
-        let mut run = Run::limited(&own, &quiet, terms.most_expansions);
+        let channels = self.job.roadmap.channels();
+        let mut run = Run::limited(&own, &quiet, &channels, terms.most_expansions);
+        run.improves = terms.improves;
         let rest = order.iter().enumerate().skip(self.chosen.len());
         let fixed = rest.map(|(index, drone)| {
             let legs = self.paths.costmap.legs(*drone).iter();

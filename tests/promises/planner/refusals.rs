@@ -1,11 +1,12 @@
 //! A "no" is about the place, as far as it was looked at; and what is advised has been planned.
 
-use planner::plan::cause::{Extent, Remedy};
-use planner::scenario::world::{Vehicle, World};
+use nalgebra::Point3;
+use planner::plan::cause::{Exclusion, Extent, Remedy};
+use planner::scenario::world::{Obstacle, Solid, Vehicle, World, Zone};
 use planner::{Control, FailureCause, Outcome, Planned, plan_world};
 
 use super::assert_sound;
-use super::worlds::{drone, room};
+use super::worlds::{block, drone, room, task};
 
 fn answered(world: &World) -> Planned {
     let outcome = plan_world(world, &Control::QUIET).expect("in order");
@@ -102,4 +103,138 @@ fn an_air_limit_that_is_advised_is_enough() {
         }
     }
     assert!(advised > 0);
+}
+
+/// A wall across a room with a slit (m) that lies beside every lattice.
+fn slit(begins_m: f64, wide_m: f64) -> World {
+    let mut world = room(
+        [10.0, 6.0, 3.0],
+        vec![
+            drone("there", "kolibri", [1.0, 5.0, 1.0], [9.0, 1.0, 2.0]),
+            drone("back", "kolibri", [9.0, 5.0, 1.0], [1.0, 1.0, 2.0]),
+        ],
+    );
+    let walls = [
+        block("low", [4.0, 0.0, 0.0], [4.5, begins_m, 3.0]),
+        block("high", [4.0, begins_m + wide_m, 0.0], [4.5, 6.0, 3.0]),
+    ];
+    world.obstacles.extend(walls);
+    world
+}
+
+#[test]
+fn drones_fly_through_a_slit_that_no_lattice_has_and_a_slit_that_is_too_narrow_is_proven_to_be() {
+    for begins_m in [1.713, 2.137, 3.291] {
+        let world = slit(begins_m, 0.43);
+        let planned = answered(&world);
+        assert!(planned.plan.is_safe(), "{begins_m}: {:?}", planned.failures);
+        assert_sound(&world, &planned.plan);
+        let narrow = answered(&slit(begins_m, 0.37));
+        assert_eq!(narrow.failures.len(), 2);
+        for failure in &narrow.failures {
+            let FailureCause::NoPath(Some(missing)) = &failure.cause else {
+                panic!("{:?}", failure.cause);
+            };
+            assert_eq!(missing.extent, Extent::Proven);
+        }
+    }
+}
+
+#[test]
+fn drones_fly_through_a_passage_at_thirty_degrees() {
+    let mut world = room(
+        [10.0, 8.0, 3.0],
+        vec![drone("k", "kolibri", [1.0, 1.0, 1.0], [9.0, 7.0, 2.0])],
+    );
+    // A wall four metres thick with a straight passage of 0.46 m through its middle.
+    let aside_m = 0.23 / 30.0_f64.to_radians().cos();
+    let edge_m =
+        |x_m: f64, side: f64| 4.013 + (x_m - 5.0) * 30.0_f64.to_radians().tan() + side * aside_m;
+    for (name, side, end_m) in [("low", -1.0, 0.0), ("high", 1.0, 8.0)] {
+        let mut floor_m = [
+            [3.0, end_m],
+            [7.0, end_m],
+            [7.0, edge_m(7.0, side)],
+            [3.0, edge_m(3.0, side)],
+        ];
+        if side > 0.0 {
+            floor_m.reverse();
+        }
+        let corner = |[x, y]: [f64; 2], z: f64| Point3::new(x, y, z);
+        let bottom = floor_m.iter().map(|it| corner(*it, 0.0));
+        let vertices_m = bottom.chain(floor_m.iter().map(|it| corner(*it, 3.0)));
+        let sides = (0..4).flat_map(|k| {
+            let next = (k + 1) % 4;
+            [[k, next, next + 4], [k, next + 4, k + 4]]
+        });
+        let ends = [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]];
+        world.obstacles.push(Obstacle {
+            name: name.to_owned(),
+            shape: Solid::Mesh {
+                mesh: format!("{name}.obj"),
+                vertices_m: vertices_m.collect(),
+                triangles: sides.chain(ends).collect(),
+            },
+        });
+    }
+    let planned = answered(&world);
+    assert!(planned.plan.is_safe(), "{:?}", planned.failures);
+    assert_sound(&world, &planned.plan);
+}
+
+#[test]
+fn a_drone_whose_downwash_is_too_strong_at_its_task_is_told_a_place_with_which_it_is_planned() {
+    let mut world = room(
+        [12.0, 6.0, 4.0],
+        vec![drone("k", "kolibri", [1.0, 1.0, 1.0], [11.0, 5.0, 1.0])],
+    );
+    world.drones[0].tasks.insert(0, task([6.0, 3.2, 2.0], 5.0));
+    world.zones.push(Zone {
+        name: "belt".to_owned(),
+        min_m: Point3::new(6.2, 2.0, 0.0),
+        max_m: Point3::new(8.5, 4.0, 1.0),
+        air_limit_mps: Some(1.0),
+        keep_out: false,
+    });
+    let planned = answered(&world);
+    let FailureCause::Obstructed { remedy, extent, .. } = &planned.failures[0].cause else {
+        panic!("{:?}", planned.failures);
+    };
+    assert_eq!(*extent, Some(Extent::Proven));
+    let Remedy::MoveTask(moved) = remedy else {
+        panic!("{remedy:?}");
+    };
+    world.drones[0].tasks[moved.task - 1].to_m = moved.to_m;
+    let outcome = plan_world(&world, &Control::QUIET).expect("in order");
+    assert!(matches!(outcome, Outcome::Safe(_)));
+}
+
+#[test]
+fn a_tracking_margin_that_a_spacing_cannot_hold_is_named_with_one_that_is_planned() {
+    let grid = |k: usize| [0.25 * (k % 3) as f64, 0.25 * (k / 3) as f64, 0.0];
+    let drones = (0..9).map(|k| {
+        let [x, y, _] = grid(k);
+        drone(
+            &format!("c{k}"),
+            "crazyflie-2.1",
+            [1.0 + x, 1.0 + y, 1.0],
+            [4.0 + x, 4.0 + y, 1.0],
+        )
+    });
+    let mut world = room([6.0, 6.0, 3.0], drones.collect());
+    world.planning.cell_m = 0.25;
+    world.planning.clearance_m = 0.05;
+    let Ok(Outcome::Infeasible { conflicts }) = plan_world(&world, &Control::QUIET) else {
+        panic!("starts within one another's margins");
+    };
+    let bears_m = conflicts.worst.iter().map(|it| match it.why {
+        Exclusion::Bodies { tracking_m, .. } => tracking_m,
+        _ => None,
+    });
+    let bears_m: Vec<Option<f64>> = bears_m.collect();
+    let one_m = bears_m[0].expect("there is one that would do");
+    assert!(bears_m.iter().all(|it| *it == Some(one_m)), "{bears_m:?}");
+    world.planning.margins.tracking_m = one_m;
+    let outcome = plan_world(&world, &Control::QUIET).expect("in order");
+    assert!(matches!(outcome, Outcome::Safe(_)));
 }

@@ -84,6 +84,15 @@ impl Mover {
         }
     }
 
+    /// The same with more stops beyond the lattice that it may use.
+    #[must_use]
+    pub(crate) fn with_stops(mut self, more: impl Iterator<Item = Vertex>) -> Mover {
+        self.stops.extend(more);
+        self.stops.sort_unstable();
+        self.stops.dedup();
+        self
+    }
+
     /// The stops beyond the lattice that it may use.
     pub(crate) fn stops(&self) -> &[Vertex] {
         &self.stops

@@ -136,6 +136,24 @@ impl<'a> Links<'a> {
         }
     }
 
+    /// Edges between all of some vertices and all of others.
+    pub(super) fn join(&mut self, some: &[Vertex], others: &[Vertex]) {
+        for (&a, &b) in some.iter().flat_map(|a| others.iter().map(move |b| (a, b))) {
+            let [a_m, b_m] = [a, b].map(|vertex| self.place_m(vertex));
+            let clearance_m = self.survey.clearance_m(a_m, b_m);
+            self.link(a, b, edge(a_m, b_m, clearance_m));
+        }
+    }
+
+    /// Where a vertex is (m).
+    fn place_m(&self, vertex: Vertex) -> Point3<f64> {
+        let lattice = self.survey.lattice;
+        match (vertex as usize).checked_sub(lattice.place_count()) {
+            Some(stop) => self.places_m[stop],
+            None => lattice.position_m(vertex),
+        }
+    }
+
     /// An edge in both directions.
     fn link(&mut self, a: Vertex, b: Vertex, edge: Edge) {
         self.edges.insert((a, b), edge);

@@ -25,7 +25,7 @@ const HALL: &str = r#"Scenario(
 
 fn job() -> (Job, Costmap) {
     let world = read_world(HALL).expect("in order");
-    let job = prepare(&world);
+    let job = prepare(&world, &|| false);
     let costmap = job.costmap(&world, true, world.drones.len());
     (job, costmap)
 }

@@ -29,10 +29,10 @@ const WEIGHT_GROWTH: u32 = 250;
 pub(super) const MOST_EVICTIONS: u32 = 24;
 /// States of one search; chosen here, seconds of work.
 const MOST_EXPANSIONS: u64 = 400_000;
-/// The same in a small fleet, where what is refused is tried again: chosen here, half a second of
-/// work.
+/// The same in a small fleet, where what is refused is tried again, and without tables, where a
+/// state takes longer: chosen here, half a second of work and more.
 const MOST_SMALL_EXPANSIONS: u64 = 40_000;
-/// Once a small fleet took so many states, its searches get no more than
+/// Once such a fleet took so many states, its searches get no more than
 /// [`LEAST_SMALL_EXPANSIONS`]: chosen here, two seconds of work.
 const ALL_SMALL_EXPANSIONS: u64 = 120_000;
 /// Chosen here: what most searches need.
@@ -121,6 +121,8 @@ pub(super) struct Attempt<'a> {
     pub(super) careful: Vec<bool>,
     /// A drone evicted more often stays at its start.
     pub(super) most_evictions: u32,
+    /// It is small, or its states take long: searches get fewer of them.
+    pub(super) is_dear: bool,
     /// See [`Setting::detours`].
     pub(super) detours: bool,
     /// After how many states in all it gives up.
@@ -164,6 +166,7 @@ impl<'a> Attempt<'a> {
             evicted: vec![0; drones],
             careful: vec![false; drones],
             most_evictions: MOST_EVICTIONS,
+            is_dear: drones <= MOST_SMALL,
             detours: true,
             gives_up_at: None,
             pace: None,
@@ -215,12 +218,12 @@ impl<'a> Attempt<'a> {
     /// States of the next search.
     fn most_expansions(&self) -> u64 {
         let spent = self.effort.expansions;
-        let most = match self.agents.len() {
-            ..=MOST_SMALL if self.kept.is_empty() => {
+        let most = match self.is_dear && self.kept.is_empty() {
+            true => {
                 let left = ALL_SMALL_EXPANSIONS.saturating_sub(spent);
                 left.clamp(LEAST_SMALL_EXPANSIONS, MOST_SMALL_EXPANSIONS)
             }
-            _ => MOST_EXPANSIONS,
+            false => MOST_EXPANSIONS,
         };
         let left = self
             .gives_up_at
@@ -568,10 +571,15 @@ impl<'a> Attempt<'a> {
 
     /// Leaves those in the queue at their starts, and as few others as a tenth of a second allows.
     pub(super) fn finalise(&mut self, waiting: VecDeque<DroneId>) {
+        let why = match (self.control.stop)() {
+            true => FailureKind::Stopped,
+            // The states ended; that may be tried again.
+            false => FailureKind::Obstructed(None),
+        };
         let mut displaced = VecDeque::new();
         for drone in waiting {
             if self.weights[drone.0 as usize] != IMMOVABLE {
-                self.leave_unplanned(drone, FailureKind::Stopped, &mut displaced);
+                self.leave_unplanned(drone, why, &mut displaced);
             }
         }
         let immovable = vec![IMMOVABLE; self.weights.len()];
@@ -600,7 +608,7 @@ impl<'a> Attempt<'a> {
                     continue;
                 }
             }
-            self.leave_unplanned(drone, FailureKind::Stopped, &mut displaced);
+            self.leave_unplanned(drone, why, &mut displaced);
         }
     }
 
