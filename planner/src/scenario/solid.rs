@@ -148,7 +148,7 @@ impl Solids {
         }
     }
 
-    /// Distance of an upright box (m) from all obstacles, at most `at_most_m`: 0 where it meets one.
+    /// Distance of an upright box (m) from all obstacles, at most `at_most_m`; 0: it meets one.
     pub(crate) fn box_clearance_m(&self, [low_m, high_m]: [Point3<f64>; 2], at_most_m: f64) -> f64 {
         let (low, high) = (vector(&low_m), vector(&high_m));
         let gap = |mins: Vector, maxs: Vector| {
