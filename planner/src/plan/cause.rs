@@ -337,7 +337,7 @@ impl fmt::Display for FailureCause {
                 let short_m = (short_m * 100.0).ceil() / 100.0;
                 write!(
                     f,
-                    "the descent from its last task lacks {short_m:.2} m of room beside an obstacle"
+                    "the descent from its last task lacks {short_m:.2} m of room beside an obstacle or overhead"
                 )?;
                 remedy.fmt(f)
             }

@@ -194,7 +194,7 @@ pub(super) fn problems(
         {
             report(
                 name,
-                format!("`{name}` lands with {short_m:.2} m too little room beside an obstacle"),
+                format!("`{name}` lands with {short_m:.2} m too little room beside an obstacle or overhead"),
             );
         }
     }
