@@ -194,7 +194,9 @@ pub(super) fn problems(
         {
             report(
                 name,
-                format!("`{name}` lands with {short_m:.2} m too little room beside an obstacle or overhead"),
+                format!(
+                    "`{name}` lands with {short_m:.2} m too little room beside an obstacle or overhead"
+                ),
             );
         }
     }
