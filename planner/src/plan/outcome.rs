@@ -220,6 +220,15 @@ impl Control<'_> {
         contrast: false,
     };
 
+    /// Stops as this one, and does nothing else that takes time or is told: for plans that only
+    /// show what could be done.
+    pub(crate) fn trying(&self) -> Control<'_> {
+        Control {
+            stop: self.stop,
+            ..Control::QUIET
+        }
+    }
+
     /// Runs a planner for at most `limit_s` (s): it stops at [`PLANNING_SHARE`] of it to check what
     /// it has, and until [`IMPROVING_SHARE`] of it a plan that is complete is made better.
     /// `elapsed_s` says how long it has been running (s): libraries read no clock.

@@ -16,7 +16,7 @@ use crate::scenario::world::{AtEnd, World};
 use crate::sipp::search::{Obstruction, Obstructor};
 use crate::solver::density;
 use crate::solver::endpoints::{self, Exclusions};
-use crate::solver::fleet::Run;
+use crate::solver::fleet::tried;
 use crate::solver::prepare::Job;
 use crate::solver::priority::{FailureKind, MOST_SMALL, Paths};
 use crate::solver::refusals::{LARGEST_GROUP, Retried, halved_cells_m, in_their_way, joined};
@@ -145,7 +145,9 @@ pub(crate) fn failures(refusals: &Refusals<'_>) -> Vec<Failure> {
             }
             FailureKind::Landing(short_m) => FailureCause::NoRoomToLand {
                 short_m,
-                remedy: refusals.past_landing(drone, Remedy::MoveTask),
+                remedy: refusals
+                    .past_landing(drone, Remedy::MoveTask)
+                    .unwrap_or(Remedy::Unknown),
             },
         },
     });
@@ -336,36 +338,37 @@ impl Refusals<'_> {
         let Some(drone) = unplanned.find(|drone| group.contains(drone)) else {
             return Remedy::NoneAtAnyLimit;
         };
-        let typed = &self.world.drones[drone.0 as usize];
-        if typed.at_end == AtEnd::Land {
-            let remedy = self.past_landing(drone, Remedy::MoveLanding);
-            if remedy != Remedy::Unknown {
-                return remedy;
-            }
+        if let Some(remedy) = self.past_landing(drone, Remedy::MoveLanding) {
+            return remedy;
         }
-        let Some(task) = typed.tasks.len().checked_sub(1) else {
+        let tasks = &self.world.drones[drone.0 as usize].tasks;
+        let Some(task) = tasks.len().checked_sub(1) else {
             return Remedy::NoneAtAnyLimit;
         };
-        let places_m = aside_m(typed.tasks[task].to_m).chain(above_m(typed.tasks[task].to_m));
+        let places_m = aside_m(tasks[task].to_m).chain(above_m(tasks[task].to_m));
         let planned = self.planned_at(drone, task, places_m);
         planned.map_or(Remedy::NoneAtAnyLimit, Remedy::MoveTask)
     }
 
     /// What helps where the landing is the cause: a place of the last task from which the drone
-    /// lands, or that it stays in the air. Unknown where it is not planned without landing.
-    fn past_landing(&self, drone: DroneId, moves: fn(Moved) -> Remedy) -> Remedy {
+    /// lands, or that it stays in the air. `None` where it does not land, or is not planned without
+    /// landing.
+    fn past_landing(&self, drone: DroneId, moves: fn(Moved) -> Remedy) -> Option<Remedy> {
         let index = drone.0 as usize;
+        if self.world.drones[index].at_end != AtEnd::Land {
+            return None;
+        }
         let mut hovering = self.world.clone();
         hovering.drones[index].at_end = AtEnd::Hover;
         if !self.would_plan(&hovering, &[drone]) {
-            return Remedy::Unknown;
+            return None;
         }
         let tasks = &self.world.drones[index].tasks;
         let moved = tasks.len().checked_sub(1).and_then(|task| {
             let places_m = aside_m(tasks[task].to_m);
             self.planned_at(drone, task, places_m)
         });
-        moved.map_or(Remedy::StayUp, moves)
+        Some(moved.map_or(Remedy::StayUp, moves))
     }
 
     /// That its landing is the cause; or a height or place of a task, or a limit of the zone, with
@@ -374,14 +377,10 @@ impl Refusals<'_> {
         let Obstructor::Zone(zone) = by.by else {
             return Remedy::Unknown;
         };
-        let typed = &self.world.drones[drone.0 as usize];
-        if typed.at_end == AtEnd::Land {
-            let remedy = self.past_landing(drone, Remedy::MoveLanding);
-            if remedy != Remedy::Unknown {
-                return remedy;
-            }
+        if let Some(remedy) = self.past_landing(drone, Remedy::MoveLanding) {
+            return remedy;
         }
-        let tasks = &typed.tasks;
+        let tasks = &self.world.drones[drone.0 as usize].tasks;
         let middle_m = {
             let zone = &self.world.zones[zone];
             nalgebra::center(&zone.min_m, &zone.max_m)
@@ -452,24 +451,13 @@ impl Refusals<'_> {
         if (self.control.stop)() || changed.check().is_err() {
             return false;
         }
-        let quiet = Control {
-            improve: &|| false,
-            progress: &|_| {},
-            contrast: false,
-            ..*self.control
-        };
         let left_out = |paths: &Paths| {
             let mut unplanned = paths.unplanned.iter();
             unplanned.any(|(drone, _)| drones.contains(drone))
         };
         if changed.drones.len() <= MOST_SMALL {
-            let run = Run::new(changed, &quiet).ok();
-            let solved = run.and_then(|mut run| {
-                run.most_expansions = Some(MOST_EXPANSIONS);
-                run.improves = false;
-                run.solve()
-            });
-            return solved.is_some_and(|(paths, _)| !left_out(&paths));
+            let tried = tried(changed, self.control, MOST_EXPANSIONS);
+            return tried.is_some_and(|paths| !left_out(&paths));
         }
         let subfleet = Subfleet {
             world: changed,

@@ -78,19 +78,18 @@ fn is_planned_with(world: &World, tracking_m: f64, control: &Control<'_>) -> boo
     }
     let mut changed = world.clone();
     changed.planning.margins.tracking_m = tracking_m;
-    let quiet = Control {
-        improve: &|| false,
-        progress: &|_| {},
-        contrast: false,
-        ..*control
-    };
-    let run = Run::new(&changed, &quiet).ok();
-    let solved = run.and_then(|mut run| {
-        run.most_expansions = Some(MOST_EXPANSIONS_CONFIRMED);
-        run.improves = false;
-        run.solve()
-    });
-    solved.is_some_and(|(paths, _)| paths.unplanned.is_empty())
+    let tried = tried(&changed, control, MOST_EXPANSIONS_CONFIRMED);
+    tried.is_some_and(|paths| paths.unplanned.is_empty())
+}
+
+/// Paths of a whole fleet within so many states, none of them better than the first that are found;
+/// `None` where starts exclude one another, or the states ended first.
+pub(crate) fn tried(world: &World, control: &Control<'_>, most_expansions: u64) -> Option<Paths> {
+    let control = control.trying();
+    let mut run = Run::new(world, &control).ok()?;
+    run.most_expansions = Some(most_expansions);
+    run.improves = false;
+    run.solve().map(|(paths, _)| paths)
 }
 
 /// States of the search for one drone alone among zones: chosen here, a second of work.

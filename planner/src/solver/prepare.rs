@@ -36,7 +36,8 @@ pub(crate) struct Job {
     pub(crate) kinds: Kinds,
     /// Drones whose landing is blocked, and by how much (m).
     pub(crate) blocked_landings: Vec<(usize, f64)>,
-    /// Drones that fit through to one of their tasks nowhere, on whatever lattice, and which task.
+    /// Drones of which it is proven that they cannot do one of their tasks, on whatever lattice,
+    /// and which: they fit through to it nowhere, or their downwash there is too strong for a zone.
     pub(crate) closed: Vec<(DroneId, usize)>,
 }
 
@@ -133,8 +134,8 @@ impl Job {
     fn use_channels(&mut self) {
         let roadmap = &self.roadmap;
         let agents = self.agents.par_iter_mut();
-        let stuck = agents.filter(|agent| agent.alone_ticks == UNREACHABLE);
-        stuck.for_each(|agent| {
+        let refused = agents.filter(|agent| agent.alone_ticks == UNREACHABLE);
+        refused.for_each(|agent| {
             agent.use_channels(roadmap);
             agent.measure_alone(roadmap);
         });

@@ -56,12 +56,7 @@ impl Subfleet<'_> {
     /// Plans the chosen on these terms; adds what that took to `effort`. `None` where the states
     /// ended first, or where it was stopped.
     pub(crate) fn replanned(&self, terms: &Terms, effort: &mut Effort) -> Option<Replanned> {
-        let quiet = Control {
-            improve: &|| false,
-            progress: &|_| {},
-            contrast: false,
-            ..*self.control
-        };
+        let quiet = self.control.trying();
         let is_chosen = |drone: &DroneId| self.chosen.binary_search(drone).is_ok();
         let all = (0..self.world.drones.len() as u32).map(DroneId);
         let order: Vec<DroneId> = (self.chosen.iter().copied())
