@@ -36,11 +36,11 @@ const LAST_SHARE: usize = 50;
 const MOST_IN_VAIN: usize = 60;
 
 /// Rounds in which a drone comes no nearer to its goal than it has been, after which it counts one
-/// step too many, and one more after so many again. Chosen here, of a hundred drones that trade
-/// places on a ring: with fewer those who only wait stray, with more it takes longer.
-const PATIENCE: u32 = 4;
-/// Steps too many that count as none, at most: chosen here, once around another drone.
-const MOST_STRAY: u32 = 4;
+/// step of detour, and one more after so many again. Chosen here, of a hundred drones that swap
+/// across a ring: with fewer those make detours that only wait, with more it takes longer.
+const ROUNDS_A_DETOUR_STEP: u32 = 4;
+/// Longest detour (steps): chosen here, once around another drone.
+const MOST_DETOUR: u32 = 4;
 
 /// How far a fleet came by steps of every drone at once.
 pub(crate) struct PibtRun {
@@ -195,7 +195,7 @@ fn rounds(
     let mut order: Vec<u32> = (0..drones as u32).collect();
     // The fewest steps that each was from its goal, and for how many rounds it has come no nearer.
     let mut nearest: Vec<(u32, u32)> = (0..drones).map(|drone| (far(drone), 0)).collect();
-    let mut restless = vec![0; drones];
+    let mut detours = vec![0; drones];
     let (mut fewest, mut best) = (left(&starts), 0);
     let mut all = vec![starts];
     while fewest > 0 && all.len() - best <= MOST_IN_VAIN {
@@ -205,7 +205,7 @@ fn rounds(
         let now = &all[all.len() - 1];
         order.sort_by(|a, b| urgency[*b as usize].total_cmp(&urgency[*a as usize]));
         let random = seed ^ (all.len() as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-        let directions = Round::new(configuration, now, &restless, random).decide_all(&order);
+        let directions = Round::new(configuration, now, &detours, random).decide_all(&order);
         let after = |(drone, direction): (usize, &u8)| {
             configuration.after(drone, &now[drone], usize::from(*direction))
         };
@@ -226,7 +226,7 @@ fn rounds(
                 left if left < *least => (left, 0),
                 _ => (*least, *rounds + 1),
             };
-            restless[drone] = (*rounds / PATIENCE).min(MOST_STRAY);
+            detours[drone] = (*rounds / ROUNDS_A_DETOUR_STEP).min(MOST_DETOUR);
         }
         let now_left = left(&next);
         let away = (0..drones).filter(|&drone| !configuration.is_home(drone, &next[drone]));

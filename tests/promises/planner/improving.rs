@@ -78,7 +78,7 @@ fn a_crowd_stopped_on_the_way_is_safe_and_leaves_most_of_those_flying_who_had_a_
     assert!(planned[2] > world.drones.len() / 2, "{planned:?}");
 }
 
-/// Small fleets on floors so wide that whoever has to make room may wait beside its goal.
+/// Small fleets on floors so wide that a drone that has to make room may wait beside its goal.
 #[test]
 fn no_drone_of_a_small_fleet_leaves_its_goal_again() {
     for (seed, goals_on) in [(1, 11), (2, 23), (3, 29), (4, 37), (5, 41), (6, 53)] {

@@ -11,9 +11,9 @@ use crate::sipp::conflicts::synchronous::{DIRECTIONS, MOST_LOADS, STAYS};
 
 /// Steps tried for one drone and all whom it pushes: chosen here, mostly a few are enough.
 const MOST_TRIES: u32 = 200;
-/// A restless drone strays once in so many rounds: chosen here, in between it goes on from where
-/// that led.
-const STRAYS_IN: u32 = 4;
+/// A drone that may make a detour makes one in so many rounds: chosen here, in between it goes on
+/// from where that led.
+const DETOUR_EVERY: u32 = 4;
 /// What a drone could do: stay, step along an axis, or to or from a stop beside the lattice.
 const MOST_OPTIONS: usize = DIRECTIONS.len() + MOST_LINKS;
 /// No drone.
@@ -41,8 +41,8 @@ pub(super) struct Round<'a> {
     trail: Vec<(u32, u8)>,
     /// Steps that may still be tried for the drone whose turn it is.
     tries: u32,
-    /// By drone, up to how many steps too many count as none to it.
-    restless: &'a [u32],
+    /// By drone, the longest detour that it may make (steps).
+    detours: &'a [u32],
     /// State of the tie-break's generator; never 0.
     random: u64,
 }
@@ -52,7 +52,7 @@ impl<'a> Round<'a> {
     pub(super) fn new(
         configuration: &'a Configuration<'a>,
         now: &'a [AgentState],
-        restless: &'a [u32],
+        detours: &'a [u32],
         random: u64,
     ) -> Round<'a> {
         let [nx, ny, _] = configuration.synchronous.steps.counts();
@@ -69,7 +69,7 @@ impl<'a> Round<'a> {
             loads: vec![0; now.len()],
             trail: Vec::new(),
             tries: 0,
-            restless,
+            detours,
             random,
         };
         for drone in (0..now.len()).rev() {
@@ -123,20 +123,20 @@ impl<'a> Round<'a> {
         false
     }
 
-    /// What a drone could do, nearest to its goal first, then what pushes no drone. Who is restless
-    /// takes now and then what leads away from there.
+    /// What a drone could do, nearest to its goal first, then what pushes no drone. Who may make a
+    /// detour takes now and then what leads away from there.
     fn options(&mut self, drone: usize) -> [Option<u8>; MOST_OPTIONS] {
         let (configuration, at) = (self.configuration, self.now[drone]);
         let mut keyed = [(u32::MAX, true, 0, 0); MOST_OPTIONS];
         let mut count = 0;
-        let most = self.restless[drone];
-        let strays = most > 0 && self.tie_break().is_multiple_of(STRAYS_IN);
-        let stray = if strays { most } else { 0 };
+        let most = self.detours[drone];
+        let makes_one = most > 0 && self.tie_break().is_multiple_of(DETOUR_EVERY);
+        let detour = if makes_one { most } else { 0 };
         configuration.options(drone, &at, |direction, to| {
             let is_taken = to != at.place && self.is_taken(drone, to);
             let tie_break = self.tie_break();
             keyed[count] = (
-                configuration.steps_from(drone, &at, to) + tie_break % (stray + 1),
+                configuration.steps_from(drone, &at, to) + tie_break % (detour + 1),
                 is_taken,
                 tie_break,
                 direction as u8,

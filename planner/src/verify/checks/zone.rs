@@ -456,7 +456,7 @@ struct Steps<'s, 'a> {
 }
 
 impl<'a> Steps<'_, 'a> {
-    /// Shows some of the steps together, and one by one if asked to.
+    /// Shows some of the steps as one span, and one by one if asked to.
     fn walk(&self, (from, until): (u64, u64), visit: Visit<'_, 'a>) -> ControlFlow<()> {
         let at_s = |step: u64| match step == self.count {
             true => self.span_s.1,
