@@ -6,6 +6,7 @@
 //! leaves them as they are. What has no bound is refused: nothing is left out in silence.
 
 use crate::airframe::Airframe;
+use crate::convection::Convection;
 use crate::effects::{
     ClimbDescent, Effects, GroundImpingement, Home, MOST_WIND, PayloadMass, Treatment,
 };
@@ -25,8 +26,8 @@ pub struct Flown {
     pub receiver_gain: f64,
     /// Air that is there without any jet, in whatever direction (m/s).
     pub return_flow_mps: f64,
-    /// Speed of the air that carries wakes down over that of the centreline.
-    pub convection: Option<f64>,
+    /// How fast air is carried down, for every delay from none on; `None`: wakes are quasi-static.
+    pub convection: Option<Convection>,
     /// The wall jet along the floor.
     pub wall: Option<GroundImpingement>,
 }
@@ -83,7 +84,10 @@ impl Flown {
             }),
             receiver_gain: effects.receiver_alpha(1.0),
             return_flow_mps: effects.recirculation.map_or(0.0, |room| room.speed_mps),
-            convection: (effects.wake_transport).and_then(|transport| transport.convection()),
+            // A thousandth of the delay at the centreline's speed is none.
+            convection: (effects.wake_transport)
+                .and_then(|transport| transport.convection())
+                .and_then(|factor| Convection::new([factor; 2]).ok()),
             wall: effects
                 .ground_impingement
                 .filter(|ground| ground.wall_jet > 0.0),
@@ -108,12 +112,23 @@ impl Flown {
         }
     }
 
-    /// How long the air of a wake (of [`Flown::wake`]) is under way down to a depth (s); 0 where it
-    /// takes no time.
+    /// The same effects with air that is carried down at a range of factors, beside that of the
+    /// effects themselves.
+    #[must_use]
+    pub fn with_convection(mut self, convection: Option<Convection>) -> Flown {
+        self.convection = match (self.convection, convection) {
+            (Some(own), Some(other)) => Some(own.hull(other)),
+            (own, other) => own.or(other),
+        };
+        self
+    }
+
+    /// The longest that air of a wake (of [`Flown::wake`]) is under way down to a depth (s); 0 where
+    /// it takes no time.
     #[must_use]
     pub fn lag_s(&self, wake: &Wake, depth_m: f64) -> f64 {
         self.convection.map_or(0.0, |convection| {
-            wake.far_field().transport_time_s(depth_m, convection)
+            convection.longest_lag() * wake.far_field().transport_time_s(depth_m, 1.0)
         })
     }
 

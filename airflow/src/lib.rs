@@ -89,12 +89,14 @@
 //! the hover jet leaves out, one table and one file each. `wake`: both fields joined, with the
 //! effects that shape one drone's steady jet; `wake/cross_section`: at one depth. `superposition`,
 //! `discs` and `field`: several drones, and a receiver. `surroundings` and `wall_jet`: a wake at
-//! one moment, and over a floor; `flown`: effects as a planner flies them. [`power`]: what it
+//! one moment, and over a floor; `convection`: how fast air is carried down; `flown`: effects as a
+//! planner flies them. [`power`]: what it
 //! costs. `golden_section`: a minimum along one line, for the crates above.
 
 mod air;
 mod airframe;
 mod axial_exposure;
+mod convection;
 mod discs;
 pub mod effects;
 mod far_field;
@@ -112,6 +114,7 @@ mod wall_jet;
 
 pub use air::{Air, AirError, GRAVITY_MPS2};
 pub use airframe::{Airframe, AirframeError, WIDTH_FACTOR_RANGE};
+pub use convection::{CONVECTION_FACTORS, Convection, NoConvection};
 pub use discs::DiscPoints;
 pub use far_field::FarField;
 pub use field::{HEIGHT_TOLERANCE_M, Source, axial_speed_mps, mean_over_discs_mps};

@@ -40,6 +40,7 @@ fn world(drones: Vec<Drone>) -> World {
         air: Air::default(),
         jet: Jet::default(),
         effects: airflow::effects::Effects::default(),
+        convection: None,
         superposition: Superposition::Momentum,
         obstacles: Vec::new(),
         zones: Vec::new(),

@@ -16,7 +16,7 @@ use thiserror::Error;
 use super::limits::DefaultLimits;
 use super::trajectory::{SAME_PLACE_M, Tail, Trajectory};
 use super::{
-    AIR_LIMIT_DEFAULT, AirframeEntry, AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE,
+    AIR_LIMIT_DEFAULT, AirDelay, AirframeEntry, AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE,
     MAX_SPEED_DEFAULT_MPS, Plan, Status, ZoneAir,
 };
 
@@ -65,6 +65,9 @@ pub enum NotAPlan {
     /// No drone.
     #[error("`drones`: there are none")]
     NoDrones,
+    /// Two statements that cannot both be.
+    #[error("`{0}`: {1}")]
+    Contradiction(&'static str, &'static str),
     /// What this verifier cannot judge, and would have to leave out.
     #[error("`{0}`: {1}")]
     NotJudged(String, &'static str),
@@ -87,7 +90,7 @@ pub struct Claims {
     /// As [`Plan::violations`].
     pub violations: Option<Vec<super::Violation>>,
     margins: Option<IgnoredAny>,
-    /// Not `null`: air that takes its time by a range of convection factors.
+    /// Not `null`.
     air_delay: Option<IgnoredAny>,
 }
 
@@ -169,10 +172,7 @@ pub fn read(text: &str) -> Result<PlanFile, NotAPlan> {
         return Err(NotAPlan::NoDrones);
     }
     let claims: Claims = parsed(text)?;
-    if claims.air_delay.is_some() {
-        let why = "air that takes its time by a range of factors cannot be judged yet";
-        return Err(NotAPlan::NotJudged("air_delay".to_owned(), why));
-    }
+    plan.settle_delay(&claims)?;
     for (k, drone) in claims.drones.iter().enumerate() {
         if drone
             .trajectory
@@ -192,6 +192,10 @@ pub fn read(text: &str) -> Result<PlanFile, NotAPlan> {
     if plan.format == FORMAT_BEFORE {
         let what = "neither margins nor limits of climb and descent: none are judged";
         remarks.push(format!("{FORMAT_BEFORE} states {what}"));
+        if plan.quasi_static {
+            let what = "wakes are judged as they follow their drones at once";
+            remarks.push(format!("{FORMAT_BEFORE} is quasi-static: {what}"));
+        }
     } else if claims.margins.is_none() {
         remarks.push("no margins stated: judged as flown on time and on its paths".to_owned());
     }
@@ -218,6 +222,34 @@ fn parsed<'t, T: Deserialize<'t>>(text: &'t str) -> Result<T, NotAPlan> {
 }
 
 impl Plan {
+    /// Holds what is said of the delay of air against one another, and fills in what follows.
+    ///
+    /// # Errors
+    ///
+    /// A contradiction, at its place.
+    fn settle_delay(&mut self, claims: &Claims) -> Result<(), NotAPlan> {
+        if self.format == FORMAT_BEFORE && claims.air_delay.is_some() {
+            let why = "plan/1 is quasi-static; air that takes its time is stated by plan/2";
+            return Err(NotAPlan::Contradiction("air_delay", why));
+        }
+        let convection = self.convection();
+        let is_quasi_static = convection.is_none();
+        match claims.quasi_static {
+            Some(true) if !is_quasi_static => {
+                let why = "it is true, but the plan states that air takes its time";
+                return Err(NotAPlan::Contradiction("quasi_static", why));
+            }
+            Some(false) if is_quasi_static => {
+                let why = "it is false, but the plan states no delay: air_delay is null";
+                return Err(NotAPlan::Contradiction("quasi_static", why));
+            }
+            _ => {}
+        }
+        self.quasi_static = is_quasi_static;
+        self.air_delay = convection.map(|convection| AirDelay { convection });
+        Ok(())
+    }
+
     /// Fills in what follows from the rest: masses, hover velocities, when drones are airborne, and
     /// limits, of which `plan/1` knows none. Says what, and for how many drones.
     fn complete(&mut self, claims: &Claims) -> Vec<(&'static str, usize)> {

@@ -14,7 +14,7 @@ pub mod trajectory;
 use std::collections::BTreeMap;
 
 use airflow::effects::Effects;
-use airflow::{Airframe, Jet, Superposition};
+use airflow::{Airframe, Convection, Flown, Jet, Superposition};
 use nalgebra::Point3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -44,10 +44,12 @@ pub struct Plan {
     /// The answer in one word. A result.
     #[serde(default)]
     pub status: Status,
-    /// Wakes are attached to their drones without delay; `false` where a finding says that their
-    /// air takes its time.
+    /// Wakes follow their drones without delay: exactly where `air_delay` is `null`.
     #[serde(default = "is_quasi_static")]
     pub quasi_static: bool,
+    /// How late air may be; `null`: wakes are quasi-static, as in `plan/1`.
+    #[serde(default)]
+    pub air_delay: Option<AirDelay>,
     /// The air that the plan assumes.
     #[serde(default)]
     pub air: AirModel,
@@ -111,6 +113,17 @@ fn is_quasi_static() -> bool {
     true
 }
 
+/// How late air may be while the plan holds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AirDelay {
+    /// Speed of the air that carries wakes down over the centreline's, lowest and highest: air at a
+    /// depth left its drone up to the delay of the lowest ago, all air at the same speed at a time.
+    /// Exposure and energy are those of the highest.
+    #[schemars(with = "[f64; 2]")]
+    pub convection: Convection,
+}
+
 /// Where every drone is at one moment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sample {
@@ -122,6 +135,15 @@ pub struct Sample {
 }
 
 impl Plan {
+    /// How late air may be: as the plan states it, and as its effects have it; `None`: wakes follow
+    /// their drones without delay.
+    pub fn convection(&self) -> Option<Convection> {
+        let effects = self.air.effects.unwrap_or_default();
+        let flown = Flown::of(&effects).unwrap_or_default();
+        let stated = self.air_delay.map(|it| it.convection);
+        flown.with_convection(stated).convection
+    }
+
     /// Every drone is planned, and the verifier found nothing: it may be flown as it is.
     pub fn is_safe(&self) -> bool {
         self.status == Status::Safe && self.violations.is_empty() && self.unplanned.is_empty()

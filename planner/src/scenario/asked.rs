@@ -4,6 +4,7 @@
 //! Places reached, dwells and loads are read from the trajectories alone. A margin may be larger
 //! than asked for, and a limit tighter; everything else has to be the same.
 
+use airflow::Convection;
 use nalgebra::Point3;
 
 use crate::plan::trajectory::{Motion, Piece, Tail, Trajectory};
@@ -111,6 +112,18 @@ fn of_place(world: &World, plan: &Plan) -> Vec<String> {
         && world.effects == plan.air.effects.unwrap_or_default();
     if !is_same_air {
         missing.push("the plan assumes other air".to_owned());
+    }
+    let lag = |it: Option<Convection>| it.map_or(0.0, Convection::longest_lag);
+    let (asked, kept) = (world.flown().convection, plan.convection());
+    if lag(kept) < lag(asked) * (1.0 - ROUNDING) {
+        let words = |it: Option<Convection>| match it {
+            None => "none".to_owned(),
+            Some(it) => format!("{}", it.factors()[0]),
+        };
+        let (asked, kept) = (words(asked), words(kept));
+        missing.push(format!(
+            "convection is down to {asked} times the centreline's speed, the plan has {kept}"
+        ));
     }
     missing
 }

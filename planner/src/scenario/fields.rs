@@ -229,6 +229,24 @@ impl<'t> Reader<'t> {
         }
     }
 
+    /// Two numbers in round brackets, each within limits, the first no more than the second.
+    pub(super) fn range(&mut self, field: Field<'_, 't>, limits: &Limits) -> Option<[f64; 2]> {
+        let before = self.problems.len();
+        self.numbers(field, (2, "a range: two numbers"), limits);
+        let numbers: Vec<f64> = field
+            .value
+            .tuple()?
+            .iter()
+            .filter_map(Value::plain)
+            .collect();
+        let [low, high] = numbers.try_into().ok()?;
+        if low > high {
+            let problem = field.is("upside down").label("the lower comes first");
+            self.report(problem.help(format!("write ({high}, {low})")));
+        }
+        (self.problems.len() == before).then_some([low, high])
+    }
+
     /// A whole number within limits.
     pub(super) fn whole(&mut self, field: Field<'_, 't>, limits: &Limits) -> Option<u32> {
         let Some(number) = field.value.plain::<u32>() else {
@@ -384,6 +402,20 @@ impl<'t> Record<'t> {
         read: impl FnOnce(&mut Reader<'t>, Field<'_, 't>) -> Option<T>,
     ) -> Option<T> {
         read(reader, self.field(key)?)
+    }
+
+    /// [`Record::optional`] of a key for which `None` is a value of its own; the outer `None` where
+    /// it is left out or wrong.
+    pub(super) fn or_none<T>(
+        &mut self,
+        reader: &mut Reader<'t>,
+        key: &'static str,
+        read: impl FnOnce(&mut Reader<'t>, Field<'_, 't>) -> Option<T>,
+    ) -> Option<Option<T>> {
+        if self.has(key) && self.field(key).is_none() {
+            return Some(None);
+        }
+        self.optional(reader, key, read).map(Some)
     }
 
     /// Puts what `read` makes of the value of a key in the place of its default, if it is there and

@@ -89,6 +89,9 @@ pub(super) const TEMPERATURE_C: Limits = from(-90.0, 60.0, "deg C");
 /// From the top of Everest (33 700 Pa, rounded down) to the highest reading at sea level (108 400
 /// Pa, rounded up).
 pub(super) const PRESSURE_PA: Limits = from(30_000.0, 110_000.0, "Pa");
+/// Speed of the air that carries a wake down over the centreline's: large eddies have 0.5 to 0.65,
+/// nothing in the jet is faster than its centreline in the mean.
+pub(super) const CONVECTION: Limits = from(0.1, 4.0, "times the centreline's speed");
 /// A jet's decay constant: the paper's is 10; a hundredth or ten times that is a slip or another
 /// unit.
 pub(super) const CENTRELINE: Limits = from(0.1, 100.0, "");

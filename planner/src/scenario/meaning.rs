@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use airflow::Air;
+use airflow::{Air, Convection};
 use nalgebra::Point3;
 
 use super::Files;
@@ -84,6 +84,8 @@ pub(super) fn world(
             .and_then(|flown| flown.superposition)
             .unwrap_or(written.air.superposition),
         effects,
+        // Its limits are narrower than those of any factor.
+        convection: (written.air.convection).and_then(|range| Convection::new(range).ok()),
         obstacles,
         zones: written.zones.iter().map(zone).collect(),
         drones,

@@ -10,8 +10,9 @@ use super::airframes::airframes;
 use super::cell::LARGEST_M as LARGEST_CELL_M;
 use super::fields::{Field, Reader, whole, within};
 use super::limits::{
-    AIR_LIMIT, CELL_M, CLEARANCE_M, DWELL_S, ENERGY_WEIGHT, LOAD_KG, MOST_LATTICE_PLACES, PLACE_M,
-    PRESSURE_PA, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, lattice_places,
+    AIR_LIMIT, CELL_M, CLEARANCE_M, CONVECTION, DWELL_S, ENERGY_WEIGHT, LOAD_KG,
+    MOST_LATTICE_PLACES, PLACE_M, PRESSURE_PA, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M,
+    lattice_places,
 };
 use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
@@ -122,6 +123,10 @@ pub(super) fn air<'t>(reader: &mut Reader<'t>, field: Field<'_, 't>) -> Option<A
     });
     air.jet = record.optional(reader, "jet", Reader::text);
     air.finding = record.optional(reader, "finding", Reader::text);
+    let convection = record.or_none(reader, "convection", |reader, field| {
+        reader.range(field, &CONVECTION)
+    });
+    air.convection = convection.unwrap_or(air.convection);
     record.close(reader);
     Some(air)
 }

@@ -3,11 +3,11 @@
 //! Everything here has been checked: every number is finite and in range, every airframe is known.
 
 use airflow::effects::Effects;
-use airflow::{Air, Airframe, Jet, Superposition};
+use airflow::{Air, Airframe, Convection, Flown, Jet, Superposition};
 use nalgebra::Point3;
 
 use crate::plan::limits::DefaultLimits;
-use crate::plan::{AirModel, AirframeEntry, DronePlan, FORMAT, Fleet, Plan, Status};
+use crate::plan::{AirDelay, AirModel, AirframeEntry, DronePlan, FORMAT, Fleet, Plan, Status};
 
 pub use crate::plan::{AtEnd, AtStart, Bounds, Margins, Obstacle, Solid, Zone};
 
@@ -26,6 +26,9 @@ pub struct World {
     pub superposition: Superposition,
     /// What a finding adds to the hover jet; nothing by default.
     pub effects: Effects,
+    /// How fast air is carried down: every delay from none on is planned for; `None`: wakes follow
+    /// their drones at once, unless a finding says otherwise.
+    pub convection: Option<Convection>,
     /// What no body may touch.
     pub obstacles: Vec<Obstacle>,
     /// Places where the air itself is limited.
@@ -58,6 +61,11 @@ pub struct Vehicle {
     /// m/s³: as above.
     pub max_jerk_mps3: f64,
 }
+
+/// How fast air is carried down where a scenario does not say (lowest and highest speed over the
+/// centreline's); `None`: wakes are quasi-static. Chosen here: `Some([0.6, 1.0])` is planned for
+/// all delays up to those of large eddies.
+pub(crate) const CONVECTION_DEFAULT: Option<[f64; 2]> = None;
 
 /// How early or late each drone may be by default (s): chosen here, a command that comes a few
 /// cycles of a radio link late, and clocks kept by the network.
@@ -136,14 +144,22 @@ pub struct Planning {
 }
 
 impl World {
+    /// The air as it is flown; of effects that cannot be flown, without any.
+    pub(crate) fn flown(&self) -> Flown {
+        let flown = Flown::of(&self.effects).unwrap_or_default();
+        flown.with_convection(self.convection)
+    }
+
     /// A plan in this place and its air, by its rules, for these drones: not judged, nothing summed
     /// up.
     pub(crate) fn plan_of(&self, drones: Vec<DronePlan>) -> Plan {
+        let convection = self.flown().convection;
         Plan {
             format: FORMAT.to_owned(),
             scenario: self.name.clone(),
             status: Status::Safe,
-            quasi_static: self.effects.wake_transport.is_none(),
+            quasi_static: convection.is_none(),
+            air_delay: convection.map(|convection| AirDelay { convection }),
             air: AirModel {
                 density_kg_per_m3: self.air.density_kg_per_m3(),
                 jet: self.jet,

@@ -18,7 +18,7 @@ use super::limits::{
 };
 use crate::plan::AIR_LIMIT_DEFAULT;
 pub(super) use crate::plan::MAX_SPEED_DEFAULT_MPS;
-use crate::scenario::world::{self, AtEnd, AtStart};
+use crate::scenario::world::{self, AtEnd, AtStart, CONVECTION_DEFAULT};
 
 /// Air limit of a zone that states none (m/s): the upper end of Beaufort 1, "light air", which
 /// moves no paper.
@@ -122,6 +122,19 @@ pub(super) struct Air {
     /// is flown through, and checked in, the air that it corrects.
     #[schemars(with = "Option<String>", extend("default" = "nothing is added to the hover jet"))]
     pub(super) finding: Option<At<String>>,
+    /// How fast air is carried down, lowest and highest speed over the centreline's, as `(0.6, 1.0)`:
+    /// air at a depth left its drone up to the delay of the lowest ago, and the plan holds for every
+    /// delay from none on, the same factor for all wakes at a time. `None`: quasi-static, wakes
+    /// follow their drones at once.
+    #[schemars(with = "Option<[f64; 2]>", extend("default" = written_range(CONVECTION_DEFAULT)))]
+    pub(super) convection: Option<[f64; 2]>,
+}
+
+/// A range as a scenario has it.
+fn written_range(range: Option<[f64; 2]>) -> String {
+    range.map_or("None".to_owned(), |[low, high]| {
+        format!("({low:?}, {high:?})")
+    })
 }
 
 /// A solid: a box (`min_m`, `max_m`), an upright cylinder (`base_m`, `radius_m`, `height_m`) or a
@@ -316,6 +329,7 @@ impl Default for Air {
             superposition: Superposition::default(),
             jet: None,
             finding: None,
+            convection: CONVECTION_DEFAULT,
         }
     }
 }

@@ -212,7 +212,7 @@ impl Job {
             jet: world.jet,
             superposition: world.superposition,
             // A world is checked: nothing in it is refused.
-            flown: airflow::Flown::of(&world.effects).unwrap_or_default(),
+            flown: world.flown(),
             fastest_mps: speeds.fold(0.0, f64::max),
             gaps_m: [0, 1, 2].map(|flying| world.planning.gap_to_bodies_m(flying)),
             shift: Tick::lasting(2.0 * world.planning.margins.time_s),

@@ -295,16 +295,6 @@ impl Differences<'_> {
             let told = |status: Status| format!("\"{}\"", status.as_str());
             self.tell(None, "status", told(stated), told(status));
         }
-        let effects = plan.air.effects.unwrap_or_default();
-        let quasi_static = effects.wake_transport.is_none();
-        if let Some(stated) = claims.quasi_static.filter(|it| *it != quasi_static) {
-            self.tell(
-                None,
-                "quasi_static",
-                stated.to_string(),
-                quasi_static.to_string(),
-            );
-        }
         if let Some(stated) = &claims.zone_air {
             self.zones(stated);
         }

@@ -21,6 +21,7 @@ pub(super) fn room(size_m: [f64; 3], drones: Vec<Drone>) -> World {
         jet: Jet::default(),
         superposition: Superposition::Momentum,
         effects: airflow::effects::Effects::default(),
+        convection: None,
         obstacles: Vec::new(),
         zones: Vec::new(),
         drones,

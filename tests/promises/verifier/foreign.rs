@@ -106,7 +106,7 @@ fn what_cannot_be_judged_is_refused_with_its_field() {
         Err(other) => other.to_string(),
         Ok(_) => "read".to_owned(),
     };
-    let cases: [Change<Value>; 7] = [
+    let cases: [Change<Value>; 12] = [
         ("`drones`: there are none", |plan| {
             plan["drones"] = json!([])
         }),
@@ -120,9 +120,24 @@ fn what_cannot_be_judged_is_refused_with_its_field() {
         ("drones[0].trajectory.control_m", |plan| {
             plan["drones"][0]["trajectory"]["control_m"] = json!([[[2, 5, 2], [7, 5, 2]]]);
         }),
-        ("air_delay", |plan| {
-            plan["air_delay"] = json!({"convection": [0.6, 1.0]})
+        ("air_delay.convection", |plan| {
+            plan["air_delay"] = json!({"convection": [1.0, 0.6]})
         }),
+        ("air_delay.convection", |plan| {
+            plan["air_delay"] = json!({"convection": [0.0, 1.0]})
+        }),
+        ("air_delay", |plan| {
+            plan["air_delay"] = json!({"convection": [0.6, 1.0], "k": 1})
+        }),
+        ("air_delay", |plan| {
+            plan["format"] = json!("plan/1");
+            plan["air_delay"] = json!({"convection": [0.6, 1.0]});
+        }),
+        ("quasi_static", |plan| {
+            plan["quasi_static"] = json!(true);
+            plan["air_delay"] = json!({"convection": [0.6, 1.0]});
+        }),
+        ("quasi_static", |plan| plan["quasi_static"] = json!(false)),
         ("bounds_m", |plan| {
             plan.as_object_mut().unwrap().remove("bounds_m");
         }),
@@ -141,6 +156,32 @@ fn what_cannot_be_judged_is_refused_with_its_field() {
         plan["air_delay"] = Value::Null;
     });
     assert_eq!(field(&straight), "read");
+}
+
+#[test]
+fn a_plan_is_quasi_static_exactly_where_it_states_no_delay() {
+    let plain = file(LEAST).plan;
+    assert!(plain.quasi_static && plain.air_delay.is_none());
+    let late = file(&changed(LEAST, |plan| {
+        plan["air_delay"] = json!({"convection": [0.6, 1.0]});
+    }));
+    let convection = late.plan.air_delay.expect("stated").convection;
+    assert_eq!(convection.factors(), [0.6, 1.0]);
+    assert!(!late.plan.quasi_static);
+    // What is written is read again.
+    let written = serde_json::to_string(&late.plan).unwrap();
+    assert_eq!(file(&written).plan, late.plan);
+    // The delay of a finding is one, too.
+    let found = file(&changed(LEAST, |plan| {
+        plan["air"] = json!({"density_kg_per_m3": 1.2, "jet": {"centreline": 10.11, "spreading": 0.07668, "origin": -5.817},
+            "effects": {"wake_transport": {"lag_factor": 2.0}}});
+    }));
+    let convection = found.plan.air_delay.expect("of the finding").convection;
+    assert_eq!(convection.factors(), [0.5, 0.5]);
+    assert!(!found.plan.quasi_static);
+    let before = file(&changed(LEAST, |plan| plan["format"] = json!("plan/1")));
+    assert!(before.plan.quasi_static);
+    assert!(before.remarks.iter().any(|it| it.contains("quasi-static")));
 }
 
 #[test]

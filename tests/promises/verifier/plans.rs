@@ -80,6 +80,7 @@ pub(crate) fn plan(drones: Vec<DronePlan>) -> Plan {
         scenario: "by hand".to_owned(),
         status: Status::Safe,
         quasi_static: true,
+        air_delay: None,
         air: AirModel {
             density_kg_per_m3: Air::default().density_kg_per_m3(),
             jet: airflow::Jet {

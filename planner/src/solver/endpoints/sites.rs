@@ -60,7 +60,7 @@ impl<'a> EndpointJudge<'a> {
     pub(super) fn new(world: &'a World) -> (EndpointJudge<'a>, WakeCache) {
         let deepest_m = world.bounds_m.max.z - world.bounds_m.min.z;
         // A world is checked: no effect in it is refused, and every obstacle has a shape.
-        let flown = Flown::of(&world.effects).unwrap_or_default();
+        let flown = world.flown();
         let solids = world.obstacles.iter();
         let obstacles = Obstacles {
             floor_z_m: world.bounds_m.min.z,

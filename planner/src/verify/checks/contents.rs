@@ -204,6 +204,10 @@ fn air(plan: &Plan) -> Result<(Superposition, Flown, WakeCache), String> {
     }
     let superposition =
         Superposition::from_str(&plan.air.superposition).map_err(|error| error.to_string())?;
+    if plan.quasi_static != plan.convection().is_none() {
+        let why = "quasi_static is true exactly where air takes no time";
+        return Err(format!("it contradicts itself: {why}"));
+    }
     let effects = plan.air.effects.unwrap_or_default();
     if let Some(problem) = effects.problems().first() {
         return Err(format!("an effect: {problem}"));
@@ -212,6 +216,7 @@ fn air(plan: &Plan) -> Result<(Superposition, Flown, WakeCache), String> {
         let (name, why) = refused[0];
         format!("`{name}` cannot be judged: {why}")
     })?;
+    let flown = flown.with_convection(plan.air_delay.map(|it| it.convection));
     let deepest_m = plan.bounds_m.max.z - plan.bounds_m.min.z;
     let cache = WakeCache::new(density_kg_per_m3, jet, flown, deepest_m);
     Ok((flown.superposition.unwrap_or(superposition), flown, cache))

@@ -102,7 +102,7 @@ impl<'a> Advected<'a> {
         Some(Advected {
             from,
             flight: &scene.flights[from],
-            convection: scene.flown.convection?,
+            convection: scene.flown.convection?.factors()[0],
             longest_lag_s: scene.longest_lag_s,
         })
     }
