@@ -5,6 +5,7 @@ mod foreign;
 mod margins;
 mod mutations;
 pub(crate) mod plans;
+mod smooth;
 mod zones;
 
 use airflow::effects::{Effects, JetMerging};

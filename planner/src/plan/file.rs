@@ -68,9 +68,6 @@ pub enum NotAPlan {
     /// Two statements that cannot both be.
     #[error("`{0}`: {1}")]
     Contradiction(&'static str, &'static str),
-    /// What this verifier cannot judge, and would have to leave out.
-    #[error("`{0}`: {1}")]
-    NotJudged(String, &'static str),
 }
 
 /// The results that a file states; `None`: it does not.
@@ -125,7 +122,6 @@ pub struct DroneClaims {
     pub extra_energy_percent: Option<f64>,
     /// As [`DronePlan::may_be_late_s`].
     pub may_be_late_s: Option<f64>,
-    trajectory: Curves,
 }
 
 /// What a file states of an airframe, and what it leaves out.
@@ -151,13 +147,6 @@ pub struct FleetClaims {
     pub extra_energy_j: Option<f64>,
 }
 
-/// Inner control points, where a file has them.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(default)]
-struct Curves {
-    control_m: Vec<Vec<IgnoredAny>>,
-}
-
 /// Reads a plan, fills in what it leaves out, and keeps what it claims.
 ///
 /// # Errors
@@ -173,20 +162,6 @@ pub fn read(text: &str) -> Result<PlanFile, NotAPlan> {
     }
     let claims: Claims = parsed(text)?;
     plan.settle_delay(&claims)?;
-    for (k, drone) in claims.drones.iter().enumerate() {
-        if drone
-            .trajectory
-            .control_m
-            .iter()
-            .any(|piece| !piece.is_empty())
-        {
-            let where_ = format!("drones[{k}].trajectory.control_m");
-            return Err(NotAPlan::NotJudged(
-                where_,
-                "curved pieces cannot be judged yet",
-            ));
-        }
-    }
     let filled = plan.complete(&claims);
     let mut remarks = Vec::new();
     if plan.format == FORMAT_BEFORE {

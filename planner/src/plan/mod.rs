@@ -9,15 +9,17 @@ pub mod cause;
 pub mod file;
 pub(crate) mod limits;
 pub mod outcome;
+pub mod smoothing;
 pub mod trajectory;
 
 use std::collections::BTreeMap;
 
 use airflow::effects::Effects;
 use airflow::{Airframe, Convection, Flown, Jet, Superposition};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use trajectory::{Motion, SAME_TIME_S};
 
 /// The value of [`Plan::format`].
 pub const FORMAT: &str = "plan/2";
@@ -497,7 +499,7 @@ impl AirframeEntry {
     }
 }
 
-/// Break points of a motion that is straight between them.
+/// Break points of a motion that is straight between them, or cubic where control points say so.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrajectoryEntry {
     /// Ascending (s).
@@ -508,6 +510,23 @@ pub struct TrajectoryEntry {
     /// Mass from each time to the next (kg); left out: the airframe's.
     #[serde(default)]
     pub mass_kg: Vec<f64>,
+    /// One entry for each piece between two points, or none at all where all are straight: the two
+    /// inner Bézier points of a cubic whose parameter is linear in time (m), or nothing for a
+    /// straight piece. With it the motion is continuous up to acceleration, from rest to rest.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<Vec<[f64; 3]>>")]
+    pub control_m: Vec<Vec<Point3<f64>>>,
+}
+
+/// Where a drone is, and how it moves, at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionState {
+    /// Rotor-plane centre (m, world).
+    pub position_m: Point3<f64>,
+    /// m/s.
+    pub velocity_mps: Vector3<f64>,
+    /// m/s².
+    pub acceleration_mps2: Vector3<f64>,
 }
 
 impl TrajectoryEntry {
@@ -515,16 +534,52 @@ impl TrajectoryEntry {
     ///
     /// `None` where the entry has no points.
     pub fn position_m(&self, at_s: f64) -> Option<Point3<f64>> {
-        let after = self.t_s.partition_point(|&t_s| t_s <= at_s);
-        let (first, last) = (self.position_m.first()?, self.position_m.last()?);
-        if after == 0 {
-            return Some(*first);
-        }
-        let (Some(&until_s), Some(to_m)) = (self.t_s.get(after), self.position_m.get(after)) else {
-            return Some(*last);
+        self.state(at_s).map(|state| state.position_m)
+    }
+
+    /// Where the drone is and how it moves at a time (s): at rest before the first point and after
+    /// the last; at a point, as it goes on from there.
+    ///
+    /// `None` where the entry has no points.
+    pub fn state(&self, at_s: f64) -> Option<MotionState> {
+        let at_rest = |place_m: &Point3<f64>| MotionState {
+            position_m: *place_m,
+            velocity_mps: Vector3::zeros(),
+            acceleration_mps2: Vector3::zeros(),
         };
-        let (from_s, from_m) = (self.t_s[after - 1], self.position_m.get(after - 1)?);
-        Some(from_m + (to_m - from_m) * ((at_s - from_s) / (until_s - from_s)))
+        let after = self.t_s.partition_point(|&t_s| t_s <= at_s);
+        let Some(piece) = after.checked_sub(1) else {
+            return self.position_m.first().map(at_rest);
+        };
+        let Some(motion) = self.motion(piece) else {
+            return self.position_m.last().map(at_rest);
+        };
+        Some(MotionState {
+            position_m: motion.at_m(at_s).into(),
+            velocity_mps: motion.velocity_mps(at_s),
+            acceleration_mps2: motion.acceleration_mps2(at_s),
+        })
+    }
+
+    /// The piece between a point and the next; `None`: there is none, or it takes no time.
+    pub fn motion(&self, piece: usize) -> Option<Motion> {
+        let span_s = (*self.t_s.get(piece)?, *self.t_s.get(piece + 1)?);
+        let (from_m, to_m) = (
+            *self.position_m.get(piece)?,
+            *self.position_m.get(piece + 1)?,
+        );
+        if span_s.1 - span_s.0 <= SAME_TIME_S {
+            return None;
+        }
+        Some(match self.control_m.get(piece).map(Vec::as_slice) {
+            Some(&[first_m, second_m]) => Motion::cubic(span_s, [from_m, first_m, second_m, to_m]),
+            _ => Motion::straight(span_s, from_m, to_m),
+        })
+    }
+
+    /// Whether it is continuous up to acceleration, or claims to be.
+    pub fn is_smooth(&self) -> bool {
+        !self.control_m.is_empty()
     }
 }
 
@@ -615,7 +670,7 @@ pub struct Violation {
     pub value: f64,
     /// What it may be at most (or at least, for gaps), in `unit`.
     pub limit: f64,
-    /// `m`, `m/s`, `U_D/U_H` or `s`.
+    /// `m`, `m/s`, `m/s2`, `m/s3`, `U_D/U_H` or `s`.
     pub unit: String,
 }
 
@@ -651,6 +706,14 @@ pub enum ViolationKind {
     Sideways,
     /// Sets down faster than it may.
     Touchdown,
+    /// Velocity changes in no time where the trajectory claims to be smooth.
+    VelocityJump,
+    /// Acceleration changes in no time where the trajectory claims to be smooth.
+    AccelerationJump,
+    /// Beyond its highest acceleration.
+    Acceleration,
+    /// Beyond its highest jerk.
+    Jerk,
     /// Body in a zone that keeps bodies out, or nearer to it than the tracking margin.
     KeepOut,
     /// Body nearer to an obstacle than the tracking margin.

@@ -1,9 +1,8 @@
 //! Where a drone is when: pieces with a time span each, read from the break points of a plan.
 //!
-//! Pieces are straight today. Nothing outside this module may assume so: the rest of the crate asks
-//! a [`Motion`] where it is, in which box it stays, and when it is inside a ball or an upright
-//! cylinder, and two of them, [`Shifted`] against one another in time, how near they come. A piece
-//! of higher order has to answer the same questions.
+//! Pieces are straight or cubic. Nothing outside this module tells them apart: the rest of the crate
+//! asks a [`Motion`] where it is, in which box it stays, and when it is inside a ball or an upright
+//! cylinder, and two of them, [`Shifted`] against one another in time, how near they come.
 //!
 //! World frame, z up, metres and seconds.
 
@@ -74,6 +73,26 @@ pub enum TrajectoryError {
         /// Masses.
         masses: usize,
     },
+    /// Control points are listed, but not for every piece.
+    #[error(
+        "the trajectory has {pieces} pieces between its points, but control_m lists {controls}"
+    )]
+    Controls {
+        /// Between its points.
+        pieces: usize,
+        /// Listed.
+        controls: usize,
+    },
+    /// Neither none nor two.
+    #[error(
+        "piece {piece} of the trajectory has {count} control points: a cubic has 2, a straight piece none"
+    )]
+    ControlCount {
+        /// Index.
+        piece: usize,
+        /// How many.
+        count: usize,
+    },
     /// A number is not finite.
     #[error("point {point} of the trajectory is not finite")]
     NotFinite {
@@ -116,6 +135,24 @@ impl Trajectory {
         if let Some(point) = (0..times).find(|&k| !finite(k)) {
             return Err(TrajectoryError::NotFinite { point });
         }
+        let pieces = times.saturating_sub(1);
+        let controls = entry.control_m.len();
+        if controls != 0 && controls != pieces {
+            return Err(TrajectoryError::Controls { pieces, controls });
+        }
+        for (piece, control_m) in entry.control_m.iter().enumerate() {
+            let count = control_m.len();
+            if count != 0 && count != 2 {
+                return Err(TrajectoryError::ControlCount { piece, count });
+            }
+            if !control_m
+                .iter()
+                .flat_map(|it| it.iter())
+                .all(|c| c.is_finite())
+            {
+                return Err(TrajectoryError::NotFinite { point: piece });
+            }
+        }
         let before = |k: usize| if k == 0 { 0.0 } else { entry.t_s[k - 1] };
         if let Some(point) = (0..times).find(|&k| entry.t_s[k] < before(k)) {
             return Err(TrajectoryError::Backwards { point });
@@ -125,24 +162,27 @@ impl Trajectory {
         };
 
         let mut pieces = Vec::with_capacity(times + 1);
-        let mut push = |span_s: (f64, f64), from: usize, to: usize| {
-            pieces.push(Piece {
-                motion: Motion::straight(span_s, entry.position_m[from], entry.position_m[to]),
-                mass_kg: entry.mass_kg[from],
-            });
-        };
         if entry.t_s[0] > SAME_TIME_S {
-            push((0.0, entry.t_s[0]), 0, 0);
+            let first_m = entry.position_m[0];
+            pieces.push(Piece {
+                motion: Motion::straight((0.0, entry.t_s[0]), first_m, first_m),
+                mass_kg: entry.mass_kg[0],
+            });
         }
-        for k in 0..last {
-            let span_s = (entry.t_s[k], entry.t_s[k + 1]);
-            if span_s.1 - span_s.0 > SAME_TIME_S {
-                push(span_s, k, k + 1);
-            }
-        }
+        let between = (0..last).filter_map(|k| {
+            Some(Piece {
+                motion: entry.motion(k)?,
+                mass_kg: entry.mass_kg[k],
+            })
+        });
+        pieces.extend(between);
         let (last_s, last_m) = (entry.t_s[last], entry.position_m[last]);
         if let Tail::Stays { until_s } = tail {
-            push((last_s, until_s.max(last_s)), last, last);
+            let span_s = (last_s, until_s.max(last_s));
+            pieces.push(Piece {
+                motion: Motion::straight(span_s, last_m, last_m),
+                mass_kg: entry.mass_kg[last],
+            });
         }
         Ok(Trajectory {
             pieces,

@@ -78,12 +78,17 @@ fn given(entry: &DronePlan, world: &World) -> Result<Drone, GivenError> {
         t_s,
         position_m,
         mass_kg,
+        control_m,
     } = &entry.trajectory;
     if let Some(mass_kg) = mass_kg.iter().find(|kg| **kg <= 0.0) {
         return Err(unusable(format!("its mass (kg) is {mass_kg}")));
     }
     let outside = |place_m: &&Point3<f64>| !place_m.iter().all(|x_m| PLACE_M.contain(*x_m));
-    if let Some(place_m) = position_m.iter().find(outside) {
+    if let Some(place_m) = position_m
+        .iter()
+        .chain(control_m.iter().flatten())
+        .find(outside)
+    {
         let [x, y, z] = place_m.coords.into();
         return Err(unusable(format!(
             "({x}, {y}, {z}) m is more than 10 km away"

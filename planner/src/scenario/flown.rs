@@ -496,6 +496,7 @@ fn flown(
                 .iter()
                 .map(|it| it.mass_kg.unwrap_or(mass_kg))
                 .collect(),
+            ..TrajectoryEntry::default()
         },
         ..DronePlan::default()
     }

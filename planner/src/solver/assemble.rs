@@ -50,6 +50,7 @@ fn drone_plan(world: &World, job: &Job, paths: &Paths, index: usize) -> DronePla
             t_s: vec![0.0],
             position_m: vec![job.roadmap.position_m(agent.start)],
             mass_kg: vec![job.kinds.mass_kg(agent.kinds[0])],
+            ..TrajectoryEntry::default()
         };
     }
     let arrives = path.map_or(Tick(0), |path| path.arrives);

@@ -11,11 +11,13 @@
 //! | speed | `max_speed_mps` | pieces | 1e-6 of it |
 //! | bounds | rotor-plane centres inside `bounds_m` | pieces | 1 µm |
 //! | obstacle | ball of `body_radius_m` clear of every solid | subdivision; distance grows no faster than the path flown | 5 mm |
-//! | collision | balls of two drones apart | relative motion, closed form | 1 mm |
+//! | collision | balls of two drones apart | relative motion, closed form; cubics by chords within 10 µm | 1 mm |
 //! | column | no airborne centre in the near-field column of another airborne drone, as far down as its wake reaches | relative motion, closed form | 1 µm |
 //! | air | mean over the rotor discs of all wakes superposed, at most `air_limit` U_H | subdivision on an upper bound | 0.001 U_H, 1 ms |
 //! | zone | the wakes superposed at every point of the box, and the wall jets along the floor | subdivision of box and time on an upper bound | 0.5 %, 1 cm |
 //! | climb, descent | `max_climb_mps`, `max_descent_mps` | pieces | 1e-6 of it |
+//! | velocity jump, acceleration jump | continuous up to acceleration, from rest to rest; where `control_m` is listed | break points | 1 mm/s, 1 cm/s² |
+//! | acceleration, jerk | `max_acceleration_mps2`, `max_jerk_mps3`; where `control_m` is listed | ends of pieces | 1e-3 of it |
 //! | sideways, touchdown | `body_radius_m` + 0.5 m over its pad a drone goes straight up and down, at no more than 0.5 m/s to the ground | pieces | 1 µm, 1e-6 |
 //! | keep-out | no body in the zone, `tracking_m` around one that flies | subdivision, as obstacles | 5 mm |
 //! | collision, column with margins | each drone early or late by `time_s`, at any moment, and off its path by `tracking_m` while it flies (bodies) | both motions over time and shift, closed form | 1 mm, 1 µm |
@@ -50,7 +52,9 @@ use serde::Serialize;
 use crate::plan::{Plan, Status, Unplanned, Violation, ViolationKind, Zone, ZoneAir};
 pub use checks::air::DroneExposure;
 pub use checks::lateness;
-use checks::{air, collision, contents, limits, obstacle, shifted_air, shifted_pairs, zone};
+use checks::{
+    air, collision, contents, limits, obstacle, shifted_air, shifted_pairs, smooth, zone,
+};
 pub use extents::FAINTEST_WAKE_MPS;
 use scene::{Flight, Scene};
 use violation::Found;
@@ -88,6 +92,7 @@ fn report(plan: &Plan, scene: Option<&Scene<'_>>, malformed: Vec<Found>) -> Repo
         let judged: Vec<_> = (scene.flights.par_iter().zip(&near).enumerate())
             .map(|(k, (flight, near))| {
                 let mut found = limits::check(scene, flight);
+                found.extend(smooth::check(scene, flight));
                 found.extend(obstacle::check(scene, flight));
                 found.extend(collision::check(scene, near, k));
                 let (air, exposure) = air::check(scene, near, flight);

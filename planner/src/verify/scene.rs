@@ -71,6 +71,8 @@ pub(crate) struct Flight {
     pub(crate) body_radius_m: f64,
     /// Highest vertical speeds, up and down (m/s); `None`: not limited.
     pub(crate) vertical_mps: [Option<f64>; 2],
+    /// Of a trajectory that claims to be smooth.
+    pub(crate) smooth: Option<Smooth>,
     /// Where it stands before it takes off (m); `None`: it begins in the air.
     pub(crate) takes_off_m: Option<Point3<f64>>,
     /// Where it stands after it has landed (m); `None`: it does not land.
@@ -83,6 +85,17 @@ pub(crate) struct Flight {
     pub(crate) wakes: Vec<Arc<BoundedWake>>,
     /// Solids on whose top the wake of each piece may end.
     pub(crate) stops: Vec<Vec<u32>>,
+}
+
+/// What a trajectory is held to that claims to be smooth.
+#[derive(Clone, Copy)]
+pub(crate) struct Smooth {
+    /// m/s²; `None`: not limited.
+    pub(crate) acceleration_mps2: Option<f64>,
+    /// m/s³; `None`: not limited.
+    pub(crate) jerk_mps3: Option<f64>,
+    /// Whether it is at rest when it begins, and when it ends: one that comes or leaves need not be.
+    pub(crate) rests: [bool; 2],
 }
 
 impl Flight {

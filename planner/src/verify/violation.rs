@@ -81,9 +81,12 @@ fn unit(kind: ViolationKind) -> &'static str {
         | ViolationKind::Descent
         | ViolationKind::Sideways
         | ViolationKind::Touchdown
+        | ViolationKind::VelocityJump
         | ViolationKind::Zone
         | ViolationKind::ZoneMargin => "m/s",
         ViolationKind::Air | ViolationKind::AirMargin => "U_D/U_H",
+        ViolationKind::Acceleration | ViolationKind::AccelerationJump => "m/s2",
+        ViolationKind::Jerk => "m/s3",
         _ => "m",
     }
 }
@@ -141,6 +144,18 @@ impl fmt::Display for Violation {
             ),
             ViolationKind::Touchdown => {
                 format!("{who} sets down at {value:.3} m/s {there}; the limit is {limit:.1} m/s")
+            }
+            ViolationKind::VelocityJump => {
+                format!("{who} changes its velocity by {value:.3} m/s in no time {there}")
+            }
+            ViolationKind::AccelerationJump => {
+                format!("{who} changes its acceleration by {value:.3} m/s2 in no time {there}")
+            }
+            ViolationKind::Acceleration => format!(
+                "{who} accelerates at {value:.3} m/s2 {there}; its limit is {limit:.3} m/s2"
+            ),
+            ViolationKind::Jerk => {
+                format!("{who} jerks at {value:.3} m/s3 {there}; its limit is {limit:.3} m/s3")
             }
             ViolationKind::KeepOut => format!(
                 "{who} is {value:.3} m from zone `{with}` {there}, which keeps bodies out; it must be {limit:.3} m"

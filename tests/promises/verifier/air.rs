@@ -2,9 +2,9 @@
 
 use nalgebra::Point3;
 use planner::plan::{AtStart, Plan, Unplanned, ViolationKind};
-use planner::verify::verify;
+use planner::verify::{FAINTEST_WAKE_MPS, verify};
 
-use super::plans::{drone, kinds, leaves, plan, preset, sample, with_box, with_mesh_box};
+use super::plans::{drone, kinds, leaves, plan, preset, sample, smooth, with_box, with_mesh_box};
 use super::{broken, refused};
 
 #[test]
@@ -282,7 +282,8 @@ fn random_plans_are_judged_as_dense_samples_judge_them() {
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
     let (mut refused_air, mut accepted_air) = (0, 0);
-    for _ in 0..30 {
+    for nth in 0..60 {
+        let is_smooth = nth >= 30;
         let drones = (0..4)
             .map(|k| {
                 let mut knots = Vec::new();
@@ -298,18 +299,21 @@ fn random_plans_are_judged_as_dense_samples_judge_them() {
                     ));
                     t_s += 1.0 + 2.0 * random();
                 }
-                drone(
-                    &format!("d{k}"),
-                    ["kolibri", "offboard-1", "offboard-2"][k % 3],
-                    &knots,
-                )
+                let airframe = ["kolibri", "offboard-1", "offboard-2"][k % 3];
+                let flown = drone(&format!("d{k}"), airframe, &knots);
+                match is_smooth {
+                    true => smooth(flown, [4.0, 4.0, 20.0]),
+                    false => flown,
+                }
             })
             .collect();
         let mut random_plan = plan(drones);
-        random_plan
-            .drones
-            .iter_mut()
-            .for_each(|drone| drone.airframe.max_speed_mps = 100.0);
+        random_plan.drones.iter_mut().for_each(|drone| {
+            drone.airframe.max_speed_mps = 100.0;
+            // Turns come as they come.
+            drone.airframe.max_acceleration_mps2 = None;
+            drone.airframe.max_jerk_mps3 = None;
+        });
         let report = verify(&random_plan);
         let dense = sample(&random_plan, 1e-3);
         for (k, (met, dense)) in report.exposures.iter().zip(&dense).enumerate() {
@@ -325,9 +329,14 @@ fn random_plans_are_judged_as_dense_samples_judge_them() {
                 met.worst_air_mps <= dense.worst_mps * 1.02 + 0.02 * u_h,
                 "drone {k}: {met:?} {dense:?}"
             );
-            // The verifier's own 0.1 % and 1e-4 U_H, and the samples' first-order rule.
+            // The verifier's own 0.1 % and 1e-4 U_H, and the samples' first-order rule. Smooth flights
+            // last long enough for the wakes that are too faint to count.
+            let faint_m = match (is_smooth, random_plan.drones[k].trajectory.t_s.last()) {
+                (true, Some(last_s)) => FAINTEST_WAKE_MPS * last_s,
+                _ => 0.0,
+            };
             assert!(
-                (met.dose_m - dense.dose_m).abs() <= 3e-3 * dense.dose_m + 1e-3 * u_h,
+                (met.dose_m - dense.dose_m).abs() <= 3e-3 * dense.dose_m + 1e-3 * u_h + faint_m,
                 "drone {k}: {met:?} {dense:?}"
             );
             let name = format!("d{k}");

@@ -117,8 +117,8 @@ fn what_cannot_be_judged_is_refused_with_its_field() {
         ("drones[1].trajectory.t_s[2]", |plan| {
             plan["drones"][1]["trajectory"]["t_s"][2] = json!("six");
         }),
-        ("drones[0].trajectory.control_m", |plan| {
-            plan["drones"][0]["trajectory"]["control_m"] = json!([[[2, 5, 2], [7, 5, 2]]]);
+        ("drones[0].trajectory.control_m[0][1]", |plan| {
+            plan["drones"][0]["trajectory"]["control_m"] = json!([[[2, 5, 2], [7, 5]]]);
         }),
         ("air_delay.convection", |plan| {
             plan["air_delay"] = json!({"convection": [1.0, 0.6]})
@@ -150,7 +150,7 @@ fn what_cannot_be_judged_is_refused_with_its_field() {
             "{told}: {found}, {whole}"
         );
     }
-    // Straight pieces may say so.
+    // Straight pieces may say so; then they are held to what smooth ones are.
     let straight = changed(LEAST, |plan| {
         plan["drones"][0]["trajectory"]["control_m"] = json!([[]]);
         plan["air_delay"] = Value::Null;

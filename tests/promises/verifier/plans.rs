@@ -2,6 +2,7 @@
 
 use airflow::{Air, Airframe, Source, Superposition, Wake, mean_over_discs_mps};
 use nalgebra::Point3;
+use planner::plan::smoothing::Kernel;
 use planner::plan::trajectory::{Tail, Trajectory};
 use planner::plan::{
     AirModel, AirframeEntry, AtEnd, AtStart, Bounds, DronePlan, FORMAT, Fleet, Margins, Obstacle,
@@ -43,6 +44,7 @@ pub(crate) fn drone(name: &str, airframe: &str, knots: &[Knot]) -> DronePlan {
             t_s: knots.iter().map(|knot| knot.0).collect(),
             position_m: knots.iter().map(|knot| Point3::from(knot.1)).collect(),
             mass_kg: vec![airframe.mass_kg; knots.len()],
+            control_m: Vec::new(),
         },
         airframe,
         arrives_s: last_s,
@@ -57,6 +59,22 @@ pub(crate) fn drone(name: &str, airframe: &str, knots: &[Knot]) -> DronePlan {
         extra_energy_percent: 0.0,
         may_be_late_s: None,
     }
+}
+
+/// The same as it is flown with these limits: speed (m/s), acceleration (m/s²), jerk (m/s³); after
+/// half the kernel at rest.
+pub(crate) fn smooth(mut drone: DronePlan, [speed, acceleration, jerk]: [f64; 3]) -> DronePlan {
+    let kernel = Kernel::new(speed, acceleration, jerk);
+    let path = &mut drone.trajectory;
+    path.t_s.iter_mut().for_each(|t_s| *t_s += kernel.half_s());
+    path.t_s.insert(0, 0.0);
+    path.position_m.insert(0, path.position_m[0]);
+    path.mass_kg.insert(0, path.mass_kg[0]);
+    drone.trajectory = kernel.smooth(path).expect("it begins at rest");
+    drone.airframe.max_speed_mps = speed;
+    drone.airframe.max_acceleration_mps2 = Some(acceleration);
+    drone.airframe.max_jerk_mps3 = Some(jerk);
+    drone
 }
 
 /// Lands at the last knot.

@@ -3,11 +3,12 @@
 //! With `t` on the clock of the one and `u` on that of the other, a range of shifts is the strip
 //! `low <= u - t <= high`. Of two straight motions over their spans it cuts a convex polygon, over
 //! which the offset `one(t) - other(u)` is linear: its box, its nearest place to the origin and to
-//! the vertical through it follow from the corners and edges, without sampling.
+//! the vertical through it follow from the corners and edges, without sampling. A cubic goes by its
+//! chord, and all answers allow for how far it may be from that.
 
 use nalgebra::{Vector2, Vector3};
 
-use super::motion::Motion;
+use super::motion::{Motion, nearer};
 
 /// On the edge counts as inside: up to this (s, and m where heights are cut) is rounding.
 const EDGE: f64 = 1e-9;
@@ -29,6 +30,8 @@ pub struct Shifted {
     start_m: Vector3<f64>,
     /// Of the one, and of the other (m/s).
     velocities_mps: [Vector3<f64>; 2],
+    /// How far the offset may be from this, where motions are not straight (m).
+    off_m: f64,
 }
 
 /// A moment of each drone (s), and how far apart they are then (m).
@@ -46,6 +49,9 @@ impl Shifted {
     /// Both motions over their spans, the clock of the other ahead by at least and at most so much
     /// (s); `None`: no two moments of them are so far apart.
     pub fn new(one: &Motion, other: &Motion, shift_s: (f64, f64)) -> Option<Shifted> {
+        let off_m = one.off_chord_m(one.from_s, one.until_s)
+            + other.off_chord_m(other.from_s, other.until_s);
+        let (one, other) = (one.chord(), other.chord());
         let since_s = one.from_s;
         let (t_s, u_s) = (
             (0.0, one.until_s - since_s),
@@ -66,7 +72,8 @@ impl Shifted {
             corners_s,
             count: rectangle.len(),
             start_m: one.at_m(since_s) - other.at_m(since_s),
-            velocities_mps: [one.velocity_mps(), other.velocity_mps()],
+            velocities_mps: [one, other].map(|it| it.velocity_mps(it.from_s)),
+            off_m,
         };
         all.with_shift(shift_s)
     }
@@ -118,8 +125,8 @@ impl Shifted {
     pub fn between_heights(&self, low_m: f64, high_m: f64) -> Option<Shifted> {
         let along = Vector2::new(self.velocities_mps[0].z, -self.velocities_mps[1].z);
         let start_m = self.start_m.z;
-        self.cut(along, high_m - start_m)?
-            .cut(-along, start_m - low_m)
+        self.cut(along, high_m + self.off_m - start_m)?
+            .cut(-along, start_m - low_m + self.off_m)
     }
 
     /// Only shifts within a range (s); `None`: none.
@@ -141,9 +148,16 @@ impl Shifted {
     pub fn box_m(&self) -> (Vector3<f64>, Vector3<f64>) {
         let first_m = self.offset_m(&self.corners_s[0]);
         let offsets = self.corners()[1..].iter().map(|it| self.offset_m(it));
-        offsets.fold((first_m, first_m), |(low, high), it| {
+        let (low_m, high_m) = offsets.fold((first_m, first_m), |(low, high), it| {
             (low.inf(&it), high.sup(&it))
-        })
+        });
+        let off_m = Vector3::repeat(self.off_m);
+        (low_m - off_m, high_m + off_m)
+    }
+
+    /// How far the offset may be from what is said of it, where motions are not straight (m).
+    pub fn off_m(&self) -> f64 {
+        self.off_m
     }
 
     /// Offset at a moment of each clock (m).
@@ -152,13 +166,14 @@ impl Shifted {
         self.start_m + one * at.x - other * at.y
     }
 
-    /// Where the two are nearest to one another: closed form.
+    /// Where the two are nearest to one another: closed form; never farther than they come.
     pub fn nearest(&self) -> Approach {
         let (at, offset_m) = self.least(self.start_m, &self.velocities_mps);
         self.approach(&at, offset_m.norm())
     }
 
-    /// Where the one is nearest to the vertical through the other: closed form.
+    /// Where the one is nearest to the vertical through the other: closed form; never farther than
+    /// it comes.
     pub fn nearest_to_axis(&self) -> Approach {
         let (start_m, velocities_mps) = self.seen_from_above();
         let (at, offset_m) = self.least(start_m, &velocities_mps);
@@ -170,6 +185,7 @@ impl Shifted {
         let mut region = LevelRegion {
             corners_m: [Vector2::zeros(); MOST_CORNERS],
             count: self.count,
+            off_m: self.off_m,
         };
         for (level_m, corner) in region.corners_m.iter_mut().zip(self.corners()) {
             *level_m = self.offset_m(corner).xy();
@@ -188,7 +204,7 @@ impl Shifted {
         Approach {
             t_s: self.since_s + at.x,
             other_s: self.since_s + at.y,
-            distance_m,
+            distance_m: (distance_m - self.off_m).max(0.0),
         }
     }
 
@@ -247,11 +263,13 @@ pub struct LevelRegion {
     /// In order, either way around; the first `count` of them.
     corners_m: [Vector2<f64>; MOST_CORNERS],
     count: usize,
+    /// How far a place may be beside it (m).
+    off_m: f64,
 }
 
 impl LevelRegion {
     /// Its nearest place to the vertical axis through minus `shift_m` (m, x and y), as seen from
-    /// there (m): closed form.
+    /// there (m): closed form; never farther than it comes.
     pub fn nearest_m(&self, shift_m: [f64; 2]) -> Vector2<f64> {
         let corners_m = &self.corners_m[..self.count];
         let shift_m = Vector2::from(shift_m);
@@ -276,7 +294,7 @@ impl LevelRegion {
         }
         match left || right {
             true => Vector2::zeros(),
-            false => nearest_m,
+            false => nearer(nearest_m, self.off_m),
         }
     }
 }

@@ -1,7 +1,8 @@
-//! Two bodies: relative motion of two straight pieces, in closed form.
+//! Two bodies: relative motion of two pieces, in closed form where both are straight.
 //!
 //! The distance of two balls on straight paths is the root of a parabola in time: where it is
 //! smallest, and when it is below the sum of the radii less [`TOUCH_M`], follows without sampling.
+//! On cubics the same holds of chords, of parts so short that they are as good.
 
 use super::obstacle::TOUCH_M;
 use crate::plan::ViolationKind;
@@ -29,6 +30,10 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], k: usize) -> Vec<Foun
                 let here = piece.motion.during(from_s, until_s);
                 let there = &theirs.pieces()[theirs.pieces_during(from_s, until_s)];
                 for relative in there.iter().filter_map(|it| it.motion.seen_from(&here)) {
+                    let (low_m, high_m) = relative.box_m(relative.from_s, relative.until_s);
+                    if low_m.sup(&-high_m).max() >= sum_m {
+                        continue;
+                    }
                     let (t_s, distance_m) = relative.nearest_to_origin();
                     if distance_m < worst.1 {
                         worst = (t_s, distance_m);

@@ -17,7 +17,7 @@ use crate::plan::{AtEnd, AtStart, DronePlan, FORMAT, FORMAT_BEFORE, Margins, Pla
 use crate::verify::bounds::obstacles::{Obstacles, Solid};
 use crate::verify::bounds::wake::{BoundedWake, WakeCache};
 use crate::verify::extents::is_box;
-use crate::verify::scene::{Flight, Scene};
+use crate::verify::scene::{Flight, Scene, Smooth};
 use crate::verify::violation::{Found, malformed};
 
 /// Drones that stay are judged at rest for this long after the last time (s); any length would do.
@@ -286,7 +286,14 @@ fn flight(
     let is_near = |place_m: &Point3<f64>| {
         (0..3).all(|k| (low_m[k] - AROUND_M..=high_m[k] + AROUND_M).contains(&place_m[k]))
     };
-    if !drone.trajectory.position_m.iter().all(is_near) {
+    let controls_m = drone.trajectory.control_m.iter().flatten();
+    if !drone
+        .trajectory
+        .position_m
+        .iter()
+        .chain(controls_m)
+        .all(is_near)
+    {
         let far = "and is not judged any further";
         return Err(format!(
             "it leaves the bounds by more than {AROUND_M} m, {far}"
@@ -324,7 +331,8 @@ fn flight(
             (hovering, _) = cache.get(&airframe, piece.mass_kg);
             hovers_at_kg = piece.mass_kg;
         }
-        let climb_mps = piece.motion.climb_mps();
+        // A drone that sinks has the stronger wake.
+        let (climb_mps, _) = piece.motion.climb_mps();
         wakes.push(if climb_mps == 0.0 || !scene.flown.depends_on_climb() {
             Arc::clone(&hovering)
         } else {
@@ -351,6 +359,11 @@ fn flight(
         max_speed_mps: drone.airframe.max_speed_mps,
         body_radius_m: drone.airframe.body_radius_m,
         vertical_mps: [drone.airframe.max_climb_mps, drone.airframe.max_descent_mps],
+        smooth: drone.trajectory.is_smooth().then_some(Smooth {
+            acceleration_mps2: entry.max_acceleration_mps2,
+            jerk_mps3: entry.max_jerk_mps3,
+            rests: [drone.enters_s.is_none(), stays],
+        }),
         takes_off_m: (places_m.first().copied()).filter(|_| drone.at_start == AtStart::Landed),
         lands_m: (places_m.last().copied()).filter(|_| drone.at_end == AtEnd::Land && !unplanned),
         tip_radius_m: airframe.tip_radius_m(),

@@ -4,7 +4,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::plan::ViolationKind;
-use crate::plan::trajectory::{Motion, SAME_PLACE_M};
+use crate::plan::trajectory::{Motion, SAME_PLACE_M, SAME_TIME_S};
 use crate::verify::extents::Span;
 use crate::verify::scene::{Flight, Scene};
 use crate::verify::violation::{Found, Worst};
@@ -18,6 +18,9 @@ const TOUCHDOWN_MPS: f64 = 0.5;
 /// How long that stretch is, beyond the radius of the body, and how far a take-off goes straight up
 /// (m).
 const STRAIGHT_M: f64 = 0.5;
+
+/// A limit of speed (m/s), and what of a velocity it limits.
+type Speed<'a> = (ViolationKind, Option<f64>, &'a dyn Fn(&Vector3<f64>) -> f64);
 
 /// Jumps, pieces that are too fast or leave the bounds, and pieces beside a pad that are not those
 /// of a take-off or a landing.
@@ -42,24 +45,23 @@ pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
         |low_m: Vector3<f64>, high_m: Vector3<f64>| (min_m - low_m).sup(&(high_m - max_m)).max();
     for motion in flight.trajectory.pieces().iter().map(|piece| &piece.motion) {
         let span_s = (motion.from_s, motion.until_s);
-        let (speed_mps, most_mps) = (motion.max_speed_mps(), flight.max_speed_mps);
-        let first_m = motion.at_m(span_s.0);
-        if speed_mps > most_mps * (1.0 + SPEED_ROUNDING) {
-            let values = (speed_mps, most_mps);
-            report(ViolationKind::Speed, span_s, first_m.into(), values);
-        }
-        let climb_mps = motion.climb_mps();
-        let vertical = [ViolationKind::Climb, ViolationKind::Descent].into_iter();
-        for ((kind, limit), fast_mps) in vertical
-            .zip(flight.vertical_mps)
-            .zip([climb_mps, -climb_mps])
-        {
+        let [climb, descent] = flight.vertical_mps;
+        let speeds: [Speed; 3] = [
+            (ViolationKind::Speed, Some(flight.max_speed_mps), &|v| {
+                v.norm()
+            }),
+            (ViolationKind::Climb, climb, &|v| v.z),
+            (ViolationKind::Descent, descent, &|v| -v.z),
+        ];
+        for (kind, limit, measure) in speeds {
             if let Some(most_mps) = limit
-                && fast_mps > most_mps * (1.0 + SPEED_ROUNDING)
+                && let Some((fast_mps, t_s)) =
+                    motion.highest_over(measure, most_mps * (1.0 + SPEED_ROUNDING))
             {
-                report(kind, span_s, first_m.into(), (fast_mps, most_mps));
+                report(kind, span_s, motion.at_m(t_s).into(), (fast_mps, most_mps));
             }
         }
+        let first_m = motion.at_m(span_s.0);
         let (low_m, high_m) = motion.box_m(span_s.0, span_s.1);
         let outside_m = beyond_m(low_m, high_m);
         if outside_m > SAME_PLACE_M {
@@ -76,15 +78,21 @@ pub(crate) fn check(scene: &Scene<'_>, flight: &Flight) -> Vec<Found> {
         for Beside { motion, lands } in beside_pads(flight) {
             let span_s = (motion.from_s, motion.until_s);
             let at_m = Point3::from(motion.at_m(span_s.0));
-            let velocity_mps =
-                (motion.at_m(span_s.1) - motion.at_m(span_s.0)) / (span_s.1 - span_s.0);
-            let sideways_mps = velocity_mps.xy().norm();
-            if sideways_mps * (span_s.1 - span_s.0) > SAME_PLACE_M {
-                report(ViolationKind::Sideways, span_s, at_m, (sideways_mps, 0.0));
+            let (low_m, high_m) = motion.box_m(span_s.0, span_s.1);
+            if (high_m - low_m).xy().norm() > SAME_PLACE_M {
+                let sideways = motion.highest_over(&|v| v.xy().norm(), 0.0);
+                let values = (sideways.map_or(0.0, |(mps, _)| mps), 0.0);
+                report(ViolationKind::Sideways, span_s, at_m, values);
             }
-            if lands && -velocity_mps.z > TOUCHDOWN_MPS * (1.0 + SPEED_ROUNDING) {
-                let values = (-velocity_mps.z, TOUCHDOWN_MPS);
-                report(ViolationKind::Touchdown, span_s, at_m, values);
+            let most_mps = TOUCHDOWN_MPS * (1.0 + SPEED_ROUNDING);
+            if lands && let Some((fast_mps, t_s)) = motion.highest_over(&|v| -v.z, most_mps) {
+                let values = (fast_mps, TOUCHDOWN_MPS);
+                report(
+                    ViolationKind::Touchdown,
+                    span_s,
+                    motion.at_m(t_s).into(),
+                    values,
+                );
             }
         }
     }
@@ -118,8 +126,16 @@ fn beside_pads(flight: &Flight) -> Vec<Beside> {
                 beside.push(Beside { motion, lands });
                 continue;
             }
-            let edge_s = near_s + (far_s - near_s) * (top_z_m - near_z_m) / (far_z_m - near_z_m);
-            let motion = motion.during(edge_s.min(near_s), edge_s.max(near_s));
+            // By halves: a cubic rises and sinks between its ends.
+            let (mut low_s, mut high_s) = (near_s, far_s);
+            while (high_s - low_s).abs() > SAME_TIME_S {
+                let middle_s = 0.5 * (low_s + high_s);
+                match motion.at_m(middle_s).z < top_z_m {
+                    true => low_s = middle_s,
+                    false => high_s = middle_s,
+                }
+            }
+            let motion = motion.during(low_s.min(near_s), low_s.max(near_s));
             beside.push(Beside { motion, lands });
             break;
         }

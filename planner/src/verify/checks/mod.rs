@@ -4,6 +4,7 @@
 //! | --- | --- | --- |
 //! | `contents` | malformed | the data of the plan alone |
 //! | `limits` | jump, speed, bounds, climb, descent, sideways, touchdown | one flight, piece by piece |
+//! | `smooth` | velocity jump, acceleration jump, acceleration, jerk | one flight that claims to be smooth |
 //! | `obstacle` | obstacle, with tracking margin; keep-out | one flight and [`obstacles`](super::bounds::obstacles) |
 //! | `collision` | collision | pairs from [`encounters`](super::time::encounters) |
 //! | `column` | column | [`windows`](super::time::window) of one receiver |
@@ -25,4 +26,5 @@ pub(super) mod limits;
 pub(crate) mod obstacle;
 pub(super) mod shifted_air;
 pub(super) mod shifted_pairs;
+pub(super) mod smooth;
 pub(crate) mod zone;

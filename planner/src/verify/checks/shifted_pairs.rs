@@ -17,6 +17,10 @@ use crate::verify::violation::{Found, Worst};
 
 /// A moment is told to this (s).
 const MOMENT_S: f64 = 1e-3;
+/// Two parts whose offset is this near to that of their chords count as straight (m): chosen here, a
+/// tenth of what bodies may touch by.
+const STRAIGHT_M: f64 = 0.1 * TOUCH_M;
+
 /// What two drones do that they must not, over a range of shifts.
 #[derive(Default)]
 struct Meeting {
@@ -180,11 +184,37 @@ impl<'a> Pair<'a> {
                     part.motion.until_s >= from_s + self.shift_s.0
                         && part.motion.from_s <= until_s + self.shift_s.1
                 };
-                let broken = theirs
-                    .iter()
-                    .filter(meet)
-                    .filter_map(|it| rule(self, &mine, it));
-                broken.for_each(&mut *told);
+                for part in theirs.iter().filter(meet) {
+                    self.broken_parts(&mine, part, rule, told);
+                }
+            }
+        }
+    }
+
+    /// All that breaks a rule during a part of each flight: where either is not straight, by halves
+    /// of it until it is as good as its chord.
+    fn broken_parts(
+        &self,
+        mine: &Part,
+        theirs: &Part,
+        rule: Rule<'_, 'a>,
+        told: &mut dyn FnMut(Broken),
+    ) {
+        let Some(broken) = rule(self, mine, theirs) else {
+            return;
+        };
+        if broken.moments.off_m() <= STRAIGHT_M {
+            return told(broken);
+        }
+        let off_m = |it: &Part| it.motion.off_chord_m(it.motion.from_s, it.motion.until_s);
+        let halves = |it: &Part| it.motion.halves().map(|motion| Part { motion, ..*it });
+        if off_m(mine) >= off_m(theirs) {
+            for half in halves(mine) {
+                self.broken_parts(&half, theirs, rule, told);
+            }
+        } else {
+            for half in halves(theirs) {
+                self.broken_parts(mine, &half, rule, told);
             }
         }
     }

@@ -541,7 +541,7 @@ impl<'a> Shifted<'a> {
         let (flight, from) = (self.flight, self.from);
         let parts = flight.parts(span_s).filter(|it| it.flies);
         parts.flat_map(move |part| {
-            let steps = if part.motion.climb_mps() == 0.0 {
+            let steps = if part.motion.is_level() {
                 1
             } else {
                 CLIMB_STEPS

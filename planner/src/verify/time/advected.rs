@@ -230,7 +230,7 @@ impl<'a> Advected<'a> {
             return;
         }
         let length_s = cut_s.1 - cut_s.0;
-        if piece.motion.climb_mps() == 0.0 || length_s <= arrival.shortest_s {
+        if piece.motion.is_level() || length_s <= arrival.shortest_s {
             match found.last_mut() {
                 Some((last, (_, end_s))) if *last == k && *end_s >= cut_s.0 => {
                     *end_s = cut_s.1.max(*end_s);

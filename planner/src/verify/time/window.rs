@@ -452,7 +452,8 @@ impl<'a> Window<'a> {
     /// f = √(Σ u²):   f f'' = Σ (u'² + u u'') - f'²,   0 <= Σ u'² - f'²   so   |f''| <= √(Σ (u'²/u + |u''|)²)
     /// ```
     ///
-    /// and for sums alike, with sums in place of roots.
+    /// and for sums alike, with sums in place of roots. Off its chord a path changes each wake by no
+    /// more than its steepest times how far.
     pub(crate) fn bend_mps(&self, span_s: Span) -> Option<f64> {
         let how = self.scene.superposition;
         if self.is_advected() || how == Superposition::Strongest {
@@ -474,7 +475,13 @@ impl<'a> Window<'a> {
             if path_m > 0.0 {
                 let (off_axis_m, places_m) = self.around_discs_m(passing, span_s);
                 let high_mps = wake.highest_mps(&places_m, off_axis_m);
-                gathered = how.gather(gathered, bent_per_m2 * path_m * path_m * high_mps);
+                let off_m = relative.off_chord_m(span_s.0, span_s.1);
+                let off_mps = match off_m > 0.0 {
+                    true => 8.0 * off_m * wake.steepest_per_s(&places_m, off_axis_m),
+                    false => 0.0,
+                };
+                let bent_mps = bent_per_m2 * path_m * path_m * high_mps;
+                gathered = how.gather(gathered, bent_mps + off_mps);
             }
         }
         Some(how.finish(gathered) / 8.0)
@@ -484,7 +491,8 @@ impl<'a> Window<'a> {
     /// of its wake there or, where that is more, distances from its axis: within 2 no wake rises
     /// and falls unseen. A wake that is moved or advected may be narrower than the hover jet, and
     /// the jets of single rotors in the near field are: their paths count twice. And whether all
-    /// wakes are those of hover jets, none of which begins or ends within it.
+    /// wakes are those of hover jets, passed at constant velocity, none of which begins or ends
+    /// within it.
     pub(crate) fn widths(&self, span_s: Span) -> (f64, bool) {
         if self.is_advected() {
             let advected = self.advected.iter();
@@ -513,7 +521,7 @@ impl<'a> Window<'a> {
             let off_axis_m = level.nearest_m([0.0; 2]).norm();
             let here = path_m / half_width_m.max(off_axis_m);
             widths = widths.max(if is_near { 2.0 * here } else { here });
-            is_plain &= high_m.z < 0.0 && self.reaches(emitter, span_s).0;
+            is_plain &= relative.is_straight() && high_m.z < 0.0 && self.reaches(emitter, span_s).0;
         }
         (widths, is_plain)
     }
