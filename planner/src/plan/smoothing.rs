@@ -1,9 +1,10 @@
 //! A path of straight pieces as it is flown: averaged over time twice, piecewise cubic.
 //!
-//! The mean of a path over `T1` and again over `T2 <= T1`, both centred, has finite acceleration and
-//! jerk (L. Biagiotti and C. Melchiorri, "FIR filters for online trajectory planning with time- and
-//! frequency-domain specifications", Control Engineering Practice 20, 2012). A change of velocity
-//! `dv` at `t_k` becomes, with `t` counted from there, `h1 = (T1 + T2)/2` and `h0 = (T1 - T2)/2`,
+//! The mean of a path over `T1` and again over `T2 <= T1`, both centred, has finite acceleration
+//! and jerk (L. Biagiotti and C. Melchiorri, "FIR filters for online trajectory planning with time-
+//! and frequency-domain specifications", Control Engineering Practice 20, 2012). A change of
+//! velocity `dv` at `t_k` becomes, with `t` counted from there, `h1 = (T1 + T2)/2` and
+//! `h0 = (T1 - T2)/2`,
 //!
 //! ```text
 //! acceleration  dv/T1 up to h0, from there linear to 0 at h1       so |a| <= |dv|/T1, |jerk| <= |dv|/(T1 T2)
@@ -11,9 +12,9 @@
 //!               dv (T2²/6 + T2 x/2 + x²/2)/T1,  x = h0 - |t|       |t| <= h0; at most |dv| (T1/8 + T2²/(24 T1))
 //! ```
 //!
-//! and beyond `h1` nothing: there the path is flown as it is, at the same times. With `T1 = v/a` and
-//! `T2 = 2a/j` acceleration stays within `a` wherever the velocity changes by at most `v` within
-//! `T1`, and jerk within `j`.
+//! and beyond `h1` nothing: there the path is flown as it is, at the same times. With `T1 = v/a`
+//! and `T2 = 2a/j` acceleration stays within `a` wherever the velocity changes by at most `v`
+//! within `T1`, and jerk within `j`.
 
 use nalgebra::{Point3, Vector3};
 

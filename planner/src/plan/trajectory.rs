@@ -1,8 +1,8 @@
 //! Where a drone is when: pieces with a time span each, read from the break points of a plan.
 //!
-//! Pieces are straight or cubic. Nothing outside this module tells them apart: the rest of the crate
-//! asks a [`Motion`] where it is, in which box it stays, and when it is inside a ball or an upright
-//! cylinder, and two of them, [`Shifted`] against one another in time, how near they come.
+//! Pieces are straight or cubic. Nothing outside this module tells them apart: the rest of the
+//! crate asks a [`Motion`] where it is, in which box it stays, and when it is inside a ball or an
+//! upright cylinder, and two of them, [`Shifted`] against one another in time, how near they come.
 //!
 //! World frame, z up, metres and seconds.
 

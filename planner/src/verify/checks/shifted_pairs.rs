@@ -17,8 +17,8 @@ use crate::verify::violation::{Found, Worst};
 
 /// A moment is told to this (s).
 const MOMENT_S: f64 = 1e-3;
-/// Two parts whose offset is this near to that of their chords count as straight (m): chosen here, a
-/// tenth of what bodies may touch by.
+/// Two parts whose offset is this near to that of their chords count as straight (m): chosen here,
+/// a tenth of what bodies may touch by.
 const STRAIGHT_M: f64 = 0.1 * TOUCH_M;
 
 /// What two drones do that they must not, over a range of shifts.
