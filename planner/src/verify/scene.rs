@@ -94,7 +94,8 @@ pub(crate) struct Smooth {
     pub(crate) acceleration_mps2: Option<f64>,
     /// m/s³; `None`: not limited.
     pub(crate) jerk_mps3: Option<f64>,
-    /// Whether it is at rest when it begins, and when it ends: one that comes or leaves need not be.
+    /// Whether it is at rest when it begins, and when it ends: one that comes or leaves need not
+    /// be.
     pub(crate) rests: [bool; 2],
 }
 

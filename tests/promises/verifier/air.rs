@@ -329,8 +329,8 @@ fn random_plans_are_judged_as_dense_samples_judge_them() {
                 met.worst_air_mps <= dense.worst_mps * 1.02 + 0.02 * u_h,
                 "drone {k}: {met:?} {dense:?}"
             );
-            // The verifier's own 0.1 % and 1e-4 U_H, and the samples' first-order rule. Smooth flights
-            // last long enough for the wakes that are too faint to count.
+            // The verifier's own 0.1 % and 1e-4 U_H, and the samples' first-order rule. Smooth
+            // flights last long enough for the wakes that are too faint to count.
             let faint_m = match (is_smooth, random_plan.drones[k].trajectory.t_s.last()) {
                 (true, Some(last_s)) => FAINTEST_WAKE_MPS * last_s,
                 _ => 0.0,

@@ -452,8 +452,8 @@ impl<'a> Window<'a> {
     /// f = √(Σ u²):   f f'' = Σ (u'² + u u'') - f'²,   0 <= Σ u'² - f'²   so   |f''| <= √(Σ (u'²/u + |u''|)²)
     /// ```
     ///
-    /// and for sums alike, with sums in place of roots. Off its chord a path changes each wake by no
-    /// more than its steepest times how far.
+    /// and for sums alike, with sums in place of roots. Off its chord a path changes each wake by
+    /// no more than its steepest times how far.
     pub(crate) fn bend_mps(&self, span_s: Span) -> Option<f64> {
         let how = self.scene.superposition;
         if self.is_advected() || how == Superposition::Strongest {
