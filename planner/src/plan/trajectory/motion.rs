@@ -34,6 +34,8 @@ pub struct Motion {
     acceleration_mps2: Vector3<f64>,
     /// Constant over the span (m/s³); 0 where it is straight.
     jerk_mps3: Vector3<f64>,
+    /// Its velocity is constant.
+    is_straight: bool,
 }
 
 impl Motion {
@@ -54,6 +56,7 @@ impl Motion {
             velocity_mps,
             acceleration_mps2: Vector3::zeros(),
             jerk_mps3: Vector3::zeros(),
+            is_straight: true,
         }
     }
 
@@ -64,19 +67,23 @@ impl Motion {
         let per_s = 1.0 / duration_s;
         let (first_m, last_m) = (b - a, d - c);
         let middle_m = c - b;
+        let acceleration_mps2 = (middle_m - first_m) * (6.0 * per_s * per_s);
+        let jerk_mps3 = (last_m - middle_m * 2.0 + first_m) * (6.0 * per_s * per_s * per_s);
         Motion {
             from_s: span_s.0,
             until_s: span_s.1,
             start_m: a.coords,
             velocity_mps: first_m * (3.0 * per_s),
-            acceleration_mps2: (middle_m - first_m) * (6.0 * per_s * per_s),
-            jerk_mps3: (last_m - middle_m * 2.0 + first_m) * (6.0 * per_s * per_s * per_s),
+            acceleration_mps2,
+            jerk_mps3,
+            is_straight: acceleration_mps2 == Vector3::zeros() && jerk_mps3 == Vector3::zeros(),
         }
     }
 
     /// Whether its velocity is constant.
+    #[inline]
     pub fn is_straight(&self) -> bool {
-        self.acceleration_mps2 == Vector3::zeros() && self.jerk_mps3 == Vector3::zeros()
+        self.is_straight
     }
 
     /// This motion as seen from `other`, over the time both last; `None` where they share none.
@@ -92,6 +99,7 @@ impl Motion {
             velocity_mps: self.velocity_mps(from_s) - other.velocity_mps(from_s),
             acceleration_mps2: self.acceleration_mps2(from_s) - other.acceleration_mps2(from_s),
             jerk_mps3: self.jerk_mps3 - other.jerk_mps3,
+            is_straight: self.is_straight && other.is_straight,
         })
     }
 
@@ -104,6 +112,7 @@ impl Motion {
             velocity_mps: self.velocity_mps(from_s),
             acceleration_mps2: self.acceleration_mps2(from_s),
             jerk_mps3: self.jerk_mps3,
+            is_straight: self.is_straight,
         }
     }
 
@@ -128,6 +137,9 @@ impl Motion {
 
     /// Velocity at a time (m/s).
     pub fn velocity_mps(&self, t_s: f64) -> Vector3<f64> {
+        if self.is_straight {
+            return self.velocity_mps;
+        }
         let since_s = t_s - self.from_s;
         self.velocity_mps + (self.acceleration_mps2 + self.jerk_mps3 * (since_s / 2.0)) * since_s
     }
@@ -322,7 +334,7 @@ impl Motion {
     /// When it is inside the open ball of this radius (m) around the origin (s): from first to
     /// last; `None`: never.
     pub fn inside_ball_s(&self, radius_m: f64) -> Option<(f64, f64)> {
-        self.inside_s(&|chord, off_m| {
+        self.inside_s(STRAIGHT_M, &|chord, off_m| {
             let wide_m = radius_m + off_m;
             let span = below_zero(
                 chord.velocity_mps.norm_squared(),
@@ -336,7 +348,17 @@ impl Motion {
     /// When it is inside the open upright cylinder of this radius (m) around the origin's axis,
     /// between two heights (m), in s: from first to last; `None`: never.
     pub fn inside_cylinder_s(&self, radius_m: f64, z_m: (f64, f64)) -> Option<(f64, f64)> {
-        self.inside_s(&|chord, off_m| {
+        self.near_cylinder_s(radius_m, z_m, STRAIGHT_M)
+    }
+
+    /// The same to a length (m): it may be told to be inside where it is outside by no more.
+    pub fn near_cylinder_s(
+        &self,
+        radius_m: f64,
+        z_m: (f64, f64),
+        within_m: f64,
+    ) -> Option<(f64, f64)> {
+        self.inside_s(within_m, &|chord, off_m| {
             let (p, v) = (chord.start_m, chord.velocity_mps);
             let wide_m = radius_m + off_m;
             let z_m = (z_m.0 - off_m, z_m.1 + off_m);
@@ -360,17 +382,18 @@ impl Motion {
     }
 
     /// First and last time in a shape, from what a chord says of the shape widened (m): parts are
-    /// halved until they are as good as their chords, widened by no more than [`STRAIGHT_M`].
+    /// halved until they are as good as their chords, widened by no more than a length (m).
     fn inside_s(
         &self,
+        within_m: f64,
         of_chord: &dyn Fn(&Motion, f64) -> Option<(f64, f64)>,
     ) -> Option<(f64, f64)> {
         let off_m = self.off_chord_m(self.from_s, self.until_s);
         let here = of_chord(&self.chord(), off_m)?;
-        if off_m <= STRAIGHT_M {
+        if off_m <= within_m {
             return Some(here);
         }
-        let [first, second] = self.halves().map(|half| half.inside_s(of_chord));
+        let [first, second] = self.halves().map(|half| half.inside_s(within_m, of_chord));
         match (first, second) {
             (Some((from_s, _)), Some((_, until_s))) => Some((from_s, until_s)),
             (one, other) => one.or(other),

@@ -26,6 +26,10 @@ use crate::verify::scene::{Attached, Flight, Scene, superpose};
 /// Points of the discs that are looked at together; a quadrotor's 28 fit.
 const CHUNK: usize = 32;
 
+/// How exactly it is known when a receiver is near enough to a wake (m): chosen here, a small part
+/// of how far wakes reach.
+const NEAR_M: f64 = 0.1;
+
 /// A wake that may reach the receiver.
 pub(crate) struct Passing<'a> {
     /// Whose wake it is, during one piece.
@@ -102,7 +106,7 @@ fn reaching(
                 }
                 let radius_m = other.wakes[piece].reach_m(-low_m.z) + receiver.tip_radius_m;
                 let below_m = (f64::NEG_INFINITY, 0.0);
-                let Some(span_s) = relative.inside_cylinder_s(radius_m, below_m) else {
+                let Some(span_s) = relative.near_cylinder_s(radius_m, below_m, NEAR_M) else {
                     continue;
                 };
                 all.push(Reaching {
