@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use commands::{bench, calibrate, check, diagnose, generate, plan, prove, schema, simulate};
+use commands::{bench, calibrate, check, diagnose, fly, generate, plan, prove, schema, simulate};
 use io::answer::Answer;
 use io::failure::Failure;
 
@@ -37,7 +37,10 @@ struct CommandLine {
 enum Command {
     /// Check a plan.json for downwash, collisions and limits, by the verifier alone
     Check(check::Arguments),
-    /// Print the fields of a scenario, or of a plan, with units and defaults as JSON Schema
+    /// Fly a plan in closed loop: controllers, inertia, wakes that take their time; exit code 1 where
+    /// a drone meets too much air or touches something
+    Fly(fly::Arguments),
+    /// Print the fields of a scenario, of a plan or of a flight, with units and defaults as JSON Schema
     Schema(schema::Arguments),
     /// Print a scenario made by rule and seed, or write synthetic recordings
     Generate(generate::Arguments),
@@ -113,6 +116,7 @@ fn mistyped_subcommand() -> Option<Failure> {
 fn answer(line: CommandLine) -> Result<Answer, Failure> {
     match (line.command, line.plan) {
         (Some(Command::Check(arguments)), _) => check::run(&arguments),
+        (Some(Command::Fly(arguments)), _) => fly::run(&arguments),
         (Some(Command::Schema(arguments)), _) => schema::run(&arguments),
         (Some(Command::Generate(arguments)), _) => generate::run(&arguments),
         (Some(Command::Bench(arguments)), _) => bench::run(&arguments),

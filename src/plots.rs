@@ -4,7 +4,7 @@
 //! and the colour scales; [`axes`], charts with linear axes; [`legend`]. Then one file for each
 //! kind of figure: [`field`], [`residual_map`] (both on a [`grid`]), [`profiles`], [`expansion`],
 //! [`signature`], [`agreement`], and [`plan`] for plan.svg. Last the figures of each command with
-//! their captions: [`simulation`], [`calibration`], [`finding`].
+//! their captions: [`simulation`], [`calibration`], [`finding`], [`flight`].
 //!
 //! SVG is written here rather than by a library: of those that draw charts, plotters has whole
 //! pixels only, no gradients, groups or names, and the picture of a plan needs all of these.
@@ -17,6 +17,7 @@ mod colours;
 mod expansion;
 mod field;
 pub(crate) mod finding;
+pub(crate) mod flight;
 mod grid;
 mod legend;
 pub(crate) mod plan;

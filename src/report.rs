@@ -1,6 +1,7 @@
 //! Answers as people read them: words and numbers, tables, sections, and the page report.html.
 
 pub(crate) mod conflicts;
+pub(crate) mod flight;
 pub(crate) mod page;
 pub(crate) mod plan;
 pub(crate) mod sections;

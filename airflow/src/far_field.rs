@@ -183,6 +183,19 @@ impl FarField {
             / (2.0 * convection * self.decay_m2_per_s)
     }
 
+    /// Depth (m) that air reaches in a time (s): the inverse of [`FarField::transport_time_s`].
+    ///
+    /// ```text
+    /// s = l (√(s₀² + 2 k U_H B τ/(q l)) + s₀)
+    /// ```
+    #[must_use]
+    pub fn transported_m(&self, time_s: f64, convection: f64) -> f64 {
+        let origin_m = self.origin_above_m;
+        let square_m2 = 2.0 * convection * self.decay_m2_per_s * time_s.max(0.0);
+        // Without the difference of two nearly equal roots.
+        square_m2 / ((origin_m * origin_m + square_m2).sqrt() + origin_m)
+    }
+
     /// Mean axial speed (m/s) over a level disc centred on the axis, exact.
     ///
     /// ```text

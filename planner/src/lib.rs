@@ -74,5 +74,5 @@ pub use scenario::world::{Drone, Task, World};
 pub use scenario::{Files, Problems, read_world, read_world_with};
 pub use solver::endpoints::check as endpoint_conflicts;
 pub use solver::fleet::{contrast, plan_world};
-pub use solver::outlines::WakeOutlines;
+pub use solver::outlines::{WakeOutlines, blocking_surfaces};
 pub use verify::verify;

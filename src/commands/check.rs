@@ -1,11 +1,11 @@
 //! `plan check`: the verifier alone, on a plan file from anywhere.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use planner::plan::file::{PlanFile, read};
+use planner::plan::file::PlanFile;
 use planner::plan::{Violation, ViolationKind};
-use planner::scenario::{FlownError, missing, read_samples, samples_as_plan};
+use planner::scenario::missing;
 use planner::verify::examination::{Difference, Examination, examine};
 use planner::verify::lateness::{FINE_S, LATEST_S, Lateness};
 use serde_json::json;
@@ -13,8 +13,7 @@ use serde_json::json;
 use crate::commands::plan;
 use crate::io::answer::{Answer, Format, print};
 use crate::io::failure::{Failure, tell};
-use crate::io::files::{self, MOST_SCENARIO_BYTES};
-use crate::io::problems;
+use crate::io::{files, plans};
 use crate::report::words::{ALPHA, count, joined, place};
 
 /// Fleets up to this size are told drone by drone how late each may be.
@@ -39,7 +38,7 @@ pub(crate) struct Arguments {
 /// Answers as the run did that wrote the plan: an unplanned drone is a no, a violation is a no, and
 /// so is a figure that does not follow from the plan.
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let file = read_plan(&arguments.plan, arguments.airframes.as_deref())?;
+    let file = plans::read(&arguments.plan, arguments.airframes.as_deref())?;
     let found = examine(&file, true);
     let asked = arguments.scenario.as_deref();
     let asked = asked.map(|path| plan::read_world(path, None)).transpose()?;
@@ -65,43 +64,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         && found.plan.unplanned.is_empty()
         && missing.is_none_or(|it| it.is_empty());
     Ok(Answer::from(is_good))
-}
-
-/// A plan, or a log with its airframes.
-fn read_plan(path: &Path, airframes: Option<&Path>) -> Result<PlanFile, Failure> {
-    let text = |path: &Path| files::text(path, files::MOST_BYTES).map_err(Failure::read(path));
-    let log = text(path)?;
-    let is_table = path
-        .extension()
-        .is_some_and(|it| it.eq_ignore_ascii_case("csv"));
-    let not_a_plan = |reason: String| Failure::NotAPlan {
-        path: path.to_owned(),
-        reason,
-    };
-    let Some(fleet_path) = airframes else {
-        if is_table {
-            let why = "a log says nothing of airframes: name them with --airframes FLEET.ron";
-            return Err(not_a_plan(why.to_owned()));
-        }
-        return read(&log).map_err(|reason| not_a_plan(reason.to_string()));
-    };
-    let fleet = text(fleet_path)?;
-    let folder = fleet_path.parent().unwrap_or(Path::new(""));
-    let load = |file: &str| {
-        files::text(&folder.join(file), MOST_SCENARIO_BYTES).map_err(|it| it.to_string())
-    };
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let samples = read_samples(&log);
-    let plan = samples
-        .and_then(|samples| samples_as_plan(&name, &samples, &fleet, &planner::Files::new(&load)));
-    plan.map_err(|error| match error {
-        FlownError::Fleet(found) => {
-            let name = fleet_path.display().to_string();
-            let colour = problems::colour_on_stderr();
-            Failure::Drawn(problems::draw(&found, &name, &fleet, colour))
-        }
-        other => not_a_plan(other.to_string()),
-    })
 }
 
 fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> String {

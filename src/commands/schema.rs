@@ -21,6 +21,8 @@ enum Which {
     Scenario,
     /// What `plan` writes and `plan check` reads (plan.json)
     Plan,
+    /// What `plan fly` writes (flight.json)
+    Flight,
 }
 
 /// Prints one JSON object. Of a scenario `defaults` and `presets` come first, for readers; the rest
@@ -29,6 +31,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     print(&files::json_pretty(&match arguments.of {
         Which::Scenario => planner::scenario::schema(),
         Which::Plan => planner::plan::file::schema(),
+        Which::Flight => flight::report::schema(),
     }))?;
     Ok(Answer::Yes)
 }

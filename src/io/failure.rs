@@ -49,6 +49,16 @@ pub(crate) enum Failure {
     NothingToCompare(usize),
     #[error("{}: not a plan: {reason}", path.display())]
     NotAPlan { path: PathBuf, reason: String },
+    #[error("{}: cannot be flown: {error}", path.display())]
+    NotFlown {
+        path: PathBuf,
+        error: flight::FlyError,
+    },
+    #[error("{}: {error}", path.display())]
+    NotASetup {
+        path: PathBuf,
+        error: flight::SetupError,
+    },
     #[error("{0}: name a folder to write to with --out")]
     NoFolder(&'static str),
     #[error("--one takes one place, one size and one seed, which would be 1 instance, not {0}")]

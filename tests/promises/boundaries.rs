@@ -8,7 +8,7 @@ use std::fs;
 
 use sources::{Source, dependencies, files_below, read, root, sources_of};
 
-const LIBRARIES: [&str; 4] = ["airflow", "costmap", "planner", "diagnosis"];
+const LIBRARIES: [&str; 5] = ["airflow", "costmap", "planner", "flight", "diagnosis"];
 
 /// Parts of `planner` that judge a plan without the search, and may therefore ask `airflow`.
 const JUDGES: [&str; 3] = [
@@ -42,6 +42,7 @@ fn comments_have_at_most_a_hundred_columns() {
         "airflow",
         "costmap",
         "planner",
+        "flight",
         "diagnosis",
         "validation",
         "tools",
@@ -71,7 +72,7 @@ fn comments_have_at_most_a_hundred_columns() {
 fn dependencies_run_one_way() {
     assert!(
         read("Cargo.toml").contains(
-            r#"members = ["airflow", "costmap", "planner", "diagnosis", "tools", "validation", "benches"]"#
+            r#"members = ["airflow", "costmap", "planner", "flight", "diagnosis", "tools", "validation", "benches"]"#
         ),
         "a new crate needs its line here and in ARCHITECTURE.md"
     );
@@ -79,6 +80,7 @@ fn dependencies_run_one_way() {
         ("airflow", &[][..]),
         ("costmap", &["airflow"]),
         ("planner", &["airflow", "costmap"]),
+        ("flight", &["airflow", "costmap", "planner"]),
         ("diagnosis", &["airflow"]),
     ] {
         let depends = dependencies(&format!("{crate_name}/Cargo.toml"));
@@ -341,7 +343,7 @@ fn the_command_plans_through_the_planner_s_front_door() {
 fn the_text_belongs_to_no_machine() {
     let mut files = files_below("scenarios");
     for folder in [
-        ".ci", "airflow", "benches", "costmap", "docs", "planner", "src", "tests",
+        ".ci", "airflow", "benches", "costmap", "docs", "flight", "planner", "src", "tests",
     ] {
         files.extend(files_below(folder));
     }

@@ -22,6 +22,22 @@ fn air_below_offboard_1_takes_half_a_second_over_three_metres() {
 }
 
 #[test]
+fn air_has_come_down_by_the_depth_that_takes_it_so_long() {
+    let jet = jet();
+    for depth_m in [0.0, 1e-6, 0.4, 3.0, 40.0] {
+        for convection in [0.6, 1.0] {
+            let time_s = jet.transport_time_s(depth_m, convection);
+            // The square of the depth and its origin cancels in the time.
+            let back_m = jet.transported_m(time_s, convection);
+            assert!(
+                (back_m - depth_m).abs() < 1e-12 * (1.0 + depth_m),
+                "{back_m}"
+            );
+        }
+    }
+}
+
+#[test]
 fn extrapolated_it_is_the_same_formula_up_to_the_rotor_plane() {
     let (held, extrapolated) = (jet(), jet().extrapolated());
     assert_eq!(

@@ -29,12 +29,11 @@ impl WakeOutlines {
             .air
             .effects
             .and_then(|effects| Flown::of(&effects).ok());
-        let tops = plan.obstacles.iter().filter_map(top);
         WakeOutlines {
             density_kg_per_m3: plan.air.density_kg_per_m3,
             jet: plan.air.jet,
             flown: effects.unwrap_or_default(),
-            surfaces: BlockingSurfaces::new(plan.bounds_m.min.z, tops.collect()),
+            surfaces: blocking_surfaces(plan),
         }
     }
 
@@ -57,6 +56,12 @@ impl WakeOutlines {
         let ends_at_z_m = self.surfaces.wake_end_z_m(&wake, &at_m, &at_m);
         Outline::new(&wake, at_m, ends_at_z_m)
     }
+}
+
+/// The floor and level faces of a plan's place, on which wakes end.
+pub fn blocking_surfaces(plan: &Plan) -> BlockingSurfaces {
+    let tops = plan.obstacles.iter().filter_map(top);
+    BlockingSurfaces::new(plan.bounds_m.min.z, tops.collect())
 }
 
 /// The level face of an obstacle that may stop a wake, in the world; `None`: a mesh stops none.

@@ -50,6 +50,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::plan::{Plan, Status, Unplanned, Violation, ViolationKind, Zone, ZoneAir};
+pub use bounds::obstacles::Solid;
 pub use checks::air::DroneExposure;
 pub use checks::lateness;
 use checks::{

@@ -29,9 +29,9 @@ pub(crate) struct Obstacles {
 
 /// A named solid in the world.
 #[derive(Debug)]
-pub(crate) struct Solid {
+pub struct Solid {
     /// The plan's name for it.
-    pub(crate) name: String,
+    pub name: String,
     shape: Shape,
     /// Its bounding box.
     box_m: Places,
@@ -102,7 +102,7 @@ impl Solid {
     ///
     /// In words, why its numbers make none: not finite, corners in disorder, a negative size, or
     /// triangles between vertices that are not there.
-    pub(crate) fn new(entry: &plan::Obstacle) -> Result<Solid, String> {
+    pub fn new(entry: &plan::Obstacle) -> Result<Solid, String> {
         let no = |what: &str| format!("obstacle `{}` is no {what}", entry.name);
         let (shape, box_m) = match &entry.shape {
             plan::Solid::Box { min_m, max_m } => {
@@ -151,7 +151,7 @@ impl Solid {
     }
 
     /// A zone as a solid.
-    pub(crate) fn of_zone(zone: &plan::Zone) -> Solid {
+    pub fn of_zone(zone: &plan::Zone) -> Solid {
         Solid {
             name: zone.name.clone(),
             shape: Shape::Box,
@@ -160,12 +160,12 @@ impl Solid {
     }
 
     /// Lowest and highest corner of its bounding box (m).
-    pub(crate) fn corners_m(&self) -> [Point3<f64>; 2] {
+    pub fn corners_m(&self) -> [Point3<f64>; 2] {
         [self.box_m.0.into(), self.box_m.1.into()]
     }
 
     /// Distance from a place to the solid (m); 0 inside. It changes no faster than the place moves.
-    pub(crate) fn distance_m(&self, place_m: &Vector3<f64>) -> f64 {
+    pub fn distance_m(&self, place_m: &Vector3<f64>) -> f64 {
         match &self.shape {
             Shape::Box => self.box_distance_m(&(*place_m, *place_m)),
             Shape::Cylinder {
@@ -215,7 +215,7 @@ impl Solid {
     }
 
     /// Whether a place (m) is over it: its top, or any of its faces, lies straight below.
-    pub(crate) fn is_below(&self, place_m: &Point3<f64>) -> bool {
+    pub fn is_below(&self, place_m: &Point3<f64>) -> bool {
         let is_above = match &self.shape {
             Shape::Mesh { .. } => true,
             _ => place_m.z >= self.box_m.1.z,

@@ -1,0 +1,163 @@
+//! Feed-forward: what a drone adds to its throttle for the air that it is in, before its altitude
+//! tells it.
+//!
+//! The paper's rule is a factor `β` on the power, `√β` on the throttle where power goes with
+//! throttle squared, for the air at the drone's centre in wakes that follow at once. Better is the
+//! mean over the rotor discs of wakes that take their time. [`Air`] holds a fleet's recent past and
+//! answers for any of its drones:
+//!
+//! ```
+//! use airflow::{Airframe, Jet, Wake};
+//! use flight::feed_forward::{Air, Part};
+//! use nalgebra::Point3;
+//!
+//! let part = |name: &str| {
+//!     let airframe = Airframe::preset(name).expect("a preset");
+//!     let wake = Wake::new(&airframe, airframe.mass_kg(), 1.204, &Jet::default());
+//!     Part { wake, discs: airframe.disc_points() }
+//! };
+//! let fleet = vec![part("offboard-2"), part("kolibri")];
+//! // Air at the centreline's speed, a moment every 20 ms, over a floor at 0.
+//! let mut air = Air::new(fleet, (1.0, 0.02), (0.0, 8.0));
+//! for step in 0..100 {
+//!     // A drone crosses 2 m/s fast above one that hovers: places (m) and thrusts over weight.
+//!     let x_m = -2.0 + 0.04 * f64::from(step);
+//!     air.record(&[(Point3::new(x_m, 0.0, 5.0), 1.0), (Point3::new(0.0, 0.0, 3.0), 1.0)]);
+//! }
+//! let factors = air.factors(1, Point3::new(0.0, 0.0, 3.0));
+//! assert!(factors.power > 1.0 && factors.throttle > 1.0 && factors.throttle < factors.power);
+//! ```
+
+use airflow::{DiscPoints, Superposition, Wake, power};
+use nalgebra::Point3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::wakes::{Emitter, Moment, Receiver};
+
+/// Power goes with the third power of the rotors' speed, so a factor on power is its cube root on
+/// the speed.
+const SPEED_EXPONENT: f64 = 1.0 / 3.0;
+
+/// What a drone knows of the air it is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FeedForward {
+    /// Nothing.
+    None,
+    /// The paper's: the value at its centre, of wakes that follow their drones at once.
+    Paper,
+    /// The mean over its rotor discs, of wakes that take their time.
+    Late,
+}
+
+impl FeedForward {
+    /// As files and the command line have it.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            FeedForward::None => "none",
+            FeedForward::Paper => "paper",
+            FeedForward::Late => "late",
+        }
+    }
+}
+
+/// Factors for one drone at one moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Factors {
+    /// Air from above over its own induced velocity.
+    pub alpha: f64,
+    /// On its power: `β`.
+    pub power: f64,
+    /// On its throttle, where power goes with throttle squared: `√β`.
+    pub throttle: f64,
+    /// On its rotors' speed: `∛β`.
+    pub rotor_speed: f64,
+}
+
+impl Factors {
+    /// For air from above (m/s), and the drone's induced velocity at its mass (m/s).
+    #[must_use]
+    pub fn of(air_mps: f64, induced_mps: f64) -> Factors {
+        let alpha = air_mps / induced_mps;
+        let power = power::beta(alpha);
+        Factors {
+            alpha,
+            power,
+            throttle: power.powf(power::THROTTLE_EXPONENT),
+            rotor_speed: power.powf(SPEED_EXPONENT),
+        }
+    }
+}
+
+/// One drone of a fleet: its wake at its mass, and points over its rotor discs.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Its air.
+    pub wake: Wake,
+    /// See [`airflow::Airframe::disc_points`].
+    pub discs: DiscPoints,
+}
+
+/// The air of a fleet: where its drones were, as long as their air is under way.
+#[derive(Clone, Debug)]
+pub struct Air {
+    emitters: Vec<Emitter>,
+    receivers: Vec<Receiver>,
+    floor_z_m: f64,
+}
+
+impl Air {
+    /// A fleet's; air at `convection` times the centreline's speed, places recorded `step_s` apart
+    /// (s), between a floor and the highest place (m, world).
+    #[must_use]
+    pub fn new(
+        fleet: Vec<Part>,
+        (convection, step_s): (f64, f64),
+        (floor_z_m, highest_z_m): (f64, f64),
+    ) -> Air {
+        let (mut emitters, mut receivers) = (Vec::new(), Vec::new());
+        for Part { wake, discs } in fleet {
+            emitters.push(Emitter::new(
+                wake,
+                (convection, step_s),
+                highest_z_m - floor_z_m,
+            ));
+            receivers.push(Receiver::new(discs, Superposition::Momentum));
+        }
+        Air {
+            emitters,
+            receivers,
+            floor_z_m,
+        }
+    }
+
+    /// The place (m) of every drone, in the fleet's order, and its thrust over the weight that its
+    /// wake was made with; 0: its rotors stand still. Further ones are left alone.
+    pub fn record(&mut self, fleet: &[(Point3<f64>, f64)]) {
+        for (emitter, (position_m, thrust)) in self.emitters.iter_mut().zip(fleet) {
+            emitter.record(Moment {
+                position_m: *position_m,
+                strength: thrust.max(0.0).sqrt(),
+                lean: [0.0; 2],
+                ends_at_z_m: self.floor_z_m,
+            });
+        }
+    }
+
+    /// Factors for a drone of the fleet at a place (m), in the air of all others. No factor where
+    /// there is no such drone.
+    pub fn factors(&mut self, drone: usize, centre_m: Point3<f64>) -> Factors {
+        let Some(receiver) = self.receivers.get_mut(drone) else {
+            return Factors::of(0.0, 1.0);
+        };
+        receiver.clear();
+        let others = self.emitters.iter().enumerate().filter(|it| it.0 != drone);
+        let parcels = others.flat_map(|(k, it)| it.parcels(centre_m.z).map(move |it| (k, it)));
+        let mut found: Vec<_> = parcels.collect();
+        receiver.add_all(&mut found, &centre_m);
+        let hover_mps = self.emitters[drone].wake().hover_velocity_mps();
+        Factors::of(receiver.mean_mps(), hover_mps)
+    }
+}

@@ -1,0 +1,254 @@
+//! A plan made ready to be flown.
+
+use std::str::FromStr;
+
+use airflow::{Airframe, DiscPoints, Flown, Superposition, Wake};
+use costmap::wake::fleet::wake_of;
+use costmap::wake::surfaces::BlockingSurfaces;
+use nalgebra::{Point3, Vector3};
+use planner::Plan;
+use planner::plan::{Bounds, DronePlan};
+use planner::verify::Solid;
+use thiserror::Error;
+
+use crate::reference::Course;
+use crate::setup::Setup;
+use crate::vehicle::{Dynamics, Vehicle};
+
+/// Why a plan cannot be flown.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum FlyError {
+    /// No drone.
+    #[error("the plan has no drones")]
+    NoDrones,
+    /// Its air.
+    #[error("the plan's air: {0}")]
+    Air(String),
+    /// Its place.
+    #[error("the plan's place: {0}")]
+    Place(String),
+    /// One of its drones.
+    #[error("`{drone}`: {what}")]
+    Drone {
+        /// Its name.
+        drone: String,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// Longer than is flown.
+    #[error(
+        "{drones} drones for {lasts_s:.0} s are more than is flown at a time ({most:.0} drone-seconds); end it sooner"
+    )]
+    TooLong {
+        /// How many.
+        drones: usize,
+        /// How long (s).
+        lasts_s: f64,
+        /// Their product, at most.
+        most: f64,
+    },
+}
+
+/// One drone and what flies it.
+#[derive(Clone, Debug)]
+pub(crate) struct Craft {
+    pub(crate) name: String,
+    pub(crate) course: Course,
+    pub(crate) dynamics: Dynamics,
+    /// Without payload.
+    pub(crate) mass_kg: f64,
+    /// At its mass without payload, with what a finding adds.
+    pub(crate) wake: Wake,
+    pub(crate) discs: DiscPoints,
+    pub(crate) body_radius_m: f64,
+    pub(crate) max_speed_mps: f64,
+    pub(crate) air_limit: f64,
+    /// As the plan claims (m/s).
+    pub(crate) claimed_mps: f64,
+}
+
+impl Craft {
+    /// Induced velocity at hover by which its exposure is measured, at a mass (m/s).
+    pub(crate) fn hover_mps(&self, mass_kg: f64) -> f64 {
+        self.wake.hover_velocity_mps() * (mass_kg / self.mass_kg).sqrt()
+    }
+}
+
+/// A solid and its bounding box (m).
+#[derive(Debug)]
+pub(crate) struct Boxed {
+    pub(crate) solid: Solid,
+    low_m: Vector3<f64>,
+    high_m: Vector3<f64>,
+}
+
+impl Boxed {
+    fn new(solid: Solid) -> Boxed {
+        let [low_m, high_m] = solid.corners_m().map(|it| it.coords);
+        Boxed {
+            solid,
+            low_m,
+            high_m,
+        }
+    }
+
+    /// Whether a place is farther than this from its bounding box (m).
+    pub(crate) fn is_beyond(&self, place_m: &Vector3<f64>, far_m: f64) -> bool {
+        (0..3).any(|k| place_m[k] < self.low_m[k] - far_m || place_m[k] > self.high_m[k] + far_m)
+    }
+}
+
+/// A whole plan.
+#[derive(Debug)]
+pub(crate) struct Fleet {
+    pub(crate) crafts: Vec<Craft>,
+    pub(crate) superposition: Superposition,
+    pub(crate) flown: Flown,
+    pub(crate) surfaces: BlockingSurfaces,
+    /// Obstacles, and zones that keep bodies out.
+    pub(crate) solids: Vec<Boxed>,
+    pub(crate) bounds_m: Bounds,
+    /// Last time of any trajectory (s).
+    pub(crate) last_s: f64,
+    /// By airframe, in the order in which they come.
+    pub(crate) vehicles: Vec<(String, Vehicle)>,
+}
+
+/// Quantities with their ranges, wider than any drone known here; beyond them sums are not finite.
+const MASS_KG: (f64, f64) = (1e-4, 1e5);
+const LENGTH_M: (f64, f64) = (1e-3, 1e3);
+const DENSITY_KG_PER_M3: (f64, f64) = (1e-3, 100.0);
+const PLACE_M: (f64, f64) = (-1e7, 1e7);
+
+fn is_within(value: f64, (low, high): (f64, f64)) -> bool {
+    (low..=high).contains(&value)
+}
+
+impl Fleet {
+    pub(crate) fn new(plan: &Plan, setup: &Setup) -> Result<Fleet, FlyError> {
+        if plan.drones.is_empty() {
+            return Err(FlyError::NoDrones);
+        }
+        let (superposition, flown) = air(plan).map_err(FlyError::Air)?;
+        let bounds_m = plan.bounds_m;
+        let corners = || bounds_m.min.iter().chain(bounds_m.max.iter());
+        let is_box = (0..3).all(|k| bounds_m.min[k] <= bounds_m.max[k]);
+        if !is_box || !corners().all(|it| is_within(*it, PLACE_M)) {
+            return Err(FlyError::Place("its bounds are no box".to_owned()));
+        }
+        let solids = plan.obstacles.iter().map(Solid::new);
+        let solids: Result<Vec<Solid>, String> = solids.collect();
+        let keep_out = plan.zones.iter().filter(|zone| zone.keep_out);
+        let solids = solids.map_err(FlyError::Place)?.into_iter();
+        let solids = solids.chain(keep_out.map(Solid::of_zone)).map(Boxed::new);
+        let mut fleet = Fleet {
+            crafts: Vec::with_capacity(plan.drones.len()),
+            superposition,
+            flown,
+            surfaces: planner::blocking_surfaces(plan),
+            solids: solids.collect(),
+            bounds_m,
+            last_s: 0.0,
+            vehicles: Vec::new(),
+        };
+        for drone in &plan.drones {
+            let craft = fleet.craft(plan, drone, setup);
+            let craft = craft.map_err(|what| FlyError::Drone {
+                drone: drone.name.clone(),
+                what,
+            })?;
+            fleet.last_s = fleet.last_s.max(craft.course.last_s);
+            fleet.crafts.push(craft);
+        }
+        Ok(fleet)
+    }
+
+    fn craft(&mut self, plan: &Plan, drone: &DronePlan, setup: &Setup) -> Result<Craft, String> {
+        let entry = &drone.airframe;
+        let airframe = entry.airframe()?;
+        let lengths_m = [
+            ("propeller diameter", entry.propeller_diameter_m),
+            ("motor distance", entry.motor_distance_m),
+            ("body radius", entry.body_radius_m),
+        ];
+        for (what, length_m) in lengths_m {
+            if !is_within(length_m, LENGTH_M) {
+                return Err(format!("its {what} is {length_m} m"));
+            }
+        }
+        let masses_kg = drone.trajectory.mass_kg.iter().chain([&entry.mass_kg]);
+        if let Some(mass_kg) = masses_kg.copied().find(|it| !is_within(*it, MASS_KG)) {
+            return Err(format!("its mass is {mass_kg} kg"));
+        }
+        let is_place = |it: &Point3<f64>| it.iter().all(|c| is_within(*c, PLACE_M));
+        if !drone.trajectory.position_m.iter().all(is_place) {
+            return Err("a place of its trajectory is beyond reason".to_owned());
+        }
+        if !(drone.air_limit >= 0.0 && entry.max_speed_mps >= 0.0) {
+            return Err("a limit of it is negative or no number".to_owned());
+        }
+        let density_kg_per_m3 = plan.air.density_kg_per_m3;
+        if let Some(why) = self.flown.beyond(&airframe, density_kg_per_m3) {
+            return Err(why);
+        }
+        let course = Course::new(plan, drone)?;
+        let alike = self
+            .crafts
+            .iter()
+            .find(|it| *it.wake.airframe() == airframe);
+        let (wake, dynamics) = match alike {
+            Some(known) => (known.wake.clone(), known.dynamics.clone()),
+            None => {
+                let vehicle = Vehicle::of(&airframe, &setup.entry(airframe.name()));
+                self.vehicles
+                    .push((airframe.name().to_owned(), vehicle.clone()));
+                let dynamics = Dynamics::new(vehicle, &airframe, density_kg_per_m3);
+                (self.wake(plan, &airframe), dynamics)
+            }
+        };
+        Ok(Craft {
+            name: drone.name.clone(),
+            course,
+            dynamics,
+            mass_kg: airframe.mass_kg(),
+            wake,
+            discs: airframe.disc_points(),
+            body_radius_m: entry.body_radius_m,
+            max_speed_mps: entry.max_speed_mps,
+            air_limit: drone.air_limit,
+            claimed_mps: drone.worst_air_mps,
+        })
+    }
+
+    fn wake(&self, plan: &Plan, airframe: &Airframe) -> Wake {
+        let air = (&plan.air.jet, &self.flown);
+        wake_of(
+            airframe,
+            airframe.mass_kg(),
+            plan.air.density_kg_per_m3,
+            air,
+        )
+    }
+}
+
+/// How wakes add up, and what a finding adds to them.
+fn air(plan: &Plan) -> Result<(Superposition, Flown), String> {
+    let density_kg_per_m3 = plan.air.density_kg_per_m3;
+    if !is_within(density_kg_per_m3, DENSITY_KG_PER_M3) {
+        return Err(format!("its density is {density_kg_per_m3} kg/m3"));
+    }
+    if let Some(problem) = plan.air.jet.problems().first() {
+        return Err(format!("the jet: {problem}"));
+    }
+    let superposition = Superposition::from_str(&plan.air.superposition);
+    let superposition = superposition.map_err(|error| error.to_string())?;
+    let effects = plan.air.effects.unwrap_or_default();
+    if let Some(problem) = effects.problems().first() {
+        return Err(format!("an effect: {problem}"));
+    }
+    let flown = Flown::of(&effects).map_err(|refused| {
+        let (name, why) = refused[0];
+        format!("`{name}` cannot be flown: {why}")
+    })?;
+    Ok((flown.superposition.unwrap_or(superposition), flown))
+}

@@ -1,0 +1,139 @@
+//! Where a plan wants its drones: place, velocity, acceleration and mass at a time.
+
+use nalgebra::{Point3, Vector3};
+use planner::Plan;
+use planner::plan::trajectory::{Motion, Piece, Tail, Trajectory};
+use planner::plan::{AtEnd, AtStart, DronePlan};
+
+/// What a controller is to follow at one moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Reference {
+    /// Centre of the rotor plane (m).
+    pub(crate) position_m: Point3<f64>,
+    /// m/s.
+    pub(crate) velocity_mps: Vector3<f64>,
+    /// m/s².
+    pub(crate) acceleration_mps2: Vector3<f64>,
+    /// With payload (kg).
+    pub(crate) mass_kg: f64,
+}
+
+/// One drone of a plan as it is to be flown.
+#[derive(Clone, Debug)]
+pub(crate) struct Course {
+    trajectory: Trajectory,
+    first: Piece,
+    last: Piece,
+    /// When its rotors turn (s); from minus infinity where it begins in the air.
+    pub(crate) airborne_s: (f64, f64),
+    /// When it is there (s).
+    pub(crate) there_s: (f64, f64),
+    /// Where it stands before it takes off and after it has landed (m).
+    pub(crate) pads_m: [Option<Point3<f64>>; 2],
+    /// Last time of the trajectory (s).
+    pub(crate) last_s: f64,
+}
+
+impl Course {
+    /// Of a drone of a plan.
+    ///
+    /// # Errors
+    /// What keeps its trajectory from being read, in words.
+    pub(crate) fn new(plan: &Plan, drone: &DronePlan) -> Result<Course, String> {
+        let trajectory = Trajectory::new(&drone.trajectory, Tail::Gone);
+        let trajectory = trajectory.map_err(|error| error.to_string())?;
+        let (last_s, last_m) = (trajectory.last_s(), trajectory.last_m());
+        let resting = |place_m: Point3<f64>, mass_kg: f64| Piece {
+            motion: Motion::straight((last_s, last_s), place_m, place_m),
+            mass_kg,
+        };
+        let masses_kg = &drone.trajectory.mass_kg;
+        let ends = masses_kg.first().zip(masses_kg.last());
+        let (first_kg, last_kg) = ends.ok_or("it has no mass")?;
+        let first_m = drone.trajectory.position_m[0];
+        let (from_s, until_s) = drone.airborne_s;
+        let is_landed = drone.at_start == AtStart::Landed;
+        let enters_s = drone.enters_s.unwrap_or(f64::NEG_INFINITY);
+        let until_s = until_s.unwrap_or(f64::INFINITY);
+        let from_s = match from_s {
+            never if until_s <= never => f64::INFINITY,
+            start if start <= 0.0 && !is_landed => enters_s,
+            later => later.max(enters_s),
+        };
+        let is_planned = !plan.unplanned.iter().any(|it| it.name == drone.name);
+        let leaves = drone.at_end == AtEnd::Leave && is_planned;
+        let lands = drone.at_end == AtEnd::Land && is_planned;
+        let gone_s = if leaves { last_s } else { f64::INFINITY };
+        Ok(Course {
+            first: resting(first_m, *first_kg),
+            last: resting(last_m, *last_kg),
+            airborne_s: (from_s, until_s.min(gone_s)),
+            there_s: (enters_s, gone_s),
+            pads_m: [is_landed.then_some(first_m), lands.then_some(last_m)],
+            last_s,
+            trajectory,
+        })
+    }
+
+    /// At a time (s): at rest before the first break point and after the last.
+    pub(crate) fn at(&self, t_s: f64) -> Reference {
+        let pieces = self.trajectory.pieces();
+        let begins_s = pieces.first().map_or(self.last_s, |it| it.motion.from_s);
+        if t_s < begins_s {
+            return at_rest(&self.first);
+        }
+        match self.trajectory.piece_index(t_s) {
+            Some(k) if t_s < self.last_s => in_motion(&pieces[k], t_s),
+            _ => at_rest(&self.last),
+        }
+    }
+}
+
+fn at_rest(piece: &Piece) -> Reference {
+    Reference {
+        position_m: piece.motion.at_m(piece.motion.from_s).into(),
+        velocity_mps: Vector3::zeros(),
+        acceleration_mps2: Vector3::zeros(),
+        mass_kg: piece.mass_kg,
+    }
+}
+
+/// Exactly, straight or cubic.
+fn in_motion(Piece { motion, mass_kg }: &Piece, t_s: f64) -> Reference {
+    Reference {
+        position_m: motion.at_m(t_s).into(),
+        velocity_mps: motion.velocity_mps(t_s),
+        acceleration_mps2: motion.acceleration_mps2(t_s),
+        mass_kg: *mass_kg,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cubic_pieces_are_followed_with_their_velocity_and_acceleration() {
+        // x = t³ for a second, then straight on at 3 m/s.
+        let text = r#"{"format": "plan/2", "bounds_m": {"min": [0, 0, 0], "max": [9, 9, 9]}, "drones": [
+            {"name": "a", "airframe": "kolibri", "trajectory": {"t_s": [1, 2, 3],
+             "position_m": [[0, 0, 1], [1, 0, 1], [4, 0, 1]], "control_m": [[[0, 0, 1], [0, 0, 1]], []]}}]}"#;
+        let plan = planner::plan::file::read(text).expect("a plan").plan;
+        let course = Course::new(&plan, &plan.drones[0]).expect("a course");
+        let xs = |t_s: f64| {
+            let at = course.at(t_s);
+            [at.position_m.x, at.velocity_mps.x, at.acceleration_mps2.x]
+        };
+        let near = |t_s: f64, expected: [f64; 3]| {
+            let found = xs(t_s);
+            let off = (0..3).map(|k| (found[k] - expected[k]).abs());
+            // Rounding.
+            assert!(off.fold(0.0, f64::max) < 1e-12, "{t_s}: {found:?}");
+        };
+        near(-1.0, [0.0; 3]);
+        near(0.5, [0.0; 3]);
+        near(1.5, [0.125, 0.75, 3.0]);
+        near(2.5, [2.5, 3.0, 0.0]);
+        near(3.5, [4.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,250 @@
+//! `plan fly`: a plan flown in closed loop.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use flight::controller::Controller;
+use flight::feed_forward::FeedForward;
+use flight::gusts::INTENSITY;
+use flight::{FlightReport, Options, Setup};
+use planner::plan::file::PlanFile;
+use serde::Serialize;
+
+use crate::commands::plan::{seconds, use_threads};
+use crate::io::answer::{Answer, Format, print};
+use crate::io::failure::{Failure, tell};
+use crate::io::files::{self, OutFolder};
+use crate::io::plans;
+use crate::io::progress::Progress;
+use crate::plots;
+use crate::report::words::{ALPHA, wrote};
+use crate::report::{flight as report, page};
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Plan to fly; with --airframes a log of a flight, as a table t_s,drone,x_m,y_m,z_m
+    #[arg(value_name = "PLAN.json | LOG.csv", required_unless_present = "paper")]
+    plan: Option<PathBuf>,
+    /// Which airframes a log is of, and where they flew (RON; see docs/formats.md)
+    #[arg(long, value_name = "FLEET.ron", requires = "plan")]
+    airframes: Option<PathBuf>,
+    /// Fly the paper's own case instead: a Kolibri passes below an Offboard 2
+    #[arg(long, conflicts_with = "plan")]
+    paper: bool,
+    /// Controller
+    #[arg(long, value_enum, default_value_t = Controllers::Px4)]
+    controller: Controllers,
+    /// What drones know of the air, one or several; without feed-forward is flown in any case
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Known::Paper, Known::Late])]
+    feed_forward: Vec<Known>,
+    /// Speed of the air in wakes over that of the centreline, one or several, 0.1 to 10
+    /// [default: the plan's range, else 1 and 0.6]
+    #[arg(long, value_name = "K", value_delimiter = ',', value_parser = convection)]
+    convection: Vec<f64>,
+    /// Gusts of the jets over their centreline speed, 0 to 1; 0: none
+    #[arg(long, value_name = "INTENSITY", default_value_t = INTENSITY, value_parser = intensity)]
+    gusts: f64,
+    /// Seed of the gusts
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Let air leave along the thrust, turned about: acceleration leans the wake
+    #[arg(long)]
+    lean: bool,
+    /// Fly only up to this time of the plan
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    until: Option<std::time::Duration>,
+    /// Vehicles and gains (RON; see docs/flight.md)
+    #[arg(long, value_name = "SETUP.ron")]
+    vehicles: Option<PathBuf>,
+    /// How to print the answer
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Folder for flight.json, report.html and figures [default: out/fly/<plan's scenario>]; one
+    /// that holds another command's output is refused
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Threads [default: one per core]; the answer does not depend on it
+    #[arg(long)]
+    jobs: Option<NonZeroUsize>,
+}
+
+/// Controllers as the command line has them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Controllers {
+    /// PX4's cascade with its default gains
+    Px4,
+    /// A stiff cascade without integral
+    Research,
+    /// Both, one after the other
+    Both,
+}
+
+/// Feed-forward as the command line has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Known {
+    /// Nothing
+    None,
+    /// The paper's: the value at its centre, of wakes that take no time
+    Paper,
+    /// The mean over its discs, of wakes that take their time
+    Late,
+}
+
+/// What `--format json` prints.
+#[derive(Serialize)]
+struct Printed<'a> {
+    #[serde(flatten)]
+    report: &'a FlightReport,
+    #[serde(skip_serializing_if = "<[PathBuf]>::is_empty")]
+    files: &'a [PathBuf],
+}
+
+/// The file by which one knows a folder of this command.
+const MAIN: &str = "flight.json";
+
+/// Exit codes: 0 no drone over its limit, none touches another or anything; 1: one does; 2: there
+/// is no plan that can be flown.
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    use_threads(arguments.jobs)?;
+    let setup = setup(arguments.vehicles.as_deref())?;
+    let Some(path) = &arguments.plan else {
+        return paper(arguments, &setup);
+    };
+    let file = plans::read(path, arguments.airframes.as_deref())?;
+    let options = options(arguments, &file);
+    let mut bar: std::sync::OnceLock<Progress> = std::sync::OnceLock::new();
+    let progress = |done: usize, all: usize| {
+        let bar = bar.get_or_init(|| Progress::start("seconds flown", all));
+        (0..done).for_each(|_| bar.done_one());
+    };
+    let flown = flight::fly(&file.plan, &setup, &options, &progress);
+    if let Some(bar) = bar.take() {
+        bar.finish();
+    }
+    let mut flown = flown.map_err(|error| Failure::NotFlown {
+        path: path.clone(),
+        error,
+    })?;
+    unsaid(&mut flown, &file);
+    let name = match file.plan.scenario.as_str() {
+        "" => path.file_stem().unwrap_or_default().to_string_lossy(),
+        scenario => scenario.into(),
+    };
+    let out = OutFolder::of(arguments.out.as_deref(), &name, MAIN)?;
+    let figure = plots::flight::draw(&flown);
+    let report = report::report(&name, &flown, figure);
+    let json = |files: &[PathBuf]| {
+        let printed = Printed {
+            report: &flown,
+            files,
+        };
+        files::json_down_to(&printed, LEVELS)
+    };
+    let mut texts = vec![(MAIN.to_owned(), json(&[]))];
+    texts.extend(page::files(&report));
+    let files = files::write_below(&out.path, texts)?;
+    print(&match arguments.format {
+        Format::Text => report.text() + &wrote(&files),
+        Format::Json => json(&files),
+    })?;
+    if arguments.format == Format::Text {
+        tell(ALPHA);
+    }
+    Ok(Answer::from(flown.is_within_limits()))
+}
+
+/// flight.json has a line for each drone of each flight.
+const LEVELS: usize = 4;
+
+/// The paper's own flight beside the paper's figures.
+fn paper(arguments: &Arguments, setup: &Setup) -> Result<Answer, Failure> {
+    let found = flight::paper::fly(setup, arguments.seed, arguments.gusts);
+    print(&match arguments.format {
+        Format::Text => report::paper(&found).text(),
+        Format::Json => files::json_pretty(&found),
+    })?;
+    Ok(Answer::Yes)
+}
+
+fn setup(path: Option<&Path>) -> Result<Setup, Failure> {
+    let Some(path) = path else {
+        return Ok(Setup::default());
+    };
+    let text = files::text(path, files::MOST_SCENARIO_BYTES).map_err(Failure::read(path))?;
+    Setup::read(&text).map_err(|error| Failure::NotASetup {
+        path: path.to_owned(),
+        error,
+    })
+}
+
+fn options(arguments: &Arguments, file: &PlanFile) -> Options {
+    let mut convection = arguments.convection.clone();
+    if convection.is_empty() {
+        convection = match file.plan.convection() {
+            Some(stated) => {
+                let [lowest, highest] = stated.factors();
+                vec![highest, lowest]
+            }
+            None => Options::default().convection,
+        };
+        convection.dedup();
+    }
+    Options {
+        controllers: match arguments.controller {
+            Controllers::Px4 => vec![Controller::Px4],
+            Controllers::Research => vec![Controller::Research],
+            Controllers::Both => vec![Controller::Px4, Controller::Research],
+        },
+        feed_forward: each_once(arguments.feed_forward.iter().map(|known| match known {
+            Known::None => FeedForward::None,
+            Known::Paper => FeedForward::Paper,
+            Known::Late => FeedForward::Late,
+        })),
+        convection,
+        gusts: arguments.gusts,
+        lean: arguments.lean,
+        seed: arguments.seed,
+        until_s: arguments.until.map(|it| it.as_secs_f64()),
+    }
+}
+
+fn each_once<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {
+    let mut once = Vec::new();
+    for one in all {
+        if !once.contains(&one) {
+            once.push(one);
+        }
+    }
+    once
+}
+
+/// Takes out claims that the file does not make.
+fn unsaid(flown: &mut FlightReport, file: &PlanFile) {
+    let drones = flown.flights.iter_mut().map(|flight| &mut flight.drones);
+    for drones in drones {
+        for (k, drone) in drones.iter_mut().enumerate() {
+            let claims = file.claims.drones.get(k);
+            if claims.is_none_or(|it| it.worst_air_mps.is_none()) {
+                drone.claimed_alpha = None;
+            }
+        }
+    }
+}
+
+/// A ratio from the command line.
+fn convection(text: &str) -> Result<f64, String> {
+    within(text, 0.1, 10.0)
+}
+
+fn intensity(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 1.0)
+}
+
+fn within(text: &str, low: f64, high: f64) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    match (low..=high).contains(&value) {
+        true => Ok(value),
+        false => Err(format!("must lie within {low} to {high}")),
+    }
+}
