@@ -577,6 +577,25 @@ impl TrajectoryEntry {
         })
     }
 
+    /// Places along it, in order, whose straight connections stay within a length of it (m), at
+    /// least a tenth of a millimetre: for pictures.
+    pub fn outline_m(&self, within_m: f64) -> Vec<Point3<f64>> {
+        let mut places_m: Vec<Point3<f64>> = self.position_m.first().copied().into_iter().collect();
+        for (piece, end_m) in self.position_m.iter().skip(1).enumerate() {
+            let mut open: Vec<Motion> = self.motion(piece).into_iter().collect();
+            while let Some(part) = open.pop() {
+                if part.off_chord_m(part.from_s, part.until_s) > within_m.max(1e-4) {
+                    let [first, second] = part.halves();
+                    open.extend([second, first]);
+                } else if !open.is_empty() {
+                    places_m.push(part.at_m(part.until_s).into());
+                }
+            }
+            places_m.push(*end_m);
+        }
+        places_m
+    }
+
     /// Whether it is continuous up to acceleration, or claims to be.
     pub fn is_smooth(&self) -> bool {
         !self.control_m.is_empty()

@@ -13,6 +13,8 @@ use crate::report::words::decimal;
 
 /// Closer than this two spots are one (px).
 const INVISIBLE_PX: f64 = 0.05;
+/// Curves are drawn straight from place to place as near to them as this (m).
+const CURVE_M: f64 = 0.01;
 /// A stop between two moves that is this long is drawn (s), chosen here: half a step of a cell.
 const WAITS_FROM_S: f64 = 0.25;
 /// In larger fleets directions and waits would cover one another.
@@ -240,8 +242,8 @@ fn refusals(plan: &Plan) -> impl Iterator<Item = (&DronePlan, Point3<f64>, &Unpl
 fn bends(view: &View, drone: &DronePlan) -> Vec<Spot> {
     let apart_px = |a: Spot, b: Spot| (a.0 - b.0).hypot(a.1 - b.1);
     let mut spots: Vec<Spot> = Vec::new();
-    for point in &drone.trajectory.position_m {
-        let here = view.at(point);
+    for point in drone.trajectory.outline_m(CURVE_M) {
+        let here = view.at(&point);
         match spots[..] {
             [.., last] if apart_px(last, here) < INVISIBLE_PX => continue,
             [.., before, last] => {

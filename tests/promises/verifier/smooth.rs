@@ -1,7 +1,7 @@
 //! Trajectories that claim to be smooth: each rule broken on purpose.
 
 use nalgebra::Point3;
-use planner::plan::{Plan, ViolationKind};
+use planner::plan::{Margins, Plan, ViolationKind};
 use planner::verify::verify;
 
 use super::plans::{drone, kinds, plan, smooth};
@@ -180,4 +180,103 @@ fn what_a_cubic_meets_between_its_ends_is_found() {
     // 45 degrees at 2 m/s: 1.53 m/s, 0.116 m inside.
     assert_eq!(kinds(&straight(0.05)), []);
     refused(ViolationKind::Obstacle, &flown(0.05), &flown(0.12));
+}
+
+/// A number in 0..1 that depends on an index alone.
+fn at(k: u64) -> f64 {
+    let mixed = (k + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    ((mixed ^ mixed >> 29).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+#[test]
+fn two_smooth_flights_early_or_late_are_judged_as_dense_samples_of_both_clocks_judge_them() {
+    const MARGIN_S: f64 = 0.1;
+    const TRACKING_M: f64 = 0.1;
+    let (mut apart, mut touching, mut in_column) = (0, 0, 0);
+    for case in 0..120 {
+        let flight = |nth: u64, airframe: &str| {
+            let knots: Vec<_> = (0..3_u64)
+                .map(|k| {
+                    let place = |axis: u64| at(1000 * case + 100 * nth + 10 * k + axis);
+                    let place_m = [
+                        2.0 + 3.0 * place(0),
+                        2.0 + 3.0 * place(1),
+                        2.0 + 1.5 * place(2),
+                    ];
+                    (1.7 * k as f64, place_m)
+                })
+                .collect();
+            smooth(
+                drone(["a", "b"][nth as usize], airframe, &knots),
+                [4.0, 4.0, 20.0],
+            )
+        };
+        let mut both = plan(vec![flight(0, "offboard-2"), flight(1, "kolibri")]);
+        for drone in &mut both.drones {
+            drone.airframe.max_acceleration_mps2 = None;
+            drone.airframe.max_jerk_mps3 = None;
+            drone.airframe.max_speed_mps = 100.0;
+            drone.air_limit = 50.0;
+        }
+        both.margins = Margins {
+            time_s: MARGIN_S,
+            tracking_m: TRACKING_M,
+        };
+        let [one, other] = &both.drones[..] else {
+            unreachable!()
+        };
+        let sum_m = one.airframe.body_radius_m + other.airframe.body_radius_m;
+        let column_m = one.airframe.body_radius_m;
+        let depth_m = 2.5 * one.airframe.motor_distance_m;
+        let (mut gap_m, mut inside_m) = (f64::INFINITY, f64::NEG_INFINITY);
+        for step in 0..500 {
+            let t_s = f64::from(step) * 0.01;
+            let here_m = one.trajectory.position_m(t_s).expect("it is there");
+            for shift in -20..=20 {
+                let u_s = t_s + f64::from(shift) * 0.01;
+                let there_m = other.trajectory.position_m(u_s).expect("it is there");
+                let off_m = there_m - here_m;
+                gap_m = gap_m.min(off_m.norm() - sum_m - 2.0 * TRACKING_M);
+                let in_it = (column_m - off_m.xy().norm())
+                    .min(-off_m.z)
+                    .min(depth_m + off_m.z);
+                inside_m = inside_m.max(in_it);
+            }
+        }
+        let kinds = kinds(&both);
+        let touches = kinds.contains(&ViolationKind::Collision)
+            || kinds.contains(&ViolationKind::CollisionMargin);
+        let below =
+            kinds.contains(&ViolationKind::Column) || kinds.contains(&ViolationKind::ColumnMargin);
+        // Samples a hundredth of a second apart on both clocks: within 0.06 m of path.
+        assert!(touches || gap_m > -2e-3, "{case}: {gap_m} {kinds:?}");
+        assert!(!touches || gap_m < 0.06, "{case}: {gap_m} {kinds:?}");
+        assert!(below || inside_m < 1e-4, "{case}: {inside_m} {kinds:?}");
+        assert!(!below || inside_m > -0.06, "{case}: {inside_m} {kinds:?}");
+        touching += usize::from(touches);
+        apart += usize::from(!touches);
+        in_column += usize::from(below);
+    }
+    assert!(
+        apart > 20 && touching > 20 && in_column > 5,
+        "{apart} {touching} {in_column}"
+    );
+}
+
+#[test]
+fn the_outline_of_a_smooth_flight_stays_near_it() {
+    let flown = turn().drones[0].trajectory.clone();
+    let places_m = flown.outline_m(0.01);
+    assert!(places_m.len() > flown.t_s.len() && places_m.len() < 100);
+    for step in 0..500 {
+        let here_m = flown
+            .position_m(f64::from(step) * 0.01)
+            .expect("it is there");
+        let near_m = places_m.windows(2).map(|ends| {
+            let along_m = ends[1] - ends[0];
+            let share = (here_m - ends[0]).dot(&along_m) / along_m.norm_squared().max(1e-12);
+            (here_m - (ends[0] + along_m * share.clamp(0.0, 1.0))).norm()
+        });
+        assert!(near_m.fold(f64::INFINITY, f64::min) < 0.0101);
+    }
 }
