@@ -119,6 +119,22 @@ fn landed_starts_have_no_wake_and_no_limit() {
 }
 
 #[test]
+fn a_drone_that_leaves_at_once_is_at_its_start_all_the_same() {
+    let mut above = pair([0.2, 0.0, -3.0]);
+    above.drones[0].tasks.clear();
+    above.drones[0].at_end = AtEnd::Leave;
+    assert!(matches!(only(&check(&above)).why, Exclusion::Air { .. }));
+    above.drones[1].start_m.x += 2.0;
+    let outcome = planner::plan_world(&above, &planner::Control::QUIET).expect("in order");
+    let planner::Outcome::Safe(planned) = outcome else {
+        panic!("{outcome:?}");
+    };
+    let left = &planned.plan.drones[0];
+    assert_eq!(left.arrives_s, 0.0);
+    assert_eq!(left.trajectory.t_s, [0.0, 0.01]);
+}
+
+#[test]
 fn goals_are_judged_by_how_each_drone_ends() {
     let goals = |first: AtEnd, second: AtEnd| {
         let mut world = world(vec![

@@ -3,6 +3,7 @@
 //!
 //! `WORLDS_SEED` asks for other worlds, `WORLDS` for another number of them, `PLAN_JUDGE` names a
 //! program that judges a plan file: exit code 0 or 3 where it finds nothing, 1 for violations.
+//! It judges one plan in ten, or in as many as `WORLDS_JUDGED` says.
 
 use std::env;
 use std::fs;
@@ -19,7 +20,7 @@ use super::samples;
 
 /// One world may take so long (s); builds for tests are slower by a multiple.
 const LONGEST_S: f64 = if cfg!(debug_assertions) { 100.0 } else { 20.0 };
-/// One plan in so many is judged by the other judge.
+/// One plan in so many is judged by the other judge, where no number is asked for.
 const JUDGED: u64 = 10;
 
 fn number(name: &str, default: u64) -> u64 {
@@ -89,6 +90,7 @@ fn judged(made: &RandomWorld, by_other: Option<&str>) -> Result<(), String> {
 fn every_answer_to_a_random_world_is_safe_true_and_takes_seconds() {
     let (first, count) = (number("WORLDS_SEED", 1), number("WORLDS", samples(12, 100)));
     let judge = env::var("PLAN_JUDGE").ok();
+    let one_in = number("WORLDS_JUDGED", JUDGED).max(1);
     println!("{count} random worlds from WORLDS_SEED={first} on");
     if judge.is_none() {
         println!("no other judge: PLAN_JUDGE is not set");
@@ -96,7 +98,7 @@ fn every_answer_to_a_random_world_is_safe_true_and_takes_seconds() {
     let mut wrong = Vec::new();
     for seed in (0..count).map(|index| first.wrapping_mul(1_000_000) + index) {
         let made = world(seed);
-        let by_other = judge.as_deref().filter(|_| seed.is_multiple_of(JUDGED));
+        let by_other = judge.as_deref().filter(|_| seed.is_multiple_of(one_in));
         let Err(why) = judged(&made, by_other) else {
             continue;
         };

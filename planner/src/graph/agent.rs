@@ -73,7 +73,7 @@ pub(crate) enum Ending {
 
 impl Ending {
     /// What is flown after the last dwell, given how it would stay where that ended until the end.
-    pub(crate) fn legs(&self, stay: Leg) -> Vec<Leg> {
+    fn legs(&self, stay: Leg) -> Vec<Leg> {
         match *self {
             Ending::Leave => Vec::new(),
             Ending::Hover => vec![stay],
@@ -158,6 +158,24 @@ impl Agent {
                 Ending::Land { .. } => self.grounded,
                 Ending::Leave => false,
             }
+    }
+
+    /// What it flies after the last dwell, given how it would stay where that ended until the end.
+    /// A drone that leaves where and when it starts is there for a tick all the same: where it may
+    /// be late, that counts.
+    pub(crate) fn ends(&self, stay: Leg) -> Vec<Leg> {
+        match self.leaves_at_once(stay.start) {
+            true => vec![Leg {
+                end: stay.start.after(1),
+                ..stay
+            }],
+            false => self.ending.legs(stay),
+        }
+    }
+
+    /// Whether it leaves at a moment at which it has only just come.
+    pub(crate) fn leaves_at_once(&self, at: Tick) -> bool {
+        self.ending == Ending::Leave && at == self.departs && self.begun.is_empty()
     }
 
     /// Where it is after its last dwell.

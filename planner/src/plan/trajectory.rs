@@ -203,6 +203,18 @@ impl Trajectory {
         self
     }
 
+    /// The same for a drone that leaves when it begins, and was there for so long before (s): what
+    /// it does where it is late.
+    #[must_use]
+    pub fn leaving_late(mut self, mass_kg: f64, before_s: f64) -> Trajectory {
+        if before_s > 0.0 {
+            let span_s = (self.first_s - before_s, self.first_s);
+            let motion = Motion::straight(span_s, self.first_m, self.first_m);
+            self.pieces.push(Piece { motion, mass_kg });
+        }
+        self
+    }
+
     /// The pieces, in order of time.
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces

@@ -166,7 +166,7 @@ fn stay_home(job: &Job, agent: &Agent, mut legs: Vec<Leg>) -> Path {
             ..stay
         });
     }
-    legs.extend(agent.ending.legs(Leg {
+    legs.extend(agent.ends(Leg {
         start: arrives,
         ..stay
     }));

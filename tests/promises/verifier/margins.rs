@@ -481,3 +481,24 @@ fn a_jump_at_the_first_or_the_last_moment_is_refused() {
         assert!(kinds(&plan(vec![broken])).contains(&ViolationKind::Jump));
     }
 }
+
+#[test]
+fn a_drone_that_leaves_at_once_may_leave_late_and_is_still_there() {
+    let below = |off_axis_m: f64, depth_m: f64| {
+        let gone = leaves(drone("a", "offboard-2", &[(0.0, [5.0, 5.0, 6.0])]));
+        let under = [5.0 + off_axis_m, 5.0, 6.0 - depth_m];
+        let moves = [(0.0, under), (2.0, [9.0, under[1], under[2]])];
+        plan(vec![gone, drone("b", "kolibri", &moves)])
+    };
+    let body_m = preset("offboard-2").body_radius_m + preset("kolibri").body_radius_m;
+    for (plan, kind) in [
+        (below(0.0, 0.5), ViolationKind::ColumnMargin),
+        (below(0.0, 3.0), ViolationKind::AirMargin),
+        (below(body_m - 0.02, 0.0), ViolationKind::CollisionMargin),
+    ] {
+        assert!(kinds(&plan).is_empty(), "on time it is gone");
+        let found = kinds(&bearing(plan, 0.1, 0.0));
+        assert!(found.contains(&kind), "{found:?} and not {kind:?}");
+    }
+    assert!(kinds(&bearing(below(3.0, 3.0), 0.1, 0.0)).is_empty());
+}

@@ -450,6 +450,7 @@ impl<'a> Search<'a> {
                     let time = [label.at, Tick::FOREVER];
                     reservations.stay(class, label.vertex, time, verdict);
                 }
+                Ending::Leave if self.agent.leaves_at_once(label.at) => return Brief::Nothing,
                 Ending::Leave => {}
                 Ending::Land { .. } => return Brief::Nothing,
             },
@@ -617,7 +618,7 @@ impl<'a> Search<'a> {
         match to.step {
             Step::End => {
                 leg.end = Tick::FOREVER;
-                return self.agent.ending.legs(leg);
+                return self.agent.ends(leg);
             }
             Step::Move => leg.flying = true,
             Step::Dwell => leg.kind = self.kind(to.waypoint),

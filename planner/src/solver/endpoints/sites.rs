@@ -81,7 +81,7 @@ impl<'a> EndpointJudge<'a> {
         let drone = &self.world.drones[index];
         let idle = drone.tasks.is_empty();
         let landed_start = drone.at_start == AtStart::Landed;
-        if drone.at_end == AtEnd::Leave && (idle || when == EndpointKind::Goals) {
+        if drone.at_end == AtEnd::Leave && when == EndpointKind::Goals {
             return None;
         }
         let mut load_kg = 0.0;

@@ -317,6 +317,15 @@ fn flight(
         }
         trajectory = trajectory.entering();
     }
+    let mut airborne_from_s = drone.airborne_s.0.max(0.0);
+    if trajectory.pieces().is_empty() && drone.enters_s.is_none() {
+        // It leaves at once: on time it is never there.
+        let before_s = 2.0 * scene.margins.time_s;
+        trajectory = trajectory.leaving_late(drone.trajectory.mass_kg[0], before_s);
+        if drone.at_start == AtStart::Hover {
+            airborne_from_s -= before_s;
+        }
+    }
     let mut doubts = airborne_doubts(scene, drone, &trajectory, unplanned);
     let bare_kg = airframe.mass_kg() * (1.0 - MASS_ROUNDING);
     if drone.trajectory.mass_kg.iter().any(|&it| it < bare_kg) {
@@ -354,7 +363,7 @@ fn flight(
     let flight = Flight {
         index,
         name: drone.name.clone(),
-        airborne_s: (drone.airborne_s.0.max(0.0), until_s),
+        airborne_s: (airborne_from_s, until_s),
         air_limit: drone.air_limit,
         max_speed_mps: drone.airframe.max_speed_mps,
         body_radius_m: drone.airframe.body_radius_m,

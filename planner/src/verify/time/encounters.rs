@@ -40,6 +40,12 @@ pub(crate) fn encounters(scene: &Scene<'_>, apart_s: f64) -> Vec<Vec<Encounter>>
         last.1 = scene.last_s;
     }
     spans_s.push((scene.last_s, scene.horizon_s));
+    // A drone that leaves at once may still be there if it is late.
+    let pieces = scene
+        .flights
+        .iter()
+        .filter_map(|it| it.trajectory.pieces().first());
+    spans_s[0].0 = pieces.map(|it| it.motion.from_s).fold(0.0, f64::min);
     let reach = Reach::new(scene);
     let pairs: Vec<Vec<(usize, usize)>> = (spans_s.par_iter())
         // Advected air comes from where its drone was.
