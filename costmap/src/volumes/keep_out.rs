@@ -58,21 +58,6 @@ impl KeepOut {
         self
     }
 
-    /// Grown by a length in every direction.
-    #[must_use]
-    pub fn grown(mut self, by: f64) -> Self {
-        self.body_radius += by;
-        for section in &mut self.sections {
-            *section = Section {
-                from_depth_m: section.from_depth_m - by,
-                to_depth_m: section.to_depth_m + by,
-                from_radius_m: section.from_radius_m + by,
-                to_radius_m: section.to_radius_m + by,
-            };
-        }
-        self
-    }
-
     /// Distance between two centres at which bodies touch.
     pub fn body_radius(&self) -> f64 {
         self.body_radius

@@ -205,7 +205,9 @@ fn rounds(
         let now = &all[all.len() - 1];
         order.sort_by(|a, b| urgency[*b as usize].total_cmp(&urgency[*a as usize]));
         let random = seed ^ (all.len() as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-        let directions = Round::new(configuration, now, &detours, random).decide_all(&order);
+        let before = &all[all.len().saturating_sub(2)];
+        let round = Round::new(configuration, [before, now], &detours, random);
+        let directions = round.decide_all(&order);
         let after = |(drone, direction): (usize, &u8)| {
             configuration.after(drone, &now[drone], usize::from(*direction))
         };

@@ -256,42 +256,42 @@ impl Shape {
         }
     }
 
-    /// Loads on both of two steps that begin together and last as long, by how far each leads and
-    /// where the second begins as seen from the first (cells), each of the two up to `astray` cells
-    /// from where the other takes it to be; `None`: they are too near one another.
+    /// Loads on both of two steps that last as long, by how far each leads and where the second
+    /// begins as seen from the first (cells), while the first is ahead of the second on its step by
+    /// no less and no more than these parts of it; `None`: they are too near one another.
     pub(super) fn synchronous(
         &self,
         [mine, theirs]: [[f64; 3]; 2],
         offset: [f64; 3],
-        astray: f64,
+        ahead: [f64; 2],
     ) -> Option<[u8; 2]> {
-        // Seen from the second, the first moves straight on.
         let line = |by: [f64; 3], from: [f64; 3]| Line {
             origin: Vector3::from(from),
             velocity: Vector3::from(by),
         };
-        let by = [0, 1, 2].map(|axis| mine[axis] - theirs[axis]);
-        let still = line([0.0; 3], offset);
-        let past = Relative::new(&still, &line(by, [0.0; 3]), [[0.0; 2], [0.0, 1.0]]);
-        let moves = mine != [0.0; 3] || theirs != [0.0; 3];
-        let astray = if moves { astray } else { 0.0 };
-        let climbs = i32::from(astray > 0.0 && (mine[2] != 0.0 || theirs[2] != 0.0));
-        let heights = [-offset[2], by[2] - offset[2]];
-        let low = (heights[0].min(heights[1]) + WHOLE_CELLS).floor() as i32 - climbs;
-        let high = (heights[0].max(heights[1]) - WHOLE_CELLS).ceil() as i32 + climbs;
-        let nearest = past.nearest([0.0; 2]) - astray;
+        let past = if ahead == [0.0; 2] {
+            // Seen from the second, the first moves straight on.
+            let by = [0, 1, 2].map(|axis| mine[axis] - theirs[axis]);
+            let still = line([0.0; 3], offset);
+            Relative::new(&still, &line(by, [0.0; 3]), [[0.0; 2], [0.0, 1.0]])
+        } else {
+            let (first, second) = (line(mine, [0.0; 3]), line(theirs, offset));
+            let past = Relative::new(&second, &first, [[0.0, 1.0]; 2]).delayed(ahead);
+            let Some(past) = past else {
+                return Some([0; 2]);
+            };
+            past
+        };
+        let [shallow, deep] = past.depths();
+        let low = (WHOLE_CELLS - deep).floor() as i32;
+        let high = (-shallow - WHOLE_CELLS).ceil() as i32;
+        let nearest = past.nearest([0.0; 2]);
         let radius = self.radius(low, high);
         // Only where the volume is that wide at any of these heights can it be met.
-        let is_near = nearest < radius
-            && match astray > 0.0 {
-                true => self.keep_out.clone().grown(astray).delays(&past).is_some(),
-                false => self.keep_out.delays(&past).is_some(),
-            };
-        if is_near {
+        if nearest < radius && self.keep_out.delays(&past).is_some() {
             return None;
         }
-        let distance = nearest.max(radius);
-        Some(self.loads(low, high, distance, LEAST_SYNCHRONOUS))
+        Some(self.loads(low, high, nearest.max(radius), LEAST_SYNCHRONOUS))
     }
 }
 

@@ -8,6 +8,7 @@ use parry3d::shape::Ball;
 
 use super::directions::neighbour;
 use super::shape::Shape;
+use super::synchronous::{Course, DIRECTIONS, Met, Stride, SynchronousSteps};
 use super::*;
 use crate::scenario::read_world;
 use crate::solver::prepare::{Job, prepare};
@@ -295,4 +296,91 @@ fn the_tables_are_the_swept_volumes_sampled() {
     }
     println!("{of_tables:.0} ticks in tables, {of_volumes:.0} in volumes");
     assert!(of_volumes > 10_000.0 && of_tables < 1.02 * of_volumes);
+}
+
+/// Two drones on two steps each, as the tables allow them: whatever the clocks are apart within the
+/// time margins, neither is where the other keeps it out of.
+#[test]
+fn steps_together_keep_apart_where_one_is_early_and_the_other_late() {
+    let text = HALL
+        .replace("time_margin_s: 0, tracking_m: 0", "")
+        .replace(r#"(name: "rack", min_m: (3, 0, 0), max_m: (5, 7, 3))"#, "");
+    let world = read_world(&text).expect("in order");
+    let job = prepare(&world, &|| false);
+    let empty = job.costmap(&world, true, world.drones.len());
+    let steps = Steps::new(job.roadmap.lattice(), &job.agents, &empty).expect("a small fleet");
+    let together = SynchronousSteps::new(&steps, 50);
+    let apart = f64::from(steps.shift) / f64::from(together.ticks);
+    assert!(apart > 0.1, "{apart}");
+    let (mut allowed, mut around_corners) = (0, 0);
+    for case in 0..6_000 {
+        let number = f64::from(case);
+        let pick = |step: f64, of: i32| ((number * step).fract() * f64::from(of)) as i32;
+        let courses = [
+            0.819_172_513_396,
+            0.671_043_606_704,
+            0.549_700_477_902,
+            0.450_318_4,
+        ]
+        .map(|step| pick(step, DIRECTIONS.len() as i32) as usize);
+        let offset = [0.368_912_3, 0.301_727_1, 0.247_013_7].map(|step| pick(step, 5) - 2);
+        let classes = [0.202_141, 0.165_411].map(|step| pick(step, steps.class_count() as i32));
+        // Each where it is between its two steps.
+        let at = [[10; 3], offset.map(|steps| 10 + steps)];
+        let stride = |drone: usize, step: usize| {
+            let (before, now) = (courses[2 * drone], courses[2 * drone + 1]);
+            let (at, came) = (at[drone], Course::Axis(before));
+            let back = [0, 1, 2].map(|axis| at[axis] - DIRECTIONS[before][axis]);
+            Stride {
+                class: classes[drone] as usize,
+                at: [back, at][step],
+                course: [came, Course::Axis(now)][step],
+                came: [Course::STAY, came][step],
+            }
+        };
+        let is_allowed = |step: usize| {
+            matches!(
+                together.meet(&stride(0, step), &stride(1, step)),
+                Met::Loads(_)
+            )
+        };
+        if !is_allowed(0) || !is_allowed(1) {
+            continue;
+        }
+        allowed += 1;
+        let [a, b] = [courses[1], courses[3]].map(|course| DIRECTIONS[course]);
+        let turns = a != b && a != b.map(|steps| -steps) && a != [0; 3] && b != [0; 3];
+        around_corners += i32::from(turns && offset == a);
+        let place = |drone: usize, clock: f64| {
+            let steps = [courses[2 * drone], courses[2 * drone + 1]].map(|it| DIRECTIONS[it]);
+            let parts = [clock.clamp(0.0, 1.0) - 1.0, (clock - 1.0).clamp(0.0, 1.0)];
+            [0, 1, 2].map(|axis| {
+                let moved = [0, 1].map(|step| f64::from(steps[step][axis]) * parts[step]);
+                f64::from(at[drone][axis]) + moved[0] + moved[1]
+            })
+        };
+        let keep_out =
+            &steps.shapes[classes[0] as usize * steps.class_count() + classes[1] as usize].keep_out;
+        for moment in 0..=40 {
+            for shift in -2..=2 {
+                let clock = f64::from(moment) / 20.0;
+                let clocks = [clock, clock + apart * f64::from(shift) / 2.0];
+                let [one, other] = [0, 1].map(|drone| place(drone, clocks[drone]));
+                let [x, y, z] = [0, 1, 2].map(|axis| one[axis] - other[axis]);
+                let room = x.hypot(y).hypot(z) - keep_out.body_radius();
+                assert!(room > -1e-6, "{courses:?} {offset:?} {clocks:?}: {room}");
+                for section in keep_out.sections() {
+                    let depth = -z;
+                    let inside = section.from_depth_m + 1e-6..section.to_depth_m - 1e-6;
+                    let radius = section.radius_m(depth).unwrap_or(0.0);
+                    let is_in = inside.contains(&depth) && x.hypot(y) < radius - 1e-6;
+                    assert!(!is_in, "{courses:?} {offset:?} {clocks:?}");
+                }
+            }
+        }
+    }
+    assert!(
+        allowed > 1_000 && around_corners > 0,
+        "{allowed} {around_corners}"
+    );
 }

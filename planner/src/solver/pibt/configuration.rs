@@ -155,29 +155,44 @@ impl<'a> Configuration<'a> {
         steps(self.roadmap, member, &member.far[waypoint], ends)
     }
 
-    /// A drone as others meet it.
-    pub(super) fn stride(&self, drone: usize, at: &AgentState, direction: usize) -> Stride {
+    /// A drone as others meet it, after what led it there.
+    pub(super) fn stride(
+        &self,
+        drone: usize,
+        at: &AgentState,
+        direction: usize,
+        came: Course,
+    ) -> Stride {
         let classes = &self.members[drone].classes;
         let waypoint = usize::from(at.waypoint) + usize::from(at.rest > 0);
         let lattice = self.roadmap.lattice();
         let is_stop = self.roadmap.is_stop(at.place);
-        let course = if is_stop || direction >= DIRECTIONS.len() {
-            let to = self.target(drone, at, direction);
-            let [from, to] =
-                [at.place, to].map(|it| lattice.in_cells(&self.roadmap.position_m(it)));
-            let by = [0, 1, 2].map(|axis| to[axis] - from[axis]);
-            Course::Beside { from, by }
-        } else {
-            Course::Axis(direction)
-        };
         Stride {
             class: classes[waypoint.min(classes.len() - 1)],
             at: match is_stop {
                 true => lattice.nearest(&self.roadmap.position_m(at.place)),
                 false => lattice.steps(at.place),
             },
-            course,
+            course: match is_stop || direction >= DIRECTIONS.len() {
+                true => self.course([at.place, self.target(drone, at, direction)]),
+                false => Course::Axis(direction),
+            },
+            came,
         }
+    }
+
+    /// How a step leads from a place to another, which may be the same.
+    pub(super) fn course(&self, ends: [Vertex; 2]) -> Course {
+        let lattice = self.roadmap.lattice();
+        if !ends.iter().any(|place| self.roadmap.is_stop(*place)) {
+            let [from, to] = ends.map(|place| lattice.steps(place));
+            let by = [0, 1, 2].map(|axis| to[axis] - from[axis]);
+            let known = DIRECTIONS.iter().position(|steps| *steps == by);
+            return Course::Axis(known.unwrap_or(STAYS));
+        }
+        let [from, to] = ends.map(|it| lattice.in_cells(&self.roadmap.position_m(it)));
+        let by = [0, 1, 2].map(|axis| to[axis] - from[axis]);
+        Course::Beside { from, by }
     }
 
     /// The column of the floor that a place is in, or next to.

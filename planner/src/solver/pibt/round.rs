@@ -7,7 +7,7 @@
 
 use super::configuration::{AgentState, Configuration, MOST_LINKS};
 use crate::graph::roadmap::Vertex;
-use crate::sipp::conflicts::synchronous::{DIRECTIONS, MOST_LOADS, STAYS};
+use crate::sipp::conflicts::synchronous::{Course, DIRECTIONS, MOST_LOADS, Met, STAYS, Stride};
 
 /// Steps tried for one drone and all whom it pushes: chosen here, mostly a few are enough.
 const MOST_TRIES: u32 = 200;
@@ -25,6 +25,8 @@ pub(super) struct Round<'a> {
     configuration: &'a Configuration<'a>,
     /// Where every drone is.
     now: &'a [AgentState],
+    /// By drone, what led there in the round before.
+    came: Vec<Course>,
     /// By column of the floor, the first who is in it; by drone, the next in the same.
     first: Vec<u32>,
     /// By drone, the next one in the same column, or [`NONE`].
@@ -48,10 +50,11 @@ pub(super) struct Round<'a> {
 }
 
 impl<'a> Round<'a> {
-    /// Every drone stays, as far as nothing else is decided.
+    /// Every drone stays, as far as nothing else is decided; where each was `before` that, and is
+    /// `now`.
     pub(super) fn new(
         configuration: &'a Configuration<'a>,
-        now: &'a [AgentState],
+        [before, now]: [&'a [AgentState]; 2],
         detours: &'a [u32],
         random: u64,
     ) -> Round<'a> {
@@ -59,6 +62,9 @@ impl<'a> Round<'a> {
         let mut round = Round {
             configuration,
             now,
+            came: (before.iter().zip(now))
+                .map(|(before, now)| configuration.course([before.place, now.place]))
+                .collect(),
             first: vec![NONE; nx * ny],
             next: vec![NONE; now.len()],
             directions: vec![STAYS as u8; now.len()],
@@ -78,8 +84,10 @@ impl<'a> Round<'a> {
         }
         for drone in 0..now.len() {
             let mut load = 0;
-            round.around(drone, STAYS, |_, loads| {
-                load += loads.map_or(0, |[on_me, _]| i32::from(on_me));
+            round.around(drone, STAYS, |_, met| {
+                if let Met::Loads([on_me, _]) = met {
+                    load += i32::from(on_me);
+                }
             });
             round.loads[drone] = load;
         }
@@ -169,8 +177,10 @@ impl<'a> Round<'a> {
         self.set(drone, direction);
         let mut pushed: Vec<u32> = Vec::new();
         let mut is_possible = true;
-        self.around(drone, direction, |other, loads| {
-            if loads.is_none() {
+        self.around(drone, direction, |other, met| match met {
+            Met::Loads(_) => {}
+            Met::TooNearBefore => is_possible = false,
+            Met::TooNear => {
                 is_possible &= !self.decided[other] && !self.stuck[other];
                 pushed.push(other as u32);
             }
@@ -198,13 +208,11 @@ impl<'a> Round<'a> {
     fn set(&mut self, drone: usize, direction: usize) {
         for sign in [-1, 1] {
             let mut changes: Vec<(usize, [u8; 2])> = Vec::new();
-            self.around(
-                drone,
-                usize::from(self.directions[drone]),
-                |other, loads| {
-                    changes.extend(loads.map(|loads| (other, loads)));
-                },
-            );
+            self.around(drone, usize::from(self.directions[drone]), |other, met| {
+                if let Met::Loads(loads) = met {
+                    changes.push((other, loads));
+                }
+            });
             for (other, [on_me, on_them]) in changes {
                 self.loads[drone] += sign * i32::from(on_me);
                 self.loads[other] += sign * i32::from(on_them);
@@ -216,22 +224,18 @@ impl<'a> Round<'a> {
     /// Whether a drone and those around it bear what wakes add up to.
     fn is_borne(&self, drone: usize) -> bool {
         let mut borne = self.loads[drone] <= MOST_LOADS;
-        self.around(
-            drone,
-            usize::from(self.directions[drone]),
-            |other, loads| {
-                let is_exposed = loads.is_some_and(|[_, on_them]| on_them > 0);
-                borne &= !is_exposed || self.loads[other] <= MOST_LOADS;
-            },
-        );
+        self.around(drone, usize::from(self.directions[drone]), |other, met| {
+            let is_exposed = matches!(met, Met::Loads([_, on_them]) if on_them > 0);
+            borne &= !is_exposed || self.loads[other] <= MOST_LOADS;
+        });
         borne
     }
 
     /// Calls `f` with every drone to whom a step of this drone could matter, and what the two do to
     /// one another.
-    fn around(&self, drone: usize, direction: usize, mut f: impl FnMut(usize, Option<[u8; 2]>)) {
+    fn around(&self, drone: usize, direction: usize, mut f: impl FnMut(usize, Met)) {
         let (configuration, synchronous) = (self.configuration, self.configuration.synchronous);
-        let mine = configuration.stride(drone, &self.now[drone], direction);
+        let mine = self.stride(drone, direction);
         let [nx, ny, _] = synchronous.steps.counts();
         for class in 0..synchronous.steps.class_count() {
             for aside in synchronous.near(&mine, class, configuration.is_beside) {
@@ -247,12 +251,17 @@ impl<'a> Round<'a> {
                         continue;
                     }
                     let others = usize::from(self.directions[index]);
-                    let theirs = configuration.stride(index, &self.now[index], others);
+                    let theirs = self.stride(index, others);
                     if theirs.class == class {
                         f(index, synchronous.meet(&mine, &theirs));
                     }
                 }
             }
         }
+    }
+
+    fn stride(&self, drone: usize, direction: usize) -> Stride {
+        let (at, came) = (&self.now[drone], self.came[drone]);
+        self.configuration.stride(drone, at, direction, came)
     }
 }
