@@ -171,6 +171,7 @@ mod tests {
             fastest_mps: 2.0,
             gaps_m: [0.1; 3],
             shift: 0,
+            astray_m: 0.0,
             deepest_m: 30.0,
             lowest_air_limit: 0.3,
             lowest_zone_limit_mps: f64::INFINITY,

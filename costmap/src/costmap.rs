@@ -124,6 +124,16 @@ impl Costmap {
         self.part(drone, part).map_or(0.0, filled)
     }
 
+    /// The same between two ticks, over all parts that last then.
+    pub fn filled_during(&self, drone: DroneId, [start, end]: [Tick; 2]) -> f64 {
+        let items = self.timeline.of(drone);
+        let first = items.partition_point(|&item| self.timeline.item(item).leg.end <= start);
+        let lasting = items[first..].iter().map(|&item| self.timeline.item(item));
+        let lasting = lasting.take_while(|item| item.leg.start < end);
+        let filled = lasting.map(|item| item.filled(start, end)).max();
+        filled.unwrap_or(0) as f64 / f64::from(self.budget)
+    }
+
     fn part(&self, drone: DroneId, part: u32) -> Option<&Item> {
         let items = self.timeline.of(drone);
         items

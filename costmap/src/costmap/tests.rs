@@ -24,6 +24,7 @@ fn empty() -> Costmap {
         fastest_mps: 2.0,
         gaps_m: [0.1; 3],
         shift: 0,
+        astray_m: 0.0,
         deepest_m: 6.0,
         lowest_air_limit: 0.3,
         lowest_zone_limit_mps: 1.5,

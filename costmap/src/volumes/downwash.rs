@@ -113,6 +113,17 @@ impl Section {
         nearest_radius_m(&from_m, &to_m) < self.from_radius_m.max(self.to_radius_m)
     }
 
+    /// Grown by a length in every direction.
+    #[must_use]
+    pub fn grown(&self, by_m: f64) -> Section {
+        Section {
+            from_depth_m: self.from_depth_m - by_m,
+            to_depth_m: self.to_depth_m + by_m,
+            from_radius_m: self.from_radius_m + by_m,
+            to_radius_m: self.to_radius_m + by_m,
+        }
+    }
+
     /// Distance between its faces (m).
     pub fn height_m(&self) -> f64 {
         self.to_depth_m - self.from_depth_m

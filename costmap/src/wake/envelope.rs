@@ -56,6 +56,8 @@ pub struct Envelope {
     reach_m: f64,
     /// Rows stand about axes of their own.
     moved: bool,
+    /// How much farther off than it seems a receiver may be in any direction (m).
+    astray_m: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -81,6 +83,53 @@ impl Envelope {
         self.reach_m
     }
 
+    /// The same for a receiver that may be so far (m) from where it seems, in every direction.
+    #[must_use]
+    pub(crate) fn grown(mut self, by_m: f64) -> Envelope {
+        let depths_m = &self.depths_m;
+        let nearby = |row: usize| {
+            let (above_m, below_m) = (depths_m[row] - by_m, depths_m[row + 1] + by_m);
+            (0..depths_m.len() - 1)
+                .filter(move |&it| depths_m[it] < below_m && depths_m[it + 1] > above_m)
+        };
+        let grown = |row: usize| {
+            let of = |other: usize| {
+                let aside_m = (self.aside_m(other) - self.aside_m(row)).norm();
+                self.rows[other].reach_m + aside_m
+            };
+            let reach_m = nearby(row).map(of).fold(0.0, f64::max) + by_m;
+            Row {
+                reach_m,
+                columns_per_m: self.columns as f64 / reach_m.max(1e-9),
+                ..self.rows[row]
+            }
+        };
+        let rows: Vec<Row> = (0..self.rows.len()).map(grown).collect();
+        let square = |row: usize, column: usize| {
+            let radius_m = column as f64 / rows[row].columns_per_m;
+            let of = |other: usize| {
+                // Its jet may be that much nearer.
+                let aside_m = (self.aside_m(other) - self.aside_m(row)).norm();
+                let radius_m = (radius_m - by_m - aside_m).max(0.0);
+                Some(self.squares[self.cell(other, radius_m)?])
+            };
+            nearby(row).filter_map(of).fold(0.0, f32::max)
+        };
+        let mean = |row: usize, column: usize| {
+            let radius_m = (column as f64 + 0.5) / rows[row].columns_per_m;
+            self.cell(row, radius_m)
+                .map_or(0.0, |cell| self.means[cell])
+        };
+        let cells = || (0..rows.len()).flat_map(|row| (0..self.columns).map(move |it| (row, it)));
+        let squares = cells().map(|(row, column)| square(row, column)).collect();
+        let means = cells().map(|(row, column)| mean(row, column)).collect();
+        let of_row = |row: &Row| row.reach_m + row.centre_m[0].hypot(row.centre_m[1]);
+        self.reach_m = rows.iter().map(of_row).fold(0.0, f64::max);
+        (self.squares, self.means) = (squares, means);
+        (self.rows, self.astray_m) = (rows, self.astray_m + by_m);
+        self
+    }
+
     /// The greatest mean square at this horizontal distance or beyond, at any depth.
     pub fn highest_square(&self, radius_m: f64) -> f64 {
         let square = |row: usize| {
@@ -94,14 +143,15 @@ impl Envelope {
     /// Air met along a straight path relative to the emitter (receiver minus emitter, z up), at
     /// constant speed.
     pub fn along(&self, from_m: &Vector3<f64>, to_m: &Vector3<f64>) -> Met {
-        if from_m.z >= 0.0 && to_m.z >= 0.0 {
+        if from_m.z >= self.astray_m && to_m.z >= self.astray_m {
             return Met::default();
         }
         if nearest_radius_m(from_m, to_m) >= self.reach_m {
             return Met::default();
         }
         let deepest_m = *self.depths_m.last().unwrap_or(&0.0);
-        let Some((first_m, last_m)) = clip_depth(from_m, to_m, 0.0, deepest_m) else {
+        let depths_m = [-self.astray_m, deepest_m + self.astray_m];
+        let Some((first_m, last_m)) = clip_depth(from_m, to_m, depths_m[0], depths_m[1]) else {
             return Met::default();
         };
         let peak_square = self.peak_square(&first_m, &last_m);
@@ -190,7 +240,7 @@ impl Envelope {
         depths_m: [f64; 2],
         nearest_m: impl Fn([f64; 2]) -> f64,
     ) -> f64 {
-        if depths_m[1] <= 0.0 {
+        if depths_m[1] <= -self.astray_m {
             return 0.0;
         }
         let rows = self.row_at(depths_m[0].max(0.0))..=self.row_at(depths_m[1]);
@@ -328,6 +378,7 @@ impl Envelope {
             reach_m: 0.0,
             depths_m,
             moved: false,
+            astray_m: 0.0,
         };
         for pair in samples.windows(2) {
             envelope.push_row(&pair[0], &pair[1], SLACK, [0.0; 2]);
@@ -389,6 +440,7 @@ impl Envelope {
                 steps_per_m: 0.0,
                 depths_m: depths_m.clone(),
                 moved: true,
+                astray_m: 0.0,
             };
             for (rows, centre_m) in &slabs {
                 let row = &rows[receiver];

@@ -44,6 +44,9 @@ pub struct Conditions {
     /// How much earlier or later than planned one drone may be, seen from another (ticks): both
     /// time margins together.
     pub shift: u32,
+    /// How far off its legs any drone may be in any direction (m): legs are chords of what is
+    /// flown. Bodies keep their distance in `gaps_m`.
+    pub astray_m: f64,
     /// Longest fall of a wake (m).
     pub deepest_m: f64,
     /// Lowest air limit of the fleet, over the induced velocity.
@@ -208,6 +211,12 @@ impl Fleet {
             let budget = limit * slowest(receiver) / fastest(emitter);
             negligible_share(conditions.superposition) * budget * budget
         };
+        // Both may be off their legs.
+        let apart_m = 2.0 * conditions.astray_m;
+        let grown = |envelope: Envelope| match apart_m {
+            0.0 => envelope,
+            by_m => envelope.grown(by_m),
+        };
         let made = emitters.par_iter().enumerate().flat_map(|(emitter, wake)| {
             let own = (0..pairs).skip(emitter).step_by(emitters.len());
             let own: Vec<usize> = own.filter(|pair| tabulated(*pair) == *pair).collect();
@@ -218,7 +227,8 @@ impl Fleet {
             });
             let receivers: Vec<_> = receivers.collect();
             let made = Envelope::of_each(wake, &receivers, conditions.deepest_m);
-            own.into_par_iter().zip(made.into_par_iter().map(Arc::new))
+            let made = made.into_par_iter().map(grown).map(Arc::new);
+            own.into_par_iter().zip(made)
         });
         let made: BTreeMap<usize, Arc<Envelope>> = made.collect();
         let envelopes = (0..pairs).map(|pair| made[&tabulated(pair)].clone());
@@ -239,12 +249,20 @@ impl Fleet {
                     None => conditions.superposition,
                 };
                 let negligible = negligible_share(superposition) * limit * limit;
-                Envelope::new(wake, &point, conditions.deepest_m, negligible)
+                grown(Envelope::new(
+                    wake,
+                    &point,
+                    conditions.deepest_m,
+                    negligible,
+                ))
             })
             .collect();
         let iso_speed = vec![OnceLock::new(); kinds.len()];
         let fleet = Fleet {
-            columns: wakes.iter().map(column).collect(),
+            columns: wakes
+                .iter()
+                .map(|wake| column(wake).grown(apart_m))
+                .collect(),
             kinds,
             wakes,
             measures_mps,
@@ -456,12 +474,13 @@ impl Fleet {
             let [highest_m, lowest_m] = [f64::max, f64::min].map(|most: fn(f64, f64) -> f64| {
                 [first, second].map(|leg| most(leg.from_m.z, leg.to_m.z))
             });
-            if highest_m[0] >= ends[1] - 1e-6 && highest_m[1] > lowest_m[0] {
+            let astray_m = 2.0 * self.conditions.astray_m;
+            if highest_m[0] >= ends[1] - 1e-6 && highest_m[1] + astray_m > lowest_m[0] {
                 let (column, load) = self.shifted_wake(second, first, shift);
                 meeting.column |= column;
                 meeting.load_on_first = load;
             }
-            if highest_m[1] >= ends[0] - 1e-6 && highest_m[0] > lowest_m[1] {
+            if highest_m[1] >= ends[0] - 1e-6 && highest_m[0] + astray_m > lowest_m[1] {
                 let (column, load) = self.shifted_wake(first, second, shift);
                 meeting.column |= column;
                 meeting.load_on_second = load;

@@ -33,6 +33,27 @@ impl Top {
         }
     }
 
+    /// Without so much (m) of its edge.
+    #[must_use]
+    pub fn shrunk(self, by_m: f64) -> Top {
+        match self {
+            Top::Rectangle { min_m, max_m, z_m } => Top::Rectangle {
+                min_m: min_m.map(|edge_m| edge_m + by_m),
+                max_m: max_m.map(|edge_m| edge_m - by_m),
+                z_m,
+            },
+            Top::Disc {
+                centre_m,
+                radius_m,
+                z_m,
+            } => Top::Disc {
+                centre_m,
+                radius_m: radius_m - by_m,
+                z_m,
+            },
+        }
+    }
+
     /// Lowest and highest x (m).
     fn along_x_m(&self) -> [f64; 2] {
         match *self {

@@ -1,6 +1,7 @@
 //! One drone's job on the roadmap: where it starts, what it passes, how it ends, and how long that
 //! takes with no other drone there.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use costmap::leg::{DroneId, KindId, Leg, Tick};
@@ -9,6 +10,7 @@ use nalgebra::Point3;
 
 use crate::graph::distances::{Distances, Mover, UNREACHABLE};
 use crate::graph::roadmap::{Roadmap, Vertex};
+use crate::graph::turns::Smoothing;
 
 /// One drone's job.
 #[derive(Clone, Debug)]
@@ -33,6 +35,8 @@ pub(crate) struct Agent {
     pub(crate) ending: Ending,
     /// Its speed, size and stops.
     pub(crate) mover: Mover,
+    /// How its path is smoothed; `None`: corners are flown in no time.
+    pub(crate) smoothing: Option<Smoothing>,
     /// Highest mean air over its discs, over its induced velocity.
     pub(crate) air_limit: f64,
     /// Ticks to the end of its last dwell with no other drone there, its wake kept out of the
@@ -66,12 +70,23 @@ pub(crate) enum Ending {
         rest_m: Point3<f64>,
         /// Duration of both parts of the descent.
         ticks: [u32; 2],
+        /// How long it stands above before it descends.
+        rest_ticks: u32,
     },
     /// Body and wake vanish.
     Leave,
 }
 
 impl Ending {
+    /// The same once a drone has stood still for so long, where it goes on at all.
+    #[must_use]
+    pub(crate) fn after_rest(mut self, ticks: u32) -> Ending {
+        if let Ending::Land { rest_ticks, .. } = &mut self {
+            *rest_ticks = ticks;
+        }
+        self
+    }
+
     /// What is flown after the last dwell, given how it would stay where that ended until the end.
     fn legs(&self, stay: Leg) -> Vec<Leg> {
         match *self {
@@ -81,9 +96,15 @@ impl Ending {
                 approach_m,
                 rest_m,
                 ticks,
+                rest_ticks,
             } => {
-                let mut legs = Vec::with_capacity(3);
+                let mut legs = Vec::with_capacity(4);
                 let mut here = Leg { ..stay };
+                if rest_ticks > 0 && stay.flying {
+                    let end = here.start.after(rest_ticks);
+                    legs.push(Leg { end, ..here });
+                    here.start = end;
+                }
                 for (to_m, ticks) in [approach_m, rest_m].into_iter().zip(ticks) {
                     if ticks > 0 && stay.flying {
                         let end = here.start.after(ticks);
@@ -118,6 +139,20 @@ impl Agent {
         blocker.why != Why::Bodies
             && departs < self.departs.after(FORGIVEN_TICKS)
             && self.forgiven.contains(&blocker.drone)
+    }
+
+    /// What is flown of its path.
+    pub(crate) fn flown<'a>(&self, legs: &'a [Leg]) -> Cow<'a, [Leg]> {
+        match &self.smoothing {
+            Some(smoothing) => Cow::Owned(smoothing.flown(legs)),
+            None => Cow::Borrowed(legs),
+        }
+    }
+
+    /// How long before and after a change of velocity another path is flown than its own; 0 where
+    /// corners are flown in no time.
+    pub(crate) fn lead_ticks(&self) -> u32 {
+        self.smoothing.as_ref().map_or(0, Smoothing::lead_ticks)
     }
 
     /// Hovering at a place (m) as one of its kinds, from tick 0 until the end.
@@ -213,6 +248,9 @@ impl Agent {
     /// Works out how long its path is with no other drone there, in time and in metres.
     pub(crate) fn measure_alone(&mut self, roadmap: &Roadmap) {
         self.alone_ticks = self.remaining(roadmap, 0, self.start);
+        if !self.waypoints.is_empty() && self.begun.is_empty() {
+            self.alone_ticks = add(self.alone_ticks, self.lead_ticks());
+        }
         let starts = std::iter::once(self.start).chain(self.goals());
         let legs = starts.zip(&self.waypoints);
         self.alone_m = legs

@@ -34,6 +34,15 @@ const fn neighbours() -> [[i32; 3]; 26] {
     steps
 }
 
+/// Which of [`NEIGHBOURS`] is so many steps away.
+pub(crate) fn neighbour(by: [i32; 3]) -> Option<u8> {
+    if by == [0; 3] || by.iter().any(|steps| steps.abs() > 1) {
+        return None;
+    }
+    let cube = by[0] + 1 + 3 * (by[1] + 1) + 9 * (by[2] + 1);
+    Some((cube - i32::from(cube > 13)) as u8)
+}
+
 /// Along how many axes each of [`NEIGHBOURS`] is, less one.
 pub(crate) const AXES: [usize; 26] = axes();
 

@@ -8,3 +8,4 @@ pub(crate) mod passage;
 pub(crate) mod roadmap;
 
 pub(crate) mod scratch;
+pub(crate) mod turns;

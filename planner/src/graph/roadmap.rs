@@ -5,6 +5,8 @@
 //! that are wide enough for its body. Lattice places come first and keep their numbers, blocked or
 //! not.
 
+use std::sync::Arc;
+
 use nalgebra::Point3;
 use petgraph::graphmap::DiGraphMap;
 use rayon::prelude::*;
@@ -45,6 +47,8 @@ pub(crate) struct Roadmap {
     widest_m: f64,
     /// Paths beyond the lattice, and the stops along each.
     channels: Vec<(Channel, Vec<Vertex>)>,
+    /// What bodies keep out of, for corners that are cut; `None`: nothing.
+    solids: Option<Arc<Solids>>,
 }
 
 /// A path through free space that no lattice has, for a ball.
@@ -69,7 +73,8 @@ impl Roadmap {
     ) -> (Roadmap, Vec<Vertex>) {
         let points_m: Vec<Point3<f64>> = stops.iter().map(|stop| stop.point_m).collect();
         let lattice = Lattice::new(bounds, cell_m, &points_m);
-        let mut radii_m: Vec<f64> = stops.iter().map(|stop| stop.radius_m).collect();
+        let radii_m = |it: &Stop| [it.radius_m, it.radius_m + it.swerve_m];
+        let mut radii_m: Vec<f64> = stops.iter().flat_map(radii_m).collect();
         radii_m.sort_by(f64::total_cmp);
         radii_m.dedup();
         let survey = Survey {
@@ -107,9 +112,20 @@ impl Roadmap {
             steps,
             widest_m,
             channels: Vec::new(),
+            solids: None,
         };
         roadmap.add(edges);
         (roadmap, vertices)
+    }
+
+    /// Keeps what bodies keep out of, for corners that are cut.
+    pub(crate) fn keep_solids(&mut self, solids: &Arc<Solids>) {
+        self.solids = (!solids.is_empty()).then(|| solids.clone());
+    }
+
+    /// What bodies keep out of, as far as it is known here.
+    pub(crate) fn solids(&self) -> Option<&Solids> {
+        self.solids.as_deref()
     }
 
     /// The lattice within.
@@ -209,6 +225,7 @@ impl Roadmap {
         let stop = |point_m: Point3<f64>| Stop {
             point_m,
             radius_m: channel.radius_m,
+            swerve_m: 0.0,
             lift_m: None,
         };
         let stops: Vec<Stop> = inner_m.into_iter().map(stop).collect();

@@ -163,6 +163,12 @@ impl Kernel {
         Some((place_m, velocity_mps))
     }
 
+    /// How far what is flown deviates from the path so long after a change of velocity, or before
+    /// it (s), over that change (s).
+    pub(crate) fn deviation_s(&self, after_s: f64) -> f64 {
+        self.response(after_s)[0]
+    }
+
     /// Of a change of velocity by 1 m/s, so long ago (s): how far what is flown deviates from the
     /// path (m), and what share of the change it has made.
     fn response(&self, ago_s: f64) -> [f64; 2] {

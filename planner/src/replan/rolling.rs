@@ -534,6 +534,7 @@ impl Turn<'_> {
             tasks,
             vertices: &vertices,
             clearance_m: running.world.planning.gap_to_solids_m(),
+            motion: running.world.planning.motion,
         };
         // Checked before for the last task; above whatever it passes now it may have to stay.
         let ending = ending.unwrap_or(Ending::Hover);
@@ -745,7 +746,7 @@ impl Turn<'_> {
                     } else {
                         track.go_on(&path.legs);
                     }
-                    write_legs(entry, &track.legs, mass_kg);
+                    write_legs(entry, &track.agent, &track.legs, mass_kg);
                     write_arrival(entry, &track.legs, agent, path.arrives);
                     entry.at_end = world.drones[index].at_end;
                     plan.unplanned.retain(|one| one.name != name);
@@ -758,7 +759,7 @@ impl Turn<'_> {
                         entry.trajectory.mass_kg.truncate(1);
                         entry.airborne_s = (0.0, Some(0.0));
                     } else {
-                        write_legs(entry, &track.legs, mass_kg);
+                        write_legs(entry, &track.agent, &track.legs, mass_kg);
                     }
                     entry.at_end = AtEnd::Leave;
                     entry.arrives_s = entry.arrives_s.min(known.seconds());
@@ -773,7 +774,7 @@ impl Turn<'_> {
                     }
                     if stops || before.is_none() {
                         track.go_on(costmap.legs(id(index)));
-                        write_legs(entry, &track.legs, mass_kg);
+                        write_legs(entry, &track.agent, &track.legs, mass_kg);
                     }
                     if let Some((_, why)) = left_out {
                         let instead = match cause {

@@ -96,6 +96,7 @@ pub(super) fn world(
                 time_s: planning.time_margin_s,
                 tracking_m: planning.tracking_m,
             },
+            motion: planning.motion,
             seed: planning.seed,
             energy_weight: planning.energy_weight,
         },

@@ -18,7 +18,7 @@ use super::places::{bounds, obstacle, zone};
 use super::problem::Problem;
 use super::source::{Value, line};
 use super::written::{Air, At, Bounds, Drone, Planning, Task, Written};
-use crate::scenario::world::{AtEnd, AtStart};
+use crate::scenario::world::{AtEnd, AtStart, PathMotion};
 
 /// What could be read, and what was wrong.
 ///
@@ -253,6 +253,13 @@ fn planning<'t>(
     record.set(reader, time_margin_s, within(&TIME_MARGIN_S));
     let tracking_m = ("tracking_m", &mut it.tracking_m);
     record.set(reader, tracking_m, within(&TRACKING_M));
+    record.set(reader, ("motion", &mut it.motion), |reader, field| {
+        let choices = [
+            ("Straight", PathMotion::Straight),
+            ("Smooth", PathMotion::Smooth),
+        ];
+        reader.word(field, &choices)
+    });
     record.set(reader, ("seed", &mut it.seed), Reader::seed);
     let energy_weight = ("energy_weight", &mut it.energy_weight);
     record.set(reader, energy_weight, within(&ENERGY_WEIGHT));

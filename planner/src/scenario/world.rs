@@ -5,6 +5,8 @@
 use airflow::effects::Effects;
 use airflow::{Air, Airframe, Convection, Flown, Jet, Superposition};
 use nalgebra::Point3;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::plan::limits::DefaultLimits;
 use crate::plan::{AirDelay, AirModel, AirframeEntry, DronePlan, FORMAT, Fleet, Plan, Status};
@@ -127,6 +129,16 @@ pub struct Task {
     pub load_kg: Option<f64>,
 }
 
+/// What is flown between the places of a path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+pub enum PathMotion {
+    /// Straight pieces at constant speed, with corners in no time.
+    #[default]
+    Straight,
+    /// Straight pieces averaged over time, so that no limit of acceleration and jerk is exceeded.
+    Smooth,
+}
+
 /// How to plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Planning {
@@ -136,6 +148,8 @@ pub struct Planning {
     pub clearance_m: f64,
     /// How far flights may be from the plan while it still holds.
     pub margins: Margins,
+    /// What is flown between the places of a path.
+    pub motion: PathMotion,
     /// Breaks ties and orders restarts.
     pub seed: u64,
     /// Price of extra energy: seconds of delay that one second's worth of hover energy is worth
@@ -251,6 +265,7 @@ impl Default for Planning {
                 time_s: TIME_MARGIN_S,
                 tracking_m: TRACKING_M,
             },
+            motion: PathMotion::default(),
             seed: 0,
             energy_weight: 1.0,
         }

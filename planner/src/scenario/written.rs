@@ -18,7 +18,7 @@ use super::limits::{
 };
 use crate::plan::AIR_LIMIT_DEFAULT;
 pub(super) use crate::plan::MAX_SPEED_DEFAULT_MPS;
-use crate::scenario::world::{self, AtEnd, AtStart, CONVECTION_DEFAULT};
+use crate::scenario::world::{self, AtEnd, AtStart, CONVECTION_DEFAULT, PathMotion};
 
 /// Air limit of a zone that states none (m/s): the upper end of Beaufort 1, "light air", which
 /// moves no paper.
@@ -309,6 +309,9 @@ pub(super) struct Planning {
     /// Each drone that flies may be off its path by so much in any direction (m).
     #[schemars(range(min = TRACKING_M.low, max = TRACKING_M.high))]
     pub(super) tracking_m: f64,
+    /// What is flown between the places of a path: corners in no time, or within the airframes'
+    /// limits of acceleration and jerk.
+    pub(super) motion: PathMotion,
     /// Breaks ties and orders restarts: same scenario, same seed, same plan.
     pub(super) seed: u64,
     /// Seconds of delay that one second's worth of hover energy is worth; 0 ignores energy, limits
@@ -339,6 +342,7 @@ impl Default for Planning {
         let world::Planning {
             clearance_m,
             margins,
+            motion,
             seed,
             energy_weight,
             ..
@@ -349,6 +353,7 @@ impl Default for Planning {
             clearance_m,
             time_margin_s: margins.time_s,
             tracking_m: margins.tracking_m,
+            motion,
             seed,
             energy_weight,
         }

@@ -73,8 +73,13 @@ pub(crate) struct ReservationTable<'a> {
 }
 
 impl<'a> ReservationTable<'a> {
-    /// Those who are in a costmap already.
-    pub(crate) fn new(steps: &'a Steps, costmap: &Costmap) -> ReservationTable<'a> {
+    /// Those who are in a costmap already, each by its `legs` before they are smoothed, where these
+    /// are known.
+    pub(crate) fn new(
+        steps: &'a Steps,
+        costmap: &Costmap,
+        legs: &[Vec<Leg>],
+    ) -> ReservationTable<'a> {
         let [nx, ny, _] = steps.lattice.counts();
         let mut reservations = ReservationTable {
             steps,
@@ -87,7 +92,9 @@ impl<'a> ReservationTable<'a> {
             whole_columns: vec![0; steps.class_count()],
         };
         for drone in 0..costmap.drone_count() as u32 {
-            reservations.insert(costmap.legs(DroneId(drone)));
+            let known = legs.get(drone as usize).filter(|it| !it.is_empty());
+            let flown = costmap.legs(DroneId(drone));
+            reservations.insert(known.map_or(flown, |legs| legs));
         }
         reservations
     }
@@ -120,18 +127,23 @@ impl<'a> ReservationTable<'a> {
     /// Calls `f` with every step of a drone's legs: its column, and where it begins.
     fn each_step(&mut self, legs: &[Leg], f: impl Fn(&mut Self, usize, [i32; 3], Record)) {
         let mut next_part = 0;
-        for leg in legs {
+        for (index, leg) in legs.iter().enumerate() {
             let first_part = next_part;
             next_part += 1 + part_at(leg, Tick(leg.end.0.saturating_sub(1)));
             let Some(class) = self.steps.class(leg.drone, leg.kind) else {
                 continue;
             };
+            let around = [index.checked_sub(1), Some(index), Some(index + 1)];
+            let around = around.map(|index| index.and_then(|index| legs.get(index)));
+            let [early, late] = self.steps.shifted(class, around);
             pieces(&self.steps.lattice, leg, |at, direction, [start, end]| {
                 let record = Record {
                     start,
                     end,
                     drone: leg.drone,
                     part: first_part + part_at(leg, start),
+                    early,
+                    late,
                     layer: at[2] as i16,
                     direction: direction as u8,
                     class: class as u8,
@@ -237,8 +249,8 @@ impl<'a> ReservationTable<'a> {
                 }
             } else {
                 Taken {
-                    began: began.before(steps.shift),
-                    clear: clear.after(steps.shift),
+                    began: began.before(steps.shift + u32::from(record.early)),
+                    clear: clear.after(steps.shift + u32::from(record.late)),
                     drone: record.drone,
                     price: FORBIDDEN,
                 }

@@ -93,7 +93,7 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
         let is_answer = match &searched.found {
             Found::Stopped => true,
             Found::Blocked(_) => break,
-            Found::Path(path) => is_valid(&setting, path, Rc::make_mut(&mut refuted)),
+            Found::Path(path) => is_valid(&setting, agent, path, Rc::make_mut(&mut refuted)),
         };
         if is_answer {
             return Searched {
@@ -110,11 +110,16 @@ fn find(setting: Setting<'_>, agent: &Agent) -> Searched {
         most_expansions: setting.most_expansions.saturating_sub(expansions),
         ..setting
     };
-    let searched = look(whole, agent, &Rc::default(), &stays, &mut None);
-    Searched {
-        expansions: expansions + searched.expansions,
-        ..searched
+    let mut searched = look(whole, agent, &Rc::default(), &stays, &mut None);
+    searched.expansions += expansions;
+    if let Found::Path(path) = &searched.found
+        && agent.smoothing.is_some()
+        && !is_valid(&setting, agent, path, &mut RefutedEdges::default())
+    {
+        // Changes of velocity that follow one another closely were judged one by one.
+        searched.found = Found::Blocked(None);
     }
+    searched
 }
 
 /// Whether a plain look is in vain, or takes as long as one past those who stay.
@@ -128,18 +133,30 @@ fn is_crowded(setting: &Setting<'_>, agent: &Agent) -> bool {
 }
 
 /// Whether the costmap says of a path what was thought of it; if not, what is in doubt.
-fn is_valid(setting: &Setting<'_>, path: &Path, refuted: &mut RefutedEdges) -> bool {
+fn is_valid(setting: &Setting<'_>, agent: &Agent, path: &Path, refuted: &mut RefutedEdges) -> bool {
     let lattice = setting.roadmap.lattice();
     let mut verdict = Verdict::default();
     let mut sound = true;
-    for leg in &path.legs {
+    // What has begun is flown in any case, but for how it goes on.
+    let begun = (!agent.begun.is_empty()).then(|| agent.departs.before(agent.lead_ticks()));
+    let flown = agent.flown(&path.legs);
+    let ahead = flown
+        .iter()
+        .filter(|leg| agent.smoothing.is_none() || begun.is_none_or(|begun| leg.end > begun));
+    for leg in ahead {
         setting.judge(leg, &mut verdict);
         let met = |it: &Blocker| path.met.contains(&it.drone) && !setting.is_under_way(it);
         if verdict.breaks_zone.is_some() || !verdict.blockers.iter().all(met) {
             sound = false;
-            let ends = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
-            if let (Some(from), Some(to)) = ends {
-                refuted.insert((from, to));
+            let meant = path
+                .legs
+                .iter()
+                .filter(|it| it.start < leg.end && leg.start < it.end);
+            for leg in meant {
+                let ends = (lattice.place_at(&leg.from_m), lattice.place_at(&leg.to_m));
+                if let (Some(from), Some(to)) = ends {
+                    refuted.insert((from, to));
+                }
             }
         }
     }

@@ -44,7 +44,7 @@ fn drone_plan(world: &World, job: &Job, paths: &Paths, index: usize) -> DronePla
     let stays = [agent.stays_at_start(&job.roadmap)];
     let legs = path.map_or(&stays[..], |path| &path.legs);
     let mut entry = blank(world, drone);
-    write_legs(&mut entry, legs, |leg| job.kinds.mass_kg(leg.kind));
+    write_legs(&mut entry, agent, legs, |leg| job.kinds.mass_kg(leg.kind));
     if legs.is_empty() {
         entry.trajectory = TrajectoryEntry {
             t_s: vec![0.0],
@@ -66,9 +66,20 @@ fn drone_plan(world: &World, job: &Job, paths: &Paths, index: usize) -> DronePla
 
 /// Writes down where a drone is when, and when its wake is on; `mass_kg` says what a leg weighs
 /// (kg).
-pub(crate) fn write_legs(entry: &mut DronePlan, legs: &[Leg], mass_kg: impl Fn(&Leg) -> f64) {
-    entry.trajectory = break_points(legs, mass_kg);
-    let flying = || legs.iter().filter(|leg| leg.flying);
+pub(crate) fn write_legs(
+    entry: &mut DronePlan,
+    agent: &Agent,
+    legs: &[Leg],
+    mass_kg: impl Fn(&Leg) -> f64,
+) {
+    let path = break_points(legs, mass_kg);
+    entry.trajectory = match &agent.smoothing {
+        // A path that begins in motion is one that cannot be flown: the verifier says so.
+        Some(smoothing) => smoothing.kernel.smooth(&path).unwrap_or(path),
+        None => path,
+    };
+    let flown = agent.flown(legs);
+    let flying = || flown.iter().filter(|leg| leg.flying);
     let finite = |tick: Tick| (tick != Tick::FOREVER).then(|| tick.seconds());
     // One span in the air: a drone that lands and rises again counts as airborne in between.
     entry.airborne_s = match (flying().next(), flying().next_back()) {
@@ -97,7 +108,10 @@ pub(crate) fn write_arrival(entry: &mut DronePlan, legs: &[Leg], agent: &Agent, 
     let dwells = agent.waypoints.iter().map(|waypoint| waypoint.dwell_ticks);
     let flown = legs.iter().filter(ahead);
     let flown_m: f64 = flown.map(|leg| (leg.to_m - leg.from_m).norm()).sum();
-    entry.waits_s = Tick(still.saturating_sub(dwells.sum())).seconds();
+    let dwells: u32 = dwells.sum();
+    // Before it first moves it stands for as long as its motion takes to begin.
+    let still = still.saturating_sub(dwells.saturating_add(agent.lead_ticks()));
+    entry.waits_s = Tick(still).seconds();
     entry.detour_m = rounded((flown_m - agent.alone_m).max(0.0));
 }
 
@@ -110,6 +124,9 @@ fn stay_until(entry: &mut TrajectoryEntry, arrives_s: f64) {
     if let Some((&last_s, (&last_m, &last_kg))) = last
         && last_s < arrives_s
     {
+        if entry.is_smooth() {
+            entry.control_m.push(Vec::new());
+        }
         entry.t_s.push(arrives_s);
         entry.position_m.push(last_m);
         entry.mass_kg.push(last_kg);

@@ -78,23 +78,31 @@ pub(crate) fn run_pibt(
     for drone in fixed {
         is_fixed[drone.0 as usize] = true;
     }
+    // At that pace any step may follow any other.
+    let smooth = job.agents.iter().filter_map(|agent| {
+        let smoothing = agent.smoothing.as_ref()?;
+        Some(smoothing.ticks_between_any(synchronous_m(job)))
+    });
+    let ticks = ticks.chain(smooth);
+    let lead = job.agents.iter().map(Agent::lead_ticks).max().unwrap_or(0);
     let synchronous = SynchronousSteps::new(steps, ticks.max()?);
     let ticks = synchronous.ticks;
     let configuration = Configuration::new(job, &synchronous, &is_fixed, ticks)?;
     let starts = configuration.starts(&job.agents);
     let all = rounds(&configuration, starts, seed, control.stop)?;
     effort.rounds += all.len() as u64 - 1;
-    let at = moment(all.len() - 1, ticks);
+    let pace = Pace { ticks, lead };
+    let at = pace.moment(all.len() - 1);
     let each = job.agents.par_iter().enumerate().map(|(drone, agent)| {
         let places: Vec<AgentState> = all.iter().map(|now| now[drone]).collect();
         let last = places[places.len() - 1];
         let is_home = configuration.is_home(drone, &last);
-        let begun = legs(job, agent, &places, false, ticks);
+        let begun = legs(job, agent, &places, false, pace);
         let settled = if is_fixed[drone] {
             let stays = agent.stays_at_start(&job.roadmap);
             Some(Path::new(vec![stays], Tick(0)))
         } else {
-            is_home.then(|| stay_home(job, agent, legs(job, agent, &places, true, ticks)))
+            is_home.then(|| stay_home(job, agent, legs(job, agent, &places, true, pace)))
         };
         (rest_of(job, agent, &last, (at, begun)), settled)
     });
@@ -106,14 +114,34 @@ pub(crate) fn run_pibt(
     })
 }
 
-/// When a round ends that is the n-th, each as long as this.
-fn moment(round: usize, ticks: u32) -> Tick {
-    Tick(round as u32 * ticks)
+/// When rounds begin.
+#[derive(Clone, Copy)]
+struct Pace {
+    /// How long each lasts.
+    ticks: u32,
+    /// Before the first.
+    lead: u32,
+}
+
+impl Pace {
+    /// When a round ends that is the n-th.
+    fn moment(self, round: usize) -> Tick {
+        Tick(self.lead + round as u32 * self.ticks)
+    }
+}
+
+/// The longest step (m).
+fn synchronous_m(job: &Job) -> f64 {
+    let ends = |agent: &Agent| {
+        job.roadmap.is_stop(agent.start) || agent.goals().any(|it| job.roadmap.is_stop(it))
+    };
+    let lengths_m = job.roadmap.lattice().step_lengths_m();
+    f64::from(lengths_m[if job.agents.iter().any(ends) { 2 } else { 0 }])
 }
 
 /// What a drone flies that is at these places after each round; at home it ends with the last step
 /// that led there.
-fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, ticks: u32) -> Vec<Leg> {
+fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, pace: Pace) -> Vec<Leg> {
     let last = places.len() - 1;
     let moves = |step: &usize| places[*step].place != places[last].place;
     let until = match is_home {
@@ -125,13 +153,19 @@ fn legs(job: &Job, agent: &Agent, places: &[AgentState], is_home: bool, ticks: u
         let kind = usize::from(at.waypoint) + usize::from(at.rest > 0);
         let kind = agent.kinds[kind.min(agent.kinds.len() - 1)];
         Leg {
-            start: moment(step, ticks),
-            end: moment(step + 1, ticks),
+            start: pace.moment(step),
+            end: pace.moment(step + 1),
             to_m: job.roadmap.position_m(to.place),
             ..agent.hover(job.roadmap.position_m(at.place), kind)
         }
     });
-    joined(legs.collect())
+    let first_m = job.roadmap.position_m(places[0].place);
+    let waits = Leg {
+        end: pace.moment(0),
+        ..agent.hover(first_m, agent.kinds[0])
+    };
+    let waits = (until > 0 && pace.lead > 0).then_some(waits);
+    joined(waits.into_iter().chain(legs).collect())
 }
 
 /// What a drone has still to do when it is there; a dwell that has begun is begun again.

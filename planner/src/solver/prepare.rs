@@ -13,13 +13,14 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::graph::agent::{Agent, Ending, Waypoint};
-use crate::graph::distances::{Distances, LIFT_M, Mover, Speeds, UNREACHABLE};
+use crate::graph::distances::{Distances, LIFT_M, LIFT_MPS, Mover, Speeds, UNREACHABLE};
 use crate::graph::lattice::Lattice;
 use crate::graph::passage::{Passage, passage};
 use crate::graph::roadmap::{Channel, Edge, Roadmap, Stop, Vertex};
+use crate::graph::turns::{Smoothing, lift_beyond_m, swerve_m};
 use crate::scenario::placement::{Misfit, REST_TOLERANCE_M, beside_misfit, landing_place_m};
 use crate::scenario::solid::Solids;
-use crate::scenario::world::{AtEnd, AtStart, Drone, Task, Vehicle, World};
+use crate::scenario::world::{AtEnd, AtStart, Drone, PathMotion, Task, Vehicle, World};
 use crate::solver::outlines::top;
 
 /// For how many drones without a path on the lattice one is looked for beyond it: chosen here.
@@ -66,7 +67,7 @@ pub(crate) fn prepare(world: &World, stop: &dyn Fn() -> bool) -> Job {
 
 /// The same with paths beyond the lattice that are known already, and no others.
 pub(crate) fn prepare_with(world: &World, channels: &[Channel]) -> Job {
-    let solids = Solids::of(world);
+    let solids = Arc::new(Solids::of(world));
     let stops = world.drones.iter().flat_map(|drone| {
         let grounded = drone.at_start == AtStart::Landed;
         let start = start_of(world, drone, drone.start_m, grounded);
@@ -76,11 +77,14 @@ pub(crate) fn prepare_with(world: &World, channels: &[Channel]) -> Job {
     let (mut roadmap, vertices) = Roadmap::new(
         &world.bounds_m,
         world.planning.cell_m,
-        (!solids.is_empty()).then_some(&solids),
+        (!solids.is_empty()).then_some(&*solids),
         &stops,
     );
     for channel in channels {
         roadmap.open_channel(&world.bounds_m, &solids, channel);
+    }
+    if world.planning.motion == PathMotion::Smooth {
+        roadmap.keep_solids(&solids);
     }
     let mut kinds = Kinds::default();
     let mut blocked_landings = Vec::new();
@@ -92,6 +96,7 @@ pub(crate) fn prepare_with(world: &World, channels: &[Channel]) -> Job {
             tasks: &drone.tasks,
             vertices: &vertices[next..=next + drone.tasks.len()],
             clearance_m: world.planning.gap_to_solids_m(),
+            motion: world.planning.motion,
         };
         next += drone.tasks.len() + 1;
         let last_m = drone.tasks.last().map_or(drone.start_m, |task| task.to_m);
@@ -206,6 +211,8 @@ impl Job {
         let kinds = self.kinds.kinds.iter().map(kind).collect();
         let limits = world.drones.iter().map(|drone| drone.air_limit);
         let speeds = world.drones.iter().map(|drone| drone.vehicle.max_speed_mps);
+        let chords = self.agents.iter().filter_map(|it| it.smoothing.as_ref());
+        let astray_m = chords.map(Smoothing::chord_m).fold(0.0, f64::max);
         let zone_limits = world.zones.iter().filter_map(|zone| zone.air_limit_mps);
         let conditions = Conditions {
             density_kg_per_m3: world.air.density_kg_per_m3(),
@@ -214,14 +221,16 @@ impl Job {
             // A world is checked: nothing in it is refused.
             flown: world.flown(),
             fastest_mps: speeds.fold(0.0, f64::max),
-            gaps_m: [0, 1, 2].map(|flying| world.planning.gap_to_bodies_m(flying)),
+            gaps_m: [0, 1, 2].map(|flying| world.planning.gap_to_bodies_m(flying) + 2.0 * astray_m),
             shift: Tick::lasting(2.0 * world.planning.margins.time_s),
+            astray_m,
             deepest_m: world.bounds_m.max.z - world.bounds_m.min.z,
             lowest_air_limit: limits.fold(f64::INFINITY, f64::min),
             lowest_zone_limit_mps: zone_limits.fold(f64::INFINITY, f64::min),
             wakes,
         };
-        let tops = world.obstacles.iter().filter_map(top).collect();
+        let tops = world.obstacles.iter().filter_map(top);
+        let tops = tops.map(|top| top.shrunk(2.0 * astray_m)).collect();
         let zones = world.zones.iter().map(|zone| ZoneBox {
             min_m: zone.min_m,
             max_m: zone.max_m,
@@ -258,13 +267,30 @@ fn flown_through(
     }
 }
 
+/// How far beyond its body's radius a vehicle goes straight up from where it stands (m).
+fn lift_m(world: &World, vehicle: &Vehicle) -> f64 {
+    match world.planning.motion {
+        PathMotion::Straight => LIFT_M,
+        PathMotion::Smooth => LIFT_M + lift_beyond_m(vehicle, LIFT_MPS),
+    }
+}
+
+/// How far from a corner of its path a vehicle may pass (m).
+fn swerve_of(world: &World, vehicle: &Vehicle) -> f64 {
+    match world.planning.motion {
+        PathMotion::Straight => 0.0,
+        PathMotion::Smooth => swerve_m(vehicle),
+    }
+}
+
 /// Where a drone begins (m); from the ground it goes straight up first.
 pub(crate) fn start_of(world: &World, drone: &Drone, at_m: Point3<f64>, grounded: bool) -> Stop {
     let body_m = drone.vehicle.body_radius_m;
     Stop {
         point_m: at_m,
         radius_m: body_m + world.planning.gap_to_solids_m(),
-        lift_m: grounded.then_some(body_m + LIFT_M),
+        swerve_m: swerve_of(world, &drone.vehicle),
+        lift_m: grounded.then_some(body_m + lift_m(world, &drone.vehicle)),
     }
 }
 
@@ -283,11 +309,12 @@ pub(crate) fn goals_of(
         let lands = drone.at_end == AtEnd::Land && index == last;
         let lift_m = lands.then(|| {
             let rest_m = landing_place_m(&world.bounds_m, solids, task.to_m, body_m);
-            rest_m.z + body_m + LIFT_M - task.to_m.z
+            rest_m.z + body_m + lift_m(world, &drone.vehicle) - task.to_m.z
         });
         Stop {
             point_m: task.to_m,
             radius_m,
+            swerve_m: swerve_of(world, &drone.vehicle),
             lift_m: lift_m.filter(|rise_m| *rise_m > 0.0),
         }
     };
@@ -304,6 +331,8 @@ pub(crate) struct Duties<'a> {
     pub(crate) vertices: &'a [Vertex],
     /// That its body keeps from obstacles (m).
     pub(crate) clearance_m: f64,
+    /// What is flown between places.
+    pub(crate) motion: PathMotion,
 }
 
 /// The agent of a drone that is in the air and does its tasks; how long it takes is not worked out
@@ -324,11 +353,18 @@ pub(crate) fn agent_of(
         drone.vehicle.body_radius_m + duties.clearance_m,
         with_lifts(roadmap, vertices),
     );
-    let waypoints = (duties.tasks.iter())
+    let smoothing = (duties.motion == PathMotion::Smooth)
+        .then(|| Smoothing::new(&drone.vehicle, roadmap.lattice(), mover.step_ticks()));
+    // It is there and at rest so long after its path is, and leaves so long before.
+    let lead_ticks = smoothing.as_ref().map_or(0, Smoothing::lead_ticks);
+    let count = duties.tasks.len();
+    let waypoints = (duties.tasks.iter().enumerate())
         .zip(vertices.windows(2))
-        .map(|(task, ends)| Waypoint {
+        .map(|((index, task), ends)| Waypoint {
             distances: Arc::new(Distances::new(roadmap, ends[1], ends[0], mover.clone())),
-            dwell_ticks: Tick::lasting(task.dwell_s),
+            dwell_ticks: Tick::lasting(task.dwell_s)
+                + lead_ticks
+                + if index + 1 < count { lead_ticks } else { 0 },
             rest_ticks: 0,
         })
         .collect();
@@ -341,8 +377,9 @@ pub(crate) fn agent_of(
         grounded: false,
         waypoints,
         kinds,
-        ending,
+        ending: ending.after_rest(lead_ticks),
         mover,
+        smoothing,
         air_limit: drone.air_limit,
         alone_ticks: UNREACHABLE,
         alone_m: 0.0,
@@ -377,10 +414,11 @@ pub(crate) fn ending_from(
             let radius_m = drone.vehicle.body_radius_m;
             let rest_m = landing_place_m(&world.bounds_m, solids, from_m, radius_m);
             let descent_m = from_m.z - rest_m.z;
+            let lift_m = lift_m(world, &drone.vehicle);
             let mut top_m = from_m;
             if !drone.tasks.is_empty() {
                 // What leads there comes from straight above, too.
-                top_m.z = top_m.z.max(rest_m.z + radius_m + LIFT_M);
+                top_m.z = top_m.z.max(rest_m.z + radius_m + lift_m);
             }
             let above_m = top_m.z - from_m.z.max(world.bounds_m.max.z);
             if above_m > 0.0 {
@@ -401,7 +439,7 @@ pub(crate) fn ending_from(
                     return Err(needs_m - distance_m);
                 }
             }
-            let approach_m = rest_m + Vector3::z() * descent_m.min(radius_m + LIFT_M);
+            let approach_m = rest_m + Vector3::z() * descent_m.min(radius_m + lift_m);
             let speeds = Speeds::of(&drone.vehicle);
             let ticks = |from_m: Point3<f64>, to_m: Point3<f64>, slow: bool| {
                 let rise_m = to_m.z - from_m.z;
@@ -414,6 +452,7 @@ pub(crate) fn ending_from(
             Ok(Ending::Land {
                 approach_m,
                 rest_m,
+                rest_ticks: 0,
                 ticks: [
                     ticks(from_m, approach_m, false),
                     ticks(approach_m, rest_m, true),

@@ -194,7 +194,9 @@ impl FleetProblem<'_> {
 
     /// The same plan, better by what so many states find, and by as much as there is time for.
     fn improved(&self, paths: Paths, states: u64, effort: &mut Effort) -> Paths {
-        let mut attempt = self.attempt(paths.costmap, effort);
+        let legs = (paths.paths.iter()).map(|path| path.as_ref().map_or(&[][..], |it| &it.legs));
+        let legs: Vec<Vec<Leg>> = legs.map(<[Leg]>::to_vec).collect();
+        let mut attempt = self.attempt_from(paths.costmap, legs, effort);
         for (drone, _) in &paths.unplanned {
             attempt.weights[drone.0 as usize] = IMMOVABLE;
         }
@@ -208,9 +210,24 @@ impl FleetProblem<'_> {
 
     /// A fleet of which nothing is planned yet, with a reservation table of what is in the costmap.
     fn attempt<'b>(&'b self, costmap: Costmap, effort: &'b mut Effort) -> Attempt<'b> {
+        self.attempt_from(costmap, Vec::new(), effort)
+    }
+
+    /// The same with the legs of those that are planned, before they are smoothed.
+    fn attempt_from<'b>(
+        &'b self,
+        costmap: Costmap,
+        legs: Vec<Vec<Leg>>,
+        effort: &'b mut Effort,
+    ) -> Attempt<'b> {
         let energy_weight = self.planning.energy_weight;
         let mut attempt = Attempt::new(self.job, costmap, energy_weight, self.control, effort);
-        let table = |steps| ReservationTable::new(steps, &attempt.costmap);
+        for (known, legs) in attempt.legs.iter_mut().zip(legs) {
+            if !legs.is_empty() {
+                *known = legs;
+            }
+        }
+        let table = |steps| ReservationTable::new(steps, &attempt.costmap, &attempt.legs);
         attempt.reservations = self.steps.as_ref().map(table);
         attempt.is_dear |= self.is_dear();
         attempt
@@ -323,7 +340,8 @@ pub(crate) fn plan_affected(
     }
     for &drone in group {
         attempt.costmap.remove(drone);
-        let begun = job.agents[drone.0 as usize].begun.clone();
+        let agent = &job.agents[drone.0 as usize];
+        let begun = agent.flown(&agent.begun).into_owned();
         attempt.costmap.insert(begun.clone());
         attempt.evict_conflicting(&begun, &mut queue);
     }
@@ -367,7 +385,7 @@ fn plan_by_pibt(
     attempt.agents = &run.agents;
     attempt.gives_up_at = Some(gives_up_at.map_or(most, |until| until.min(most)));
     attempt.detours = false;
-    attempt.reservations = Some(ReservationTable::new(steps, costmap));
+    attempt.reservations = Some(ReservationTable::new(steps, costmap, &[]));
     let mut waiting = Vec::new();
     for (index, agent) in run.agents.iter().enumerate() {
         if run.fixed[index] {
@@ -395,8 +413,9 @@ fn plan_by_pibt(
         let is_own = |blocker: &Blocker| blocker.why != Why::TheirLimit;
         verdict.breaks_zone.is_none() && !verdict.blockers.iter().any(is_own)
     };
-    let paths = attempt.paths.par_iter().flatten();
-    if !paths.flat_map(|path| &path.legs).all(is_free) {
+    let paths = attempt.paths.par_iter().zip(attempt.agents);
+    let legs = paths.filter_map(|(path, agent)| Some(agent.flown(&path.as_ref()?.legs)));
+    if !legs.map(|legs| legs.iter().all(is_free)).all(|it| it) {
         return None;
     }
     for (drone, _) in excluded {

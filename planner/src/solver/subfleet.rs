@@ -130,7 +130,7 @@ impl Subfleet<'_> {
                 ..path
             });
             paths.costmap.insert(match &path {
-                Some(path) => path.legs.clone(),
+                Some(path) => agent.flown(&path.legs).into_owned(),
                 None => vec![agent.stays_at_start(&self.job.roadmap)],
             });
             paths.paths[drone.0 as usize] = path;

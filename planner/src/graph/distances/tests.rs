@@ -49,6 +49,7 @@ fn random(seed: u32, on_cells: bool) -> (Roadmap, Vec<Vertex>, Mover) {
         .map(|point_m| Stop {
             point_m,
             radius_m: RADIUS_M,
+            swerve_m: 0.0,
             lift_m: None,
         })
         .collect();
@@ -162,6 +163,7 @@ fn the_floor_never_exceeds_the_way_through_the_air_past_closed_columns() {
     let stop = Stop {
         point_m: Point3::new(0.5, 0.5, 0.5),
         radius_m: RADIUS_M,
+        swerve_m: 0.0,
         lift_m: None,
     };
     let (roadmap, _) = Roadmap::new(&bounds, 1.0, None, &[stop]);

@@ -33,6 +33,7 @@ fn stop(point_m: [f64; 3], grounded: bool) -> Stop {
     Stop {
         point_m: point_m.into(),
         radius_m: RADIUS_M,
+        swerve_m: 0.0,
         lift_m: grounded.then_some(0.02),
     }
 }

@@ -29,6 +29,10 @@ pub(crate) struct StepQuery {
     pub(crate) ends: [Vertex; 2],
     /// From when and until when.
     pub(crate) time: [Tick; 2],
+    /// By how much it may be ahead of that, beyond the margins (ticks).
+    pub(crate) early: u32,
+    /// By how much it may be behind that, beyond the margins (ticks).
+    pub(crate) late: u32,
 }
 
 impl StepQuery {
@@ -131,12 +135,13 @@ impl ReservationTable<'_> {
     pub(crate) fn step(&self, costmap: &Costmap, query: &StepQuery, verdict: &mut Verdict) -> bool {
         let mut loads = Loads {
             shift: self.steps.shift,
+            is_smooth: self.steps.most_ahead() > 0,
             ..Loads::default()
         };
         let lattice = &self.steps.lattice;
         let [at, to] = query.ends.map(|place| lattice.steps(place));
         let direction = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
-        let window = query.window(self.steps.shift);
+        let window = query.window(self.steps.shift + self.steps.most_ahead());
         let spells = spells(window);
         for other in 0..self.steps.class_count() {
             let pair = self.steps.pair(query.class, other);
@@ -215,8 +220,10 @@ impl ReservationTable<'_> {
             let start = i64::from(record.start.0);
             (start + i64::from(span.from), start + i64::from(span.to))
         };
-        let shift = i64::from(self.steps.shift);
-        let (began, clear) = (began - shift, (clear + shift).min(i64::from(u32::MAX)));
+        let shift = self.steps.shift;
+        let sooner = i64::from(shift + query.late + u32::from(record.early));
+        let longer = i64::from(shift + query.early + u32::from(record.late));
+        let (began, clear) = (began - sooner, (clear + longer).min(i64::from(u32::MAX)));
         let departs = i64::from(from.0);
         if departs <= began || clear <= departs {
             return false;
@@ -245,6 +252,8 @@ fn blocker(drone: DroneId, began: Tick, clear: Tick) -> Blocker {
 struct Loads {
     /// How much earlier or later others may be (ticks).
     shift: u32,
+    /// What is flown is in other parts than the steps.
+    is_smooth: bool,
     /// What they bring who steps, and when.
     on_me: Vec<Incoming>,
     sum: u32,
@@ -272,8 +281,16 @@ impl Loads {
             let most = f64::from(MOST_LOADS) - f64::from(span.on_second);
             // Mostly it is little at any time.
             let (drone, part) = (record.drone, record.part);
-            self.is_too_much_for_others = costmap.filled(drone, part) * LOADS > most
-                && costmap.filled_between(drone, part, window) * LOADS > most;
+            self.is_too_much_for_others = match self.is_smooth {
+                true => {
+                    let lasts = [record.start.max(window[0]), record.end.min(window[1])];
+                    costmap.filled_during(drone, lasts) * LOADS > most
+                }
+                false => {
+                    costmap.filled(drone, part) * LOADS > most
+                        && costmap.filled_between(drone, part, window) * LOADS > most
+                }
+            };
         }
     }
 

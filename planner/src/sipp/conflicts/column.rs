@@ -10,6 +10,9 @@ pub(super) struct Record {
     pub(super) drone: DroneId,
     /// Which of its parts in the costmap.
     pub(super) part: u32,
+    /// By how much it may be ahead of these times, and behind them, beyond the margins (ticks).
+    pub(super) early: u16,
+    pub(super) late: u16,
     pub(super) layer: i16,
     pub(super) direction: u8,
     pub(super) class: u8,

@@ -20,6 +20,8 @@ use crate::graph::lattice::Lattice;
 /// Fleets of more classes than this are planned without. Chosen here: every class keeps intervals
 /// of its own.
 const MOST_CLASSES: usize = 4;
+/// Velocities that differ by no more are one (m/s): rounding.
+const SAME_MPS: f64 = 1e-6;
 /// Tables of more entries than this are not made. Chosen here: an eighth of them is worked out and
 /// kept, 2 MiB.
 const MOST_ENTRIES: usize = 8 << 20;
@@ -31,6 +33,8 @@ pub(super) struct Class {
     pub(super) air_limit: f64,
     /// Of a step to each of the neighbours of a place.
     pub(super) ticks: [u32; 26],
+    /// By how much it is ahead of a change from rest, and behind one to rest (ticks).
+    pub(super) ahead: u32,
 }
 
 /// What one step does to another that begins at some offset from it.
@@ -99,12 +103,14 @@ impl Steps {
         let mut of_drones = Vec::with_capacity(costmap.drone_count());
         for agent in agents {
             let ticks = *agent.mover.step_ticks();
+            let ahead = agent.smoothing.as_ref().map_or(0, |it| it.ahead_ticks());
             let mut own = Vec::new();
             for &kind in &agent.kinds {
                 let class = Class {
                     kind,
                     air_limit: agent.air_limit,
                     ticks,
+                    ahead,
                 };
                 own.push((kind, index_of(&mut classes, class)));
             }
@@ -118,6 +124,7 @@ impl Steps {
                     air_limit: leg.air_limit,
                     // It is taken to stand still a while here, a while there.
                     ticks: [1; 26],
+                    ahead: 0,
                 };
                 (leg.kind, index_of(&mut classes, class))
             });
@@ -159,6 +166,31 @@ impl Steps {
     /// Places along x, y and z.
     pub(crate) fn counts(&self) -> [usize; 3] {
         self.lattice.counts()
+    }
+
+    /// The most by which any drone is ahead of a step, or behind it, beyond the margins (ticks).
+    pub(super) fn most_ahead(&self) -> u32 {
+        self.classes.iter().map(|it| it.ahead).max().unwrap_or(0)
+    }
+
+    /// By how much a drone of a class is ahead of a leg between two others, and behind it (ticks).
+    pub(super) fn shifted(&self, class: usize, legs: [Option<&Leg>; 3]) -> [u16; 2] {
+        let ahead = self.classes[class].ahead as u16;
+        let [before, Some(leg), after] = legs else {
+            return [0; 2];
+        };
+        if ahead == 0 || leg.stays() {
+            return [0; 2];
+        }
+        let rests = |it: Option<&Leg>| it.is_none_or(Leg::stays);
+        let turns = [before, after]
+            .into_iter()
+            .flatten()
+            .any(|it| !it.stays() && (it.velocity_mps() - leg.velocity_mps()).norm() > SAME_MPS);
+        match turns {
+            true => [ahead; 2],
+            false => [rests(before), rests(after)].map(|rests| if rests { ahead } else { 0 }),
+        }
     }
 
     pub(crate) fn class_count(&self) -> usize {

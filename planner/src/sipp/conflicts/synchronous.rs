@@ -165,7 +165,8 @@ impl<'a> SynchronousSteps<'a> {
         let bodies = bodies.fold(0.0, f64::max);
         let (corner, straight) = (1.0 - bodies * std::f64::consts::SQRT_2, 1.0 - bodies);
         let room = if corner >= APART[0] { corner } else { straight };
-        let shift = f64::from(steps.shift);
+        // Some turn while others do not.
+        let shift = f64::from(steps.shift + 2 * steps.most_ahead());
         let slow = (shift / room.clamp(APART[0], APART[1])).ceil() as u32;
         let ticks = ticks.max(slow);
         let apart = shift / f64::from(ticks);

@@ -67,7 +67,7 @@ fn no_step_that_the_costmap_forbids_is_free_in_the_crowd() {
         };
         let mut costmap = empty.clone();
         costmap.insert(vec![other]);
-        let reservations = ReservationTable::new(&steps, &costmap);
+        let reservations = ReservationTable::new(&steps, &costmap, &[]);
         for offset in 0..60 {
             let from = [
                 2 + offset % 3,
@@ -84,6 +84,8 @@ fn no_step_that_the_costmap_forbids_is_free_in_the_crowd() {
                 class: reservations.class(leg.drone, leg.kind).expect("known"),
                 ends: vertices(&job, &leg),
                 time: [leg.start, leg.end],
+                early: 0,
+                late: 0,
             };
             let mut brief = Verdict::default();
             let mut is_free = reservations.step(&costmap, &query, &mut brief);
@@ -121,7 +123,7 @@ fn a_step_is_free_when_it_departs_after_all_are_clear() {
         let other = step(&job, 1, [3, 3, 4], others, 200).expect("inside");
         let mut costmap = empty.clone();
         costmap.insert(vec![other]);
-        let reservations = ReservationTable::new(&steps, &costmap);
+        let reservations = ReservationTable::new(&steps, &costmap, &[]);
         for z in [3, 4, 6] {
             let leg = step(&job, 0, [3, 3, z], direction, 210).expect("inside");
             let ask = |departs: u32| {
@@ -130,6 +132,8 @@ fn a_step_is_free_when_it_departs_after_all_are_clear() {
                     class: reservations.class(leg.drone, leg.kind).expect("known"),
                     ends: vertices(&job, &leg),
                     time: [Tick(departs), Tick(departs + leg.end.0 - leg.start.0)],
+                    early: 0,
+                    late: 0,
                 };
                 reservations.step(&costmap, &query, &mut verdict);
                 verdict.blockers
@@ -158,7 +162,7 @@ fn who_is_taken_back_leaves_nothing_behind() {
         ..second
     };
     costmap.insert(vec![first]);
-    let before = ReservationTable::new(&steps, &costmap);
+    let before = ReservationTable::new(&steps, &costmap, &[]);
     costmap.insert(vec![second, hover]);
     let mut reservations = before.clone();
     reservations.insert(costmap.legs(second.drone));

@@ -66,7 +66,9 @@ impl<'a> Heuristic<'a> {
             heuristic.waypoints.push(ahead);
             let plain = match agent.waypoints.len() {
                 // Known, but for air in zones, and then there is no reservation table.
-                1 => agent.alone_ticks.saturating_sub(waypoint.rest_ticks),
+                1 if agent.smoothing.is_none() => {
+                    agent.alone_ticks.saturating_sub(waypoint.rest_ticks)
+                }
                 _ => waypoint.distances.ticks(setting.roadmap, from),
             };
             let past = heuristic.settled(index, from);

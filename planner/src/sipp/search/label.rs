@@ -5,6 +5,7 @@ use std::cmp::{Ordering, Reverse};
 use costmap::leg::Tick;
 
 use crate::graph::roadmap::Vertex;
+use crate::graph::turns::Heading;
 
 /// What leads to a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +55,10 @@ pub(super) struct Label {
     pub(super) departs: Tick,
     /// When it is there.
     pub(super) at: Tick,
+    /// Along which step it came; at rest where corners are flown in no time.
+    pub(super) heading: Heading,
+    /// When that began to be its heading.
+    pub(super) turned: Tick,
     /// Prices paid so far, in ticks.
     pub(super) paid: u32,
     /// Index of the state before; [`u32::MAX`] for the first.

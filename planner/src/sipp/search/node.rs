@@ -14,6 +14,7 @@ use super::setting::{RefutedEdges, Setting};
 use crate::graph::agent::Agent;
 use crate::graph::roadmap::Vertex;
 use crate::graph::scratch::ScratchBuffer;
+use crate::graph::turns::{AT_REST, BEYOND, Heading};
 use crate::sipp::conflicts::ReservationTable;
 
 /// A moment at which a place is known to be reached.
@@ -25,6 +26,10 @@ struct Visit {
     to: Option<Tick>,
     /// Who gives way by then, in `Search::met`.
     met: u32,
+    /// As of the state.
+    heading: Heading,
+    /// As of the state.
+    turned: Tick,
     /// The visit before at the same place.
     before: u32,
 }
@@ -65,6 +70,8 @@ pub(super) struct Nodes<'a> {
     all: Vec<Node>,
     /// Those of all places.
     visits: Vec<Visit>,
+    /// Whether headings that may follow one another count as one.
+    pub(super) is_hasty: bool,
     /// By node, who is in the way of hovering there, whenever, where a drone has asked.
     hovers: FxHashMap<usize, Verdict>,
 }
@@ -86,6 +93,7 @@ impl<'a> Nodes<'a> {
             standing: FxHashMap::default(),
             all: Vec::new(),
             visits: Vec::new(),
+            is_hasty: false,
             hovers: FxHashMap::default(),
         }
     }
@@ -165,6 +173,8 @@ impl<'a> Nodes<'a> {
             from: label.at,
             to: None,
             met: label.met,
+            heading: label.heading,
+            turned: label.turned,
             before,
         });
     }
@@ -177,7 +187,9 @@ impl<'a> Nodes<'a> {
 
     /// Whether a state is known to be no news.
     pub(super) fn is_covered(&self, node: usize, label: &Label) -> bool {
-        let mut visits = self.visits(node);
+        let mut visits = self
+            .visits(node)
+            .filter(|visit| self.may_do_as(visit, label));
         match label.step {
             Step::Later | Step::End => false,
             // A wait is news though its place is free: a drone will have passed elsewhere.
@@ -187,6 +199,22 @@ impl<'a> Nodes<'a> {
                     || visit.from < label.at && visit.to.is_some_and(|to| label.at <= to)
             }),
         }
+    }
+
+    /// Whether a drone that came earlier can go on as one that comes now, once it has waited.
+    fn may_do_as(&self, visit: &Visit, label: &Label) -> bool {
+        let Some(smoothing) = &self.agent.smoothing else {
+            return true;
+        };
+        let rests = |since: Tick| since.after(smoothing.turn_ticks()) <= label.at;
+        let is_same = visit.heading == label.heading
+            && visit.heading != BEYOND
+            && (visit.turned <= label.turned || rests(visit.turned));
+        let is_alike = || {
+            let is_known = visit.heading != BEYOND && label.heading < AT_REST;
+            self.is_hasty && is_known && smoothing.may_follow(visit.heading, label.heading)
+        };
+        is_same || visit.heading == AT_REST || rests(visit.from) || is_alike()
     }
 
     /// Whether a state can as well be reached by waiting there.

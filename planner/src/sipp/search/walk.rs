@@ -12,7 +12,8 @@ use std::rc::Rc;
 
 use costmap::leg::{KindId, Leg, Tick};
 use costmap::verdict::{Blocker, Verdict};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
+use rustc_hash::FxHashMap;
 
 use super::answer::{Found, Obstruction, Obstructor, Path, joined};
 use super::heuristic::Heuristic;
@@ -22,13 +23,20 @@ use super::node::Nodes;
 use super::setting::{IMMOVABLE, RefutedEdges, Setting};
 use crate::graph::agent::{Agent, Ending};
 use crate::graph::distances::UNREACHABLE;
+use crate::graph::lattice::neighbour;
 use crate::graph::roadmap::Vertex;
+use crate::graph::turns::{AT_REST, BEYOND, Heading, Smoothing};
 use crate::sipp::conflicts::StepQuery;
 use crate::sipp::goal_occupancy::Stays;
 
 /// Departures after a wait are on whole multiples of this, so that a crowd does not make a state of
 /// every moment: chosen here, a quarter second.
 const WAIT_GRID_TICKS: u32 = 25;
+
+/// From this weight on (see [`weighted`]) a drone that came earlier along another step counts as
+/// one that comes now where it may turn likewise: chosen here, before a crowd makes a state of
+/// every heading.
+const HASTY_SHIFT: u32 = 5;
 
 /// What is known of a step by the tables of reservations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +61,8 @@ pub(super) struct Search<'a> {
     open: BinaryHeap<Open>,
     /// What is known of places.
     pub(super) nodes: Nodes<'a>,
+    /// Whether there is room for a turn, by heading, place and the next one, where it was asked.
+    corners: FxHashMap<(Heading, Vertex, Vertex), bool>,
     /// Drones met on the way to each state.
     met: Met,
     /// Of dwelling at each task, and of the end.
@@ -86,6 +96,7 @@ impl<'a> Search<'a> {
             labels: Vec::new(),
             open: BinaryHeap::new(),
             nodes: Nodes::new(setting, agent, refuted, heuristic),
+            corners: FxHashMap::default(),
             met: Met::new(),
             stays,
             verdict: Verdict::default(),
@@ -129,6 +140,8 @@ impl<'a> Search<'a> {
             step: Step::Start,
             departs: self.agent.departs,
             at: self.agent.departs,
+            heading: self.first_heading(),
+            turned: self.agent.departs,
             paid: 0,
             parent: u32::MAX,
             met: 0,
@@ -141,6 +154,7 @@ impl<'a> Search<'a> {
     /// is open is put in the order that this makes.
     pub(super) fn reweigh(&mut self, weight_shift: u32) {
         self.weight_shift = weight_shift;
+        self.nodes.is_hasty = weight_shift < HASTY_SHIFT;
         for open in std::mem::take(&mut self.open) {
             let label = self.labels[open.label as usize];
             let node = self.nodes.at(&label);
@@ -271,6 +285,7 @@ impl<'a> Search<'a> {
                 waypoint: label.waypoint + 1,
                 step: Step::Dwell,
                 at: label.at.after(waypoint.dwell_ticks),
+                heading: AT_REST,
                 ..done
             }),
             None => self.push(Label {
@@ -305,7 +320,8 @@ impl<'a> Search<'a> {
         };
         let agent = self.agent;
         agent.mover.steps_from(roadmap, label.vertex, |to, ticks| {
-            let at = label.at.after(ticks);
+            let (departs, heading, turned) = self.following(&label, to, ticks);
+            let at = departs.after(ticks);
             let node = self.nodes.flying(label.waypoint, to);
             let Some(least) = self.least(node, label.paid, at) else {
                 return;
@@ -321,8 +337,10 @@ impl<'a> Search<'a> {
                 vertex: to,
                 grounded: false,
                 step: Step::Move,
-                departs: label.at,
+                departs,
                 at,
+                heading,
+                turned,
                 parent: index,
                 judged: false,
                 expanded: None,
@@ -362,6 +380,138 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Along which step it comes to where it begins.
+    fn first_heading(&self) -> Heading {
+        match self.agent.begun.last() {
+            Some(last) if self.agent.smoothing.is_some() && !last.stays() => BEYOND,
+            _ => AT_REST,
+        }
+    }
+
+    /// Along which step a drone goes from a place to another.
+    fn heading(&self, from: Vertex, to: Vertex) -> Heading {
+        let roadmap = self.setting.roadmap;
+        if roadmap.is_stop(from) || roadmap.is_stop(to) {
+            return BEYOND;
+        }
+        let lattice = roadmap.lattice();
+        let [a, b] = [from, to].map(|place| lattice.steps(place));
+        neighbour([0, 1, 2].map(|axis| b[axis] - a[axis])).unwrap_or(BEYOND)
+    }
+
+    /// When a drone in a state can go on to another place at the earliest, where that takes so many
+    /// ticks; along which step, and since when it has that heading.
+    fn following(&mut self, label: &Label, to: Vertex, ticks: u32) -> (Tick, Heading, Tick) {
+        let agent = self.agent;
+        let Some(smoothing) = &agent.smoothing else {
+            return (label.at, AT_REST, Tick(0));
+        };
+        let heading = self.heading(label.vertex, to);
+        if label.heading == AT_REST {
+            let is_first = label.step == Step::Start && self.agent.begun.is_empty();
+            let lead = if is_first { smoothing.lead_ticks() } else { 0 };
+            let departs = label.at.after(lead);
+            return (departs, heading, departs);
+        }
+        if heading == label.heading && heading != BEYOND {
+            return (label.at, heading, label.turned);
+        }
+        let turn_ticks = smoothing.turn_ticks();
+        let rested = label.at.after(turn_ticks);
+        let may_turn = self.may_turn(smoothing, label, (to, heading, ticks));
+        let departs = match may_turn {
+            true => label.turned.after(turn_ticks).clamp(label.at, rested),
+            false => rested,
+        };
+        (departs, heading, departs)
+    }
+
+    /// Whether a drone in a state may turn towards another place without a stop: its velocity may
+    /// change by so much, and there is room beside both legs.
+    fn may_turn(
+        &mut self,
+        smoothing: &Smoothing,
+        label: &Label,
+        (to, heading, ticks): (Vertex, Heading, u32),
+    ) -> bool {
+        let roadmap = self.setting.roadmap;
+        let is_on_lattice = label.heading != BEYOND && heading != BEYOND;
+        if is_on_lattice && !smoothing.may_follow(label.heading, heading) {
+            return false;
+        }
+        let radius_m = self.agent.mover.radius_m();
+        let is_wide = || {
+            let wide = roadmap.open_steps(radius_m + smoothing.swerve_m)?[label.vertex as usize];
+            let ends = [25 - label.heading, heading];
+            Some(ends.iter().all(|step| wide >> step & 1 != 0))
+        };
+        if is_on_lattice && (roadmap.solids().is_none() || is_wide() == Some(true)) {
+            return true;
+        }
+        let key = (label.heading, label.vertex, to);
+        if is_on_lattice && let Some(known) = self.corners.get(&key) {
+            return *known;
+        }
+        let [corner_m, to_m] = [label.vertex, to].map(|at| roadmap.position_m(at));
+        let after_mps = (to_m - corner_m) / Tick(ticks).seconds();
+        let before_mps = self.velocity_mps(label);
+        let corner = (corner_m, radius_m);
+        let has_room = |solids| smoothing.has_room(solids, corner, [before_mps, after_mps]);
+        let may = smoothing.follows(before_mps, after_mps) && roadmap.solids().is_none_or(has_room);
+        if is_on_lattice {
+            self.corners.insert(key, may);
+        }
+        may
+    }
+
+    /// How fast a drone comes to a state (m/s).
+    fn velocity_mps(&self, label: &Label) -> Vector3<f64> {
+        let before = self.before(label);
+        before.map_or(Vector3::zeros(), |leg| leg.velocity_mps())
+    }
+
+    /// What a drone flies up to a state.
+    fn before(&self, label: &Label) -> Option<Leg> {
+        let Some(parent) = self.labels.get(label.parent as usize) else {
+            return self.agent.begun.last().copied();
+        };
+        match label.step {
+            Step::Move => self.doing(parent, label).pop(),
+            _ => self.stay(parent, label.at),
+        }
+    }
+
+    /// By how much a drone is ahead of the step that leads to a state, and behind it, at most
+    /// (ticks), as far as that is known when it steps.
+    fn shifted(&self, from: &Label, label: &Label) -> [u32; 2] {
+        let Some(smoothing) = &self.agent.smoothing else {
+            return [0; 2];
+        };
+        let ahead = smoothing.ahead_ticks();
+        if from.heading == AT_REST || from.at < label.departs {
+            [ahead, 0]
+        } else if from.heading != label.heading || label.heading == BEYOND {
+            [ahead; 2]
+        } else {
+            [0; 2]
+        }
+    }
+
+    /// What is flown from one state to the next, from where its path differs on.
+    fn flown_to(&self, from: &Label, to: &Label) -> Vec<Leg> {
+        let doing = self.doing(from, to);
+        let Some(smoothing) = &self.agent.smoothing else {
+            return doing;
+        };
+        let mut legs: Vec<Leg> = self.before(from).into_iter().collect();
+        legs.extend(self.stay(from, to.departs));
+        legs.extend(doing);
+        let since = from.at.before(smoothing.lead_ticks());
+        let mut flown = smoothing.flown(&joined(legs));
+        flown.retain(|leg| leg.end > since);
+        flown
+    }
+
     /// Judges what leads to a state when its turn comes, not when it is thought of: most never have
     /// their turn. Thinks of the same later, too.
     ///
@@ -372,13 +522,16 @@ impl<'a> Search<'a> {
             return true;
         }
         let from = self.labels[label.parent as usize];
+        if self.changes(&from, &label) && !self.can_stop(label.parent) {
+            return false;
+        }
         let mut all = std::mem::take(&mut self.all);
         all.clear();
         let brief = self.judge_in_brief(&from, &label, &mut all);
         let in_brief = brief != Brief::Nothing;
         if !in_brief {
             all.clear();
-            for leg in self.doing(&from, &label) {
+            for leg in self.flown_to(&from, &label) {
                 self.setting.judge(&leg, &mut self.verdict);
                 all.breaks_zone = all.breaks_zone.or(self.verdict.breaks_zone);
                 all.price_s += self.verdict.price_s;
@@ -426,6 +579,7 @@ impl<'a> Search<'a> {
             && reservations.knows(label.vertex)
             && !self.refuted.contains(&(from.vertex, label.vertex));
         let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
+        let known = known && !(self.changes(from, label) && self.is_in_doubt(from));
         let Some(class) = class.filter(|_| known) else {
             return Brief::Nothing;
         };
@@ -439,7 +593,14 @@ impl<'a> Search<'a> {
                 }
                 verdict.clear();
                 let ends = [from.vertex, label.vertex];
-                let query = StepQuery { class, ends, time };
+                let [early, late] = self.shifted(from, label);
+                let query = StepQuery {
+                    class,
+                    ends,
+                    time,
+                    early,
+                    late,
+                };
                 if !reservations.step(self.setting.costmap, &query, verdict) {
                     return Brief::Nothing;
                 }
@@ -457,6 +618,54 @@ impl<'a> Search<'a> {
             Step::Start | Step::Wait | Step::Later => {}
         }
         Brief::Everything
+    }
+
+    /// Whether a drone's velocity changes between two states.
+    fn changes(&self, from: &Label, label: &Label) -> bool {
+        let goes_on = label.step == Step::Move
+            && from.heading == label.heading
+            && from.at == label.departs
+            && label.heading != BEYOND;
+        self.agent.smoothing.is_some() && !goes_on && from.heading != AT_REST
+    }
+
+    /// Whether a drone may stop or turn at the end of what led to a state, by the tables: it comes
+    /// there later than it would pass.
+    fn can_stop(&self, index: u32) -> bool {
+        let label = &self.labels[index as usize];
+        let (Some(smoothing), Some(reservations)) =
+            (&self.agent.smoothing, self.setting.reservations)
+        else {
+            return true;
+        };
+        let Some(parent) = self.labels.get(label.parent as usize) else {
+            return true;
+        };
+        let known = [parent.vertex, label.vertex].map(|it| reservations.knows(it)) == [true; 2];
+        let class = reservations.class(self.agent.drone, self.kind(label.waypoint));
+        let is_step = known && label.step == Step::Move && !self.is_in_doubt(label);
+        let Some(class) = class.filter(|_| is_step) else {
+            return true;
+        };
+        let query = StepQuery {
+            class,
+            ends: [parent.vertex, label.vertex],
+            time: [label.departs, label.at],
+            early: 0,
+            late: smoothing.ahead_ticks(),
+        };
+        let mut verdict = Verdict::default();
+        reservations.step(self.setting.costmap, &query, &mut verdict);
+        let mut blockers = verdict.blockers.iter();
+        blockers.all(|it| self.met.has(label.met, it.drone))
+    }
+
+    /// Whether what led to a state, or staying there, looked free in brief once and was not.
+    fn is_in_doubt(&self, from: &Label) -> bool {
+        let before = self.labels.get(from.parent as usize);
+        let leg = before.map(|before| (before.vertex, from.vertex));
+        leg.is_some_and(|leg| self.refuted.contains(&leg))
+            || self.refuted.contains(&(from.vertex, from.vertex))
     }
 
     /// A label at the price that the verdict asks for; `None` if it is forbidden.
@@ -516,7 +725,7 @@ impl<'a> Search<'a> {
         if later == 0 || at == Tick::FOREVER {
             return;
         }
-        self.push(Label {
+        let mut later = Label {
             departs: Tick(departs),
             at,
             paid: from.paid,
@@ -524,7 +733,17 @@ impl<'a> Search<'a> {
             judged: false,
             expanded: None,
             ..*label
-        });
+        };
+        if let Some(smoothing) = &self.agent.smoothing {
+            let rested = from.at.after(smoothing.turn_ticks()) <= later.departs;
+            let goes_on = from.heading == label.heading && label.heading != BEYOND;
+            if label.step == Step::Move && (rested || !goes_on) {
+                later.turned = later.departs;
+            } else if label.step == Step::Wait && rested {
+                later.heading = AT_REST;
+            }
+        }
+        self.push(later);
     }
 
     /// Keeps in mind that the place of a label may be reached at another time as well.
@@ -561,10 +780,13 @@ impl<'a> Search<'a> {
         let slack = self.stays.slack(label.waypoint, ends);
         if slack > 0 {
             let at = label.at.after(slack);
+            let smoothing = self.agent.smoothing.as_ref();
+            let rested = smoothing.is_some_and(|it| slack >= it.turn_ticks());
             self.push(Label {
                 step: Step::Wait,
                 departs: at,
                 at,
+                heading: if rested { AT_REST } else { label.heading },
                 parent: index,
                 judged: false,
                 expanded: None,

@@ -138,6 +138,9 @@ pub(super) struct Attempt<'a> {
     pub(super) kept: Vec<Vec<Leg>>,
     /// By drone, as far as they are found.
     pub(super) paths: Vec<Option<Path>>,
+    /// By drone, the legs of what it flies, before they are smoothed; those of the costmap where
+    /// nothing is known here.
+    pub(super) legs: Vec<Vec<Leg>>,
     /// Drones that stay at their starts, in the order in which they were given up.
     pub(super) unplanned: Vec<(DroneId, FailureKind)>,
 }
@@ -174,6 +177,7 @@ impl<'a> Attempt<'a> {
             under_way: Vec::new(),
             kept: Vec::new(),
             paths: vec![None; drones],
+            legs: vec![Vec::new(); drones],
             unplanned: Vec::new(),
         }
     }
@@ -311,29 +315,37 @@ impl<'a> Attempt<'a> {
 
     /// Puts legs of one drone in the place of those that it had.
     pub(super) fn reserve(&mut self, legs: Vec<Leg>) {
-        self.take_over(self.costmap.reservation(legs));
+        let Some(first) = legs.first() else {
+            return;
+        };
+        let flown = self.agents[first.drone.0 as usize].flown(&legs);
+        let reservation = self.costmap.reservation(flown.into_owned());
+        self.take_over(legs, reservation);
     }
 
-    /// The same for legs that are prepared already, in costmap and reservation table at a time.
-    fn take_over(&mut self, reservation: Reservation) {
+    /// The same where what is flown of them is prepared already, in costmap and reservation table
+    /// at a time.
+    fn take_over(&mut self, legs: Vec<Leg>, reservation: Reservation) {
         let Some(drone) = reservation.drone() else {
             return;
         };
         self.release(drone);
         let Some(reservations) = &mut self.reservations else {
+            self.legs[drone.0 as usize] = legs;
             return self.costmap.reserve(reservation);
         };
-        let legs = reservation.legs().to_vec();
         let costmap = &mut self.costmap;
         let insert = || reservations.insert(&legs);
         rayon::join(|| costmap.reserve(reservation), insert);
+        self.legs[drone.0 as usize] = legs;
     }
 
     /// Takes a drone out of the costmap and the reservation table.
     pub(super) fn release(&mut self, drone: DroneId) {
         if let Some(reservations) = &mut self.reservations {
-            reservations.remove(self.costmap.legs(drone));
+            reservations.remove(&self.legs[drone.0 as usize]);
         }
+        self.legs[drone.0 as usize].clear();
         self.costmap.remove(drone);
     }
 
@@ -364,7 +376,7 @@ impl<'a> Attempt<'a> {
             if keeps || !matches!(why, FailureKind::Obstructed(_)) || (self.control.stop)() {
                 continue;
             }
-            let stay = self.costmap.legs(drone).to_vec();
+            let stay = self.legs[drone.0 as usize].clone();
             self.release(drone);
             let setting = Setting {
                 reservations: None,
@@ -430,7 +442,10 @@ impl<'a> Attempt<'a> {
                     let agent = &self.agents[drone.0 as usize];
                     let searched = search(Setting { careful, ..setting }, agent);
                     let reservation = match &searched.found {
-                        Found::Path(path) => Some(setting.costmap.reservation(path.legs.clone())),
+                        Found::Path(path) => {
+                            let flown = agent.flown(&path.legs).into_owned();
+                            Some(setting.costmap.reservation(flown))
+                        }
                         _ => None,
                     };
                     (searched, reservation)
@@ -541,7 +556,7 @@ impl<'a> Attempt<'a> {
                     return true;
                 }
                 if let Some(reservation) = reservation {
-                    self.take_over(reservation);
+                    self.take_over(path.legs.clone(), reservation);
                 }
                 self.paths[drone.0 as usize] = Some(path);
             }
@@ -552,7 +567,8 @@ impl<'a> Attempt<'a> {
     /// Whether every drone farther off bears what a path brings them, so far as that was not asked
     /// of every step.
     fn is_borne(&self, drone: DroneId, path: &Path) -> bool {
-        self.careful[drone.0 as usize] || self.costmap.is_borne(&path.legs)
+        let flown = self.agents[drone.0 as usize].flown(&path.legs);
+        self.careful[drone.0 as usize] || self.costmap.is_borne(&flown)
     }
 
     /// Whether a path is as its search thought, now that others of its batch are there.
@@ -562,7 +578,8 @@ impl<'a> Attempt<'a> {
             ..self.setting()
         };
         let mut verdict = Verdict::default();
-        path.legs.iter().all(|leg| {
+        let flown = self.agents[drone.0 as usize].flown(&path.legs);
+        flown.iter().all(|leg| {
             setting.judge(leg, &mut verdict);
             let known = |blocker: &Blocker| path.met.contains(&blocker.drone);
             verdict.breaks_zone.is_none() && verdict.blockers.iter().all(known)
@@ -601,7 +618,7 @@ impl<'a> Attempt<'a> {
                 let searched = search(setting, &self.agents[index]);
                 left = left.saturating_sub(searched.expansions);
                 if let Some(path) = self.counted(searched)
-                    && self.costmap.is_borne(&path.legs)
+                    && self.costmap.is_borne(&self.agents[index].flown(&path.legs))
                 {
                     self.reserve(path.legs.clone());
                     self.paths[index] = Some(path);

@@ -190,7 +190,7 @@ impl Attempt<'_> {
 
     /// Takes a drone out of the plan, and remembers what it had.
     fn take_out(&mut self, drone: DroneId) -> Before {
-        let legs = self.costmap.legs(drone).to_vec();
+        let legs = self.legs[drone.0 as usize].clone();
         if !legs.is_empty() {
             self.release(drone);
         }
@@ -203,7 +203,8 @@ impl Attempt<'_> {
 
     /// Takes a path over, unless others far off cannot bear it.
     fn put(&mut self, drone: DroneId, path: Path) -> bool {
-        if !self.costmap.is_borne(&path.legs) {
+        let flown = self.agents[drone.0 as usize].flown(&path.legs);
+        if !self.costmap.is_borne(&flown) {
             return false;
         }
         self.reserve(path.legs.clone());
