@@ -37,10 +37,10 @@ struct CommandLine {
 enum Command {
     /// Check a plan.json for downwash, collisions and limits, by the verifier alone
     Check(check::Arguments),
-    /// Fly a plan in closed loop: controllers, inertia, wakes that take their time; exit code 1 where
-    /// a drone meets too much air or touches something
+    /// Fly a plan in closed loop: controllers, inertia, wakes that take their time; exit code 1
+    /// where a drone meets too much air or touches something
     Fly(fly::Arguments),
-    /// Print the fields of a scenario, of a plan or of a flight, with units and defaults as JSON Schema
+    /// Print the fields of a scenario, a plan or a flight, with units and defaults as JSON Schema
     Schema(schema::Arguments),
     /// Print a scenario made by rule and seed, or write synthetic recordings
     Generate(generate::Arguments),

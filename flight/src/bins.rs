@@ -95,6 +95,12 @@ impl Bins {
         self.starts[0] = 0;
     }
 
+    /// How many entries the fullest cell has.
+    pub(crate) fn fullest(&self) -> usize {
+        let each = self.starts.windows(2).map(|two| two[1] - two[0]);
+        each.max().unwrap_or(0) as usize
+    }
+
     /// Numbers of all entries that may matter at a place (m), and some more; in the order of cells.
     pub(crate) fn near(&self, place_m: &Point3<f64>) -> impl Iterator<Item = usize> + '_ {
         let layer = self.index(2, place_m.z);

@@ -236,7 +236,8 @@ mod tests {
                 .expect("gets there");
             first as f64 * STEP_S
         });
-        // A first-order position loop rises in 1/K_p: 1.05 and 0.4 s, and what the loops in it take.
+        // A first-order position loop rises in 1/K_p, 1.05 and 0.4 s, and what the loops in it
+        // take.
         assert!((0.9..1.7).contains(&rises_s[0]), "{rises_s:?}");
         assert!((0.4..0.9).contains(&rises_s[1]), "{rises_s:?}");
     }

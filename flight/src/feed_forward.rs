@@ -49,6 +49,11 @@ pub enum FeedForward {
     Paper,
     /// The mean over its rotor discs, of wakes that take their time.
     Late,
+    /// The same, with the speed that holds the thrust of its own rotors ([`Rotor`]) in place of
+    /// `∛β`: what a stack can do that has identified them.
+    ///
+    /// [`Rotor`]: crate::rotor::Rotor
+    Matched,
 }
 
 impl FeedForward {
@@ -59,6 +64,7 @@ impl FeedForward {
             FeedForward::None => "none",
             FeedForward::Paper => "paper",
             FeedForward::Late => "late",
+            FeedForward::Matched => "matched",
         }
     }
 }

@@ -35,6 +35,16 @@ pub enum FlyError {
         /// What is wrong with it.
         what: String,
     },
+    /// More drones in one place than can be flown.
+    #[error("{drones} drones are within 4 m of floor at {at_s:.0} s; at most {most} can be flown")]
+    TooDense {
+        /// How many.
+        drones: usize,
+        /// When (s).
+        at_s: f64,
+        /// How many at most.
+        most: usize,
+    },
     /// Longer than is flown.
     #[error(
         "{drones} drones for {lasts_s:.0} s are more than is flown at a time ({most:.0} drone-seconds); end it sooner"

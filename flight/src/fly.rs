@@ -45,6 +45,8 @@ const PAD_M: f64 = 0.5;
 /// Drones times seconds that are flown at most: chosen here, about 300 MiB of what is kept of
 /// them.
 const MOST_DRONE_SECONDS: f64 = 3e5;
+/// Drones in one cell of floor at most: chosen here; a million pairs a step take tens of seconds.
+const MOST_IN_A_CELL: usize = 1000;
 /// Steps between two values of a trace: 10 Hz.
 const TRACE_EVERY: usize = 5;
 /// Drones whose flight is kept over time.
@@ -75,7 +77,12 @@ impl Default for Options {
     fn default() -> Options {
         Options {
             controllers: vec![Controller::Px4],
-            feed_forward: vec![FeedForward::None, FeedForward::Paper, FeedForward::Late],
+            feed_forward: vec![
+                FeedForward::None,
+                FeedForward::Paper,
+                FeedForward::Late,
+                FeedForward::Matched,
+            ],
             convection: vec![1.0, 0.6],
             gusts: INTENSITY,
             lean: false,
@@ -132,7 +139,7 @@ pub fn fly(
     }
     let all = (cases.len() + options.controllers.len()) * (lasts_s as usize);
     let done = |seconds: usize| progress(seconds, all);
-    let calm: Vec<Log> = (options.controllers.par_iter())
+    let calm: Result<Vec<Log>, FlyError> = (options.controllers.par_iter())
         .map(|controller| {
             let setting = Setting {
                 fleet: &fleet,
@@ -145,7 +152,8 @@ pub fn fly(
             setting.run(&done)
         })
         .collect();
-    let logs: Vec<Log> = (cases.par_iter())
+    let calm = calm?;
+    let logs: Result<Vec<Log>, FlyError> = (cases.par_iter())
         .map(|case| {
             let controllers = options.controllers.iter();
             let of = controllers.zip(&calm).find(|it| *it.0 == case.controller);
@@ -160,6 +168,7 @@ pub fn fly(
             setting.run(&done)
         })
         .collect();
+    let logs = logs?;
     let worst = worst(&fleet, &cases, &logs);
     let traces = worst.into_iter().map(|k| Traces {
         drone: fleet.crafts[k].name.clone(),
@@ -275,7 +284,7 @@ struct Picture<'a> {
 }
 
 impl Setting<'_> {
-    fn run(&self, done: &(dyn Fn(usize) + Sync)) -> Log {
+    fn run(&self, done: &(dyn Fn(usize) + Sync)) -> Result<Log, FlyError> {
         let fleet = self.fleet;
         let mut pilots: Vec<Pilot> = (0..fleet.crafts.len()).map(|k| self.pilot(k)).collect();
         let convection = self.air.map_or(1.0, |it| it.0);
@@ -319,6 +328,13 @@ impl Setting<'_> {
                 reach_m,
             };
             spot_bins.fill(spots.iter().map(|spot| entry(spot, CONTACT_M)));
+            if step % per_second == 0 && spot_bins.fullest() > MOST_IN_A_CELL {
+                return Err(FlyError::TooDense {
+                    drones: spot_bins.fullest(),
+                    at_s: t_s,
+                    most: MOST_IN_A_CELL,
+                });
+            }
             if is_paper {
                 let reaching = spots.iter().zip(&reaches_m);
                 wake_bins.fill(reaching.map(|(spot, reach_m)| entry(spot, *reach_m)));
@@ -342,7 +358,7 @@ impl Setting<'_> {
                 pilot.tally.calm_energy_j = calm.tally.energy_j;
             }
         }
-        Log { pilots }
+        Ok(Log { pilots })
     }
 
     fn pilot(&self, k: usize) -> Pilot {
@@ -484,8 +500,11 @@ impl Setting<'_> {
             .cascade
             .command(&self.gains, (dynamics, speed_mps), state, step_s);
         let (mut command, is_full) = asked;
-        let known_mps = self.fleet.flown.receiver_gain * pilot.known_mps;
-        command.speed_factor = Factors::of(known_mps, hover_mps).rotor_speed;
+        let known = self.fleet.flown.receiver_gain * pilot.known_mps / hover_mps;
+        command.speed_factor = match self.air {
+            Some((_, FeedForward::Matched)) => dynamics.vehicle.rotor.holding_factor(known),
+            _ => Factors::of(known, 1.0).rotor_speed,
+        };
         let felt_mps = hover_mps * self.alpha(pilot.air_mps, hover_mps) + pilot.gust_mps;
         let around = (reference.mass_kg, felt_mps);
         let effort = dynamics.step(&mut pilot.body, &command, around, step_s);
@@ -535,7 +554,7 @@ impl Setting<'_> {
             pilot.air_mps = pilot.receiver.mean_mps();
             pilot.known_mps = match feed_forward {
                 FeedForward::None => 0.0,
-                FeedForward::Late => pilot.air_mps,
+                FeedForward::Late | FeedForward::Matched => pilot.air_mps,
                 FeedForward::Paper => self.centre_mps(k, &at_m, picture),
             };
         }
@@ -736,7 +755,7 @@ mod tests {
     #[test]
     fn feed_forward_takes_most_of_what_a_passing_jet_does() {
         let report = flown(&passing(), &calm_at(1.0));
-        let [none, paper, late] = [0, 1, 2].map(|k| &report.flights[k]);
+        let [none, paper, late, matched] = [0, 1, 2, 3].map(|k| &report.flights[k]);
         assert_eq!(late.case.feed_forward, FeedForward::Late);
         let by_air_m = |flight: &Flight| flight.drones[0].altitude_rms_by_air_m;
         assert!(by_air_m(none) > 0.02);
@@ -744,6 +763,7 @@ mod tests {
         assert!(by_air_m(late) < 0.45 * by_air_m(none));
         // Where the jet is already gone, and not where it still is: the paper's comes too soon.
         assert!(by_air_m(late) < by_air_m(paper));
+        assert!(by_air_m(matched) < by_air_m(late));
         // Air that pushes down costs energy; the one above meets none.
         assert!(none.drones[0].extra_energy_j > 0.0);
         assert_eq!(none.drones[1].extra_energy_j, 0.0);
@@ -839,6 +859,12 @@ mod tests {
         let mut plan = good.clone();
         plan.drones.clear();
         assert_eq!(refusal(&plan), "the plan has no drones");
+        let crowd = (0..1001).map(|k| {
+            let name = format!("d{k}");
+            drone((&name, "kolibri"), &[(0.0, [5.0, 5.0, 2.0])], "")
+        });
+        let crowd = super::tests::plan(&crowd.collect::<Vec<_>>());
+        assert!(refusal(&crowd).starts_with("1001 drones are within 4 m of floor"));
         let mut plan = good;
         plan.drones[0].trajectory.t_s = vec![1e6];
         assert!(refusal(&plan).contains("drone-seconds"));

@@ -8,8 +8,8 @@
 //! In reading order: [`rotor`] and [`vehicle`]: how a drone moves; [`controller`]: how it is
 //! commanded; `reference`: what the plan asks; [`wakes`] and [`gusts`]: the air that comes to it;
 //! [`feed_forward`]: what it does about that; `fleet`, `bins`, `tally` and `fly`: all drones at
-//! once, and what is counted; [`report`]: what is told; [`setup`]: parameters from a file; [`paper`]: the flight of
-//! the paper.
+//! once, and what is counted; [`report`]: what is told; [`setup`]: parameters from a file;
+//! [`paper`]: the paper's own flight.
 
 pub mod controller;
 pub mod feed_forward;

@@ -24,9 +24,10 @@ use crate::vehicle::{Dynamics, Vehicle, VehicleEntry};
 
 /// Speed of the pass (m/s), as the paper has it.
 const SPEED_MPS: f64 = 0.118;
-/// The error is taken this far to each side of the axis (m). Assumed: the width of the jet's
-/// footprint in the paper's figure; 2 m would give some 0.7 of every value.
+/// The error is taken this far to each side of the axis (m). Assumed: the paper does not say.
 const WINDOW_M: f64 = 1.0;
+/// Another window, to say what it would change (m).
+const WIDER_M: f64 = 2.0;
 /// The pass begins and ends this far from the axis (m): outside the jet.
 const BEGINS_M: f64 = 3.0;
 /// Depths below the Offboard 2 (m).
@@ -63,8 +64,10 @@ pub struct Paper {
 /// One controller, rotor and feed-forward.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Row {
-    /// Controller with its vertical gains, and rotor; or the paper.
-    pub source: String,
+    /// What the rotor loses; or the paper.
+    pub rotor: &'static str,
+    /// Controller, with its vertical gains.
+    pub controller: String,
     /// What feed-forward does.
     pub feed_forward: &'static str,
     /// At 1 m and 2 m below.
@@ -100,6 +103,9 @@ const KNOWN: [(Known, &str); 3] = [
     (Known::Discs, "beta on power, disc mean"),
 ];
 
+/// The rotor that explains the paper best.
+const BLADE: &str = "blades, kappa 0.5: dT/dalpha = -0.20 T";
+
 /// One kind of pass.
 #[derive(Clone, Copy, Debug)]
 struct Case {
@@ -107,6 +113,7 @@ struct Case {
     rotor: Rotor,
     gains: Gains,
     known: Known,
+    window_m: f64,
     gusts: f64,
     seed: u64,
 }
@@ -115,7 +122,8 @@ struct Case {
 #[must_use]
 pub fn fly(setup: &Setup, seed: u64, gusts: f64) -> Paper {
     let measured = Row {
-        source: "the paper, measured".to_owned(),
+        rotor: "the paper, measured",
+        controller: "not stated".to_owned(),
         feed_forward: KNOWN[0].1,
         passes: [0, 1].map(|k| Pass {
             depth_m: DEPTHS_M[k],
@@ -124,19 +132,24 @@ pub fn fly(setup: &Setup, seed: u64, gusts: f64) -> Paper {
         }),
     };
     let rotors = [
-        (Rotor::Blade { kappa: 0.5 }, "blade 0.5"),
-        (Rotor::Blade { kappa: 1.0 }, "blade 1"),
-        (Rotor::Power, "constant power"),
+        (Rotor::Blade { kappa: 0.5 }, BLADE),
+        (
+            Rotor::Blade { kappa: 1.0 },
+            "blades, kappa 1.0: dT/dalpha = -0.33 T",
+        ),
+        (Rotor::Power, "constant power: dT/dalpha = -0.33 T"),
     ];
     let stated = [Controller::Px4, Controller::Research];
     let research = setup.gains(Controller::Research);
     let mut rows = vec![measured];
+    let mut wider = [[0.0; 2]; 2];
     for (rotor, rotor_name) in rotors {
         let case = |gains: Gains, depth_m: f64, known: Known| Case {
             depth_m,
             rotor,
             gains,
             known,
+            window_m: WINDOW_M,
             gusts,
             seed,
         };
@@ -149,16 +162,28 @@ pub fn fly(setup: &Setup, seed: u64, gusts: f64) -> Paper {
             |gains| case(gains, DEPTHS_M[0], Known::Nothing),
             research,
         );
-        controllers.push(("research, K_p fitted to 134.2 mm", fitted));
+        controllers.push(("K_p fitted to 134.2 mm", fitted));
         for (name, gains) in controllers {
             let without = DEPTHS_M.map(|it| errors_m(setup, &case(gains, it, Known::Nothing)));
-            let source = format!(
-                "{name} (K_p {:.2}, K_v {:.1}, K_i {:.1}), {rotor_name}",
+            let controller = format!(
+                "{name} ({:.2}, {:.1}, {:.1})",
                 gains.position_per_s[1], gains.velocity_per_s[1], gains.integral_per_s2[1]
             );
+            if rotor_name == BLADE && gains == fitted {
+                wider = DEPTHS_M.map(|depth_m| {
+                    errors_m(
+                        setup,
+                        &Case {
+                            window_m: WIDER_M,
+                            ..case(gains, depth_m, Known::Nothing)
+                        },
+                    )
+                });
+            }
             for (known, feed_forward) in KNOWN {
                 rows.push(Row {
-                    source: source.clone(),
+                    rotor: rotor_name,
+                    controller: controller.clone(),
                     feed_forward,
                     passes: [0, 1].map(|k| Pass {
                         depth_m: DEPTHS_M[k],
@@ -173,13 +198,14 @@ pub fn fly(setup: &Setup, seed: u64, gusts: f64) -> Paper {
         speed_mps: SPEED_MPS,
         window_m: WINDOW_M,
         gusts,
-        notes: notes(&rows),
+        notes: notes(&rows, &wider),
         rows,
     }
 }
 
-/// The row whose ratio at 1 m is nearest to the paper's, of those that do what the paper did.
-fn notes(rows: &[Row]) -> Vec<String> {
+/// The row whose ratio at 1 m is nearest to the paper's, of those that do what the paper did; what
+/// another window would change.
+fn notes(rows: &[Row], wider: &[[f64; 2]; 2]) -> Vec<String> {
     let ratio = |row: &Row, k: usize| row.passes[k].with[0] / row.passes[k].without[0];
     let Some((measured, simulated)) = rows.split_first() else {
         return Vec::new();
@@ -193,14 +219,18 @@ fn notes(rows: &[Row]) -> Vec<String> {
         format!(
             "Nearest to the paper's ratio at 1 m ({:.3}): {}, {:.3}; at 2 m {:.3} beside the paper's {:.3}.",
             ratio(measured, 0),
-            row.source,
+            format_args!("{}, {}", row.rotor, row.controller),
             ratio(row, 0),
             ratio(row, 1),
             ratio(measured, 1)
         )
     });
     let fitted = "One gain is fitted, and only where the row says so; nothing else is.".to_owned();
-    told.into_iter().chain([fitted]).collect()
+    let [one_mm, two_mm] = [0, 1].map(|k: usize| 1e3 * wider[k][0]);
+    let window = format!(
+        "{BLADE}, fitted, over {WIDER_M} m to each side: {one_mm:.1} and {two_mm:.1} mm without feed-forward."
+    );
+    told.into_iter().chain([window, fitted]).collect()
 }
 
 /// Gains with the vertical position gain at which the paper's error at 1 m comes out: a stiffer
@@ -266,7 +296,7 @@ fn sums_m(setup: &Setup, case: &Case, pass: u64) -> [f64; 3] {
             acceleration_mps2: Vector3::zeros(),
             mass_kg,
         };
-        if reference.position_m.x.abs() <= WINDOW_M {
+        if reference.position_m.x.abs() <= case.window_m {
             let error_m = body.position_m.z - reference.position_m.z;
             sums = [
                 sums[0] + 1.0,
@@ -317,11 +347,15 @@ mod tests {
         // The goal: a quarter, in one of the rotors.
         assert!(nearest.fold(1.0, f64::min) < 0.25);
         // The fitted rows have the paper's error where they were fitted.
-        for row in found.rows.iter().filter(|it| it.source.contains("fitted")) {
+        for row in found
+            .rows
+            .iter()
+            .filter(|it| it.controller.contains("fitted"))
+        {
             assert!(
                 (row.passes[0].without[0] - 0.1342).abs() < 1e-5,
                 "{}",
-                row.source
+                row.controller
             );
         }
     }

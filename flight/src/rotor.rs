@@ -67,6 +67,23 @@ impl Rotor {
     }
 }
 
+impl Rotor {
+    /// Factor on the speed that holds the thrust of still air in air from above over the induced
+    /// velocity at that thrust: the inverse of [`Rotor::thrust_and_power`].
+    #[must_use]
+    pub fn holding_factor(&self, inflow: f64) -> f64 {
+        // What passes through the rotor at the thrust of hover.
+        let through = 0.5 * inflow + (0.5 * inflow).hypot(1.0);
+        match *self {
+            Rotor::Power => through.cbrt(),
+            Rotor::Blade { kappa } => {
+                let half = 0.5 * kappa * through;
+                (half + (half * half + 1.0 + kappa).sqrt()) / (1.0 + kappa)
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,6 +105,17 @@ mod tests {
         assert!((loss(blade) + 0.2).abs() < 1e-6);
         assert!((loss(Rotor::Power) + 1.0 / 3.0).abs() < 1e-6);
         assert!((loss(Rotor::Blade { kappa: 0.0 })).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_factor_that_holds_the_thrust_does() {
+        for rotor in [Rotor::default(), Rotor::Power] {
+            for inflow in [-0.5, 0.0, 0.3, 1.4] {
+                let factor = rotor.holding_factor(inflow);
+                let (thrust, _) = rotor.thrust_and_power(factor, inflow);
+                assert!((thrust - 1.0).abs() < 1e-9, "{rotor:?} {inflow}: {thrust}");
+            }
+        }
     }
 
     #[test]

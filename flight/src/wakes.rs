@@ -318,8 +318,8 @@ impl Receiver {
         self.is_calm = true;
     }
 
-    /// Adds the air of parcels of several emitters, by their indices, at a receiver's centre (m): of
-    /// each emitter the strongest, emitters in their order.
+    /// Adds the air of parcels of several emitters, by their indices, at a receiver's centre (m):
+    /// of each emitter the strongest, emitters in their order.
     pub(crate) fn add_all(&mut self, found: &mut [(usize, Parcel<'_>)], centre_m: &Point3<f64>) {
         found.sort_by_key(|it| it.0);
         for of_one in found.chunk_by(|a, b| a.0 == b.0) {

@@ -2,6 +2,7 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use clap::{Args, ValueEnum};
 use flight::controller::Controller;
@@ -36,7 +37,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = Controllers::Px4)]
     controller: Controllers,
     /// What drones know of the air, one or several; without feed-forward is flown in any case
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Known::Paper, Known::Late])]
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Known::Paper, Known::Late, Known::Matched])]
     feed_forward: Vec<Known>,
     /// Speed of the air in wakes over that of the centreline, one or several, 0.1 to 10
     /// [default: the plan's range, else 1 and 0.6]
@@ -89,6 +90,8 @@ enum Known {
     Paper,
     /// The mean over its discs, of wakes that take their time
     Late,
+    /// The same, by the rotors' own law in place of momentum theory's
+    Matched,
 }
 
 /// What `--format json` prints.
@@ -113,7 +116,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let file = plans::read(path, arguments.airframes.as_deref())?;
     let options = options(arguments, &file);
-    let mut bar: std::sync::OnceLock<Progress> = std::sync::OnceLock::new();
+    let name = match file.plan.scenario.as_str() {
+        "" => path.file_stem().unwrap_or_default().to_string_lossy(),
+        scenario => scenario.into(),
+    };
+    let out = OutFolder::of(arguments.out.as_deref(), &name, MAIN)?;
+    let mut bar: OnceLock<Progress> = OnceLock::new();
     let progress = |done: usize, all: usize| {
         let bar = bar.get_or_init(|| Progress::start("seconds flown", all));
         (0..done).for_each(|_| bar.done_one());
@@ -122,16 +130,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     if let Some(bar) = bar.take() {
         bar.finish();
     }
-    let mut flown = flown.map_err(|error| Failure::NotFlown {
-        path: path.clone(),
-        error,
-    })?;
-    unsaid(&mut flown, &file);
-    let name = match file.plan.scenario.as_str() {
-        "" => path.file_stem().unwrap_or_default().to_string_lossy(),
-        scenario => scenario.into(),
+    let mut flown = match flown {
+        Ok(flown) => flown,
+        Err(error) => {
+            out.abandon();
+            let path = path.clone();
+            return Err(Failure::NotFlown { path, error });
+        }
     };
-    let out = OutFolder::of(arguments.out.as_deref(), &name, MAIN)?;
+    unsaid(&mut flown, &file);
     let figure = plots::flight::draw(&flown);
     let report = report::report(&name, &flown, figure);
     let json = |files: &[PathBuf]| {
@@ -200,6 +207,7 @@ fn options(arguments: &Arguments, file: &PlanFile) -> Options {
             Known::None => FeedForward::None,
             Known::Paper => FeedForward::Paper,
             Known::Late => FeedForward::Late,
+            Known::Matched => FeedForward::Matched,
         })),
         convection,
         gusts: arguments.gusts,

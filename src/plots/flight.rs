@@ -45,7 +45,7 @@ pub(crate) fn draw(flown: &FlightReport) -> Option<Figure> {
             let words = (heading.as_str(), "altitude error (m)");
             chart(&mut canvas, (areas[0], words), traces, (altitude, None));
             let limit = Some(traces.air_limit);
-            let words = ("", "alpha = air / own induced velocity");
+            let words = ("air over its own induced velocity", "alpha");
             chart(&mut canvas, (areas[1], words), traces, (alpha, limit));
         }
         canvas.finish()

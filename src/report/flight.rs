@@ -1,7 +1,7 @@
 //! A flight as people read it: who meets too much air, who touches, what feed-forward is good for.
 
 use flight::feed_forward::FeedForward;
-use flight::paper::Paper;
+use flight::paper::{Paper, Row};
 use flight::report::{Case, DroneFlight, Flight, FlightReport};
 
 use super::sections::{Figure, Part, Report};
@@ -307,7 +307,7 @@ fn feed_forward(flown: &FlightReport) -> Option<String> {
         }
         (!shares.is_empty()).then(|| format!("{} leaves {}", wanted.as_str(), joined(shares, ", ")))
     };
-    let told = [FeedForward::Paper, FeedForward::Late]
+    let told = [FeedForward::Paper, FeedForward::Late, FeedForward::Matched]
         .into_iter()
         .filter_map(left);
     let told: Vec<String> = told.collect();
@@ -326,18 +326,20 @@ pub(crate) fn paper(found: &Paper) -> Report {
     );
     let mut report = Report::new(title, lead);
     let cell = |[rms_m, mean_m]: [f64; 2]| format!("{:.1} ({:+.1})", 1e3 * rms_m, 1e3 * mean_m);
-    let rows = found.rows.iter().map(|row| {
-        let cells = row.passes.iter().flat_map(|pass| {
-            [
-                cell(pass.without),
-                cell(pass.with),
-                format!("{:.2}", pass.with[0] / pass.without[0]),
-            ]
-        });
-        let named = [row.source.clone(), row.feed_forward.to_owned()];
-        named.into_iter().chain(cells).collect()
-    });
-    let headings = "controller and rotor | feed-forward | 1 m: without | with | ratio | 2 m: without | with | ratio";
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for of_one in found.rows.chunk_by(|a, b| a.rotor == b.rotor) {
+        rows.push(vec![of_one[0].rotor.to_owned()]);
+        let cells = |row: &Row| -> Vec<String> {
+            let figures = row.passes.iter().flat_map(|pass| {
+                let ratio = format!("{:.2}", pass.with[0] / pass.without[0]);
+                [cell(pass.without), cell(pass.with), ratio]
+            });
+            let named = [row.controller.clone(), row.feed_forward.to_owned()];
+            named.into_iter().chain(figures).collect()
+        };
+        rows.extend(of_one.iter().map(cells));
+    }
+    let headings = "controller (K_p, K_v, K_i) | feed-forward | 1 m: without | with | ratio | 2 m: without | with | ratio";
     report.section("", vec![Part::table("llrrrrrr", headings, rows)]);
     let lines = found.notes.iter().cloned().map(Part::Line).collect();
     report.section("", lines);

@@ -121,11 +121,16 @@ impl Report {
             }
         }
         for section in &self.sections {
+            let parts: String = section.parts.iter().map(Part::text).collect();
+            // What is for the page alone needs no heading at a terminal.
+            if parts.is_empty() {
+                continue;
+            }
             text.push('\n');
             if !section.heading.is_empty() {
                 text += &format!("{}\n", section.heading.to_uppercase());
             }
-            section.parts.iter().for_each(|part| text += &part.text());
+            text += &parts;
         }
         text
     }

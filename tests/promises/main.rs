@@ -12,6 +12,7 @@ mod diagnosis;
 mod docs;
 mod endpoints;
 mod findings;
+mod flying;
 mod fuzz;
 mod hover;
 mod instances;

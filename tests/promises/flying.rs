@@ -1,0 +1,151 @@
+//! `plan fly` as a person or a script meets it.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// Two drones that fly towards one another where `apart_m` is 0, else past one another, and one
+/// that crosses above a third.
+fn plan(apart_m: f64) -> String {
+    let drone = |name: &str, airframe: &str, from: [f64; 3], to: [f64; 3]| {
+        format!(
+            r#"{{"name": "{name}", "airframe": "{airframe}", "trajectory": {{"t_s": [0, 6], "position_m": [{from:?}, {to:?}]}}}}"#
+        )
+    };
+    let y = 5.0 + apart_m;
+    let drones = [
+        drone("a", "kolibri", [2.0, 5.0, 2.0], [14.0, 5.0, 2.0]),
+        drone("b", "kolibri", [14.0, y, 2.0], [2.0, y, 2.0]),
+        drone("low", "kolibri", [8.0, 15.0, 2.0], [8.0, 15.0, 2.0]),
+        drone("high", "offboard-2", [2.0, 15.0, 6.0], [14.0, 15.0, 6.0]),
+    ];
+    format!(
+        r#"{{"format": "plan/1", "scenario": "test", "bounds_m": {{"min": [0, 0, 0], "max": [20, 20, 8]}}, "drones": [{}]}}"#,
+        drones.join(",")
+    )
+}
+
+fn run(folder: &Path, arguments: &str) -> (Option<i32>, String, String) {
+    let Output {
+        status,
+        stdout,
+        stderr,
+    } = Command::new(env!("CARGO_BIN_EXE_plan"))
+        .current_dir(folder)
+        .args(arguments.split(' '))
+        .output()
+        .unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (status.code(), text(stdout), text(stderr))
+}
+
+#[test]
+fn the_exit_code_says_whether_the_flight_is_within_limits() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    fs::write(folder.join("apart.json"), plan(2.0)).unwrap();
+    fs::write(folder.join("head-on.json"), plan(0.0)).unwrap();
+    let only_one = "--convection 1 --gusts 0";
+    // The one above passes: more than the limit of 0.3 for a moment.
+    let (code, told, _) = run(folder, &format!("fly apart.json {only_one} --out passed"));
+    assert_eq!(code, Some(1), "{told}");
+    assert!(told.contains("1 over their limit of air"), "{told}");
+    assert!(told.contains("`low`") && !told.contains("touch:"), "{told}");
+    for file in ["flight.json", "flight.svg", "report.html"] {
+        assert!(folder.join("passed").join(file).exists(), "{file}");
+    }
+    let (code, told, _) = run(folder, &format!("fly head-on.json {only_one} --out met"));
+    assert_eq!(code, Some(1));
+    assert!(told.contains("Bodies touch: `a`, `b`"), "{told}");
+    // Until before anything happens.
+    let early = format!("fly apart.json {only_one} --until 0.5 --out early");
+    let (code, told, _) = run(folder, &early);
+    assert_eq!(code, Some(0), "{told}");
+    assert!(told.contains("within limits"), "{told}");
+}
+
+#[test]
+fn one_seed_is_one_answer_on_any_number_of_threads() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    fs::write(folder.join("plan.json"), plan(2.0)).unwrap();
+    let flown = |jobs: u32, seed: u32, out: &str| {
+        let arguments = format!(
+            "fly plan.json --jobs {jobs} --seed {seed} --controller both --out {out} --format json"
+        );
+        let (code, told, _) = run(folder, &arguments);
+        assert_eq!(code, Some(1));
+        let told: Value = serde_json::from_str(&told).expect("one object");
+        assert_eq!(told["format"], "flight/1");
+        // Two controllers, two speeds of the air, four kinds of feed-forward.
+        assert_eq!(told["flights"].as_array().unwrap().len(), 16);
+        fs::read(folder.join(out).join("flight.json")).unwrap()
+    };
+    let one = flown(1, 7, "one");
+    assert_eq!(one, flown(2, 7, "two"));
+    assert_ne!(one, flown(2, 8, "three"));
+}
+
+#[test]
+fn logs_are_flown_too() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    let mut log = String::from("t_s,drone,x_m,y_m,z_m\n");
+    for k in 0..100 {
+        let t_s = f64::from(k) * 0.05;
+        log += &format!("{t_s},a,{},1,1.5\n", 1.0 + 0.5 * t_s);
+    }
+    fs::write(folder.join("log.csv"), log).unwrap();
+    fs::write(folder.join("fleet.ron"), r#"(airframe: "crazyflie-2.1")"#).unwrap();
+    let (code, told, error) = run(folder, "fly log.csv --airframes fleet.ron --gusts 0");
+    assert_eq!(code, Some(0), "{told}{error}");
+    assert!(told.contains("1 drone flown"), "{told}");
+    // Its battery is known, and what the log does not claim is not told.
+    assert!(
+        told.contains(" %\n") && !told.contains("not known"),
+        "{told}"
+    );
+}
+
+#[test]
+fn broken_questions_are_told_and_answered_with_2() {
+    let desk = tempfile::tempdir().unwrap();
+    let folder = desk.path();
+    fs::write(folder.join("plan.json"), plan(2.0)).unwrap();
+    fs::write(
+        folder.join("heavy.json"),
+        plan(2.0).replace("[0, 6]", "[0, 6e5]"),
+    )
+    .unwrap();
+    fs::write(folder.join("setup.ron"), "(\n  others: (tilt: 3),\n)").unwrap();
+    fs::write(
+        folder.join("range.ron"),
+        "(others: (max_tilt_deg: 0, thrust_to_weight: 0.4))",
+    )
+    .unwrap();
+    for (arguments, words) in [
+        ("fly nowhere.json", "cannot read nowhere.json"),
+        ("fly setup.ron", "not a plan"),
+        ("fly heavy.json", "drone-seconds"),
+        (
+            "fly plan.json --vehicles setup.ron",
+            "setup.ron: line 2, column",
+        ),
+        ("fly plan.json --vehicles range.ron", "max_tilt_deg is 0"),
+        (
+            "fly plan.json --vehicles range.ron",
+            "thrust_to_weight is 0.4",
+        ),
+        ("fly plan.json --convection 0", "must lie within"),
+        ("fly plan.json --gusts 2", "must lie within"),
+        ("fly plan.json --paper", "--paper"),
+        ("fly", "PLAN.json"),
+    ] {
+        let (code, _, error) = run(folder, arguments);
+        assert_eq!(code, Some(2), "{arguments}: {error}");
+        assert!(error.contains(words), "{arguments}: {error}");
+    }
+    assert!(!folder.join("out").exists());
+}
