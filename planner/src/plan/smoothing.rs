@@ -24,6 +24,10 @@ use crate::plan::trajectory::SAME_TIME_S;
 /// Break points this close are one (s), chosen here: jerk at most 1e3 m/s³ moves acceleration by a
 /// thousandth of a m/s² in it.
 const ONE_POINT_S: f64 = 1e-6;
+/// Jerk that only rounding makes (m/s³): chosen here, a thousandth of what aircraft have.
+const SAME_JERK_MPS3: f64 = 0.01;
+/// A path is the one that was flown if it is flown within this (m): a micrometre.
+const SAME_PATH_M: f64 = 1e-6;
 /// Changes of velocity that only rounding makes (m/s).
 const SAME_VELOCITY_MPS: f64 = 1e-9;
 
@@ -161,6 +165,64 @@ impl Kernel {
             velocity_mps += by_mps * (share - has);
         }
         Some((place_m, velocity_mps))
+    }
+
+    /// The path that a trajectory is flown of: [`Kernel::smooth`] backwards. `None`: it is flown of
+    /// no path of straight pieces averaged over these times.
+    ///
+    /// A change of velocity begins with jerk where there was none: the rest of what it brings is
+    /// known then.
+    pub(crate) fn path_of(&self, flown: &TrajectoryEntry) -> Option<TrajectoryEntry> {
+        if !flown.is_smooth() {
+            return Some(flown.clone());
+        }
+        let mut changes: Vec<Change> = Vec::new();
+        for motion in (0..flown.t_s.len()).filter_map(|k| flown.motion(k)) {
+            let middle_s = 0.5 * (motion.from_s + motion.until_s);
+            let known_mps3: Vector3<f64> = (self.under_way(&changes, middle_s).iter())
+                .map(|it| it.by_mps * self.jerk_per_s2(middle_s - it.at_s))
+                .sum();
+            let new_mps3 = motion.jerk_mps3() - known_mps3;
+            if new_mps3.norm() > SAME_JERK_MPS3 {
+                changes.push(Change {
+                    at_s: motion.from_s + self.half_s(),
+                    by_mps: new_mps3 * (self.first_s * self.second_s),
+                });
+            }
+        }
+        let (first_s, last_s) = (*flown.t_s.first()?, *flown.t_s.last()?);
+        let steps = (1..flown.t_s.len()).filter(|&k| flown.mass_kg[k] != flown.mass_kg[k - 1]);
+        let mut t_s: Vec<f64> = changes.iter().map(|it| it.at_s).collect();
+        t_s.extend(steps.map(|k| flown.t_s[k]).chain([first_s, last_s]));
+        t_s.sort_by(f64::total_cmp);
+        t_s.dedup_by(|b, a| *b - *a <= ONE_POINT_S);
+        let mut path = TrajectoryEntry::default();
+        for at_s in t_s {
+            let begun = flown.t_s.partition_point(|it| *it <= at_s + ONE_POINT_S);
+            let mut place_m = flown.position_m(at_s)?;
+            for Change { at_s: of_s, by_mps } in self.under_way(&changes, at_s) {
+                place_m -= by_mps * self.deviation_s(at_s - of_s);
+            }
+            path.t_s.push(at_s);
+            path.position_m.push(place_m);
+            path.mass_kg.push(flown.mass_kg[begun.saturating_sub(1)]);
+        }
+        let again = self.smooth(&path)?;
+        let is_there = |(at_s, place_m): (&f64, &Point3<f64>)| {
+            let there_m = again.position_m(*at_s);
+            there_m.is_some_and(|it| (it - place_m).norm() <= SAME_PATH_M)
+        };
+        let all = flown.t_s.iter().zip(&flown.position_m);
+        all.into_iter().all(is_there).then_some(path)
+    }
+
+    /// The jerk of a change of velocity by 1 m/s so long ago (s), in 1/s².
+    fn jerk_per_s2(&self, ago_s: f64) -> f64 {
+        let inner_s = 0.5 * (self.first_s - self.second_s);
+        match ago_s.abs() {
+            off_s if off_s < inner_s || off_s > self.half_s() => 0.0,
+            _ => -ago_s.signum() / (self.first_s * self.second_s),
+        }
     }
 
     /// How far what is flown deviates from the path so long after a change of velocity, or before
@@ -327,6 +389,22 @@ mod tests {
         assert!(farthest_m <= kernel.deviation_m(2.0) + 1e-9, "{farthest_m}");
         assert!(farthest_m > 0.99 * kernel.deviation_m(2.0), "{farthest_m}");
         assert!((kernel.deviation_m(2.0) - 0.152).abs() < 0.01);
+    }
+
+    #[test]
+    fn the_path_of_what_is_flown_is_found_again() {
+        for (speed, acceleration, jerk) in [(2.0, 4.0, 20.0), (2.0, 2.5, 8.0)] {
+            let kernel = Kernel::new(speed, acceleration, jerk);
+            let flown = kernel.smooth(&flight()).expect("it begins at rest");
+            let path = kernel.path_of(&flown).expect("it was flown of one");
+            for (t_s, place_m) in flight().t_s.iter().zip(&flight().position_m) {
+                let there_m = path.position_m(*t_s).expect("points");
+                assert!((there_m - place_m).norm() < 1e-6, "{t_s}: {there_m}");
+            }
+            assert_eq!(path.t_s.len(), flight().t_s.len());
+            let other = Kernel::new(speed, 0.9 * acceleration, jerk);
+            assert_eq!(other.path_of(&flown), None);
+        }
     }
 
     #[test]

@@ -24,7 +24,7 @@ use costmap::leg::DroneId;
 
 use crate::plan::DronePlan;
 use crate::plan::outcome::{Control, Failure, Outcome, Progress};
-use crate::replan::track::legs_of;
+use crate::replan::track::{curve_m, legs_of};
 use crate::replan::{GivenError, given};
 use crate::scenario::world::World;
 use crate::solver::assemble::assemble;
@@ -68,6 +68,11 @@ pub fn plan_region(
             })
         })
         .collect();
+    let curved = others.iter().zip(&all.drones[own..]);
+    let curved = curved.filter(|(entry, _)| entry.trajectory.is_smooth());
+    run.job.others_astray_m = curved
+        .map(|(_, drone)| curve_m(drone.vehicle.max_acceleration_mps2))
+        .fold(0.0, f64::max);
     let costmap = run.job.costmap(&all, true, all.drones.len());
     let paths = run.paths(costmap, fixed);
     let paths = paths.expect("nothing limits the states of a first run");
@@ -163,5 +168,25 @@ mod tests {
         theirs.drones.push(twice);
         let errors = plan_region(&read(OURS), &theirs.drones, &Control::QUIET).expect_err("two");
         assert_eq!(errors.len(), 2);
+    }
+
+    #[test]
+    fn curves_of_others_are_kept_clear_of_by_straight_and_smooth_flights() {
+        let mut theirs = read(THEIRS);
+        theirs.planning.motion = crate::scenario::world::PathMotion::Smooth;
+        let theirs = planned(crate::plan_world(&theirs, &Control::QUIET).expect("in order"));
+        assert!(theirs.drones[0].trajectory.is_smooth());
+        for motion in [
+            crate::scenario::world::PathMotion::Straight,
+            crate::scenario::world::PathMotion::Smooth,
+        ] {
+            let mut ours = read(OURS);
+            ours.planning.motion = motion;
+            let told = plan_region(&ours, &theirs.drones, &Control::QUIET).expect("readable");
+            let told = planned(told);
+            assert_eq!(told.violations, []);
+            assert!(told.unplanned.is_empty());
+            assert_eq!(told.drones[1].trajectory, theirs.drones[0].trajectory);
+        }
     }
 }

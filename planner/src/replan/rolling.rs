@@ -34,6 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -51,7 +52,7 @@ use crate::graph::agent::{Agent, Ending, FORGIVEN_TICKS};
 use crate::graph::distances::{Distances, UNREACHABLE};
 use crate::graph::roadmap::{Stop, Vertex};
 use crate::plan::outcome::{Control, Effort, Progress};
-use crate::plan::{AtEnd, Plan, Unplanned, Violation};
+use crate::plan::{AtEnd, DronePlan, Plan, Unplanned, Violation};
 use crate::scenario::Problems;
 use crate::scenario::limits::BUSY_S;
 use crate::scenario::solid::Solids;
@@ -150,7 +151,8 @@ impl Running {
         let mut tracks = Vec::with_capacity(agents.len());
         for ((agent, drone), entry) in agents.into_iter().zip(&world.drones).zip(&plan.drones) {
             let planned = !plan.unplanned.iter().any(|one| one.name == entry.name);
-            let whole = legs_of(agent.drone, entry, !planned, |mass_kg| {
+            let path = path_of(entry, &agent)?;
+            let whole = legs_of(agent.drone, &path, !planned, |mass_kg| {
                 job.kinds.kind(&drone.vehicle, mass_kg)
             });
             let stops = agent.mover.stops().iter();
@@ -256,7 +258,7 @@ impl Running {
         let room = self.tracks.len() + SPARE_DRONES;
         self.costmap = self.job.costmap(&self.world, true, room);
         for track in &self.tracks {
-            self.costmap.insert(track.rest(self.known));
+            self.costmap.insert(track.flown_from(self.known));
         }
     }
 
@@ -296,6 +298,41 @@ fn check(world: &World, plan: &Plan) -> Result<(), GivenError> {
         given(entry, world)?;
     }
     Ok(())
+}
+
+/// A drone's part of a plan with the path that it is flown of; an error where its curves are of no
+/// such path.
+fn path_of<'a>(entry: &'a DronePlan, agent: &Agent) -> Result<Cow<'a, DronePlan>, GivenError> {
+    let Some(smoothing) = &agent.smoothing else {
+        return Ok(Cow::Borrowed(entry));
+    };
+    let unusable = || GivenError::Unusable {
+        drone: entry.name.clone(),
+        why: "its trajectory is not one that it can be made to leave: no path averaged over time \
+              within its limits"
+            .to_owned(),
+    };
+    let path = smoothing.kernel.path_of(&entry.trajectory);
+    let mut path = path.ok_or_else(unusable)?;
+    for t_s in &mut path.t_s {
+        // The search counts whole ticks.
+        *t_s = (*t_s * Tick::PER_SECOND).round() / Tick::PER_SECOND;
+    }
+    let lead_s = Tick(smoothing.lead_ticks()).seconds();
+    let (from_s, until_s) = entry.airborne_s;
+    let from_s = match entry.at_start {
+        AtStart::Landed if from_s > 0.0 => from_s + lead_s,
+        _ => from_s,
+    };
+    let until_s = match entry.at_end {
+        AtEnd::Land => until_s.map(|until_s| until_s - lead_s),
+        _ => until_s,
+    };
+    Ok(Cow::Owned(DronePlan {
+        trajectory: path,
+        airborne_s: (from_s, until_s),
+        ..entry.clone()
+    }))
 }
 
 /// Names, and when each could be made to do something else.
@@ -402,11 +439,17 @@ impl Turn<'_> {
             (Change::Retasked { tasks, .. }, Some(index)) => self.retask(index, tasks),
             (Change::Removed { .. }, Some(index)) => {
                 let track = &mut self.running.tracks[index];
-                track.cut(self.at);
+                // It stops before it is gone.
+                track.stop(self.at);
                 track.agent.waypoints.clear();
                 track.agent.kinds.truncate(1);
                 self.running.world.drones[index].tasks.clear();
                 self.running.costmap.remove(id(index));
+                let stops = match self.running.tracks[index].agent.lead_ticks() {
+                    0 => Vec::new(),
+                    _ => self.running.tracks[index].flown_from(self.at),
+                };
+                self.running.costmap.insert(stops);
                 self.ask(index, Cause::Removed, true, None);
             }
             (_, None) => {}
@@ -773,7 +816,8 @@ impl Turn<'_> {
                         world.drones[index].tasks.clone_from(tasks);
                     }
                     if stops || before.is_none() {
-                        track.go_on(costmap.legs(id(index)));
+                        let legs = paths.legs.get(index).filter(|legs| !legs.is_empty());
+                        track.go_on(legs.map_or(costmap.legs(id(index)), |legs| legs));
                         write_legs(entry, &track.agent, &track.legs, mass_kg);
                     }
                     if let Some((_, why)) = left_out {

@@ -1,5 +1,7 @@
 //! What one drone flies, and where in that and in its tasks it is at a moment.
 
+use std::borrow::Cow;
+
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use nalgebra::Point3;
 
@@ -7,7 +9,7 @@ use crate::graph::agent::Agent;
 use crate::graph::lattice::Lattice;
 use crate::graph::roadmap::{Roadmap, Vertex};
 use crate::plan::trajectory::SAME_PLACE_M;
-use crate::plan::{AtEnd, DronePlan};
+use crate::plan::{AtEnd, DronePlan, TrajectoryEntry};
 use crate::sipp::search::joined;
 
 /// A time this close to a whole tick is one (ticks): what writing it in seconds rounds.
@@ -52,6 +54,26 @@ impl Track {
     /// Where it is at a moment, and from when on it can do something else. A leg is flown to its
     /// end; a dwell that has begun is, too, unless it `drops` what it has to do.
     pub(super) fn state(&self, roadmap: &Roadmap, at: Tick, drops: bool) -> State {
+        if self.legs.iter().all(|leg| leg.end <= at || at < leg.start) {
+            return State::Absent;
+        }
+        // Until then what is flown now depends on the path.
+        let settled = at.after(self.agent.lead_ticks());
+        let mut state = self.state_from(roadmap, settled, drops);
+        if let State::Flies { begun, departs, .. } = &mut state
+            && settled > at
+        {
+            let before = self.rest(at).into_iter().filter(|leg| leg.start < *departs);
+            *begun = before.map(|leg| leg.between(leg.start, *departs)).collect();
+        }
+        match state {
+            State::Absent => State::Ends,
+            state => state,
+        }
+    }
+
+    /// The same of a path that is flown as it is.
+    fn state_from(&self, roadmap: &Roadmap, at: Tick, drops: bool) -> State {
         let index = self.legs.partition_point(|leg| leg.end <= at);
         let Some(leg) = self.legs.get(index).filter(|leg| leg.start <= at) else {
             return State::Absent;
@@ -215,8 +237,31 @@ impl Track {
         self.legs = joined(legs);
     }
 
-    /// The legs that end after a moment.
+    /// Flies nothing any more from a moment on but what it takes to stop.
+    pub(super) fn stop(&mut self, at: Tick) {
+        let lead = self.agent.lead_ticks();
+        self.cut(at.after(lead));
+        if let Some(&last) = self.legs.last().filter(|_| lead > 0) {
+            self.legs.push(Leg {
+                start: last.end,
+                end: last.end.after(lead),
+                from_m: last.to_m,
+                ..last
+            });
+            self.legs = joined(std::mem::take(&mut self.legs));
+        }
+    }
+
+    /// What is flown of those that end after a moment.
+    pub(super) fn flown_from(&self, at: Tick) -> Vec<Leg> {
+        let flown = self.agent.flown(&self.legs);
+        let ahead = flown.iter().filter(|leg| leg.end > at);
+        ahead.copied().collect()
+    }
+
+    /// The legs that end after a moment, and those before on which what is flown then depends.
     pub(super) fn rest(&self, at: Tick) -> Vec<Leg> {
+        let at = at.before(2 * self.agent.lead_ticks());
         let ahead = self.legs.iter().filter(|leg| leg.end > at);
         ahead.copied().collect()
     }
@@ -250,7 +295,7 @@ pub(crate) fn legs_of(
     stays: bool,
     mut kind: impl FnMut(f64) -> KindId,
 ) -> Vec<Leg> {
-    let entry = &plan.trajectory;
+    let entry = &finely(&plan.trajectory);
     let (Some(first_s), Some(last_m)) = (entry.t_s.first(), entry.position_m.last()) else {
         return Vec::new();
     };
@@ -296,6 +341,42 @@ pub(crate) fn legs_of(
         legs.push(leg(rests, Tick::FOREVER, [*last_m; 2]));
     }
     legs
+}
+
+/// Ticks between the places at which a curve is taken for straight legs: chosen here, of 4 m/s² they
+/// are then within 1.3 mm of it.
+const CURVE_TICKS: u32 = 5;
+
+/// How far a curve flown at this acceleration (m/s²) is from its legs at most (m).
+pub(super) fn curve_m(acceleration_mps2: f64) -> f64 {
+    0.125 * acceleration_mps2 * Tick(CURVE_TICKS).seconds().powi(2)
+}
+
+/// A trajectory as straight pieces: its curves in short ones.
+fn finely(entry: &TrajectoryEntry) -> Cow<'_, TrajectoryEntry> {
+    if !entry.is_smooth() {
+        return Cow::Borrowed(entry);
+    }
+    let mut fine = TrajectoryEntry::default();
+    let mut push = |t_s: f64, place_m: Point3<f64>, mass_kg: f64| {
+        fine.t_s.push(t_s);
+        fine.position_m.push(place_m);
+        fine.mass_kg.push(mass_kg);
+    };
+    for (k, (&t_s, &mass_kg)) in entry.t_s.iter().zip(&entry.mass_kg).enumerate() {
+        push(t_s, entry.position_m[k], mass_kg);
+        let (Some(bends), Some(&next_s)) = (entry.control_m.get(k), entry.t_s.get(k + 1)) else {
+            continue;
+        };
+        let first = (t_s * Tick::PER_SECOND) as u32 / CURVE_TICKS + 1;
+        let ticks = (first..).map(|it| Tick(it * CURVE_TICKS).seconds());
+        for at_s in ticks.take_while(|at_s| !bends.is_empty() && *at_s < next_s) {
+            if let Some(place_m) = entry.position_m(at_s) {
+                push(at_s, place_m, mass_kg);
+            }
+        }
+    }
+    Cow::Owned(fine)
 }
 
 /// The whole ticks at or around a time (s).

@@ -9,13 +9,13 @@ use super::limits::{
     LOAD_KG, Limits, MASS_KG, MAX_ACCELERATION_MPS2, MAX_JERK_MPS3, MAX_SPEED_MPS,
     MOST_INDUCED_VELOCITY_MPS, MOST_ITEMS, MOST_LATTICE_PLACES, MOST_MASS_RATIO, MOST_TRIANGLES,
     MOTOR_DISTANCE_M, ORIGIN, PLACE_M, PRESSURE_PA, PROPELLER_DIAMETER_M, PROPELLERS, SIZE_M,
-    SPREADING, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS, WIDTH_FACTOR,
+    SPREADING, STOP_S, TEMPERATURE_C, TIME_MARGIN_S, TRACKING_M, VERTICAL_SPEED_MPS, WIDTH_FACTOR,
     ZONE_AIR_LIMIT_MPS, lattice_places, name_fault,
 };
 use super::problem::{Problem, Problems};
 use crate::scenario::placement::{Misfit, Misplaced, Spot, misplaced};
 use crate::scenario::solid::Solids;
-use crate::scenario::world::{Drone, Solid, World};
+use crate::scenario::world::{Drone, PathMotion, Solid, World};
 
 /// What is wrong with a [`World`].
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -283,6 +283,10 @@ impl Check {
         for (index, drone) in world.drones.iter().enumerate() {
             self.name(format!("drone {}", index + 1), &drone.name);
             self.drone(drone, world.air.density_kg_per_m3());
+            if world.planning.motion == PathMotion::Smooth {
+                let whose = format!("drone `{}`", drone.name);
+                self.number(&whose, "time to stop", drone.vehicle.stop_s(), &STOP_S);
+            }
         }
     }
 
@@ -481,6 +485,28 @@ mod tests {
     use crate::scenario::read_world;
     use crate::scenario::world::Obstacle;
     use crate::{Control, plan_world};
+
+    #[test]
+    fn airframes_that_hardly_stop_are_refused_where_they_have_to() {
+        let text = |motion: &str| {
+            format!(
+                r#"(name: "slow", bounds_m: (min: (0, 0, 0), max: (20, 10, 8)),
+                airframes: {{ "barge": (mass_kg: 1.6, propeller_diameter_m: 0.2, motor_distance_m: 0.45,
+                max_jerk_mps3: 0.5) }},
+                drones: [(name: "a", airframe: "barge", start_m: (1, 1, 1))], planning: (motion: {motion}))"#
+            )
+        };
+        assert!(crate::read_world(&text("Straight")).is_ok());
+        let error = crate::read_world(&text("Smooth")).expect_err("it takes 32 s to stop");
+        let told = format!("{error:?}");
+        assert!(
+            told.contains("is slow to stop") && told.contains("32.0 s"),
+            "{told}"
+        );
+        let mut world = crate::read_world(&text("Straight")).expect("in order");
+        world.planning.motion = PathMotion::Smooth;
+        assert!(world.check().is_err());
+    }
 
     fn world() -> World {
         let text = r#"(name: "two", bounds_m: (min: (0, 0, 0), max: (20, 10, 8)), drones: [

@@ -12,14 +12,15 @@ use super::cell;
 use super::fields::listed;
 use super::finding_file::{self, citation, unfit};
 use super::jet_file;
-use super::limits::{BUSY_S, MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO};
+use super::limits::{BUSY_S, MOST_INDUCED_VELOCITY_MPS, MOST_MASS_RATIO, STOP_S};
 use super::mesh::mesh;
 use super::problem::{Problem, did_you_mean, nearest};
 use super::written::{self, Written};
 use crate::scenario::placement::{Spot, misplaced};
 use crate::scenario::solid::Solids;
 use crate::scenario::world::{
-    AtEnd, Bounds, Drone, Margins, Obstacle, Planning, Solid, Task, Vehicle, World, Zone,
+    AtEnd, Bounds, Drone, Margins, Obstacle, PathMotion, Planning, Solid, Task, Vehicle, World,
+    Zone,
 };
 
 /// The world of all that is sound in `written`, and what is not.
@@ -238,6 +239,7 @@ impl<'w> Meaning<'w> {
             }
             let is_sound = bears && source.is_whole;
             if let Some(vehicle) = vehicle.cloned().or_else(point) {
+                self.can_stop(source, &vehicle);
                 let drone = self.drone(source, vehicle, is_sound);
                 self.ends_in_time(source, &drone);
                 drones.push(Sourced {
@@ -287,6 +289,30 @@ impl<'w> Meaning<'w> {
             max_jerk_mps3: or(own.max_jerk_mps3, by_default.max_jerk_mps3),
             ..by_default
         })
+    }
+
+    /// Notes an airframe whose acceleration and jerk are too low for smooth motion at its speed.
+    fn can_stop(&mut self, source: &written::Drone, vehicle: &Vehicle) {
+        let is_smooth = self.written.planning.motion == PathMotion::Smooth;
+        let stop_s = vehicle.stop_s();
+        if !is_smooth || STOP_S.contain(stop_s) {
+            return;
+        }
+        let name = source.airframe.value.as_str();
+        let message = format!(
+            "airframe `{name}` of drone `{}` is slow to stop",
+            source.name
+        );
+        let label = format!(
+            "{stop_s:.1} s from {} m/s at {} m/s2 and {} m/s3, at most {:.0} s",
+            vehicle.max_speed_mps,
+            vehicle.max_acceleration_mps2,
+            vehicle.max_jerk_mps3,
+            STOP_S.high
+        );
+        let problem = Problem::at(&source.airframe.at, message).label(label);
+        let help = "raise `max_jerk_mps3` or `max_acceleration_mps2`, or lower `max_speed_mps`";
+        self.problems.push(problem.help(help.to_owned()));
     }
 
     /// Notes a name that is neither a preset nor the scenario's own, with the nearest that is.

@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::plan::limits::DefaultLimits;
+use crate::plan::smoothing::Kernel;
 use crate::plan::{AirDelay, AirModel, AirframeEntry, DronePlan, FORMAT, Fleet, Plan, Status};
 
 pub use crate::plan::{AtEnd, AtStart, Bounds, Margins, Obstacle, Solid, Zone};
@@ -96,6 +97,19 @@ impl Vehicle {
             max_acceleration_mps2,
             max_jerk_mps3,
         }
+    }
+}
+
+impl Vehicle {
+    /// How long it takes from full speed to rest where corners are not flown in no time (s).
+    pub(crate) fn stop_s(&self) -> f64 {
+        let Vehicle {
+            max_speed_mps,
+            max_acceleration_mps2,
+            max_jerk_mps3,
+            ..
+        } = *self;
+        Kernel::new(max_speed_mps, max_acceleration_mps2, max_jerk_mps3).rest_s()
     }
 }
 

@@ -40,6 +40,8 @@ pub(crate) struct Job {
     /// Drones of which it is proven that they cannot do one of their tasks, on whatever lattice,
     /// and which: they fit through to it nowhere, or their downwash there is too strong for a zone.
     pub(crate) closed: Vec<(DroneId, usize)>,
+    /// How far from their legs others fly that are fixed (m).
+    pub(crate) others_astray_m: f64,
 }
 
 /// Makes the roadmap and every drone's agent. For drones that have no path on the lattice one is
@@ -122,6 +124,7 @@ pub(crate) fn prepare_with(world: &World, channels: &[Channel]) -> Job {
         kinds,
         blocked_landings,
         closed: Vec::new(),
+        others_astray_m: 0.0,
     };
     if !channels.is_empty() {
         job.use_channels();
@@ -212,7 +215,9 @@ impl Job {
         let limits = world.drones.iter().map(|drone| drone.air_limit);
         let speeds = world.drones.iter().map(|drone| drone.vehicle.max_speed_mps);
         let chords = self.agents.iter().filter_map(|it| it.smoothing.as_ref());
-        let astray_m = chords.map(Smoothing::chord_m).fold(0.0, f64::max);
+        let astray_m = chords
+            .map(Smoothing::chord_m)
+            .fold(self.others_astray_m, f64::max);
         let zone_limits = world.zones.iter().filter_map(|zone| zone.air_limit_mps);
         let conditions = Conditions {
             density_kg_per_m3: world.air.density_kg_per_m3(),

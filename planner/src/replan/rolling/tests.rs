@@ -329,3 +329,46 @@ fn a_late_drone_within_the_margins_of_another_is_told_with_who_and_how_near() {
     }
     assert!(told_of_margins > 0);
 }
+
+/// What is flown stays where it was before a change, and is continuous after it.
+#[test]
+fn smooth_flights_are_changed_without_a_jump() {
+    let text = tools::instances::hall(16, 3).expect("the hall has room");
+    let mut world = read_world(&text).expect("in order");
+    world.planning.motion = crate::scenario::world::PathMotion::Smooth;
+    let outcome = crate::plan_world(&world, &Control::QUIET).expect("in order");
+    let plan = outcome.into_planned().expect("a plan").plan;
+    assert!(plan.violations.is_empty() && plan.unplanned.is_empty());
+    assert!(plan.drones.iter().any(|drone| drone.trajectory.is_smooth()));
+    let mut running = Running::new(world, plan.clone()).expect("its plan");
+    let mut before = plan;
+    for (at_s, changes) in [
+        (
+            4.0,
+            vec![retasked(
+                "d3",
+                vec![task(40.5, 20.5, 3.5), task(12.5, 30.5, 3.5)],
+            )],
+        ),
+        (
+            6.3,
+            vec![retasked("d5", vec![task(30.5, 30.5, 4.5)]), removed("d7")],
+        ),
+        (8.1, vec![retasked("d3", vec![task(20.5, 20.5, 3.5)])]),
+    ] {
+        let told = running
+            .replan(at_s, &changes, &Control::QUIET)
+            .expect("changes in order");
+        assert_eq!(told.refused, []);
+        assert_eq!(running.plan().violations, [], "{at_s} s");
+        for (old, new) in before.drones.iter().zip(&running.plan().drones) {
+            for k in 0..(at_s * 50.0) as u32 {
+                let t_s = f64::from(k) / 50.0;
+                let places = [old, new].map(|it| it.trajectory.position_m(t_s).expect("points"));
+                let apart_m = (places[0] - places[1]).norm();
+                assert!(apart_m < 1e-6, "{} at {t_s} s: {apart_m} m", old.name);
+            }
+        }
+        before = running.plan().clone();
+    }
+}

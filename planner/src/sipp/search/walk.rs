@@ -382,10 +382,18 @@ impl<'a> Search<'a> {
 
     /// Along which step it comes to where it begins.
     fn first_heading(&self) -> Heading {
-        match self.agent.begun.last() {
-            Some(last) if self.agent.smoothing.is_some() && !last.stays() => BEYOND,
-            _ => AT_REST,
+        match self.begun_moving() {
+            Some(_) => BEYOND,
+            None => AT_REST,
         }
+    }
+
+    /// What it flew last before it departs, if it has not stood for T₁ since.
+    fn begun_moving(&self) -> Option<&'a Leg> {
+        let agent = self.agent;
+        let turn_ticks = agent.smoothing.as_ref()?.turn_ticks();
+        let moving = agent.begun.iter().rfind(|leg| !leg.stays());
+        moving.filter(|leg| leg.end.after(turn_ticks) > agent.departs)
     }
 
     /// Along which step a drone goes from a place to another.
@@ -466,7 +474,10 @@ impl<'a> Search<'a> {
 
     /// How fast a drone comes to a state (m/s).
     fn velocity_mps(&self, label: &Label) -> Vector3<f64> {
-        let before = self.before(label);
+        let before = match label.step {
+            Step::Start => self.begun_moving().copied(),
+            _ => self.before(label),
+        };
         before.map_or(Vector3::zeros(), |leg| leg.velocity_mps())
     }
 

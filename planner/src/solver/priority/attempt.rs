@@ -57,6 +57,8 @@ pub(crate) struct Paths {
     pub(crate) unplanned: Vec<(DroneId, FailureKind)>,
     /// Every drone's reservations, also of those without a path.
     pub(crate) costmap: Costmap,
+    /// By drone, its legs before they are smoothed; none where they were there before.
+    pub(crate) legs: Vec<Vec<Leg>>,
 }
 
 /// Why a drone stays at its start.
@@ -403,6 +405,7 @@ impl<'a> Attempt<'a> {
             paths: self.paths,
             unplanned: self.unplanned,
             costmap: self.costmap,
+            legs: self.legs,
         }
     }
 
