@@ -95,6 +95,8 @@ pub struct FleetFlight {
     pub tracking_max_m: f64,
     /// Root mean square of that distance (m).
     pub tracking_rms_m: f64,
+    /// Largest distance from the plan across the direction of flight (m).
+    pub across_max_m: f64,
     /// Root mean square of the altitude error (m).
     pub altitude_rms_m: f64,
     /// The same of what the air alone does: altitude less that of the same flight in calm air,

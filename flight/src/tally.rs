@@ -196,6 +196,7 @@ impl Tally {
             least_obstacle_gap_m: least(|it| it.least_obstacle_gap_m),
             tracking_max_m: tracking.most,
             tracking_rms_m: tracking.rms(),
+            across_max_m: most(|it| it.across_max_m),
             altitude_rms_m: altitude.rms(),
             altitude_rms_by_air_m: by_air.rms(),
             altitude_max_by_air_m: by_air.most,

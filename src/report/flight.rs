@@ -180,13 +180,14 @@ fn flights(flown: &FlightReport) -> Vec<Part> {
             fleet.in_obstacles.to_string(),
             gap(fleet.least_obstacle_gap_m),
             format!("{:.2} m", fleet.tracking_max_m),
+            format!("{:.2} m", fleet.across_max_m),
             format!("{:.0} mm", 1e3 * fleet.altitude_rms_m),
             format!("{:.1} mm", 1e3 * fleet.altitude_rms_by_air_m),
             format!("{:.1} J", fleet.extra_energy_j),
         ]
     });
-    let headings = "flight | over limit | longest | worst alpha | touch | least gap | in obstacles | least gap | tracking | altitude RMS | by air | extra energy";
-    vec![Part::table("lrrrrrrrrrrr", headings, rows)]
+    let headings = "flight | over limit | longest | worst alpha | touch | least gap | in obstacles | least gap | tracking | across | altitude RMS | by air | extra energy";
+    vec![Part::table("lrrrrrrrrrrrr", headings, rows)]
 }
 
 /// "px4, air 0.6, late feed-forward"
