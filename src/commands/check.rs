@@ -66,9 +66,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(Answer::from(is_good))
 }
 
+/// Violations that are told to people: chosen here, some screens' worth. As JSON there are more.
+const MOST_TOLD: usize = 200;
+
 fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> String {
     let plan = &found.plan;
-    let violations = plan.violations.iter().map(|it| format!("{it}\n"));
+    let told = plan.violations.iter().take(MOST_TOLD);
+    let violations = told.map(|it| format!("{it}\n"));
+    let all = plan.violations.len() + found.untold;
+    let more = match all.saturating_sub(MOST_TOLD.min(plan.violations.len())) {
+        0 => String::new(),
+        more => format!("and {more} more\n"),
+    };
     let differences = found
         .differences
         .iter()
@@ -94,7 +103,7 @@ fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> 
         Some(some) => format!(", {} of its scenario", count(some.len(), "lack", "lacks")),
     };
     let mut text = format!(
-        "{}{}{}{}: {}, {}{differ}{stay}{answers}\n",
+        "{}{more}{}{}{}: {}, {}{differ}{stay}{answers}\n",
         joined(violations, ""),
         joined(differences, ""),
         joined(lacks, ""),
@@ -103,7 +112,7 @@ fn text_of(file: &PlanFile, found: &Examination, missing: Option<&[String]>) -> 
             name => name,
         },
         count(plan.drones.len(), "drone", "drones"),
-        count(plan.violations.len(), "violation", "violations")
+        count(all, "violation", "violations")
     );
     for line in margins(found).into_iter().chain(notes(file)) {
         text += &format!("  {line}\n");

@@ -47,6 +47,7 @@ mod time;
 mod violation;
 
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 use serde::Serialize;
 
 use crate::plan::{Plan, Status, Unplanned, Violation, ViolationKind, Zone, ZoneAir};
@@ -63,18 +64,60 @@ use violation::Found;
 /// What the verifier found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
-    /// By time, then kind, then drone.
+    /// By time, then kind, then drone; of a drone that collides with very many others, or is in
+    /// very many columns, the worst.
     pub violations: Vec<Violation>,
+    /// How many more there are of such drones.
+    pub untold: usize,
     /// For each drone of the plan, in its order; zeros for one whose trajectory cannot be read.
     pub exposures: Vec<DroneExposure>,
     /// For each zone that limits its air.
     pub zone_air: Vec<ZoneAir>,
 }
 
-/// Whether a violation of a rule without margins says what one with margins would.
-fn is_told(known: &Violation, it: &Violation) -> bool {
-    let same = known.with == it.with || it.kind == ViolationKind::AirMargin;
-    known.kind == it.kind.without_margin() && same
+/// Violations of one kind by one drone with others that are told: chosen here, no way out of such a
+/// crowd is by one drone.
+const CROWD: usize = 64;
+
+/// What a violation is one of: of a rule without margins and one with them the same.
+fn what(it: &Violation) -> (ViolationKind, Option<&str>) {
+    let kind = it.kind.without_margin();
+    let with = it.with.as_deref();
+    (kind, with.filter(|_| kind != ViolationKind::Air))
+}
+
+/// Leaves of a drone's violations with others the worst of each kind, and says how many it left
+/// out.
+fn thin_out(found: &mut Vec<Found>) -> usize {
+    let mut untold = 0;
+    for kind in [
+        ViolationKind::Collision,
+        ViolationKind::Column,
+        ViolationKind::CollisionMargin,
+        ViolationKind::ColumnMargin,
+    ] {
+        let of_kind = found.iter().filter(|(_, it)| it.kind == kind);
+        // The nearer, the worse.
+        let mut values: Vec<f64> = of_kind.map(|(_, it)| it.value).collect();
+        if values.len() <= CROWD {
+            continue;
+        }
+        untold += values.len() - CROWD;
+        let (_, last, _) = values.select_nth_unstable_by(CROWD, f64::total_cmp);
+        let last = *last;
+        let nearer = found
+            .iter()
+            .filter(|(_, it)| it.kind == kind && it.value < last);
+        // Of those that are as near the first.
+        let mut more = CROWD - nearer.count();
+        found.retain(|(_, it)| {
+            let is_as_near = it.kind == kind && it.value >= last;
+            let is_kept = !is_as_near || it.value == last && more > 0;
+            more -= usize::from(is_as_near && is_kept);
+            is_kept
+        });
+    }
+    untold
 }
 
 /// Judges a plan, on as many threads as there are; their number changes nothing in the report.
@@ -86,6 +129,7 @@ pub fn verify(plan: &Plan) -> Report {
 /// The report of a plan that was read, with what is wrong with its contents.
 fn report(plan: &Plan, scene: Option<&Scene<'_>>, malformed: Vec<Found>) -> Report {
     let mut found = malformed;
+    let mut untold = 0;
     let mut zone_air = Vec::new();
     let mut exposures = vec![DroneExposure::default(); plan.drones.len()];
     if let Some(scene) = scene {
@@ -98,17 +142,32 @@ fn report(plan: &Plan, scene: Option<&Scene<'_>>, malformed: Vec<Found>) -> Repo
                 found.extend(collision::check(scene, near, k));
                 let (air, exposure) = air::check(scene, near, flight);
                 found.extend(air);
-                let shifted = shifted_pairs::check(scene, near, k).into_iter();
-                let shifted = shifted.chain(shifted_air::check(scene, near, flight));
+                let collides = |(_, it): &&Found| it.kind == ViolationKind::Collision;
+                let shifted = match found.iter().filter(collides).count() > CROWD {
+                    // What its margins break beside that is no news.
+                    true => Vec::new(),
+                    false => shifted_pairs::check(scene, near, k),
+                };
+                let shifted = shifted
+                    .into_iter()
+                    .chain(shifted_air::check(scene, near, flight));
                 // What is broken without margins is told without.
-                let is_new = |(_, it): &Found| !found.iter().any(|(_, known)| is_told(known, it));
-                let shifted: Vec<Found> = shifted.filter(is_new).collect();
+                let on_time = found.iter().map(|(_, it)| it);
+                let known: FxHashSet<_> = on_time
+                    .filter(|it| it.kind == it.kind.without_margin())
+                    .map(what)
+                    .collect();
+                let shifted: Vec<Found> = shifted
+                    .filter(|(_, it)| !known.contains(&what(it)))
+                    .collect();
                 found.extend(shifted);
-                (found, exposure)
+                let untold = thin_out(&mut found);
+                (found, untold, exposure)
             })
             .collect();
-        for (flight, (here, exposure)) in scene.flights.iter().zip(judged) {
+        for (flight, (here, more, exposure)) in scene.flights.iter().zip(judged) {
             found.extend(here);
+            untold += more;
             exposures[flight.index] = exposure;
         }
         let limited = (scene.zones.par_iter()).filter(|it| it.air_limit_mps.is_some());
@@ -133,6 +192,7 @@ fn report(plan: &Plan, scene: Option<&Scene<'_>>, malformed: Vec<Found>) -> Repo
     });
     Report {
         violations: found.into_iter().map(|(_, violation)| violation).collect(),
+        untold,
         exposures,
         zone_air,
     }

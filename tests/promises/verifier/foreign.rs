@@ -385,3 +385,33 @@ fn what_is_wrong_with_a_log_is_told_with_its_line() {
     assert!(told(good, r#"(airframe: "kolibrri")"#).contains("did you mean `kolibri`"));
     assert!(told(good, FLEET).contains("`b` is not in the log"));
 }
+
+/// A hundred drones at one place and two beside it: the crowd is named, pair by pair up to a point,
+/// the rest of its pairs counted, and what else is wrong is not forgotten.
+#[test]
+fn of_a_crowd_at_one_place_the_worst_pairs_are_told_and_the_rest_counted() {
+    let text = changed(LEAST, |plan| {
+        let one =
+            json!({"airframe": "kolibri", "trajectory": {"t_s": [0], "position_m": [[5, 8, 4]]}});
+        let named = |k: usize, place_m: [f64; 3]| {
+            let mut drone = one.clone();
+            drone["name"] = json!(format!("c{k}"));
+            drone["trajectory"]["position_m"] = json!([place_m]);
+            drone
+        };
+        let drones = plan["drones"].as_array_mut().expect("a list");
+        drones.extend((0..100).map(|k| named(k, [5.0, 8.0, 4.0])));
+        drones.push(named(100, [1.0, 8.0, 4.0]));
+        drones.push(named(101, [1.1, 8.0, 4.0]));
+    });
+    let found = examine(&file(&text), false);
+    let collisions = found.plan.violations.iter();
+    let collisions = collisions.filter(|it| it.kind == ViolationKind::Collision);
+    let pairs: Vec<(&str, Option<&str>)> = collisions
+        .map(|it| (it.drone.as_str(), it.with.as_deref()))
+        .collect();
+    assert_eq!(pairs.len() + found.untold, 100 * 99 / 2 + 1);
+    assert_eq!(pairs.iter().filter(|(one, _)| *one == "c0").count(), 64);
+    assert!((0..99).all(|k| pairs.iter().any(|(one, _)| *one == format!("c{k}"))));
+    assert!(pairs.contains(&("c100", Some("c101"))));
+}

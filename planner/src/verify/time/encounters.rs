@@ -47,31 +47,46 @@ pub(crate) fn encounters(scene: &Scene<'_>, apart_s: f64) -> Vec<Vec<Encounter>>
         .filter_map(|it| it.trajectory.pieces().first());
     spans_s[0].0 = pieces.map(|it| it.motion.from_s).fold(0.0, f64::min);
     let reach = Reach::new(scene);
-    let pairs: Vec<Vec<(usize, usize)>> = (spans_s.par_iter())
-        // Advected air comes from where its drone was.
-        .map(|&(from_s, until_s)| (from_s - scene.longest_lag_s - apart_s, until_s + apart_s))
-        .map(|span_s| pairs_during(&scene.flights, span_s, &reach))
-        .collect();
-
     let mut near: Vec<Vec<Encounter>> = vec![Vec::new(); scene.flights.len()];
-    for (&span_s, pairs) in spans_s.iter().zip(pairs) {
-        for (a, b) in pairs {
-            near[a].push(Encounter { other: b, span_s });
-            near[b].push(Encounter { other: a, span_s });
+    let mut meet = |((a, b), from_s): Open, until_s: f64| {
+        let span_s = (from_s, until_s);
+        let [a, b] = [a, b].map(|it| it as usize);
+        near[a].push(Encounter { other: b, span_s });
+        near[b].push(Encounter { other: a, span_s });
+    };
+    let mut open: Vec<Open> = Vec::new();
+    for spans_s in spans_s.chunks(SLABS_AT_A_TIME) {
+        let pairs: Vec<Vec<(u32, u32)>> = (spans_s.par_iter())
+            // Advected air comes from where its drone was.
+            .map(|&(from_s, until_s)| (from_s - scene.longest_lag_s - apart_s, until_s + apart_s))
+            .map(|span_s| pairs_during(&scene.flights, span_s, &reach))
+            .collect();
+        for (&(from_s, _), pairs) in spans_s.iter().zip(pairs) {
+            let mut known = open.into_iter().peekable();
+            open = Vec::with_capacity(pairs.len());
+            for pair in pairs {
+                while let Some(over) = known.next_if(|(it, _)| *it < pair) {
+                    meet(over, from_s);
+                }
+                let goes_on = known.next_if(|(it, _)| *it == pair);
+                open.push(goes_on.unwrap_or((pair, from_s)));
+            }
+            known.for_each(|over| meet(over, from_s));
         }
     }
-    near.par_iter_mut().for_each(|near| {
-        near.sort_by_key(|encounter| encounter.other);
-        near.dedup_by(|next, known| {
-            let follows = next.other == known.other && known.span_s.1 >= next.span_s.0;
-            if follows {
-                known.span_s.1 = next.span_s.1;
-            }
-            follows
-        });
-    });
+    open.into_iter()
+        .for_each(|over| meet(over, scene.horizon_s));
+    // In order of time as they are.
+    (near.par_iter_mut()).for_each(|near| near.sort_by_key(|encounter| encounter.other));
     near
 }
+
+/// Slabs whose pairs are held at a time: chosen here, so that thousands of drones at one place take
+/// megabytes, however long they are there.
+const SLABS_AT_A_TIME: usize = 8;
+
+/// A pair that is near since a time (s).
+type Open = ((u32, u32), f64);
 
 /// How far the air of each flight reaches: beyond, it is fainter than what counts, at any of its
 /// masses.
@@ -110,8 +125,8 @@ impl Reach {
     }
 }
 
-/// Pairs near one another in one slab, the lower index first.
-fn pairs_during(flights: &[Flight], span_s: Span, reach: &Reach) -> Vec<(usize, usize)> {
+/// Pairs near one another in one slab, in order, the lower index first.
+fn pairs_during(flights: &[Flight], span_s: Span, reach: &Reach) -> Vec<(u32, u32)> {
     let boxes = flights.iter().enumerate().filter_map(|(k, flight)| {
         let places_m = flight.trajectory.box_m(span_s.0, span_s.1)?;
         Some((k, places_m))
@@ -123,8 +138,9 @@ fn pairs_during(flights: &[Flight], span_s: Span, reach: &Reach) -> Vec<(usize, 
         let until_m = one.1.1.x + reach.farthest_m;
         let beside = by_x[n + 1..].iter().take_while(|two| two.1.0.x <= until_m);
         let met = beside.filter(|two| meet(flights, one, two, reach));
-        pairs.extend(met.map(|two| (one.0.min(two.0), one.0.max(two.0))));
+        pairs.extend(met.map(|two| (one.0.min(two.0) as u32, one.0.max(two.0) as u32)));
     }
+    pairs.sort_unstable();
     pairs
 }
 
