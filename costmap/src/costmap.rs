@@ -6,13 +6,13 @@ use std::ops::Range;
 use crate::leg::{DroneId, Leg, Tick};
 use crate::reservations::background::{FarWakes, Spread, spreads};
 use crate::reservations::ground::{Footprint, Ground};
-use crate::reservations::over_time::{BUCKET_TICKS, begins, buckets, part_ticks, spans};
+use crate::reservations::over_time::part_ticks;
 use crate::reservations::timeline::{Item, Timeline};
 use crate::reservations::zones::{Wakes, ZoneBox, Zones};
 use crate::verdict::{
     Blocker, Incoming, Verdict, Why, block_largest, greatest_of_each, peak, price,
 };
-use crate::wake::fleet::{BUDGET, Fleet, Meeting, WHOLE};
+use crate::wake::fleet::{BUDGET, Fleet, WHOLE};
 use crate::wake::surfaces::BlockingSurfaces;
 
 /// Legs on the move that last longer are judged and kept in parts: chosen here, a second holds a
@@ -106,9 +106,13 @@ impl Costmap {
         self.surfaces.has_tops()
     }
 
-    /// Whether air takes its time to come down.
-    pub fn has_advected_wakes(&self) -> bool {
-        self.fleet.longest_delay() > 0
+    /// How long the air of a leg may matter after its end, at most, margins of time included
+    /// (ticks); 0 where wakes are quasi-static.
+    pub fn lingers(&self) -> u32 {
+        match self.fleet.is_advected() {
+            true => self.shift() + self.fleet.longest_delay(self.fleet.conditions().deepest_m),
+            false => 0,
+        }
     }
 
     /// What others' wakes that are close fill, at most, of the budget of a drone in one of its
@@ -181,12 +185,21 @@ impl Costmap {
     /// What a drone's legs bring to every place, independent of all others: it can be worked out
     /// for several drones at a time.
     pub fn reservation(&self, legs: Vec<Leg>) -> Reservation {
-        let spreads = if self.sums_ahead() {
-            spreads(&self.fleet, self.timeline.ground(), &legs)
-        } else {
-            Vec::new()
-        };
+        let spreads = self.spreads(&legs);
         Reservation { legs, spreads }
+    }
+
+    /// What a drone's legs add to the far-wake background.
+    fn spreads(&self, legs: &[Leg]) -> Vec<Spread> {
+        match self.fleet.conditions().wakes {
+            true => spreads(
+                &self.fleet,
+                self.timeline.ground(),
+                self.surfaces.floor_z_m(),
+                legs,
+            ),
+            false => Vec::new(),
+        }
     }
 
     /// [`Costmap::insert`] of what is known already.
@@ -195,19 +208,14 @@ impl Costmap {
         let Some(first) = legs.first() else { return };
         let drone = first.drone;
         self.remove(drone);
-        let last = legs
-            .iter()
-            .map(|leg| {
-                if leg.end == Tick::FOREVER {
-                    leg.start
-                } else {
-                    leg.end
-                }
-            })
-            .max();
-        let delay = self.fleet.longest_delay();
-        self.timeline
-            .extend_to(last.unwrap_or_default().after(delay + self.shift()));
+        let last = legs.iter().map(|leg| {
+            let last = match leg.end {
+                Tick::FOREVER => leg.start,
+                end => end,
+            };
+            last.after(self.own_delay(leg) + self.shift())
+        });
+        self.timeline.extend_to(last.max().unwrap_or_default());
         for leg in &legs {
             let end_z_m = self.wake_end_z_m(leg);
             for part in parts(leg) {
@@ -219,15 +227,13 @@ impl Costmap {
             };
             self.zones.add(leg, wakes);
         }
-        if self.sums_ahead() {
-            self.far_wakes.add(&spreads);
-        }
+        self.far_wakes.add(&spreads);
         self.legs[drone.0 as usize] = legs;
     }
 
     fn insert_part(&mut self, part: Leg, whole: [Tick; 2], wake_end_z_m: f64) {
         let mut met = Vec::new();
-        if !self.sums_ahead() {
+        if !self.fleet.conditions().wakes {
             self.timeline.add(part, whole, wake_end_z_m);
             return;
         }
@@ -257,16 +263,37 @@ impl Costmap {
         let ground = self.timeline.ground();
         let own = Footprint::around(part, 0.0);
         let around = ground.hull(ground.bins(&own), self.fleet.near_m());
-        self.timeline.around(
-            &around,
-            part.start.before(self.shift()),
-            part.end.after(self.shift()),
-            |index, item| {
-                if item.leg.drone != part.drone {
-                    f(index, item);
-                }
-            },
-        );
+        let [since, until] = self.window(part);
+        self.timeline.around(&around, since, until, |index, item| {
+            if item.leg.drone != part.drone {
+                f(index, item);
+            }
+        });
+    }
+
+    /// When others may be under way that matter to a leg, or it to them, while they and their air
+    /// last.
+    fn window(&self, leg: &Leg) -> [Tick; 2] {
+        let shift = self.shift();
+        [
+            leg.start.before(shift + self.others_delay(leg)),
+            leg.end.after(shift + self.own_delay(leg)),
+        ]
+    }
+
+    /// How long the air of a leg outlasts it, at most (ticks).
+    fn own_delay(&self, leg: &Leg) -> u32 {
+        self.fleet.delay_down_to(leg, self.surfaces.floor_z_m())
+    }
+
+    /// How long air that a leg meets may have been under way, at most (ticks).
+    fn others_delay(&self, leg: &Leg) -> u32 {
+        if !self.fleet.is_advected() {
+            return 0;
+        }
+        let top_z_m = self.surfaces.floor_z_m() + self.fleet.conditions().deepest_m;
+        self.fleet
+            .longest_delay(top_z_m - leg.from_m.z.min(leg.to_m.z))
     }
 
     /// Takes back all that a drone has reserved.
@@ -289,12 +316,10 @@ impl Costmap {
             self.timeline.forget(other, drone);
         }
         self.timeline.remove(drone);
-        if self.sums_ahead() {
-            let spreads = spreads(&self.fleet, self.timeline.ground(), &legs);
-            self.far_wakes.take_back(&spreads);
-        }
+        self.far_wakes.take_back(&self.spreads(&legs));
         if !self.zones.is_empty() {
-            let clear = last.end.after(self.fleet.longest_delay() + self.shift());
+            let late = legs.iter().map(|leg| self.own_delay(leg)).max();
+            let clear = last.end.after(late.unwrap_or(0) + self.shift());
             let since = first.start.before(self.shift());
             self.zones.remove(drone, since, clear);
         }
@@ -312,28 +337,14 @@ impl Costmap {
     /// All legs that can matter to a leg, or it to them, while they and their air last.
     pub fn near(&self, leg: &Leg) -> Vec<&Item> {
         let around = Footprint::around(leg, self.fleet.reach_m(leg.kind));
-        let within = self.fleet.longest_delay() + self.shift();
-        let mut found = self.items_near(&around, leg.start.before(within), leg.end.after(within));
+        let [since, until] = self.window(leg);
+        let mut found = self.items_near(&around, since, until);
         found.retain(|item| item.leg.drone != leg.drone);
         found
     }
 
-    /// Whether what wakes add up to is kept with each leg. Advected wakes are added up when they
-    /// are asked for.
-    fn sums_ahead(&self) -> bool {
-        self.fleet.conditions().wakes && self.fleet.longest_delay() == 0
-    }
-
     /// Judges a leg against all legs near and the zones.
     pub fn judge(&self, leg: &Leg, verdict: &mut Verdict) {
-        if self.fleet.longest_delay() > 0 {
-            verdict.clear();
-            self.judge_advected(leg, &self.near(leg), verdict);
-            if leg.flying && self.fleet.conditions().wakes {
-                self.zones.judge(leg, self.wakes(), verdict);
-            }
-            return;
-        }
         self.judge_parts(leg, verdict, |part, verdict| {
             self.judge_fully(part, verdict)
         });
@@ -343,9 +354,6 @@ impl Costmap {
     /// at what the leg's own weak wake adds far off. Ask [`Costmap::is_borne`] once a whole path is
     /// known.
     pub fn judge_nearby(&self, leg: &Leg, verdict: &mut Verdict) {
-        if self.fleet.longest_delay() > 0 {
-            return self.judge(leg, verdict);
-        }
         self.judge_parts(leg, verdict, |part, verdict| {
             let before = (verdict.blockers.len(), verdict.price_s);
             let enough = [false, true].into_iter().any(|exactly| {
@@ -373,9 +381,6 @@ impl Costmap {
 
     /// Whether all drones farther off bear what these legs bring them.
     pub fn is_borne(&self, legs: &[Leg]) -> bool {
-        if self.fleet.longest_delay() > 0 {
-            return true;
-        }
         let mut parts = legs.iter().filter(|leg| leg.flying).flat_map(parts);
         parts.all(|part| self.is_borne_far_off(&part))
     }
@@ -393,8 +398,8 @@ impl Costmap {
             if is_close || load == 0 || filled + load <= u64::from(self.budget) {
                 continue;
             }
-            let since = part.start.before(self.shift());
-            for (_, item) in self.timeline.over(bin, since, part.end.after(self.shift())) {
+            let [since, until] = self.window(part);
+            for (_, item) in self.timeline.over(bin, since, until) {
                 if item.leg.drone == part.drone || self.bears_easily(part, &own, item) {
                     continue;
                 }
@@ -402,7 +407,8 @@ impl Costmap {
                 let ends = [end_z_m, item.wake_end_z_m];
                 let meeting = self.fleet.meet(part, &item.leg, ends);
                 let load = meeting.map_or(0, |meeting| meeting.load_on_second);
-                if load > 0 && !self.bears(item, &item.leg.shared(part, self.shift()), load) {
+                let time = self.fleet.exposed_during(&item.leg, part);
+                if load > 0 && !self.bears(item, &time, load) {
                     return false;
                 }
             }
@@ -468,7 +474,10 @@ impl Costmap {
                 0
             };
             if load > 0 {
-                met.push((self.incoming(part, &item.leg, load), self.span(item)));
+                met.push((
+                    self.incoming(part, &item.leg, load),
+                    self.span(part, item, Why::OwnLimit),
+                ));
             }
         });
         let emits = part.flying && self.fleet.conditions().wakes;
@@ -531,7 +540,7 @@ impl Costmap {
         let Some(meeting) = self.fleet.meet(part, &item.leg, ends) else {
             return 0;
         };
-        let theirs = item.leg.shared(part, self.shift());
+        let theirs = self.fleet.exposed_during(&item.leg, part);
         let why = if meeting.bodies {
             Some(Why::Bodies)
         } else if meeting.column {
@@ -544,12 +553,17 @@ impl Costmap {
             None
         };
         if let Some(why) = why {
-            let [began, clear] = self.span(item);
+            let [began, clear] = self.span(part, item, why);
             verdict.block(item.leg.drone, why, began, clear);
             return 0;
         }
-        let prices = price(meeting.alpha_first) + price(meeting.alpha_second);
-        verdict.price_s += shared_s(part, item) * prices;
+        verdict.price_s += match self.fleet.is_advected() {
+            true => self.fleet.price_s(part, &item.leg, ends),
+            false => {
+                let prices = price(meeting.alpha_first) + price(meeting.alpha_second);
+                shared_s(part, item) * prices
+            }
+        };
         meeting.load_on_first
     }
 
@@ -560,71 +574,13 @@ impl Costmap {
         for item in self.near(part) {
             let load = self.judge_one(part, end_z_m, item, verdict);
             if load > 0 {
-                met.push((self.incoming(part, &item.leg, load), self.span(item)));
+                met.push((
+                    self.incoming(part, &item.leg, load),
+                    self.span(part, item, Why::OwnLimit),
+                ));
             }
         }
         self.block_sums(part, 0, true, &met, verdict);
-    }
-
-    /// [`Costmap::judge`] with advected wakes.
-    fn judge_advected(&self, leg: &Leg, neighbours: &[&Item], verdict: &mut Verdict) {
-        let end_z_m = self.wake_end_z_m(leg);
-        let mut emitting: Vec<(&Item, Blocker)> = Vec::new();
-        for &item in neighbours {
-            let meeting = self
-                .fleet
-                .meet_advected(leg, &item.leg, [end_z_m, item.wake_end_z_m]);
-            if meeting == Meeting::default() {
-                continue;
-            }
-            let blocker = |why: Why, before: u32, after: u32| Blocker {
-                drone: item.leg.drone,
-                why,
-                began: self.span(item)[0].before(before),
-                clear: self.span(item)[1].after(after),
-            };
-            let own = blocker(Why::OwnLimit, 0, self.fleet.delay_between(&item.leg, leg));
-            if meeting.bodies {
-                verdict.blockers.push(blocker(Why::Bodies, 0, 0));
-            } else if meeting.column {
-                verdict.blockers.push(blocker(Why::Column, 0, 0));
-            } else if meeting.load_on_first > self.budget {
-                verdict.blockers.push(own);
-            } else if meeting.load_on_second > 0
-                && self.load_by_others(item, leg.drone) + u64::from(meeting.load_on_second)
-                    > u64::from(self.budget)
-            {
-                let delay = self.fleet.delay_between(leg, &item.leg);
-                verdict.blockers.push(blocker(Why::TheirLimit, delay, 0));
-            } else {
-                // An advected wake costs what it forbids, and no energy.
-                let prices = price(meeting.alpha_first) + price(meeting.alpha_second);
-                verdict.price_s += shared_s(leg, item) * prices;
-                if meeting.load_on_first > 0 {
-                    emitting.push((item, own));
-                }
-            }
-        }
-        if emitting.is_empty() {
-            return;
-        }
-        let items = emitting.iter().map(|(item, _)| &item.leg);
-        for during in self.changes(leg, items) {
-            let part = leg.between(begins(during.start), begins(during.end));
-            if part.start >= part.end {
-                continue;
-            }
-            let mut loads: Vec<(u32, Blocker)> = Vec::new();
-            for (item, blocker) in &emitting {
-                let load = self
-                    .fleet
-                    .advected_load(&item.leg, &part, item.wake_end_z_m);
-                if load > 0 {
-                    greatest_of_each(&mut loads, load, *blocker);
-                }
-            }
-            block_largest(&mut loads, 0, self.budget, verdict);
-        }
     }
 
     /// How much earlier or later one drone may be, seen from another (ticks).
@@ -632,75 +588,28 @@ impl Costmap {
         self.fleet.conditions().shift
     }
 
-    /// While a whole leg may be in the way.
-    fn span(&self, item: &Item) -> [Tick; 2] {
+    /// While a whole leg may be in the way of a part.
+    fn span(&self, part: &Leg, item: &Item, why: Why) -> [Tick; 2] {
+        let [before, after] = match why {
+            Why::OwnLimit => [0, self.fleet.delay_between(&item.leg, part)],
+            Why::TheirLimit => [self.fleet.delay_between(part, &item.leg), 0],
+            Why::Bodies | Why::Column | Why::Zone => [0; 2],
+        };
         [
-            item.began.before(self.shift()),
-            item.clear.after(self.shift()),
+            item.began.before(self.shift() + before),
+            item.clear.after(self.shift() + after),
         ]
     }
 
     /// What one leg meets of another's wake.
     fn incoming(&self, on: &Leg, from: &Leg, load: u32) -> Incoming {
-        let time = on.shared(from, self.shift());
+        let time = self.fleet.exposed_during(on, from);
         Incoming {
             from: from.drone,
             start: time.start,
             end: time.end,
             load,
         }
-    }
-
-    /// The spans of buckets in each of which advected wakes bring a leg the same: a bucket each
-    /// where a drone moves, or where its air is still under way.
-    fn changes<'a>(&self, leg: &Leg, emitting: impl Iterator<Item = &'a Leg>) -> Vec<Range<u32>> {
-        let within = buckets(leg.start, leg.end);
-        if !leg.stays() {
-            return spans(leg, within).collect();
-        }
-        let mut cuts = vec![within.start, within.end];
-        for other in emitting {
-            let late = self.fleet.longest_delay() + self.shift();
-            let all = buckets(other.start.before(self.shift()), other.end.after(late));
-            let same = match other.end {
-                _ if !other.stays() => all.start,
-                Tick::FOREVER => u32::MAX,
-                end => end.before(self.shift()).0 / BUCKET_TICKS,
-            };
-            let after = (same.max(all.start)..all.end).take_while(|it| *it <= within.end);
-            let ends = [all.start, all.start + 1, all.end];
-            cuts.extend(ends.into_iter().chain(after));
-        }
-        cuts.retain(|cut| within.start <= *cut && *cut <= within.end);
-        cuts.sort_unstable();
-        cuts.dedup();
-        cuts.windows(2).map(|ends| ends[0]..ends[1]).collect()
-    }
-
-    /// Bound on the budget of a drone on its leg that all wakes but one drone's fill, in
-    /// millionths.
-    fn load_by_others(&self, item: &Item, but: DroneId) -> u64 {
-        let footprint = Footprint::around(&item.leg, self.fleet.reach_m(item.leg.kind));
-        let since = (item.leg.start).before(self.fleet.longest_delay() + self.shift());
-        let mut loads: Vec<(u32, Blocker)> = Vec::new();
-        for other in self.items_near(&footprint, since, item.leg.end.after(self.shift())) {
-            if other.leg.drone == but || other.leg.drone == item.leg.drone {
-                continue;
-            }
-            let load = self
-                .fleet
-                .advected_load(&other.leg, &item.leg, other.wake_end_z_m);
-            if load > 0 {
-                let blocker = Blocker {
-                    drone: other.leg.drone,
-                    why: Why::TheirLimit,
-                    began: other.began,
-                    clear: other.clear,
-                };
-                greatest_of_each(&mut loads, load, blocker);
-            }
-        }
-        loads.iter().map(|(load, _)| u64::from(*load)).sum()
     }
 }
 

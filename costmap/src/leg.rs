@@ -100,8 +100,13 @@ impl Leg {
     /// The ticks of this leg at which the other may be under way, either of them by up to `shift`
     /// ticks earlier or later than it says.
     pub fn shared(&self, other: &Leg, shift: u32) -> Range<Tick> {
-        let since = Tick(other.start.0.saturating_sub(shift));
-        self.start.max(since)..self.end.min(other.end.after(shift))
+        self.within(other, [shift; 2])
+    }
+
+    /// The ticks of this leg from so many before the other begins until so many after its end.
+    pub fn within(&self, other: &Leg, [before, after]: [u32; 2]) -> Range<Tick> {
+        let since = Tick(other.start.0.saturating_sub(before));
+        self.start.max(since)..self.end.min(other.end.after(after))
     }
 
     /// The part between two ticks.

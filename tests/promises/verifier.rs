@@ -2,6 +2,7 @@
 
 mod air;
 mod foreign;
+mod late;
 mod margins;
 mod mutations;
 pub(crate) mod plans;

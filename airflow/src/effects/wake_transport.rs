@@ -24,8 +24,7 @@ pub(super) const SPEC: EffectSpec = EffectSpec {
     home: Home::Surroundings,
     treatment: |_| {
         Treatment::Bounded(
-            "while the plan is sought every wake stays below wherever its drone has been for as long as its air needs; the check \
-         takes it from where the air left its drone",
+            "planned and checked for every delay from none to its own: air from every place that it may have left",
         )
     },
     get: |effects| Some(vec![effects.wake_transport?.lag_factor]),

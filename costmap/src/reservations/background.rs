@@ -103,12 +103,13 @@ impl FarWakes {
 /// What a drone on these legs brings to every bin that it is not near to, at most, bucket by
 /// bucket, however early or late it is and its air comes: every drone on its own, so that sums of
 /// these bound what all of them bring at any one moment.
-pub(crate) fn spreads(fleet: &Fleet, ground: &Ground, legs: &[Leg]) -> Vec<Spread> {
+pub(crate) fn spreads(fleet: &Fleet, ground: &Ground, floor_z_m: f64, legs: &[Leg]) -> Vec<Spread> {
     let (Some(first), Some(last)) = (legs.first(), legs.last()) else {
         return Vec::new();
     };
     let early = fleet.conditions().shift;
-    let late = fleet.longest_delay() + early;
+    let delays = legs.iter().map(|leg| fleet.delay_down_to(leg, floor_z_m));
+    let late = delays.max().unwrap_or(0) + early;
     let mut spreads = Vec::new();
     let mut next = 0;
     let mut bucket = first.start.before(early).0 / BUCKET_TICKS;

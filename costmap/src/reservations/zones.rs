@@ -70,7 +70,7 @@ impl Zones {
             return;
         }
         let shift = wakes.fleet.conditions().shift;
-        let delay = wakes.fleet.longest_delay() + shift;
+        let delay = wakes.delay(leg) + shift;
         let clear = leg.end.after(delay);
         for during in spans(leg, buckets(leg.start.before(shift), clear)) {
             let (start, end) = (begins(during.start), begins(during.end));
@@ -115,7 +115,7 @@ impl Zones {
                 return;
             }
             let shift = wakes.fleet.conditions().shift;
-            let until = leg.end.after(wakes.fleet.longest_delay() + shift);
+            let until = leg.end.after(wakes.delay(leg) + shift);
             for zones in self.loads.during(buckets(leg.start.before(shift), until)) {
                 let mut loads: Vec<(u32, Blocker)> = Vec::new();
                 for load in &zones[index] {
@@ -134,6 +134,11 @@ impl Zones {
 }
 
 impl Wakes<'_> {
+    /// How long the air of a leg outlasts it, down to the floor (ticks).
+    fn delay(self, leg: &Leg) -> u32 {
+        self.fleet.delay_down_to(leg, self.surfaces.floor_z_m())
+    }
+
     /// Millionths of a zone's limit that a leg's wake fills, at most.
     ///
     /// Wall jets run in many directions, and add up to the sum of their speeds at most; with wakes

@@ -11,11 +11,43 @@ use super::relative::Relative;
 /// closed forms.
 const GROWTH: f64 = 1e-9;
 
-/// A ball, and convex sections above and below it. Depths of what lies above are negative.
+/// What hangs below a drone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hung {
+    /// Where; depths of what lies above are negative.
+    pub section: Section,
+    /// It counts at once alone, as the near-field column does, and not as late as air may be.
+    pub at_once: bool,
+    /// It hangs below the mover, and keeps the reference out: depths are negative.
+    pub is_above: bool,
+}
+
+/// How late air may be down to a depth, in the units of the lengths and times asked for.
+pub trait Late {
+    /// Of the reference's air.
+    fn of_reference(&self, depth: f64) -> f64;
+    /// Of the mover's.
+    fn of_mover(&self, depth: f64) -> f64;
+}
+
+/// Air that is there at once.
+pub struct AtOnce;
+
+impl Late for AtOnce {
+    fn of_reference(&self, _: f64) -> f64 {
+        0.0
+    }
+
+    fn of_mover(&self, _: f64) -> f64 {
+        0.0
+    }
+}
+
+/// A ball, and convex sections above and below it.
 #[derive(Clone, Debug)]
 pub struct KeepOut {
     body_radius: f64,
-    sections: Vec<Section>,
+    hung: Vec<Hung>,
 }
 
 impl KeepOut {
@@ -24,38 +56,53 @@ impl KeepOut {
     ///
     /// `below` holds what the other's wake keeps from the drone, `above` what the drone's own wake
     /// keeps from the other.
-    pub fn new(body_radius: f64, below: &[Section], above: &[Section]) -> Self {
-        let grown = |section: &Section| Section {
+    pub fn new(body_radius: f64, below: &[Hung], above: &[Hung]) -> Self {
+        let grown = |section: Section| Section {
             from_radius_m: section.from_radius_m + GROWTH,
             to_radius_m: section.to_radius_m + GROWTH,
-            ..*section
+            ..section
         };
-        let mirrored = |section: &Section| Section {
+        let mirrored = |section: Section| Section {
             from_depth_m: -section.to_depth_m,
             to_depth_m: -section.from_depth_m,
             from_radius_m: section.to_radius_m,
             to_radius_m: section.from_radius_m,
         };
-        let all = below.iter().copied().chain(above.iter().map(mirrored));
         Self {
             body_radius: body_radius + GROWTH,
-            sections: all.map(|section| grown(&section)).collect(),
+            hung: Vec::new(),
         }
+        .with(below, false, grown)
+        .with(above, true, |section| grown(mirrored(section)))
+    }
+
+    fn with(mut self, more: &[Hung], is_above: bool, changed: impl Fn(Section) -> Section) -> Self {
+        self.hung.extend(more.iter().map(|it| Hung {
+            section: changed(it.section),
+            is_above,
+            ..*it
+        }));
+        self
+    }
+
+    /// The same with its sections changed.
+    fn mapped(mut self, change: impl Fn(Section) -> Section) -> Self {
+        for it in &mut self.hung {
+            it.section = change(it.section);
+        }
+        self
     }
 
     /// In another unit of length, that many of which make a metre.
     #[must_use]
     pub fn scaled(mut self, per_metre: f64) -> Self {
         self.body_radius *= per_metre;
-        for section in &mut self.sections {
-            *section = Section {
-                from_depth_m: section.from_depth_m * per_metre,
-                to_depth_m: section.to_depth_m * per_metre,
-                from_radius_m: section.from_radius_m * per_metre,
-                to_radius_m: section.to_radius_m * per_metre,
-            };
-        }
-        self
+        self.mapped(|section| Section {
+            from_depth_m: section.from_depth_m * per_metre,
+            to_depth_m: section.to_depth_m * per_metre,
+            from_radius_m: section.from_radius_m * per_metre,
+            to_radius_m: section.to_radius_m * per_metre,
+        })
     }
 
     /// Distance between two centres at which bodies touch.
@@ -63,9 +110,9 @@ impl KeepOut {
         self.body_radius
     }
 
-    /// Its sections; depths of those that lie above are negative.
-    pub fn sections(&self) -> &[Section] {
-        &self.sections
+    /// What hangs below either.
+    pub fn hung(&self) -> &[Hung] {
+        &self.hung
     }
 
     /// Its largest radius between two depths, and 0 if it does not reach them.
@@ -73,7 +120,7 @@ impl KeepOut {
         let nearest = shallow.max(-deep).max(0.0);
         let body = (self.body_radius.powi(2) - nearest.powi(2)).max(0.0).sqrt();
         let sections = self.reached([shallow, deep]);
-        let ends = sections.flat_map(|section| {
+        let ends = sections.map(|it| it.section).flat_map(|section| {
             let ends = [
                 shallow.max(section.from_depth_m),
                 deep.min(section.to_depth_m),
@@ -83,28 +130,73 @@ impl KeepOut {
         ends.fold(body, f64::max)
     }
 
-    /// By how much the reference's moment is ahead of the mover's, at least and at most, while the
-    /// mover is in it; `None`: it never is. What lies between two separate spells counts as well.
-    pub fn delays(&self, relative: &Relative) -> Option<[f64; 2]> {
+    /// By how much the mover is to begin after the reference, at least and at most, so that one of
+    /// them is in what it keeps clear, at once or as late as air may be; `None`: it never is. What
+    /// lies between two separate spells counts as well.
+    ///
+    /// Of air at once that is how far the reference's moment is ahead of the mover's; air under way
+    /// since `δ` delays the mover by as much where it is the reference's, and hurries it where it is
+    /// its own. All delays from none to the longest make one interval, longer at one end.
+    pub fn delays(&self, relative: &Relative, late: &impl Late) -> Option<[f64; 2]> {
         let depths = relative.depths();
         let near = (depths[0] < self.body_radius && depths[1] > -self.body_radius)
             .then(|| relative.delays_near(self.body_radius));
-        let nearest = relative.nearest([0.0; 2]);
-        let met = self
-            .reached(depths)
-            .filter(|it| it.from_radius_m.max(it.to_radius_m) >= nearest)
-            .map(|it| relative.delays_in(it));
-        let all = near.into_iter().chain(met).flatten();
+        let met = self.met(relative, late).map(|(_, delays)| delays);
+        let all = near.flatten().into_iter().chain(met);
         all.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
     }
 
-    /// Sections that a range of depths enters. At the height of the rotors themselves there is no
-    /// air.
-    fn reached(&self, [shallow, deep]: [f64; 2]) -> impl Iterator<Item = &Section> {
-        self.sections.iter().filter(move |section| {
+    /// The same of air alone: below the reference, and above it.
+    pub fn air_delays(&self, relative: &Relative, late: &impl Late) -> [Option<[f64; 2]>; 2] {
+        [false, true].map(|is_above| {
+            let met = self.met(relative, late);
+            let met = met.filter(|(it, _)| !it.at_once && it.is_above == is_above);
+            let delays = met.map(|(_, delays)| delays);
+            delays.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+        })
+    }
+
+    /// What is met of what hangs below either, and with which delays.
+    fn met<'a>(
+        &'a self,
+        relative: &'a Relative,
+        late: &'a impl Late,
+    ) -> impl Iterator<Item = (&'a Hung, [f64; 2])> {
+        let depths = relative.depths();
+        let nearest = relative.nearest([0.0; 2]);
+        self.reached(depths)
+            .filter(move |it| it.section.from_radius_m.max(it.section.to_radius_m) >= nearest)
+            .filter_map(move |it| {
+                let [from, to] = relative.delays_in(&it.section)?;
+                let [earlier, later] = it.lasts(depths, late);
+                Some((it, [from - earlier, to + later]))
+            })
+    }
+
+    /// What a range of depths enters. At the height of the rotors themselves there is no air.
+    fn reached(&self, [shallow, deep]: [f64; 2]) -> impl Iterator<Item = &Hung> {
+        self.hung.iter().filter(move |it| {
+            let section = &it.section;
             let is_level = section.from_depth_m == 0.0 && deep <= 0.0
                 || section.to_depth_m == 0.0 && shallow >= 0.0;
             !is_level && section.from_depth_m <= deep && shallow <= section.to_depth_m
         })
+    }
+}
+
+impl Hung {
+    /// How long its air outlasts the mover, and the reference, down to the deepest of some depths
+    /// that are in it.
+    pub fn lasts(&self, [shallow, deep]: [f64; 2], late: &impl Late) -> [f64; 2] {
+        let Section {
+            from_depth_m,
+            to_depth_m,
+            ..
+        } = self.section;
+        match self.at_once {
+            true => [0.0; 2],
+            false if !self.is_above => [0.0, late.of_reference(deep.min(to_depth_m))],
+            false => [late.of_mover((-shallow).min(-from_depth_m)), 0.0],
+        }
     }
 }

@@ -19,8 +19,8 @@ pub struct Line {
 }
 
 /// A rectangle has four corners, and each half plane that cuts it adds one, two with rounding:
-/// two for moments, two for a range of depths.
-const MOST_CORNERS: usize = 12;
+/// four for moments, two for a range of depths.
+const MOST_CORNERS: usize = 16;
 /// Relative tolerance of tests that decide between closed forms: thousands of times their rounding.
 const TOLERANCE: f64 = 1e-9;
 
@@ -121,6 +121,16 @@ impl Relative {
     pub fn delayed(mut self, [least, most]: [f64; 2]) -> Option<Self> {
         self.moments = self.moments.clip(|[left, met]| met - left - least);
         self.moments = self.moments.clip(|[left, met]| most - (met - left));
+        (self.moments.count > 0).then_some(self)
+    }
+
+    /// The part in which the mover is no less and no more than so far below the reference; `None`:
+    /// there is none.
+    pub fn between_depths(mut self, [shallow, deep]: [f64; 2]) -> Option<Self> {
+        let whole = self;
+        let depth = |at: &[f64; 2]| -whole.offset(*at).z;
+        self.moments = self.moments.clip(|at| depth(at) - shallow);
+        self.moments = self.moments.clip(|at| deep - depth(at));
         (self.moments.count > 0).then_some(self)
     }
 

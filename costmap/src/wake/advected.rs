@@ -12,11 +12,14 @@
 //! That is a convex region of `(t', t)`, and what the receiver is to the emitter is linear in both:
 //! its nearest distance to an axis is met on an edge, or is nothing.
 
+use std::ops::Range;
+
+use airflow::{Convection, FarField, Wake};
 use nalgebra::Vector3;
 
 use crate::leg::{KindId, Leg, Tick};
 use crate::volumes::relative::{Line, Relative};
-use crate::wake::fleet::{Fleet, Meeting};
+use crate::wake::fleet::{Conditions, Fleet, Kind};
 
 /// The line that a leg flies on, by ticks since one that is near: far from it squares of places
 /// would lose their last digits.
@@ -50,6 +53,46 @@ fn advected(emitter: &Leg, receiver: &Leg, delay: u32, shift: u32) -> Option<Rel
     Relative::new(&lines[0], &lines[1], moments).delayed([-shift, delay + shift])
 }
 
+/// How late the air of a drone may be: that of the slowest that its airframe makes, since drones
+/// take up and drop loads, climb and sink.
+#[derive(Clone, Copy, Debug)]
+pub struct Carrier {
+    far: FarField,
+    /// Longest delay over that at the centreline's speed; 0: wakes are quasi-static.
+    longest_lag: f64,
+}
+
+impl Carrier {
+    /// Of each kind of a fleet, whose wakes as they hover are these.
+    pub(crate) fn of_each(kinds: &[Kind], hovering: &[Wake], air: &Conditions) -> Vec<Carrier> {
+        let climbs_mps = [-air.fastest_mps, 0.0, air.fastest_mps];
+        let time_s = |far: &FarField| far.transport_time_s(1.0, 1.0);
+        let convection = air.flown.convection.filter(|_| air.wakes);
+        let of_kind = |(kind, wake): (&Kind, &Wake)| {
+            let like = kinds.iter().zip(hovering);
+            let like = like.filter(|(other, _)| other.airframe == kind.airframe);
+            let all = like.flat_map(|(_, wake)| {
+                climbs_mps.map(|climb_mps| *air.flown.climbing(wake, climb_mps).far_field())
+            });
+            let slowest = all.max_by(|a, b| time_s(a).total_cmp(&time_s(b)));
+            Carrier {
+                far: slowest.unwrap_or(*wake.far_field()),
+                longest_lag: convection.map_or(0.0, Convection::longest_lag),
+            }
+        };
+        kinds.iter().zip(hovering).map(of_kind).collect()
+    }
+
+    /// Down to a depth (m), at most (ticks); 0 where wakes are quasi-static, and at no depth.
+    pub fn delay_ticks(&self, depth_m: f64) -> f64 {
+        if depth_m <= 0.0 || self.longest_lag == 0.0 {
+            return 0.0;
+        }
+        // One more: plans are written with rounded places.
+        self.longest_lag * self.far.transport_time_s(depth_m, 1.0) * Tick::PER_SECOND + 1.0
+    }
+}
+
 impl Fleet {
     /// All that a drone on the first leg may be to one on the second, seen from there, while either
     /// of them may be up to `shift` ticks earlier or later (m, ticks); `None` where their times are
@@ -58,71 +101,72 @@ impl Fleet {
         advected(second, first, 0, shift)
     }
 
-    /// The kind of the same airframe whose air takes longest to come down.
-    pub(crate) fn slowest_like(&self, kind: usize) -> usize {
-        let like = |other: &usize| self.kinds[*other].airframe == self.kinds[kind].airframe;
-        let speed_mps = |other: &usize| self.wakes[*other].induced_velocity_mps();
-        (0..self.kinds.len())
-            .filter(like)
-            .min_by(|a, b| speed_mps(a).total_cmp(&speed_mps(b)))
-            .unwrap_or(kind)
+    /// All that a drone on the receiver's leg may be to the air of the emitter's, seen from where
+    /// that left, while either of them may be up to `shift` ticks earlier or later (m, ticks);
+    /// `None`: no air reaches it in time.
+    pub(crate) fn exposed(&self, receiver: &Leg, emitter: &Leg, shift: u32) -> Option<Relative> {
+        advected(
+            emitter,
+            receiver,
+            self.delay_between(emitter, receiver),
+            shift,
+        )
+    }
+
+    /// Whether wakes take their time.
+    pub(crate) fn is_advected(&self) -> bool {
+        let conditions = self.conditions();
+        conditions.wakes && conditions.flown.convection.is_some()
     }
 
     /// Convective delay of a wake of this kind down to a depth (m), at most (ticks, rounded up); 0
-    /// where wakes are quasi-static.
+    /// where wakes are quasi-static, and at no depth.
     pub(crate) fn delay_ticks(&self, kind: KindId, depth_m: f64) -> u32 {
-        let conditions = self.conditions();
-        if !conditions.wakes || conditions.flown.convection.is_none() {
-            return 0;
-        }
-        let wake = &self.wakes[self.slowest[usize::from(kind.0)]];
-        // One more: plans are written with rounded places.
-        Tick::lasting(conditions.flown.lag_s(wake, depth_m)) + 1
+        self.carrier(kind).delay_ticks(depth_m).ceil() as u32
     }
 
-    /// How long any wake of the fleet outlasts its drone, at most (ticks).
-    pub(crate) fn longest_delay(&self) -> u32 {
-        self.longest_delay
+    /// The same for any kind of the fleet.
+    pub(crate) fn longest_delay(&self, depth_m: f64) -> u32 {
+        let kinds = (0..self.kinds.len() as u16).map(KindId);
+        let delays = kinds.map(|kind| self.delay_ticks(kind, depth_m));
+        delays.max().unwrap_or(0)
+    }
+
+    /// Convective delay from any place of a leg down to a height (m), at most (ticks).
+    pub(crate) fn delay_down_to(&self, emitter: &Leg, z_m: f64) -> u32 {
+        let highest_m = emitter.from_m.z.max(emitter.to_m.z);
+        let astray_m = 2.0 * self.conditions().astray_m;
+        self.delay_ticks(emitter.kind, highest_m + astray_m - z_m)
     }
 
     /// Convective delay from any place of one leg down to any of another, at most (ticks).
     pub(crate) fn delay_between(&self, emitter: &Leg, receiver: &Leg) -> u32 {
-        let highest_m = emitter.from_m.z.max(emitter.to_m.z);
-        let lowest_m = receiver.from_m.z.min(receiver.to_m.z);
-        self.delay_ticks(emitter.kind, highest_m - lowest_m)
+        self.delay_down_to(emitter, receiver.from_m.z.min(receiver.to_m.z))
     }
 
-    /// Bound on the receiver's budget that air of the emitter's leg fills, whenever it left, in
-    /// millionths.
-    pub(crate) fn advected_load(&self, emitter: &Leg, receiver: &Leg, wake_end_z_m: f64) -> u32 {
-        let reaches = receiver.from_m.z.max(receiver.to_m.z) >= wake_end_z_m - 1e-6;
-        if !self.conditions().wakes || !emitter.flying || !receiver.flying || !reaches {
-            return 0;
-        }
-        let delay = self.delay_between(emitter, receiver);
+    /// When a receiver may be in the air of an emitter's leg: the ticks of its own.
+    pub(crate) fn exposed_during(&self, receiver: &Leg, emitter: &Leg) -> Range<Tick> {
         let shift = self.conditions().shift;
-        let Some(region) = advected(emitter, receiver, delay, shift) else {
-            return 0;
-        };
-        let envelope = self.envelope(usize::from(emitter.kind.0), usize::from(receiver.kind.0));
-        let square = envelope.highest_among(region.depths(), |axis_m| region.nearest(axis_m));
-        if square == 0.0 {
-            return 0;
-        }
-        self.load_of(emitter, receiver, square)
+        let late = shift + self.delay_between(emitter, receiver);
+        receiver.within(emitter, [shift, late])
     }
 
-    /// [`Fleet::meet`], with advected wakes in the loads.
-    pub(crate) fn meet_advected(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Meeting {
-        let at_once = self.meet(first, second, ends).unwrap_or_default();
-        Meeting {
-            load_on_first: at_once
-                .load_on_first
-                .max(self.advected_load(second, first, ends[1])),
-            load_on_second: at_once
-                .load_on_second
-                .max(self.advected_load(first, second, ends[0])),
-            ..at_once
+    /// An emitter's leg moved to when the mean flow carries its air to a receiver's (by the delay
+    /// between the middles of both).
+    pub(crate) fn arriving(&self, emitter: &Leg, receiver: &Leg) -> Leg {
+        let middle_m = |leg: &Leg| 0.5 * (leg.from_m.z + leg.to_m.z);
+        let lag = self
+            .conditions()
+            .flown
+            .convection
+            .map_or(0.0, |it| it.mean_lag());
+        let far = self.wake(emitter.kind).far_field();
+        let depth_m = (middle_m(emitter) - middle_m(receiver)).max(0.0);
+        let delay = Tick::lasting(far.transport_time_s(depth_m, 1.0) * lag);
+        Leg {
+            start: emitter.start.after(delay),
+            end: emitter.end.after(delay),
+            ..*emitter
         }
     }
 }

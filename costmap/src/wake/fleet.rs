@@ -9,10 +9,12 @@ use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use crate::leg::{KindId, Leg, Tick};
+use crate::verdict::price;
 use crate::volumes::downwash::{Section, column};
 use crate::volumes::iso_speed::IsoSpeedVolume;
-use crate::volumes::keep_out::KeepOut;
+use crate::volumes::keep_out::{Hung, KeepOut};
 use crate::volumes::relative::{Relative, nearest_radius_m};
+use crate::wake::advected::Carrier;
 use crate::wake::envelope::Envelope;
 
 /// An airframe at one mass.
@@ -109,10 +111,8 @@ pub struct Fleet {
     emitter_of: Vec<usize>,
     reach_m: Vec<f64>,
     far_loads: FarLoads,
-    /// Per kind, the one of the same airframe whose air takes longest.
-    pub(crate) slowest: Vec<usize>,
-    /// How long any wake outlasts its drone (ticks).
-    pub(crate) longest_delay: u32,
+    /// Per kind, how late its air may be.
+    carriers: Vec<Carrier>,
     /// By kind, where its wake is faster than [`LEAST_ALPHA`] of any receiver's measure: worked out
     /// when asked for.
     iso_speed: Vec<OnceLock<IsoSpeedVolume>>,
@@ -157,11 +157,14 @@ impl Fleet {
             .iter()
             .map(|a| Wake::new(a, a.mass_kg(), density, &conditions.jet))
             .collect();
-        let wakes: Vec<Wake> = kinds
+        let hovering = kinds.iter();
+        let hovering = hovering.map(|it| flown.wake(&bare[it.airframe].with_mass(it.mass_kg)));
+        let hovering: Vec<Wake> = hovering.collect();
+        let carriers = Carrier::of_each(&kinds, &hovering, &conditions);
+        let wakes: Vec<Wake> = hovering
             .iter()
-            .map(|kind| flown.wake(&bare[kind.airframe].with_mass(kind.mass_kg)))
             // Outward: every wake as of a drone that sinks at full speed.
-            .map(|wake| flown.climbing(&wake, -conditions.fastest_mps))
+            .map(|wake| flown.climbing(wake, -conditions.fastest_mps))
             .collect();
         let measures_mps: Vec<f64> = wakes
             .iter()
@@ -273,29 +276,16 @@ impl Fleet {
             emitter_of,
             reach_m: Vec::new(),
             far_loads: FarLoads::default(),
-            slowest: Vec::new(),
-            longest_delay: 0,
+            carriers,
             iso_speed,
             conditions,
         };
         let kinds = 0..fleet.kinds.len() as u16;
-        let farthest = kinds.clone().map(|kind| fleet.farthest_m(KindId(kind)));
+        let farthest = kinds.map(|kind| fleet.farthest_m(KindId(kind)));
         let reach_m: Vec<f64> = farthest.collect();
-        let slowest: Vec<usize> = (kinds.clone().map(usize::from))
-            .map(|kind| fleet.slowest_like(kind))
-            .collect();
-        let fleet = Fleet {
-            reach_m,
-            slowest,
-            ..fleet
-        };
+        let fleet = Fleet { reach_m, ..fleet };
         let far_loads = FarLoads::new(&fleet);
-        let lags = kinds.map(|kind| fleet.delay_ticks(KindId(kind), conditions.deepest_m));
-        Fleet {
-            far_loads,
-            longest_delay: lags.max().unwrap_or(0),
-            ..fleet
-        }
+        Fleet { far_loads, ..fleet }
     }
 
     /// Largest distance, over all others, at which bodies touch or a wake counts.
@@ -347,6 +337,11 @@ impl Fleet {
         self.iso_speed[usize::from(kind.0)].get_or_init(make)
     }
 
+    /// How late the air of this kind may be.
+    pub fn carrier(&self, kind: KindId) -> &Carrier {
+        &self.carriers[usize::from(kind.0)]
+    }
+
     /// What a drone of this kind measures the air it meets by (m/s): the induced velocity of its
     /// rotors, unless it feels another part of it.
     pub fn measure_mps(&self, kind: KindId) -> f64 {
@@ -376,13 +371,17 @@ impl Fleet {
         radii_m[0] + radii_m[1] + self.conditions.gaps_m[flying]
     }
 
-    /// What two legs do to each other during the time they share, and while either of them is
-    /// earlier or later by the time margin; `None` where that is nothing.
+    /// What two legs do to each other during the time they share, and while either of them, or the
+    /// air of one, is earlier or later; `None` where that is nothing.
     ///
-    /// `ends` are the heights at which their wakes end (m). Air is priced as planned, and past a
-    /// drone that stays where it is over the widened time.
+    /// `ends` are the heights at which their wakes end (m). Air that takes its time has no mean
+    /// here, see [`Fleet::price_s`]; other air is priced as planned, and past a drone that stays
+    /// where it is over the widened time.
     pub fn meet(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
         let shift = self.conditions.shift;
+        if self.is_advected() {
+            return self.meet_late(first, second, ends);
+        }
         if shift == 0 {
             return self.meet_as_planned(first, second, ends);
         }
@@ -394,6 +393,116 @@ impl Fleet {
             return self.meet_during(first, second, second.shared(first, shift), ends);
         }
         self.meet_shifted(first, second, ends, shift)
+    }
+
+    /// [`Fleet::meet`] where wakes are advected.
+    fn meet_late(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
+        let shift = self.conditions.shift;
+        let apart = |axis: usize| {
+            let ends = |leg: &Leg| (leg.from_m[axis], leg.to_m[axis]);
+            let ((a, b), (c, d)) = (ends(first), ends(second));
+            (a.min(b) - c.max(d)).max(c.min(d) - a.max(b)).max(0.0)
+        };
+        let reach_m = self.reach_m(first.kind).max(self.reach_m(second.kind));
+        if apart(0).hypot(apart(1)) >= reach_m {
+            return None;
+        }
+        let mut meeting = Meeting::default();
+        let (one, other) = match first.drone < second.drone {
+            true => (first, second),
+            false => (second, first),
+        };
+        let gap_m = self.gap_m(first, second);
+        // Seen from either the same to the last bit.
+        meeting.bodies = match shift {
+            0 => (at_once_m(one, other))
+                .is_some_and(|[from_m, to_m]| nearest_distance_m(&from_m, &to_m) < gap_m),
+            _ => self.shared(one, other, shift).is_some_and(|region| {
+                region.nearest([0.0; 2]) < gap_m && region.delays_near(gap_m).is_some()
+            }),
+        };
+        if first.flying && second.flying {
+            (meeting.column, meeting.load_on_first) = self.late_wake(second, first, ends[1]);
+            let (column, load) = self.late_wake(first, second, ends[0]);
+            meeting.column |= column;
+            meeting.load_on_second = load;
+        }
+        (meeting != Meeting::default()).then_some(meeting)
+    }
+
+    /// Whether a receiver may be in an emitter's column, and a bound on its budget that the wake
+    /// fills (millionths), which ends at a height (m).
+    fn late_wake(&self, emitter: &Leg, receiver: &Leg, end_z_m: f64) -> (bool, u32) {
+        let highest_m = |leg: &Leg| leg.from_m.z.max(leg.to_m.z);
+        let lowest_m = receiver.from_m.z.min(receiver.to_m.z);
+        if highest_m(receiver) < end_z_m - 1e-6
+            || highest_m(emitter) + 2.0 * self.conditions.astray_m <= lowest_m
+        {
+            return (false, 0);
+        }
+        let climbs = [emitter, receiver]
+            .iter()
+            .any(|leg| leg.from_m.z != leg.to_m.z);
+        if climbs || !(emitter.stays() || receiver.stays()) {
+            return self.shifted_wake(emitter, receiver, self.conditions.shift);
+        }
+        // Past what stays where it is, early and late are places on one line, at one depth.
+        let path_m = |late: u32| {
+            let shift = self.conditions.shift;
+            let (mover, time) = match emitter.stays() {
+                true => (receiver, receiver.within(emitter, [shift, shift + late])),
+                false => (emitter, emitter.within(receiver, [shift + late, shift])),
+            };
+            let offset_m = |at: Tick| match std::ptr::eq(mover, receiver) {
+                true => receiver.position_m(at) - emitter.from_m,
+                false => receiver.from_m - emitter.position_m(at),
+            };
+            (time.start < time.end).then(|| [offset_m(time.start), offset_m(time.end)])
+        };
+        let kinds = [emitter, receiver].map(|leg| usize::from(leg.kind.0));
+        let column = &self.columns[kinds[0]];
+        // Columns go by places at once.
+        let entered = path_m(0).is_some_and(|[from_m, to_m]| column.is_entered(&from_m, &to_m));
+        let Some([from_m, to_m]) = path_m(self.delay_between(emitter, receiver)) else {
+            return (entered, 0);
+        };
+        let square = self.envelope(kinds[0], kinds[1]).along(&from_m, &to_m);
+        let square = square.peak_square;
+        let load = match square > 0.0 {
+            true => self.load_of(emitter, receiver, square),
+            false => 0,
+        };
+        (entered, load)
+    }
+
+    /// Extra energy of two drones on legs that meet, in seconds of hovering: of air at the delay of
+    /// the mean flow. `ends` are the heights at which their wakes end (m).
+    pub(crate) fn price_s(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> f64 {
+        let of = |emitter: &Leg, receiver: &Leg, end_z_m: f64| {
+            let late = self.arriving(emitter, receiver);
+            let time = receiver.overlap(&late);
+            if time.is_empty() || time.end == Tick::FOREVER {
+                return 0.0;
+            }
+            let moments = [time.start, time.end];
+            let offsets_m = moments.map(|at| receiver.position_m(at) - late.position_m(at));
+            if receiver
+                .position_m(time.start)
+                .z
+                .max(receiver.position_m(time.end).z)
+                < end_z_m - 1e-6
+            {
+                return 0.0;
+            }
+            let kinds = [emitter, receiver].map(|leg| usize::from(leg.kind.0));
+            let met = self
+                .envelope(kinds[0], kinds[1])
+                .along(&offsets_m[0], &offsets_m[1]);
+            let ratio =
+                self.wake(emitter.kind).induced_velocity_mps() / self.measure_mps(receiver.kind);
+            (time.end.seconds() - time.start.seconds()) * price(met.mean * ratio)
+        };
+        of(second, first, ends[1]) + of(first, second, ends[0])
     }
 
     /// [`Fleet::meet`] of two drones that both are in time.
@@ -496,17 +605,51 @@ impl Fleet {
         let highest = |region: &Relative| {
             envelope.highest_among(region.depths(), |axis_m| region.nearest(axis_m))
         };
-        let Some(whole) = self.shared(receiver, emitter, shift) else {
+        let Some(whole) = self.exposed(receiver, emitter, shift) else {
             return (false, 0);
         };
         let column = &self.columns[usize::from(emitter.kind.0)];
-        let entered = whole.delays_in(column).is_some();
+        // Columns go by places at once.
+        let entered = match (self.is_advected(), shift) {
+            (true, 0) => at_once_m(receiver, emitter)
+                .is_some_and(|[from_m, to_m]| column.is_entered(&from_m, &to_m)),
+            (true, _) => (self.shared(receiver, emitter, shift))
+                .is_some_and(|it| it.delays_in(column).is_some()),
+            (false, _) => whole.delays_in(column).is_some(),
+        };
         let mut square = highest(&whole);
-        // Depth and distance are bounded apart: where both change, in pieces.
+        // Depth and distance are bounded apart, and air is older the deeper: where depths change, in
+        // slabs.
+        if self.is_advected() {
+            let [shallow_m, deep_m] = whole.depths();
+            let astray_m = 2.0 * self.conditions.astray_m;
+            let shallow_m = shallow_m.max(-astray_m);
+            let slabs = ((deep_m - shallow_m) / CLIMB_STEP_M).ceil().max(1.0) as u32;
+            let climbs = [emitter, receiver]
+                .iter()
+                .any(|leg| leg.from_m.z != leg.to_m.z);
+            if square > 0.0 && climbs {
+                let edge_m =
+                    |k: u32| shallow_m + (deep_m - shallow_m) * f64::from(k) / f64::from(slabs);
+                let of_slab = |k: u32| {
+                    let late = self.delay_ticks(emitter.kind, edge_m(k + 1) + astray_m) + shift;
+                    let slab = whole.between_depths([edge_m(k), edge_m(k + 1)])?;
+                    let slab = slab.delayed([-f64::from(shift), f64::from(late)])?;
+                    Some(highest(&slab))
+                };
+                square = (0..slabs).filter_map(of_slab).fold(0.0, f64::max);
+            }
+            let load = match square > 0.0 {
+                true => self.load_of(emitter, receiver, square),
+                false => 0,
+            };
+            return (entered, load);
+        }
+        // Where both change, in pieces.
         let climbs_m = [emitter, receiver].map(|leg| (leg.to_m.z - leg.from_m.z).abs());
         let pieces = ((climbs_m[0] + climbs_m[1]) / CLIMB_STEP_M).ceil() as u32;
         if square > 0.0 && pieces > 1 {
-            let time = receiver.shared(emitter, shift);
+            let time = self.exposed_during(receiver, emitter);
             let moment = |piece: u32| {
                 let ticks = u64::from(time.end.0.saturating_sub(time.start.0));
                 let part = ticks * u64::from(piece) / u64::from(pieces);
@@ -515,7 +658,7 @@ impl Fleet {
             square = (0..pieces)
                 .filter_map(|piece| {
                     let part = receiver.between(moment(piece), moment(piece + 1));
-                    Some(highest(&self.shared(&part, emitter, shift)?))
+                    Some(highest(&self.exposed(&part, emitter, shift)?))
                 })
                 .fold(0.0, f64::max);
         }
@@ -527,18 +670,37 @@ impl Fleet {
     }
 
     /// Where a drone of the first kind must not be, seen from one of the second (m): where bodies
-    /// touch, in a column, or where one wake alone fills more than `share` of the other's budget at
-    /// its air limit. Kinds with air limits.
-    pub fn keep_out(&self, [first, second]: [(KindId, f64); 2], share: f64) -> KeepOut {
+    /// touch, in a column, or where one wake alone fills more than a share of the other's budget at
+    /// its air limit: one share at once, another as late as air may be. Kinds with air limits.
+    pub fn keep_out(
+        &self,
+        [first, second]: [(KindId, f64); 2],
+        [share, late_share]: [f64; 2],
+    ) -> KeepOut {
         let body_m = self.kind(first.0).body_radius_m + self.kind(second.0).body_radius_m;
         let below = |emitter: KindId, receiver: (KindId, f64)| {
             if !self.conditions.wakes {
                 return Vec::new();
             }
             let envelope = self.envelope(usize::from(emitter.0), usize::from(receiver.0.0));
-            let mut sections = envelope.iso_exposure(self.square_of(emitter, receiver, share));
-            sections.push(self.columns[usize::from(emitter.0)]);
-            sections
+            let above = |share: f64, at_once: bool| {
+                let sections = envelope.iso_exposure(self.square_of(emitter, receiver, share));
+                sections.into_iter().map(move |section| Hung {
+                    section,
+                    at_once,
+                    is_above: false,
+                })
+            };
+            let late = self.is_advected().then(|| above(late_share, false));
+            let column = Hung {
+                section: self.columns[usize::from(emitter.0)],
+                at_once: true,
+                is_above: false,
+            };
+            above(share, true)
+                .chain(late.into_iter().flatten())
+                .chain([column])
+                .collect()
         };
         KeepOut::new(
             body_m + self.conditions.gaps_m[2],
@@ -607,6 +769,14 @@ impl Fleet {
         };
         (additive * WHOLE).ceil().min(f64::from(u32::MAX / 4)) as u32
     }
+}
+
+/// Where one drone is as seen from another at the beginning and at the end of the time that their
+/// legs share (m); `None`: they share none.
+fn at_once_m(one: &Leg, other: &Leg) -> Option<[Vector3<f64>; 2]> {
+    let time = one.overlap(other);
+    let offset_m = |at: Tick| one.position_m(at) - other.position_m(at);
+    (!time.is_empty()).then(|| [offset_m(time.start), offset_m(time.end)])
 }
 
 /// Height of the pieces in which a climb past a wake is bounded (m): chosen here, three rows of a

@@ -7,7 +7,7 @@
 //! - [`fleet`]: all kinds of drones, and what two legs do to each other; `advected`: with the delay
 //!   of convection
 
-mod advected;
+pub mod advected;
 pub mod envelope;
 pub mod exposure;
 pub mod fleet;

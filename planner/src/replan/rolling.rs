@@ -163,6 +163,7 @@ impl Running {
                 agent,
                 since: Tick(0),
                 planned,
+                lingers: 0,
             });
         }
         let mut running = Running {
@@ -257,7 +258,8 @@ impl Running {
     fn fill_costmap(&mut self) {
         let room = self.tracks.len() + SPARE_DRONES;
         self.costmap = self.job.costmap(&self.world, true, room);
-        for track in &self.tracks {
+        for track in &mut self.tracks {
+            track.lingers = self.costmap.lingers();
             self.costmap.insert(track.flown_from(self.known));
         }
     }
@@ -444,12 +446,10 @@ impl Turn<'_> {
                 track.agent.waypoints.clear();
                 track.agent.kinds.truncate(1);
                 self.running.world.drones[index].tasks.clear();
+                // Its air is still under way.
+                let rest = track.flown_from(self.at);
                 self.running.costmap.remove(id(index));
-                let stops = match self.running.tracks[index].agent.lead_ticks() {
-                    0 => Vec::new(),
-                    _ => self.running.tracks[index].flown_from(self.at),
-                };
-                self.running.costmap.insert(stops);
+                self.running.costmap.insert(rest);
                 self.ask(index, Cause::Removed, true, None);
             }
             (_, None) => {}
@@ -464,7 +464,11 @@ impl Turn<'_> {
         let first = track.legs.first().map_or(at, |leg| leg.start);
         let by = Tick::lasting(by_s).min(at.0 - first.0);
         let was = Tick(at.0 - by);
-        let rests = track.rest(was).iter().all(Leg::stays);
+        let rests = track
+            .legs
+            .iter()
+            .filter(|leg| leg.end > was)
+            .all(Leg::stays);
         if by == 0 || !track.planned || rests && track.state(roadmap, was, false) == State::Ends {
             // It is where it stays.
             return;
@@ -494,6 +498,7 @@ impl Turn<'_> {
             agent,
             since: self.at,
             planned: true,
+            lingers: self.running.costmap.lingers(),
         });
         let mut entry = blank(&self.running.world, drone);
         entry.enters_s = (self.at > Tick(0)).then(|| self.at.seconds());

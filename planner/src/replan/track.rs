@@ -26,6 +26,8 @@ pub(super) struct Track {
     pub(super) since: Tick,
     /// It has a path to the end of its agent. Others stay where they are.
     pub(super) planned: bool,
+    /// How long the air of a leg may matter after its end (ticks).
+    pub(super) lingers: u32,
 }
 
 /// Where a drone is in what it flies.
@@ -39,7 +41,8 @@ pub(super) enum State {
     Flies {
         /// How many of its tasks are done by then.
         done: usize,
-        /// What it flies until then, from the moment asked about or a little earlier.
+        /// What it flies until then, from the moment asked about or a little earlier, and what it
+        /// flew before that whose air may still be under way.
         begun: Vec<Leg>,
         /// When it can go on otherwise.
         departs: Tick,
@@ -91,7 +94,9 @@ impl Track {
             _ if leg.start == at && self.vertex_at(roadmap, &leg.from_m).is_some() => at,
             _ => leg.end,
         };
-        let begun = self.legs[index..].iter().filter(|leg| leg.start < departs);
+        let since = at.before(self.lingers);
+        let first = self.legs.partition_point(|leg| leg.end <= since);
+        let begun = self.legs[first..].iter().filter(|leg| leg.start < departs);
         // Flown to its end is what moves.
         let cut = |leg: &Leg| match leg.stays() {
             true => leg.between(leg.start, departs),
@@ -252,17 +257,19 @@ impl Track {
         }
     }
 
-    /// What is flown of those that end after a moment.
+    /// What is flown of those that end after a moment, or whose air may then be under way.
     pub(super) fn flown_from(&self, at: Tick) -> Vec<Leg> {
         let flown = self.agent.flown(&self.legs);
-        let ahead = flown.iter().filter(|leg| leg.end > at);
+        let since = at.before(self.lingers);
+        let ahead = flown.iter().filter(|leg| leg.end > since);
         ahead.copied().collect()
     }
 
-    /// The legs that end after a moment, and those before on which what is flown then depends.
+    /// The legs that end after a moment, and those before on which what is flown then depends, or
+    /// whose air may then be under way.
     pub(super) fn rest(&self, at: Tick) -> Vec<Leg> {
-        let at = at.before(2 * self.agent.lead_ticks());
-        let ahead = self.legs.iter().filter(|leg| leg.end > at);
+        let since = at.before(2 * self.agent.lead_ticks() + self.lingers);
+        let ahead = self.legs.iter().filter(|leg| leg.end > since);
         ahead.copied().collect()
     }
 

@@ -234,20 +234,15 @@ impl<'a> ReservationTable<'a> {
             if !self.reaches([me, other], here, STILL, at, record) {
                 continue;
             }
-            let time = if span.is_empty() || direction == STILL {
-                [record.start, record.end]
-            } else {
-                [span.from, span.to].map(|ticks| record.start.after(ticks as u32))
-            };
-            let [began, clear] = [time[0], time[1].min(record.end)];
             let taken = if span.is_empty() {
                 Taken {
-                    began,
-                    clear,
+                    began: record.start,
+                    clear: record.end,
                     drone: record.drone,
                     price: span.price,
                 }
             } else {
+                let [began, clear] = steps.taken(span, record);
                 Taken {
                     began: began.before(steps.shift + u32::from(record.early)),
                     clear: clear.after(steps.shift + u32::from(record.late)),

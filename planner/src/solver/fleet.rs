@@ -245,8 +245,7 @@ impl<'a> Run<'a> {
         for (drone, mut by, is_through) in blocked {
             let tasks = &self.world.drones[drone.0 as usize].tasks;
             let breaks = |task: &usize| endpoints::alone_at(self.world, drone, *task).count() > 0;
-            // Air that takes its time may have reached no zone yet.
-            let asks = !empty.has_advected_wakes() && !job.is_closed(drone);
+            let asks = !job.is_closed(drone);
             let breaking = (0..tasks.len()).filter(|_| asks).find(breaks);
             if let Some(task) = breaking {
                 job.closed.push((drone, task));

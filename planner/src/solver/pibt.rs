@@ -10,6 +10,8 @@
 //! What two steps do to one another is read from the tables of reservations, with room to spare for
 //! the sums of many wakes.
 
+use std::collections::VecDeque;
+
 use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, Leg, Tick};
 use rayon::prelude::*;
@@ -26,7 +28,7 @@ mod far;
 mod round;
 
 use configuration::{AgentState, Configuration};
-use round::Round;
+use round::{PastRound, Round};
 
 /// Drones that may be on their way yet when the rounds end, of all: chosen here, a fiftieth. The
 /// last few push one another out of their homes in turn, and are sooner planned one after another.
@@ -232,6 +234,8 @@ fn rounds(
     let mut detours = vec![0; drones];
     let (mut fewest, mut best) = (left(&starts), 0);
     let mut all = vec![starts];
+    let rounds_back = configuration.synchronous.rounds_back();
+    let mut past: VecDeque<PastRound> = VecDeque::new();
     while fewest > 0 && all.len() - best <= MOST_IN_VAIN {
         if stop() {
             return None;
@@ -240,12 +244,16 @@ fn rounds(
         order.sort_by(|a, b| urgency[*b as usize].total_cmp(&urgency[*a as usize]));
         let random = seed ^ (all.len() as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
         let before = &all[all.len().saturating_sub(2)];
-        let round = Round::new(configuration, [before, now], &detours, random);
+        let round = Round::new(configuration, ([before, now], &past), &detours, random);
         let directions = round.decide_all(&order);
         let after = |(drone, direction): (usize, &u8)| {
             configuration.after(drone, &now[drone], usize::from(*direction))
         };
         let next: Vec<AgentState> = directions.iter().enumerate().map(after).collect();
+        if rounds_back > 0 {
+            past.truncate(rounds_back - 1);
+            past.push_front(PastRound::new(configuration, now, &directions));
+        }
         for (drone, urgency) in urgency.iter_mut().enumerate() {
             *urgency = if configuration.is_home(drone, &next[drone]) {
                 urgency.fract()

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use airflow::Flown;
-use airflow::{DiscPoints, Source, Superposition};
+use airflow::{Convection, DiscPoints, Flown, Source, Superposition};
 use nalgebra::Point3;
 
 use super::bounds::obstacles::{Obstacles, Solid};
@@ -97,6 +96,22 @@ pub(crate) struct Smooth {
     /// Whether it is at rest when it begins, and when it ends: one that comes or leaves need not
     /// be.
     pub(crate) rests: [bool; 2],
+}
+
+impl Scene<'_> {
+    /// Lags that the plan has to bear: delays of air over those at the centreline's speed, from
+    /// none on.
+    pub(crate) fn lags(&self) -> Span {
+        (
+            0.0,
+            self.flown.convection.map_or(0.0, Convection::longest_lag),
+        )
+    }
+
+    /// The lag of the mean flow, at which exposure and energy are summed.
+    pub(crate) fn mean_lag(&self) -> f64 {
+        self.flown.convection.map_or(0.0, Convection::mean_lag)
+    }
 }
 
 impl Flight {

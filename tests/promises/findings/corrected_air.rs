@@ -49,6 +49,7 @@ pub(super) fn planned(world: &World) -> Plan {
 pub(super) fn in_air(plan: &Plan, effects: Effects) -> Plan {
     let mut plan = plan.clone();
     plan.air.effects = Some(effects);
+    plan.quasi_static = plan.convection().is_none();
     plan
 }
 

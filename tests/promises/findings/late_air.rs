@@ -50,7 +50,8 @@ fn air_arrives_after_its_drone_has_left_or_flown_on() {
     };
     assert_eq!(crossed(on(), Effects::default()), []);
     assert_eq!(crossed(on(), lagging(2.0)), caught);
-    // And not before it is there: the air of a drone that comes later is still under way.
+    // And for every delay from none on: the air of a drone that comes later is still under way at
+    // the longest alone.
     let comes = || {
         drone(
             "upper",
@@ -59,7 +60,7 @@ fn air_arrives_after_its_drone_has_left_or_flown_on() {
         )
     };
     assert_eq!(crossed(comes(), Effects::default()), caught);
-    assert_eq!(crossed(comes(), lagging(2.0)), []);
+    assert_eq!(crossed(comes(), lagging(2.0)), caught);
 }
 
 /// Three drones on random paths, up and down among them, at rest for the last six seconds.
@@ -83,6 +84,9 @@ fn random_flights(case: u32) -> Plan {
     plan(drones.collect())
 }
 
+/// Steps between no delay and the longest.
+const LAGS: u32 = 6;
+
 #[test]
 fn the_worst_late_air_told_is_that_of_dense_samples() {
     for case in 0..6 {
@@ -93,11 +97,15 @@ fn the_worst_late_air_told_is_that_of_dense_samples() {
             met.worst_air_mps / (drone.air_limit * drone.airframe.hover_induced_velocity_mps)
         });
         let told = told.fold(0.0, f64::max);
-        let sampled = most_met(&plan, &effects);
+        let lags = (0..=LAGS).map(|k| f64::from(k) / f64::from(LAGS));
+        let lag_factor = 0.5 + 0.5 * f64::from(case);
+        let sampled = lags.map(|share| most_met(&plan, &lagging(share * lag_factor)));
+        let sampled = sampled.fold(0.0, f64::max);
         assert!(sampled > 0.1, "{sampled}: no drone is exposed in {case}");
-        // The verifier promises the highest to 0.1 %; samples 2 cm of way apart miss a little more.
+        // The verifier promises the highest to 2 %; samples 2 cm of way and a sixth of the delay
+        // apart miss a little more.
         assert!(
-            told >= 0.998 * sampled && told <= 1.03 * sampled + 0.01,
+            told >= 0.98 * sampled && told <= 1.06 * sampled + 0.01,
             "{told} {sampled} in {case}"
         );
     }

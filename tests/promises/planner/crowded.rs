@@ -52,3 +52,18 @@ fn what_is_to_be_done_on_the_way_is_done_on_a_full_floor_too() {
     assert!(plan.violations.is_empty(), "{:#?}", plan.violations);
     duties::assert_done(&world, &plan);
 }
+
+#[test]
+fn on_a_full_floor_air_that_takes_its_time_is_borne_too() {
+    let mut world = full_floor(60, 12);
+    world.convection = airflow::Convection::new([0.6, 1.0]).ok();
+    let (plan, effort) = planned(&world);
+    assert!(effort.rounds > 0, "PIBT was not used: {effort:?}");
+    assert!(plan.unplanned.is_empty(), "{:?}", plan.unplanned);
+    assert!(
+        !plan.quasi_static && plan.violations.is_empty(),
+        "{:#?}",
+        plan.violations
+    );
+    duties::assert_done(&world, &plan);
+}

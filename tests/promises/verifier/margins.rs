@@ -10,7 +10,7 @@ use planner::verify::verify;
 use super::plans::{Knot, drone, kinds, lands, leaves, plan, preset, with_box, with_zone};
 use super::{broken, refused};
 
-fn bearing(mut plan: Plan, time_s: f64, tracking_m: f64) -> Plan {
+pub(super) fn bearing(mut plan: Plan, time_s: f64, tracking_m: f64) -> Plan {
     plan.margins = Margins { time_s, tracking_m };
     plan
 }

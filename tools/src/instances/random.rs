@@ -155,11 +155,18 @@ impl Made {
             draws.between(-20.0, 40.0),
             draws.between(70_000.0, 105_000.0),
         );
+        // Every third world has air that takes its time.
+        let late = match self.seed % 3 {
+            0 => "convection: (0.6, 1.0)",
+            _ => "",
+        };
         if draws.index(3) > 0 {
             let _ = writeln!(
                 self.surroundings,
-                "  air: (superposition: {how}, temperature_c: {celsius:.1}, pressure_pa: {pascal:.0}),"
+                "  air: (superposition: {how}, temperature_c: {celsius:.1}, pressure_pa: {pascal:.0}, {late}),"
             );
+        } else if !late.is_empty() {
+            let _ = writeln!(self.surroundings, "  air: ({late}),");
         }
     }
 

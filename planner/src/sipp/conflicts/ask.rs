@@ -36,9 +36,11 @@ pub(crate) struct StepQuery {
 }
 
 impl StepQuery {
-    /// All that may be now, seen from others, while it lasts.
-    fn window(&self, shift: u32) -> [Tick; 2] {
-        [self.time[0].before(shift), self.time[1].after(shift)]
+    /// When others may be under way that matter to it, or it to them, within margins of time, and
+    /// while air lasts: its own, and theirs (ticks).
+    fn window(&self, shift: u32, [own, others]: [u32; 2]) -> [Tick; 2] {
+        let [from, until] = self.time;
+        [from.before(shift + others), until.after(shift + own)]
     }
 }
 
@@ -134,27 +136,34 @@ impl ReservationTable<'_> {
     /// full.
     pub(crate) fn step(&self, costmap: &Costmap, query: &StepQuery, verdict: &mut Verdict) -> bool {
         let mut loads = Loads {
-            shift: self.steps.shift,
             is_smooth: self.steps.most_ahead() > 0,
             ..Loads::default()
         };
         let lattice = &self.steps.lattice;
         let [at, to] = query.ends.map(|place| lattice.steps(place));
         let direction = index([0, 1, 2].map(|axis| to[axis] - at[axis]));
-        let window = query.window(self.steps.shift + self.steps.most_ahead());
-        let spells = spells(window);
+        let shift = self.steps.shift + self.steps.most_ahead();
         for other in 0..self.steps.class_count() {
             let pair = self.steps.pair(query.class, other);
+            let window = query.window(shift, pair.longest());
+            let spells = spells(window);
             let mut look_at = |near: &Near, record: &Record| {
                 let [dx, dy] = near.aside;
                 let dz = i32::from(record.layer) - at[2];
                 if usize::from(record.class) != other || dz.abs() > pair.extent.layers {
                     return;
                 }
-                let span = pair.span([direction, usize::from(record.direction)], near, dz);
+                let directions = [direction, usize::from(record.direction)];
+                let lasts = pair.lasts(directions, dz);
+                let now = query.window(shift, lasts);
+                if record.end <= now[0] || now[1] <= record.start {
+                    return;
+                }
+                let span = pair.span(directions, near, dz);
                 let there = [at[0] + dx, at[1] + dy, at[2] + dz];
                 if !self.is_against(query, [at, there], direction, &span, record, verdict) {
-                    loads.add(costmap, window, &span, record);
+                    let late = [shift, shift + lasts[1]];
+                    loads.add(costmap, (now, late), &span, record);
                 }
             };
             for (near, column) in self.columns_near(&pair.near[direction], at) {
@@ -170,7 +179,7 @@ impl ReservationTable<'_> {
                 }
             }
         }
-        !verdict.blockers.is_empty() || loads.are_borne()
+        !verdict.blockers.is_empty() || loads.are_borne(query.time)
     }
 
     /// Those of the columns beside a place that there are.
@@ -250,8 +259,6 @@ fn blocker(drone: DroneId, began: Tick, clear: Tick) -> Blocker {
 /// What wakes add up to around a step.
 #[derive(Default)]
 struct Loads {
-    /// How much earlier or later others may be (ticks).
-    shift: u32,
     /// What is flown is in other parts than the steps.
     is_smooth: bool,
     /// What they bring who steps, and when.
@@ -261,18 +268,21 @@ struct Loads {
 }
 
 impl Loads {
-    /// Those of a step that is under way at some time of a window.
-    fn add(&mut self, costmap: &Costmap, window: [Tick; 2], span: &Span, record: &Record) {
+    /// Those of a step that is under way at some time of a window, and comes earlier and lasts
+    /// longer by so many ticks.
+    fn add(
+        &mut self,
+        costmap: &Costmap,
+        (window, [before, after]): ([Tick; 2], [u32; 2]),
+        span: &Span,
+        record: &Record,
+    ) {
         if span.on_first > 0 {
             let load = u32::from(span.on_first);
-            let lasts = [
-                record.start.before(self.shift),
-                record.end.after(self.shift),
-            ];
             self.on_me.push(Incoming {
                 from: record.drone,
-                start: lasts[0],
-                end: lasts[1],
+                start: record.start.before(before),
+                end: record.end.after(after),
                 load,
             });
             self.sum += load;
@@ -294,13 +304,13 @@ impl Loads {
         }
     }
 
-    fn are_borne(&mut self) -> bool {
-        !self.is_too_much_for_others && (self.sum <= MOST_LOADS || self.peak() <= MOST_LOADS)
+    fn are_borne(&mut self, time: [Tick; 2]) -> bool {
+        !self.is_too_much_for_others && (self.sum <= MOST_LOADS || self.peak(time) <= MOST_LOADS)
     }
 
-    /// The most that they are at any moment.
-    fn peak(&mut self) -> u32 {
+    /// The most that they are at any moment of a time.
+    fn peak(&mut self, [from, until]: [Tick; 2]) -> u32 {
         self.on_me.sort_by_key(|it| it.from);
-        peak(&self.on_me, Tick(0), Tick::FOREVER) as u32
+        peak(&self.on_me, from, until) as u32
     }
 }

@@ -22,6 +22,9 @@ pub(super) struct Extent {
     pub(super) bodies: i32,
 }
 
+/// By so many layers two steps may come farther from one another.
+const CLIMBS: i32 = 2;
+
 #[derive(Debug)]
 pub(super) struct Pair {
     pub(super) extent: Extent,
@@ -35,6 +38,9 @@ pub(super) struct Pair {
     /// By turn and column, which column it becomes.
     turned: Vec<u16>,
     columns: usize,
+    /// By layers of the second above the first, from the lowest on: how long the air of the first
+    /// and of the second may last down that far (ticks).
+    lasts: Vec<[u32; 2]>,
     /// By direction of the second: offsets of its beginning from where the first hovers, with what
     /// it forbids or costs there.
     pub(super) hovering: Vec<Vec<([i32; 3], Span)>>,
@@ -53,9 +59,10 @@ pub(super) struct Near {
 }
 
 impl Pair {
-    /// `spans_of` is asked for direction, direction and the column of the second; it says by layer.
+    /// `lasts` is asked for layers of the second above the first, `spans_of` for direction,
+    /// direction and the column of the second; it says by layer.
     pub(super) fn new(
-        extent: Extent,
+        (extent, lasts): (Extent, &dyn Fn(i32) -> [u32; 2]),
         spans_of: impl Fn(usize, usize, [i32; 2]) -> Vec<Span> + Sync,
     ) -> Pair {
         let aside = -extent.reach..=extent.reach;
@@ -118,6 +125,9 @@ impl Pair {
             alike: (0..DIRECTIONS * DIRECTIONS).map(alike).collect(),
             turned: (0..TURNS).flat_map(becomes).collect(),
             columns: columns.len(),
+            lasts: (-extent.layers - CLIMBS..=extent.layers + CLIMBS)
+                .map(lasts)
+                .collect(),
             hovering: Vec::new(),
             near: Vec::new(),
             near_still: Vec::new(),
@@ -166,6 +176,26 @@ impl Pair {
         let kind =
             self.kinds[self.first(directions, near) + (layers + self.extent.layers) as usize];
         self.spans[usize::from(kind)]
+    }
+
+    /// How long the air of a step, and of another that begins so many layers above it, may last
+    /// down to one another (ticks).
+    #[inline]
+    pub(super) fn lasts(&self, [direction, others]: [usize; 2], layers: i32) -> [u32; 2] {
+        let (mine, theirs) = (cells(direction)[2], cells(others)[2]);
+        let rises = [0, theirs, -mine, theirs - mine];
+        let ends = rises.iter().fold([0; 2], |[low, high], rise| {
+            [low.min(*rise), high.max(*rise)]
+        });
+        let at = |rise: i32| self.lasts[(layers + rise + self.extent.layers + CLIMBS) as usize];
+        [at(ends[0])[0], at(ends[1])[1]]
+    }
+
+    /// The same for any steps and layers.
+    pub(super) fn longest(&self) -> [u32; 2] {
+        let ends = [self.lasts.first(), self.lasts.last()];
+        let [first, last] = ends.map(|it| it.copied().unwrap_or_default());
+        [first[0], last[1]]
     }
 
     fn layers_of(&self, directions: [usize; 2], near: &Near) -> impl Iterator<Item = &u16> {

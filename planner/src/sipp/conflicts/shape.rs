@@ -1,8 +1,9 @@
 //! How near two drones may be, by the height between them, and what follows for their steps.
 
 use costmap::verdict::price;
-use costmap::volumes::keep_out::KeepOut;
+use costmap::volumes::keep_out::{AtOnce, KeepOut, Late};
 use costmap::volumes::relative::{Line, Relative};
+use costmap::wake::advected::Carrier;
 use costmap::wake::fleet::{BUDGET, Fleet, Meeting};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -14,6 +15,9 @@ use crate::graph::lattice::Lattice;
 
 /// Share of a budget that one wake may fill here: chosen here, the rest is for wakes farther off.
 const ONE_WAKES_SHARE: f64 = 0.4;
+/// The same of air that comes late: chosen here. It is there for a part of the time for which it
+/// may be, and mostly alone.
+const LATE_WAKES_SHARE: f64 = 0.6;
 /// Prices below this are left to the verdict: chosen here, three hundredths of a second a step
 /// (s/s).
 const LEAST_PRICE: f64 = 0.0625;
@@ -37,6 +41,8 @@ pub(super) struct Shape {
     pub(super) extent: Extent,
     /// Where the first must not be, seen from the second (cells).
     pub(super) keep_out: KeepOut,
+    /// How late the air of both may be.
+    pub(super) lateness: Lateness,
     /// Its radius (cells) at `k` layers above the other and between `k` and `k + 1`, from the
     /// lowest on.
     at: Vec<f64>,
@@ -46,6 +52,33 @@ pub(super) struct Shape {
     /// Loads on both, in the same way, at `k` layers above the other and between `k` and `k + 1`.
     loads_at: Vec<Vec<[f64; 2]>>,
     loads_between: Vec<Vec<[f64; 2]>>,
+}
+
+/// How late the air of two classes may be (ticks), by depth (cells): of the first, which moves, and
+/// of the second.
+#[derive(Debug)]
+pub(super) struct Lateness {
+    carriers: [Carrier; 2],
+    cell_m: f64,
+    /// By how much two drones may be farther apart than it seems (m).
+    astray_m: f64,
+}
+
+impl Lateness {
+    /// Whether air takes no time.
+    fn is_none(&self) -> bool {
+        self.carriers.iter().all(|it| it.delay_ticks(1.0) == 0.0)
+    }
+}
+
+impl Late for Lateness {
+    fn of_reference(&self, depth: f64) -> f64 {
+        self.carriers[1].delay_ticks(depth * self.cell_m + self.astray_m)
+    }
+
+    fn of_mover(&self, depth: f64) -> f64 {
+        self.carriers[0].delay_ticks(depth * self.cell_m + self.astray_m)
+    }
 }
 
 /// Distances in a cell at which wakes are asked for: chosen here, five centimetres of a metre.
@@ -59,7 +92,7 @@ impl Shape {
         let keep_out = fleet
             .keep_out(
                 [me, other].map(|it| (it.kind, it.air_limit)),
-                ONE_WAKES_SHARE,
+                [ONE_WAKES_SHARE, LATE_WAKES_SHARE],
             )
             .scaled(1.0 / cell_m);
         let all: Vec<i32> = (-most..=most).collect();
@@ -119,6 +152,11 @@ impl Shape {
                 bodies: bodies.unwrap_or(most),
             },
             keep_out,
+            lateness: Lateness {
+                carriers: [me, other].map(|it| *fleet.carrier(it.kind)),
+                cell_m,
+                astray_m: 2.0 * fleet.conditions().astray_m,
+            },
             at,
             between,
             prices,
@@ -172,13 +210,25 @@ impl Shape {
                 return 0;
             }
             // What is more is forbidden.
-            (load.min(ONE_WAKES_SHARE) * LOADS).ceil() as u8
+            let most = match self.lateness.is_none() {
+                true => ONE_WAKES_SHARE,
+                false => LATE_WAKES_SHARE,
+            };
+            (load.min(most) * LOADS).ceil() as u8
         };
         [most_of(0), most_of(1)]
     }
 
     pub(super) fn pair(&self) -> Pair {
-        Pair::new(self.extent, |direction, others, aside| {
+        let lasts = |layers: i32| {
+            let depth = f64::from(layers);
+            let late = [
+                self.lateness.of_mover(-depth),
+                self.lateness.of_reference(depth),
+            ];
+            late.map(|ticks| ticks.ceil() as u32)
+        };
+        Pair::new((self.extent, &lasts), |direction, others, aside| {
             self.spans(direction, others, aside)
         })
     }
@@ -239,17 +289,19 @@ impl Shape {
         Relative::new(&second, &first, [second_time, first_time])
     }
 
-    /// When the two are too near one another if the second begins so many layers above the first:
-    /// from and to, as [`Span`] has it, before rounding; `None`: never.
+    /// When the two are too near one another if the second begins so many layers above the first,
+    /// at once or as late as air may be: from and to, as [`Span`] has it, before rounding; `None`:
+    /// never.
     pub(super) fn forbidden(
         &self,
         level: &Relative,
         [direction, others]: [usize; 2],
         layer: i32,
     ) -> Option<[f64; 2]> {
-        let [from, to] = self.keep_out.delays(&level.raised(-f64::from(layer)))?;
+        let raised = level.raised(-f64::from(layer));
+        let [from, to] = self.keep_out.delays(&raised, &self.lateness)?;
         match (direction == STILL, others == STILL) {
-            (true, true) => Some([0.0, 1.0]),
+            (true, true) => Some([-to, 1.0 - from]),
             // The second stands still at its moment zero.
             (false, true) => Some([-to, -from]),
             _ => Some([from, to]),
@@ -288,10 +340,100 @@ impl Shape {
         let nearest = past.nearest([0.0; 2]);
         let radius = self.radius(low, high);
         // Only where the volume is that wide at any of these heights can it be met.
-        if nearest < radius && self.keep_out.delays(&past).is_some() {
+        if nearest < radius && self.keep_out.delays(&past, &AtOnce).is_some() {
             return None;
         }
         Some(self.loads(low, high, nearest.max(radius), LEAST_SYNCHRONOUS))
+    }
+}
+
+/// How long ago, in rounds of steps that last as long, a step of the second forbids one of the first
+/// by its air.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct LateStep {
+    /// In the same round air of either is too much for the other.
+    pub(super) now: bool,
+    /// From so many rounds after it until so many; nothing where the first is 0.
+    pub(super) rounds: [u8; 2],
+    /// What it fills of the first's budget, at most (parts of [`LOADS`]), and for how many rounds.
+    pub(super) load: u8,
+    pub(super) lasts: u8,
+}
+
+impl LateStep {
+    /// Whether it means anything.
+    pub(super) fn matters(&self) -> bool {
+        self.now || self.rounds[0] > 0 || self.load > 0 && self.lasts > 0
+    }
+}
+
+/// How late air may be, in rounds of so many ticks.
+struct Rounds<'a> {
+    lateness: &'a Lateness,
+    ticks: f64,
+}
+
+impl Late for Rounds<'_> {
+    fn of_reference(&self, depth: f64) -> f64 {
+        self.lateness.of_reference(depth) / self.ticks
+    }
+
+    fn of_mover(&self, depth: f64) -> f64 {
+        self.lateness.of_mover(depth) / self.ticks
+    }
+}
+
+impl Shape {
+    /// What air of earlier rounds means to the first, and that of this round to both, of two steps
+    /// that last `ticks`: by how far each leads and where the second begins as seen from the first
+    /// (cells), each of the two up to `shift` ticks early or late against the other.
+    pub(super) fn late(
+        &self,
+        [mine, theirs]: [[f64; 3]; 2],
+        offset: [f64; 3],
+        (ticks, shift): (u32, f64),
+    ) -> LateStep {
+        let line = |by: [f64; 3], from: [f64; 3]| Line {
+            origin: Vector3::from(from),
+            velocity: Vector3::from(by),
+        };
+        let second = line(theirs, offset);
+        let relative = Relative::new(&second, &line(mine, [0.0; 3]), [[0.0, 1.0]; 2]);
+        let rounds = Rounds {
+            lateness: &self.lateness,
+            ticks: f64::from(ticks),
+        };
+        let apart = shift / f64::from(ticks);
+        let met = self.keep_out.air_delays(&relative, &rounds);
+        let [below, above] = met.map(|delays| delays.map(|[from, to]| [from - apart, to + apart]));
+        let is_now = |delays: Option<[f64; 2]>| {
+            delays.is_some_and(|[from, to]| from <= WHOLE_CELLS && to >= -WHOLE_CELLS)
+        };
+        let whole = |rounds: f64| rounds.clamp(0.0, f64::from(u8::MAX)) as u8;
+        let [shallow, deep] = relative.depths();
+        let later = below.filter(|[_, to]| *to >= 1.0 - WHOLE_CELLS);
+        let later = later.map(|[from, to]| {
+            [
+                whole((from - WHOLE_CELLS).ceil().max(1.0)),
+                whole((to + WHOLE_CELLS).floor()),
+            ]
+        });
+        let (low, high) = (-deep, -shallow);
+        let low = (low + WHOLE_CELLS).floor() as i32;
+        let high = (high - WHOLE_CELLS).ceil() as i32;
+        let distance = relative.nearest([0.0; 2]).max(self.radius(low, high));
+        let [load, _] = self.loads(low, high.max(low), distance, LEAST_SYNCHRONOUS);
+        let lasts = if deep > 0.0 {
+            (rounds.of_reference(deep) + apart).ceil()
+        } else {
+            0.0
+        };
+        LateStep {
+            now: is_now(below) || is_now(above),
+            rounds: later.unwrap_or_default(),
+            load: if deep > 0.0 { load } else { 0 },
+            lasts: whole(lasts),
+        }
     }
 }
 

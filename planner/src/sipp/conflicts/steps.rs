@@ -10,6 +10,7 @@ use costmap::costmap::Costmap;
 use costmap::leg::{DroneId, KindId, Leg, Tick};
 use nalgebra::Point3;
 
+use super::column::Record;
 use super::directions::neighbour;
 pub(super) use super::directions::{STILL, cells};
 use super::pair::Pair;
@@ -41,7 +42,8 @@ pub(super) struct Class {
 ///
 /// Both move: the delays of the first against the second, in ticks, at which they are too near. One
 /// stands still: when the other is too near, in ticks since it began. No drone moves: not empty if
-/// they are too near.
+/// they are too near, from as much before the second comes, and to a tick and as much after it
+/// goes, as air is under way (reversed, as where the second stands still).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Span {
     pub(super) from: i16,
@@ -79,6 +81,8 @@ pub(crate) struct Steps {
     /// How much earlier or later than planned one drone may be, seen from another (ticks): every
     /// interval grows by so much at both ends, and stays one.
     pub(crate) shift: u32,
+    /// How long air may matter after it left (ticks); 0 where wakes are quasi-static.
+    pub(crate) lingers: u32,
 }
 
 /// A step, or a stay.
@@ -94,9 +98,9 @@ pub(crate) struct Pace {
 
 impl Steps {
     /// Tables for a fleet, and for the drone that else is in the costmap; `None` where there are
-    /// zones, air that comes late, too many classes, or too much to tabulate.
+    /// zones, too many classes, or too much to tabulate.
     pub(crate) fn new(lattice: &Lattice, agents: &[Agent], costmap: &Costmap) -> Option<Steps> {
-        if costmap.has_zones() || costmap.has_advected_wakes() {
+        if costmap.has_zones() {
             return None;
         }
         let mut classes: Vec<Class> = Vec::new();
@@ -160,6 +164,7 @@ impl Steps {
             shapes,
             wake_ends,
             shift: costmap.fleet().conditions().shift,
+            lingers: costmap.lingers(),
         })
     }
 
@@ -207,6 +212,22 @@ impl Steps {
     /// What two classes are to one another.
     pub(super) fn pair(&self, me: usize, other: usize) -> &Pair {
         &self.pairs[me * self.classes.len() + other]
+    }
+
+    /// From when until when a step forbids another to stand still beside it, within its margins of
+    /// time.
+    pub(super) fn taken(&self, span: &Span, step: &Record) -> [Tick; 2] {
+        let direction = usize::from(step.direction);
+        if direction == STILL {
+            let [before, after] = [span.to - 1, -span.from].map(|it| it.max(0) as u32);
+            return [step.start.before(before), step.end.after(after)];
+        }
+        let moment = |ticks: i16| Tick(step.start.0.saturating_add_signed(i32::from(ticks)));
+        // Air lasts beyond the end of the step that it left in; nothing else does.
+        let late =
+            i32::from(span.to) - self.classes[usize::from(step.class)].ticks(direction) as i32;
+        let last = step.end.after(late.max(0) as u32);
+        [moment(span.from), moment(span.to).min(last)]
     }
 
     /// Whether what keeps two steps apart is there: bodies or, of drones that are `flying`, wakes

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::directions::{index, neighbour};
 use super::pair::Extent;
-use super::shape::Shape;
+use super::shape::{LateStep, Shape};
 use super::steps::{Pace, Steps};
 
 /// Directions of a step along one axis, the first of them none.
@@ -121,6 +121,8 @@ pub(crate) struct SynchronousSteps<'a> {
     apart: f64,
     /// `[class][other class]`.
     pairs: Vec<Pair>,
+    /// Whether air takes its time.
+    is_late: bool,
 }
 
 #[derive(Debug)]
@@ -132,6 +134,8 @@ struct Pair {
     /// The same of a step that led the first to where it is, and the second's next; empty without
     /// time margins.
     crossings: Vec<[u8; 2]>,
+    /// As the meetings, what late air means; empty where it takes no time.
+    lates: Vec<LateStep>,
     /// By directions of the first, before and now: columns in which something can matter.
     near: Vec<Vec<[i32; 2]>>,
     /// Columns in which something can matter to a step from or to a stop beside the lattice, or one
@@ -171,7 +175,9 @@ impl<'a> SynchronousSteps<'a> {
         let ticks = ticks.max(slow);
         let apart = shift / f64::from(ticks);
         let count = steps.class_count();
-        let alone = steps.shapes.par_iter().map(|shape| Pair::new(shape, apart));
+        let is_late = steps.lingers > 0;
+        let late = is_late.then_some((ticks, shift));
+        let alone = (steps.shapes.par_iter()).map(|shape| Pair::new(shape, apart, late));
         let mut pairs: Vec<Pair> = alone.collect();
         let columns = (0..pairs.len()).map(|it| {
             let reversed = it % count * count + it / count;
@@ -186,7 +192,57 @@ impl<'a> SynchronousSteps<'a> {
             ticks,
             apart,
             pairs,
+            is_late,
         }
+    }
+
+    /// For how many rounds air matters after the one in which it left.
+    pub(crate) fn rounds_back(&self) -> usize {
+        let all = self.pairs.iter().flat_map(|pair| &pair.lates);
+        let rounds = all.map(|it| it.rounds[1].max(if it.load > 0 { it.lasts } else { 0 }));
+        usize::from(rounds.max().unwrap_or(0))
+    }
+
+    /// What air that the other left so many rounds ago fills of the budget of the one, in parts of
+    /// [`super::steps::LOADS`]; `None`: it is too much by itself.
+    pub(crate) fn meets_air(&self, one: &Stride, other: &Stride, rounds: usize) -> Option<u8> {
+        let late = self.late(one, other);
+        let [first, last] = late.rounds.map(usize::from);
+        let is_met = first > 0 && (first..=last).contains(&rounds);
+        let load = match rounds <= usize::from(late.lasts) {
+            true => late.load,
+            false => 0,
+        };
+        if !is_met && load == 0 || !self.reaches(one, other) {
+            return Some(0);
+        }
+        (!is_met).then_some(load)
+    }
+
+    fn late(&self, one: &Stride, other: &Stride) -> LateStep {
+        if !self.is_late {
+            return LateStep::default();
+        }
+        let (Course::Axis(direction), Course::Axis(others)) = (one.course, other.course) else {
+            let (from, from_other) = (one.from(), other.from());
+            let offset = [0, 1, 2].map(|axis| from_other[axis] - from[axis]);
+            let by = [one.course.by(), other.course.by()];
+            let shape = &self.steps.shapes[one.class * self.steps.class_count() + other.class];
+            let shift = self.apart * f64::from(self.ticks);
+            return shape.late(by, offset, (self.ticks, shift));
+        };
+        let offset = [0, 1, 2].map(|axis| other.at[axis] - one.at[axis]);
+        let pair = self.pair(one.class, other.class);
+        pair.late_at([direction, others], offset)
+    }
+
+    /// Whether wakes of two steps reach down to one another, or bodies may touch; steps from and to
+    /// stops beside the lattice count as if they did.
+    fn reaches(&self, one: &Stride, other: &Stride) -> bool {
+        let (Course::Axis(direction), Course::Axis(others)) = (one.course, other.course) else {
+            return true;
+        };
+        (self.steps).can_meet(&one.pace(direction), &other.pace(others), true)
     }
 
     fn pair(&self, class: usize, other: usize) -> &Pair {
@@ -208,6 +264,9 @@ impl<'a> SynchronousSteps<'a> {
     /// What the two do to one another on these steps, and each of them to the other's last where
     /// one is early and the other late.
     pub(crate) fn meet(&self, one: &Stride, other: &Stride) -> Met {
+        if self.late(one, other).now && self.reaches(one, other) {
+            return Met::TooNear;
+        }
         let Some(mut loads) = self.meet_now(one, other) else {
             return Met::TooNear;
         };
@@ -244,8 +303,7 @@ impl<'a> SynchronousSteps<'a> {
         if met != TOO_NEAR {
             return Some(met);
         }
-        let reach = (self.steps).can_meet(&one.pace(direction), &other.pace(others), true);
-        (!reach).then_some([0; 2])
+        (!self.reaches(one, other)).then_some([0; 2])
     }
 
     /// What the step that led one drone to where it is and the next of another do to one another.
@@ -280,7 +338,7 @@ fn crossing(apart: f64) -> [f64; 2] {
 
 impl Pair {
     /// Without columns.
-    fn new(shape: &Shape, apart: f64) -> Pair {
+    fn new(shape: &Shape, apart: f64, late: Option<(u32, f64)>) -> Pair {
         // Room for who is not where it is taken to be.
         let more = i32::from(apart > 0.0);
         let extent = Extent {
@@ -317,12 +375,23 @@ impl Pair {
             }),
             false => Vec::new(),
         };
+        let lates = late.map(|late| {
+            let all = 0..DIRECTIONS.len() * DIRECTIONS.len();
+            let of_directions = |both: usize| {
+                let directions = [both / DIRECTIONS.len(), both % DIRECTIONS.len()];
+                let step =
+                    |offset: [i32; 3]| shape.late(by(directions), offset.map(f64::from), late);
+                offsets(extent).map(step).collect::<Vec<_>>()
+            };
+            all.into_par_iter().flat_map_iter(of_directions).collect()
+        });
         let wide = -extent.reach - 1..=extent.reach + 1;
         let row = |dy: i32| wide.clone().map(move |dx| [dx, dy]);
         Pair {
             extent,
             meetings,
             crossings,
+            lates: lates.unwrap_or_default(),
             near: Vec::new(),
             all: wide.clone().flat_map(row).collect(),
         }
@@ -340,6 +409,7 @@ impl Pair {
                         || self.at(&self.crossings, [before, others], offset) != [0; 2]
                         || reversed.at(&reversed.crossings, [others, direction], [-dx, -dy, -dz])
                             != [0; 2]
+                        || self.late_at([direction, others], offset).matters()
                 })
             };
             let somewhere = offsets.iter().filter(|offset| is_something(**offset));
@@ -359,14 +429,28 @@ impl Pair {
         [direction, others]: [usize; 2],
         [dx, dy, dz]: [i32; 3],
     ) -> [u8; 2] {
+        let index = self.index([direction, others], [dx, dy, dz]);
+        let met = index.and_then(|index| table.get(index));
+        met.copied().unwrap_or([0; 2])
+    }
+
+    /// What late air means.
+    fn late_at(&self, directions: [usize; 2], offset: [i32; 3]) -> LateStep {
+        let index = self.index(directions, offset);
+        let late = index.and_then(|index| self.lates.get(index));
+        late.copied().unwrap_or_default()
+    }
+
+    /// Where two steps stand in the tables; `None`: too far apart.
+    fn index(&self, [direction, others]: [usize; 2], [dx, dy, dz]: [i32; 3]) -> Option<usize> {
         let Extent { reach, layers, .. } = self.extent;
-        if table.is_empty() || dx.abs() > reach || dy.abs() > reach || dz.abs() > layers {
-            return [0; 2];
+        if dx.abs() > reach || dy.abs() > reach || dz.abs() > layers {
+            return None;
         }
         let (wide, tall) = (2 * reach + 1, 2 * layers + 1);
         let offset = (dx + reach) + wide * ((dy + reach) + wide * (dz + layers));
         let of_directions = (direction * DIRECTIONS.len() + others) * (wide * wide * tall) as usize;
-        table[of_directions + offset as usize]
+        Some(of_directions + offset as usize)
     }
 }
 

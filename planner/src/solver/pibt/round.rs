@@ -5,6 +5,8 @@
 //! 310, 2022), for drones that keep others out of more than their own place: one step may push
 //! several, so that what a push in vain has changed is taken back.
 
+use std::collections::VecDeque;
+
 use super::configuration::{AgentState, Configuration, MOST_LINKS};
 use crate::graph::roadmap::Vertex;
 use crate::sipp::conflicts::synchronous::{Course, DIRECTIONS, MOST_LOADS, Met, STAYS, Stride};
@@ -19,6 +21,38 @@ const MOST_OPTIONS: usize = DIRECTIONS.len() + MOST_LINKS;
 /// No drone.
 const NONE: u32 = u32::MAX;
 
+/// What every drone did in an earlier round: its air may still be under way.
+pub(super) struct PastRound {
+    strides: Vec<Stride>,
+    /// By column of the floor, the first who was in it; by drone, the next in the same.
+    first: Vec<u32>,
+    next: Vec<u32>,
+}
+
+impl PastRound {
+    /// From where every drone was, and what it did.
+    pub(super) fn new(
+        configuration: &Configuration<'_>,
+        now: &[AgentState],
+        directions: &[u8],
+    ) -> PastRound {
+        let [nx, ny, _] = configuration.synchronous.steps.counts();
+        let mut past = PastRound {
+            strides: Vec::with_capacity(now.len()),
+            first: vec![NONE; nx * ny],
+            next: vec![NONE; now.len()],
+        };
+        for (drone, (at, direction)) in now.iter().zip(directions).enumerate() {
+            let direction = usize::from(*direction);
+            past.strides
+                .push(configuration.stride(drone, at, direction, Course::STAY));
+            let column = configuration.column(at.place);
+            past.next[drone] = std::mem::replace(&mut past.first[column], drone as u32);
+        }
+        past
+    }
+}
+
 /// Every drone's next step, as far as it is decided.
 pub(super) struct Round<'a> {
     /// Who flies where, and which steps are open.
@@ -27,6 +61,8 @@ pub(super) struct Round<'a> {
     now: &'a [AgentState],
     /// By drone, what led there in the round before.
     came: Vec<Course>,
+    /// Earlier rounds whose air may be under way, the last one first.
+    past: &'a VecDeque<PastRound>,
     /// By column of the floor, the first who is in it; by drone, the next in the same.
     first: Vec<u32>,
     /// By drone, the next one in the same column, or [`NONE`].
@@ -54,7 +90,7 @@ impl<'a> Round<'a> {
     /// `now`.
     pub(super) fn new(
         configuration: &'a Configuration<'a>,
-        [before, now]: [&'a [AgentState]; 2],
+        ([before, now], past): ([&'a [AgentState]; 2], &'a VecDeque<PastRound>),
         detours: &'a [u32],
         random: u64,
     ) -> Round<'a> {
@@ -65,6 +101,7 @@ impl<'a> Round<'a> {
             came: (before.iter().zip(now))
                 .map(|(before, now)| configuration.course([before.place, now.place]))
                 .collect(),
+            past,
             first: vec![NONE; nx * ny],
             next: vec![NONE; now.len()],
             directions: vec![STAYS as u8; now.len()],
@@ -172,6 +209,9 @@ impl<'a> Round<'a> {
 
     /// Takes a step for decided, and pushes those whom it keeps from staying.
     fn attempt(&mut self, drone: usize, direction: usize) -> bool {
+        if self.late_load(drone, direction).is_none() {
+            return false;
+        }
         self.trail.push((drone as u32, self.directions[drone]));
         self.decided[drone] = true;
         self.set(drone, direction);
@@ -223,12 +263,64 @@ impl<'a> Round<'a> {
 
     /// Whether a drone and those around it bear what wakes add up to.
     fn is_borne(&self, drone: usize) -> bool {
-        let mut borne = self.loads[drone] <= MOST_LOADS;
+        let bears = |drone: usize| {
+            let late = self.late_load(drone, usize::from(self.directions[drone]));
+            self.loads[drone] + late.unwrap_or(0) <= MOST_LOADS
+        };
+        let mut borne = bears(drone);
         self.around(drone, usize::from(self.directions[drone]), |other, met| {
             let is_exposed = matches!(met, Met::Loads([_, on_them]) if on_them > 0);
-            borne &= !is_exposed || self.loads[other] <= MOST_LOADS;
+            borne = borne && (!is_exposed || bears(other));
         });
         borne
+    }
+
+    /// What air of earlier rounds fills of a drone's budget on a step, each drone's at its most;
+    /// `None`: some of it is too much.
+    fn late_load(&self, drone: usize, direction: usize) -> Option<i32> {
+        if self.past.is_empty() {
+            return Some(0);
+        }
+        let (configuration, synchronous) = (self.configuration, self.configuration.synchronous);
+        let mine = self.stride(drone, direction);
+        let [nx, ny, _] = synchronous.steps.counts();
+        let mut loads: Vec<(usize, u8)> = Vec::new();
+        for class in 0..synchronous.steps.class_count() {
+            for aside in synchronous.near(&mine, class, configuration.is_beside) {
+                let [i, j] = [mine.at[0] + aside[0], mine.at[1] + aside[1]];
+                if i < 0 || j < 0 || i as usize >= nx || j as usize >= ny {
+                    continue;
+                }
+                let column = i as usize + nx * j as usize;
+                for (past, rounds) in self.past.iter().zip(1..) {
+                    let mut other = past.first[column];
+                    while other != NONE {
+                        let index = other as usize;
+                        other = past.next[index];
+                        let theirs = &past.strides[index];
+                        if index == drone || theirs.class != class {
+                            continue;
+                        }
+                        let load = synchronous.meets_air(&mine, theirs, rounds)?;
+                        match loads.iter_mut().find(|(known, _)| *known == index) {
+                            _ if load == 0 => {}
+                            Some((_, known)) => *known = load.max(*known),
+                            None => loads.push((index, load)),
+                        }
+                    }
+                }
+            }
+        }
+        // What one does now counts already; of both the greater counts.
+        let more = loads.into_iter().map(|(other, load)| {
+            let theirs = self.stride(other, usize::from(self.directions[other]));
+            let now = match synchronous.meet(&mine, &theirs) {
+                Met::Loads([on_me, _]) => on_me,
+                Met::TooNear | Met::TooNearBefore => 0,
+            };
+            i32::from(load.saturating_sub(now))
+        });
+        Some(more.sum())
     }
 
     /// Calls `f` with every drone to whom a step of this drone could matter, and what the two do to

@@ -164,6 +164,7 @@ impl Lateness {
         let whole = Part {
             span_s: slice.span_s,
             shifts_s: vec![shift_s, (0.0, 0.0)],
+            lags: slice.lags(),
             emitters,
         };
         if let Some(least_s) = slice.exposed.least_shift_s(whole, self.late_s, FINE_S) {

@@ -1,14 +1,15 @@
 //! The downwash that one drone is exposed to when it and every other are early or late, each by
-//! itself.
+//! itself, and when air takes its time.
 //!
 //! With the receiver at `t` on its own clock and each emitter `k` at `t + s_k` on its own,
 //!
 //! ```text
-//! mean(t, s) = Σ w_p ⊕ u_k(p, t, t + s_k)        all clocks, the receiver's included, within 2 m of one another
+//! mean(t, s, m) = Σ w_p ⊕ u_k(p, t, t + s_k - m τ_k)   all clocks, the receiver's included, within 2 margins of one another
 //! ```
 //!
-//! must stay within the limit for a time margin `m`. A span of `t` and a range of each `s_k` are a
-//! part; a part is in order when its upper bound is: each wake's worst over the part, superposed at
+//! must stay within the limit for a margin of time and for every lag `m` of the air, one for all
+//! wakes (`τ`: [`Advected`]). A span of `t`, a range of lags and a range of each `s_k` are a part; a
+//! part is in order when its upper bound is: each wake's worst over the part, superposed at
 //! every point of the discs. What is not is looked at in its middle and at its ends, and halved
 //! where it is longest, until paths are as short as what is judged by its middle. Bounds come from
 //! closed forms of both motions together ([`Shifted`]), so that hovering, or flying side by side,
@@ -42,6 +43,12 @@ const MOMENT_S: f64 = 1e-6;
 /// Points of the discs that are looked at together; a quadrotor's 28 fit.
 const CHUNK: usize = 32;
 
+/// Parts of one slice of time that are looked at where the air is only told, chosen here: a few
+/// milliseconds of work.
+const PARTS_TOLD: usize = 4_000;
+/// What is not higher by this, over U_H, is not told as higher, chosen here: below the hundredths
+/// that are printed.
+const TOLD_ALPHA: f64 = 2e-3;
 /// Parts looked at once the limit is known to be exceeded, chosen here, and how much worse a part
 /// must be to be looked at: the worst that is told is then within a few percent of it.
 const PARTS_ONCE_VIOLATED: usize = 400;
@@ -80,19 +87,23 @@ pub(super) struct Part {
     pub(super) span_s: Span,
     /// Least, greatest (s).
     pub(super) shifts_s: Vec<Span>,
+    /// Least and greatest lag of all air: its delay over that at the centreline's speed.
+    pub(super) lags: Span,
     /// Those whose wakes may count.
     pub(super) emitters: Vec<Emitter>,
 }
 
-/// One moment of every clock at which the limit is exceeded.
+/// One moment of every clock, and a lag.
 #[derive(Clone, Debug)]
 pub(super) struct Moment {
     /// The receiver's (s).
-    t_s: f64,
+    pub(super) t_s: f64,
     /// Mean air over its discs, over its induced velocity.
     alpha: f64,
+    /// The same of the air itself (m/s).
+    pub(super) mean_mps: f64,
     /// The flight whose wake is the strongest of all, and the shift of its clock (s).
-    strongest: (usize, f64),
+    pub(super) strongest: (usize, f64),
     /// Of each clock that counts (s).
     shifts_s: Vec<Option<f64>>,
 }
@@ -107,53 +118,52 @@ pub(super) enum Verdict {
     Open([Part; 2]),
 }
 
-/// One wake during one piece of its drone, or advected air of it, as seen from the receiver.
+/// One wake during one piece of its drone as seen from the receiver.
 struct Passing<'a> {
     wake: &'a BoundedWake,
-    /// Offsets of the receiver (m).
+    /// Offsets of the receiver from where the air left (m).
     places_m: Places,
-    /// The same in closed form, and from above; `None` for advected air, which has left somewhere
-    /// else.
-    moments: Option<(Shifted, LevelRegion)>,
+    /// The same in closed form.
+    moments: Shifted,
+    /// The same from above.
+    region: LevelRegion,
 }
 
-/// Whether one receiver may exceed its limit at some shift of the clocks within the margin, and
-/// when.
+/// Whether one receiver may exceed its limit when air takes its time, or at some shift of the clocks
+/// within the margin, and when.
 pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) -> Vec<Found> {
     let margin_s = 2.0 * scene.margins.time_s;
-    if margin_s <= 0.0 {
+    let is_late = scene.lags().1 > 0.0;
+    if margin_s <= 0.0 && !is_late {
         return Vec::new();
     }
-    // Runs of slices over the limit, each with its worst moment.
-    let mut runs: Vec<(Span, Moment)> = Vec::new();
-    for Slice {
-        exposed,
-        span_s,
-        met,
-    } in slices(scene, near, receiver, margin_s)
-    {
-        let emitters = met.iter().enumerate();
-        let whole = Part {
-            span_s,
-            shifts_s: vec![(-margin_s, margin_s); met.len()],
-            emitters: emitters
-                .map(|(clock, &from)| Emitter { from, clock })
-                .collect(),
-        };
-        let Some(moment) = exposed.over(whole) else {
+    // Runs of slices over the limit, each from its first to its last moment, with its worst; and
+    // where its last slice ends.
+    let mut runs: Vec<(ViolationKind, Span, Moment)> = Vec::new();
+    let mut ends_s = f64::NEG_INFINITY;
+    for slice in slices(scene, near, receiver, margin_s) {
+        let Some(shifted) = slice.exposed.over(slice.whole(margin_s)) else {
             continue;
         };
+        let on_time = is_late.then(|| slice.exposed.over(slice.whole(0.0)));
+        let (kind, moment) = match on_time.flatten() {
+            Some(moment) => (ViolationKind::Air, moment),
+            None => (ViolationKind::AirMargin, shifted),
+        };
         match runs.last_mut() {
-            Some((run_s, worst)) if moment.t_s - run_s.1 <= JOINED_S => {
+            Some((known, run_s, worst))
+                if *known == kind && slice.span_s.0 - ends_s <= JOINED_S =>
+            {
                 run_s.1 = moment.t_s;
                 if moment.alpha > worst.alpha {
                     *worst = moment;
                 }
             }
-            _ => runs.push(((moment.t_s, moment.t_s), moment)),
+            _ => runs.push((kind, (moment.t_s, moment.t_s), moment)),
         }
+        ends_s = slice.span_s.1;
     }
-    let found = runs.into_iter().map(|(span_s, moment)| {
+    let found = runs.into_iter().map(|(kind, span_s, moment)| {
         let (from, shift_s) = moment.strongest;
         let worst = Worst {
             with: Some(scene.flights[from].name.clone()),
@@ -161,12 +171,40 @@ pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) ->
             value: moment.alpha,
             limit: receiver.air_limit,
         };
-        let kind = ViolationKind::AirMargin;
         let (index, mut violation) = scene.violation(receiver, kind, span_s, worst);
-        violation.shift_s = Some(shift_s);
+        violation.shift_s = (kind == ViolationKind::AirMargin).then_some(shift_s);
         (index, violation)
     });
     found.collect()
+}
+
+/// The highest mean air over a receiver's discs with every drone on time, over all lags of the air
+/// and the moments of a span (s), to a few percent; `None`: none above what is known (m/s).
+pub(super) fn highest(
+    scene: &Scene<'_>,
+    near: &[Encounter],
+    receiver: &Flight,
+    (within_s, known_mps): (Span, f64),
+) -> Option<Moment> {
+    let mut highest: Option<Moment> = None;
+    for mut slice in slices(scene, near, receiver, 0.0) {
+        let (from_s, until_s) = slice.span_s;
+        slice.span_s = (from_s.max(within_s.0), until_s.min(within_s.1));
+        if slice.span_s.0 > slice.span_s.1 {
+            continue;
+        }
+        let known_mps = highest.as_ref().map_or(known_mps, |it| it.mean_mps);
+        let found = slice.exposed.highest(slice.whole(0.0), known_mps);
+        highest = found.or(highest);
+    }
+    highest
+}
+
+/// Whether a receiver exceeds its limit with every drone on time, at any lag of the air.
+pub(super) fn exceeds(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) -> bool {
+    let slices = slices(scene, near, receiver, 0.0).into_iter();
+    let mut over = slices.map(|slice| slice.exposed.over(slice.whole(0.0)));
+    over.any(|moment| moment.is_some())
 }
 
 /// A span of the receiver's time within one of its pieces, and the flights near it.
@@ -177,6 +215,26 @@ pub(super) struct Slice<'a> {
     pub(super) span_s: Span,
     /// Indices in the scene's flights.
     pub(super) met: Vec<usize>,
+}
+
+impl Slice<'_> {
+    /// Lags of the air that have to be borne.
+    pub(super) fn lags(&self) -> Span {
+        self.exposed.scene.lags()
+    }
+
+    /// All of it, every clock by itself up to a margin early or late (s).
+    fn whole(&self, margin_s: f64) -> Part {
+        let emitters = self.met.iter().enumerate();
+        Part {
+            span_s: self.span_s,
+            shifts_s: vec![(-margin_s, margin_s); self.met.len()],
+            lags: self.lags(),
+            emitters: emitters
+                .map(|(clock, &from)| Emitter { from, clock })
+                .collect(),
+        }
+    }
 }
 
 /// The airborne flight of a receiver in slices, those with no other drone near left out; all clocks
@@ -242,6 +300,33 @@ impl<'a> Exposed<'a> {
         alpha * (self.u_h_mps / flown.receiver_gain) - flown.return_flow_mps
     }
 
+    /// Mean air over the induced velocity (m/s of it), backwards.
+    fn alpha(&self, mean_mps: f64) -> f64 {
+        let flown = &self.scene.flown;
+        (mean_mps + flown.return_flow_mps) * flown.receiver_gain / self.u_h_mps
+    }
+
+    /// The moment of the highest mean air in a part, to [`TOLD_ALPHA`] and a few percent of it, as
+    /// far as that is looked for; `None`: it is no more than that above what is known (m/s).
+    fn highest(&self, whole: Part, known_mps: f64) -> Option<Moment> {
+        let mut highest: Option<Moment> = None;
+        let mut open = vec![whole];
+        for _ in 0..PARTS_TOLD {
+            let Some(part) = open.pop() else { break };
+            let known_mps = highest.as_ref().map_or(known_mps, |it| it.mean_mps);
+            let known = self.alpha(known_mps) + TOLD_ALPHA;
+            match self.judge(part, Some(known)) {
+                Verdict::Clear => {}
+                Verdict::Open(halves) => open.extend(halves),
+                Verdict::Over(moment, halves) => {
+                    highest = Some(moment);
+                    open.extend(halves.into_iter().flatten());
+                }
+            }
+        }
+        highest
+    }
+
     /// The worst moment of a part at which the limit is exceeded, if there is one: to a few percent
     /// of it, as far as that is looked for.
     fn over(&self, whole: Part) -> Option<Moment> {
@@ -271,6 +356,7 @@ impl<'a> Exposed<'a> {
             Some(Moment {
                 t_s: part.span_s.0,
                 alpha: self.receiver.air_limit + CLEARED_ALPHA,
+                mean_mps: self.mean_mps(self.receiver.air_limit + CLEARED_ALPHA),
                 strongest: (from, 0.0),
                 shifts_s: Vec::new(),
             })
@@ -361,17 +447,8 @@ impl<'a> Exposed<'a> {
         let (span_s, shift_s) = (part.span_s, part.shifts_s[emitter.clock]);
         let theirs_s = (span_s.0 + shift_s.0, span_s.1 + shift_s.1);
         let obstacles = &self.scene.obstacles;
-        if let Some(advected) = Advected::new(self.scene, emitter.from) {
-            let places_m = self.motion.box_m(span_s.0, span_s.1);
-            for left in advected.left(theirs_s, &places_m) {
-                if left.may_reach(obstacles, &places_m) {
-                    told(Passing {
-                        wake: left.wake,
-                        places_m: left.offsets_m(&places_m),
-                        moments: None,
-                    });
-                }
-            }
+        if let Some(advected) = Advected::new(self.scene, emitter.from, part.lags) {
+            self.each_late(part, (&advected, shift_s), told);
             return;
         }
         let flight = &self.scene.flights[emitter.from];
@@ -398,7 +475,59 @@ impl<'a> Exposed<'a> {
             told(Passing {
                 wake,
                 places_m,
-                moments: Some((moments, moments.level_region())),
+                moments,
+                region: moments.level_region(),
+            });
+        }
+    }
+
+    /// Hands on the advected wakes of an emitter that may reach the receiver in a part, its clock
+    /// shifted by at least and at most so much (s).
+    fn each_late(
+        &self,
+        part: &Part,
+        (advected, shift_s): (&Advected<'a>, Span),
+        told: &mut dyn FnMut(Passing<'a>),
+    ) {
+        let (from_s, until_s) = part.span_s;
+        let mine = self.motion.during(from_s, until_s);
+        let (low_m, high_m) = mine.box_m(from_s, until_s);
+        let heights_m = (low_m.z, high_m.z);
+        for it in advected.emitted((from_s + shift_s.0, until_s + shift_s.1), heights_m) {
+            let attached = advected.attached(&it, it.span_s);
+            let ages_s = advected.ages_s(&it, heights_m);
+            let moments = match it.is_moment {
+                true => {
+                    let there_m = Point3::from(attached.motion.at_m(it.span_s.0));
+                    let stands = Motion::straight(part.span_s, there_m, there_m);
+                    Shifted::new(&mine, &stands, (f64::NEG_INFINITY, f64::INFINITY))
+                }
+                false => {
+                    let least_s = shift_s.0 - ages_s.1 - MOMENT_S;
+                    Shifted::new(
+                        &mine,
+                        &attached.motion,
+                        (least_s, shift_s.1 - ages_s.0 + MOMENT_S),
+                    )
+                }
+            };
+            let Some(moments) = moments else { continue };
+            let places_m = moments.box_m();
+            if places_m.0.z >= 0.0 {
+                continue;
+            }
+            if !attached.stops.is_empty() {
+                let obstacles = &self.scene.obstacles;
+                let from_m = attached.motion.box_m(it.span_s.0, it.span_s.1);
+                if !reaches(attached.wake, attached.stops, &from_m, obstacles, heights_m).1 {
+                    continue;
+                }
+            }
+            told(Passing {
+                wake: attached.wake,
+                places_m,
+                moments,
+                region: moments.level_region(),
             });
         }
     }
@@ -440,9 +569,26 @@ impl<'a> Exposed<'a> {
     }
 
     /// A moment of every clock where the air may be the highest of a part: the middle of the
-    /// receiver's time and, for each emitter, the end, the middle or the nearest approach that is
-    /// the worst by itself.
+    /// receiver's time, the middle or an end of the lags, and, for each emitter, the end, the middle
+    /// or the nearest approach that is the worst by itself.
     fn worst_of(&self, part: &Part, window_s: Span, passing: &[Vec<Passing<'a>>]) -> Moment {
+        let (low, high) = part.lags;
+        let worst = self.worst_at(part, window_s, (passing, 0.5 * (low + high)));
+        if low == high {
+            return worst;
+        }
+        let ends = [low, high].map(|lag| self.worst_at(part, window_s, (passing, lag)));
+        let worse = |a: Moment, b: Moment| if b.alpha > a.alpha { b } else { a };
+        ends.into_iter().fold(worst, worse)
+    }
+
+    /// The same at one lag.
+    fn worst_at(
+        &self,
+        part: &Part,
+        window_s: Span,
+        (passing, lag): (&[Vec<Passing<'a>>], f64),
+    ) -> Moment {
         let t_s = 0.5 * (part.span_s.0 + part.span_s.1);
         let earliest_s = 0.5 * (window_s.0.max(-self.together_s) + window_s.1.min(0.0));
         let place_m = Point3::from(self.motion.at_m(t_s));
@@ -458,9 +604,20 @@ impl<'a> Exposed<'a> {
                 ),
                 false => (low_s, high_s),
             };
-            let nearest = of_one.iter().filter_map(|it| it.moments.as_ref());
-            let nearest = nearest.map(|(it, _)| it.nearest_to_axis());
-            let nearest = nearest.map(|it| (it.other_s - it.t_s).clamp(low_s, high_s.max(low_s)));
+            let nearest = of_one.iter().map(|it| {
+                let approach = it.moments.nearest_to_axis();
+                let age_s = match lag > 0.0 {
+                    true => {
+                        lag * it
+                            .wake
+                            .wake
+                            .far_field()
+                            .transport_time_s(-it.places_m.0.z, 1.0)
+                    }
+                    false => 0.0,
+                };
+                (approach.other_s - approach.t_s + age_s).clamp(low_s, high_s.max(low_s))
+            });
             let candidates = [0.5 * (low_s + high_s), low_s, high_s].into_iter();
             let candidates: Vec<f64> = match chosen[emitter.clock] {
                 Some(shift_s) => vec![shift_s],
@@ -469,7 +626,8 @@ impl<'a> Exposed<'a> {
             };
             let mut worst: Option<(f64, f64, Source<'a>)> = None;
             for shift_s in candidates {
-                for source in self.sources(emitter.from, t_s + shift_s, place_m.z) {
+                let at_s = t_s + shift_s;
+                for source in self.sources((emitter.from, lag), at_s, place_m.z) {
                     let mean_mps = self.mean_of_mps(&[source], place_m);
                     if worst.as_ref().is_none_or(|known| mean_mps > known.0) {
                         worst = Some((mean_mps, shift_s, source));
@@ -485,10 +643,10 @@ impl<'a> Exposed<'a> {
             }
         }
         let mean_mps = self.mean_of_mps(&sources, place_m);
-        let flown = &self.scene.flown;
         Moment {
             t_s,
-            alpha: (mean_mps + flown.return_flow_mps) * flown.receiver_gain / self.u_h_mps,
+            alpha: self.alpha(mean_mps),
+            mean_mps,
             strongest: strongest.1,
             shifts_s: chosen,
         }
@@ -504,10 +662,10 @@ impl<'a> Exposed<'a> {
         )
     }
 
-    /// The wakes of a flight that may be at a height (m) at a time of its clock (s).
-    fn sources(&self, from: usize, t_s: f64, z_m: f64) -> Vec<Source<'a>> {
+    /// The wakes of a flight that may be at a height (m) at a time of its clock (s), at a lag.
+    fn sources(&self, (from, lag): (usize, f64), t_s: f64, z_m: f64) -> Vec<Source<'a>> {
         let obstacles = &self.scene.obstacles;
-        if let Some(advected) = Advected::new(self.scene, from) {
+        if let Some(advected) = Advected::new(self.scene, from, (lag, lag)) {
             return advected.sources(obstacles, t_s, z_m);
         }
         let flight = &self.scene.flights[from];
@@ -543,11 +701,28 @@ impl<'a> Exposed<'a> {
         }
         let weights = rough.iter().zip(&paths_m).map(|(mps, path_m)| mps * path_m);
         let longest = weights.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-        let clock = longest.map_or(0, |(k, _)| part.emitters[k].clock);
+        let longest = longest.map_or(0, |(k, _)| k);
+        let clock = part.emitters[longest].clock;
         let (from_s, until_s) = part.span_s;
         let (low_s, high_s) = part.shifts_s[clock];
+        let (least, most) = part.lags;
+        // What the range of lags makes of the moments at which its air left.
+        let ages_s = match most > least {
+            true => {
+                let ages_s = passing[longest].iter().map(|it| {
+                    let far = it.wake.wake.far_field();
+                    far.transport_time_s(-it.places_m.0.z, 1.0)
+                });
+                (most - least) * ages_s.fold(0.0, f64::max)
+            }
+            false => 0.0,
+        };
         let mut halves = [part.clone(), part];
-        if high_s - low_s > until_s - from_s {
+        if ages_s > (high_s - low_s).max(until_s - from_s) {
+            let middle = 0.5 * (least + most);
+            halves[0].lags.1 = middle;
+            halves[1].lags.0 = middle;
+        } else if high_s - low_s > until_s - from_s {
             let middle_s = 0.5 * (low_s + high_s);
             halves[0].shifts_s[clock].1 = middle_s;
             halves[1].shifts_s[clock].0 = middle_s;
@@ -566,12 +741,7 @@ impl Passing<'_> {
     /// The place of a point beside the receiver's centre (m, x and y) that is nearest to the axis,
     /// as seen from there (m).
     fn nearest_m(&self, beside_m: [f64; 2]) -> Vector2<f64> {
-        if let Some((_, region)) = &self.moments {
-            return region.nearest_m(beside_m);
-        }
-        let (low_m, high_m) = &self.places_m;
-        let along = |k: usize| 0.0_f64.clamp(low_m[k] + beside_m[k], high_m[k] + beside_m[k]);
-        Vector2::new(along(0), along(1))
+        self.region.nearest_m(beside_m)
     }
 
     /// Raises what is known of some points of the discs to the highest of this wake there (m/s).

@@ -483,7 +483,7 @@ fn emitted<'a>(scene: &'a Scene<'_>) -> Vec<Downwash<'a>> {
         if up_s >= down_s {
             continue;
         }
-        if let Some(advected) = Advected::new(scene, from) {
+        if let Some(advected) = Advected::new(scene, from, scene.lags()) {
             let (from_s, until_s) = advected.lasts_s();
             let span_s = (from_s, until_s.min(scene.horizon_s));
             emitted.push(Downwash::Advected(advected, span_s));
@@ -519,7 +519,7 @@ fn shifts<'a>(
             _ => shifted.push(Shifted {
                 from,
                 flight: &scene.flights[from],
-                advected: Advected::new(scene, from),
+                advected: Advected::new(scene, from, scene.lags()),
                 margins_s,
                 span_s,
             }),
@@ -563,11 +563,7 @@ impl<'a> Shifted<'a> {
     fn sources(&self, obstacles: &Obstacles, t_s: f64, place_m: Point3<f64>) -> Vec<Source<'a>> {
         let span_s = (t_s - self.margins_s.0, t_s + self.margins_s.1);
         if let Some(advected) = &self.advected {
-            let shares = (0..=CLIMB_STEPS).map(|k| f64::from(k) / f64::from(CLIMB_STEPS));
-            let moments = shares.map(|share| span_s.0 + share * (span_s.1 - span_s.0));
-            return moments
-                .flat_map(|t_s| advected.sources(obstacles, t_s, place_m.z))
-                .collect();
+            return advected.sources_near(obstacles, span_s, place_m);
         }
         let sources = self.attached(span_s).flat_map(|attached| {
             let motion = attached.motion;
@@ -680,14 +676,11 @@ impl Field<'_> {
         places_m: &Places,
         span_s: Span,
     ) -> (f64, f64) {
-        let (mut above_mps, mut wall_mps) = (0.0_f64, 0.0_f64);
-        for left in advected.left(span_s, places_m) {
-            if left.may_reach(self.obstacles, places_m) {
-                above_mps = above_mps.max(left.highest_mps(&left.offsets_m(places_m)));
-            }
-            wall_mps = wall_mps.max(self.along_mps(&left.wake.wake, &left.from_m, places_m));
-        }
-        (above_mps, wall_mps)
+        let wakes = advected
+            .wakes(span_s, (places_m.0.z, places_m.1.z))
+            .into_iter();
+        let highs = wakes.map(|it| self.attached_highs_mps(&it, places_m));
+        highs.fold((0.0, 0.0), |a, b| (a.0.max(b.0), a.1.max(b.1)))
     }
 
     /// Those of a quasi-static wake over the whole motion of its drone (m/s).
@@ -726,7 +719,9 @@ impl Field<'_> {
     /// One wake at one place and time: from above (m/s), and along the floor (m/s, x and y).
     fn one_mps(&self, it: &Downwash<'_>, t_s: f64, place_m: Point3<f64>) -> (f64, Vector3<f64>) {
         let sources: Vec<Source<'_>> = match it {
-            Downwash::Advected(advected, _) => advected.sources(self.obstacles, t_s, place_m.z),
+            Downwash::Advected(advected, _) => {
+                advected.sources_near(self.obstacles, (t_s, t_s), place_m)
+            }
             Downwash::Attached(attached) => vec![attached.source(self.obstacles, t_s)],
             Downwash::Shifted(shifted) => shifted.sources(self.obstacles, t_s, place_m),
         };

@@ -4,25 +4,29 @@
 //! Air at height `z` at `t` left a drone at every `t'` with
 //!
 //! ```text
-//! g(t') = t' + τ(z_drone(t') - z) = t
+//! g(t') = t' + m τ(z_drone(t') - z) = t,      lag m = 1/k of a range, 0: at once
 //! ```
 //!
-//! In level flight there is one such `t'`. A drone that sinks faster than its air has several: all
-//! of them count, the strongest at each moment. They are found by subdivision: `τ` grows with
-//! depth, so over a span of `t'`, of `t` and of heights `g` has bounds, and spans whose bounds miss
-//! `t` are dropped. Air older than the flight came from where it began. Where a drone becomes
-//! lighter its air becomes slower, and what arrives in between left at that moment.
+//! In level flight there is one such `t'` for each lag. A drone that sinks faster than its air has
+//! several: all of them count, the strongest at each moment. They are found by subdivision: `τ`
+//! grows with depth, so over a span of `t'`, of `t`, of lags and of heights `g` has bounds, and
+//! spans whose bounds miss `t` are dropped. Air older than the flight came from where it began.
+//! Where a drone becomes lighter its air becomes slower, and what arrives in between left at that
+//! moment.
 //!
-//! `τ(s) = l (σ² - s0²)/(2 B U_H k)` with `σ = s/l - s0`: the centreline speed times the convection
-//! factor `k`, integrated from the rotor plane down ([`airflow::FarField::transport_time_s`]).
+//! `τ(s) = l (σ² - s0²)/(2 B U_H)` with `σ = s/l - s0`: at the centreline speed, integrated from the
+//! rotor plane down ([`airflow::FarField::transport_time_s`]).
+
+use std::sync::Arc;
 
 use airflow::Source;
+use nalgebra::Point3;
 
-use crate::plan::trajectory::Piece;
+use crate::plan::trajectory::{Motion, Piece};
 use crate::verify::bounds::obstacles::Obstacles;
 use crate::verify::bounds::wake::BoundedWake;
 use crate::verify::extents::{Places, Span};
-use crate::verify::scene::{Flight, Scene, level_gap_m, reaches};
+use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, reaches};
 
 /// Spans of leaving no longer than this are not divided (s), chosen here: 0.2 mm of path at 2 m/s.
 const SHORTEST_S: f64 = 1e-4;
@@ -40,6 +44,11 @@ const PATH_M: f64 = 0.25;
 /// In no more boxes than this, chosen here.
 const MOST_BOXES: f64 = 16.0;
 
+/// A drone that climbs or sinks has its air bounded in steps of so much height (m), chosen here,
+/// and in no more steps than this.
+const CLIMB_M: f64 = 0.1;
+const MOST_CLIMB_STEPS: f64 = 32.0;
+
 /// The advected wake of one flight.
 #[derive(Clone, Copy)]
 pub(crate) struct Advected<'a> {
@@ -47,10 +56,22 @@ pub(crate) struct Advected<'a> {
     pub(crate) from: usize,
     /// Whose air it is.
     flight: &'a Flight,
-    /// Air moves at this part of the centreline speed.
-    convection: f64,
+    /// Lags: least and greatest delay over that at the centreline's speed.
+    lags: Span,
     /// To the floor, over all wakes of the scene (s).
     longest_lag_s: f64,
+}
+
+/// Air of one flight that may be at some heights in a span of time.
+#[derive(Clone, Copy)]
+pub(crate) struct Emission {
+    /// The piece in which it left.
+    pub(crate) piece: usize,
+    /// When (s).
+    pub(crate) span_s: Span,
+    /// It left in a single moment, whenever it arrives: before the flight began, or where the drone
+    /// became lighter.
+    pub(crate) is_moment: bool,
 }
 
 /// Air that left during one piece of a flight.
@@ -97,12 +118,12 @@ struct Arrival {
 }
 
 impl<'a> Advected<'a> {
-    /// `None` where wakes are quasi-static.
-    pub(crate) fn new(scene: &'a Scene<'_>, from: usize) -> Option<Advected<'a>> {
-        Some(Advected {
+    /// At a range of lags; `None` where wakes are quasi-static.
+    pub(crate) fn new(scene: &'a Scene<'_>, from: usize, lags: Span) -> Option<Advected<'a>> {
+        scene.flown.convection.map(|_| Advected {
             from,
             flight: &scene.flights[from],
-            convection: scene.flown.convection?.factors()[0],
+            lags,
             longest_lag_s: scene.longest_lag_s,
         })
     }
@@ -123,8 +144,9 @@ impl<'a> Advected<'a> {
     /// All of its air that may be at the heights of some places (m) within a span of time.
     pub(crate) fn left(&self, span_s: Span, places_m: &Places) -> Vec<Left<'a>> {
         let pieces = self.flight.trajectory.pieces();
-        let spans = self.spans(span_s, (places_m.0.z, places_m.1.z)).into_iter();
-        let left = spans.flat_map(|(k, (from_s, until_s))| {
+        let spans = self.emitted(span_s, (places_m.0.z, places_m.1.z));
+        let left = spans.into_iter().flat_map(|it| {
+            let (k, (from_s, until_s)) = (it.piece, it.span_s);
             let motion = &pieces[k].motion;
             let path_m = 2.0 * motion.half_path_m(from_s, until_s);
             let boxes = (path_m / PATH_M).ceil().clamp(1.0, MOST_BOXES) as u32;
@@ -149,10 +171,9 @@ impl<'a> Advected<'a> {
     /// Every wake of it that may be at a height (m) at a time (s), from both ends of the shortest
     /// spans.
     pub(crate) fn sources(&self, obstacles: &Obstacles, t_s: f64, z_m: f64) -> Vec<Source<'a>> {
-        let pieces = self.flight.trajectory.pieces();
         let mut sources = Vec::new();
-        for (k, (from_s, until_s)) in self.spans((t_s, t_s), (z_m, z_m)) {
-            let attached = self.flight.attached(self.from, k, pieces[k].motion);
+        for it in self.emitted((t_s, t_s), (z_m, z_m)) {
+            let (attached, (from_s, until_s)) = (self.attached(&it, it.span_s), it.span_s);
             sources.push(attached.source(obstacles, from_s));
             if until_s > from_s {
                 sources.push(attached.source(obstacles, until_s));
@@ -161,10 +182,78 @@ impl<'a> Advected<'a> {
         sources
     }
 
+    /// Its wakes at those moments of leaving at which the air that is at a place (m) in a span of
+    /// time may be the highest.
+    pub(crate) fn sources_near(
+        &self,
+        obstacles: &Obstacles,
+        span_s: Span,
+        place_m: Point3<f64>,
+    ) -> Vec<Source<'a>> {
+        let mut sources = Vec::new();
+        for attached in self.wakes(span_s, (place_m.z, place_m.z)) {
+            let motion = attached.motion;
+            let span_s = (motion.from_s, motion.until_s);
+            let there = Motion::straight(span_s, place_m, place_m);
+            let nearest_s = (there.seen_from(&motion)).map(|it| it.nearest_to_axis_s(span_s));
+            let moments = [Some(span_s.0), nearest_s, Some(span_s.1)];
+            let moments = moments.into_iter().flatten();
+            sources.extend(moments.map(|t_s| attached.source(obstacles, t_s)));
+        }
+        sources
+    }
+
+    /// Its wakes while air leaves that may be at heights (m) within a span of time, each at about
+    /// one height.
+    pub(crate) fn wakes(&self, span_s: Span, heights_m: (f64, f64)) -> Vec<Attached<'a>> {
+        let pieces = self.flight.trajectory.pieces();
+        let mut wakes = Vec::new();
+        for it in self.emitted(span_s, heights_m) {
+            let (from_s, until_s) = it.span_s;
+            let motion = &pieces[it.piece].motion;
+            let (low_m, high_m) = motion.box_m(from_s, until_s);
+            // What is curved goes by its chords.
+            let extent_m = match motion.is_straight() {
+                true => high_m.z - low_m.z,
+                false => (high_m - low_m).max(),
+            };
+            let steps = (extent_m / CLIMB_M).ceil().clamp(1.0, MOST_CLIMB_STEPS) as u32;
+            let step_s = (until_s - from_s) / f64::from(steps);
+            wakes.extend((0..steps).map(|n| {
+                let from_s = from_s + f64::from(n) * step_s;
+                self.attached(&it, (from_s, from_s + step_s))
+            }));
+        }
+        wakes
+    }
+
+    /// The wake of an emission during a part of its span.
+    pub(crate) fn attached(&self, it: &Emission, (from_s, until_s): Span) -> Attached<'a> {
+        let motion = &self.flight.trajectory.pieces()[it.piece].motion;
+        let motion = motion.during(from_s, until_s);
+        self.flight.attached(self.from, it.piece, motion)
+    }
+
+    /// By how much the air of an emission left before it is at heights (m), at least and at most
+    /// (s).
+    pub(crate) fn ages_s(&self, it: &Emission, heights_m: (f64, f64)) -> Span {
+        let piece = &self.flight.trajectory.pieces()[it.piece];
+        let (low_m, high_m) = depths_m(piece, it.span_s, heights_m);
+        (
+            self.lags.0 * self.lag_s(it.piece, low_m),
+            self.lags.1 * self.lag_s(it.piece, high_m),
+        )
+    }
+
     /// Pieces, and the spans of them in which air left that may be at heights within a span of
     /// time.
-    fn spans(&self, span_s: Span, heights_m: (f64, f64)) -> Vec<(usize, Span)> {
+    pub(crate) fn emitted(&self, span_s: Span, heights_m: (f64, f64)) -> Vec<Emission> {
         let (begins_s, ends_s) = self.flight.airborne_s;
+        let moment = |piece: usize, at_s: Span| Emission {
+            piece,
+            span_s: at_s,
+            is_moment: true,
+        };
         let mut found = Vec::new();
         if begins_s >= ends_s || span_s.1 < begins_s {
             return found;
@@ -183,21 +272,25 @@ impl<'a> Advected<'a> {
             let (_, high_m) = depths_m(piece, at_s, heights_m);
             if piece.motion.from_s <= begins_s {
                 // It is at its beginning: air older than that came from there.
-                if high_m > 0.0 && span_s.0 - self.lag_s(k, high_m) <= begins_s {
-                    found.push((k, at_s));
+                if high_m > 0.0 && span_s.0 - self.lags.1 * self.lag_s(k, high_m) <= begins_s {
+                    found.push(moment(k, at_s));
                 }
-            } else if let Some((earlier, last)) = before {
+            } else if let Some((earlier, last)) = before
+                && !Arc::ptr_eq(&self.flight.wakes[earlier], &self.flight.wakes[k])
+            {
                 // Between the last air of one piece and the first of the next.
                 let (low_m, _) = depths_m(last, at_s, heights_m);
-                let first_s = from_s + self.lag_s(earlier, low_m);
-                let last_s = from_s + self.lag_s(k, high_m);
+                let first_s = from_s + self.lags.0 * self.lag_s(earlier, low_m);
+                let last_s = from_s + self.lags.1 * self.lag_s(k, high_m);
                 if high_m > 0.0 && first_s <= span_s.1 && span_s.0 <= last_s {
-                    found.extend([(earlier, at_s), (k, at_s)]);
+                    found.extend([moment(earlier, at_s), moment(k, at_s)]);
                 }
             }
             let (low_m, high_m) = depths_m(piece, (from_s, until_s), heights_m);
             let extent_m = heights_m.1 - heights_m.0;
-            let spread_s = self.lag_s(k, high_m) - self.lag_s(k, (high_m - extent_m).max(low_m));
+            let deep_s = self.lag_s(k, high_m);
+            let of_heights_s = deep_s - self.lag_s(k, (high_m - extent_m).max(low_m));
+            let spread_s = (self.lags.1 * of_heights_s).max((self.lags.1 - self.lags.0) * deep_s);
             let arrival = Arrival {
                 span_s,
                 heights_m,
@@ -215,7 +308,7 @@ impl<'a> Advected<'a> {
         k: usize,
         (from_s, until_s): Span,
         arrival: Arrival,
-        found: &mut Vec<(usize, Span)>,
+        found: &mut Vec<Emission>,
     ) {
         let piece = &self.flight.trajectory.pieces()[k];
         let (low_m, high_m) = depths_m(piece, (from_s, until_s), arrival.heights_m);
@@ -223,8 +316,8 @@ impl<'a> Advected<'a> {
             return;
         }
         let cut_s = (
-            from_s.max(arrival.span_s.0 - self.lag_s(k, high_m)),
-            until_s.min(arrival.span_s.1 - self.lag_s(k, low_m)),
+            from_s.max(arrival.span_s.0 - self.lags.1 * self.lag_s(k, high_m)),
+            until_s.min(arrival.span_s.1 - self.lags.0 * self.lag_s(k, low_m)),
         );
         if cut_s.0 > cut_s.1 {
             return;
@@ -232,10 +325,14 @@ impl<'a> Advected<'a> {
         let length_s = cut_s.1 - cut_s.0;
         if piece.motion.is_level() || length_s <= arrival.shortest_s {
             match found.last_mut() {
-                Some((last, (_, end_s))) if *last == k && *end_s >= cut_s.0 => {
-                    *end_s = cut_s.1.max(*end_s);
+                Some(last) if last.piece == k && !last.is_moment && last.span_s.1 >= cut_s.0 => {
+                    last.span_s.1 = cut_s.1.max(last.span_s.1);
                 }
-                _ => found.push((k, cut_s)),
+                _ => found.push(Emission {
+                    piece: k,
+                    span_s: cut_s,
+                    is_moment: false,
+                }),
             }
             return;
         }
@@ -247,10 +344,10 @@ impl<'a> Advected<'a> {
         self.divide(k, (middle_s, cut_s.1), arrival, found);
     }
 
-    /// How long the air of a piece takes down to a depth (s).
-    fn lag_s(&self, k: usize, depth_m: f64) -> f64 {
+    /// How long the air of a piece takes down to a depth at the centreline's speed (s).
+    pub(crate) fn lag_s(&self, k: usize, depth_m: f64) -> f64 {
         let far = self.flight.wakes[k].wake.far_field();
-        far.transport_time_s(depth_m, self.convection)
+        far.transport_time_s(depth_m, 1.0)
     }
 }
 

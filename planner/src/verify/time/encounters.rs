@@ -57,9 +57,16 @@ pub(crate) fn encounters(scene: &Scene<'_>, apart_s: f64) -> Vec<Vec<Encounter>>
     let mut open: Vec<Open> = Vec::new();
     for spans_s in spans_s.chunks(SLABS_AT_A_TIME) {
         let pairs: Vec<Vec<(u32, u32)>> = (spans_s.par_iter())
-            // Advected air comes from where its drone was.
-            .map(|&(from_s, until_s)| (from_s - scene.longest_lag_s - apart_s, until_s + apart_s))
-            .map(|span_s| pairs_during(&scene.flights, span_s, &reach))
+            .map(|&(from_s, until_s)| {
+                let apart = (from_s - apart_s, until_s + apart_s);
+                // Advected air comes from where its drone was.
+                let since_s = apart.0 - scene.longest_lag_s;
+                let mut pairs = pairs_during(&scene.flights, (since_s, apart.1), &reach);
+                if scene.longest_lag_s > 0.0 {
+                    pairs.retain(|pair| meet_late(scene, *pair, apart, &reach));
+                }
+                pairs
+            })
             .collect();
         for (&(from_s, _), pairs) in spans_s.iter().zip(pairs) {
             let mut known = open.into_iter().peekable();
@@ -142,6 +149,37 @@ fn pairs_during(flights: &[Flight], span_s: Span, reach: &Reach) -> Vec<(u32, u3
     }
     pairs.sort_unstable();
     pairs
+}
+
+/// Whether two flights may touch in a span of time (s), or air that has not left longer ago than it
+/// takes down to the other may reach it.
+fn meet_late(
+    scene: &Scene<'_>,
+    (a, b): (u32, u32),
+    (from_s, until_s): Span,
+    reach: &Reach,
+) -> bool {
+    let flights = &scene.flights;
+    let [a, b] = [a, b].map(|it| it as usize);
+    let place = |k: usize, late_s: f64| {
+        let places_m = flights[k].trajectory.box_m(from_s - late_s, until_s);
+        places_m.map(|it| (k, it))
+    };
+    let longest_lag = scene.lags().1;
+    let reaches = |from: usize, to: usize| {
+        let places = (place(from, scene.longest_lag_s), place(to, 0.0));
+        let (Some((_, from_m)), Some(below)) = places else {
+            return false;
+        };
+        let depth_m = from_m.1.z - below.1.0.z;
+        let lags_s = reach.wakes[from].iter().map(|wake| {
+            let far = wake.wake.far_field();
+            longest_lag * far.transport_time_s(depth_m, 1.0)
+        });
+        let above = place(from, lags_s.fold(0.0, f64::max));
+        above.is_some_and(|above| meet(flights, &above, &below, reach))
+    };
+    reaches(a, b) || reaches(b, a)
 }
 
 /// Whether two flights may touch, or reach one another with their wakes, from somewhere in their

@@ -21,7 +21,7 @@ use super::encounters::Encounter;
 use super::spans::between;
 use crate::plan::trajectory::{Motion, SAME_TIME_S};
 use crate::verify::extents::{FAINTEST_WAKE_MPS, Places, Span};
-use crate::verify::scene::{Attached, Flight, Scene, superpose};
+use crate::verify::scene::{Attached, Flight, Scene, level_gap_m, superpose};
 
 /// Points of the discs that are looked at together; a quadrotor's 28 fit.
 const CHUNK: usize = 32;
@@ -172,7 +172,8 @@ pub(crate) fn windows<'a>(
             .filter_map(|&k| window.passing(&reaching[k]));
         window.passing = passing.collect();
         let late = late.iter().map(|&k| advected[k - reaching.len()].other);
-        let advected = late.filter_map(|it| Advected::new(scene, it));
+        let advected =
+            late.filter_map(|it| Advected::new(scene, it, (scene.mean_lag(), scene.mean_lag())));
         window.advected = advected
             .filter(|it| window.advected_alone_mps(it, span_s) > FAINTEST_WAKE_MPS)
             .collect();
@@ -501,9 +502,12 @@ impl<'a> Window<'a> {
         if self.is_advected() {
             let advected = self.advected.iter();
             let arriving = advected.flat_map(|it| self.arriving(it, span_s));
-            let widths = arriving.map(|(left, (low_m, high_m))| {
+            let axis_m = (Vector3::zeros(), Vector3::zeros());
+            let widths = arriving.map(|(left, offsets_m)| {
+                let (low_m, high_m) = offsets_m;
                 let half_width_m = left.wake.wake.half_width_m((-high_m.z).max(0.0));
-                2.0 * (high_m - low_m).norm() / half_width_m
+                let off_axis_m = level_gap_m(&offsets_m, &axis_m);
+                2.0 * (high_m - low_m).norm() / half_width_m.max(off_axis_m)
             });
             return (widths.fold(0.0, f64::max), false);
         }
