@@ -123,8 +123,8 @@ impl Flown {
         self
     }
 
-    /// The longest that air of a wake (of [`Flown::wake`]) is under way down to a depth (s); 0 where
-    /// it takes no time.
+    /// The longest that air of a wake (of [`Flown::wake`]) is under way down to a depth (s); 0
+    /// where it takes no time.
     #[must_use]
     pub fn lag_s(&self, wake: &Wake, depth_m: f64) -> f64 {
         self.convection.map_or(0.0, |convection| {

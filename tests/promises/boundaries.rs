@@ -164,11 +164,12 @@ fn the_search_never_evaluates_a_jet() {
 
 #[test]
 fn outside_its_judges_the_planner_takes_descriptions_from_airflow_and_no_wake() {
-    // What the air is (airframe, air, jet constants, superposition, what a finding adds), and beta
-    // for words about a price.
+    // What the air is (airframe, air, jet constants, superposition, how fast it is carried down,
+    // what a finding adds), and beta for words about a price.
     let allowed = [
         "airflow::Air",
         "airflow::Airframe",
+        "airflow::Convection",
         "airflow::Flown",
         "airflow::Jet",
         "airflow::Superposition",

@@ -24,7 +24,7 @@ use crate::plan::trajectory::{LevelRegion, Motion, Shifted};
 use crate::verify::bounds::wake::BoundedWake;
 use crate::verify::extents::{FAINTEST_WAKE_MPS, Places, Span};
 use crate::verify::scene::{Flight, Scene, reaches, superpose};
-use crate::verify::time::advected::Advected;
+use crate::verify::time::advected::{Advected, COARSE_M, Emission};
 use crate::verify::time::encounters::Encounter;
 use crate::verify::time::spans::between;
 use crate::verify::violation::{Found, Worst};
@@ -493,7 +493,12 @@ impl<'a> Exposed<'a> {
         let mine = self.motion.during(from_s, until_s);
         let (low_m, high_m) = mine.box_m(from_s, until_s);
         let heights_m = (low_m.z, high_m.z);
-        for it in advected.emitted((from_s + shift_s.0, until_s + shift_s.1), heights_m) {
+        let emitted = advected.emitted((from_s + shift_s.0, until_s + shift_s.1), heights_m);
+        let steps = emitted.into_iter().flat_map(|it| {
+            let steps = advected.steps(&it, COARSE_M);
+            steps.map(move |span_s| Emission { span_s, ..it })
+        });
+        for it in steps {
             let attached = advected.attached(&it, it.span_s);
             let ages_s = advected.ages_s(&it, heights_m);
             let moments = match it.is_moment {

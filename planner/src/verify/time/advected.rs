@@ -48,6 +48,8 @@ const MOST_BOXES: f64 = 16.0;
 /// and in no more steps than this.
 const CLIMB_M: f64 = 0.1;
 const MOST_CLIMB_STEPS: f64 = 32.0;
+/// The same for the air of drones over their discs, chosen here.
+pub(crate) const COARSE_M: f64 = 0.25;
 
 /// The advected wake of one flight.
 #[derive(Clone, Copy)]
@@ -173,10 +175,11 @@ impl<'a> Advected<'a> {
     pub(crate) fn sources(&self, obstacles: &Obstacles, t_s: f64, z_m: f64) -> Vec<Source<'a>> {
         let mut sources = Vec::new();
         for it in self.emitted((t_s, t_s), (z_m, z_m)) {
-            let (attached, (from_s, until_s)) = (self.attached(&it, it.span_s), it.span_s);
-            sources.push(attached.source(obstacles, from_s));
-            if until_s > from_s {
-                sources.push(attached.source(obstacles, until_s));
+            let attached = self.attached(&it, it.span_s);
+            sources.push(attached.source(obstacles, it.span_s.0));
+            if it.span_s.1 > it.span_s.0 {
+                let steps = self.steps(&it, CLIMB_M);
+                sources.extend(steps.map(|(_, until_s)| attached.source(obstacles, until_s)));
             }
         }
         sources
@@ -206,25 +209,33 @@ impl<'a> Advected<'a> {
     /// Its wakes while air leaves that may be at heights (m) within a span of time, each at about
     /// one height.
     pub(crate) fn wakes(&self, span_s: Span, heights_m: (f64, f64)) -> Vec<Attached<'a>> {
-        let pieces = self.flight.trajectory.pieces();
         let mut wakes = Vec::new();
         for it in self.emitted(span_s, heights_m) {
-            let (from_s, until_s) = it.span_s;
-            let motion = &pieces[it.piece].motion;
-            let (low_m, high_m) = motion.box_m(from_s, until_s);
-            // What is curved goes by its chords.
-            let extent_m = match motion.is_straight() {
-                true => high_m.z - low_m.z,
-                false => (high_m - low_m).max(),
-            };
-            let steps = (extent_m / CLIMB_M).ceil().clamp(1.0, MOST_CLIMB_STEPS) as u32;
-            let step_s = (until_s - from_s) / f64::from(steps);
-            wakes.extend((0..steps).map(|n| {
-                let from_s = from_s + f64::from(n) * step_s;
-                self.attached(&it, (from_s, from_s + step_s))
-            }));
+            wakes.extend(
+                self.steps(&it, CLIMB_M)
+                    .map(|step_s| self.attached(&it, step_s)),
+            );
         }
         wakes
+    }
+
+    /// An emission in steps of no more than so much height (m), as far as there are not too many;
+    /// what is curved, of so much path.
+    pub(crate) fn steps(&self, it: &Emission, most_m: f64) -> impl Iterator<Item = Span> + use<> {
+        let (from_s, until_s) = it.span_s;
+        let motion = &self.flight.trajectory.pieces()[it.piece].motion;
+        let (low_m, high_m) = motion.box_m(from_s, until_s);
+        let extent_m = match motion.is_straight() {
+            true => high_m.z - low_m.z,
+            false => (high_m - low_m).max(),
+        };
+        let steps = (extent_m / most_m).ceil().clamp(1.0, MOST_CLIMB_STEPS) as u32;
+        let step_s = (until_s - from_s) / f64::from(steps);
+        (0..steps).map(move |n| {
+            let begin_s = from_s + f64::from(n) * step_s;
+            let is_last = n + 1 == steps;
+            (begin_s, if is_last { until_s } else { begin_s + step_s })
+        })
     }
 
     /// The wake of an emission during a part of its span.
