@@ -12,7 +12,8 @@ const MOST_CELLS: f64 = 65_536.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Bins {
     low_m: [f64; 3],
-    cell_m: [f64; 3],
+    /// Cells a metre (1/m).
+    per_m: [f64; 3],
     cells: [usize; 3],
     /// Where the entries of each cell begin.
     starts: Vec<u32>,
@@ -41,7 +42,7 @@ impl Bins {
         let cells = [0, 1, 2].map(|k| count(&cell_m, k) as usize);
         Bins {
             low_m: bounds.min.coords.into(),
-            cell_m,
+            per_m: cell_m.map(f64::recip),
             cells,
             starts: vec![0; cells.iter().product::<usize>() + 1],
             entries: Vec::new(),
@@ -50,7 +51,7 @@ impl Bins {
     }
 
     fn index(&self, axis: usize, at_m: f64) -> usize {
-        let cell = (at_m - self.low_m[axis]) / self.cell_m[axis];
+        let cell = (at_m - self.low_m[axis]) * self.per_m[axis];
         // Below the first cell and NaN: 0.
         (cell as usize).min(self.cells[axis] - 1)
     }

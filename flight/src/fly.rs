@@ -327,7 +327,10 @@ impl Setting<'_> {
                 z_m: [spot.position_m.z; 2],
                 reach_m,
             };
-            spot_bins.fill(spots.iter().map(|spot| entry(spot, CONTACT_M)));
+            // In calm air nothing is looked for.
+            if self.air.is_some() {
+                spot_bins.fill(spots.iter().map(|spot| entry(spot, CONTACT_M)));
+            }
             if step % per_second == 0 && spot_bins.fullest() > MOST_IN_A_CELL {
                 return Err(FlyError::TooDense {
                     drones: spot_bins.fullest(),
