@@ -19,6 +19,9 @@ const STRAIGHT_M: f64 = 1e-5;
 /// Halvings of one cubic at most: a part is a millionth of it then.
 const MOST_HALVINGS: u32 = 20;
 
+/// First and last time (s) at which a chord is in a shape that is widened by a length (m).
+type InsideOfChord<'a> = dyn Fn(&Motion, f64) -> Option<(f64, f64)> + 'a;
+
 /// A motion over a span of time, of a drone in the world or of one drone as seen from another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
@@ -383,11 +386,7 @@ impl Motion {
 
     /// First and last time in a shape, from what a chord says of the shape widened (m): parts are
     /// halved until they are as good as their chords, widened by no more than a length (m).
-    fn inside_s(
-        &self,
-        within_m: f64,
-        of_chord: &dyn Fn(&Motion, f64) -> Option<(f64, f64)>,
-    ) -> Option<(f64, f64)> {
+    fn inside_s(&self, within_m: f64, of_chord: &InsideOfChord<'_>) -> Option<(f64, f64)> {
         let off_m = self.off_chord_m(self.from_s, self.until_s);
         let here = of_chord(&self.chord(), off_m)?;
         if off_m <= within_m {
