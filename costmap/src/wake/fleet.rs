@@ -618,8 +618,8 @@ impl Fleet {
             (false, _) => whole.delays_in(column).is_some(),
         };
         let mut square = highest(&whole);
-        // Depth and distance are bounded apart, and air is older the deeper: where depths change, in
-        // slabs.
+        // Depth and distance are bounded apart, and air is older the deeper: where depths change,
+        // in slabs.
         if self.is_advected() {
             let [shallow_m, deep_m] = whole.depths();
             let astray_m = 2.0 * self.conditions.astray_m;

@@ -350,8 +350,8 @@ pub(crate) fn legs_of(
     legs
 }
 
-/// Ticks between the places at which a curve is taken for straight legs: chosen here, of 4 m/s² they
-/// are then within 1.3 mm of it.
+/// Ticks between the places at which a curve is taken for straight legs: chosen here, of 4 m/s²
+/// they are then within 1.3 mm of it.
 const CURVE_TICKS: u32 = 5;
 
 /// How far a curve flown at this acceleration (m/s²) is from its legs at most (m).

@@ -122,10 +122,10 @@ pub(super) struct Air {
     /// is flown through, and checked in, the air that it corrects.
     #[schemars(with = "Option<String>", extend("default" = "nothing is added to the hover jet"))]
     pub(super) finding: Option<At<String>>,
-    /// How fast air is carried down, lowest and highest speed over the centreline's, as `(0.6, 1.0)`:
-    /// air at a depth left its drone up to the delay of the lowest ago, and the plan holds for every
-    /// delay from none on, the same factor for all wakes at a time. `None`: quasi-static, wakes
-    /// follow their drones at once.
+    /// How fast air is carried down, lowest and highest speed over the centreline's, as
+    /// `(0.6, 1.0)`: air at a depth left its drone up to the delay of the lowest ago, and the plan
+    /// holds for every delay from none on, the same factor for all wakes at a time. `None`:
+    /// quasi-static, wakes follow their drones at once.
     #[schemars(with = "Option<[f64; 2]>", extend("default" = written_range(CONVECTION_DEFAULT)))]
     pub(super) convection: Option<[f64; 2]>,
 }

@@ -74,8 +74,11 @@ pub(crate) fn write_legs(
 ) {
     let path = break_points(legs, mass_kg);
     entry.trajectory = match &agent.smoothing {
-        // A path that begins in motion is one that cannot be flown: the verifier says so.
-        Some(smoothing) => smoothing.kernel.smooth(&path).unwrap_or(path),
+        // A path that begins in motion cannot be flown: said to be smooth, it fails the verifier.
+        Some(smoothing) => smoothing.kernel.smooth(&path).unwrap_or(TrajectoryEntry {
+            control_m: vec![Vec::new(); path.t_s.len().saturating_sub(1)],
+            ..path
+        }),
         None => path,
     };
     let flown = agent.flown(legs);

@@ -347,8 +347,8 @@ impl Shape {
     }
 }
 
-/// How long ago, in rounds of steps that last as long, a step of the second forbids one of the first
-/// by its air.
+/// How long ago, in rounds of steps that last as long, a step of the second forbids one of the
+/// first by its air.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct LateStep {
     /// In the same round air of either is too much for the other.

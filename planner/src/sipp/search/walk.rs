@@ -416,9 +416,12 @@ impl<'a> Search<'a> {
         };
         let heading = self.heading(label.vertex, to);
         if label.heading == AT_REST {
-            let is_first = label.step == Step::Start && self.agent.begun.is_empty();
-            let lead = if is_first { smoothing.lead_ticks() } else { 0 };
-            let departs = label.at.after(lead);
+            // Its first motion takes so long to begin, however long it has waited before.
+            let begins = match self.agent.begun.is_empty() {
+                true => agent.departs.after(smoothing.lead_ticks()),
+                false => label.at,
+            };
+            let departs = label.at.max(begins);
             return (departs, heading, departs);
         }
         if heading == label.heading && heading != BEYOND {

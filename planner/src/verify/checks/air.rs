@@ -35,7 +35,8 @@ const DOSE_FLOOR: f64 = 1e-4;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DroneExposure {
     /// Highest mean axial speed over its rotor discs (m/s), to 0.1 %; where air takes its time the
-    /// highest at any lag, to 2 % and 0.002 of the induced velocity. Its rest after the plan included.
+    /// highest at any lag, to 2 % and 0.002 of the induced velocity. Its rest after the plan
+    /// included.
     pub worst_air_mps: f64,
     /// The drone whose wake contributed most to that.
     pub worst_air_from: Option<String>,

@@ -8,12 +8,12 @@
 //! ```
 //!
 //! must stay within the limit for a margin of time and for every lag `m` of the air, one for all
-//! wakes (`τ`: [`Advected`]). A span of `t`, a range of lags and a range of each `s_k` are a part; a
-//! part is in order when its upper bound is: each wake's worst over the part, superposed at
-//! every point of the discs. What is not is looked at in its middle and at its ends, and halved
-//! where it is longest, until paths are as short as what is judged by its middle. Bounds come from
-//! closed forms of both motions together ([`Shifted`]), so that hovering, or flying side by side,
-//! costs no more than without a margin.
+//! wakes (`τ`: [`Advected`]). A span of `t`, a range of lags and a range of each `s_k` are a part;
+//! a part is in order when its upper bound is: each wake's worst over the part, superposed at every
+//! point of the discs. What is not is looked at in its middle and at its ends, and halved where it
+//! is longest, until paths are as short as what is judged by its middle. Bounds come from closed
+//! forms of both motions together ([`Shifted`]), so that hovering, or flying side by side, costs no
+//! more than without a margin.
 
 use airflow::{Source, mean_over_discs_mps};
 use nalgebra::{Point3, Vector2, Vector3};
@@ -129,8 +129,8 @@ struct Passing<'a> {
     region: LevelRegion,
 }
 
-/// Whether one receiver may exceed its limit when air takes its time, or at some shift of the clocks
-/// within the margin, and when.
+/// Whether one receiver may exceed its limit when air takes its time, or at some shift of the
+/// clocks within the margin, and when.
 pub(crate) fn check(scene: &Scene<'_>, near: &[Encounter], receiver: &Flight) -> Vec<Found> {
     let margin_s = 2.0 * scene.margins.time_s;
     let is_late = scene.lags().1 > 0.0;
@@ -574,8 +574,8 @@ impl<'a> Exposed<'a> {
     }
 
     /// A moment of every clock where the air may be the highest of a part: the middle of the
-    /// receiver's time, the middle or an end of the lags, and, for each emitter, the end, the middle
-    /// or the nearest approach that is the worst by itself.
+    /// receiver's time, the middle or an end of the lags, and, for each emitter, the end, the
+    /// middle or the nearest approach that is the worst by itself.
     fn worst_of(&self, part: &Part, window_s: Span, passing: &[Vec<Passing<'a>>]) -> Moment {
         let (low, high) = part.lags;
         let worst = self.worst_at(part, window_s, (passing, 0.5 * (low + high)));

@@ -14,8 +14,8 @@
 //! Where a drone becomes lighter its air becomes slower, and what arrives in between left at that
 //! moment.
 //!
-//! `τ(s) = l (σ² - s0²)/(2 B U_H)` with `σ = s/l - s0`: at the centreline speed, integrated from the
-//! rotor plane down ([`airflow::FarField::transport_time_s`]).
+//! `τ(s) = l (σ² - s0²)/(2 B U_H)` with `σ = s/l - s0`: at the centreline speed, integrated from
+//! the rotor plane down ([`airflow::FarField::transport_time_s`]).
 
 use std::sync::Arc;
 
