@@ -128,14 +128,14 @@ impl Costmap {
         self.part(drone, part).map_or(0.0, filled)
     }
 
-    /// The same between two ticks, over all parts that last then.
-    pub fn filled_during(&self, drone: DroneId, [start, end]: [Tick; 2]) -> f64 {
+    /// Whether it is more than a share between two ticks, in any of the parts that last then.
+    pub fn is_filled_during(&self, drone: DroneId, [start, end]: [Tick; 2], share: f64) -> bool {
         let items = self.timeline.of(drone);
         let first = items.partition_point(|&item| self.timeline.item(item).leg.end <= start);
         let lasting = items[first..].iter().map(|&item| self.timeline.item(item));
-        let lasting = lasting.take_while(|item| item.leg.start < end);
-        let filled = lasting.map(|item| item.filled(start, end)).max();
-        filled.unwrap_or(0) as f64 / f64::from(self.budget)
+        let mut lasting = lasting.take_while(|item| item.leg.start < end);
+        let is_more = |sum: u64| sum as f64 / f64::from(self.budget) > share;
+        lasting.any(|item| is_more(item.peak) && is_more(item.filled(start, end)))
     }
 
     fn part(&self, drone: DroneId, part: u32) -> Option<&Item> {

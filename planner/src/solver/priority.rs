@@ -32,6 +32,9 @@ mod lns;
 /// States a drone, over the whole fleet, after which the plan that there is will do. Chosen here:
 /// `plan bench warehouse --drones 1500 --seeds 1` is through after 840, 2000 drones never were.
 const MOST_EXPANSIONS_A_DRONE: u64 = 1_500;
+/// A search for smooth flights takes as many times as many states: chosen here, halls of 500 take
+/// twice, of 1000 three times as many.
+const SMOOTH_STATES: u64 = 3;
 /// States after which a plan that there may be is asked for, at least: chosen here, half a second
 /// of work, in which a small fleet is through but for its hardest cases.
 const FEWEST_EXPANSIONS: u64 = 100_000;
@@ -165,6 +168,13 @@ impl FleetProblem<'_> {
         attempt.gives_up_at = gives_up_at;
         if is_hasty {
             let most = MOST_EXPANSIONS_A_DRONE * self.job.agents.len() as u64;
+            // Places are reached along several headings.
+            let is_smooth = self.job.agents.iter().any(|it| it.smoothing.is_some());
+            let most = if is_smooth {
+                SMOOTH_STATES * most
+            } else {
+                most
+            };
             let share = match self.is_dear() {
                 true if order > 0 => UNTABULATED_STATES,
                 true => UNTABULATED_STATES / 4,

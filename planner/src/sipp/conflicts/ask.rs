@@ -294,7 +294,7 @@ impl Loads {
             self.is_too_much_for_others = match self.is_smooth {
                 true => {
                     let lasts = [record.start.max(window[0]), record.end.min(window[1])];
-                    costmap.filled_during(drone, lasts) * LOADS > most
+                    costmap.is_filled_during(drone, lasts, most / LOADS)
                 }
                 false => {
                     costmap.filled(drone, part) * LOADS > most

@@ -52,6 +52,17 @@ struct Node {
     last: u32,
 }
 
+/// Which headings of a drone at a place count as one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Haste {
+    /// None but equal ones.
+    None,
+    /// Those that may follow one another.
+    Alike,
+    /// All.
+    Any,
+}
+
 /// All places that a search has thought of.
 pub(super) struct Nodes<'a> {
     /// What is searched among.
@@ -70,8 +81,8 @@ pub(super) struct Nodes<'a> {
     all: Vec<Node>,
     /// Those of all places.
     visits: Vec<Visit>,
-    /// Whether headings that may follow one another count as one.
-    pub(super) is_hasty: bool,
+    /// Which headings count as one.
+    pub(super) haste: Haste,
     /// By node, who is in the way of hovering there, whenever, where a drone has asked.
     hovers: FxHashMap<usize, Verdict>,
 }
@@ -93,7 +104,7 @@ impl<'a> Nodes<'a> {
             standing: FxHashMap::default(),
             all: Vec::new(),
             visits: Vec::new(),
-            is_hasty: false,
+            haste: Haste::None,
             hovers: FxHashMap::default(),
         }
     }
@@ -212,9 +223,15 @@ impl<'a> Nodes<'a> {
             && (visit.turned <= label.turned || rests(visit.turned));
         let is_alike = || {
             let is_known = visit.heading != BEYOND && label.heading < AT_REST;
-            self.is_hasty && is_known && smoothing.may_follow(visit.heading, label.heading)
+            self.haste == Haste::Alike
+                && is_known
+                && smoothing.may_follow(visit.heading, label.heading)
         };
-        is_same || visit.heading == AT_REST || rests(visit.from) || is_alike()
+        is_same
+            || visit.heading == AT_REST
+            || rests(visit.from)
+            || self.haste == Haste::Any
+            || is_alike()
     }
 
     /// Whether a state can as well be reached by waiting there.

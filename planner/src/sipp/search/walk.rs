@@ -19,7 +19,7 @@ use super::answer::{Found, Obstruction, Obstructor, Path, joined};
 use super::heuristic::Heuristic;
 use super::label::{Label, Open, PartialExpansion, Step, weighted};
 use super::met::Met;
-use super::node::Nodes;
+use super::node::{Haste, Nodes};
 use super::setting::{IMMOVABLE, RefutedEdges, Setting};
 use crate::graph::agent::{Agent, Ending};
 use crate::graph::distances::UNREACHABLE;
@@ -37,6 +37,8 @@ const WAIT_GRID_TICKS: u32 = 25;
 /// one that comes now where it may turn likewise: chosen here, before a crowd makes a state of
 /// every heading.
 const HASTY_SHIFT: u32 = 5;
+/// From this one on along any step: chosen here, after some thousand states.
+const ANY_SHIFT: u32 = 2;
 
 /// What is known of a step by the tables of reservations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -154,7 +156,11 @@ impl<'a> Search<'a> {
     /// is open is put in the order that this makes.
     pub(super) fn reweigh(&mut self, weight_shift: u32) {
         self.weight_shift = weight_shift;
-        self.nodes.is_hasty = weight_shift < HASTY_SHIFT;
+        self.nodes.haste = match weight_shift {
+            shift if shift <= ANY_SHIFT => Haste::Any,
+            shift if shift < HASTY_SHIFT => Haste::Alike,
+            _ => Haste::None,
+        };
         for open in std::mem::take(&mut self.open) {
             let label = self.labels[open.label as usize];
             let node = self.nodes.at(&label);
