@@ -10,7 +10,7 @@
 //! moment the streakline is a chain of places, one for each moment of the past, and a receiver is
 //! exposed where the chain crosses its height. A drone that sinks faster than its air, or whose
 //! thrust has just risen, is crossed several times: of these the strongest counts, as in the
-//! verifier. The chain is cut at ages at which the air has come down by [`LINK_M`] more; what
+//! verifier. The chain is cut at ages at which the air has come down by `LINK_M` more; what
 //! crosses a height twice between two cuts is taken for none.
 //!
 //! The strength of air is that of a drone hovering with the thrust of the moment it left: `U` goes

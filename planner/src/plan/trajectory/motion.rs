@@ -289,13 +289,13 @@ impl Motion {
         }
     }
 
-    /// When and how near it comes to the origin (s, m): closed form, or to [`STRAIGHT_M`].
+    /// When and how near it comes to the origin (s, m): closed form, or to `STRAIGHT_M`.
     pub fn nearest_to_origin(&self) -> (f64, f64) {
         self.nearest(self.from_s, self.until_s, Vector3::repeat(1.0))
     }
 
     /// When it is nearest to the vertical axis through the origin within a span (s): closed form,
-    /// or to [`STRAIGHT_M`].
+    /// or to `STRAIGHT_M`.
     pub fn nearest_to_axis_s(&self, span_s: (f64, f64)) -> f64 {
         self.nearest(span_s.0, span_s.1, Vector3::new(1.0, 1.0, 0.0))
             .0
