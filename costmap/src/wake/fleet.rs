@@ -375,7 +375,7 @@ impl Fleet {
     /// air of one, is earlier or later; `None` where that is nothing.
     ///
     /// `ends` are the heights at which their wakes end (m). Air that takes its time has no mean
-    /// here, see [`Fleet::price_s`]; other air is priced as planned, and past a drone that stays
+    /// here, see `Fleet::price_s`; other air is priced as planned, and past a drone that stays
     /// where it is over the widened time.
     pub fn meet(&self, first: &Leg, second: &Leg, ends: [f64; 2]) -> Option<Meeting> {
         let shift = self.conditions.shift;
