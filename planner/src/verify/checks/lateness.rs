@@ -74,7 +74,7 @@ fn lateness(scene: &Scene<'_>, near: &[Vec<Encounter>], k: usize) -> Lateness {
     }
     for slice in slices(scene, &near[k], late, f64::INFINITY) {
         // All others are ahead by the same.
-        let ahead = slice.met.iter().map(|&from| Emitter { from, clock: 0 });
+        let ahead = slice.met.iter().map(|&from| Emitter::new(from, 0));
         let shift_s = (0.0, known.late_s);
         known.by_air(&slice, ahead.collect(), shift_s, late);
     }
@@ -91,8 +91,8 @@ fn lateness(scene: &Scene<'_>, near: &[Vec<Encounter>], k: usize) -> Lateness {
                 continue;
             }
             let on_time = slice.met.iter().filter(|from| **from != k);
-            let on_time = on_time.map(|&from| Emitter { from, clock: 1 });
-            let behind = std::iter::once(Emitter { from: k, clock: 0 });
+            let on_time = on_time.map(|&from| Emitter::new(from, 1));
+            let behind = std::iter::once(Emitter::new(k, 0));
             let shift_s = (-known.late_s, 0.0);
             known.by_air(&slice, behind.chain(on_time).collect(), shift_s, receiver);
         }

@@ -38,6 +38,10 @@ const SHORTEST_PATH_M: f64 = 2e-3;
 /// Parts of one slice of time that are looked at before the highest bound counts as found, chosen
 /// here: a tenth of a second of work.
 const MOST_PARTS: usize = 50_000;
+/// Air that arrives in a part and left in a span of time this many times as long as the part's own
+/// spans together is divided by when it left, chosen here: a drone that sinks about as fast as its
+/// air leaves metres of it that arrive at one moment, and one of them counts.
+const LONG_LEAVING: f64 = 4.0;
 /// On either side of a moment of another clock (s), so that it lies within a span: rounding.
 const MOMENT_S: f64 = 1e-6;
 /// Points of the discs that are looked at together; a quadrotor's 28 fit.
@@ -64,6 +68,19 @@ pub(super) struct Emitter {
     pub(super) from: usize,
     /// Index in the shifts of a part.
     pub(super) clock: usize,
+    /// Its air left within this span of its own clock (s); where wakes are quasi-static, any.
+    left_s: Span,
+}
+
+impl Emitter {
+    /// All of its air.
+    pub(super) fn new(from: usize, clock: usize) -> Emitter {
+        Emitter {
+            from,
+            clock,
+            left_s: (f64::NEG_INFINITY, f64::INFINITY),
+        }
+    }
 }
 
 /// The receiver's flight within one of its pieces, and the air that it bears.
@@ -121,6 +138,8 @@ pub(super) enum Verdict {
 /// One wake during one piece of its drone as seen from the receiver.
 struct Passing<'a> {
     wake: &'a BoundedWake,
+    /// When its air left, where it takes its time (s).
+    left_s: Option<Span>,
     /// Offsets of the receiver from where the air left (m).
     places_m: Places,
     /// The same in closed form.
@@ -231,7 +250,7 @@ impl Slice<'_> {
             shifts_s: vec![(-margin_s, margin_s); self.met.len()],
             lags: self.lags(),
             emitters: emitters
-                .map(|(clock, &from)| Emitter { from, clock })
+                .map(|(clock, &from)| Emitter::new(from, clock))
                 .collect(),
         }
     }
@@ -448,7 +467,7 @@ impl<'a> Exposed<'a> {
         let theirs_s = (span_s.0 + shift_s.0, span_s.1 + shift_s.1);
         let obstacles = &self.scene.obstacles;
         if let Some(advected) = Advected::new(self.scene, emitter.from, part.lags) {
-            self.each_late(part, (&advected, shift_s), told);
+            self.each_late(part, (&advected, emitter), told);
             return;
         }
         let flight = &self.scene.flights[emitter.from];
@@ -474,6 +493,7 @@ impl<'a> Exposed<'a> {
             }
             told(Passing {
                 wake,
+                left_s: None,
                 places_m,
                 moments,
                 region: moments.level_region(),
@@ -481,20 +501,24 @@ impl<'a> Exposed<'a> {
         }
     }
 
-    /// Hands on the advected wakes of an emitter that may reach the receiver in a part, its clock
-    /// shifted by at least and at most so much (s).
+    /// Hands on the advected wakes of an emitter that may reach the receiver in a part.
     fn each_late(
         &self,
         part: &Part,
-        (advected, shift_s): (&Advected<'a>, Span),
+        (advected, emitter): (&Advected<'a>, Emitter),
         told: &mut dyn FnMut(Passing<'a>),
     ) {
-        let (from_s, until_s) = part.span_s;
+        let ((from_s, until_s), shift_s) = (part.span_s, part.shifts_s[emitter.clock]);
         let mine = self.motion.during(from_s, until_s);
         let (low_m, high_m) = mine.box_m(from_s, until_s);
         let heights_m = (low_m.z, high_m.z);
         let emitted = advected.emitted((from_s + shift_s.0, until_s + shift_s.1), heights_m);
-        let steps = emitted.into_iter().flat_map(|it| {
+        let (first_s, last_s) = emitter.left_s;
+        let allowed = emitted.into_iter().filter_map(|it| {
+            let span_s = (it.span_s.0.max(first_s), it.span_s.1.min(last_s));
+            (span_s.0 <= span_s.1).then_some(Emission { span_s, ..it })
+        });
+        let steps = allowed.flat_map(|it| {
             let steps = advected.steps(&it, COARSE_M);
             steps.map(move |span_s| Emission { span_s, ..it })
         });
@@ -530,6 +554,7 @@ impl<'a> Exposed<'a> {
             }
             told(Passing {
                 wake: attached.wake,
+                left_s: Some(it.span_s),
                 places_m,
                 moments,
                 region: moments.level_region(),
@@ -722,8 +747,17 @@ impl<'a> Exposed<'a> {
             }
             false => 0.0,
         };
+        let left_s = passing[longest].iter().filter_map(|it| it.left_s);
+        let left_s = left_s.fold((f64::INFINITY, f64::NEG_INFINITY), |all, it| {
+            (all.0.min(it.0), all.1.max(it.1))
+        });
+        let spread_s = ages_s.max(high_s - low_s).max(until_s - from_s);
         let mut halves = [part.clone(), part];
-        if ages_s > (high_s - low_s).max(until_s - from_s) {
+        if left_s.1 - left_s.0 > LONG_LEAVING * spread_s {
+            let middle_s = 0.5 * (left_s.0 + left_s.1);
+            halves[0].emitters[longest].left_s.1 = middle_s;
+            halves[1].emitters[longest].left_s.0 = middle_s;
+        } else if ages_s > (high_s - low_s).max(until_s - from_s) {
             let middle = 0.5 * (least + most);
             halves[0].lags.1 = middle;
             halves[1].lags.0 = middle;
